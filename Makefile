@@ -1,0 +1,14 @@
+# Every target is a task of tasks.py, which also runs without make.
+# Arguments: make test ARGS="-k frames"; another Python: make test PYTHON=python3.12
+
+PYTHON ?= python3
+TASKS = lab test test-oldest test-publish notebooks slides handouts student \
+	requirements benchmark
+
+.PHONY: help $(TASKS)
+
+help:
+	@$(PYTHON) tasks.py
+
+$(TASKS):
+	@$(PYTHON) tasks.py $@ $(ARGS)

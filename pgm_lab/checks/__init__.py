@@ -1,0 +1,129 @@
+"""Feedback on exercises: which property of the reader's function fails, in plain words.
+
+A check calls the reader's function on several inputs, tests one property after the
+other and names those that fail. It never shows the answer. The checks of a chapter
+stand in the module of its number, ``pgm_lab.checks.chapter1`` and so on.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import datasets
+
+
+class CheckFailed(AssertionError):
+    """An answer is wrong or missing; notebooks show the message without a traceback."""
+
+    def _render_traceback_(self) -> list[str]:
+        return [f"✗ {self}"]
+
+
+def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Call the reader's function and return its answer as an array of that shape.
+
+    Raises
+    ------
+    CheckFailed
+        If the function stops, returns nothing, changes its input, or returns something
+        of another shape.
+
+    Examples
+    --------
+    >>> call(lambda x: 2 * x, 1.5, shape=())
+    array(3.)
+    """
+    name = getattr(function, "__name__", "your function")
+    if not callable(function):
+        raise CheckFailed(f"{name} is not a function yet. Your turn!")
+    copies = [a.copy() if isinstance(a, np.ndarray) else a for a in arguments]
+    try:
+        answer = function(*copies)
+    except Exception as error:
+        raise CheckFailed(
+            f"{name} stopped with {type(error).__name__}: {error}"
+        ) from error
+    if answer is None or answer is ...:
+        raise CheckFailed(f"{name} returns nothing yet. Your turn!")
+    for before, after in zip(arguments, copies, strict=True):
+        if isinstance(before, np.ndarray) and not np.array_equal(before, after):
+            raise CheckFailed(f"{name} changes its input; work on a copy")
+    try:
+        array = np.asarray(answer, dtype=float)
+    except (TypeError, ValueError):
+        raise CheckFailed(
+            f"{name} must return numbers, not {type(answer).__name__}"
+        ) from None
+    if array.shape != shape:
+        raise CheckFailed(
+            f"{name} must return an array of shape {shape} here; got {array.shape}"
+        )
+    return array
+
+
+def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
+    """Print the properties that hold, or raise with the ones that fail.
+
+    Parameters
+    ----------
+    name : str
+        What is checked.
+    properties : iterable of (property, holds, hint)
+        Each in plain words; the hint is shown when the property fails.
+
+    Raises
+    ------
+    CheckFailed
+        If a property fails.
+
+    Examples
+    --------
+    >>> report("my_sum", [("adds", True, "it does not add")])
+    ✓ my_sum: adds.
+    """
+    properties = list(properties)
+    hints = [hint for _, holds, hint in properties if not holds]
+    if hints:
+        raise CheckFailed(f"{name}: " + "; ".join(hints) + ".")
+    print(f"✓ {name}: " + "; ".join(text for text, _, _ in properties) + ".")
+
+
+def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> bool:
+    """True if all numbers agree to a tolerance relative to the largest of them."""
+    scale = max(1.0, float(np.max(np.abs(expected))))
+    return bool(np.all(np.abs(np.subtract(answer, expected)) <= tolerance * scale))
+
+
+def question(number: str, choice: str) -> None:
+    """Answer a quick question; the feedback says why a choice is right or wrong.
+
+    Parameters
+    ----------
+    number : str
+        Number of the question, for example "1.2".
+    choice : str
+        Letter of the choice.
+
+    Raises
+    ------
+    CheckFailed
+        If the choice is wrong or missing.
+    ValueError
+        If there is no such question.
+    """
+    choices = {
+        row["choice"]: row
+        for row in datasets.rows("questions.csv")
+        if row["question"] == number
+    }
+    if not choices:
+        raise ValueError(f"there is no question {number} in data/questions.csv")
+    letter = choice.strip().lower() if isinstance(choice, str) else ""
+    if letter not in choices:
+        raise CheckFailed(f"question {number}: choose one of {', '.join(choices)}.")
+    row = choices[letter]
+    if row["right"] != "yes":
+        raise CheckFailed(f"question {number}: {row['feedback']}")
+    print(f"✓ question {number}: {row['feedback']}")

@@ -1,0 +1,277 @@
+"""The data behind the workbook: tables of the four sources, images, the ledger.
+
+Every file lies in ``data/``; ``data/README.md`` says where it comes from and under
+which licence. Files that were measured elsewhere are checked against their SHA-256
+when they are loaded, so that a damaged table cannot pass for a published one.
+"""
+
+import csv
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+INTERIOR = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
+EXTERIOR = ("XL_mm", "YL_mm", "ZL_mm", "omega_rad", "phi_rad", "kappa_rad")
+
+
+@dataclass(frozen=True)
+class Bani2010:
+    """Ten points in a stereo pair (Bani 2010, Tables 4.1 and 4.2, appendix B).
+
+    Attributes
+    ----------
+    point : ndarray (10,)
+        Point numbers.
+    pixels : ndarray (2, 10, 2)
+        Table 4.1 as printed: photo (left, right), point, (x, y); px.
+    photo : ndarray (2, 10, 2)
+        Table 4.2 as printed; mm.
+    image_size : tuple
+        (columns, rows) of a photo; px.
+    sensor_size : tuple
+        (width, height) of the sensor; mm.
+    listing_pixel_size : float
+        The one pixel size that the program listing uses for x and y; mm.
+    """
+
+    point: np.ndarray
+    pixels: np.ndarray
+    photo: np.ndarray
+    image_size: tuple[int, int] = (1936, 1296)
+    sensor_size: tuple[float, float] = (23.6, 15.8)
+    listing_pixel_size: float = 0.01219
+
+
+@dataclass(frozen=True)
+class Muliawan2013:
+    """Nine convergent photos of fifty targets (Muliawan 2013, chapter IV).
+
+    Exterior orientations are rows (X0, Y0, Z0, omega, phi, kappa) in mm and radians,
+    interior ones (c, x0, y0, K1, K2, K3, P1, P2, b1, b2) in mm and its powers.
+
+    Attributes
+    ----------
+    photo, point : ndarray (450,)
+        Indices from 0 of the observations; the source's numbers are one more.
+    xy, sigma : ndarray (450, 2)
+        Tables 4.4 to 4.12: photo coordinates and their standard deviations; mm.
+    interior, exteriors, object_points : ndarray (10,), (9, 6), (50, 3)
+        Tables 4.1 to 4.3: approximate values.
+    published_interior : ndarray (10,)
+        Table 4.14.
+    published_exteriors, published_exteriors_sd : ndarray (9, 6)
+        Tables 4.15 and 4.16.
+    published_object_points, published_object_points_sd : ndarray (50, 3)
+        Tables 4.17 and 4.18.
+    """
+
+    photo: np.ndarray
+    point: np.ndarray
+    xy: np.ndarray
+    sigma: np.ndarray
+    interior: np.ndarray
+    exteriors: np.ndarray
+    object_points: np.ndarray
+    published_interior: np.ndarray
+    published_exteriors: np.ndarray
+    published_exteriors_sd: np.ndarray
+    published_object_points: np.ndarray
+    published_object_points_sd: np.ndarray
+
+
+@dataclass(frozen=True)
+class Harintaka2020:
+    """Flight and height accuracy of an aerial block (Harintaka 2020).
+
+    Attributes
+    ----------
+    flight : dict
+        Printed value by quantity, in the units of ``harintaka2020_flight.csv``.
+    test_points : ndarray (3,)
+        Table 1: number of test points at each location.
+    interactive, automatic : ndarray (3,)
+        Table 1: mean vertical accuracy; m.
+    camera_pixel_size : float
+        Pixel of the Nikon D2X after its maker; mm. Not printed in the source.
+    camera_image_size : tuple
+        (columns, rows) of the Nikon D2X after its maker; px. Not printed in the source.
+    """
+
+    flight: dict[str, float]
+    test_points: np.ndarray
+    interactive: np.ndarray
+    automatic: np.ndarray
+    camera_pixel_size: float = 0.00549
+    camera_image_size: tuple[int, int] = (4288, 2848)
+
+
+@dataclass(frozen=True)
+class Orthophoto:
+    """A grey orthophoto.
+
+    Attributes
+    ----------
+    grey : ndarray (rows, columns)
+        Grey values as stored.
+    gsd : float
+        Ground sampling distance; m.
+    """
+
+    grey: np.ndarray = field(repr=False)
+    gsd: float
+
+
+def bani2010() -> Bani2010:
+    """Load the stereo pair of Bani 2010.
+
+    Examples
+    --------
+    >>> bani2010().photo[0, 0]
+    array([-4.98644,  2.56208])
+    """
+    pixels = _columns("bani2010_pixel_points.csv", "xl_px", "yl_px", "xr_px", "yr_px")
+    photo = _columns("bani2010_photo_points.csv", "xl_mm", "yl_mm", "xr_mm", "yr_mm")
+    number = _columns("bani2010_pixel_points.csv", "point")[:, 0].astype(int)
+    # (point, left x y right x y) -> (photo, point, xy)
+    return Bani2010(
+        number,
+        pixels.reshape(-1, 2, 2).swapaxes(0, 1),
+        photo.reshape(-1, 2, 2).swapaxes(0, 1),
+    )
+
+
+def muliawan2013() -> Muliawan2013:
+    """Load the calibration network of Muliawan 2013.
+
+    Examples
+    --------
+    >>> network = muliawan2013()
+    >>> network.xy.shape, network.exteriors.shape
+    ((450, 2), (9, 6))
+    """
+    name = "muliawan2013_{}.csv".format
+    observed = name("image_points")
+    index = _columns(observed, "photo", "point").astype(int) - 1
+    xyz = ("X_mm", "Y_mm", "Z_mm")
+    return Muliawan2013(
+        photo=index[:, 0],
+        point=index[:, 1],
+        xy=_columns(observed, "x_mm", "y_mm"),
+        sigma=_columns(observed, "sx_mm", "sy_mm"),
+        interior=_interior(name("interior_approx")),
+        exteriors=_columns(name("exterior_approx"), *EXTERIOR),
+        object_points=_columns(name("object_points_approx"), *xyz),
+        published_interior=_interior(name("published_interior")),
+        published_exteriors=_columns(name("published_exterior"), *EXTERIOR),
+        published_exteriors_sd=_columns(name("published_exterior_sd"), *EXTERIOR),
+        published_object_points=_columns(name("published_object_points"), *xyz),
+        published_object_points_sd=_columns(name("published_object_points_sd"), *xyz),
+    )
+
+
+def harintaka2020() -> Harintaka2020:
+    """Load the flight data and Table 1 of Harintaka 2020.
+
+    Examples
+    --------
+    >>> harintaka2020().flight["flying_height"]
+    1000.0
+    """
+    flight = {
+        row["quantity"]: float(row["printed"])
+        for row in rows("harintaka2020_flight.csv")
+    }
+    table1 = _columns(
+        "harintaka2020_table1.csv", "test_points", "interactive_m", "automatic_m"
+    )
+    return Harintaka2020(flight, table1[:, 0].astype(int), table1[:, 1], table1[:, 2])
+
+
+def yellowstone() -> Orthophoto:
+    """Load a real aerial orthophoto, 1536 x 1536, 8 bit, 0.1 m (NEON, Yellowstone).
+
+    Examples
+    --------
+    >>> yellowstone().grey.shape
+    (1536, 1536)
+    """
+    path = _verified("neon_yellowstone_ortho_10cm_gray.png")
+    # imdecode, since imread cannot open paths with accents on Windows
+    coded = np.frombuffer(path.read_bytes(), dtype=np.uint8)
+    return Orthophoto(cv2.imdecode(coded, cv2.IMREAD_UNCHANGED), gsd=0.1)
+
+
+def rows(name: str) -> list[dict[str, str]]:
+    """Rows of a CSV file in ``data/`` as dictionaries, such as the verdict ledger.
+
+    Parameters
+    ----------
+    name : str
+        File name, for example "audit.csv" or "glossary.csv".
+
+    Raises
+    ------
+    FileNotFoundError
+        If the file is missing; the message says how to get it back.
+    ValueError
+        If the file is damaged: its checksum differs, or a row has a wrong length.
+
+    Examples
+    --------
+    >>> sorted({row["verdict"] for row in rows("audit.csv")})
+    ['corrected', 'not derivable', 'reproduced']
+    """
+    with _verified(name).open(encoding="utf-8", newline="") as file:
+        reader = csv.DictReader(file, strict=True)
+        found = list(reader)
+    for number, row in enumerate(found, start=2):
+        if None in row or None in row.values():
+            raise ValueError(
+                f"data/{name} is damaged: row {number} has not as many fields as the"
+                f" header. Restore it with git checkout -- data/{name}"
+            )
+    return found
+
+
+def folder() -> Path:
+    """The folder ``data/`` of the clone that pgm_lab was installed from."""
+    path = Path(__file__).resolve().parent.parent / "data"
+    if not path.is_dir():
+        raise FileNotFoundError(
+            f"the data folder {path} is missing: pgm_lab works from a clone of its"
+            " repository; install it there with pip install -e ."
+        )
+    return path
+
+
+def _verified(name: str) -> Path:
+    """Path of a data file that exists and, if it has a checksum, is undamaged."""
+    path = folder() / name
+    if not path.is_file():
+        raise FileNotFoundError(
+            f"data/{name} is missing. Restore it with git checkout -- data/{name}"
+        )
+    expected = _checksums().get(name)
+    if expected and hashlib.sha256(path.read_bytes()).hexdigest() != expected:
+        raise ValueError(
+            f"data/{name} is damaged: its SHA-256 is not the one in data/SHA256SUMS."
+            f" Restore it with git checkout -- data/{name}"
+        )
+    return path
+
+
+def _checksums() -> dict[str, str]:
+    lines = (folder() / "SHA256SUMS").read_text(encoding="utf-8").splitlines()
+    return {name: digest for digest, name in (line.split() for line in lines)}
+
+
+def _columns(name: str, *columns: str) -> np.ndarray:
+    return np.array([[float(row[column]) for column in columns] for row in rows(name)])
+
+
+def _interior(name: str) -> np.ndarray:
+    value = {row["parameter"]: float(row["value"]) for row in rows(name)}
+    return np.array([value[parameter] for parameter in INTERIOR])

@@ -1,0 +1,304 @@
+"""From pixel to photo and to the ground: image frames, scale and pixel size.
+
+Pixel coordinates are (column, row): x right, y down, integers at pixel centres, the
+origin at the centre of the top-left pixel. Photo coordinates are in millimetres: x
+right, y up, the origin at the centre of the image.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+
+
+def image_centre(image_size: ArrayLike) -> np.ndarray:
+    """Pixel coordinates of the centre of the image.
+
+    The centre of n pixels that are counted 0, 1, ..., n - 1 is n/2 - 0.5.
+
+    Parameters
+    ----------
+    image_size : (columns, rows)
+        Size of the image in pixels.
+
+    Returns
+    -------
+    ndarray (2,)
+        (column, row) of the centre, in pixels.
+
+    References
+    ----------
+    Bani 2010, (2.4a), (2.4b); Muliawan 2013, (2.17).
+
+    Examples
+    --------
+    >>> image_centre((1936, 1296))
+    array([967.5, 647.5])
+    """
+    return _validate.image_size(image_size) / 2 - 0.5
+
+
+def pixel_to_photo(
+    pixels: ArrayLike, image_size: ArrayLike, pixel_size: ArrayLike
+) -> np.ndarray:
+    """Turn pixel coordinates into photo coordinates.
+
+    The formula holds outside the image too. Points that do not fit into the image, but
+    would if its two sizes were exchanged, are refused; when all points happen to fit
+    both ways, exchanged sizes cannot be noticed.
+
+    Parameters
+    ----------
+    pixels : array_like (..., 2)
+        (column, row) in pixels; x right, y down, integers at pixel centres.
+    image_size : (columns, rows)
+        Size of the image in pixels.
+    pixel_size : float or (x, y)
+        Size of a pixel on the sensor, in mm.
+
+    Returns
+    -------
+    ndarray (..., 2)
+        (x, y) in mm; x right, y up, origin at the centre of the image.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, a number is not finite, a size is not positive, or the
+        image size is evidently (rows, columns).
+
+    References
+    ----------
+    Bani 2010, (2.3a), (2.3b); Muliawan 2013, (2.16).
+
+    Examples
+    --------
+    >>> pixel_to_photo([967.5, 647.5], (1936, 1296), 0.0122)
+    array([0., 0.])
+    >>> pixel_to_photo([[0, 0], [1935, 1295]], (1936, 1296), 0.01)
+    array([[-9.675,  6.475],
+           [ 9.675, -6.475]])
+    """
+    pixels = _validate.points(pixels, 2, "pixels")
+    _refuse_exchanged_size(pixels, _validate.image_size(image_size))
+    xc, yc = image_centre(image_size)
+    size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
+    x = (pixels[..., 0] - xc) * size_x
+    y = (yc - pixels[..., 1]) * size_y
+    return np.stack([x, y], axis=-1)
+
+
+def photo_to_pixel(
+    photo: ArrayLike, image_size: ArrayLike, pixel_size: ArrayLike
+) -> np.ndarray:
+    """Turn photo coordinates into pixel coordinates: the inverse of `pixel_to_photo`.
+
+    Parameters
+    ----------
+    photo : array_like (..., 2)
+        (x, y) in mm; x right, y up, origin at the centre of the image.
+    image_size : (columns, rows)
+        Size of the image in pixels.
+    pixel_size : float or (x, y)
+        Size of a pixel on the sensor, in mm.
+
+    Returns
+    -------
+    ndarray (..., 2)
+        (column, row) in pixels; x right, y down, integers at pixel centres.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, a number is not finite or a size is not positive.
+
+    References
+    ----------
+    Bani 2010, (2.5a); (2.5b) with its sign turned, so that it undoes (2.3b).
+
+    Examples
+    --------
+    >>> photo_to_pixel([0, 0], (1936, 1296), 0.0122)
+    array([967.5, 647.5])
+    """
+    photo = _validate.points(photo, 2, "photo")
+    xc, yc = image_centre(image_size)
+    size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
+    column = photo[..., 0] / size_x + xc
+    row = yc - photo[..., 1] / size_y
+    return np.stack([column, row], axis=-1)
+
+
+def _refuse_exchanged_size(pixels: np.ndarray, image_size: np.ndarray) -> None:
+    def fit(size):
+        return np.all((pixels >= -0.5) & (pixels <= size - 0.5))
+
+    if not fit(image_size) and fit(image_size[::-1]):
+        columns, rows = image_size.astype(int)
+        raise ValueError(
+            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
+            f" inside one of {rows} columns and {columns} rows: image_size must be"
+            " (columns, rows), and image.shape is (rows, columns)"
+        )
+
+
+def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.ndarray:
+    """Size of a pixel from the size of the sensor.
+
+    Parameters
+    ----------
+    sensor_size : (width, height)
+        Size of the part of the sensor that the image shows, in mm.
+    image_size : (columns, rows)
+        Size of the image in pixels.
+
+    Returns
+    -------
+    ndarray (2,)
+        Size of a pixel in x and y, in mm.
+
+    Raises
+    ------
+    ValueError
+        If a size is not positive, or one is upright and the other is not.
+
+    Examples
+    --------
+    >>> pixel_size_from_sensor((23.6, 15.8), (1936, 1296)).round(6)
+    array([0.01219 , 0.012191])
+    """
+    sensor = _validate.pair(sensor_size, "sensor_size", "mm")
+    image = _validate.image_size(image_size)
+    if (sensor[0] - sensor[1]) * (image[0] - image[1]) < 0:
+        raise ValueError(
+            f"a sensor of (width, height) = ({sensor[0]:g}, {sensor[1]:g}) mm and an"
+            f" image of (columns, rows) = ({image[0]:g}, {image[1]:g}) are turned"
+            " against each other: exchange one of them; image.shape is (rows, columns)"
+        )
+    return sensor / image
+
+
+def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
+    """Matrix that turns photo coordinates (x, y, 1) into the image vector.
+
+    Parameters
+    ----------
+    c : float
+        Principal distance in mm, positive.
+    x0, y0 : float
+        Principal point in the photo frame, in mm.
+
+    Returns
+    -------
+    ndarray (3, 3)
+        ``interior_matrix(c, x0, y0) @ (x, y, 1)`` is (x - x0, y - y0, -c), in mm: the
+        ray from the perspective centre to the image point.
+
+    References
+    ----------
+    Muliawan 2013, (2.1), with f for the principal distance c.
+
+    Examples
+    --------
+    >>> interior_matrix(35.0, 0.1, -0.2) @ (1.1, 0.8, 1.0)
+    array([  1.,   1., -35.])
+    """
+    c = float(_validate.positive(_validate.number(c, "c"), "c", "mm"))
+    x0, y0 = _validate.number(x0, "x0"), _validate.number(y0, "y0")
+    return np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, -c]])
+
+
+def scale_number(
+    flying_height: ArrayLike, principal_distance: ArrayLike
+) -> np.ndarray | float:
+    """Scale number H / c of a vertical photo of level ground.
+
+    The image scale is 1 : scale number. In a tilted photo, or over hilly ground, the
+    scale changes from point to point and this is only its mean.
+
+    Parameters
+    ----------
+    flying_height : array_like
+        Height H of the perspective centre above the ground, in m.
+    principal_distance : array_like
+        Principal distance c, in mm; broadcasts against the height.
+
+    Returns
+    -------
+    float or ndarray
+        Metres on the ground for each metre in the photo.
+
+    References
+    ----------
+    Harintaka 2020, H/f in "Hasil dan Pembahasan".
+
+    Examples
+    --------
+    >>> print(f"1 : {scale_number(1000.0, 24.0):.0f}")
+    1 : 41667
+    """
+    height = _validate.positive(flying_height, "flying_height", "m")
+    c = _validate.positive(principal_distance, "principal_distance", "mm")
+    return height / (c / 1000)
+
+
+def ground_sampling_distance(
+    pixel_size: ArrayLike, flying_height: ArrayLike, principal_distance: ArrayLike
+) -> np.ndarray | float:
+    """Size of a pixel on level ground (ground sampling distance, GSD).
+
+    Parameters
+    ----------
+    pixel_size : array_like
+        Size of a pixel on the sensor, in mm.
+    flying_height : array_like
+        Height above the ground, in m.
+    principal_distance : array_like
+        Principal distance, in mm. All three broadcast against each other.
+
+    Returns
+    -------
+    float or ndarray
+        Ground sampling distance, in m.
+
+    References
+    ----------
+    Harintaka 2020, "Metode": GSD = pixel size times H/f.
+
+    Examples
+    --------
+    >>> print(f"{ground_sampling_distance(0.00549, 1000.0, 24.0):.3f} m")
+    0.229 m
+    """
+    size = _validate.positive(pixel_size, "pixel_size", "mm")
+    return size / 1000 * scale_number(flying_height, principal_distance)
+
+
+def flying_height(
+    gsd: ArrayLike, pixel_size: ArrayLike, principal_distance: ArrayLike
+) -> np.ndarray | float:
+    """Height above level ground that gives a wanted ground sampling distance.
+
+    Parameters
+    ----------
+    gsd : array_like
+        Ground sampling distance, in m.
+    pixel_size : array_like
+        Size of a pixel on the sensor, in mm.
+    principal_distance : array_like
+        Principal distance, in mm. All three broadcast against each other.
+
+    Returns
+    -------
+    float or ndarray
+        Flying height above the ground, in m.
+
+    Examples
+    --------
+    >>> print(f"{flying_height(0.20, 0.00549, 24.0):.1f} m")
+    874.3 m
+    """
+    distance = _validate.positive(gsd, "gsd", "m")
+    size = _validate.positive(pixel_size, "pixel_size", "mm")
+    c = _validate.positive(principal_distance, "principal_distance", "mm")
+    return distance * c / size

@@ -1,0 +1,115 @@
+"""The ledger of verdicts on published numbers: ``data/audit.csv`` as table and figure.
+
+A row names chapter, source, place, kind (number, equation, program, statement), what is
+printed, what is obtained, the verdict (reproduced, corrected, not derivable), the cause
+of a defect (author, scan, unclear) and the test under ``tests/audit`` that proves it.
+"""
+
+from collections.abc import Collection
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from pgm_lab import datasets, plot
+
+VERDICTS = {
+    "reproduced": (plot.BLUE, "white"),
+    "corrected": (plot.ORANGE, "black"),
+    "not derivable": (plot.GREY, "white"),
+}
+
+
+def verdicts(
+    chapter: str | None = None, places: Collection[str] | None = None
+) -> list[dict[str, str]]:
+    """Rows of the ledger, of one chapter or of some places in the sources.
+
+    Parameters
+    ----------
+    chapter : str, optional
+        Number of the chapter, for example "1" or "A1".
+    places : collection of str, optional
+        Places as written in the ledger.
+
+    Raises
+    ------
+    ValueError
+        If no row is of that chapter, or a place does not occur.
+
+    Examples
+    --------
+    >>> verdicts("1", places=["Metode, GSD"])[0]["verdict"]
+    'corrected'
+    """
+    found = [r for r in datasets.rows("audit.csv") if chapter in (None, r["chapter"])]
+    if not found:
+        raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
+    if places is None:
+        return found
+    missing = set(places) - {row["place"] for row in found}
+    if missing:
+        raise ValueError(f"the ledger has no such place: {', '.join(sorted(missing))}")
+    return [row for row in found if row["place"] in places]
+
+
+def table(rows: list[dict[str, str]], caption: str) -> None:
+    """Show verdicts as a table in the notebook."""
+    plot.table(
+        ["source", "place", "printed", "what we get", "verdict", "cause"],
+        [
+            [
+                r[k]
+                for k in ("source", "place", "printed", "obtained", "verdict", "cause")
+            ]
+            for r in rows
+        ],
+        caption,
+    )
+
+
+def figure(rows: list[dict[str, str]]) -> Figure:
+    """Draw how many verdicts of each kind each source has.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        To be shown with `plot.show`; `summary` gives the words for it.
+    """
+    sources = _by_year(rows)[::-1]
+    fig, ax = plt.subplots(figsize=(10, 3.2))
+    left = [0] * len(sources)
+    for verdict, (colour, ink) in VERDICTS.items():
+        count = [_count(rows, source, verdict) for source in sources]
+        bars = ax.barh(sources, count, left=left, color=colour, label=verdict)
+        numbers = [str(n) if n else "" for n in count]
+        ax.bar_label(bars, numbers, label_type="center", color=ink, weight="bold")
+        left = [a + b for a, b in zip(left, count)]
+    ax.set(xlabel="number of verdicts so far")
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.grid(axis="y", visible=False)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+    return fig
+
+
+def summary(rows: list[dict[str, str]]) -> str:
+    """Say in words what `figure` shows.
+
+    Examples
+    --------
+    >>> summary(verdicts("1", places=["Metode, GSD"]))
+    'Harintaka 2020: 0 reproduced, 1 corrected, 0 not derivable.'
+    """
+    lines = []
+    for source in _by_year(rows):
+        counts = (f"{_count(rows, source, verdict)} {verdict}" for verdict in VERDICTS)
+        lines.append(f"{source}: {', '.join(counts)}")
+    return "; ".join(lines) + "."
+
+
+def _by_year(rows: list[dict[str, str]]) -> list[str]:
+    return sorted({row["source"] for row in rows}, key=lambda source: source[-4:])
+
+
+def _count(rows: list[dict[str, str]], source: str, verdict: str) -> int:
+    return sum(row["source"] == source and row["verdict"] == verdict for row in rows)

@@ -1,0 +1,93 @@
+"""Command line: ``python -m publish slides|handouts|student [NAME ...]``."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from publish.errors import PublishError
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Publish and say what was written; return 1 if something was wrong."""
+    parser = argparse.ArgumentParser(prog="python -m publish", description=__doc__)
+    parser.add_argument("what", choices=["slides", "handouts", "student"])
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="01 or 01_pixel_to_photo; all if none"
+    )
+    parser.add_argument("--notebooks", type=Path, default=ROOT / "notebooks")
+    parser.add_argument("--build", type=Path, default=ROOT / "build")
+    options = parser.parse_args(arguments)
+    try:
+        notebooks = choose(options.notebooks, options.names)
+        for path in PUBLISHERS[options.what](notebooks, options.build):
+            print(path)
+    except (PublishError, ValueError) as error:
+        print(f"publish: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def choose(folder: Path, names: list[str]) -> list[Path]:
+    """Return the notebooks of these names, or all; a name may be the number only."""
+    chapters = sorted(Path(folder).glob("[0-9A-Z]*.ipynb"))
+    if not chapters:
+        raise PublishError(f"there is no notebook in {folder}.")
+    chosen = []
+    for wanted in names:
+        stem = Path(wanted).name.removesuffix(".ipynb")
+        matches = [p for p in chapters if stem in (p.stem, p.stem.split("_")[0])]
+        if not matches:
+            known = ", ".join(path.stem for path in chapters)
+            raise PublishError(f"no notebook is called {wanted!r}; there are: {known}.")
+        chosen += matches
+    return chosen or chapters
+
+
+def slides(notebooks: list[Path], build: Path):
+    """Write ``build/slides/*.html``; yield each path as it is done."""
+    from publish.page import slides_page
+
+    for notebook in notebooks:
+        page = slides_page(notebook).encode("utf-8")
+        yield _write(build / "slides" / f"{notebook.stem}.html", page)
+
+
+def handouts(notebooks: list[Path], build: Path):
+    """Write ``build/handouts/*.pdf``; yield each path as it is done."""
+    from publish.page import handout_page
+
+    try:
+        from publish.browser import open_browser
+        from publish.handouts import print_pdf
+    except ModuleNotFoundError as error:
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what publishing needs with: pip install -e ".[publish]"'
+        ) from error
+
+    pages = {notebook.stem: handout_page(notebook) for notebook in notebooks}
+    with open_browser() as browser:
+        for name, page in pages.items():
+            pdf = print_pdf(browser, page)
+            yield _write(build / "handouts" / f"{name}.pdf", pdf)
+
+
+def student(notebooks: list[Path], build: Path):
+    """Write the student and the instructor copies; yield their paths."""
+    from publish.student import write_copies
+
+    yield from write_copies(notebooks, build)
+
+
+def _write(target: Path, content: bytes) -> Path:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(content)
+    return target
+
+
+PUBLISHERS = {"slides": slides, "handouts": handouts, "student": student}
+
+if __name__ == "__main__":
+    sys.exit(main())

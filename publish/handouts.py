@@ -1,0 +1,35 @@
+"""Print the handout page of a notebook to an A4 PDF."""
+
+import html
+
+from playwright.sync_api import Browser
+
+from publish.browser import offline_context
+
+_FOOTER = """\
+<div style="width: 100%; margin: 0 20mm; display: flex; font: 8pt sans-serif;
+            color: #4d5761; justify-content: space-between">
+  <span>{title}</span>
+  <span><span class="pageNumber"></span> / <span class="totalPages"></span></span>
+</div>"""
+
+
+def print_pdf(browser: Browser, content: str) -> bytes:
+    """Return the PDF of an HTML page, tagged and with an outline."""
+    context = offline_context(browser)
+    try:
+        page = context.new_page()
+        page.set_content(content)
+        page.wait_for_function("document.documentElement.dataset.ready")
+        return page.pdf(
+            format="A4",
+            margin={"top": "18mm", "bottom": "20mm", "left": "20mm", "right": "20mm"},
+            print_background=True,
+            display_header_footer=True,
+            header_template="<span></span>",
+            footer_template=_FOOTER.format(title=html.escape(page.title())),
+            tagged=True,
+            outline=True,
+        )
+    finally:
+        context.close()

@@ -1,0 +1,90 @@
+"""Turn a notebook into one HTML page that needs nothing else."""
+
+import copy
+from pathlib import Path
+
+import nbformat
+from mistune import import_plugin
+from nbconvert import HTMLExporter, SlidesExporter
+from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
+from nbformat import NotebookNode
+
+from publish import assets, prepare
+from publish.errors import PublishError
+from publish.selfcontained import embed_images, problems
+from publish.student import name
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+def slides_page(path: Path) -> str:
+    """Return the slides of a notebook as one self-contained HTML page."""
+    exporter = SlidesExporter(
+        template_name="pgm_slides", extra_template_basedirs=[str(TEMPLATES)]
+    )
+    return _page(exporter, path, prepare.for_slides, assets.slides_assets())
+
+
+def handout_page(path: Path) -> str:
+    """Return the handout of a notebook as one self-contained HTML page."""
+    exporter = HTMLExporter(
+        template_name="pgm_handout", extra_template_basedirs=[str(TEMPLATES)]
+    )
+    return _page(exporter, path, prepare.for_handouts, assets.handout_assets())
+
+
+def _page(exporter: HTMLExporter, path: Path, prepared, files: dict) -> str:
+    """Convert and check; a picture without alt text or out of reach is an error."""
+    exporter.register_filter("markdown2html", _markdown)
+    path = Path(path)
+    notebook = nbformat.read(path, as_version=4)
+    _refuse_unexecuted(path, notebook)
+    resources = {
+        "metadata": {"name": path.stem, "path": str(path.parent)},
+        "pgm": {"title": prepare.title(notebook), **files},
+    }
+    try:
+        # A copy, because nbconvert marks the cells of slides in place.
+        page, _ = exporter.from_notebook_node(
+            prepared(copy.deepcopy(notebook)), resources=resources
+        )
+    except ValueError as error:
+        raise PublishError(f"{path.name}, {error}") from error
+    page = embed_images(page, path.parent)
+    _refuse_problems(path, notebook, page)
+    return page
+
+
+def _markdown(source: str) -> str:
+    """Return HTML as nbconvert does, and tables in boxes and lists as Jupyter does."""
+    renderer = IPythonRenderer(escape=False, exclude_anchor_links=True)
+    plugins = [
+        *MarkdownWithMath.DEFAULT_PLUGINS,
+        "mistune.plugins.table.table_in_quote",
+        "mistune.plugins.table.table_in_list",
+    ]
+    markdown = MarkdownWithMath(renderer, plugins=map(import_plugin, plugins))
+    return markdown.render(source)
+
+
+def _refuse_unexecuted(path: Path, notebook: NotebookNode) -> None:
+    for cell in notebook.cells:
+        if cell.cell_type == "code" and cell.source and not cell.execution_count:
+            raise PublishError(
+                f"{path.name}, {name(cell)} has not been run, so its results would be "
+                "missing. Run and save the whole notebook first: make notebooks"
+            )
+
+
+def _refuse_problems(path: Path, notebook: NotebookNode, page: str) -> None:
+    cells = {cell.get("id"): cell for cell in notebook.cells}
+    lines = [
+        (f"{name(cells[cell])}: " if cell in cells else "") + text
+        for cell, text in problems(page)
+    ]
+    if lines:
+        raise PublishError(
+            "\n  ".join([f"{path.name} cannot be published:", *lines])
+            + "\nShow figures with pgm_lab.plot.show(fig, alt), and give pictures in "
+            "text an alternative text and a file beside the notebook: ![alt](file)."
+        )

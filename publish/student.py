@@ -1,0 +1,122 @@
+"""Student and instructor copies of a notebook.
+
+The notebook in ``notebooks/`` holds the worked solutions, between two marker lines
+
+    ### BEGIN SOLUTION
+    ### END SOLUTION
+
+inside a code cell, or in a whole cell tagged ``solution``. A student copy has neither.
+"""
+
+import copy
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import nbformat
+from nbformat import NotebookNode
+
+PLACEHOLDER = "...  # your code here"
+
+# Lenient on purpose: a marker in another spelling must not give a solution away.
+_MARKER = re.compile(r"^(\s*)#+\s*(BEGIN|END)\s+SOLUTION\b", re.IGNORECASE)
+
+
+def tags(cell: NotebookNode) -> list[str]:
+    """Return the tags of a cell; none is an empty list."""
+    return list(cell.metadata.get("tags", []))
+
+
+def student_copy(notebook: NotebookNode) -> NotebookNode:
+    """Return the notebook as a student gets it: nothing solved, nothing run.
+
+    Solution blocks become a placeholder, cells tagged ``solution`` go, and cells
+    tagged ``check`` may fail without stopping *Run All*. The input is not changed.
+
+    Raises
+    ------
+    ValueError
+        If a solution marker stands alone or outside a code cell.
+    """
+    result = blank_solutions(notebook)
+    result.metadata.pop("pgm_lab", None)
+    for cell in result.cells:
+        if cell.cell_type != "code":
+            continue
+        cell.outputs = []
+        cell.execution_count = None
+        cell.metadata.pop("execution", None)
+        if "check" in tags(cell) and "raises-exception" not in tags(cell):
+            cell.metadata["tags"] = [*tags(cell), "raises-exception"]
+    return result
+
+
+def instructor_copy(notebook: NotebookNode) -> NotebookNode:
+    """Return an equal copy of the notebook: solutions, checks and outputs stay."""
+    return copy.deepcopy(notebook)
+
+
+def blank_solutions(notebook: NotebookNode) -> NotebookNode:
+    """Return a copy without solutions; outputs and metadata stay as they are."""
+    result = copy.deepcopy(notebook)
+    result.cells = [cell for cell in result.cells if "solution" not in tags(cell)]
+    for cell in result.cells:
+        cell.source = _blank(cell)
+    return result
+
+
+def _blank(cell: NotebookNode) -> str:
+    """Return the source of one cell with each solution block as a placeholder."""
+    kept = []
+    inside = False
+    for line in cell.source.split("\n"):
+        marker = _MARKER.match(line)
+        if marker and cell.cell_type != "code":
+            raise ValueError(
+                f"{name(cell)}: solution markers work in code cells only; "
+                "tag this cell `solution` instead."
+            )
+        if marker:
+            begins = marker[2].upper() == "BEGIN"
+            if begins == inside:
+                raise ValueError(
+                    f"{name(cell)}: {line.strip()!r} has no partner; every "
+                    "'### BEGIN SOLUTION' needs one '### END SOLUTION' after it."
+                )
+            if begins:
+                kept.append(marker[1] + PLACEHOLDER)
+            inside = begins
+        elif not inside:
+            kept.append(line)
+    if inside:
+        raise ValueError(
+            f"{name(cell)}: a '### BEGIN SOLUTION' is never closed; "
+            "add '### END SOLUTION' after the solution."
+        )
+    return "\n".join(kept)
+
+
+def name(cell: NotebookNode) -> str:
+    """Name a cell by its id and its first line, so that an author finds it."""
+    first = cell.source.strip().split("\n", 1)[0]
+    return f"cell {cell.get('id', 'without id')} ({first[:50]!r})"
+
+
+def write_copies(notebooks: Iterable[Path], build: Path) -> list[Path]:
+    """Write ``build/student`` and ``build/instructor`` copies; return their paths."""
+    written = []
+    for path in notebooks:
+        notebook = nbformat.read(path, as_version=4)
+        for folder, make in (
+            ("student", student_copy),
+            ("instructor", instructor_copy),
+        ):
+            try:
+                result = make(notebook)
+            except ValueError as error:
+                raise ValueError(f"{path.name}, {error}") from error
+            target = Path(build) / folder / path.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            nbformat.write(result, target)
+            written.append(target)
+    return written

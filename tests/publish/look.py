@@ -1,0 +1,76 @@
+"""What the tests look at in a rendered page, for slides and handouts alike."""
+
+import re
+from importlib.resources import files
+
+AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text("utf-8")
+
+# A slide other than the first has no level-one heading: it is not a page.
+AXE_OPTIONS = {"rules": {"page-has-heading-one": {"enabled": False}}}
+
+
+def load_axe(page) -> None:
+    """Put axe-core into the page, once."""
+    if not page.evaluate("Boolean(window.axe)"):
+        page.evaluate(AXE)
+
+
+def axe_violations(page) -> list[str]:
+    """Say what axe-core finds in the page as it is shown now."""
+    result = page.evaluate("options => axe.run(document, options)", AXE_OPTIONS)
+    return [
+        f"{violation['id']}: {node['html'][:150]} {node.get('failureSummary', '')}"
+        for violation in result["violations"]
+        for node in violation["nodes"]
+    ]
+
+
+def overflow(page) -> int:
+    """Return by how many px the contents of the shown slide stick out."""
+    return page.evaluate(
+        """() => {
+            const slide = Reveal.getCurrentSlide();
+            return Math.max(slide.scrollHeight - slide.clientHeight,
+                            slide.scrollWidth - slide.clientWidth);
+        }"""
+    )
+
+
+def raw_markup(page) -> list[str]:
+    """Return TeX and table rules that a reader would see; code is neither."""
+    text = page.evaluate(
+        """() => {
+            const body = document.body.cloneNode(true);
+            const other = "mjx-container, pre, code, script, style";
+            body.querySelectorAll(other).forEach((element) => element.remove());
+            return body.textContent;
+        }"""
+    )
+    return re.findall(r"\$\$|\$[^$\n]+\$|\\[a-zA-Z]+.{0,20}|\|[ :]*-{2,}", text)
+
+
+def has_maths(cells) -> bool:
+    """Tell whether a text cell holds a formula."""
+    code = re.compile(r"```.*?```|`[^`]*`", re.DOTALL)
+    return any(
+        "$" in code.sub("", cell.source)
+        for cell in cells
+        if cell.cell_type == "markdown"
+    )
+
+
+def formulas(page) -> tuple[int, int]:
+    """Return the numbers of typeset formulas and of errors in them."""
+    return (
+        page.locator("mjx-container").count(),
+        page.locator("mjx-merror, [data-mml-node='merror']").count(),
+    )
+
+
+def bad_images(page) -> list[str]:
+    """Return the images that were not decoded or have no alternative text."""
+    return page.evaluate(
+        """() => [...document.images]
+            .filter((image) => !(image.naturalWidth > 0 && image.alt.trim()))
+            .map((image) => image.outerHTML.slice(0, 120))"""
+    )

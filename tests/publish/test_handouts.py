@@ -1,0 +1,143 @@
+"""The handouts of every chapter: A4, readable by machines, nothing cut off."""
+
+import pytest
+from look import (
+    axe_violations,
+    bad_images,
+    formulas,
+    has_maths,
+    load_axe,
+    raw_markup,
+)
+from pypdf import PdfReader
+
+from publish.page import handout_page
+from publish.prepare import for_handouts, title
+from publish.selfcontained import problems
+from publish.student import tags
+
+A4 = (595.28, 841.89)  # points
+COLUMN = 642  # px: 210 mm less two margins of 20 mm
+
+
+@pytest.fixture(scope="module")
+def pdf(handout_file):
+    return PdfReader(handout_file)
+
+
+@pytest.fixture(scope="module")
+def words(pdf):
+    """All text without its spaces, since a PDF keeps no spaces of its own."""
+    return "".join("".join(page.extract_text().split()) for page in pdf.pages)
+
+
+@pytest.fixture
+def page(watched, chapter):
+    """The page before printing, as wide as the column of text."""
+    watched.page.set_viewport_size({"width": COLUMN, "height": 900})
+    watched.page.emulate_media(media="print")
+    watched.page.set_content(handout_page(chapter))
+    watched.wait()
+    yield watched.page
+    assert watched.errors == []
+    assert watched.requests == []
+
+
+def shown_code(notebook) -> list[str]:
+    return [
+        cell.source
+        for cell in for_handouts(notebook).cells
+        if cell.cell_type == "code" and "hide-input" not in tags(cell)
+    ]
+
+
+def test_every_page_is_a4(pdf):
+    assert 1 <= len(pdf.pages) <= 60
+    for page in pdf.pages:
+        size = (float(page.mediabox.width), float(page.mediabox.height))
+        assert size == pytest.approx(A4, abs=1)
+
+
+def test_the_pdf_is_tagged_and_has_title_language_and_outline(pdf, notebook):
+    root = pdf.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"]
+    assert "/StructTreeRoot" in root
+    assert root["/Lang"] == "en"
+    assert pdf.metadata.title == title(notebook)
+    assert len(pdf.outline) > 0
+
+
+def test_every_figure_carries_its_text_into_the_pdf(pdf, notebook):
+    alts = {
+        output.metadata["image/png"]["alt"]
+        for cell in for_handouts(notebook).cells
+        for output in cell.get("outputs", [])
+        if "image/png" in output.get("data", {})
+    }
+    found = {
+        str(object_["/Alt"])
+        for number in range(1, pdf.trailer["/Size"])
+        if "/Alt" in (object_ := pdf.get_object(number) or {})
+    }
+    assert alts <= found
+
+
+def test_the_longest_line_of_code_is_printed_to_its_end(words, notebook):
+    lines = [line for cell in shown_code(notebook) for line in cell.split("\n")]
+    longest = max(lines, key=len, default="")
+    assert "".join(longest.split())[-25:] in words
+
+
+def test_nothing_is_cut_at_the_right_edge(page):
+    assert too_wide(page) == []
+
+
+def too_wide(page) -> list[str]:
+    return page.evaluate(
+        """column => [...document.querySelectorAll("main *")]
+            .filter((element) => !element.closest("svg, mjx-assistive-mml"))
+            .filter((element) =>
+                element.getBoundingClientRect().right > column + 1 ||
+                (element.clientWidth && element.scrollWidth > element.clientWidth + 1))
+            .map((element) => element.outerHTML.slice(0, 120))""",
+        COLUMN,
+    )
+
+
+def test_a_line_that_is_cut_is_found(page):
+    page.add_style_tag(content="pre { white-space: pre !important }")
+    page.evaluate(
+        """() => document.querySelector("main").insertAdjacentHTML(
+            "beforeend", "<pre>" + "long ".repeat(60) + "</pre>")"""
+    )
+    assert too_wide(page) != []
+
+
+def test_formulas_are_typeset(page, notebook):
+    count, errors = formulas(page)
+    assert errors == 0
+    assert (count > 0) == has_maths(for_handouts(notebook).cells)
+    assert raw_markup(page) == []
+
+
+def test_every_image_is_decoded_and_described(page):
+    assert bad_images(page) == []
+
+
+def test_images_are_in_the_pdf(pdf, page):
+    images = sum(len(p.images) for p in pdf.pages)
+    assert images >= page.locator("figure img").count()
+
+
+def test_no_accessibility_violation(page):
+    load_axe(page)
+    assert axe_violations(page) == []
+
+
+def test_no_notes_and_no_solutions(words, page, notebook):
+    assert "SOLUTION" not in words
+    assert page.locator("aside").count() == 0
+
+
+def test_the_page_is_self_contained(chapter):
+    assert problems(handout_page(chapter)) == []

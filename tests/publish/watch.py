@@ -1,0 +1,57 @@
+"""Publish a chapter as the command does, and watch the page in the browser."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from publish.__main__ import ROOT
+
+
+class Watched:
+    """A page, what it asked for beyond the file itself, and its errors."""
+
+    def __init__(self, context):
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        self.page = context.new_page()
+        self.page.on("request", self._note)
+        self.page.on("requestfailed", lambda request: self.errors.append(request.url))
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.on("console", self._listen)
+
+    def _note(self, request):
+        if not request.url.startswith(("data:", "about:", "blob:")):
+            self.requests.append(request.url)
+
+    def _listen(self, message):
+        if message.type in ("error", "warning"):
+            self.errors.append(message.text)
+
+    def wait(self):
+        """Wait until formulas are set and, in slides, reveal.js has started."""
+        self.page.wait_for_function("document.documentElement.dataset.ready")
+
+
+def published(what: str, chapter: Path, build: Path) -> Path:
+    """Publish one chapter by the command; return what it wrote."""
+    before = chapter.read_bytes()
+    command = [sys.executable, "-m", "publish", what, chapter.stem]
+    folders = ["--notebooks", str(chapter.parent), "--build", str(build)]
+    result = subprocess.run(command + folders, cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert chapter.read_bytes() == before, "publishing changed the notebook"
+    (written,) = (build / what).iterdir()
+    return written
+
+
+def each_slide(page):
+    """Go through the slides; yield their numbers, from 1."""
+    for index in range(page.evaluate("Reveal.getTotalSlides()")):
+        page.evaluate(
+            """index => {
+                const { h, v } = Reveal.getIndices(Reveal.getSlides()[index]);
+                Reveal.slide(h, v);
+            }""",
+            index,
+        )
+        yield index + 1

@@ -1,0 +1,187 @@
+"""Exercise feedback: right answers pass, and each slip is named in plain words."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import checks, datasets, frames, image
+from pgm_lab.checks import CheckFailed, chapter1
+
+
+def test_right_answers_pass(capsys):
+    chapter1.corner((11.8, -7.9))
+    chapter1.pixel_to_photo(frames.pixel_to_photo)
+    chapter1.photo_to_pixel(frames.photo_to_pixel)
+    chapter1.flying_height(lambda gsd, um, c: gsd * c / um * 1000)
+    chapter1.centroid(lambda w, b: image.centroid(w, b, sigma=1.0).position)
+    assert capsys.readouterr().out.count("✓") == 5
+
+
+def photo(pixels, size, px, centre=0.5, y=-1, factor=1.0, swap=False):
+    """pixel_to_photo with a slip."""
+    size = np.array(size)[::-1] if swap else np.array(size)
+    return (pixels - (size / 2 - centre)) * np.array(px) * (1, y) * factor
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        ({"y": 1}, "y axis is flipped"),
+        ({"centre": 0.0}, "half a pixel off"),
+        ({"centre": 1.0}, "half a pixel off"),
+        ({"factor": 1e-3}, "units are not millimetres"),
+        ({"factor": 1e3}, "units are not millimetres"),
+        ({"factor": 2.0}, "not one pixel size long"),
+        ({"swap": True}, "columns and rows exchanged"),
+    ],
+)
+def test_slip_in_pixel_to_photo_is_named(slip, hint):
+    def my_pixel_to_photo(pixels, size, px):
+        return photo(pixels, size, px, **slip)
+
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.pixel_to_photo(my_pixel_to_photo)
+
+
+def test_two_slips_are_both_named():
+    with pytest.raises(CheckFailed, match="half a pixel off.*y axis is flipped"):
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x, centre=0.0, y=1))
+
+
+def test_flipped_x_and_exchanged_pixel_sizes_are_named():
+    with pytest.raises(CheckFailed, match="step to the right must make x greater"):
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x) * (-1, 1))
+    with pytest.raises(CheckFailed, match="not one pixel size long in x and in y"):
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x[::-1]))
+
+
+def pixel(photo, size, px, y=-1, shift=0.0):
+    """photo_to_pixel with a slip."""
+    return photo / px * (1, y) + np.array(size) / 2 - 0.5 + shift
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        ({"y": 1}, r"rows come back mirrored: this is \(2.5b\)"),
+        ({"shift": 0.5}, "half a pixel off"),
+        ({"shift": 3.0}, "does not end where it began"),
+    ],
+)
+def test_slip_in_photo_to_pixel_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.photo_to_pixel(lambda f, s, p: pixel(f, s, p, **slip))
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda g, um, c: g * c / um, r"power of ten \(10\^-3\)"),
+        (lambda g, um, c: g * um / c * 1000, "twice the principal distance"),
+        (lambda g, um, c: c / (g * um), "twice the ground sampling distance"),
+        (lambda g, um, c: 2 * g * c / um * 1000, "does not follow from GSD"),
+    ],
+)
+def test_slip_in_the_flying_height_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.flying_height(function)
+
+
+def weighted(window, background, first=0, swap=False, power=1):
+    """Centroid with a slip."""
+    rows, columns = np.indices(window.shape) + first
+    weight = (window - background) ** power
+    answer = np.array([(columns * weight).sum(), (rows * weight).sum()]) / weight.sum()
+    return answer[::-1] if swap else answer
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda w, b: weighted(w, 0.0), "background is still in"),
+        (lambda w, b: weighted(w, b, first=1), "one pixel off"),
+        (lambda w, b: weighted(w, b, swap=True), "row and column are exchanged"),
+        (lambda w, b: weighted(w, b) + 0.3, "missed by up to 0.30 px"),
+    ],
+)
+def test_slip_in_the_centroid_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.centroid(slip)
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        ((-11.8, -7.9), "right of the centre"),
+        ((11.8, 7.9), "below the centre"),
+        ((11.793905, -7.893904), "centre of the last pixel"),
+        ((12.0, -8.0), "does not end there"),
+        (..., "returns nothing yet"),
+    ],
+)
+def test_slip_in_the_corner_is_named(answer, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.corner(answer)
+
+
+def stop(*arguments):
+    raise ZeroDivisionError("oops")
+
+
+def change(pixels, size, px):
+    pixels += 1
+    return pixels
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *a: None, "returns nothing yet"),
+        (lambda *a: ..., "returns nothing yet"),
+        (..., "is not a function yet"),
+        (lambda *a: "text", "must return numbers, not str"),
+        (lambda *a: [1.0, 2.0], r"must return an array of shape \(4, 2\)"),
+        (stop, "stopped with ZeroDivisionError: oops"),
+        (change, "changes its input"),
+    ],
+)
+def test_unfinished_function_gets_a_plain_message(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.pixel_to_photo(function)
+
+
+def test_message_never_shows_the_answer():
+    with pytest.raises(CheckFailed) as failed:
+        chapter1.corner((1.0, -1.0))
+    assert "11.8" not in str(failed.value) and "7.9" not in str(failed.value)
+
+
+def test_notebook_shows_the_message_without_a_traceback():
+    assert CheckFailed("so and so")._render_traceback_() == ["✗ so and so"]
+
+
+QUESTIONS = datasets.rows("questions.csv")
+
+
+def test_every_question_has_exactly_one_right_choice_and_feedback_for_all():
+    for number in {row["question"] for row in QUESTIONS}:
+        choices = [row for row in QUESTIONS if row["question"] == number]
+        assert [row["right"] for row in choices].count("yes") == 1
+        assert [row["choice"] for row in choices] == list("abcd")[: len(choices)]
+        assert all(row["feedback"] for row in choices)
+
+
+@pytest.mark.parametrize("row", QUESTIONS, ids=lambda r: r["question"] + r["choice"])
+def test_choice_gets_its_feedback(row, capsys):
+    if row["right"] == "yes":
+        checks.question(row["question"], row["choice"].upper() + " ")
+        assert row["feedback"] in capsys.readouterr().out
+    else:
+        with pytest.raises(CheckFailed, match=row["feedback"][:20]):
+            checks.question(row["question"], row["choice"])
+
+
+def test_unanswered_and_unknown_questions():
+    with pytest.raises(CheckFailed, match="choose one of a, b, c"):
+        checks.question("1.1", ...)
+    with pytest.raises(ValueError, match="no question 99"):
+        checks.question("99", "a")

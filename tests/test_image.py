@@ -1,0 +1,170 @@
+"""Centroid: exact truth, an independent program, and covariance against simulation.
+
+What this does not prove: anything about targets seen at an angle, uneven lighting or
+correlated noise.
+"""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage, stats
+
+from pgm_lab import image, simulate
+
+OFFSET = st.floats(-0.5, 0.5)
+
+
+@given(OFFSET, OFFSET, st.floats(4.0, 12.0))
+def test_finds_the_true_centre_of_a_target_without_noise(dx, dy, diameter):
+    truth = (12 + dx, 10 + dy)
+    window = simulate.target(truth, diameter, shape=(21, 25))
+    found = image.centroid(window, background=40.0, sigma=1.0)
+    np.testing.assert_allclose(found.position, truth, rtol=0, atol=2e-5)
+    assert found.status == "ok"
+
+
+@given(st.integers(0, 6), st.integers(0, 6), st.floats(0.1, 10.0))
+def test_moves_with_the_window_and_does_not_depend_on_gain(rows, columns, gain):
+    window = simulate.target((8.3, 9.1), diameter=6.0, shape=(19, 19))
+    moved = np.pad(window, ((rows, 0), (columns, 0)), constant_values=40.0)
+    still = image.centroid(window, background=40.0, sigma=1.0)
+    found = image.centroid(gain * moved, background=gain * 40.0, sigma=gain)
+    np.testing.assert_allclose(
+        found.position, still.position + (columns, rows), rtol=0, atol=1e-10
+    )
+
+
+def test_dark_target_is_the_mirror_of_a_bright_one():
+    bright = simulate.target((10.2, 9.6))
+    dark = image.centroid(240.0 - bright, sigma=2.0, dark=True)
+    expected = image.centroid(bright, sigma=2.0)
+    np.testing.assert_allclose(dark.position, expected.position, atol=1e-12)
+    np.testing.assert_allclose(dark.covariance, expected.covariance, atol=1e-15)
+
+
+def test_agrees_with_the_moments_of_opencv_and_scipy():
+    window = simulate.photograph(simulate.target((9.7, 11.2)), noise=4.0, seed=3)
+    found = image.centroid(window, background=40.0, sigma=4.0).position
+    moments = cv2.moments(window - 40.0)
+    opencv = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
+    np.testing.assert_allclose(found, opencv, rtol=0, atol=1e-10)
+    scipy = ndimage.center_of_mass(window - 40.0)[::-1]
+    np.testing.assert_allclose(found, scipy, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("background", [None, 40.0])
+@pytest.mark.parametrize(
+    ("threshold", "dark"), [(0.0, False), (40.0, False), (0, True)]
+)
+def test_covariance_is_error_propagation_by_finite_differences(
+    background, threshold, dark
+):
+    window = simulate.target((10.3, 9.8), diameter=7.0)
+    if dark:
+        window = 80.0 - window
+    options = {"background": background, "threshold": threshold, "dark": dark}
+
+    def position(grey):
+        return image.centroid(grey, sigma=1.0, **options).position
+
+    step = 1e-4
+    jacobian = np.zeros((2, window.size))
+    for k in range(window.size):
+        change = np.zeros(window.size)
+        change[k] = step
+        change = change.reshape(window.shape)
+        jacobian[:, k] = (position(window + change) - position(window - change)) / (
+            2 * step
+        )
+    found = image.centroid(window, sigma=3.0, **options).covariance
+    np.testing.assert_allclose(found, 9.0 * jacobian @ jacobian.T, rtol=1e-5, atol=1e-9)
+
+
+def _normalised_errors(noise, threshold, n, seed):
+    """Squared Mahalanobis distances between found and true centres."""
+    truth = 10 + np.random.default_rng(seed).uniform(-0.5, 0.5, (n, 2))
+    windows = simulate.target(truth, diameter=9.0)
+    windows = simulate.photograph(windows, noise, seed + 1)
+    found = image.centroid(windows, sigma=noise, threshold=threshold)
+    error = found.position - truth
+    weight = np.linalg.inv(found.covariance)
+    return np.einsum("ni,nij,nj->n", error, weight, error)
+
+
+@pytest.mark.parametrize("noise", [1.0, 5.0])
+def test_covariance_agrees_with_simulated_errors(noise):
+    # The sum is chi-square with 2n degrees of freedom; false alarm 1 in 1000
+    n = 1500
+    total = _normalised_errors(noise, threshold=0.0, n=n, seed=51).sum()
+    low, high = stats.chi2.ppf([0.0005, 0.9995], 2 * n)
+    assert low < total < high
+
+
+def test_covariance_with_a_threshold_of_three_sigma_is_right_to_thirty_per_cent():
+    # The covariance leaves out that the threshold selects pixels by their noise
+    mean = _normalised_errors(5.0, threshold=15.0, n=1500, seed=61).mean() / 2
+    assert 0.77 < mean < 1.3
+
+
+def test_noise_is_estimated_from_the_ring_of_border_pixels():
+    window = simulate.photograph(simulate.target(np.full((400, 2), 10.0)), 4.0, seed=8)
+    sigma = image.centroid(window).sigma
+    # 80 ring pixels give a standard deviation to 8 per cent, 400 windows to 0.4
+    assert np.sqrt(np.mean(sigma**2)) == pytest.approx(4.0, rel=0.02)
+
+
+def test_one_window_and_a_stack_give_the_same():
+    truth = np.array([[[10.2, 9.5], [9.4, 10.1]], [[10, 10], [11.5, 8.8]]])
+    windows = simulate.photograph(simulate.target(truth), 2.0, seed=5)
+    stack = image.centroid(windows)
+    assert stack.position.shape == (2, 2, 2)
+    assert stack.covariance.shape == (2, 2, 2, 2)
+    one = image.centroid(windows[1, 0])
+    np.testing.assert_allclose(one.position, stack.position[1, 0], rtol=1e-14)
+    np.testing.assert_allclose(one.covariance, stack.covariance[1, 0], rtol=1e-12)
+
+
+def test_input_is_not_changed():
+    window = simulate.target((10.0, 10.0))
+    before = window.copy()
+    image.centroid(window, threshold=5.0)
+    np.testing.assert_array_equal(window, before)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0])
+def test_flat_window_is_named_and_has_no_position(noise):
+    window = simulate.photograph(np.full((21, 21), 90.0), noise, seed=4)
+    found = image.centroid(window)
+    assert found.status == "flat"
+    assert np.all(np.isnan(found.position))
+
+
+@pytest.mark.parametrize("centre", [(1.0, 10.0), (10.0, 18.5)])
+def test_target_cut_by_the_border_is_named(centre):
+    window = simulate.photograph(simulate.target(centre), 2.0, seed=2)
+    found = image.centroid(window)
+    assert found.status == "border"
+    assert np.all(np.isnan(found.position))
+
+
+def test_whole_target_in_strong_noise_is_not_called_cut():
+    windows = simulate.target(np.full((300, 2), 10.0), diameter=8.0)
+    status = image.centroid(simulate.photograph(windows, 12.0, seed=9), threshold=36.0)
+    assert np.mean(status.status == "ok") == 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"window": np.zeros((2, 5))}, "at least 3 x 3 pixels"),
+        ({"window": np.zeros(9)}, "rows, columns"),
+        ({"window": np.full((5, 5), np.nan)}, "not a finite number"),
+        ({"window": np.zeros((5, 5)), "sigma": -1.0}, "sigma must not be negative"),
+        ({"window": np.zeros((5, 5)), "sigma": np.nan}, "sigma must not be negative"),
+    ],
+)
+def test_bad_input_says_what_was_expected(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        image.centroid(**arguments)

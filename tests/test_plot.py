@@ -1,0 +1,73 @@
+"""Figures and tables: what reaches the notebook."""
+
+import base64
+
+import cv2
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from pgm_lab import plot
+
+
+@pytest.fixture
+def published(monkeypatch):
+    """Collect what would be shown."""
+    shown = []
+    monkeypatch.setattr(
+        plot, "publish_display_data", lambda *parts: shown.append(parts)
+    )
+    return shown
+
+
+def test_figure_carries_its_alt_text_and_is_closed(published):
+    fig = plt.figure(figsize=(5, 3))
+    plot.show(fig, "A point & a line.", dpi=50)
+    data, metadata = published[0]
+    assert data["text/plain"] == "A point & a line."
+    assert metadata["image/png"] == {"alt": "A point & a line.", "width": 480}
+    coded = np.frombuffer(base64.b64decode(data["image/png"]), np.uint8)
+    assert cv2.imdecode(coded, cv2.IMREAD_COLOR).shape == (150, 250, 3)
+    assert not plt.fignum_exists(fig.number)
+
+
+def test_figure_without_alt_text_is_refused(published):
+    fig = plt.figure()
+    with pytest.raises(ValueError, match="alt must say in words"):
+        plot.show(fig, " ")
+    plt.close(fig)
+    assert not published
+
+
+def test_table_has_a_caption_heads_and_escaped_cells(published):
+    plot.table(["point", "x (mm)"], [["A<B", 1.5], ["C", "2"]], "Two points")
+    (data,) = published[0]
+    assert "<caption>Two points</caption>" in data["text/html"]
+    assert '<th scope="col">x (mm)</th>' in data["text/html"]
+    assert '<th scope="row">A&lt;B</th><td>1.5</td>' in data["text/html"]
+    assert data["text/plain"] == "Two points\npoint  x (mm)\nA<B    1.5\nC      2"
+
+
+def test_table_with_a_short_row_is_refused(published):
+    with pytest.raises(ValueError, match="row 1 has 1 cells, the header has 2"):
+        plot.table(["a", "b"], [[1, 2], [3]], "Short")
+
+
+def test_error_ellipse_holds_the_stated_share_of_points():
+    covariance = np.array([[4.0, 1.5], [1.5, 1.0]])
+    fig, ax = plt.subplots()
+    ellipse = plot.error_ellipse(ax, (2.0, -1.0), covariance, probability=0.9)
+    points = multivariate_normal((2.0, -1.0), covariance, seed=3).rvs(20_000)
+    inside = ellipse.get_path().contains_points(
+        ellipse.get_patch_transform().inverted().transform(points)
+    )
+    plt.close(fig)
+    # 20,000 points give the share to 0.2 per cent; four of them
+    assert inside.mean() == pytest.approx(0.9, abs=0.009)
+
+
+def test_palette_is_told_apart_by_its_lightness_too():
+    colours = plt.matplotlib.colors.to_rgba_array([plot.BLUE, plot.RED, plot.YELLOW])
+    lightness = colours[:, :3] @ (0.2126, 0.7152, 0.0722)
+    assert np.all(np.diff(lightness) > 0.05)

@@ -1,0 +1,150 @@
+"""Student copies: nothing given away, and an unsolved chapter still runs."""
+
+import copy
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
+
+from publish.student import (
+    instructor_copy,
+    student_copy,
+    tags,
+    write_copies,
+)
+
+NOTEBOOKS = sorted(
+    (Path(__file__).resolve().parents[1] / "notebooks").glob("[0-9A-Z]*.ipynb")
+)
+
+EXERCISE = """\
+def double(x):
+    ### BEGIN SOLUTION
+    secret = 2 * x
+    return secret
+    ### END SOLUTION
+
+
+print("done")"""
+
+
+def notebook(*sources: str) -> nbformat.NotebookNode:
+    """Return a small solved notebook; `sources` replace its exercise cell."""
+    output = new_output("stream", text="done\n")
+    exercises = [
+        new_code_cell(source, metadata={"tags": ["exercise"]})
+        for source in sources or [EXERCISE]
+    ]
+    exercises[0].outputs = [output]
+    exercises[0].execution_count = 1
+    return new_notebook(
+        metadata={"pgm_lab": {"code_sha256": "0" * 64}},
+        cells=[
+            new_markdown_cell("# 1 · Double it"),
+            *exercises,
+            new_code_cell("assert double(2) == 4", metadata={"tags": ["check"]}),
+            new_markdown_cell("Because secret.", metadata={"tags": ["solution"]}),
+        ],
+    )
+
+
+def test_a_solution_block_becomes_a_placeholder():
+    source = student_copy(notebook()).cells[1].source
+    assert source == ('def double(x):\n    ...  # your code here\n\n\nprint("done")')
+
+
+def test_nothing_of_the_solution_is_left():
+    text = nbformat.writes(student_copy(notebook()))
+    for word in ("secret", "SOLUTION", "code_sha256"):
+        assert word not in text
+
+
+def test_nothing_was_run():
+    for cell in student_copy(notebook()).cells:
+        if cell.cell_type == "code":
+            assert cell.outputs == []
+            assert cell.execution_count is None
+
+
+def test_a_check_may_fail_in_the_student_copy_only():
+    source = notebook()
+    assert tags(student_copy(source).cells[2]) == ["check", "raises-exception"]
+    assert tags(source.cells[2]) == ["check"]
+
+
+def test_the_input_is_not_changed_and_the_instructor_keeps_all():
+    source = notebook()
+    before = copy.deepcopy(source)
+    student_copy(source)
+    assert instructor_copy(source) == source == before
+
+
+def test_two_blocks_and_other_spellings():
+    cell = "a = 1\n# begin solution\nb = 2\n###END SOLUTION\n" * 2
+    source = student_copy(notebook(cell)).cells[1].source
+    assert source.splitlines() == ["a = 1", "...  # your code here"] * 2
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "### BEGIN SOLUTION\nx = 1",
+        "x = 1\n### END SOLUTION",
+        "### BEGIN SOLUTION\n### BEGIN SOLUTION\n### END SOLUTION",
+    ],
+)
+def test_a_marker_without_partner_names_the_cell(source):
+    broken = notebook(source)
+    with pytest.raises(ValueError, match=broken.cells[1].id):
+        student_copy(broken)
+
+
+def test_a_marker_in_a_text_cell_is_refused():
+    broken = notebook()
+    broken.cells[0].source = "### BEGIN SOLUTION\n42\n### END SOLUTION"
+    with pytest.raises(ValueError, match="code cells only"):
+        student_copy(broken)
+
+
+def test_the_copies_are_written_and_the_original_stays(tmp_path):
+    path = tmp_path / "01_double.ipynb"
+    nbformat.write(notebook(), path)
+    before = path.read_bytes()
+    written = write_copies([path], tmp_path / "build")
+    assert [p.relative_to(tmp_path).as_posix() for p in written] == [
+        "build/student/01_double.ipynb",
+        "build/instructor/01_double.ipynb",
+    ]
+    assert path.read_bytes() == before
+    solved = nbformat.read(written[1], as_version=4)
+    assert solved == nbformat.read(path, as_version=4)
+
+
+def run(unsolved: nbformat.NotebookNode, folder: Path) -> None:
+    """Run every cell; a cell may fail only if it is tagged `raises-exception`."""
+    NotebookClient(
+        unsolved,
+        timeout=120,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(folder)}},
+    ).execute()
+
+
+def test_an_unsolved_copy_runs_past_its_checks(tmp_path):
+    unsolved = student_copy(notebook())
+    run(unsolved, tmp_path)
+    assert unsolved.cells[2].outputs[0].output_type == "error"
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_an_unsolved_chapter_runs_to_its_end(path):
+    unsolved = student_copy(nbformat.read(path, as_version=4))
+    assert "SOLUTION" not in nbformat.writes(unsolved)
+    run(unsolved, path.parent)
+    for cell in unsolved.cells:
+        for output in cell.get("outputs", []):
+            if output.output_type == "error":
+                assert "check" in tags(cell)
+                assert output.ename == "CheckFailed", "a check must say what is missing"

@@ -1,0 +1,1 @@
+"""Maintenance scripts of the workbook; readers of the chapters need none of them."""

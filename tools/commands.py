@@ -1,0 +1,190 @@
+"""What each task of tasks.py does; standard library only, .venv may not exist yet."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from tools.environment import ROOT, ensure, environment
+
+# Threads of the numerical libraries would fight the parallel test workers for cores.
+ONE_THREAD = {
+    name: "1"
+    for name in [
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+        "OPENCV_FOR_THREADS_NUM",
+    ]
+}
+
+# Kernels side by side would wait for each other at a shared history file, and newer
+# ones warn that a connection inside this machine is not encrypted.
+KERNEL_CONFIG = """\
+c = get_config()
+c.HistoryManager.enabled = False
+c.IPKernelApp.log_level = "ERROR"
+"""
+
+
+def lab(*arguments: str) -> int:
+    """Open the workbook in JupyterLab, in the reader's own copy in work/."""
+    python = ensure(".venv", "main")
+    code = run([python, "-m", "tools.work_copy"])
+    if code:
+        return code
+    command = [python, "-m", "jupyterlab", "00_start_here.ipynb", *arguments]
+    # In a container root is the only user; JupyterLab runs for it only when told to.
+    if hasattr(os, "geteuid") and os.geteuid() == 0:
+        command.append("--allow-root")
+    return run(command, cwd=ROOT / "work", replace=True)
+
+
+def test(*arguments: str) -> int:
+    """Check everything: style, unit tests, doctests, every notebook."""
+    python = ensure(".venv", "main")
+    for check in (["check"], ["format", "--check"]):
+        code = run([python, "-m", "ruff", *check, "--output-format=concise", "."])
+        if code:
+            return code
+    return run_tests(python, arguments)
+
+
+def test_oldest(*arguments: str) -> int:
+    """Run the tests with the oldest allowed versions, on Python 3.11."""
+    if sys.version_info[:2] != (3, 11):
+        older = shutil.which("python3.11")
+        if older is None:
+            print("test-oldest needs Python 3.11: python3.11 tasks.py test-oldest")
+            return 1
+        return run([older, "tasks.py", "test-oldest", *arguments])
+    return run_tests(ensure(".venv-oldest", "oldest"), arguments)
+
+
+def test_publish(*arguments: str) -> int:
+    """Test slides and handouts in a real browser, with its network cut."""
+    python = ensure(".venv", "main", "publish")
+    return run([python, "-m", "pytest", "tests/publish", *arguments], settings(python))
+
+
+def notebooks(*names: str) -> int:
+    """Execute every notebook, or the named ones, and store the outputs."""
+    python = ensure(".venv", "main")
+    return run([python, "-m", "tools.notebooks", *names], settings(python))
+
+
+def slides(*names: str) -> int:
+    """Make the slides, one self-contained HTML file a chapter, in build/slides."""
+    return run([ensure(".venv", "main", "publish"), "-m", "publish", "slides", *names])
+
+
+def handouts(*names: str) -> int:
+    """Make the handouts, one PDF a chapter, in build/handouts."""
+    python = ensure(".venv", "main", "publish")
+    return run([python, "-m", "publish", "handouts", *names])
+
+
+def student(*names: str) -> int:
+    """Make the copies for students and instructors, in build/."""
+    return run([ensure(".venv", "main"), "-m", "publish", "student", *names])
+
+
+def requirements(*arguments: str) -> int:
+    """Derive requirements*.txt and environment.yml from pyproject.toml."""
+    python = ensure(".venv", "main", "dev")
+    return run([python, "-m", "tools.requirements", *arguments])
+
+
+def benchmark(*arguments: str) -> int:
+    """Measure the times in tests/benchmarks."""
+    python = ensure(".venv", "main", "dev")
+    command = [python, "-m", "pytest", "tests/benchmarks", *arguments]
+    return run(command, settings(python))
+
+
+TASKS = {
+    "lab": lab,
+    "test": test,
+    "test-oldest": test_oldest,
+    "test-publish": test_publish,
+    "notebooks": notebooks,
+    "slides": slides,
+    "handouts": handouts,
+    "student": student,
+    "requirements": requirements,
+    "benchmark": benchmark,
+}
+
+
+def run_tests(python: Path, arguments: tuple[str, ...]) -> int:
+    """One pytest run over tests, doctests and notebooks, on up to four cores."""
+    workers = min(4, os.cpu_count() or 1)
+    command = [python, "-m", "pytest", "--nbval", "-n", workers, "--dist", "loadfile"]
+    # pytest-benchmark, where it is installed, cannot measure in parallel.
+    command += ["-q", "-p", "no:benchmark", *arguments]
+    return run(command, settings(python))
+
+
+def settings(python: Path) -> dict[str, str]:
+    """Environment variables that keep personal settings out of the outputs."""
+    private = python.parents[1] / "isolated"
+    profile = private / "ipython" / "profile_default"
+    profile.mkdir(parents=True, exist_ok=True)
+    (profile / "ipython_config.py").write_text(KERNEL_CONFIG, encoding="utf-8")
+    folders = {
+        "IPYTHONDIR": private / "ipython",
+        "JUPYTER_CONFIG_DIR": private / "jupyter",
+        "JUPYTER_DATA_DIR": private / "jupyter-data",
+        "MPLCONFIGDIR": private / "matplotlib",
+    }
+    return ONE_THREAD | {name: str(folder) for name, folder in folders.items()}
+
+
+def run(
+    command: list,
+    extra: dict[str, str] | None = None,
+    cwd: Path = ROOT,
+    replace: bool = False,
+) -> int:
+    """Run a command to its end and give its exit code.
+
+    Ctrl-C goes to the command, which knows best how to stop. With `replace` the
+    command takes the place of this process where the system can do that, so that
+    whoever stops this process stops the command.
+    """
+    command = [str(part) for part in command]
+    variables = environment(**(extra or {}))
+    if replace and os.name == "posix":
+        os.chdir(cwd)
+        os.execve(command[0], command, variables)
+    process = subprocess.Popen(command, cwd=cwd, env=variables)
+    while True:
+        try:
+            return process.wait()
+        except KeyboardInterrupt:
+            continue
+
+
+def main(arguments: list[str]) -> int:
+    """Run the task named first, with the arguments after it."""
+    if not arguments or arguments[0] not in TASKS:
+        if arguments and arguments[0] not in ("-h", "--help", "help"):
+            print(f"There is no task {arguments[0]!r}.\n")
+        print("python tasks.py NAME [arguments], or make NAME. The tasks:\n")
+        for name, task in TASKS.items():
+            print(f"  {name:13} {task.__doc__}")
+        return 0 if arguments[:1] in ([], ["-h"], ["--help"], ["help"]) else 2
+    try:
+        return TASKS[arguments[0]](*arguments[1:])
+    except KeyboardInterrupt:
+        return 130
+    except subprocess.CalledProcessError as error:
+        print(
+            f"\nThe environment could not be set up: {' '.join(error.cmd)}\n"
+            "failed, see the message above it. The first run needs the network; run "
+            "the task again to retry.",
+            file=sys.stderr,
+        )
+        return 1
