@@ -1,6 +1,7 @@
 """Turn a notebook into one HTML page that needs nothing else."""
 
 import copy
+import re
 from pathlib import Path
 
 import nbformat
@@ -64,7 +65,8 @@ def _markdown(source: str) -> str:
         "mistune.plugins.table.table_in_list",
     ]
     markdown = MarkdownWithMath(renderer, plugins=map(import_plugin, plugins))
-    return markdown.render(source)
+    # An empty corner of a table heads nothing.
+    return re.sub(r"<th\b[^>]*></th>", "<td></td>", markdown.render(source))
 
 
 def _refuse_unexecuted(path: Path, notebook: NotebookNode) -> None:

@@ -185,3 +185,10 @@ def test_unanswered_and_unknown_questions():
         checks.question("1.1", ...)
     with pytest.raises(ValueError, match="no question 99"):
         checks.question("99", "a")
+
+
+def test_all_questions_are_looked_at_before_the_wrong_ones_are_named(capsys):
+    with pytest.raises(CheckFailed, match=r"(?s)question 1.1.*question 1.3") as failed:
+        checks.questions("1", ["a", "b", "", "a", "c"])
+    assert "question 1.2" not in str(failed.value)
+    assert capsys.readouterr().out.count("✓") == 3

@@ -127,3 +127,28 @@ def question(number: str, choice: str) -> None:
     if row["right"] != "yes":
         raise CheckFailed(f"question {number}: {row['feedback']}")
     print(f"✓ question {number}: {row['feedback']}")
+
+
+def questions(chapter: str, choices: Iterable[str]) -> None:
+    """Answer the quick questions of a chapter; each choice gets its feedback.
+
+    Parameters
+    ----------
+    chapter : str
+        Number of the chapter, for example "1".
+    choices : iterable of str
+        A letter for each question, in their order.
+
+    Raises
+    ------
+    CheckFailed
+        If a choice is wrong or missing; all questions are looked at first.
+    """
+    failed = []
+    for number, choice in enumerate(choices, start=1):
+        try:
+            question(f"{chapter}.{number}", choice)
+        except CheckFailed as wrong:
+            failed.append(str(wrong))
+    if failed:
+        raise CheckFailed("\n✗ ".join(failed))

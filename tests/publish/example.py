@@ -43,9 +43,9 @@ CONVENTIONS = r"""## Axes and signs
 
 > **In a box, too**
 >
-> | here | elsewhere |
-> |---|---|
-> | centres | corners |
+> | | here | elsewhere |
+> |---|---|---|
+> | integers | at centres | at corners $c$. |
 
 > **Conventions.** The origin is the centre of the top-left pixel; integers are pixel
 > *centres*. Call `pixel_to_photo(pixels, image_size, pixel_size)`."""
