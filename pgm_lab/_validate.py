@@ -61,6 +61,21 @@ def image_size(size: ArrayLike) -> np.ndarray:
     return array
 
 
+def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
+    """Refuse an image size that holds the pixels only with rows for columns."""
+
+    def fit(size):
+        return np.all((pixels >= -0.5) & (pixels <= size - 0.5))
+
+    if not fit(size) and fit(size[::-1]):
+        columns, rows = size.astype(int)
+        raise ValueError(
+            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
+            " inside one with the two exchanged: image_size must be (columns, rows),"
+            " and image.shape is (rows, columns)"
+        )
+
+
 def number(value: ArrayLike, name: str) -> float:
     """Return `value` as one finite float."""
     array = finite(value, name)

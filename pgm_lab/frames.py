@@ -80,7 +80,7 @@ def pixel_to_photo(
            [ 9.675, -6.475]])
     """
     pixels = _validate.points(pixels, 2, "pixels")
-    _refuse_exchanged_size(pixels, _validate.image_size(image_size))
+    _validate.not_exchanged(_validate.image_size(image_size), pixels)
     xc, yc = image_centre(image_size)
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
     x = (pixels[..., 0] - xc) * size_x
@@ -127,19 +127,6 @@ def photo_to_pixel(
     column = photo[..., 0] / size_x + xc
     row = yc - photo[..., 1] / size_y
     return np.stack([column, row], axis=-1)
-
-
-def _refuse_exchanged_size(pixels: np.ndarray, image_size: np.ndarray) -> None:
-    def fit(size):
-        return np.all((pixels >= -0.5) & (pixels <= size - 0.5))
-
-    if not fit(image_size) and fit(image_size[::-1]):
-        columns, rows = image_size.astype(int)
-        raise ValueError(
-            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
-            f" inside one of {rows} columns and {columns} rows: image_size must be"
-            " (columns, rows), and image.shape is (rows, columns)"
-        )
 
 
 def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.ndarray:
@@ -191,8 +178,8 @@ def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
     Returns
     -------
     ndarray (3, 3)
-        ``interior_matrix(c, x0, y0) @ (x, y, 1)`` is (x - x0, y - y0, -c), in mm: the
-        ray from the perspective centre to the image point.
+        Times (x, y, 1) it gives (x - x0, y - y0, -c), in mm: the ray from the
+        perspective centre to the image point.
 
     References
     ----------
@@ -213,8 +200,8 @@ def scale_number(
 ) -> np.ndarray | float:
     """Scale number H / c of a vertical photo of level ground.
 
-    The image scale is 1 : scale number. In a tilted photo, or over hilly ground, the
-    scale changes from point to point and this is only its mean.
+    The image scale is 1 : scale number; in a tilted photo or over hilly ground it
+    changes from point to point.
 
     Parameters
     ----------
@@ -291,7 +278,7 @@ def flying_height(
     Returns
     -------
     float or ndarray
-        Flying height above the ground, in m.
+        Flying height, in m.
 
     Examples
     --------
