@@ -3,6 +3,7 @@
 import base64
 import html
 import io
+import re
 from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
@@ -109,22 +110,29 @@ def table(
 
 
 def _html_table(header, cells, caption) -> str:
-    def element(tag, text, **attributes):
-        named = "".join(f' {name}="{value}"' for name, value in attributes.items())
-        return f"<{tag}{named}>{html.escape(text, quote=False)}</{tag}>"
+    # Numbers stand to the right, below each other; words to the left.
+    numeric = [all(map(_is_number, column)) for column in zip(*cells, strict=True)]
+    kinds = ["" if number else ' class="text"' for number in numeric]
 
-    head = "".join(element("th", text, scope="col") for text in header)
-    body = "\n".join(
-        "<tr>"
-        + element("th", row[0], scope="row")
-        + "".join(element("td", text) for text in row[1:])
-        + "</tr>"
-        for row in cells
-    )
+    def row(texts, first, other):
+        tags = [first, *[other] * (len(texts) - 1)]
+        cells = (
+            f"<{tag}{kind}>{html.escape(text, quote=False)}</{tag.split()[0]}>"
+            for tag, kind, text in zip(tags, kinds, texts, strict=True)
+        )
+        return f"<tr>{''.join(cells)}</tr>"
+
+    head = row(header, 'th scope="col"', 'th scope="col"')
+    body = "\n".join(row(texts, 'th scope="row"', "td") for texts in cells)
     return (
-        f'<table class="pgm-table">\n{element("caption", caption)}\n'
-        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+        f'<table class="pgm-table">\n<caption>{html.escape(caption)}</caption>\n'
+        f"<thead>{head}</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
     )
+
+
+def _is_number(text: str) -> bool:
+    """Whether a cell is a number, perhaps with sign, precision and unit."""
+    return bool(re.match(r"[-+±−]?\d[\d.,]*( ±.*| \S+)?$", text))
 
 
 def _text_table(header, cells, caption) -> str:
@@ -173,9 +181,14 @@ def error_ellipse(
 
 
 def frame(
-    ax: Axes, origin: ArrayLike, x_end: ArrayLike, y_end: ArrayLike, **style: str
+    ax: Axes,
+    origin: ArrayLike,
+    x_end: ArrayLike,
+    y_end: ArrayLike,
+    names: tuple[str, str] = ("x", "y"),
+    color: str = BLUE,
 ) -> None:
-    """Draw the two axes of a coordinate frame as arrows, named x and y.
+    """Draw the two axes of a coordinate frame as arrows.
 
     Parameters
     ----------
@@ -183,23 +196,17 @@ def frame(
         Where to draw.
     origin, x_end, y_end : array_like (2,)
         Origin and the tips of the two arrows, in data units.
-    **style
-        color of the frame, and a name that follows the letters x and y.
+    names : (str, str)
+        What to write at the tips.
+    color : str
+        Colour of the frame.
     """
-    colour, name = style.get("color", BLUE), style.get("name", "")
     look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
-    for letter, end in (("x", x_end), ("y", y_end)):
-        ax.annotate("", end, origin, arrowprops=look | {"color": colour})
-        ax.annotate(
-            f"{letter} {name}".strip(),
-            end,
-            xytext=(9, 0),
-            textcoords="offset points",
-            color=colour,
-            fontsize=18,
-            va="center",
-        )
-    ax.plot(*origin, "o", color=colour, markersize=12)
+    text = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
+    for name, end in zip(names, (x_end, y_end)):
+        ax.annotate("", end, origin, arrowprops=look | {"color": color})
+        ax.annotate(name, end, xytext=(9, 0), color=color, **text)
+    ax.plot(*origin, "o", color=color, markersize=12)
 
 
 def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
@@ -229,6 +236,8 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
 
     fig = plt.figure(figsize=(10, 6.6), layout="none")
     ax = fig.add_axes((-0.25, -0.2, 1.5, 1.5), projection="3d", computed_zorder=False)
+    ax.set_proj_type("ortho")
+    ax.view_init(elev=20, azim=-62)
     _lay_out(ax, ortho, side, 0.0, pixels=192, zorder=1)
     _lay_out(ax, ortho, side * scale, image_height, pixels=48, zorder=4)
     for at in lines:
@@ -240,18 +249,24 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
         ax.plot(*zip(top, bottom, strict=True), color=RED, linewidth=1.6, zorder=3)
         ax.plot(*zip(centre, top, strict=True), color=RED, linewidth=1.6, zorder=7)
     ax.plot(*centre, "o", color=BLACK, markersize=10, zorder=8)
-    ax.text(5, 0, height + 2, "perspective centre", fontsize=17)
-    ax.text(*(centre - (8, 0, 0.5 * scale * height)), "c", fontsize=21, ha="right")
-    x = -side - 6
-    ax.plot([x, x], [-side, -side], [0, height], color=BLACK, linewidth=2, marker="_")
-    ax.text(x - 4, -side, 0.5 * height, "H", fontsize=21, ha="right")
+    # Straight to the left as the reader sees it, so that heights compare
+    left = np.array([-np.cos(np.radians(28)), -np.sin(np.radians(28))])
+    for name, low, distance in (
+        ("H", 0.0, 1.33 * side),
+        ("c", image_height, 0.46 * side),
+    ):
+        x, y = distance * left
+        ax.plot([x, x], [y, y], [low, height], "-_", color=BLACK, markersize=13)
+        x, y = (distance + 5) * left
+        middle = (low + height) / 2
+        ax.text(x, y, middle, name, fontsize=21, ha="right", va="center")
+    ax.text(*(centre + (6, 0, 3)), "perspective centre", fontsize=17)
     ax.text(side * scale + 9, 6, image_height, "image", fontsize=17)
     label = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3}
     at = ground[1] + (5, -2, 0)
     ax.text(*at, "GSD", fontsize=21, color=RED, weight="bold", bbox=label, zorder=9)
     ax.set(xlim=(-side, side), ylim=(-side, side), zlim=(0, height))
-    ax.set_box_aspect((2 * side, 2 * side, height), zoom=0.88)
-    ax.view_init(elev=20, azim=-62)
+    ax.set_box_aspect((2 * side, 2 * side, height), zoom=0.93)
     ax.set_axis_off()
     return fig
 

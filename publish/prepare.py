@@ -4,7 +4,7 @@ import re
 
 from nbformat import NotebookNode
 
-from publish.student import PLACEHOLDER, blank_solutions, tags
+from publish.student import PLACEHOLDER, blank_solutions, slide_type, tags
 
 
 def for_slides(notebook: NotebookNode) -> NotebookNode:
@@ -22,12 +22,10 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook without solutions and speaker notes."""
     result = _unsolved(notebook)
     result.cells = [cell for cell in result.cells if slide_type(cell) != "notes"]
+    for cell in result.cells:
+        # The template that both share leaves out what slides skip; paper does not.
+        cell.metadata.pop("slideshow", None)
     return result
-
-
-def slide_type(cell: NotebookNode) -> str:
-    """Return slide, subslide, fragment, skip, notes or "-" (continues)."""
-    return cell.metadata.get("slideshow", {}).get("slide_type", "-")
 
 
 def title(notebook: NotebookNode) -> str:

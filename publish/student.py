@@ -16,7 +16,7 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-PLACEHOLDER = "...  # your code here"
+PLACEHOLDER = "pass  # your code here"
 
 # Lenient on purpose: a marker in another spelling must not give a solution away.
 _MARKER = re.compile(r"^(\s*)#+\s*(BEGIN|END)\s+SOLUTION\b", re.IGNORECASE)
@@ -27,11 +27,17 @@ def tags(cell: NotebookNode) -> list[str]:
     return list(cell.metadata.get("tags", []))
 
 
+def slide_type(cell: NotebookNode) -> str:
+    """Return slide, subslide, fragment, skip, notes or "-" (continues)."""
+    return cell.metadata.get("slideshow", {}).get("slide_type", "-")
+
+
 def student_copy(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook as a student gets it: nothing solved, nothing run.
 
-    Solution blocks become a placeholder, cells tagged ``solution`` go, and cells
-    tagged ``check`` may fail without stopping *Run All*. The input is not changed.
+    Solution blocks become a placeholder, cells tagged ``solution`` and the lecturer's
+    notes go, and cells tagged ``check`` may fail without stopping *Run All*. The input
+    is not changed.
 
     Raises
     ------
@@ -39,6 +45,7 @@ def student_copy(notebook: NotebookNode) -> NotebookNode:
         If a solution marker stands alone or outside a code cell.
     """
     result = blank_solutions(notebook)
+    result.cells = [cell for cell in result.cells if slide_type(cell) != "notes"]
     result.metadata.pop("pgm_lab", None)
     for cell in result.cells:
         if cell.cell_type != "code":

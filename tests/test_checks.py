@@ -28,10 +28,12 @@ def photo(pixels, size, px, centre=0.5, y=-1, factor=1.0, swap=False):
         ({"y": 1}, "y axis is flipped"),
         ({"centre": 0.0}, "half a pixel off"),
         ({"centre": 1.0}, "half a pixel off"),
+        ({"centre": -0.5}, "one pixel off: counting starts at 0"),
+        ({"centre": 3.0}, r"centre of the image is not at \(0, 0\)"),
         ({"factor": 1e-3}, "units are not millimetres"),
         ({"factor": 1e3}, "units are not millimetres"),
         ({"factor": 2.0}, "not one pixel size long"),
-        ({"swap": True}, "columns and rows exchanged"),
+        ({"swap": True}, "two numbers of image_size are exchanged"),
     ],
 )
 def test_slip_in_pixel_to_photo_is_named(slip, hint):
@@ -40,6 +42,19 @@ def test_slip_in_pixel_to_photo_is_named(slip, hint):
 
     with pytest.raises(CheckFailed, match=hint):
         chapter1.pixel_to_photo(my_pixel_to_photo)
+
+
+def test_exchanged_columns_and_rows_get_one_complaint():
+    with pytest.raises(CheckFailed, match="columns and rows are exchanged") as failed:
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x)[:, ::-1])
+    assert "flipped" not in str(failed.value)
+
+
+def test_steps_that_do_not_add_up_are_named():
+    with pytest.raises(CheckFailed, match="not their sum"):
+        chapter1.pixel_to_photo(
+            lambda p, s, x: photo(p, s, x) + (np.abs(photo(p, s, x)) > 2 * np.array(x))
+        )
 
 
 def test_two_slips_are_both_named():
@@ -54,17 +69,21 @@ def test_flipped_x_and_exchanged_pixel_sizes_are_named():
         chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x[::-1]))
 
 
-def pixel(photo, size, px, y=-1, shift=0.0):
+def pixel(photo, size, px, y=-1, shift=0.0, power=-1, swap=False):
     """photo_to_pixel with a slip."""
-    return photo / px * (1, y) + np.array(size) / 2 - 0.5 + shift
+    answer = photo * np.power(px, power) * (1, y) + np.array(size) / 2 - 0.5 + shift
+    return answer[:, ::-1] if swap else answer
 
 
 @pytest.mark.parametrize(
     ("slip", "hint"),
     [
-        ({"y": 1}, r"rows come back mirrored: this is \(2.5b\)"),
+        ({"y": 1}, r"rows come back mirrored: this is \(B 2.5b\)"),
         ({"shift": 0.5}, "half a pixel off"),
+        ({"shift": -1.0}, "one pixel off"),
         ({"shift": 3.0}, "does not end where it began"),
+        ({"power": 1}, "must be divided by the size of a pixel"),
+        ({"swap": True}, "columns and rows are exchanged"),
     ],
 )
 def test_slip_in_photo_to_pixel_is_named(slip, hint):
@@ -79,6 +98,7 @@ def test_slip_in_photo_to_pixel_is_named(slip, hint):
         (lambda g, um, c: g * um / c * 1000, "twice the principal distance"),
         (lambda g, um, c: c / (g * um), "twice the ground sampling distance"),
         (lambda g, um, c: 2 * g * c / um * 1000, "does not follow from GSD"),
+        (lambda g, um, c: round(g * c / um * 1000), "do not round"),
     ],
 )
 def test_slip_in_the_flying_height_is_named(function, hint):
@@ -100,7 +120,12 @@ def weighted(window, background, first=0, swap=False, power=1):
         (lambda w, b: weighted(w, 0.0), "background is still in"),
         (lambda w, b: weighted(w, b, first=1), "one pixel off"),
         (lambda w, b: weighted(w, b, swap=True), "row and column are exchanged"),
-        (lambda w, b: weighted(w, b) + 0.3, "missed by up to 0.30 px"),
+        (lambda w, b: weighted(w, b) + 0.3, "missed by 0.3 px"),
+        (lambda w, b: weighted(w, b) + 0.5, "half a pixel off"),
+        (lambda w, b: weighted(w, b, power=2), "look at the weights and the sums"),
+        (lambda w, b: weighted(w[:, :21], b), "look at the weights and the sums"),
+        (lambda w, b: weighted(w, 40.0), "is missed by"),
+        (lambda w, b: (0, 20) + weighted(w, b) * (1, -1), "row counts upwards"),
     ],
 )
 def test_slip_in_the_centroid_is_named(slip, hint):
@@ -111,11 +136,15 @@ def test_slip_in_the_centroid_is_named(slip, hint):
 @pytest.mark.parametrize(
     ("answer", "hint"),
     [
-        ((-11.8, -7.9), "right of the centre"),
+        ((-7.9, 11.8), "x and y are exchanged"),
         ((11.8, 7.9), "below the centre"),
         ((11.793905, -7.893904), "centre of the last pixel"),
+        ((11.806095, -7.906096), "half a pixel beyond the sensor"),
+        ((11800.0, -7900.0), "not millimetres"),
+        ((0.0118, -0.0079), "not millimetres"),
         ((12.0, -8.0), "does not end there"),
-        (..., "returns nothing yet"),
+        (..., "lower_right is still empty"),
+        ((1, 2, 3), r"must return shape \(2,\) here"),
     ],
 )
 def test_slip_in_the_corner_is_named(answer, hint):
@@ -139,7 +168,8 @@ def change(pixels, size, px):
         (lambda *a: ..., "returns nothing yet"),
         (..., "is not a function yet"),
         (lambda *a: "text", "must return numbers, not str"),
-        (lambda *a: [1.0, 2.0], r"must return an array of shape \(4, 2\)"),
+        (lambda *a: [1.0, 2.0], r"must return shape \(4, 2\) here; got \(2,\)"),
+        (lambda p, *a: p.T, "use np.column_stack"),
         (stop, "stopped with ZeroDivisionError: oops"),
         (change, "changes its input"),
     ],
@@ -192,3 +222,8 @@ def test_all_questions_are_looked_at_before_the_wrong_ones_are_named(capsys):
         checks.questions("1", ["a", "b", "", "a", "c"])
     assert "question 1.2" not in str(failed.value)
     assert capsys.readouterr().out.count("✓") == 3
+
+
+def test_too_few_answers_are_not_enough():
+    with pytest.raises(CheckFailed, match="give 5 letters"):
+        checks.questions("1", ["b"])

@@ -45,13 +45,29 @@ def test_table_has_a_caption_heads_and_escaped_cells(published):
     (data,) = published[0]
     assert "<caption>Two points</caption>" in data["text/html"]
     assert '<th scope="col">x (mm)</th>' in data["text/html"]
-    assert '<th scope="row">A&lt;B</th><td>1.5</td>' in data["text/html"]
+    assert '<th scope="row" class="text">A&lt;B</th><td>1.5</td>' in data["text/html"]
     assert data["text/plain"] == "Two points\npoint  x (mm)\nA<B    1.5\nC      2"
 
 
 def test_table_with_a_short_row_is_refused(published):
     with pytest.raises(ValueError, match="row 1 has 1 cells, the header has 2"):
         plot.table(["a", "b"], [[1, 2], [3]], "Short")
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("-4.98644", True),
+        ("6.10 µm", True),
+        ("23.600001 ± 0.000004", True),
+        ("40,000", True),
+        ("(2.5b)", False),
+        ("39,000 to 43,000", False),
+        ("x", False),
+    ],
+)
+def test_numbers_are_told_from_words(text, number):
+    assert plot._is_number(text) == number
 
 
 def test_error_ellipse_holds_the_stated_share_of_points():

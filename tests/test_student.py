@@ -52,7 +52,7 @@ def notebook(*sources: str) -> nbformat.NotebookNode:
 
 def test_a_solution_block_becomes_a_placeholder():
     source = student_copy(notebook()).cells[1].source
-    assert source == ('def double(x):\n    ...  # your code here\n\n\nprint("done")')
+    assert source == ('def double(x):\n    pass  # your code here\n\n\nprint("done")')
 
 
 def test_nothing_of_the_solution_is_left():
@@ -84,7 +84,7 @@ def test_the_input_is_not_changed_and_the_instructor_keeps_all():
 def test_two_blocks_and_other_spellings():
     cell = "a = 1\n# begin solution\nb = 2\n###END SOLUTION\n" * 2
     source = student_copy(notebook(cell)).cells[1].source
-    assert source.splitlines() == ["a = 1", "...  # your code here"] * 2
+    assert source.splitlines() == ["a = 1", "pass  # your code here"] * 2
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_the_first_run_gives_copies_without_solutions(folders):
     put(source, "01_one", "x = 1")
     assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
     copy = nbformat.read(work / "01_one.ipynb", as_version=4)
-    assert copy.cells[0].source == "x = 1\n...  # your code here"
+    assert copy.cells[0].source == "x = 1\npass  # your code here"
 
 
 def test_a_second_run_says_and_does_nothing(folders):

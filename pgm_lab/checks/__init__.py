@@ -57,8 +57,9 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
             f"{name} must return numbers, not {type(answer).__name__}"
         ) from None
     if array.shape != shape:
+        tip = "; use np.column_stack([...])" if array.shape == shape[::-1] else ""
         raise CheckFailed(
-            f"{name} must return an array of shape {shape} here; got {array.shape}"
+            f"{name} must return shape {shape} here; got {array.shape}{tip}"
         )
     return array
 
@@ -142,8 +143,13 @@ def questions(chapter: str, choices: Iterable[str]) -> None:
     Raises
     ------
     CheckFailed
-        If a choice is wrong or missing; all questions are looked at first.
+        If a choice is wrong or missing, after all questions were looked at.
     """
+    known = {row["question"] for row in datasets.rows("questions.csv")}
+    wanted = sum(number.startswith(f"{chapter}.") for number in known)
+    choices = list(choices)
+    if len(choices) != wanted:
+        raise CheckFailed(f"give {wanted} letters, one for each question.")
     failed = []
     for number, choice in enumerate(choices, start=1):
         try:

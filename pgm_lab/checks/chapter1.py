@@ -3,37 +3,36 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy import ndimage
 
 from pgm_lab import frames, simulate
-from pgm_lab.checks import call, near, report
+from pgm_lab.checks import CheckFailed, call, near, report
 
 # Image sizes and pixel sizes (mm) on which a function is tried: landscape, upright, odd
 _CAMERAS = [
-    ((1936, 1296), (0.0122, 0.0122)),
+    ((1936, 1296), (0.0122, 0.0121)),
     ((3000, 4000), (0.005, 0.004)),
     ((11, 7), (2.0, 3.0)),
 ]
+_FACTORS = (1000.0, 1e-3, 1e3, 1e-6, 1e6)
 
 
 def corner(answer: object) -> None:
     """Check the photo coordinates of the lower right corner of the sensor, in mm."""
+    if answer is ... or answer is None:
+        raise CheckFailed("lower_right is still empty. Your turn!")
     value = call(lambda: answer, shape=(2,))
     size = frames.pixel_size_from_sensor((23.6, 15.8), (1936, 1296))
-    last_pixel = frames.pixel_to_photo((1935, 1295), (1936, 1296), size)
-    report(
-        "the corner",
-        [
-            ("x is to the right", value[0] > 0, "it lies to the right of the centre"),
-            ("y is down", value[1] < 0, "it lies below the centre, and y points up"),
-            (
-                "it is where the sensor ends",
-                near(value, last_pixel + size * (0.5, -0.5), 1e-6),
-                "this is the centre of the last pixel; the sensor ends half a pixel on"
-                if near(value, last_pixel, 1e-4)
-                else "the sensor does not end there",
-            ),
-        ],
-    )
+    edge = np.array([23.6, -15.8]) / 2
+    slips = [
+        (edge[::-1], "x and y are exchanged: the answer is (x, y)"),
+        (edge - size * (0.5, -0.5), "that is the centre of the last pixel"),
+        (edge + size * (0.5, -0.5), "that is half a pixel beyond the sensor"),
+        (edge * (1, -1), "it lies below the centre, and y points up"),
+        *((edge * factor, "the unit is not millimetres") for factor in _FACTORS),
+    ]
+    hint = _first_slip(value, slips, "the sensor does not end there")
+    report("the corner", [("it is where the sensor ends", near(value, edge), hint)])
 
 
 def pixel_to_photo(function: Callable) -> None:
@@ -43,76 +42,86 @@ def pixel_to_photo(function: Callable) -> None:
         centre = frames.image_centre(image_size)
         pixels = centre + [[0, 0], [1, 0], [0, 1], [-3.25, 2.5]]
         photo = call(function, pixels, image_size, pixel_size, shape=(4, 2))
-        step = (photo - photo[0]) / pixel_size
-        trials.append((photo[0] / pixel_size, step[1], step[2], step[3]))
-    stacked = (np.array(part) for part in zip(*trials, strict=True))
-    report("my_pixel_to_photo", _photo_properties(*stacked))
+        photo = photo / pixel_size
+        trials.append((photo[0], *(photo[1:] - photo[0]), centre))
+    centres, right, down, other, middles = (np.array(t) for t in zip(*trials))
+    if near(right[:, 0], 0.0) and near(down[:, 1], 0.0):
+        raise CheckFailed(
+            "my_pixel_to_photo: columns and rows are exchanged: a step to the right"
+            " changes y. pixels[:, 0] holds the columns."
+        )
+    unit = np.abs([right[:, 0], down[:, 1]])
+    report(
+        "my_pixel_to_photo",
+        [
+            (
+                "the centre is (0, 0)",
+                near(centres, 0.0),
+                _centre_hint(centres, middles),
+            ),
+            ("the units are millimetres", near(unit, 1.0), _unit_hint(unit)),
+            (
+                "x points right",
+                bool(np.all(right[:, 0] > 0)),
+                "the x axis is flipped: a step to the right must make x greater",
+            ),
+            (
+                "y points up",
+                bool(np.all(down[:, 1] < 0)),
+                "the y axis is flipped: a step down must make y smaller",
+            ),
+            (
+                "steps add up",
+                near(other, -3.25 * right + 2.5 * down),
+                "two steps together are not their sum",
+            ),
+        ],
+    )
 
 
-def _photo_properties(centre, right, down, other):
-    """What each step in the image does in the photo, in pixels."""
-    unit = np.abs(np.concatenate([right, down])).max(axis=0)
-    in_millimetres = near(unit, 1.0)
-    half = np.isclose(np.abs(centre), 0.5).any()
-    return [
-        (
-            "the centre is (0, 0)",
-            near(centre, 0.0),
-            "the centre of the image is half a pixel off"
-            if half
-            else "the centre of the image is not at (0, 0); are columns and rows"
-            " exchanged?",
-        ),
-        (
-            "the units are millimetres",
-            in_millimetres,
-            "the units are not millimetres (a factor of 1000?)"
-            if near(unit * 1000, 1.0) or near(unit / 1000, 1.0)
-            else "a step of one pixel is not one pixel size long in x and in y",
-        ),
-        (
-            "x points right",
-            bool(np.all(right[:, 0] > 0) and np.all(right[:, 1] == 0)),
-            "a step to the right must make x greater and leave y alone",
-        ),
-        (
-            "y points up",
-            bool(np.all(down[:, 1] < 0) and np.all(down[:, 0] == 0)),
-            "the y axis is flipped: a step down must make y smaller",
-        ),
-        (
-            "steps add up",
-            near(other, -3.25 * right + 2.5 * down),
-            "the function is not linear: two steps together must be their sum",
-        ),
-    ]
+def _centre_hint(centres: np.ndarray, middles: np.ndarray) -> str:
+    offset = np.abs(centres)
+    if near(offset, 0.5) or near(offset[:, 0], 0.5) or near(offset[:, 1], 0.5):
+        return "the centre of the image is half a pixel off"
+    if near(offset, 1.0):
+        return "the centre of the image is one pixel off: counting starts at 0"
+    if near(offset, np.abs(middles - middles[:, ::-1])):
+        return "the two numbers of image_size are exchanged: it is (columns, rows)"
+    return "the centre of the image is not at (0, 0)"
+
+
+def _unit_hint(unit: np.ndarray) -> str:
+    if any(near(unit * factor, 1.0) for factor in _FACTORS):
+        return "the units are not millimetres (a power of ten is missing)"
+    return "a step of one pixel is not one pixel size long in x and in y"
 
 
 def photo_to_pixel(function: Callable) -> None:
     """Check the reader's photo_to_pixel(photo, image_size, pixel_size)."""
-    there_and_back, columns, rows = [], [], []
+    backs, all_pixels, mirrored, exchanged, multiplied = [], [], [], [], []
     for image_size, pixel_size in _CAMERAS:
         pixels = np.array([[0.0, 0.0], [5.0, 2.5], [10.25, 6.0]])
         photo = frames.pixel_to_photo(pixels, image_size, pixel_size)
-        back = call(function, photo, image_size, pixel_size, shape=(3, 2))
-        there_and_back.append(back - pixels)
-        columns.append(near(back[:, 0], pixels[:, 0]))
-        mirrored = image_size[1] - 1 - pixels[:, 1]
-        rows.append(near(back[:, 1], mirrored))
-    error = np.concatenate(there_and_back)
-    constant = bool(np.all(np.isclose(np.abs(error), 0.5) | np.isclose(error, 0)))
-    if all(rows):
-        hint = "rows come back mirrored: this is (2.5b) as printed"
-    elif constant:
-        hint = "the way back ends half a pixel off"
-    else:
-        hint = "the way there and back does not end where it began"
+        backs.append(call(function, photo, image_size, pixel_size, shape=(3, 2)))
+        all_pixels.append(pixels)
+        mirrored.append(np.abs(pixels - (0, image_size[1] - 1)))
+        exchanged.append(pixels[:, ::-1])
+        centre = frames.image_centre(image_size)
+        multiplied.append(centre + photo * pixel_size * (1, -1))
+    back, pixels = np.array(backs), np.array(all_pixels)
+    slips = [
+        (mirrored, "rows come back mirrored: this is (B 2.5b) as printed"),
+        (exchanged, "columns and rows are exchanged: the answer is (column, row)"),
+        (multiplied, "millimetres must be divided by the size of a pixel"),
+        *((pixels + s, "the way back ends half a pixel off") for s in (0.5, -0.5)),
+        *((pixels + s, "the way back ends one pixel off") for s in (1.0, -1.0)),
+    ]
+    hint = _first_slip(
+        back, slips, "the way there and back does not end where it began"
+    )
     report(
         "my_photo_to_pixel",
-        [
-            ("columns come back", all(columns), "the columns do not come back"),
-            ("pixel to photo to pixel ends where it began", near(error, 0.0), hint),
-        ],
+        [("pixel to photo to pixel ends where it began", near(back, pixels), hint)],
     )
 
 
@@ -124,10 +133,12 @@ def flying_height(function: Callable) -> None:
     ratio = heights / expected
     doubled = float(call(function, 0.4, 5.49, 24.0, shape=()))
     longer = float(call(function, 0.2, 5.49, 48.0, shape=()))
+    if not near(ratio, 1.0) and np.all(np.abs(ratio - 1) < 0.01):
+        raise CheckFailed("my_height: almost; do not round inside the function.")
     decade = np.log10(np.abs(ratio) + 1e-300)
-    wrong_unit = near(decade, np.round(decade), 1e-6) and near(decade, decade[0], 1e-6)
+    wrong_unit = near(decade, np.round(decade)) and near(decade, decade[0])
     report(
-        "height",
+        "my_height",
         [
             (
                 "twice the GSD, twice the height",
@@ -152,27 +163,32 @@ def flying_height(function: Callable) -> None:
 
 def centroid(function: Callable) -> None:
     """Check the reader's centroid(window, background), which answers (column, row)."""
-    centres = np.array([[10.3, 8.6], [9.1, 12.4], [14.0, 9.7]])
-    errors, windows = [], []
-    for centre in centres:
-        window = simulate.target(centre, diameter=6.0, shape=(21, 25))
-        errors.append(call(function, window, 40.0, shape=(2,)) - centre)
-        windows.append(window)
-    errors = np.array(errors)
-    if near(errors, 0.0, 1e-5):
-        hint = ""
-    elif near(errors + centres, centres[:, ::-1], 1e-5):
-        hint = "row and column are exchanged: the answer is (column, row)"
-    elif near(errors, 1.0, 1e-5):
-        hint = "one pixel off: the first pixel is number 0 here, not number 1"
-    elif near(errors + centres, [_unweighted(window) for window in windows], 1e-5):
-        hint = "the background is still in: it pulls towards the middle of the window"
-    else:
-        hint = f"the centre is missed by up to {np.abs(errors).max():.2f} px"
-    report("my_centroid", [("finds three targets to 1e-4 px", not hint, hint)])
+    answers, expected, left_in = [], [], []
+    for centre, background in [((10, 9), 40.0), ((9, 12), 60.0), ((21, 10), 20.0)]:
+        clean = simulate.target(centre, 6.0, (21, 27), background=background)
+        window = simulate.photograph(clean, noise=4.0, seed=int(background))
+        answers.append(call(function, window, background, shape=(2,)))
+        expected.append(ndimage.center_of_mass(window - background)[::-1])
+        left_in.append(ndimage.center_of_mass(window)[::-1])
+    answers, expected = np.array(answers), np.array(expected)
+    upwards = np.column_stack([expected[:, 0], 20 - expected[:, 1]])
+    slips = [
+        (expected[:, ::-1], "row and column are exchanged: it is (column, row)"),
+        (expected + 1.0, "one pixel off: the first pixel is number 0, not 1"),
+        (expected + 0.5, "half a pixel off: integers are at pixel centres"),
+        (upwards, "the row counts upwards; rows count down"),
+        (left_in, "the background is still in: it pulls to the middle of the window"),
+    ]
+    largest = np.abs(answers - expected).max()
+    other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"
+    hint = _first_slip(answers, slips, other)
+    found = near(answers, expected)
+    report("my_centroid", [("the weighted mean of three noisy targets", found, hint)])
 
 
-def _unweighted(window: np.ndarray) -> np.ndarray:
-    """Centroid with the background left in."""
-    rows, columns = np.indices(window.shape)
-    return np.array([(columns * window).sum(), (rows * window).sum()]) / window.sum()
+def _first_slip(answer: np.ndarray, slips: list, otherwise: str) -> str:
+    """Name the first slip that explains the whole answer."""
+    for wrong, hint in slips:
+        if near(answer, wrong, 1e-6):
+            return hint
+    return otherwise

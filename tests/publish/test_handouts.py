@@ -1,5 +1,7 @@
 """The handouts of every chapter: A4, readable by machines, nothing cut off."""
 
+import re
+
 import pytest
 from look import (
     axe_violations,
@@ -14,7 +16,7 @@ from pypdf import PdfReader
 from publish.page import handout_page
 from publish.prepare import for_handouts, title
 from publish.selfcontained import problems
-from publish.student import tags
+from publish.student import slide_type, tags
 
 A4 = (595.28, 841.89)  # points
 COLUMN = 642  # px: 210 mm less two margins of 20 mm
@@ -80,6 +82,20 @@ def test_every_figure_carries_its_text_into_the_pdf(pdf, notebook):
         if "/Alt" in (object_ := pdf.get_object(number) or {})
     }
     assert alts <= found
+
+
+def test_the_handout_holds_every_cell_but_the_notes(notebook, chapter):
+    page = handout_page(chapter)
+    for cell in for_handouts(notebook).cells:
+        assert f'data-cell="{cell.id}"' in page, cell.source[:40]
+
+
+def test_every_heading_is_printed_also_of_parts_that_slides_skip(words, notebook):
+    for cell in notebook.cells:
+        notes = slide_type(cell) == "notes" or "solution" in tags(cell)
+        if cell.cell_type == "markdown" and not notes:
+            for heading in re.findall(r"^#+ +([\w ,]+)", cell.source, re.MULTILINE):
+                assert "".join(heading.split()) in words
 
 
 def test_the_longest_line_of_code_is_printed_to_its_end(words, notebook):
