@@ -39,13 +39,14 @@ def image_centre(image_size: ArrayLike) -> np.ndarray:
 
 
 def pixel_to_photo(
-    pixels: ArrayLike, image_size: ArrayLike, pixel_size: ArrayLike
+    pixels: ArrayLike,
+    image_size: ArrayLike,
+    pixel_size: ArrayLike,
+    check_size: bool = True,
 ) -> np.ndarray:
     """Turn pixel coordinates into photo coordinates.
 
-    The formula holds outside the image too. Points that do not fit into the image, but
-    would if its two sizes were exchanged, are refused; when all points happen to fit
-    both ways, exchanged sizes cannot be noticed.
+    The formula holds outside the image too.
 
     Parameters
     ----------
@@ -55,6 +56,10 @@ def pixel_to_photo(
         Size of the image in pixels.
     pixel_size : float or (x, y)
         Size of a pixel on the sensor, in mm.
+    check_size : bool
+        Refuse points that do not fit into the image, but would if its two sizes were
+        exchanged. (When they fit both ways, that cannot be noticed.) Say False for
+        computed points, which may rightly lie outside the image.
 
     Returns
     -------
@@ -80,7 +85,8 @@ def pixel_to_photo(
            [ 9.675, -6.475]])
     """
     pixels = _validate.points(pixels, 2, "pixels")
-    _validate.not_exchanged(_validate.image_size(image_size), pixels)
+    if check_size:
+        _validate.not_exchanged(_validate.image_size(image_size), pixels)
     xc, yc = image_centre(image_size)
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
     x = (pixels[..., 0] - xc) * size_x

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import stats
 
 from pgm_lab import _validate
 
@@ -72,7 +73,8 @@ def centroid(
     Raises
     ------
     ValueError
-        If the window is too small, has NaN, or sigma is negative.
+        If the window is too small, a number is not finite, a shape does not fit, or
+        sigma or the threshold is negative.
 
     Notes
     -----
@@ -100,34 +102,58 @@ def centroid(
     """
     g = _windows(window)
     ring = _ring(g.shape[-2:])
+    threshold = _validate.number(threshold, "threshold")
+    if threshold < 0:
+        raise ValueError(f"threshold must not be negative; got {threshold}")
     if background is None:
         level = g[..., ring].mean(axis=-1)
     else:
-        level = np.broadcast_to(background, g.shape[:-2]).astype(float)
-    if sigma is not None and not np.all(np.asarray(sigma) >= 0):
-        raise ValueError(f"sigma must not be negative or NaN; got {sigma}")
+        level = _one_each(background, "background", g.shape[:-2])
+    if sigma is None:
+        sigma = g[..., ring].std(axis=-1, ddof=1)
+    else:
+        sigma = _one_each(sigma, "sigma", g.shape[:-2])
+        if np.any(sigma < 0):
+            raise ValueError(f"sigma must not be negative; got {sigma}")
 
     sign = -1.0 if dark else 1.0
     weight = sign * (g - level[..., None, None])
     used = weight > threshold if threshold > 0 else np.ones_like(weight, dtype=bool)
     weight = np.where(used, weight - threshold, 0.0)
-    status = _status(g, weight, used, ring, sigma)
-    if sigma is None:
-        sigma = g[..., ring].std(axis=-1, ddof=1)
-    sigma = np.broadcast_to(sigma, g.shape[:-2]).astype(float)
+    estimated = ring.sum() if background is None else np.inf
+    flat = _is_flat(weight, threshold, sigma, estimated)
+    status = np.where(_is_cut(g, ring), "border", np.where(flat, "flat", "ok"))
 
-    unusable = status != "ok"
+    usable = (status == "ok")[..., None]
     xy = _pixel_coordinates(g.shape[-2:])
-    total = np.where(unusable, 1.0, weight.sum(axis=(-2, -1)))
-    position = np.einsum("...rc,rck->...k", weight, xy) / total[..., None]
-    position = np.where(unusable[..., None], np.nan, position)
-    jacobian = np.where(used[..., None], xy - position[..., None, None, :], 0.0)
-    jacobian /= total[..., None, None, None]
-    if background is None:
-        jacobian -= ring[..., None] / ring.sum() * jacobian.sum((-3, -2), keepdims=True)
+    position = _weighted_mean(weight, xy, usable)
+    jacobian = _jacobian(
+        weight, used, xy, position, ring if background is None else None
+    )
     covariance = np.einsum("...rci,...rcj->...ij", jacobian, jacobian)
     covariance *= sigma[..., None, None] ** 2
     return Centroid(position, covariance, level, sigma, status)
+
+
+def _weighted_mean(weight, xy, usable) -> np.ndarray:
+    """(M 2.15); NaN where a window is not usable."""
+    total = weight.sum(axis=(-2, -1))[..., None]
+    weighted = np.einsum("...rc,rck->...k", weight, xy)
+    return np.divide(
+        weighted, total, out=np.full_like(weighted, np.nan), where=usable & (total != 0)
+    )
+
+
+def _jacobian(weight, used, xy, position, ring) -> np.ndarray:
+    """Change of the position with each grey value, shape (..., rows, columns, 2)."""
+    total = weight.sum(axis=(-2, -1))[..., None, None, None]
+    lever = np.where(used[..., None], xy - position[..., None, None, :], 0.0)
+    # An unused pixel has no lever, but no window of NaN may become one of zeros
+    lever = np.where(np.isnan(position)[..., None, None, :], np.nan, lever)
+    jacobian = lever / np.where(total == 0, 1.0, total)
+    if ring is not None:  # each pixel of the ring moves the background of all
+        jacobian -= ring[..., None] / ring.sum() * jacobian.sum((-3, -2), keepdims=True)
+    return jacobian
 
 
 def _windows(window: ArrayLike) -> np.ndarray:
@@ -153,18 +179,48 @@ def _pixel_coordinates(shape: tuple[int, int]) -> np.ndarray:
     return np.stack([columns, rows], axis=-1).astype(float)
 
 
-def _status(g, weight, used, ring, sigma) -> np.ndarray:
-    """Name what is wrong with a window: its target is missing, or cut by the border.
+def _one_each(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """One number for each window of a stack."""
+    array = _validate.finite(values, name)
+    if array.shape not in ((), shape):
+        raise ValueError(
+            f"{name} must be one number, or one for each window, shape {shape};"
+            f" got shape {array.shape}"
+        )
+    return np.broadcast_to(array, shape)
 
-    Median and median deviation of the ring, since a target that reaches the ring would
-    spoil its mean and standard deviation.
+
+def _is_flat(weight, threshold, sigma, ring_pixels) -> np.ndarray:
+    """Whether the weights add up to no more than noise alone would.
+
+    The weights of n empty pixels have the sum `mean`, with the standard deviation
+    `sd`, in units of sigma; the level of the ring has an error of its own.
     """
-    level = np.median(g[..., ring], axis=-1)
-    outlying = np.abs(g - level[..., None, None])
-    spread = 1.4826 * np.median(outlying[..., ring], axis=-1)
-    noise = spread if sigma is None else sigma
-    total = weight.sum(axis=(-2, -1))
-    flat = total <= 5 * noise * np.sqrt(used.sum(axis=(-2, -1)))
+    n = weight.shape[-2] * weight.shape[-1]
+    if threshold == 0:
+        mean, sd = 0.0, np.sqrt(n + n**2 / ring_pixels)
+    else:
+        k = threshold / np.maximum(sigma, 1e-300)
+        above, density = stats.norm.sf(k), stats.norm.pdf(k)
+        each = density - k * above
+        variance = (1 + k**2) * above - k * density - each**2
+        mean, sd = n * each, np.sqrt(n * variance + (n * above) ** 2 / ring_pixels)
+    # Generous, since sigma may be estimated and rare peaks are not normal
+    return weight.sum(axis=(-2, -1)) <= sigma * (1.5 * mean + 6 * sd + 10)
+
+
+def _is_cut(g: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    """Whether a target reaches the ring: a quarter of its height, above all noise.
+
+    Median and median deviation, since the target would spoil mean and deviation.
+    """
+    outlying = np.abs(g - np.median(g[..., ring], axis=-1)[..., None, None])
     highest = outlying[..., ring].max(axis=-1)
-    cut = (highest > 6 * spread) & (highest > outlying.max(axis=(-2, -1)) / 4)
-    return np.where(cut, "border", np.where(flat, "flat", "ok"))
+    beyond_noise = highest > 6 * _robust_spread(g[..., ring])
+    return beyond_noise & (highest > outlying.max(axis=(-2, -1)) / 4)
+
+
+def _robust_spread(values: np.ndarray) -> np.ndarray:
+    """Standard deviation from the median deviation, along the last axis."""
+    middle = np.median(values, axis=-1)[..., None]
+    return 1.4826 * np.median(np.abs(values - middle), axis=-1)

@@ -99,6 +99,9 @@ def test_slip_in_photo_to_pixel_is_named(slip, hint):
         (lambda g, um, c: c / (g * um), "twice the ground sampling distance"),
         (lambda g, um, c: 2 * g * c / um * 1000, "does not follow from GSD"),
         (lambda g, um, c: round(g * c / um * 1000), "do not round"),
+        (lambda g, um, c: 1.02 * g * c / um * 1000, "does not follow from GSD"),
+        (lambda g, um, c: -g * c / um * 1000, "must be positive"),
+        (lambda g, um, c: 0.0, "must be positive"),
     ],
 )
 def test_slip_in_the_flying_height_is_named(function, hint):
@@ -177,6 +180,23 @@ def change(pixels, size, px):
 def test_unfinished_function_gets_a_plain_message(function, hint):
     with pytest.raises(CheckFailed, match=hint):
         chapter1.pixel_to_photo(function)
+
+
+@pytest.mark.parametrize("off", [1e-5, 1e-3])
+def test_answers_that_are_nearly_right_do_not_pass(off):
+    with pytest.raises(CheckFailed, match="missed by"):
+        chapter1.centroid(lambda w, b: weighted(w, b) + off)
+    with pytest.raises(CheckFailed, match="does not end where it began"):
+        chapter1.photo_to_pixel(lambda f, s, p: pixel(f, s, p, shift=off))
+    with pytest.raises(CheckFailed, match=r"not at \(0, 0\)"):
+        chapter1.pixel_to_photo(lambda f, s, p: photo(f, s, p, centre=0.5 + off))
+    with pytest.raises(CheckFailed, match="does not end there"):
+        chapter1.corner((11.8 + off, -7.9))
+
+
+def test_near_is_relative_to_the_largest_number_and_at_least_to_one():
+    assert checks.near(1000.0 + 9e-7, 1000.0) and not checks.near(1000.0 + 2e-6, 1000)
+    assert checks.near(9e-10, 0.0) and not checks.near(2e-9, 0.0)
 
 
 def test_message_never_shows_the_answer():

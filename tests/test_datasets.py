@@ -63,12 +63,19 @@ def test_muliawan2013_has_the_printed_values_in_their_places():
     np.testing.assert_array_equal(
         data.published_exteriors_sd[0, 3:5], (1.65e-6, 1.7e-6)
     )
-    assert data.object_points.shape == data.published_object_points_sd.shape == (50, 3)
+    np.testing.assert_array_equal(data.sigma[[0, -1]], 0.001)
+    np.testing.assert_array_equal(data.object_points[1], (-84.6681, 1724.214, -162.295))
+    assert data.published_exteriors[0, 3] == 1.303606
+    assert np.any(data.published_object_points != data.object_points)
+    np.testing.assert_array_equal(
+        data.published_object_points_sd[1], (1.6e-6, 9.33e-8, 1.32e-9)
+    )
 
 
 def test_harintaka2020_has_the_printed_values_in_their_places():
     data = datasets.harintaka2020()
     assert data.flight["ground_sampling_distance"] == 0.20
+    assert data.camera_pixel_size == 0.00549
     np.testing.assert_array_equal(data.test_points, (44, 71, 60))
     np.testing.assert_array_equal(data.automatic, (1.42, 1.75, 1.36))
 

@@ -156,6 +156,30 @@ def test_bad_input_on_the_way_back_says_what_was_expected(change, message):
         )
 
 
+@pytest.mark.parametrize("pixel", [(-0.5, -0.5), (29.5, 39.5)])
+def test_image_ends_half_a_pixel_outside_its_outermost_centres(pixel):
+    frames.pixel_to_photo(pixel, (30, 40), 0.01)
+
+
+@pytest.mark.parametrize("pixel", [(29.6, 10.0), (39.5, 29.5), (39.5, -0.5)])
+def test_point_that_fits_only_into_the_exchanged_image_is_refused(pixel):
+    with pytest.raises(ValueError, match="image_size must be"):
+        frames.pixel_to_photo(pixel, (30, 40), 0.01)
+
+
+@pytest.mark.parametrize("pixel", [(39.6, 10.0), (35.0, 29.6), (35.0, -0.6)])
+def test_point_outside_both_is_not_taken_for_an_exchange(pixel):
+    frames.pixel_to_photo(pixel, (30, 40), 0.01)
+
+
+@given(SIZE, FRACTION)
+def test_round_trip_outside_the_image_with_the_check_switched_off(size, part):
+    photo = (part - 0.5) * 100.0
+    pixels = frames.photo_to_pixel(photo, size, 0.01)
+    back = frames.pixel_to_photo(pixels, size, 0.01, check_size=False)
+    np.testing.assert_allclose(back, photo, rtol=0, atol=1e-12 * max(100, *size))
+
+
 def test_exchanged_sensor_and_image_are_refused():
     with pytest.raises(ValueError, match="turned against each other"):
         frames.pixel_size_from_sensor((23.6, 15.8), (1296, 1936))

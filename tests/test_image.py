@@ -109,10 +109,11 @@ def test_covariance_with_a_threshold_of_three_sigma_is_right_to_thirty_per_cent(
 
 
 def test_noise_is_estimated_from_the_ring_of_border_pixels():
-    window = simulate.photograph(simulate.target(np.full((400, 2), 10.0)), 4.0, seed=8)
+    window = simulate.photograph(np.full((5000, 21, 21), 50.0), 4.0, seed=8)
     sigma = image.centroid(window).sigma
-    # 80 ring pixels give a standard deviation to 8 per cent, 400 windows to 0.4
-    assert np.sqrt(np.mean(sigma**2)) == pytest.approx(4.0, rel=0.02)
+    # 5000 rings of 80 pixels give the variance to 0.22 per cent, three of them; to
+    # divide by n in place of n - 1 would be 1.25 per cent off
+    assert np.mean(sigma**2) == pytest.approx(16.0, rel=0.0067)
 
 
 def test_one_window_and_a_stack_give_the_same():
@@ -133,20 +134,52 @@ def test_input_is_not_changed():
     np.testing.assert_array_equal(window, before)
 
 
-@pytest.mark.parametrize("noise", [0.0, 3.0])
-def test_flat_window_is_named_and_has_no_position(noise):
-    window = simulate.photograph(np.full((21, 21), 90.0), noise, seed=4)
-    found = image.centroid(window)
-    assert found.status == "flat"
-    assert np.all(np.isnan(found.position))
+@pytest.mark.parametrize("sigma", [None, 3.0])
+@pytest.mark.parametrize("background", [None, 90.0])
+@pytest.mark.parametrize("threshold", [0.0, 3.0, 6.0, 9.0])
+@pytest.mark.parametrize("size", [7, 21, 41])
+def test_empty_windows_are_named_and_have_no_position(
+    size, threshold, background, sigma
+):
+    noise = simulate.photograph(np.full((500, size, size), 90.0), 3.0, seed=4)
+    found = image.centroid(noise, background, sigma, threshold)
+    # A robust border finds a cut target in noise once in some thousand windows
+    assert np.all((found.status == "flat") | (found.status == "border"))
+    assert np.mean(found.status == "flat") > 0.99
+    assert np.all(np.isnan(found.position)) and np.all(np.isnan(found.covariance))
 
 
-@pytest.mark.parametrize("centre", [(1.0, 10.0), (10.0, 18.5)])
+def test_window_of_one_grey_value_is_flat():
+    assert image.centroid(np.full((21, 21), 90.0)).status == "flat"
+
+
+@pytest.mark.parametrize("centre", [(1.0, 10.0), (10.0, 18.5), (3.0, 10.0)])
 def test_target_cut_by_the_border_is_named(centre):
     window = simulate.photograph(simulate.target(centre), 2.0, seed=2)
     found = image.centroid(window)
     assert found.status == "border"
     assert np.all(np.isnan(found.position))
+
+
+@pytest.mark.parametrize(("centre", "status"), [(4.5, "border"), (6.0, "ok")])
+def test_border_status_begins_at_a_quarter_of_the_height(centre, status):
+    # Edge of the disc at 0 ... 1 px: 1/4 of the height is passed on the way
+    window = simulate.target((centre, 10.0), diameter=10.0)
+    share = (window[:, 0].max() - 40) / 160
+    assert (share > 0.25) == (status == "border")
+    assert image.centroid(window, sigma=1.0).status == status
+
+
+def test_bright_pixel_in_the_ring_counts_above_six_sigma_only():
+    window = simulate.photograph(
+        simulate.target((10, 10), foreground=70.0), 3.0, seed=6
+    )
+    ring = np.r_[window[0], window[-1], window[1:-1, 0], window[1:-1, -1]]
+    spread = 1.4826 * np.median(np.abs(ring - np.median(ring)))
+    for times, status in ((5.5, "ok"), (7.0, "border")):
+        changed = window.copy()
+        changed[0, 5] = np.median(ring) + times * spread
+        assert image.centroid(changed, threshold=9.0).status == status
 
 
 def test_whole_target_in_strong_noise_is_not_called_cut():
@@ -162,7 +195,18 @@ def test_whole_target_in_strong_noise_is_not_called_cut():
         ({"window": np.zeros(9)}, "rows, columns"),
         ({"window": np.full((5, 5), np.nan)}, "not a finite number"),
         ({"window": np.zeros((5, 5)), "sigma": -1.0}, "sigma must not be negative"),
-        ({"window": np.zeros((5, 5)), "sigma": np.nan}, "sigma must not be negative"),
+        ({"window": np.zeros((5, 5)), "sigma": np.nan}, "sigma is not a finite number"),
+        ({"window": np.zeros((5, 5)), "sigma": "x"}, "sigma must be numbers"),
+        ({"window": np.zeros((5, 5)), "background": np.nan}, "background is not"),
+        (
+            {"window": np.zeros((2, 5, 5)), "background": [1, 2, 3]},
+            r"background must be one number, or one for each window, shape \(2,\)",
+        ),
+        ({"window": np.zeros((5, 5)), "threshold": -5.0}, "threshold must not be neg"),
+        (
+            {"window": np.zeros((5, 5)), "threshold": np.nan},
+            "threshold is not a finite",
+        ),
     ],
 )
 def test_bad_input_says_what_was_expected(arguments, message):

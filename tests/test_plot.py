@@ -70,17 +70,25 @@ def test_numbers_are_told_from_words(text, number):
     assert plot._is_number(text) == number
 
 
-def test_error_ellipse_holds_the_stated_share_of_points():
+@pytest.mark.parametrize("probability", [0.9, 0.95])
+def test_error_ellipse_holds_the_stated_share_of_points(probability):
     covariance = np.array([[4.0, 1.5], [1.5, 1.0]])
     fig, ax = plt.subplots()
-    ellipse = plot.error_ellipse(ax, (2.0, -1.0), covariance, probability=0.9)
+    ellipse = plot.error_ellipse(ax, (2.0, -1.0), covariance, probability=probability)
     points = multivariate_normal((2.0, -1.0), covariance, seed=3).rvs(20_000)
     inside = ellipse.get_path().contains_points(
         ellipse.get_patch_transform().inverted().transform(points)
     )
     plt.close(fig)
     # 20,000 points give the share to 0.2 per cent; four of them
-    assert inside.mean() == pytest.approx(0.9, abs=0.009)
+    assert inside.mean() == pytest.approx(probability, abs=0.009)
+
+
+def test_error_ellipse_is_that_of_95_per_cent_unless_said_otherwise():
+    fig, ax = plt.subplots()
+    ellipse = plot.error_ellipse(ax, (0, 0), np.eye(2))
+    plt.close(fig)
+    assert ellipse.width == pytest.approx(2 * np.sqrt(-2 * np.log(0.05)))
 
 
 def test_palette_is_told_apart_by_its_lightness_too():

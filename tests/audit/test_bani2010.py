@@ -65,31 +65,29 @@ def test_2_5_turns_table_4_2_into_table_4_1(data, pixel_size):
     assert np.all(np.abs(back - data.pixels) <= half_digit + 5e-8)
 
 
-def _six_decimal_photo(data, pixel_size):
-    centre = frames.image_centre(data.image_size)
-    return np.round((data.pixels - centre) * pixel_size, 6)
+def _nanometres(data, size):
+    """Photo coordinates that follow from Table 4.1, whichever way y points; nm."""
+    return (data.pixels - frames.image_centre(data.image_size)) * size * 1e6
 
 
-def test_table_4_1_follows_by_2_5_from_photo_coordinates_with_six_decimals(
+def test_table_4_1_is_computed_from_photo_coordinates_with_six_decimals(
     data, pixel_size
 ):
-    # All 40 numbers to all seven decimals: by chance about 1 in 10^116
-    photo = _six_decimal_photo(data, pixel_size)
+    # All 40 numbers to all seven decimals: by chance about 1 in 10^116. The pattern
+    # does not depend on the sign of y: that (2.5b) was used, Table 4.2 says.
+    photo = np.round(_nanometres(data, pixel_size)) / 1e6
     back = photo / pixel_size + frames.image_centre(data.image_size)
     np.testing.assert_allclose(back, data.pixels, rtol=0, atol=5e-8 + 1e-12)
-
-
-def test_six_decimal_photo_coordinates_round_to_table_4_2(data, pixel_size):
-    photo = _six_decimal_photo(data, pixel_size)
+    # The same six-decimal numbers, rounded, are Table 4.2
     np.testing.assert_allclose(photo, data.photo, rtol=0, atol=PRINTED)
 
 
-def test_other_pixel_sizes_leave_no_six_decimal_pattern(data):
-    centre = frames.image_centre(data.image_size)
-    nanometres = (data.pixels - centre) * data.listing_pixel_size * 1e6
-    distance = np.abs(nanometres - np.round(nanometres))
-    # Uniform between 0 and 1/2 has the mean 1/4; 40 values leave it within 0.07
-    assert 0.18 < distance.mean() < 0.32
+def test_listing_rounds_left_points_to_whole_pixels_and_table_4_1_has_none(data):
+    # The listing rounds the centre of the template; its log prints X=332, Y=1063
+    distance = np.abs(data.pixels[0] - np.round(data.pixels[0]))
+    assert distance.min() > 0.01
+    # Uniform between 0 and 1/2: mean 1/4, standard deviation of the mean of 20 0.032
+    assert abs(distance.mean() - 0.25) < 3 * 0.032
 
 
 def _line_fit(pixels, photo):
@@ -123,36 +121,30 @@ def test_tables_themselves_give_sensor_size_and_image_centre(data, axis):
     assert abs(centre - (columns_or_rows / 2 - 0.5)) < 3 * centre_sd
 
 
-def test_origin_at_the_corner_of_the_image_contradicts_the_tables(data):
+def test_listing_and_2_4_put_the_centre_at_967_5_as_the_tables_do(data):
+    # n/2 - 0.5 is right for integers at pixel centres. A program that counts corners
+    # and converts with it would leave the same tables: they hold the constant, not the
+    # place of the origin in the first pixel.
     for axis in (0, 1):
         *_, centre, centre_sd = _line_fit(
             data.pixels[..., axis].ravel(), data.photo[..., axis].ravel()
         )
-        assert abs(centre - data.image_size[axis] / 2) > 1000 * centre_sd
+        n = data.image_size[axis]
+        assert abs(centre - (n / 2 - 0.5)) < 3 * centre_sd < 2e-4
+        assert abs(centre - n / 2) > 1000 * centre_sd
 
 
-def test_listing_constant_misses_table_4_2(data):
-    centre = frames.image_centre(data.image_size)
-    photo = (data.pixels - centre) * data.listing_pixel_size
-    miss = np.abs(photo - data.photo).max(axis=(0, 1))
-    np.testing.assert_allclose(miss, (3.6e-5, 6.54e-4), atol=5e-7)
-    assert (np.abs(photo - data.photo) < PRINTED).sum() <= 2
+def test_listing_constant_did_not_make_the_tables(data):
+    nanometres = _nanometres(data, data.listing_pixel_size)
+    miss = np.abs(nanometres / 1e6 - data.photo)
+    np.testing.assert_allclose(miss.max(axis=(0, 1)), (3.6e-5, 6.54e-4), atol=5e-7)
+    assert (miss < PRINTED).sum() <= 2
+    # Nor do six decimals show: uniform distances, mean 1/4, three times 0.023
+    distance = np.abs(nanometres - np.round(nanometres))
+    assert abs(distance.mean() - 0.25) < 3 * 0.023
 
 
 def test_listing_sign_is_that_of_2_3b_and_not_of_table_4_2(data):
     centre = frames.image_centre(data.image_size)
     y = (centre[1] - data.pixels[..., 1]) * data.listing_pixel_size
     assert np.all(np.sign(y) == -np.sign(data.photo[..., 1]))
-
-
-def test_second_copy_of_the_page_prints_a_sensor_that_the_tables_refute(data):
-    slope, slope_sd, *_ = _line_fit(
-        data.pixels[..., 0].ravel(), data.photo[..., 0].ravel()
-    )
-    width, width_sd = slope * 1936, slope_sd * 1936
-    assert abs(width - 23.6) < 3 * width_sd
-    assert abs(width - 53.0) > 1e6 * width_sd
-
-
-def test_pixel_of_the_camera_is_square_to_one_in_ten_thousand(pixel_size):
-    assert abs(pixel_size[1] / pixel_size[0] - 1) == pytest.approx(1.05e-4, abs=5e-7)

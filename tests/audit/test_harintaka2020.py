@@ -12,23 +12,25 @@ def data():
     return datasets.harintaka2020()
 
 
-def test_mean_scale_number_lies_in_its_range_but_does_not_follow_from_the_height(data):
-    number = frames.scale_number(
-        data.flight["flying_height"], data.flight["principal_distance"]
-    )
-    mean = data.flight["mean_scale_number"]
+def test_scale_number_from_the_height_lies_in_the_printed_range_not_at_its_mean(data):
+    height, c = data.flight["flying_height"], data.flight["principal_distance"]
+    number = frames.scale_number(height, c)
     low, high = data.flight["least_scale_number"], data.flight["greatest_scale_number"]
-    assert low < mean < high and low < number < high
+    mean = data.flight["mean_scale_number"]
     assert round(number) == 41667
-    # To the two digits that its range is printed with, they differ
+    assert low < number < high and low < mean < high
+    # The mean would need a flying height of 960 m, 40 m below the printed one
+    assert mean * c / 1000 == pytest.approx(960.0)
     assert round(number, -3) != mean
 
 
 @pytest.mark.parametrize(
     ("pixel_size", "gsd", "height"),
-    [(0.00549, 0.22875, 874.32), (23.7 / 4288, 0.23029, 868.46)],
+    [(None, 0.22875, 874.32), (23.7 / 4288, 0.23029, 868.46)],
+    ids=["maker's pixel size", "sensor width over columns"],
 )
 def test_ground_sampling_distance_is_23_cm_and_not_20(data, pixel_size, gsd, height):
+    pixel_size = pixel_size or data.camera_pixel_size
     h, c = data.flight["flying_height"], data.flight["principal_distance"]
     found = frames.ground_sampling_distance(pixel_size, h, c)
     assert found == pytest.approx(gsd, abs=5e-6)
@@ -40,19 +42,10 @@ def test_ground_sampling_distance_is_23_cm_and_not_20(data, pixel_size, gsd, hei
     assert needed == pytest.approx(height, abs=0.005)
 
 
-def test_printed_scale_range_gives_flying_heights_around_1000_m(data):
-    numbers = np.array([39_000, 43_000])
-    heights = numbers * data.flight["principal_distance"] / 1000
-    np.testing.assert_allclose(heights, (936, 1032))
-    np.testing.assert_allclose(
-        frames.scale_number(heights, data.flight["principal_distance"]), numbers
-    )
-
-
-def test_70_megabytes_need_48_bits_a_pixel_and_not_24(data):
+def test_70_megabytes_are_48_bits_a_pixel_and_not_24(data):
     columns, rows = data.camera_image_size
-    megabytes = {bits: columns * rows * bits / 8 / 1e6 for bits in (24, 48)}
-    assert megabytes[24] == pytest.approx(36.6, abs=0.05)
-    assert megabytes[48] == pytest.approx(73.3, abs=0.05)
-    printed = data.flight["file_size_uncompressed"]
-    assert abs(megabytes[48] - printed) < 0.05 * printed < abs(megabytes[24] - printed)
+    bits = data.flight["radiometric_resolution"]
+    assert bits == 24
+    mebibytes = columns * rows * np.array([bits, 2 * bits]) / 8 / 2**20
+    np.testing.assert_allclose(mebibytes, (34.94, 69.88), atol=0.005)
+    assert round(mebibytes[1]) == data.flight["file_size_uncompressed"]

@@ -1,16 +1,20 @@
 """Proofs of the verdicts on Muliawan 2013. What chapter 1 touches: (2.1), (2.15) to
 (2.17) and the precision of a centroid."""
 
+import cv2
 import numpy as np
+import pytest
 
 from pgm_lab import frames, image, simulate
 
 
 def test_2_1_gives_the_ray_from_the_perspective_centre():
-    # Collinear with the image vector of any camera: (x - x0, y - y0, -c)
-    x, y, x0, y0, c = 3.0, -2.0, 0.1, -0.3, 35.0
-    vector = frames.interior_matrix(c, x0, y0) @ (x, y, 1)
-    np.testing.assert_allclose(vector, (x - x0, y - y0, -c), rtol=0, atol=1e-15)
+    # Geometry: the perspective centre is c above the principal point, so the ray
+    # prolonged to the depth -D meets the plane there at D/c times the offset
+    x, y, x0, y0, c, depth = 3.0, -2.0, 0.1, -0.3, 35.0, 700.0
+    ray = frames.interior_matrix(c, x0, y0) @ (x, y, 1)
+    met = ray * depth / c
+    np.testing.assert_allclose(met, ((x - x0) * 20, (y - y0) * 20, -depth), rtol=1e-15)
 
 
 def _centroid_2_15(window, first_index):
@@ -47,8 +51,6 @@ def test_2_15_without_background_removal_is_pulled_to_the_window_centre():
 
 
 def test_2_16_and_2_17_agree_with_the_camera_matrix_of_opencv():
-    import cv2
-
     size, pixel = (4288, 2848), 0.0055
     pixels = np.array([[0.0, 0.0], [4287.0, 2847.0], [1000.5, 2000.25]])
     focal = 24.0 / pixel
@@ -61,21 +63,34 @@ def test_2_16_and_2_17_agree_with_the_camera_matrix_of_opencv():
     np.testing.assert_allclose(photo, expected, rtol=0, atol=1e-12)
 
 
-def test_image_centre_and_principal_point_differ_by_the_interior_orientation():
-    # (2.1) has the principal point at (x0, y0), (2.16) has the image centre at (0, 0)
+def test_image_centre_is_the_principal_point_only_if_x0_and_y0_are_zero():
+    # (2.16) puts (0, 0) at the image centre; the ray of the principal point has no
+    # x and y component, so it is the image centre only for x0 = y0 = 0
     centre = frames.pixel_to_photo(frames.image_centre((100, 60)), (100, 60), 0.01)
-    vector = frames.interior_matrix(35.0, 0.2, -0.1) @ (*centre, 1)
-    np.testing.assert_allclose(vector[:2], (-0.2, 0.1), atol=1e-15)
+    straight = frames.interior_matrix(35.0) @ (*centre, 1)
+    np.testing.assert_array_equal(straight, (0, 0, -35))
+    oblique = frames.interior_matrix(35.0, 0.2, -0.1) @ (*centre, 1)
+    assert np.hypot(*oblique[:2]) == pytest.approx(np.hypot(0.2, 0.1))
 
 
-def test_003_px_is_what_a_centroid_reaches_under_stated_conditions():
-    # Diameter 10 px, contrast 160, noise 3 grey values, window 21 x 21, 8 bit
-    centre = 10 + np.random.default_rng(20131).uniform(-0.5, 0.5, (1500, 2))
-    window = simulate.photograph(
-        simulate.target(centre, diameter=10.0), noise=3.0, seed=20132, bits=8
-    )
-    rms = np.std(image.centroid(window).position - centre)
-    # 3000 errors give the standard deviation to 1.3 per cent; three of them
-    assert 0.030 * 0.96 < rms < 0.031 * 1.04
-    rms = np.std(image.centroid(window, threshold=9.0).position - centre)
-    assert rms < 0.012
+@pytest.mark.parametrize(
+    ("diameter", "noise", "window", "threshold", "px"),
+    [
+        (10, 3, 21, 0, 0.0302),  # the quoted number, and its neighbours
+        (10, 1, 21, 0, 0.0101),
+        (6, 3, 21, 0, 0.081),
+        (10, 3, 31, 0, 0.066),
+        (10, 3, 21, 9, 0.0088),
+    ],
+)
+def test_003_px_follows_from_one_set_of_conditions_and_not_from_others(
+    diameter, noise, window, threshold, px
+):
+    # Contrast 160, 8 bit; 3000 errors give the rms to 1.3 per cent, three of them
+    middle = (window - 1) / 2
+    centre = middle + np.random.default_rng(20131).uniform(-0.5, 0.5, (1500, 2))
+    clean = simulate.target(centre, diameter, shape=(window, window))
+    grey = simulate.photograph(clean, noise=noise, seed=20132, bits=8)
+    found = image.centroid(grey, threshold=threshold)
+    rms = np.sqrt(np.mean((found.position - centre) ** 2))
+    assert rms == pytest.approx(px, rel=0.04)
