@@ -10,8 +10,8 @@ def finite(values: ArrayLike, name: str) -> np.ndarray:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(f"{name} must be numbers; got {values!r}") from None
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
+    if not np.all(np.isfinite(array)):
+        bad = np.argwhere(~np.isfinite(array))
         where = f"{name}{[int(i) for i in bad[0]]}" if array.ndim else name
         raise ValueError(
             f"{where} is not a finite number; {len(bad)} value(s) are NaN or infinite."
@@ -63,9 +63,13 @@ def image_size(size: ArrayLike) -> np.ndarray:
 
 def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
     """Refuse an image size that holds the pixels only with rows for columns."""
+    if not pixels.size:
+        return
+    x, y = pixels[..., 0], pixels[..., 1]
+    low, high = np.array([[x.min(), y.min()], [x.max(), y.max()]])
 
     def fit(size):
-        return np.all((pixels >= -0.5) & (pixels <= size - 0.5))
+        return np.all(low >= -0.5) and np.all(high <= size - 0.5)
 
     if not fit(size) and fit(size[::-1]):
         columns, rows = size.astype(int)

@@ -124,36 +124,28 @@ def centroid(
     flat = _is_flat(weight, threshold, sigma, estimated)
     status = np.where(_is_cut(g, ring), "border", np.where(flat, "flat", "ok"))
 
-    usable = (status == "ok")[..., None]
+    # From here on, the pixels of a window stand in one row
     xy = _pixel_coordinates(g.shape[-2:])
-    position = _weighted_mean(weight, xy, usable)
-    jacobian = _jacobian(
-        weight, used, xy, position, ring if background is None else None
-    )
-    covariance = np.einsum("...rci,...rcj->...ij", jacobian, jacobian)
-    covariance *= sigma[..., None, None] ** 2
+    weight, used = (a.reshape(*level.shape, -1) for a in (weight, used))
+    position = _weighted_mean(weight, xy, status == "ok")
+    jacobian = _jacobian(weight, used, xy, position)
+    if background is None:  # each pixel of the ring moves the background of all
+        share = ring.ravel() / ring.sum()
+        jacobian -= share * jacobian.sum(axis=-1, keepdims=True)
+    covariance = jacobian @ jacobian.swapaxes(-1, -2) * sigma[..., None, None] ** 2
     return Centroid(position, covariance, level, sigma, status)
 
 
 def _weighted_mean(weight, xy, usable) -> np.ndarray:
     """(M 2.15); NaN where a window is not usable."""
-    total = weight.sum(axis=(-2, -1))[..., None]
-    weighted = np.einsum("...rc,rck->...k", weight, xy)
-    return np.divide(
-        weighted, total, out=np.full_like(weighted, np.nan), where=usable & (total != 0)
-    )
+    total = np.where(usable, weight.sum(axis=-1), np.nan)
+    return weight @ xy.T / total[..., None]
 
 
-def _jacobian(weight, used, xy, position, ring) -> np.ndarray:
-    """Change of the position with each grey value, shape (..., rows, columns, 2)."""
-    total = weight.sum(axis=(-2, -1))[..., None, None, None]
-    lever = np.where(used[..., None], xy - position[..., None, None, :], 0.0)
-    # An unused pixel has no lever, but no window of NaN may become one of zeros
-    lever = np.where(np.isnan(position)[..., None, None, :], np.nan, lever)
-    jacobian = lever / np.where(total == 0, 1.0, total)
-    if ring is not None:  # each pixel of the ring moves the background of all
-        jacobian -= ring[..., None] / ring.sum() * jacobian.sum((-3, -2), keepdims=True)
-    return jacobian
+def _jacobian(weight, used, xy, position) -> np.ndarray:
+    """Change of the position with each grey value, shape (..., 2, pixels)."""
+    lever = (xy - position[..., None]) * used[..., None, :]
+    return lever / weight.sum(axis=-1)[..., None, None]
 
 
 def _windows(window: ArrayLike) -> np.ndarray:
@@ -174,9 +166,9 @@ def _ring(shape: tuple[int, int]) -> np.ndarray:
 
 
 def _pixel_coordinates(shape: tuple[int, int]) -> np.ndarray:
-    """(column, row) of every pixel, shape (rows, columns, 2)."""
+    """Columns and rows of all pixels, shape (2, pixels)."""
     rows, columns = np.indices(shape)
-    return np.stack([columns, rows], axis=-1).astype(float)
+    return np.stack([columns.ravel(), rows.ravel()]).astype(float)
 
 
 def _one_each(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
