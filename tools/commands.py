@@ -1,5 +1,6 @@
 """What each task of tasks.py does; standard library only, .venv may not exist yet."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -29,9 +30,21 @@ c.IPKernelApp.log_level = "ERROR"
 """
 
 
+# A reader without a network should not be asked to subscribe to news.
+LAB_SETTINGS = {
+    "@jupyterlab/apputils-extension:notification": {
+        "checkForUpdates": False,
+        "fetchNews": "false",
+    }
+}
+
+
 def lab(*arguments: str) -> int:
     """Open the workbook in JupyterLab, in the reader's own copy in work/."""
     python = ensure(".venv", "main")
+    overrides = ROOT / ".venv" / "share" / "jupyter" / "lab" / "settings"
+    overrides.mkdir(parents=True, exist_ok=True)
+    (overrides / "overrides.json").write_text(json.dumps(LAB_SETTINGS))
     code = run([python, "-m", "tools.work_copy"])
     if code:
         return code
