@@ -53,19 +53,18 @@ def verdicts(
     return [row for row in found if row["place"] in places]
 
 
-def table(rows: list[dict[str, str]], caption: str) -> None:
-    """Show verdicts as a table in the notebook."""
-    plot.table(
-        ["source", "place", "printed", "what we get", "verdict", "cause"],
-        [
-            [
-                r[k]
-                for k in ("source", "place", "printed", "obtained", "verdict", "cause")
-            ]
-            for r in rows
-        ],
-        caption,
-    )
+def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> None:
+    """Show verdicts as a table in the notebook, with or without their causes."""
+    header = ["source", "printed", "what we get", "verdict"]
+    cells = [
+        [f"{r['source']}, {r['place']}", r["printed"], r["obtained"], r["verdict"]]
+        for r in rows
+    ]
+    if causes:
+        header.append("cause")
+        for row, line in zip(rows, cells, strict=True):
+            line.append(row["cause"])
+    plot.table(header, cells, caption)
 
 
 def figure(rows: list[dict[str, str]]) -> Figure:

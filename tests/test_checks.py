@@ -19,7 +19,7 @@ def test_right_answers_pass(capsys):
 def photo(pixels, size, px, centre=0.5, y=-1, factor=1.0, swap=False):
     """pixel_to_photo with a slip."""
     size = np.array(size)[::-1] if swap else np.array(size)
-    return (pixels - (size / 2 - centre)) * np.array(px) * (1, y) * factor
+    return (pixels - (size / 2 - centre)) * np.array(px) * (1, y) * np.array(factor)
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,9 @@ def photo(pixels, size, px, centre=0.5, y=-1, factor=1.0, swap=False):
         ({"centre": 3.0}, r"centre of the image is not at \(0, 0\)"),
         ({"factor": 1e-3}, "units are not millimetres"),
         ({"factor": 1e3}, "units are not millimetres"),
-        ({"factor": 2.0}, "not one pixel size long"),
+        ({"factor": 2.0}, "not one pixel size long in x and y"),
+        ({"factor": (1.0, 2.0)}, "not one pixel size long in y"),
+        ({"factor": (2.0, 1.0)}, "not one pixel size long in x"),
         ({"swap": True}, "two numbers of image_size are exchanged"),
     ],
 )
@@ -65,13 +67,14 @@ def test_two_slips_are_both_named():
 def test_flipped_x_and_exchanged_pixel_sizes_are_named():
     with pytest.raises(CheckFailed, match="step to the right must make x greater"):
         chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x) * (-1, 1))
-    with pytest.raises(CheckFailed, match="not one pixel size long in x and in y"):
+    with pytest.raises(CheckFailed, match="not one pixel size long in"):
         chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x[::-1]))
 
 
-def pixel(photo, size, px, y=-1, shift=0.0, power=-1, swap=False):
+def pixel(photo, size, px, y=-1, shift=0.0, power=-1, swap=False, whole=False):
     """photo_to_pixel with a slip."""
     answer = photo * np.power(px, power) * (1, y) + np.array(size) / 2 - 0.5 + shift
+    answer = np.round(answer) if whole else answer
     return answer[:, ::-1] if swap else answer
 
 
@@ -84,6 +87,7 @@ def pixel(photo, size, px, y=-1, shift=0.0, power=-1, swap=False):
         ({"shift": 3.0}, "does not end where it began"),
         ({"power": 1}, "must be divided by the size of a pixel"),
         ({"swap": True}, "columns and rows are exchanged"),
+        ({"whole": True}, "do not round"),
     ],
 )
 def test_slip_in_photo_to_pixel_is_named(slip, hint):
@@ -128,6 +132,7 @@ def weighted(window, background, first=0, swap=False, power=1):
         (lambda w, b: weighted(w, b, power=2), "look at the weights and the sums"),
         (lambda w, b: weighted(w[:, :21], b), "look at the weights and the sums"),
         (lambda w, b: weighted(w, 40.0), "is missed by"),
+        (lambda w, b: weighted(np.maximum(w, b), b), "keep them"),
         (lambda w, b: (0, 20) + weighted(w, b) * (1, -1), "row counts upwards"),
     ],
 )
@@ -145,9 +150,10 @@ def test_slip_in_the_centroid_is_named(slip, hint):
         ((11.806095, -7.906096), "half a pixel beyond the sensor"),
         ((11800.0, -7900.0), "not millimetres"),
         ((0.0118, -0.0079), "not millimetres"),
+        ((968.0, -648.0), "still in pixels"),
         ((12.0, -8.0), "does not end there"),
         (..., "lower_right is still empty"),
-        ((1, 2, 3), r"must return shape \(2,\) here"),
+        ((1, 2, 3), r"lower_right must return shape \(2,\) here"),
     ],
 )
 def test_slip_in_the_corner_is_named(answer, hint):

@@ -21,7 +21,11 @@ def corner(answer: object) -> None:
     """Check the photo coordinates of the lower right corner of the sensor, in mm."""
     if answer is ... or answer is None:
         raise CheckFailed("lower_right is still empty. Your turn!")
-    value = call(lambda: answer, shape=(2,))
+
+    def lower_right():
+        return answer
+
+    value = call(lower_right, shape=(2,))
     size = frames.pixel_size_from_sensor((23.6, 15.8), (1936, 1296))
     edge = np.array([23.6, -15.8]) / 2
     slips = [
@@ -29,6 +33,7 @@ def corner(answer: object) -> None:
         (edge - size * (0.5, -0.5), "that is the centre of the last pixel"),
         (edge + size * (0.5, -0.5), "that is half a pixel beyond the sensor"),
         (edge * (1, -1), "it lies below the centre, and y points up"),
+        (edge / size, "that is still in pixels: multiply by the size of a pixel"),
         *((edge * factor, "the unit is not millimetres") for factor in _FACTORS),
     ]
     hint = _first_slip(value, slips, "the sensor does not end there")
@@ -50,7 +55,7 @@ def pixel_to_photo(function: Callable) -> None:
             "my_pixel_to_photo: columns and rows are exchanged: a step to the right"
             " changes y. pixels[:, 0] holds the columns."
         )
-    unit = np.abs([right[:, 0], down[:, 1]])
+    unit = np.abs([right[:, 0], down[:, 1]])  # lengths of a step in x and in y
     report(
         "my_pixel_to_photo",
         [
@@ -59,7 +64,7 @@ def pixel_to_photo(function: Callable) -> None:
                 near(centres, 0.0),
                 _centre_hint(centres, middles),
             ),
-            ("the units are millimetres", near(unit, 1.0), _unit_hint(unit)),
+            ("the units are millimetres", near(unit, 1.0), _unit_hint(*unit)),
             (
                 "x points right",
                 bool(np.all(right[:, 0] > 0)),
@@ -90,10 +95,11 @@ def _centre_hint(centres: np.ndarray, middles: np.ndarray) -> str:
     return "the centre of the image is not at (0, 0)"
 
 
-def _unit_hint(unit: np.ndarray) -> str:
-    if any(near(unit * factor, 1.0) for factor in _FACTORS):
+def _unit_hint(x: np.ndarray, y: np.ndarray) -> str:
+    if any(near([x * factor, y * factor], 1.0) for factor in _FACTORS):
         return "the units are not millimetres (a power of ten is missing)"
-    return "a step of one pixel is not one pixel size long in x and in y"
+    axis = "y" if near(x, 1.0) else "x" if near(y, 1.0) else "x and y"
+    return f"a step of one pixel is not one pixel size long in {axis}"
 
 
 def photo_to_pixel(function: Callable) -> None:
@@ -113,6 +119,7 @@ def photo_to_pixel(function: Callable) -> None:
         (mirrored, "rows come back mirrored: this is (B 2.5b) as printed"),
         (exchanged, "columns and rows are exchanged: the answer is (column, row)"),
         (multiplied, "millimetres must be divided by the size of a pixel"),
+        (np.round(pixels), "do not round: a point lies between pixel centres, too"),
         *((pixels + s, "the way back ends half a pixel off") for s in (0.5, -0.5)),
         *((pixels + s, "the way back ends one pixel off") for s in (1.0, -1.0)),
     ]
@@ -165,13 +172,15 @@ def flying_height(function: Callable) -> None:
 
 def centroid(function: Callable) -> None:
     """Check the reader's centroid(window, background), which answers (column, row)."""
-    answers, expected, left_in = [], [], []
+    answers, expected, left_in, clipped = [], [], [], []
     for centre, background in [((10, 9), 40.0), ((9, 12), 60.0), ((21, 10), 20.0)]:
         clean = simulate.target(centre, 6.0, (21, 27), background=background)
         window = simulate.photograph(clean, noise=4.0, seed=int(background))
         answers.append(call(function, window, background, shape=(2,)))
         expected.append(ndimage.center_of_mass(window - background)[::-1])
         left_in.append(ndimage.center_of_mass(window)[::-1])
+        weight = np.maximum(window - background, 0)
+        clipped.append(ndimage.center_of_mass(weight)[::-1])
     answers, expected = np.array(answers), np.array(expected)
     upwards = np.column_stack([expected[:, 0], 20 - expected[:, 1]])
     slips = [
@@ -180,6 +189,7 @@ def centroid(function: Callable) -> None:
         (expected + 0.5, "half a pixel off: integers are at pixel centres"),
         (upwards, "the row counts upwards; rows count down"),
         (left_in, "the background is still in: it pulls to the middle of the window"),
+        (clipped, "weights below zero are noise too: keep them, or the rest is biased"),
     ]
     largest = np.abs(answers - expected).max()
     other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"
