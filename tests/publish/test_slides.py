@@ -53,7 +53,9 @@ def test_nothing_is_fetched_and_nothing_fails(slides, slides_file):
 def test_title_and_language(slides, notebook):
     assert slides.page.title() == title(notebook) != "Untitled"
     assert slides.page.locator("html").get_attribute("lang") == "en"
-    assert slides.page.locator("h1").count() == 1
+    # One heading of the first rank a slide: the title page's own, and one for readers
+    assert slides.page.locator(".slides h1").count() == 1
+    assert slides.page.locator("header h1").text_content() == title(notebook)
 
 
 def test_as_many_slides_as_the_notebook_says(slides, notebook):

@@ -39,6 +39,10 @@ window.afterTypesetting = async () => {
   await Promise.all(images);
   document.querySelectorAll(".slides > section > section").forEach(fit);
   document.querySelectorAll("aside.notes").forEach(prepareNotes);
+  // The heading of a slide comes right below the title, whatever its size.
+  for (const heading of document.querySelectorAll(".slides h3")) {
+    heading.setAttribute("aria-level", "2");
+  }
 
   await Reveal.initialize({
     width: 1280,
