@@ -120,32 +120,23 @@ def centroid(
     weight = sign * (g - level[..., None, None])
     used = weight > threshold if threshold > 0 else np.ones_like(weight, dtype=bool)
     weight = np.where(used, weight - threshold, 0.0)
+    # From here on, the pixels of a window stand in one row
+    weight, used = (a.reshape(*level.shape, -1) for a in (weight, used))
+    total = weight.sum(axis=-1)
     estimated = ring.sum() if background is None else np.inf
-    flat = _is_flat(weight, threshold, sigma, estimated)
+    flat = _is_flat(total, ring.size, threshold, sigma, estimated)
     status = np.where(_is_cut(g, ring), "border", np.where(flat, "flat", "ok"))
 
-    # From here on, the pixels of a window stand in one row
+    total = np.where(status == "ok", total, np.nan)[..., None]
     xy = _pixel_coordinates(g.shape[-2:])
-    weight, used = (a.reshape(*level.shape, -1) for a in (weight, used))
-    position = _weighted_mean(weight, xy, status == "ok")
-    jacobian = _jacobian(weight, used, xy, position)
+    position = weight @ xy.T / total  # (2.15)
+    lever = (xy - position[..., None]) * used[..., None, :]
+    jacobian = lever / total[..., None]  # of the position by each grey value
     if background is None:  # each pixel of the ring moves the background of all
         share = ring.ravel() / ring.sum()
         jacobian -= share * jacobian.sum(axis=-1, keepdims=True)
     covariance = jacobian @ jacobian.swapaxes(-1, -2) * sigma[..., None, None] ** 2
     return Centroid(position, covariance, level, sigma, status)
-
-
-def _weighted_mean(weight, xy, usable) -> np.ndarray:
-    """(M 2.15); NaN where a window is not usable."""
-    total = np.where(usable, weight.sum(axis=-1), np.nan)
-    return weight @ xy.T / total[..., None]
-
-
-def _jacobian(weight, used, xy, position) -> np.ndarray:
-    """Change of the position with each grey value, shape (..., 2, pixels)."""
-    lever = (xy - position[..., None]) * used[..., None, :]
-    return lever / weight.sum(axis=-1)[..., None, None]
 
 
 def _windows(window: ArrayLike) -> np.ndarray:
@@ -182,13 +173,12 @@ def _one_each(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarra
     return np.broadcast_to(array, shape)
 
 
-def _is_flat(weight, threshold, sigma, ring_pixels) -> np.ndarray:
-    """Whether the weights add up to no more than noise alone would.
+def _is_flat(total, n, threshold, sigma, ring_pixels) -> np.ndarray:
+    """Whether n weights add up to no more than noise alone would.
 
     The weights of n empty pixels have the sum `mean`, with the standard deviation
     `sd`, in units of sigma; the level of the ring has an error of its own.
     """
-    n = weight.shape[-2] * weight.shape[-1]
     if threshold == 0:
         mean, sd = 0.0, np.sqrt(n + n**2 / ring_pixels)
     else:
@@ -198,7 +188,7 @@ def _is_flat(weight, threshold, sigma, ring_pixels) -> np.ndarray:
         variance = (1 + k**2) * above - k * density - each**2
         mean, sd = n * each, np.sqrt(n * variance + (n * above) ** 2 / ring_pixels)
     # Generous, since sigma may be estimated and rare peaks are not normal
-    return weight.sum(axis=(-2, -1)) <= sigma * (1.5 * mean + 6 * sd + 10)
+    return total <= sigma * (1.5 * mean + 6 * sd + 10)
 
 
 def _is_cut(g: np.ndarray, ring: np.ndarray) -> np.ndarray:

@@ -54,7 +54,17 @@ def verdicts(
 
 
 def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> None:
-    """Show verdicts as a table in the notebook, with or without their causes."""
+    """Show verdicts as a table in the notebook.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Rows of the ledger, from `verdicts`.
+    caption : str
+        What the table shows.
+    causes : bool
+        Show the causes of corrections in a last column.
+    """
     header = ["source", "printed", "what we get", "verdict"]
     cells = [
         [f"{r['source']}, {r['place']}", r["printed"], r["obtained"], r["verdict"]]

@@ -111,7 +111,8 @@ def table(
 
 def _html_table(header, cells, caption) -> str:
     # Numbers stand to the right, below each other; words to the left.
-    numeric = [all(map(_is_number, column)) for column in zip(*cells, strict=True)]
+    columns = zip(header, *cells, strict=True)
+    numeric = [all(map(_is_number, column)) for _, *column in columns]
     kinds = ["" if number else ' class="text"' for number in numeric]
 
     def row(texts, first, other):
@@ -237,7 +238,8 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
     fig = plt.figure(figsize=(10, 6.6), layout="none")
     ax = fig.add_axes((-0.25, -0.2, 1.5, 1.5), projection="3d", computed_zorder=False)
     ax.set_proj_type("ortho")
-    ax.view_init(elev=20, azim=-62)
+    azimuth = -62
+    ax.view_init(elev=20, azim=azimuth)
     _lay_out(ax, ortho, side, 0.0, pixels=192, zorder=1)
     _lay_out(ax, ortho, side * scale, image_height, pixels=48, zorder=4)
     for at in lines:
@@ -250,7 +252,7 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
         ax.plot(*zip(centre, top, strict=True), color=RED, linewidth=1.6, zorder=7)
     ax.plot(*centre, "o", color=BLACK, markersize=10, zorder=8)
     # Straight to the left as the reader sees it, so that heights compare
-    left = np.array([-np.cos(np.radians(28)), -np.sin(np.radians(28))])
+    left = np.array([np.sin(np.radians(azimuth)), -np.cos(np.radians(azimuth))])
     for name, low, distance in (
         ("H", 0.0, 1.33 * side),
         ("c", image_height, 0.46 * side),

@@ -49,6 +49,12 @@ def test_table_has_a_caption_heads_and_escaped_cells(published):
     assert data["text/plain"] == "Two points\npoint  x (mm)\nA<B    1.5\nC      2"
 
 
+def test_table_without_rows_shows_its_heads(published):
+    plot.table(["a", "b"], [], "Nothing yet")
+    (data,) = published[0]
+    assert data["text/html"].count('<th scope="col">') == 2
+
+
 def test_table_with_a_short_row_is_refused(published):
     with pytest.raises(ValueError, match="row 1 has 1 cells, the header has 2"):
         plot.table(["a", "b"], [[1, 2], [3]], "Short")

@@ -74,6 +74,14 @@ def test_a_check_may_fail_in_the_student_copy_only():
     assert tags(source.cells[2]) == ["check"]
 
 
+def test_the_notes_go_with_their_answers_and_the_instructor_keeps_them():
+    solved = notebook()
+    notes = {"slideshow": {"slide_type": "notes"}}
+    solved.cells.append(new_markdown_cell("Key: 1 b.", metadata=notes))
+    assert "Key: 1 b." not in nbformat.writes(student_copy(solved))
+    assert "Key: 1 b." in nbformat.writes(instructor_copy(solved))
+
+
 def test_the_input_is_not_changed_and_the_instructor_keeps_all():
     source = notebook()
     before = copy.deepcopy(source)

@@ -14,7 +14,7 @@ _CAMERAS = [
     ((3000, 4000), (0.005, 0.004)),
     ((11, 7), (2.0, 3.0)),
 ]
-_FACTORS = (1000.0, 1e-3, 1e3, 1e-6, 1e6)
+_FACTORS = (1e-6, 1e-3, 1e3, 1e6)  # of units taken for millimetres
 
 
 def corner(answer: object) -> None:
