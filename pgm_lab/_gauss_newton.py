@@ -1,0 +1,209 @@
+"""The iteration of `adjustment.adjust`: Gauss-Newton with line search, for a stack."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pgm_lab import normal
+
+SMALLEST_STEP = 2.0**-20
+SUFFICIENT_DECREASE = 1e-4
+ROUNDING = 100 * np.finfo(float).eps
+
+
+@dataclass(frozen=True)
+class Model:
+    """Observation equations of m problems, weighted parameters among them.
+
+    `weights` is (m, n) or, with correlated observations, (m, n, n). A single problem
+    calls `function` and `constraints` without the leading axis.
+    """
+
+    function: Callable
+    observations: np.ndarray
+    weights: np.ndarray
+    constraints: Callable | None
+    weighted_parameters: bool
+    args: tuple[np.ndarray, ...]
+    single: bool
+
+    def evaluate(self, x: np.ndarray, k) -> tuple[np.ndarray, ...]:
+        """Residuals v, design matrix A, constraints c and C of the problems k at x."""
+        computed, A = self._call(self.function, x, k)
+        if self.weighted_parameters:
+            unit = np.broadcast_to(np.eye(x.shape[-1]), (*x.shape, x.shape[-1]))
+            computed = np.concatenate([computed, x], axis=-1)
+            A = np.concatenate([A, unit], axis=-2)
+        if computed.shape[-1] != self.observations.shape[-1]:
+            raise ValueError(
+                f"function computes {computed.shape[-1]} values for"
+                f" {self.observations.shape[-1]} observations"
+            )
+        v = computed - self.observations[k]
+        if self.constraints is None:
+            return v, A, None, None
+        return v, A, *self._call(self.constraints, x, k)
+
+    def _call(self, function, x, k) -> tuple[np.ndarray, np.ndarray]:
+        if self.single:
+            values, jacobian = function(x[0], *self.args)
+            values, jacobian = np.asarray(values)[None], np.asarray(jacobian)[None]
+        else:
+            values, jacobian = function(x, *(arg[k] for arg in self.args))
+        if np.shape(jacobian)[-2:] != (values.shape[-1], x.shape[-1]):
+            raise ValueError(
+                f"the Jacobian of {values.shape[-1]} values by {x.shape[-1]} parameters"
+                f" must end in shape {(values.shape[-1], x.shape[-1])};"
+                f" got {np.shape(jacobian)}"
+            )
+        return values, np.broadcast_to(jacobian, (*values.shape, x.shape[-1]))
+
+    def weighted(self, matrix: np.ndarray, k) -> np.ndarray:
+        """P times a matrix (k, n, u)."""
+        P = self.weights[k]
+        return P[..., None] * matrix if P.ndim == 2 else P @ matrix
+
+    def redundancy(self, state: "State") -> np.ndarray:
+        """Observations made, minus unknowns, plus constraints, of each problem."""
+        P = self.weights
+        P = P if P.ndim == 2 else np.diagonal(P, axis1=-2, axis2=-1)
+        constraints = 0 if state.c is None else state.c.shape[-1]
+        return np.count_nonzero(P > 0, axis=-1) - state.x.shape[-1] + constraints
+
+    def objective(self, v: np.ndarray, k) -> np.ndarray:
+        """Return v'Pv of each problem; infinite where a residual is not finite."""
+        Pv = self.weighted(v[..., None], k)[..., 0]
+        with np.errstate(invalid="ignore", over="ignore"):
+            total = np.einsum("mn,mn->m", v, Pv)
+        return np.where(np.isfinite(total), total, np.inf)
+
+
+@dataclass
+class State:
+    """Where the problems of a stack are: changed in place, problem by problem."""
+
+    x: np.ndarray
+    v: np.ndarray
+    A: np.ndarray
+    c: np.ndarray | None
+    C: np.ndarray | None
+
+    @classmethod
+    def at(cls, model: Model, x: np.ndarray, k: np.ndarray) -> "State":
+        v, A, c, C = model.evaluate(x, k)
+        return cls(x, v, A, c, C)
+
+    def put(self, k: np.ndarray, other: "State") -> None:
+        """Overwrite the problems k."""
+        for name in ("x", "v", "A", "c", "C"):
+            if getattr(self, name) is not None:
+                getattr(self, name)[k] = getattr(other, name)
+
+    def part(self, k: np.ndarray) -> "State":
+        """Copy of the problems k."""
+        take = (self.x, self.v, self.A, self.c, self.C)
+        return State(*(None if array is None else array[k] for array in take))
+
+
+def iterate(
+    model: Model,
+    x: np.ndarray,
+    sigma0_prior: float | None,
+    line_search: bool,
+    tolerance: float,
+    max_iterations: int,
+) -> tuple[State, np.ndarray, np.ndarray, tuple[np.ndarray, ...], np.ndarray]:
+    """Iterate each problem at x (m, u) until it converges or gets another status.
+
+    Returns the final state, statuses, numbers of iterations, the columns of the history
+    and the redundancies.
+    """
+    m = len(x)
+    k = np.arange(m)
+    state = State.at(model, x, k).part(k)
+    redundancy = model.redundancy(state)
+    phi = model.objective(state.v, k)
+    level = np.sqrt(model.objective(model.observations, k))
+    status = np.where(np.isfinite(phi), "too many iterations", "diverged")
+    iterations = np.zeros(m, int)
+    objectives, steps, changes = [phi.copy()], [], []
+    k = k[np.isfinite(phi)]
+    while len(k) and iterations.max() < max_iterations:
+        here = state.part(k)
+        PA = model.weighted(here.A, k)
+        N = np.swapaxes(here.A, -1, -2) @ PA
+        n = -np.einsum("mnu,mn->mu", PA, here.v)
+        dx, Q, correlates, singular = normal.solve(N, n, here.C, here.c)
+        if singular.any():
+            status[k[singular]] = "singular"
+            dx[singular], Q[singular], correlates[singular] = 0, 0, 0
+        decrease = np.einsum("mu,muw,mw->m", dx, N, dx)
+        sigma = sigma0_prior or np.sqrt(phi[k] / np.maximum(redundancy[k], 1))
+        change = _in_standard_deviations(dx, Q, sigma)
+        # Without errors in the observations the standard deviations fall to zero: then
+        # the end is reached when a step changes nothing above the rounding of numbers.
+        size = np.sqrt(np.diagonal(N, axis1=-2, axis2=-1)) * np.abs(here.x)
+        rounding = (ROUNDING * (level[k] + size.max(axis=-1))) ** 2
+        there, step, found = _line_search(
+            model, k, here, dx, decrease, rounding, correlates, line_search
+        )
+        converged = (change <= tolerance) | (decrease <= rounding)
+        move = found & ~singular
+        state.put(k[move], there.part(move))
+        phi[k] = np.where(move, model.objective(there.v, k), phi[k])
+        status[k[move & converged]] = "converged"
+        status[k[~found & ~singular]] = "diverged"
+        iterations[k] += 1
+        objectives.append(phi.copy())
+        steps.append(_scatter(m, k, step * move))
+        changes.append(_scatter(m, k, change))
+        k = k[move & ~converged]
+    shape = (len(steps), m)
+    history = (
+        np.array(objectives),
+        np.reshape(steps, shape),
+        np.reshape(changes, shape),
+    )
+    return state, status, iterations, history, redundancy
+
+
+def _in_standard_deviations(dx, Q, sigma) -> np.ndarray:
+    """Largest component of dx over its standard deviation; 0 where nothing moves."""
+    sd = np.sqrt(np.abs(np.diagonal(Q, axis1=-2, axis2=-1))) * np.expand_dims(sigma, -1)
+    moved = dx != 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.max(np.where(moved, np.abs(dx) / sd, 0), axis=-1)
+
+
+def _line_search(model, k, here, dx, decrease, rounding, correlates, wanted):
+    """Halve the step of each problem until v'Pv, with its constraints, falls enough."""
+    # An exact penalty: heavy enough that a step towards the constraints pays.
+    penalty = 4 * np.max(np.abs(correlates), axis=-1, initial=0)
+
+    def merit(state, k, penalty):
+        phi = model.objective(state.v, k)
+        return phi if state.c is None else phi + penalty * np.abs(state.c).sum(axis=-1)
+
+    step = np.ones(len(k))
+    there = State.at(model, here.x + dx, k).part(np.arange(len(k)))
+    before, after = merit(here, k, penalty), merit(there, k, penalty)
+    slack = 1e-12 * before + rounding
+
+    def too_high():
+        goal = before - 2 * SUFFICIENT_DECREASE * step * decrease + slack
+        return ~(after <= goal) if wanted else ~np.isfinite(after)
+
+    while wanted and np.any(high := too_high() & (step > SMALLEST_STEP)):
+        step[high] /= 2
+        x = here.x[high] + step[high, None] * dx[high]
+        shorter = State.at(model, x, k[high])
+        there.put(high, shorter)
+        after[high] = merit(shorter, k[high], penalty[high])
+    return there, step, ~too_high()
+
+
+def _scatter(m, k, values) -> np.ndarray:
+    whole = np.zeros(m)
+    whole[k] = values
+    return whole

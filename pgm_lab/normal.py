@@ -1,0 +1,205 @@
+"""Normal equations: scaled, solved, and diagnosed when they are singular.
+
+Everything here takes one problem or a stack of them over leading axes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+# A parameter whose variance the others inflate more than this is not determined: normal
+# equations in double precision hold about 16 digits, and these are 12 of them.
+INFLATION_LIMIT = 1e12
+
+
+@dataclass(frozen=True)
+class NullSpace:
+    """Directions in which the parameters may move without a change of any residual.
+
+    Attributes
+    ----------
+    vectors : ndarray (u, defect)
+        One direction a column, of unit length after column scaling.
+    names : tuple of str
+        Parameters that take part in these directions.
+    """
+
+    vectors: np.ndarray
+    names: tuple[str, ...]
+
+    @property
+    def defect(self) -> int:
+        """Number of missing constraints: unknowns minus rank."""
+        return self.vectors.shape[1]
+
+
+class RankDefect(ValueError):
+    """The observations do not determine all parameters; `null_space` says which."""
+
+    def __init__(self, null_space: NullSpace):
+        self.null_space = null_space
+        u = len(null_space.vectors)
+        super().__init__(
+            f"the normal matrix has rank {u - null_space.defect} of {u}: the"
+            f" observations do not determine {', '.join(null_space.names)}."
+            " Add observations or constraints, give these parameters weights, or leave"
+            " them out"
+        )
+
+
+def column_scale(normal: np.ndarray) -> np.ndarray:
+    """Factors (..., u) that make the diagonal of a normal matrix (..., u, u) one.
+
+    Parameters come in mm, radians and mm^-7: without scaling, their units decide which
+    of them look undetermined.
+
+    Examples
+    --------
+    >>> column_scale(np.diag([4.0, 1e-6, 0.0]))
+    array([5.e-01, 1.e+03, 1.e+00])
+    """
+    diagonal = np.diagonal(normal, axis1=-2, axis2=-1)
+    return 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+
+
+def solve(
+    normal: np.ndarray,
+    right: np.ndarray,
+    constraint: np.ndarray | None = None,
+    misclosure: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Solve ``N dx + C'k = n``, ``C dx = -c`` by column scaling and inversion.
+
+    Parameters
+    ----------
+    normal : ndarray (..., u, u)
+        Normal matrix N.
+    right : ndarray (..., u)
+        Right-hand side n.
+    constraint : ndarray (..., k, u), optional
+        Rows C of the constraints.
+    misclosure : ndarray (..., k), optional
+        Misclosures c of the constraints.
+
+    Returns
+    -------
+    dx : ndarray (..., u)
+        Corrections.
+    cofactor : ndarray (..., u, u)
+        Cofactor matrix Q of the parameters: the upper left block of the inverse.
+    correlates : ndarray (..., k)
+        Multipliers k of the constraints.
+    singular : ndarray (...) of bool
+        Where the matrix cannot be inverted; the other results are NaN there.
+
+    References
+    ----------
+    Muliawan 2013, (2.76), without constraints.
+
+    Examples
+    --------
+    >>> solve(np.diag([4.0, 1.0]), np.array([8.0, 3.0]))[0]
+    array([2., 3.])
+    """
+    u = normal.shape[-1]
+    scale = column_scale(normal)
+    system = normal * scale[..., :, None] * scale[..., None, :]
+    if constraint is not None:
+        system, rows = _bordered(system, constraint * scale[..., None, :])
+        right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
+    else:
+        right = right * scale
+    inverse = _inverse(system)
+    cofactor = inverse[..., :u, :u]
+    inflation = np.diagonal(cofactor, axis1=-2, axis2=-1)
+    with np.errstate(invalid="ignore"):
+        determined = np.all(np.abs(inflation) < INFLATION_LIMIT, axis=-1)
+    inverse[~determined] = np.nan
+    solution = np.einsum("...ij,...j->...i", inverse, right)
+    dx, correlates = solution[..., :u] * scale, solution[..., u:]
+    if constraint is not None:
+        correlates = correlates * rows
+    cofactor = cofactor * scale[..., :, None] * scale[..., None, :]
+    return dx, cofactor, correlates, ~determined
+
+
+def null_space(
+    normal: np.ndarray,
+    names: Sequence[str] | None = None,
+    constraint: np.ndarray | None = None,
+) -> NullSpace:
+    """Find and name the parameters that a normal matrix leaves undetermined.
+
+    Parameters
+    ----------
+    normal : ndarray (u, u)
+        Normal matrix of one problem.
+    names : sequence of str, optional
+        Names of the parameters; x1, x2, ... when missing.
+    constraint : ndarray (k, u), optional
+        Constraints that go with it.
+
+    Returns
+    -------
+    NullSpace
+        With defect 0 if everything is determined.
+
+    Examples
+    --------
+    Height differences alone do not say how high the points lie:
+
+    >>> design = np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])
+    >>> found = null_space(design.T @ design, ["A", "B", "C"])
+    >>> found.defect, found.names
+    (1, ('A', 'B', 'C'))
+    """
+    u = len(normal)
+    names = parameter_names(names, u)
+    scale = column_scale(normal)
+    scaled = normal * scale[:, None] * scale
+    if constraint is not None:
+        rows = constraint * scale
+        rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        scaled = scaled + rows.T @ rows
+    eigenvalues, eigenvectors = np.linalg.eigh(scaled)
+    free = eigenvalues < u / INFLATION_LIMIT
+    part = np.linalg.norm(eigenvectors[:, free], axis=1)
+    involved = part > 0.1 * part.max(initial=0) if free.any() else np.zeros(u, bool)
+    return NullSpace(
+        vectors=scale[:, None] * eigenvectors[:, free],
+        names=tuple(name for name, yes in zip(names, involved, strict=True) if yes),
+    )
+
+
+def parameter_names(names: Sequence[str] | None, u: int) -> Sequence[str]:
+    """Return the names of u parameters, or make some up."""
+    if names is None:
+        return [f"x{i + 1}" for i in range(u)]
+    if len(names) != u:
+        raise ValueError(f"names has {len(names)} entries for {u} parameters")
+    return names
+
+
+def _bordered(normal, constraint) -> tuple[np.ndarray, np.ndarray]:
+    """Border a normal matrix with constraints, each row scaled to unit length."""
+    length = np.linalg.norm(constraint, axis=-1)
+    rows = 1 / np.where(length > 0, length, 1.0)
+    constraint = constraint * rows[..., None]
+    *lead, k, u = np.broadcast_shapes(normal.shape[:-2] + (1, 1), constraint.shape)
+    system = np.zeros((*lead, u + k, u + k))
+    system[..., :u, :u] = normal
+    system[..., u:, :u] = constraint
+    system[..., :u, u:] = np.swapaxes(constraint, -1, -2)
+    return system, rows
+
+
+def _inverse(matrices) -> np.ndarray:
+    """Inverse of each matrix; NaN where it is exactly singular."""
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        regular = np.linalg.slogdet(matrices).sign != 0
+        inverse = np.full_like(matrices, np.nan)
+        inverse[regular] = np.linalg.inv(matrices[regular])
+        return inverse
