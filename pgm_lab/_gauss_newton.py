@@ -144,11 +144,11 @@ def iterate(
         # Without errors in the observations the standard deviations fall to zero: then
         # the end is reached when a step changes nothing above the rounding of numbers.
         size = np.sqrt(np.diagonal(N, axis1=-2, axis2=-1)) * np.abs(here.x)
-        rounding = (ROUNDING * (level[k] + size.max(axis=-1))) ** 2
+        rounding = ROUNDING * (level[k] + size.max(axis=-1))
         there, step, found = _line_search(
             model, k, here, dx, decrease, rounding, correlates, line_search
         )
-        converged = (change <= tolerance) | (decrease <= rounding)
+        converged = (change <= tolerance) | (decrease <= rounding**2)
         move = found & ~singular
         state.put(k[move], there.part(move))
         phi[k] = np.where(move, model.objective(there.v, k), phi[k])
@@ -188,7 +188,8 @@ def _line_search(model, k, here, dx, decrease, rounding, correlates, wanted):
     step = np.ones(len(k))
     there = State.at(model, here.x + dx, k).part(np.arange(len(k)))
     before, after = merit(here, k, penalty), merit(there, k, penalty)
-    slack = 1e-12 * before + rounding
+    # How well v'Pv is known: a decrease below that cannot be seen
+    slack = rounding * (2 * np.sqrt(before) + rounding)
 
     def too_high():
         goal = before - 2 * SUFFICIENT_DECREASE * step * decrease + slack
