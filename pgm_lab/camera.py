@@ -175,7 +175,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     """
     reduced = _validate.points(measured, 2, "measured") - camera.interior[1:3]
     if camera.lens == "backward":
-        return reduced + imaging.distortion(camera.interior[3:], reduced)[0]
+        return reduced + imaging.distortion(camera.interior[3:], reduced)
     return _undistort(camera, reduced, "measured")
 
 
@@ -196,8 +196,7 @@ def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, or (lens "backward") no measured
-        point is corrected to the ideal one.
+        As `ideal`, for lens "backward".
 
     Examples
     --------
@@ -208,7 +207,7 @@ def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     if camera.lens == "backward":
         image = _undistort(camera, image, "ideal")
     else:
-        image = image + imaging.distortion(camera.interior[3:], image)[0]
+        image = image + imaging.distortion(camera.interior[3:], image)
     return image + camera.interior[1:3]
 
 
@@ -222,9 +221,10 @@ def collinearity(
 ) -> Collinearity:
     """Misclosure of the collinearity equations, and its derivatives.
 
-    lens "backward": v = p(X) - (m + d(m)), with m = measured - (x0, y0);
-    lens "forward": v = (x0, y0) + p(X) + d(p(X)) - measured,
-    where p is the perspective and d the distortion.
+    lens "backward": v = p - (m + d(m)) with m = measured - (x0, y0);
+    lens "forward": v = (x0, y0) + p + d(p) - measured;
+    p is the projected point and d the distortion. An iteration that may run away to
+    NaN calls `imaging.misclosure`, which does the same unchecked.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def collinearity(
 
     References
     ----------
-    Muliawan 2013, (2.22) to (2.29): v there is observed - computed.
+    Muliawan 2013, (2.20) to (2.29), with J and K for observed - computed.
 
     Examples
     --------
@@ -274,15 +274,12 @@ def collinearity(
     points = _validate.points(points, 3, "points")
     measured = _validate.points(measured, 2, "measured")
     interior, lens = _interior(camera, lens, exterior)
-    _validate.broadcast(
-        camera=interior, exterior=exterior, points=points, measured=measured
-    )
+    arrays = {"exterior": exterior, "points": points, "measured": measured}
+    _validate.broadcast(camera=interior, **arrays)
+    wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
     for name in wrt:
         _validate.choice(name, "wrt", BLOCKS)
-
-    v, depth, blocks = imaging.misclosure(
-        interior, exterior, points, measured, lens, wrt
-    )
+    v, depth, blocks = imaging.misclosure(interior, *arrays.values(), lens, wrt)
     return Collinearity(v, depth, **blocks)
 
 
@@ -301,13 +298,12 @@ def _interior(camera, lens: str, exterior: np.ndarray) -> tuple[np.ndarray, str]
     if isinstance(camera, Camera):
         return camera.interior, camera.lens
     if isinstance(camera, np.ndarray) and camera.dtype != object:
-        return _validate.points(camera, 10, "camera"), _validate.choice(
-            lens, "lens", LENSES
-        )
+        _validate.choice(lens, "lens", LENSES)
+        return _validate.points(camera, 10, "camera"), lens
     directions = {one.lens for one in camera}
     if len(directions) != 1:
         raise ValueError(
-            "the cameras must have the same lens direction (backward or forward); got"
+            "the cameras must have the same lens direction; got"
             f" {sorted(directions)}. Treat the two groups in two calls"
         )
     if exterior.shape[:1] != (len(camera),) or exterior.ndim < 2:

@@ -1,7 +1,8 @@
 """The steps from an object point to its image, each with its derivatives.
 
-Object point -> ray in the camera's frame -> ideal image point -> displacement by the
-lens. Nothing is checked here, complex numbers pass through, leading axes broadcast.
+Object point, ray in the camera's frame, ideal image point, displacement by the lens:
+`camera.collinearity` puts them together. Nothing is checked here; complex numbers and
+NaN pass through; leading axes broadcast.
 
 Matrices of derivatives stand in the last two axes, (..., rows, columns), but are stored
 with these outermost: all values of one entry, `a[..., 0, 1]`, lie side by side in the
@@ -13,10 +14,8 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import rotation
 
-
-def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Turn object points into rays (U, V, W) = M (X - X0) of the camera's frame.
 
     Parameters
@@ -29,32 +28,50 @@ def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
     Returns
     -------
     ray : ndarray (..., 3)
+        In the unit of the points.
     by_point : ndarray (..., 3, 3)
-        Derivatives by (X, Y, Z): this is M; those by (X0, Y0, Z0) are -M.
-    by_angles : ndarray (..., 3, 3)
-        Derivatives by (omega, phi, kappa).
-
-    Notes
-    -----
-    To change an angle is to turn the camera about an axis a: the ray moves by
-    (U, V, W) x a. Kappa turns about the camera's z axis, phi about M_kappa (0, 1, 0),
-    omega about the X axis of the object, M (1, 0, 0).
+        Derivatives by (X, Y, Z): this is M, as from `rotation.matrix`. Those by
+        (X0, Y0, Z0) are -M.
 
     References
     ----------
     Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
     """
-    m = rotation.matrix(exterior[..., 3], exterior[..., 4], exterior[..., 5])
-    sin, cos = np.sin(exterior[..., 5]), np.cos(exterior[..., 5])
+    M = matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
     dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
-    U, V, W = (
-        m[..., i, 0] * dX + m[..., i, 1] * dY + m[..., i, 2] * dZ for i in range(3)
+    rows = (M[..., i, 0] * dX + M[..., i, 1] * dY + M[..., i, 2] * dZ for i in range(3))
+    return vector(*rows), M
+
+
+def ray_by_angles(exterior: np.ndarray, ray: np.ndarray) -> np.ndarray:
+    """Derivatives (..., 3, 3) of the ray by (omega, phi, kappa).
+
+    To change an angle is to turn the camera about an axis a, and the ray then moves by
+    (U, V, W) x a. Kappa turns about the camera's z axis, phi about M_kappa (0, 1, 0),
+    omega about the X axis of the object, M (1, 0, 0).
+    """
+    sin, cos = np.sin(exterior[..., 5]), np.cos(exterior[..., 5])
+    a1, a2, a3 = _turn(exterior, 1.0, 0.0, 0.0)
+    U, V, W = np.moveaxis(ray, -1, 0)
+    return matrix(
+        [V * a3 - W * a2, -W * cos, V],
+        [W * a1 - U * a3, W * sin, -U],
+        [U * a2 - V * a1, U * cos - V * sin, 0.0],
     )
-    a1, a2, a3 = (m[..., i, 0] for i in range(3))
-    omega = (V * a3 - W * a2, W * a1 - U * a3, U * a2 - V * a1)
-    phi = (-W * cos, W * sin, U * cos - V * sin)
-    kappa = (V, -U, 0.0)
-    return vector(U, V, W), m, matrix(*zip(omega, phi, kappa))
+
+
+def _turn(exterior: np.ndarray, x: float, y: float, z: float) -> tuple[np.ndarray, ...]:
+    """Turn a vector by omega about x, by phi about the new y, by kappa about the new z.
+
+    The same as `rotation.matrix`, which refuses the complex and the not finite.
+    """
+    (so, sp, sk), (co, cp, ck) = np.moveaxis(
+        [np.sin(exterior[..., 3:]), np.cos(exterior[..., 3:])], -1, 1
+    )
+    y, z = co * y + so * z, co * z - so * y
+    x, z = cp * x - sp * z, cp * z + sp * x
+    x, y = ck * x + sk * y, ck * y - sk * x
+    return x, y, z
 
 
 def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -83,15 +100,12 @@ def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
     per_depth = -1.0 / ray[..., 2]
     x, y = ray[..., 0] * per_depth, ray[..., 1] * per_depth
     scale = c * per_depth
-    return (
-        vector(c * x, c * y),
-        matrix([x], [y]),
-        matrix([scale, 0.0, scale * x], [0.0, scale, scale * y]),
-    )
+    by_ray = matrix([scale, 0.0, scale * x], [0.0, scale, scale * y])
+    return vector(c * x, c * y), matrix([x], [y]), by_ray
 
 
-def distortion(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Displacement by the lens, as written at the head of the module.
+def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
+    """Displacement (dx, dy) of an image point by the lens, as `camera` defines it.
 
     Parameters
     ----------
@@ -102,12 +116,8 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, ...]:
 
     Returns
     -------
-    displacement : ndarray (..., 2)
+    ndarray (..., 2)
         (dx, dy) in mm.
-    by_image : ndarray (..., 2, 2)
-        Derivatives by (x, y).
-    by_lens : ndarray (..., 2, 7)
-        Derivatives by the seven parameters.
 
     References
     ----------
@@ -116,24 +126,37 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, ...]:
     """
     K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
     x, y = image[..., 0], image[..., 1]
-    xx, xy, yy = x * x, x * y, y * y
-    r2 = xx + yy
+    r2 = x * x + y * y
+    # P1 (r^2 + 2 x^2) + 2 P2 x y = P1 r^2 + 2 x (P1 x + P2 y), the same in y
+    along = r2 * (K1 + r2 * (K2 + r2 * K3)) + 2 * (P1 * x + P2 * y)
+    return vector(x * along + P1 * r2 + b1 * x + b2 * y, y * along + P2 * r2)
+
+
+def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
+    """Derivatives (..., 2, 2) of the displacement by (x, y)."""
+    K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
+    x, y = image[..., 0], image[..., 1]
+    r2 = x * x + y * y
     radial = r2 * (K1 + r2 * (K2 + r2 * K3))
     slope = 2 * (K1 + r2 * (2 * K2 + r2 * 3 * K3))  # d radial / dx = slope * x
-    dx = x * radial + P1 * (r2 + 2 * xx) + 2 * P2 * xy + b1 * x + b2 * y
-    dy = y * radial + P2 * (r2 + 2 * yy) + 2 * P1 * xy
-    mixed = xy * slope + 2 * (P1 * y + P2 * x)
-    by_image = matrix(
-        [radial + xx * slope + 6 * P1 * x + 2 * P2 * y + b1, mixed + b2],
-        [mixed, radial + yy * slope + 6 * P2 * y + 2 * P1 * x],
+    mixed = x * y * slope + 2 * (P1 * y + P2 * x)
+    return matrix(
+        [radial + x * x * slope + 6 * P1 * x + 2 * P2 * y + b1, mixed + b2],
+        [mixed, radial + y * y * slope + 6 * P2 * y + 2 * P1 * x],
     )
+
+
+def distortion_by_lens(image: np.ndarray) -> np.ndarray:
+    """Derivatives (..., 2, 7) of the displacement by (K1, K2, K3, P1, P2, b1, b2)."""
+    x, y = image[..., 0], image[..., 1]
+    xx, xy, yy = x * x, 2 * x * y, y * y
+    r2 = xx + yy
     r4 = r2 * r2
     r6 = r4 * r2
-    by_lens = matrix(
-        [x * r2, x * r4, x * r6, r2 + 2 * xx, 2 * xy, x, y],
-        [y * r2, y * r4, y * r6, 2 * xy, r2 + 2 * yy, 0.0, 0.0],
+    return matrix(
+        [x * r2, x * r4, x * r6, r2 + 2 * xx, xy, x, y],
+        [y * r2, y * r4, y * r6, xy, r2 + 2 * yy, 0.0, 0.0],
     )
-    return vector(dx, dy), by_image, by_lens
 
 
 def misclosure(
@@ -153,29 +176,35 @@ def misclosure(
     derivatives : dict
         Of v, by "interior", "exterior" and "point", as far as asked for.
     """
-    rays, by_point, by_angles = ray(exterior, points)
-    image, by_c, by_ray = perspective(interior[..., 0], rays)
-    centre, parameters = interior[..., 1:3], interior[..., 3:]
+    c, centre, lens_parameters = interior[..., 0], interior[..., 1:3], interior[..., 3:]
+    rays, by_point = ray(exterior, points)
+    image, by_c, by_ray = perspective(c, rays)
     if lens == "backward":
-        reduced = measured - centre
-        shift, by_image, by_lens = distortion(parameters, reduced)
-        v = image - reduced - shift
-        by_centre, by_lens = by_image + np.eye(2), -by_lens
+        distorted = measured - centre
+        v = image - distorted - distortion(lens_parameters, distorted)
+        sign = -1.0
     else:
-        shift, by_image, by_lens = distortion(parameters, image)
-        v = image + shift + centre - measured
-        by_image, by_centre = by_image + np.eye(2), np.eye(2)
-        by_c, by_ray = (product(by_image, part) for part in (by_c, by_ray))
+        distorted = image
+        v = image + distortion(lens_parameters, image) + centre - measured
+        sign = 1.0
+
+    if lens == "forward" and wrt:
+        through_lens = np.eye(2) + distortion_by_image(lens_parameters, image)
+        by_c, by_ray = product(through_lens, by_c), product(through_lens, by_ray)
     blocks = {}
     if "interior" in wrt:
+        by_centre = np.eye(2)
+        if lens == "backward":
+            by_centre = by_centre + distortion_by_image(lens_parameters, distorted)
+        by_lens = sign * distortion_by_lens(distorted)
         blocks["interior"] = side_by_side(by_c, by_centre, by_lens)
-    if "point" in wrt or "exterior" in wrt:
+    if "exterior" in wrt or "point" in wrt:
         by_point = product(by_ray, by_point)
+    if "exterior" in wrt:
+        by_angles = product(by_ray, ray_by_angles(exterior, rays))
+        blocks["exterior"] = side_by_side(-by_point, by_angles)
     if "point" in wrt:
         blocks["point"] = by_point
-    if "exterior" in wrt:
-        by_angles = product(by_ray, by_angles)
-        blocks["exterior"] = side_by_side(-by_point, by_angles)
     for name, block in blocks.items():
         blocks[name] = np.broadcast_to(block, (*v.shape, block.shape[-1]))
     return v, np.broadcast_to(-rays[..., 2], v.shape[:-1]), blocks
@@ -201,28 +230,27 @@ def undistort(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, np.ndarr
     x = image
     with np.errstate(all="ignore"):  # what overflows is not solved
         for _ in range(30):
-            shift, by_x, _ = distortion(lens, x)
-            a, b, c, d = _entries(by_x)
-            u, v = np.moveaxis(image - x - shift, -1, 0)
+            a, b, c, d = _entries(distortion_by_image(lens, x))
+            u, v = np.moveaxis(image - x - distortion(lens, x), -1, 0)
             step = vector(d * u - b * v, a * v - c * u) / (a * d - b * c)[..., None]
             x = x + step
             # Newton squares the error: after such a step only rounding is left
-            solved = _length(step) <= 1e-9 * _length(image)
+            solved = np.hypot(*_xy(step)) <= 1e-9 * np.hypot(*_xy(image))
             if np.all(solved):
                 break
         for part in np.linspace(0.1, 1, 10):  # no turn on the way out to x
-            a, b, c, d = _entries(distortion(lens, part * x)[1])
+            a, b, c, d = _entries(distortion_by_image(lens, part * x))
             solved = solved & (a * d > b * c) & (a + d > 0)
     return x, solved
+
+
+def _xy(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return image[..., 0], image[..., 1]
 
 
 def _entries(by_x: np.ndarray) -> tuple[np.ndarray, ...]:
     """Entries a, b, c, d of the derivative of x + d(x)."""
     return 1 + by_x[..., 0, 0], by_x[..., 0, 1], by_x[..., 1, 0], 1 + by_x[..., 1, 1]
-
-
-def _length(x: np.ndarray) -> np.ndarray:
-    return np.hypot(x[..., 0], x[..., 1])
 
 
 def vector(*entries: ArrayLike) -> np.ndarray:

@@ -31,7 +31,8 @@ def agree(analytic, function, x):
 @pytest.mark.parametrize("seed", range(5))
 def test_ray_has_the_derivatives_that_complex_step_gives(seed):
     exterior = EXTERIOR + [0, 0, 0, *np.random.default_rng(seed).uniform(-3, 3, 3)]
-    _, by_point, by_angles = imaging.ray(exterior, POINT)
+    ray, by_point = imaging.ray(exterior, POINT)
+    by_angles = imaging.ray_by_angles(exterior, ray)
     agree(by_point, lambda x: imaging.ray(exterior, x)[0], POINT)
     agree(
         np.concatenate([-by_point, by_angles], axis=-1),
@@ -40,16 +41,18 @@ def test_ray_has_the_derivatives_that_complex_step_gives(seed):
     )
 
 
-def test_ray_is_the_rotated_difference():
-    # scipy turns the axes one after the other: about x, then y, then z, as R = M'
+def test_ray_is_turned_as_scipy_turns_it():
+    # First omega about x, then phi about the new y, kappa about the new z; M is R'
     turned = Rotation.from_euler("XYZ", EXTERIOR[3:]).inv()
     expected = turned.apply(POINT - EXTERIOR[:3])
     np.testing.assert_allclose(imaging.ray(EXTERIOR, POINT)[0], expected, rtol=1e-13)
 
 
-def test_derivatives_by_angles_are_those_of_the_rotation_matrix():
-    _, _, by_angles = imaging.ray(EXTERIOR, POINT)
+def test_ray_agrees_with_the_rotation_matrix_and_its_derivatives():
+    ray, by_point = imaging.ray(EXTERIOR, POINT)
+    np.testing.assert_allclose(by_point, rotation.matrix(*EXTERIOR[3:]), atol=1e-15)
     expected = rotation.derivatives(*EXTERIOR[3:]) @ (POINT - EXTERIOR[:3])
+    by_angles = imaging.ray_by_angles(EXTERIOR, ray)
     np.testing.assert_allclose(by_angles, expected.T, rtol=1e-12, atol=1e-10)
 
 
@@ -63,9 +66,10 @@ def test_perspective_has_the_derivatives_that_complex_step_gives():
 
 def test_distortion_has_the_derivatives_that_complex_step_gives():
     image = np.array([9.0, -7.0])
-    _, by_image, by_lens = imaging.distortion(LENS, image)
-    agree(by_image, lambda x: imaging.distortion(LENS, x)[0], image)
-    agree(by_lens, lambda x: imaging.distortion(x, image)[0], LENS)
+    by_image = imaging.distortion_by_image(LENS, image)
+    by_lens = imaging.distortion_by_lens(image)
+    agree(by_image, lambda x: imaging.distortion(LENS, x), image)
+    agree(by_lens, lambda x: imaging.distortion(x, image), LENS)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +87,7 @@ def test_distortion_has_the_derivatives_that_complex_step_gives():
 def test_each_parameter_of_the_lens_alone_at_a_point_by_hand(name, expected):
     names = ("K1", "K2", "K3", "P1", "P2", "b1", "b2")
     lens = np.array([1.0 if n == name else 0.0 for n in names])
-    displacement, *_ = imaging.distortion(lens, np.array([2.0, 1.0]))
+    displacement = imaging.distortion(lens, np.array([2.0, 1.0]))
     np.testing.assert_allclose(displacement, expected, rtol=1e-15)
 
 
