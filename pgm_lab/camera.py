@@ -41,14 +41,11 @@ class Camera:
     b1, b2 : float
         Affinity and shear of the image axes, no unit.
     lens : {"backward", "forward"}
-        Where the distortion is evaluated: "backward" corrects measured coordinates,
-        "forward" displaces ideal ones.
+        "backward" corrects measured coordinates, "forward" displaces ideal ones.
 
     Examples
     --------
     >>> camera = Camera(35.0, x0=0.1, K1=-1e-4)
-    >>> camera.interior.shape
-    (10,)
     >>> Camera(*camera.interior, lens=camera.lens) == camera
     True
     """
@@ -80,7 +77,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Collinearity:
-    """Misclosure v of the collinearity equations and its derivatives.
+    """Misclosure of the collinearity equations and its derivatives.
 
     Attributes
     ----------
@@ -109,8 +106,7 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     exterior : array_like (..., 6)
         (X0, Y0, Z0, omega, phi, kappa), in the unit of the points and radians.
     points : array_like (..., 3)
-        Object points; the leading axes broadcast against those of `exterior`: use
-        (photos, 1, 6) and (n, 3) for n points in each of several photos.
+        Leading axes broadcast: (photos, 1, 6) and (n, 3) give (photos, n, 2).
 
     Returns
     -------
@@ -120,8 +116,7 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, a point does not lie in front of
-        the camera, or the lens equation has no solution there.
+        If the input is wrong, a point is not in front, or the lens has no solution.
 
     Examples
     --------
@@ -161,12 +156,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, or (lens "forward") no ideal point
-        is displaced to the measured one.
-
-    References
-    ----------
-    Muliawan 2013, (2.51) and (2.89), with the signs at the head of this module.
+        If the input is wrong or, for lens "forward", the lens has no solution.
 
     Examples
     --------
@@ -229,32 +219,28 @@ def collinearity(
     Parameters
     ----------
     camera : Camera, sequence of Camera, or ndarray (..., 10)
-        One camera; or one for each entry of the first axis of `exterior`, all with the
-        same lens direction; or arrays of interior parameters that broadcast against
-        the other arrays, for which `lens` says the direction.
+        One camera; or one for each photo, the first axis of `exterior`, with the same
+        lens direction; or interior parameters that broadcast, with `lens`.
     exterior : array_like (..., 6)
-        (X0, Y0, Z0, omega, phi, kappa). The rotation is computed once for each: hand
-        over (photos, 1, 6) with points (n, 3) and measured (photos, n, 2).
+        (X0, Y0, Z0, omega, phi, kappa). Hand over (photos, 1, 6) with points (n, 3)
+        and measured (photos, n, 2): then each rotation is computed once.
     points : array_like (..., 3)
-        Object points.
     measured : array_like (..., 2)
         Image coordinates as measured, in mm.
     wrt : collection of str
-        The derivatives wanted, of "interior", "exterior", "point"; the fewer, the
-        faster.
+        The derivatives wanted: "interior", "exterior", "point". Fewer are faster.
     lens : {"backward", "forward"}
         Lens direction of an array of interior parameters; a Camera has its own.
 
     Returns
     -------
     Collinearity
-        v, derivatives and depth. Points behind the camera are not refused: they have a
-        negative depth.
+        Points behind the camera are not refused: they have a negative depth.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, or a name in `wrt` is unknown.
+        If a shape or a name in `wrt` is wrong, or a number is not finite.
 
     References
     ----------
@@ -287,8 +273,9 @@ def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
     solution, solved = imaging.undistort(camera.interior[3:], image)
     _validate.refuse(
         ~solved,
-        f"{name}{{}}: no point is displaced to here by the lens. So far from the"
-        " principal point its distortion turns back; check K1 ... b2 and the unit (mm)",
+        name
+        + "{}: no point is displaced to here by the lens. So far from the principal"
+        " point its distortion turns back; check K1 ... b2 and the unit (mm)",
     )
     return solution
 
@@ -297,20 +284,15 @@ def _interior(camera, lens: str, exterior: np.ndarray) -> tuple[np.ndarray, str]
     """Interior parameters (..., 10) that broadcast, and the direction of the lens."""
     if isinstance(camera, Camera):
         return camera.interior, camera.lens
-    if isinstance(camera, np.ndarray) and camera.dtype != object:
+    if isinstance(camera, np.ndarray):
         _validate.choice(lens, "lens", LENSES)
         return _validate.points(camera, 10, "camera"), lens
-    directions = {one.lens for one in camera}
-    if len(directions) != 1:
+    n = len(camera)
+    if len({one.lens for one in camera}) != 1 or exterior.shape[:-1][:1] != (n,):
         raise ValueError(
-            "the cameras must have the same lens direction; got"
-            f" {sorted(directions)}. Treat the two groups in two calls"
-        )
-    if exterior.shape[:1] != (len(camera),) or exterior.ndim < 2:
-        raise ValueError(
-            f"{len(camera)} cameras need as many photos in the first axis of exterior;"
-            f" got shape {exterior.shape}"
+            f"{n} cameras need the same lens direction and as many photos in the first"
+            f" axis of exterior; got lenses {[one.lens for one in camera]} and shape"
+            f" {exterior.shape}"
         )
     interior = np.array([one.interior for one in camera])
-    shape = (len(camera), *[1] * (exterior.ndim - 2), 10)
-    return interior.reshape(shape), directions.pop()
+    return interior.reshape(n, *[1] * (exterior.ndim - 2), 10), camera[0].lens
