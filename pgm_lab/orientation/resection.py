@@ -1,5 +1,6 @@
 """Space resection: the exterior orientation of one photo from known object points."""
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -136,7 +137,7 @@ def resect(
         return _nothing(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
-    exteriors = np.concatenate([centres, rotation.angles(M)], axis=1)[chosen]
+    exteriors = _exteriors(centres[chosen], M[chosen])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
         return replace(_nothing(n, status), solutions=exteriors)
@@ -174,18 +175,10 @@ def _observations(image_points, object_points) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _nothing(n: int, status: str) -> Resection:
-    nan = np.full((n, 2), np.nan)
-    return Resection(
-        np.full(6, np.nan),
-        np.full((6, 6), np.nan),
-        np.nan,
-        2 * n - 6,
-        nan,
-        nan,
-        nan,
-        np.empty((0, 6)),
-        status,
-    )
+    nan = np.full((max(n, 6), 6), np.nan)
+    v = nan[:n, :2]
+    none = nan[:0]
+    return Resection(nan[0], nan[:6], np.nan, 2 * n - 6, v, v, v, none, status)
 
 
 def _closed_form(camera, image_points, object_points):
@@ -276,6 +269,12 @@ def _failure(found: Adjustment, centres, object_points) -> str:
         return "near the dangerous cylinder"
     status = str(found.status[0])
     return {"converged": "no solution", "singular": "weak geometry"}.get(status, status)
+
+
+def _exteriors(centres, M) -> np.ndarray:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the status names the gimbal lock
+        return np.concatenate([centres, rotation.angles(M)], axis=1)
 
 
 def _to_object_space(M_start, local_angles, angles) -> np.ndarray:

@@ -100,7 +100,9 @@ def near_cylinder(centre: np.ndarray, object_points: np.ndarray) -> bool:
     off_axis = np.cross(centre - a - to_middle, axis)
     distance = np.linalg.norm(off_axis, axis=-1) / np.sqrt(square[:, 0])
     radius = np.linalg.norm(to_middle, axis=-1)
-    return bool(np.all(np.abs(distance / radius - 1) < NEAR))
+    # The circle of points almost on a line is so large that everything is near it
+    far = np.linalg.norm(centre - a, axis=-1)
+    return bool(np.all(np.abs(distance - radius) < NEAR * np.minimum(radius, far)))
 
 
 def _distance_ratios(vectors, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
