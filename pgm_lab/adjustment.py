@@ -111,8 +111,7 @@ def adjust(
         raise ValueError("start must have shape (..., u); got one number")
     *lead, u = start.shape
     names = normal.parameter_names(names, u)
-    if sigma0_prior is not None:
-        sigma0_prior = float(_validate.positive(sigma0_prior, "sigma0_prior", "any"))
+    sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
     model = _model(
         function, start, observations, weights, covariance, constraints, args
     )
@@ -158,7 +157,7 @@ def adjust(
         name: values.reshape((*lead, *values.shape[1:]))[()]
         for name, values in whole.items()
     }
-    history = History(*(part.reshape((-1, *lead)) for part in history))
+    history = History(*(part.reshape((len(part), *lead)) for part in history))
     return Adjustment(**shaped, sigma0_prior=sigma0_prior, names=names, history=history)
 
 
