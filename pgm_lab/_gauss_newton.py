@@ -30,7 +30,7 @@ class Model:
 
     def evaluate(self, x: np.ndarray, k) -> tuple[np.ndarray, ...]:
         """Residuals v, design matrix A, constraints c and C of the problems k at x."""
-        computed, A = self._call(self.function, x, k)
+        computed, A = self._call(self.function, "function", x, k)
         if self.weighted_parameters:
             unit = np.broadcast_to(np.eye(x.shape[-1]), (*x.shape, x.shape[-1]))
             computed = np.concatenate([computed, x], axis=-1)
@@ -43,21 +43,35 @@ class Model:
         v = computed - self.observations[k]
         if self.constraints is None:
             return v, A, None, None
-        return v, A, *self._call(self.constraints, x, k)
+        return v, A, *self._call(self.constraints, "constraints", x, k)
 
-    def _call(self, function, x, k) -> tuple[np.ndarray, np.ndarray]:
+    def _call(self, function, name, x, k) -> tuple[np.ndarray, np.ndarray]:
         if self.single:
-            values, jacobian = function(x[0], *self.args)
-            values, jacobian = np.asarray(values)[None], np.asarray(jacobian)[None]
+            answer = function(x[0], *self.args)
         else:
-            values, jacobian = function(x, *(arg[k] for arg in self.args))
-        if np.shape(jacobian)[-2:] != (values.shape[-1], x.shape[-1]):
+            answer = function(x, *(arg[k] for arg in self.args))
+        if not isinstance(answer, tuple | list) or len(answer) != 2:
             raise ValueError(
-                f"the Jacobian of {values.shape[-1]} values by {x.shape[-1]} parameters"
-                f" must end in shape {(values.shape[-1], x.shape[-1])};"
-                f" got {np.shape(jacobian)}"
+                f"{name} must return two arrays: values and their Jacobian"
             )
-        return values, np.broadcast_to(jacobian, (*values.shape, x.shape[-1]))
+        values, jacobian = (np.asarray(part, dtype=float) for part in answer)
+        shape = (len(x), *values.shape[-1:], x.shape[-1])
+        lead = () if self.single else shape[:1]
+        try:
+            values = np.broadcast_to(values, (*shape[:1], shape[-2]))
+        except (ValueError, IndexError):
+            raise ValueError(
+                f"{name} must return values {(*lead, 'n')}; got shape {values.shape}"
+            ) from None
+        if jacobian.shape not in (shape[1:], (1, *shape[1:]), shape):
+            raise ValueError(
+                f"{name} must return a Jacobian {(*lead, *shape[1:])}, a row for each"
+                f" value and a column for each parameter; got shape {jacobian.shape}"
+            )
+        # Where a derivative is missing, the value is of no use.
+        whole = np.isfinite(jacobian).all(axis=(-2, -1))
+        values = np.where(whole[..., None], values, np.nan)
+        return values, np.broadcast_to(jacobian, shape)
 
     def weighted(self, matrix: np.ndarray, k) -> np.ndarray:
         """P times a matrix (k, n, u)."""
@@ -125,10 +139,13 @@ def iterate(
     redundancy = model.redundancy(state)
     phi = model.objective(state.v, k)
     level = np.sqrt(model.objective(model.observations, k))
-    status = np.where(np.isfinite(phi), "too many iterations", "diverged")
+    usable = np.isfinite(phi)
+    if state.c is not None:
+        usable &= np.isfinite(state.c).all(axis=-1)
+    status = np.where(usable, "too many iterations", "diverged")
     iterations = np.zeros(m, int)
     objectives, steps, changes = [phi.copy()], [], []
-    k = k[np.isfinite(phi)]
+    k = k[usable]
     while len(k) and iterations.max() < max_iterations:
         here = state.part(k)
         PA = model.weighted(here.A, k)
@@ -148,7 +165,8 @@ def iterate(
         there, step, found = _line_search(
             model, k, here, dx, decrease, rounding, correlates, line_search
         )
-        converged = (change <= tolerance) | (decrease <= rounding)
+        negligible = (decrease <= rounding) & _closed(here, N, np.sqrt(rounding))
+        converged = (change <= tolerance) | negligible
         move = found & ~singular
         state.put(k[move], there.part(move))
         phi[k] = np.where(move, model.objective(there.v, k), phi[k])
@@ -174,6 +192,18 @@ def _in_standard_deviations(dx, Q, sigma) -> np.ndarray:
     moved = dx != 0
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.max(np.where(moved, np.abs(dx) / sd, 0), axis=-1)
+
+
+def _closed(state, N, rounding) -> np.ndarray:
+    """Whether the constraints hold, but for the rounding of numbers.
+
+    A step that only closes constraints, such as a change of datum, lowers no v'Pv.
+    """
+    if state.c is None:
+        return np.True_
+    error = rounding[:, None] * normal.column_scale(N) + ROUNDING * np.abs(state.x)
+    limit = np.einsum("mku,mu->mk", np.abs(state.C), error)
+    return np.all(np.abs(state.c) <= limit, axis=-1)
 
 
 def _line_search(model, k, here, dx, decrease, rounding, correlates, wanted):

@@ -11,6 +11,8 @@ import numpy as np
 # A parameter whose variance the others inflate more than this is not determined: normal
 # equations in double precision hold about 16 digits, and these are 12 of them.
 INFLATION_LIMIT = 1e12
+# A parameter whose variance constraints deflate more than this is fixed by them.
+DEFLATION_LIMIT = 1e-14
 
 
 @dataclass(frozen=True)
@@ -40,12 +42,19 @@ class RankDefect(ValueError):
     def __init__(self, null_space: NullSpace):
         self.null_space = null_space
         u = len(null_space.vectors)
-        super().__init__(
-            f"the normal matrix has rank {u - null_space.defect} of {u}: the"
-            f" observations do not determine {', '.join(null_space.names)}."
-            " Add observations or constraints, give these parameters weights, or leave"
-            " them out"
-        )
+        if null_space.defect:
+            message = (
+                f"the normal matrix has rank {u - null_space.defect} of {u}: the"
+                f" observations do not determine {', '.join(null_space.names)}. Add"
+                " observations or constraints, give these parameters weights, or leave"
+                " them out"
+            )
+        else:
+            message = (
+                "the constraints follow from one another or contradict each other:"
+                " leave out those that are too many"
+            )
+        super().__init__(message)
 
 
 def column_scale(normal: np.ndarray) -> np.ndarray:
@@ -91,7 +100,8 @@ def solve(
     correlates : ndarray (..., k)
         Multipliers k of the constraints.
     singular : ndarray (...) of bool
-        Where the matrix cannot be inverted; the other results are NaN there.
+        Where parameters are not determined or constraints depend on each other; the
+        other results are NaN there.
 
     References
     ----------
@@ -112,9 +122,12 @@ def solve(
         right = right * scale
     inverse = _inverse(system)
     cofactor = inverse[..., :u, :u]
-    inflation = np.diagonal(cofactor, axis1=-2, axis2=-1)
-    with np.errstate(invalid="ignore"):
-        determined = np.all(np.abs(inflation) < INFLATION_LIMIT, axis=-1)
+    determined = _regular(cofactor)
+    if constraint is not None:
+        border = system[..., u:, :u]
+        determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
+        fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
+        cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
     inverse[~determined] = np.nan
     solution = np.einsum("...ij,...j->...i", inverse, right)
     dx, correlates = solution[..., :u] * scale, solution[..., u:]
@@ -159,8 +172,8 @@ def null_space(
     scale = column_scale(normal)
     scaled = normal * scale[:, None] * scale
     if constraint is not None:
-        rows = constraint * scale
-        rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        system, _ = _bordered(scaled, constraint * scale)
+        rows = system[u:, :u]
         scaled = scaled + rows.T @ rows
     eigenvalues, eigenvectors = np.linalg.eigh(scaled)
     free = eigenvalues < u / INFLATION_LIMIT
@@ -192,6 +205,13 @@ def _bordered(normal, constraint) -> tuple[np.ndarray, np.ndarray]:
     system[..., u:, :u] = constraint
     system[..., :u, u:] = np.swapaxes(constraint, -1, -2)
     return system, rows
+
+
+def _regular(inverse) -> np.ndarray:
+    """Whether the inverse of a matrix with diagonal one is to be trusted."""
+    diagonal = np.diagonal(inverse, axis1=-2, axis2=-1)
+    with np.errstate(invalid="ignore"):
+        return np.all(np.abs(diagonal) < INFLATION_LIMIT, axis=-1)
 
 
 def _inverse(matrices) -> np.ndarray:
