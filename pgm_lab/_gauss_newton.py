@@ -55,11 +55,12 @@ class Model:
                 f"{name} must return two arrays: values and their Jacobian"
             )
         values, jacobian = (np.asarray(part, dtype=float) for part in answer)
-        shape = (len(x), *values.shape[-1:], x.shape[-1])
+        values = np.atleast_1d(values)
+        shape = (len(x), values.shape[-1], x.shape[-1])
         lead = () if self.single else shape[:1]
         try:
-            values = np.broadcast_to(values, (*shape[:1], shape[-2]))
-        except (ValueError, IndexError):
+            values = np.broadcast_to(values, shape[:-1])
+        except ValueError:
             raise ValueError(
                 f"{name} must return values {(*lead, 'n')}; got shape {values.shape}"
             ) from None

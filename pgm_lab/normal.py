@@ -219,7 +219,8 @@ def _inverse(matrices) -> np.ndarray:
     try:
         return np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
-        regular = np.linalg.slogdet(matrices).sign != 0
+        with np.errstate(invalid="ignore"):
+            regular = np.linalg.slogdet(matrices).sign != 0
         inverse = np.full_like(matrices, np.nan)
         inverse[regular] = np.linalg.inv(matrices[regular])
         return inverse
