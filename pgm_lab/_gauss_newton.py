@@ -42,7 +42,7 @@ class Model:
             )
         v = computed - self.observations[k]
         if self.constraints is None:
-            return v, A, None, None
+            return v, A, v[:, :0], A[:, :0]
         return v, A, *self._call(self.constraints, "constraints", x, k)
 
     def _call(self, function, name, x, k) -> tuple[np.ndarray, np.ndarray]:
@@ -83,8 +83,8 @@ class Model:
         """Observations made, minus unknowns, plus constraints, of each problem."""
         P = self.weights
         P = P if P.ndim == 2 else np.diagonal(P, axis1=-2, axis2=-1)
-        constraints = 0 if state.c is None else state.c.shape[-1]
-        return np.count_nonzero(P > 0, axis=-1) - state.x.shape[-1] + constraints
+        made = np.count_nonzero(P > 0, axis=-1)
+        return made - state.x.shape[-1] + state.c.shape[-1]
 
     def objective(self, v: np.ndarray, k) -> np.ndarray:
         """Return v'Pv of each problem; infinite where a residual is not finite."""
@@ -101,8 +101,8 @@ class State:
     x: np.ndarray
     v: np.ndarray
     A: np.ndarray
-    c: np.ndarray | None
-    C: np.ndarray | None
+    c: np.ndarray
+    C: np.ndarray
 
     @classmethod
     def at(cls, model: Model, x: np.ndarray, k: np.ndarray) -> "State":
@@ -112,13 +112,11 @@ class State:
     def put(self, k: np.ndarray, other: "State") -> None:
         """Overwrite the problems k."""
         for name in ("x", "v", "A", "c", "C"):
-            if getattr(self, name) is not None:
-                getattr(self, name)[k] = getattr(other, name)
+            getattr(self, name)[k] = getattr(other, name)
 
     def part(self, k: np.ndarray) -> "State":
         """Copy of the problems k."""
-        take = (self.x, self.v, self.A, self.c, self.C)
-        return State(*(None if array is None else array[k] for array in take))
+        return State(self.x[k], self.v[k], self.A[k], self.c[k], self.C[k])
 
 
 def iterate(
@@ -140,9 +138,7 @@ def iterate(
     redundancy = model.redundancy(state)
     phi = model.objective(state.v, k)
     level = np.sqrt(model.objective(model.observations, k))
-    usable = np.isfinite(phi)
-    if state.c is not None:
-        usable &= np.isfinite(state.c).all(axis=-1)
+    usable = np.isfinite(phi) & np.isfinite(state.c).all(axis=-1)
     status = np.where(usable, "too many iterations", "diverged")
     iterations = np.zeros(m, int)
     objectives, steps, changes = [phi.copy()], [], []
@@ -163,11 +159,16 @@ def iterate(
         # the end is reached when a step changes nothing above the rounding of numbers.
         size = np.sqrt(np.diagonal(N, axis1=-2, axis2=-1)) * np.abs(here.x)
         rounding = (ROUNDING * (level[k] + size.max(axis=-1))) ** 2
+        closing = _closing_error(here, N, np.sqrt(rounding))
+        # An exact penalty: heavy enough that a step towards the constraints pays.
+        penalty = 4 * np.max(np.abs(correlates), axis=-1, initial=0)
+        slack = 1e-12 * phi[k] + rounding + penalty * closing.sum(axis=-1)
         there, step, found = _line_search(
-            model, k, here, dx, decrease, rounding, correlates, line_search
+            model, k, here, dx, decrease, penalty, slack, line_search
         )
-        negligible = (decrease <= rounding) & _closed(here, N, np.sqrt(rounding))
-        converged = (change <= tolerance) | negligible
+        # A step that only closes constraints, such as a change of datum, lowers no v'Pv
+        closed = np.all(np.abs(here.c) <= closing, axis=-1)
+        converged = (change <= tolerance) | ((decrease <= rounding) & closed)
         move = found & ~singular
         state.put(k[move], there.part(move))
         phi[k] = np.where(move, model.objective(there.v, k), phi[k])
@@ -195,31 +196,21 @@ def _in_standard_deviations(dx, Q, sigma) -> np.ndarray:
         return np.max(np.where(moved, np.abs(dx) / sd, 0), axis=-1)
 
 
-def _closed(state, N, rounding) -> np.ndarray:
-    """Whether the constraints hold, but for the rounding of numbers.
-
-    A step that only closes constraints, such as a change of datum, lowers no v'Pv.
-    """
-    if state.c is None:
-        return np.True_
+def _closing_error(state, N, rounding) -> np.ndarray:
+    """Misclosures of the constraints (m, k) that the rounding of numbers explains."""
     error = rounding[:, None] * normal.column_scale(N) + ROUNDING * np.abs(state.x)
-    limit = np.einsum("mku,mu->mk", np.abs(state.C), error)
-    return np.all(np.abs(state.c) <= limit, axis=-1)
+    return np.einsum("mku,mu->mk", np.abs(state.C), error)
 
 
-def _line_search(model, k, here, dx, decrease, rounding, correlates, wanted):
+def _line_search(model, k, here, dx, decrease, penalty, slack, wanted):
     """Halve the step of each problem until v'Pv, with its constraints, falls enough."""
-    # An exact penalty: heavy enough that a step towards the constraints pays.
-    penalty = 4 * np.max(np.abs(correlates), axis=-1, initial=0)
 
     def merit(state, k, penalty):
-        phi = model.objective(state.v, k)
-        return phi if state.c is None else phi + penalty * np.abs(state.c).sum(axis=-1)
+        return model.objective(state.v, k) + penalty * np.abs(state.c).sum(axis=-1)
 
     step = np.ones(len(k))
     there = State.at(model, here.x + dx, k).part(np.arange(len(k)))
     before, after = merit(here, k, penalty), merit(there, k, penalty)
-    slack = 1e-12 * before + rounding
 
     def too_high():
         goal = before - 2 * SUFFICIENT_DECREASE * step * decrease + slack

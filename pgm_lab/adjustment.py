@@ -138,8 +138,7 @@ def adjust(
     _, Q, _, singular = normal.solve(N, np.zeros_like(x), state.C, state.c)
     singular &= status != "diverged"
     if not lead and singular[0]:
-        C = None if state.C is None else state.C[0]
-        raise RankDefect(normal.null_space(N[0], names, C))
+        raise RankDefect(normal.null_space(N[0], names, state.C[0]))
     status[singular] = "singular"
     phi = model.objective(state.v, everything)
     state.x[singular], state.v[singular], phi[singular] = np.nan, np.nan, np.nan

@@ -113,26 +113,22 @@ def solve(
     array([2., 3.])
     """
     u = normal.shape[-1]
+    if constraint is None:
+        constraint, misclosure = normal[..., :0, :], right[..., :0]
     scale = column_scale(normal)
     system = normal * scale[..., :, None] * scale[..., None, :]
-    if constraint is not None:
-        system, rows = _bordered(system, constraint * scale[..., None, :])
-        right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
-    else:
-        right = right * scale
+    system, rows = _bordered(system, constraint * scale[..., None, :])
+    border = system[..., u:, :u]
     inverse = _inverse(system)
     cofactor = inverse[..., :u, :u]
     determined = _regular(cofactor)
-    if constraint is not None:
-        border = system[..., u:, :u]
-        determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
-        fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
-        cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
+    determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
+    fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
+    cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
     inverse[~determined] = np.nan
+    right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
     solution = np.einsum("...ij,...j->...i", inverse, right)
-    dx, correlates = solution[..., :u] * scale, solution[..., u:]
-    if constraint is not None:
-        correlates = correlates * rows
+    dx, correlates = solution[..., :u] * scale, solution[..., u:] * rows
     cofactor = cofactor * scale[..., :, None] * scale[..., None, :]
     return dx, cofactor, correlates, ~determined
 

@@ -354,6 +354,36 @@ def test_constraints_that_depend_on_each_other_are_refused(rows):
         )
 
 
+@pytest.mark.parametrize("start", [[50.0, 30.0], [400.0, -300.0]])
+def test_rounding_of_a_constraint_does_not_shorten_steps(start):
+    # Squares of 1e7 m leave the constraint a rounding of 1e-2 m^2, and its weight is high
+    offset = np.array([1e7, 1e7])
+    point = offset + [48, 33]
+
+    def circle(x, stations):
+        return x @ x[:, None] - point @ point, 2 * x[None]
+
+    found = adjust(
+        distances,
+        offset + start,
+        READINGS + [0.1, -0.2, 0.3, 0.1],
+        args=[STATIONS + offset],
+        constraints=circle,
+    )
+    assert found.status == "converged"
+    np.testing.assert_array_equal(found.history.step, 1)
+
+
+def test_a_constraint_that_nothing_satisfies_ends_as_divergence():
+    def impossible(x, stations):
+        return x @ x[:, None] + 1, 2 * x[None]
+
+    found = adjust(
+        distances, [50.0, 30.0], READINGS, args=[STATIONS], constraints=impossible
+    )
+    assert found.status == "diverged"
+
+
 # Free networks
 
 # Four bench marks, six height differences from point to point

@@ -77,7 +77,7 @@ def test_a_constraint_takes_its_direction_out_of_the_null_space():
     assert found.defect == 1 and found.names == ("x1",)
 
 
-@pytest.mark.parametrize(("departure", "defect"), [(1e-5, 0), (1e-7, 1), (0, 1)])
+@pytest.mark.parametrize(("departure", "defect"), [(1e-4, 0), (1e-7, 1), (0, 1)])
 def test_solve_and_null_space_agree_where_determined_ends(departure, defect):
     A = design(9)
     A = np.column_stack([A, A[:, 0] + A[:, 1]])
