@@ -1,0 +1,93 @@
+"""Is it a rotation at all? The orthogonality, the mirror, the nearest rotation."""
+
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+
+
+def defect(M: ArrayLike) -> np.ndarray | float:
+    """Largest element of |M M' - I|: how far a matrix is from being orthogonal.
+
+    A mirror has no defect either; its determinant is -1.
+
+    Examples
+    --------
+    >>> print(f"{defect([[1, 0, 0], [0, 1, 0.1], [0, 0, 1]]):.2f}")
+    0.10
+    """
+    M = _square(M)
+    return np.abs(M @ np.swapaxes(M, -1, -2) - np.eye(3)).max(axis=(-2, -1))
+
+
+def nearest(M: ArrayLike) -> np.ndarray:
+    """Rotation nearest to a matrix: the sum of squared differences is smallest.
+
+    Raises
+    ------
+    ValueError
+        If a determinant is not positive: a mirror, or flat, and no rotation is near.
+
+    Examples
+    --------
+    >>> nearest([[0.7, 0.9, 0.0], [-0.9, 0.7, 0.0], [0.0, 0.0, 1.0]]).round(3) + 0.0
+    array([[ 0.614,  0.789,  0.   ],
+           [-0.789,  0.614,  0.   ],
+           [ 0.   ,  0.   ,  1.   ]])
+    """
+    M = _square(M)
+    U, _, Vt = np.linalg.svd(M)
+    bad = np.linalg.det(M) <= 0
+    if np.any(bad):
+        raise ValueError(
+            f"{which(bad)} has no positive determinant: it mirrors or flattens space,"
+            " and no rotation is near. Is a sign of a row or column turned?"
+        )
+    return U @ Vt
+
+
+def rotation(M: ArrayLike, tolerance: float, name: str = "M") -> np.ndarray:
+    """M as a float array, if all its matrices are rotations."""
+    M = _square(M, name)
+    size = defect(M)
+    if np.any(size > tolerance):
+        raise ValueError(
+            f"{which(size > tolerance, name)} is not a rotation: |{name} {name}' - I|"
+            f" reaches {np.max(size):.2g}, more than {tolerance:g}. For a printed"
+            " matrix give a tolerance of a few units of its last digit, or take"
+            " nearest(M)"
+        )
+    mirror = np.linalg.det(M) < 0
+    if np.any(mirror):
+        raise ValueError(
+            f"{which(mirror, name)} is not a rotation but a mirror: its determinant is"
+            " -1. Turn the sign of one axis; y or z counted the other way round?"
+        )
+    return M
+
+
+def which(bad: np.ndarray, name: str = "M") -> str:
+    """Name of the first bad matrix, and how many there are."""
+    if np.ndim(bad) == 0:
+        return name
+    first = ", ".join(str(i) for i in np.argwhere(bad)[0])
+    return f"{name}[{first}] (one of {np.sum(bad)})"
+
+
+def ambiguous(where: np.ndarray, case: str, pair: str, choice: str) -> None:
+    """Warn that two angles of some matrices are not told apart, and what is chosen."""
+    if np.any(where):
+        warnings.warn(
+            f"{case}: {pair} of {which(where)} are not told apart; {choice}",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+
+
+def _square(M: ArrayLike, name: str = "M") -> np.ndarray:
+    M = _validate.finite(M, name)
+    if M.shape[-2:] != (3, 3):
+        raise ValueError(f"{name} must have shape (..., 3, 3); got shape {M.shape}")
+    return M
