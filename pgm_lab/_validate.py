@@ -24,7 +24,12 @@ def points(values: ArrayLike, dimension: int, name: str) -> np.ndarray:
     """Return `values` as a float array (..., dimension), finite throughout."""
     array = finite(values, name)
     if array.ndim == 0 or array.shape[-1] != dimension:
-        axes = {2: "(x, y)", 3: "(X, Y, Z)"}[dimension]
+        axes = {
+            2: "(x, y)",
+            3: "(X, Y, Z)",
+            6: "(X0, Y0, Z0, omega, phi, kappa)",
+            10: "(c, x0, y0, K1, K2, K3, P1, P2, b1, b2)",
+        }[dimension]
         raise ValueError(
             f"{name} must have shape (..., {dimension}), one {axes} in the last axis;"
             f" got shape {array.shape}"
@@ -86,3 +91,32 @@ def number(value: ArrayLike, name: str) -> float:
     if array.ndim:
         raise ValueError(f"{name} must be one number; got shape {array.shape}")
     return float(array)
+
+
+def broadcast(**arrays: np.ndarray) -> None:
+    """Refuse arrays whose leading axes (all but the last) do not fit together."""
+    try:
+        np.broadcast_shapes(*(array.shape[:-1] for array in arrays.values()))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        raise ValueError(
+            f"the leading axes do not broadcast: {shapes}. For n points in each of p"
+            " photos use exterior (p, 1, 6), points (n, 3), image points (p, n, 2)"
+        ) from None
+
+
+def refuse(bad: np.ndarray, message: str) -> None:
+    """Raise `message`, with the indices of what is bad for its {}, if anything is."""
+    if np.any(bad):
+        first = [tuple(map(int, index)) for index in np.argwhere(bad)[:5]]
+        named = ", ".join(str(i[0] if len(i) == 1 else i) for i in first)
+        more = f", ... ({np.sum(bad)} in all)" if np.sum(bad) > len(first) else ""
+        raise ValueError(message.format(f"[{named}{more}]" if np.ndim(bad) else ""))
+
+
+def choice(value: str, name: str, allowed: tuple[str, ...]) -> str:
+    """Return `value` if it is one of the allowed words."""
+    if not isinstance(value, str) or value not in allowed:
+        words = ", ".join(repr(word) for word in allowed)
+        raise ValueError(f"{name} must be one of {words}; got {value!r}")
+    return value

@@ -1,0 +1,259 @@
+"""The steps from an object point to its image, each with its derivatives.
+
+Object point -> ray in the camera's frame -> ideal image point -> displacement by the
+lens. Nothing is checked here, complex numbers pass through, leading axes broadcast.
+
+Matrices of derivatives stand in the last two axes, (..., rows, columns), but are stored
+with these outermost: all values of one entry, `a[..., 0, 1]`, lie side by side in the
+memory. That makes hundreds of thousands of points fast without a loop over them.
+"""
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import rotation
+
+
+def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Turn object points into rays (U, V, W) = M (X - X0) of the camera's frame.
+
+    Parameters
+    ----------
+    exterior : ndarray (..., 6)
+        (X0, Y0, Z0, omega, phi, kappa), in the unit of the points and radians.
+    points : ndarray (..., 3)
+        Object points.
+
+    Returns
+    -------
+    ray : ndarray (..., 3)
+    by_point : ndarray (..., 3, 3)
+        Derivatives by (X, Y, Z): this is M; those by (X0, Y0, Z0) are -M.
+    by_angles : ndarray (..., 3, 3)
+        Derivatives by (omega, phi, kappa).
+
+    Notes
+    -----
+    To change an angle is to turn the camera about an axis a: the ray moves by
+    (U, V, W) x a. Kappa turns about the camera's z axis, phi about M_kappa (0, 1, 0),
+    omega about the X axis of the object, M (1, 0, 0).
+
+    References
+    ----------
+    Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
+    """
+    m = rotation.matrix(exterior[..., 3], exterior[..., 4], exterior[..., 5])
+    sin, cos = np.sin(exterior[..., 5]), np.cos(exterior[..., 5])
+    dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
+    U, V, W = (
+        m[..., i, 0] * dX + m[..., i, 1] * dY + m[..., i, 2] * dZ for i in range(3)
+    )
+    a1, a2, a3 = (m[..., i, 0] for i in range(3))
+    omega = (V * a3 - W * a2, W * a1 - U * a3, U * a2 - V * a1)
+    phi = (-W * cos, W * sin, U * cos - V * sin)
+    kappa = (V, -U, 0.0)
+    return vector(U, V, W), m, matrix(*zip(omega, phi, kappa))
+
+
+def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Project rays onto the image plane: x = -c U / W, y = -c V / W.
+
+    Parameters
+    ----------
+    c : array_like (...)
+        Principal distance.
+    ray : ndarray (..., 3)
+        (U, V, W), as from `ray`.
+
+    Returns
+    -------
+    image : ndarray (..., 2)
+        Ideal image coordinates, reduced to the principal point; unit of c.
+    by_c : ndarray (..., 2, 1)
+        Derivatives by c.
+    by_ray : ndarray (..., 2, 3)
+        Derivatives by (U, V, W).
+
+    References
+    ----------
+    Bani 2010, (2.2a), (2.2b); Muliawan 2013, (2.20), (2.21).
+    """
+    per_depth = -1.0 / ray[..., 2]
+    x, y = ray[..., 0] * per_depth, ray[..., 1] * per_depth
+    scale = c * per_depth
+    return (
+        vector(c * x, c * y),
+        matrix([x], [y]),
+        matrix([scale, 0.0, scale * x], [0.0, scale, scale * y]),
+    )
+
+
+def distortion(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Displacement by the lens, as written at the head of the module.
+
+    Parameters
+    ----------
+    lens : ndarray (..., 7)
+        (K1, K2, K3, P1, P2, b1, b2).
+    image : ndarray (..., 2)
+        (x, y) reduced to the principal point, in mm.
+
+    Returns
+    -------
+    displacement : ndarray (..., 2)
+        (dx, dy) in mm.
+    by_image : ndarray (..., 2, 2)
+        Derivatives by (x, y).
+    by_lens : ndarray (..., 2, 7)
+        Derivatives by the seven parameters.
+
+    References
+    ----------
+    Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8);
+    Fraser 1997, "Digital camera self-calibration", ISPRS Journal 52(4).
+    """
+    K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
+    x, y = image[..., 0], image[..., 1]
+    xx, xy, yy = x * x, x * y, y * y
+    r2 = xx + yy
+    radial = r2 * (K1 + r2 * (K2 + r2 * K3))
+    slope = 2 * (K1 + r2 * (2 * K2 + r2 * 3 * K3))  # d radial / dx = slope * x
+    dx = x * radial + P1 * (r2 + 2 * xx) + 2 * P2 * xy + b1 * x + b2 * y
+    dy = y * radial + P2 * (r2 + 2 * yy) + 2 * P1 * xy
+    mixed = xy * slope + 2 * (P1 * y + P2 * x)
+    by_image = matrix(
+        [radial + xx * slope + 6 * P1 * x + 2 * P2 * y + b1, mixed + b2],
+        [mixed, radial + yy * slope + 6 * P2 * y + 2 * P1 * x],
+    )
+    r4 = r2 * r2
+    r6 = r4 * r2
+    by_lens = matrix(
+        [x * r2, x * r4, x * r6, r2 + 2 * xx, 2 * xy, x, y],
+        [y * r2, y * r4, y * r6, 2 * xy, r2 + 2 * yy, 0.0, 0.0],
+    )
+    return vector(dx, dy), by_image, by_lens
+
+
+def misclosure(
+    interior: np.ndarray,
+    exterior: np.ndarray,
+    points: np.ndarray,
+    measured: np.ndarray,
+    lens: str,
+    wrt: Collection[str],
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Put the steps together: see `camera.collinearity`, which checks what comes in.
+
+    Returns
+    -------
+    v : ndarray (..., 2)
+    depth : ndarray (...)
+    derivatives : dict
+        Of v, by "interior", "exterior" and "point", as far as asked for.
+    """
+    rays, by_point, by_angles = ray(exterior, points)
+    image, by_c, by_ray = perspective(interior[..., 0], rays)
+    centre, parameters = interior[..., 1:3], interior[..., 3:]
+    if lens == "backward":
+        reduced = measured - centre
+        shift, by_image, by_lens = distortion(parameters, reduced)
+        v = image - reduced - shift
+        by_centre, by_lens = by_image + np.eye(2), -by_lens
+    else:
+        shift, by_image, by_lens = distortion(parameters, image)
+        v = image + shift + centre - measured
+        by_image, by_centre = by_image + np.eye(2), np.eye(2)
+        by_c, by_ray = (product(by_image, part) for part in (by_c, by_ray))
+    blocks = {}
+    if "interior" in wrt:
+        blocks["interior"] = side_by_side(by_c, by_centre, by_lens)
+    if "point" in wrt or "exterior" in wrt:
+        by_point = product(by_ray, by_point)
+    if "point" in wrt:
+        blocks["point"] = by_point
+    if "exterior" in wrt:
+        by_angles = product(by_ray, by_angles)
+        blocks["exterior"] = side_by_side(-by_point, by_angles)
+    for name, block in blocks.items():
+        blocks[name] = np.broadcast_to(block, (*v.shape, block.shape[-1]))
+    return v, np.broadcast_to(-rays[..., 2], v.shape[:-1]), blocks
+
+
+def undistort(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Solve x + d(x) = image for x by Newton's method.
+
+    Parameters
+    ----------
+    lens : ndarray (..., 7)
+        (K1, K2, K3, P1, P2, b1, b2).
+    image : ndarray (..., 2)
+        Points that the lens displaced, reduced to the principal point, in mm.
+
+    Returns
+    -------
+    x : ndarray (..., 2)
+    solved : ndarray (...) of bool
+        False where the iteration does not converge, or only to a ghost: a point
+        beyond the radius where the curve of the lens turns back.
+    """
+    x = image
+    with np.errstate(all="ignore"):  # what overflows is not solved
+        for _ in range(30):
+            shift, by_x, _ = distortion(lens, x)
+            a, b, c, d = _entries(by_x)
+            u, v = np.moveaxis(image - x - shift, -1, 0)
+            step = vector(d * u - b * v, a * v - c * u) / (a * d - b * c)[..., None]
+            x = x + step
+            # Newton squares the error: after such a step only rounding is left
+            solved = _length(step) <= 1e-9 * _length(image)
+            if np.all(solved):
+                break
+        for part in np.linspace(0.1, 1, 10):  # no turn on the way out to x
+            a, b, c, d = _entries(distortion(lens, part * x)[1])
+            solved = solved & (a * d > b * c) & (a + d > 0)
+    return x, solved
+
+
+def _entries(by_x: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Entries a, b, c, d of the derivative of x + d(x)."""
+    return 1 + by_x[..., 0, 0], by_x[..., 0, 1], by_x[..., 1, 0], 1 + by_x[..., 1, 1]
+
+
+def _length(x: np.ndarray) -> np.ndarray:
+    return np.hypot(x[..., 0], x[..., 1])
+
+
+def vector(*entries: ArrayLike) -> np.ndarray:
+    """Array (..., n) of n entries that broadcast, stored entry by entry."""
+    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
+    out = np.empty((len(entries), *shape), np.result_type(*entries))
+    for i, entry in enumerate(entries):
+        out[i] = entry
+    return np.moveaxis(out, 0, -1)
+
+
+def matrix(*rows: list[ArrayLike]) -> np.ndarray:
+    """Array (..., n, m) of n rows of m entries that broadcast, stored likewise."""
+    flat = np.moveaxis(vector(*(entry for row in rows for entry in row)), -1, 0)
+    return np.moveaxis(
+        flat.reshape(len(rows), len(rows[0]), *flat.shape[1:]), (0, 1), (-2, -1)
+    )
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Matrix product a @ b, written out: faster than @ for many small matrices."""
+    rows, inner, columns = range(a.shape[-2]), range(a.shape[-1]), range(b.shape[-1])
+    return matrix(
+        *(
+            [sum(a[..., i, k] * b[..., k, j] for k in inner) for j in columns]
+            for i in rows
+        )
+    )
+
+
+def side_by_side(*blocks: np.ndarray) -> np.ndarray:
+    """Join matrices (..., n, k) column by column; leading axes broadcast."""
+    columns = [block[..., j] for block in blocks for j in range(block.shape[-1])]
+    return matrix(*([column[..., i] for column in columns] for i in range(2)))
