@@ -1,5 +1,6 @@
 """Orientation of photos and models."""
 
 from pgm_lab.orientation.absolute import Absolute, absolute
+from pgm_lab.orientation.scale_factors import scale_factors
 
-__all__ = ["Absolute", "absolute"]
+__all__ = ["Absolute", "absolute", "scale_factors"]

@@ -4,7 +4,6 @@ target = scale * rotation @ source + translation, seven parameters. The closed f
 the start of an adjustment, which then gives weights, residuals and covariances.
 """
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import adjust
+from pgm_lab.orientation import _turns
 
 # Width over length of a set of points below which it counts as a line: the variance of
 # the turn about it grows with 1/width^2, and normal equations hold 12 digits of that.
@@ -23,9 +23,6 @@ SAME = 1e-12
 # A mirrored fit must be this much better in v'Pv before it is believed. Points in a
 # plane fit a mirror equally well, and errors then decide which fits a little better.
 MIRROR = 30.0
-
-# Beyond this standard deviation of a turn (rad) its linear propagation is a guess.
-WEAK_TURN = 0.1
 
 
 @dataclass(frozen=True)
@@ -161,7 +158,7 @@ def absolute(
         # Small turns of the closed form: unlike its angles they have no gimbal lock
         turned = x[0] * local @ rotation.matrix(*x[1:4])
         J = _jacobian(x[0], turned)
-        J[..., 1:4] = J[..., 1:4] @ _axes(x[1:4])
+        J[..., 1:4] = J[..., 1:4] @ _turns.axes(x[1:4])
         return (turned + x[4:]).ravel(), J.reshape(-1, 7)
 
     names = ("scale", "turn about X", "turn about Y", "turn about Z", "TX", "TY", "TZ")
@@ -175,7 +172,7 @@ def absolute(
     )
     R = rotation.matrix(*result.x[1:4]).T @ R0
     L = np.eye(7)
-    L[1:4, 1:4] = _axes(result.x[1:4])
+    L[1:4, 1:4] = _turns.axes(result.x[1:4])
     variance = result.sigma0**2 if sigma is None else 1.0
     local_covariance = variance * L @ result.cofactor @ L.T
     parameters, covariance, status = _about_origin(
@@ -268,34 +265,21 @@ def _closed_form(source, target, weights) -> tuple[np.ndarray, ...]:
 
 def _about_origin(scale, R, about, centroid, local_covariance):
     """Seven parameters, covariance and status from the form about the centroid."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # the status says it
-        angles = rotation.angles(R.T)
+    angles, by_turns, locked = _turns.angles(R)
     K = np.eye(7)
-    K[1:4, 1:4] = np.linalg.pinv(_axes(angles), rcond=1e-12)
+    K[1:4, 1:4] = by_turns
     K[4:] = _jacobian(scale, -scale * R @ centroid)
-    covariance = K @ local_covariance @ K.T
     parameters = np.array([scale, *angles, *(about - scale * R @ centroid)])
-    if rotation.is_gimbal(R.T):
-        covariance[[1, 3]] = covariance[:, [1, 3]] = np.nan
-        return parameters, covariance, "gimbal lock"
     weakest = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1]
-    weak = weakest > WEAK_TURN**2
-    return parameters, covariance, "weak geometry" if weak else "converged"
+    weak = weakest > _turns.WEAK**2
+    status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
+    return parameters, K @ local_covariance @ K.T, status
 
 
 def _jacobian(scale, y) -> np.ndarray:
     """Derivatives (..., 3, 7) of y = scale R p + shift by scale, small turns, shift."""
     J = np.zeros((*y.shape, 7))
     J[..., 0] = y / scale
-    J[..., 1:4] = np.cross(np.eye(3), y[..., None, :]).swapaxes(-1, -2)
+    J[..., 1:4] = -_turns.cross_matrix(y)
     J[..., 4:] = np.eye(3)
     return J
-
-
-def _axes(angles) -> np.ndarray:
-    """Axes (3, 3), one a column, about which each angle turns ``matrix(angles).T``."""
-    R = rotation.matrix(*angles).T
-    dR = np.swapaxes(rotation.derivatives(*angles), -1, -2)
-    skew = dR @ R.T
-    return np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]])
