@@ -203,7 +203,7 @@ def test_parallel_rays_are_named():
     found = intersect(PLAIN, photos, [[[5.0, 3.0], [5, 3]], [[5.0, 3.0], [-20, 3]]])
     assert found.status.tolist() == ["parallel rays", "intersected"]
     assert np.all(np.isnan(found.points[0])) and np.all(np.isnan(found.covariance[0]))
-    # As good as parallel: 1e-10 rad would put the point a million kilometres away
+    # As good as parallel: rays at 1e-10 rad meet 6e11 units away
     almost = intersect(PLAIN, photos, [[5.0, 3.0], [5 - 5e-9, 3.0]])
     assert almost.status == "parallel rays"
 
