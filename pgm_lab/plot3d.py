@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import plot, rotation
 
 AXES = (plot.RED, plot.GREEN, plot.BLUE)  # x, y, z
+# Drawings may reach beyond their axes, which makes room for large ones
+FREE = {"clip_on": False, "in_layout": False}
 FORMAT = (1.0, 0.75)  # width and height of a photo over its principal distance
 
 Faces = Sequence[tuple[np.ndarray, str]]  # polygons (k, 3), each with its colour
@@ -45,7 +47,8 @@ def space(
     -------
     Axes3D
     """
-    ax = fig.add_subplot(where, projection="3d")
+    # What is drawn later lies on top: matplotlib's own guess hides cameras
+    ax = fig.add_subplot(where, projection="3d", computed_zorder=False)
     ax.set_proj_type("ortho")
     ax.view_init(elev=view[0], azim=view[1])
     ax.set_box_aspect((1, 1, 1), zoom=zoom)
@@ -135,11 +138,13 @@ def draw_camera(
     exterior = np.asarray(exterior, dtype=float)
     centre, corners = exterior[:3], frustum(exterior, size, form)
     rays = np.stack(np.broadcast_arrays(centre, corners), axis=1)
-    ax.add_collection3d(Line3DCollection(rays, colors=color, linewidths=1.5))
-    plane = {"facecolors": color, "edgecolors": color, "linewidths": 1.5}
-    ax.add_collection3d(Poly3DCollection([corners], alpha=0.22, **plane))
-    ax.plot(*corners[2:].T, color=color, linewidth=4.5, solid_capstyle="butt")
-    ax.plot(*centre, "o", color=color, markersize=6)
+    thin = {"linewidths": 1.5, "zorder": 3} | FREE
+    ax.add_collection3d(Line3DCollection(rays, colors=color, **thin))
+    plane = thin | {"facecolors": color, "edgecolors": color, "alpha": 0.22}
+    ax.add_collection3d(Poly3DCollection([corners], **plane))
+    line = {"color": color, "zorder": 3} | FREE
+    ax.plot(*corners[2:].T, linewidth=4.5, solid_capstyle="butt", **line)
+    ax.plot(*centre, "o", markersize=6, **line)
     drawn = [centre, *corners]
     if axes:
         drawn += [*draw_axes(ax, centre, rotation.matrix(*exterior[3:]), 0.8 * size)]
@@ -169,7 +174,7 @@ def draw_axes(
     origin = np.asarray(origin, dtype=float)
     for row, color, name in zip(M, AXES, names):
         arrow = {"color": color, "linewidth": 2.4, "arrow_length_ratio": 0.22}
-        ax.quiver(*origin, *(length * row), **arrow)
+        ax.quiver(*origin, *(length * row), zorder=4, **FREE, **arrow)
         tip = origin + 1.18 * length * row
         ax.text(*tip, name, color=color, fontsize=fontsize, ha="center", va="center")
     return origin + length * M
@@ -178,8 +183,8 @@ def draw_axes(
 def draw_faces(ax: Axes3D, faces: Faces, alpha: float = 1.0) -> np.ndarray:
     """Draw polygons in space; returns all their corners, for `fit`."""
     polygons, colors = zip(*faces)
-    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha}
-    ax.add_collection3d(Poly3DCollection(polygons, facecolors=colors, **look))
+    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha, "zorder": 1}
+    ax.add_collection3d(Poly3DCollection(polygons, facecolors=colors, **look, **FREE))
     return np.concatenate(polygons)
 
 

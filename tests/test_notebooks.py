@@ -83,6 +83,11 @@ def keep_widget_state(notebook):
     notebook.metadata.widgets = {"application/vnd.jupyter.widget-state+json": {}}
 
 
+def keep_a_widget(notebook):
+    view = {notebooks.WIDGET_VIEW: {"model_id": "1"}, "text/plain": "slider"}
+    notebook.cells[1].outputs.append(v4.new_output("display_data", view))
+
+
 def change_kernel(notebook):
     notebook.metadata.kernelspec.name = "my-venv"
 
@@ -163,6 +168,7 @@ BREAKS = [
     (delete_a_cell, STALE),
     (drop_the_hash, STALE),
     (keep_widget_state, "it stores widget state"),
+    (keep_a_widget, "cell 2 stores a widget, which nobody will see"),
     (change_kernel, "the kernelspec is not python3"),
     (drop_kernel, "the kernelspec is not python3"),
     (drop_an_id, "a cell has no id"),
@@ -217,6 +223,18 @@ def test_execute_stores_outputs_and_hash(tmp_path):
     first = path.read_bytes()
     execute(path)
     assert path.read_bytes() == first, "running again has to give the same file"
+
+
+def test_widgets_run_but_are_not_stored(tmp_path):
+    notebook = good()
+    notebook.cells[2].source = (
+        "import ipywidgets\n\ndef turn(angle):\n    print(angle)\n\n"
+        "ipywidgets.interact(turn, angle=(0, 4));"
+    )
+    path = stored(notebook, tmp_path)
+    execute(path)
+    assert problems(path) == []
+    assert nbformat.read(path, as_version=4).cells[2].outputs == []
 
 
 def test_a_failed_run_leaves_the_file_alone(tmp_path):

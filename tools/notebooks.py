@@ -29,6 +29,9 @@ CELL_LINES = 25
 FILE_BYTES = 2_000_000
 CELL_SECONDS = 120
 
+# Sliders live in a running notebook only; stored, they are an empty frame.
+WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
+
 # A folder of the machine that ran the notebook: /home/ada/..., C:\Users\ada\...
 MACHINE_PATH = re.compile(
     r"(?<![\w./])(/(home|Users|root|tmp|var/folders)/[\w.]|[A-Za-z]:\\+Users\\)"
@@ -95,6 +98,10 @@ def normalize(notebook: nbformat.NotebookNode) -> None:
     for cell in notebook.cells:
         for volatile in ("execution", "ExecuteTime"):
             cell.metadata.pop(volatile, None)
+        if cell.cell_type == "code":
+            cell.outputs = [
+                o for o in cell.outputs if WIDGET_VIEW not in o.get("data", {})
+            ]
 
 
 def write(notebook: nbformat.NotebookNode, path: Path) -> None:
@@ -172,6 +179,8 @@ def output_problems(cell: dict) -> list[str]:
             found.append(f"stores an error, {output.get('ename')}")
         if output.get("name") == "stderr":
             found.append("stores a warning or an error message")
+        if WIDGET_VIEW in output.get("data", {}):
+            found.append("stores a widget, which nobody will see")
         alt = output.get("metadata", {}).get("image/png", {}).get("alt", "")
         if "image/png" in output.get("data", {}) and not alt.strip():
             found.append("has a figure without alt text")

@@ -1,0 +1,254 @@
+"""Checks of the exercises of chapter 4, rotation matrices."""
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+
+from pgm_lab import rotation
+from pgm_lab.checks import CheckFailed, call, near, report
+
+# Attitudes on which a function is tried (rad): no two angles alike, all quadrants
+_ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 2.2)]
+
+
+def wrong_elements(answer: object) -> None:
+    """Check the list of (row, column) of the wrong elements of (2.62), from 1."""
+    if answer is ... or answer is None:
+        raise CheckFailed("wrong is still empty. Your turn!")
+
+    def wrong():
+        return answer
+
+    try:
+        count = len(answer)
+    except TypeError:
+        raise CheckFailed("wrong must be a list of (row, column)") from None
+    found = call(wrong, shape=(count, 2))
+    places = {(int(row), int(column)) for row, column in found}
+    expected = {(1, 3), (2, 2)}
+    hints = {
+        frozenset({(0, 2), (1, 1)}): "rows and columns of a formula count from 1",
+        frozenset({(3, 1), (2, 2)}): "row comes first, then column: m13 is (1, 3)",
+        frozenset({(1, 2), (2, 3)}): "these rows and columns do fail, but they cross in"
+        " other elements, too: compare single elements with (2.8) transposed",
+    }
+    missing, extra = expected - places, places - expected
+    hint = hints.get(
+        frozenset(places),
+        f"{len(missing)} wrong element(s) not found, {len(extra)} right one(s) blamed",
+    )
+    report(
+        "the wrong elements of (2.62)",
+        [("all found, none blamed without reason", places == expected, hint)],
+    )
+
+
+def matrix(function: Callable) -> None:
+    """Check the reader's matrix(omega, phi, kappa)."""
+    answers = np.array([call(function, *a, shape=(3, 3)) for a in _ATTITUDES])
+    expected = rotation.matrix(*np.transpose(_ATTITUDES))
+    slips = [
+        (expected.swapaxes(-1, -2), "it is transposed: it leads from image to object"),
+        (_ordered("okp"), "phi was made last: kappa is"),
+        (_ordered("pok"), "phi was made first: omega is"),
+        (_ordered("kpo"), "the order is turned round: the turn made first, omega,"
+         " stands on the right"),
+        (_ordered("opk", -1), "kappa turns the wrong way: a sign in its matrix"),
+        (_in_degrees(), "the angles are radians already"),
+    ]  # fmt: skip
+    single = [np.diag([k == 0, k == 1, k == 2]).diagonal() * 0.4 for k in range(3)]
+    names = ("omega", "phi", "kappa")
+    failing = [
+        name
+        for name, angles in zip(names, single, strict=True)
+        if not near(call(function, *angles, shape=(3, 3)), rotation.matrix(*angles))
+    ]
+    otherwise = (
+        f"the turn by {' and '.join(failing)} alone is not right"
+        if failing
+        else "each turn alone is right, their product is not"
+    )
+    rigid = bool(np.all(rotation.defect(answers) < 1e-9))
+    report(
+        "my_matrix",
+        [
+            ("lengths and angles are kept", rigid, "M M' is not the unit matrix"),
+            (
+                "it is M_kappa M_phi M_omega",
+                near(answers, expected),
+                _first_slip(answers, slips, otherwise),
+            ),
+        ],
+    )
+
+
+def _ordered(order: str, sign: int = 1) -> np.ndarray:
+    """Matrices with the turns made in another order, the first letter first."""
+    matrices = []
+    for omega, phi, kappa in _ATTITUDES:
+        turns = {
+            "o": rotation.matrix(omega, 0, 0),
+            "p": rotation.matrix(0, phi, 0),
+            "k": rotation.matrix(0, 0, sign * kappa),
+        }
+        first, second, third = (turns[letter] for letter in order)
+        matrices.append(third @ second @ first)
+    return np.array(matrices)
+
+
+def _in_degrees() -> np.ndarray:
+    return rotation.matrix(*np.radians(_ATTITUDES).T)
+
+
+def is_rotation(function: Callable) -> None:
+    """Check the reader's is_rotation(M, tolerance), which answers True or False."""
+    M = rotation.matrix(*_ATTITUDES[0])
+    sheared = M.copy()
+    sheared[0] += 0.1 * sheared[1]
+    wrong_length = np.diag([1.0, 1.0, 1.1]) @ M
+    # Columns of length 1 that are not at right angles
+    lengths_only = sheared / np.linalg.norm(sheared, axis=1, keepdims=True)
+    unit_determinant = np.diag([2.0, 0.5, 1.0]) @ M
+    cases = [
+        ("a rotation is one", M, 1e-9, True, "a true rotation is refused"),
+        (
+            "so is one of five printed digits",
+            M.round(5),
+            2e-5,
+            True,
+            "a matrix of five printed digits is refused, though the tolerance is 2e-5",
+        ),
+        (
+            "within the tolerance only",
+            M.round(5),
+            1e-9,
+            False,
+            "the tolerance is not looked at",
+        ),
+        (
+            "a mirror is none",
+            np.diag([1.0, 1.0, -1.0]) @ M,
+            1e-9,
+            False,
+            "a mirror passes: it is orthogonal, too. What tells it apart?",
+        ),
+        (
+            "nor is a matrix with a wrong length",
+            wrong_length,
+            1e-3,
+            False,
+            "a matrix with a row longer than 1 passes",
+        ),
+        (
+            "nor one without right angles",
+            lengths_only,
+            1e-3,
+            False,
+            "rows of length 1 that are not at right angles pass",
+        ),
+        (
+            "nor any matrix of determinant 1",
+            unit_determinant,
+            1e-3,
+            False,
+            "the determinant alone is not enough",
+        ),
+        (
+            "errors of both signs count",
+            0.9 * M,
+            1e-3,
+            False,
+            "a matrix that is too small passes: take the absolute difference",
+        ),
+    ]
+    properties = []
+    for text, case, tolerance, expected, hint in cases:
+        answer = call(function, case, tolerance, shape=())
+        properties.append((text, bool(answer) == expected, hint))
+    report("my_is_rotation", properties)
+
+
+def angles(function: Callable) -> None:
+    """Check the reader's angles(M), which answers (omega, phi, kappa) in radians."""
+    expected = np.array(_ATTITUDES)
+    M = rotation.matrix(*expected.T)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a division by zero would pass unseen
+        answers = np.array([call(function, one, shape=(3,)) for one in M])
+    half = np.arctan(np.tan(expected))
+    half[:, 1] = expected[:, 1]
+    slips = [
+        (half, "right where cos is positive only: arctan cannot know the quadrant"),
+        (half * (1, 1, -1), "the sign of kappa is turned, and the quadrant is lost"),
+        (half * (-1, 1, 1), "the sign of omega is turned, and the quadrant is lost"),
+        (expected[:, ::-1], "the order is (omega, phi, kappa)"),
+        (np.degrees(expected), "the answer is in degrees; give radians"),
+        (expected * (-1, 1, 1), "the sign of omega is turned"),
+        (expected * (1, -1, 1), "the sign of phi is turned"),
+        (expected * (1, 1, -1), "the sign of kappa is turned"),
+        (-expected, "all signs are turned: is it the transposed matrix?"),
+        (_opposite(expected), "half a turn off: both signs of the quotient are turned"),
+    ]
+    turned = np.array([_from_transposed(one) for one in M])
+    slips.append((turned, "these are the angles of the transposed matrix"))
+    good = near(answers, expected)
+    wrong = [n for k, n in enumerate(("omega", "phi", "kappa"))
+             if not near(answers[:, k], expected[:, k])]  # fmt: skip
+    hint = _first_slip(answers, slips, f"{' and '.join(wrong)} is not found again")
+    report("my_angles", [("the angles come back in all quadrants", good, hint)])
+
+
+def _opposite(expected: np.ndarray) -> np.ndarray:
+    """Angles with omega and kappa half a turn off, between -pi and pi."""
+    turned = expected.copy()
+    turned[:, ::2] -= np.pi * np.sign(turned[:, ::2])
+    return turned
+
+
+def _from_transposed(M: np.ndarray) -> np.ndarray:
+    return rotation.angles(M.T)
+
+
+def unit(function: Callable) -> None:
+    """Check the reader's unit(attitude, printed), which says degrees or radians."""
+    hints = []
+    for attitude in [(0.35, 0.64, -0.03), (-0.54, 0.29, 1.01), (1.2, -0.4, 0.7)]:
+        for name, angle in (("degrees", np.radians(attitude)), ("radians", attitude)):
+            printed = rotation.matrix(*np.array(angle)).round(5)
+            hints.append(_unit_hint(function, np.array(attitude), printed, name))
+    wrong = [hint for hint in hints if hint]
+    report(
+        "my_unit",
+        [("degrees and radians are told apart", not wrong, (wrong or [""])[0])],
+    )
+
+
+def _unit_hint(function, attitude, printed, name) -> str:
+    """What is wrong with one answer, or nothing."""
+    if not callable(function):
+        raise CheckFailed("my_unit is not a function yet. Your turn!")
+    try:
+        answer = function(attitude.copy(), printed.copy())
+    except Exception as error:
+        raise CheckFailed(
+            f"my_unit stopped with {type(error).__name__}: {error}"
+        ) from error
+    if answer is None or answer is ...:
+        raise CheckFailed("my_unit returns nothing yet. Your turn!")
+    if answer not in ("degrees", "radians"):
+        return f'the answer must be "degrees" or "radians", not {answer!r}'
+    if answer == name:
+        return ""
+    return (
+        f"a matrix made of {name} is taken for one of {answer}. Compute it both ways"
+        " and see which is nearer; equality fails, for the matrix has five digits"
+    )
+
+
+def _first_slip(answer: np.ndarray, slips: list, otherwise: str) -> str:
+    """Name the first slip that explains the whole answer."""
+    for wrong, hint in slips:
+        if near(answer, wrong, 1e-6):
+            return hint
+    return otherwise
