@@ -94,10 +94,10 @@ def intersect(
     Examples
     --------
     >>> camera = Camera(50.0)
-    >>> photos = [(0, 0, 100, 0, 0, 0), (60, 0, 100, 0, 0, 0)]
+    >>> photos = [(0, 0, 110, 0, 0, 0), (60, 0, 110, 0, 0, 0)]
     >>> found = intersect(camera, photos, [[10.0, 5.0], [-20.0, 5.0]], sigma=0.005)
     >>> found.points.round(6)
-    array([20., 10.,  0.])
+    array([20., 10., 10.])
     >>> np.sqrt(np.diag(found.covariance)).round(4)
     array([0.0075, 0.0075, 0.0236])
     """

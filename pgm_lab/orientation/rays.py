@@ -90,7 +90,7 @@ def nearest_point(
     --------
     >>> centres = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 1.0]])
     >>> directions = np.array([[[0.0, 0.0, 1.0]], [[-0.8, 0.0, 0.6]]])
-    >>> nearest_point(centres, directions, np.full((2, 1), True))
+    >>> nearest_point(centres, directions, np.full((2, 1), True)).round(6)
     array([[0., 0., 4.]])
     """
     count = seen.sum(axis=0)[:, None, None]

@@ -1,7 +1,7 @@
 """Space resection: the exterior orientation of one photo from known object points."""
 
-from dataclasses import dataclass
-from itertools import combinations
+import warnings
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,12 +13,14 @@ from pgm_lab.camera import Camera
 from pgm_lab.orientation import three_points
 from pgm_lab.orientation.rays import image_vectors
 
-# Share of their longest extent by which points must leave a line.
-ON_A_LINE = 1e-6
 # Inflation of a variance, in the camera's own frame, that tells a weak geometry.
 WEAK = 1e6
-# Distance from the dangerous cylinder, in radii, that counts as near.
-NEAR = 0.02
+# Starts of the adjustment, at most.
+STARTS = 12
+# Cosine of phi below which omega and kappa are not told apart.
+GIMBAL = 1e-9
+# Distance between two solutions, as a share of that to the points, that makes them one.
+SAME = 1e-5
 
 
 @dataclass(frozen=True)
@@ -72,9 +74,9 @@ def resect(
 ) -> Resection:
     """Find where a photo was taken from, and how the camera was turned.
 
-    Without start values, triples of points are solved in closed form, and the adjustment
-    starts from each of their solutions. Four points or more, in general position, give
-    one answer with its precision; three give up to four answers.
+    Without start values, triples of points are solved in closed form, and the
+    adjustment starts from each of their solutions. Four points or more, in general
+    position, give one answer with its precision; three give up to four answers.
 
     Parameters
     ----------
@@ -84,8 +86,8 @@ def resect(
     object_points : array_like (n, 3)
         The same points in object space, without errors.
     start : array_like (6,), optional
-        Approximate exterior orientation. The adjustment then starts from here, and of
-        several solutions the one it leads to is taken.
+        Approximate exterior orientation: one more start of the adjustment, and of
+        several solutions that fit equally well the one nearest to it is taken.
     sigma : float, optional
         Standard deviation of an image coordinate, in mm, known beforehand.
 
@@ -115,20 +117,80 @@ def resect(
     """
     image_points, object_points = _observations(image_points, object_points)
     n = len(image_points)
-    if _on_a_line(object_points):
+    if three_points.on_a_line(object_points):
         return _nothing(n, "points on a line")
-    if start is None:
-        centres, M = _closed_form(camera, image_points, object_points)
-    else:
+    centres, M = _closed_form(camera, image_points, object_points)
+    if start is not None:
         start = _validate.points(start, 6, "start").reshape(6)
-        centres, M = start[None, :3], rotation.matrix(*start[3:])[None]
+        centres = np.concatenate([centres, start[None, :3]])
+        M = np.concatenate([M, rotation.matrix(*start[3:])[None]])
     if not len(centres):
         return _nothing(n, "no solution")
-    found, exteriors, transform = _adjust_from(
-        camera, image_points, object_points, centres, M, sigma
+    found, first = _adjust_from(camera, image_points, object_points, centres, M, sigma)
+    if not np.any(found.status == "converged"):
+        return _nothing(n, _failure(found, centres, object_points))
+    x = np.where(np.isfinite(found.x), found.x, first)
+    centres = np.einsum("kji,kj->ki", M, x[:, :3]) + object_points.mean(axis=0)
+    M_start, M = M, rotation.matrix(*x[:, 3:].T) @ M
+    chosen = _choose(found, centres, M, object_points)
+    if not chosen:
+        return _nothing(n, _failure(found, centres, object_points))
+    if start is not None:
+        chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
+    exteriors = _exteriors(centres[chosen], M[chosen])
+    status = _status(found, chosen, centres, object_points)
+    if n == 3 and len(chosen) > 1 and start is None:
+        return replace(_nothing(n, status), solutions=exteriors)
+    best = chosen[0]
+    T = _to_object_space(M_start[best], x[best, 3:], exteriors[0, 3:])
+    if np.isnan(T[0, 0]):
+        status = "gimbal lock"
+    return Resection(
+        exterior=exteriors[0],
+        covariance=T @ found.covariance[best] @ T.T,
+        sigma0=float(found.sigma0[best]),
+        redundancy=int(found.redundancy[best]),
+        residuals=found.residuals[best].reshape(n, 2),
+        standardized=found.standardized[best].reshape(n, 2),
+        redundancy_numbers=found.redundancy_numbers[best].reshape(n, 2),
+        solutions=exteriors,
+        status=status,
     )
-    best = _best(camera, image_points, object_points, found, exteriors)
-    ...
+
+
+def _observations(image_points, object_points) -> tuple[np.ndarray, np.ndarray]:
+    image_points = _validate.points(image_points, 2, "image_points")
+    object_points = _validate.points(object_points, 3, "object_points")
+    if image_points.ndim != 2 or object_points.shape != (len(image_points), 3):
+        raise ValueError(
+            "image_points (n, 2) and object_points (n, 3) must be of the same points;"
+            f" got shapes {image_points.shape} and {object_points.shape}"
+        )
+    if len(image_points) < 3:
+        raise ValueError(
+            f"{len(image_points)} points do not fix six unknowns: three give several"
+            " solutions, four or more give one"
+        )
+    return image_points, object_points
+
+
+def _nothing(n: int, status: str) -> Resection:
+    nan = np.full((max(n, 6), 6), np.nan)
+    v = nan[:n, :2]
+    none = nan[:0]
+    return Resection(nan[0], nan[:6], np.nan, 2 * n - 6, v, v, v, none, status)
+
+
+def _closed_form(camera, image_points, object_points):
+    """Starts (k, 3), (k, 3, 3) from triples of well spread points, the best dozen."""
+    vectors = image_vectors([camera], image_points[None])[0]
+    triples = three_points.triples(object_points)
+    centres, M = three_points.solutions(vectors[triples], object_points[triples])
+    rays = np.einsum("kij,knj->kni", M, object_points - centres[:, None])
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    misfit = np.sum((rays - vectors) ** 2, axis=(1, 2))
+    best = np.argsort(misfit)[:STARTS]
+    return centres[best], M[best]
 
 
 def _adjust_from(camera, image_points, object_points, centres, M, sigma):
@@ -156,4 +218,80 @@ def _adjust_from(camera, image_points, object_points, centres, M, sigma):
         sigma0_prior=sigma,
         args=(local,),
     )
-    return found, middle, local
+    return found, first
+
+
+def _choose(found: Adjustment, centres, M, object_points) -> list[int]:
+    """Solutions with all points in front: the best, then others that fit as well."""
+    depth = -np.einsum("kj,knj->kn", M[:, 2], object_points - centres[:, None])
+    possible = (found.status == "converged") & np.all(depth > 0, axis=1)
+    v = found.residuals
+    phi = np.where(possible, np.einsum("kn,kn->k", v, v), np.inf)
+    order = np.argsort(phi)[: np.count_nonzero(possible)]
+    if not len(order):
+        return []
+    limit = _largest_objective(phi[order[0]], found.redundancy[0], found.sigma0_prior)
+    distance = np.linalg.norm(depth, axis=1)
+    chosen = []
+    for k in order:
+        moved = np.linalg.norm(centres[k] - centres[chosen], axis=-1) / distance[k]
+        if np.all(moved > SAME) and (not chosen or phi[k] <= limit):
+            chosen.append(int(k))
+    return chosen
+
+
+def _largest_objective(least, redundancy, sigma) -> float:
+    """Return v'v up to which a solution fits as well as the one with the least."""
+    if redundancy == 0:
+        return np.inf
+    if sigma is not None:
+        return chi2.ppf(0.999, redundancy) * sigma**2
+    return f.ppf(0.99, redundancy, redundancy) * least
+
+
+def _status(found: Adjustment, chosen, centres, object_points) -> str:
+    # Diagonal of the inverse correlation matrix: how far the other unknowns inflate
+    # each variance
+    inflation = np.diag(np.linalg.inv(found.correlation[chosen[0]]))
+    weak = inflation.max() > WEAK
+    look = centres if len(object_points) == 3 else centres[chosen[:1]]
+    near = any(three_points.near_cylinder(centre, object_points) for centre in look)
+    if near and (weak or len(object_points) == 3):
+        return "near the dangerous cylinder"
+    if len(chosen) > 1:
+        return "several solutions"
+    return "weak geometry" if weak else "converged"
+
+
+def _failure(found: Adjustment, centres, object_points) -> str:
+    """Name why no start led to a solution with all points in front."""
+    if any(three_points.near_cylinder(centre, object_points) for centre in centres):
+        return "near the dangerous cylinder"
+    status = str(found.status[0])
+    return {"converged": "no solution", "singular": "weak geometry"}.get(status, status)
+
+
+def _exteriors(centres, M) -> np.ndarray:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the status names the gimbal lock
+        return np.concatenate([centres, rotation.angles(M)], axis=1)
+
+
+def _to_object_space(M_start, local_angles, angles) -> np.ndarray:
+    """Derivatives of the exterior orientation by that in the frame of the start.
+
+    NaN in the gimbal lock, where omega and kappa turn about the same axis.
+    """
+    T = np.zeros((6, 6))
+    T[:3, :3] = M_start.T
+    axes = _turning_axes(angles)
+    if abs(np.linalg.det(axes)) < GIMBAL:
+        return np.full((6, 6), np.nan)
+    T[3:, 3:] = np.linalg.solve(axes, _turning_axes(local_angles))
+    return T
+
+
+def _turning_axes(angles) -> np.ndarray:
+    """Axes in the camera's frame, one a column, about which omega, phi, kappa turn."""
+    sin, cos = np.sin(angles[2]), np.cos(angles[2])
+    return np.column_stack([rotation.matrix(*angles)[:, 0], [sin, cos, 0], [0, 0, 1]])

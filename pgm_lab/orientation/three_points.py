@@ -1,6 +1,13 @@
 """Resection from three points in closed form: up to four solutions for each triple."""
 
+from itertools import combinations
+
 import numpy as np
+
+# Share of their longest extent by which points must leave a line.
+ON_A_LINE = 1e-6
+# Distance from the dangerous cylinder, in radii, that counts as near.
+NEAR = 0.02
 
 
 def solutions(
@@ -60,8 +67,46 @@ def solutions(
     return _fit(distances[..., None] * vectors[triple], object_points[triple])
 
 
+def on_a_line(points: np.ndarray) -> bool:
+    """Whether points (n, 3) lie on one line, or at one place."""
+    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return extent[1] <= ON_A_LINE * extent[0]
+
+
+def triples(points: np.ndarray) -> np.ndarray:
+    """Triples (t, 3) of up to five points that lie far apart, none on a line."""
+    far = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+    while len(far) < min(5, len(points)):
+        gap = np.linalg.norm(points[:, None] - points[far], axis=-1).min(axis=1)
+        far.append(int(np.argmax(gap)))
+    triples = np.array(list(combinations(far, 3)))
+    a, b, c = np.moveaxis(points[triples], 1, 0)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=-1)
+    return triples[area > ON_A_LINE * area.max()]
+
+
+def near_cylinder(centre: np.ndarray, object_points: np.ndarray) -> bool:
+    """Whether a centre is near the upright cylinders through all triples of points.
+
+    Through three points goes a circle, and over it stands the dangerous cylinder: a
+    camera on it can move a little without a change of the three angles it sees.
+    """
+    a, b, c = np.moveaxis(object_points[triples(object_points)], 1, 0)
+    u, v = b - a, c - a
+    axis = np.cross(u, v)
+    square = np.sum(axis**2, axis=-1, keepdims=True)
+    uu, vv = (np.sum(w**2, axis=-1, keepdims=True) for w in (u, v))
+    to_middle = (uu * np.cross(v, axis) - vv * np.cross(u, axis)) / (2 * square)
+    off_axis = np.cross(centre - a - to_middle, axis)
+    distance = np.linalg.norm(off_axis, axis=-1) / np.sqrt(square[:, 0])
+    radius = np.linalg.norm(to_middle, axis=-1)
+    # The circle of points almost on a line is so large that everything is near it
+    far = np.linalg.norm(centre - a, axis=-1)
+    return bool(np.all(np.abs(distance - radius) < NEAR * np.minimum(radius, far)))
+
+
 def _distance_ratios(vectors, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roots v = s3 / s1 (t, 4), cosines of the angles and squares of the sides (3, t)."""
+    """Roots v = s3 / s1 (t, 4), cosines (3, t) of angles, squares (3, t) of sides."""
     opposite = [(1, 2), (0, 2), (0, 1)]
     cosines = np.array([np.sum(vectors[:, i] * vectors[:, j], -1) for i, j in opposite])
     a2, b2, c2 = sides = np.array(
@@ -91,7 +136,7 @@ def _distance_ratios(vectors, points) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 
 def _roots(polynomials: np.ndarray) -> np.ndarray:
-    """Roots (t, 4) of polynomials (t, 5), highest power first, by companion matrices."""
+    """Roots (t, 4) of polynomials (t, 5), highest power first."""
     largest = np.abs(polynomials).max(axis=-1)
     leading = polynomials[:, 0]
     # A vanishing leading coefficient sends one root to infinity: nudge it, the other

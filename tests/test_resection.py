@@ -1,0 +1,332 @@
+"""Resection against Dewitt's program, OpenCV, SciPy and simulations."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import least_squares
+from scipy.stats import chi2
+
+from pgm_lab import rotation
+from pgm_lab.camera import Camera, project
+from pgm_lab.orientation import resect, three_points
+
+# B. Dewitt, program resect (public domain): x, y mm; X, Y, Z of four and five targets.
+FIVE = np.array(
+    [
+        [86.421, -83.977, 1268.1022, 1455.0274, -14.3939],
+        [-100.916, 92.582, 732.1811, 545.3437, -14.7009],
+        [-98.322, -89.161, 1454.5532, 731.6659, -14.3509],
+        [78.812, 98.123, 545.2449, 1268.2324, -14.6639],
+        [-8.641, 5.630, 1000.0, 1000.0, -14.4540],
+    ]
+)
+FOUR = np.array(
+    [
+        [86.421, -83.977, 1268.102, 1455.027, 22.606],
+        [-100.916, 92.582, 732.181, 545.344, 22.299],
+        [-98.322, -89.161, 1454.553, 731.666, 22.649],
+        [78.812, 98.123, 545.245, 1268.232, 22.336],
+    ]
+)
+# What it prints: X, Y, Z; omega, phi, kappa in degrees; their standard deviations; the
+# residuals; the "standard error of unit weight".
+PRINTED = {
+    5: (
+        [1027.8700, 1044.1143, 611.1973],
+        [-0.4109, 1.2108, 102.8003],
+        [0.0124, 0.0125, 0.0045, 0.0009, 0.0009, 0.0004],
+        [
+            [0.0014, -0.0014],
+            [0.0006, 0.0030],
+            [0.0015, 0.0009],
+            [-0.0030, 0.0001],
+            [-0.0005, -0.0025],
+        ],
+        0.0018,
+    ),
+    4: (
+        [1027.8571, 1044.1138, 648.1974],
+        [-0.4109, 1.2101, 102.8003],
+        [0.0134, 0.0134, 0.0042, 0.0009, 0.0009, 0.0004],
+        [[0.0006, -0.0023], [-0.0001, 0.0024], [0.0021, 0.0003], [-0.0026, -0.0004]],
+        0.0017,
+    ),
+}
+LAST_DIGIT = 0.5000001e-4
+CAMERAS = [
+    Camera(152.916),
+    Camera(35.0, 0.1, -0.2, K1=-8e-5, K2=1e-8, P1=1e-5, P2=-2e-5, b1=1e-4, b2=2e-4),
+    Camera(35.0, 0.1, -0.2, K1=-8e-5, K2=1e-8, P1=1e-5, P2=-2e-5, lens="forward"),
+]
+
+
+def dewitt(n):
+    data = {5: FIVE, 4: FOUR}[n]
+    return resect(Camera(152.916), data[:, :2], data[:, 2:])
+
+
+def turned(rng):
+    q = rng.normal(size=4)
+    return rotation.from_quaternion(q / np.linalg.norm(q))
+
+
+def photo(rng, n, camera, flat=False, sigma=0.0):
+    """Draw a photo of n points in any attitude, with errors of measurement."""
+    while True:
+        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5]
+        points = points @ turned(rng)
+        M = turned(rng)
+        centre = M.T @ [*rng.uniform(-10, 10, 2), rng.uniform(80, 200)]
+        exterior = np.array([*centre, *rotation.angles(M)])
+        depth = -(points - centre) @ M[2]
+        if depth.min() > 20 and not rotation.is_gimbal(M, cosine=0.01):
+            image = project(camera, exterior, points)
+            if np.abs(image).max() < 20:
+                return exterior, points, image + sigma * rng.normal(size=image.shape)
+
+
+@pytest.mark.parametrize("n", [4, 5])
+def test_dewitt_orientation_and_residuals_to_the_printed_digits(n):
+    place, angles, _, residuals, _ = PRINTED[n]
+    found = dewitt(n)
+    assert found.status == "converged" and found.redundancy == 2 * n - 6
+    np.testing.assert_allclose(found.exterior[:3], place, rtol=0, atol=LAST_DIGIT)
+    np.testing.assert_allclose(
+        np.degrees(found.exterior[3:]), angles, rtol=0, atol=LAST_DIGIT
+    )
+    np.testing.assert_allclose(found.residuals, residuals, rtol=0, atol=LAST_DIGIT)
+
+
+@pytest.mark.parametrize("n", [4, 5])
+def test_dewitt_divides_by_observations_instead_of_redundancy(n):
+    """Its standard error and deviations are too small by sqrt(redundancy / 2n)."""
+    _, _, deviations, _, standard_error = PRINTED[n]
+    found = dewitt(n)
+    too_small = np.sqrt(found.redundancy / (2 * n))
+    assert too_small == pytest.approx({5: 0.632, 4: 0.5}[n], abs=5e-4)
+    assert found.sigma0 * too_small == pytest.approx(standard_error, abs=LAST_DIGIT)
+    sd = np.sqrt(np.diag(found.covariance))
+    sd[3:] = np.degrees(sd[3:])
+    np.testing.assert_allclose(sd * too_small, deviations, rtol=0, atol=LAST_DIGIT)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize(("n", "flat"), [(4, False), (4, True), (9, False), (9, True)])
+def test_error_free_photo_gives_its_orientation_back(camera, n, flat):
+    rng = np.random.default_rng(n + flat)
+    for _ in range(5):
+        exterior, points, image = photo(rng, n, camera, flat)
+        found = resect(camera, image, points)
+        # Rounding of 1e-16, times c / extent, times the weakness of four points
+        np.testing.assert_allclose(found.exterior, exterior, rtol=0, atol=1e-8)
+        assert found.sigma0 < 1e-12
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_same_as_scipy_least_squares_on_the_projection(camera):
+    rng = np.random.default_rng(5)
+    exterior, points, image = photo(rng, 8, camera, sigma=0.01)
+    found = resect(camera, image, points)
+
+    def misfit(x):
+        if camera.lens == "forward":
+            return (project(camera, x, points) - image).ravel()
+        # With the lens "backward" residuals are those of the corrected coordinates
+        from pgm_lab.camera import collinearity
+
+        return collinearity(camera, x, points, image, ()).v.ravel()
+
+    peer = least_squares(misfit, exterior, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    sd = np.sqrt(np.diag(found.covariance))
+    assert np.all(np.abs(peer.x - found.exterior) < 1e-4 * sd)
+    Q = np.linalg.inv(peer.jac.T @ peer.jac) * 2 * peer.cost / 10
+    np.testing.assert_allclose(
+        found.covariance, Q, rtol=1e-4, atol=1e-4 * sd.min() ** 2
+    )
+    assert found.sigma0 == pytest.approx(np.sqrt(2 * peer.cost / 10), rel=1e-9)
+
+
+def test_same_as_opencv_solvepnp():
+    camera = Camera(35.0)
+    rng = np.random.default_rng(6)
+    exterior, points, image = photo(rng, 12, camera, sigma=0.005)
+    found = resect(camera, image, points)
+    flip = np.diag([1.0, -1.0, -1.0])
+    _, rvec, tvec = cv2.solvePnP(points, image * [1, -1], np.diag([35.0, 35, 1]), None)
+    M = flip @ cv2.Rodrigues(rvec)[0]
+    centre = -(M.T @ flip @ tvec[:, 0])
+    # OpenCV stops at 1e-5 or so, relative
+    np.testing.assert_allclose(found.exterior[:3], centre, rtol=0, atol=2e-3)
+    np.testing.assert_allclose(rotation.matrix(*found.exterior[3:]), M, atol=2e-5)
+
+
+@pytest.mark.parametrize(("n", "flat"), [(4, False), (6, False), (10, True)])
+def test_covariance_predicts_the_scatter(n, flat):
+    """Pooled squared Mahalanobis distances against chi-square.
+
+    With sigma known, 50 photos of 6 unknowns give chi-square with 300 degrees of
+    freedom; the bounds are passed by chance once in a million.
+    """
+    rng = np.random.default_rng(10 * n + flat)
+    total = 0.0
+    for _ in range(50):
+        exterior, points, image = photo(rng, n, CAMERAS[0], flat, sigma=0.002)
+        found = resect(CAMERAS[0], image, points, sigma=0.002)
+        Q = found.covariance / found.sigma0**2 * 0.002**2
+        e = found.exterior - exterior
+        e[3:] = (e[3:] + np.pi) % (2 * np.pi) - np.pi
+        total += e @ np.linalg.solve(Q, e)
+    lower, upper = chi2.ppf([5e-7, 1 - 5e-7], 300)
+    assert lower < total < upper
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(4, 12), flat=st.booleans())
+def test_finds_the_photo_from_none_and_from_a_start_far_off(seed, n, flat):
+    rng = np.random.default_rng(seed)
+    exterior, points, image = photo(rng, n, CAMERAS[0], flat, sigma=1e-5)
+    axis, aside = rng.normal(size=(2, 3))
+    turn = 2 * np.tan(np.radians(15)) * axis / np.linalg.norm(axis)
+    M = rotation.from_rodrigues(turn) @ rotation.matrix(*exterior[3:])
+    away = np.linalg.norm(exterior[:3]) / 2 * aside / np.linalg.norm(aside)
+    start = [*(exterior[:3] + away), *rotation.angles(M)]
+    for found in (
+        resect(CAMERAS[0], image, points),
+        resect(CAMERAS[0], image, points, start=start),
+    ):
+        assert len(found.solutions) >= 1
+        off = np.linalg.norm(found.solutions[:, :3] - exterior[:3], axis=1).min()
+        assert off < 0.1
+
+
+def test_order_and_frame_of_the_points_do_not_matter():
+    rng = np.random.default_rng(7)
+    exterior, points, image = photo(rng, 7, CAMERAS[1], sigma=0.01)
+    found = resect(CAMERAS[1], image, points)
+    order = rng.permutation(7)
+    again = resect(CAMERAS[1], image[order], points[order])
+    shifted = resect(CAMERAS[1], image, 1000 * points + [5e5, 9e6, 100])
+    np.testing.assert_allclose(again.exterior, found.exterior, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(
+        shifted.exterior[:3], 1000 * found.exterior[:3] + [5e5, 9e6, 100], atol=1e-3
+    )
+    assert shifted.sigma0 == pytest.approx(found.sigma0, rel=1e-6)
+    assert again.sigma0 == pytest.approx(found.sigma0, rel=1e-9)
+
+
+def test_quality_figures_of_the_adjustment():
+    found = dewitt(5)
+    assert found.redundancy_numbers.sum() == pytest.approx(4, abs=1e-9)
+    v = found.residuals
+    assert found.sigma0 == pytest.approx(np.sqrt((v**2).sum() / 4), rel=1e-12)
+    expected = v / (found.sigma0 * np.sqrt(found.redundancy_numbers))
+    np.testing.assert_allclose(found.standardized, expected, rtol=1e-6)
+    known = resect(Camera(152.916), FIVE[:, :2], FIVE[:, 2:], sigma=0.002)
+    expected = v / (0.002 * np.sqrt(found.redundancy_numbers))
+    np.testing.assert_allclose(known.standardized, expected, rtol=1e-6)
+
+
+def test_three_points_have_several_solutions_and_a_start_chooses():
+    found = resect(Camera(152.916), FOUR[:3, :2], FOUR[:3, 2:])
+    assert found.status == "several solutions" and len(found.solutions) == 2
+    assert np.all(np.isnan(found.exterior))
+    for solution in found.solutions:
+        image = project(Camera(152.916), solution, FOUR[:3, 2:])
+        np.testing.assert_allclose(image, FOUR[:3, :2], rtol=0, atol=1e-7)
+        near = resect(
+            Camera(152.916), FOUR[:3, :2], FOUR[:3, 2:], start=solution + 1e-3
+        )
+        np.testing.assert_allclose(near.exterior, solution, rtol=0, atol=1e-6)
+        assert near.status == "several solutions" and np.isnan(near.sigma0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_closed_form_of_three_points_holds_the_truth(seed):
+    rng = np.random.default_rng(seed)
+    exterior, points, image = photo(rng, 3, Camera(35.0))
+    vectors = np.column_stack([image, np.full(3, -35.0)])
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+    centres, M = three_points.solutions(vectors[None], points[None])
+    off = np.linalg.norm(centres - exterior[:3], axis=1)
+    found = resect(Camera(35.0), image, points)
+    if found.status != "near the dangerous cylinder":
+        assert off.min() < 1e-3
+        assert np.abs(M[off.argmin()] - rotation.matrix(*exterior[3:])).max() < 1e-4
+
+
+def circle(n, outside):
+    angle = np.linspace(0, 5.5, n) + 0.1 * np.sin(np.arange(n))
+    points = 30 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    place = 30 * (1 + outside) * np.array([np.cos(0.7), np.sin(0.7)])
+    exterior = np.array([*place, 100, 0.15, -0.2, 0.3])
+    return exterior, points, project(Camera(50.0), exterior, points)
+
+
+@pytest.mark.parametrize("outside", [0.0, 0.005])
+def test_camera_over_the_circle_of_three_points_is_named(outside):
+    exterior, points, image = circle(3, outside)
+    for start in (None, exterior + 0.01):
+        found = resect(Camera(50.0), image, points, start=start)
+        assert found.status == "near the dangerous cylinder"
+    # The warning is deserved: precision there is many times worse
+    exterior, points, image = circle(3, 0.005)
+    near = resect(Camera(50.0), image, points, start=exterior, sigma=0.002)
+    exterior, points, image = circle(3, 0.2)
+    off = resect(Camera(50.0), image, points, start=exterior, sigma=0.002)
+    assert off.status == "several solutions"
+    assert near.covariance[0, 0] > 1000 * off.covariance[0, 0]
+
+
+def test_points_on_a_line_are_named():
+    points = np.linspace(0, 1, 6)[:, None] * [10, 20, 5]
+    image = project(Camera(50.0), (5, 10, 80, 0, 0, 0), points)
+    found = resect(Camera(50.0), image, points)
+    assert found.status == "points on a line" and np.all(np.isnan(found.exterior))
+    assert resect(Camera(50.0), image, 0 * points).status == "points on a line"
+
+
+def test_points_almost_on_a_line_are_weak_geometry():
+    rng = np.random.default_rng(2)
+    points = np.linspace(0, 1, 6)[:, None] * [10, 20, 5] + 1e-4 * rng.normal(
+        size=(6, 3)
+    )
+    image = project(Camera(50.0), (5, 10, 80, 0, 0, 0), points)
+    assert resect(Camera(50.0), image, points).status == "weak geometry"
+
+
+def test_gimbal_lock_is_named_and_the_place_still_found():
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-20, 20, (6, 3))
+    exterior = np.array([-100.0, 0, 0, 0, -np.pi / 2, 0])
+    image = project(Camera(50.0), exterior, points)
+    found = resect(Camera(50.0), image, points)
+    assert found.status == "gimbal lock" and np.all(np.isnan(found.covariance))
+    np.testing.assert_allclose(found.exterior[:3], exterior[:3], rtol=0, atol=1e-9)
+    M = rotation.matrix(*found.exterior[3:])
+    np.testing.assert_allclose(M, rotation.matrix(*exterior[3:]), rtol=0, atol=1e-9)
+
+
+def test_noise_that_no_photo_explains_shows_in_sigma0():
+    rng = np.random.default_rng(4)
+    _, points, image = photo(rng, 8, CAMERAS[0])
+    found = resect(CAMERAS[0], image * [1, -1], points)  # a mirrored photo
+    assert not (found.sigma0 < 0.05)
+
+
+@pytest.mark.parametrize(
+    ("image", "points", "start", "message"),
+    [
+        (FIVE[:2, :2], FIVE[:2, 2:], None, "2 points do not fix six unknowns"),
+        (FIVE[:, :2], FIVE[:4, 2:], None, "must be of the same points"),
+        (FIVE[:, :3], FIVE[:, 2:], None, r"image_points must have shape \(..., 2\)"),
+        (FIVE[:, :2] * np.nan, FIVE[:, 2:], None, "image_points.* not a finite number"),
+        (FIVE[:, :2], FIVE[:, 2:] * np.inf, None, "object_points.*not a finite number"),
+        (FIVE[:, :2], FIVE[:, 2:], [1, 2, 3], r"start must have shape \(..., 6\)"),
+    ],
+)
+def test_bad_input_is_refused(image, points, start, message):
+    with pytest.raises(ValueError, match=message):
+        resect(Camera(152.916), image, points, start=start)
