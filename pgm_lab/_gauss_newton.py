@@ -30,7 +30,7 @@ class Model:
 
     def evaluate(self, x: np.ndarray, k) -> tuple[np.ndarray, ...]:
         """Residuals v, design matrix A, constraints c and C of the problems k at x."""
-        computed, A = self._call(self.function, x, k)
+        computed, A = self._call(self.function, "function", x, k)
         if self.weighted_parameters:
             unit = np.broadcast_to(np.eye(x.shape[-1]), (*x.shape, x.shape[-1]))
             computed = np.concatenate([computed, x], axis=-1)
@@ -42,22 +42,37 @@ class Model:
             )
         v = computed - self.observations[k]
         if self.constraints is None:
-            return v, A, None, None
-        return v, A, *self._call(self.constraints, x, k)
+            return v, A, v[:, :0], A[:, :0]
+        return v, A, *self._call(self.constraints, "constraints", x, k)
 
-    def _call(self, function, x, k) -> tuple[np.ndarray, np.ndarray]:
+    def _call(self, function, name, x, k) -> tuple[np.ndarray, np.ndarray]:
         if self.single:
-            values, jacobian = function(x[0], *self.args)
-            values, jacobian = np.asarray(values)[None], np.asarray(jacobian)[None]
+            answer = function(x[0], *self.args)
         else:
-            values, jacobian = function(x, *(arg[k] for arg in self.args))
-        if np.shape(jacobian)[-2:] != (values.shape[-1], x.shape[-1]):
+            answer = function(x, *(arg[k] for arg in self.args))
+        if not isinstance(answer, tuple | list) or len(answer) != 2:
             raise ValueError(
-                f"the Jacobian of {values.shape[-1]} values by {x.shape[-1]} parameters"
-                f" must end in shape {(values.shape[-1], x.shape[-1])};"
-                f" got {np.shape(jacobian)}"
+                f"{name} must return two arrays: values and their Jacobian"
             )
-        return values, np.broadcast_to(jacobian, (*values.shape, x.shape[-1]))
+        values, jacobian = (np.asarray(part, dtype=float) for part in answer)
+        values = np.atleast_1d(values)
+        shape = (len(x), values.shape[-1], x.shape[-1])
+        lead = () if self.single else shape[:1]
+        try:
+            values = np.broadcast_to(values, shape[:-1])
+        except ValueError:
+            raise ValueError(
+                f"{name} must return values {(*lead, 'n')}; got shape {values.shape}"
+            ) from None
+        if jacobian.shape not in (shape[1:], (1, *shape[1:]), shape):
+            raise ValueError(
+                f"{name} must return a Jacobian {(*lead, *shape[1:])}, a row for each"
+                f" value and a column for each parameter; got shape {jacobian.shape}"
+            )
+        # Where a derivative is missing, the value is of no use.
+        whole = np.isfinite(jacobian).all(axis=(-2, -1))
+        values = np.where(whole[..., None], values, np.nan)
+        return values, np.broadcast_to(jacobian, shape)
 
     def weighted(self, matrix: np.ndarray, k) -> np.ndarray:
         """P times a matrix (k, n, u)."""
@@ -68,8 +83,8 @@ class Model:
         """Observations made, minus unknowns, plus constraints, of each problem."""
         P = self.weights
         P = P if P.ndim == 2 else np.diagonal(P, axis1=-2, axis2=-1)
-        constraints = 0 if state.c is None else state.c.shape[-1]
-        return np.count_nonzero(P > 0, axis=-1) - state.x.shape[-1] + constraints
+        made = np.count_nonzero(P > 0, axis=-1)
+        return made - state.x.shape[-1] + state.c.shape[-1]
 
     def objective(self, v: np.ndarray, k) -> np.ndarray:
         """Return v'Pv of each problem; infinite where a residual is not finite."""
@@ -86,8 +101,8 @@ class State:
     x: np.ndarray
     v: np.ndarray
     A: np.ndarray
-    c: np.ndarray | None
-    C: np.ndarray | None
+    c: np.ndarray
+    C: np.ndarray
 
     @classmethod
     def at(cls, model: Model, x: np.ndarray, k: np.ndarray) -> "State":
@@ -97,13 +112,11 @@ class State:
     def put(self, k: np.ndarray, other: "State") -> None:
         """Overwrite the problems k."""
         for name in ("x", "v", "A", "c", "C"):
-            if getattr(self, name) is not None:
-                getattr(self, name)[k] = getattr(other, name)
+            getattr(self, name)[k] = getattr(other, name)
 
     def part(self, k: np.ndarray) -> "State":
         """Copy of the problems k."""
-        take = (self.x, self.v, self.A, self.c, self.C)
-        return State(*(None if array is None else array[k] for array in take))
+        return State(self.x[k], self.v[k], self.A[k], self.c[k], self.C[k])
 
 
 def iterate(
@@ -125,10 +138,11 @@ def iterate(
     redundancy = model.redundancy(state)
     phi = model.objective(state.v, k)
     level = np.sqrt(model.objective(model.observations, k))
-    status = np.where(np.isfinite(phi), "too many iterations", "diverged")
+    usable = np.isfinite(phi) & np.isfinite(state.c).all(axis=-1)
+    status = np.where(usable, "too many iterations", "diverged")
     iterations = np.zeros(m, int)
     objectives, steps, changes = [phi.copy()], [], []
-    k = k[np.isfinite(phi)]
+    k = k[usable]
     while len(k) and iterations.max() < max_iterations:
         here = state.part(k)
         PA = model.weighted(here.A, k)
@@ -145,10 +159,18 @@ def iterate(
         # the end is reached when a step changes nothing above the rounding of numbers.
         size = np.sqrt(np.diagonal(N, axis1=-2, axis2=-1)) * np.abs(here.x)
         rounding = ROUNDING * (level[k] + size.max(axis=-1))
+        closing = _closing_error(here, N, rounding)
+        # An exact penalty: heavy enough that a step towards the constraints pays.
+        penalty = 4 * np.max(np.abs(correlates), axis=-1, initial=0)
+        # How well v'Pv is known: a decrease below that cannot be seen
+        slack = rounding * (2 * np.sqrt(phi[k]) + rounding)
+        slack += penalty * closing.sum(axis=-1)
         there, step, found = _line_search(
-            model, k, here, dx, decrease, rounding, correlates, line_search
+            model, k, here, dx, decrease, penalty, slack, line_search
         )
-        converged = (change <= tolerance) | (decrease <= rounding**2)
+        # A step that only closes constraints, such as a change of datum, lowers no v'Pv
+        closed = np.all(np.abs(here.c) <= closing, axis=-1)
+        converged = (change <= tolerance) | ((decrease <= rounding**2) & closed)
         move = found & ~singular
         state.put(k[move], there.part(move))
         phi[k] = np.where(move, model.objective(there.v, k), phi[k])
@@ -176,20 +198,21 @@ def _in_standard_deviations(dx, Q, sigma) -> np.ndarray:
         return np.max(np.where(moved, np.abs(dx) / sd, 0), axis=-1)
 
 
-def _line_search(model, k, here, dx, decrease, rounding, correlates, wanted):
+def _closing_error(state, N, rounding) -> np.ndarray:
+    """Misclosures of the constraints (m, k) that the rounding of numbers explains."""
+    error = rounding[:, None] * normal.column_scale(N) + ROUNDING * np.abs(state.x)
+    return np.einsum("mku,mu->mk", np.abs(state.C), error)
+
+
+def _line_search(model, k, here, dx, decrease, penalty, slack, wanted):
     """Halve the step of each problem until v'Pv, with its constraints, falls enough."""
-    # An exact penalty: heavy enough that a step towards the constraints pays.
-    penalty = 4 * np.max(np.abs(correlates), axis=-1, initial=0)
 
     def merit(state, k, penalty):
-        phi = model.objective(state.v, k)
-        return phi if state.c is None else phi + penalty * np.abs(state.c).sum(axis=-1)
+        return model.objective(state.v, k) + penalty * np.abs(state.c).sum(axis=-1)
 
     step = np.ones(len(k))
     there = State.at(model, here.x + dx, k).part(np.arange(len(k)))
     before, after = merit(here, k, penalty), merit(there, k, penalty)
-    # How well v'Pv is known: a decrease below that cannot be seen
-    slack = rounding * (2 * np.sqrt(before) + rounding)
 
     def too_high():
         goal = before - 2 * SUFFICIENT_DECREASE * step * decrease + slack

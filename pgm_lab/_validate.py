@@ -120,3 +120,12 @@ def choice(value: str, name: str, allowed: tuple[str, ...]) -> str:
         words = ", ".join(repr(word) for word in allowed)
         raise ValueError(f"{name} must be one of {words}; got {value!r}")
     return value
+
+
+def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | None:
+    """Return a standard deviation as one number above zero, or None if not known."""
+    if sigma is None:
+        return None
+    if not (value := number(sigma, name)) > 0:
+        raise ValueError(f"{name} must be positive, or None if not known; got {sigma}")
+    return value

@@ -4,6 +4,7 @@ Observation equations ``l + v = f(x)`` with ``v'Pv`` least; v = computed - obser
 problem or a stack of thousands is the same call: leading axes count the problems.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -107,12 +108,14 @@ def adjust(
     array([0.833, 0.833, 0.333])
     """
     start = _validate.finite(start, "start")
-    if start.ndim == 0:
-        raise ValueError("start must have shape (..., u); got one number")
+    if start.ndim == 0 or start.shape[-1] == 0:
+        raise ValueError(
+            f"start must have shape (..., u), u parameters; got {start.shape}"
+        )
     *lead, u = start.shape
     names = normal.parameter_names(names, u)
-    if sigma0_prior is not None:
-        sigma0_prior = float(_validate.positive(sigma0_prior, "sigma0_prior", "any"))
+    sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
+    tolerance = float(_validate.positive(tolerance, "tolerance", "sd of a parameter"))
     model = _model(
         function, start, observations, weights, covariance, constraints, args
     )
@@ -120,20 +123,25 @@ def adjust(
         model = _with_parameters(model, start, parameter_weights, parameter_values)
     elif parameter_values is not None:
         raise ValueError("parameter_values need parameter_weights")
-    x = start.reshape(-1, u)
+    x = start.reshape(math.prod(lead), u)
     state, status, iterations, history, redundancy = _gauss_newton.iterate(
         model, x, sigma0_prior, line_search, tolerance, max_iterations
     )
+    if not lead and status[0] == "diverged" and not iterations[0]:
+        raise ValueError(
+            "function or constraints return values or derivatives that are not finite"
+            " at the start values"
+        )
     everything = np.arange(len(x))
     N = np.swapaxes(state.A, -1, -2) @ model.weighted(state.A, everything)
     _, Q, _, singular = normal.solve(N, np.zeros_like(x), state.C, state.c)
     singular &= status != "diverged"
     if not lead and singular[0]:
-        C = None if state.C is None else state.C[0]
-        raise RankDefect(normal.null_space(N[0], names, C))
+        raise RankDefect(normal.null_space(N[0], names, state.C[0]))
     status[singular] = "singular"
     phi = model.objective(state.v, everything)
     state.x[singular], state.v[singular], phi[singular] = np.nan, np.nan, np.nan
+    phi[~np.isfinite(phi)] = np.nan
     sigma0 = np.sqrt(phi / np.where(redundancy > 0, redundancy, np.nan))
     share, w = residual_statistics(state.A, state.v, model.weights, Q)
     w = w / (sigma0_prior or np.where(sigma0 > 0, sigma0, np.inf)[:, None])
@@ -158,7 +166,7 @@ def adjust(
         name: values.reshape((*lead, *values.shape[1:]))[()]
         for name, values in whole.items()
     }
-    history = History(*(part.reshape((-1, *lead)) for part in history))
+    history = History(*(part.reshape((len(part), *lead)) for part in history))
     return Adjustment(**shaped, sigma0_prior=sigma0_prior, names=names, history=history)
 
 
@@ -167,35 +175,49 @@ def _model(
 ) -> _gauss_newton.Model:
     """Check what was handed over, and lay the leading axes into one."""
     lead = start.shape[:-1]
-    m = start.size // start.shape[-1]
     observations = _validate.finite(observations, "observations")
-    n = observations.shape[-1] if observations.ndim else 1
-    observations = np.broadcast_to(observations, (*lead, n)).reshape(m, n)
+    if observations.ndim == 0:
+        raise ValueError("observations must have shape (..., n); got one number")
+    n = observations.shape[-1]
+    observations = _flat(observations, "observations", lead, n)
     if covariance is not None:
         if weights is not None:
             raise ValueError("give weights or covariance, not both")
         weights = _inverse_covariance(covariance, n)
-        weights = np.broadcast_to(weights, (*lead, n, n)).reshape(m, n, n)
+        weights = _flat(weights, "covariance", lead, n, n)
     else:
-        weights = _validate.finite(1.0 if weights is None else weights, "weights")
+        weights = _flat(1.0 if weights is None else weights, "weights", lead, n)
         if np.any(weights < 0):
             raise ValueError("weights must not be negative")
-        weights = np.broadcast_to(weights, (*lead, n)).reshape(m, n)
     if lead:
-        args = tuple(_lay_flat(arg, lead) for arg in args)
+        args = tuple(_flat_argument(arg, lead) for arg in args)
     return _gauss_newton.Model(
         function, observations, weights, constraints, False, tuple(args), not lead
     )
 
 
-def _lay_flat(arg, lead) -> np.ndarray:
+def _flat(values, name, lead, *shape) -> np.ndarray:
+    """Broadcast to all problems, and lay the leading axes into one."""
+    values = _validate.finite(values, name)
+    try:
+        values = np.broadcast_to(values, (*lead, *shape))
+    except ValueError:
+        raise ValueError(
+            f"{name} must have shape {shape}"
+            + (f", or with a stack {(*lead, *shape)}" if lead else "")
+            + f"; got {values.shape}"
+        ) from None
+    return values.reshape(math.prod(lead), *shape)
+
+
+def _flat_argument(arg, lead) -> np.ndarray:
     arg = np.asarray(arg)
     if arg.shape[: len(lead)] != lead:
         raise ValueError(
             f"args must have the leading axes {lead} of the start values;"
             f" got shape {arg.shape}. What all problems share goes into function itself"
         )
-    return arg.reshape(-1, *arg.shape[len(lead) :])
+    return arg.reshape(math.prod(lead), *arg.shape[len(lead) :])
 
 
 def _inverse_covariance(covariance, n) -> np.ndarray:
@@ -204,25 +226,31 @@ def _inverse_covariance(covariance, n) -> np.ndarray:
         raise ValueError(
             f"covariance must have shape (..., {n}, {n}); got {covariance.shape}"
         )
-    if not np.allclose(covariance, np.swapaxes(covariance, -1, -2), rtol=1e-10, atol=0):
+    variance = np.diagonal(covariance, axis1=-2, axis2=-1)
+    if np.any(variance <= 0):
+        raise ValueError("covariance must have positive variances on its diagonal")
+    sd = np.sqrt(variance)
+    scale = sd[..., :, None] * sd[..., None, :]
+    correlation = covariance / scale
+    transposed = np.swapaxes(correlation, -1, -2)
+    if np.any(np.abs(correlation - transposed) > 1e-10):
         raise ValueError("covariance must be symmetric")
-    try:
-        np.linalg.cholesky(covariance)
-    except np.linalg.LinAlgError:
-        raise ValueError("covariance must be positive definite") from None
-    return np.linalg.inv(covariance)
+    if np.any(np.linalg.eigvalsh(correlation)[..., 0] < 1 / normal.INFLATION_LIMIT):
+        raise ValueError(
+            "covariance must be positive definite; an observation that follows from"
+            " others may not be counted twice"
+        )
+    return np.linalg.inv((correlation + transposed) / 2) / scale
 
 
 def _with_parameters(model, start, weights, values) -> _gauss_newton.Model:
     """Append the weighted parameters to the observations."""
     u = start.shape[-1]
-    x = start.reshape(-1, u)
-    values = _validate.finite(start if values is None else values, "parameter_values")
-    values = np.broadcast_to(values, start.shape).reshape(x.shape)
-    weights = _validate.finite(weights, "parameter_weights")
+    lead = start.shape[:-1]
+    values = _flat(start if values is None else values, "parameter_values", lead, u)
+    weights = _flat(weights, "parameter_weights", lead, u)
     if np.any(weights < 0):
         raise ValueError("parameter_weights must not be negative")
-    weights = np.broadcast_to(weights, start.shape).reshape(x.shape)
     P = model.weights
     if P.ndim == 2:
         P = np.concatenate([P, weights], axis=1)

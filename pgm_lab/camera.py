@@ -9,6 +9,7 @@ moves the image by (dx, dy); x, y are reduced to the principal point, r^2 = x^2 
 
 lens="backward" (Australis, Muliawan 2013): ideal = measured + d(measured)
 lens="forward" (JAICOV, OpenCV):            measured = ideal + d(ideal)
+In OpenCV y points down, and k_i = K_i c^(2i), p1 = -P2 c, p2 = P1 c.
 """
 
 from collections.abc import Collection, Sequence

@@ -206,7 +206,8 @@ def misclosure(
     if "point" in wrt:
         blocks["point"] = by_point
     for name, block in blocks.items():
-        blocks[name] = np.broadcast_to(block, (*v.shape, block.shape[-1]))
+        if block.shape[:-1] != v.shape:
+            blocks[name] = np.broadcast_to(block, (*v.shape, block.shape[-1]))
     return v, np.broadcast_to(-rays[..., 2], v.shape[:-1]), blocks
 
 

@@ -11,6 +11,8 @@ import numpy as np
 # A parameter whose variance the others inflate more than this is not determined: normal
 # equations in double precision hold about 16 digits, and these are 12 of them.
 INFLATION_LIMIT = 1e12
+# A parameter whose variance constraints deflate more than this is fixed by them.
+DEFLATION_LIMIT = 1e-14
 
 
 @dataclass(frozen=True)
@@ -40,12 +42,19 @@ class RankDefect(ValueError):
     def __init__(self, null_space: NullSpace):
         self.null_space = null_space
         u = len(null_space.vectors)
-        super().__init__(
-            f"the normal matrix has rank {u - null_space.defect} of {u}: the"
-            f" observations do not determine {', '.join(null_space.names)}."
-            " Add observations or constraints, give these parameters weights, or leave"
-            " them out"
-        )
+        if null_space.defect:
+            message = (
+                f"the normal matrix has rank {u - null_space.defect} of {u}: the"
+                f" observations do not determine {', '.join(null_space.names)}. Add"
+                " observations or constraints, give these parameters weights, or leave"
+                " them out"
+            )
+        else:
+            message = (
+                "the constraints follow from one another or contradict each other:"
+                " leave out those that are too many"
+            )
+        super().__init__(message)
 
 
 def column_scale(normal: np.ndarray) -> np.ndarray:
@@ -91,7 +100,8 @@ def solve(
     correlates : ndarray (..., k)
         Multipliers k of the constraints.
     singular : ndarray (...) of bool
-        Where the matrix cannot be inverted; the other results are NaN there.
+        Where parameters are not determined or constraints depend on each other; the
+        other results are NaN there.
 
     References
     ----------
@@ -103,23 +113,22 @@ def solve(
     array([2., 3.])
     """
     u = normal.shape[-1]
+    if constraint is None:
+        constraint, misclosure = normal[..., :0, :], right[..., :0]
     scale = column_scale(normal)
     system = normal * scale[..., :, None] * scale[..., None, :]
-    if constraint is not None:
-        system, rows = _bordered(system, constraint * scale[..., None, :])
-        right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
-    else:
-        right = right * scale
+    system, rows = _bordered(system, constraint * scale[..., None, :])
+    border = system[..., u:, :u]
     inverse = _inverse(system)
     cofactor = inverse[..., :u, :u]
-    inflation = np.diagonal(cofactor, axis1=-2, axis2=-1)
-    with np.errstate(invalid="ignore"):
-        determined = np.all(np.abs(inflation) < INFLATION_LIMIT, axis=-1)
+    determined = _regular(cofactor)
+    determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
+    fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
+    cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
     inverse[~determined] = np.nan
+    right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
     solution = np.einsum("...ij,...j->...i", inverse, right)
-    dx, correlates = solution[..., :u] * scale, solution[..., u:]
-    if constraint is not None:
-        correlates = correlates * rows
+    dx, correlates = solution[..., :u] * scale, solution[..., u:] * rows
     cofactor = cofactor * scale[..., :, None] * scale[..., None, :]
     return dx, cofactor, correlates, ~determined
 
@@ -159,8 +168,8 @@ def null_space(
     scale = column_scale(normal)
     scaled = normal * scale[:, None] * scale
     if constraint is not None:
-        rows = constraint * scale
-        rows = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        system, _ = _bordered(scaled, constraint * scale)
+        rows = system[u:, :u]
         scaled = scaled + rows.T @ rows
     eigenvalues, eigenvectors = np.linalg.eigh(scaled)
     free = eigenvalues < u / INFLATION_LIMIT
@@ -194,12 +203,20 @@ def _bordered(normal, constraint) -> tuple[np.ndarray, np.ndarray]:
     return system, rows
 
 
+def _regular(inverse) -> np.ndarray:
+    """Whether the inverse of a matrix with diagonal one is to be trusted."""
+    diagonal = np.diagonal(inverse, axis1=-2, axis2=-1)
+    with np.errstate(invalid="ignore"):
+        return np.all(np.abs(diagonal) < INFLATION_LIMIT, axis=-1)
+
+
 def _inverse(matrices) -> np.ndarray:
     """Inverse of each matrix; NaN where it is exactly singular."""
     try:
         return np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
-        regular = np.linalg.slogdet(matrices).sign != 0
+        with np.errstate(invalid="ignore"):
+            regular = np.linalg.slogdet(matrices).sign != 0
         inverse = np.full_like(matrices, np.nan)
         inverse[regular] = np.linalg.inv(matrices[regular])
         return inverse

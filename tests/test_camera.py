@@ -229,12 +229,23 @@ def test_no_solution_beyond_the_turn_of_the_lens_is_given_out(lens, function):
             function(camera, [(1.0, 0.5), (0.0, x)])
 
 
-def test_a_ghost_on_a_second_branch_is_refused():
-    # 1 - 0.03 r^2 + 0.0002 r^4 turns back at 3.83 mm and outwards again at 9.17 mm: an
-    # ideal point at 5 mm has a solution, but only on the second branch outwards
-    camera = Camera(35.0, K1=-0.03, K2=0.0002)
-    with pytest.raises(ValueError, match="no point is displaced"):
-        cam.measured(camera, (5.0, 0.0))
+@pytest.mark.parametrize(
+    ("K1", "K2", "image"),
+    [
+        # 1 - 0.03 r^2 + 0.0002 r^4 turns back at 3.83 mm (image at 2.31 mm) and
+        # outwards again at 9.17 mm: Newton finds points on the way out there
+        (-0.03, 0.0002, np.linspace(2.33, 6.0, 200)),
+        # Far beyond the turn at 10 mm it finds points on the other side of the axis
+        (FOLDED, 0.0, np.linspace(2075.0, 2085.0, 200)),
+    ],
+)
+def test_ghosts_on_another_branch_are_not_taken_for_solutions(K1, K2, image):
+    lens = np.array([K1, K2, 0, 0, 0, 0, 0])
+    image = np.column_stack([image, np.zeros_like(image)])
+    x, solved = imaging.undistort(lens, image)
+    fits = np.abs(x + imaging.distortion(lens, x) - image).max(axis=-1) < 1e-6
+    assert fits.any(), "without a ghost this tests nothing"
+    assert not solved.any()
 
 
 GOOD = {"c": 35.0, "x0": 0.1}
@@ -275,7 +286,10 @@ def test_a_bad_camera_says_what_was_expected(change, message):
         ({"camera": np.zeros(9)}, r"camera must have shape \(\.\.\., 10\)"),
         ({"camera": np.ones(10), "lens": "x"}, "lens must be one of"),
         (
-            {"camera": [Camera(9.0), Camera(9.0, lens="forward")]},
+            {
+                "camera": [Camera(9.0), Camera(9.0, lens="forward")],
+                "exterior": [(0, 0, 100, 0, 0, 0)] * 2,
+            },
             "need the same lens direction",
         ),
         ({"camera": [Camera(9.0)] * 2}, "2 cameras need.*as many photos"),
@@ -302,6 +316,24 @@ def test_bad_input_to_the_projection_is_named():
         cam.ideal(Camera(35.0), (1.0, np.nan))
     with pytest.raises(ValueError, match=r"ideal must have shape"):
         cam.measured(Camera(35.0), (1.0, 2.0, 3.0))
+
+
+def test_no_points_give_empty_results():
+    camera, nothing = Camera(*INTERIOR), np.empty((0, 3))
+    assert cam.project(camera, EXTERIOR, nothing).shape == (0, 2)
+    result = cam.collinearity(camera, EXTERIOR, nothing, np.empty((0, 2)))
+    assert result.interior.shape == (0, 2, 10) and result.point.shape == (0, 2, 3)
+
+
+def test_input_is_not_changed_and_results_may_be():
+    points, exteriors = scene()
+    measured = np.ones((2, len(points), 2))
+    before = [array.copy() for array in (exteriors, points, measured)]
+    result = cam.collinearity(Camera(35.0), exteriors[:, None], points, measured)
+    for name in ("v", *cam.BLOCKS):
+        getattr(result, name)[...] *= 2.0
+    for array, copy in zip((exteriors, points, measured), before):
+        np.testing.assert_array_equal(array, copy)
 
 
 def test_camera_cannot_be_changed_and_compares_by_value():

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from pgm_lab import rotation
-from pgm_lab.camera import Camera, project
+from pgm_lab.camera import Camera, collinearity, project
 from pgm_lab.orientation import resect, three_points
 
 # B. Dewitt, program resect (public domain): x, y mm; X, Y, Z of four and five targets.
@@ -134,8 +134,6 @@ def test_same_as_scipy_least_squares_on_the_projection(camera):
         if camera.lens == "forward":
             return (project(camera, x, points) - image).ravel()
         # With the lens "backward" residuals are those of the corrected coordinates
-        from pgm_lab.camera import collinearity
-
         return collinearity(camera, x, points, image, ()).v.ravel()
 
     peer = least_squares(misfit, exterior, xtol=1e-15, ftol=1e-15, gtol=1e-15)
@@ -330,3 +328,8 @@ def test_noise_that_no_photo_explains_shows_in_sigma0():
 def test_bad_input_is_refused(image, points, start, message):
     with pytest.raises(ValueError, match=message):
         resect(Camera(152.916), image, points, start=start)
+
+
+def test_a_standard_deviation_must_be_positive():
+    with pytest.raises(ValueError, match="sigma must be positive"):
+        resect(Camera(152.916), FIVE[:, :2], FIVE[:, 2:], sigma=0.0)

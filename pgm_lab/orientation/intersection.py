@@ -102,6 +102,7 @@ def intersect(
     array([0.0075, 0.0075, 0.0236])
     """
     exteriors = _validate.points(exteriors, 6, "exteriors")
+    sigma = _validate.standard_deviation(sigma)
     image_points, seen = _observations(exteriors, image_points, seen)
     p, *lead, _ = image_points.shape
     photos = _cameras(cameras, p)

@@ -116,6 +116,7 @@ def resect(
     ('converged', [40.0, 30.0, 120.0, 0.1, -0.05, 1.5])
     """
     image_points, object_points = _observations(image_points, object_points)
+    sigma = _validate.standard_deviation(sigma)
     n = len(image_points)
     if three_points.on_a_line(object_points):
         return _nothing(n, "points on a line")

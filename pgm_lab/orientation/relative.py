@@ -1,0 +1,300 @@
+"""Relative orientation: two photos of the same points give a model without a scale.
+
+The left photo stands at the origin with zero angles, bx is fixed, and five unknowns
+remain: by, bz, omega, phi, kappa of the right photo.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import chi2, f
+
+from pgm_lab import _validate, rotation
+from pgm_lab.camera import Camera, ideal
+from pgm_lab.orientation import _model, _turns
+
+# Rays that a rotation alone brings together this well (over c) have no parallax at all.
+NO_PARALLAX = 1e-9
+
+# Width over length of a set of image points below which they count as a line.
+LINE = 1e-9
+
+# The base is lost in the noise if a rotation alone leaves less than so many sigma.
+NO_BASE = 3.0
+
+# v'Pv of two models differ by chance less than this quantile of their ratio.
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Relative:
+    """Result of `relative`, in the unit of the base and in radians.
+
+    Attributes
+    ----------
+    exterior : ndarray (6,)
+        (bx, by, bz, omega, phi, kappa) of the right photo.
+    covariance : ndarray (6, 6)
+        Its covariance, zero for bx: from `sigma` if it was given, else from sigma0.
+    points : ndarray (n, 3)
+        Model points, where the corrected rays meet; NaN unless their `point_status` is
+        "intersected".
+    points_covariance : ndarray (n, 3, 3)
+        Covariance of each point, from its own image coordinates and the orientation.
+    residuals : ndarray (2, n, 2)
+        v = computed - observed in the left and the right photo, in mm; of image
+        coordinates freed from principal point and lens distortion.
+    standardized : ndarray (n,)
+        Residuals over their standard deviations: one for a point, because its four
+        coordinates are controlled by one condition. 0 where nothing controls them.
+    sigma0 : float
+        Standard deviation of an image coordinate from the residuals, in mm; NaN with
+        five points, which have no redundancy.
+    redundancy : int
+        n - 5.
+    status : str
+        "converged"; "no redundancy": five points, nothing is controlled; "several
+        solutions": another model fits as well, see `solutions`; "no base": a rotation
+        alone fits as well; "weak geometry": a direction is uncertain by more than 0.1
+        rad; "gimbal lock": omega and kappa are not told apart, their covariance is NaN;
+        "points behind a camera": see `point_status`; or what the adjustment reports.
+    point_status : ndarray (n,) of str
+        "intersected", "behind a camera", "parallel rays".
+    solutions : ndarray (k, 6)
+        Exteriors of all models that fit, the first is `exterior`. One if `start` was
+        given: then no other is looked for.
+    """
+
+    exterior: np.ndarray
+    covariance: np.ndarray
+    points: np.ndarray
+    points_covariance: np.ndarray
+    residuals: np.ndarray
+    standardized: np.ndarray
+    sigma0: float
+    redundancy: int
+    status: str
+    point_status: np.ndarray
+    solutions: np.ndarray
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviations (6,) of the exterior; 0 for bx."""
+        return np.sqrt(np.diagonal(self.covariance))
+
+
+def relative(
+    camera_left: Camera,
+    camera_right: Camera,
+    left_points: ArrayLike,
+    right_points: ArrayLike,
+    *,
+    base: float = 1.0,
+    start: ArrayLike | None = None,
+    sigma: float | None = None,
+) -> Relative:
+    """Orient the right photo relative to the left one.
+
+    Parameters
+    ----------
+    camera_left, camera_right : Camera
+    left_points, right_points : array_like (n, 2)
+        Measured image coordinates of the same points in mm; five or more.
+    base : float
+        bx, which sets the unit of the model: positive if the right station lies on the
+        positive x side of the left photo.
+    start : array_like (5,), optional
+        Rough values of by, bz (in the unit of the base), omega, phi, kappa. Without
+        them, models are searched all around; no start is needed, also if all points
+        lie in a plane.
+    sigma : float, optional
+        Standard deviation of an image coordinate in mm, known beforehand; it holds for
+        coordinates freed from lens distortion.
+
+    Returns
+    -------
+    Relative
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, numbers are not finite, there are fewer than five points,
+        they lie on a line or have no parallax, the base has the wrong sign, or the
+        points do not determine the five unknowns.
+
+    Notes
+    -----
+    The coplanarity conditions A v + B d = F of (2.37) are adjusted without a detour or
+    an approximation: see `coplanarity.distances`.
+
+    References
+    ----------
+    Muliawan 2013, (2.30) to (2.37); Wolf and Dewitt 2000, "Elements of Photogrammetry",
+    3rd ed., for the same result by collinearity.
+
+    Examples
+    --------
+    >>> camera = Camera(50.0)
+    >>> left = [[0, 0], [20, 2], [1, 18], [19, 21], [2, -19], [21, -18]]
+    >>> right = [[-20, 0], [0, 2.04], [-17, 18], [1, 21], [-19, -19], [2, -18]]
+    >>> found = relative(camera, camera, left, right, base=60.0)
+    >>> print(found.status, found.redundancy, f"{found.sigma0:.3f} mm")
+    converged 1 0.013 mm
+    """
+    left, right = _rays(camera_left, camera_right, left_points, right_points)
+    base = _validate.number(base, "base")
+    if base == 0:
+        raise ValueError("base must not be 0: it fixes bx, and with it the scale")
+    if sigma is not None:
+        sigma = float(
+            _validate.positive(_validate.number(sigma, "sigma"), "sigma", "mm")
+        )
+    rotation_alone = _rotation_alone(left, right)
+    base, R = _models(base, start, left, right, sigma)
+    solutions = [np.concatenate([b, _turns.angles(R)[0]]) for b, R in zip(base, R)]
+
+    result, base, R = _model.fit(base[0, 0], base[0, 1:], R[0], left, right, sigma)
+    model = _model.intersect(base, R, left, right)
+    variance = result.sigma0**2 if sigma is None else sigma**2
+    to_turns = np.eye(5)
+    to_turns[2:, 2:] = _turns.axes(result.x[2:])
+    Q = to_turns @ result.cofactor @ to_turns.T
+    angles, by_turns, locked = _turns.angles(R)
+    to_exterior = np.zeros((6, 5))
+    to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
+    covariance = variance * to_exterior @ Q @ to_exterior.T
+
+    point_status = np.where(model.in_front, "intersected", "behind a camera")
+    point_status[model.parallel] = "parallel rays"
+    met = point_status == "intersected"
+    points_covariance = variance * _model.points_cofactor(base, R, left, right, Q)
+    level = rotation_alone / (result.sigma0 if sigma is None else sigma)
+    warnings = {
+        str(result.status): result.status != "converged",
+        "no base": level < NO_BASE,
+        "several solutions": len(solutions) > 1,
+        "weak geometry": _weak(base, variance * Q),
+        "points behind a camera": not np.all(met),
+        "gimbal lock": locked,
+        "no redundancy": result.redundancy == 0,
+    }
+    return Relative(
+        exterior=np.concatenate([base, angles]),
+        covariance=covariance,
+        points=np.where(met[:, None], model.points, np.nan),
+        points_covariance=np.where(met[:, None, None], points_covariance, np.nan),
+        residuals=np.stack([model.conditions.left, model.conditions.right]),
+        standardized=result.standardized,
+        sigma0=float(result.sigma0),
+        redundancy=int(result.redundancy),
+        status=next((name for name, true in warnings.items() if true), "converged"),
+        point_status=point_status,
+        solutions=np.array(solutions),
+    )
+
+
+def _rays(camera_left, camera_right, left_points, right_points):
+    """Rays (n, 3) in the frames of both photos."""
+    rays = []
+    for camera, points, name in (
+        (camera_left, left_points, "left_points"),
+        (camera_right, right_points, "right_points"),
+    ):
+        points = _validate.points(points, 2, name)
+        if points.ndim != 2 or len(points) < 5:
+            raise ValueError(
+                f"{name} must have shape (n, 2) with five or more points; got"
+                f" {points.shape}"
+            )
+        points = ideal(camera, points)
+        rays.append(np.insert(points, 2, -camera.c, axis=1))
+    left, right = rays
+    if left.shape != right.shape:
+        raise ValueError(
+            f"left_points and right_points must pair up; got {len(left)} and"
+            f" {len(right)} points"
+        )
+    widths = [np.linalg.svd(rays - rays.mean(axis=0))[1][:2] for rays in (left, right)]
+    if all(width <= LINE * length for length, width in widths):
+        raise ValueError(
+            "left_points and right_points lie on lines (or at one place): the photo can"
+            " turn about such a line. Add points beside it"
+        )
+    return left, right
+
+
+def _rotation_alone(left, right) -> float:
+    """Root mean square in mm of what a rotation without a base leaves unexplained."""
+    u1, u2 = (
+        rays / np.linalg.norm(rays, axis=1, keepdims=True) for rays in (left, right)
+    )
+    U, _, Vt = np.linalg.svd(u1.T @ u2)
+    R = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
+    c = -left[0, 2]
+    rms = c * np.sqrt(np.sum((u1 - u2 @ R.T) ** 2) / (2 * len(left) - 3))
+    if rms <= NO_PARALLAX * c:
+        raise ValueError(
+            "left_points and right_points differ by a rotation only (or not at all):"
+            " without a base there is no parallax and no model. Is it the same photo"
+            " twice?"
+        )
+    return rms
+
+
+def _models(bx, start, left, right, sigma):
+    """Models that fit the points equally well, the best one first."""
+    if start is None:
+        base, R = _model.search(bx, left, right)
+    else:
+        start = _validate.finite(start, "start")
+        if start.shape != (5,):
+            raise ValueError(
+                "start must be (by, bz, omega, phi, kappa), five numbers in the unit of"
+                f" the base and radians; got shape {start.shape}"
+            )
+        R = rotation.matrix(*start[2:]).T
+        _, base, R = _model.fit(bx, start[None, :2], R[None], left, right)
+    if not len(base):
+        raise ValueError(
+            "no model was found: the points do not determine the five unknowns. Are"
+            " they spread over the common area, and in the same order in both photos?"
+        )
+    model = _model.intersect(base, R, left, right)
+    misfit = np.sum(model.conditions.distance**2, axis=-1)
+    front = np.mean(model.in_front, axis=-1)
+    behind = np.mean(model.behind_both, axis=-1)
+    upright, upside_down = front > 0.5, behind > 0.5
+    plausible = upright | upside_down
+    if not plausible.any():
+        best = [np.argmin(misfit)]
+        return base[best], R[best]
+    fits = plausible & (misfit <= _limit(misfit[plausible].min(), left, sigma))
+    if not np.any(fits & upright):
+        raise ValueError(
+            f"base = {bx:g} has the wrong sign: the points lie behind both cameras. The"
+            " right station lies on the other x side of the left photo; or the photos"
+            " are exchanged"
+        )
+    fits &= front == front[fits].max()
+    order = np.lexsort((misfit, ~fits))[: np.count_nonzero(fits)]
+    return base[order], R[order]
+
+
+def _limit(best, left, sigma) -> float:
+    """Sum of squares up to which a model fits as well as the best one."""
+    redundancy = len(left) - 5
+    rounding = len(left) * (NO_PARALLAX * left[0, 2]) ** 2
+    if redundancy == 0:
+        return best + rounding
+    if sigma is not None:
+        return max(best, sigma**2 * chi2.ppf(LEVEL, redundancy)) + rounding
+    return best * f.ppf(LEVEL, redundancy, redundancy) + rounding
+
+
+def _weak(base, covariance) -> bool:
+    """Whether a turn, or the direction of the base, is uncertain by a large angle."""
+    length = np.linalg.norm(base)
+    across = (np.eye(3) - np.outer(base, base) / length**2)[:, 1:] / length
+    directions = (covariance[2:, 2:], across @ covariance[:2, :2] @ across.T)
+    return any(np.trace(part) > _turns.WEAK**2 for part in directions)

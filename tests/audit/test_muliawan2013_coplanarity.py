@@ -1,0 +1,221 @@
+"""Proofs of the verdicts on Muliawan 2013, (2.30) to (2.45): coplanarity."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from pgm_lab import camera as cam
+from pgm_lab import rotation
+from pgm_lab.camera import Camera
+
+F = 35.0
+CAMERA = Camera(F)
+LEFT = np.array([10.0, -20.0, 800.0, 0.06, -0.09, 0.3])
+RIGHT = np.array([420.0, 60.0, 850.0, -0.2, 0.15, -0.7])
+RNG = np.random.default_rng(8)
+POINTS = RNG.uniform((-100, -300, -80), (450, 300, 90), (12, 3))
+IMAGES = [cam.project(CAMERA, exterior, POINTS) for exterior in (LEFT, RIGHT)]
+
+
+def turned(omega, phi, kappa):
+    """M of (2.8) as a product; takes complex numbers."""
+    (so, sp, sk), (co, cp, ck) = (
+        np.sin([omega, phi, kappa]),
+        np.cos([omega, phi, kappa]),
+    )
+    x = np.array([[1, 0, 0], [0, co, so], [0, -so, co]])
+    y = np.array([[cp, 0, -sp], [0, 1, 0], [sp, 0, cp]])
+    return np.array([[ck, sk, 0], [-sk, ck, 0], [0, 0, 1]]) @ y @ x
+
+
+def ray(image, angles):
+    """(2.33) to (2.35): u, v, w of an image point."""
+    m, (x, y) = turned(*angles), image
+    u = m[0, 0] * x + m[1, 0] * y - m[2, 0] * F
+    v = m[0, 1] * x + m[1, 1] * y - m[2, 1] * F
+    w = m[0, 2] * x + m[1, 2] * y - m[2, 2] * F
+    return np.array([u, v, w])
+
+
+def expanded(b, one, two):
+    """(2.31): the determinant, written out."""
+    (bx, by, bz), (u1, v1, w1), (u2, v2, w2) = b, one, two
+    return (
+        bx * (v1 * w2 - w1 * v2) - by * (u1 * w2 - w1 * u2) + bz * (u1 * v2 - v1 * u2)
+    )
+
+
+def condition(left=LEFT, right=RIGHT, first=None, second=None, i=0):
+    first = IMAGES[0][i] if first is None else first
+    second = IMAGES[1][i] if second is None else second
+    b = right[:3] - left[:3]  # (2.32)
+    return expanded(b, ray(first, left[3:]), ray(second, right[3:]))
+
+
+def complex_step(function, x):
+    return np.array([function(x + 1e-30j * e).imag / 1e-30 for e in np.eye(len(x))])
+
+
+def test_2_30_to_2_32_vanish_for_two_rays_of_one_point_only():
+    size = np.linalg.norm(RIGHT[:3] - LEFT[:3]) * F * F
+    for i, j in itertools.product(range(12), repeat=2):
+        one, two = ray(IMAGES[0][i], LEFT[3:]), ray(IMAGES[1][j], RIGHT[3:])
+        b = RIGHT[:3] - LEFT[:3]
+        value = expanded(b, one, two)
+        assert value == pytest.approx(np.linalg.det([b, one, two]), abs=1e-12 * size)
+        if i == j:
+            assert abs(value) < 1e-12 * size
+        else:
+            assert abs(value) > 1e-5 * size
+
+
+def test_2_33_to_2_35_turn_the_ray_into_object_space():
+    # Parallel to the vector from the station to the point, and on the same side
+    for exterior, images in ((LEFT, IMAGES[0]), (RIGHT, IMAGES[1])):
+        for point, image in zip(POINTS, images):
+            there, here = point - exterior[:3], ray(image, exterior[3:])
+            np.testing.assert_allclose(np.cross(there, here), 0, atol=1e-8)
+            assert there @ here > 0
+    # The coordinates must be reduced to the principal point, as (2.44) writes them
+    shifted = cam.project(Camera(F, 0.5, -0.4), LEFT, POINTS[0])
+    there = POINTS[0] - LEFT[:3]
+    assert np.abs(np.cross(there, ray(shifted, LEFT[3:]))).max() > 100
+    reduced = shifted - (0.5, -0.4)
+    np.testing.assert_allclose(np.cross(there, ray(reduced, LEFT[3:])), 0, atol=1e-8)
+
+
+def test_2_36_differentiates_one_row_at_a_time():
+    start, change = RNG.normal(size=(2, 3, 3))
+    derivative = sum(  # of det(start + t change) by t, at 0
+        np.linalg.det(np.where(np.arange(3)[:, None] == row, change, start))
+        for row in range(3)
+    )
+    step = 1e-5
+    numeric = (
+        np.linalg.det(start + step * change) - np.linalg.det(start - step * change)
+    ) / (2 * step)
+    assert derivative == pytest.approx(numeric, rel=1e-8)
+
+
+UNKNOWN = [1, 2, 3, 4, 5]  # YL, ZL, omega, phi, kappa of the right photo
+
+
+def linearised(right, images):
+    """F, and its derivatives by (x1, y1, x2, y2) and by the five unknowns."""
+    F0 = np.array([condition(right=right, first=a, second=b) for a, b in zip(*images)])
+    A = np.array(
+        [
+            complex_step(
+                lambda x: condition(right=right, first=x[:2], second=x[2:]),
+                np.concatenate(pair),
+            )
+            for pair in zip(*images)
+        ]
+    )
+    B = np.array(
+        [
+            complex_step(lambda x, p=pair: condition(LEFT, x, *p), right)
+            for pair in zip(*images)
+        ]
+    )
+    return F0, A, B[:, UNKNOWN]
+
+
+def test_2_37_needs_minus_f_on_the_right_hand_side():
+    # The condition at the adjusted place: F + A v + B delta = 0. Error-free points, so
+    # that v = 0: with -F a step shrinks the error of the start, with F it doubles it
+    error = np.array([0.5, -0.3, 1e-3, -1e-3, 2e-3])
+    start = RIGHT.copy()
+    start[UNKNOWN] += error
+    F0, _, B = linearised(start, IMAGES)
+    right, printed = (np.linalg.lstsq(B, f, rcond=None)[0] for f in (-F0, F0))
+    assert np.all(np.abs(error + right) < 0.02 * np.abs(error))
+    np.testing.assert_allclose(error + printed, 2 * error, rtol=0.02)
+    # The same for the residuals of one pair: F + A v = 0 with v = -A'(AA')^-1 F
+    pair = IMAGES[0][3] + (0.01, -0.02), IMAGES[1][3] + (-0.015, 0.01)
+    F0, A, _ = linearised(RIGHT, ([pair[0]], [pair[1]]))
+    v = -A[0] * F0[0] / (A[0] @ A[0])
+    after = condition(first=pair[0] + v[:2], second=pair[1] + v[2:])
+    assert abs(after) < 1e-3 * abs(F0[0])
+    assert abs(condition(first=pair[0] - v[:2], second=pair[1] - v[2:])) > abs(F0[0])
+
+
+def test_2_38_to_2_40_are_the_derivative_by_an_image_coordinate():
+    for i in range(12):
+        b, one = RIGHT[:3] - LEFT[:3], ray(IMAGES[0][i], LEFT[3:])
+        a13 = np.linalg.det([b, one, rotation.matrix(*RIGHT[3:])[0]])
+        numeric = complex_step(lambda x, i=i: condition(second=x, i=i), IMAGES[1][i])
+        assert a13 == pytest.approx(numeric[0], rel=1e-10)
+
+
+def test_2_41_and_2_42_are_the_derivatives_by_the_base():
+    for i in range(12):
+        (u1, v1, w1), (u2, v2, w2) = (
+            ray(IMAGES[0][i], LEFT[3:]),
+            ray(IMAGES[1][i], RIGHT[3:]),
+        )
+        numeric = complex_step(lambda x, i=i: condition(LEFT, x, i=i), RIGHT)
+        assert -(u1 * w2 - u2 * w1) == pytest.approx(numeric[1], rel=1e-10)
+        assert u1 * v2 - u2 * v1 == pytest.approx(numeric[2], rel=1e-10)
+
+
+def test_2_43_to_2_45_are_the_derivative_by_omega_at_any_attitude():
+    b = RIGHT[:3] - LEFT[:3]
+    for i in range(12):
+        one, (_, v2, w2) = ray(IMAGES[0][i], LEFT[3:]), ray(IMAGES[1][i], RIGHT[3:])
+        moved = complex_step(
+            lambda a, i=i: ray(IMAGES[1][i], a), RIGHT[3:].astype(complex)
+        )
+        np.testing.assert_allclose(moved[0], (0, -w2, v2), rtol=1e-12)  # (2.44)
+        u1, v1, w1 = one
+        printed = (  # (2.45)
+            b[0] * (v1 * v2 - (-w1 * w2)) - b[1] * (u1 * v2) + b[2] * (-w2 * u1)
+        )
+        numeric = complex_step(lambda x, i=i: condition(LEFT, x, i=i), RIGHT)
+        assert printed == pytest.approx(numeric[3], rel=1e-10)
+        determinant = np.linalg.det([b, one, (0, -w2, v2)])  # (2.43)
+        assert printed == pytest.approx(determinant, rel=1e-10)
+
+
+def test_phi_and_kappa_turn_about_axes_that_the_other_angles_have_moved():
+    # Omega is the outermost turn of R': its axis stays (1, 0, 0), hence (2.44). The
+    # axes of phi and kappa are M_omega' (0, 1, 0) and M' (0, 0, 1); with the pattern
+    # of (2.44) about (0, 1, 0) and (0, 0, 1) the derivatives would be wrong
+    for i in range(12):
+        here = ray(IMAGES[1][i], RIGHT[3:])
+        moved = complex_step(
+            lambda a, i=i: ray(IMAGES[1][i], a), RIGHT[3:].astype(complex)
+        )
+        axes = (turned(RIGHT[3], 0, 0).T[:, 1], turned(*RIGHT[3:]).T[:, 2])
+        for k, axis, fixed in zip((1, 2), axes, ((0, 1, 0), (0, 0, 1))):
+            np.testing.assert_allclose(moved[k], np.cross(axis, here), rtol=1e-11)
+            wrong = np.linalg.norm(np.cross(fixed, here) - moved[k])
+            assert wrong > 0.01 * np.linalg.norm(here)
+
+
+def test_names_of_dependent_and_independent_relative_orientation_are_exchanged():
+    # Both sets of five are good: each removes the whole rank defect
+    left, right = LEFT.copy(), RIGHT.copy()
+    left[:] = (0, 0, 0, *LEFT[3:])
+    right[:3] = (410, 0, 0)  # the base is the X axis
+    points = RNG.uniform((-100, -300, -900), (450, 300, -700), (30, 3))
+    images = [cam.project(CAMERA, e, points) for e in (left, right)]
+
+    def jacobian(columns):
+        def value(x, pair):
+            return condition(x[:6], x[6:], *pair)
+
+        both = np.concatenate([left, right])
+        rows = [complex_step(lambda x, p=p: value(x, p), both) for p in zip(*images)]
+        chosen = np.array(rows)[:, columns]
+        return chosen / np.linalg.norm(chosen, axis=0)
+
+    only_right = [7, 8, 9, 10, 11]  # by, bz, omega2, phi2, kappa2
+    both_photos = [3, 4, 5, 10, 11]  # omega1, phi1, kappa1, phi2, kappa2
+    for columns in (only_right, both_photos):
+        assert np.linalg.matrix_rank(jacobian(columns), tol=1e-6) == 5
+    # One photo is fitted to the other, which keeps its place and attitude: dependent.
+    # Both are turned and the base keeps its direction: independent. Printed reversed
+    assert not {0, 1, 2, 3, 4, 5} & set(only_right)
+    assert {3, 4, 5} & set(both_photos) and not {6, 7, 8} & set(both_photos)

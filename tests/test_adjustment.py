@@ -1,0 +1,1093 @@
+"""The adjustment core: one least squares, proven against others and by its own laws."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import least_squares, minimize
+from scipy.stats import chi2
+
+from pgm_lab.adjustment import RankDefect, adjust
+
+# Numbers that only rounding separates; design matrices here have condition below 1e3.
+ROUNDING = {"rtol": 1e-9, "atol": 1e-11}
+
+
+def linear(A):
+    """Observation equations f(x) = A x."""
+    return lambda x: (x @ A.T, A)
+
+
+def distances(x, stations):
+    """Distances of points (..., 2) from stations (..., n, 2), and their Jacobian."""
+    difference = x[..., None, :] - stations
+    distance = np.linalg.norm(difference, axis=-1)
+    return distance, difference / distance[..., None]
+
+
+def decay(x, t):
+    """A exp(-b t), the textbook's curve on which plain Gauss-Newton can fail."""
+    a, b = x[..., :1], x[..., 1:]
+    e = np.exp(-b * t)
+    return a * e, np.stack([e, -a * t * e], axis=-1)
+
+
+def problem(seed, n=9, u=3):
+    """A linear problem with uneven weights and without symmetry."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(n, u))
+    observations = A @ rng.normal(size=u) + 0.1 * rng.normal(size=n)
+    return A, observations, rng.uniform(0.2, 5, n), rng
+
+
+def spd(rng, n):
+    """A covariance without zeros."""
+    root = rng.normal(size=(n, n))
+    return root @ root.T / n + 0.3 * np.eye(n)
+
+
+def fields(found):
+    """All numbers of a result that describe one problem."""
+    names = (
+        "x cofactor covariance residuals sigma0 redundancy redundancy_numbers"
+        " standardized correlation parameter_residuals parameter_redundancy_numbers"
+    )
+    return {name: getattr(found, name) for name in names.split()}
+
+
+def assert_same(found, other, **tolerance):
+    for name, values in fields(found).items():
+        np.testing.assert_allclose(
+            values, getattr(other, name), **(tolerance or ROUNDING), err_msg=name
+        )
+
+
+STATIONS = np.array([[0.0, 0.0], [90.0, 10.0], [70.0, 80.0], [-20.0, 60.0]])
+READINGS = np.array([58.31, 56.57, 44.74, 58.32])  # to a point near (50, 30), noisy
+
+# Weights and the covariance of the observations
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_weighted_linear_adjustment_is_numpys_least_squares(seed):
+    A, observations, weights, rng = problem(seed)
+    found = adjust(linear(A), rng.normal(size=3), observations, weights=weights)
+    root = np.sqrt(weights)
+    x, phi, *_ = np.linalg.lstsq(A * root[:, None], observations * root, rcond=None)
+    tolerance = {"rtol": 1e-8, "atol": 1e-9}  # normal equations square the condition
+    np.testing.assert_allclose(found.x, x, **tolerance)
+    np.testing.assert_allclose(found.residuals, A @ x - observations, **tolerance)
+    np.testing.assert_allclose(found.sigma0, np.sqrt(phi[0] / 6), **tolerance)
+    assert found.status == "converged" and found.redundancy == 6
+
+
+def test_covariance_does_what_whitening_does():
+    A, observations, _, rng = problem(1)
+    covariance = spd(rng, 9)
+    found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
+    white = np.linalg.inv(np.linalg.cholesky(covariance))
+    other = adjust(linear(white @ A), np.zeros(3), white @ observations)
+    for name in ("x", "cofactor", "covariance", "sigma0", "redundancy"):
+        np.testing.assert_allclose(
+            getattr(found, name), getattr(other, name), **ROUNDING
+        )
+    np.testing.assert_allclose(white @ found.residuals, other.residuals, **ROUNDING)
+
+
+def test_diagonal_covariance_is_the_inverse_of_weights():
+    A, observations, weights, _ = problem(2)
+    assert_same(
+        adjust(linear(A), np.zeros(3), observations, covariance=np.diag(1 / weights)),
+        adjust(linear(A), np.zeros(3), observations, weights=weights),
+    )
+
+
+def test_covariance_with_rounding_errors_off_its_diagonal_is_accepted():
+    A, observations, _, rng = problem(3)
+    turn = np.linalg.qr(rng.normal(size=(9, 9)))[0]
+    diagonal = np.diag(np.arange(1.0, 10) ** 4)
+    covariance = turn.T @ (turn @ diagonal @ turn.T) @ turn
+    assert not np.array_equal(covariance, covariance.T)
+    found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
+    other = adjust(linear(A), np.zeros(3), observations, covariance=diagonal)
+    np.testing.assert_allclose(found.x, other.x, rtol=1e-9)
+
+
+def test_covariance_in_units_as_far_apart_as_metres_and_radians():
+    A, observations, _, rng = problem(4)
+    units = np.geomspace(1e-9, 1e9, 9)
+    covariance = spd(rng, 9)
+    found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
+    other = adjust(
+        linear(A * units[:, None]),
+        np.zeros(3),
+        observations * units,
+        covariance=covariance * units * units[:, None],
+    )
+    np.testing.assert_allclose(other.x, found.x, **ROUNDING)
+    np.testing.assert_allclose(other.standardized, found.standardized, **ROUNDING)
+
+
+def test_weight_three_counts_like_three_equal_observations():
+    A, observations, _, _ = problem(5)
+    weights = np.array([3, 1, 2, 1, 1, 1, 1, 1, 1])
+    once = adjust(linear(A), np.zeros(3), observations, weights=weights)
+    repeated = np.repeat(A, weights, axis=0), np.repeat(observations, weights)
+    often = adjust(linear(repeated[0]), np.zeros(3), repeated[1])
+    np.testing.assert_allclose(once.x, often.x, **ROUNDING)
+    np.testing.assert_allclose(once.cofactor, often.cofactor, **ROUNDING)
+    assert (once.redundancy, often.redundancy) == (6, 9)
+    # the same v'Pv, spread over another redundancy
+    assert np.isclose(6 * once.sigma0**2, 9 * often.sigma0**2, rtol=1e-10)
+
+
+def test_weight_zero_leaves_an_observation_out():
+    A, observations, weights, _ = problem(6)
+    weights[[2, 7]] = 0
+    observations[2] = 1e6  # whatever it says
+    found = adjust(linear(A), np.zeros(3), observations, weights=weights)
+    kept = np.flatnonzero(weights)
+    other = adjust(
+        linear(A[kept]), np.zeros(3), observations[kept], weights=weights[kept]
+    )
+    for name in ("x", "cofactor", "sigma0", "redundancy"):
+        np.testing.assert_allclose(
+            getattr(found, name), getattr(other, name), **ROUNDING
+        )
+    for name in ("residuals", "redundancy_numbers", "standardized"):
+        values = getattr(found, name)
+        np.testing.assert_allclose(values[kept], getattr(other, name), **ROUNDING)
+    assert not found.redundancy_numbers[[2, 7]].any()
+    assert not found.standardized[[2, 7]].any()
+    # the residual still tells how far off it is
+    assert np.isclose(found.residuals[2], A[2] @ found.x - 1e6)
+
+
+# Weighted parameters
+
+
+def test_weighted_parameters_are_further_observations():
+    A, observations, weights, rng = problem(7)
+    values, p = rng.normal(size=3), np.array([0.5, 0.0, 2.0])
+    found = adjust(
+        linear(A),
+        np.zeros(3),
+        observations,
+        weights=weights,
+        parameter_weights=p,
+        parameter_values=values,
+    )
+    other = adjust(
+        linear(np.vstack([A, np.eye(3)])),
+        np.zeros(3),
+        np.append(observations, values),
+        weights=np.append(weights, p),
+    )
+    for name in ("x", "cofactor", "sigma0", "redundancy"):
+        np.testing.assert_allclose(
+            getattr(found, name), getattr(other, name), **ROUNDING
+        )
+    np.testing.assert_allclose(found.residuals, other.residuals[:9], **ROUNDING)
+    np.testing.assert_allclose(found.standardized, other.standardized[:9], **ROUNDING)
+    np.testing.assert_allclose(
+        found.parameter_residuals, other.residuals[9:], **ROUNDING
+    )
+    np.testing.assert_allclose(
+        found.parameter_redundancy_numbers, other.redundancy_numbers[9:], **ROUNDING
+    )
+    assert found.redundancy == 9 + 2 - 3
+
+
+def test_weighted_parameters_go_with_correlated_observations():
+    A, observations, _, rng = problem(8)
+    covariance, values = spd(rng, 9), rng.normal(size=3)
+    p = np.array([0.5, 1.5, 2.0])
+    whole = np.zeros((12, 12))
+    whole[:9, :9], whole[9:, 9:] = covariance, np.diag(1 / p)
+    found = adjust(
+        linear(A),
+        values,
+        observations,
+        covariance=covariance,
+        parameter_weights=p,
+        parameter_values=values,
+    )
+    other = adjust(
+        linear(np.vstack([A, np.eye(3)])),
+        values,
+        np.append(observations, values),
+        covariance=whole,
+    )
+    np.testing.assert_allclose(found.x, other.x, **ROUNDING)
+    np.testing.assert_allclose(found.sigma0, other.sigma0, **ROUNDING)
+    np.testing.assert_allclose(found.standardized, other.standardized[:9], **ROUNDING)
+
+
+def test_a_huge_weight_fixes_a_parameter_at_its_start_value():
+    A, observations, _, _ = problem(9)
+    start = np.array([0.7, 0.0, 0.0])
+    p = np.array([1e10, 0, 0])
+    found = adjust(linear(A), start, observations, parameter_weights=p)
+    fixed = adjust(linear(A[:, 1:]), start[1:], observations - 0.7 * A[:, 0])
+    # held by weights 1e10 times those of the observations
+    np.testing.assert_allclose(found.x, [0.7, *fixed.x], atol=1e-9)
+    np.testing.assert_allclose(found.sigma0, fixed.sigma0, rtol=1e-8)
+    np.testing.assert_allclose(found.cofactor[1:, 1:], fixed.cofactor, rtol=1e-8)
+    assert found.redundancy == fixed.redundancy == 7
+
+
+def test_weighted_parameters_let_the_start_be_elsewhere():
+    values, p = np.array([48.0, 31.0]), np.array([4.0, 1.0])
+    results = [
+        adjust(
+            distances,
+            start,
+            READINGS,
+            args=[STATIONS],
+            parameter_weights=p,
+            parameter_values=values,
+        )
+        for start in ([50.0, 30.0], [30.0, 60.0])
+    ]
+    np.testing.assert_allclose(results[0].x, results[1].x, rtol=1e-8)
+
+
+# Constraints
+
+
+def test_linear_constraints_do_what_elimination_does():
+    A, observations, weights, _ = problem(10, u=4)
+    C, d = np.array([[1.0, 2.0, 0.0, -1.0], [0.0, 1.0, 1.0, 0.5]]), np.array([0.4, -1])
+    found = adjust(
+        linear(A),
+        np.zeros(4),
+        observations,
+        weights=weights,
+        constraints=lambda x: (C @ x - d, C),
+    )
+    # x = particular solution + null space of C times free parameters
+    particular = np.linalg.lstsq(C, d, rcond=None)[0]
+    free = np.linalg.svd(C)[2][2:].T
+    reduced = observations - A @ particular
+    other = adjust(linear(A @ free), np.zeros(2), reduced, weights=weights)
+    np.testing.assert_allclose(found.x, particular + free @ other.x, **ROUNDING)
+    np.testing.assert_allclose(
+        found.cofactor, free @ other.cofactor @ free.T, **ROUNDING
+    )
+    for name in ("sigma0", "residuals", "redundancy_numbers", "standardized"):
+        np.testing.assert_allclose(
+            getattr(found, name), getattr(other, name), **ROUNDING
+        )
+    assert found.redundancy == other.redundancy == 9 - 4 + 2
+    np.testing.assert_allclose(C @ found.x, d, atol=1e-12)
+
+
+def on_circle(x, stations):
+    """A constraint: the point lies 60 from the origin."""
+    return x @ x[:, None] - 3600.0, 2 * x[None]
+
+
+@pytest.mark.parametrize("start", [[50.0, 30.0], [10.0, 70.0], [5.0, 5.0]])
+def test_nonlinear_constraint_gives_the_minimum_that_slsqp_finds(start):
+    found = adjust(distances, start, READINGS, args=[STATIONS], constraints=on_circle)
+
+    def phi(x):
+        return np.sum((distances(x, STATIONS)[0] - READINGS) ** 2)
+
+    circle = {"type": "eq", "fun": lambda x: on_circle(x, STATIONS)[0]}
+    best = minimize(phi, [50, 30], method="SLSQP", constraints=circle, tol=1e-14)
+    assert found.status == "converged"
+    np.testing.assert_allclose(found.x, best.x, rtol=1e-6)  # what SLSQP reaches
+    assert np.isclose(found.x @ found.x, 3600, rtol=1e-12)
+    assert found.redundancy == 3
+    assert np.isclose(found.redundancy_numbers.sum(), 3)
+    # along the circle there is error, across it there is none
+    across = found.x / 60
+    assert abs(across @ found.cofactor @ across) < 1e-12
+
+
+def test_a_constraint_that_only_changes_the_datum_is_closed_to_the_end():
+    # Ratios leave the scale free; the constraint sets it, far from the start value. The
+    # start fits the observations without error: v'Pv does not tell what is missing.
+    def ratio(x):
+        one = np.array([[1 / x[1], -x[0] / x[1] ** 2]])
+        return np.full(2, x[0] / x[1]), np.repeat(one, 2, axis=0)
+
+    def length(x):
+        return x @ x[:, None] - 100.0, 2 * x[None]
+
+    found = adjust(ratio, [1.0, 2.0], [0.5, 0.5], constraints=length)
+    np.testing.assert_allclose(found.x, np.sqrt(20) * np.array([1, 2]), rtol=1e-12)
+
+
+def test_a_parameter_fixed_by_a_constraint_has_no_variance_and_no_correlation():
+    A, observations, _, _ = problem(11)
+    found = adjust(
+        linear(A),
+        np.zeros(3),
+        observations,
+        constraints=lambda x: (x[1:2] - 1 / 3, np.array([[0.0, 1.0, 0.0]])),
+    )
+    assert found.x[1] == pytest.approx(1 / 3, rel=1e-14)
+    assert found.sd[1] == 0
+    np.testing.assert_array_equal(found.correlation[1], 0)
+    assert np.all(np.isfinite(found.correlation)) and found.status == "converged"
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]],
+        [[0.0, 0.0, 0.0]],
+    ],
+)
+def test_constraints_that_depend_on_each_other_are_refused(rows):
+    A, observations, _, _ = problem(12)
+    C = np.array(rows)
+    with pytest.raises(RankDefect, match="follow from one another or contradict"):
+        adjust(
+            linear(A),
+            np.zeros(3),
+            observations,
+            constraints=lambda x: (C @ x - C @ [1, 2, 3], C),
+        )
+
+
+@pytest.mark.parametrize("start", [[50.0, 30.0], [400.0, -300.0]])
+def test_rounding_of_a_constraint_does_not_shorten_steps(start):
+    # Squares of 1e7 m leave the constraint a rounding of 1e-2 m^2
+    offset = np.array([1e7, 1e7])
+    point = offset + [48, 33]
+
+    def circle(x, stations):
+        return x @ x[:, None] - point @ point, 2 * x[None]
+
+    found = adjust(
+        distances,
+        offset + start,
+        READINGS + [0.1, -0.2, 0.3, 0.1],
+        args=[STATIONS + offset],
+        constraints=circle,
+    )
+    assert found.status == "converged"
+    np.testing.assert_array_equal(found.history.step, 1)
+
+
+def test_a_constraint_that_nothing_satisfies_does_not_converge():
+    def impossible(x, stations):
+        return x @ x[:, None] + 1, 2 * x[None]
+
+    found = adjust(
+        distances, [50.0, 30.0], READINGS, args=[STATIONS], constraints=impossible
+    )
+    assert found.status != "converged"
+
+
+# Free networks
+
+# Four bench marks, six height differences from point to point
+LEVELLING = np.array(
+    [
+        [-1.0, 1, 0, 0],
+        [0, -1, 1, 0],
+        [0, 0, -1, 1],
+        [1, 0, 0, -1],
+        [-1, 0, 1, 0],
+        [0, -1, 0, 1],
+    ]
+)
+DIFFERENCES = np.array([1.203, -0.512, 2.118, -2.806, 0.694, 1.601])
+LENGTHS = np.array([1.2, 0.8, 1.9, 1.1, 2.3, 1.6])  # km
+
+
+def fixed(i, value=0.0):
+    """A constraint: height i is known."""
+    row = np.eye(4)[i : i + 1]
+    return lambda x: (row @ x - value, row)
+
+
+def inner(x):
+    """Inner constraint: the heights do not shift as a whole."""
+    return np.zeros(1), np.ones((1, 4))
+
+
+def level(constraints, **options):
+    return adjust(
+        linear(LEVELLING),
+        np.zeros(4),
+        DIFFERENCES,
+        weights=1 / LENGTHS,
+        constraints=constraints,
+        **options,
+    )
+
+
+@pytest.mark.parametrize("i", range(4))
+def test_datum_of_a_levelling_net_changes_heights_but_nothing_observed(i):
+    free, held = level(inner), level(fixed(i, 100.0))
+    for name in ("residuals", "redundancy_numbers", "standardized", "sigma0"):
+        np.testing.assert_allclose(
+            getattr(free, name), getattr(held, name), rtol=1e-9, atol=1e-12
+        )
+    assert free.redundancy == held.redundancy == 3
+    assert held.x[i] == pytest.approx(100, rel=1e-14)
+    assert np.ptp(free.x - held.x) < 1e-11  # one shift for all
+    assert np.trace(free.cofactor) < np.trace(held.cofactor) - 0.1
+
+
+def test_inner_constraints_give_the_pseudoinverse():
+    N = LEVELLING.T @ np.diag(1 / LENGTHS) @ LEVELLING
+    np.testing.assert_allclose(level(inner).cofactor, np.linalg.pinv(N), atol=1e-12)
+
+
+def test_free_trilateration_net_has_the_shape_of_the_fixed_one():
+    truth = np.array([[0.0, 0], [100, 5], [90, 95], [10, 80], [55, 40]])
+    one, two = np.triu_indices(5, 1)
+    rng = np.random.default_rng(3)
+    measured = np.linalg.norm(truth[one] - truth[two], axis=1)
+    measured = measured + 0.02 * rng.normal(size=10)
+
+    def sides(x):
+        points = x.reshape(5, 2)
+        difference = points[one] - points[two]
+        side = np.linalg.norm(difference, axis=1)
+        J = np.zeros((10, 5, 2))
+        J[np.arange(10), one] = difference / side[:, None]
+        J[np.arange(10), two] = -difference / side[:, None]
+        return side, J.reshape(10, 10)
+
+    def inner(x):  # two shifts, one rotation, of each iteration's corrections
+        X, Y = x.reshape(5, 2).T
+        rows = [np.tile([1.0, 0], 5), np.tile([0, 1.0], 5), np.ravel([Y, -X], "F")]
+        return np.zeros(3), np.array(rows)
+
+    def held(x):
+        rows = np.eye(10)[[0, 1, 3]]
+        return rows @ (x - truth.ravel()), rows
+
+    start = (truth + rng.normal(size=(5, 2))).ravel()
+    free, held = (adjust(sides, start, measured, constraints=c) for c in (inner, held))
+    assert free.redundancy == held.redundancy == 3
+    # different paths to the same minimum: where the stop rule, 1e-6 sd, leaves them
+    np.testing.assert_allclose(free.residuals, held.residuals, atol=1e-7)
+    np.testing.assert_allclose(free.sigma0, held.sigma0, rtol=1e-7)
+    assert np.trace(free.cofactor) < np.trace(held.cofactor)
+
+
+# The iteration
+
+
+def arctangents(x):
+    """Newton's method for arctan(x) = 0 runs away from |x| > 1.39."""
+    scale = np.array([1.0, 1.1, 0.9])
+    return np.arctan(scale * x), (scale / (1 + (scale * x) ** 2))[:, None]
+
+
+def test_line_search_converges_where_full_steps_run_away():
+    arguments = arctangents, [3.0], [0.01, -0.02, 0.005]
+    damped = adjust(*arguments)
+    assert damped.status == "converged"
+    assert damped.history.step[0] < 1 and damped.history.step[-1] == 1
+    assert np.all(np.diff(damped.history.objective) <= 0)
+    full = adjust(*arguments, line_search=False, max_iterations=3)
+    assert full.status == "too many iterations" and abs(full.x[0]) > 1e3
+    assert np.all(np.diff(full.history.objective) > 0)
+    np.testing.assert_array_equal(full.history.step, 1)
+
+
+def test_near_the_solution_every_step_is_full_and_damping_changes_nothing():
+    arguments = distances, [49.0, 31.0], READINGS
+    damped = adjust(*arguments, args=[STATIONS])
+    full = adjust(*arguments, args=[STATIONS], line_search=False)
+    assert_same(damped, full, rtol=0, atol=0)
+    np.testing.assert_array_equal(damped.history.step, 1)
+    np.testing.assert_array_equal(damped.history.objective, full.history.objective)
+
+
+@given(st.lists(st.floats(-9, 9), min_size=2, max_size=2), st.integers(0, 99))
+def test_units_of_the_parameters_do_not_matter(decades, seed):
+    units = 10.0 ** np.array(decades)
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0, 3, 8)
+    readings = decay(np.array([5.0, 0.7]), t)[0] + 0.05 * rng.normal(size=8)
+
+    def scaled(x):
+        values, jacobian = decay(x * units, t)
+        return values, jacobian * units
+
+    plain = adjust(lambda x: decay(x, t), [4.0, 1.0], readings)
+    other = adjust(scaled, [4.0, 1.0] / units, readings)
+    assert plain.iterations == other.iterations
+    np.testing.assert_allclose(other.x * units, plain.x, rtol=1e-9)
+    np.testing.assert_allclose(other.sd * units, plain.sd, rtol=1e-9)
+    np.testing.assert_allclose(other.residuals, plain.residuals, atol=1e-9)
+    np.testing.assert_allclose(other.history.change, plain.history.change, atol=1e-6)
+
+
+@given(st.integers(-9, 9))
+def test_unit_of_weight_does_not_matter(decade):
+    plain = adjust(distances, [40.0, 40.0], READINGS, args=[STATIONS])
+    factor = 10.0**decade
+    other = adjust(
+        distances, [40.0, 40.0], READINGS, args=[STATIONS], weights=factor * np.ones(4)
+    )
+    assert plain.iterations == other.iterations
+    np.testing.assert_allclose(other.x, plain.x, rtol=1e-12)
+    np.testing.assert_allclose(other.covariance, plain.covariance, rtol=1e-9)
+    np.testing.assert_allclose(other.standardized, plain.standardized, rtol=1e-9)
+    np.testing.assert_allclose(other.sigma0, plain.sigma0 * factor**0.5, rtol=1e-9)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-8])
+def test_iteration_ends_with_the_first_change_below_the_tolerance_in_sd(tolerance):
+    start = [20.0, 70.0]
+    found = adjust(distances, start, READINGS, args=[STATIONS], tolerance=tolerance)
+    change = found.history.change
+    assert change[-1] <= tolerance < change[-2]
+    exact = adjust(distances, start, READINGS, args=[STATIONS], tolerance=1e-12)
+    assert np.all(np.abs(found.x - exact.x) <= tolerance * exact.sd)
+
+
+def test_change_is_measured_in_prior_standard_deviations_where_there_are_any():
+    A, observations, weights, _ = problem(13)
+    for prior in (None, 0.01):
+        found = adjust(
+            linear(A), np.ones(3), observations, weights=weights, sigma0_prior=prior
+        )
+        at_start = np.sqrt(np.sum(weights * (A.sum(axis=1) - observations) ** 2) / 6)
+        sd = np.sqrt(np.diag(found.cofactor)) * (prior or at_start)
+        expected = np.max(np.abs(found.x - 1) / sd)
+        assert np.isclose(found.history.change[0], expected)
+
+
+def test_history_tells_what_happened_in_each_iteration():
+    start = np.array([20.0, 70.0])
+    found = adjust(distances, start, READINGS, args=[STATIONS])
+    history = found.history
+    assert history.objective.shape == (found.iterations + 1,)
+    assert history.step.shape == history.change.shape == (found.iterations,)
+    before = distances(start, STATIONS)[0] - READINGS
+    assert np.isclose(history.objective[0], before @ before)
+    assert np.isclose(history.objective[-1], found.residuals @ found.residuals)
+
+
+def test_linear_problem_is_solved_by_the_first_step():
+    A, observations, _, _ = problem(14)
+    found = adjust(linear(A), 1e3 * np.ones(3), observations)
+    assert found.iterations == 2  # the second one finds nothing left
+    assert found.history.change[1] < 1e-6
+
+
+def test_observations_without_error_converge_although_all_sd_are_zero():
+    exact = distances(np.array([50.0, 30.0]), STATIONS)[0]
+    found = adjust(distances, [20.0, 70.0], exact, args=[STATIONS])
+    assert found.status == "converged" and found.iterations < 10
+    np.testing.assert_allclose(found.x, [50, 30], rtol=1e-14)
+
+
+def test_large_coordinates_leave_a_rounding_that_is_not_iterated_away():
+    # UTM coordinates in m: 1e7 m with 16 digits leave distances a rounding of 1e-9 m
+    offset = np.array([433_000.0, 9_123_000.0])
+    exact = distances(np.array([50.0, 30.0]), STATIONS)[0]
+    found = adjust(distances, offset + [20.0, 70.0], exact, args=[STATIONS + offset])
+    assert found.status == "converged" and found.iterations < 12
+    np.testing.assert_allclose(found.x - offset, [50, 30], atol=1e-8)
+
+
+def test_nothing_handed_over_is_changed():
+    start, readings, stations = np.array([20.0, 70.0]), READINGS.copy(), STATIONS.copy()
+    weights = np.array([1.0, 2, 3, 4])
+    found = adjust(distances, start, readings, args=[stations], weights=weights)
+    found.x[:] = 0
+    np.testing.assert_array_equal(start, [20, 70])
+    np.testing.assert_array_equal(readings, READINGS)
+    np.testing.assert_array_equal(stations, STATIONS)
+    np.testing.assert_array_equal(weights, [1, 2, 3, 4])
+
+
+# Agreement with scipy
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_nonlinear_fit_agrees_with_scipy(seed):
+    rng = np.random.default_rng(seed)
+    t = np.sort(rng.uniform(0, 4, 12))
+    truth = rng.uniform([2, 0.2], [8, 1.5])
+    sigma = rng.uniform(0.02, 0.2, 12)
+    readings = decay(truth, t)[0] + sigma * rng.normal(size=12)
+    found = adjust(
+        lambda x: decay(x, t),
+        1.3 * truth,
+        readings,
+        weights=sigma**-2.0,
+        tolerance=1e-10,
+    )
+    other = least_squares(
+        lambda x: (decay(x, t)[0] - readings) / sigma,
+        1.3 * truth,
+        jac=lambda x: decay(x, t)[1] / sigma[:, None],
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+    )
+    # where v'Pv is flat to rounding, 1e-16, lies within 1e-8 of a standard deviation
+    assert np.all(np.abs(found.x - other.x) < 1e-7 * found.sd)
+    np.testing.assert_allclose(found.residuals, other.fun * sigma, atol=1e-8)
+    Q = np.linalg.inv(other.jac.T @ other.jac)
+    np.testing.assert_allclose(found.cofactor, Q, rtol=1e-6)
+    assert np.isclose(found.sigma0, np.sqrt(2 * other.cost / 10), rtol=1e-10)
+
+
+def test_invariance_under_the_order_of_observations_and_parameters():
+    A, observations, weights, rng = problem(15)
+    row, column = rng.permutation(9), rng.permutation(3)
+    found = adjust(linear(A), np.zeros(3), observations, weights=weights)
+    other = adjust(
+        linear(A[row][:, column]), np.zeros(3), observations[row], weights=weights[row]
+    )
+    np.testing.assert_allclose(other.x, found.x[column], **ROUNDING)
+    Q = found.cofactor[np.ix_(column, column)]
+    np.testing.assert_allclose(other.cofactor, Q, **ROUNDING)
+    for name in ("residuals", "redundancy_numbers", "standardized"):
+        expected = getattr(found, name)[row]
+        np.testing.assert_allclose(getattr(other, name), expected, **ROUNDING)
+
+
+# Redundancy numbers and standardised residuals
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+)
+def test_redundancy_numbers_add_up_to_the_redundancy(
+    seed, correlated, zeros, weighted, constrained
+):
+    A, observations, weights, rng = problem(seed, n=8, u=3)
+    options = {}
+    made = 8
+    if correlated:
+        options["covariance"] = spd(rng, 8)
+    else:
+        if zeros:
+            weights[rng.choice(8, 2, replace=False)] = 0
+            made = 6
+        options["weights"] = weights
+    if weighted:
+        options["parameter_weights"] = [0.7, 0.0, 3.0]
+    if constrained:
+        C = rng.normal(size=(1, 3))
+        options["constraints"] = lambda x: (C @ x - 1, C)
+    found = adjust(linear(A), np.zeros(3), observations, **options)
+    assert found.redundancy == made - 3 + 2 * weighted + constrained
+    total = found.redundancy_numbers.sum() + found.parameter_redundancy_numbers.sum()
+    assert total == pytest.approx(found.redundancy, abs=1e-8)
+    if not correlated:
+        assert np.all(found.redundancy_numbers > -1e-12)
+        assert np.all(found.redundancy_numbers < 1 + 1e-12)
+
+
+@pytest.mark.parametrize("correlated", [False, True])
+@pytest.mark.parametrize("prior", [None, 0.3])
+def test_residuals_are_standardised_by_their_own_covariance(correlated, prior):
+    A, observations, weights, rng = problem(16)
+    if correlated:
+        covariance = spd(rng, 9)
+        options, P = {"covariance": covariance}, np.linalg.inv(covariance)
+    else:
+        options, P = {"weights": weights}, np.diag(weights)
+    found = adjust(linear(A), np.zeros(3), observations, sigma0_prior=prior, **options)
+    Qvv = np.linalg.inv(P) - A @ np.linalg.inv(A.T @ P @ A) @ A.T
+    np.testing.assert_allclose(found.redundancy_numbers, np.diag(Qvv @ P), **ROUNDING)
+    Pv = P @ found.residuals
+    expected = Pv / np.sqrt(np.diag(P @ Qvv @ P)) / (prior or found.sigma0)
+    np.testing.assert_allclose(found.standardized, expected, **ROUNDING)
+    if not correlated:
+        plain = found.residuals / np.sqrt(np.diag(Qvv)) / (prior or found.sigma0)
+        np.testing.assert_allclose(found.standardized, plain, **ROUNDING)
+
+
+@pytest.mark.parametrize("correlated", [False, True])
+def test_squared_w_is_what_an_own_error_of_the_observation_takes_from_v_P_v(correlated):
+    A, observations, weights, rng = problem(17)
+    options = {"covariance": spd(rng, 9)} if correlated else {"weights": weights}
+    found = adjust(linear(A), np.zeros(3), observations, sigma0_prior=1, **options)
+    for i in range(9):
+        with_error = np.column_stack([A, np.eye(9)[i]])
+        other = adjust(linear(with_error), np.zeros(4), observations, **options)
+        drop = 6 * found.sigma0**2 - 5 * other.sigma0**2
+        assert found.standardized[i] ** 2 == pytest.approx(drop, rel=1e-8)
+        # an observation that is too large has a negative v and a positive error
+        assert np.sign(found.standardized[i]) == -np.sign(other.x[3])
+
+
+def test_an_observation_that_nothing_controls_gets_no_standardised_residual():
+    A = np.array([[1.0, 0], [1, 0], [1, 0], [0, 1]])
+    found = adjust(linear(A), [0, 0], [1.0, 1.1, 0.9, 5.0], sigma0_prior=0.1)
+    assert found.redundancy_numbers[3] == pytest.approx(0, abs=1e-12)
+    assert found.standardized[3] == 0 and abs(found.residuals[3]) < 1e-12
+    assert np.all(found.standardized[1:3] != 0)
+
+
+def test_covariance_and_correlation_follow_from_the_cofactors():
+    A, observations, weights, _ = problem(18)
+    found = adjust(linear(A), np.zeros(3), observations, weights=weights)
+    Q = np.linalg.inv(A.T @ np.diag(weights) @ A)
+    np.testing.assert_allclose(found.cofactor, Q, **ROUNDING)
+    np.testing.assert_allclose(found.covariance, found.sigma0**2 * Q, **ROUNDING)
+    np.testing.assert_allclose(found.sd, np.sqrt(np.diag(found.covariance)))
+    sd = np.sqrt(np.diag(Q))
+    np.testing.assert_allclose(found.correlation, Q / np.outer(sd, sd), **ROUNDING)
+
+
+def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
+    A = np.array([[1.0, 2.0], [3.0, -1.0]])
+    bare = adjust(linear(A), [0, 0], [1.0, 2.0])
+    assert bare.redundancy == 0 and bare.status == "converged"
+    assert np.isnan(bare.sigma0) and np.isnan(bare.sd).all()
+    np.testing.assert_array_equal(bare.standardized, 0)
+    known = adjust(linear(A), [0, 0], [1.0, 2.0], sigma0_prior=0.1)
+    np.testing.assert_allclose(known.covariance, 0.01 * np.linalg.inv(A.T @ A))
+    with pytest.raises(ValueError, match="without redundancy"):
+        known.global_test()
+
+
+@pytest.mark.parametrize(("factor", "accepted"), [(1, True), (4, False), (0.2, False)])
+def test_global_test_compares_sigma0_with_its_prior(factor, accepted):
+    A, observations, weights, _ = problem(19)
+    plain = adjust(linear(A), np.zeros(3), observations, weights=weights)
+    found = adjust(
+        linear(A),
+        np.zeros(3),
+        observations,
+        weights=weights,
+        sigma0_prior=plain.sigma0 / factor,
+    )
+    test = found.global_test(alpha=0.1)
+    assert test.statistic == pytest.approx(6 * factor**2)
+    assert test.lower == pytest.approx(chi2.ppf(0.05, 6))
+    assert test.upper == pytest.approx(chi2.ppf(0.95, 6))
+    assert test.accepted == accepted
+    with pytest.raises(ValueError, match="needs sigma0_prior"):
+        plain.global_test()
+
+
+# What cannot be determined
+
+
+def test_datum_defect_names_all_heights():
+    with pytest.raises(RankDefect, match="rank 3 of 4.* A, B, C, D.") as failed:
+        level(None, names=["A", "B", "C", "D"])
+    assert failed.value.null_space.names == ("A", "B", "C", "D")
+    assert failed.value.null_space.defect == 1
+    assert isinstance(failed.value, ValueError)
+
+
+def test_parameter_that_nothing_observes_is_named_alone():
+    A, observations, _, _ = problem(20)
+    A[:, 1] = 0
+    with pytest.raises(RankDefect, match="do not determine K3. Add"):
+        adjust(linear(A), np.zeros(3), observations, names=["c", "K3", "x0"])
+
+
+def test_two_inseparable_parameters_are_named_and_no_other():
+    A, observations, _, _ = problem(21, u=4)
+    A[:, 3] = -2e-6 * A[:, 0]  # in other units, too
+    with pytest.raises(RankDefect) as failed:
+        adjust(linear(A), np.zeros(4), observations, names=list("abcd"))
+    assert failed.value.null_space.names == ("a", "d")
+
+
+def test_a_weight_on_the_parameter_or_a_constraint_cures_a_defect():
+    found = level(None, parameter_weights=[1.0, 0, 0, 0])
+    np.testing.assert_allclose(found.residuals, level(fixed(0)).residuals, atol=1e-12)
+    assert found.redundancy == 3
+    assert found.parameter_redundancy_numbers[0] == pytest.approx(0, abs=1e-9)
+
+
+def test_constraints_that_leave_a_defect_do_not_hide_it():
+    def useless(x):
+        row = np.array([[1.0, -1.0, 0.0, 0.0]])
+        return row @ x - 1.2, row
+
+    with pytest.raises(RankDefect, match="x1, x2, x3, x4"):
+        level(useless)
+
+
+def test_strong_but_honest_correlation_is_not_called_a_defect():
+    t = np.linspace(1000, 1001, 8)  # a line far from its origin, correlation -1 + 5e-8
+    A = np.column_stack([np.ones(8), t])
+    found = adjust(linear(A), [0, 0], 2 + 3 * t)
+    assert found.status == "converged"
+    assert -1 < found.correlation[0, 1] < -1 + 1e-6
+    np.testing.assert_allclose(found.x, [2, 3], atol=1e-4)  # condition of N about 1e13
+
+
+# Stacks
+
+
+def stack(k=12, seed=5):
+    """Points in a quadrilateral of four stations each, all different."""
+    rng = np.random.default_rng(seed)
+    stations = STATIONS + rng.normal(scale=8, size=(k, 4, 2))
+    truth = rng.uniform(20, 50, size=(k, 2))
+    readings = distances(truth, stations)[0] + rng.normal(scale=0.3, size=(k, 4))
+    return truth + rng.normal(scale=8, size=(k, 2)), readings, stations, rng
+
+
+@pytest.mark.parametrize("kind", ["plain", "weights", "covariance", "all"])
+def test_a_stack_equals_a_loop(kind):
+    start, readings, stations, rng = stack()
+    each = [{} for _ in start]
+    shared = {}
+    if kind == "weights":
+        shared["weights"] = rng.uniform(0.5, 2, (12, 4))
+    if kind in ("covariance", "all"):
+        shared["covariance"] = np.array([spd(rng, 4) for _ in start])
+    if kind == "all":
+        shared["parameter_weights"] = rng.uniform(0, 1, (12, 2))
+        shared["parameter_values"] = start + 1
+    each = [{name: values[i] for name, values in shared.items()} for i in range(12)]
+    if kind == "all":
+
+        def line(x, stations):
+            value = x[..., :1] - x[..., 1:] - 3
+            return value, np.broadcast_to([[1.0, -1.0]], (*value.shape, 2))
+
+        shared["constraints"] = line
+        for options in each:
+            options["constraints"] = line
+    found = adjust(distances, start, readings, args=[stations], **shared)
+    assert np.ptp(found.iterations) > 0  # they do not all stop together
+    for i, options in enumerate(each):
+        alone = adjust(distances, start[i], readings[i], args=[stations[i]], **options)
+        for name, values in fields(found).items():
+            np.testing.assert_allclose(
+                values[i], getattr(alone, name), rtol=1e-12, atol=1e-12, err_msg=name
+            )
+        assert (found.status[i], found.iterations[i]) == (
+            alone.status,
+            alone.iterations,
+        )
+        count = alone.iterations
+        np.testing.assert_allclose(
+            found.history.objective[: count + 1, i], alone.history.objective, rtol=1e-12
+        )
+        np.testing.assert_array_equal(found.history.step[:count, i], alone.history.step)
+        np.testing.assert_array_equal(found.history.step[count:, i], 0)
+        np.testing.assert_array_equal(found.history.change[count:, i], 0)
+
+
+def test_leading_axes_are_those_of_the_start_values():
+    start, readings, stations, rng = stack(6)
+    covariance = np.array([spd(rng, 4) for _ in range(6)])
+    flat = adjust(distances, start, readings, args=[stations], covariance=covariance)
+    found = adjust(
+        distances,
+        start.reshape(2, 3, 2),
+        readings.reshape(2, 3, 4),
+        args=[stations.reshape(2, 3, 4, 2)],
+        covariance=covariance.reshape(2, 3, 4, 4),
+    )
+    for name, values in fields(flat).items():
+        shaped = values.reshape(2, 3, *values.shape[1:])
+        np.testing.assert_array_equal(getattr(found, name), shaped)
+    assert (
+        found.status.shape == found.iterations.shape == found.redundancy.shape == (2, 3)
+    )
+    assert found.sd.shape == (2, 3, 2)
+    rows = found.iterations.max()
+    assert found.history.objective.shape == (rows + 1, 2, 3)
+    assert found.history.step.shape == found.history.change.shape == (rows, 2, 3)
+    found = adjust(
+        distances, start, readings, args=[stations], sigma0_prior=0.3
+    ).global_test()
+    assert found.statistic.shape == found.accepted.shape == (6,)
+
+
+def test_what_all_problems_share_need_not_be_repeated():
+    start, readings, _, _ = stack(5)
+    one = adjust(
+        lambda x: distances(x, STATIONS), start, readings[0], weights=[1, 2, 3, 4]
+    )
+    other = adjust(
+        distances,
+        start,
+        np.tile(readings[0], (5, 1)),
+        weights=np.tile([1, 2, 3, 4], (5, 1)),
+        args=[np.tile(STATIONS, (5, 1, 1))],
+    )
+    assert_same(one, other, rtol=0, atol=0)
+    A, observations, _, _ = problem(22)  # a Jacobian and values without leading axes
+    shared = adjust(linear(A), np.zeros((5, 3)), observations)
+    alone = adjust(linear(A), np.zeros(3), observations)
+    np.testing.assert_allclose(shared.x, np.tile(alone.x, (5, 1)), **ROUNDING)
+
+
+def test_an_empty_stack_is_a_stack_too():
+    found = adjust(
+        distances, np.zeros((0, 2)), np.zeros((0, 4)), args=[np.zeros((0, 4, 2))]
+    )
+    assert found.x.shape == (0, 2) and found.covariance.shape == (0, 2, 2)
+    assert found.history.objective.shape == (1, 0)
+
+
+def test_every_problem_of_a_stack_gets_its_own_status():
+    def model(x, a, b):
+        # arctan(a x) + b y: b = 0 leaves y free; a = nan is no number
+        first, second = x[..., :1], x[..., 1:]
+        values = np.concatenate([np.arctan(a * first), b * second], axis=-1)
+        values = np.concatenate([values, values], axis=-1)
+        J = np.zeros((len(x), 4, 2))
+        J[:, ::2, 0], J[:, 1::2, 1] = a / (1 + (a * first) ** 2), b
+        return values, J
+
+    start = np.array([[0.5, 0], [0.5, 0], [np.inf, 0], [3.0, 0]])
+    start[2] = 1.0
+    a = np.array([[1.0], [1.0], [np.nan], [1.0]])
+    b = np.array([[1.0], [0.0], [1.0], [1.0]])
+    observations = [0.1, 2.0, 0.12, 2.1]
+    found = adjust(model, start, observations, args=[a, b], max_iterations=4)
+    assert list(found.status) == [
+        "converged",
+        "singular",
+        "diverged",
+        "too many iterations",
+    ]
+    alone = adjust(model, start[:1], observations, args=[a[:1], b[:1]])
+    np.testing.assert_array_equal(found.x[0], alone.x[0])
+    np.testing.assert_array_equal(found.cofactor[0], alone.cofactor[0])
+    assert np.isnan(found.x[1]).all() and np.isnan(found.sd[1]).all()
+    assert np.isnan(found.residuals[1]).all() and np.isnan(found.sigma0[1])
+    assert np.isnan(found.sigma0[2]) and found.iterations[2] == 0
+    assert np.isfinite(found.sigma0[3]) and found.iterations[3] == 4
+
+
+def test_a_wrong_jacobian_is_called_divergence():
+    def wrong(x):
+        values, jacobian = distances(x, STATIONS)
+        return values, -jacobian
+
+    found = adjust(wrong, [20.0, 70.0], READINGS)
+    assert found.status == "diverged"
+    np.testing.assert_array_equal(found.x, [20, 70])  # left where it was
+    assert found.history.step[-1] == 0
+
+
+def test_a_step_to_where_nothing_is_defined_is_shortened():
+    def logarithm(x):  # the full step from 5 goes below zero
+        with np.errstate(invalid="ignore"):
+            return np.full(3, np.log(x[0])), np.full((3, 1), 1 / x[0])
+
+    found = adjust(logarithm, [5.0], [0.01, -0.01, 0.0])
+    assert found.status == "converged" and found.history.step[0] < 1
+    assert found.x[0] == pytest.approx(1, abs=1e-6)
+    full = adjust(logarithm, [5.0], [0.01, -0.01, 0.0], line_search=False)
+    assert full.status == "diverged"
+
+
+def test_problems_are_only_computed_while_they_iterate():
+    start, readings, stations, _ = stack()
+    sizes = []
+
+    def counted(x, stations):
+        sizes.append(len(x))
+        return distances(x, stations)
+
+    found = adjust(counted, start, readings, args=[stations])
+    assert sum(sizes) == 12 + found.iterations.sum()  # full steps all along
+
+
+# Bad input
+
+
+A, L = problem(23)[:2]
+GOOD = {"function": linear(A), "start": np.zeros(3), "observations": L}
+NAN = np.array([np.nan, *L[1:]])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"start": 0.0}, r"start must have shape \(..., u\)"),
+        ({"start": []}, r"start must have shape \(..., u\)"),
+        ({"start": [np.nan, 0, 0]}, r"start\[0\] is not a finite number"),
+        ({"start": "abc"}, "start must be numbers"),
+        ({"observations": 1.0}, r"observations must have shape \(..., n\)"),
+        ({"observations": NAN}, r"observations\[0\] is not a finite number"),
+        ({"observations": L[:8]}, "function computes 9 values for 8 observations"),
+        ({"observations": np.tile(L, (2, 1))}, r"observations must have shape \(9,\)"),
+        ({"weights": [1, 2]}, r"weights must have shape \(9,\); got \(2,\)"),
+        ({"weights": -np.ones(9)}, "weights must not be negative"),
+        ({"weights": NAN}, r"weights\[0\] is not a finite number"),
+        ({"weights": 1.0, "covariance": np.eye(9)}, "weights or covariance, not both"),
+        ({"covariance": np.eye(8)}, r"covariance must have shape \(..., 9, 9\)"),
+        ({"covariance": np.ones(9)}, r"covariance must have shape \(..., 9, 9\)"),
+        ({"covariance": np.eye(9) + np.eye(9, k=1)}, "covariance must be symmetric"),
+        ({"covariance": np.ones((9, 9))}, "covariance must be positive definite"),
+        ({"covariance": -np.eye(9)}, "covariance must have positive variances"),
+        ({"covariance": 3 * np.eye(9) - 1}, "covariance must be positive definite"),
+        ({"covariance": np.diag(NAN)}, r"covariance\[0, 0\] is not a finite number"),
+        ({"parameter_weights": [1, 2]}, r"parameter_weights must have shape \(3,\)"),
+        ({"parameter_weights": [1, -2, 0]}, "parameter_weights must not be negative"),
+        ({"parameter_values": [1, 2, 3]}, "parameter_values need parameter_weights"),
+        (
+            {"parameter_weights": 1, "parameter_values": [1, 2]},
+            r"parameter_values must have shape \(3,\)",
+        ),
+        ({"sigma0_prior": 0.0}, "sigma0_prior must be positive"),
+        ({"sigma0_prior": -1.0}, "sigma0_prior must be positive"),
+        ({"tolerance": 0.0}, "tolerance must be positive"),
+        ({"tolerance": np.nan}, "tolerance is not a finite number"),
+        ({"names": ["a", "b"]}, "names has 2 entries for 3 parameters"),
+        ({"function": lambda x: A @ x}, "function must return two arrays"),
+        ({"function": lambda x: (1.0, A)}, r"function must return a Jacobian \(1, 3\)"),
+        (
+            {"function": lambda x: (A @ x, A.T)},
+            r"function must return a Jacobian \(9, 3",
+        ),
+        (
+            {"function": lambda x: (np.ones((2, 9)), A)},
+            r"function must return values \('n',\); got shape \(2, 9\)",
+        ),
+        ({"function": lambda x: (A @ x, A[:, :1])}, "function must return a Jacobian"),
+        ({"function": lambda x: (A @ x, A[:1])}, "function must return a Jacobian"),
+        ({"function": lambda x: (NAN, A)}, "not finite at the start values"),
+        ({"function": lambda x: (A @ x, np.nan * A)}, "not finite at the start values"),
+        (
+            {"constraints": lambda x: (np.full(1, np.nan), np.ones((1, 3)))},
+            "not finite at the start values",
+        ),
+        ({"constraints": lambda x: np.zeros(1)}, "constraints must return two arrays"),
+        (
+            {"constraints": lambda x: (np.zeros(1), np.ones((1, 2)))},
+            r"constraints must return a Jacobian \(1, 3\)",
+        ),
+    ],
+)
+def test_bad_input_is_named(change, message):
+    with pytest.raises(ValueError, match=message):
+        adjust(**(GOOD | change))
+
+
+def test_stack_with_other_leading_axes_is_named():
+    start, readings, stations, _ = stack(6)
+    with pytest.raises(ValueError, match=r"args must have the leading axes \(6,\)"):
+        adjust(distances, start, readings, args=[STATIONS])
+    with pytest.raises(ValueError, match=r"observations .* with a stack \(6, 4\)"):
+        adjust(distances, start, readings[:5], args=[stations])
+    with pytest.raises(ValueError, match=r"function must return values \(6, 'n'\)"):
+        adjust(lambda x: (np.zeros((4, 6)), np.zeros((4, 2))), start, readings)
+
+
+def test_fewer_observations_than_unknowns_are_refused():
+    with pytest.raises(ValueError, match="rank 2 of 3"):
+        adjust(linear(A[:2]), np.zeros(3), L[:2], weights=1.0)
+    with pytest.raises(ValueError, match="rank 2 of 3"):  # also by zero weights
+        adjust(linear(A), np.zeros(3), L, weights=[1, 0, 0, 0, 1, 0, 0, 0, 0])
+    found = adjust(linear(A[:2]), np.zeros((4, 3)), L[:2])
+    assert set(found.status) == {"singular"}

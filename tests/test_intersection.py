@@ -1,0 +1,266 @@
+"""Intersection against OpenCV, SciPy and simulations, and its named failures."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import least_squares
+from scipy.stats import chi2
+
+from pgm_lab import rotation
+from pgm_lab.camera import Camera, collinearity, project
+from pgm_lab.orientation import intersect
+from pgm_lab.orientation.rays import angle_between_rays, nearest_point, rays
+
+PLAIN = Camera(50.0)
+BACKWARD = Camera(50.0, 0.1, -0.2, K1=-1e-5, K2=1e-9, P1=1e-5, P2=-2e-5, b1=1e-4)
+FORWARD = Camera(50.0, 0.1, -0.2, K1=-1e-5, K2=1e-9, P1=1e-5, P2=-2e-5, lens="forward")
+PHOTOS = np.array(
+    [
+        [0.0, 0, 100, 0.02, -0.1, 0.3],
+        [60, 0, 100, 0.02, 0.3, 0.1],
+        [0, 60, 110, -0.3, 0.1, 1.1],
+        [60, 60, 90, -0.3, 0.35, -2.0],
+    ]
+)
+
+
+def scene(n, photos, camera, sigma=0.0, seed=1):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-20, 20, (n, 3))
+    image = project(camera, photos[:, None], points)
+    return points, image + sigma * rng.normal(size=image.shape)
+
+
+@pytest.mark.parametrize("camera", [PLAIN, BACKWARD, FORWARD])
+@pytest.mark.parametrize("p", [2, 3, 4])
+def test_error_free_rays_give_the_points_back(camera, p):
+    points, image = scene(200, PHOTOS[:p], camera)
+    found = intersect(camera, PHOTOS[:p], image)
+    assert np.all(found.status == "intersected")
+    # 1e-15 of 100 units, over the angle of intersection
+    np.testing.assert_allclose(found.points, points, rtol=0, atol=1e-11)
+    assert np.all(found.redundancy == 2 * p - 3)
+    assert np.abs(found.residuals).max() < 1e-12
+
+
+def test_one_camera_each():
+    cameras = [Camera(50.0), Camera(30.0, 0.5, K1=1e-5), Camera(80.0, P1=1e-5)]
+    rng = np.random.default_rng(2)
+    points = rng.uniform(-20, 20, (20, 3))
+    image = np.array(
+        [project(c, e, points) for c, e in zip(cameras, PHOTOS, strict=False)]
+    )
+    found = intersect(cameras, PHOTOS[:3], image)
+    np.testing.assert_allclose(found.points, points, rtol=0, atol=1e-11)
+
+
+def test_same_as_opencv_without_errors_and_better_with_them():
+    """OpenCV's linear solution weights its equations otherwise: its v'v is larger."""
+    projections = []
+    for x in PHOTOS[:2]:
+        M = np.diag([1.0, -1.0, -1.0]) @ rotation.matrix(*x[3:])
+        projections.append(np.column_stack([M, -M @ x[:3]]))
+
+    def opencv(image):
+        left, right = (np.ascontiguousarray((part * [1, -1] / 50).T) for part in image)
+        X = cv2.triangulatePoints(*projections, left, right)
+        return (X[:3] / X[3]).T
+
+    points, image = scene(100, PHOTOS[:2], PLAIN)
+    np.testing.assert_allclose(opencv(image), points, rtol=0, atol=1e-9)
+    _, image = scene(100, PHOTOS[:2], PLAIN, sigma=0.1)
+    ours = intersect(PLAIN, PHOTOS[:2], image)
+    v = project(PLAIN, PHOTOS[:2, None], opencv(image)) - image
+    least = (ours.residuals**2).sum(axis=(0, 2))
+    assert np.all(least <= (v**2).sum(axis=(0, 2)) * (1 + 1e-9))
+    assert np.any(least < (v**2).sum(axis=(0, 2)) * (1 - 1e-4))
+
+
+@pytest.mark.parametrize("camera", [BACKWARD, FORWARD])
+def test_same_as_scipy_least_squares(camera):
+    _, image = scene(4, PHOTOS[:3], camera, sigma=0.01)
+    found = intersect(camera, PHOTOS[:3], image)
+    variance = (found.redundancy * found.sigma0**2).sum() / found.redundancy.sum()
+    for i, X in enumerate(found.points):
+
+        def misfit(x, i=i):
+            return collinearity(camera, PHOTOS[:3], x, image[:, i], ()).v.ravel()
+
+        peer = least_squares(misfit, X + 1, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        sd = np.sqrt(np.diag(found.covariance[i]))
+        assert np.all(np.abs(peer.x - X) < 1e-4 * sd)
+        assert found.sigma0[i] == pytest.approx(np.sqrt(2 * peer.cost / 3), rel=1e-9)
+        Q = np.linalg.inv(peer.jac.T @ peer.jac) * variance
+        np.testing.assert_allclose(found.covariance[i], Q, rtol=0, atol=1e-5 * Q.max())
+
+
+@pytest.mark.parametrize("p", [2, 4])
+def test_covariance_predicts_the_scatter_and_sigma0_the_noise(p):
+    """Pooled squared Mahalanobis distances against chi-square, 6000 degrees of freedom.
+
+    Each bound is passed by chance once in a million.
+    """
+    points, image = scene(2000, PHOTOS[:p], BACKWARD, sigma=0.003)
+    for found in (
+        intersect(BACKWARD, PHOTOS[:p], image, sigma=0.003),
+        intersect(BACKWARD, PHOTOS[:p], image),
+    ):
+        e = found.points - points
+        total = np.einsum("ni,nij,nj->", e, np.linalg.inv(found.covariance), e)
+        r = found.redundancy.sum()
+        # Without sigma the pooled sigma0 adds its own chance, of r degrees of freedom
+        spread = 5 * np.sqrt(2 * 6000 + 6000**2 * 2 / r)
+        assert abs(total - 6000) < spread
+        lower, upper = chi2.ppf([5e-7, 1 - 5e-7], r)
+        assert lower < (found.redundancy * found.sigma0**2).sum() / 0.003**2 < upper
+
+
+def test_residual_statistics():
+    _, image = scene(50, PHOTOS, BACKWARD, sigma=0.003)
+    image[2, 7] += [0.1, 0.0]  # a blunder
+    found = intersect(BACKWARD, PHOTOS, image, sigma=0.003)
+    w = np.abs(found.standardized)
+    assert np.unravel_index(w.argmax(), w.shape) == (2, 7, 0)
+    assert w.max() > 10
+    ordinary = np.delete(found.standardized, 7, axis=1)
+    assert 0.9 < ordinary.std() < 1.1  # 392 values, five standard deviations
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    p=st.integers(2, 4),
+    scale=st.sampled_from([1e-3, 1, 1e4]),
+)
+def test_moves_turns_and_scales_with_object_space(seed, p, scale):
+    rng = np.random.default_rng(seed)
+    points, image = scene(5, PHOTOS[:p], PLAIN, sigma=0.01, seed=seed)
+    found = intersect(PLAIN, PHOTOS[:p], image)
+    q = rng.normal(size=4)
+    R = rotation.from_quaternion(q / np.linalg.norm(q))
+    shift = scale * rng.uniform(-1e3, 1e3, 3)
+    moved = np.empty((p, 6))
+    moved[:, :3] = scale * PHOTOS[:p, :3] @ R.T + shift
+    M = rotation.matrix(*PHOTOS[:p, 3:].T) @ R.T
+    if np.any(rotation.is_gimbal(M, cosine=1e-3)):
+        return
+    moved[:, 3:] = rotation.angles(M)
+    again = intersect(PLAIN, moved, image)
+    expected = scale * found.points @ R.T + shift
+    # 1e-6 of the standard deviation is where the iteration ends
+    sd = scale * np.sqrt(np.trace(found.covariance, axis1=1, axis2=2)).max()
+    np.testing.assert_allclose(again.points, expected, rtol=0, atol=1e-5 * sd)
+    turned = scale**2 * R @ found.covariance @ R.T
+    np.testing.assert_allclose(again.covariance, turned, rtol=0, atol=1e-4 * sd**2)
+    np.testing.assert_allclose(again.sigma0, found.sigma0, rtol=1e-6, atol=1e-9)
+
+
+def test_a_single_point_and_many_axes():
+    _, image = scene(6, PHOTOS, PLAIN, sigma=0.01)
+    whole = intersect(PLAIN, PHOTOS, image, sigma=0.01)
+    single = intersect(PLAIN, PHOTOS, image[:, 2], sigma=0.01)
+    assert single.points.shape == (3,) and single.status == "intersected"
+    assert single.residuals.shape == (4, 2) and np.ndim(single.sigma0) == 0
+    np.testing.assert_allclose(single.points, whole.points[2], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(single.covariance, whole.covariance[2], rtol=1e-9)
+    grid = intersect(PLAIN, PHOTOS, image.reshape(4, 2, 3, 2), sigma=0.01)
+    assert grid.points.shape == (2, 3, 3) and grid.residuals.shape == (4, 2, 3, 2)
+    np.testing.assert_array_equal(grid.points.reshape(6, 3), whole.points)
+    np.testing.assert_array_equal(grid.status.ravel(), whole.status)
+    none = intersect(PLAIN, PHOTOS, image[:, :0])
+    assert none.points.shape == (0, 3)
+
+
+def test_unseen_rays_do_not_count_and_too_few_are_named():
+    points, image = scene(4, PHOTOS, PLAIN, sigma=0.01)
+    seen = np.array([[1, 1, 1, 0], [1, 1, 0, 0], [1, 0, 0, 0], [1, 0, 0, 0]], bool)
+    image[~seen] = np.nan
+    found = intersect(PLAIN, PHOTOS, image, seen=seen, sigma=0.01)
+    expected = ["intersected", "intersected", "one ray", "one ray"]
+    assert found.status.tolist() == expected
+    assert found.redundancy.tolist() == [5, 1, -1, -3]
+    only = intersect(PLAIN, PHOTOS[:2], image[:2, 1], sigma=0.01)
+    np.testing.assert_allclose(found.points[1], only.points, rtol=0, atol=1e-9)
+    assert np.all(np.isnan(found.points[2:])) and np.all(np.isnan(found.sigma0[2:]))
+    assert np.array_equal(np.isnan(found.residuals[..., 0]), ~seen | [0, 0, 1, 1])
+
+
+def test_parallel_rays_are_named():
+    photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, 100, 0, 0, 0]])
+    found = intersect(PLAIN, photos, [[[5.0, 3.0], [5, 3]], [[5.0, 3.0], [-20, 3]]])
+    assert found.status.tolist() == ["parallel rays", "intersected"]
+    assert np.all(np.isnan(found.points[0])) and np.all(np.isnan(found.covariance[0]))
+
+
+def test_a_point_behind_a_camera_is_named():
+    photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, 100, 0, 0, 0]])
+    # The rays diverge: their lines meet behind both cameras
+    found = intersect(PLAIN, photos, [[-10.0, 0.0], [20.0, 0.0]])
+    assert found.status == "behind a camera" and np.all(np.isnan(found.points))
+
+
+def test_rays_from_one_place_have_no_base():
+    photos = PHOTOS[[0, 0, 1]].copy()
+    photos[1, 3:] += 0.05
+    _, image = scene(2, photos, PLAIN)
+    seen = np.array([[1, 1], [1, 1], [0, 1]], bool)
+    found = intersect(PLAIN, photos, image, seen=seen)
+    assert found.status.tolist() == ["no base", "intersected"]
+    with pytest.raises(ValueError, match="all photos stand at the same place"):
+        intersect(PLAIN, photos[:2], image[:2])
+
+
+def test_a_photo_given_twice_is_refused():
+    photos = PHOTOS[[0, 1, 0]]
+    _, image = scene(2, photos, PLAIN)
+    with pytest.raises(ValueError, match="photos 0 and 2 are the same"):
+        intersect(PLAIN, photos, image)
+
+
+IMAGE = np.zeros((2, 3, 2))
+
+
+@pytest.mark.parametrize(
+    ("cameras", "photos", "image", "options", "message"),
+    [
+        (PLAIN, PHOTOS[:1], IMAGE[:1], {}, "two photos or more"),
+        (PLAIN, PHOTOS[0], IMAGE, {}, "two photos or more"),
+        (PLAIN, PHOTOS[:2], IMAGE[:, :, :1], {}, r"shape \(2, n, 2\)"),
+        (PLAIN, PHOTOS[:3], IMAGE, {}, r"shape \(3, n, 2\)"),
+        (PLAIN, PHOTOS[:2], IMAGE * np.nan, {}, "image_points.*not a finite number"),
+        (PLAIN, np.full((2, 6), np.inf), IMAGE, {}, "exteriors.*not a finite number"),
+        ([PLAIN] * 3, PHOTOS[:2], IMAGE, {}, "3 cameras for 2 photos"),
+        ([BACKWARD, FORWARD], PHOTOS[:2], IMAGE, {}, "same lens direction"),
+        (
+            PLAIN,
+            PHOTOS[:2],
+            IMAGE,
+            {"seen": [True, True]},
+            "seen must be True or False",
+        ),
+        (PLAIN, PHOTOS[:2], IMAGE, {"seen": np.ones((2, 3))}, "seen must be True or"),
+        (PLAIN, PHOTOS[:2], IMAGE, {"sigma": 0.0}, "sigma must be positive"),
+    ],
+)
+def test_bad_input_is_refused(cameras, photos, image, options, message):
+    with pytest.raises(ValueError, match=message):
+        intersect(cameras, photos, image, **options)
+
+
+def test_nearest_point_and_angle_of_two_skew_rays():
+    """Two rays that pass each other at a distance of 2: the point lies midway."""
+    centres = np.array([[0.0, 0, 0], [5, 5, 2]])
+    directions = np.array([[[1.0, 0, 0]], [[0.0, -1, 0]]])
+    seen = np.full((2, 1), True)
+    np.testing.assert_allclose(nearest_point(centres, directions, seen), [[5, 0, 1]])
+    np.testing.assert_allclose(angle_between_rays(directions, seen), [np.pi / 2])
+
+
+def test_rays_point_from_the_camera_to_the_points():
+    points, image = scene(30, PHOTOS, BACKWARD)
+    d = points - PHOTOS[:, None, :3]
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    found = rays([BACKWARD] * 4, PHOTOS, image)
+    np.testing.assert_allclose(found, d, rtol=0, atol=1e-13)
