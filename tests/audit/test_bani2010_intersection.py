@@ -143,13 +143,6 @@ def test_rqs_follow_from_4_before_the_third_step(published, third):
         assert_printed(np.column_stack([r, q, s]), name)
 
 
-def test_points_in_rqs_are_not_photo_coordinates_and_f(third):
-    # The text: (X_A, Y_A) are photo coordinates, Z_A is f
-    photo = photo_six_decimals()
-    assert np.abs(third.before[:2, :2] - photo[:, :2]).min() > 0.04
-    assert np.abs(third.before[:2, 2] - [[18.5558], [-18.5558]]).min() > 0.26
-
-
 def test_start_values_are_the_points_where_the_rays_meet_in_x_and_y(
     published, iterations
 ):
@@ -221,10 +214,16 @@ def test_s0_needs_the_photo_coordinates_with_six_decimals(published):
     assert 2e-7 < abs(sigma0(third.V) - printed("S0")[0][0, 0]) < 6e-7
 
 
-def test_point_2_runs_away_in_the_steps_that_would_follow(iterations):
-    heights = [done.before[1, 2] for done in iterations]
-    expected = (-3.2677, -7.2398, -18.2941, -61.5538, -407.6)
-    np.testing.assert_allclose(heights, expected, rtol=1e-4)
+def test_three_points_run_away_and_the_published_values_are_on_their_way(iterations):
+    heights = np.array([done.before[[0, 1, 4, 9], 2] for done in iterations])
+    expected = [
+        (-3.297, -4.308, -4.517, -4.470, -4.469),
+        (-3.268, -7.240, -18.29, -61.55, -407.6),
+        (5.492, 11.54, 25.60, 64.32, 214.1),
+    ]
+    np.testing.assert_allclose(heights.T[[0, 1, 3]], expected, rtol=1e-3)
+    # Point 5 starts far off: its rays are nearly parallel in X and Y
+    assert np.all(heights[1:3, 2] < -1e4)
 
 
 def converged(exterior, interior=(), free_right=(), c=18.5558, photo=None):
