@@ -1,10 +1,10 @@
-"""Images with exactly known truth, for tests and experiments."""
+"""Images and photos with exactly known truth, for tests and experiments."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import erf
 
-from pgm_lab import _validate
+from pgm_lab import _validate, camera, rotation
 
 # Grey values are integrated over each pixel by Gauss-Legendre quadrature: five nodes a
 # side leave less than 1e-3 of a grey value for a blur of half a pixel and more.
@@ -104,3 +104,154 @@ def photograph(
     image = np.asarray(image, dtype=float)
     noisy = image + np.random.default_rng(seed).normal(0.0, noise, image.shape)
     return noisy if bits is None else np.clip(np.round(noisy), 0, 2**bits - 1)
+
+
+def rotations(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Rotation matrices (n, 3, 3), uniformly distributed over all attitudes.
+
+    Examples
+    --------
+    >>> rotations(np.random.default_rng(1), 4).shape
+    (4, 3, 3)
+    """
+    q = rng.normal(size=(n, 4))
+    return rotation.from_quaternion(q / np.linalg.norm(q, axis=1, keepdims=True))
+
+
+def control_photo(
+    lens: camera.Camera,
+    n: int,
+    rng: np.random.Generator,
+    flat: bool = False,
+    sigma: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Photo of n known points from any side, with the camera in any attitude.
+
+    The points lie in a box of 60 x 60 x 30 units, 80 to 200 units away, and within
+    20 mm of the image centre. Attitudes near the gimbal lock are left out.
+
+    Parameters
+    ----------
+    lens : camera.Camera
+    n : int
+        Number of points.
+    rng : numpy.random.Generator
+        Source of the random numbers.
+    flat : bool
+        All points in one plane.
+    sigma : float
+        Standard deviation of the image coordinates, in mm.
+
+    Returns
+    -------
+    exterior : ndarray (6,)
+    points : ndarray (n, 3)
+    image : ndarray (n, 2)
+        With errors, in mm.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> exterior, points, image = control_photo(camera.Camera(35.0), 5, rng)
+    >>> np.allclose(image, camera.project(camera.Camera(35.0), exterior, points))
+    True
+    """
+    while True:
+        turn, M = rotations(rng, 2)
+        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5] @ turn
+        centre = M.T @ [*rng.uniform(-10, 10, 2), rng.uniform(80, 200)]
+        near = -(points - centre) @ M[2] < 20
+        if np.any(near) or rotation.is_gimbal(M, cosine=0.01):
+            continue
+        exterior = np.concatenate([centre, rotation.angles(M)])
+        image = camera.project(lens, exterior, points)
+        if np.abs(image).max() < 20:
+            return exterior, points, image + sigma * rng.normal(size=image.shape)
+
+
+def pair(
+    lens: camera.Camera,
+    n: int,
+    rng: np.random.Generator,
+    flat: bool = False,
+    sigma: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two photos of the same unknown points; the left one at the origin, zero angles.
+
+    The right photo stands one unit to the right, up to half a unit higher or lower, and
+    is turned by up to 30 degrees, about its axis by any angle. The points lie 1.5 to 4
+    units away, within 20 mm of both image centres.
+
+    Parameters
+    ----------
+    lens : camera.Camera
+        Took both photos.
+    n : int
+        Number of points.
+    rng : numpy.random.Generator
+        Source of the random numbers.
+    flat : bool
+        All points in one plane.
+    sigma : float
+        Standard deviation of the image coordinates, in mm.
+
+    Returns
+    -------
+    exterior : ndarray (6,)
+        (1, by, bz, omega, phi, kappa) of the right photo.
+    left, right : ndarray (n, 2)
+        Image points with errors, in mm.
+
+    Examples
+    --------
+    >>> truth, left, right = pair(camera.Camera(35.0), 6, np.random.default_rng(1))
+    >>> print(truth[0], left.shape, right.shape)
+    1.0 (6, 2) (6, 2)
+    """
+    while True:
+        angles = [*rng.uniform(-0.5, 0.5, 2), rng.uniform(-np.pi, np.pi)]
+        exterior = np.array([1.0, *rng.uniform(-0.5, 0.5, 2), *angles])
+        distance = rng.uniform(1.5, 4)
+        points = rng.uniform(-0.5, 0.5, (n, 3)) * distance * [1, 1, 0 if flat else 0.5]
+        tilt = rotation.matrix(*rng.uniform(-0.5, 0.5, 2), 0.0)
+        points = points @ tilt + [0.5, 0, -distance]
+        M = rotation.matrix(*exterior[3:])
+        if np.any(points[:, 2] > -0.5) or np.any((points - exterior[:3]) @ M[2] > -0.5):
+            continue
+        image = camera.project(lens, np.array([np.zeros(6), exterior])[:, None], points)
+        if np.abs(image).max() < 20:
+            return exterior, *(image + sigma * rng.normal(size=image.shape))
+
+
+def rough(
+    exterior: np.ndarray, rng: np.random.Generator, degrees: float, share: float
+) -> np.ndarray:
+    """Exterior orientation that is wrong by an angle and by a share of its distance.
+
+    Parameters
+    ----------
+    exterior : ndarray (6,)
+        (X0, Y0, Z0, omega, phi, kappa); the distance counts from the origin.
+    rng : numpy.random.Generator
+        Source of the random directions.
+    degrees : float
+        Angle by which the camera is turned, about any axis.
+    share : float
+        Distance by which it is moved, in any direction, over its own from the origin.
+
+    Returns
+    -------
+    ndarray (6,)
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> start = rough(np.array([0, 0, 10.0, 0, 0, 0]), rng, degrees=30, share=0.5)
+    >>> print(np.linalg.norm(start[:3] - [0, 0, 10]).round(6))
+    5.0
+    """
+    axis, aside = rng.normal(size=(2, 3))
+    vector = 2 * np.tan(np.radians(degrees) / 2) * axis / np.linalg.norm(axis)
+    M = rotation.from_rodrigues(vector) @ rotation.matrix(*exterior[3:])
+    away = share * np.linalg.norm(exterior[:3]) * aside / np.linalg.norm(aside)
+    return np.concatenate([exterior[:3] + away, rotation.angles(M)])

@@ -187,11 +187,25 @@ def test_unseen_rays_do_not_count_and_too_few_are_named():
     assert np.array_equal(np.isnan(found.residuals[..., 0]), ~seen | [0, 0, 1, 1])
 
 
+def test_pooled_variance_weights_each_point_by_its_redundancy():
+    """Points in two, three and four photos: v'v of all over the sum of redundancies."""
+    _, image = scene(60, PHOTOS, PLAIN, sigma=0.003)
+    seen = np.arange(60) % 3 + 2 > np.arange(4)[:, None]
+    found = intersect(PLAIN, PHOTOS, image, seen=seen)
+    known = intersect(PLAIN, PHOTOS, image, seen=seen, sigma=1.0)
+    variance = np.nansum(found.residuals**2) / found.redundancy.sum()
+    expected = variance * known.covariance
+    np.testing.assert_allclose(found.covariance, expected, rtol=1e-9)
+
+
 def test_parallel_rays_are_named():
     photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, 100, 0, 0, 0]])
     found = intersect(PLAIN, photos, [[[5.0, 3.0], [5, 3]], [[5.0, 3.0], [-20, 3]]])
     assert found.status.tolist() == ["parallel rays", "intersected"]
     assert np.all(np.isnan(found.points[0])) and np.all(np.isnan(found.covariance[0]))
+    # As good as parallel: rays at 1e-10 rad meet 6e11 units away
+    almost = intersect(PLAIN, photos, [[5.0, 3.0], [5 - 5e-9, 3.0]])
+    assert almost.status == "parallel rays"
 
 
 def test_a_point_behind_a_camera_is_named():
@@ -263,4 +277,8 @@ def test_rays_point_from_the_camera_to_the_points():
     d = points - PHOTOS[:, None, :3]
     d /= np.linalg.norm(d, axis=-1, keepdims=True)
     found = rays([BACKWARD] * 4, PHOTOS, image)
+    np.testing.assert_allclose(found, d, rtol=0, atol=1e-13)
+    other = Camera(20.0, -0.3)
+    image[2] = project(other, PHOTOS[2], points)
+    found = rays([BACKWARD, BACKWARD, other, BACKWARD], PHOTOS, image)
     np.testing.assert_allclose(found, d, rtol=0, atol=1e-13)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from pgm_lab import rotation
+from pgm_lab import rotation, simulate
 from pgm_lab.camera import Camera, collinearity, project
 from pgm_lab.orientation import resect, three_points
 
@@ -67,26 +67,6 @@ def dewitt(n):
     return resect(Camera(152.916), data[:, :2], data[:, 2:])
 
 
-def turned(rng):
-    q = rng.normal(size=4)
-    return rotation.from_quaternion(q / np.linalg.norm(q))
-
-
-def photo(rng, n, camera, flat=False, sigma=0.0):
-    """Draw a photo of n points in any attitude, with errors of measurement."""
-    while True:
-        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5]
-        points = points @ turned(rng)
-        M = turned(rng)
-        centre = M.T @ [*rng.uniform(-10, 10, 2), rng.uniform(80, 200)]
-        exterior = np.array([*centre, *rotation.angles(M)])
-        depth = -(points - centre) @ M[2]
-        if depth.min() > 20 and not rotation.is_gimbal(M, cosine=0.01):
-            image = project(camera, exterior, points)
-            if np.abs(image).max() < 20:
-                return exterior, points, image + sigma * rng.normal(size=image.shape)
-
-
 @pytest.mark.parametrize("n", [4, 5])
 def test_dewitt_orientation_and_residuals_to_the_printed_digits(n):
     place, angles, _, residuals, _ = PRINTED[n]
@@ -117,7 +97,7 @@ def test_dewitt_divides_by_observations_instead_of_redundancy(n):
 def test_error_free_photo_gives_its_orientation_back(camera, n, flat):
     rng = np.random.default_rng(n + flat)
     for _ in range(5):
-        exterior, points, image = photo(rng, n, camera, flat)
+        exterior, points, image = simulate.control_photo(camera, n, rng, flat)
         found = resect(camera, image, points)
         # Rounding of 1e-16, times c / extent, times the weakness of four points
         np.testing.assert_allclose(found.exterior, exterior, rtol=0, atol=1e-8)
@@ -127,7 +107,7 @@ def test_error_free_photo_gives_its_orientation_back(camera, n, flat):
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_same_as_scipy_least_squares_on_the_projection(camera):
     rng = np.random.default_rng(5)
-    exterior, points, image = photo(rng, 8, camera, sigma=0.01)
+    exterior, points, image = simulate.control_photo(camera, 8, rng, sigma=0.01)
     found = resect(camera, image, points)
 
     def misfit(x):
@@ -149,7 +129,7 @@ def test_same_as_scipy_least_squares_on_the_projection(camera):
 def test_same_as_opencv_solvepnp():
     camera = Camera(35.0)
     rng = np.random.default_rng(6)
-    exterior, points, image = photo(rng, 12, camera, sigma=0.005)
+    exterior, points, image = simulate.control_photo(camera, 12, rng, sigma=0.005)
     found = resect(camera, image, points)
     flip = np.diag([1.0, -1.0, -1.0])
     _, rvec, tvec = cv2.solvePnP(points, image * [1, -1], np.diag([35.0, 35, 1]), None)
@@ -170,7 +150,9 @@ def test_covariance_predicts_the_scatter(n, flat):
     rng = np.random.default_rng(10 * n + flat)
     total = 0.0
     for _ in range(50):
-        exterior, points, image = photo(rng, n, CAMERAS[0], flat, sigma=0.002)
+        exterior, points, image = simulate.control_photo(
+            CAMERAS[0], n, rng, flat, sigma=0.002
+        )
         found = resect(CAMERAS[0], image, points, sigma=0.002)
         Q = found.covariance / found.sigma0**2 * 0.002**2
         e = found.exterior - exterior
@@ -184,12 +166,10 @@ def test_covariance_predicts_the_scatter(n, flat):
 @given(seed=st.integers(0, 10**6), n=st.integers(4, 12), flat=st.booleans())
 def test_finds_the_photo_from_none_and_from_a_start_far_off(seed, n, flat):
     rng = np.random.default_rng(seed)
-    exterior, points, image = photo(rng, n, CAMERAS[0], flat, sigma=1e-5)
-    axis, aside = rng.normal(size=(2, 3))
-    turn = 2 * np.tan(np.radians(15)) * axis / np.linalg.norm(axis)
-    M = rotation.from_rodrigues(turn) @ rotation.matrix(*exterior[3:])
-    away = np.linalg.norm(exterior[:3]) / 2 * aside / np.linalg.norm(aside)
-    start = [*(exterior[:3] + away), *rotation.angles(M)]
+    exterior, points, image = simulate.control_photo(
+        CAMERAS[0], n, rng, flat, sigma=1e-5
+    )
+    start = simulate.rough(exterior, rng, degrees=30, share=0.5)
     for found in (
         resect(CAMERAS[0], image, points),
         resect(CAMERAS[0], image, points, start=start),
@@ -201,7 +181,7 @@ def test_finds_the_photo_from_none_and_from_a_start_far_off(seed, n, flat):
 
 def test_order_and_frame_of_the_points_do_not_matter():
     rng = np.random.default_rng(7)
-    exterior, points, image = photo(rng, 7, CAMERAS[1], sigma=0.01)
+    exterior, points, image = simulate.control_photo(CAMERAS[1], 7, rng, sigma=0.01)
     found = resect(CAMERAS[1], image, points)
     order = rng.permutation(7)
     again = resect(CAMERAS[1], image[order], points[order])
@@ -244,7 +224,7 @@ def test_three_points_have_several_solutions_and_a_start_chooses():
 @given(seed=st.integers(0, 10**6))
 def test_closed_form_of_three_points_holds_the_truth(seed):
     rng = np.random.default_rng(seed)
-    exterior, points, image = photo(rng, 3, Camera(35.0))
+    exterior, points, image = simulate.control_photo(Camera(35.0), 3, rng)
     vectors = np.column_stack([image, np.full(3, -35.0)])
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
     centres, M = three_points.solutions(vectors[None], points[None])
@@ -301,7 +281,9 @@ def test_gimbal_lock_is_named_and_the_place_still_found():
     exterior = np.array([-100.0, 0, 0, 0, -np.pi / 2, 0])
     image = project(Camera(50.0), exterior, points)
     found = resect(Camera(50.0), image, points)
-    assert found.status == "gimbal lock" and np.all(np.isnan(found.covariance))
+    assert found.status == "gimbal lock"
+    undetermined = np.isnan(np.diag(found.covariance))
+    assert undetermined.tolist() == [False, False, False, True, False, True]
     np.testing.assert_allclose(found.exterior[:3], exterior[:3], rtol=0, atol=1e-9)
     M = rotation.matrix(*found.exterior[3:])
     np.testing.assert_allclose(M, rotation.matrix(*exterior[3:]), rtol=0, atol=1e-9)
@@ -309,7 +291,7 @@ def test_gimbal_lock_is_named_and_the_place_still_found():
 
 def test_noise_that_no_photo_explains_shows_in_sigma0():
     rng = np.random.default_rng(4)
-    _, points, image = photo(rng, 8, CAMERAS[0])
+    _, points, image = simulate.control_photo(CAMERAS[0], 8, rng)
     found = resect(CAMERAS[0], image * [1, -1], points)  # a mirrored photo
     assert not (found.sigma0 < 0.05)
 

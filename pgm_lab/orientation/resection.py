@@ -1,6 +1,5 @@
 """Space resection: the exterior orientation of one photo from known object points."""
 
-import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,15 +9,13 @@ from scipy.stats import chi2, f
 from pgm_lab import _validate, imaging, rotation
 from pgm_lab.adjustment import Adjustment, adjust
 from pgm_lab.camera import Camera
-from pgm_lab.orientation import three_points
+from pgm_lab.orientation import _turns, three_points
 from pgm_lab.orientation.rays import image_vectors
 
 # Inflation of a variance, in the camera's own frame, that tells a weak geometry.
 WEAK = 1e6
 # Starts of the adjustment, at most.
 STARTS = 12
-# Cosine of phi below which omega and kappa are not told apart.
-GIMBAL = 1e-9
 # Distance between two solutions, as a share of that to the points, that makes them one.
 SAME = 1e-5
 
@@ -33,7 +30,7 @@ class Resection:
         (X0, Y0, Z0, omega, phi, kappa), in the unit of the object points and radians;
         NaN if there is none or no way to choose one.
     covariance : ndarray (6, 6)
-        Its covariance, sigma0^2 Q.
+        Its covariance, sigma0^2 Q; NaN for omega and kappa in the gimbal lock.
     sigma0 : float
         Standard deviation of an image coordinate from the residuals, in mm; NaN for
         three points, which leave no redundancy.
@@ -138,14 +135,18 @@ def resect(
         return _nothing(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
-    exteriors = _exteriors(centres[chosen], M[chosen])
+    turned = [_turns.angles(M[k].T) for k in chosen]
+    exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, turned)])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
         return replace(_nothing(n, status), solutions=exteriors)
-    best = chosen[0]
-    T = _to_object_space(M_start[best], x[best, 3:], exteriors[0, 3:])
-    if np.isnan(T[0, 0]):
+    best, (_, by_turns, locked) = chosen[0], turned[0]
+    if locked:
         status = "gimbal lock"
+    # From the frame of the start to object space, for a place and for a small turn
+    T = np.zeros((6, 6))
+    T[:3, :3] = back = M_start[best].T
+    T[3:, 3:] = by_turns @ back @ _turns.axes(x[best, 3:])
     return Resection(
         exterior=exteriors[0],
         covariance=T @ found.covariance[best] @ T.T,
@@ -270,29 +271,3 @@ def _failure(found: Adjustment, centres, object_points) -> str:
         return "near the dangerous cylinder"
     status = str(found.status[0])
     return {"converged": "no solution", "singular": "weak geometry"}.get(status, status)
-
-
-def _exteriors(centres, M) -> np.ndarray:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the status names the gimbal lock
-        return np.concatenate([centres, rotation.angles(M)], axis=1)
-
-
-def _to_object_space(M_start, local_angles, angles) -> np.ndarray:
-    """Derivatives of the exterior orientation by that in the frame of the start.
-
-    NaN in the gimbal lock, where omega and kappa turn about the same axis.
-    """
-    T = np.zeros((6, 6))
-    T[:3, :3] = M_start.T
-    axes = _turning_axes(angles)
-    if abs(np.linalg.det(axes)) < GIMBAL:
-        return np.full((6, 6), np.nan)
-    T[3:, 3:] = np.linalg.solve(axes, _turning_axes(local_angles))
-    return T
-
-
-def _turning_axes(angles) -> np.ndarray:
-    """Axes in the camera's frame, one a column, about which omega, phi, kappa turn."""
-    sin, cos = np.sin(angles[2]), np.cos(angles[2])
-    return np.column_stack([rotation.matrix(*angles)[:, 0], [sin, cos, 0], [0, 0, 1]])
