@@ -120,12 +120,14 @@ def intersect(
         v, depth, blocks = imaging.misclosure(
             interior, exteriors, x[:, None], image, photos[0].lens, ("point",)
         )
-        return v.reshape(len(x), 2 * p), blocks["point"].reshape(len(x), 2 * p, 3)
+        # The observations tell the adjustment how large a rounding error is
+        computed = (v + image).reshape(len(x), 2 * p)
+        return computed, blocks["point"].reshape(len(x), 2 * p, 3)
 
     found = adjust(
         collinearity,
         start,
-        np.zeros(2 * p),
+        image[good].reshape(-1, 2 * p),
         weights=np.repeat(seen, 2, axis=1)[good].astype(float),
         sigma0_prior=sigma,
         args=(image[good],),
