@@ -291,6 +291,11 @@ def test_f_is_positive_for_the_printed_orientation():
     assert negative.rms > 15 * read.rms
 
 
+def test_y_of_table_4_2_agrees_with_the_printed_orientation():
+    turned_round = converged(exteriors(), photo=photo_six_decimals() * (1, -1))
+    assert turned_round.rms > 30 * converged(exteriors()).rms
+
+
 def test_adjusted_coordinates_are_not_the_points_of_the_object(third):
     points = converged(exteriors(), interior=("x0", "y0", "K1")).points
     np.testing.assert_allclose(points[0], (-2.803, -0.841, -1.736), atol=2e-3)
