@@ -266,13 +266,47 @@ def test_points_on_a_line_are_named():
     assert resect(Camera(50.0), image, 0 * points).status == "points on a line"
 
 
-def test_points_almost_on_a_line_are_weak_geometry():
+@pytest.mark.parametrize(
+    ("off_the_line", "status"),
+    [(1e-3, "weak geometry"), (0.1, "weak geometry"), (1.0, "converged")],
+)
+def test_points_almost_on_a_line_are_weak_geometry(off_the_line, status):
+    """Six points along 23 units: 0.1 off the line inflates variances above 1e6."""
     rng = np.random.default_rng(2)
-    points = np.linspace(0, 1, 6)[:, None] * [10, 20, 5] + 1e-4 * rng.normal(
-        size=(6, 3)
-    )
+    points = np.linspace(0, 1, 6)[:, None] * [10, 20, 5]
+    points = points + off_the_line * rng.normal(size=(6, 3))
     image = project(Camera(50.0), (5, 10, 80, 0, 0, 0), points)
-    assert resect(Camera(50.0), image, points).status == "weak geometry"
+    assert resect(Camera(50.0), image, points).status == status
+
+
+@pytest.mark.parametrize(
+    ("sigma", "status", "solutions"),
+    [(0.002, "converged", 1), (0.01, "several solutions", 2)],
+)
+def test_a_flat_target_far_away_is_ambiguous_only_within_the_noise(
+    sigma, status, solutions
+):
+    """From afar a square looks the same when tilted to the other side."""
+    square = [[-30, -30, 0], [30, -30, 0], [30, 30, 0], [-30, 30, 0], [5, 10, 0]]
+    truth = np.array([0.0, -400, 1000, 0.35, 0, 0.2])
+    image = project(Camera(35.0), truth, square)
+    image += sigma * np.random.default_rng(0).normal(size=image.shape)
+    found = resect(Camera(35.0), image, square)
+    assert (found.status, len(found.solutions)) == (status, solutions)
+    assert found.exterior[3] == pytest.approx(0.35, abs=0.02)
+
+
+def test_a_camera_that_looks_away_is_no_solution():
+    """Mirrored at the plane of the points it would fit too, with all rays reversed."""
+    rng = np.random.default_rng(8)
+    ground = np.column_stack([rng.uniform(-20, 20, (6, 2)), np.zeros(6)])
+    truth = np.array([5.0, -3, 90, 0.1, 0.2, 0.3])
+    image = project(Camera(50.0), truth, ground)
+    M = -rotation.matrix(*truth[3:]) @ np.diag([1.0, 1, -1])
+    mirrored = [5.0, -3, -90, *rotation.angles(M)]
+    found = resect(Camera(50.0), image, ground, start=mirrored)
+    assert found.status == "converged" and len(found.solutions) == 1
+    np.testing.assert_allclose(found.exterior, truth, rtol=0, atol=1e-9)
 
 
 def test_gimbal_lock_is_named_and_the_place_still_found():
