@@ -143,6 +143,21 @@ def bani2010() -> Bani2010:
     )
 
 
+def bani2010_intersection() -> dict[str, np.ndarray]:
+    """Load the matrices of the space intersection of Bani 2010 (appendix B), by name.
+
+    Examples
+    --------
+    >>> float(bani2010_intersection()["S0"][0, 0])
+    1.51554975
+    """
+    values, rows_of = {}, {}
+    for row in rows("bani2010_intersection.csv"):
+        values.setdefault(row["quantity"], []).append(float(row["value"]))
+        rows_of[row["quantity"]] = int(row["row"])
+    return {name: np.reshape(v, (rows_of[name], -1)) for name, v in values.items()}
+
+
 def muliawan2013() -> Muliawan2013:
     """Load the calibration network of Muliawan 2013.
 

@@ -31,7 +31,7 @@ def test_every_file_has_an_entry_in_the_readme():
 
 def test_every_column_of_a_source_table_names_its_unit():
     units = ("_px", "_mm", "_rad", "_m")
-    unitless = {"point", "photo", "location", "test_points"}
+    unitless = {"point", "photo", "location", "test_points", "row", "column"}
     texts = {"parameter", "quantity", "unit", "value", "printed", "place"}
     for name in SUMS:
         if name.endswith(".csv"):
@@ -45,6 +45,16 @@ def test_bani2010_has_the_printed_values_in_their_places():
     assert data.point[9] == 10
     np.testing.assert_array_equal(data.pixels[1, 0], (810.2872020, 1127.7055676))
     np.testing.assert_array_equal(data.photo[1, 9], (-1.08881, -4.4396))
+
+
+def test_bani2010_intersection_has_the_printed_matrices_in_their_places():
+    printed = datasets.bani2010_intersection()
+    assert printed["exterior"].shape == (2, 6)
+    assert printed["A_transposed"].shape == (6, 8)
+    assert printed["X"].shape == (5, 1)  # one of the six is missing in the source
+    assert printed["exterior"][1, 5] == 1.0051
+    assert printed["normal_inverse"][5, 3] == 10.2233
+    assert printed["S0"][0, 0] == 1.51554975
 
 
 def test_muliawan2013_has_the_printed_values_in_their_places():
@@ -104,6 +114,7 @@ def copy(tmp_path, monkeypatch):
 
 LOADERS = [
     (datasets.bani2010, "bani2010_photo_points.csv"),
+    (datasets.bani2010_intersection, "bani2010_intersection.csv"),
     (datasets.muliawan2013, "muliawan2013_published_exterior_sd.csv"),
     (datasets.harintaka2020, "harintaka2020_table1.csv"),
     (datasets.yellowstone, "neon_yellowstone_ortho_10cm_gray.png"),

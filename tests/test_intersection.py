@@ -45,6 +45,19 @@ def test_error_free_rays_give_the_points_back(camera, p):
     assert np.abs(found.residuals).max() < 1e-12
 
 
+def test_error_free_rays_meet_in_the_origin_at_any_angle():
+    # No size of a coordinate tells how large a rounding error is there
+    for angle in np.radians(np.arange(4, 172, 0.5)):
+        turns = np.array([-angle / 2, angle / 2])
+        zero = np.zeros(2)
+        circle = 10 * np.array([np.sin(turns), zero, np.cos(turns)])
+        photos = np.column_stack([*circle, zero, turns, zero])
+        image = project(PLAIN, photos[:, None], np.zeros((1, 3)))
+        found = intersect(PLAIN, photos, image)
+        assert found.status == "intersected", np.degrees(angle)
+        np.testing.assert_allclose(found.points, 0, rtol=0, atol=1e-12)
+
+
 def test_one_camera_each():
     cameras = [Camera(50.0), Camera(30.0, 0.5, K1=1e-5), Camera(80.0, P1=1e-5)]
     rng = np.random.default_rng(2)

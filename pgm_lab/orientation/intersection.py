@@ -120,12 +120,17 @@ def intersect(
         v, depth, blocks = imaging.misclosure(
             interior, exteriors, x[:, None], image, photos[0].lens, ("point",)
         )
-        return v.reshape(len(x), 2 * p), blocks["point"].reshape(len(x), 2 * p, 3)
+        computed = v.reshape(len(x), 2 * p) + size
+        return computed, blocks["point"].reshape(len(x), 2 * p, 3)
+
+    # Observed v is zero; counted from c it tells the adjustment what rounding is, also
+    # for a point in the origin that is imaged in the principal point
+    size = photos[0].c
 
     found = adjust(
         collinearity,
         start,
-        np.zeros(2 * p),
+        np.full(2 * p, size),
         weights=np.repeat(seen, 2, axis=1)[good].astype(float),
         sigma0_prior=sigma,
         args=(image[good],),

@@ -1,0 +1,264 @@
+"""Checks of the exercises of chapter 5, intersection, and the coefficients (M 2.24)."""
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from pgm_lab import camera, datasets, rotation
+from pgm_lab.checks import CheckFailed, call, near, report
+
+# Stations and object points without symmetry, all in front
+_EXTERIOR = np.array([120.0, -340.0, 900.0, 0.3, -0.4, 2.1])
+_POINT = np.array([310.0, -150.0, 45.0])
+_MISPRINTED = {"b13", "b22", "b23", "b26"}
+
+
+def moved_by_each(f: float, exterior: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """How x and y change when each unknown is moved a little: central differences.
+
+    Parameters
+    ----------
+    f : float
+        Principal distance in mm.
+    exterior : ndarray (6,)
+        (X0, Y0, Z0, omega, phi, kappa).
+    point : ndarray (3,)
+        Object point.
+
+    Returns
+    -------
+    ndarray (2, 6)
+        Rows x and y; columns omega, phi, kappa, X, Y, Z.
+
+    Examples
+    --------
+    >>> moved_by_each(50.0, [0, 0, 100, 0, 0, 0], np.zeros(3)).round(6)[:, 3:]
+    array([[0.5, 0. , 0. ],
+           [0. , 0.5, 0. ]])
+    """
+    one = camera.Camera(f)
+    unknown = np.concatenate([np.asarray(exterior, dtype=float), point])
+    # The error falls with the square of the step, rounding grows with its inverse
+    step = np.diag(1e-5 * np.repeat([1.0, np.linalg.norm(unknown[:3])], [3, 3]))
+    step = np.insert(step, 0, np.zeros((3, 6)), axis=1)
+    ahead, behind = unknown + step, unknown - step
+    change = camera.project(one, ahead[:, :6], ahead[:, 6:])
+    change = change - camera.project(one, behind[:, :6], behind[:, 6:])
+    return (change / (2 * step.max(axis=1)[:, None])).T
+
+
+def printed_coefficients(
+    f: float, exterior: np.ndarray, point: np.ndarray
+) -> np.ndarray:
+    """The coefficients b11 to b26 as they are printed in (M 2.24), right or wrong.
+
+    Parameters and result as in `moved_by_each`.
+
+    References
+    ----------
+    Muliawan 2013, (2.24).
+    """
+    *_, omega, phi, kappa = exterior
+    m = rotation.matrix(omega, phi, kappa)
+    dX, dY, dZ = d = np.subtract(point, exterior[:3])
+    r, s, q = m @ d
+    (so, sp, sk), (co, cp, ck) = np.sin(exterior[3:]), np.cos(exterior[3:])
+    turned = cp * dX + so * sp * dY - co * sp * dZ
+    x_turned = -sp * ck * dX + so * cp * ck * dY - co * cp * ck * dZ
+    y_turned = -sp * sk * dX - so * cp * sk * dY - co * cp * sk * dZ
+    tilted = -m[:, 2] * dY + m[:, 1] * dZ
+    return (
+        f
+        / q**2
+        * np.array(
+            [
+                [
+                    r * tilted[2] - q * tilted[0],
+                    r * turned - q * x_turned,
+                    -q * (m[0, 1] * dX + m[1, 1] * dY + m[1, 2] * dZ),
+                    *(r * m[2] - q * m[0]),
+                ],
+                [
+                    s * tilted[2] - q * tilted[1],
+                    s * turned - q * y_turned,
+                    -q * (m[0] @ d),
+                    *(s * m[2, :2] - q * m[1, :2]),
+                    s * m[2, 1] - q * m[1, 2],
+                ],
+            ]
+        )
+    )
+
+
+def misprints(names: Collection[str]) -> None:
+    """Check which coefficients of (M 2.24) the reader found misprinted."""
+    if not isinstance(names, Collection) or isinstance(names, str) or not names:
+        raise CheckFailed(
+            'misprinted is still empty: it shall be a list of names such as "b11"'
+        )
+    names = {str(name).strip().lower().replace("_", "") for name in names}
+    known = {f"b{row}{column}" for row in (1, 2) for column in range(1, 7)}
+    if names - known:
+        raise CheckFailed(f"there is no coefficient {', '.join(sorted(names - known))}")
+    wrong, missed = len(names - _MISPRINTED), len(_MISPRINTED - names)
+    report(
+        "misprinted",
+        [
+            (
+                "each of them fails",
+                not wrong,
+                f"{wrong} of your coefficients agree with the moved unknown",
+            ),
+            (
+                "none is missed",
+                not missed,
+                f"{missed} more deviate: compare both rows, and mind that a relative"
+                " deviation of 1e-8 is the finite difference, not a misprint",
+            ),
+        ],
+    )
+
+
+def right_image(answer: object) -> None:
+    """Check the image of (-2.0, -1.2, -1.7) in the right photo of 2010."""
+    if answer is ... or answer is None:
+        raise CheckFailed("right_image is still empty. Your turn!")
+
+    def image():
+        return answer
+
+    value = call(image, shape=(2,))
+    left, right = datasets.bani2010_intersection()["exterior"]
+    point, c = np.array([-2.0, -1.2, -1.7]), 18.5558
+
+    def projected(exterior, M, sign=-1):
+        U, V, W = M @ (point - exterior[:3])
+        return sign * c * np.array([U, V]) / W
+
+    M = rotation.matrix(*right[3:])
+    exchanged = np.roll(right, 3)
+    slips = [
+        (projected(right, M, 1), "the sign: x = -c U / W, for W is negative in front"),
+        (projected(right, M.T), "M is transposed: it turns object into image"),
+        (
+            projected(right, rotation.matrix(*np.radians(right[3:]))),
+            "the angles are radians already",
+        ),
+        (projected(exchanged, rotation.matrix(*exchanged[3:])), "triplets exchanged"),
+        (projected(left, rotation.matrix(*left[3:])), "that is the left photo"),
+        (projected(right, M)[::-1], "x and y are exchanged"),
+        (projected(right, M) / c, "the principal distance is missing"),
+    ]
+    hint = _first_slip(value, slips, "the point is not imaged there", 2e-3)
+    expected = projected(right, M)
+    report("right_image", [("the ray", near(value, expected, 1e-4), hint)])
+
+
+def scale_factors(function: Callable) -> None:
+    """Check the reader's scale_factors(base, left, right), which answers (2, n)."""
+    base = np.array([30.0, -4.0, 2.0])
+    left = np.array([[1.0, 0.7, -5.0], [-0.4, 2.0, -6.0], [2.0, -3.0, -4.0]])
+    right = np.array([[-2.0, 1.1, -5.5], [-3.0, 2.5, -5.0], [-1.0, -2.0, -4.5]])
+    answer = call(function, base, left, right, shape=(2, 3))
+    pairs = np.stack([left, -right], axis=2)[:, :2]
+    expected = np.linalg.solve(pairs, np.tile(base[:2, None], (3, 1, 1)))[..., 0].T
+    slips = [
+        (expected * [[1], [-1]], "the second scale has the wrong sign"),
+        (expected[::-1], "the two scales are exchanged"),
+        (expected[[0, 0]], "the second scale is that of the left ray"),
+    ]
+    if near(answer, expected):
+        hint = ""
+    else:
+        other = "at the two scales, left and right do not meet in X and Y"
+        hint = _first_slip(answer, slips, other)
+    meet = base[:2] + answer[1][:, None] * right[:, :2]
+    meets = near(answer[0][:, None] * left[:, :2], meet)
+    hint = hint or "at the two scales, left and right do not meet in X and Y"
+    report("my_scale_factors", [("both rays meet in X and Y", meets, hint)])
+
+
+def intersection(function: Callable) -> None:
+    """Check the reader's intersection(stations, directions), which answers (3,)."""
+    rng = np.random.default_rng(51)
+    point = np.array([12.0, -7.0, 3.0])
+    stations = point + rng.normal(0, 1, (4, 3)) * (40, 25, 5) + (0, 0, 100)
+    exact = point - stations
+    exact /= np.linalg.norm(exact, axis=1, keepdims=True)
+    long = np.array([1.0, 30.0, 200.0, 0.2])[:, None]
+    skew = exact + rng.normal(0, 0.02, (4, 3))
+    skew /= np.linalg.norm(skew, axis=1, keepdims=True)
+
+    meets = near(call(function, stations, exact, shape=(3,)), point, 1e-6)
+    two = near(call(function, stations[:2], exact[:2], shape=(3,)), point, 1e-6)
+    any_length = near(call(function, stations, exact * long, shape=(3,)), point, 1e-6)
+    answer = call(function, stations, skew, shape=(3,))
+    stretched = call(function, stations, skew * long, shape=(3,))
+    least = near(answer, _nearest(stations, skew), 1e-6)
+    report(
+        "my_intersection",
+        [
+            (
+                "rays that meet",
+                meets,
+                "rays that meet exactly are not given their point",
+            ),
+            ("two rays are enough", two, "two of the rays alone give another point"),
+            (
+                "any length",
+                any_length and near(answer, stretched, 1e-6),
+                "the length of a direction changes the point: make it a unit vector",
+            ),
+            (
+                "least squares",
+                least,
+                "for rays that do not meet, the sum of squared distances is not least",
+            ),
+        ],
+    )
+
+
+def base(function: Callable) -> None:
+    """Check the reader's base(height_m, c_mm, sigma_um, wanted_m) in metres."""
+    cases = np.array([(1000.0, 24.0, 3.0, 0.5), (120.0, 35.0, 1.0, 0.02)])
+    answers = np.array([float(call(function, *case, shape=())) for case in cases])
+    height, c, sigma, wanted = cases.T
+    expected = height**2 / c * np.sqrt(2) * sigma / 1000 / wanted
+    ratio = answers / expected
+    higher = float(call(function, 2000.0, 24.0, 3.0, 0.5, shape=())) / answers[0]
+    decade = np.log10(np.abs(ratio) + 1e-300)
+    power = near(decade, np.round(decade), 1e-6) and near(decade[0], decade[1], 1e-6)
+    if near(ratio, 1 / np.sqrt(2)):
+        hint = "a parallax is the difference of two coordinates: a factor is missing"
+    elif power:
+        hint = f"the unit is wrong by a power of ten (10^{decade[0]:.0f})"
+    else:
+        hint = "the base does not follow from H/B times H/c times the parallax"
+    report(
+        "my_base",
+        [
+            (
+                "twice as high, four times the base",
+                near(higher, 4.0),
+                "the height enters twice: as H/c and as H/B",
+            ),
+            ("the precision is as wanted", near(ratio, 1.0), hint),
+        ],
+    )
+
+
+def _nearest(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """By projection of the rays' scales: another way than the solution's."""
+    n = len(stations)
+    # X - X0_i - t_i d_i = 0 for all i; unknowns X and t
+    A = np.hstack([np.tile(np.eye(3), (n, 1)), np.zeros((3 * n, n))])
+    for i, d in enumerate(directions):
+        A[3 * i : 3 * i + 3, 3 + i] = -d
+    return np.linalg.lstsq(A, stations.ravel(), rcond=None)[0][:3]
+
+
+def _first_slip(answer, slips, other: str, tolerance: float = 1e-9) -> str:
+    for wrong, hint in slips:
+        if near(answer, wrong, tolerance):
+            return hint
+    return other
