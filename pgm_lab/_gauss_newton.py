@@ -198,7 +198,7 @@ def _in_standard_deviations(dx, Q, sigma) -> np.ndarray:
 
 def _closing_error(state, N, rounding) -> np.ndarray:
     """Misclosures of the constraints (m, k) that the rounding of numbers explains."""
-    error = rounding[:, None] * normal.column_scale(N) + ROUNDING * np.abs(state.x)
+    error = rounding[:, None] * normal.column_scale(N)
     return np.einsum("mku,mu->mk", np.abs(state.C), error)
 
 

@@ -586,13 +586,39 @@ def test_observations_without_error_converge_although_all_sd_are_zero():
     np.testing.assert_allclose(found.x, [50, 30], rtol=1e-14)
 
 
-def test_large_coordinates_leave_a_rounding_that_is_not_iterated_away():
-    # UTM coordinates in m: 1e7 m with 16 digits leave distances a rounding of 1e-9 m
-    offset = np.array([433_000.0, 9_123_000.0])
-    exact = distances(np.array([50.0, 30.0]), STATIONS)[0]
-    found = adjust(distances, offset + [20.0, 70.0], exact, args=[STATIONS + offset])
-    assert found.status == "converged" and found.iterations < 12
-    np.testing.assert_allclose(found.x - offset, [50, 30], atol=1e-8)
+@pytest.mark.parametrize("offset", [0.0, 1e5, 1e7])
+def test_what_rounding_leaves_is_not_iterated_away(offset):
+    # Without errors sigma0 and all sd end as rounding, 1e-9 m for coordinates of 1e7 m
+    start, _, stations, rng = stack(300)
+    start, stations = start + offset, stations + offset
+    truth = start + rng.normal(scale=5, size=start.shape)
+    exact = distances(truth, stations)[0]
+    found = adjust(distances, start, exact, args=[stations])
+    assert np.all(found.status == "converged") and found.iterations.max() < 12
+    np.testing.assert_allclose(found.x, truth, atol=1e-13 * (100 + offset))
+
+
+def test_rounding_of_the_observations_is_not_iterated_away_either():
+    # small parameters of large observations
+    rng = np.random.default_rng(6)
+    truth = rng.uniform(0.5, 1.5, (300, 2))
+
+    def model(x):
+        values, jacobian = decay(x, np.linspace(0, 2, 6))
+        return values + 1e6, jacobian
+
+    found = adjust(model, truth + 0.1, model(truth)[0])
+    assert np.all(found.status == "converged") and found.iterations.max() < 12
+
+
+def test_constraints_of_problems_without_errors_are_closed_to_rounding():
+    def sum_to_zero(x):
+        return np.sum(np.sin(x), axis=-1, keepdims=True), np.cos(x)[..., None, :]
+
+    A, *_, rng = problem(24)
+    exact = A @ [0.3, -0.3, 0.0]
+    found = adjust(linear(A), rng.normal(size=(300, 3)), exact, constraints=sum_to_zero)
+    assert np.all(found.status == "converged") and found.iterations.max() < 12
 
 
 def test_nothing_handed_over_is_changed():
