@@ -617,7 +617,8 @@ def test_constraints_of_problems_without_errors_are_closed_to_rounding():
 
     A, *_, rng = problem(24)
     exact = A @ [0.3, -0.3, 0.0]
-    found = adjust(linear(A), rng.normal(size=(300, 3)), exact, constraints=sum_to_zero)
+    start = 0.3 * rng.normal(size=(300, 3))
+    found = adjust(linear(A), start, exact, constraints=sum_to_zero)
     assert np.all(found.status == "converged") and found.iterations.max() < 12
 
 
