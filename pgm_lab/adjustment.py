@@ -92,8 +92,8 @@ def adjust(
 
     References
     ----------
-    Muliawan 2013, (2.68), whose e is -v, and (2.69), (2.75), (2.76); Bani 2010, appendix
-    B (6) to (8), without weights.
+    Muliawan 2013, (2.68), whose e is -v, (2.69), (2.75), (2.76); Bani 2010, appendix B
+    (6) to (8), without weights.
 
     Examples
     --------
