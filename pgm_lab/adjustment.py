@@ -84,9 +84,9 @@ def adjust(
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, weights are negative, or covariances
-        not positive definite; also if a single problem computes values at the start that
-        are not finite. In a stack such a problem gets the status "diverged".
+        If shapes do not fit, numbers are not finite, weights are negative, covariances
+        not positive definite, or a single problem computes values at the start that are
+        not finite. In a stack such a problem gets the status "diverged".
     RankDefect
         If a single problem leaves parameters undetermined, as fewer observations than
         unknowns do, or its constraints depend on each other; the message names the
