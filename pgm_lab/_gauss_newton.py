@@ -87,11 +87,10 @@ class Model:
         return made - state.x.shape[-1] + state.c.shape[-1]
 
     def objective(self, v: np.ndarray, k) -> np.ndarray:
-        """Return v'Pv of each problem; infinite where a residual is not finite."""
-        Pv = self.weighted(v[..., None], k)[..., 0]
+        """Return v'Pv of each problem; not finite where a residual is not."""
         with np.errstate(invalid="ignore", over="ignore"):
-            total = np.einsum("mn,mn->m", v, Pv)
-        return np.where(np.isfinite(total), total, np.inf)
+            Pv = self.weighted(v[..., None], k)[..., 0]
+            return np.einsum("mn,mn->m", v, Pv)
 
 
 @dataclass
@@ -149,9 +148,8 @@ def iterate(
         N = np.swapaxes(here.A, -1, -2) @ PA
         n = -np.einsum("mnu,mn->mu", PA, here.v)
         dx, Q, correlates, singular = normal.solve(N, n, here.C, here.c)
-        if singular.any():
-            status[k[singular]] = "singular"
-            dx[singular], Q[singular], correlates[singular] = 0, 0, 0
+        # They stop here; `adjust` finds them again, and those that end in a singularity
+        dx[singular], Q[singular], correlates[singular] = 0, 0, 0
         decrease = np.einsum("mu,muw,mw->m", dx, N, dx)
         sigma = sigma0_prior or np.sqrt(phi[k] / np.maximum(redundancy[k], 1))
         change = _in_standard_deviations(dx, Q, sigma)
@@ -200,7 +198,7 @@ def _in_standard_deviations(dx, Q, sigma) -> np.ndarray:
 
 def _closing_error(state, N, rounding) -> np.ndarray:
     """Misclosures of the constraints (m, k) that the rounding of numbers explains."""
-    error = rounding[:, None] * normal.column_scale(N) + ROUNDING * np.abs(state.x)
+    error = rounding[:, None] * normal.column_scale(N)
     return np.einsum("mku,mu->mk", np.abs(state.C), error)
 
 

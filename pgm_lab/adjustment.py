@@ -85,15 +85,17 @@ def adjust(
     ------
     ValueError
         If shapes do not fit, numbers are not finite, weights are negative, covariances
-        not positive definite, or there are fewer observations than unknowns.
+        not positive definite, or a single problem computes values at the start that are
+        not finite. In a stack such a problem gets the status "diverged".
     RankDefect
-        If a single problem leaves parameters undetermined; its message names them. In a
-        stack such a problem gets the status "singular".
+        If a single problem leaves parameters undetermined, as fewer observations than
+        unknowns do, or its constraints depend on each other; the message names the
+        parameters. In a stack such a problem gets the status "singular".
 
     References
     ----------
-    Muliawan 2013, (2.68), (2.75), (2.76), with v = A dx - f; Bani 2010, appendix B (6)
-    to (8), without weights.
+    Muliawan 2013, (2.68), whose e is -v, (2.69), (2.75), (2.76); Bani 2010, appendix B
+    (6) to (8), without weights.
 
     Examples
     --------

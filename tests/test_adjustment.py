@@ -332,6 +332,55 @@ def test_a_parameter_fixed_by_a_constraint_has_no_variance_and_no_correlation():
     assert found.sd[1] == 0
     np.testing.assert_array_equal(found.correlation[1], 0)
     assert np.all(np.isfinite(found.correlation)) and found.status == "converged"
+    assert not np.isnan(found.history.change).any()
+
+
+def test_parameters_fixed_only_by_rounding_have_no_variance_either():
+    A, observations, _, rng = problem(25, n=12, u=4)
+    C = np.zeros((40, 2, 4))
+    C[:, :, :2] = rng.normal(size=(40, 2, 2))  # two equations for the first two
+    found = adjust(
+        lambda x, C: linear(A)(x),
+        np.zeros((40, 4)),
+        observations,
+        args=[C],
+        constraints=lambda x, C: ((C @ x[..., None])[..., 0] - 1, C),
+    )
+    np.testing.assert_array_equal(found.sd[:, :2], 0)
+    assert np.all(found.sd[:, 2:] > 0) and np.all(
+        np.abs(found.correlation) <= 1 + 1e-12
+    )
+
+
+@given(st.integers(-9, 9))
+def test_unit_of_a_constraint_does_not_matter(decade):
+    A, observations, _, _ = problem(26)
+    C = np.array([[1.0, 2.0, -1.0], [0.0, 1.0, 3.0]])
+    plain, other = [
+        adjust(
+            linear(A),
+            np.zeros(3),
+            observations,
+            constraints=lambda x, unit=unit: (unit * (C @ x - 1), unit[:, None] * C),
+        )
+        for unit in (np.ones(2), np.array([10.0**decade, 1.0]))
+    ]
+    assert_same(other, plain)
+
+
+def test_one_singular_problem_does_not_spoil_a_constrained_stack():
+    _, _, _, rng = problem(27)
+    A = rng.normal(size=(3, 9, 3))
+    A[1, :, 2] = 0
+    found = adjust(
+        lambda x, A: ((A @ x[..., None])[..., 0], A),
+        np.zeros((3, 3)),
+        rng.normal(size=9),
+        args=[A],
+        constraints=lambda x, A: (x[..., :1] - 1, np.array([[1.0, 0, 0]])),
+    )
+    assert list(found.status) == ["converged", "singular", "converged"]
+    assert np.all(np.isfinite(found.sd[[0, 2]]))
 
 
 @pytest.mark.parametrize(
@@ -586,13 +635,40 @@ def test_observations_without_error_converge_although_all_sd_are_zero():
     np.testing.assert_allclose(found.x, [50, 30], rtol=1e-14)
 
 
-def test_large_coordinates_leave_a_rounding_that_is_not_iterated_away():
-    # UTM coordinates in m: 1e7 m with 16 digits leave distances a rounding of 1e-9 m
-    offset = np.array([433_000.0, 9_123_000.0])
-    exact = distances(np.array([50.0, 30.0]), STATIONS)[0]
-    found = adjust(distances, offset + [20.0, 70.0], exact, args=[STATIONS + offset])
-    assert found.status == "converged" and found.iterations < 12
-    np.testing.assert_allclose(found.x - offset, [50, 30], atol=1e-8)
+@pytest.mark.parametrize("offset", [0.0, 1e5, 1e7])
+def test_what_rounding_leaves_is_not_iterated_away(offset):
+    # Without errors sigma0 and all sd end as rounding, 1e-9 m for coordinates of 1e7 m
+    start, _, stations, rng = stack(300)
+    start, stations = start + offset, stations + offset
+    truth = start + rng.normal(scale=5, size=start.shape)
+    exact = distances(truth, stations)[0]
+    found = adjust(distances, start, exact, args=[stations])
+    assert np.all(found.status == "converged") and found.iterations.max() < 12
+    np.testing.assert_allclose(found.x, truth, atol=1e-13 * (100 + offset))
+
+
+def test_rounding_of_the_observations_is_not_iterated_away_either():
+    # small parameters of large observations
+    rng = np.random.default_rng(6)
+    truth = rng.uniform(0.5, 1.5, (300, 2))
+
+    def model(x):
+        values, jacobian = decay(x, np.linspace(0, 2, 6))
+        return values + 1e6, jacobian
+
+    found = adjust(model, truth + 0.1, model(truth)[0])
+    assert np.all(found.status == "converged") and found.iterations.max() < 12
+
+
+def test_constraints_of_problems_without_errors_are_closed_to_rounding():
+    def sum_to_zero(x):
+        return np.sum(np.sin(x), axis=-1, keepdims=True), np.cos(x)[..., None, :]
+
+    A, *_, rng = problem(24)
+    exact = A @ [0.3, -0.3, 0.0]
+    start = 0.3 * rng.normal(size=(300, 3))
+    found = adjust(linear(A), start, exact, constraints=sum_to_zero)
+    assert np.all(found.status == "converged") and found.iterations.max() < 12
 
 
 def test_nothing_handed_over_is_changed():
@@ -976,6 +1052,7 @@ def test_a_wrong_jacobian_is_called_divergence():
     assert found.status == "diverged"
     np.testing.assert_array_equal(found.x, [20, 70])  # left where it was
     assert found.history.step[-1] == 0
+    assert found.history.objective[-1] == found.history.objective[0]
 
 
 def test_a_step_to_where_nothing_is_defined_is_shortened():
@@ -1029,6 +1106,10 @@ NAN = np.array([np.nan, *L[1:]])
         ({"covariance": np.ones(9)}, r"covariance must have shape \(..., 9, 9\)"),
         ({"covariance": np.eye(9) + np.eye(9, k=1)}, "covariance must be symmetric"),
         ({"covariance": np.ones((9, 9))}, "covariance must be positive definite"),
+        (
+            {"covariance": np.ones((9, 9)) + 1e-14 * np.eye(9)},
+            "covariance must be positive definite",
+        ),
         ({"covariance": -np.eye(9)}, "covariance must have positive variances"),
         ({"covariance": 3 * np.eye(9) - 1}, "covariance must be positive definite"),
         ({"covariance": np.diag(NAN)}, r"covariance\[0, 0\] is not a finite number"),

@@ -1,0 +1,202 @@
+"""Feedback of appendix A1: right answers pass, each slip is named in plain words."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import checks
+from pgm_lab.checks import CheckFailed, chapterA1
+
+DESIGN = np.array([[1, 0, 0], [-1, 1, 0], [0, 1, -1], [0, 0, -1], [-1, 0, 1.0]])
+
+
+def heights(A, p, observations):
+    return np.linalg.lstsq(
+        A * np.sqrt(p)[:, None], observations * np.sqrt(p), rcond=None
+    )[0]
+
+
+def sigma0(v, p, u):
+    return np.sqrt(v @ (p * v) / (len(v) - u))
+
+
+def redundancy_numbers(A, p):
+    return 1 - np.diag(A @ np.linalg.inv(A.T @ np.diag(p) @ A) @ A.T @ np.diag(p))
+
+
+def suspect(v, sigma, r):
+    w = np.zeros(len(v))
+    known = r > 1e-9
+    w[known] = v[known] / (sigma[known] * np.sqrt(r[known]))
+    return np.argmax(np.abs(w)) if np.max(np.abs(w)) > 3.29 else -1
+
+
+def ellipse(covariance):
+    variance, axes = np.linalg.eigh(covariance)
+    direction = np.degrees(np.arctan2(axes[1, 1], axes[0, 1]))
+    return np.array([variance[1] ** 0.5, variance[0] ** 0.5, direction])
+
+
+def test_right_answers_pass(capsys):
+    chapterA1.design(DESIGN)
+    chapterA1.design(DESIGN.astype(int).tolist())
+    chapterA1.heights(heights)
+    chapterA1.sigma0(sigma0)
+    chapterA1.redundancy_numbers(redundancy_numbers)
+    chapterA1.suspect(suspect)
+    chapterA1.ellipse(ellipse)
+    assert capsys.readouterr().out.count("✓") == 7
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (..., "still empty"),
+        (-DESIGN, "all signs are turned round"),
+        (DESIGN[:, ::-1], "another order than Q, R, S"),
+        (DESIGN * [[1], [1], [-1], [1], [1]], "turned round: SR;"),
+        (DESIGN * [[1], [1], [-1], [-1], [1]], "turned round: SR, SP;"),
+        (np.column_stack([[-1, 0, 0, 1, 0], DESIGN]), "P is known"),
+        (DESIGN + [[0, 0, 0], [0, 0, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0]], "joins two"),
+        (DESIGN * [[1], [1], [1], [1], [0]], "look again at QS"),
+        (DESIGN[:4], r"must return shape \(5, 3\)"),
+    ],
+)
+def test_slip_in_the_design_matrix_is_named(answer, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.design(answer)
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda A, p, d: heights(A, 1 + 0 * p, d), "weights are left out"),
+        (lambda A, p, d: heights(A, p**2, d), "each weight enters twice"),
+        (lambda A, p, d: heights(A, 1 / p, d), "variances instead of weights"),
+        (lambda A, p, d: heights(A, np.sqrt(p), d), "roots of the weights"),
+        (lambda A, p, d: -heights(A, p, d), "sign is turned round"),
+        (lambda A, p, d: heights(A, p, d) + 1e-6, "v'Pv is not least"),
+        (lambda A, p, d: heights(A, p, d)[:1], "must return shape"),
+        (lambda A, p, d: None, "returns nothing yet"),
+    ],
+)
+def test_slip_in_the_adjustment_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.heights(slip)
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda v, p, u: np.sqrt(v @ v / (len(v) - u)), "weights are left out"),
+        (lambda v, p, u: np.sqrt(v @ (p * v)) / (len(v) - u), "belongs under the root"),
+        (lambda v, p, u: v @ (p * v) / (len(v) - u), "take the root"),
+        (lambda v, p, u: np.sqrt(v @ (p * v) / len(v)), "not by the number of obs"),
+        (lambda v, p, u: np.sqrt(v @ (p * v) / (len(v) - 1)), "n - u, not n - 1"),
+        (lambda v, p, u: np.sqrt(np.sum((p * v) ** 2) / (len(v) - u)), "enters twice"),
+        (lambda v, p, u: np.sqrt(abs(p @ v) / (len(v) - u)), "square each residual"),
+        (lambda v, p, u: 1.01 * sigma0(v, p, u), "is another"),
+    ],
+)
+def test_slip_in_sigma0_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.sigma0(slip)
+
+
+def weightless(A, p):
+    return 1 - np.diag(A @ np.linalg.inv(A.T @ np.diag(p) @ A) @ A.T)
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda A, p: 1 - redundancy_numbers(A, p), "subtract it from 1"),
+        (lambda A, p: redundancy_numbers(A, 1 + 0 * p), "weights are left out"),
+        (weightless, r"missing in A Q A' P"),
+        (lambda A, p: redundancy_numbers(A, p)[::-1], "belong to other observations"),
+        (lambda A, p: 2 * redundancy_numbers(A, p), "their sum must be"),
+        (lambda A, p: redundancy_numbers(A, p) + 2 * (p - p.mean()), "outside 0 and 1"),
+    ],
+)
+def test_slip_in_redundancy_numbers_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.redundancy_numbers(slip)
+
+
+def signed(v, sigma, r):
+    w = v[r > 0] / (sigma[r > 0] * np.sqrt(r[r > 0]))
+    return np.argmax(w) if np.max(w) > 3.29 else -1
+
+
+def unguarded(v, sigma, r):
+    with np.errstate(all="ignore"):
+        w = np.abs(v / (sigma * np.sqrt(r)))
+    return np.argmax(w) if not np.max(w) <= 3.29 else -1
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda v, sigma, r: np.argmax(np.abs(v)), "largest residual need not"),
+        (lambda v, sigma, r: np.argmax(np.abs(v / sigma)), "sigma times the root of r"),
+        (lambda v, sigma, r: suspect(v, sigma, r) + 1, "counts rows from 0"),
+        (signed, "negative residual can be as suspicious"),
+        (lambda v, sigma, r: 0, "another observation has the largest"),
+        (
+            lambda v, sigma, r: np.argmax(np.abs(v / (sigma * np.sqrt(r + 1e-12)))),
+            "the answer must be -1",
+        ),
+        (unguarded, "r = 0 has no w"),
+    ],
+)
+def test_slip_in_the_search_for_a_suspect_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.suspect(slip)
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda a, b, t: (a**2, b**2, t), "take the roots"),
+        (lambda a, b, t: (b, a, t), "longer semi-axis comes first"),
+        (lambda a, b, t: (b, a, t + 90), "comes first, with its direction"),
+        (lambda a, b, t: (a, b, t + 90), "direction of the short axis"),
+        (lambda a, b, t: (a, b, np.radians(t % 180)), "must be in degrees"),
+        (lambda a, b, t: (a, b, 90 - t), "from the x axis, not from y"),
+        (lambda a, b, t: (a, b, -t), "wrong way round"),
+        (lambda a, b, t: (a, b, t + 5), "another ellipse"),
+    ],
+)
+def test_slip_in_the_ellipse_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.ellipse(lambda covariance: np.array(slip(*ellipse(covariance))))
+
+
+def test_standard_deviations_are_not_taken_for_semi_axes():
+    def sx_sy(covariance):
+        return np.append(np.sqrt(np.diag(covariance)), ellipse(covariance)[2])
+
+    with pytest.raises(CheckFailed, match="sx and sy are not the semi-axes"):
+        chapterA1.ellipse(sx_sy)
+
+
+def test_a_direction_given_backwards_is_the_same():
+    chapterA1.ellipse(lambda covariance: ellipse(covariance) + [0, 0, 180])
+
+
+@pytest.mark.parametrize("off", [1e-6, 1e-4])
+def test_near_misses_do_not_pass(off):
+    for check, function in [
+        (chapterA1.heights, heights),
+        (chapterA1.sigma0, sigma0),
+        (chapterA1.redundancy_numbers, redundancy_numbers),
+        (chapterA1.ellipse, ellipse),
+    ]:
+        with pytest.raises(CheckFailed):
+            check(lambda *a, function=function: function(*a) * (1 + off))
+    with pytest.raises(CheckFailed):
+        chapterA1.design(DESIGN * (1 + off))
+
+
+def test_questions_of_an_appendix_are_found(capsys):
+    checks.questions("A1", "bacbc")
+    assert capsys.readouterr().out.count("✓") == 5
