@@ -225,7 +225,7 @@ def test_execute_stores_outputs_and_hash(tmp_path):
     assert path.read_bytes() == first, "running again has to give the same file"
 
 
-def test_widgets_run_but_are_not_stored(tmp_path):
+def test_of_a_widget_only_what_it_draws_is_stored(tmp_path):
     notebook = good()
     notebook.cells[2].source = (
         "import ipywidgets\n\ndef turn(angle):\n    print(angle)\n\n"
@@ -234,7 +234,8 @@ def test_widgets_run_but_are_not_stored(tmp_path):
     path = stored(notebook, tmp_path)
     execute(path)
     assert problems(path) == []
-    assert nbformat.read(path, as_version=4).cells[2].outputs == []
+    (output,) = nbformat.read(path, as_version=4).cells[2].outputs
+    assert output.text == "2\n"
 
 
 def test_a_failed_run_leaves_the_file_alone(tmp_path):

@@ -80,6 +80,9 @@ def execute(path: Path) -> None:
         record_timing=False,
         resources={"metadata": {"path": str(path.parent)}},
     )
+    # Nobody turns a slider here: without a partner the widgets leave what they draw in
+    # the cell. nbclient's own partner loses a reply now and then, and waits in vain.
+    client.comm_open_handlers.clear()
     try:
         client.execute()
     except (CellExecutionError, CellTimeoutError, DeadKernelError) as error:
