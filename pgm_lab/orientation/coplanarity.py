@@ -1,8 +1,8 @@
 """Coplanarity: the base and the two rays of a point lie in one plane.
 
 F = b . (u' x u''), with the base b from the left to the right station and the rays
-u' = (x', y', -c') and u'' = R (x'', y'', -c''). The left photo stands at the origin with
-zero angles.
+u' = (x', y', -c') and u'' = R (x'', y'', -c''). The left photo stands at the origin
+with zero angles.
 """
 
 from dataclasses import dataclass

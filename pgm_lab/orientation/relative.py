@@ -24,7 +24,7 @@ LINE = 1e-9
 NO_BASE = 3.0
 
 # v'Pv of two models differ by chance less than this quantile of their ratio.
-LEVEL = 0.95
+LEVEL = 0.999
 
 
 @dataclass(frozen=True)
