@@ -58,8 +58,8 @@ class Relative:
     point_status : ndarray (n,) of str
         "intersected", "behind a camera", "parallel rays".
     solutions : ndarray (k, 6)
-        Exteriors of all models that fit, the first is `exterior`. One if `start` was
-        given: then no other is looked for.
+        Exteriors of all models that fit equally well, of which the first is `exterior`:
+        the best one or, if `start` was given, the one most like it.
     """
 
     exterior: np.ndarray
@@ -101,9 +101,9 @@ def relative(
         bx, which sets the unit of the model: positive if the right station lies on the
         positive x side of the left photo.
     start : array_like (5,), optional
-        Rough values of by, bz (in the unit of the base), omega, phi, kappa. Without
-        them, models are searched all around; no start is needed, also if all points
-        lie in a plane.
+        Rough values of by, bz (in the unit of the base), omega, phi, kappa: 30 degrees
+        and half the base off will do. Without them models are searched all around,
+        which takes ten times as long.
     sigma : float, optional
         Standard deviation of an image coordinate in mm, known beforehand; it holds for
         coordinates freed from lens distortion.
@@ -147,11 +147,9 @@ def relative(
             _validate.positive(_validate.number(sigma, "sigma"), "sigma", "mm")
         )
     rotation_alone = _rotation_alone(left, right)
-    if start is None:
-        bases, rotations = _search.models(base, left, right)
-    else:
-        bases, rotations = _from_start(base, start, left, right)
-    base, R = _search.best(bases, rotations, left, right, sigma)
+    near = None if start is None else _start(base, start)
+    models = _search.models(base, left, right, near)
+    base, R = _search.best(*models, left, right, sigma, near)
     solutions = [np.concatenate([b, _turns.angles(R)[0]]) for b, R in zip(base, R)]
 
     result, base, R = _model.fit(base[0], R[0], left, right, sigma)
@@ -243,17 +241,15 @@ def _rotation_alone(left, right) -> float:
     return rms
 
 
-def _from_start(bx, start, left, right):
-    """Base (1, 3) and rotation (1, 3, 3) adjusted from rough values."""
+def _start(bx, start) -> tuple[np.ndarray, np.ndarray]:
+    """Base (3,) and rotation (3, 3) of rough values."""
     start = _validate.finite(start, "start")
     if start.shape != (5,):
         raise ValueError(
             "start must be (by, bz, omega, phi, kappa), five numbers in the unit of the"
             f" base and radians; got shape {start.shape}"
         )
-    R = rotation.matrix(*start[2:]).T
-    _, base, R = _model.fit([[bx, *start[:2]]], R[None], left, right)
-    return base, R
+    return np.array([bx, *start[:2]]), rotation.matrix(*start[2:]).T
 
 
 def _weak(base, covariance) -> bool:
