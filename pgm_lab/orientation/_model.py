@@ -19,6 +19,9 @@ def fit(base, R, left, right, sigma=None, max_iterations=50):
     """
     base, R = np.asarray(base, float), np.asarray(R, float)
     bx = base.flat[0]
+    # Counted from c instead of zero, because the adjustment takes the size of the
+    # observations for that of the numbers which were rounded
+    c = -left[0, 2]
     start = np.concatenate([base[..., 1:], np.zeros_like(base)], axis=-1)
 
     def distances(x, R0):
@@ -26,12 +29,12 @@ def fit(base, R, left, right, sigma=None, max_iterations=50):
         found = coplanarity.distances(_base(bx, x), _turned(x, R0), left, right)
         by_turns = found.by_turns @ _turns.axes(x[..., 2:])
         A = np.concatenate([found.by_base[..., 1:], by_turns], axis=-1)
-        return found.distance, A
+        return c + found.distance, A
 
     result = adjust(
         distances,
         start,
-        np.zeros(len(left)),
+        np.full(len(left), c),
         sigma0_prior=sigma,
         args=(R,),
         names=NAMES,

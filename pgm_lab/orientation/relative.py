@@ -154,25 +154,24 @@ def relative(
 
     result, base, R = _model.fit(base[0], R[0], left, right, sigma)
     model = _model.intersect(base, R, left, right)
-    variance = result.sigma0**2 if sigma is None else sigma**2
+    noise = result.sigma0 if sigma is None else sigma
     to_turns = np.eye(5)
     to_turns[2:, 2:] = _turns.axes(result.x[2:])
     Q = to_turns @ result.cofactor @ to_turns.T
     angles, by_turns, locked = _turns.angles(R)
     to_exterior = np.zeros((6, 5))
     to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
-    covariance = variance * to_exterior @ Q @ to_exterior.T
+    covariance = noise**2 * to_exterior @ Q @ to_exterior.T
 
     point_status = np.where(model.in_front, "intersected", "behind a camera")
     point_status[model.parallel] = "parallel rays"
     met = point_status == "intersected"
-    points_covariance = variance * _model.points_cofactor(base, R, left, right, Q)
-    level = rotation_alone / (result.sigma0 if sigma is None else sigma)
+    points_covariance = noise**2 * _model.points_cofactor(base, R, left, right, Q)
     warnings = {
+        "no base": rotation_alone < NO_BASE * noise,
         str(result.status): result.status != "converged",
-        "no base": level < NO_BASE,
         "several solutions": len(solutions) > 1,
-        "weak geometry": _weak(base, variance * Q),
+        "weak geometry": _weak(base, noise**2 * Q),
         "points behind a camera": not np.all(met),
         "gimbal lock": locked,
         "no redundancy": result.redundancy == 0,
