@@ -28,8 +28,8 @@ SAME_MODEL = 1e-3
 # v'Pv of two models differ by chance less than this quantile of their ratio.
 LEVEL = 0.999
 
-# Models whose residuals after the first step are a larger part of the principal distance
-# are dropped, unless the best one has such residuals.
+# Models whose residuals after the first step are a larger part of the principal
+# distance are dropped, unless the best one has such residuals.
 HOPELESS = 2e-3
 HOPELESS_OF_FEW = 0.1
 
