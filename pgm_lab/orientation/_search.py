@@ -109,12 +109,14 @@ def _fit(base, R, left, right, count, step):
     """Adjust models; the best ones that differ, those on one side of both photos first.
 
     After the first step all are kept that may still come near the best one, then those
-    that have converged, if there are any.
+    that have converged or are better.
     """
     result, base, R = _model.fit(base, R, left, right, max_iterations=ITERATIONS[step])
     misfit = np.sum(result.residuals**2, axis=-1)
     kept = result.status == "converged"
-    if step == 0 or not kept.any():
+    if step:  # in weak geometry the best one may be slow
+        kept |= misfit < np.min(misfit[kept], initial=np.inf)
+    else:
         hopeless = HOPELESS_OF_FEW if len(left) <= FEW else HOPELESS
         hopeless = len(left) * (hopeless * left[0, 2]) ** 2
         kept = misfit <= max(1e4 * np.nanmin(misfit, initial=np.inf), hopeless)
