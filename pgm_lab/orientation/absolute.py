@@ -205,7 +205,8 @@ def _checked(source, target, sigma) -> tuple[np.ndarray, ...]:
             f"source has {len(source)} point(s): seven parameters need three or more"
         )
     for name, points in (("source", source), ("target", target)):
-        length, width, _ = np.linalg.svd(points - points.mean(axis=0))[1]
+        spread = points - points.mean(axis=0)
+        length, width, _ = np.linalg.svd(spread, compute_uv=False)
         if length <= SAME * np.abs(points).max():
             raise ValueError(
                 f"{name}: all points lie at one place, which fixes neither scale nor"

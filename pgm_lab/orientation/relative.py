@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import chi2, f
 
 from pgm_lab import _validate, rotation
 from pgm_lab.camera import Camera, ideal
-from pgm_lab.orientation import _model, _turns
+from pgm_lab.orientation import _model, _search, _turns
 
 # Rays that a rotation alone brings together this well (over c) have no parallax at all.
 NO_PARALLAX = 1e-9
@@ -22,9 +21,6 @@ LINE = 1e-9
 
 # The base is lost in the noise if a rotation alone leaves less than so many sigma.
 NO_BASE = 3.0
-
-# v'Pv of two models differ by chance less than this quantile of their ratio.
-LEVEL = 0.95
 
 
 @dataclass(frozen=True)
@@ -62,8 +58,8 @@ class Relative:
     point_status : ndarray (n,) of str
         "intersected", "behind a camera", "parallel rays".
     solutions : ndarray (k, 6)
-        Exteriors of all models that fit, the first is `exterior`. One if `start` was
-        given: then no other is looked for.
+        Exteriors of all models that fit equally well, of which the first is `exterior`:
+        the best one or, if `start` was given, the one most like it.
     """
 
     exterior: np.ndarray
@@ -105,9 +101,9 @@ def relative(
         bx, which sets the unit of the model: positive if the right station lies on the
         positive x side of the left photo.
     start : array_like (5,), optional
-        Rough values of by, bz (in the unit of the base), omega, phi, kappa. Without
-        them, models are searched all around; no start is needed, also if all points
-        lie in a plane.
+        Rough values of by, bz (in the unit of the base), omega, phi, kappa: 30 degrees
+        and half the base off will do. Without them models are searched all around,
+        which takes ten times as long.
     sigma : float, optional
         Standard deviation of an image coordinate in mm, known beforehand; it holds for
         coordinates freed from lens distortion.
@@ -151,30 +147,31 @@ def relative(
             _validate.positive(_validate.number(sigma, "sigma"), "sigma", "mm")
         )
     rotation_alone = _rotation_alone(left, right)
-    base, R = _models(base, start, left, right, sigma)
+    near = None if start is None else _start(base, start)
+    models = _search.models(base, left, right, near)
+    base, R = _search.best(*models, left, right, sigma, near)
     solutions = [np.concatenate([b, _turns.angles(R)[0]]) for b, R in zip(base, R)]
 
-    result, base, R = _model.fit(base[0, 0], base[0, 1:], R[0], left, right, sigma)
+    result, base, R = _model.fit(base[0], R[0], left, right, sigma)
     model = _model.intersect(base, R, left, right)
-    variance = result.sigma0**2 if sigma is None else sigma**2
+    noise = result.sigma0 if sigma is None else sigma
     to_turns = np.eye(5)
     to_turns[2:, 2:] = _turns.axes(result.x[2:])
     Q = to_turns @ result.cofactor @ to_turns.T
     angles, by_turns, locked = _turns.angles(R)
     to_exterior = np.zeros((6, 5))
     to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
-    covariance = variance * to_exterior @ Q @ to_exterior.T
+    covariance = noise**2 * to_exterior @ Q @ to_exterior.T
 
     point_status = np.where(model.in_front, "intersected", "behind a camera")
     point_status[model.parallel] = "parallel rays"
     met = point_status == "intersected"
-    points_covariance = variance * _model.points_cofactor(base, R, left, right, Q)
-    level = rotation_alone / (result.sigma0 if sigma is None else sigma)
+    points_covariance = noise**2 * _model.points_cofactor(base, R, left, right, Q)
     warnings = {
+        "no base": rotation_alone < NO_BASE * noise,
         str(result.status): result.status != "converged",
-        "no base": level < NO_BASE,
         "several solutions": len(solutions) > 1,
-        "weak geometry": _weak(base, variance * Q),
+        "weak geometry": _weak(base, noise**2 * Q),
         "points behind a camera": not np.all(met),
         "gimbal lock": locked,
         "no redundancy": result.redundancy == 0,
@@ -215,8 +212,9 @@ def _rays(camera_left, camera_right, left_points, right_points):
             f"left_points and right_points must pair up; got {len(left)} and"
             f" {len(right)} points"
         )
-    widths = [np.linalg.svd(rays - rays.mean(axis=0))[1][:2] for rays in (left, right)]
-    if all(width <= LINE * length for length, width in widths):
+    spreads = (rays[:, :2] - rays[:, :2].mean(axis=0) for rays in (left, right))
+    extents = [np.linalg.svd(spread, compute_uv=False) for spread in spreads]
+    if all(width <= LINE * length for length, width in extents):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
             " turn about such a line. Add points beside it"
@@ -242,54 +240,15 @@ def _rotation_alone(left, right) -> float:
     return rms
 
 
-def _models(bx, start, left, right, sigma):
-    """Models that fit the points equally well, the best one first."""
-    if start is None:
-        base, R = _model.search(bx, left, right)
-    else:
-        start = _validate.finite(start, "start")
-        if start.shape != (5,):
-            raise ValueError(
-                "start must be (by, bz, omega, phi, kappa), five numbers in the unit of"
-                f" the base and radians; got shape {start.shape}"
-            )
-        R = rotation.matrix(*start[2:]).T
-        _, base, R = _model.fit(bx, start[None, :2], R[None], left, right)
-    if not len(base):
+def _start(bx, start) -> tuple[np.ndarray, np.ndarray]:
+    """Base (3,) and rotation (3, 3) of rough values."""
+    start = _validate.finite(start, "start")
+    if start.shape != (5,):
         raise ValueError(
-            "no model was found: the points do not determine the five unknowns. Are"
-            " they spread over the common area, and in the same order in both photos?"
+            "start must be (by, bz, omega, phi, kappa), five numbers in the unit of the"
+            f" base and radians; got shape {start.shape}"
         )
-    model = _model.intersect(base, R, left, right)
-    misfit = np.sum(model.conditions.distance**2, axis=-1)
-    front = np.mean(model.in_front, axis=-1)
-    behind = np.mean(model.behind_both, axis=-1)
-    upright, upside_down = front > 0.5, behind > 0.5
-    plausible = upright | upside_down
-    if not plausible.any():
-        best = [np.argmin(misfit)]
-        return base[best], R[best]
-    fits = plausible & (misfit <= _limit(misfit[plausible].min(), left, sigma))
-    if not np.any(fits & upright):
-        raise ValueError(
-            f"base = {bx:g} has the wrong sign: the points lie behind both cameras. The"
-            " right station lies on the other x side of the left photo; or the photos"
-            " are exchanged"
-        )
-    fits &= front == front[fits].max()
-    order = np.lexsort((misfit, ~fits))[: np.count_nonzero(fits)]
-    return base[order], R[order]
-
-
-def _limit(best, left, sigma) -> float:
-    """Sum of squares up to which a model fits as well as the best one."""
-    redundancy = len(left) - 5
-    rounding = len(left) * (NO_PARALLAX * left[0, 2]) ** 2
-    if redundancy == 0:
-        return best + rounding
-    if sigma is not None:
-        return max(best, sigma**2 * chi2.ppf(LEVEL, redundancy)) + rounding
-    return best * f.ppf(LEVEL, redundancy, redundancy) + rounding
+    return np.array([bx, *start[:2]]), rotation.matrix(*start[2:]).T
 
 
 def _weak(base, covariance) -> bool:

@@ -1,0 +1,174 @@
+"""Models of a stereo pair from no start, and which of them fit."""
+
+import numpy as np
+from scipy.stats import chi2, f
+
+from pgm_lab import rotation
+from pgm_lab.orientation import _model, coplanarity
+
+# Where the search starts: tilts of the right photo (degrees), each in so many
+# directions and turned about its axis in so many steps.
+TILTS = {0: 1, 35: 6, 70: 10, 105: 10}
+SWINGS = 8
+
+# A given start is tried as it is, and turned by so much (radians) about each axis.
+AROUND_START = 0.4
+
+# Search on so many points, with so many iterations in each step; try so many models at
+# first and keep so many. Five or six points have many solutions, and all are wanted.
+POINTS = 12
+ITERATIONS = (8, 15, 10)
+FEW = 6
+KEPT = (100, 12, 6)
+KEPT_OF_FEW = (216, 30, 20)
+
+# Models are the same when rotation and base direction differ by less (radians).
+SAME_MODEL = 1e-3
+
+# v'Pv of two models differ by chance less than this quantile of their ratio.
+LEVEL = 0.999
+
+# Models whose residuals after the first step are a larger part of the principal
+# distance are dropped, unless the best one has such residuals.
+HOPELESS = 2e-3
+HOPELESS_OF_FEW = 0.1
+
+# Residuals below this part of the principal distance are rounding.
+ROUNDING = 1e-9
+
+
+def models(bx, left, right, near=None):
+    """Base (k, 3) and rotation (k, 3, 3) of models to rays left and right (n, 3).
+
+    A grid of rotations, each with the base that suits it best, is adjusted to a few
+    points at once, then the best of them that differ to all points. The grid lies all
+    around, or around one model `near` (base, R), which is tried too.
+    """
+    few = len(left) <= FEW
+    some = _spread(left, POINTS)
+    R = rotation_grid() if near is None else _around(near[1])
+    base = base_for(R, left[some], right[some], bx)
+    if near is not None:
+        base = np.concatenate([base, np.broadcast_to(near[0], base.shape)])
+        R = np.concatenate([R, R])
+    misfit = coplanarity.distances(base, R, left[some], right[some]).distance
+    first, second, last = KEPT_OF_FEW if few else KEPT
+    best = np.argsort(np.sum(misfit**2, axis=-1))[:first]
+    base, R = _fit(base[best], R[best], left[some], right[some], second, 0)
+    base, R = _fit(base, R, left[some], right[some], last, 1)
+    if len(left) > len(some):
+        base, R = _fit(base, R, left, right, last, 2)
+    if not len(base):
+        raise ValueError(
+            "no model was found: the points do not determine the five unknowns. Are"
+            " they spread over the common area, and in the same order in both photos?"
+        )
+    return base, R
+
+
+def best(base, R, left, right, sigma, near=None):
+    """Those of the models that fit the points equally well, the best one first.
+
+    With a model `near` (base, R) the one with the most similar rotation is first.
+    """
+    model = _model.intersect(base, R, left, right)
+    misfit = np.sum(model.conditions.distance**2, axis=-1)
+    front = np.mean(model.in_front, axis=-1)
+    behind = np.mean(model.behind_both, axis=-1)
+    upright, upside_down = front > 0.5, behind > 0.5
+    plausible = upright | upside_down
+    if not plausible.any():
+        least = [np.argmin(misfit)]
+        return base[least], R[least]
+    fits = plausible & (misfit <= _limit(misfit[plausible].min(), left, sigma))
+    if not np.any(fits & upright):
+        raise ValueError(
+            f"base = {base[0, 0]:g} has the wrong sign: the points lie behind both"
+            " cameras. The right station lies on the other x side of the left photo, or"
+            " the photos are exchanged"
+        )
+    fits &= front == front[fits].max()
+    if near is not None:
+        misfit = np.linalg.norm(R - near[1], axis=(-2, -1))
+    order = np.lexsort((misfit, ~fits))[: np.count_nonzero(fits)]
+    return base[order], R[order]
+
+
+def _limit(best, left, sigma) -> float:
+    """Sum of squares up to which a model fits as well as the best one."""
+    redundancy = len(left) - 5
+    rounding = len(left) * (ROUNDING * left[0, 2]) ** 2
+    if redundancy == 0:
+        return best + rounding
+    if sigma is not None:
+        return max(best, sigma**2 * chi2.ppf(LEVEL, redundancy)) + rounding
+    return best * f.ppf(LEVEL, redundancy, redundancy) + rounding
+
+
+def _fit(base, R, left, right, count, step):
+    """Adjust models; the best ones that differ, those on one side of both photos first.
+
+    After the first step all are kept that may still come near the best one, then those
+    that have converged or are better.
+    """
+    result, base, R = _model.fit(base, R, left, right, max_iterations=ITERATIONS[step])
+    misfit = np.sum(result.residuals**2, axis=-1)
+    kept = result.status == "converged"
+    if step:  # in weak geometry the best one may be slow
+        kept |= misfit < np.min(misfit[kept], initial=np.inf)
+    else:
+        hopeless = HOPELESS_OF_FEW if len(left) <= FEW else HOPELESS
+        hopeless = len(left) * (hopeless * left[0, 2]) ** 2
+        kept = misfit <= max(1e4 * np.nanmin(misfit, initial=np.inf), hopeless)
+    base, R, misfit = base[kept], R[kept], misfit[kept]
+    model = _model.intersect(base, R, left, right)
+    # In front of both cameras or, if the base has the wrong sign, behind both
+    one_side = np.mean(model.in_front | model.behind_both, axis=-1) > 0.5
+    first = different(base, R, np.lexsort((misfit, ~one_side)))[:count]
+    return base[first], R[first]
+
+
+def different(base, R, order) -> np.ndarray:
+    """Those of the models in `order` that differ from all before them."""
+    b = base / np.linalg.norm(base, axis=-1, keepdims=True)
+    apart = np.linalg.norm(b[:, None] - b, axis=-1)
+    apart = apart + np.linalg.norm(R[:, None] - R, axis=(-2, -1))
+    near = (apart < SAME_MODEL)[np.ix_(order, order)]
+    return order[~np.any(np.tril(near, -1), axis=1)]
+
+
+def _spread(left, count) -> np.ndarray:
+    """Indices of some points, in all directions from the middle of the photo."""
+    from_middle = left[:, :2] - left[:, :2].mean(axis=0)
+    order = np.argsort(np.arctan2(from_middle[:, 1], from_middle[:, 0]))
+    count = min(count, len(left))
+    return order[np.linspace(0, len(left) - 1, count).round().astype(int)]
+
+
+def rotation_grid() -> np.ndarray:
+    """Rotations (k, 3, 3), image to object, some 40 degrees apart."""
+    tilt = np.radians(np.repeat(list(TILTS), list(TILTS.values())))
+    azimuth = np.concatenate(
+        [np.arange(k) * 2 * np.pi / k + 0.1 for k in TILTS.values()]
+    )
+    swing = np.arange(SWINGS) * 2 * np.pi / SWINGS
+    M = rotation.from_tilt_azimuth_swing(
+        tilt[:, None], azimuth[:, None], swing + azimuth[:, None]
+    )
+    return np.swapaxes(M.reshape(-1, 3, 3), -1, -2)
+
+
+def _around(R) -> np.ndarray:
+    """R (3, 3) and R turned about each axis either way, (7, 3, 3)."""
+    turns = AROUND_START * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    return rotation.matrix(*turns.T) @ R
+
+
+def base_for(R, left, right, bx):
+    """For each rotation the base most nearly at right angles to all u' x u''."""
+    u1 = left / np.linalg.norm(left, axis=-1, keepdims=True)
+    u2 = right / np.linalg.norm(right, axis=-1, keepdims=True) @ np.swapaxes(R, -1, -2)
+    n = np.cross(u1, u2)
+    b = np.linalg.eigh(np.swapaxes(n, -1, -2) @ n)[1][..., 0]
+    along = np.where(np.abs(b[..., :1]) < 0.1, np.copysign(0.1, b[..., :1]), b[..., :1])
+    return bx * np.concatenate([np.ones_like(along), b[..., 1:] / along], axis=-1)
