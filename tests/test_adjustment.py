@@ -538,6 +538,8 @@ def test_line_search_converges_where_full_steps_run_away():
     damped = adjust(*arguments)
     assert damped.status == "converged"
     assert damped.history.step[0] < 1 and damped.history.step[-1] == 1
+    halved = np.log2(damped.history.step)
+    np.testing.assert_array_equal(halved, np.round(halved))
     assert np.all(np.diff(damped.history.objective) <= 0)
     full = adjust(*arguments, line_search=False, max_iterations=3)
     assert full.status == "too many iterations" and abs(full.x[0]) > 1e3
