@@ -503,7 +503,7 @@ def test_axes_of_the_angles_against_differences_of_scipy_rotations():
 
 
 def test_start_in_other_turns_gives_the_same_cofactors():
-    """The adjustment counts turns from its start; 20 degrees away Q must be the same."""
+    """Turns are counted from the start; Q must not depend on where that lies."""
     _, right, images = pair(np.random.default_rng(85), 12, 0.01)
     rays = [
         np.insert(image, 2, -camera.c, axis=1)
