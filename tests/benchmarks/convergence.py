@@ -1,5 +1,7 @@
 """How often an orientation converges to the truth, over 1000 random cases a row.
 
+(Relative orientation, which takes longer: over 250.)
+
 ``python tests/benchmarks/convergence.py`` writes data/results/chapter5_convergence.csv;
 it takes some minutes. tests/test_convergence.py repeats a part of it.
 """
@@ -187,7 +189,7 @@ def rows(cases: int) -> list[tuple]:
         table += intersection(p, cases)
     for n in (6, 10):
         for flat in (False, True):
-            table += relative_orientation(n, flat, cases)
+            table += relative_orientation(n, flat, cases // 4)
     return table
 
 
