@@ -139,10 +139,11 @@ def relative_orientation(n: int, flat: bool, cases: int) -> list[tuple]:
         truth, left, right = simulate.pair(CAMERA, n, rng, flat, SIGMA)
         start = simulate.rough(truth, rng, DEGREES, SHARE)[1:]
         images = CAMERA, CAMERA, left, right
-        best = relative(*images, start=truth[1:], sigma=SIGMA).exterior
+        best = among(relative, *images, start=truth[1:], sigma=SIGMA)[:1]
         for name, x in (("none", None), (FAR_OFF, start)):
             found = among(relative, *images, start=x, sigma=SIGMA)
-            success[name].append((np.any(close(found, best)), len(found) > 1))
+            same = len(best) > 0 and bool(np.any(close(found, best)))
+            success[name].append((same, len(found) > 1))
     kind = "flat" if flat else "spatial"
     return [
         ("relative orientation", n, kind, start, "relative", cases, *np.sum(count, 0))
