@@ -258,3 +258,17 @@ def nearly_unit(attitude, printed):
 def test_slip_in_the_unit_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
         chapter4.unit(function)
+
+
+@pytest.mark.parametrize("off", [1e-6, 1e-4])
+def test_near_misses_do_not_pass(off):
+    for check, function in [
+        (chapter4.matrix, product()),
+        (chapter4.angles, my_angles),
+    ]:
+        with pytest.raises(CheckFailed):
+            check(lambda *a, function=function: function(*a) + off)
+    with pytest.raises(CheckFailed):
+        chapter4.is_rotation(lambda M, t: my_is_rotation(M, t + 300 * off))
+    with pytest.raises(CheckFailed):
+        chapter4.wrong_elements([(1 + off, 3), (2, 2)])
