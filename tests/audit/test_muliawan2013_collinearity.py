@@ -71,6 +71,18 @@ def test_2_18_and_2_19_give_the_image_with_the_scale_minus_f_over_q():
         np.testing.assert_allclose((x, y), image, rtol=0, atol=1e-12)
 
 
+def test_2_20_follows_from_2_19_and_not_from_2_2():
+    # (2.2) turns by omega alone, without station and scale
+    for exterior, point in CASES:
+        x, y, minus_f = rotation.matrix(*exterior[3:]) @ (point - exterior[:3])
+        np.testing.assert_allclose(
+            (-F * x / minus_f, -F * y / minus_f), ratio(F, exterior, point), rtol=1e-12
+        )
+        x, y, minus_f = rotation.matrix(exterior[3], 0, 0) @ point
+        off = np.array([-F * x / minus_f, -F * y / minus_f]) - ratio(F, exterior, point)
+        assert np.linalg.norm(off) > 5  # mm
+
+
 def test_2_20_and_2_21_hold_with_brackets_and_not_with_absolute_values():
     images = []
     for exterior, point in CASES:
@@ -99,6 +111,14 @@ def test_2_22_and_2_23_are_first_order_with_v_computed_minus_observed():
             assert abs(v[1 - axis] + misclosure - right) > 3e-3
 
 
+def one_by_one(name):
+    """For each case M, the differences, (r, s, q), printed coefficient, derivative."""
+    for exterior, point in CASES:
+        m, _, differences, rsq = as_printed.terms(exterior, point)
+        printed = as_printed.muliawan_2_24(F, exterior, point)[name]
+        yield m, differences, rsq, printed, derivatives(exterior, point)[name]
+
+
 RIGHT = ("b11", "b12", "b14", "b15", "b16", "b21", "b24", "b25")
 
 
@@ -116,15 +136,19 @@ def test_2_24_b13_needs_m21_for_m12():
         _, y = ratio(F, exterior, point)
         b13 = as_printed.muliawan_listing(F, exterior, point)["b13"]
         assert b13 == pytest.approx(y, rel=1e-12)
+    # The printed formula with this one element replaced
+    for m, (dX, _, _), (_, _, q), printed, derivative in one_by_one("b13"):
+        repaired = printed - F / q * (m[1, 0] - m[0, 1]) * dX
+        assert repaired == pytest.approx(derivative, rel=1e-12)
 
 
 def test_2_24_b22_needs_two_signs_turned():
     assert deviations(as_printed.muliawan_2_24)["b22"] > 0.1
     # All eight combinations of signs: one alone gives the derivative
-    fits = []
+    fits, printed = [], []
     for signs in np.ndindex(2, 2, 2):
         sx, sy, sz = 1 - 2 * np.array(signs)
-        worst = 0
+        worst = as_they_stand = 0
         for exterior, point in CASES:
             _, (omega, phi, kappa), (dX, dY, dZ), (_, s, q) = as_printed.terms(
                 exterior, point
@@ -139,9 +163,13 @@ def test_2_24_b22_needs_two_signs_turned():
             )
             b22 = F / q**2 * (s * common - q * turned)
             worst = max(worst, abs(b22 / derivatives(exterior, point)["b22"] - 1))
+            in_text = as_printed.muliawan_2_24(F, exterior, point)["b22"]
+            as_they_stand = max(as_they_stand, abs(b22 / in_text - 1))
         if worst < 1e-12:
             fits.append((sx, sy, sz))
-    assert fits == [(1, -1, 1)]  # printed: (-1, -1, -1)
+        if as_they_stand < 1e-12:
+            printed.append((sx, sy, sz))
+    assert fits == [(1, -1, 1)] and printed == [(-1, -1, -1)]
 
 
 def test_2_24_b23_has_the_wrong_sign():
@@ -154,10 +182,11 @@ def test_2_24_b23_has_the_wrong_sign():
 
 def test_2_24_b26_needs_m33_for_m32():
     assert deviations(as_printed.muliawan_2_24)["b26"] > 0.1
-    for exterior, point in CASES:
-        m, _, _, (_, s, q) = as_printed.terms(exterior, point)
-        b26 = F / q**2 * (s * m[2, 2] - q * m[1, 2])
-        assert b26 == pytest.approx(derivatives(exterior, point)["b26"], rel=1e-12)
+    # The printed formula with this one element replaced
+    for m, _, (_, s, q), printed, derivative in one_by_one("b26"):
+        repaired = printed + F / q**2 * s * (m[2, 2] - m[2, 1])
+        assert repaired == pytest.approx(derivative, rel=1e-12)
+        assert repaired == pytest.approx(F / q**2 * (s * m[2, 2] - q * m[1, 2]))
 
 
 def test_listing_computes_all_twelve_coefficients_right():
@@ -209,6 +238,8 @@ GROUND = np.array(
         (310, 240, 60),
         (-250, 290, -10),
         (20, 40, 90),
+        (150, -90, 10),
+        (-120, 60, -50),
     ],
     float,
 )
@@ -242,6 +273,20 @@ def test_2_65_to_2_67_converge_to_the_true_exterior():
     np.testing.assert_allclose(exterior, TRUE, rtol=0, atol=1e-8)
 
 
+def test_2_64_holds_to_first_order_for_finite_increments():
+    # The partial signs before Xs ... kappa stand for differences: halved, they leave a
+    # quarter of the error
+    move = np.array([0.4, -0.3, 0.5, 1e-3, -8e-4, 1e-3])
+    before = cam.project(CAMERA, TRUE, GROUND)
+    A = cam.collinearity(CAMERA, TRUE, GROUND, before, wrt=("exterior",)).exterior
+    left = [
+        cam.project(CAMERA, TRUE + part * move, GROUND) - before - A @ (part * move)
+        for part in (1, 0.5)
+    ]
+    assert np.abs(left[0]).max() < 1e-3 < 0.05 < np.abs(A @ move).max()
+    np.testing.assert_allclose(left[1], left[0] / 4, rtol=0, atol=2e-6)
+
+
 def test_2_64_second_row_needs_y_on_the_left():
     # With x - (y), as printed, the iteration has no meaning: it never comes close
     observed = cam.project(CAMERA, TRUE, GROUND)
@@ -257,16 +302,19 @@ def test_2_64_second_row_needs_y_on_the_left():
     assert np.linalg.norm(wrong[:3]) > 100  # start values good to a millimetre
 
 
-@pytest.mark.parametrize(("n", "rank"), [(2, 4), (3, 6), (4, 6), (5, 6)])
-def test_2_68_rank_is_six_from_three_points_on_and_not_below_n(n, rank):
+@pytest.mark.parametrize(
+    ("n", "rank"), [(2, 4), (3, 6), (4, 6), (5, 6), (6, 6), (7, 6)]
+)
+def test_2_68_rank_is_six_from_three_points_on_and_below_n_from_seven_on(n, rank):
     observed = cam.project(CAMERA, TRUE, GROUND)
     _, A, _ = step(TRUE, observed[:n], GROUND[:n])
     scaled = A / np.linalg.norm(A, axis=0)
     assert np.linalg.matrix_rank(scaled, tol=1e-9) == rank
-    # (2.68) wants rank < n. With n for the control points, as the text has it, four
-    # and five points would not do; with n = 2 x 4 observations it holds
-    if n in (4, 5):
-        assert not rank < n and rank < 2 * n
+    # (2.68) wants rank < n. With n for the control points, as the text has it, it asks
+    # for seven; the 2n observations exceed the rank from four on
+    assert (rank < n) == (n >= 7)
+    if n > 2:
+        assert (rank < 2 * n) == (n >= 4)
 
 
 def test_ground_points_need_intersection_and_two_photos():

@@ -125,6 +125,7 @@ def linearised(right, images):
 def test_2_37_needs_minus_f_on_the_right_hand_side():
     # The condition at the adjusted place: F + A v + B delta = 0. Error-free points, so
     # that v = 0: with -F a step shrinks the error of the start, with F it doubles it
+    # (with it corrections that are subtracted, approximate - delta, would be right)
     error = np.array([0.5, -0.3, 1e-3, -1e-3, 2e-3])
     start = RIGHT.copy()
     start[UNKNOWN] += error
@@ -132,6 +133,7 @@ def test_2_37_needs_minus_f_on_the_right_hand_side():
     right, printed = (np.linalg.lstsq(B, f, rcond=None)[0] for f in (-F0, F0))
     assert np.all(np.abs(error + right) < 0.02 * np.abs(error))
     np.testing.assert_allclose(error + printed, 2 * error, rtol=0.02)
+    assert np.all(np.abs(error - printed) < 0.02 * np.abs(error))
     # The same for the residuals of one pair: F + A v = 0 with v = -A'(AA')^-1 F
     pair = IMAGES[0][3] + (0.01, -0.02), IMAGES[1][3] + (-0.015, 0.01)
     F0, A, _ = linearised(RIGHT, ([pair[0]], [pair[1]]))
@@ -139,6 +141,19 @@ def test_2_37_needs_minus_f_on_the_right_hand_side():
     after = condition(first=pair[0] + v[:2], second=pair[1] + v[2:])
     assert abs(after) < 1e-3 * abs(F0[0])
     assert abs(condition(first=pair[0] - v[:2], second=pair[1] - v[2:])) > abs(F0[0])
+
+
+def test_last_element_of_b_below_2_37_is_a_derivative_and_no_quotient():
+    # F / kappa, as printed, is 0 for a pair that fits; dF / dkappa is not
+    F0, _, B = linearised(RIGHT, IMAGES)
+    quotient = F0 / RIGHT[5]
+    assert np.abs(quotient).max() < 1e-9 * np.abs(B[:, 4]).min()
+    # And the elements of B multiply finite corrections, whatever sign stands there
+    move = 1e-4 * np.array([100, -80, 1, -1, 2])
+    right = RIGHT.copy()
+    right[UNKNOWN] += move
+    after, _, _ = linearised(right, IMAGES)
+    np.testing.assert_allclose(after - F0, B @ move, rtol=0.02)
 
 
 def test_2_38_to_2_40_are_the_derivative_by_an_image_coordinate():
@@ -211,11 +226,21 @@ def test_names_of_dependent_and_independent_relative_orientation_are_exchanged()
         chosen = np.array(rows)[:, columns]
         return chosen / np.linalg.norm(chosen, axis=0)
 
-    only_right = [7, 8, 9, 10, 11]  # by, bz, omega2, phi2, kappa2
-    both_photos = [3, 4, 5, 10, 11]  # omega1, phi1, kappa1, phi2, kappa2
-    for columns in (only_right, both_photos):
+    printed = {
+        "dependent": [3, 4, 5, 10, 11],  # omega1, phi1, kappa1, phi2, kappa2
+        "independent": [7, 8, 9, 10, 11],  # by, bz, omega2, phi2, kappa2
+    }
+
+    def moves(columns):
+        """Whether the left ray and the base move with any of the unknowns."""
+        both = np.concatenate([left, right])
+        rays = complex_step(lambda x: ray(images[0][0], x[3:6]), both)
+        bases = complex_step(lambda x: x[6:9] - x[:3], both)
+        return bool(np.any(rays[columns])), bool(np.any(bases[columns]))
+
+    for columns in printed.values():
         assert np.linalg.matrix_rank(jacobian(columns), tol=1e-6) == 5
-    # One photo is fitted to the other, which keeps its place and attitude: dependent.
-    # Both are turned and the base keeps its direction: independent. Printed reversed
-    assert not {0, 1, 2, 3, 4, 5} & set(only_right)
-    assert {3, 4, 5} & set(both_photos) and not {6, 7, 8} & set(both_photos)
+    # Dependent: one photo is fitted to the other, which keeps its attitude; the base
+    # is found. Independent: both photos are turned over a base that stays as it is
+    assert moves(printed["independent"]) == (False, True)
+    assert moves(printed["dependent"]) == (True, False)

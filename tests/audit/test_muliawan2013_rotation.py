@@ -143,7 +143,7 @@ def test_2_8_is_the_transposed_intrinsic_xyz_rotation_of_scipy(attitude):
 
 
 def test_2_10_holds_for_the_nine_photos_with_the_quadrant_from_both_signs():
-    exteriors = datasets.muliawan2013().exteriors[:, 3:]
+    stations, exteriors = np.split(datasets.muliawan2013().exteriors, 2, axis=1)
     M = np.array([full_matrix(*attitude) for attitude in exteriors])
     omega, phi, kappa = exteriors.T
     m = np.moveaxis(M, 0, -1)
@@ -155,6 +155,16 @@ def test_2_10_holds_for_the_nine_photos_with_the_quadrant_from_both_signs():
     off = np.abs(plain - (omega, kappa)).max(axis=0)
     np.testing.assert_array_equal(off < 1e-9, [1, 0, 1, 0, 0, 0, 0, 0, 0])
     np.testing.assert_allclose(off[off > 1e-9], np.pi, rtol=1e-9)
+    # Six of them then look away from the object, photo 2 is rolled by 180 degrees
+    turned = np.array([full_matrix(o, p, k) for (o, k), p in zip(plain.T, phi)])
+    angle = np.degrees(Rotation.from_matrix(np.swapaxes(M, 1, 2) @ turned).magnitude())
+    assert np.all((angle[off > 1e-9] > 163) & (angle[off > 1e-9] < 180.001))
+    to_object = datasets.muliawan2013().object_points.mean(axis=0) - stations
+    along = np.sum(-turned[:, 2] * to_object, axis=1)
+    np.testing.assert_array_equal(along > 0, [1, 1, 1, 0, 0, 0, 0, 0, 0])
+    assert np.all(np.sum(-M[:, 2] * to_object, axis=1) > 0)
+    assert angle[1] == pytest.approx(180)
+    np.testing.assert_allclose(turned[1, 2], M[1, 2], rtol=0, atol=1e-9)
     both = np.arctan2([-m[2, 1], -m[1, 0]], [m[2, 2], m[0, 0]])
     np.testing.assert_allclose(both, (omega, kappa), rtol=0, atol=1e-14)
 
@@ -192,6 +202,7 @@ def test_2_14_is_a_rotation_by_its_vector_and_transposed_to_2_8(vector):
     turn = np.array(vector) / length * 2 * np.arctan(length / 2)
     np.testing.assert_allclose(R, Rotation.from_rotvec(turn).as_matrix(), atol=1e-15)
     np.testing.assert_allclose(R.T, rotation.from_rodrigues(vector), atol=1e-15)
+    np.testing.assert_allclose(R.T, matrix_2_14(*-np.array(vector)), atol=1e-15)
     # The same turn about z
     kappa = 0.6
     R = matrix_2_14(0, 0, 2 * np.tan(kappa / 2))
