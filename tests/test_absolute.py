@@ -181,7 +181,7 @@ def test_weights_give_the_minimum_that_scipy_finds(seed, each_coordinate):
 
 @pytest.mark.parametrize("angles", [(0.4, -0.3, 2.0), (0.4, np.pi / 2, 2.0)])
 @pytest.mark.parametrize("spread", ["scalar", "points", "coordinates"])
-def test_covariance_holds_in_1000_simulated_cases(angles, spread):
+def test_covariance_holds_in_500_simulated_cases(angles, spread):
     """Squared Mahalanobis distances of scale, turns and centroid against chi-square.
 
     The limit of the Kolmogorov-Smirnov test gives one false alarm in a million runs.
@@ -197,7 +197,7 @@ def test_covariance_holds_in_1000_simulated_cases(angles, spread):
     exact = similarity(1.3, angles, (10, 20, 30), source)
     R = rotation.matrix(*angles).T
     distances, outside, variances, w = [], [], [], []
-    for _ in range(1000):
+    for _ in range(500):
         found = absolute(source, exact + rng.normal(0, 1, (7, 3)) * sd, sigma)
         error = np.concatenate(
             [
@@ -218,16 +218,16 @@ def test_covariance_holds_in_1000_simulated_cases(angles, spread):
     assert kstest(distances, chi2(7).cdf).pvalue > 1e-6
     assert kstest(outside, chi2(3).cdf).pvalue > 1e-6
     assert kstest(variances, chi2(14).cdf).pvalue > 1e-6
-    assert np.var(w) == pytest.approx(1, abs=0.05)
+    assert np.var(w) == pytest.approx(1, abs=0.07)
 
 
-def test_covariance_of_the_angles_holds_in_1000_simulated_cases():
+def test_covariance_of_the_angles_holds_in_500_simulated_cases():
     rng = np.random.default_rng(12)
     source, angles = rng.uniform(-50, 50, (6, 3)), (0.5, 1.2, -2.0)
     exact = similarity(0.8, angles, (10, 20, 30), source)
     truth = np.array([0.8, *angles, 10, 20, 30])
     distances = []
-    for _ in range(1000):
+    for _ in range(500):
         found = absolute(source, exact + rng.normal(0, 0.02, (6, 3)), 0.02)
         error = found.parameters - truth
         distances.append(error @ np.linalg.solve(found.covariance, error))

@@ -52,6 +52,18 @@ def test_right_answers_pass(capsys):
     assert capsys.readouterr().out.count("✓") == 7
 
 
+# Where (2.62) differs from (2.8) itself
+UNTRANSPOSED = [(1, 2), (1, 3), (2, 1), (2, 2), (2, 3), (3, 1), (3, 2)]
+
+
+def test_no_hint_gives_a_wrong_element_away():
+    for answer in (..., [], 13, [(3, 1), (2, 2)], [(0, 2), (1, 1)], UNTRANSPOSED):
+        with pytest.raises(CheckFailed) as failed:
+            chapter4.wrong_elements(answer)
+        for place in ("(1, 3)", "(2, 2)", "m13", "m22"):
+            assert place not in str(failed.value)
+
+
 @pytest.mark.parametrize(
     ("answer", "hint"),
     [
@@ -61,8 +73,14 @@ def test_right_answers_pass(capsys):
         ([(1, 2), (2, 3)], "cross in other elements"),
         ([(1, 3)], r"1 wrong element\(s\) not found, 0 right"),
         ([(1, 3), (2, 2), (3, 3)], r"0 wrong element\(s\) not found, 1 right"),
-        ([(1, 3, 2)], "must return shape"),
-        (13, "must be a list"),
+        (UNTRANSPOSED, "compare with the transpose"),
+        ([(1, 3, 2)], r"give pairs such as \[\(3, 2\)\]"),
+        ([], r"give pairs such as \[\(3, 2\)\]"),
+        ((1, 3), "give pairs"),
+        ([(1, 3), 2], "give pairs"),
+        ("m13 and m22", "give pairs"),
+        (13, "give pairs"),
+        ([(1.5, 3), (2, 2)], r"1 wrong element\(s\) not found, 1 right"),
     ],
 )
 def test_slip_in_the_wrong_elements_is_named(answer, hint):
@@ -115,6 +133,16 @@ def largest(M):
             lambda M, t: (M @ M.T - np.eye(3)).max() <= t and np.linalg.det(M) > 0,
             "a matrix that is too small passes",
         ),
+        (
+            lambda M, t: abs((M @ M.T - np.eye(3)).sum()) <= t and np.linalg.det(M) > 0,
+            "the errors cancel in a sum",
+        ),
+        (
+            lambda M, t: (
+                np.abs(M @ M.T - np.eye(3)).min() <= t and np.linalg.det(M) > 0
+            ),
+            "a row longer than 1 passes",
+        ),
         (lambda M, t: True, "a row longer than 1 passes"),
         (lambda M, t: False, "a true rotation is refused"),
     ],
@@ -130,9 +158,40 @@ def plain(M):
     return np.array([omega, np.arcsin(M[2, 0]), kappa])
 
 
+def swapped(which, minus=True):
+    """my_angles with the arguments of arctan2 exchanged."""
+
+    def my_angles_swapped(M):
+        sign = -1 if minus else 1
+        answer = my_angles(M)
+        if "omega" in which:
+            answer[0] = np.arctan2(M[2, 2], sign * M[2, 1])
+        if "kappa" in which:
+            answer[2] = np.arctan2(M[0, 0], sign * M[1, 0])
+        return answer
+
+    return my_angles_swapped
+
+
+def positive(M):
+    return my_angles(M) % (2 * np.pi)
+
+
 @pytest.mark.parametrize(
     ("function", "hint"),
     [
+        (lambda M: my_angles(M) * (-1, 1, -1), "each has a minus in"),
+        (swapped("omega and kappa"), "omega and kappa: the numerator comes first"),
+        (swapped("omega and kappa", False), "omega and kappa: the numerator"),
+        (swapped("omega"), "my_angles: omega: the numerator comes first"),
+        (swapped("kappa"), "my_angles: kappa: the numerator comes first"),
+        (swapped("kappa", False), "my_angles: kappa: the numerator comes first"),
+        (positive, "full turns: omega and phi and kappa are not between"),
+        (
+            lambda M: np.where([True, False, True], positive(M), my_angles(M)),
+            "full turns: omega and kappa are not between -180 and 180",
+        ),
+        (lambda M: my_angles(M) * (2, 1, 3), "omega and kappa are not found again"),
         (plain, "arctan cannot know the quadrant"),
         (lambda M: plain(M) * (1, 1, -1), "sign of kappa is turned, and the quadrant"),
         (lambda M: plain(M) * (-1, 1, 1), "sign of omega is turned, and the quadrant"),
@@ -162,6 +221,11 @@ def test_slip_in_the_angles_is_named(function, hint):
         chapter4.angles(function)
 
 
+def nearly_unit(attitude, printed):
+    """The rule that small angles in radians and large ones in degrees break."""
+    return "degrees" if np.abs(printed - np.eye(3)).max() < 0.1 else "radians"
+
+
 @pytest.mark.parametrize(
     ("function", "hint"),
     [
@@ -176,6 +240,15 @@ def test_slip_in_the_angles_is_named(function, hint):
             "equality fails",
         ),
         (lambda a, M: "degrees" if np.abs(a).max() > 1 else "radians", "taken for"),
+        (nearly_unit, "degrees is taken for one of radians, at angles of 20.0, 30.0"),
+        (
+            lambda a, M: my_unit(a, M) if np.abs(a).max() > 1 else nearly_unit(a, M),
+            "radians is taken for one of degrees, at angles of 0.02, 0.01, 0.03",
+        ),
+        (
+            lambda a, M: "radians" if my_unit(a, M) == "degrees" else "degrees",
+            "taken for",
+        ),
         (lambda a, M: "gon", 'must be "degrees" or "radians"'),
         (lambda a, M: None, "returns nothing yet"),
         (lambda a, M: 1 / 0, "stopped with ZeroDivisionError"),
@@ -185,3 +258,17 @@ def test_slip_in_the_angles_is_named(function, hint):
 def test_slip_in_the_unit_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
         chapter4.unit(function)
+
+
+@pytest.mark.parametrize("off", [1e-6, 1e-4])
+def test_near_misses_do_not_pass(off):
+    for check, function in [
+        (chapter4.matrix, product()),
+        (chapter4.angles, my_angles),
+    ]:
+        with pytest.raises(CheckFailed):
+            check(lambda *a, function=function: function(*a) + off)
+    with pytest.raises(CheckFailed):
+        chapter4.is_rotation(lambda M, t: my_is_rotation(M, t + 300 * off))
+    with pytest.raises(CheckFailed):
+        chapter4.wrong_elements([(1 + off, 3), (2, 2)])

@@ -58,7 +58,9 @@ def test_right_answers_pass(capsys):
         (np.column_stack([[-1, 0, 0, 1, 0], DESIGN]), "P is known"),
         (DESIGN + [[0, 0, 0], [0, 0, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0]], "joins two"),
         (DESIGN * [[1], [1], [1], [1], [0]], "look again at QS"),
-        (DESIGN[:4], r"must return shape \(5, 3\)"),
+        (DESIGN[:4], r"^design needs a row .* shape \(5, 3\), not \(4, 3\)"),
+        (DESIGN.T, r"^design needs a row .* not \(3, 5\)"),
+        ([[1, 0, 0], [-1, 1]], "^design must be an array of numbers"),
     ],
 )
 def test_slip_in_the_design_matrix_is_named(answer, hint):
@@ -127,6 +129,39 @@ def signed(v, sigma, r):
     return np.argmax(w) if np.max(w) > 3.29 else -1
 
 
+def where(v, sigma, r):
+    """Right: w is computed everywhere, but that of r = 0 is thrown away."""
+    w = np.abs(np.where(r > 0, v / (sigma * np.sqrt(r)), 0))
+    return np.argmax(w) if w.max() > 3.29 else -1
+
+
+def plain(v, sigma, r):
+    w = np.abs(v / (sigma * np.sqrt(r)))
+    return np.argmax(w) if w.max() > 3.29 else -1
+
+
+def ignoring_nan(v, sigma, r):
+    w = np.abs(v / (sigma * np.sqrt(r)))
+    return np.nanargmax(w) if np.nanmax(w) > 3.29 else -1
+
+
+def without_root(v, sigma, r):
+    return where(v, sigma, r**2)
+
+
+def other_limit(limit):
+    def my_suspect(v, sigma, r):
+        w = np.abs(np.where(r > 0, v / (sigma * np.sqrt(r)), 0))
+        return np.argmax(w) if w.max() > limit else -1
+
+    return my_suspect
+
+
+def test_a_division_by_zero_that_is_thrown_away_passes(capsys):
+    chapterA1.suspect(where)
+    assert "✓" in capsys.readouterr().out
+
+
 def unguarded(v, sigma, r):
     with np.errstate(all="ignore"):
         w = np.abs(v / (sigma * np.sqrt(r)))
@@ -145,7 +180,13 @@ def unguarded(v, sigma, r):
             lambda v, sigma, r: np.argmax(np.abs(v / (sigma * np.sqrt(r + 1e-12)))),
             "the answer must be -1",
         ),
-        (unguarded, "r = 0 has no w"),
+        (without_root, "divide by the root of r, not by r"),
+        (other_limit(1.96), r"no \|w\| is above 3.29 here"),
+        (other_limit(3.2), r"the answer must be -1\.$"),
+        (other_limit(0), r"the answer must be -1\.$"),
+        (unguarded, "r = 0 has no w: leave it out before dividing"),
+        (plain, "r = 0 has no w: leave it out before dividing"),
+        (ignoring_nan, "r = 0 has no w: leave it out before dividing"),
     ],
 )
 def test_slip_in_the_search_for_a_suspect_is_named(slip, hint):
@@ -163,7 +204,10 @@ def test_slip_in_the_search_for_a_suspect_is_named(slip, hint):
         (lambda a, b, t: (a, b, np.radians(t % 180)), "must be in degrees"),
         (lambda a, b, t: (a, b, 90 - t), "from the x axis, not from y"),
         (lambda a, b, t: (a, b, -t), "wrong way round"),
+        (lambda a, b, t: (a, b, np.radians(t)), "must be in degrees"),
+        (lambda a, b, t: (a, b, np.radians(t % 180 - 180)), "must be in degrees"),
         (lambda a, b, t: (a, b, t + 5), "another ellipse"),
+        (lambda a, b, t: (a**2, b**2, np.radians(t)), "or is it in radians?"),
     ],
 )
 def test_slip_in_the_ellipse_is_named(slip, hint):

@@ -17,21 +17,22 @@ def wrong_elements(answer: object) -> None:
     if answer is ... or answer is None:
         raise CheckFailed("wrong is still empty. Your turn!")
 
-    def wrong():
-        return answer
-
     try:
-        count = len(answer)
-    except TypeError:
-        raise CheckFailed("wrong must be a list of (row, column)") from None
-    found = call(wrong, shape=(count, 2))
-    places = {(int(row), int(column)) for row, column in found}
+        found = np.asarray(answer, dtype=float)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.ndim != 2 or found.shape[1] != 2:
+        raise CheckFailed("wrong is no list of pairs: give pairs such as [(3, 2)]")
+    places = {(row, column) for row, column in found.tolist()}
     expected = {(1, 3), (2, 2)}
+    off_diagonal = {(i, j) for i in (1, 2, 3) for j in (1, 2, 3) if i != j}
     hints = {
         frozenset({(0, 2), (1, 1)}): "rows and columns of a formula count from 1",
-        frozenset({(3, 1), (2, 2)}): "row comes first, then column: m13 is (1, 3)",
+        frozenset({(3, 1), (2, 2)}): "row comes first, then column: m21 is (2, 1)",
         frozenset({(1, 2), (2, 3)}): "these rows and columns do fail, but they cross in"
         " other elements, too: compare single elements with (2.8) transposed",
+        frozenset(off_diagonal | {(2, 2)}): "(2.62) leads from image to object:"
+        " compare with the transpose of (2.8)",
     }
     missing, extra = expected - places, places - expected
     hint = hints.get(
@@ -155,6 +156,14 @@ def is_rotation(function: Callable) -> None:
             "the determinant alone is not enough",
         ),
         (
+            "nor one whose errors cancel in a sum",
+            np.diag([1.1, np.sqrt(0.79), 1.0]) @ M,
+            1e-3,
+            False,
+            "a matrix passes whose rows are too long and too short: the errors cancel"
+            " in a sum, so take the largest of their absolute values",
+        ),
+        (
             "errors of both signs count",
             0.9 * M,
             1e-3,
@@ -188,15 +197,42 @@ def angles(function: Callable) -> None:
         (expected * (1, -1, 1), "the sign of phi is turned"),
         (expected * (1, 1, -1), "the sign of kappa is turned"),
         (-expected, "all signs are turned: is it the transposed matrix?"),
+        (
+            expected * (-1, 1, -1),
+            "the signs of omega and kappa are turned: each has a minus in (2.10)",
+        ),
         (_opposite(expected), "half a turn off: both signs of the quotient are turned"),
+        *_swapped(expected),
     ]
     turned = np.array([_from_transposed(one) for one in M])
     slips.append((turned, "these are the angles of the transposed matrix"))
     good = near(answers, expected)
     wrong = [n for k, n in enumerate(("omega", "phi", "kappa"))
              if not near(answers[:, k], expected[:, k])]  # fmt: skip
-    hint = _first_slip(answers, slips, f"{' and '.join(wrong)} is not found again")
+    verb = "is" if len(wrong) == 1 else "are"
+    hint = _first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not found again")
+    if near(np.exp(1j * answers), np.exp(1j * expected)):
+        hint = (
+            f"right but for full turns: {' and '.join(wrong)} {verb} not between"
+            " -180 and 180 degrees; let arctan2 decide"
+        )
     report("my_angles", [("the angles come back in all quadrants", good, hint)])
+
+
+def _swapped(expected: np.ndarray) -> list[tuple[np.ndarray, str]]:
+    """Angles with the arguments of arctan2 exchanged, with and without the minus."""
+    slips = []
+    for name, columns in (
+        ("omega and kappa", [0, 2]),
+        ("omega", [0]),
+        ("kappa", [2]),
+    ):
+        for sign in (-1, 1):
+            turned = expected.copy()
+            turned[:, columns] = np.pi / 2 + sign * turned[:, columns]
+            turned = np.arctan2(np.sin(turned), np.cos(turned))
+            slips.append((turned, f"{name}: the numerator comes first in arctan2"))
+    return slips
 
 
 def _opposite(expected: np.ndarray) -> np.ndarray:
@@ -213,7 +249,13 @@ def _from_transposed(M: np.ndarray) -> np.ndarray:
 def unit(function: Callable) -> None:
     """Check the reader's unit(attitude, printed), which says degrees or radians."""
     hints = []
-    for attitude in [(0.35, 0.64, -0.03), (-0.54, 0.29, 1.01), (1.2, -0.4, 0.7)]:
+    for attitude in [
+        (0.35, 0.64, -0.03),
+        (-0.54, 0.29, 1.01),
+        (1.2, -0.4, 0.7),
+        (20.0, 30.0, 40.0),  # far from the unit matrix in degrees, too
+        (0.02, 0.01, 0.03),  # near the unit matrix in radians, too
+    ]:
         for name, angle in (("degrees", np.radians(attitude)), ("radians", attitude)):
             printed = rotation.matrix(*np.array(angle)).round(5)
             hints.append(_unit_hint(function, np.array(attitude), printed, name))
@@ -241,7 +283,8 @@ def _unit_hint(function, attitude, printed, name) -> str:
     if answer == name:
         return ""
     return (
-        f"a matrix made of {name} is taken for one of {answer}. Compute it both ways"
+        f"a matrix made of {name} is taken for one of {answer}, at angles of"
+        f" {', '.join(map(str, attitude.tolist()))}. Compute it both ways"
         " and see which is nearer; equality fails, for the matrix has five digits"
     )
 

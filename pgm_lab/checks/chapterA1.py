@@ -17,12 +17,17 @@ def design(answer: object) -> None:
     if answer is ... or answer is None:
         raise CheckFailed("design is still empty. Your turn!")
 
-    def my_design():
-        return answer
-
-    if np.shape(answer) == (5, 4):
+    try:
+        value = np.asarray(answer, dtype=float)
+    except (TypeError, ValueError):
+        raise CheckFailed("design must be an array of numbers, (5, 3)") from None
+    if value.shape == (5, 4):
         raise CheckFailed("P is known: its height is no parameter and has no column.")
-    value = call(my_design, shape=(5, 3))
+    if value.shape != (5, 3):
+        raise CheckFailed(
+            "design needs a row for each of five lines and a column for each of three"
+            f" unknowns: shape (5, 3), not {value.shape}."
+        )
     expected = np.array([[(c == b) - (c == a) for c in _UNKNOWN] for a, b in _LINES])
     wrong = [line for line, row, e in zip(_LINES, value, expected) if not near(row, e)]
     turned = [line for line, row, e in zip(_LINES, value, expected) if near(row, -e)]
@@ -133,7 +138,7 @@ def suspect(function: Callable) -> None:
     sigma = np.array([2.0, 5.0, 2.0, 3.0, 1.2])
     r = np.array([0.6, 0.7, 0.5, 0.4, 0.12])
     # w is about (2.6, -2.2, -4.9, 0.8, -7.2)
-    found = int(call(function, v, sigma, r, shape=()))
+    found = _row(function, v, sigma, r)
     hints = {
         1: "the largest residual need not be the suspect: divide by what it should be",
         2: "each residual has its own standard deviation, sigma times the root of r",
@@ -141,18 +146,16 @@ def suspect(function: Callable) -> None:
         -1: "a negative residual can be as suspicious as a positive one",
     }
     hint = hints.get(found, "another observation has the largest |w|")
-    quiet = int(call(function, v / 4, sigma, r, shape=()))
-    limit = int(call(function, v * (3.28 / 7.2169), sigma, r, shape=()))
-    with np.errstate(divide="raise", invalid="raise"):
-        alone = int(
-            call(
-                function,
-                np.append(v, 0.0),
-                np.append(sigma, 1.0),
-                np.append(r, 0.0),
-                shape=(),
-            )
-        )
+    quiet = _row(function, v / 4, sigma, r)
+    limit = _row(function, v * (3.28 / 7.2169), sigma, r)
+    clean_hint = "no |w| is above 3.29 here: the answer must be -1"
+    if quiet != -1 and _row(function, v / 10, sigma, r) == -1:
+        clean_hint += "; divide by the root of r, not by r"
+    # Its residual is 0 but for rounding
+    alone = [
+        _row(function, np.append(v, noise), np.append(sigma, 1.0), np.append(r, 0.0))
+        for noise in (0.0, -1e-12)
+    ]
     report(
         "my_suspect",
         [
@@ -160,15 +163,21 @@ def suspect(function: Callable) -> None:
             (
                 "a clean net has no suspect",
                 quiet == -1 and limit == -1,
-                "no |w| is above 3.29 here: the answer must be -1",
+                clean_hint,
             ),
             (
                 "an observation that nothing controls is passed over",
-                found != 4 or alone == 4,
-                "an observation with r = 0 has no w: leave it out",
+                found != 4 or alone == [4, 4],
+                "an observation with r = 0 has no w: leave it out before dividing",
             ),
         ],
     )
+
+
+def _row(function: Callable, v, sigma, r) -> float:
+    # A division by 0 is no slip as long as nothing comes of it, as in np.where
+    with np.errstate(all="ignore"):
+        return float(call(function, v, sigma, r, shape=()))
 
 
 def ellipse(function: Callable) -> None:
@@ -180,6 +189,7 @@ def ellipse(function: Callable) -> None:
         covariance = axes @ np.diag([a**2, b**2]) @ axes.T
         one, two, angle = call(function, covariance, shape=(3,))
         answers.append([one, two, angle % 180])
+        in_radians = near(np.degrees(angle) % 180, direction, 1e-8)
         expected.append([a, b, direction])
         sd = np.sqrt(np.diag(covariance))
         for name, wrong in {
@@ -191,7 +201,11 @@ def ellipse(function: Callable) -> None:
                 a,
                 (direction + 90) % 180,
             ],
-            "the direction must be in degrees": [a, b, t],
+            "the direction must be in degrees": [
+                a,
+                b,
+                angle % 180 if in_radians else np.nan,
+            ],
             "the direction is measured from the x axis, not from y": [
                 a,
                 b,
@@ -206,7 +220,9 @@ def ellipse(function: Callable) -> None:
         slips.setdefault("sx and sy are not the semi-axes ", []).append(
             [*np.sort(sd)[::-1], answers[-1][2]]
         )
-    hint = _slip(answers, slips, "another ellipse: look at the eigenvalues and vectors")
+    another = "another ellipse: look at the eigenvalues and vectors"
+    another += "; is the direction in degrees, or is it in radians?"
+    hint = _slip(answers, slips, another)
     right = _all_near(answers, expected)
     report("my_ellipse", [("semi-axes and direction of three ellipses", right, hint)])
 

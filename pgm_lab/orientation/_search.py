@@ -28,6 +28,10 @@ SAME_MODEL = 1e-3
 # v'Pv of two models differ by chance less than this quantile of their ratio.
 LEVEL = 0.999
 
+# The base has the wrong sign if models with all points behind both cameras fit so many
+# times better: points in a plane have such models too, which may fit a little better.
+WRONG_SIGN = 100
+
 # Models whose residuals after the first step are a larger part of the principal
 # distance are dropped, unless the best one has such residuals.
 HOPELESS = 2e-3
@@ -80,13 +84,14 @@ def best(base, R, left, right, sigma, near=None):
     if not plausible.any():
         least = [np.argmin(misfit)]
         return base[least], R[least]
-    fits = plausible & (misfit <= _limit(misfit[plausible].min(), left, sigma))
-    if not np.any(fits & upright):
+    least = np.min(misfit[upright], initial=np.inf)
+    if least > WRONG_SIGN * _limit(misfit[plausible].min(), left, sigma):
         raise ValueError(
             f"base = {base[0, 0]:g} has the wrong sign: the points lie behind both"
             " cameras. The right station lies on the other x side of the left photo, or"
             " the photos are exchanged"
         )
+    fits = upright & (misfit <= _limit(least, left, sigma))
     fits &= front == front[fits].max()
     if near is not None:
         misfit = np.linalg.norm(R - near[1], axis=(-2, -1))

@@ -51,7 +51,8 @@ class Relative:
         n - 5.
     status : str
         "converged"; "no redundancy": five points, nothing is controlled; "several
-        solutions": another model fits as well, see `solutions`; "no base": a rotation
+        solutions": another model fits as well, see `solutions` (a `sigma` helps to tell
+        them apart, and points outside of one plane); "no base": a rotation
         alone fits as well; "weak geometry": a direction is uncertain by more than 0.1
         rad; "gimbal lock": omega and kappa are not told apart, their covariance is NaN;
         "points behind a camera": see `point_status`; or what the adjustment reports.

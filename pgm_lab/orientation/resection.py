@@ -14,8 +14,10 @@ from pgm_lab.orientation.rays import image_vectors
 
 # Inflation of a variance, in the camera's own frame, that tells a weak geometry.
 WEAK = 1e6
-# Starts of the adjustment, at most.
+# Starts of the adjustment, at most; and by how much (rad) the rays may then be off,
+# unless the best start is not much better.
 STARTS = 12
+HOPELESS = 1e-3
 # Distance between two solutions, as a share of that to the points, that makes them one.
 SAME = 1e-5
 
@@ -192,6 +194,8 @@ def _closed_form(camera, image_points, object_points):
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
     misfit = np.sum((rays - vectors) ** 2, axis=(1, 2))
     best = np.argsort(misfit)[:STARTS]
+    hopeless = np.maximum(1e4 * misfit[best[:1]], len(vectors) * HOPELESS**2)
+    best = best[misfit[best] <= hopeless]
     return centres[best], M[best]
 
 
