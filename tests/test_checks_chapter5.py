@@ -12,9 +12,11 @@ LEFT = datasets.bani2010_intersection()["exterior"][0]
 POINT = np.array([-2.0, -1.2, -1.7])
 
 
-def image(exterior=RIGHT, c=18.5558, sign=-1, transposed=False, degrees=False):
+def image(
+    exterior=RIGHT, c=18.5558, sign=-1, transposed=False, degrees=False, turned=True
+):
     angles = np.radians(exterior[3:]) if degrees else exterior[3:]
-    M = rotation.matrix(*angles)
+    M = rotation.matrix(*angles) if turned else np.eye(3)
     U, V, W = (M.T if transposed else M) @ (POINT - exterior[:3])
     return np.array([sign * c * U / W, sign * c * V / W])
 
@@ -44,7 +46,7 @@ def test_right_answers_pass(capsys):
     chapter5.misprints(["b13", "b22", "b23", "b26"])
     chapter5.misprints({"B_13", "b22 ", "b26", "b23"})
     chapter5.right_image(image())
-    chapter5.right_image(np.round(image(), 4))
+    chapter5.right_image(np.round(image(), 3))
     chapter5.scale_factors(both_scales)
     chapter5.intersection(nearest)
     chapter5.base(base)
@@ -83,6 +85,7 @@ def test_printed_coefficients_fail_in_four_places_at_every_attitude():
         (["b13", "b22"], "2 more deviate"),
         (["b13", "b22", "b23", "b25", "b26"], "1 of your coefficients agree"),
         (["b17"], "no coefficient b17"),
+        ([13, 22], 'no coefficient 13, 22: write the names like "b11"'),
     ],
 )
 def test_slip_in_the_misprints_is_named(answer, hint):
@@ -108,7 +111,11 @@ def test_misprints_are_not_given_away():
         (image()[::-1], "x and y are exchanged"),
         (image(c=1), "principal distance is missing"),
         (image() + 0.1, "not imaged there"),
-        ((1.0, 2.0, 3.0), "must return shape"),
+        (np.round(image(), 2), "not imaged there"),
+        (image(turned=False), "M is missing"),
+        ((1.0, 2.0, 3.0), "right_image must be two numbers"),
+        ("left", "right_image must be two numbers"),
+        ((1.0, ...), "right_image must be two numbers"),
     ],
 )
 def test_slip_in_the_image_is_named(answer, hint):
@@ -125,6 +132,8 @@ def test_slip_in_the_image_is_named(answer, hint):
         (lambda b, u, w: both_scales(b * (1, 0, 0), u, w), "do not meet"),
         (lambda b, u, w: both_scales(b, u, w) * 1.001, "do not meet"),
         (lambda b, u, w: None, "returns nothing"),
+        (lambda b, u, w: (both_scales(b, u, w)[0], ...), "is still `...`"),
+        (lambda b, u, w: both_scales(b, u, w).T, r"use np.array\(\[...\]\)"),
     ],
 )
 def test_slip_in_the_scale_factors_is_named(function, hint):
@@ -151,6 +160,17 @@ def test_slip_in_the_intersection_is_named(function, hint):
         chapter5.intersection(function)
 
 
+def test_wrong_point_from_unit_vectors_is_not_told_to_use_them():
+    with pytest.raises(CheckFailed) as failed:
+        chapter5.intersection(lambda s, d: nearest(s, d) + 1)
+    assert "that meet exactly" in str(failed.value)
+    assert "unit vector" not in str(failed.value)
+
+
+def test_scale_factors_may_be_a_pair():
+    chapter5.scale_factors(lambda b, u, w: tuple(both_scales(b, u, w)))
+
+
 def test_rays_of_a_line_have_no_sign():
     chapter5.intersection(lambda s, d: nearest(s, -d))
 
@@ -159,7 +179,15 @@ def test_rays_of_a_line_have_no_sign():
     ("function", "hint"),
     [
         (lambda *a: base(*a) / np.sqrt(2), "difference of two coordinates"),
-        (lambda *a: base(*a) * 1000, r"power of ten \(10\^3\)"),
+        (lambda *a: base(*a) * 1000, r"base is 10\^3 times too large\."),
+        (lambda *a: base(*a) / 1e6, r"base is 10\^6 times too small\."),
+        (lambda *a: -base(*a), "my_base: a length is positive"),
+        (
+            lambda *a: base(*a) * 1000 / np.sqrt(2),
+            r"a factor is missing, and your base is 10\^3 times too large",
+        ),
+        (lambda *a: 0.0, "does not follow"),
+        (lambda *a: np.nan, "does not follow"),
         (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "height enters twice"),
         (lambda h, c, s, w: base(h, c, s, w) * w, "does not follow"),
     ],

@@ -47,6 +47,8 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
         ) from error
     if answer is None or answer is ...:
         raise CheckFailed(f"{name} returns nothing yet. Your turn!")
+    if isinstance(answer, tuple | list) and any(part is ... for part in answer):
+        raise CheckFailed(f"{name}: a part of the answer is still `...`. Your turn!")
     for before, after in zip(arguments, copies, strict=True):
         if isinstance(before, np.ndarray) and not np.array_equal(before, after):
             raise CheckFailed(f"{name} changes its input; work on a copy")
@@ -57,7 +59,10 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
             f"{name} must return numbers, not {type(answer).__name__}"
         ) from None
     if array.shape != shape:
-        tip = "; use np.column_stack([...])" if array.shape == shape[::-1] else ""
+        stack = (
+            "array" if len(shape) == 2 and 1 < shape[0] < shape[1] else "column_stack"
+        )
+        tip = f"; use np.{stack}([...])" if array.shape == shape[::-1] else ""
         raise CheckFailed(
             f"{name} must return shape {shape} here; got {array.shape}{tip}"
         )
