@@ -115,22 +115,21 @@ def intersect(
     start = nearest_point(exteriors[:, :3], directions[:, good], seen[:, good])
     interior = np.array([camera.interior for camera in photos])
     image, seen = image.swapaxes(0, 1), seen.T
-
-    def collinearity(x, image):
-        v, depth, blocks = imaging.misclosure(
-            interior, exteriors, x[:, None], image, photos[0].lens, ("point",)
-        )
-        computed = v.reshape(len(x), 2 * p) + size
-        return computed, blocks["point"].reshape(len(x), 2 * p, 3)
-
     # Observed v is zero; counted from c it tells the adjustment what rounding is, also
     # for a point in the origin that is imaged in the principal point
-    size = photos[0].c
+    c = photos[0].c
+
+    def collinearity(x, image):
+        v, _, blocks = imaging.misclosure(
+            interior, exteriors, x[:, None], image, photos[0].lens, ("point",)
+        )
+        computed = c + v.reshape(len(x), 2 * p)
+        return computed, blocks["point"].reshape(len(x), 2 * p, 3)
 
     found = adjust(
         collinearity,
         start,
-        np.full(2 * p, size),
+        np.full(2 * p, c),
         weights=np.repeat(seen, 2, axis=1)[good].astype(float),
         sigma0_prior=sigma,
         args=(image[good],),
@@ -176,10 +175,8 @@ def _observations(exteriors, image_points, seen) -> tuple[np.ndarray, np.ndarray
             "exteriors must have shape (photos, 6) with two photos or more: a point"
             f" needs two rays; got shape {exteriors.shape}"
         )
-    if image_points.ndim < 2 or image_points.shape[:: len(image_points.shape) - 1] != (
-        p,
-        2,
-    ):
+    shape = image_points.shape
+    if image_points.ndim < 2 or (shape[0], shape[-1]) != (p, 2):
         raise ValueError(
             f"image_points must have shape ({p}, n, 2), photo by photo; got"
             f" {image_points.shape}"
