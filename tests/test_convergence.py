@@ -26,7 +26,8 @@ def test_table_has_a_thousand_cases_in_each_row_and_250_of_relative_orientation(
     assert len(kinds) == 12
 
 
-def test_resection_and_intersection_miss_only_where_another_solution_fits_as_well():
+def test_resection_and_intersection_miss_no_more_often_than_they_name_ambiguity():
+    """Not proven: that the misses are the ambiguous cases (four of these five are)."""
     ours = [row for row in TABLE if row["method"] in ("resect", "intersect")]
     assert len(ours) == 14
     for row in ours:
