@@ -102,6 +102,36 @@ def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> boo
     return bool(np.all(np.abs(np.subtract(answer, expected)) <= tolerance * scale))
 
 
+def first_slip(
+    answer: ArrayLike,
+    slips: Iterable[tuple[ArrayLike, str]],
+    otherwise: str,
+    tolerance: float = 1e-6,
+) -> str:
+    """Hint to the first slip that explains the whole answer.
+
+    Parameters
+    ----------
+    answer : array_like
+        What the reader found.
+    slips : iterable of (wrong answer, hint)
+        What comes of slips that are often made, in the shape of the answer.
+    otherwise : str
+        The hint when no slip explains the answer.
+    tolerance : float
+        As for `near`.
+
+    Examples
+    --------
+    >>> first_slip(2.0, [(-4.0, "the sign"), (2.0, "a factor of two")], "no idea")
+    'a factor of two'
+    """
+    for wrong, hint in slips:
+        if near(answer, wrong, tolerance):
+            return hint
+    return otherwise
+
+
 def question(number: str, choice: str) -> None:
     """Answer a quick question; the feedback says why a choice is right or wrong.
 

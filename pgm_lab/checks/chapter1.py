@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from pgm_lab import frames, simulate
-from pgm_lab.checks import CheckFailed, call, near, report
+from pgm_lab.checks import CheckFailed, call, first_slip, near, report
 
 # Image sizes and pixel sizes (mm) on which a function is tried: landscape, upright, odd
 _CAMERAS = [
@@ -36,7 +36,7 @@ def corner(answer: object) -> None:
         (edge / size, "that is still in pixels: multiply by the size of a pixel"),
         *((edge * factor, "the unit is not millimetres") for factor in _FACTORS),
     ]
-    hint = _first_slip(value, slips, "the sensor does not end there")
+    hint = first_slip(value, slips, "the sensor does not end there")
     report("the corner", [("it is where the sensor ends", near(value, edge), hint)])
 
 
@@ -123,9 +123,7 @@ def photo_to_pixel(function: Callable) -> None:
         *((pixels + s, "the way back ends half a pixel off") for s in (0.5, -0.5)),
         *((pixels + s, "the way back ends one pixel off") for s in (1.0, -1.0)),
     ]
-    hint = _first_slip(
-        back, slips, "the way there and back does not end where it began"
-    )
+    hint = first_slip(back, slips, "the way there and back does not end where it began")
     report(
         "my_photo_to_pixel",
         [("pixel to photo to pixel ends where it began", near(back, pixels), hint)],
@@ -193,14 +191,6 @@ def centroid(function: Callable) -> None:
     ]
     largest = np.abs(answers - expected).max()
     other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"
-    hint = _first_slip(answers, slips, other)
+    hint = first_slip(answers, slips, other)
     found = near(answers, expected)
     report("my_centroid", [("the weighted mean of three noisy targets", found, hint)])
-
-
-def _first_slip(answer: np.ndarray, slips: list, otherwise: str) -> str:
-    """Name the first slip that explains the whole answer."""
-    for wrong, hint in slips:
-        if near(answer, wrong, 1e-6):
-            return hint
-    return otherwise

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pgm_lab import rotation
-from pgm_lab.checks import CheckFailed, call, near, report
+from pgm_lab.checks import CheckFailed, call, first_slip, near, report
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants
 _ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 2.2)]
@@ -78,7 +78,7 @@ def matrix(function: Callable) -> None:
             (
                 "it is M_kappa M_phi M_omega",
                 near(answers, expected),
-                _first_slip(answers, slips, otherwise),
+                first_slip(answers, slips, otherwise),
             ),
         ],
     )
@@ -210,7 +210,7 @@ def angles(function: Callable) -> None:
     wrong = [n for k, n in enumerate(("omega", "phi", "kappa"))
              if not near(answers[:, k], expected[:, k])]  # fmt: skip
     verb = "is" if len(wrong) == 1 else "are"
-    hint = _first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not found again")
+    hint = first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not found again")
     if near(np.exp(1j * answers), np.exp(1j * expected)):
         hint = (
             f"right but for full turns: {' and '.join(wrong)} {verb} not between"
@@ -287,11 +287,3 @@ def _unit_hint(function, attitude, printed, name) -> str:
         f" {', '.join(map(str, attitude.tolist()))}. Compute it both ways"
         " and see which is nearer; equality fails, for the matrix has five digits"
     )
-
-
-def _first_slip(answer: np.ndarray, slips: list, otherwise: str) -> str:
-    """Name the first slip that explains the whole answer."""
-    for wrong, hint in slips:
-        if near(answer, wrong, 1e-6):
-            return hint
-    return otherwise

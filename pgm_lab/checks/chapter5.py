@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 import numpy as np
 
 from pgm_lab import camera, datasets, rotation
-from pgm_lab.checks import CheckFailed, call, near, report
+from pgm_lab.checks import CheckFailed, call, first_slip, near, report
 
 # Stations and object points without symmetry, all in front
 _EXTERIOR = np.array([120.0, -340.0, 900.0, 0.3, -0.4, 2.1])
@@ -154,7 +154,7 @@ def right_image(answer: object) -> None:
         (projected(right, M)[::-1], "x and y are exchanged"),
         (projected(right, M) / c, "the principal distance is missing"),
     ]
-    hint = _first_slip(value, slips, "the point is not imaged there", 2e-3)
+    hint = first_slip(value, slips, "the point is not imaged there", 2e-3)
     expected = projected(right, M)
     # Three decimals of a millimetre are enough
     report("right_image", [("the ray", near(value, expected, 1e-3), hint)])
@@ -177,7 +177,7 @@ def scale_factors(function: Callable) -> None:
         hint = ""
     else:
         other = "at the two scales, left and right do not meet in X and Y"
-        hint = _first_slip(answer, slips, other)
+        hint = first_slip(answer, slips, other, 1e-9)
     meet = base[:2] + answer[1][:, None] * right[:, :2]
     meets = near(answer[0][:, None] * left[:, :2], meet)
     hint = hint or "at the two scales, left and right do not meet in X and Y"
@@ -270,10 +270,3 @@ def _nearest(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
     for i, d in enumerate(directions):
         A[3 * i : 3 * i + 3, 3 + i] = -d
     return np.linalg.lstsq(A, stations.ravel(), rcond=None)[0][:3]
-
-
-def _first_slip(answer, slips, other: str, tolerance: float = 1e-9) -> str:
-    for wrong, hint in slips:
-        if near(answer, wrong, tolerance):
-            return hint
-    return other
