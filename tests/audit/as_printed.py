@@ -6,8 +6,8 @@ use in a computation."""
 import numpy as np
 
 from pgm_lab import rotation
+from pgm_lab.checks import chapter5
 
-EXTERIOR = ("omega", "phi", "kappa", "XL", "YL", "ZL")
 ROW_X = ("b11", "b12", "b13", "b14", "b15", "b16")
 ROW_Y = ("b21", "b22", "b23", "b24", "b25", "b26")
 
@@ -22,49 +22,13 @@ def terms(exterior, point):
 
 
 def muliawan_2_24(f, exterior, point):
-    """Coefficients b11 to b26 of Muliawan 2013, (2.24), letter for letter.
+    """Coefficients b11 to b26 of Muliawan 2013, (2.24), as chapter 5 shows them.
 
     They multiply d omega, d phi, d kappa, dX, dY, dZ of the object point; those of the
     station are -b14 ... -b26. Returned as {name: value}.
     """
-    m, (omega, phi, kappa), (dX, dY, dZ), (r, s, q) = terms(exterior, point)
-    (m11, m12, m13), (m21, m22, m23), (m31, m32, m33) = m
-    sin, cos = np.sin, np.cos
-    common = cos(phi) * dX + sin(omega) * sin(phi) * dY - cos(omega) * sin(phi) * dZ
-    return {
-        "b11": f / q**2 * (r * (-m33 * dY + m32 * dZ) - q * (-m13 * dY + m12 * dZ)),
-        "b12": f
-        / q**2
-        * (
-            r * common
-            - q
-            * (
-                -sin(phi) * cos(kappa) * dX
-                + sin(omega) * cos(phi) * cos(kappa) * dY
-                - cos(omega) * cos(phi) * cos(kappa) * dZ
-            )
-        ),
-        "b13": -f / q * (m12 * dX + m22 * dY + m23 * dZ),
-        "b14": f / q**2 * (r * m31 - q * m11),
-        "b15": f / q**2 * (r * m32 - q * m12),
-        "b16": f / q**2 * (r * m33 - q * m13),
-        "b21": f / q**2 * (s * (-m33 * dY + m32 * dZ) - q * (-m23 * dY + m22 * dZ)),
-        "b22": f
-        / q**2
-        * (
-            s * common
-            - q
-            * (
-                -sin(phi) * sin(kappa) * dX
-                - sin(omega) * cos(phi) * sin(kappa) * dY
-                - cos(omega) * cos(phi) * sin(kappa) * dZ
-            )
-        ),
-        "b23": -f / q * (m11 * dX + m12 * dY + m13 * dZ),
-        "b24": f / q**2 * (s * m31 - q * m21),
-        "b25": f / q**2 * (s * m32 - q * m22),
-        "b26": f / q**2 * (s * m32 - q * m23),
-    }
+    printed = chapter5.printed_coefficients(f, exterior, point)
+    return dict(zip(ROW_X + ROW_Y, printed.ravel(), strict=True))
 
 
 def muliawan_listing(f, exterior, point):
