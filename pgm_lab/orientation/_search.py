@@ -1,10 +1,10 @@
 """Models of a stereo pair from no start, and which of them fit."""
 
 import numpy as np
-from scipy.stats import chi2, f
 
 from pgm_lab import rotation
 from pgm_lab.orientation import _model, coplanarity
+from pgm_lab.orientation._ambiguity import largest_objective
 
 # Where the search starts: tilts of the right photo (degrees), each in so many
 # directions and turned about its axis in so many steps.
@@ -103,11 +103,9 @@ def _limit(best, left, sigma) -> float:
     """Sum of squares up to which a model fits as well as the best one."""
     redundancy = len(left) - 5
     rounding = len(left) * (ROUNDING * left[0, 2]) ** 2
-    if redundancy == 0:
-        return best + rounding
-    if sigma is not None:
-        return max(best, sigma**2 * chi2.ppf(LEVEL, redundancy)) + rounding
-    return best * f.ppf(LEVEL, redundancy, redundancy) + rounding
+    if redundancy:
+        best = largest_objective(best, redundancy, sigma, LEVEL)
+    return best + rounding
 
 
 def _fit(base, R, left, right, count, step):

@@ -143,10 +143,7 @@ def relative(
     base = _validate.number(base, "base")
     if base == 0:
         raise ValueError("base must not be 0: it fixes bx, and with it the scale")
-    if sigma is not None:
-        sigma = float(
-            _validate.positive(_validate.number(sigma, "sigma"), "sigma", "mm")
-        )
+    sigma = _validate.standard_deviation(sigma)
     rotation_alone = _rotation_alone(left, right)
     near = None if start is None else _start(base, start)
     models = _search.models(base, left, right, near)

@@ -4,12 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import chi2, f
 
 from pgm_lab import _validate, imaging, rotation
 from pgm_lab.adjustment import Adjustment, adjust
 from pgm_lab.camera import Camera
 from pgm_lab.orientation import _turns, three_points
+from pgm_lab.orientation._ambiguity import largest_objective
 from pgm_lab.orientation.rays import image_vectors
 
 # Inflation of a variance, in the camera's own frame, that tells a weak geometry.
@@ -18,6 +18,8 @@ WEAK = 1e6
 # unless the best start is not much better.
 STARTS = 12
 HOPELESS = 1e-3
+# v'v of two solutions differ by chance less than this quantile of their ratio.
+LEVEL = 0.99
 # Distance between two solutions, as a share of that to the points, that makes them one.
 SAME = 1e-5
 
@@ -236,7 +238,10 @@ def _choose(found: Adjustment, centres, M, object_points) -> list[int]:
     order = np.argsort(phi)[: np.count_nonzero(possible)]
     if not len(order):
         return []
-    limit = _largest_objective(phi[order[0]], found.redundancy[0], found.sigma0_prior)
+    least, redundancy = phi[order[0]], found.redundancy[0]
+    limit = np.inf  # without redundancy each fits
+    if redundancy:
+        limit = largest_objective(least, redundancy, found.sigma0_prior, LEVEL)
     distance = np.linalg.norm(depth, axis=1)
     chosen = []
     for k in order:
@@ -244,15 +249,6 @@ def _choose(found: Adjustment, centres, M, object_points) -> list[int]:
         if np.all(moved > SAME) and (not chosen or phi[k] <= limit):
             chosen.append(int(k))
     return chosen
-
-
-def _largest_objective(least, redundancy, sigma) -> float:
-    """Return v'v up to which a solution fits as well as the one with the least."""
-    if redundancy == 0:
-        return np.inf
-    if sigma is not None:
-        return chi2.ppf(0.999, redundancy) * sigma**2
-    return f.ppf(0.99, redundancy, redundancy) * least
 
 
 def _status(found: Adjustment, chosen, centres, object_points) -> str:
