@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from pgm_lab import rotation
+from pgm_lab import rotation, simulate
 from pgm_lab.camera import Camera, collinearity, project
 from pgm_lab.orientation import intersect
 from pgm_lab.orientation.rays import angle_between_rays, nearest_point, rays
@@ -151,8 +151,7 @@ def test_moves_turns_and_scales_with_object_space(seed, p, scale):
     rng = np.random.default_rng(seed)
     points, image = scene(5, PHOTOS[:p], PLAIN, sigma=0.01, seed=seed)
     found = intersect(PLAIN, PHOTOS[:p], image)
-    q = rng.normal(size=4)
-    R = rotation.from_quaternion(q / np.linalg.norm(q))
+    (R,) = simulate.rotations(rng, 1)
     shift = scale * rng.uniform(-1e3, 1e3, 3)
     moved = np.empty((p, 6))
     moved[:, :3] = scale * PHOTOS[:p, :3] @ R.T + shift

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import _turns
+from pgm_lab.orientation.three_points import extents
 
 # Width over length of a set of points below which it counts as a line: the variance of
 # the turn about it grows with 1/width^2, and normal equations hold 12 digits of that.
@@ -205,8 +206,7 @@ def _checked(source, target, sigma) -> tuple[np.ndarray, ...]:
             f"source has {len(source)} point(s): seven parameters need three or more"
         )
     for name, points in (("source", source), ("target", target)):
-        spread = points - points.mean(axis=0)
-        length, width, _ = np.linalg.svd(spread, compute_uv=False)
+        length, width, _ = extents(points)
         if length <= SAME * np.abs(points).max():
             raise ValueError(
                 f"{name}: all points lie at one place, which fixes neither scale nor"

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, rotation
 from pgm_lab.camera import Camera, ideal
 from pgm_lab.orientation import _model, _search, _turns
+from pgm_lab.orientation.three_points import extents
 
 # Rays that a rotation alone brings together this well (over c) have no parallax at all.
 NO_PARALLAX = 1e-9
@@ -210,9 +211,8 @@ def _rays(camera_left, camera_right, left_points, right_points):
             f"left_points and right_points must pair up; got {len(left)} and"
             f" {len(right)} points"
         )
-    spreads = (rays[:, :2] - rays[:, :2].mean(axis=0) for rays in (left, right))
-    extents = [np.linalg.svd(spread, compute_uv=False) for spread in spreads]
-    if all(width <= LINE * length for length, width in extents):
+    sizes = (extents(rays[:, :2]) for rays in (left, right))
+    if all(width <= LINE * length for length, width in sizes):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
             " turn about such a line. Add points beside it"

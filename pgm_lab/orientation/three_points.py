@@ -67,10 +67,15 @@ def solutions(
     return _fit(distances[..., None] * vectors[triple], object_points[triple])
 
 
+def extents(points: np.ndarray) -> np.ndarray:
+    """Length, width, (depth) of a set of points (n, 2) or (n, 3), in their unit."""
+    return np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+
+
 def on_a_line(points: np.ndarray) -> bool:
     """Whether points (n, 3) lie on one line, or at one place."""
-    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return extent[1] <= ON_A_LINE * extent[0]
+    length, width, _ = extents(points)
+    return width <= ON_A_LINE * length
 
 
 def triples(points: np.ndarray) -> np.ndarray:
