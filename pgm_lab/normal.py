@@ -122,7 +122,8 @@ def solve(
     inverse = _inverse(system)
     cofactor = inverse[..., :u, :u]
     determined = _regular(cofactor)
-    determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
+    if border.shape[-2]:
+        determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
     fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
     cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
     inverse[~determined] = np.nan
