@@ -31,11 +31,21 @@ class History:
 
 @dataclass(frozen=True)
 class GlobalTest:
-    """Test of sigma0 against its value before the adjustment."""
+    """Test of sigma0 against its value before the adjustment.
+
+    Attributes
+    ----------
+    statistic : ndarray (...)
+        redundancy * sigma0^2 / sigma0_prior^2.
+    lower, upper : ndarray (...)
+        Limits of what is accepted.
+    accepted : ndarray (...) of bool
+        Whether the statistic lies within them.
+    """
 
     statistic: np.ndarray
-    lower: float
-    upper: float
+    lower: np.ndarray
+    upper: np.ndarray
     accepted: np.ndarray
 
 
@@ -120,6 +130,15 @@ class Adjustment:
         The statistic redundancy * sigma0^2 / sigma0_prior^2 follows chi-square when the
         model and the weights are right; it is refused below `lower` or above `upper`,
         which happens by chance with probability alpha.
+
+        Parameters
+        ----------
+        alpha : float
+            Probability of refusing a right model, half of it at either end.
+
+        Returns
+        -------
+        GlobalTest
 
         Raises
         ------

@@ -165,9 +165,23 @@ def is_gimbal(
 ) -> np.ndarray:
     """Whether cos(phi) is below `cosine`, so that omega and kappa are not told apart.
 
+    Parameters
+    ----------
+    M : array_like (..., 3, 3)
+        Rotation matrices, object space into image space.
+    tolerance : float
+        Largest |M M' - I| that is accepted.
+    cosine : float
+        Limit of cos(phi).
+
     Returns
     -------
     ndarray (...) of bool
+
+    Raises
+    ------
+    ValueError
+        If M is not a rotation.
 
     Examples
     --------
