@@ -129,3 +129,41 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     if not (value := number(sigma, name)) > 0:
         raise ValueError(f"{name} must be positive, or None if not known; got {sigma}")
     return value
+
+
+def grey_image(image: ArrayLike, name: str, smallest: int = 1) -> np.ndarray:
+    """Return an image (rows, columns) as floats, of at least `smallest` pixels."""
+    array = finite(image, name)
+    if array.ndim != 2:
+        raise ValueError(
+            f"{name} must be one image (rows, columns) of grey values; got shape"
+            f" {array.shape}. Turn colours into grey values first"
+        )
+    if min(array.shape) < smallest:
+        raise ValueError(
+            f"{name} must have at least {smallest} x {smallest} pixels; got"
+            f" {array.shape[0]} rows and {array.shape[1]} columns"
+        )
+    return array
+
+
+def window(size: int, name: str, smallest: int = 3) -> int:
+    """Return the size of a window: an odd number of pixels, so that it has a middle."""
+    value = number(size, name)
+    if value != round(value) or value < smallest or value % 2 == 0:
+        raise ValueError(
+            f"{name} must be an odd number of pixels, at least {smallest}; got {size}"
+        )
+    return int(value)
+
+
+def point_list(values: ArrayLike, name: str, n: int | None = None) -> np.ndarray:
+    """Return points (n, 2) of an image."""
+    array = points(values, 2, name)
+    if array.ndim != 2 or (n is not None and len(array) != n):
+        expected = f"({'n' if n is None else n}, 2)"
+        raise ValueError(
+            f"{name} must have shape {expected}, one (column, row) a point; got shape"
+            f" {array.shape}"
+        )
+    return array
