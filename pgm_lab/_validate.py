@@ -129,3 +129,18 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     if not (value := number(sigma, name)) > 0:
         raise ValueError(f"{name} must be positive, or None if not known; got {sigma}")
     return value
+
+
+def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
+    """Return one grey image as a float array (rows, columns), finite throughout."""
+    array = finite(values, name)
+    if array.ndim != 2:
+        raise ValueError(
+            f"{name} must have shape (rows, columns); got shape {array.shape}."
+            " Take one channel of a colour image, or turn it into grey"
+        )
+    if min(array.shape) < least:
+        raise ValueError(
+            f"{name} must have at least {least} x {least} pixels; got {array.shape}"
+        )
+    return array
