@@ -75,8 +75,9 @@ def resample(
         )
     x, y = np.moveaxis(np.clip(points, 0, far_corner), -1, 0)
     if method in _ORDERS:
-        order = _ORDERS[method]
-        grey = ndimage.map_coordinates(image, (y, x), order=order, mode="mirror")
+        yx = np.stack([y.ravel(), x.ravel()])  # SciPy wants one axis at least
+        grey = ndimage.map_coordinates(image, yx, order=_ORDERS[method], mode="mirror")
+        grey = grey.reshape(x.shape)
     else:
         grey = _weighted_sum(image, x, y, _WEIGHTS[method])
     return grey if outside is None else np.where(beyond, float(outside), grey)
