@@ -131,22 +131,6 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     return value
 
 
-def grey_image(image: ArrayLike, name: str, smallest: int = 1) -> np.ndarray:
-    """Return an image (rows, columns) as floats, of at least `smallest` pixels."""
-    array = finite(image, name)
-    if array.ndim != 2:
-        raise ValueError(
-            f"{name} must be one image (rows, columns) of grey values; got shape"
-            f" {array.shape}. Turn colours into grey values first"
-        )
-    if min(array.shape) < smallest:
-        raise ValueError(
-            f"{name} must have at least {smallest} x {smallest} pixels; got"
-            f" {array.shape[0]} rows and {array.shape[1]} columns"
-        )
-    return array
-
-
 def window(size: int, name: str, smallest: int = 3) -> int:
     """Return the size of a window: an odd number of pixels, so that it has a middle."""
     value = number(size, name)
@@ -165,5 +149,20 @@ def point_list(values: ArrayLike, name: str, n: int | None = None) -> np.ndarray
         raise ValueError(
             f"{name} must have shape {expected}, one (column, row) a point; got shape"
             f" {array.shape}"
+        )
+    return array
+
+
+def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
+    """Return one grey image as a float array (rows, columns), finite throughout."""
+    array = finite(values, name)
+    if array.ndim != 2:
+        raise ValueError(
+            f"{name} must have shape (rows, columns); got shape {array.shape}."
+            " Take one channel of a colour image, or turn it into grey"
+        )
+    if min(array.shape) < least:
+        raise ValueError(
+            f"{name} must have at least {least} x {least} pixels; got {array.shape}"
         )
     return array

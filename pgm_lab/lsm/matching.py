@@ -133,12 +133,14 @@ def match(
     >>> left, right = simulate.texture_pair(texture, (60, 60), affine, sigma=1.0)
     >>> found = match(left, right, [(30, 28)], [(34, 26)])
     >>> truth = (3.25 + 1.01 * 30 + 0.02 * 28, -1.5 - 0.01 * 30 + 0.99 * 28)
-    >>> np.abs(found.points[0] - truth).max() < 0.02, found.status[0]
-    (True, 'converged')
+    >>> bool(np.abs(found.points[0] - truth).max() < 0.02)
+    True
+    >>> print(found.status[0], found.iterations[0])
+    converged 3
     """
     half = _validate.window(window, "window", 5) // 2
-    left = _validate.grey_image(left, "left", window)
-    right = _validate.grey_image(right, "right", window)
+    left = _validate.image(left, "left", window)
+    right = _validate.image(right, "right", window)
     left_points = _validate.point_list(left_points, "left_points")
     n = len(left_points)
     right_points = _validate.point_list(right_points, "right_points", n)

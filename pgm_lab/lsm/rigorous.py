@@ -75,14 +75,14 @@ def adjust(
     ...     simulate.texture(seed=1), (60, 60), (3.25, 1, 0, -1.5, 0, 1), sigma=1.0
     ... )
     >>> found = adjust(left, right, [(30, 28)], [(33, 1, 0, 26, 0, 1, 0, 1)])
-    >>> np.abs(found.x[0, [0, 3]] - (33.25, 26.5)).max() < 0.02
+    >>> bool(np.abs(found.x[0, [0, 3]] - (33.25, 26.5)).max() < 0.02)
     True
     >>> found.residuals.shape, int(found.redundancy[0])
     ((1, 441), 433)
     """
     half = _validate.window(window, "window", 5) // 2
-    left = _validate.grey_image(left, "left", window)
-    right = _validate.grey_image(right, "right", window)
+    left = _validate.image(left, "left", window)
+    right = _validate.image(right, "right", window)
     left_points = _validate.point_list(left_points, "left_points")
     start = _validate.finite(parameters, "parameters")
     if start.shape != (len(left_points), 8):

@@ -1,4 +1,4 @@
-"""Measuring in one image: the centre of a target from its grey values."""
+"""The centre of a target from its grey values."""
 
 from dataclasses import dataclass
 

@@ -1,0 +1,196 @@
+"""Statistics, histogram, equalisation and gradients of the grey values of an image."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Statistics of the grey values of an image.
+
+    Attributes
+    ----------
+    mean : float
+        Brightness.
+    sd : float
+        Standard deviation, the contrast, with one degree of freedom less than pixels.
+    minimum, maximum : float
+    """
+
+    mean: float
+    sd: float
+    minimum: float
+    maximum: float
+
+
+def statistics(image: ArrayLike) -> Statistics:
+    """Mean (brightness) and standard deviation (contrast) of the grey values.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values; at least two pixels.
+
+    Returns
+    -------
+    Statistics
+
+    Raises
+    ------
+    ValueError
+        If the image is not 2-D, not finite, or has fewer than two pixels.
+
+    References
+    ----------
+    Bani 2010, (2.1).
+
+    Examples
+    --------
+    >>> statistics([[1, 2], [3, 6]])
+    Statistics(mean=3.0, sd=2.16..., minimum=1.0, maximum=6.0)
+    """
+    g = _validate.image(image)
+    if g.size < 2:
+        raise ValueError(f"image must have two pixels or more; got shape {g.shape}")
+    mean = g.sum() / g.size
+    sd = np.sqrt(np.sum((g - mean) ** 2) / (g.size - 1))  # (2.1)
+    return Statistics(float(mean), float(sd), float(g.min()), float(g.max()))
+
+
+def histogram(image: ArrayLike, bins: int = 256) -> tuple[np.ndarray, np.ndarray]:
+    """How many pixels have which grey value.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values. The bins of an 8 or 16 bit image cover all values that it could
+        have, those of any other image the values from its smallest to its largest.
+    bins : int
+        Number of bins. With 256, each grey value of an 8 bit image has its own.
+
+    Returns
+    -------
+    counts : ndarray (bins,) of int
+    edges : ndarray (bins + 1,)
+        The first at -0.5 for an 8 or 16 bit image: whole grey values lie inside bins.
+
+    Raises
+    ------
+    ValueError
+        If the image is not 2-D, not finite or empty, or bins is less than one.
+
+    Examples
+    --------
+    >>> counts, edges = histogram(np.array([[0, 255], [7, 7]], dtype=np.uint8))
+    >>> counts[[0, 7, 255]], edges[[0, -1]]
+    (array([1, 2, 1]), array([ -0.5, 255.5]))
+    """
+    g = _validate.image(image)
+    if bins < 1:
+        raise ValueError(f"bins must be at least 1; got {bins}")
+    highest = _highest(image)
+    limits = None if highest is None else (-0.5, highest + 0.5)
+    return np.histogram(g, bins, range=limits)
+
+
+def equalize(image: ArrayLike) -> np.ndarray:
+    """Equalise the histogram: spread the grey values evenly, their order kept.
+
+    A grey value becomes the share of pixels that are not brighter, scaled so that the
+    darkest becomes 0 and the brightest the highest value there is.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values; not changed.
+
+    Returns
+    -------
+    ndarray (rows, columns)
+        Whole numbers of the same type for an 8 or 16 bit image, 0 ... 255 or 65535;
+        floats from 0 to 1 for any other.
+
+    Raises
+    ------
+    ValueError
+        If the image is not 2-D or not finite, or has one grey value only.
+
+    Notes
+    -----
+    For 8 bits this is cv2.equalizeHist, which has no other depth.
+    skimage.exposure.equalize_hist does not take the darkest to 0, and puts floats into
+    256 bins. A pixel's new value depends on the whole image: the same point gets two
+    different values in two photos that show different things around it.
+
+    References
+    ----------
+    Bani 2010, III.3 step 4, has the brightness and contrast of two photos equalised
+    this way before they are matched.
+
+    Examples
+    --------
+    >>> equalize(np.array([[10, 11], [12, 200]], dtype=np.uint8))
+    array([[  0,  85],
+           [170, 255]], dtype=uint8)
+    """
+    g = _validate.image(image)
+    values, place, counts = np.unique(g, return_inverse=True, return_counts=True)
+    if len(values) < 2:
+        raise ValueError(
+            "image must have two grey values or more to be spread;"
+            f" all of its pixels are {values}"
+        )
+    darker = np.cumsum(counts) - counts[0]
+    share = (darker / darker[-1])[place].reshape(g.shape)
+    highest = _highest(image)
+    if highest is None:
+        return share
+    return np.round(highest * share).astype(np.asarray(image).dtype)
+
+
+def _highest(image: ArrayLike) -> int | None:
+    """Highest grey value that an 8 or 16 bit image can have; None for any other."""
+    dtype = np.asarray(image).dtype
+    return np.iinfo(dtype).max if dtype in (np.uint8, np.uint16) else None
+
+
+def gradient(image: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the grey values by central differences.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values; at least 3 x 3.
+
+    Returns
+    -------
+    gx, gy : ndarray (rows, columns)
+        Along columns (to the right) and rows (downwards), in grey values per pixel. In
+        the outermost pixels, where a neighbour is missing, one-sided differences.
+
+    Raises
+    ------
+    ValueError
+        If the image is not 2-D, not finite or smaller than 3 x 3.
+
+    Notes
+    -----
+    Of a wave with f cycles per pixel the central difference sees sin(2 pi f) / (2 pi f)
+    of the slope: 76 per cent at f = 0.2, 23 per cent at 0.4.
+
+    References
+    ----------
+    Bani 2010, (2.12) and (2.13), the same as (3.2) and (3.3).
+
+    Examples
+    --------
+    >>> gx, gy = gradient([[0, 1, 4], [10, 11, 14], [20, 21, 24]])
+    >>> gx[1], gy[:, 1]
+    (array([1., 2., 3.]), array([10., 10., 10.]))
+    """
+    gy, gx = np.gradient(_validate.image(image, least=3))
+    return gx, gy

@@ -1,0 +1,64 @@
+"""Image pyramid: the same image again and again at half the size."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import ndimage
+
+from pgm_lab import _validate
+
+_BINOMIAL = np.array([1, 4, 6, 4, 1]) / 16
+
+
+def pyramid(image: ArrayLike, levels: int) -> list[np.ndarray]:
+    """Image pyramid: each level smoothed by 1-4-6-4-1, then every second pixel of it.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values.
+    levels : int
+        Number of levels, the image itself included.
+
+    Returns
+    -------
+    list of ndarray
+        Level 0 is the image in floats. n rows become (n + 1) // 2, columns likewise.
+        The pixel (column, row) of level k lies at 2**k * (column, row) in the image:
+        the pixel (0, 0) stays in its place.
+
+    Raises
+    ------
+    ValueError
+        If the image is not 2-D or not finite, levels is less than one, or a level with
+        less than 5 x 5 pixels would have to be halved.
+
+    Notes
+    -----
+    The mean of 2 x 2 pixels lies between them instead: there the pixel (column, row)
+    is at 2 (column, row) + 0.5 of the level below. Beyond its outermost pixels the
+    image goes on as in a mirror.
+
+    References
+    ----------
+    Burt and Adelson 1983, with a = 0.375; the same numbers as cv2.pyrDown.
+
+    Examples
+    --------
+    >>> [level.shape for level in pyramid(np.zeros((101, 64)), 3)]
+    [(101, 64), (51, 32), (26, 16)]
+    """
+    level = _validate.image(image)
+    if levels < 1:
+        raise ValueError(f"levels must be at least 1; got {levels}")
+    images = [level.copy()]
+    for k in range(1, levels):
+        if min(level.shape) < 5:
+            raise ValueError(
+                f"levels must be at most {k} for an image of shape {np.shape(image)}:"
+                f" level {k - 1} has {level.shape} pixels, too few to be halved"
+            )
+        # Filtered along rows at every second row only, half of the work is saved
+        rows = ndimage.correlate1d(level, _BINOMIAL, axis=0, mode="mirror")[::2]
+        level = ndimage.correlate1d(rows, _BINOMIAL, axis=1, mode="mirror")[:, ::2]
+        images.append(level)
+    return images

@@ -1,0 +1,135 @@
+"""Grey values between the pixels."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import ndimage
+
+from pgm_lab import _validate
+
+
+def resample(
+    image: ArrayLike,
+    points: ArrayLike,
+    method: str = "cubic",
+    outside: float | None = None,
+) -> np.ndarray:
+    """Grey values of an image at any points between its pixels.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values, 8 or 16 bit or float; at least 2 x 2; not changed.
+    points : array_like (..., 2)
+        (column, row) in pixels, integers at pixel centres.
+    method : str
+        "nearest": value of the nearest pixel (of four equally near, the one with the
+        highest column and row). "bilinear": the four pixels around, each weighted by
+        how near it is. "cubic": cubic convolution of 4 x 4 pixels. "spline3",
+        "spline5": cubic and quintic spline through all pixels.
+    outside : float, optional
+        Grey value beyond the centres of the outermost pixels, NaN if you want. Without
+        it, such a point is an error.
+
+    Returns
+    -------
+    ndarray (...) of float
+        Grey values, not rounded.
+
+    Raises
+    ------
+    ValueError
+        If the image is not 2-D, not finite or too small, points are not (..., 2) or not
+        finite, the method is unknown, or points lie outside and `outside` is not given.
+
+    Notes
+    -----
+    Bilinear reproduces a plane, cubic convolution a polynomial of degree two, the
+    splines those of degree three and five. Where cubic convolution and splines
+    reach beyond the image, it goes on as in a mirror, and this holds no more.
+    A spline needs a pass over the whole image, however few the points.
+
+    References
+    ----------
+    Bani 2010, II.1.1.4.2, names the first three. Keys 1981 for cubic convolution with
+    a = -0.5; OpenCV takes a = -0.75. Thevenaz et al. 2000 for the splines.
+
+    Examples
+    --------
+    >>> image = np.array([[0, 10], [20, 50]], dtype=np.uint8)
+    >>> resample(image, [(0.5, 0.5), (1, 0)], "bilinear")
+    array([20., 10.])
+    >>> resample(image, [(0, 0), (1.2, 0)], outside=np.nan)
+    array([ 0., nan])
+    """
+    image = _validate.image(image, least=2)
+    points = _validate.points(points, 2, "points")
+    method = _validate.choice(method, "method", (*_WEIGHTS, *_ORDERS))
+    far_corner = np.array(image.shape[::-1]) - 1
+    beyond = np.any((points < 0) | (points > far_corner), axis=-1)
+    if outside is None:
+        _validate.refuse(
+            np.atleast_1d(beyond),
+            f"{np.sum(beyond)} of {beyond.size} points lie outside the image, whose"
+            f" pixel centres end at {tuple(map(int, far_corner))} (column, row): points"
+            " {}. Leave them out, or give outside=numpy.nan",
+        )
+    x, y = np.moveaxis(np.clip(points, 0, far_corner), -1, 0)
+    if method in _ORDERS:
+        yx = np.stack([y.ravel(), x.ravel()])  # SciPy wants one axis at least
+        grey = ndimage.map_coordinates(image, yx, order=_ORDERS[method], mode="mirror")
+        grey = grey.reshape(x.shape)
+    else:
+        grey = _weighted_sum(image, x, y, _WEIGHTS[method])
+    return grey if outside is None else np.where(beyond, float(outside), grey)
+
+
+def _weighted_sum(image: np.ndarray, x: np.ndarray, y: np.ndarray, weights):
+    """Sum of the pixels around each point, weighted along columns and rows.
+
+    `weights` of a coordinate returns the first pixel that counts, and the weights (k,
+    ...) of this and the following ones.
+    """
+    rows, columns = image.shape
+    column, along_columns = weights(x)
+    row, along_rows = weights(y)
+    grey = np.zeros(x.shape)
+    for j, weight in enumerate(along_rows):
+        line = _mirrored(row + j, rows) * columns
+        part = np.zeros(x.shape)
+        for i, w in enumerate(along_columns):
+            part += w * image.take(line + _mirrored(column + i, columns))
+        grey += weight * part
+    return grey
+
+
+def _mirrored(index: np.ndarray, n: int) -> np.ndarray:
+    """Pixels -1 and n are the neighbours 1 and n - 2 in the mirror."""
+    return n - 1 - np.abs(n - 1 - np.abs(index))
+
+
+def _nearest(x: np.ndarray) -> tuple[np.ndarray, list]:
+    return np.floor(x + 0.5).astype(int), [1.0]
+
+
+def _bilinear(x: np.ndarray) -> tuple[np.ndarray, list]:
+    first = np.floor(x)
+    t = x - first
+    return first.astype(int), [1 - t, t]
+
+
+def _cubic(x: np.ndarray, a: float = -0.5) -> tuple[np.ndarray, list]:
+    """Cubic convolution; only with a = -0.5 is it exact for second degree."""
+
+    def near(s):  # distance 0 to 1
+        return ((a + 2) * s - (a + 3)) * s**2 + 1
+
+    def far(s):  # distance 1 to 2
+        return a * (((s - 5) * s + 8) * s - 4)
+
+    first = np.floor(x)
+    t = x - first
+    return first.astype(int) - 1, [far(1 + t), near(t), near(1 - t), far(2 - t)]
+
+
+_WEIGHTS = {"nearest": _nearest, "bilinear": _bilinear, "cubic": _cubic}
+_ORDERS = {"spline3": 3, "spline5": 5}

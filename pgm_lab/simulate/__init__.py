@@ -1,0 +1,26 @@
+"""Images and photos with exactly known truth, for tests and experiments."""
+
+from pgm_lab.simulate.images import photograph, target
+from pgm_lab.simulate.pairs import shrunk_pair, texture_pair
+from pgm_lab.simulate.photos import control_photo, pair, rotations, rough
+from pgm_lab.simulate.texture import (
+    Texture,
+    grey_gradients,
+    grey_values,
+    texture,
+)
+
+__all__ = [
+    "Texture",
+    "control_photo",
+    "grey_gradients",
+    "grey_values",
+    "pair",
+    "photograph",
+    "rotations",
+    "rough",
+    "shrunk_pair",
+    "target",
+    "texture",
+    "texture_pair",
+]

@@ -1,0 +1,106 @@
+"""Images of targets, and what a camera makes of an image."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from pgm_lab import _validate
+
+# Grey values are integrated over each pixel by Gauss-Legendre quadrature: five nodes a
+# side leave less than 1e-3 of a grey value for a blur of half a pixel and more.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+
+
+def target(
+    centre: ArrayLike,
+    diameter: float = 10.0,
+    shape: tuple[int, int] = (21, 21),
+    foreground: float = 200.0,
+    background: float = 40.0,
+    blur: float = 0.7,
+) -> np.ndarray:
+    """Images of circular targets with exactly known centres, without noise.
+
+    A disc with a soft edge, integrated over the area of each pixel. The edge falls from
+    foreground to background as the distribution function of a normal distribution with
+    the standard deviation `blur`, so the centre is exact by symmetry.
+
+    Parameters
+    ----------
+    centre : array_like (..., 2)
+        (column, row) of the centres in pixels, integers at pixel centres.
+    diameter : float
+        Diameter of the disc at half height, in pixels. Below four times the blur the
+        profile has a peak that the quadrature over the pixel misses a little.
+    shape : (rows, columns)
+        Shape of each image.
+    foreground, background : float
+        Grey values inside and outside; a dark target has foreground < background.
+    blur : float
+        Width of the edge (standard deviation), in pixels; at least 0.3.
+
+    Returns
+    -------
+    ndarray (..., rows, columns)
+        Grey values, not rounded.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, a number is not finite, or the edge is too sharp for the
+        quadrature.
+
+    Examples
+    --------
+    >>> image = target((10.25, 9.5), diameter=8)
+    >>> image.shape
+    (21, 21)
+    >>> print(f"{image.max():.1f}")
+    200.0
+    """
+    centre = _validate.points(centre, 2, "centre")
+    diameter = float(_validate.positive(diameter, "diameter", "px"))
+    if _validate.number(blur, "blur") < 0.3:
+        raise ValueError(f"blur must be at least 0.3 px to be exact; got {blur}")
+    rows, columns = shape
+    nodes = _NODES / 2
+    x = (np.arange(columns)[:, None] + nodes).ravel() - centre[..., None, 0]
+    y = (np.arange(rows)[:, None] + nodes).ravel() - centre[..., None, 1]
+    radius = np.hypot(x[..., None, :], y[..., :, None])
+    profile = (1 - erf((radius - diameter / 2) / (np.sqrt(2) * blur))) / 2
+    n = len(nodes)
+    weights = _WEIGHTS / 2
+    fine = profile.reshape(*centre.shape[:-1], rows, n, columns, n)
+    disc = np.einsum("...injm,n,m->...ij", fine, weights, weights)
+    return background + (foreground - background) * disc
+
+
+def photograph(
+    image: ArrayLike, noise: float, seed: int, bits: int | None = None
+) -> np.ndarray:
+    """Add normal noise to an image and, if wanted, round it as a camera does.
+
+    Parameters
+    ----------
+    image : array_like
+        Grey values of any shape; not changed.
+    noise : float
+        Standard deviation of the noise, in grey values.
+    seed : int
+        Seed of the random numbers: the same seed gives the same noise.
+    bits : int, optional
+        Round to whole grey values and clip to 0 ... 2**bits - 1. Not rounded without.
+
+    Returns
+    -------
+    ndarray
+        Noisy grey values as floats.
+
+    Examples
+    --------
+    >>> photograph([100.0, 300.0], noise=0.0, seed=1, bits=8)
+    array([100., 255.])
+    """
+    image = np.asarray(image, dtype=float)
+    noisy = image + np.random.default_rng(seed).normal(0.0, noise, image.shape)
+    return noisy if bits is None else np.clip(np.round(noisy), 0, 2**bits - 1)

@@ -1,0 +1,266 @@
+"""Texture between the pixels, and pairs made of it, against their definitions.
+
+What this does not prove: that real surfaces look like a sum of waves.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pgm_lab import simulate
+
+PLACE = st.floats(-200.0, 200.0)
+SMALL = st.floats(-0.3, 0.3)
+
+
+def phase(texture, points):
+    return 2 * np.pi * points @ texture.frequencies.T + texture.phases
+
+
+@given(PLACE, PLACE, st.sampled_from([0.05, 0.2, 0.4]))
+def test_gradients_are_the_complex_step_derivatives_of_the_grey_values(x, y, cutoff):
+    texture = simulate.texture(cutoff, seed=7)
+    h = 1e-30
+    derivative = [
+        (np.cos(phase(texture, np.array([x, y]) + step)) @ texture.amplitudes).imag / h
+        for step in ([1j * h, 0], [0, 1j * h])
+    ]
+    found = simulate.grey_gradients(texture, (x, y))
+    # Gradients are of the order of 40 grey values a pixel
+    np.testing.assert_allclose(found, derivative, rtol=0, atol=1e-9)
+
+
+def test_gradients_are_the_finite_differences_of_the_grey_values():
+    texture = simulate.texture(0.4, seed=3)
+    points = np.random.default_rng(1).uniform(-50, 50, (40, 2))
+    h = 1e-4
+    for axis, step in enumerate(h * np.eye(2)):
+        ahead = simulate.grey_values(texture, points + step)
+        behind = simulate.grey_values(texture, points - step)
+        found = simulate.grey_gradients(texture, points)[:, axis]
+        # h^2 times the third derivative, of the order of 100, over six
+        np.testing.assert_allclose(found, (ahead - behind) / (2 * h), atol=1e-5)
+
+
+def test_grey_values_are_the_sum_written_out_wave_by_wave():
+    texture = simulate.texture(waves=5, mean=90.0, seed=2)
+    x, y = 3.25, -7.5
+    expected = 90.0
+    for (fx, fy), a, phi in zip(
+        texture.frequencies, texture.amplitudes, texture.phases
+    ):
+        expected += a * np.cos(2 * np.pi * (fx * x + fy * y) + phi)
+    assert simulate.grey_values(texture, (x, y)) == pytest.approx(expected, abs=1e-12)
+
+
+def test_many_points_give_what_each_gives_alone():
+    """The pieces in which they are computed do not show."""
+    texture = simulate.texture(seed=5)
+    points = np.random.default_rng(2).uniform(0, 100, (3, 1500, 2))
+    values = simulate.grey_values(texture, points)
+    gradients = simulate.grey_gradients(texture, points)
+    assert values.shape == (3, 1500) and gradients.shape == points.shape
+    for i in ((0, 0), (1, 700), (2, 1499)):
+        one = simulate.grey_values(texture, points[i])
+        np.testing.assert_allclose(values[i], one, rtol=0, atol=1e-10)
+        one = simulate.grey_gradients(texture, points[i])
+        np.testing.assert_allclose(gradients[i], one, rtol=0, atol=1e-10)
+    assert simulate.grey_values(texture, np.empty((0, 2))).shape == (0,)
+
+
+@pytest.mark.parametrize("cutoff", [0.2, 0.4])
+def test_mean_and_standard_deviation_over_the_plane_are_as_asked(cutoff):
+    texture = simulate.texture(cutoff, contrast=25.0, mean=80.0, seed=11)
+    points = np.random.default_rng(0).uniform(-1e5, 1e5, (20_000, 2))
+    values = simulate.grey_values(texture, points)
+    # 20,000 independent points give a standard deviation to 0.5 per cent: four of them
+    assert values.std() == pytest.approx(25.0, rel=0.02)
+    assert values.mean() == pytest.approx(80.0, abs=4 * 25 / np.sqrt(20_000))
+
+
+def test_frequencies_fill_the_disc_evenly():
+    radius = np.linalg.norm(
+        simulate.texture(0.3, waves=20_000).frequencies / 0.3, axis=1
+    )
+    assert radius.max() <= 1
+    # A quarter of the area lies within half the radius: binomial, four deviations
+    assert np.mean(radius < 0.5) == pytest.approx(0.25, abs=4 * 0.0031)
+
+
+@pytest.mark.parametrize("cutoff", [0.1, 0.2, 0.4])
+def test_spectrum_of_an_image_is_empty_above_the_cutoff(cutoff):
+    texture = simulate.texture(cutoff, seed=4)
+    image, _ = simulate.texture_pair(texture, (256, 256), (0, 1, 0, 0, 0, 1))
+    # Blackman-Harris: the edge of the image spreads a wave by four lines of the
+    # spectrum, and leaves 92 dB less (4e-10 of the power) beyond
+    k = 2 * np.pi * np.arange(256) / 256
+    window = 0.35875 - 0.48829 * np.cos(k) + 0.14128 * np.cos(2 * k)
+    window -= 0.01168 * np.cos(3 * k)
+    power = np.abs(np.fft.fft2((image - 120) * np.outer(window, window))) ** 2
+    f = np.fft.fftfreq(256)
+    radius = np.hypot(f, f[:, None])
+    beyond = radius > cutoff + 6 / 256
+    assert power[beyond].sum() < 1e-7 * power.sum()
+    inside = (radius > 0.8 * cutoff) & (radius < cutoff)
+    assert power[inside].sum() > 0.2 * power.sum()
+
+
+@given(PLACE, SMALL, SMALL, PLACE, SMALL, SMALL)
+def test_a_pair_holds_the_grey_values_at_warped_coordinates(t, a, b, u, c, d):
+    affine = (t, 1 + a, b, u, c, 1 + d)
+    texture = simulate.texture(0.4, waves=30, seed=9)
+    left, right = simulate.texture_pair(
+        texture, (12, 17), affine, gain=1.08, offset=4.0
+    )
+    rows, columns = np.indices((12, 17))
+    pixels = np.stack([columns, rows], axis=-1)
+    J = np.array(affine).reshape(2, 3)[:, 1:]
+    back = (pixels - (t, u)) @ np.linalg.inv(J).T
+    tight = {"rtol": 0, "atol": 1e-9}
+    np.testing.assert_allclose(left, simulate.grey_values(texture, pixels), **tight)
+    expected = 1.08 * simulate.grey_values(texture, back) + 4
+    np.testing.assert_allclose(right, expected, **tight)
+
+
+def test_what_stands_at_a_point_stands_at_its_affine_image():
+    """A dark spot, so that the direction of the transformation cannot be mistaken."""
+    wave = np.array([[0.02, 0.0], [0.0, 0.02]])
+    spot = simulate.Texture(
+        wave, np.full(2, 50.0), -2 * np.pi * 0.02 * 20 * np.ones(2), 100.0
+    )
+    left, right = simulate.texture_pair(spot, (41, 41), (9, 1, 0, -5, 0, 1))
+    assert np.unravel_index(left.argmax(), left.shape) == (20, 20)
+    assert np.unravel_index(right.argmax(), right.shape) == (15, 29)
+
+
+def test_noise_of_both_images_has_the_wanted_size_and_is_independent():
+    texture = simulate.texture(seed=1)
+    same = (0, 1, 0, 0, 0, 1)
+    clean = simulate.texture_pair(texture, (200, 200), same)
+    noisy = simulate.texture_pair(texture, (200, 200), same, sigma=3.0, seed=5)
+    errors = [(b - a).ravel() for a, b in zip(clean, noisy)]
+    for error in errors:
+        # 40,000 values give the standard deviation to 0.35 per cent; four of them
+        assert error.std() == pytest.approx(3.0, rel=0.014)
+    assert abs(np.corrcoef(errors)[0, 1]) < 4 / 200
+
+
+def test_the_same_seed_gives_the_same_texture_and_the_same_pair():
+    one, again, other = (simulate.texture(seed=s) for s in (1, 1, 2))
+    for name in ("frequencies", "amplitudes", "phases"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(again, name))
+    assert np.any(one.frequencies != other.frequencies)
+    affine = (0.5, 1, 0, 0, 0, 1)
+    pairs = [
+        simulate.texture_pair(one, (9, 9), affine, sigma=1, seed=s) for s in (3, 3, 4)
+    ]
+    for side in (0, 1):
+        np.testing.assert_array_equal(pairs[0][side], pairs[1][side])
+        assert np.all(pairs[0][side] != pairs[2][side])
+
+
+@pytest.mark.parametrize(
+    ("dtype", "highest", "gain"), [(np.uint8, 255, 1.0), (np.uint16, 65535, 257.0)]
+)
+def test_whole_grey_values_are_rounded_and_clipped(dtype, highest, gain):
+    texture = simulate.texture(contrast=90.0, seed=6)
+    affine = (0.3, 1.02, 0, 0, 0, 1)
+    exact = simulate.texture_pair(texture, (80, 80), affine, gain=gain)
+    coded = simulate.texture_pair(texture, (80, 80), affine, gain=gain, dtype=dtype)
+    for a, b in zip(exact, coded):
+        assert b.dtype == dtype
+        np.testing.assert_array_equal(b, np.clip(np.round(a), 0, highest))
+    assert exact[1].min() < 0 and exact[1].max() > highest  # else nothing was clipped
+    assert simulate.texture_pair(texture, (3, 3), affine)[0].dtype == float
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+@pytest.mark.parametrize("shift", [(0, 0), (3, 1), (-5, 2), (1, -6), (-2, -7)])
+def test_shrunk_pixels_are_the_means_of_their_squares(shift, factor):
+    image = np.random.default_rng(0).integers(0, 65536, (41, 54)).astype(np.uint16)
+    before = image.copy()
+    left, right = simulate.shrunk_pair(image, shift, factor)
+    np.testing.assert_array_equal(image, before)
+    dx, dy = shift
+    assert left.shape == right.shape
+    assert left.shape == ((41 - abs(dy)) // factor, (54 - abs(dx)) // factor)
+    x, y = max(dx, 0), max(dy, 0)
+    for r, c in ((0, 0), (2, 3), tuple(np.array(left.shape) - 1)):
+        r0, c0 = y + r * factor, x + c * factor
+        square = image[r0 : r0 + factor, c0 : c0 + factor].astype(float)
+        assert left[r, c] == square.mean()
+        square = image[r0 - dy :, c0 - dx :][:factor, :factor].astype(float)
+        assert square.shape == (factor, factor)
+        assert right[r, c] == square.mean()
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+def test_shrunk_plane_is_shifted_by_shift_over_factor(factor):
+    """On a plane, what stands at p in the left image stands at p + shift / factor."""
+    rows, columns = np.indices((60, 70))
+    left, right = simulate.shrunk_pair(3.0 * columns + 7.0 * rows, (3, -5), factor)
+    slopes = np.array([3.0, 7.0]) * factor  # grey values a small pixel
+    expected = -slopes @ (np.array([3, -5]) / factor)
+    np.testing.assert_allclose(right - left, expected, rtol=0, atol=1e-9)
+
+
+SAME = (0, 1, 0, 0, 0, 1)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda t: simulate.texture(0.0), "cutoff must lie between 0 and 0.5"),
+        (lambda t: simulate.texture(0.6), "cutoff must lie between 0 and 0.5"),
+        (lambda t: simulate.texture(np.nan), "cutoff is not a finite number"),
+        (lambda t: simulate.texture(contrast=0), "contrast must be positive"),
+        (lambda t: simulate.texture(waves=0), "waves must be at least 1"),
+        (lambda t: simulate.texture(mean=np.inf), "mean is not a finite number"),
+        (lambda t: simulate.grey_values(t, (1, 2, 3)), r"shape \(\.\.\., 2\)"),
+        (
+            lambda t: simulate.grey_gradients(t, (1, np.nan)),
+            r"points\[1\] is not a fin",
+        ),
+        (lambda t: simulate.texture_pair(t, (5,), SAME), "shape must be"),
+        (lambda t: simulate.texture_pair(t, (5, 2.5), SAME), "shape must be"),
+        (lambda t: simulate.texture_pair(t, (5, 0), SAME), "shape must be positive"),
+        (lambda t: simulate.texture_pair(t, (5, 5), SAME[:5]), "affine must be six"),
+        (lambda t: simulate.texture_pair(t, (5, 5), np.zeros(6)), "flatten the plane"),
+        (
+            lambda t: simulate.texture_pair(t, (5, 5), (0, 1, 2, 0, 2, 4)),
+            "a1 b2 - a2 b1 is 0",
+        ),
+        (
+            lambda t: simulate.texture_pair(t, (5, 5), SAME, sigma=-1),
+            "sigma must not be negative",
+        ),
+        (
+            lambda t: simulate.texture_pair(t, (5, 5), SAME, dtype=np.int32),
+            "dtype must be uint8, uint16 or float",
+        ),
+        (
+            lambda t: simulate.shrunk_pair(np.zeros(5), (0, 0), 2),
+            "image must have shape",
+        ),
+        (
+            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0.5, 0), 2),
+            "shift must be two whole numbers",
+        ),
+        (
+            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0, 0), 1),
+            "factor must be at least 2",
+        ),
+        (
+            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0, 0), 2.5),
+            "factor must be a whole number",
+        ),
+        (
+            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (8, 0), 2),
+            "nothing is left of an image",
+        ),
+    ],
+)
+def test_bad_input_says_what_was_expected(call, message):
+    with pytest.raises(ValueError, match=message):
+        call(simulate.texture(waves=3))
