@@ -14,7 +14,7 @@ from pgm_lab import datasets, image
 from tests.benchmarks import interpolation_bias as study
 
 TABLE = datasets.rows("results/chapter3_interpolation_bias.csv")
-METHODS = (*study.METHODS, study.OPENCV)
+METHODS = (*study.METHODS, study.OPENCV, study.LSM)
 
 
 def column(kind, method, name):
@@ -76,7 +76,7 @@ def expected(kind, method, t):
 
 
 @pytest.mark.parametrize("kind", study.CUTOFFS)
-@pytest.mark.parametrize("method", METHODS[1:])
+@pytest.mark.parametrize("method", [*study.METHODS[1:], study.OPENCV])
 def test_bias_is_the_phase_error_of_the_interpolation_averaged_over_the_waves(
     kind, method
 ):
@@ -115,10 +115,15 @@ def test_on_sharp_texture_opencv_cubic_does_better_than_bilinear_but_not_than_sp
     assert sharp["spline5"] == pytest.approx(0.005, abs=0.001)
 
 
+def test_interpolation_of_lsm_leaves_less_than_a_thousandth_of_a_pixel():
+    assert largest("soft", study.LSM) < 0.0001
+    assert largest("sharp", study.LSM) < 0.001
+
+
 @pytest.mark.parametrize("kind", study.CUTOFFS)
 def test_grey_values_order_the_methods_differently_than_shifts_do(kind):
     grey = [largest(kind, m, "rms_grey") for m in METHODS]
-    nearest, bilinear, cubic, spline3, spline5, opencv = grey
+    nearest, bilinear, cubic, spline3, spline5, opencv, _ = grey
     assert nearest > bilinear > max(cubic, opencv) > min(cubic, opencv) > spline3
     assert spline3 > spline5
     assert largest(kind, "cubic") > largest(kind, "bilinear")

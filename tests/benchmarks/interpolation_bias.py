@@ -19,13 +19,14 @@ from tqdm import tqdm
 
 from pgm_lab import image, simulate
 from pgm_lab.image.resampling import _cubic, _weighted_sum
+from pgm_lab.lsm import _fine
 
 TABLE = (
     Path(__file__).parents[2] / "data" / "results" / "chapter3_interpolation_bias.csv"
 )
 CUTOFFS = {"soft": 0.2, "sharp": 0.4}  # cycles per pixel
 METHODS = ("nearest", "bilinear", "cubic", "spline3", "spline5")
-OPENCV = "OpenCV cubic"
+OPENCV, LSM = "OpenCV cubic", "lsm"
 POSITIONS = np.linspace(0, 1, 21)  # px
 COLUMNS = (
     *("texture", "method", "position", "textures"),
@@ -38,6 +39,11 @@ WINDOW, MARGIN = 21, 40
 def opencv_cubic(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
     """cv2.INTER_CUBIC: cubic convolution with a = -0.75, but at exact coordinates."""
     return _weighted_sum(grey, *points.T, lambda x: _cubic(x, a=-0.75))
+
+
+def lsm(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """What pgm_lab.lsm does: a cubic spline on a grid of half pixels."""
+    return _fine.sample(_fine.coefficients(grey), *points.T)
 
 
 def errors(cutoff: float, seed: int, positions: np.ndarray) -> np.ndarray:
@@ -62,7 +68,8 @@ def errors(cutoff: float, seed: int, positions: np.ndarray) -> np.ndarray:
             axis=-1,
         )
         values = [image.resample(grey, points, method) for method in METHODS]
-        difference = np.array([*values, opencv_cubic(grey, points)]) - truth
+        values += [opencv_cubic(grey, points), lsm(grey, points)]
+        difference = np.array(values) - truth
         found.append(
             [
                 (np.linalg.pinv(shift) @ difference.T)[0],
@@ -90,7 +97,7 @@ def rows(kind: str, textures: int, positions: np.ndarray = POSITIONS) -> list[tu
             *(f"{bias[p, m, 1]:.6f}", f"{sd[p, m, 1]:.6f}"),
             f"{rms[p, m, 2]:.4f}",
         )
-        for m, method in enumerate((*METHODS, OPENCV))
+        for m, method in enumerate((*METHODS, OPENCV, LSM))
         for p, position in enumerate(positions)
     ]
 
