@@ -78,7 +78,7 @@ def small_image(contrast=9.0):
     return np.round(grey(x, y, contrast))
 
 
-def test_gradients_in_whole_grey_values_lose_8_per_cent_and_in_step_1_they_have_fractions():
+def test_gradients_of_whole_grey_values_lose_8_per_cent_from_step_2():
     # From the second iteration: half the difference of whole numbers, cut towards zero.
     # The first, which is the one in the log, divides floating-point numbers by 2.0
     image = small_image()
