@@ -6,9 +6,14 @@ Coordinates are (column, row) in pixels, integers at pixel centres.
 """
 
 from pgm_lab.ncc._map import correlation_map
+from pgm_lab.ncc._match import Match, match
 from pgm_lab.ncc._windows import Regression, correlation, regression
 
 __all__ = [
-    *("Regression"),
-    *("correlation", "correlation_map", "regression"),
+    "Match",
+    "Regression",
+    "correlation",
+    "correlation_map",
+    "match",
+    "regression",
 ]

@@ -22,7 +22,9 @@ SINGLE = 8e-7
 FAINT = 1e-8
 TOLERANCE = 1e-6  # of r
 CHUNK = 2**20  # grey values that are worked on at a time
-NATIVE = "BHhfd"  # uint8, uint16, int16, float32, float64: OpenCV reads them without loss
+NATIVE = (
+    "BHhfd"  # uint8, uint16, int16, float32, float64: OpenCV reads them without loss
+)
 
 
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
@@ -201,7 +203,7 @@ def _windows_of(length: int, size: int) -> np.ndarray:
 
 
 def centred(windows: np.ndarray, mean: float | None = None) -> np.ndarray:
-    """Windows without their means, brought near 1 by powers of two, which cost no digit.
+    """Windows without their means, scaled by powers of two, which cost no digit.
 
     From whole numbers a whole number is taken, so that the sums remain exact.
     """
@@ -215,7 +217,9 @@ def centred(windows: np.ndarray, mean: float | None = None) -> np.ndarray:
     return np.ldexp(g, -np.frexp(largest)[1])
 
 
-def _by_definition(r: np.ndarray, faint: np.ndarray, t: np.ndarray, s: np.ndarray) -> None:
+def _by_definition(
+    r: np.ndarray, faint: np.ndarray, t: np.ndarray, s: np.ndarray
+) -> None:
     """Put into r, where faint, the correlation by definition; 0 for flat windows."""
     h, w = size = t.shape[1:]
     rows, columns = r.shape[1:]
