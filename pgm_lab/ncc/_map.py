@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
-from scipy import fft, ndimage
+from scipy import ndimage
 
 # Largest error of a covariance by OpenCV's Fourier transform in single precision, over
 # the norms of the template and of the strongest window. The largest of 10^7 seen, most
@@ -21,7 +21,7 @@ SINGLE = 8e-7
 # precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
 TOLERANCE = 1e-6  # of r
-CHUNK = 2**20  # grey values that are worked on at a time
+CHUNK = 2**18  # grey values that are worked on at a time
 NATIVE = (
     "BHhfd"  # uint8, uint16, int16, float32, float64: OpenCV reads them without loss
 )
@@ -110,9 +110,9 @@ def _single(template, search, centre: float, mean: float) -> np.ndarray | None:
     the window at hand.
     """
     t = np.subtract(template, centre).astype(np.float32)
-    s = cv2.subtract(search, mean, dtype=cv2.CV_32F)
+    s = np.subtract(search, mean).astype(np.float32)
     norm = cv2.norm(t)
-    energy, ssd = _energy_and_ssd(s, t.shape)
+    (energy,), (ssd,) = _sums(s[None], t.shape)
     strongest = cv2.minMaxLoc(energy)[1]
     faintest = cv2.minMaxLoc(ssd)[0]
     in_range = 1e-12 < norm < 1e12 and 1e-24 < faintest and strongest < 1e24
@@ -144,26 +144,37 @@ def _double(template, search, centre: float, mean: float) -> np.ndarray:
     )
     inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
     r = cv2.dft(spectrum, flags=inverse, nonzeroRows=rows)[:rows, :columns]
-    energy, ssd = _energy_and_ssd(s, t.shape)
-    return normalized(r[None], t[None], s[None], np.sum(s * s), ssd[None])[0]
+    energy, ssd = _sums(s[None], (h, w))
+    return normalized(r[None], t[None], s[None], ssd)[0]
 
 
-def _energy_and_ssd(s: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, ...]:
-    """Sum of squares of each window, and sum of squares about its mean."""
-    h, w = size
-    total, energy = cv2.integral2(s, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
-    total, energy = total[h:] - total[:-h], energy[h:] - energy[:-h]
-    total, energy = total[:, w:] - total[:, :-w], energy[:, w:] - energy[:, :-w]
-    return energy, energy - cv2.multiply(total, total, scale=1 / (h * w))
+def _sums(s: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, ...]:
+    """Sum of squares of each window, and sum of squares about its mean.
+
+    s: (k, H, W), summed up as one tall image.
+    """
+    (k, H, W), (h, w) = s.shape, size
+    stack = s.reshape(k * H, W)
+    sums = []
+    for running in cv2.integral2(stack, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F):
+        below = running[1:].reshape(k, H, W + 1)[:, h - 1 :]
+        above = running[:-1].reshape(k, H, W + 1)[:, : H - h + 1]
+        rows = below - above
+        sums.append(rows[:, :, w:] - rows[:, :, :-w])
+    total, energy = sums
+    total *= total
+    total *= -1 / (h * w)
+    total += energy
+    return energy, total
 
 
-def normalized(r, t, s, energy, ssd) -> np.ndarray:
+def normalized(r, t, s, ssd) -> np.ndarray:
     """Divide covariances r by the norms; correct what is faint.
 
-    r, ssd: (k, rows, columns), t: templates, s: search windows, both centred, energy:
-    (k, 1, 1) or a number, the scale on which the sums of squares have rounding errors.
+    r, ssd: (k, rows, columns); t: templates and s: search windows, both centred.
     """
-    faint = ssd <= FAINT * energy
+    # The running sums, and their rounding errors, have grown to the energy of the stack
+    faint = ssd <= FAINT * np.vdot(s, s)
     norm = np.sqrt(np.sum(t * t, axis=(1, 2), keepdims=True))
     if not faint.any():
         r = r / (norm * np.sqrt(ssd))
@@ -178,28 +189,27 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    templates : ndarray (k, h, w) or (1, h, w)
+    templates : ndarray (k, h, w)
         None of them flat.
     searches : ndarray (k, H, W)
     """
     t, s = centred(templates.astype(float)), centred(searches)
     (h, w), (H, W) = t.shape[1:], s.shape[1:]
-    rows, columns = H - h + 1, W - w + 1
-    size = [fft.next_fast_len(length, real=True) for length in (H, W)]
-    spectrum = fft.rfft2(s, s=size)
-    spectrum *= fft.rfft2(t, s=size).conj()
-    r = fft.irfft2(spectrum, s=size)[:, :rows, :columns]
+    k, rows, columns = len(s), H - h + 1, W - w + 1
+    # A window written as one long row, the template with gaps: the correlation of the
+    # two rows holds the map, and OpenCV transforms all rows of a stack in one call
+    row = cv2.getOptimalDFTSize(H * W)
+    spread = np.zeros((2, k, row))
+    spread[0, :, : H * W] = s.reshape(k, -1)
+    spread[1, :, : h * W].reshape(k, h, W)[:, :, :w] = t
+    spectrum, other = (cv2.dft(values, flags=cv2.DFT_ROWS) for values in spread)
+    spectrum = cv2.mulSpectrums(spectrum, other, cv2.DFT_ROWS, conjB=True)
+    inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_ROWS
+    r = cv2.dft(spectrum, flags=inverse)[:, : rows * W]
+    r = r.reshape(k, rows, W)[:, :, :columns]
 
-    across, down = _windows_of(W, w), _windows_of(H, h).T
-    total, energy = (down @ (values @ across) for values in (s, s * s))
-    ssd = energy - total * total / (h * w)
-    return normalized(r, t, s, np.max(energy, axis=(1, 2), keepdims=True), ssd)
-
-
-def _windows_of(length: int, size: int) -> np.ndarray:
-    """Matrix (length, length - size + 1): 1 where a pixel belongs to a window."""
-    offset = np.subtract.outer(np.arange(length), np.arange(length - size + 1))
-    return ((offset >= 0) & (offset < size)).astype(float)
+    energy, ssd = _sums(s, (h, w))
+    return normalized(r, t, s, ssd)
 
 
 def centred(windows: np.ndarray, mean: float | None = None) -> np.ndarray:
@@ -211,7 +221,8 @@ def centred(windows: np.ndarray, mean: float | None = None) -> np.ndarray:
     if mean is None:
         mean = g.mean(axis=(1, 2), keepdims=True)
     if windows.dtype.kind in "ui":
-        mean = np.rint(mean)
+        g -= np.rint(mean)
+        return g
     g -= mean
     largest = np.abs(g).max(axis=(1, 2), keepdims=True)
     return np.ldexp(g, -np.frexp(largest)[1])

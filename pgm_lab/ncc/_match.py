@@ -258,7 +258,7 @@ def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
     K[ridge] = np.eye(2)
     step = np.linalg.solve(K, D[..., None])[..., 0]
     ridge |= np.abs(step).max(axis=1) > 1  # the top is not at this peak
-    top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1.0)
+    top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
 
     t = templates.astype(float)
     gx = (t[:, 1:-1, 2:] - t[:, 1:-1, :-2]) / 2
