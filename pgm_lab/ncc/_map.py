@@ -74,11 +74,26 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
             f"template {template.shape} is larger than search {search.shape}, both"
             " (rows, columns). Take a smaller template, or exchange the two"
         )
-    centre, mean = _mean(template, "template"), _mean(search, "search")
-    r = None
-    if H * W < 100 * h * w:  # beyond, double precision is as quick
-        r = _single(template, search, centre, mean)
-    return _double(template, search, centre, mean) if r is None else r
+    if cv2.minMaxLoc(template)[0] == cv2.minMaxLoc(template)[1]:
+        raise ValueError(
+            f"template is flat: all its grey values are {template.flat[0]:g}, and no"
+            " correlation is defined. Take a larger template, or one with texture"
+        )
+    t, s = _centred(template, "template"), _centred(search, "search")
+    (energy,), (ssd,) = _sums(s[None], t.shape)
+    faintest = cv2.minMaxLoc(ssd)[0]
+    if SINGLE**2 * cv2.minMaxLoc(energy)[1] < TOLERANCE**2 * faintest:
+        s32, t32 = s.astype(np.float32), t.astype(np.float32)
+        covariance = cv2.matchTemplate(s32, t32, cv2.TM_CCORR)
+    else:
+        covariance = _covariance(t, s)
+    if faintest <= FAINT * cv2.norm(s) ** 2:
+        return normalized(covariance[None], t[None], s[None], ssd[None])[0]
+    r = np.sqrt(ssd, out=ssd)
+    r *= cv2.norm(t)
+    np.divide(covariance, r, out=r)
+    np.minimum(r, 1.0, out=r)
+    return np.maximum(r, -1.0, out=r)
 
 
 def image(values: ArrayLike, name: str) -> np.ndarray:
@@ -93,59 +108,35 @@ def image(values: ArrayLike, name: str) -> np.ndarray:
     return array if array.dtype.char in NATIVE else array.astype(float)
 
 
-def _mean(image: np.ndarray, name: str) -> float:
+def _centred(image: np.ndarray, name: str) -> np.ndarray:
+    """The image without its mean, scaled by a power of two, which costs no digit."""
     mean = cv2.mean(image)[0]
     if not math.isfinite(mean):
         raise ValueError(
             f"{name} has grey values that are NaN or infinite, or too large to add up."
             " Cut them off, or fill them, before the call"
         )
-    return mean
+    g = image - mean
+    if g.dtype != float:  # of single precision
+        g = image.astype(float) - mean
+    if image.dtype.kind == "f":
+        g *= 2.0 ** -math.frexp(cv2.norm(g, cv2.NORM_INF))[1]
+    return g
 
 
-def _single(template, search, centre: float, mean: float) -> np.ndarray | None:
-    """The map by OpenCV in single precision; None where that may not be exact enough.
-
-    The error of r is below SINGLE times the norm of the strongest window over that of
-    the window at hand.
-    """
-    t = np.subtract(template, centre).astype(np.float32)
-    s = np.subtract(search, mean).astype(np.float32)
-    norm = cv2.norm(t)
-    (energy,), (ssd,) = _sums(s[None], t.shape)
-    strongest = cv2.minMaxLoc(energy)[1]
-    faintest = cv2.minMaxLoc(ssd)[0]
-    in_range = 1e-12 < norm < 1e12 and 1e-24 < faintest and strongest < 1e24
-    if not (in_range and SINGLE**2 * strongest < TOLERANCE**2 * faintest):
-        return None
-    r = np.sqrt(ssd, out=ssd)
-    r *= norm
-    return np.divide(cv2.matchTemplate(s, t, cv2.TM_CCORR), r, out=r)
-
-
-def _double(template, search, centre: float, mean: float) -> np.ndarray:
-    """The map by the Fourier transform in double precision, faint windows apart."""
-    if cv2.minMaxLoc(template)[0] == cv2.minMaxLoc(template)[1]:
-        raise ValueError(
-            f"template is flat: all its grey values are {template.flat[0]:g}, and no"
-            " correlation is defined. Take a larger template, or one with texture"
-        )
-    t = centred(template[None].astype(float), centre)[0]
-    s = centred(search[None], mean)[0]
+def _covariance(t: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Sums of products of a template and each window, in double precision."""
     (h, w), (H, W) = t.shape, s.shape
-    rows, columns = H - h + 1, W - w + 1
-    padded = np.zeros((2, cv2.getOptimalDFTSize(H), cv2.getOptimalDFTSize(W)))
-    padded[0, :h, :w], padded[1, :H, :W] = t, s
-    spectrum = cv2.mulSpectrums(
-        cv2.dft(padded[1], nonzeroRows=H),
-        cv2.dft(padded[0], nonzeroRows=h),
-        0,
-        conjB=True,
-    )
+    size = cv2.getOptimalDFTSize(H), cv2.getOptimalDFTSize(W)
+    spectra = []
+    for values in (s, t):
+        padded = np.zeros(size)
+        padded[: values.shape[0], : values.shape[1]] = values
+        spectra.append(cv2.dft(padded, nonzeroRows=values.shape[0]))
+    spectrum = cv2.mulSpectrums(*spectra, 0, conjB=True)
     inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
-    r = cv2.dft(spectrum, flags=inverse, nonzeroRows=rows)[:rows, :columns]
-    energy, ssd = _sums(s[None], (h, w))
-    return normalized(r[None], t[None], s[None], ssd)[0]
+    product = cv2.dft(spectrum, flags=inverse, nonzeroRows=H - h + 1)
+    return product[: H - h + 1, : W - w + 1]
 
 
 def _sums(s: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, ...]:
@@ -193,7 +184,7 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
         None of them flat.
     searches : ndarray (k, H, W)
     """
-    t, s = centred(templates.astype(float)), centred(searches)
+    t, s = _stack_centred(templates.astype(float)), _stack_centred(searches)
     (h, w), (H, W) = t.shape[1:], s.shape[1:]
     k, rows, columns = len(s), H - h + 1, W - w + 1
     # A window written as one long row, the template with gaps: the correlation of the
@@ -212,14 +203,13 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     return normalized(r, t, s, ssd)
 
 
-def centred(windows: np.ndarray, mean: float | None = None) -> np.ndarray:
-    """Windows without their means, scaled by powers of two, which cost no digit.
+def _stack_centred(windows: np.ndarray) -> np.ndarray:
+    """Windows without their means; real numbers scaled by powers of two.
 
     From whole numbers a whole number is taken, so that the sums remain exact.
     """
     g = windows.astype(float)
-    if mean is None:
-        mean = g.mean(axis=(1, 2), keepdims=True)
+    mean = g.mean(axis=(1, 2), keepdims=True)
     if windows.dtype.kind in "ui":
         g -= np.rint(mean)
         return g
