@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm._search import Search, crop
 
 CHUNK = 128  # points: their windows stay in the cache
 STATUS = "<U25"
@@ -156,10 +156,10 @@ def match(
     usable = np.flatnonzero(status == "too many iterations")
     # Counted from their mean, grey values keep more digits
     mean = left.mean()
-    part, corner = _crop(left, pixels[usable], half + _fine.REACH)
+    part, corner = crop(left, pixels[usable], half + _fine.REACH)
     part = part - mean
     gradients = _fine.gradient(part)
-    search = _Search.of(right, mean, T[usable, :, 0], half)
+    search = Search.of(right, mean, T[usable, :, 0], half)
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, r = np.full((2, n), np.nan)
@@ -194,32 +194,6 @@ def match(
         iterations=iterations,
         status=status,
     )
-
-
-@dataclass(frozen=True)
-class _Search:
-    """Part of the right image around the start points, ready to be resampled."""
-
-    grey: np.ndarray
-    coefficients: np.ndarray
-    corner: np.ndarray
-    shape: tuple[int, int]
-
-    @classmethod
-    def of(cls, image, mean, centres, half) -> "_Search":
-        part, corner = _crop(image, centres, 4 * half + _fine.REACH)
-        part = part - mean
-        fine = _fine.coefficients(part)
-        return cls(part.astype(np.float32), fine, corner, image.shape)
-
-    def bilinear(self, X: np.ndarray) -> np.ndarray:
-        x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
-        grey = cv2.remap(self.grey, x, y, cv2.INTER_LINEAR)
-        return grey.astype(float)
-
-    def fine(self, X: np.ndarray) -> np.ndarray:
-        x, y = np.moveaxis(X - self.corner[:, None], 1, 0)
-        return _fine.sample(self.coefficients, x, y)
 
 
 def _iterate(template, search, T, half, tolerance, max_iterations):
@@ -280,15 +254,6 @@ def _lost(T, start, half) -> np.ndarray:
     area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
     return ~(near & (area > 1 / 4) & (area < 4))
-
-
-def _crop(image, centres, margin) -> tuple[np.ndarray, np.ndarray]:
-    """Part of an image around all centres (n, 2), and the pixel of its corner."""
-    if not len(centres):
-        centres = np.zeros((1, 2))
-    first = np.maximum(np.floor(centres.min(axis=0)).astype(int) - margin, 0)
-    end = np.ceil(centres.max(axis=0)).astype(int) + margin + 1
-    return image[first[1] : end[1], first[0] : end[0]], first
 
 
 def _of_left_point(T, h, Q, offset, mean) -> tuple[np.ndarray, np.ndarray]:
