@@ -290,6 +290,14 @@ def test_bad_input_is_refused_with_a_reason(change, message):
         lsm.match(**given)
 
 
+def test_points_too_far_apart_for_opencv_are_refused():
+    image = np.random.default_rng(0).integers(0, 256, (30, 33_000), dtype=np.uint8)
+    with pytest.raises(ValueError, match="at most 32766 px at a time"):
+        lsm.match(image, image, [(15, 15), (32_900, 15)], [(15, 15), (32_900, 15)])
+    far = lsm.match(image, image, [(32_900, 15)], [(32_900, 15)])
+    np.testing.assert_allclose(far.points, [(32_900, 15)], rtol=0, atol=1e-6)
+
+
 def test_images_are_not_changed():
     left, right = pair()
     copies = left.copy(), right.copy()

@@ -7,6 +7,8 @@ import numpy as np
 
 from pgm_lab.lsm import _fine
 
+LARGEST = 32_766  # px, what cv2.remap can address
+
 
 @dataclass(frozen=True)
 class Search:
@@ -19,10 +21,15 @@ class Search:
 
     @classmethod
     def of(
-        cls, image: np.ndarray, mean: float, centres: np.ndarray, half: int
+        cls, image: np.ndarray, mean: float, centres: np.ndarray, reach: int
     ) -> "Search":
-        """Prepare the surroundings of the centres (n, 2) in an image."""
-        part, corner = crop(image, centres, 4 * half + _fine.REACH)
+        """Prepare an image around the centres (n, 2), as far as windows may reach."""
+        part, corner = crop(image, centres, reach + _fine.REACH)
+        if max(part.shape) > LARGEST:
+            raise ValueError(
+                f"the points are spread over {part.shape[1]} x {part.shape[0]} px of the"
+                f" right image; match at most {LARGEST} px at a time"
+            )
         part = part - mean
         fine = _fine.coefficients(part)
         return cls(part.astype(np.float32), fine, corner, image.shape)

@@ -10,6 +10,7 @@ from pgm_lab.lsm import _fine, _normal_equations
 from pgm_lab.lsm._search import Search, crop
 
 CHUNK = 128  # points: their windows stay in the cache
+STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U25"
 COARSE = 0.25  # px, where bilinear interpolation has done its part
 
@@ -159,7 +160,7 @@ def match(
     part, corner = crop(left, pixels[usable], half + _fine.REACH)
     part = part - mean
     gradients = _fine.gradient(part)
-    search = Search.of(right, mean, T[usable, :, 0], half)
+    search = Search.of(right, mean, T[usable, :, 0], (1 + STRETCH) * half)
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, r = np.full((2, n), np.nan)
@@ -253,7 +254,8 @@ def _lost(T, start, half) -> np.ndarray:
     """Whether a window went astray: too far, too large, too small, or mirrored."""
     area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
-    return ~(near & (area > 1 / 4) & (area < 4))
+    reach = np.abs(T[:, :, 1:]).sum(axis=2).max(axis=1)
+    return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
 
 
 def _of_left_point(T, h, Q, offset, mean) -> tuple[np.ndarray, np.ndarray]:
