@@ -295,7 +295,7 @@ def test_points_too_far_apart_for_opencv_are_refused():
     with pytest.raises(ValueError, match="at most 32766 px at a time"):
         lsm.match(image, image, [(15, 15), (32_900, 15)], [(15, 15), (32_900, 15)])
     far = lsm.match(image, image, [(32_900, 15)], [(32_900, 15)])
-    np.testing.assert_allclose(far.points, [(32_900, 15)], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(far.points, [(32_900, 15)], rtol=0, atol=0.01)
 
 
 def test_images_are_not_changed():
