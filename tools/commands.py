@@ -79,7 +79,9 @@ def test_oldest(*arguments: str) -> int:
 def test_publish(*arguments: str) -> int:
     """Test slides and handouts in a real browser, with its network cut."""
     python = ensure(".venv", "main", "publish")
-    return run([python, "-m", "pytest", "tests/publish", *arguments], settings(python))
+    # Groups of tests that belong together are made in tests/publish/conftest.py.
+    command = [python, "-m", "pytest", "tests/publish", *in_parallel("loadgroup")]
+    return run([*command, *arguments], settings(python))
 
 
 def notebooks(*names: str) -> int:
@@ -133,11 +135,15 @@ TASKS = {
 
 def run_tests(python: Path, arguments: tuple[str, ...]) -> int:
     """One pytest run over tests, doctests and notebooks, on up to four cores."""
+    command = [python, "-m", "pytest", "--nbval", *in_parallel("loadfile")]
+    return run([*command, *arguments], settings(python))
+
+
+def in_parallel(share: str) -> list:
+    """What pytest has to be told to use up to four cores."""
     workers = min(4, os.cpu_count() or 1)
-    command = [python, "-m", "pytest", "--nbval", "-n", workers, "--dist", "loadfile"]
     # pytest-benchmark, where it is installed, cannot measure in parallel.
-    command += ["-q", "-p", "no:benchmark", *arguments]
-    return run(command, settings(python))
+    return ["-n", workers, "--dist", share, "-q", "-p", "no:benchmark"]
 
 
 def settings(python: Path) -> dict[str, str]:
