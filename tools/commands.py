@@ -79,8 +79,7 @@ def test_oldest(*arguments: str) -> int:
 def test_publish(*arguments: str) -> int:
     """Test slides and handouts in a real browser, with its network cut."""
     python = ensure(".venv", "main", "publish")
-    # Groups of tests that belong together are made in tests/publish/conftest.py.
-    command = [python, "-m", "pytest", "tests/publish", *in_parallel("loadgroup")]
+    command = [python, "-m", "pytest", "tests/publish", *in_parallel()]
     return run([*command, *arguments], settings(python))
 
 
@@ -135,15 +134,15 @@ TASKS = {
 
 def run_tests(python: Path, arguments: tuple[str, ...]) -> int:
     """One pytest run over tests, doctests and notebooks, on up to four cores."""
-    command = [python, "-m", "pytest", "--nbval", *in_parallel("loadfile")]
+    command = [python, "-m", "pytest", "--nbval", *in_parallel()]
     return run([*command, *arguments], settings(python))
 
 
-def in_parallel(share: str) -> list:
-    """What pytest has to be told to use up to four cores."""
+def in_parallel() -> list:
+    """What pytest has to be told to use up to four cores, a file of tests on each."""
     workers = min(4, os.cpu_count() or 1)
     # pytest-benchmark, where it is installed, cannot measure in parallel.
-    return ["-n", workers, "--dist", share, "-q", "-p", "no:benchmark"]
+    return ["-n", workers, "--dist", "loadfile", "-q", "-p", "no:benchmark"]
 
 
 def settings(python: Path) -> dict[str, str]:

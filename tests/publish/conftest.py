@@ -16,17 +16,6 @@ ROOT = Path(__file__).resolve().parents[2]
 CHAPTERS = {p.stem: p for p in sorted((ROOT / "notebooks").glob("[0-9A-Z]*.ipynb"))}
 
 
-def pytest_collection_modifyitems(items):
-    """Let parallel workers share the chapters out: slides and handouts of each apart.
-
-    Each worker opens its own browser, and no chapter is published twice.
-    """
-    for item in items:
-        if "chapter" in item.fixturenames:
-            name = f"{item.path.stem} {item.callspec.params['chapter']}"
-            item.add_marker(pytest.mark.xdist_group(name))
-
-
 @pytest.fixture(scope="session")
 def browser():
     with open_browser() as browser:
