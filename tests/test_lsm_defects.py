@@ -138,8 +138,8 @@ def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
         ({"defects": ["centred"]}, "defects must be one of"),
         ({"left_points": [(40.5, 40)]}, "left_points must be whole numbers"),
         ({"left_points": [(5, 40)]}, "10 px or more from the border"),
-        ({"start": [(40, 40), (41, 41)]}, "one point a row"),
-        ({"window": 20}, "window must be odd"),
+        ({"start": [(40, 40), (41, 41)]}, r"start must have shape \(1, 2\)"),
+        ({"window": 20}, "window must be an odd number"),
         ({"left": np.zeros((3, 3, 3))}, "left must have shape"),
     ],
 )
