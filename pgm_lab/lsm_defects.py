@@ -127,14 +127,9 @@ def match(
     """
     left, right = _validate.image(left, "left"), _validate.image(right, "right", 2)
     defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in defects}
-    left_points = _validate.points(left_points, 2, "left_points")
-    x, y, template = _windows(left, left_points, window)
-    start = _validate.points(start, 2, "start")
-    if not start.shape == left_points.shape == (len(start), 2):
-        raise ValueError(
-            "left_points and start must both have shape (n, 2), one point a row;"
-            f" got {left_points.shape} and {start.shape}"
-        )
+    left_points = _validate.point_list(left_points, "left_points")
+    start = _validate.point_list(start, "start", len(left_points))
+    x, y, template = _windows(left, left_points, _validate.window(window, "window"))
     origin = left_points if "uncentred" in defects else np.zeros_like(left_points)
     x, y = x + origin[:, :1], y + origin[:, 1:]
     n, u = len(start), 6 if "six parameters" in defects else 8
@@ -171,8 +166,6 @@ def match(
 def _windows(image: np.ndarray, centres: np.ndarray, window: int):
     """x, y from the centre of the window, and grey values (n, pixels)."""
     half = window // 2
-    if window != 2 * half + 1 or half < 1:
-        raise ValueError(f"window must be odd and at least 3; got {window}")
     far = np.array(image.shape[::-1]) - 1 - half
     outside = np.any((centres < half) | (centres > far))
     if outside or np.any(centres != np.round(centres)):

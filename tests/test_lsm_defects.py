@@ -71,6 +71,22 @@ def test_or_stops_while_the_match_still_moves():
     assert np.abs(m.points - TRUE).max() > 5e-3
 
 
+def test_stop_rule_holds_every_correction_against_its_limit():
+    limits = np.array([1e-3, 1e-4, 1e-4, 1e-3, 1e-4, 1e-4, np.inf, np.inf])
+    below = np.tile(0.9 * np.minimum(limits, 1e6), (7, 1))
+    below[range(6), range(6)] = -1.1 * limits[:6]
+    np.testing.assert_array_equal(
+        lsm_defects._small(below, set()), [False] * 6 + [True]
+    )
+
+
+def test_stop_rule_with_or_is_that_of_the_listing():
+    # a0, a1, a2, b0, b1, b2: one scale and one shear are enough, shifts do not count
+    X = [(9, 0, 1, 9, 0, 1), (9, 1, 0, 9, 1, 0), (0, 1, 0, 0, 0, 1), (0, 0, 1, 0, 1, 0)]
+    small = lsm_defects._small(np.array(X, dtype=float), {"or"})
+    np.testing.assert_array_equal(small, [True, True, False, False])
+
+
 def test_six_parameters_need_equal_brightness():
     bad, good = found("six parameters"), found("six parameters", gain=1.0, offset=0.0)
     assert np.abs(bad.points - TRUE).max() > 0.01 and bad.sigma0.min() > 5
@@ -122,8 +138,8 @@ def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
         ({"defects": ["centred"]}, "defects must be one of"),
         ({"left_points": [(40.5, 40)]}, "left_points must be whole numbers"),
         ({"left_points": [(5, 40)]}, "10 px or more from the border"),
-        ({"start": [(40, 40), (41, 41)]}, "one point a row"),
-        ({"window": 20}, "window must be odd"),
+        ({"start": [(40, 40), (41, 41)]}, r"start must have shape \(1, 2\)"),
+        ({"window": 20}, "window must be an odd number"),
         ({"left": np.zeros((3, 3, 3))}, "left must have shape"),
     ],
 )

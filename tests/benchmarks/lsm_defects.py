@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import lsm_defects, simulate
+from pgm_lab import lsm, lsm_defects, simulate
 
 TABLE = Path(__file__).parents[2] / "data" / "results" / "chapter3_defects.csv"
 COLUMNS = (
@@ -39,7 +39,7 @@ VARIANTS = {
 
 
 def scene(name: str, points: int = 300):
-    """Images, points (left, right), bound (n,) in px, and the true sigma0."""
+    """Images, points (left, right), the least RMS error (n,) in px, the true sigma0."""
     contrast, sigma, J = SCENES[name]
     texture = simulate.texture(0.2, contrast=contrast, seed=3)
     t = CENTRE + SHIFT - J @ CENTRE
@@ -50,23 +50,15 @@ def scene(name: str, points: int = 300):
     # 20 columns and 15 rows, apart by more than a window
     row, column = np.divmod(np.arange(points), 20)
     left = CENTRE + np.column_stack([23 * column - 208, 23 * row - 160])
-    true_sigma0 = sigma * np.hypot(1, 1 / GAIN)
-    bound = cramer_rao(texture, left, J) * true_sigma0
-    return images, left, left @ J.T + t, bound, true_sigma0
-
-
-def cramer_rao(texture, left, J) -> np.ndarray:
-    """Least standard deviation of a match for sigma0 = 1, RMS of both coordinates."""
-    v, u = (part.ravel() for part in np.mgrid[-HALF : HALF + 1, -HALF : HALF + 1])
-    pixels = left[:, None] + np.column_stack([u, v])
-    g = simulate.grey_values(texture, pixels)
-    # By x', y' of the right image
-    gradients = simulate.grey_gradients(texture, pixels) @ np.linalg.inv(J)
-    gx, gy = np.moveaxis(gradients, -1, 0)
-    one = np.ones_like(g)
-    A = np.stack([gx, gx * u, gx * v, gy, gy * u, gy * v, one, g], axis=-1)
-    Q = np.linalg.inv(A.swapaxes(-1, -2) @ A)
-    return np.sqrt((Q[:, 0, 0] + Q[:, 3, 3]) / 2)
+    pixels = np.moveaxis(np.mgrid[-HALF : HALF + 1, -HALF : HALF + 1][::-1], 0, -1)
+    windows = left[:, None, None] + pixels
+    covariance = lsm.cramer_rao(
+        simulate.grey_values(texture, windows),
+        simulate.grey_gradients(texture, windows),
+        **{"sigma": sigma, "gain": GAIN, "shape": J},
+    )
+    bound = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    return images, left, left @ J.T + t, bound, sigma * np.hypot(1, 1 / GAIN)
 
 
 def rows(name: str, variants=tuple(VARIANTS), points: int = 300) -> list[tuple]:
