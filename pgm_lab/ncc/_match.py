@@ -7,7 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.ncc._map import CHUNK, image, surfaces
+from pgm_lab.ncc._map import chunks, flat, image, surfaces
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,11 @@ def match(
     array(['matched', 'template leaves the image'], dtype='<U38')
     """
     left, right = image(left, "left"), image(right, "right")
-    _validate.finite(left, "left"), _validate.finite(right, "right")
+    for name, grey in (("left", left), ("right", right)):
+        if grey.ndim != 2:
+            raise ValueError(
+                f"{name} must be one image (rows, columns); got {grey.shape}"
+            )
     points = _points(points, "points")
     start = points if start is None else _points(start, "start")
     if start.shape != points.shape:
@@ -136,12 +140,11 @@ def match(
     covariance = np.full((len(points), 2, 2), np.nan)
 
     todo = np.flatnonzero(status == "matched")
-    at_once = max(1, CHUNK // search**2)
-    for part in (todo[i : i + at_once] for i in range(0, len(todo), at_once)):
+    for part in (todo[some] for some in chunks(len(todo), search**2)):
         templates = _windows(left, cut[part], template)
         searches = _windows(right, centre[part], search)
-        status[part[_flat(searches)]] = "flat search window"
-        status[part[_flat(templates)]] = "flat template"
+        status[part[flat(searches)]] = "flat search window"
+        status[part[flat(templates)]] = "flat template"
         good = status[part] == "matched"
         part, templates = part[good], templates[good]
         if not len(part):
@@ -205,10 +208,6 @@ def _windows(image: np.ndarray, centre: np.ndarray, size: int) -> np.ndarray:
     """Copies of the windows around the centres, (n, size, size)."""
     column, row = (centre - size // 2).astype(int).T
     return sliding_window_view(image, (size, size))[row, column]
-
-
-def _flat(windows: np.ndarray) -> np.ndarray:
-    return windows.max(axis=(1, 2)) == windows.min(axis=(1, 2))
 
 
 def _peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
