@@ -131,6 +131,28 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     return value
 
 
+def window(size: int, name: str, smallest: int = 3) -> int:
+    """Return the size of a window: an odd number of pixels, so that it has a middle."""
+    value = number(size, name)
+    if value != round(value) or value < smallest or value % 2 == 0:
+        raise ValueError(
+            f"{name} must be an odd number of pixels, at least {smallest}; got {size}"
+        )
+    return int(value)
+
+
+def point_list(values: ArrayLike, name: str, n: int | None = None) -> np.ndarray:
+    """Return points (n, 2) of an image."""
+    array = points(values, 2, name)
+    if array.ndim != 2 or (n is not None and len(array) != n):
+        expected = f"({'n' if n is None else n}, 2)"
+        raise ValueError(
+            f"{name} must have shape {expected}, one (column, row) a point; got shape"
+            f" {array.shape}"
+        )
+    return array
+
+
 def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
     """Return one grey image as a float array (rows, columns), finite throughout."""
     array = finite(values, name)
@@ -144,3 +166,13 @@ def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
             f"{name} must have at least {least} x {least} pixels; got {array.shape}"
         )
     return array
+
+
+def whole(value: ArrayLike, name: str, least: int) -> int:
+    """Return `value` as one whole number, not below `least`."""
+    array = number(value, name)
+    if array != round(array) or array < least:
+        raise ValueError(
+            f"{name} must be a whole number, at least {least}; got {value}"
+        )
+    return int(array)

@@ -1,0 +1,107 @@
+"""Interpolation fine enough for least squares matching: the image on a doubled grid.
+
+The error of a cubic spline grows with the fourth power of the frequency. On a grid of
+half pixels every frequency is half as high, so it is a sixteenth; a windowed sinc, good
+to 0.42 cycles a pixel, finds the grey values between the pixels. Both steps are linear
+and the same everywhere: together they are two short filters.
+
+Nothing here is checked: that is done in `matching` and `rigorous`.
+"""
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+REACH = 8  # pixels to each side that a coefficient rests on
+WINDOW = 7.0  # shape of the Kaiser window over the sinc
+BORDER = cv2.BORDER_REFLECT_101
+
+
+def coefficients(image: np.ndarray) -> np.ndarray:
+    """Coefficients (2 rows, 2 columns) of a cubic spline on a grid of half pixels."""
+    across = np.empty((len(image), 2 * image.shape[1]))
+    for half, kernel in enumerate(KERNELS):
+        across[:, half::2] = _filter(image, kernel, ONE)
+    both = np.empty((2 * len(image), across.shape[1]))
+    for half, kernel in enumerate(KERNELS):
+        both[half::2] = _filter(across, ONE, kernel)
+    return both
+
+
+def sample(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Grey values at columns x and rows y of the image, from its coefficients."""
+    at = np.array([2 * y.ravel(), 2 * x.ravel()])
+    found = ndimage.map_coordinates(fine, at, order=3, mode="mirror", prefilter=False)
+    return found.reshape(x.shape)
+
+
+def sample_gradient(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Derivatives (2, ...) of `sample`, as (2.12)-(2.13) but with short steps."""
+    h = 1e-3  # px: then the third derivative adds a millionth
+    across = sample(fine, x + h, y) - sample(fine, x - h, y)
+    down = sample(fine, x, y + h) - sample(fine, x, y - h)
+    return np.array([across, down]) / (2 * h)
+
+
+def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives by x and y of the quintic spline through the pixels, at them."""
+    return _filter(image, DERIVATIVE, ONE), _filter(image, ONE, DERIVATIVE)
+
+
+def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Variance of an interpolated grey value over that of a pixel, for white noise.
+
+    One on a pixel, least in the middle between four: interpolation averages.
+    """
+    at = np.linspace(0, 1, len(GAIN))
+    return np.interp(x % 1, at, GAIN) * np.interp(y % 1, at, GAIN)
+
+
+def _filter(image, across, down) -> np.ndarray:
+    # An even kernel finds the value half a pixel after its anchor
+    anchor = (len(across) - 1) // 2, (len(down) - 1) // 2
+    return cv2.sepFilter2D(
+        image, cv2.CV_64F, across, down, anchor=anchor, borderType=BORDER
+    )
+
+
+def _kernels() -> tuple[np.ndarray, np.ndarray]:
+    """Filters for the coefficients on the pixels, and on the halves after them."""
+    halves = np.arange(-REACH, REACH) + 0.5
+    sinc = np.sinc(halves) * np.i0(WINDOW * np.sqrt(1 - (halves / REACH) ** 2))
+    doubled = np.zeros(4 * REACH + 1)
+    doubled[2 * REACH] = 1
+    doubled[1::2] = sinc / sinc.sum()
+    spline = ndimage.spline_filter1d(np.pad(doubled, 40), 3, mode="mirror")
+    middle = len(spline) // 2
+    on = spline[middle - 2 * REACH : middle + 2 * REACH + 1 : 2]
+    between = spline[middle - 2 * REACH + 1 : middle + 2 * REACH : 2]
+    return on / on.sum(), between / between.sum()
+
+
+def _derivative() -> np.ndarray:
+    """Filter that differentiates the quintic spline through the pixels."""
+    impulse = np.zeros(33)
+    impulse[16] = 1
+    spline = ndimage.spline_filter1d(impulse, 5, mode="mirror")
+    response = np.convolve(spline, np.array([1, 10, 0, -10, -1]) / 24, mode="same")
+    return response[16 - REACH : 17 + REACH][::-1].copy()
+
+
+def _gain(steps: int = 32) -> np.ndarray:
+    """Sum of the squared weights of the pixels at 0, 1/steps, ..., 1 px after one."""
+    n = 4 * REACH + 1
+    impulse = np.zeros((1, n))
+    impulse[0, n // 2] = 1
+    spline = np.zeros(2 * n)
+    spline[0::2] = _filter(impulse, KERNELS[0], ONE)[0]
+    spline[1::2] = _filter(impulse, KERNELS[1], ONE)[0]
+    x = np.arange(REACH, n - REACH - 1)[:, None] + np.linspace(0, 1, steps + 1)
+    weights = ndimage.map_coordinates(spline, [2 * x], order=3, prefilter=False)
+    return (weights**2).sum(axis=0)
+
+
+ONE = np.ones(1)
+KERNELS = _kernels()
+DERIVATIVE = _derivative()
+GAIN = _gain()

@@ -1,0 +1,168 @@
+"""Normal equations of least squares matching, for the windows of many points.
+
+The left grey values are regressed on the derivatives of the left window, on one, and on
+the resampled right grey values: ``A + v = h0 + h1 B + G q``. Only B changes from one
+iteration to the next, therefore h1 is eliminated first and the rest is solved once.
+
+A stands for the left grey values, B for the right ones, q for the corrections of
+(a0, a1, a2, b0, b1, b2) in the axes of the left image.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pgm_lab import normal
+from pgm_lab.lsm import _fine
+
+
+@dataclass(frozen=True)
+class Templates:
+    """Left windows of m points, k pixels each, and what they alone determine.
+
+    `rows` (m, u, k) holds G, then 1 if h0 is estimated, then A; `gram` their products;
+    `Q` the inverse of the normal matrix without h1, and `a` its solution for A.
+    """
+
+    rows: np.ndarray
+    gram: np.ndarray
+    Q: np.ndarray
+    a: np.ndarray
+    singular: np.ndarray
+
+    def part(self, k: np.ndarray) -> "Templates":
+        """Take the points k, in ascending order: all of them are not copied."""
+        if len(k) == len(self.rows):
+            return self
+        return Templates(*(values[k] for values in vars(self).values()))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), v'v (m,), and sums with B.
+
+    `sums` (m, u) are the products of B with the rows of the templates, `square` (m,)
+    with itself, `total` (m,) with one.
+    """
+
+    q: np.ndarray
+    h: np.ndarray
+    vv: np.ndarray
+    sums: np.ndarray
+    square: np.ndarray
+    total: np.ndarray
+
+    @classmethod
+    def blank(cls, left: Templates) -> "Solution":
+        """Room for the solutions of all points, NaN for now."""
+        m, u, _ = left.rows.shape
+        shapes = (m, 2, 3), (m, 2), (m,), (m, u), (m,), (m,)
+        return cls(*(np.full(shape, np.nan) for shape in shapes))
+
+    def put(self, k: np.ndarray, other: "Solution") -> None:
+        """Overwrite the points k."""
+        for name, values in vars(other).items():
+            getattr(self, name)[k] = values
+
+    def part(self, k: np.ndarray) -> "Solution":
+        """Take the points k."""
+        return Solution(*(values[k] for values in vars(self).values()))
+
+
+def window_grid(half: int) -> np.ndarray:
+    """(1, x, y) of the pixels of a window, from its middle: shape (3, k)."""
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1).astype(float)
+    return np.array([np.ones_like(x), x, y])
+
+
+def templates(
+    image: np.ndarray,
+    gradients: tuple[np.ndarray, np.ndarray],
+    pixels: np.ndarray,
+    half: int,
+    radiometric: bool,
+) -> Templates:
+    """Cut the windows around `pixels` (m, 2) out, and set up their normal equations."""
+    _, x, y = window_grid(half)
+    first = pixels[:, 1] * image.shape[1] + pixels[:, 0]
+    at = first[:, None] + (y * image.shape[1] + x).astype(int)
+    rows = np.empty((len(pixels), 8 if radiometric else 7, len(x)))
+    for axis, g in enumerate(gradients):
+        g = np.take(g, at)
+        rows[:, 3 * axis] = g
+        np.multiply(g, x, out=rows[:, 3 * axis + 1])
+        np.multiply(g, y, out=rows[:, 3 * axis + 2])
+    rows[:, 6] = 1
+    rows[:, -1] = np.take(image, at)
+    gram = rows @ np.swapaxes(rows, 1, 2)
+    a, Q, _, singular = normal.solve(gram[:, :-1, :-1], gram[:, :-1, -1])
+    return Templates(rows, gram, Q, a, singular)
+
+
+def solve(left: Templates, B: np.ndarray) -> Solution:
+    """Solve for q, h0 and h1, given the resampled right windows B (m, k)."""
+    sums = (left.rows @ B[..., None])[..., 0]
+    square = np.einsum("mk,mk->m", B, B)
+    DB, AB = sums[:, :-1], sums[:, -1]
+    DA, AA = left.gram[:, :-1, -1], left.gram[:, -1, -1]
+    b = np.einsum("mij,mj->mi", left.Q, DB)
+    # What the derivatives and the constant leave of A and B
+    aa = AA - np.einsum("mi,mi->m", DA, left.a)
+    ab = AB - np.einsum("mi,mi->m", DB, left.a)
+    bb = square - np.einsum("mi,mi->m", DB, b)
+    h = np.zeros((len(B), 2))
+    h[:, 1] = 1
+    if left.a.shape[1] == 7:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            h[:, 1] = ab / bb
+        h[:, 0] = left.a[:, 6] - h[:, 1] * b[:, 6]
+    q = left.a[:, :6] - h[:, 1:] * b[:, :6]
+    vv = np.maximum(aa - 2 * h[:, 1] * ab + h[:, 1] ** 2 * bb, 0)
+    return Solution(q.reshape(-1, 2, 3), h, vv, sums, square, B.sum(axis=1))
+
+
+def precision(
+    left: Templates, T: np.ndarray, found: Solution
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where texture is missing.
+
+    The design matrix is made of noisy grey values: it looks steeper than it is, by
+    E sigma^2 on the average. With that taken off, the covariance of the solution is
+    (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the first order in E.
+    """
+    *_, k = left.rows.shape
+    u = len(left.Q[0]) + (left.a.shape[1] == 7)
+    grid = window_grid((round(k**0.5) - 1) // 2)
+    x, y = np.moveaxis(T @ grid[:, :: max(k // 25, 1)], 1, 0)
+    gain = _fine.noise_gain(x, y).mean(axis=1)
+    h1 = found.h[:, 1]
+    # Interpolation averages noise, but not what the derivatives pick out of it
+    variance = found.vv / (k - u) * (1 + h1**2) / (1 + h1**2 * gain)
+    pixel = variance / (1 + h1**2)
+    N = np.empty((len(T), u, u))
+    m = left.a.shape[1]
+    N[:, :m, :m] = left.gram[:, :m, :m]
+    if u > m:
+        N[:, :m, m] = N[:, m, :m] = found.sums[:, :m]
+        N[:, m, m] = found.square
+    _, Q, _, singular = normal.solve(N, np.zeros(N.shape[:2]))
+    E = np.zeros_like(N)
+    E[:, :3, :3] = E[:, 3:6, 3:6] = _fine.DERIVATIVE @ _fine.DERIVATIVE * grid @ grid.T
+    if u > m:
+        E[:, m, m] = gain * k
+    covariance = Q + 2 * pixel[:, None, None] * (Q @ E @ Q)
+    # Smaller eigenvalue of the sums of g_x^2, g_x g_y, g_y^2
+    xx, yy, xy = N[:, 0, 0], N[:, 3, 3], N[:, 0, 3]
+    smaller = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
+    weak = singular | (smaller <= 2 * pixel * E[:, 0, 0])
+    return variance[:, None, None] * covariance, np.sqrt(variance), weak
+
+
+def correlation(left: Templates, found: Solution) -> np.ndarray:
+    """Correlation coefficient (2.6f), in its computing form (2.6a) to (2.6c)."""
+    *_, k = left.rows.shape
+    total = left.rows[:, -1].sum(axis=1)
+    xx = left.gram[:, -1, -1] - total**2 / k
+    yy = found.square - found.total**2 / k
+    xy = found.sums[:, -1] - total * found.total / k
+    return xy / np.sqrt(xx * yy)

@@ -1,0 +1,305 @@
+"""Least squares matching of many points at once."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.lsm import _fine, _normal_equations
+
+CHUNK = 128  # points: their windows stay in the cache
+STATUS = "<U25"
+COARSE = 0.25  # px, where bilinear interpolation has done its part
+
+
+@dataclass(frozen=True)
+class Match:
+    """Result of `match` for n points.
+
+    Attributes
+    ----------
+    points : ndarray (n, 2)
+        Points in the right image, (column, row) in pixels; NaN unless converged.
+    covariance : ndarray (n, 2, 2)
+        Their covariance in square pixels; NaN unless converged.
+    sigma0 : ndarray (n,)
+        Standard deviation of a grey value of the left image minus h0 + h1 times one of
+        the right: sqrt(v'v / redundancy), freed from the smoothing that interpolation
+        does to noise.
+    parameters : ndarray (n, 8)
+        (a0, a1, a2, b0, b1, b2, h0, h1) of (2.7) to (2.9), with x and y counted from
+        the left point.
+    parameter_covariance : ndarray (n, 8, 8)
+        Their covariance; zero for h0 and h1 if they were not estimated.
+    r : ndarray (n,)
+        Correlation coefficient (2.6f) of the left window and the resampled right one.
+    redundancy : int
+        Grey values minus parameters.
+    iterations : ndarray (n,) of int
+        Iterations, coarse and fine.
+    status : ndarray (n,) of str
+        "converged"; "template leaves the image"; "left the image" (the right window did
+        so, at the start or later); "singular" (no texture that stands out of the noise,
+        or lines in one direction only); "diverged" (it moved by more than half a window
+        or took an impossible shape); "too many iterations".
+    """
+
+    points: np.ndarray
+    covariance: np.ndarray
+    sigma0: np.ndarray
+    parameters: np.ndarray
+    parameter_covariance: np.ndarray
+    r: np.ndarray
+    redundancy: int
+    iterations: np.ndarray
+    status: np.ndarray
+
+    @property
+    def converged(self) -> np.ndarray:
+        """Whether the status is "converged": ndarray (n,) of bool."""
+        return self.status == "converged"
+
+
+def match(
+    left: ArrayLike,
+    right: ArrayLike,
+    left_points: ArrayLike,
+    right_points: ArrayLike,
+    window: int = 21,
+    *,
+    radiometric: bool = True,
+    shape: ArrayLike | None = None,
+    tolerance: float = 0.05,
+    max_iterations: int = 20,
+) -> Match:
+    """Match windows around points of the left image in the right one.
+
+    Each iteration resamples the right window at (2.8)-(2.9) and solves (2.10) for the
+    corrections. At the solution h1 B'_x and h1 B'_y of (2.11) are the derivatives of
+    the left window, turned by a1, a2, b1, b2; therefore the left window is
+    differentiated, once and on its own pixels, and only grey values are interpolated:
+    bilinearly at first, then by a cubic spline on a doubled grid.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values, 8 or 16 bit or float.
+    left_points : array_like (n, 2)
+        Points in the left image, (column, row) in pixels, integers at pixel centres.
+        The window lies around the nearest pixel.
+    right_points : array_like (n, 2)
+        Where they are in the right image, to about two pixels.
+    window : int
+        Pixels across the window, odd, at least 5.
+    radiometric : bool
+        False leaves h0 = 0 and h1 = 1.
+    shape : array_like (2, 2) or (n, 2, 2), optional
+        Start values ((a1, a2), (b1, b2)); the identity when missing, as in (2.20).
+    tolerance : float
+        The end is reached when an iteration moves no pixel of the window by more, in
+        pixels; what is left then is about a hundredth of it.
+    max_iterations : int
+        Most iterations for a point.
+
+    Returns
+    -------
+    Match
+
+    Raises
+    ------
+    ValueError
+        If an image is not two-dimensional, is smaller than the window or not finite,
+        the window is even or below 5, or the points do not fit together. What befalls
+        a single point is told by its status.
+
+    Notes
+    -----
+    The covariance is that of least squares with equal white noise in both images. It
+    allows for the noise in the gradients (to first order: they are not weak where the
+    status is "converged"), and for what interpolation takes from the noise. It knows
+    nothing of windows that are not related by (2.7) to (2.9), as at the edge of a roof.
+
+    References
+    ----------
+    Bani 2010, (2.7) to (2.20), where (2.20b) has a sign turned; Gruen 1985.
+
+    Examples
+    --------
+    >>> from pgm_lab import simulate
+    >>> texture = simulate.texture(seed=1)
+    >>> affine = (3.25, 1.01, 0.02, -1.5, -0.01, 0.99)
+    >>> left, right = simulate.texture_pair(texture, (60, 60), affine, sigma=1.0)
+    >>> found = match(left, right, [(30, 28)], [(34, 26)])
+    >>> truth = (3.25 + 1.01 * 30 + 0.02 * 28, -1.5 - 0.01 * 30 + 0.99 * 28)
+    >>> bool(np.abs(found.points[0] - truth).max() < 0.02)
+    True
+    >>> print(found.status[0], found.iterations[0])
+    converged 3
+    """
+    half = _validate.window(window, "window", 5) // 2
+    left = _validate.image(left, "left", window)
+    right = _validate.image(right, "right", window)
+    left_points = _validate.point_list(left_points, "left_points")
+    n = len(left_points)
+    right_points = _validate.point_list(right_points, "right_points", n)
+    tolerance = float(_validate.positive(tolerance, "tolerance", "px"))
+    pixels = np.rint(left_points).astype(int)
+    T = _start(right_points, shape)
+    status = np.full(n, "too many iterations", dtype=STATUS)
+    status[_outside(T, half, right.shape)] = "left the image"
+    windows = np.zeros_like(T) + np.eye(2, 3, 1)
+    windows[..., 0] = pixels
+    status[_outside(windows, half, left.shape)] = "template leaves the image"
+    usable = np.flatnonzero(status == "too many iterations")
+    # Counted from their mean, grey values keep more digits
+    mean = left.mean()
+    part, corner = _crop(left, pixels[usable], half + _fine.REACH)
+    part = part - mean
+    gradients = _fine.gradient(part)
+    search = _Search.of(right, mean, T[usable, :, 0], half)
+    u = 8 if radiometric else 6
+    parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
+    sigma0, r = np.full((2, n), np.nan)
+    iterations = np.zeros(n, int)
+    for first in range(0, len(usable), CHUNK):
+        k = usable[first : first + CHUNK]
+        template = _normal_equations.templates(
+            part, gradients, pixels[k] - corner, half, radiometric
+        )
+        T_k, found, iterations[k], status[k] = _iterate(
+            template, search, T[k], half, tolerance, max_iterations
+        )
+        good = np.flatnonzero(status[k] == "converged")
+        template, found = template.part(good), found.part(good)
+        Q, s, weak = _normal_equations.precision(template, T_k[good], found)
+        k = k[good]
+        parameters[k], covariance[k] = _of_left_point(
+            T_k[good], found.h, Q, left_points[k] - pixels[k], mean
+        )
+        sigma0[k], r[k] = s, _normal_equations.correlation(template, found)
+        status[k[weak]] = "singular"
+    for values in (parameters, covariance, sigma0, r):
+        values[status != "converged"] = np.nan
+    return Match(
+        points=parameters[:, [0, 3]],
+        covariance=covariance[:, [[0], [3]], [[0, 3]]],
+        sigma0=sigma0,
+        parameters=parameters,
+        parameter_covariance=covariance,
+        r=r,
+        redundancy=window**2 - u,
+        iterations=iterations,
+        status=status,
+    )
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Part of the right image around the start points, ready to be resampled."""
+
+    grey: np.ndarray
+    coefficients: np.ndarray
+    corner: np.ndarray
+    shape: tuple[int, int]
+
+    @classmethod
+    def of(cls, image, mean, centres, half) -> "_Search":
+        part, corner = _crop(image, centres, 4 * half + _fine.REACH)
+        part = part - mean
+        fine = _fine.coefficients(part)
+        return cls(part.astype(np.float32), fine, corner, image.shape)
+
+    def bilinear(self, X: np.ndarray) -> np.ndarray:
+        x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
+        grey = cv2.remap(self.grey, x, y, cv2.INTER_LINEAR)
+        return grey.astype(float)
+
+    def fine(self, X: np.ndarray) -> np.ndarray:
+        x, y = np.moveaxis(X - self.corner[:, None], 1, 0)
+        return _fine.sample(self.coefficients, x, y)
+
+
+def _iterate(template, search, T, half, tolerance, max_iterations):
+    """Iterate from the transformations T (m, 2, 3): first coarsely, then finely."""
+    start, grid = T[:, :, 0].copy(), _normal_equations.window_grid(half)
+    status = np.full(len(T), "too many iterations", dtype=STATUS)
+    status[template.singular] = "singular"
+    iterations = np.zeros(len(T), int)
+    last = _normal_equations.Solution.blank(template)
+    active = np.flatnonzero(~template.singular)
+    for resample, goal in ((search.bilinear, COARSE), (search.fine, tolerance)):
+        k, arrived = active, []
+        while len(k):
+            found = _normal_equations.solve(template.part(k), resample(T[k] @ grid))
+            last.put(k, found)
+            dT = T[k][:, :, 1:] @ found.q
+            T[k] += dT
+            iterations[k] += 1
+            moved = np.abs(dT) @ [1, half, half]
+            lost = _lost(T[k], start[k], half)
+            status[k[lost]] = "diverged"
+            gone = ~lost & _outside(T[k], half, search.shape)
+            status[k[gone]] = "left the image"
+            there = ~lost & ~gone & (moved.max(axis=1) <= goal)
+            arrived.append(k[there])
+            more = ~lost & ~gone & ~there & (iterations[k] < max_iterations)
+            k = k[more]
+        active = np.sort(np.concatenate([*arrived, active[:0]]))
+    status[active] = "converged"
+    return T, last, iterations, status
+
+
+def _start(points, shape) -> np.ndarray:
+    """Transformations (n, 2, 3) that the first iteration starts from."""
+    T = np.zeros((len(points), 2, 3))
+    T[:, :, 0] = points
+    shape = np.eye(2) if shape is None else _validate.finite(shape, "shape")
+    if shape.shape not in ((2, 2), (len(points), 2, 2)):
+        raise ValueError(
+            "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
+            f" (2, 2) or ({len(points)}, 2, 2); got {shape.shape}"
+        )
+    T[:, :, 1:] = shape
+    return T
+
+
+def _outside(T, half, image_shape) -> np.ndarray:
+    """Whether a corner of the transformed window lies outside the pixel centres."""
+    reach = half * np.abs(T[:, :, 1:]).sum(axis=2)
+    last = np.array(image_shape[::-1]) - 1
+    centre = T[:, :, 0]
+    return np.any((centre - reach < 0) | (centre + reach > last), axis=1)
+
+
+def _lost(T, start, half) -> np.ndarray:
+    """Whether a window went astray: too far, too large, too small, or mirrored."""
+    area = np.linalg.det(T[:, :, 1:])
+    near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
+    return ~(near & (area > 1 / 4) & (area < 4))
+
+
+def _crop(image, centres, margin) -> tuple[np.ndarray, np.ndarray]:
+    """Part of an image around all centres (n, 2), and the pixel of its corner."""
+    if not len(centres):
+        centres = np.zeros((1, 2))
+    first = np.maximum(np.floor(centres.min(axis=0)).astype(int) - margin, 0)
+    end = np.ceil(centres.max(axis=0)).astype(int) + margin + 1
+    return image[first[1] : end[1], first[0] : end[0]], first
+
+
+def _of_left_point(T, h, Q, offset, mean) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters (m, 8) and covariance counted from the point, not from its pixel."""
+    parameters = np.concatenate([T.reshape(-1, 6), h], axis=1)
+    # Derivatives of the eight parameters by (q, h0, h1)
+    P = np.zeros((len(T), 8, Q.shape[-1]))
+    P[:, :6, :6] = np.kron(T[:, :, 1:], np.eye(3))
+    if Q.shape[-1] == 8:
+        P[:, 6:, 6:] = [[1, -mean], [0, 1]]
+    parameters[:, 6] += mean * (1 - h[:, 1])
+    x, y = offset.T
+    for values in (parameters, P):
+        for a in (0, 3):
+            values[:, a] += (x * values[:, a + 1].T + y * values[:, a + 2].T).T
+    return parameters, P @ Q @ np.swapaxes(P, 1, 2)

@@ -1,0 +1,280 @@
+"""Statistics, histogram, equalisation, gradients, pyramid: against other programs."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from scipy import ndimage
+from skimage import exposure
+
+from pgm_lab import image, simulate
+
+EIGHT_BIT = arrays.arrays(
+    np.uint8, arrays.array_shapes(min_dims=2, max_dims=2, min_side=3)
+)
+TYPES = (np.uint8, np.uint16, float)
+
+
+def scene(dtype=np.uint8, shape=(60, 83)):
+    """Uneven texture: many dark pixels, few bright ones."""
+    rng = np.random.default_rng(5)
+    grey = 255 * rng.beta(1.5, 6, shape)
+    scaled = grey * (257 if dtype == np.uint16 else 1)
+    return scaled if dtype is float else scaled.round().astype(dtype)
+
+
+# Statistics
+
+
+@given(EIGHT_BIT)
+def test_statistics_are_those_of_numpy_with_one_degree_of_freedom_less(grey):
+    found = image.statistics(grey)
+    assert found.mean == pytest.approx(np.mean(grey, dtype=float), abs=1e-10)
+    assert found.sd == pytest.approx(np.std(grey, ddof=1, dtype=float), abs=1e-10)
+    assert (found.minimum, found.maximum) == (grey.min(), grey.max())
+
+
+def test_statistics_written_out_pixel_by_pixel():
+    grey = np.array([[1, 2, 250], [7, 7, 9]], dtype=np.uint8)
+    total = sum(int(grey[r, c]) for r in range(2) for c in range(3))
+    squares = sum(
+        (int(grey[r, c]) - total / 6) ** 2 for r in range(2) for c in range(3)
+    )
+    found = image.statistics(grey)
+    assert found.mean == pytest.approx(total / 6)
+    assert found.sd == pytest.approx((squares / 5) ** 0.5)
+
+
+def test_standard_deviation_keeps_its_digits_beside_a_large_mean():
+    """Sum of squares less square of the sum would lose them all."""
+    grey = 1e9 + np.array([[0.0, 1.0], [2.0, 3.0]])
+    assert image.statistics(grey).sd == pytest.approx(np.sqrt(5 / 3), rel=1e-9)
+
+
+# Histogram
+
+
+@pytest.mark.parametrize("dtype", TYPES)
+@pytest.mark.parametrize("bins", [1, 16, 256])
+def test_every_pixel_is_counted_once_in_the_bin_that_holds_it(dtype, bins):
+    grey = scene(dtype)
+    counts, edges = image.histogram(grey, bins)
+    assert counts.shape == (bins,) and edges.shape == (bins + 1,)
+    assert counts.sum() == grey.size
+    middle = bins // 2
+    inside = (grey >= edges[middle]) & (grey < edges[middle + 1])
+    assert bins == 1 or counts[middle] == inside.sum()
+
+
+def test_each_grey_value_of_an_8_bit_image_has_its_own_bin():
+    grey = scene()
+    counts, edges = image.histogram(grey)
+    np.testing.assert_array_equal(counts, np.bincount(grey.ravel(), minlength=256))
+    np.testing.assert_array_equal(edges, np.arange(257) - 0.5)
+    other = cv2.calcHist([grey], [0], None, [256], [0, 256]).ravel()
+    np.testing.assert_array_equal(counts, other)
+
+
+# Equalisation
+
+
+@given(EIGHT_BIT.filter(lambda g: g.min() < g.max()))
+def test_equalisation_of_8_bits_is_that_of_opencv(grey):
+    found = image.equalize(grey)
+    assert found.dtype == np.uint8
+    # OpenCV multiplies by a 32 bit 255 / n: a half may fall to the other side
+    difference = np.abs(found.astype(int) - cv2.equalizeHist(grey))
+    assert difference.max() <= 1
+    n = grey.size - np.sum(grey == grey.min())
+    share = 255 * (np.searchsorted(np.sort(grey.ravel()), grey, "right") / 1.0)
+    share = (share - 255 * np.sum(grey == grey.min())) / n
+    half = np.abs(share % 1 - 0.5) < 1e-3
+    assert np.all((difference == 0) | half)
+
+
+def test_skimage_equalises_without_taking_the_darkest_to_zero():
+    """Its share s counts the darkest pixels too: ours is (s - s0) / (1 - s0)."""
+    grey = scene()
+    share = exposure.equalize_hist(grey)
+    darkest = share.min()
+    assert darkest == np.mean(grey == grey.min()) > 0
+    expected = np.round(255 * (share - darkest) / (1 - darkest))
+    np.testing.assert_array_equal(image.equalize(grey), expected)
+
+
+def test_skimage_puts_floats_into_bins_and_we_do_not():
+    """One bright pixel of 1e6: all others fall into the lowest of its 256 bins."""
+    grey = scene(float)
+    grey[0, 0] = 1e6
+    others = np.ones(grey.shape, dtype=bool)
+    others[0, 0] = False
+    assert np.ptp(exposure.equalize_hist(grey)[others]) < 0.01
+    assert np.ptp(image.equalize(grey)[others]) > 0.999
+
+
+def test_opencv_equalises_8_bits_only():
+    with pytest.raises(cv2.error):
+        cv2.equalizeHist(scene(np.uint16))
+
+
+@pytest.mark.parametrize("dtype", TYPES)
+def test_equalised_values_keep_their_order_and_are_spread_evenly(dtype):
+    grey = scene(dtype)
+    before = grey.copy()
+    found = image.equalize(grey)
+    np.testing.assert_array_equal(grey, before)
+    assert found.dtype == dtype
+    order = np.argsort(grey, axis=None)
+    assert np.all(np.diff(found.ravel()[order].astype(float)) >= 0)
+    highest = {np.uint8: 255, np.uint16: 65535, float: 1.0}[dtype]
+    assert found.min() == 0 and found.max() == highest
+    # 8 bits: a dark grey value alone has two per cent of the pixels
+    quarters = np.quantile(found, [0.25, 0.5, 0.75]) / highest
+    np.testing.assert_allclose(quarters, [0.25, 0.5, 0.75], atol=0.02)
+
+
+@given(st.floats(0.1, 10), st.floats(-100, 100))
+def test_equalising_takes_away_gain_and_offset(gain, offset):
+    """Rounded to 1e-6, since sums of floats may tie or part values that are equal."""
+    grey = np.round(scene(float), 3)
+    found = image.equalize(np.round(gain * grey + offset, 9))
+    np.testing.assert_allclose(found, image.equalize(grey), rtol=0, atol=1e-9)
+
+
+# Gradient
+
+
+@pytest.mark.parametrize("dtype", TYPES)
+def test_gradient_is_half_the_difference_of_the_neighbours(dtype):
+    grey = scene(dtype)
+    gx, gy = image.gradient(grey)
+    assert gx.dtype == gy.dtype == float and gx.shape == gy.shape == grey.shape
+    for r, c in ((1, 1), (20, 31), (58, 81)):
+        assert gx[r, c] == (float(grey[r, c + 1]) - float(grey[r, c - 1])) / 2
+        assert gy[r, c] == (float(grey[r + 1, c]) - float(grey[r - 1, c])) / 2
+    border = float(grey[7, 1]) - float(grey[7, 0])
+    assert gx[7, 0] == border and gy[-1, 5] == float(grey[-1, 5]) - float(grey[-2, 5])
+
+
+def test_gradient_is_half_of_opencv_sobel_of_size_one():
+    grey = scene(float)
+    gx, gy = image.gradient(grey)
+    inner = np.s_[1:-1, 1:-1]
+    for ours, (dx, dy) in ((gx, (1, 0)), (gy, (0, 1))):
+        sobel = cv2.Sobel(grey, cv2.CV_64F, dx, dy, ksize=1, scale=0.5)
+        np.testing.assert_allclose(ours[inner], sobel[inner], rtol=0, atol=1e-12)
+
+
+@given(st.floats(-50, 50), st.floats(-50, 50))
+def test_gradient_of_a_plane_is_its_slope_up_to_the_border(a, b):
+    rows, columns = np.indices((7, 9))
+    gx, gy = image.gradient(a * columns + b * rows + 5)
+    np.testing.assert_allclose(gx, a, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(gy, b, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("f", [0.05, 0.2, 0.4])
+def test_gradient_sees_a_share_of_the_slope_of_a_wave(f):
+    wave = simulate.Texture(np.array([[f, 0.0]]), np.ones(1), np.zeros(1), 0.0)
+    grey, _ = simulate.texture_pair(wave, (5, 60), (0, 1, 0, 0, 0, 1))
+    rows, columns = np.indices(grey.shape)
+    slope = simulate.grey_gradients(wave, np.stack([columns, rows], axis=-1))
+    share = np.sin(2 * np.pi * f) / (2 * np.pi * f)
+    found = image.gradient(grey)[0][:, 1:-1]
+    np.testing.assert_allclose(found, share * slope[:, 1:-1, 0], rtol=0, atol=1e-12)
+
+
+# Pyramid
+
+
+@pytest.mark.parametrize("shape", [(64, 48), (61, 45), (33, 70), (9, 10)])
+def test_pyramid_is_the_binomial_filter_at_every_second_pixel(shape):
+    """Written out by SciPy, whose "mirror" is not its "reflect"."""
+    grey = scene(float, shape)[:, ::-1]  # a view that runs backwards
+    found = image.pyramid(grey, 3)
+    assert len(found) == 3
+    expected = grey
+    for level in found:
+        assert level.dtype == float
+        np.testing.assert_allclose(level, expected, rtol=0, atol=1e-11)
+        for axis in (0, 1):
+            weights = np.array([1, 4, 6, 4, 1]) / 16
+            expected = ndimage.correlate1d(expected, weights, axis, mode="mirror")
+        expected = expected[::2, ::2]
+
+
+@pytest.mark.parametrize("dtype", TYPES)
+def test_pyramid_starts_with_the_image_in_floats_and_leaves_it_alone(dtype):
+    grey = scene(dtype)
+    before = grey.copy()
+    levels = image.pyramid(grey, 2)
+    np.testing.assert_array_equal(levels[0], grey)
+    levels[0][:] = 0
+    np.testing.assert_array_equal(grey, before)
+    # Whole grey values are not rounded on the way
+    np.testing.assert_allclose(levels[1], image.pyramid(grey.astype(float), 2)[1])
+
+
+@pytest.mark.parametrize("shape", [(120, 91), (117, 128)])
+def test_pixels_of_level_k_lie_at_2_to_the_k_times_their_coordinates(shape):
+    """On a plane, which smoothing leaves alone but for the border."""
+    rows, columns = np.indices(shape)
+    for k, level in enumerate(image.pyramid(3.0 * columns - 2.0 * rows, 4)):
+        r, c = np.indices(level.shape)
+        expected = 3.0 * (2**k * c) - 2.0 * (2**k * r)
+        inner = np.s_[2:-2, 2:-2]
+        np.testing.assert_allclose(level[inner], expected[inner], rtol=0, atol=1e-10)
+        assert level.shape == tuple(-(-n // 2**k) for n in shape)
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        image.statistics,
+        image.histogram,
+        image.equalize,
+        image.gradient,
+        lambda g: image.pyramid(g, 2),
+    ],
+)
+@pytest.mark.parametrize(
+    ("grey", "message"),
+    [
+        (np.zeros((4, 4, 3)), "one channel of a colour image"),
+        (np.zeros(9), "image must have shape"),
+        (np.full((5, 5), np.inf), "not a finite number"),
+        (np.empty((0, 5)), "image must have at least"),
+        ("photo.png", "image must be numbers"),
+    ],
+)
+def test_an_image_is_two_dimensional_and_finite(function, grey, message):
+    with pytest.raises(ValueError, match=message):
+        function(grey)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: image.statistics([[5.0]]), "two pixels or more"),
+        (
+            lambda: image.histogram(np.eye(3), bins=0),
+            "bins must be a whole number, at least 1",
+        ),
+        (lambda: image.equalize(np.full((3, 3), 7)), "two grey values or more"),
+        (lambda: image.gradient(np.eye(2)), "at least 3 x 3 pixels"),
+        (
+            lambda: image.pyramid(np.eye(9), 0),
+            "levels must be a whole number, at least 1",
+        ),
+        (lambda: image.pyramid(np.eye(9), 1.5), "levels must be a whole number"),
+        (lambda: image.pyramid(np.eye(9), 4), "levels must be at most 3"),
+    ],
+)
+def test_bad_input_says_what_was_expected(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
