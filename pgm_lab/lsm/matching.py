@@ -34,16 +34,17 @@ class Match:
     parameter_covariance : ndarray (n, 8, 8)
         Their covariance; zero for h0 and h1 if they were not estimated.
     r : ndarray (n,)
-        Correlation coefficient (2.6f) of the left window and the resampled right one.
+        Correlation coefficient (2.6f) of the left window and the right one, as it was
+        resampled for the last time.
     redundancy : int
         Grey values minus parameters.
     iterations : ndarray (n,) of int
         Iterations, coarse and fine.
     status : ndarray (n,) of str
-        "converged"; "template leaves the image"; "left the image" (the right window did
-        so, at the start or later); "singular" (no texture that stands out of the noise,
-        or lines in one direction only); "diverged" (it moved by more than half a window
-        or took an impossible shape); "too many iterations".
+        "converged"; "template leaves the image"; "left the image" (the right window
+        did, at the start or later); "singular" (no texture that stands out of the
+        residuals, or lines in one direction only); "diverged" (moved by more than half
+        a window, or took an impossible shape); "too many iterations".
     """
 
     points: np.ndarray
@@ -240,6 +241,7 @@ def _iterate(template, search, T, half, tolerance, max_iterations):
             moved = np.abs(dT) @ [1, half, half]
             lost = _lost(T[k], start[k], half)
             status[k[lost]] = "diverged"
+            status[k[np.isnan(found.vv) | np.isnan(dT).any(axis=(1, 2))]] = "singular"
             gone = ~lost & _outside(T[k], half, search.shape)
             status[k[gone]] = "left the image"
             there = ~lost & ~gone & (moved.max(axis=1) <= goal)
@@ -275,7 +277,7 @@ def _outside(T, half, image_shape) -> np.ndarray:
 
 def _lost(T, start, half) -> np.ndarray:
     """Whether a window went astray: too far, too large, too small, or mirrored."""
-    area = np.linalg.det(T[:, :, 1:])
+    area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
     return ~(near & (area > 1 / 4) & (area < 4))
 

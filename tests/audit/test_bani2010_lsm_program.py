@@ -58,10 +58,15 @@ def test_lattice_turns_the_shears_into_scales():
 
 def test_differences_between_lattice_points_are_gradients_only_at_their_spacing():
     # Half the difference over two steps of 1.02 px: 2 per cent too large on a ramp.
-    # The columns lose a factor, their direction stays: the solution at V'gx = 0 too
     x1, _ = lattice(np.array([0, 1.02, 0, 0, 0, 1.0]))
     ramp = 7.0 * x1
     np.testing.assert_allclose((ramp[:, 2:] - ramp[:, :-2]) / 2, 7.0 * 1.02)
+    # A step is then shorter by this factor, and zero where the right one is zero
+    x, y = window(8)
+    gx, gy = gradient(x, y)
+    L = grey(x + 0.1, y + 0.1) - grey(x, y)
+    steps = [np.linalg.lstsq(design(k * gx, k * gy, x, y), L)[0] for k in (1, 1.02)]
+    np.testing.assert_allclose(steps[0], 1.02 * steps[1], rtol=1e-9)
 
 
 def bilinear(image, x, y):
