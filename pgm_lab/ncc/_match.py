@@ -1,0 +1,270 @@
+"""Many points of the left image found in the right one by normalized correlation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.ncc._map import chunks, flat, image, surfaces
+
+
+@dataclass(frozen=True)
+class Match:
+    """Points of the left image found in the right one.
+
+    Attributes
+    ----------
+    points : ndarray (n, 2)
+        (column, row) in the right image, in pixels: the highest peak of each
+        correlation map, also where the status warns of it; NaN where there is no map.
+    r : ndarray (n,)
+        Correlation at the highest whole pixel; NaN where there is no map.
+    second : ndarray (n,)
+        Correlation at the second highest peak (higher than its eight neighbours and
+        not itself a neighbour of the first); -1 where there is no other peak, NaN
+        where there is no map.
+    covariance : ndarray (n, 2, 2)
+        Of the position, in square pixels; NaN unless the status is "matched".
+    status : ndarray (n,) of str
+        "matched"; "template leaves the image"; "search window leaves the image";
+        "flat template"; "flat search window"; "peak on the border of the search
+        window": enlarge it, or improve the start; "below threshold"; "ambiguous": the
+        second peak is almost as high; "ridge instead of a peak": the position along an
+        edge is not determined, not even to a pixel. The first of these that holds.
+    """
+
+    points: np.ndarray
+    r: np.ndarray
+    second: np.ndarray
+    covariance: np.ndarray
+    status: np.ndarray
+
+
+def match(
+    left: ArrayLike,
+    right: ArrayLike,
+    points: ArrayLike,
+    start: ArrayLike | None = None,
+    template: int = 21,
+    search: int = 51,
+    threshold: float = 0.7,
+    ratio: float = 0.9,
+    refine: str | None = None,
+) -> Match:
+    """Find points of the left image in the right one, all in one call.
+
+    The template is cut out around each left point, the search window around its start;
+    the match is where `correlation_map` is highest.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values, 8 or 16 bit or float.
+    points : array_like (n, 2)
+        (column, row) in the left image. The template lies around the nearest whole
+        pixel; the fraction that was rounded off is added to the result.
+    start : array_like (n, 2), optional
+        Where to search in the right image, rounded likewise; default: at `points`.
+    template, search : int
+        Width of the square windows in pixels, odd. Positions up to
+        (search - template) / 2 from the start are looked at.
+    threshold : float
+        Smallest r that counts as matched.
+    ratio : float
+        A match is ambiguous if the second peak is higher than this share of the first;
+        with 1 none is.
+    refine : None or "parabola"
+        Whole pixels, or the top of the paraboloid through the peak and its eight
+        neighbours. It is drawn towards whole and half pixels ("pixel locking"), by a
+        few hundredths of a pixel, more with finer texture: least squares matching is
+        not.
+
+    Returns
+    -------
+    Match
+        points, r, second, covariance and status.
+
+    Raises
+    ------
+    ValueError
+        If an image, a point or a parameter is not what is described here, or a grey
+        value is not finite.
+
+    Notes
+    -----
+    The covariance follows from the curvature K of the map at its peak, the gradients g
+    of the template and the noise that 1 - r tells of (n pixels, equal white noise in
+    both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g g') / sum((t - mean)^2). For
+    whole pixels rounding adds 1/12 px^2. It knows nothing of mismatches, of pixel
+    locking, of windows that differ in more than noise and shift.
+
+    References
+    ----------
+    Bani 2010, II.1.2.1.1 and (2.6f); Foerstner 1982 for the precision.
+
+    Examples
+    --------
+    >>> left = np.random.default_rng(1).integers(0, 256, (100, 100), dtype=np.uint8)
+    >>> right = np.roll(left, (3, -5), axis=(0, 1))
+    >>> found = match(left, right, [(50, 50), (60.25, 48), (3, 50)])
+    >>> found.points
+    array([[45.  , 53.  ],
+           [55.25, 51.  ],
+           [  nan,   nan]])
+    >>> found.status[[0, 2]]
+    array(['matched', 'template leaves the image'], dtype='<U40')
+    """
+    left, right = image(left, "left"), image(right, "right")
+    for name, grey in (("left", left), ("right", right)):
+        if grey.ndim != 2:
+            raise ValueError(
+                f"{name} must be one image (rows, columns); got {grey.shape}"
+            )
+    points = _points(points, "points")
+    start = points if start is None else _points(start, "start")
+    if start.shape != points.shape:
+        raise ValueError(
+            "start must hold one (column, row) for each of the points; got shapes"
+            f" {start.shape} and {points.shape}"
+        )
+    _check(template, search, threshold, ratio, refine)
+
+    cut, centre = np.floor(points + 0.5), np.floor(start + 0.5)
+    status = np.full(len(points), "matched", dtype="<U40")
+    status[~_inside(centre, search, right)] = "search window leaves the image"
+    status[~_inside(cut, template, left)] = "template leaves the image"
+    r, second = np.full((2, len(points)), np.nan)
+    found = np.full((len(points), 2), np.nan)
+    covariance = np.full((len(points), 2, 2), np.nan)
+
+    todo = np.flatnonzero(status == "matched")
+    for part in (todo[some] for some in chunks(len(todo), search**2)):
+        templates = _windows(left, cut[part], template)
+        searches = _windows(right, centre[part], search)
+        status[part[flat(searches)]] = "flat search window"
+        status[part[flat(templates)]] = "flat template"
+        good = status[part] == "matched"
+        part, templates = part[good], templates[good]
+        if not len(part):
+            continue
+        maps = surfaces(templates, searches[good])
+        row, column, r[part], second[part] = _peaks(maps)
+        size = maps.shape[1]
+        border = (np.minimum(row, column) == 0) | (np.maximum(row, column) == size - 1)
+        step, Q, ridge = _paraboloid(maps, row, column, templates)
+        step[border | ridge | (refine is None)] = 0.0
+        if refine is None:
+            Q += np.eye(2) / 12
+        found[part] = np.stack([column, row], axis=1) - size // 2 + step
+        covariance[part] = Q
+        status[part[ridge]] = "ridge instead of a peak"
+        status[part[second[part] > ratio * r[part]]] = "ambiguous"
+        status[part[r[part] < threshold]] = "below threshold"
+        status[part[border]] = "peak on the border of the search window"
+    covariance[status != "matched"] = np.nan
+    return Match(centre + found + (points - cut), r, second, covariance, status)
+
+
+def _points(values: ArrayLike, name: str) -> np.ndarray:
+    points = _validate.points(values, 2, name)
+    if points.ndim != 2:
+        raise ValueError(
+            f"{name} must have shape (n, 2), one (column, row) in each row; got shape"
+            f" {points.shape}"
+        )
+    return points
+
+
+def _check(template, search, threshold, ratio, refine) -> None:
+    for name, size in (("template", template), ("search", search)):
+        if not (isinstance(size, int | np.integer) and size % 2 and size >= 3):
+            raise ValueError(
+                f"{name} must be an odd whole number of pixels, 3 or more, so that the"
+                f" window has a pixel at its centre; got {size!r}"
+            )
+    if search < template + 2:
+        raise ValueError(
+            f"search must be at least template + 2 = {template + 2}, so that there is"
+            f" something to search; got {search}"
+        )
+    if not -1 <= _validate.number(threshold, "threshold") <= 1:
+        raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
+    if not 0 < _validate.number(ratio, "ratio") <= 1:
+        raise ValueError(f"ratio must be above 0 and at most 1; got {ratio}")
+    if refine is not None:
+        _validate.choice(refine, "refine", ("parabola",))
+
+
+def _inside(centre: np.ndarray, size: int, image: np.ndarray) -> np.ndarray:
+    """Whether a window of that size around each centre lies in the image."""
+    half = size // 2
+    last = np.array(image.shape[::-1]) - 1
+    return np.all((centre >= half) & (centre + half <= last), axis=1)
+
+
+def _windows(image: np.ndarray, centre: np.ndarray, size: int) -> np.ndarray:
+    """Copies of the windows around the centres, (n, size, size)."""
+    column, row = (centre - size // 2).astype(int).T
+    return sliding_window_view(image, (size, size))[row, column]
+
+
+def _peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Row, column and r of the highest peak of each map, and r of the second."""
+    k, rows, columns = maps.shape
+    highest = maps.reshape(k, -1).argmax(axis=1)
+    row, column = np.divmod(highest, columns)
+    r = maps.reshape(k, -1)[np.arange(k), highest]
+
+    padded = np.full((k, rows + 2, columns + 2), -1.0)
+    padded[:, 1:-1, 1:-1] = maps
+    across = np.maximum(padded[:, :, :-2], padded[:, :, 2:])
+    np.maximum(across, padded[:, :, 1:-1], out=across)
+    around = np.maximum(across[:, :-2], across[:, 2:])
+    np.maximum(around, across[:, 1:-1], out=around)
+    others = np.where(maps >= around, maps, -1.0)  # the peaks
+    padded[:, 1:-1, 1:-1] = others
+    beside = np.arange(3)
+    padded[
+        np.arange(k)[:, None, None],
+        row[:, None, None] + beside[:, None],
+        column[:, None, None] + beside,
+    ] = -1.0
+    return row, column, r, padded.max(axis=(1, 2))
+
+
+def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
+    """Top of the paraboloid through 3 x 3 values, its covariance, and ridges.
+
+    r = r0 + D x - x' K x / 2 with central differences for D and K.
+    """
+    k, rows, columns = maps.shape
+    row, column = np.clip(row, 1, rows - 2), np.clip(column, 1, columns - 2)
+    beside = np.arange(-1, 2)
+    r = maps[
+        np.arange(k)[:, None, None],
+        row[:, None, None] + beside[:, None],
+        column[:, None, None] + beside,
+    ]
+    r0 = r[:, 1, 1]
+    D = np.stack([r[:, 1, 2] - r[:, 1, 0], r[:, 2, 1] - r[:, 0, 1]], axis=1) / 2
+    Kxx = 2 * r0 - r[:, 1, 2] - r[:, 1, 0]
+    Kyy = 2 * r0 - r[:, 2, 1] - r[:, 0, 1]
+    Kxy = (r[:, 0, 2] + r[:, 2, 0] - r[:, 0, 0] - r[:, 2, 2]) / 4
+    ridge = Kxx * Kyy - Kxy**2 <= 1e-6 * (Kxx + Kyy) ** 2
+    K = np.stack([Kxx, Kxy, Kxy, Kyy], axis=1).reshape(k, 2, 2)
+    K[ridge] = np.eye(2)
+    step = np.linalg.solve(K, D[..., None])[..., 0]
+    ridge |= np.abs(step).max(axis=1) > 1  # the top is not at this peak
+    top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
+
+    t = templates.astype(float)
+    gx = (t[:, 1:-1, 2:] - t[:, 1:-1, :-2]) / 2
+    gy = (t[:, 2:, 1:-1] - t[:, :-2, 1:-1]) / 2
+    g = np.stack([gx.reshape(k, -1), gy.reshape(k, -1)], axis=1)
+    G = g @ g.swapaxes(1, 2) / g.shape[2] / t.var(axis=(1, 2))[:, None, None]
+    K = np.linalg.inv(K)
+    noise = 2 * (1 - top) / t[0].size
+    Q = K @ G @ K * noise[:, None, None]
+    return step, Q, ridge | (np.trace(Q, axis1=1, axis2=2) > 1)
