@@ -1,15 +1,22 @@
 """Data files: complete, documented, undamaged, and named when they are not."""
 
 import hashlib
+import json
 import shutil
+import subprocess
+import sys
 
+import cv2
 import numpy as np
 import pytest
+import skimage.data
+from scipy import ndimage
 
 from pgm_lab import datasets
+from pgm_lab.datasets import files
 
 OURS = {"README.md", "SHA256SUMS", "audit.csv", "glossary.csv", "questions.csv"}
-SUMS = datasets._checksums()
+SUMS = files.checksums()
 
 
 @pytest.mark.parametrize("name", sorted(SUMS))
@@ -19,8 +26,8 @@ def test_file_measured_elsewhere_has_its_checksum(name):
 
 
 def test_every_file_has_a_checksum_or_is_our_own():
-    files = {path.name for path in datasets.folder().iterdir() if path.is_file()}
-    assert files == OURS | set(SUMS)
+    found = {path.name for path in datasets.folder().iterdir() if path.is_file()}
+    assert found == OURS | set(SUMS)
 
 
 def test_every_file_has_an_entry_in_the_readme():
@@ -97,6 +104,179 @@ def test_yellowstone_is_an_8_bit_image():
     assert photo.gsd == 0.1
 
 
+def test_landsat_is_a_16_bit_image():
+    image = datasets.landsat()
+    assert image.grey.shape == (1200, 1200)
+    assert image.grey.dtype == np.uint16
+    # Digital numbers: not stretched, not cut down to 8 bits
+    assert 5000 < image.grey.min() < 6000 and 20_000 < image.grey.max() < 30_000
+    assert image.gsd == 30
+
+
+def test_landsat_pair_shows_the_same_ground_processed_twice():
+    one, other = datasets.landsat_pair()
+    assert one.grey.shape == other.grey.shape == (600, 1000)
+    assert one.grey.dtype == other.grey.dtype == np.uint16
+    difference = one.grey.astype(float) - other.grey
+    assert np.sqrt(np.mean(difference**2)) == pytest.approx(3.65, abs=0.01)
+    assert np.mean(difference == 0) == pytest.approx(0.43, abs=0.01)
+    # Row 078 is the scene that `landsat` was cut from
+    np.testing.assert_array_equal(
+        other.grey[180:], datasets.landsat().grey[:420, :1000]
+    )
+    # No other shift by whole pixels fits better
+    template = other.grey[200:300, 300:500].astype(np.float32)
+    score = cv2.matchTemplate(
+        one.grey.astype(np.float32), template, cv2.TM_CCOEFF_NORMED
+    )
+    assert np.unravel_index(np.argmax(score), score.shape) == (200, 300)
+
+
+@pytest.fixture(scope="module")
+def motorcycle():
+    return datasets.motorcycle()
+
+
+def test_motorcycle_is_grey_from_0_to_255(motorcycle):
+    left, right, _ = skimage.data.stereo_motorcycle()
+    for grey, rgb in ((motorcycle.left, left), (motorcycle.right, right)):
+        assert grey.shape == (500, 741) and grey.dtype == float
+        assert 0 <= grey.min() < 10 and 245 < grey.max() <= 255
+        # OpenCV weights the same way and rounds to whole grey values
+        rounded = cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+        np.testing.assert_allclose(grey, rounded, rtol=0, atol=0.51)
+
+
+def test_motorcycle_names_unknown_disparities_nan(motorcycle):
+    disparity = motorcycle.disparity
+    assert disparity.shape == (500, 741) and disparity.dtype == float
+    known = np.isfinite(disparity)
+    assert np.all(np.isnan(disparity[~known]))
+    assert known.mean() == pytest.approx(0.927, abs=0.001)
+    assert 7 < disparity[known].min() and disparity[known].max() < 61
+
+
+def textured(pair, n=500):
+    """Places (column, row) with a clear texture and disparities within 1 px around."""
+    disparity = np.where(np.isfinite(pair.disparity), pair.disparity, -1e9)
+    spread = ndimage.maximum_filter(disparity, 15) - ndimage.minimum_filter(
+        disparity, 15
+    )
+    mean = ndimage.uniform_filter(pair.left, 15)
+    variance = ndimage.uniform_filter(pair.left**2, 15) - mean**2
+    good = (spread < 1) & (variance > 15**2)
+    good[:20], good[-20:], good[:, :80], good[:, -20:] = 0, 0, 0, 0
+    rows, columns = np.nonzero(good)
+    chosen = np.random.default_rng(1).choice(len(rows), n, replace=False)
+    return columns[chosen], rows[chosen]
+
+
+def windows(image, columns, rows, half=7):
+    """Windows (n, k) around real-valued columns, bilinear."""
+    offsets = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    places = rows[:, None] + offsets[0], columns[:, None] + offsets[1]
+    return ndimage.map_coordinates(image, places, order=1)
+
+
+def correlation(a, b):
+    a = a - a.mean(axis=1, keepdims=True)
+    b = b - b.mean(axis=1, keepdims=True)
+    return np.sum(a * b, axis=1) / np.sqrt(np.sum(a**2, axis=1) * np.sum(b**2, axis=1))
+
+
+def test_motorcycle_disparity_leads_to_the_left_from_left_to_right_image(motorcycle):
+    columns, rows = textured(motorcycle)
+    disparity = motorcycle.disparity[rows, columns]
+    left = windows(motorcycle.left, columns, rows)
+
+    def score(x):
+        return correlation(left, windows(motorcycle.right, x, rows))
+
+    truth = score(columns - disparity)
+    assert np.median(truth) > 0.95
+    for wrong in (-3, 3):  # where the texture repeats itself, noise may decide
+        assert np.mean(truth > score(columns - disparity + wrong)) > 0.98
+    # The other direction leads elsewhere
+    inside = columns + disparity < 730
+    other = score(np.where(inside, columns + disparity, 0))[inside]
+    assert np.mean(truth[inside] > other) > 0.99
+
+
+def test_motorcycle_disparity_can_be_trusted_to_a_tenth_of_a_pixel(motorcycle):
+    # Least squares along the rows with an offset of the grey values, one step
+    half = 5
+    columns, rows = textured(motorcycle, 3000)
+    left = windows(motorcycle.left, columns, rows, half)
+    # The truth differs from pixel to pixel: each pixel goes to its own place
+    offsets = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    r, c = rows[:, None] + offsets[0], columns[:, None] + offsets[1]
+    x = c - motorcycle.disparity[r, c]
+
+    def right(shift):
+        return ndimage.map_coordinates(motorcycle.right, (r, x + shift), order=5)
+
+    def slope(before, after):
+        return (after - before) / 2
+
+    around = [windows(motorcycle.left, columns + s, rows, half) for s in (-1, 1)]
+    gradient = (slope(*around) + slope(right(-1), right(1))) / 2
+    gradient -= gradient.mean(axis=1, keepdims=True)
+    misfit = left - right(0)
+    power = np.sum(gradient**2, axis=1)
+    clear = power > 10**2 * gradient.shape[1]
+    shift = np.sum(gradient * misfit, axis=1)[clear] / power[clear]
+    median = np.median(shift)
+    sd = 1.4826 * np.median(np.abs(shift - median))
+    assert clear.sum() > 1000
+    assert median == pytest.approx(-0.08, abs=0.02)
+    assert sd == pytest.approx(0.08, abs=0.02)
+
+
+WITHOUT_NETWORK = """
+import json, sys
+
+def refuse(event, _):
+    if event.startswith(("socket.connect", "socket.getaddrinfo", "socket.bind")):
+        raise RuntimeError("the network is cut")
+
+sys.addaudithook(refuse)
+from pgm_lab import datasets
+pair = datasets.motorcycle()
+print(json.dumps([pair.disparity.shape, "pooch" in sys.modules]))
+"""
+
+
+def test_motorcycle_needs_no_network():
+    result = subprocess.run(
+        [sys.executable, "-c", WITHOUT_NETWORK],
+        cwd=datasets.folder().parent,
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stderr
+    shape, downloader = json.loads(result.stdout)
+    assert shape == [500, 741]
+    assert not downloader
+
+
+@pytest.mark.parametrize(
+    "error", [ModuleNotFoundError("pooch"), ConnectionError(), FileNotFoundError()]
+)
+def test_motorcycle_missing_from_scikit_image_is_named(monkeypatch, error):
+    def fail():
+        raise error
+
+    monkeypatch.setattr(skimage.data, "stereo_motorcycle", fail)
+    with pytest.raises(FileNotFoundError, match="motorcycle.*force-reinstall"):
+        datasets.motorcycle()
+
+
+def test_motorcycle_calibration_puts_the_scene_at_arm_s_length_to_a_room(motorcycle):
+    d = motorcycle.disparity[np.isfinite(motorcycle.disparity)]
+    depth = motorcycle.focal_length * motorcycle.baseline / (d + motorcycle.doffs)
+    assert 2000 < depth.min() < depth.max() < 5100
+
+
 def test_glossary_has_every_term_once_and_in_both_languages():
     terms = datasets.rows("glossary.csv")
     assert all(row["english"] and row["indonesian"] and row["meaning"] for row in terms)
@@ -108,7 +288,7 @@ def test_glossary_has_every_term_once_and_in_both_languages():
 def copy(tmp_path, monkeypatch):
     """A copy of the data folder that a test may damage."""
     shutil.copytree(datasets.folder(), tmp_path / "data")
-    monkeypatch.setattr(datasets, "folder", lambda: tmp_path / "data")
+    monkeypatch.setattr(files, "folder", lambda: tmp_path / "data")
     return tmp_path / "data"
 
 
@@ -118,6 +298,9 @@ LOADERS = [
     (datasets.muliawan2013, "muliawan2013_published_exterior_sd.csv"),
     (datasets.harintaka2020, "harintaka2020_table1.csv"),
     (datasets.yellowstone, "neon_yellowstone_ortho_10cm_gray.png"),
+    (datasets.landsat, "landsat8_itaipu_red_30m.png"),
+    (datasets.landsat_pair, "landsat8_itaipu_red_30m_row077.png"),
+    (datasets.landsat_pair, "landsat8_itaipu_red_30m_row078.png"),
 ]
 
 
@@ -147,6 +330,6 @@ def test_short_row_in_a_table_of_our_own_is_named(copy):
 
 
 def test_folder_outside_a_clone_says_how_to_install(monkeypatch, tmp_path):
-    monkeypatch.setattr(datasets, "__file__", str(tmp_path / "a" / "b.py"))
+    monkeypatch.setattr(files, "__file__", str(tmp_path / "a" / "b" / "c.py"))
     with pytest.raises(FileNotFoundError, match=r"pip install -e \."):
         datasets.folder()

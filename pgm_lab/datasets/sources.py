@@ -1,17 +1,10 @@
-"""The data behind the workbook: tables of the four sources, images, the ledger.
+"""The published tables of the sources, as printed, from the CSV files in ``data/``."""
 
-Every file lies in ``data/``; ``data/README.md`` says where it comes from and under
-which licence. Files that were measured elsewhere are checked against their SHA-256
-when they are loaded, so that a damaged table cannot pass for a published one.
-"""
+from dataclasses import dataclass
 
-import csv
-import hashlib
-from dataclasses import dataclass, field
-from pathlib import Path
-
-import cv2
 import numpy as np
+
+from pgm_lab.datasets.files import rows
 
 INTERIOR = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 EXTERIOR = ("XL_mm", "YL_mm", "ZL_mm", "omega_rad", "phi_rad", "kappa_rad")
@@ -108,22 +101,6 @@ class Harintaka2020:
     camera_image_size: tuple[int, int] = (4288, 2848)
 
 
-@dataclass(frozen=True)
-class Orthophoto:
-    """A grey orthophoto.
-
-    Attributes
-    ----------
-    grey : ndarray (rows, columns)
-        Grey values as stored.
-    gsd : float
-        Ground sampling distance; m.
-    """
-
-    grey: np.ndarray = field(repr=False)
-    gsd: float
-
-
 def bani2010() -> Bani2010:
     """Load the stereo pair of Bani 2010.
 
@@ -203,84 +180,6 @@ def harintaka2020() -> Harintaka2020:
         "harintaka2020_table1.csv", "test_points", "interactive_m", "automatic_m"
     )
     return Harintaka2020(flight, table1[:, 0].astype(int), table1[:, 1], table1[:, 2])
-
-
-def yellowstone() -> Orthophoto:
-    """Load a real aerial orthophoto, 1536 x 1536, 8 bit, 0.1 m (NEON, Yellowstone).
-
-    Examples
-    --------
-    >>> yellowstone().grey.shape
-    (1536, 1536)
-    """
-    path = _verified("neon_yellowstone_ortho_10cm_gray.png")
-    # imdecode, since imread cannot open paths with accents on Windows
-    coded = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    return Orthophoto(cv2.imdecode(coded, cv2.IMREAD_UNCHANGED), gsd=0.1)
-
-
-def rows(name: str) -> list[dict[str, str]]:
-    """Rows of a CSV file in ``data/`` as dictionaries, such as the verdict ledger.
-
-    Parameters
-    ----------
-    name : str
-        File name, for example "audit.csv" or "glossary.csv".
-
-    Raises
-    ------
-    FileNotFoundError
-        If the file is missing; the message says how to get it back.
-    ValueError
-        If the file is damaged: its checksum differs, or a row has a wrong length.
-
-    Examples
-    --------
-    >>> sorted({row["verdict"] for row in rows("audit.csv")})
-    ['corrected', 'not derivable', 'reproduced']
-    """
-    with _verified(name).open(encoding="utf-8", newline="") as file:
-        reader = csv.DictReader(file, strict=True)
-        found = list(reader)
-    for number, row in enumerate(found, start=2):
-        if None in row or None in row.values():
-            raise ValueError(
-                f"data/{name} is damaged: row {number} has not as many fields as the"
-                f" header. Restore it with git checkout -- data/{name}"
-            )
-    return found
-
-
-def folder() -> Path:
-    """The folder ``data/`` of the clone that pgm_lab was installed from."""
-    path = Path(__file__).resolve().parent.parent / "data"
-    if not path.is_dir():
-        raise FileNotFoundError(
-            f"the data folder {path} is missing: pgm_lab works from a clone of its"
-            " repository; install it there with pip install -e ."
-        )
-    return path
-
-
-def _verified(name: str) -> Path:
-    """Path of a data file that exists and, if it has a checksum, is undamaged."""
-    path = folder() / name
-    if not path.is_file():
-        raise FileNotFoundError(
-            f"data/{name} is missing. Restore it with git checkout -- data/{name}"
-        )
-    expected = _checksums().get(name)
-    if expected and hashlib.sha256(path.read_bytes()).hexdigest() != expected:
-        raise ValueError(
-            f"data/{name} is damaged: its SHA-256 is not the one in data/SHA256SUMS."
-            f" Restore it with git checkout -- data/{name}"
-        )
-    return path
-
-
-def _checksums() -> dict[str, str]:
-    lines = (folder() / "SHA256SUMS").read_text(encoding="utf-8").splitlines()
-    return {name: digest for digest, name in (line.split() for line in lines)}
 
 
 def _columns(name: str, *columns: str) -> np.ndarray:

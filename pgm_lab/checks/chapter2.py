@@ -1,0 +1,224 @@
+"""Checks of the exercises of chapter 2, normalized cross correlation."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+
+FIVE = np.array(  # Bani 2010, figure 2.8
+    [
+        [128, 137, 140, 146, 129],
+        [100, 114, 121, 119, 110],
+        [110, 111, 98, 71, 64],
+        [117, 109, 93, 64, 63],
+        [126, 110, 96, 78, 80],
+    ]
+)
+
+
+def _r(a: np.ndarray, b: np.ndarray, centred: bool = True) -> float:
+    """Correlation, or the cosine of the grey values as they are."""
+    a, b = (g - g.mean() * centred for g in (a.astype(float), b.astype(float)))
+    return float(np.sum(a * b) / np.sqrt(np.sum(a * a) * np.sum(b * b)))
+
+
+def shifted(answer: object) -> None:
+    """Check r between the first four and the last four columns of figure 2.8."""
+    if answer is ... or answer is None:
+        raise CheckFailed("shifted is still empty. Your turn!")
+    try:
+        value = np.asarray(answer, dtype=float)
+    except (TypeError, ValueError):
+        value = np.array([])
+    if value.shape != ():
+        raise CheckFailed("shifted must be one number")
+    left, right = FIVE[:, :-1], FIVE[:, 1:]
+    r = _r(left, right)
+    both = np.std(FIVE) ** 2 * 20  # the contrast of all 25 in place of the windows'
+    slips = [
+        (1.0, "those are two equal windows: take different columns"),
+        (_r(left, right, centred=False), "take off the mean of each window first"),
+        (_r(FIVE[:-1], FIVE[1:]), "you dropped rows: columns are the second index"),
+        (r**2, "that is r squared"),
+        (np.sum((left - left.mean()) * (right - right.mean())), "divide by the root"),
+        (
+            np.sum((left - left.mean()) * (right - right.mean())) / both,
+            "each window has its own mean and contrast",
+        ),
+    ]
+    otherwise = "it does not follow from (B 2.6f) with the two windows of 5 x 4"
+    hint = first_slip(value, slips, otherwise, tolerance=1e-3)
+    report("shifted", [("agrees with (B 2.6f)", near(value, r, 1e-3), hint)])
+
+
+def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
+    """Check a function that gives offset and gain of y = alpha + beta x."""
+    rng = np.random.default_rng(206)
+    x = rng.uniform(20, 200, (3, 7))
+    exact = call(function, x, 12.5 + 0.7 * x, shape=(2,))
+    y = 30 + 0.8 * x + rng.normal(0, 9, x.shape)
+    found = call(function, x, y, shape=(2,))
+    beta, alpha = np.polyfit(x.ravel(), y.ravel(), 1)
+    back, _ = np.polyfit(y.ravel(), x.ravel(), 1)
+    slips = [
+        ((-beta * x.mean(), beta), "that is (B 2.6e) as printed: the mean of y lacks"),
+        ((beta, alpha), "the gain comes last: return alpha, beta"),
+        ((y.mean() - x.mean(), beta), "the mean of x has to be multiplied by the gain"),
+        ((y.mean() + beta * x.mean(), beta), "look at the sign of the second term"),
+        ((y.sum() - beta * x.sum(), beta), "those are sums; take means"),
+        ((x.mean() - beta * y.mean(), beta), "x and y are exchanged"),
+        ((x.mean() - back * y.mean(), back), "x and y are exchanged"),
+    ]
+    otherwise = "the line does not go through the mean of all points"
+    hint = first_slip(found, slips, otherwise)
+    good = near(found, (alpha, beta), 1e-8)
+    report(
+        "my_line",
+        [
+            (
+                "exact where y is a line of x",
+                near(exact, (12.5, 0.7)),
+                "a line without errors is not found again",
+            ),
+            ("least squares where it is not", good, hint),
+        ],
+    )
+
+
+def parabola(function: Callable[[float, float, float], object]) -> None:
+    """Check a function that gives the top of a parabola through three values."""
+    curvature, top = np.array([0.1, 0.3, 0.02]), np.array([0.4, -0.25, 0.1])
+
+    def values(at: float) -> np.ndarray:
+        return 0.9 - curvature * (at - top) ** 2
+
+    before, summit, after = values(-1.0), values(0.0), values(1.0)
+    found = np.array(
+        [
+            call(function, float(a), float(b), float(c), shape=())
+            for a, b, c in zip(before, summit, after, strict=True)
+        ]
+    )
+    even = call(function, 0.5, 0.9, 0.5, shape=())
+    slips = [
+        (-top, "the sign: the top lies on the side of the higher neighbour"),
+        (2 * top, "it is twice as far: a factor of two is missing below"),
+        (-2 * top, "the sign, and a factor of two"),
+        (top / 2, "it is half as far: one factor of two too many"),
+        (
+            (before - after) / (2 * (before - summit + after)),
+            "the summit counts twice in the curvature",
+        ),
+        ((before - after) / 2, "divide the slope by the curvature"),
+        ((after - before) / 2, "divide the slope by the curvature"),
+    ]
+    hint = first_slip(found, slips, "the top of an exact parabola is not found")
+    report(
+        "my_parabola",
+        [
+            (
+                "equal neighbours give 0",
+                near(even, 0.0),
+                "equal neighbours must give 0",
+            ),
+            ("exact for parabolas", near(found, top), hint),
+        ],
+    )
+
+
+def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
+    """Check a correlation map of the reader's own."""
+    rng = np.random.default_rng(26)
+    search = rng.integers(0, 256, (9, 12)).astype(float)
+    template = search[2:5, 6:11].copy()  # 3 x 5
+    expected = _map(template, search)
+    found = call(function, template, search, shape=expected.shape)
+    gained = call(function, 0.5 * template + 60, search, shape=expected.shape)
+    slips = [
+        (_map(template, search, centred=False), "take the means off each window"),
+        (_map(template, search, divided=False), "divide by the two contrasts"),
+        (expected**2, "that is r squared"),
+        (-expected, "the sign is turned round"),
+        (expected[::-1, ::-1], "the template is turned by 180 degrees"),
+    ]
+    hint = first_slip(found, slips, "r is not that of the window at this place")
+    place = np.unravel_index(np.argmax(found), found.shape)
+    report(
+        "my_correlation_map",
+        [
+            (
+                "highest where the template was cut out",
+                place == (2, 6),
+                "element [i, j] belongs to the window whose top left is search[i, j]",
+            ),
+            ("every r as defined", near(found, expected, 1e-9), hint),
+            (
+                "no gain or offset matters",
+                near(found, gained, 1e-9),
+                "a gain and an offset of the template change it",
+            ),
+        ],
+    )
+
+
+def _map(template, search, centred=True, divided=True) -> np.ndarray:
+    """By Einstein's sum over all windows: another way than the solution's."""
+    windows = sliding_window_view(search, template.shape)
+    t = template - template.mean() * centred
+    w = windows - windows.mean(axis=(2, 3), keepdims=True) * centred
+    r = np.einsum("ijkl,kl->ij", w, t)
+    if divided:
+        r = r / np.sqrt(np.einsum("ijkl,ijkl->ij", w, w) * np.sum(t * t))
+    return r
+
+
+def search_size(function: Callable[[int, np.ndarray, np.ndarray], object]) -> None:
+    """Check the width of a search window that holds the match and its neighbours."""
+    cases = [  # template, left, right, shift
+        (19, (332, 1063), (268, 1049), 64),
+        (21, (100, 200), (112, 170), 30),
+        (11, (50, 60), (50, 60), 0),
+        (7, (40, 80), (57, 81), 17),
+    ]
+    answers = np.array(
+        [
+            call(function, w, np.array(left), np.array(right), shape=())
+            for w, left, right, _ in cases
+        ]
+    )
+    template, largest = np.array([(w, shift) for w, _, _, shift in cases]).T
+    expected = template + 2 * largest + 2
+    signed = np.array([np.max(np.subtract(b, a)) for _, a, b, _ in cases])
+    along = np.array([abs(b[0] - a[0]) for _, a, b, _ in cases])
+    far = np.array([np.hypot(*np.subtract(b, a)) for _, a, b, _ in cases])
+    slips = [
+        (
+            expected - 2,
+            "the match lies on the border: its neighbours need a pixel more",
+        ),
+        (
+            template + 2 * largest + 1,
+            "the width is even: a pixel is missing on one side",
+        ),
+        (template + largest, "the window reaches out on both sides"),
+        (template + largest + 1, "the window reaches out on both sides"),
+        (template + largest + 2, "the window reaches out on both sides"),
+        (2 * largest + 2, "the template itself needs room, too"),
+        (2 * largest + 3, "the template itself needs room, too"),
+        (template + 2 * signed + 2, "a shift may be negative"),
+        (template + 2 * along + 2, "rows may differ more than columns"),
+        (
+            template + 2 * np.ceil(far) + 2,
+            "the window is square: take the larger shift",
+        ),
+    ]
+    hint = first_slip(answers, slips, "the width is not the smallest that does")
+    report(
+        "my_search_size",
+        [
+            ("odd", bool(np.all(answers % 2 == 1)), "the width must be odd"),
+            ("smallest that holds the match", near(answers, expected), hint),
+        ],
+    )

@@ -1,0 +1,168 @@
+"""Exercise feedback of chapter 2: right answers pass, each slip is named."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import ncc
+from pgm_lab.checks import CheckFailed, chapter2
+
+FIVE = chapter2.FIVE
+R = np.corrcoef(FIVE[:, :4].ravel(), FIVE[:, 1:].ravel())[0, 1]
+
+
+def line(x, y):
+    found = ncc.regression(x, y)
+    return found.alpha, found.beta
+
+
+def parabola(a, b, c):
+    return (a - c) / (2 * (a - 2 * b + c))
+
+
+def correlation_map(template, search):
+    (h, w), (H, W) = template.shape, search.shape
+    return np.array(
+        [
+            [
+                np.corrcoef(search[i : i + h, j : j + w].ravel(), template.ravel())[
+                    0, 1
+                ]
+                for j in range(W - w + 1)
+            ]
+            for i in range(H - h + 1)
+        ]
+    )
+
+
+def size(template, left, right):
+    return template + 2 * np.max(np.abs(right - left)) + 2
+
+
+def test_right_answers_pass(capsys):
+    chapter2.shifted(R)
+    chapter2.shifted(round(R, 3))
+    chapter2.line(line)
+    chapter2.parabola(parabola)
+    chapter2.correlation_map(correlation_map)
+    chapter2.correlation_map(ncc.correlation_map)
+    chapter2.search_size(size)
+    assert capsys.readouterr().out.count("✓") == 7
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (..., "still empty"),
+        ([0.5, 0.6], "one number"),
+        ("high", "one number"),
+        (1.0, "two equal windows"),
+        (R**2, "r squared"),
+        (R - 0.01, "does not follow"),
+        (-R, "does not follow"),
+        (np.corrcoef(FIVE[:4].ravel(), FIVE[1:].ravel())[0, 1], "dropped rows"),
+        (
+            np.sum(FIVE[:, :4] * FIVE[:, 1:])
+            / np.sqrt(np.sum(FIVE[:, :4] ** 2) * np.sum(FIVE[:, 1:] ** 2)),
+            "take off the mean",
+        ),
+    ],
+)
+def test_slip_in_the_shifted_window_is_named(answer, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter2.shifted(answer)
+
+
+def beta(x, y):
+    return line(x, y)[1]
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda x, y: (-beta(x, y) * x.mean(), beta(x, y)), "as printed"),
+        (lambda x, y: line(x, y)[::-1], "gain comes last"),
+        (lambda x, y: (y.mean() - x.mean(), beta(x, y)), "multiplied by the gain"),
+        (lambda x, y: (y.mean() + beta(x, y) * x.mean(), beta(x, y)), "the sign"),
+        (lambda x, y: (y.sum() - beta(x, y) * x.sum(), beta(x, y)), "those are sums"),
+        (lambda x, y: (x.mean() - beta(x, y) * y.mean(), beta(x, y)), "exchanged"),
+        (lambda x, y: line(y, x), "x and y are exchanged"),
+        (lambda x, y: (0.0, beta(x, y)), "through the mean"),
+        (lambda x, y: (..., beta(x, y)), "still `...`"),
+        (lambda x, y: line(x[0], y[0]), "through the mean"),
+    ],
+)
+def test_slip_in_the_line_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter2.line(function)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda a, b, c: -parabola(a, b, c), "the sign: the top"),
+        (lambda a, b, c: 2 * parabola(a, b, c), "twice as far"),
+        (lambda a, b, c: -2 * parabola(a, b, c), "and a factor of two"),
+        (lambda a, b, c: parabola(a, b, c) / 2, "half as far"),
+        (lambda a, b, c: (a - c) / (2 * (a - b + c)), "counts twice"),
+        (lambda a, b, c: (c - a) / 2, "divide the slope"),
+        (lambda a, b, c: (b - a) / (c - b), "equal neighbours must give 0"),
+        (lambda a, b, c: 0.0, "exact parabola is not found"),
+        (lambda a, b, c: None, "returns nothing"),
+    ],
+)
+def test_slip_in_the_parabola_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter2.parabola(function)
+
+
+def cosines(template, search):
+    return chapter2._map(template, search, centred=False)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (cosines, "take the means off"),
+        (
+            lambda t, s: chapter2._map(t, s, divided=False),
+            "divide by the two contrasts",
+        ),
+        (lambda t, s: correlation_map(t, s) ** 2, "r squared"),
+        (lambda t, s: -correlation_map(t, s), "sign is turned round"),
+        (lambda t, s: correlation_map(t, s)[::-1, ::-1], "180 degrees"),
+        (lambda t, s: correlation_map(t, s)[::-1, ::-1], r"top left is search\[i, j\]"),
+        (lambda t, s: np.roll(correlation_map(t, s), 1), "r is not that of the window"),
+        (lambda t, s: correlation_map(t, s).T, "must return shape"),
+        (lambda t, s: np.zeros((9, 12)), "must return shape"),
+    ],
+)
+def test_slip_in_the_map_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter2.correlation_map(function)
+
+
+def test_map_of_the_check_is_that_of_the_package():
+    rng = np.random.default_rng(3)
+    search = rng.uniform(0, 9, (11, 8))
+    expected = ncc.correlation_map(search[4:8, 2:5], search)
+    np.testing.assert_allclose(
+        chapter2._map(search[4:8, 2:5], search), expected, atol=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda w, a, b: size(w, a, b) - 2, "on the border"),
+        (lambda w, a, b: size(w, a, b) - 1, "must be odd"),
+        (lambda w, a, b: w + np.max(np.abs(b - a)), "on both sides"),
+        (lambda w, a, b: size(0, a, b), "template itself"),
+        (lambda w, a, b: w + 2 * np.max(b - a) + 2, "may be negative"),
+        (lambda w, a, b: w + 2 * abs(b[0] - a[0]) + 2, "rows may differ"),
+        (lambda w, a, b: w + 2 * np.ceil(np.hypot(*(b - a))) + 2, "larger shift"),
+        (lambda w, a, b: size(w, a, b) + 2, "not the smallest"),
+    ],
+)
+def test_slip_in_the_search_size_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter2.search_size(function)
