@@ -216,7 +216,5 @@ def _by_definition(r, faint, t, s) -> None:
         k, i, j = which[part], row[part], column[part]
         window = every[k, i, j]
         window = window - window.mean(axis=(1, 2), keepdims=True)
-        window /= np.abs(window).max(axis=(1, 2), keepdims=True)
-        window -= window.mean(axis=(1, 2), keepdims=True)
         norm = np.sqrt(np.sum(window * window, axis=(1, 2)))
         r[k, i, j] = np.sum(t[k] * window, axis=(1, 2)) / norm

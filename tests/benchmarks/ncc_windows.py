@@ -16,9 +16,7 @@ import csv
 import time
 from pathlib import Path
 
-import cv2
 import numpy as np
-from skimage import data
 from tqdm import tqdm
 
 from pgm_lab import datasets, ncc, simulate
@@ -37,8 +35,8 @@ MARGIN = 41 // 2 + 2 * REACHES[-1] + 1
 
 def stereo(n: int) -> tuple:
     """Middlebury's motorcycle: parallax, occlusions, repetition; disparities known."""
-    left, right, disparity = data.stereo_motorcycle()
-    left, right = (cv2.cvtColor(g, cv2.COLOR_RGB2GRAY) for g in (left, right))
+    pair = datasets.motorcycle()
+    left, right, disparity = pair.left, pair.right, pair.disparity
     rng = np.random.default_rng(1)
     y = rng.integers(MARGIN, left.shape[0] - MARGIN, 20 * n)
     x = rng.integers(MARGIN, left.shape[1] - MARGIN, 20 * n)
