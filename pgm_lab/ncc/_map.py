@@ -13,7 +13,7 @@ from scipy import ndimage
 # A window with this much less energy than all that is summed up with it is doubtful
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
-CHUNK = 2**17  # grey values that are worked on at a time: what a cache holds
+CHUNK = 2**16  # grey values that are worked on at a time: what a cache holds
 LARGE = (
     2**15
 )  # grey values of a search window, from which on two dimensions are quicker
@@ -108,7 +108,8 @@ def image(values: ArrayLike, name: str) -> np.ndarray:
 
 def flat(windows: np.ndarray) -> np.ndarray:
     """Whether all grey values of a window are equal."""
-    return windows.max(axis=(-2, -1)) == windows.min(axis=(-2, -1))
+    grey = windows.reshape(*windows.shape[:-2], -1)
+    return grey.max(axis=-1) == grey.min(axis=-1)
 
 
 def chunks(n: int, size: int) -> list[slice]:
@@ -130,7 +131,8 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
         _by_definition(r, faint, t, s)
     else:
         r /= np.sqrt(ssd, out=ssd)
-    return np.clip(r, -1.0, 1.0, out=r)
+    np.minimum(r, 1.0, out=r)  # where rounding would go beyond by the last digit
+    return np.maximum(r, -1.0, out=r)
 
 
 def _centred(windows: np.ndarray) -> np.ndarray:
@@ -139,7 +141,7 @@ def _centred(windows: np.ndarray) -> np.ndarray:
     From whole numbers a whole number is taken, so that the sums remain exact.
     """
     g = windows.astype(float)
-    mean = g.mean(axis=(1, 2), keepdims=True)
+    mean = g.reshape(len(g), -1).mean(axis=1)[:, None, None]
     if windows.dtype.kind in "ui":
         return np.subtract(g, np.rint(mean, out=mean), out=g)
     g -= mean
@@ -159,10 +161,12 @@ def _covariances(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     rows = np.zeros((2 * k, cv2.getOptimalDFTSize(H * W)))
     rows[:k, : H * W] = s.reshape(k, -1)
     rows[k:, : h * W].reshape(k, h, W)[:, :, :w] = t
-    spectra = cv2.dft(rows, flags=cv2.DFT_ROWS)
-    product = cv2.mulSpectrums(spectra[:k], spectra[k:], cv2.DFT_ROWS, conjB=True)
+    # In place throughout: fresh memory of this size costs more than the transforms
+    cv2.dft(rows, rows, flags=cv2.DFT_ROWS)
+    cv2.mulSpectrums(rows[:k], rows[k:], cv2.DFT_ROWS, rows[:k], conjB=True)
     inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_ROWS
-    maps = cv2.dft(product, flags=inverse)[:, : (H - h + 1) * W]
+    cv2.dft(rows[:k], rows[:k], flags=inverse)
+    maps = rows[:k, : (H - h + 1) * W]
     return maps.reshape(k, H - h + 1, W)[:, :, : W - w + 1]
 
 
@@ -212,7 +216,5 @@ def _by_definition(r, faint, t, s) -> None:
         k, i, j = which[part], row[part], column[part]
         window = every[k, i, j]
         window = window - window.mean(axis=(1, 2), keepdims=True)
-        window /= np.abs(window).max(axis=(1, 2), keepdims=True)
-        window -= window.mean(axis=(1, 2), keepdims=True)
         norm = np.sqrt(np.sum(window * window, axis=(1, 2)))
         r[k, i, j] = np.sum(t[k] * window, axis=(1, 2)) / norm
