@@ -155,5 +155,5 @@ def test_the_script_still_says_what_the_table_of_real_images_does():
     ):
         old, new = stored("real", row, lsm_real.COLUMNS, keys)
         for column in ("mean_x", "mean_y", "rms", "median_predicted_sd"):
-            assert float(new[column]) == pytest.approx(float(old[column]), abs=1e-3)
+            assert float(new[column]) == pytest.approx(float(old[column]), abs=2e-3)
         assert new["converged"] == old["converged"]
