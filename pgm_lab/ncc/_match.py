@@ -7,7 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.ncc._map import CHUNK, image, surfaces
+from pgm_lab.ncc._map import chunks, flat, image, surfaces
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Match:
         "flat template"; "flat search window"; "peak on the border of the search
         window": enlarge it, or improve the start; "below threshold"; "ambiguous": the
         second peak is almost as high; "ridge instead of a peak": the position along an
-        edge is not determined. The first of these that holds.
+        edge is not determined, not even to a pixel. The first of these that holds.
     """
 
     points: np.ndarray
@@ -114,10 +114,14 @@ def match(
            [55.25, 51.  ],
            [  nan,   nan]])
     >>> found.status[[0, 2]]
-    array(['matched', 'template leaves the image'], dtype='<U38')
+    array(['matched', 'template leaves the image'], dtype='<U40')
     """
     left, right = image(left, "left"), image(right, "right")
-    _validate.finite(left, "left"), _validate.finite(right, "right")
+    for name, grey in (("left", left), ("right", right)):
+        if grey.ndim != 2:
+            raise ValueError(
+                f"{name} must be one image (rows, columns); got {grey.shape}"
+            )
     points = _points(points, "points")
     start = points if start is None else _points(start, "start")
     if start.shape != points.shape:
@@ -128,7 +132,7 @@ def match(
     _check(template, search, threshold, ratio, refine)
 
     cut, centre = np.floor(points + 0.5), np.floor(start + 0.5)
-    status = np.full(len(points), "matched", dtype="<U38")
+    status = np.full(len(points), "matched", dtype="<U40")
     status[~_inside(centre, search, right)] = "search window leaves the image"
     status[~_inside(cut, template, left)] = "template leaves the image"
     r, second = np.full((2, len(points)), np.nan)
@@ -136,12 +140,11 @@ def match(
     covariance = np.full((len(points), 2, 2), np.nan)
 
     todo = np.flatnonzero(status == "matched")
-    at_once = max(1, CHUNK // search**2)
-    for part in (todo[i : i + at_once] for i in range(0, len(todo), at_once)):
+    for part in (todo[some] for some in chunks(len(todo), search**2)):
         templates = _windows(left, cut[part], template)
         searches = _windows(right, centre[part], search)
-        status[part[_flat(searches)]] = "flat search window"
-        status[part[_flat(templates)]] = "flat template"
+        status[part[flat(searches)]] = "flat search window"
+        status[part[flat(templates)]] = "flat template"
         good = status[part] == "matched"
         part, templates = part[good], templates[good]
         if not len(part):
@@ -207,10 +210,6 @@ def _windows(image: np.ndarray, centre: np.ndarray, size: int) -> np.ndarray:
     return sliding_window_view(image, (size, size))[row, column]
 
 
-def _flat(windows: np.ndarray) -> np.ndarray:
-    return windows.max(axis=(1, 2)) == windows.min(axis=(1, 2))
-
-
 def _peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
     """Row, column and r of the highest peak of each map, and r of the second."""
     k, rows, columns = maps.shape
@@ -253,7 +252,7 @@ def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
     Kxx = 2 * r0 - r[:, 1, 2] - r[:, 1, 0]
     Kyy = 2 * r0 - r[:, 2, 1] - r[:, 0, 1]
     Kxy = (r[:, 0, 2] + r[:, 2, 0] - r[:, 0, 0] - r[:, 2, 2]) / 4
-    ridge = Kxx * Kyy - Kxy**2 <= 1e-6 * Kxx * Kyy
+    ridge = Kxx * Kyy - Kxy**2 <= 1e-6 * (Kxx + Kyy) ** 2
     K = np.stack([Kxx, Kxy, Kxy, Kyy], axis=1).reshape(k, 2, 2)
     K[ridge] = np.eye(2)
     step = np.linalg.solve(K, D[..., None])[..., 0]
@@ -267,4 +266,5 @@ def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
     G = g @ g.swapaxes(1, 2) / g.shape[2] / t.var(axis=(1, 2))[:, None, None]
     K = np.linalg.inv(K)
     noise = 2 * (1 - top) / t[0].size
-    return step, K @ G @ K * noise[:, None, None], ridge
+    Q = K @ G @ K * noise[:, None, None]
+    return step, Q, ridge | (np.trace(Q, axis1=1, axis2=2) > 1)
