@@ -13,7 +13,7 @@ from scipy import ndimage
 # A window with this much less energy than all that is summed up with it is doubtful
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
-CHUNK = 2**17  # grey values that are worked on at a time: what a cache holds
+CHUNK = 2**16  # grey values that are worked on at a time: what a cache holds
 LARGE = (
     2**15
 )  # grey values of a search window, from which on two dimensions are quicker
@@ -159,10 +159,12 @@ def _covariances(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     rows = np.zeros((2 * k, cv2.getOptimalDFTSize(H * W)))
     rows[:k, : H * W] = s.reshape(k, -1)
     rows[k:, : h * W].reshape(k, h, W)[:, :, :w] = t
-    spectra = cv2.dft(rows, flags=cv2.DFT_ROWS)
-    product = cv2.mulSpectrums(spectra[:k], spectra[k:], cv2.DFT_ROWS, conjB=True)
+    # In place throughout: fresh memory of this size costs more than the transforms
+    cv2.dft(rows, rows, flags=cv2.DFT_ROWS)
+    cv2.mulSpectrums(rows[:k], rows[k:], cv2.DFT_ROWS, rows[:k], conjB=True)
     inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_ROWS
-    maps = cv2.dft(product, flags=inverse)[:, : (H - h + 1) * W]
+    cv2.dft(rows[:k], rows[:k], flags=inverse)
+    maps = rows[:k, : (H - h + 1) * W]
     return maps.reshape(k, H - h + 1, W)[:, :, : W - w + 1]
 
 

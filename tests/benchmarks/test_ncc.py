@@ -1,0 +1,112 @@
+"""Times of normalized correlation beside OpenCV, in one run: `make benchmark`.
+
+Compare the medians within a group; the tests assert that both give the same, no times.
+OpenCV works in float32: where it can be trusted, both agree to 1e-4.
+"""
+
+import cv2
+import numpy as np
+import pytest
+
+from pgm_lab import ncc
+
+SIZES = [(21, 51), (21, 201), (51, 501), (201, 201), (21, 23)]
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    # As in a program that has worked on an image before: until a block of some MB has
+    # been freed, the C library gives memory back after each call, and fetching it page
+    # by page again can take longer than the work
+    del_me = np.empty((1900, 2000))
+    del del_me
+    yield
+    cv2.setNumThreads(threads)
+
+
+def image(size):
+    grey = np.random.default_rng(1).integers(0, 256, (size, size), dtype=np.uint8)
+    return cv2.GaussianBlur(grey, (0, 0), 1.5)
+
+
+def opencv(template, search):
+    return cv2.matchTemplate(search, template, cv2.TM_CCOEFF_NORMED)
+
+
+def windows(n, template=21, search=51):
+    """n templates and search windows out of one image."""
+    grey, rng = image(600), np.random.default_rng(2)
+    every = np.lib.stride_tricks.sliding_window_view(grey, (search, search))
+    searches = every[*rng.integers(0, 550, (2, n))].copy()
+    return searches[:, 10 : 10 + template, 12 : 12 + template].copy(), searches
+
+
+FIFTY = "fifty maps, 21 x 21 in 51 x 51"
+
+
+@pytest.mark.benchmark(group=FIFTY)
+def test_fifty_maps(benchmark):
+    templates, searches = windows(50)
+    r = benchmark(ncc.correlation_map, templates, searches)
+    peer = [opencv(t, s) for t, s in zip(templates, searches, strict=True)]
+    np.testing.assert_allclose(r, peer, atol=1e-4)
+
+
+@pytest.mark.benchmark(group=FIFTY)
+def test_fifty_maps_opencv(benchmark):
+    templates, searches = windows(50)
+    benchmark(lambda: [opencv(t, s) for t, s in zip(templates, searches, strict=True)])
+
+
+@pytest.mark.parametrize(("template", "search"), SIZES)
+def test_one_map(benchmark, template, search):
+    benchmark.group = f"one map, {template} in {search}"
+    grey = image(search)
+    r = benchmark(ncc.correlation_map, grey[:template, :template], grey)
+    np.testing.assert_allclose(r, opencv(grey[:template, :template], grey), atol=1e-4)
+
+
+@pytest.mark.parametrize(("template", "search"), SIZES)
+def test_one_map_opencv(benchmark, template, search):
+    benchmark.group = f"one map, {template} in {search}"
+    grey = image(search)
+    benchmark(opencv, grey[:template, :template], grey)
+
+
+def scene(n=2000):
+    left = image(800)
+    return (
+        left,
+        np.roll(left, (3, -5), axis=(0, 1)),
+        np.random.default_rng(3).integers(40, 760, (n, 2)),
+    )
+
+
+MATCH = "2000 points, 21 in 51"
+
+
+@pytest.mark.benchmark(group=MATCH)
+def test_match(benchmark):
+    left, right, points = scene()
+    found = benchmark(ncc.match, left, right, points)
+    assert set(found.status) == {"matched"}
+    np.testing.assert_array_equal(found.points, points + [-5, 3])
+
+
+@pytest.mark.benchmark(group=MATCH)
+def test_match_opencv(benchmark):
+    """The bare loop: highest value and its place; no second peak, no covariance."""
+    left, right, points = scene()
+
+    def loop():
+        found = np.empty(points.shape)
+        for i, (x, y) in enumerate(points):
+            template = left[y - 10 : y + 11, x - 10 : x + 11]
+            r = opencv(template, right[y - 25 : y + 26, x - 25 : x + 26])
+            column, row = cv2.minMaxLoc(r)[3]
+            found[i] = x + column - 15, y + row - 15
+        return found
+
+    np.testing.assert_array_equal(benchmark(loop), points + [-5, 3])
