@@ -147,6 +147,21 @@ def test_a_failed_setup_ends_in_plain_words(monkeypatch, capsys):
     assert "could not be set up: pip install" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("task", ["test", "test-publish"])
+def test_a_failing_test_fails_its_task(monkeypatch, task):
+    commands_run = []
+
+    def fail(command, *arguments, **options):
+        commands_run.append([str(part) for part in command])
+        return 1 if "pytest" in command else 0
+
+    monkeypatch.setattr(commands, "ensure", lambda *sets: environment.ROOT / "a/b/c")
+    monkeypatch.setattr(commands, "settings", lambda python: {})
+    monkeypatch.setattr(commands, "run", fail)
+    assert commands.main([task, "-k", "something"]) == 1
+    assert commands_run[-1][-2:] == ["-k", "something"]
+
+
 def test_an_unknown_task_is_answered_with_the_list(capsys):
     assert commands.main(["tset"]) == 2
     shown = capsys.readouterr().out

@@ -79,7 +79,8 @@ def test_oldest(*arguments: str) -> int:
 def test_publish(*arguments: str) -> int:
     """Test slides and handouts in a real browser, with its network cut."""
     python = ensure(".venv", "main", "publish")
-    return run([python, "-m", "pytest", "tests/publish", *arguments], settings(python))
+    command = [python, "-m", "pytest", "tests/publish", *in_parallel()]
+    return run([*command, *arguments], settings(python))
 
 
 def notebooks(*names: str) -> int:
@@ -133,11 +134,15 @@ TASKS = {
 
 def run_tests(python: Path, arguments: tuple[str, ...]) -> int:
     """One pytest run over tests, doctests and notebooks, on up to four cores."""
+    command = [python, "-m", "pytest", "--nbval", *in_parallel()]
+    return run([*command, *arguments], settings(python))
+
+
+def in_parallel() -> list:
+    """What pytest has to be told to use up to four cores, a file of tests on each."""
     workers = min(4, os.cpu_count() or 1)
-    command = [python, "-m", "pytest", "--nbval", "-n", workers, "--dist", "loadfile"]
     # pytest-benchmark, where it is installed, cannot measure in parallel.
-    command += ["-q", "-p", "no:benchmark", *arguments]
-    return run(command, settings(python))
+    return ["-n", workers, "--dist", "loadfile", "-q", "-p", "no:benchmark"]
 
 
 def settings(python: Path) -> dict[str, str]:

@@ -15,6 +15,9 @@ import numpy as np
 from pgm_lab import normal
 from pgm_lab.lsm import _fine
 
+# Share of its sum of squares below which what is left of a window is rounding
+FLAT = 1e-13
+
 
 @dataclass(frozen=True)
 class Templates:
@@ -96,11 +99,16 @@ def templates(
     rows[:, -1] = np.take(image, at)
     gram = rows @ np.swapaxes(rows, 1, 2)
     a, Q, _, singular = normal.solve(gram[:, :-1, :-1], gram[:, :-1, -1])
+    # Where all lines run one way, the derivative along them is rounding
+    singular |= _weakest_gradient(gram) <= FLAT * gram[:, -1, -1]
     return Templates(rows, gram, Q, a, singular)
 
 
 def solve(left: Templates, B: np.ndarray) -> Solution:
-    """Solve for q, h0 and h1, given the resampled right windows B (m, k)."""
+    """Solve for q, h0 and h1, given the resampled right windows B (m, k).
+
+    NaN where nothing is left of B, as in a flat window.
+    """
     sums = (left.rows @ B[..., None])[..., 0]
     square = np.einsum("mk,mk->m", B, B)
     DB, AB = sums[:, :-1], sums[:, -1]
@@ -110,14 +118,15 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
     aa = AA - np.einsum("mi,mi->m", DA, left.a)
     ab = AB - np.einsum("mi,mi->m", DB, left.a)
     bb = square - np.einsum("mi,mi->m", DB, b)
+    bb[bb <= FLAT * square] = np.nan
     h = np.zeros((len(B), 2))
     h[:, 1] = 1
     if left.a.shape[1] == 7:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            h[:, 1] = ab / bb
+        h[:, 1] = ab / bb
         h[:, 0] = left.a[:, 6] - h[:, 1] * b[:, 6]
     q = left.a[:, :6] - h[:, 1:] * b[:, :6]
     vv = np.maximum(aa - 2 * h[:, 1] * ab + h[:, 1] ** 2 * bb, 0)
+    q[np.isnan(bb)] = np.nan
     return Solution(q.reshape(-1, 2, 3), h, vv, sums, square, B.sum(axis=1))
 
 
@@ -130,8 +139,8 @@ def precision(
     E sigma^2 on the average. With that taken off, the covariance of the solution is
     (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the first order in E.
     """
-    *_, k = left.rows.shape
-    u = len(left.Q[0]) + (left.a.shape[1] == 7)
+    _, rows, k = left.rows.shape
+    u = 8 if rows == 8 else 6
     grid = window_grid((round(k**0.5) - 1) // 2)
     x, y = np.moveaxis(T @ grid[:, :: max(k // 25, 1)], 1, 0)
     gain = _fine.noise_gain(x, y).mean(axis=1)
@@ -151,11 +160,14 @@ def precision(
     if u > m:
         E[:, m, m] = gain * k
     covariance = Q + 2 * pixel[:, None, None] * (Q @ E @ Q)
-    # Smaller eigenvalue of the sums of g_x^2, g_x g_y, g_y^2
-    xx, yy, xy = N[:, 0, 0], N[:, 3, 3], N[:, 0, 3]
-    smaller = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
-    weak = singular | (smaller <= 2 * pixel * E[:, 0, 0])
+    weak = singular | (_weakest_gradient(N) <= 2 * pixel * E[:, 0, 0])
     return variance[:, None, None] * covariance, np.sqrt(variance), weak
+
+
+def _weakest_gradient(N: np.ndarray) -> np.ndarray:
+    """Sum of the squared gradients (m,) in the direction where it is least."""
+    xx, yy, xy = N[:, 0, 0], N[:, 3, 3], N[:, 0, 3]
+    return (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
 
 
 def correlation(left: Templates, found: Solution) -> np.ndarray:

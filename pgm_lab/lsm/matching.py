@@ -2,14 +2,15 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm._search import Search, crop
 
 CHUNK = 128  # points: their windows stay in the cache
+STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U25"
 COARSE = 0.25  # px, where bilinear interpolation has done its part
 
@@ -34,16 +35,17 @@ class Match:
     parameter_covariance : ndarray (n, 8, 8)
         Their covariance; zero for h0 and h1 if they were not estimated.
     r : ndarray (n,)
-        Correlation coefficient (2.6f) of the left window and the resampled right one.
+        Correlation coefficient (2.6f) of the left window and the right one, as it was
+        resampled for the last time.
     redundancy : int
         Grey values minus parameters.
     iterations : ndarray (n,) of int
         Iterations, coarse and fine.
     status : ndarray (n,) of str
-        "converged"; "template leaves the image"; "left the image" (the right window did
-        so, at the start or later); "singular" (no texture that stands out of the noise,
-        or lines in one direction only); "diverged" (it moved by more than half a window
-        or took an impossible shape); "too many iterations".
+        "converged"; "template leaves the image"; "left the image" (the right window
+        did, at the start or later); "singular" (no texture that stands out of the
+        residuals, or lines in one direction only); "diverged" (moved by more than half
+        a window, or took an impossible shape); "too many iterations".
     """
 
     points: np.ndarray
@@ -155,10 +157,10 @@ def match(
     usable = np.flatnonzero(status == "too many iterations")
     # Counted from their mean, grey values keep more digits
     mean = left.mean()
-    part, corner = _crop(left, pixels[usable], half + _fine.REACH)
+    part, corner = crop(left, pixels[usable], half + _fine.REACH)
     part = part - mean
     gradients = _fine.gradient(part)
-    search = _Search.of(right, mean, T[usable, :, 0], half)
+    search = Search.of(right, mean, T[usable, :, 0], (1 + STRETCH) * half)
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, r = np.full((2, n), np.nan)
@@ -195,32 +197,6 @@ def match(
     )
 
 
-@dataclass(frozen=True)
-class _Search:
-    """Part of the right image around the start points, ready to be resampled."""
-
-    grey: np.ndarray
-    coefficients: np.ndarray
-    corner: np.ndarray
-    shape: tuple[int, int]
-
-    @classmethod
-    def of(cls, image, mean, centres, half) -> "_Search":
-        part, corner = _crop(image, centres, 4 * half + _fine.REACH)
-        part = part - mean
-        fine = _fine.coefficients(part)
-        return cls(part.astype(np.float32), fine, corner, image.shape)
-
-    def bilinear(self, X: np.ndarray) -> np.ndarray:
-        x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
-        grey = cv2.remap(self.grey, x, y, cv2.INTER_LINEAR)
-        return grey.astype(float)
-
-    def fine(self, X: np.ndarray) -> np.ndarray:
-        x, y = np.moveaxis(X - self.corner[:, None], 1, 0)
-        return _fine.sample(self.coefficients, x, y)
-
-
 def _iterate(template, search, T, half, tolerance, max_iterations):
     """Iterate from the transformations T (m, 2, 3): first coarsely, then finely."""
     start, grid = T[:, :, 0].copy(), _normal_equations.window_grid(half)
@@ -240,6 +216,7 @@ def _iterate(template, search, T, half, tolerance, max_iterations):
             moved = np.abs(dT) @ [1, half, half]
             lost = _lost(T[k], start[k], half)
             status[k[lost]] = "diverged"
+            status[k[np.isnan(found.vv) | np.isnan(dT).any(axis=(1, 2))]] = "singular"
             gone = ~lost & _outside(T[k], half, search.shape)
             status[k[gone]] = "left the image"
             there = ~lost & ~gone & (moved.max(axis=1) <= goal)
@@ -275,18 +252,10 @@ def _outside(T, half, image_shape) -> np.ndarray:
 
 def _lost(T, start, half) -> np.ndarray:
     """Whether a window went astray: too far, too large, too small, or mirrored."""
-    area = np.linalg.det(T[:, :, 1:])
+    area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
-    return ~(near & (area > 1 / 4) & (area < 4))
-
-
-def _crop(image, centres, margin) -> tuple[np.ndarray, np.ndarray]:
-    """Part of an image around all centres (n, 2), and the pixel of its corner."""
-    if not len(centres):
-        centres = np.zeros((1, 2))
-    first = np.maximum(np.floor(centres.min(axis=0)).astype(int) - margin, 0)
-    end = np.ceil(centres.max(axis=0)).astype(int) + margin + 1
-    return image[first[1] : end[1], first[0] : end[0]], first
+    reach = np.abs(T[:, :, 1:]).sum(axis=2).max(axis=1)
+    return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
 
 
 def _of_left_point(T, h, Q, offset, mean) -> tuple[np.ndarray, np.ndarray]:

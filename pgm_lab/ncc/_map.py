@@ -108,7 +108,8 @@ def image(values: ArrayLike, name: str) -> np.ndarray:
 
 def flat(windows: np.ndarray) -> np.ndarray:
     """Whether all grey values of a window are equal."""
-    return windows.max(axis=(-2, -1)) == windows.min(axis=(-2, -1))
+    grey = windows.reshape(*windows.shape[:-2], -1)
+    return grey.max(axis=-1) == grey.min(axis=-1)
 
 
 def chunks(n: int, size: int) -> list[slice]:
@@ -130,7 +131,8 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
         _by_definition(r, faint, t, s)
     else:
         r /= np.sqrt(ssd, out=ssd)
-    return np.clip(r, -1.0, 1.0, out=r)
+    np.minimum(r, 1.0, out=r)  # where rounding would go beyond by the last digit
+    return np.maximum(r, -1.0, out=r)
 
 
 def _centred(windows: np.ndarray) -> np.ndarray:
@@ -139,7 +141,7 @@ def _centred(windows: np.ndarray) -> np.ndarray:
     From whole numbers a whole number is taken, so that the sums remain exact.
     """
     g = windows.astype(float)
-    mean = g.mean(axis=(1, 2), keepdims=True)
+    mean = g.reshape(len(g), -1).mean(axis=1)[:, None, None]
     if windows.dtype.kind in "ui":
         return np.subtract(g, np.rint(mean, out=mean), out=g)
     g -= mean

@@ -257,6 +257,7 @@ def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
     K[ridge] = np.eye(2)
     step = np.linalg.solve(K, D[..., None])[..., 0]
     ridge |= np.abs(step).max(axis=1) > 1  # the top is not at this peak
+    # The paraboloid may rise above 1, and then would tell of less than no noise
     top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
 
     t = templates.astype(float)
@@ -264,7 +265,7 @@ def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
     gy = (t[:, 2:, 1:-1] - t[:, :-2, 1:-1]) / 2
     g = np.stack([gx.reshape(k, -1), gy.reshape(k, -1)], axis=1)
     G = g @ g.swapaxes(1, 2) / g.shape[2] / t.var(axis=(1, 2))[:, None, None]
-    K = np.linalg.inv(K)
+    inverse = np.linalg.inv(K)
     noise = 2 * (1 - top) / t[0].size
-    Q = K @ G @ K * noise[:, None, None]
+    Q = inverse @ G @ inverse * noise[:, None, None]
     return step, Q, ridge | (np.trace(Q, axis1=1, axis2=2) > 1)

@@ -12,7 +12,9 @@ from look import (
     raw_markup,
 )
 from pypdf import PdfReader
+from watch import Watched
 
+from publish.browser import offline_context
 from publish.page import handout_page
 from publish.prepare import for_handouts, title
 from publish.selfcontained import problems
@@ -33,16 +35,18 @@ def words(pdf):
     return "".join("".join(page.extract_text().split()) for page in pdf.pages)
 
 
-@pytest.fixture
-def page(watched, chapter):
-    """The page before printing, as wide as the column of text."""
-    watched.page.set_viewport_size({"width": COLUMN, "height": 900})
+@pytest.fixture(scope="module")
+def page(browser, chapter):
+    """The page before printing, as wide as the column of text; leave it as it was."""
+    context = offline_context(browser, viewport={"width": COLUMN, "height": 900})
+    watched = Watched(context)
     watched.page.emulate_media(media="print")
     watched.page.set_content(handout_page(chapter))
     watched.wait()
     yield watched.page
     assert watched.errors == []
     assert watched.requests == []
+    context.close()
 
 
 def shown_code(notebook) -> list[str]:
@@ -121,12 +125,14 @@ def too_wide(page) -> list[str]:
 
 
 def test_a_line_that_is_cut_is_found(page):
-    page.add_style_tag(content="pre { white-space: pre !important }")
     page.evaluate(
-        """() => document.querySelector("main").insertAdjacentHTML(
-            "beforeend", "<pre>" + "long ".repeat(60) + "</pre>")"""
+        """() => document.querySelector("main").insertAdjacentHTML("beforeend",
+            "<pre id='cut' style='white-space: pre !important'>"
+            + "long ".repeat(60) + "</pre>")"""
     )
-    assert too_wide(page) != []
+    found = too_wide(page)
+    page.evaluate("document.getElementById('cut').remove()")
+    assert found != []
 
 
 def test_formulas_are_typeset(page, notebook):

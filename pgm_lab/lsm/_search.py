@@ -1,0 +1,57 @@
+"""The right image, ready to be resampled around the points that are matched."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from pgm_lab.lsm import _fine
+
+LARGEST = 32_766  # px, what cv2.remap can address
+
+
+@dataclass(frozen=True)
+class Search:
+    """Part of the right image around the start points, ready to be resampled."""
+
+    grey: np.ndarray
+    coefficients: np.ndarray
+    corner: np.ndarray
+    shape: tuple[int, int]
+
+    @classmethod
+    def of(
+        cls, image: np.ndarray, mean: float, centres: np.ndarray, reach: int
+    ) -> "Search":
+        """Prepare an image around the centres (n, 2), as far as windows may reach."""
+        part, corner = crop(image, centres, reach + _fine.REACH)
+        if max(part.shape) > LARGEST:
+            raise ValueError(
+                f"the points spread over {part.shape[1]} x {part.shape[0]} px of the"
+                f" right image; match at most {LARGEST} px at a time"
+            )
+        part = part - mean
+        fine = _fine.coefficients(part)
+        return cls(part.astype(np.float32), fine, corner, image.shape)
+
+    def bilinear(self, X: np.ndarray) -> np.ndarray:
+        """Grey values at X (m, 2, k), quick but rough."""
+        x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
+        grey = cv2.remap(self.grey, x, y, cv2.INTER_LINEAR)
+        return grey.astype(float)
+
+    def fine(self, X: np.ndarray) -> np.ndarray:
+        """Grey values at X (m, 2, k), good to a thousandth of the contrast."""
+        x, y = np.moveaxis(X - self.corner[:, None], 1, 0)
+        return _fine.sample(self.coefficients, x, y)
+
+
+def crop(
+    image: np.ndarray, centres: np.ndarray, margin: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Part of an image around all centres (n, 2), and the pixel of its corner."""
+    if not len(centres):
+        centres = np.zeros((1, 2))
+    first = np.maximum(np.floor(centres.min(axis=0)).astype(int) - margin, 0)
+    end = np.ceil(centres.max(axis=0)).astype(int) + margin + 1
+    return image[first[1] : end[1], first[0] : end[0]], first

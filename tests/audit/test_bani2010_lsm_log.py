@@ -1,0 +1,256 @@
+"""Proofs of the verdicts on the log of the least squares matching of Bani 2010, IV.1.3:
+the parameters, the corrected point, S0, the determinant and the stop rule."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from .matching import (
+    PRINTED,
+    PRINTED_A,
+    PRINTED_B,
+    PRINTED_POINT,
+    PRINTED_S0,
+    START,
+    affine,
+    design,
+    gradient,
+    grey,
+    window,
+)
+
+ROWS, UNKNOWNS = 17 * 17, 6  # the loops run from 2 to 18 over a grid of 19
+PRINTED_DETERMINANT = 1.54977096612953e29
+
+
+def corrected_point(x, y):
+    """The update of the listing: y with the x that has just been updated."""
+    x = x + PRINTED_A @ (1, x, y)
+    return x, y + PRINTED_B @ (1, x, y)
+
+
+SHIFT = np.array(PRINTED_POINT) - START
+
+
+def test_corrected_point_follows_from_the_six_parameters_to_the_last_digit():
+    # Parameters of 15 digits times 1049 are good to 1e-12; so is the sum
+    point = corrected_point(*START)
+    np.testing.assert_allclose(point, PRINTED_POINT, rtol=0, atol=6e-12)
+    assert f"{point[0]:.12f}" == "267.950495643963"
+    assert f"{point[1]:.11f}" == "1049.06028818143"
+
+
+def test_update_of_y_takes_the_updated_x_which_costs_0001_px_here():
+    x, y = START
+    as_2_9 = y + PRINTED_B @ (1, x, y)
+    assert PRINTED_POINT[1] - as_2_9 == pytest.approx(0.0014, abs=5e-5)
+    # It is the product of two corrections, and vanishes with them
+    product = PRINTED_B[1] * SHIFT[0]
+    assert PRINTED_POINT[1] - as_2_9 == pytest.approx(product, rel=1e-6)
+
+
+def test_a0_and_b0_are_the_shift_at_the_corner_of_the_image_1083_px_away():
+    at_corner = np.array(affine(PRINTED, 0, 0))
+    at_match = np.array(affine(PRINTED, *START))
+    np.testing.assert_allclose(at_corner, (130.34, 48.50), atol=5e-3)
+    np.testing.assert_allclose(at_match, (-0.0495, 0.0589), atol=5e-5)
+    # Increments: with (2.8) for x' itself the match would lie beside the image
+    assert affine(PRINTED, *START)[0] < 0
+
+
+def normal_matrix(centre, half=8, contrast=9.0):
+    """A'A of the listing for a window of the test image, the origin of x and y moved
+    so that the window lies at `centre`."""
+    x, y = window(half)
+    A = design(*gradient(x, y, contrast), x + centre[0], y + centre[1])
+    return A.T @ A
+
+
+def test_standard_deviation_of_a0_is_two_hundred_times_that_of_the_shift():
+    # The distance from the origin over the spread of the pixels: sqrt(8 * 9 / 3) = 4.9
+    near, far = (
+        np.sqrt(np.diag(np.linalg.inv(normal_matrix(c)))) for c in ((0, 0), START)
+    )
+    assert 100 < far[0] / near[0] < 400
+    # A scale or a shear keeps its own
+    np.testing.assert_allclose(far[[1, 2, 4, 5]], near[[1, 2, 4, 5]], rtol=1e-4)
+
+
+def test_determinant_does_not_depend_on_the_origin_of_the_coordinates():
+    # x + c = x * 1 + c: a triangular matrix with ones on its diagonal, determinant 1.
+    # Elimination loses digits with the far origin: whole numbers are exact
+    def exact(matrix):
+        m, result = [[Fraction(int(v)) for v in row] for row in matrix], Fraction(1)
+        for k in range(len(m)):
+            result *= m[k][k]
+            for row in m[k + 1 :]:
+                factor = row[k] / m[k][k]
+                row[k:] = [a - factor * b for a, b in zip(row[k:], m[k][k:])]
+        return result
+
+    x, y = window(8)
+    gx, gy = np.round(gradient(x, y, 9.0))
+    near, far = (
+        design(gx, gy, x + c[0], y + c[1]).astype(np.int64) for c in ((0, 0), START)
+    )
+    assert exact((near.T @ near).tolist()) == exact((far.T @ far).tolist()) > 0
+
+
+def test_condition_does_depend_on_the_origin_and_the_determinant_does_not_see_it():
+    near, far = (np.linalg.cond(normal_matrix(c)) for c in ((0, 0), START))
+    assert near < 1e3 and far > 1e10
+    # The determinant follows the contrast instead, with its twelfth power
+    ratio = np.linalg.det(normal_matrix((0, 0), contrast=18.0)) / np.linalg.det(
+        normal_matrix((0, 0), contrast=9.0)
+    )
+    assert ratio == pytest.approx(2**12, rel=1e-9)
+
+
+def root_mean_square_gradient():
+    """Grey values a pixel that the printed determinant stands for, if the gradients are
+    spread evenly over the window and over all directions."""
+    spread = np.mean(window(8)[0] ** 2)
+    assert spread == pytest.approx(24)
+    return np.sqrt((PRINTED_DETERMINANT / spread**4) ** (1 / 6) / ROWS)
+
+
+def test_printed_determinant_stands_for_gradients_of_about_5_5_a_pixel():
+    # That the even spread is a fair guess: within a third for 20 windows of the test
+    # image. Which pixels it was, only the photo could tell
+    printed = root_mean_square_gradient()
+    assert printed == pytest.approx(5.52, abs=0.01)
+    ratios = []
+    for k in range(20):
+        x, y = window(8, (40.0 * k, 0.0))
+        g = gradient(x, y)
+        centred = design(*g, *window(8))
+        determinant = np.linalg.det(centred.T @ centred)
+        guess = np.sqrt((determinant / 24**4) ** (1 / 6) / ROWS)
+        ratios.append(guess / np.sqrt((g**2).mean()))
+    assert 2 / 3 < min(ratios) and max(ratios) < 4 / 3
+
+
+def test_printed_s0_is_the_root_divided_by_r_and_stands_for_6_46_grey_values():
+    # The listing divides the root by r = 289 - 6. The same V'V in (2.14e):
+    r = ROWS - UNKNOWNS
+    assert r == 283
+    VtV = (PRINTED_S0 * r) ** 2
+    assert np.sqrt(VtV / r) == pytest.approx(6.4628, abs=5e-5)
+    # 0.384 grey values would be less than the rounding of two images to whole ones
+    assert PRINTED_S0 < np.sqrt(2 / 12) < np.sqrt(VtV / r)
+
+
+def test_s0_of_the_listing_depends_on_the_size_of_the_window_and_2_14e_does_not():
+    rng = np.random.default_rng(7)
+    listing, printed = [], []
+    for half in (5, 8, 16):
+        x, y = window(half)
+        A = design(*gradient(x, y), x, y)
+        L = rng.normal(0, 6.5, x.size)
+        V = A @ np.linalg.lstsq(A, L)[0] - L
+        r = x.size - 6
+        listing.append(np.sqrt(V @ V) / r)
+        printed.append(np.sqrt(V @ V / r))
+    np.testing.assert_allclose(printed, 6.5, rtol=0.25)
+    assert listing[0] > 2.5 * listing[2]
+
+
+def test_s0_has_the_unit_of_the_grey_values_and_not_of_the_pixel():
+    # Grey values in other units: S0 follows, the shift and its standard deviation stay
+    x, y = window(8)
+    noise = np.random.default_rng(8).normal(0, 6.5, x.size)
+    found = []
+    for unit in (1.0, 1 / 255):
+        A = unit * design(*gradient(x, y, 9.0), x, y)
+        L = unit * (grey(x + 0.05, y - 0.06, 9.0) - grey(x, y, 9.0) + noise)
+        X = np.linalg.lstsq(A, L)[0]
+        V = A @ X - L
+        S0 = np.sqrt(V @ V / (x.size - 6))
+        found.append((S0, X[0], S0 * np.sqrt(np.linalg.inv(A.T @ A)[0, 0])))
+    assert found[0][0] / found[1][0] == pytest.approx(255, rel=1e-9)
+    np.testing.assert_allclose(found[0][1:], found[1][1:], rtol=1e-9)
+
+
+def test_standard_deviation_of_the_printed_match_is_nearer_007_than_001_px():
+    # S0 over root of the gradient energy: even spread assumed, see the determinant
+    S0 = PRINTED_S0 * np.sqrt(ROWS - UNKNOWNS)
+    sd = S0 / (root_mean_square_gradient() * np.sqrt(ROWS))
+    assert sd == pytest.approx(0.069, abs=0.001)
+    # The one step that was made is no longer than that
+    assert np.all(np.abs(SHIFT) < sd)
+
+
+def test_typed_s0_has_a_digit_more_than_the_log():
+    assert "0.3841766144168957".replace("66", "6", 1) == "0.384176144168957"
+    assert 0.3841766144168957 - PRINTED_S0 == pytest.approx(4.7e-7, abs=1e-8)
+
+
+def goes_on(p, joined=any):
+    """The stop rule: the two scales and the two shears, each pair against 0.03."""
+    scales = joined(abs(v) <= 0.03 for v in p[[1, 5]])
+    shears = joined(abs(v) <= 0.03 for v in p[[2, 4]])
+    return not (scales and shears)
+
+
+def test_iteration_stops_because_the_limits_are_joined_by_or():
+    assert not goes_on(PRINTED, any)
+    assert goes_on(PRINTED, all)
+    # One of each pair lies beyond its limit, one of them four times
+    assert abs(PRINTED[5]) > 0.03 and abs(PRINTED[2]) > 4 * 0.03
+
+
+def test_stop_rule_does_not_look_at_the_shifts():
+    # A window a hundred pixels off its place is accepted; the limit of 0.01 px that is
+    # handed over is used nowhere
+    moved = PRINTED.copy()
+    moved[[0, 3]] += (100.0, -100.0)
+    assert not goes_on(moved)
+    # The two rules that stand beside it in comments would both have gone on
+    assert np.any(np.abs(SHIFT) > 0.01)
+    assert np.any(np.abs(PRINTED) > 0.01)
+    assert min(abs(PRINTED[0]), abs(PRINTED[3])) > 0.5
+
+
+def test_only_step_moves_the_match_by_005_and_006_px_and_not_by_less_than_001():
+    np.testing.assert_allclose(SHIFT, (-0.0495, 0.0603), atol=5e-5)
+    assert np.all(np.abs(SHIFT) > 0.01)
+
+
+def test_only_step_moves_corners_of_the_window_by_more_than_a_pixel():
+    corners = START + np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None] * [
+        [8],
+        [9],
+    ]
+    move = np.hypot(*affine(PRINTED, *np.moveaxis(corners, -1, 0)))
+    assert move[:, 0].min() > 1.06 and move[:, 0].max() == pytest.approx(
+        1.155, abs=1e-3
+    )
+    assert move[:, 1].min() > 1.19 and move[:, 1].max() == pytest.approx(
+        1.293, abs=1e-3
+    )
+
+
+def test_value_returned_is_false_when_the_iteration_has_stopped():
+    # "converged" holds what tells the loop to go on; the caller gets it as the result
+    converged = goes_on(PRINTED)
+    assert converged is False
+    assert goes_on(np.array([0, 0.04, 0.04, 0, 0.04, 0.04])) is True
+
+
+def test_three_window_sizes_are_given_and_the_log_is_that_of_17():
+    # III.3: 21 x 21 equations; IV.1.2: a template of 19 x 19; the listing: 17 x 17 out
+    # of a grid of 19, which its log counts. Each would give another S0 from one V'V
+    sizes = {21: 441, 19: 361, 17: 289}
+    s0 = {n: (PRINTED_S0 * 283) / np.sqrt(rows - 6) for n, rows in sizes.items()}
+    assert [round(s0[n], 2) for n in (21, 19, 17)] == [5.21, 5.77, 6.46]
+    assert len(range(2, 19)) ** 2 == sizes[17]
+
+
+def test_standard_deviations_of_the_parameters_need_more_than_s0():
+    # The same S0 in two windows: contrast 40 and 9
+    sd = [
+        6.46 * np.sqrt(np.linalg.inv(normal_matrix((0, 0), contrast=c))[0, 0])
+        for c in (40.0, 9.0)
+    ]
+    assert sd[1] / sd[0] == pytest.approx(40 / 9, rel=1e-9)

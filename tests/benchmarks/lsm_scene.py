@@ -1,0 +1,136 @@
+"""Pairs of textured images with known truth, for the experiments of chapter 3."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from pgm_lab import lsm, simulate
+
+SOFT, SHARP = 0.2, 0.4  # cycles per pixel
+PART = 250  # points whose windows are held at a time
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A texture seen twice, and points (n, 2) whose windows do not overlap.
+
+    The right image is warped by `affine`: each of its four elements differs by 1 to 2
+    per cent from the identity.
+    """
+
+    texture: simulate.Texture
+    affine: np.ndarray
+    shape: tuple[int, int]
+    points: np.ndarray
+
+    @property
+    def truth(self) -> np.ndarray:
+        """The points in the right image (n, 2)."""
+        return warp(self.affine, self.points)
+
+    @property
+    def start(self) -> np.ndarray:
+        """The truth rounded to whole pixels, as correlation would find it."""
+        return np.rint(self.truth)
+
+    def images(
+        self,
+        sigma: float,
+        *,
+        gain: float = 1.08,
+        offset: float = 4.0,
+        dtype: DTypeLike = None,
+        seed: int = 0,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Left and right image with noise."""
+        return simulate.texture_pair(
+            self.texture,
+            self.shape,
+            self.affine,
+            gain=gain,
+            offset=offset,
+            sigma=sigma,
+            dtype=dtype,
+            seed=seed,
+        )
+
+    def bound(
+        self, window: int = 21, *, gain: float = 1.08, radiometric: bool = True
+    ) -> np.ndarray:
+        """Cramer-Rao bound (n, 2, 2) of the points for a noise of one grey value."""
+        grey, *gradient = (
+            simulate.texture_pair(t, self.shape, (0, 1, 0, 0, 0, 1))[0]
+            for t in (self.texture, *derivatives(self.texture))
+        )
+        found = []
+        for part in np.array_split(self.points, max(len(self.points) // PART, 1)):
+            found.append(
+                lsm.cramer_rao(
+                    windows(grey, part, window),
+                    np.stack([windows(g, part, window) for g in gradient], axis=-1),
+                    1.0,
+                    gain=gain,
+                    shape=self.affine.reshape(2, 3)[:, 1:],
+                    radiometric=radiometric,
+                )
+            )
+        return np.concatenate(found)
+
+
+def scene(
+    cutoff: float,
+    seed: int,
+    *,
+    contrast: float = 40.0,
+    size: int = 900,
+    spacing: int = 26,
+    room: int = 12,
+) -> Scene:
+    """Scene of size x size pixels with points on a grid; `room` around each of them."""
+    rng = np.random.default_rng([3, seed])
+    texture = simulate.texture(cutoff, contrast=contrast, seed=seed)
+    J = np.eye(2) + rng.choice([-1, 1], (2, 2)) * rng.uniform(0.01, 0.02, (2, 2))
+    middle = np.full(2, (size - 1) / 2)
+    shift = middle - J @ middle + rng.uniform(-1, 1, 2)
+    affine = np.column_stack([shift, J]).ravel()
+    return Scene(texture, affine, (size, size), grid(size, spacing, room, affine))
+
+
+def grid(size: int, spacing: int, room: int, affine: np.ndarray) -> np.ndarray:
+    """Points of a square grid that have `room` in both images."""
+    at = np.arange(room, size - room, float(spacing))
+    points = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+    right = warp(affine, points)
+    return points[np.all((right > 1.1 * room) & (right < size - 1.1 * room), axis=1)]
+
+
+def warp(affine: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Where points of the left image are in the right one."""
+    T = affine.reshape(2, 3)
+    return T[:, 0] + points @ T[:, 1:].T
+
+
+def derivatives(texture: simulate.Texture) -> list[simulate.Texture]:
+    """Derivatives by x and y: again waves, a quarter of a period ahead."""
+    return [
+        simulate.Texture(
+            texture.frequencies,
+            2 * np.pi * f * texture.amplitudes,
+            texture.phases + np.pi / 2,
+            0.0,
+        )
+        for f in texture.frequencies.T
+    ]
+
+
+def windows(image: np.ndarray, points: np.ndarray, window: int) -> np.ndarray:
+    """Windows (n, window, window) around whole pixels."""
+    x, y = points.astype(int).T - window // 2
+    views = np.lib.stride_tricks.sliding_window_view(image, (window, window))
+    return views[y, x]
+
+
+def squared(error: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Squared errors (n, 2) over their variances."""
+    return error**2 / np.diagonal(covariance, axis1=1, axis2=2)

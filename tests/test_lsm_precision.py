@@ -1,0 +1,173 @@
+"""The fine interpolation, the dense adjustment and the bound, each on its own."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import lsm, simulate
+from pgm_lab.lsm import _fine
+
+SOFT = simulate.texture(0.2, seed=4)
+
+
+def inner_points(n=200, seed=2):
+    """Points of an image of 90 x 100 pixels, away from its mirrored borders."""
+    return np.random.default_rng(seed).uniform(20, 70, (n, 2))
+
+
+def image_of(texture, shape=(90, 100)):
+    return simulate.texture_pair(texture, shape, (0, 1, 0, 0, 0, 1))[0]
+
+
+# Largest error in grey values for a contrast of 40: what design and spline leave
+@pytest.mark.parametrize(
+    ("cutoff", "largest"), [(0.1, 0.02), (0.2, 0.05), (0.3, 0.2), (0.4, 1.0)]
+)
+def test_fine_interpolation_errs_by_a_thousandth_of_the_contrast(cutoff, largest):
+    texture = simulate.texture(cutoff, seed=6)
+    points = inner_points()
+    fine = _fine.coefficients(image_of(texture))
+    found = _fine.sample(fine, *points.T)
+    np.testing.assert_allclose(
+        found, simulate.grey_values(texture, points), rtol=0, atol=largest
+    )
+
+
+def test_fine_interpolation_returns_constants_and_pixels():
+    image = np.full((40, 40), 300.0)
+    fine = _fine.coefficients(image)
+    x, y = np.random.default_rng(1).uniform(0, 39, (2, 100))
+    # The filters are normalised: no ripple of the window is left in a constant
+    np.testing.assert_allclose(_fine.sample(fine, x, y), 300, rtol=1e-12)
+    image = image_of(SOFT)
+    y, x = np.mgrid[20:70, 20:70].astype(float)
+    found = _fine.sample(_fine.coefficients(image), x, y)
+    np.testing.assert_allclose(found, image[20:70, 20:70], rtol=0, atol=0.03)
+
+
+def test_gradients_are_those_of_the_texture():
+    image = image_of(SOFT)
+    points = inner_points()
+    truth = simulate.grey_gradients(SOFT, points)
+    found = _fine.sample_gradient(_fine.coefficients(image), *points.T)
+    # Of some 25 grey values per pixel
+    np.testing.assert_allclose(found.T, truth, rtol=0, atol=0.15)
+    y, x = np.mgrid[20:70, 20:70]
+    gx, gy = _fine.gradient(image)
+    truth = simulate.grey_gradients(SOFT, np.stack([x, y], axis=-1))
+    found = np.stack([gx, gy], axis=-1)[20:70, 20:70]
+    # At 0.2 cycles a pixel the quintic spline loses 0.3 per cent of slopes up to 80
+    np.testing.assert_allclose(found, truth, rtol=0, atol=0.25)
+
+
+def test_interpolation_averages_noise_as_much_as_noise_gain_says():
+    rng = np.random.default_rng(8)
+    noise = rng.normal(size=(400, 400))
+    fine = _fine.coefficients(noise)
+    y, x = np.mgrid[20:380, 20:380].astype(float)
+    for dx, dy in [(0, 0), (0.5, 0.5), (0.25, 0.5), (0.1, 0.8)]:
+        variance = np.var(_fine.sample(fine, x + dx, y + dy))
+        expected = _fine.noise_gain(np.array(20.0 + dx), np.array(-3 + dy))
+        # Variance of the variance of 130,000 values that are nearly independent
+        assert abs(variance / expected - 1) < 5 * np.sqrt(2 / x.size) * 1.5
+
+
+def windows(points, half=10):
+    y, x = np.mgrid[-half : half + 1, -half : half + 1]
+    return np.asarray(points)[:, None, None] + np.stack([x, y], axis=-1)
+
+
+def test_the_bound_inverts_the_information_of_all_eight_parameters():
+    """By differences of (2.10) itself: no formula of the gradients is shared."""
+    sigma, gain = 1.5, 1.3
+    turn = np.array([[1.1, 0.2], [-0.1, 0.9]])
+    grid = windows([(50, 60)])[0]
+    texture = simulate.texture(0.2, seed=9)
+
+    def right(points):  # grey values where the right image is
+        back = (points - (5, -3)) @ np.linalg.inv(turn).T
+        return gain * simulate.grey_values(texture, back) + 7
+
+    def left_minus(p):
+        a0, a1, a2, b0, b1, b2, h0, h1 = p
+        x, y = np.moveaxis(grid, -1, 0) - np.array([50, 60])[:, None, None]
+        at = np.stack([a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y], axis=-1)
+        return (h0 + h1 * right(at)).ravel()
+
+    a0, b0 = turn @ (50, 60) + (5, -3)
+    p = np.array([a0, *turn[0], b0, *turn[1], -7 / gain, 1 / gain])
+    steps = 1e-4 * np.array([1, 0.1, 0.1, 1, 0.1, 0.1, 1, 0.1])
+    J = np.transpose(
+        [
+            (left_minus(p + d) - left_minus(p - d)) / (2 * d.max())
+            for d in np.diag(steps)
+        ]
+    )
+    expected = np.linalg.inv(J.T @ J)[np.ix_([0, 3], [0, 3])]
+    expected *= sigma**2 + (sigma / gain) ** 2
+    found = lsm.cramer_rao(
+        simulate.grey_values(texture, grid),
+        simulate.grey_gradients(texture, grid),
+        sigma,
+        gain=gain,
+        shape=turn,
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+
+
+def test_the_bound_counts_what_radiometric_parameters_cost():
+    grid = windows(inner_points(20))
+    grey = simulate.grey_values(SOFT, grid)
+    gradients = simulate.grey_gradients(SOFT, grid)
+    full = lsm.cramer_rao(grey, gradients, 1.0)
+    known = lsm.cramer_rao(grey, gradients, 1.0, radiometric=False)
+    assert np.linalg.eigvalsh(full - known).min() > -1e-15
+    assert np.isinf(lsm.cramer_rao(np.ones((5, 5)), np.zeros((5, 5, 2)), 1.0)).all()
+
+
+@pytest.mark.parametrize(
+    ("grey", "gradients", "sigma", "message"),
+    [
+        (np.ones((4, 4)), np.ones((4, 4, 2)), 1, "w odd"),
+        (np.ones((5, 5)), np.ones((5, 4, 2)), 1, "as grey"),
+        (np.ones((5, 5)), np.ones((5, 5, 2)), 0, "sigma must be positive"),
+    ],
+)
+def test_the_bound_refuses_bad_input(grey, gradients, sigma, message):
+    with pytest.raises(ValueError, match=message):
+        lsm.cramer_rao(grey, gradients, sigma)
+
+
+def test_the_dense_adjustment_finds_the_minimum_and_says_how_good_it_is():
+    affine = (3.3, 1.015, 0.02, -2.2, -0.025, 0.99)
+    left, right = simulate.texture_pair(SOFT, (100, 110), affine, sigma=1.0)
+    points = np.array([(50.3, 48.8), (60.0, 40.0)])
+    x, y = points.T
+    a0, a1, a2, b0, b1, b2 = affine
+    truth = np.tile([0, a1, a2, 0, b1, b2, 0, 1.0], (2, 1))
+    truth[:, 0], truth[:, 3] = a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y
+    start = truth + [0.4, 0, 0, -0.3, 0, 0, 0, 0]
+    found = lsm.adjust(left, right, points, start)
+    assert found.status.tolist() == ["converged"] * 2
+    assert np.all(np.abs(found.x - truth) < 5 * found.sd)
+    np.testing.assert_allclose(found.redundancy_numbers.sum(axis=1), 433, rtol=1e-9)
+    np.testing.assert_allclose(
+        found.sigma0**2 * 433, (found.residuals**2).sum(axis=1), rtol=1e-9
+    )
+    # At the minimum of v'v no parameter can be moved to a smaller one
+    for k in range(8):
+        for sign in (-1, 1):
+            x = found.x + 0
+            x[:, k] += sign * 0.3 * found.sd[:, k]
+            other = lsm.adjust(left, right, points, x, max_iterations=1)
+            assert np.all(other.history.objective[0] > found.sigma0**2 * 433)
+
+
+def test_the_dense_adjustment_names_windows_that_leave_an_image():
+    left, right = simulate.texture_pair(SOFT, (60, 60), (0, 1, 0, 0, 0, 1))
+    p = np.array([[30, 1, 0, 30, 0, 1, 0, 1.0], [55, 1, 0, 30, 0, 1, 0, 1.0]])
+    found = lsm.adjust(left, right, [(30, 30), (30, 30)], p)
+    assert found.status.tolist() == ["converged", "diverged"]
+    with pytest.raises(ValueError, match=r"left_points \[1\] leave the left image"):
+        lsm.adjust(left, right, [(30, 30), (4, 30)], p)
+    with pytest.raises(ValueError, match="parameters must be"):
+        lsm.adjust(left, right, [(30, 30)], p)
