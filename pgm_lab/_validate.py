@@ -166,3 +166,13 @@ def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
             f"{name} must have at least {least} x {least} pixels; got {array.shape}"
         )
     return array
+
+
+def whole(value: ArrayLike, name: str, least: int) -> int:
+    """Return `value` as one whole number, not below `least`."""
+    array = number(value, name)
+    if array != round(array) or array < least:
+        raise ValueError(
+            f"{name} must be a whole number, at least {least}; got {value}"
+        )
+    return int(array)

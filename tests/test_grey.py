@@ -261,10 +261,17 @@ def test_an_image_is_two_dimensional_and_finite(function, grey, message):
     ("call", "message"),
     [
         (lambda: image.statistics([[5.0]]), "two pixels or more"),
-        (lambda: image.histogram(np.eye(3), bins=0), "bins must be at least 1"),
+        (
+            lambda: image.histogram(np.eye(3), bins=0),
+            "bins must be a whole number, at least 1",
+        ),
         (lambda: image.equalize(np.full((3, 3), 7)), "two grey values or more"),
         (lambda: image.gradient(np.eye(2)), "at least 3 x 3 pixels"),
-        (lambda: image.pyramid(np.eye(9), 0), "levels must be at least 1"),
+        (
+            lambda: image.pyramid(np.eye(9), 0),
+            "levels must be a whole number, at least 1",
+        ),
+        (lambda: image.pyramid(np.eye(9), 1.5), "levels must be a whole number"),
         (lambda: image.pyramid(np.eye(9), 4), "levels must be at most 3"),
     ],
 )

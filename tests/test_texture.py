@@ -215,7 +215,11 @@ SAME = (0, 1, 0, 0, 0, 1)
         (lambda t: simulate.texture(0.6), "cutoff must lie between 0 and 0.5"),
         (lambda t: simulate.texture(np.nan), "cutoff is not a finite number"),
         (lambda t: simulate.texture(contrast=0), "contrast must be positive"),
-        (lambda t: simulate.texture(waves=0), "waves must be at least 1"),
+        (
+            lambda t: simulate.texture(waves=0),
+            "waves must be a whole number, at least 1",
+        ),
+        (lambda t: simulate.texture(waves=2.5), "waves must be a whole number"),
         (lambda t: simulate.texture(mean=np.inf), "mean is not a finite number"),
         (lambda t: simulate.grey_values(t, (1, 2, 3)), r"shape \(\.\.\., 2\)"),
         (
@@ -249,7 +253,7 @@ SAME = (0, 1, 0, 0, 0, 1)
         ),
         (
             lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0, 0), 1),
-            "factor must be at least 2",
+            "factor must be a whole number, at least 2",
         ),
         (
             lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0, 0), 2.5),
@@ -257,7 +261,7 @@ SAME = (0, 1, 0, 0, 0, 1)
         ),
         (
             lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (8, 0), 2),
-            "nothing is left of an image",
+            r"nothing is left of an image of shape \(9, 9\) after a shift of \(8, 0\)",
         ),
     ],
 )

@@ -90,8 +90,7 @@ def histogram(image: ArrayLike, bins: int = 256) -> tuple[np.ndarray, np.ndarray
     (array([1, 2, 1]), array([ -0.5, 255.5]))
     """
     g = _validate.image(image)
-    if bins < 1:
-        raise ValueError(f"bins must be at least 1; got {bins}")
+    bins = _validate.whole(bins, "bins", least=1)
     highest = _highest(image)
     limits = None if highest is None else (-0.5, highest + 0.5)
     return np.histogram(g, bins, range=limits)

@@ -47,8 +47,7 @@ def pyramid(image: ArrayLike, levels: int) -> list[np.ndarray]:
     """
     # A copy: the image is not to change with its level 0, and OpenCV wants it in order
     images = [_validate.image(image).copy()]
-    if levels < 1:
-        raise ValueError(f"levels must be at least 1; got {levels}")
+    levels = _validate.whole(levels, "levels", least=1)
     for k in range(1, levels):
         shape = images[-1].shape
         if min(shape) < 5:

@@ -176,16 +176,19 @@ def shrunk_pair(
     image = _validate.finite(image, "image")
     if image.ndim != 2:
         raise ValueError(f"image must have shape (rows, columns); got {image.shape}")
-    dx, dy = _whole(shift, "shift", (2,))
-    factor = int(_whole(factor, "factor", ()))
-    if factor < 2:
-        raise ValueError(f"factor must be at least 2; got {factor}")
+    shift = _validate.finite(shift, "shift")
+    if shift.shape != (2,) or np.any(shift != np.round(shift)):
+        raise ValueError(
+            f"shift must be two whole numbers (columns, rows); got {shift}"
+        )
+    dx, dy = shift.astype(int)
+    factor = _validate.whole(factor, "factor", least=2)
     rows = (image.shape[0] - abs(dy)) // factor
     columns = (image.shape[1] - abs(dx)) // factor
     if min(rows, columns) < 1:
         raise ValueError(
             f"nothing is left of an image of shape {image.shape} after a shift of"
-            f" {shift} pixels (columns, rows) and a factor of {factor}"
+            f" ({dx}, {dy}) pixels (columns, rows) and a factor of {factor}"
         )
 
     def part(x, y):
@@ -195,11 +198,3 @@ def shrunk_pair(
     # What moves to the right in the image comes from further left in the large one
     x, y = max(dx, 0), max(dy, 0)
     return part(x, y), part(x - dx, y - dy)
-
-
-def _whole(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
-    array = _validate.finite(values, name)
-    if array.shape != shape or np.any(array != np.round(array)):
-        count = "two whole numbers (columns, rows)" if shape else "a whole number"
-        raise ValueError(f"{name} must be {count}; got {values}")
-    return array.astype(int)

@@ -72,7 +72,7 @@ def texture(
     ------
     ValueError
         If the cut-off is not between 0 and 0.5, the contrast is not positive, or
-        there is no wave.
+        waves is not a whole number above zero.
 
     Examples
     --------
@@ -86,8 +86,7 @@ def texture(
             f"cutoff must lie between 0 and 0.5 cycles per pixel; got {cutoff}"
         )
     contrast = float(_validate.positive(contrast, "contrast", "grey values"))
-    if waves < 1:
-        raise ValueError(f"waves must be at least 1; got {waves}")
+    waves = _validate.whole(waves, "waves", least=1)
     rng = np.random.default_rng(seed)
     radius = cutoff * np.sqrt(rng.uniform(size=waves))  # the root: evenly by area
     direction, phases = rng.uniform(0, 2 * np.pi, (2, waves))
