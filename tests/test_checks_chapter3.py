@@ -1,0 +1,247 @@
+"""Exercise feedback of chapter 3: right answers pass, each slip is named."""
+
+import numpy as np
+import pytest
+
+from pgm_lab.checks import CheckFailed, chapter3
+
+A, B, START = chapter3.PRINTED_A, chapter3.PRINTED_B, chapter3.PRINTED_START
+ROW = START[1] + B @ (1, *START)
+PRINTED_ROW = 1049.06028818143
+
+
+def columns(B, Bx, By, x, y, h1):
+    gx, gy = h1 * Bx, h1 * By
+    return np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, np.ones_like(B), B]).T
+
+
+def bilinear(image, column, row, dtype=float, product=True):
+    i, j = int(row), int(column)
+    dx, dy = column - j, row - i
+    (g0, g1), (g2, g3) = image[i : i + 2, j : j + 2].astype(dtype)
+    with np.errstate(over="ignore"):
+        twist = (g3 + g0 - g1 - g2) * dx * dy
+        return g0 + (g1 - g0) * dx + (g2 - g0) * dy + (twist if product else 0)
+
+
+def precision(J, v):
+    S0 = np.sqrt(v @ v / (J.shape[0] - J.shape[1]))
+    return S0, S0 * np.sqrt(np.linalg.inv(J.T @ J)[0, 0])
+
+
+def stop(q, half, limit=0.01):
+    reach = np.abs(q) * np.tile([1, half, half], 2)
+    return reach[:3].sum() <= limit and reach[3:].sum() <= limit
+
+
+def test_right_answers_pass(capsys):
+    chapter3.corrected_row(ROW)
+    chapter3.corrected_row(np.float32(ROW))  # 6e-5 px from it
+    chapter3.columns(columns)
+    chapter3.bilinear(bilinear)
+    chapter3.precision(precision)
+    chapter3.precision(lambda J, v: list(precision(J, v)))
+    chapter3.stop(stop)
+    assert capsys.readouterr().out.count("✓") == 7
+
+
+def test_distance_of_the_corner_is_as_good_as_both_coordinates():
+    def by_distance(q, half):
+        at = np.array([(1, x, y) for x in (-half, half) for y in (-half, half)])
+        return np.hypot(at @ q[:3], at @ q[3:]).max() <= 0.01
+
+    chapter3.stop(by_distance)
+
+
+def test_every_pixel_of_the_window_is_as_good_as_its_corners():
+    def by_pixel(q, half):
+        y, x = np.mgrid[-half : half + 1, -half : half + 1]
+        moved = [q[k] + q[k + 1] * x + q[k + 2] * y for k in (0, 3)]
+        return bool(np.max(np.abs(moved)) <= 0.01)
+
+    chapter3.stop(by_pixel)
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (..., "still empty"),
+        (None, "still empty"),
+        ("1049", "does not follow"),
+        ((1.0, 2.0), "must be one number"),
+        (PRINTED_ROW, "that is the printed row"),
+        (ROW - START[1], "that is the correction"),
+        (2 * START[1] - ROW, "added, not subtracted"),
+        (START[1] + B @ (1, *START[::-1]), "column and row are exchanged"),
+        (START[0] + B @ (1, *START), "starts from the row of the start"),
+        (START[0] + A @ (1, *START), "that is the column"),
+        (START[1] + A @ (1, *START), "takes b0, b1, b2"),
+        (START[1] + B[0], "b1 and b2 are missing"),
+        (ROW + 0.001, "does not follow"),
+    ],
+)
+def test_slip_in_the_corrected_row_is_named(answer, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.corrected_row(answer)
+
+
+def changed(*edits):
+    """Right columns, with some of them replaced by what a function of all gives."""
+
+    def function(B, Bx, By, x, y, h1):
+        J = columns(B, Bx, By, x, y, h1)
+        for k, edit in edits:
+            J[:, k] = edit(B, Bx, By, x, y, h1)
+        return J
+
+    return function
+
+
+SWAPPED = (
+    (1, lambda B, Bx, By, x, y, h1: y * h1 * Bx),
+    (2, lambda B, Bx, By, x, y, h1: x * h1 * Bx),
+    (4, lambda B, Bx, By, x, y, h1: y * h1 * By),
+    (5, lambda B, Bx, By, x, y, h1: x * h1 * By),
+)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *a: None, "returns nothing"),
+        (lambda *a: columns(*a).T, "must return shape"),
+        (lambda B, Bx, By, x, y, h1: columns(B, Bx, By, x, y, 1.0), "h1 is missing at"),
+        (lambda B, Bx, By, x, y, h1: columns(B, By, Bx, x, y, h1), "two slopes are"),
+        (lambda B, Bx, By, x, y, h1: columns(B, -Bx, -By, x, y, h1), "sign of the slo"),
+        (changed(*SWAPPED), "x and y are exchanged"),
+        (lambda *a: columns(*a)[:, [0, 1, 4, 3, 2, 5, 6, 7]], "order is a1, a2"),
+        (lambda *a: columns(*a)[:, [0, 3, 1, 2, 4, 5, 6, 7]], "not the slopes of h1 B"),
+        (changed((1, lambda *a: np.zeros_like(a[0]))), "a1, a2, b1, b2 are not"),
+        (changed((6, lambda *a: a[0])), "offset changes every grey value"),
+        (changed((7, lambda *a: np.ones_like(a[0]))), r"\(2.17\) as printed"),
+        (changed((7, lambda *a: a[5] * a[0])), "does not contain h1"),
+        (changed((7, lambda *a: np.zeros_like(a[0]))), "how does h0"),
+    ],
+)
+def test_slip_in_the_columns_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.columns(function)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda g, c, r: ..., "returns nothing"),
+        (lambda g, c, r: float(int(bilinear(g, c, r))), "is cut off"),
+        (lambda g, c, r: np.floor(bilinear(g, c, r) + 0.5), "is rounded"),
+        (lambda g, c, r: bilinear(g, c, r, product=False), "the third term"),
+        (lambda g, c, r: bilinear(g, r, c), "indexed .row, column"),
+        (
+            lambda g, c, r: bilinear(g, int(c) + r % 1, int(r) + c % 1),
+            "dx and dy are exch",
+        ),
+        (lambda g, c, r: float(g[int(r), int(c)]), "the pixel before"),
+        (lambda g, c, r: bilinear(g, c, r) + (c == 4), "its value is not kept"),
+        (lambda g, c, r: bilinear(g, c, r) + 1.0, "has another value there"),
+        (lambda g, c, r: bilinear(g, c, r, dtype=np.uint8), "run over"),
+    ],
+)
+def test_slip_in_the_bilinear_surface_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.bilinear(function)
+
+
+def s0(J, v):
+    return precision(J, v)[0]
+
+
+def cofactor(J):
+    return np.linalg.inv(J.T @ J)[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda J, v: None, "returns nothing"),
+        (lambda J, v: s0(J, v), "must return shape"),
+        (
+            lambda J, v: (np.sqrt(v @ v) / (len(J) - J.shape[1]), precision(J, v)[1]),
+            "root ends too early",
+        ),
+        (
+            lambda J, v: (np.sqrt(v @ v / len(J)), precision(J, v)[1]),
+            "not by the number of pixels",
+        ),
+        (lambda J, v: (s0(J, v) ** 2, precision(J, v)[1]), "that is the variance"),
+        (lambda J, v: (np.sqrt(v @ v), precision(J, v)[1]), "divide by the redundancy"),
+        (lambda J, v: (s0(J, v), np.sqrt(cofactor(J))), "times S0"),
+        (lambda J, v: (s0(J, v), s0(J, v) * cofactor(J)), "root of the element"),
+        (lambda J, v: (s0(J, v), s0(J, v) ** 2 * cofactor(J)), "that is the variance"),
+        (lambda J, v: (s0(J, v), s0(J, v)), "the slopes turn it into pixels"),
+        (lambda J, v: (s0(J, v), 0.01), "does not follow from S0"),
+        (lambda J, v: (0.5, precision(J, v)[1]), "not that of"),
+    ],
+)
+def test_slip_in_the_precision_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.precision(function)
+
+
+def test_wrong_s0_carried_on_is_named_once():
+    def carried(J, v):
+        S0 = np.sqrt(v @ v) / (len(J) - J.shape[1])
+        return S0, S0 * np.sqrt(cofactor(J))
+
+    with pytest.raises(CheckFailed) as failed:
+        chapter3.precision(carried)
+    assert "root ends too early" in str(failed.value)
+    assert "does not follow" not in str(failed.value)
+
+
+def limits_of_the_listing(q, half):
+    a0, a1, a2, b0, b1, b2 = np.abs(q)
+    return (a1 <= 0.03 or b2 <= 0.03) and (a2 <= 0.03 or b1 <= 0.03)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda q, half: None, "returns nothing"),
+        (lambda q, half: False, "goes on after small steps"),
+        (lambda q, half: True, "the window still shifts"),
+        (limits_of_the_listing, "the window still shifts"),
+        (limits_of_the_listing, "corners of the window still move"),
+        (
+            lambda q, half: np.hypot(q[0], q[3]) <= 0.01,
+            "corners of the window still move",
+        ),
+        (
+            lambda q, half: (np.abs(q) * np.tile([1, half, half], 2)).max() <= 0.01,
+            "add up to more",
+        ),
+        (lambda q, half: stop(q, 10), "a large window"),
+        (
+            lambda q, half: max(q[:3].sum(), q[3:].sum()) <= 0.01,
+            "large negative shift",
+        ),
+        (lambda q, half: np.abs(q).max() <= 0.01, "corners of the window still move"),
+    ],
+)
+def test_slip_in_the_stop_rule_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.stop(function)
+
+
+def test_transposed_photo_and_point_are_as_good():
+    chapter3.bilinear(lambda g, c, r: bilinear(g.T, r, c))
+
+
+def test_answers_are_not_given_away():
+    for check, wrong in (
+        (chapter3.corrected_row, 1050.0),
+        (chapter3.precision, lambda J, v: (0.0, 0.0)),
+    ):
+        with pytest.raises(CheckFailed) as failed:
+            check(wrong)
+        text = str(failed.value)
+        assert "1049" not in text and "sqrt" not in text
