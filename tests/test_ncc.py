@@ -552,3 +552,10 @@ def test_parabola_of_soft_texture_is_good_to_a_fiftieth_of_a_pixel():
     for shift in ((0.2, 0.4), (0.5, -0.3)):
         errors, _ = repeated(0.0, shift, times=1)
         assert np.sqrt(np.mean(errors**2)) < 0.02
+
+
+def test_covariance_is_never_zero_unless_the_windows_are_equal():
+    """Without noise the paraboloid may rise above 1, which no noise explains."""
+    texture = simulate.texture(0.1, seed=3)
+    _, covariance = repeated(0.0, (0.3, -0.2), times=1, texture=texture)
+    assert np.linalg.eigvalsh(covariance[0]).min() > 0
