@@ -66,7 +66,10 @@ def columns(function: Callable) -> None:
                     answer[:, [0, 3]],
                     [
                         (expected[:, [0, 3]] / h1, "h1 is missing at the slopes"),
-                        (expected[:, [3, 0]], "slopes along columns and rows exchanged"),
+                        (
+                            expected[:, [3, 0]],
+                            "slopes along columns and rows exchanged",
+                        ),
                         (-expected[:, [0, 3]], "the sign of the slopes is turned"),
                     ],
                     "the columns of a0 and b0 are not the slopes of h1 B",
@@ -78,7 +81,10 @@ def columns(function: Callable) -> None:
                 first_slip(
                     answer[:, [1, 2, 4, 5]],
                     [
-                        (expected[:, [1, 2, 4, 5]] / h1, "h1 is missing at x, y slopes"),
+                        (
+                            expected[:, [1, 2, 4, 5]] / h1,
+                            "h1 is missing at x, y slopes",
+                        ),
                         (expected[:, [2, 1, 5, 4]], "x and y are exchanged"),
                         (expected[:, [1, 4, 2, 5]], "the order is a1, a2, b1, b2"),
                     ],
@@ -210,7 +216,7 @@ def precision(function: Callable) -> None:
 
 
 def stop(function: Callable) -> None:
-    """Check stop(q, half): whether no pixel of the window moves by more than 0.01 px."""
+    """Check stop(q, half): whether no pixel of the window moves more than 0.01 px."""
     half = 10
     small = np.array([0.004, 1e-4, -2e-4, -0.003, 2e-4, 1e-4])
     cases = {
@@ -226,7 +232,11 @@ def stop(function: Callable) -> None:
     answers = {k: bool(call(function, q, half, shape=())) for k, q in cases.items()}
     larger = bool(call(function, 0.9 * small, 40, shape=()))
     hints = [
-        ("small steps end it", answers["small"], "it goes on after steps below 0.01 px"),
+        (
+            "small steps end it",
+            answers["small"],
+            "it goes on after steps below 0.01 px",
+        ),
         (
             "shifts are looked at",
             not (answers["shift"] or answers["row"]),
