@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import ArrayLike
+from PIL import Image
 from scipy.stats import chi2
 
 from pgm_lab.datasets import Orthophoto
@@ -45,7 +46,7 @@ STYLE = {
 }
 
 
-def show(fig: Figure, alt: str, dpi: int = 130) -> None:
+def show(fig: Figure, alt: str, dpi: int = 130, colours: int | None = None) -> None:
     """Show a figure with a text for those who cannot see it, and close it.
 
     Parameters
@@ -57,6 +58,8 @@ def show(fig: Figure, alt: str, dpi: int = 130) -> None:
         notebook, the slides and the handout.
     dpi : int
         Resolution of the picture.
+    colours : int, optional
+        Keep at most so many colours, up to 256: photos then take a third of the space.
 
     Raises
     ------
@@ -68,6 +71,12 @@ def show(fig: Figure, alt: str, dpi: int = 130) -> None:
     buffer = io.BytesIO()
     fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
     plt.close(fig)
+    if colours is not None:
+        few = Image.open(buffer).convert("RGB")
+        few = few.quantize(
+            colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+        )
+        few.save(buffer := io.BytesIO(), format="png", optimize=True)
     width = round(fig.get_size_inches()[0] * 96)
     picture = base64.b64encode(buffer.getvalue()).decode()
     publish_display_data(

@@ -32,6 +32,22 @@ def test_figure_carries_its_alt_text_and_is_closed(published):
     assert not plt.fignum_exists(fig.number)
 
 
+def test_few_colours_make_a_photo_smaller_and_keep_its_rare_colours(published):
+    photo = np.random.default_rng(1).integers(0, 256, (60, 60))
+    for colours in (None, 64):
+        fig, ax = plt.subplots(figsize=(4, 4))
+        ax.imshow(photo, cmap="gray")
+        ax.plot(30, 30, "o", color=plot.RED, markersize=12)
+        plot.show(fig, "Noise and a dot.", colours=colours)
+    full, small = (base64.b64decode(data["image/png"]) for data, _ in published)
+    assert len(small) < 0.6 * len(full)
+    pixels = cv2.imdecode(np.frombuffer(small, np.uint8), cv2.IMREAD_COLOR)
+    pixels = pixels.reshape(-1, 3).astype(int)
+    assert len(np.unique(pixels, axis=0)) <= 64
+    dot = np.array([int(plot.RED[i : i + 2], 16) for i in (5, 3, 1)])
+    assert np.abs(pixels - dot).max(axis=1).min() < 16  # the dot is still red
+
+
 def test_figure_without_alt_text_is_refused(published):
     fig = plt.figure()
     with pytest.raises(ValueError, match="alt must say in words"):
