@@ -56,7 +56,7 @@ def test_without_noise_the_truth_is_found_at_points_between_the_pixels(cutoff, l
         h1, 1 / 1.08, rtol=0, atol=3e-4 if cutoff < 0.3 else 5e-3
     )
     np.testing.assert_allclose(h0 + h1 * 4, 120 * (1 - 1.08 * h1), rtol=0, atol=0.3)
-    # The window was resampled before the last correction, of up to 0.05 px
+    # The window was resampled before the last correction, of up to 0.02 px
     assert found.r.min() > 0.99
 
 
@@ -276,7 +276,7 @@ def test_a_window_that_leaves_the_image_on_its_way_is_named():
     assert found.status[0] == "left the image"
 
 
-def test_noise_alone_is_no_texture():
+def test_noise_is_not_taken_for_a_match():
     rng = np.random.default_rng(1)
     left, right = rng.normal(100, 2, (2, 120, 120))
     points = rng.uniform(30, 90, (50, 2))

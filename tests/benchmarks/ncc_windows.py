@@ -112,15 +112,18 @@ def main() -> None:
     rows = []
     for name, make in SCENES.items():
         scene = make(POINTS)
-        unit = row(scene, 21, 15)[-1]
-        for template in tqdm(TEMPLATES, name):
-            for reach in REACHES:
-                *shares, rms, predicted, seconds = row(scene, template, reach)
-                rows.append(
-                    [name, template, reach, template + 2 * reach, len(scene[2])]
-                    + [f"{share:.3f}" for share in shares]
-                    + [f"{rms:.4f}", f"{predicted:.4f}", f"{seconds / unit:.2g}"]
-                )
+        found = {
+            (template, reach): row(scene, template, reach)
+            for template in tqdm(TEMPLATES, name)
+            for reach in REACHES
+        }
+        for (template, reach), (*shares, rms, predicted, seconds) in found.items():
+            rows.append(
+                [name, template, reach, template + 2 * reach, len(scene[2])]
+                + [f"{share:.3f}" for share in shares]
+                + [f"{rms:.4f}", f"{predicted:.4f}"]
+                + [f"{seconds / found[21, 15][-1]:.2g}"]
+            )
     with open(TABLE, "w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
 
