@@ -109,6 +109,9 @@ def match(
     or b2) and (a2 or b1) are below 0.03. With "uncentred", a0 and b0 are the shift at
     the corner of the image, and their corrections are held against the same limit.
 
+    A defect acts in every step. The printed program is better in its first one, where
+    the window lies on whole pixels and the gradients keep their fractions.
+
     References
     ----------
     Bani 2010, (2.7) to (2.17), III.3, and the listing LSM6A, here in our own words.

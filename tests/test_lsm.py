@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _fine, _normal_equations, matching
 
 AFFINE = (3.3, 1.015, 0.02, -2.2, -0.025, 0.99)
 SOFT = simulate.texture(0.2, seed=4)
@@ -56,7 +56,7 @@ def test_without_noise_the_truth_is_found_at_points_between_the_pixels(cutoff, l
         h1, 1 / 1.08, rtol=0, atol=3e-4 if cutoff < 0.3 else 5e-3
     )
     np.testing.assert_allclose(h0 + h1 * 4, 120 * (1 - 1.08 * h1), rtol=0, atol=0.3)
-    # The window was resampled before the last correction, of up to 0.05 px
+    # The window was resampled before the last correction, of up to 0.02 px
     assert found.r.min() > 0.99
 
 
@@ -208,6 +208,30 @@ def test_a_turned_image_needs_a_start_shape():
     assert not lsm.match(left, right, points, np.rint(truth)).converged.any()
 
 
+def test_an_enlarged_window_is_resampled_out_to_its_corners():
+    affine = (-80, 2.2, 0.1, -40, 0.1, 1.7)
+    left, right = pair(affine, texture=simulate.texture(0.15, seed=3), shape=(200, 200))
+    points = np.array([(85.0, 80.0)])
+    truth = transformed(points, affine)
+    found = lsm.match(left, right, points, truth, shape=[(2.0, 0), (0, 1.9)])
+    np.testing.assert_allclose(found.points, truth, rtol=0, atol=1e-3)
+    alone = found.parameters[0, [1, 2, 4, 5]]
+    np.testing.assert_allclose(alone, (2.2, 0.1, 0.1, 1.7), rtol=0, atol=1e-3)
+
+
+def test_impossible_windows_are_lost():
+    T = np.tile(np.eye(2, 3, 1), (6, 1, 1))
+    T[1, 0, 0] = 11.0  # moved by more than half a window
+    T[2, 0, 1] = 4.5  # stretched
+    T[3, :, 1:] *= 0.4  # shrunk to less than a quarter of its area
+    T[4, 0, 1] = -1.0  # mirrored
+    T[5, 0, 0] = np.nan
+    lost = matching._lost(T, np.zeros((6, 2)), 10)
+    assert lost.tolist() == [False] + [True] * 5
+    T[2, 0, 1], T[2, 1, 2] = 2.2, 2.2  # more than four times its area
+    assert matching._lost(T, np.zeros((6, 2)), 10)[2]
+
+
 def test_each_misfortune_of_a_point_has_its_name():
     left, right = pair((0, 1, 0, 0, 0, 1))
     left[90:130, 20:60] = 77.0  # flat
@@ -252,12 +276,14 @@ def test_a_window_that_leaves_the_image_on_its_way_is_named():
     assert found.status[0] == "left the image"
 
 
-def test_noise_alone_is_no_texture():
+def test_noise_is_not_taken_for_a_match():
     rng = np.random.default_rng(1)
     left, right = rng.normal(100, 2, (2, 120, 120))
     points = rng.uniform(30, 90, (50, 2))
     found = lsm.match(left, right, points, points)
     assert not found.converged.any()
+    for name in ("points", "covariance", "sigma0", "parameters", "r"):
+        assert np.isnan(getattr(found, name)).all()
 
 
 def test_no_points_give_no_matches():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pgm_lab import datasets, lsm_defects, simulate
+from pgm_lab import datasets, lsm, lsm_defects, simulate
 from pgm_lab.lsm_defects import DEFECTS, PROGRAM, match
 from tests.benchmarks import lsm_defects as benchmark
 
@@ -28,6 +28,14 @@ def test_without_defects_the_true_points_are_found():
     m = found()
     assert np.all(m.status == "converged")
     np.testing.assert_allclose(m.points, TRUE, rtol=0, atol=3e-3)
+
+
+def test_without_defects_it_agrees_with_lsm_match():
+    # That one differentiates the left image: half a standard deviation is allowed
+    both = images(sigma=2.0, gain=1.08, offset=4.0)
+    ours, other = match(*both, LEFT, np.round(TRUE)), lsm.match(*both, LEFT, TRUE)
+    sd = np.sqrt(np.diagonal(other.covariance, axis1=1, axis2=2))
+    assert np.all(np.abs(ours.points - other.points) < 0.5 * sd)
 
 
 def test_sigma0_is_the_noise_of_both_images():

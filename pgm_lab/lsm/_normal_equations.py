@@ -133,7 +133,7 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
 def precision(
     left: Templates, T: np.ndarray, found: Solution
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where texture is missing.
+    """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where nothing is alike.
 
     The design matrix is made of noisy grey values: it looks steeper than it is, by
     E sigma^2 on the average. With that taken off, the covariance of the solution is
@@ -160,8 +160,8 @@ def precision(
     if u > m:
         E[:, m, m] = gain * k
     covariance = Q + 2 * pixel[:, None, None] * (Q @ E @ Q)
-    weak = singular | (_weakest_gradient(N) <= 2 * pixel * E[:, 0, 0])
-    return variance[:, None, None] * covariance, np.sqrt(variance), weak
+    alien = singular | (_weakest_gradient(N) <= 2 * pixel * E[:, 0, 0])
+    return variance[:, None, None] * covariance, np.sqrt(variance), alien
 
 
 def _weakest_gradient(N: np.ndarray) -> np.ndarray:

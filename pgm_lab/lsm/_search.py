@@ -34,10 +34,10 @@ class Search:
         fine = _fine.coefficients(part)
         return cls(part.astype(np.float32), fine, corner, image.shape)
 
-    def bilinear(self, X: np.ndarray) -> np.ndarray:
-        """Grey values at X (m, 2, k), quick but rough."""
+    def coarse(self, X: np.ndarray) -> np.ndarray:
+        """Grey values at X (m, 2, k), quick: OpenCV rounds X to 1/32 px, or used to."""
         x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
-        grey = cv2.remap(self.grey, x, y, cv2.INTER_LINEAR)
+        grey = cv2.remap(self.grey, x, y, cv2.INTER_LANCZOS4)
         return grey.astype(float)
 
     def fine(self, X: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from pgm_lab.lsm._search import Search, crop
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U25"
-COARSE = 0.25  # px, where bilinear interpolation has done its part
+COARSE = 0.25  # px, where coarse interpolation has done its part
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,10 @@ class Match:
         Iterations, coarse and fine.
     status : ndarray (n,) of str
         "converged"; "template leaves the image"; "left the image" (the right window
-        did, at the start or later); "singular" (no texture that stands out of the
-        residuals, or lines in one direction only); "diverged" (moved by more than half
-        a window, or took an impossible shape); "too many iterations".
+        did, at the start or later); "singular" (no texture, or lines that all run one
+        way); "diverged" (moved by more than half a window, took an impossible shape, or
+        ended where the residuals are as strong as the texture: nothing is alike there);
+        "too many iterations".
     """
 
     points: np.ndarray
@@ -73,7 +74,7 @@ def match(
     *,
     radiometric: bool = True,
     shape: ArrayLike | None = None,
-    tolerance: float = 0.05,
+    tolerance: float = 0.02,
     max_iterations: int = 20,
 ) -> Match:
     """Match windows around points of the left image in the right one.
@@ -82,7 +83,7 @@ def match(
     corrections. At the solution h1 B'_x and h1 B'_y of (2.11) are the derivatives of
     the left window, turned by a1, a2, b1, b2; therefore the left window is
     differentiated, once and on its own pixels, and only grey values are interpolated:
-    bilinearly at first, then by a cubic spline on a doubled grid.
+    quickly at first, then by a cubic spline on a doubled grid.
 
     Parameters
     ----------
@@ -92,7 +93,8 @@ def match(
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
     right_points : array_like (n, 2)
-        Where they are in the right image, to about two pixels.
+        Where they are in the right image: to half the shortest wave of the texture,
+        two pixels where it is soft and one where it is sharp.
     window : int
         Pixels across the window, odd, at least 5.
     radiometric : bool
@@ -101,7 +103,8 @@ def match(
         Start values ((a1, a2), (b1, b2)); the identity when missing, as in (2.20).
     tolerance : float
         The end is reached when an iteration moves no pixel of the window by more, in
-        pixels; what is left then is about a hundredth of it.
+        pixels. What is left then is a hundredth of it where (2.10) holds, and up to a
+        third in images with much aliasing or noise.
     max_iterations : int
         Most iterations for a point.
 
@@ -156,11 +159,11 @@ def match(
     status[_outside(windows, half, left.shape)] = "template leaves the image"
     usable = np.flatnonzero(status == "too many iterations")
     # Counted from their mean, grey values keep more digits
-    mean = left.mean()
+    means = left.mean(), (right if radiometric else left).mean()
     part, corner = crop(left, pixels[usable], half + _fine.REACH)
-    part = part - mean
+    part = part - means[0]
     gradients = _fine.gradient(part)
-    search = Search.of(right, mean, T[usable, :, 0], (1 + STRETCH) * half)
+    search = Search.of(right, means[1], T[usable, :, 0], (1 + STRETCH) * half)
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, r = np.full((2, n), np.nan)
@@ -175,13 +178,13 @@ def match(
         )
         good = np.flatnonzero(status[k] == "converged")
         template, found = template.part(good), found.part(good)
-        Q, s, weak = _normal_equations.precision(template, T_k[good], found)
+        Q, s, alien = _normal_equations.precision(template, T_k[good], found)
         k = k[good]
         parameters[k], covariance[k] = _of_left_point(
-            T_k[good], found.h, Q, left_points[k] - pixels[k], mean
+            T_k[good], found.h, Q, left_points[k] - pixels[k], means
         )
         sigma0[k], r[k] = s, _normal_equations.correlation(template, found)
-        status[k[weak]] = "singular"
+        status[k[alien]] = "diverged"
     for values in (parameters, covariance, sigma0, r):
         values[status != "converged"] = np.nan
     return Match(
@@ -205,7 +208,7 @@ def _iterate(template, search, T, half, tolerance, max_iterations):
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
     active = np.flatnonzero(~template.singular)
-    for resample, goal in ((search.bilinear, COARSE), (search.fine, tolerance)):
+    for resample, goal in ((search.coarse, COARSE), (search.fine, tolerance)):
         k, arrived = active, []
         while len(k):
             found = _normal_equations.solve(template.part(k), resample(T[k] @ grid))
@@ -258,15 +261,15 @@ def _lost(T, start, half) -> np.ndarray:
     return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
 
 
-def _of_left_point(T, h, Q, offset, mean) -> tuple[np.ndarray, np.ndarray]:
+def _of_left_point(T, h, Q, offset, means) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (m, 8) and covariance counted from the point, not from its pixel."""
     parameters = np.concatenate([T.reshape(-1, 6), h], axis=1)
     # Derivatives of the eight parameters by (q, h0, h1)
     P = np.zeros((len(T), 8, Q.shape[-1]))
     P[:, :6, :6] = np.kron(T[:, :, 1:], np.eye(3))
     if Q.shape[-1] == 8:
-        P[:, 6:, 6:] = [[1, -mean], [0, 1]]
-    parameters[:, 6] += mean * (1 - h[:, 1])
+        P[:, 6:, 6:] = [[1, -means[1]], [0, 1]]
+    parameters[:, 6] += means[0] - h[:, 1] * means[1]
     x, y = offset.T
     for values in (parameters, P):
         for a in (0, 3):

@@ -97,7 +97,8 @@ def adjust(
     _validate.refuse(
         ~inside.all(axis=1), "the windows of left_points {} leave the left image"
     )
-    fine = _fine.coefficients(right)
+    mean = right.mean()
+    fine = _fine.coefficients(right - mean)
     last_row, last_column = np.array(right.shape) - 1
     u = 8 if radiometric else 6
 
@@ -107,7 +108,7 @@ def adjust(
         h0, h1 = (p[:, [6]], p[:, [7]]) if radiometric else (0.0, 1.0)
         X, Y = x - offset[:, :1], y - offset[:, 1:]
         column, row = a0 + a1 * X + a2 * Y, b0 + b1 * X + b2 * Y
-        B = _fine.sample(fine, column, row)
+        B = mean + _fine.sample(fine, column, row)
         Bx, By = _fine.sample_gradient(fine, column, row)
         outside = (column < 0) | (column > last_column) | (row < 0) | (row > last_row)
         B[outside] = np.nan

@@ -231,11 +231,23 @@ def test_only_step_moves_corners_of_the_window_by_more_than_a_pixel():
     )
 
 
+def returned(solvable, steps):
+    """What the caller of the listing gets: the flag starts false, and each solution
+    sets it to whether the loop has to go on."""
+    flag = False
+    if solvable:
+        for p in steps[:75]:
+            flag = goes_on(p)
+            if not flag:
+                break
+    return flag
+
+
 def test_value_returned_is_false_when_the_iteration_has_stopped():
-    # "converged" holds what tells the loop to go on; the caller gets it as the result
-    converged = goes_on(PRINTED)
-    assert converged is False
-    assert goes_on(np.array([0, 0.04, 0.04, 0, 0.04, 0.04])) is True
+    large = np.array([0, 0.04, 0.04, 0, 0.04, 0.04])
+    assert returned(True, [PRINTED]) is False
+    assert returned(True, [large] * 80) is True
+    assert returned(False, []) is False  # no telling it from a match
 
 
 def test_three_window_sizes_are_given_and_the_log_is_that_of_17():

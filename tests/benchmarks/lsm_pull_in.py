@@ -1,10 +1,11 @@
 """From how far least squares matching finds the point, and which window it needs.
 
 ``python -m tests.benchmarks.lsm_pull_in`` writes data/results/chapter3_pull_in.csv and
-chapter3_windows.csv; it takes two minutes. tests/test_lsm_studies.py repeats a part.
+chapter3_windows.csv; it takes some minutes. tests/test_lsm_studies.py repeats a part.
 
 Gain 1.08, offset 4, noise of one grey value; a point arrives if it ends within 0.1 px
-of the truth, and is false if it claims to have converged elsewhere.
+of the truth, and is false if it claims to have converged elsewhere. The time is the
+processor's, for 870 points in 1300 x 1300 pixels.
 """
 
 import csv
@@ -60,9 +61,10 @@ def windows(kind: str, sizes: Iterable[int] = SIZES, seeds: int = 2) -> list[tup
     for window in sizes:
         good, e2, b2, z2, times = [], [], [], [], []
         for scene, pair in zip(scenes, pairs):
-            started = time.perf_counter()
-            found = lsm.match(*pair, scene.points, scene.start, window)
-            times.append((time.perf_counter() - started) / len(scene.points))
+            for _ in range(2):
+                started = time.process_time()
+                found = lsm.match(*pair, scene.points, scene.start, window)
+                times.append(time.process_time() - started)
             error, bound = found.points - scene.truth, scene.bound(window)
             good.append(found.converged)
             e2.append(error**2)

@@ -1,6 +1,7 @@
 """Pairs of textured images with known truth, for the experiments of chapter 3."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -59,10 +60,7 @@ class Scene:
         self, window: int = 21, *, gain: float = 1.08, radiometric: bool = True
     ) -> np.ndarray:
         """Cramer-Rao bound (n, 2, 2) of the points for a noise of one grey value."""
-        grey, *gradient = (
-            simulate.texture_pair(t, self.shape, (0, 1, 0, 0, 0, 1))[0]
-            for t in (self.texture, *derivatives(self.texture))
-        )
+        grey, *gradient = self._noise_free
         found = []
         for part in np.array_split(self.points, max(len(self.points) // PART, 1)):
             found.append(
@@ -76,6 +74,14 @@ class Scene:
                 )
             )
         return np.concatenate(found)
+
+    @cached_property
+    def _noise_free(self) -> list[np.ndarray]:
+        """Left image and its derivatives by x and y."""
+        return [
+            simulate.texture_pair(t, self.shape, (0, 1, 0, 0, 0, 1))[0]
+            for t in (self.texture, *derivatives(self.texture))
+        ]
 
 
 def scene(

@@ -16,9 +16,7 @@ import csv
 import time
 from pathlib import Path
 
-import cv2
 import numpy as np
-from skimage import data
 from tqdm import tqdm
 
 from pgm_lab import datasets, ncc, simulate
@@ -37,8 +35,8 @@ MARGIN = 41 // 2 + 2 * REACHES[-1] + 1
 
 def stereo(n: int) -> tuple:
     """Middlebury's motorcycle: parallax, occlusions, repetition; disparities known."""
-    left, right, disparity = data.stereo_motorcycle()
-    left, right = (cv2.cvtColor(g, cv2.COLOR_RGB2GRAY) for g in (left, right))
+    pair = datasets.motorcycle()
+    left, right, disparity = pair.left, pair.right, pair.disparity
     rng = np.random.default_rng(1)
     y = rng.integers(MARGIN, left.shape[0] - MARGIN, 20 * n)
     x = rng.integers(MARGIN, left.shape[1] - MARGIN, 20 * n)
@@ -114,15 +112,18 @@ def main() -> None:
     rows = []
     for name, make in SCENES.items():
         scene = make(POINTS)
-        unit = row(scene, 21, 15)[-1]
-        for template in tqdm(TEMPLATES, name):
-            for reach in REACHES:
-                *shares, rms, predicted, seconds = row(scene, template, reach)
-                rows.append(
-                    [name, template, reach, template + 2 * reach, len(scene[2])]
-                    + [f"{share:.3f}" for share in shares]
-                    + [f"{rms:.4f}", f"{predicted:.4f}", f"{seconds / unit:.2g}"]
-                )
+        found = {
+            (template, reach): row(scene, template, reach)
+            for template in tqdm(TEMPLATES, name)
+            for reach in REACHES
+        }
+        for (template, reach), (*shares, rms, predicted, seconds) in found.items():
+            rows.append(
+                [name, template, reach, template + 2 * reach, len(scene[2])]
+                + [f"{share:.3f}" for share in shares]
+                + [f"{rms:.4f}", f"{predicted:.4f}"]
+                + [f"{seconds / found[21, 15][-1]:.2g}"]
+            )
     with open(TABLE, "w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
 

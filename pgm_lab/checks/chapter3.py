@@ -1,0 +1,262 @@
+"""Feedback on the exercises of chapter 3, least squares matching."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+
+# The six parameters that Bani 2010, IV.1.3 prints, and the start from correlation
+PRINTED_A = np.array([130.337718946127, 0.0109620254677122, -0.127097279435187])
+PRINTED_B = np.array([48.5019337490267, -0.0277731169717486, -0.0390846759861233])
+PRINTED_START = np.array([268.0, 1049.0])
+
+
+def corrected_row(answer: object) -> None:
+    """Check the corrected row of the printed point by (2.16), with the old column."""
+    if answer is ... or answer is None:
+        raise CheckFailed("row is still empty. Your turn!")
+    try:
+        value = float(answer)
+    except (TypeError, ValueError):
+        raise CheckFailed("row must be one number, in pixels") from None
+    X, Y = PRINTED_START
+    new_X = X + PRINTED_A @ (1, X, Y)
+    step = PRINTED_B @ (1, X, Y)
+    slips = [
+        (
+            Y + PRINTED_B @ (1, new_X, Y),
+            "that is the printed row: it takes the column that has just been updated;"
+            " (B 2.16) takes the old one in both",
+        ),
+        (step, "that is the correction; add it to the row of the start"),
+        (Y - step, "the correction is added, not subtracted"),
+        (Y + PRINTED_B @ (1, Y, X), "column and row are exchanged"),
+        (X + PRINTED_B @ (1, X, Y), "a row starts from the row of the start"),
+        (new_X, "that is the column, worked out above; the row is wanted"),
+        (Y + PRINTED_A @ (1, X, Y), "the row takes b0, b1, b2"),
+        (Y + PRINTED_B[0], "b1 and b2 are missing"),
+    ]
+    # The two rows differ by 0.0014 px: a tenth of that is near enough
+    hint = first_slip(value, slips, "the row does not follow from (B 2.16)", 1e-7)
+    right = abs(value - (Y + step)) < 1.4e-4
+    report("row", [("the row by (B 2.16)", right, hint)])
+
+
+def columns(function: Callable) -> None:
+    """Check columns(B, Bx, By, x, y, h1), which answers (k, 8)."""
+    rng = np.random.default_rng(32)
+    k = 12
+    B, Bx, By = rng.normal((120, 3, -4), (30, 8, 6), (k, 3)).T
+    x, y = rng.integers(-9, 10, (2, k)).astype(float)
+    h1 = 1.7
+    answer = call(function, B, Bx, By, x, y, h1, shape=(k, 8))
+    one = np.ones(k)
+    gx, gy = h1 * Bx, h1 * By
+    expected = np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, one, B]).T
+    shift = near(answer[:, [0, 3]], expected[:, [0, 3]])
+    shape = near(answer[:, [1, 2, 4, 5]], expected[:, [1, 2, 4, 5]])
+    report(
+        "my_columns",
+        [
+            (
+                "shifts",
+                shift,
+                first_slip(
+                    answer[:, [0, 3]],
+                    [
+                        (expected[:, [0, 3]] / h1, "h1 is missing at the slopes"),
+                        (
+                            expected[:, [3, 0]],
+                            "slopes along columns and rows exchanged",
+                        ),
+                        (-expected[:, [0, 3]], "the sign of the slopes is turned"),
+                    ],
+                    "the columns of a0 and b0 are not the slopes of h1 B",
+                ),
+            ),
+            (
+                "scales and shears",
+                shape,
+                first_slip(
+                    answer[:, [1, 2, 4, 5]],
+                    [
+                        (
+                            expected[:, [1, 2, 4, 5]] / h1,
+                            "h1 is missing at x, y slopes",
+                        ),
+                        (expected[:, [2, 1, 5, 4]], "x and y are exchanged"),
+                        (expected[:, [1, 4, 2, 5]], "the order is a1, a2, b1, b2"),
+                    ],
+                    "the columns of a1, a2, b1, b2 are not x and y times those of a0"
+                    " and b0",
+                ),
+            ),
+            (
+                "h0",
+                near(answer[:, 6], one),
+                "an offset changes every grey value by as much: what is its column?",
+            ),
+            (
+                "h1",
+                near(answer[:, 7], B),
+                first_slip(
+                    answer[:, 7],
+                    [
+                        (one, "with (2.17) as printed h0 and h1 cannot be told apart"),
+                        (h1 * B, "the column of h1 does not contain h1"),
+                        (h1 * one, "the column of h1 does not contain h1"),
+                    ],
+                    "how does h0 + h1 B change with h1?",
+                ),
+            ),
+        ],
+    )
+
+
+def bilinear(function: Callable) -> None:
+    """Check bilinear(image, column, row), which answers one grey value."""
+    rng = np.random.default_rng(33)
+    image = rng.integers(0, 256, (6, 9)).astype(np.uint8)
+    points = [(2.25, 3.5), (6.75, 0.125), (0.5, 4.875), (4.0, 2.0)]
+    answers = np.array([float(call(function, image, *p, shape=())) for p in points])
+    grey = image.astype(float)
+
+    def surface(p, product=True, exchanged=False):
+        c, r = p
+        i, j = int(r), int(c)
+        dx, dy = c - j, r - i
+        if exchanged:
+            dx, dy = dy, dx
+        g = grey[i : i + 2, j : j + 2]
+        twist = (g[1, 1] + g[0, 0] - g[0, 1] - g[1, 0]) * dx * dy * product
+        return g[0, 0] + (g[0, 1] - g[0, 0]) * dx + (g[1, 0] - g[0, 0]) * dy + twist
+
+    def turned(p):
+        """Grey value with column and row exchanged, NaN where there is none."""
+        return surface(p[::-1]) if max(p) < 5 and p[0] < 5 else np.nan
+
+    expected = np.array([surface(p) for p in points])
+    wrapped = (answers < -1e-9) | (answers > 255)
+    exchanged = np.array([turned(p) for p in points])
+    usable = np.isfinite(exchanged)
+    if np.any(wrapped):
+        hint = "8 bit grey values run over when they are subtracted: make them float"
+    elif near(answers[usable], exchanged[usable]) and not near(answers, expected):
+        hint = "an image is indexed [row, column]"
+    else:
+        hint = first_slip(
+            answers,
+            [
+                (np.floor(expected), "a fraction of a grey value is cut off"),
+                (np.floor(expected + 0.5), "the grey value is rounded; keep it whole"),
+                ([surface(p, product=False) for p in points], "the third term, dx dy"),
+                ([surface(p, exchanged=True) for p in points], "dx and dy exchanged"),
+                ([grey[int(r), int(c)] for c, r in points], "that is the pixel before"),
+            ],
+            "a bilinear surface through the four pixels around has another value there",
+        )
+    at_pixel = near(answers[3], expected[3])
+    report(
+        "my_bilinear",
+        [
+            ("a pixel keeps its value", at_pixel, "at a pixel, its value is not kept"),
+            ("between four pixels", near(answers, expected), hint),
+        ],
+    )
+
+
+def precision(function: Callable) -> None:
+    """Check precision(J, v), which answers S0 and the standard deviation of a0."""
+    rng = np.random.default_rng(34)
+    names = ("S0", "the standard deviation of a0")
+    answers, expected, many = [], [], []
+    for n, u in ((289, 6), (40, 8), (441, 8)):
+        J = rng.normal(0, 5, (n, u)) * rng.uniform(1, 20, u)
+        v = rng.normal(0, 6.5, n)
+        answers.append(call(function, J, v, shape=(2,)))
+        S0 = np.sqrt(v @ v / (n - u))
+        Q = np.linalg.inv(J.T @ J)
+        expected.append((S0, S0 * np.sqrt(Q[0, 0])))
+        many.append((n, u, np.sqrt(v @ v), np.sqrt(Q[0, 0]), Q[0, 0], S0))
+    answers, expected = np.array(answers), np.array(expected)
+    n, u, root, q, q2, S0 = np.array(many).T
+    of_s0 = [
+        (root / (n - u), "the root ends too early: r stands under it, (B 2.14e)"),
+        (root / np.sqrt(n), "divide by the redundancy, not by the number of pixels"),
+        (S0**2, "that is the variance; take the root"),
+        (root, "divide by the redundancy"),
+    ]
+    of_sd = [
+        (q, "the square root of the cofactor alone has no unit yet: times S0"),
+        (S0 * q2, "take the root of the element of the inverse"),
+        (S0**2 * q2, "that is the variance; take the root"),
+        (S0, "S0 is in grey values; the slopes turn it into pixels"),
+        (answers[:, 0] * q, ""),
+    ]
+    hint = first_slip(
+        answers[:, 1] / expected[:, 1],
+        [(wrong / expected[:, 1], text) for wrong, text in of_sd],
+        "it does not follow from S0 and the inverse of J'J",
+        1e-9,
+    )
+    good = near(answers[:, 1] / expected[:, 1], 1.0)
+    follows = near(answers[:, 1] / (answers[:, 0] * q), 1.0)
+    report(
+        "my_precision",
+        [
+            (
+                f"{names[0]}, in grey values",
+                near(answers[:, 0], expected[:, 0]),
+                first_slip(answers[:, 0], of_s0, "S0 is not that of (B 2.14e)", 1e-9),
+            ),
+            (f"{names[1]}, in pixels", good or follows, hint),
+        ],
+    )
+
+
+def stop(function: Callable) -> None:
+    """Check stop(q, half): whether no pixel of the window moves more than 0.01 px."""
+    half = 10
+    small = np.array([0.004, 1e-4, -2e-4, -0.003, 2e-4, 1e-4])
+    cases = {
+        "small": small,
+        "shift": np.array([0.4, 0, 0, 0.0, 0, 0]),
+        "back": np.array([-0.4, 0, 0, -0.2, 0, 0]),
+        "row": np.array([0.0, 0, 0, 0.3, 0, 0]),
+        "log": np.array([-0.0495, 0.01096, -0.12710, 0.0603, -0.02777, -0.03908]),
+        "shear": np.array([0.0, 0, 0.004, 0.0, 0, 0]),
+        "negative": np.array([0.0, -0.004, 0, 0.0, 0, -0.003]),
+        "sum": np.array([0.004, 4e-4, 4e-4, 0.0, 0, 0]),
+    }
+    answers = {k: bool(call(function, q, half, shape=())) for k, q in cases.items()}
+    larger = bool(call(function, 0.9 * small, 40, shape=()))
+    hints = [
+        (
+            "small steps end it",
+            answers["small"],
+            "it goes on after steps below 0.01 px",
+        ),
+        (
+            "shifts are looked at",
+            not (answers["shift"] or answers["row"]),
+            "it stops although the window still shifts",
+        ),
+        ("both signs", not answers["back"], "it stops at a large negative shift"),
+        (
+            "shape is looked at",
+            not (answers["shear"] or answers["negative"] or answers["log"]),
+            "it stops although the corners of the window still move",
+        ),
+        (
+            "the parts add up",
+            not answers["sum"],
+            "each part is small, but in one corner of the window they add up to more",
+        ),
+        (
+            "the size of the window counts",
+            not larger,
+            "the same step moves the corner of a large window by more than 0.01 px",
+        ),
+    ]
+    report("my_stop", hints)
