@@ -43,7 +43,7 @@ def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
     column, row = np.floor(np.asarray(centre, dtype=float) + 0.5).astype(int)
     top, left = row - size // 2, column - size // 2
     window = image[max(top, 0) : top + size, max(left, 0) : left + size]
-    if top < 0 or left < 0 or window.shape != (size, size):
+    if window.shape != (size, size):
         raise ValueError(
             f"a window of {size} x {size} around (column, row) ({column}, {row}) leaves"
             f" the image of {image.shape} (rows, columns); take a smaller one"
