@@ -6,6 +6,8 @@ from numpy.typing import ArrayLike
 
 def finite(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
+    if np.iscomplexobj(values):
+        raise ValueError(f"{name} must be real numbers; got complex ones")
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
