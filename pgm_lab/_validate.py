@@ -138,7 +138,8 @@ def window(size: int, name: str, smallest: int = 3) -> int:
     value = number(size, name)
     if value != round(value) or value < smallest or value % 2 == 0:
         raise ValueError(
-            f"{name} must be an odd number of pixels, at least {smallest}; got {size}"
+            f"{name} must be an odd number of pixels, at least {smallest}, so that one"
+            f" is its middle; got {size}"
         )
     return int(value)
 
