@@ -475,9 +475,9 @@ def test_no_points_are_no_trouble(noise):
     [
         ({"points": [(50, np.nan)]}, "points.*not a finite number"),
         ({"points": (50, 50)}, r"points must have shape \(n, 2\)"),
-        ({"start": [(50, 50)] * 2}, "one .* for each of the points"),
-        ({"template": 20}, "template must be an odd whole number"),
-        ({"search": 21.0}, "search must be an odd whole number"),
+        ({"start": [(50, 50)] * 2}, r"start must have shape \(1, 2\)"),
+        ({"template": 20}, "template must be an odd number"),
+        ({"search": 21.5}, "search must be an odd number"),
         ({"search": 21}, "at least template . 2"),
         ({"threshold": 1.5}, "threshold must lie between"),
         ({"ratio": 0}, "ratio must be above 0"),
