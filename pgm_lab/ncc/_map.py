@@ -4,6 +4,9 @@ The covariances by the Fourier transform, the variances by running sums, all in 
 precision; the few positions where even that is not enough by the definition.
 """
 
+import math
+import threading
+
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -12,10 +15,13 @@ from numpy.typing import ArrayLike
 # A window with this much less energy than all that is summed up with it is doubtful
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
-CHUNK = 2**16  # grey values that are worked on at a time: what a cache holds
+CHUNK = 2**15  # grey values that are worked on at a time: what a cache holds
 LARGE = (
     2**15
 )  # grey values of a search window, from which on two dimensions are quicker
+
+
+_memory = threading.local()
 
 
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
@@ -123,7 +129,8 @@ def chunks(n: int, size: int) -> list[slice]:
 
 def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     """Correlation maps of templates (k, h, w), none flat, in searches (k, H, W)."""
-    t, s = centred(templates), centred(searches)
+    t = centred(templates)
+    s = centred(searches, _work("grey", searches.shape))
     t -= _means(t)  # again, since the first mean was rounded
     t /= np.sqrt(np.einsum("kij,kij->k", t, t))[:, None, None]
     r = _covariances(t, s)
@@ -131,28 +138,47 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     # The running sums, and their rounding errors, have grown to the energy of the stack
     faint = ssd <= FAINT * np.vdot(s, s)
     if faint.any():
-        r /= np.sqrt(np.where(faint, np.inf, ssd))
+        ssd[faint] = np.inf
+        r /= np.sqrt(ssd, out=ssd)
         _by_definition(r, faint, t, searches)
     else:
         r /= np.sqrt(ssd, out=ssd)
     np.minimum(r, 1.0, out=r)  # where rounding would go beyond by the last digit
-    return np.maximum(r, -1.0, out=r)
+    return np.maximum(r, -1.0)  # a copy: r lies in work memory
 
 
-def centred(windows: np.ndarray) -> np.ndarray:
+def _work(name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Memory, one piece of each name in each thread, that the next call uses again.
+
+    The C library gives large arrays back after each call, and to fetch them page by
+    page again takes longer than all the work on them.
+    """
+    n = math.prod(shape)
+    if n > 4 * CHUNK:
+        return np.empty(shape)
+    piece = getattr(_memory, name, None)
+    if piece is None or piece.size < n:
+        piece = np.empty(n)
+        setattr(_memory, name, piece)
+    return piece[:n].reshape(shape)
+
+
+def centred(windows: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
     """Windows without their means, in double precision.
 
     From whole numbers a whole number is taken, so that the sums remain exact; real
     numbers are scaled by powers of two, so that no square over- or underflows.
     """
+    g = np.empty(windows.shape) if out is None else out
     if windows.dtype.kind in "ui":
         if windows.dtype.itemsize == 8:  # more digits than double precision holds
             lowest = windows.min(axis=(1, 2), keepdims=True)
             windows = windows.astype(np.uint64) - lowest.astype(np.uint64)  # mod 2^64
-        g = windows.astype(float)
+        g[...] = windows
         mean = _means(g)
         return np.subtract(g, np.rint(mean, out=mean), out=g)
-    g = _scaled(windows.astype(float))
+    g[...] = windows
+    _scaled(g)
     g -= _means(g)
     return _scaled(g)
 
@@ -162,7 +188,7 @@ def _means(g: np.ndarray) -> np.ndarray:
 
 
 def _scaled(g: np.ndarray) -> np.ndarray:
-    """g in place, by a power of two, so that the largest lies between 1/2 and 1."""
+    """Scale g in place, by a power of two, so that the largest lies between 1/2 and 1."""
     flattened = g.reshape(len(g), -1)
     largest = np.maximum(flattened.max(axis=1), -flattened.min(axis=1))
     return np.ldexp(g, -np.frexp(largest)[1][:, None, None], out=g)
@@ -177,8 +203,10 @@ def _covariances(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     (k, h, w), (H, W) = t.shape, s.shape[1:]
     if H * W > LARGE:
         return np.stack([_one_covariance(*pair) for pair in zip(t, s, strict=True)])
-    rows = np.zeros((2 * k, cv2.getOptimalDFTSize(H * W)))
+    rows = _work("rows", (2 * k, cv2.getOptimalDFTSize(H * W)))
     rows[:k, : H * W] = s.reshape(k, -1)
+    rows[:k, H * W :] = 0
+    rows[k:] = 0
     rows[k:, : h * W].reshape(k, h, W)[:, :, :w] = t
     # In place throughout: fresh memory of this size costs more than the transforms
     cv2.dft(rows, rows, flags=cv2.DFT_ROWS)
@@ -206,14 +234,15 @@ def _one_covariance(t: np.ndarray, s: np.ndarray) -> np.ndarray:
 def _sums_of_squares(s: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Sum of squares of each window about its mean; the stack as one tall image."""
     (k, H, W), (h, w) = s.shape, size
-    sums = []
-    tall = s.reshape(k * H, W)
-    for running in cv2.integral2(tall, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F):
-        below = running[1:].reshape(k, H, W + 1)[:, h - 1 :]
-        above = running[:-1].reshape(k, H, W + 1)[:, : H - h + 1]
-        rows = below - above
-        sums.append(rows[:, :, w:] - rows[:, :, :-w])
-    total, squares = sums
+    running = _work("sums", (2, k * H + 1, W + 1))
+    cv2.integral2(s.reshape(k * H, W), *running, cv2.CV_64F, cv2.CV_64F)
+    below = running[:, 1:].reshape(2, k, H, W + 1)[:, :, h - 1 :]
+    above = running[:, :-1].reshape(2, k, H, W + 1)[:, :, : H - h + 1]
+    rows = np.subtract(below, above, out=_work("strips", below.shape))
+    size = (2, k, H - h + 1, W - w + 1)
+    total, squares = np.subtract(
+        rows[..., w:], rows[..., :-w], out=_work("windows", size)
+    )
     total *= total
     total /= h * w
     return np.subtract(squares, total, out=squares)
