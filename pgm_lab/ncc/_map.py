@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 # A window with this much less energy than all that is summed up with it is doubtful
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
-CHUNK = 2**15  # grey values that are worked on at a time: what a cache holds
+CHUNK = 2**16  # grey values that are worked on at a time: what a cache holds
 LARGE = (
     2**15
 )  # grey values of a search window, from which on two dimensions are quicker
@@ -188,7 +188,7 @@ def _means(g: np.ndarray) -> np.ndarray:
 
 
 def _scaled(g: np.ndarray) -> np.ndarray:
-    """Scale g in place, by a power of two, so that the largest lies between 1/2 and 1."""
+    """Scale g in place, by a power of two, to a largest between 1/2 and 1."""
     flattened = g.reshape(len(g), -1)
     largest = np.maximum(flattened.max(axis=1), -flattened.min(axis=1))
     return np.ldexp(g, -np.frexp(largest)[1][:, None, None], out=g)
