@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.ncc._map import chunks, flat, image, surfaces
+from pgm_lab.ncc._peak import paraboloid, peaks, systematic_errors
 
 
 @dataclass(frozen=True)
@@ -78,8 +79,8 @@ def match(
     refine : None or "parabola"
         Whole pixels, or the top of the paraboloid through the peak and its eight
         neighbours. It is drawn towards whole and half pixels ("pixel locking"), by a
-        few hundredths of a pixel, more with finer texture: least squares matching is
-        not.
+        few hundredths of a pixel, more with finer texture; the bias of least squares
+        matching is much smaller.
 
     Returns
     -------
@@ -97,8 +98,13 @@ def match(
     The covariance follows from the curvature K of the map at its peak, the gradients g
     of the template and the noise that 1 - r tells of (n pixels, equal white noise in
     both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g g') / sum((t - mean)^2). For
-    whole pixels rounding adds 1/12 px^2. It knows nothing of mismatches, of pixel
-    locking, of windows that differ in more than noise and shift.
+    whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
+    two errors without noise, which stay in the position: the offset that it finds for
+    the template in its own image, and pixel locking, as the curvature of the template
+    lets expect it. On texture of up to 0.35 cycles/px, moved by any fraction, the RMS
+    error is 0.85 to 1.1 of what is predicted; at half a pixel in both axes it can be
+    twice as large, on sharp texture. The covariance knows nothing of mismatches, and of
+    windows that differ in more than noise and shift.
 
     References
     ----------
@@ -122,13 +128,12 @@ def match(
             raise ValueError(
                 f"{name} must be one image (rows, columns); got {grey.shape}"
             )
-    points = _points(points, "points")
-    start = points if start is None else _points(start, "start")
-    if start.shape != points.shape:
-        raise ValueError(
-            "start must hold one (column, row) for each of the points; got shapes"
-            f" {start.shape} and {points.shape}"
-        )
+    points = _validate.point_list(points, "points")
+    if start is None:
+        start = points
+    start = _validate.point_list(start, "start", len(points))
+    template = _validate.window(template, "template")
+    search = _validate.window(search, "search")
     _check(template, search, threshold, ratio, refine)
 
     cut, centre = np.floor(points + 0.5), np.floor(start + 0.5)
@@ -150,13 +155,17 @@ def match(
         if not len(part):
             continue
         maps = surfaces(templates, searches[good])
-        row, column, r[part], second[part] = _peaks(maps)
+        row, column, r[part], second[part] = peaks(maps)
         size = maps.shape[1]
         border = (np.minimum(row, column) == 0) | (np.maximum(row, column) == size - 1)
-        step, Q, ridge = _paraboloid(maps, row, column, templates)
+        step, Q, ridge = paraboloid(maps, row, column, templates)
         step[border | ridge | (refine is None)] = 0.0
         if refine is None:
             Q += np.eye(2) / 12
+        else:
+            wider = _windows_and_beyond(left, cut[part], template + 2)
+            for error in systematic_errors(templates, wider, step):
+                Q += error[:, :, None] * error[:, None, :]
         found[part] = np.stack([column, row], axis=1) - size // 2 + step
         covariance[part] = Q
         status[part[ridge]] = "ridge instead of a peak"
@@ -167,23 +176,7 @@ def match(
     return Match(centre + found + (points - cut), r, second, covariance, status)
 
 
-def _points(values: ArrayLike, name: str) -> np.ndarray:
-    points = _validate.points(values, 2, name)
-    if points.ndim != 2:
-        raise ValueError(
-            f"{name} must have shape (n, 2), one (column, row) in each row; got shape"
-            f" {points.shape}"
-        )
-    return points
-
-
 def _check(template, search, threshold, ratio, refine) -> None:
-    for name, size in (("template", template), ("search", search)):
-        if not (isinstance(size, int | np.integer) and size % 2 and size >= 3):
-            raise ValueError(
-                f"{name} must be an odd whole number of pixels, 3 or more, so that the"
-                f" window has a pixel at its centre; got {size!r}"
-            )
     if search < template + 2:
         raise ValueError(
             f"search must be at least template + 2 = {template + 2}, so that there is"
@@ -210,62 +203,10 @@ def _windows(image: np.ndarray, centre: np.ndarray, size: int) -> np.ndarray:
     return sliding_window_view(image, (size, size))[row, column]
 
 
-def _peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Row, column and r of the highest peak of each map, and r of the second."""
-    k, rows, columns = maps.shape
-    highest = maps.reshape(k, -1).argmax(axis=1)
-    row, column = np.divmod(highest, columns)
-    r = maps.reshape(k, -1)[np.arange(k), highest]
-
-    padded = np.full((k, rows + 2, columns + 2), -1.0)
-    padded[:, 1:-1, 1:-1] = maps
-    across = np.maximum(padded[:, :, :-2], padded[:, :, 2:])
-    np.maximum(across, padded[:, :, 1:-1], out=across)
-    around = np.maximum(across[:, :-2], across[:, 2:])
-    np.maximum(around, across[:, 1:-1], out=around)
-    others = np.where(maps >= around, maps, -1.0)  # the peaks
-    padded[:, 1:-1, 1:-1] = others
-    beside = np.arange(3)
-    padded[
-        np.arange(k)[:, None, None],
-        row[:, None, None] + beside[:, None],
-        column[:, None, None] + beside,
-    ] = -1.0
-    return row, column, r, padded.max(axis=(1, 2))
-
-
-def _paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
-    """Top of the paraboloid through 3 x 3 values, its covariance, and ridges.
-
-    r = r0 + D x - x' K x / 2 with central differences for D and K.
-    """
-    k, rows, columns = maps.shape
-    row, column = np.clip(row, 1, rows - 2), np.clip(column, 1, columns - 2)
-    beside = np.arange(-1, 2)
-    r = maps[
-        np.arange(k)[:, None, None],
-        row[:, None, None] + beside[:, None],
-        column[:, None, None] + beside,
-    ]
-    r0 = r[:, 1, 1]
-    D = np.stack([r[:, 1, 2] - r[:, 1, 0], r[:, 2, 1] - r[:, 0, 1]], axis=1) / 2
-    Kxx = 2 * r0 - r[:, 1, 2] - r[:, 1, 0]
-    Kyy = 2 * r0 - r[:, 2, 1] - r[:, 0, 1]
-    Kxy = (r[:, 0, 2] + r[:, 2, 0] - r[:, 0, 0] - r[:, 2, 2]) / 4
-    ridge = Kxx * Kyy - Kxy**2 <= 1e-6 * (Kxx + Kyy) ** 2
-    K = np.stack([Kxx, Kxy, Kxy, Kyy], axis=1).reshape(k, 2, 2)
-    K[ridge] = np.eye(2)
-    step = np.linalg.solve(K, D[..., None])[..., 0]
-    ridge |= np.abs(step).max(axis=1) > 1  # the top is not at this peak
-    # The paraboloid may rise above 1, and then would tell of less than no noise
-    top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
-
-    t = templates.astype(float)
-    gx = (t[:, 1:-1, 2:] - t[:, 1:-1, :-2]) / 2
-    gy = (t[:, 2:, 1:-1] - t[:, :-2, 1:-1]) / 2
-    g = np.stack([gx.reshape(k, -1), gy.reshape(k, -1)], axis=1)
-    G = g @ g.swapaxes(1, 2) / g.shape[2] / t.var(axis=(1, 2))[:, None, None]
-    inverse = np.linalg.inv(K)
-    noise = 2 * (1 - top) / t[0].size
-    Q = inverse @ G @ inverse * noise[:, None, None]
-    return step, Q, ridge | (np.trace(Q, axis1=1, axis2=2) > 1)
+def _windows_and_beyond(image, centre, size) -> np.ndarray:
+    """The same; beyond the edge of the image its last row or column is repeated."""
+    beside = np.arange(size) - size // 2
+    column, row = centre.astype(int).T[:, :, None] + beside
+    rows, columns = image.shape
+    row, column = np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
+    return image[row[:, :, None], column[:, None, :]]

@@ -26,7 +26,7 @@ SHIFTS = {
     4: [(0, 1), (1, 0), (1, 1), (2, 2), (2, 1), (1, 3), (-9, 6)],
 }
 WINDOWS = (11, 21, 31)
-TOLERANCES = (0.05, 0.001)  # px
+TOLERANCES = (0.02, 0.001)  # px; the first is that of lsm.match
 FALSE = 0.5  # px
 COLUMNS = (
     *("image", "factor", "shift_x", "shift_y", "window", "tolerance"),
