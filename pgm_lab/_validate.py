@@ -6,6 +6,8 @@ from numpy.typing import ArrayLike
 
 def finite(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
+    if np.iscomplexobj(values):
+        raise ValueError(f"{name} must be real numbers; got complex ones")
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -136,7 +138,8 @@ def window(size: int, name: str, smallest: int = 3) -> int:
     value = number(size, name)
     if value != round(value) or value < smallest or value % 2 == 0:
         raise ValueError(
-            f"{name} must be an odd number of pixels, at least {smallest}; got {size}"
+            f"{name} must be an odd number of pixels, at least {smallest}, so that one"
+            f" is its middle; got {size}"
         )
     return int(value)
 

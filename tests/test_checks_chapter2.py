@@ -2,12 +2,19 @@
 
 import numpy as np
 import pytest
+from numpy.lib.stride_tricks import sliding_window_view
 
 from pgm_lab import ncc
 from pgm_lab.checks import CheckFailed, chapter2
 
 FIVE = chapter2.FIVE
 R = np.corrcoef(FIVE[:, :4].ravel(), FIVE[:, 1:].ravel())[0, 1]
+
+A, B = (window - window.mean() for window in (FIVE[:, :4], FIVE[:, 1:]))
+
+
+def cosine(a, b):
+    return np.sum(a * b) / np.sqrt(np.sum(a**2) * np.sum(b**2))
 
 
 def line(x, y):
@@ -59,12 +66,16 @@ def test_right_answers_pass(capsys):
         (R**2, "r squared"),
         (R - 0.01, "does not follow"),
         (-R, "does not follow"),
-        (np.corrcoef(FIVE[:4].ravel(), FIVE[1:].ravel())[0, 1], "dropped rows"),
         (
-            np.sum(FIVE[:, :4] * FIVE[:, 1:])
-            / np.sqrt(np.sum(FIVE[:, :4] ** 2) * np.sum(FIVE[:, 1:] ** 2)),
-            "take off the mean",
+            cosine(FIVE[:, :4] - FIVE.mean(), FIVE[:, 1:] - FIVE.mean()),
+            "mean of all 25",
         ),
+        (np.sum(A * B) / (np.sum(A**2) * np.sum(B**2)), "a root below the line"),
+        (0.0, "does not follow"),
+        (np.sum(A * B), "divide by the root"),
+        (np.sum(A * B) / (20 * FIVE.var()), "its own contrast"),
+        (np.corrcoef(FIVE[:4].ravel(), FIVE[1:].ravel())[0, 1], "dropped rows"),
+        (cosine(FIVE[:, :4], FIVE[:, 1:]), "take off the mean of each window first"),
     ],
 )
 def test_slip_in_the_shifted_window_is_named(answer, hint):
@@ -89,6 +100,17 @@ def beta(x, y):
         (lambda x, y: (0.0, beta(x, y)), "through the mean"),
         (lambda x, y: (0.0, beta(x, y)), "line without errors is not found"),
         (lambda x, y: (..., beta(x, y)), "still `...`"),
+        (
+            lambda x, y: (y - beta(x, y) * x, beta(x, y)),
+            r"parts of shapes \(3, 7\), \(",
+        ),
+        (lambda x, y: (y.sum() - beta(x, y) * x.mean(), beta(x, y)), "sum over y"),
+        (lambda x, y: (y.mean() - beta(x, y) * x.sum(), beta(x, y)), "sum over x"),
+        (lambda x, y: (y.sum() - beta(x, y) * x.sum() / x.size, beta(x, y)), "over y"),
+        (
+            lambda x, y: (y[0].mean() - beta(x, y) * x[0].mean(), beta(x, y)),
+            "first row",
+        ),
         (lambda x, y: line(x[0], y[0]), "through the mean"),
     ],
 )
@@ -116,6 +138,23 @@ def test_slip_in_the_parabola_is_named(function, hint):
         chapter2.parabola(function)
 
 
+def windows_and_template(template, search):
+    w = sliding_window_view(search, template.shape).reshape(-1, template.size)
+    shape = np.subtract(search.shape, template.shape) + 1
+    return w, template.ravel() - template.mean(), shape
+
+
+def whole_mean(template, search):
+    w, t, shape = windows_and_template(template, search - search.mean())
+    return (w @ t / np.sqrt((w * w).sum(axis=1) * (t @ t))).reshape(shape)
+
+
+def one_sum(template, search):
+    w, t, shape = windows_and_template(template, search)
+    w = w - w.mean(axis=1, keepdims=True)
+    return (w @ t / np.sqrt(np.sum(w**2 * t**2, axis=1))).reshape(shape)
+
+
 def cosines(template, search):
     return chapter2._map(template, search, centred=False)
 
@@ -134,7 +173,9 @@ def cosines(template, search):
         (lambda t, s: correlation_map(t, s)[::-1, ::-1], "180 degrees"),
         (lambda t, s: correlation_map(t, s)[::-1, ::-1], r"top left is search\[i, j\]"),
         (lambda t, s: np.roll(correlation_map(t, s), 1), "r is not that of the window"),
-        (lambda t, s: correlation_map(t, s).T, "must return shape"),
+        (lambda t, s: correlation_map(t, s).T, "rows and columns are exchanged"),
+        (whole_mean, "not that of the whole search window"),
+        (one_sum, r"\(H 1\) as printed"),
         (lambda t, s: np.zeros((9, 12)), "must return shape"),
     ],
 )
@@ -162,6 +203,8 @@ def test_map_of_the_check_is_that_of_the_package():
         (lambda w, a, b: w + 2 * np.max(b - a) + 2, "may be negative"),
         (lambda w, a, b: w + 2 * abs(b[0] - a[0]) + 2, "rows may differ"),
         (lambda w, a, b: w + 2 * np.ceil(np.hypot(*(b - a))) + 2, "larger shift"),
+        (lambda w, a, b: w + 2 * abs(np.max(b - a)) + 2, "sizes first"),
+        (lambda w, a, b: w + 2 * np.sum(np.abs(b - a)) + 2, "not their sum"),
         (lambda w, a, b: size(w, a, b) + 2, "not the smallest"),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine
+from pgm_lab.lsm import _fine, _normal_equations
 
 SOFT = simulate.texture(0.2, seed=4)
 
@@ -70,6 +70,16 @@ def test_interpolation_averages_noise_as_much_as_noise_gain_says():
         expected = _fine.noise_gain(np.array(20.0 + dx), np.array(-3 + dy))
         # Variance of the variance of 130,000 values that are nearly independent
         assert abs(variance / expected - 1) < 5 * np.sqrt(2 / x.size) * 1.5
+
+
+@pytest.mark.parametrize("half", [2, 6, 10, 12])
+def test_the_noise_of_a_window_is_that_of_its_pixels(half):
+    T = np.array([[[30.3, 1, 0], [40.5, 0, 1]], [[30.3, 1.04, 0.02], [40.5, -0.03, 1]]])
+    x, y = np.moveaxis(T @ _normal_equations.window_grid(half), 1, 0)
+    expected = _fine.noise_gain(x, y).mean(axis=1)
+    found = _normal_equations._noise_gain(T, half)
+    assert found[0] == pytest.approx(expected[0])  # a shift: all pixels alike
+    assert found[1] == pytest.approx(expected[1], abs=0.02)  # 49 of them
 
 
 def windows(points, half=10):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pgm_lab import lsm
+from pgm_lab import lsm, simulate
 from tests.benchmarks import lsm_scene
 
 FALSE_ALARM = 1e-6
@@ -56,3 +56,24 @@ def test_sigma0_is_the_noise_of_a_grey_value_difference(sample):
     uncertainty = variance.std() / np.sqrt(len(variance))
     assert uncertainty < 0.002
     assert abs(np.sqrt(variance.mean()) - 1) < 0.01
+
+
+def test_with_poor_contrast_the_noise_in_the_gradients_counts():
+    """At a contrast of 10 and sigma 2 a tenth of the design matrix is noise.
+
+    Without the allowance for it, e' C^-1 e would be 2.4 on the average. It is taken to
+    the second order, which is good to five per cent there.
+    """
+    texture = simulate.texture(contrast=10.0, seed=6)
+    affine = (3.3, 1.015, 0.01, -2.2, -0.012, 0.99)
+    left, right = simulate.texture_pair(texture, (800, 800), affine, gain=1.08, sigma=2)
+    at = np.arange(30, 770, 22.0)
+    points = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
+    truth = points @ np.reshape(affine, (2, 3))[:, 1:].T + (affine[0], affine[3])
+    found = lsm.match(left, right, points, np.rint(truth))
+    assert found.converged.mean() > 0.995
+    good = found.converged
+    error = (found.points - truth)[good]
+    z2 = np.einsum("ni,nij,nj->n", error, np.linalg.inv(found.covariance[good]), error)
+    # Five standard deviations of the mean of so many chi squares with two degrees
+    assert abs(z2.mean() - 2) < 0.1 + 5 * 2 / np.sqrt(len(z2))

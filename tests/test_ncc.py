@@ -352,6 +352,16 @@ def test_map_is_exact_to_1e_6_at_the_limits_of_the_types(kind):
         np.testing.assert_allclose(r, truth, rtol=0, atol=1e-6)
 
 
+def test_windows_of_two_neighbouring_grey_values_beside_full_contrast():
+    """Whole numbers whose mean lies between two whole numbers."""
+    search = RNG.choice([0, 65535], (30, 30)).astype(np.uint16)
+    search[:, 9:] = 100 + (RNG.uniform(size=(30, 21)) < 0.4)
+    template = search[10:15, 12:18]
+    r = ncc.correlation_map(template, search)
+    np.testing.assert_allclose(r, by_definition(template, search), atol=1e-9)
+    assert r[10, 12] == pytest.approx(1)
+
+
 def test_long_double_that_no_double_holds_is_refused():
     search = RNG.normal(size=(9, 9)).astype(np.longdouble)
     r = ncc.correlation_map(search[2:5, 2:5], search)
@@ -596,9 +606,9 @@ def test_no_points_are_no_trouble(noise):
     [
         ({"points": [(50, np.nan)]}, "points.*not a finite number"),
         ({"points": (50, 50)}, r"points must have shape \(n, 2\)"),
-        ({"start": [(50, 50)] * 2}, "one .* for each of the points"),
-        ({"template": 20}, "template must be an odd whole number"),
-        ({"search": 21.0}, "search must be an odd whole number"),
+        ({"start": [(50, 50)] * 2}, r"start must have shape \(1, 2\)"),
+        ({"template": 20}, "template must be an odd number"),
+        ({"search": 21.5}, "search must be an odd number"),
         ({"search": 21}, "at least template . 2"),
         ({"threshold": 1.5}, "threshold must lie between"),
         ({"ratio": 0}, "ratio must be above 0"),

@@ -55,14 +55,21 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     try:
         array = np.asarray(answer, dtype=float)
     except (TypeError, ValueError):
+        if isinstance(answer, tuple | list) and any(map(np.ndim, answer)):
+            shapes = ", ".join(str(np.shape(part)) for part in answer)
+            raise CheckFailed(
+                f"{name} must return shape {shape} here; got parts of shapes {shapes}"
+            ) from None
         raise CheckFailed(
             f"{name} must return numbers, not {type(answer).__name__}"
         ) from None
     if array.shape != shape:
-        stack = (
-            "array" if len(shape) == 2 and 1 < shape[0] < shape[1] else "column_stack"
-        )
-        tip = f"; use np.{stack}([...])" if array.shape == shape[::-1] else ""
+        if len(shape) == 2 and min(shape) > 3:
+            tip = ": rows and columns are exchanged"
+        else:
+            wide = len(shape) == 2 and 1 < shape[0] < shape[1]
+            tip = f"; use np.{'array' if wide else 'column_stack'}([...])"
+        tip = tip if array.shape == shape[::-1] else ""
         raise CheckFailed(
             f"{name} must return shape {shape} here; got {array.shape}{tip}"
         )

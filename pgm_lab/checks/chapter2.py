@@ -36,19 +36,25 @@ def shifted(answer: object) -> None:
         raise CheckFailed("shifted must be one number")
     left, right = FIVE[:, :-1], FIVE[:, 1:]
     r = _r(left, right)
+    a, b = left - left.mean(), right - right.mean()
     both = np.std(FIVE) ** 2 * 20  # the contrast of all 25 in place of the windows'
+    all_25 = FIVE - FIVE.mean()
+    no_root = np.sum(a * b) / (np.sum(a * a) * np.sum(b * b))
     slips = [
         (1.0, "those are two equal windows: take different columns"),
         (_r(left, right, centred=False), "take off the mean of each window first"),
         (_r(FIVE[:-1], FIVE[1:]), "you dropped rows: columns are the second index"),
         (r**2, "that is r squared"),
-        (np.sum((left - left.mean()) * (right - right.mean())), "divide by the root"),
+        (np.sum(a * b), "divide by the root"),
+        (np.sum(a * b) / both, "each window has its own contrast"),
         (
-            np.sum((left - left.mean()) * (right - right.mean())) / both,
-            "each window has its own mean and contrast",
+            _r(all_25[:, :-1], all_25[:, 1:], centred=False),
+            "you took off the mean of all 25: each window of 20 has its own",
         ),
     ]
     otherwise = "it does not follow from (B 2.6f) with the two windows of 5 x 4"
+    if np.isclose(value, no_root, rtol=1e-3, atol=0):
+        otherwise = "there is a root below the line"
     hint = first_slip(value, slips, otherwise, tolerance=1e-3)
     report("shifted", [("agrees with (B 2.6f)", near(value, r, 1e-3), hint)])
 
@@ -63,11 +69,20 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     beta, alpha = np.polyfit(x.ravel(), y.ravel(), 1)
     back, _ = np.polyfit(y.ravel(), x.ravel(), 1)
     slips = [
-        ((-beta * x.mean(), beta), "that is (B 2.6e) as printed: the mean of y lacks"),
+        (
+            (-beta * x.mean(), beta),
+            "that is (B 2.6e) as printed: the mean of y is missing",
+        ),
         ((beta, alpha), "the gain comes last: return alpha, beta"),
         ((y.mean() - x.mean(), beta), "the mean of x has to be multiplied by the gain"),
         ((y.mean() + beta * x.mean(), beta), "look at the sign of the second term"),
         ((y.sum() - beta * x.sum(), beta), "those are sums; take means"),
+        ((y.sum() - beta * x.mean(), beta), "the sum over y is not its mean"),
+        ((y.mean() - beta * x.sum(), beta), "the sum over x is not its mean"),
+        (
+            (y[0].mean() - beta * x[0].mean(), beta),
+            "the means are those of all pixels, not of the first row",
+        ),
         ((x.mean() - beta * y.mean(), beta), "x and y are exchanged"),
         ((x.mean() - back * y.mean(), back), "x and y are exchanged"),
     ]
@@ -136,11 +151,22 @@ def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> Non
     expected = _map(template, search)
     found = call(function, template, search, shape=expected.shape)
     gained = call(function, 0.5 * template + 60, search, shape=expected.shape)
+    t = template - template.mean()
+    w = sliding_window_view(search - search.mean(), template.shape)
+    whole = np.einsum("ijkl,kl->ij", w, t)
+    whole = whole / np.sqrt(np.einsum("ijkl,ijkl->ij", w, w) * np.sum(t * t))
+    w = w - w.mean(axis=(2, 3), keepdims=True)
+    one_sum = np.sum(w * t, axis=(2, 3)) / np.sqrt(np.sum(w**2 * t**2, axis=(2, 3)))
     slips = [
         (_map(template, search, centred=False), "take the means off each window"),
         (_map(template, search, divided=False), "divide by the two contrasts"),
         (expected**2, "that is r squared"),
         (-expected, "the sign is turned round"),
+        (
+            whole,
+            "take off the mean of each window, not that of the whole search window",
+        ),
+        (one_sum, "that is (H 1) as printed: each square needs its own sum"),
         (expected[::-1, ::-1], "the template is turned by 180 degrees"),
     ]
     hint = first_slip(found, slips, "r is not that of the window at this place")
@@ -191,6 +217,8 @@ def search_size(function: Callable[[int, np.ndarray, np.ndarray], object]) -> No
     template, largest = np.array([(w, shift) for w, _, _, shift in cases]).T
     expected = template + 2 * largest + 2
     signed = np.array([np.max(np.subtract(b, a)) for _, a, b, _ in cases])
+    late = np.abs(signed)
+    sums = np.array([np.sum(np.abs(np.subtract(b, a))) for _, a, b, _ in cases])
     along = np.array([abs(b[0] - a[0]) for _, a, b, _ in cases])
     far = np.array([np.hypot(*np.subtract(b, a)) for _, a, b, _ in cases])
     slips = [
@@ -208,6 +236,14 @@ def search_size(function: Callable[[int, np.ndarray, np.ndarray], object]) -> No
         (2 * largest + 2, "the template itself needs room, too"),
         (2 * largest + 3, "the template itself needs room, too"),
         (template + 2 * signed + 2, "a shift may be negative"),
+        (
+            template + 2 * late + 2,
+            "sizes first, then the largest: shifts may be negative",
+        ),
+        (
+            template + 2 * sums + 2,
+            "the window is square: the larger shift, not their sum",
+        ),
         (template + 2 * along + 2, "rows may differ more than columns"),
         (
             template + 2 * np.ceil(far) + 2,

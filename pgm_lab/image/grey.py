@@ -127,8 +127,8 @@ def equalize(image: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Bani 2010, III.3 step 4, has the brightness and contrast of two photos equalised
-    this way before they are matched.
+    Bani 2010, III.3 step 4: equalises the brightness and contrast of the two photos,
+    after normalized cross correlation and before least squares matching.
 
     Examples
     --------

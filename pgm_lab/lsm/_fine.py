@@ -50,7 +50,7 @@ def sample_gradient(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarra
 
 
 def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives by x and y at the pixels, of a windowed sinc through them."""
+    """Derivatives by x and y of the quintic spline through the pixels, at them."""
     return _filter(image, DERIVATIVE, ONE), _filter(image, ONE, DERIVATIVE)
 
 
@@ -69,15 +69,10 @@ def _filter(image, across, down) -> np.ndarray:
     return cv2.sepFilter2D(image, -1, across, down, anchor=anchor, borderType=BORDER)
 
 
-def _kaiser(x: np.ndarray) -> np.ndarray:
-    """Window that ends at `REACH`, up to a factor."""
-    return np.i0(WINDOW * np.sqrt(1 - (x / REACH) ** 2))
-
-
 def _kernels() -> tuple[np.ndarray, np.ndarray]:
     """Filters for the coefficients on the pixels, and on the halves after them."""
     halves = np.arange(-REACH, REACH) + 0.5
-    sinc = np.sinc(halves) * _kaiser(halves)
+    sinc = np.sinc(halves) * np.i0(WINDOW * np.sqrt(1 - (halves / REACH) ** 2))
     doubled = np.zeros(4 * REACH + 1)
     doubled[2 * REACH] = 1
     doubled[1::2] = sinc / sinc.sum()
@@ -89,11 +84,15 @@ def _kernels() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _derivative() -> np.ndarray:
-    """Filter that differentiates at the pixels: of a ramp of slope one it makes one."""
-    m = np.arange(1, REACH + 1)
-    half = (-1.0) ** (m + 1) / m * _kaiser(m)
-    half /= 2 * (m * half).sum()
-    return np.concatenate([-half[::-1], [0.0], half])
+    """Filter that differentiates the quintic spline through the pixels, at them.
+
+    It loses what lies above 0.35 cycles a pixel, which in real images is noise.
+    """
+    impulse = np.zeros(33)
+    impulse[16] = 1
+    spline = ndimage.spline_filter1d(impulse, 5, mode="mirror")
+    response = np.convolve(spline, np.array([1, 10, 0, -10, -1]) / 24, mode="same")
+    return response[16 - REACH : 17 + REACH][::-1].copy()
 
 
 def _gain(steps: int = 32) -> np.ndarray:

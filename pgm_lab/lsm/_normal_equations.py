@@ -133,35 +133,45 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
 def precision(
     left: Templates, T: np.ndarray, found: Solution
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where nothing is alike.
+    """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where N is singular.
 
-    The design matrix is made of noisy grey values: it looks steeper than it is, by
-    E sigma^2 on the average. With that taken off, the covariance of the solution is
-    (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the first order in E.
+    The design matrix is made of noisy grey values: N is too large by E sigma^2 on the
+    average, and the covariance is (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the
+    second order in E: what is left between two photos is not all noise, and the whole
+    series would take good matches for worthless ones.
     """
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6
-    grid = window_grid((round(k**0.5) - 1) // 2)
-    x, y = np.moveaxis(T @ grid[:, :: max(k // 25, 1)], 1, 0)
-    gain = _fine.noise_gain(x, y).mean(axis=1)
+    half = (round(k**0.5) - 1) // 2
+    gain = _noise_gain(T, half)
     h1 = found.h[:, 1]
     # Interpolation averages noise, but not what the derivatives pick out of it
     variance = found.vv / (k - u) * (1 + h1**2) / (1 + h1**2 * gain)
-    pixel = variance / (1 + h1**2)
+    pixel = (variance / (1 + h1**2))[:, None]
     N = np.empty((len(T), u, u))
     m = left.a.shape[1]
     N[:, :m, :m] = left.gram[:, :m, :m]
     if u > m:
         N[:, :m, m] = N[:, m, :m] = found.sums[:, :m]
         N[:, m, m] = found.square
-    _, Q, _, singular = normal.solve(N, np.zeros(N.shape[:2]))
-    E = np.zeros_like(N)
-    E[:, :3, :3] = E[:, 3:6, 3:6] = _fine.DERIVATIVE @ _fine.DERIVATIVE * grid @ grid.T
+    # E is diagonal: sums over a window of x, of y and of xy are zero
+    squares = _fine.DERIVATIVE @ _fine.DERIVATIVE * (window_grid(half) ** 2).sum(axis=1)
+    E = np.zeros((len(T), u))
+    E[:, :3] = E[:, 3:6] = squares
     if u > m:
-        E[:, m, m] = gain * k
-    covariance = Q + 2 * pixel[:, None, None] * (Q @ E @ Q)
-    alien = singular | (_weakest_gradient(N) <= 2 * pixel * E[:, 0, 0])
-    return variance[:, None, None] * covariance, np.sqrt(variance), alien
+        E[:, m] = gain * k
+    _, Q, _, singular = normal.solve(N, np.zeros(E.shape))
+    QE = Q * (pixel * E)[:, None]
+    covariance = Q + 2 * QE @ Q + 3 * QE @ QE @ Q
+    return variance[:, None, None] * covariance, np.sqrt(variance), singular
+
+
+def _noise_gain(T: np.ndarray, half: int) -> np.ndarray:
+    """Mean of `_fine.noise_gain` over some pixels of the windows T (m, 2, 3)."""
+    some = np.rint(np.linspace(-half, half, 7))
+    x, y = (part.ravel() for part in np.meshgrid(some, some))
+    column, row = np.moveaxis(T @ np.array([np.ones_like(x), x, y]), 1, 0)
+    return _fine.noise_gain(column, row).mean(axis=1)
 
 
 def _weakest_gradient(N: np.ndarray) -> np.ndarray:

@@ -33,7 +33,9 @@ class Match:
         (a0, a1, a2, b0, b1, b2, h0, h1) of (2.7) to (2.9), with x and y counted from
         the left point.
     parameter_covariance : ndarray (n, 8, 8)
-        Their covariance; zero for h0 and h1 if they were not estimated.
+        Their covariance; zero for h0 and h1 if they were not estimated. It does not
+        know that noise in the right window makes h1 too small, by the share
+        sigma^2 / variance(B); the position does not suffer.
     r : ndarray (n,)
         Correlation coefficient (2.6f) of the left window and the right one, as it was
         resampled for the last time.
@@ -44,9 +46,8 @@ class Match:
     status : ndarray (n,) of str
         "converged"; "template leaves the image"; "left the image" (the right window
         did, at the start or later); "singular" (no texture, or lines that all run one
-        way); "diverged" (moved by more than half a window, took an impossible shape, or
-        ended where the residuals are as strong as the texture: nothing is alike there);
-        "too many iterations".
+        way); "diverged" (moved by more than half a window or took an impossible shape);
+        "too many iterations"; "below threshold" (it converged, but to something else).
     """
 
     points: np.ndarray
@@ -74,6 +75,7 @@ def match(
     *,
     radiometric: bool = True,
     shape: ArrayLike | None = None,
+    threshold: float = 0.7,
     tolerance: float = 0.02,
     max_iterations: int = 20,
 ) -> Match:
@@ -101,6 +103,8 @@ def match(
         False leaves h0 = 0 and h1 = 1.
     shape : array_like (2, 2) or (n, 2, 2), optional
         Start values ((a1, a2), (b1, b2)); the identity when missing, as in (2.20).
+    threshold : float
+        Smallest correlation r, or -r of a negative, that counts as a match.
     tolerance : float
         The end is reached when an iteration moves no pixel of the window by more, in
         pixels. What is left then is a hundredth of it where (2.10) holds, and up to a
@@ -122,9 +126,9 @@ def match(
     Notes
     -----
     The covariance is that of least squares with equal white noise in both images. It
-    allows for the noise in the gradients (to first order: they are not weak where the
-    status is "converged"), and for what interpolation takes from the noise. It knows
-    nothing of windows that are not related by (2.7) to (2.9), as at the edge of a roof.
+    allows for the noise in the gradients and for what interpolation takes from the
+    noise. It knows nothing of windows that are not related by (2.7) to (2.9), as at the
+    edge of a roof, nor of aliasing or noise that neighbouring pixels share.
 
     References
     ----------
@@ -150,7 +154,11 @@ def match(
     n = len(left_points)
     right_points = _validate.point_list(right_points, "right_points", n)
     tolerance = float(_validate.positive(tolerance, "tolerance", "px"))
-    pixels = np.rint(left_points).astype(int)
+    if not 0 <= _validate.number(threshold, "threshold") <= 1:
+        raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
+    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
+    # Far outside is outside; larger numbers do not fit whole pixels
+    pixels = np.rint(np.clip(left_points, -1, max(left.shape))).astype(int)
     T = _start(right_points, shape)
     status = np.full(n, "too many iterations", dtype=STATUS)
     status[_outside(T, half, right.shape)] = "left the image"
@@ -178,13 +186,14 @@ def match(
         )
         good = np.flatnonzero(status[k] == "converged")
         template, found = template.part(good), found.part(good)
-        Q, s, alien = _normal_equations.precision(template, T_k[good], found)
+        Q, s, singular = _normal_equations.precision(template, T_k[good], found)
         k = k[good]
         parameters[k], covariance[k] = _of_left_point(
             T_k[good], found.h, Q, left_points[k] - pixels[k], means
         )
         sigma0[k], r[k] = s, _normal_equations.correlation(template, found)
-        status[k[alien]] = "diverged"
+        status[k[singular]] = "singular"
+        status[k[np.abs(r[k]) < threshold]] = "below threshold"
     for values in (parameters, covariance, sigma0, r):
         values[status != "converged"] = np.nan
     return Match(

@@ -18,9 +18,10 @@ def cramer_rao(
 ) -> np.ndarray:
     """Smallest covariance that an unbiased match of a window can have.
 
-    White normal noise of `sigma` in both images; the right one is brighter by the
-    factor `gain`. All parameters of (2.10) are unknown, and the texture is known but
-    for them: a real match, which has only two noisy images, may come near this bound.
+    White normal noise of `sigma` in both images; the right one has `gain` times the
+    contrast. Unknown are the parameters of (2.10) and the grey value that each pixel
+    would have without noise; therefore the noise of a difference counts, sigma^2
+    (1 + 1/gain^2) in grey values of the left image.
 
     Parameters
     ----------
@@ -50,8 +51,8 @@ def cramer_rao(
 
     References
     ----------
-    Foerstner 1982, for shifts; here with the normal matrix of (2.11), true gradients,
-    and the variance sigma^2 (1 + 1/gain^2) of a grey value difference.
+    Foerstner 1982, for shifts; here with the normal matrix of (2.11) and the true
+    gradients.
 
     Examples
     --------
@@ -75,6 +76,8 @@ def cramer_rao(
     sigma = float(_validate.positive(sigma, "sigma", "grey values"))
     gain = float(_validate.positive(gain, "gain", "right over left"))
     turn = np.eye(2) if shape is None else _validate.finite(shape, "shape")
+    if turn.shape[-2:] != (2, 2):
+        raise ValueError(f"shape must be (..., 2, 2); got {turn.shape}")
     grid = window_grid(grey.shape[-1] // 2)
     k = grid.shape[1]
     g = gradients.reshape(*grey.shape[:-2], k, 2)

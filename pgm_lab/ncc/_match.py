@@ -79,8 +79,8 @@ def match(
     refine : None or "parabola"
         Whole pixels, or the top of the paraboloid through the peak and its eight
         neighbours. It is drawn towards whole and half pixels ("pixel locking"), by a
-        few hundredths of a pixel, more with finer texture: least squares matching is
-        not.
+        few hundredths of a pixel, more with finer texture; the bias of least squares
+        matching is much smaller.
 
     Returns
     -------
@@ -101,9 +101,9 @@ def match(
     whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
     two errors without noise, which stay in the position: the offset that it finds for
     the template in its own image, and pixel locking, as the curvature of the template
-    lets expect it. On texture of up to 0.35 cycles/px, moved by any fraction, the RMS
-    error is 0.85 to 1.1 of what is predicted; at half a pixel in both axes it can be
-    twice as large, on sharp texture. The covariance knows nothing of mismatches, and of
+    lets expect it. Over random shifts of texture up to 0.35 cycles/px the RMS error is
+    0.85 to 1.1 of what is predicted; at single shifts of sharp texture, where pixel
+    locking is largest, up to twice. The covariance knows nothing of mismatches, and of
     windows that differ in more than noise and shift.
 
     References
@@ -128,13 +128,12 @@ def match(
             raise ValueError(
                 f"{name} must be one image (rows, columns); got {grey.shape}"
             )
-    points = _points(points, "points")
-    start = points if start is None else _points(start, "start")
-    if start.shape != points.shape:
-        raise ValueError(
-            "start must hold one (column, row) for each of the points; got shapes"
-            f" {start.shape} and {points.shape}"
-        )
+    points = _validate.point_list(points, "points")
+    if start is None:
+        start = points
+    start = _validate.point_list(start, "start", len(points))
+    template = _validate.window(template, "template")
+    search = _validate.window(search, "search")
     _check(template, search, threshold, ratio, refine)
 
     cut, centre = np.floor(points + 0.5), np.floor(start + 0.5)
@@ -177,23 +176,7 @@ def match(
     return Match(centre + found + (points - cut), r, second, covariance, status)
 
 
-def _points(values: ArrayLike, name: str) -> np.ndarray:
-    points = _validate.points(values, 2, name)
-    if points.ndim != 2:
-        raise ValueError(
-            f"{name} must have shape (n, 2), one (column, row) in each row; got shape"
-            f" {points.shape}"
-        )
-    return points
-
-
 def _check(template, search, threshold, ratio, refine) -> None:
-    for name, size in (("template", template), ("search", search)):
-        if not (isinstance(size, int | np.integer) and size % 2 and size >= 3):
-            raise ValueError(
-                f"{name} must be an odd whole number of pixels, 3 or more, so that the"
-                f" window has a pixel at its centre; got {size!r}"
-            )
     if search < template + 2:
         raise ValueError(
             f"search must be at least template + 2 = {template + 2}, so that there is"

@@ -63,6 +63,19 @@ def test_equalisation_gives_both_photos_one_brightness_and_contrast_but_not_a_pa
     assert sds[0] / sds[1] > 1.5
 
 
+def test_8_bits_are_256_grey_values_and_rounding_to_them_adds_029():
+    assert np.iinfo(np.uint8).max + 1 == 2**8 == 256
+    smooth = texture_image()
+    rounded = texture_image(dtype=np.uint8)
+    inside = (smooth > 0) & (smooth < 255)
+    error = (rounded - smooth)[inside]
+    assert error.std() == pytest.approx(1 / np.sqrt(12), rel=0.02)
+    assert np.abs(error).max() <= 0.5
+    # 12 bits over the same range: a sixteenth
+    fine = np.round(smooth * 4095 / 255) * 255 / 4095
+    assert (fine - smooth).std() == pytest.approx(1 / np.sqrt(12) / 16, rel=0.02)
+
+
 # Gradients
 
 
@@ -143,7 +156,8 @@ def test_cubic_convolution_takes_sixteen_pixels():
 
 
 def as_in_the_listing(g, points, offset):
-    """Bilinear polynomial of four pixels, cut to a whole number after `offset`."""
+    """Bilinear polynomial of four pixels, cut to a whole number after `offset`; in our
+    words, to be read beside the two listings."""
     g0, g1, g2, g3, dx, dy = four_pixels(g, points)
     value = g0 + (g1 - g0) * dx + (g2 - g0) * dy + (g3 + g0 - g1 - g2) * dx * dy
     return value, np.trunc(value + offset)

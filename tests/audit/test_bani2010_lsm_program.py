@@ -7,6 +7,8 @@ The listing is described here in our own words, one property at a time."""
 import numpy as np
 import pytest
 
+from pgm_lab import datasets
+
 from .matching import (
     PRINTED,
     PRINTED_POINT,
@@ -23,7 +25,8 @@ SHIFT = np.array(PRINTED_POINT) - START
 
 def lattice(p, n=19):
     """x', y' of the grid of the listing: n pairs, of the pixels on the diagonal, give
-    the columns their x' and the rows their y'."""
+    the columns their x' and the rows their y'. Our description of the listing, to be
+    read beside it; the log does not reach a second step and cannot confirm it."""
     steps = np.arange(n) - n // 2
     columns, rows = affine(p, steps, steps)
     return np.meshgrid(columns, rows)
@@ -133,6 +136,22 @@ def test_image_to_resample_is_the_one_that_2_8_gives_fractions_in():
     x1, y1 = np.add(window(8, START), affine(PRINTED, *window(8, START)))
     assert np.abs(x1 - np.round(x1)).max() > 0.4
     assert np.abs(y1 - np.round(y1)).max() > 0.4
+
+
+def test_bilinear_interpolation_returns_the_pixels_of_the_template_themselves():
+    # IV.1.3.1 applies it to both images: at whole coordinates nothing changes
+    image = small_image(40.0)
+    x, y = np.meshgrid(np.arange(5.0, 50), np.arange(5.0, 50))
+    np.testing.assert_array_equal(bilinear(image, x, y), image[5:50, 5:50])
+
+
+def test_arrangement_of_the_design_matrix_is_in_table_2_2_and_not_in_4_1():
+    """Table 4.1 has four coordinates a point, the matrix six columns a pixel."""
+    points = datasets.rows("bani2010_pixel_points.csv")
+    coordinates = [name for name in points[0] if name != "point"]
+    assert (len(points), len(coordinates)) == (10, 4)
+    x, y = window(8)
+    assert design(*gradient(x, y), x, y).shape == (17 * 17, 6)
 
 
 def test_six_parameters_put_the_difference_of_brightness_into_s0():

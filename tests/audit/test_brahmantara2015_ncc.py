@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from pgm_lab import ncc
+from pgm_lab import ncc, simulate
 
 
 def test_1_is_the_correlation_coefficient_and_2_6f_of_bani():
@@ -33,3 +33,29 @@ def test_441_grey_values_in_a_chip_of_21_by_21_and_nine_positions_for_radius_one
     assert 21 * 21 == 441
     chip = np.random.default_rng(1).normal(size=(23, 23))
     assert ncc.correlation_map(chip[1:22, 1:22], chip).size == 9
+
+
+def spreads(chip):
+    """Standard deviations of 49 correlations for radius 3: Pearson's, and products over
+    norms with the means left in."""
+    reference = chip[3:24, 3:24]
+    windows = np.lib.stride_tricks.sliding_window_view(chip, (21, 21))
+    norms = np.sqrt((windows**2).sum(axis=(2, 3)) * (reference**2).sum())
+    with_means = (windows * reference).sum(axis=(2, 3)) / norms
+    assert with_means.shape == (7, 7) and with_means.max() == pytest.approx(1)
+    return ncc.correlation_map(reference, chip).std(), with_means.std()
+
+
+def test_pearson_spreads_more_than_correlation_without_the_means_taken_off():
+    """The mean of 120 in every product makes all places look alike."""
+    points = np.stack(np.meshgrid(np.arange(27.0), np.arange(27.0)), axis=-1)
+    ratios = []
+    for seed in range(15, 19):
+        texture = simulate.texture(0.2, contrast=40, mean=120, seed=seed)
+        chip = simulate.grey_values(texture, points)
+        pearson, with_means = spreads(chip)
+        ratios.append(pearson / with_means)
+        # Without a mean brightness there is no difference to speak of
+        assert np.divide(*spreads(chip - chip.mean())) == pytest.approx(1, abs=0.2)
+    assert min(ratios) == pytest.approx(8.4, abs=0.1)
+    assert max(ratios) == pytest.approx(12.0, abs=0.1)

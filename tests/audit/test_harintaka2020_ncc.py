@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from pgm_lab import ncc
 
@@ -14,14 +15,11 @@ def printed(g1, g2):
     return np.sum(a * b) / np.sqrt(np.sum(a**2 * b**2))
 
 
-def test_1_gives_21_for_a_perfect_match_of_a_chessboard():
+def test_1_gives_the_root_of_n_over_kurtosis_for_a_perfect_match():
+    """21 for a chessboard of 21 x 21, the most that 441 pixels can give."""
     chessboard = 100.0 + 50 * (-1.0) ** np.add.outer(np.arange(21), np.arange(21))
     assert printed(chessboard, chessboard) == pytest.approx(21.0, abs=0.01)
     assert ncc.correlation(chessboard, chessboard) == pytest.approx(1.0)
-
-
-def test_1_gives_the_root_of_n_over_kurtosis_for_a_perfect_match():
-    """By Cauchy and Schwarz it lies between -sqrt(n) and sqrt(n), not -1 and 1."""
     for grey in (RNG.normal(size=(21, 21)), RNG.uniform(0, 255, (21, 21))):
         d = grey - grey.mean()
         kurtosis = np.mean(d**4) / np.mean(d**2) ** 2
@@ -35,9 +33,51 @@ def test_1_gives_the_root_of_n_over_kurtosis_for_a_perfect_match():
     assert apart == pytest.approx(ncc.correlation(a, b), abs=1e-14)
 
 
+def test_rho_of_the_right_formula_lies_between_minus_1_and_1():
+    """Cauchy and Schwarz; windows of 3 x 3 to 21 x 21, some with few bright pixels."""
+    r, misprinted = [], []
+    for size in (3, 7, 21):
+        windows = RNG.lognormal(0, 2, (300, 2, size, size))
+        r += [ncc.correlation(a, b) for a, b in windows]
+        r += [ncc.correlation(a, -(a**3)) for a, _ in windows]
+        misprinted += [abs(printed(a, a)) / size for a, _ in windows]
+    assert -1 <= min(r) < -0.9 and 0.9 < max(r) <= 1
+    assert max(misprinted) <= 1  # the bound of (1) as printed: the root of n = size^2
+
+
+def test_rho_is_1_and_minus_1_for_lines_and_0_also_for_a_ramp_and_itself_turned():
+    g1, g2 = RNG.uniform(0, 255, (2, 21, 21))
+    assert ncc.correlation(g1, 0.5 * g1 + 20) == pytest.approx(1, abs=1e-14)
+    assert ncc.correlation(g1, 255 - g1) == pytest.approx(-1, abs=1e-14)
+    # Unrelated: 0 on average, standard deviation 1 / sqrt(440)
+    r = [ncc.correlation(*pair) for pair in RNG.uniform(0, 255, (500, 2, 21, 21))]
+    assert np.mean(r) == pytest.approx(0, abs=0.01)
+    assert np.std(r) == pytest.approx(0.048, abs=0.005)
+    # 0 is no proof of a wrong place: a ramp and the same ramp turned by 90 degrees
+    ramp = np.add.outer(np.zeros(21), np.arange(21.0))
+    assert ncc.correlation(ramp, np.rot90(ramp)) == pytest.approx(0, abs=1e-14)
+
+
+def test_08_is_passed_by_chance_in_windows_of_3_by_3_and_not_of_7_by_7():
+    """Student's t with n - 2 degrees of freedom; windows as named in the text."""
+    chance = {}
+    for size in (3, 5, 7):
+        n = size**2
+        chance[size] = stats.t.sf(0.8 * np.sqrt((n - 2) / (1 - 0.8**2)), n - 2)
+    assert chance[3] == pytest.approx(1 / 210, rel=0.05)
+    assert chance[5] == pytest.approx(8e-7, rel=0.1) and chance[7] < 1e-11
+    pairs = RNG.normal(size=(2, 200_000, 9))
+    a, b = pairs - pairs.mean(axis=2, keepdims=True)
+    r = (a * b).sum(axis=1) / np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1))
+    assert np.mean(r > 0.8) == pytest.approx(chance[3], rel=0.15)
+    # Of a right match with equal noise in both photos: up to half the contrast
+    assert np.sqrt(1 / 0.8 - 1) == 0.5
+
+
 def test_homogeneous_windows_correlate_near_zero_with_noise_and_not_at_all_without():
     noise = 100 + RNG.normal(0, 1, (2, 300, 21, 21))
     r = [ncc.correlation(a, b) for a, b in zip(*noise, strict=True)]
-    assert np.abs(r).max() < 0.25
+    assert np.abs(np.mean(r)) < 0.01
+    assert np.std(r) == pytest.approx(440**-0.5, rel=0.15)
     with pytest.raises(ValueError, match="flat"):  # 0/0
         ncc.correlation(np.full((21, 21), 100), noise[0, 0])
