@@ -320,6 +320,8 @@ def extreme(kind):
         grey[5, 6] = 1e14
     if kind == "close to the largest float":
         return 1e307 * grey
+    if kind == "close to the smallest float":
+        return np.where(grey > 1.5, 1.0, -1e307 * np.abs(grey) - 1e307)
     if kind == "all of them":
         return np.where(grey > 0, 1.7e308, -1.7e308) + 1e300 * grey
     if kind == "denormal":
@@ -340,6 +342,7 @@ def extreme(kind):
     "kind",
     [
         *("large offset", "bright pixel", "close to the largest float", "all of them"),
+        "close to the smallest float",
         *("denormal", "int64", "int64 from end to end", "uint64"),
         "faint beside the largest",
     ],

@@ -179,8 +179,7 @@ def centred(windows: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
         return np.subtract(g, np.rint(mean, out=mean), out=g)
     g[...] = windows
     _scaled(g)
-    g -= _means(g)
-    return _scaled(g)
+    return np.subtract(g, _means(g), out=g)
 
 
 def _means(g: np.ndarray) -> np.ndarray:
