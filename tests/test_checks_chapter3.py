@@ -15,13 +15,13 @@ def columns(B, Bx, By, x, y, h1):
     return np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, np.ones_like(B), B]).T
 
 
-def bilinear(image, column, row, dtype=float, product=True):
+def bilinear(image, column, row, dtype=float, product=1):
     i, j = int(row), int(column)
     dx, dy = column - j, row - i
     (g0, g1), (g2, g3) = image[i : i + 2, j : j + 2].astype(dtype)
     with np.errstate(over="ignore"):
         twist = (g3 + g0 - g1 - g2) * dx * dy
-        return g0 + (g1 - g0) * dx + (g2 - g0) * dy + (twist if product else 0)
+        return g0 + (g1 - g0) * dx + (g2 - g0) * dy + twist * product
 
 
 def precision(J, v):
@@ -114,7 +114,10 @@ SWAPPED = (
         (lambda B, Bx, By, x, y, h1: columns(B, By, Bx, x, y, h1), "two slopes are"),
         (lambda B, Bx, By, x, y, h1: columns(B, -Bx, -By, x, y, h1), "sign of the slo"),
         (changed(*SWAPPED), "x and y are exchanged"),
-        (lambda *a: columns(*a)[:, [0, 1, 4, 3, 2, 5, 6, 7]], "order is a1, a2"),
+        (lambda *a: columns(*a)[:, [0, 1, 4, 3, 2, 5, 6, 7]], "a1 and a2 go with Bx"),
+        (lambda *a: columns(*a)[:, [0, 1, 2, 3, 2, 5, 6, 7]], "b1 and b2 with By"),
+        (lambda *a: columns(*a)[:, [0, 1, 4, 3, 4, 5, 6, 7]], "a1 and a2 go with Bx"),
+        (lambda *a: columns(*a)[:, [0, 4, 5, 3, 1, 2, 6, 7]], "a1 and a2 go with Bx"),
         (lambda *a: columns(*a)[:, [0, 3, 1, 2, 4, 5, 6, 7]], "not the slopes of h1 B"),
         (changed((1, lambda *a: np.zeros_like(a[0]))), "a1, a2, b1, b2 are not"),
         (changed((6, lambda *a: a[0])), "offset changes every grey value"),
@@ -134,7 +137,9 @@ def test_slip_in_the_columns_is_named(function, hint):
         (lambda g, c, r: ..., "returns nothing"),
         (lambda g, c, r: float(int(bilinear(g, c, r))), "is cut off"),
         (lambda g, c, r: np.floor(bilinear(g, c, r) + 0.5), "is rounded"),
-        (lambda g, c, r: bilinear(g, c, r, product=False), "the third term"),
+        (lambda g, c, r: bilinear(g, c, r, product=0), "t3, .* is missing"),
+        (lambda g, c, r: bilinear(g, c, r, product=-1), "sign of t3"),
+        (lambda g, c, r: bilinear(g, c, r, np.uint8, 0), "run over"),
         (lambda g, c, r: bilinear(g, r, c), "indexed .row, column"),
         (
             lambda g, c, r: bilinear(g, int(c) + r % 1, int(r) + c % 1),
@@ -178,6 +183,10 @@ def cofactor(J):
         (lambda J, v: (s0(J, v), s0(J, v) * cofactor(J)), "root of the element"),
         (lambda J, v: (s0(J, v), s0(J, v) ** 2 * cofactor(J)), "that is the variance"),
         (lambda J, v: (s0(J, v), s0(J, v)), "the slopes turn it into pixels"),
+        (lambda J, v: (s0(J, v), s0(J, v) / np.linalg.norm(J[:, 0])), "the whole mat"),
+        (lambda J, v: (s0(J, v), 1 / np.linalg.norm(J[:, 0])), "the whole matrix"),
+        (lambda J, v: (np.sqrt(v @ v / (len(J) - 8)), 0.01), "rows and columns of J"),
+        (lambda J, v: (np.sqrt(v @ v / 283), 0.01), "rows and columns of J"),
         (lambda J, v: (s0(J, v), 0.01), "does not follow from S0"),
         (lambda J, v: (0.5, precision(J, v)[1]), "not that of"),
     ],
@@ -196,6 +205,12 @@ def test_wrong_s0_carried_on_is_named_once():
         chapter3.precision(carried)
     assert "root ends too early" in str(failed.value)
     assert "does not follow" not in str(failed.value)
+
+
+def corners(q, half, sides):
+    """Look at the corners of one diagonal only: (x, y) = (s, side * s) half windows."""
+    at = [(1, s * half, side * s * half) for s in (-1, 1) for side in sides]
+    return max(abs(c @ q[k : k + 3]) for c in np.array(at) for k in (0, 3)) <= 0.01
 
 
 def limits_of_the_listing(q, half):
@@ -225,6 +240,10 @@ def limits_of_the_listing(q, half):
             "large negative shift",
         ),
         (lambda q, half: np.abs(q).max() <= 0.01, "corners of the window still move"),
+        (lambda q, half: corners(q, half, (1,)), "a corner that it does not look at"),
+        (lambda q, half: corners(q, half, (-1,)), "a corner that it does not look at"),
+        (lambda q, half: stop(q * [1, 1, 1, 1, 0, 0], half), "b1 and b2 move"),
+        (lambda q, half: stop(q * [1, 1, 1, 1, 0, 1], half), "b1 and b2 move"),
     ],
 )
 def test_slip_in_the_stop_rule_is_named(function, hint):

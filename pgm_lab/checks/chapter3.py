@@ -54,6 +54,7 @@ def columns(function: Callable) -> None:
     one = np.ones(k)
     gx, gy = h1 * Bx, h1 * By
     expected = np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, one, B]).T
+    mixed = "a1 and a2 go with Bx, b1 and b2 with By"
     shift = near(answer[:, [0, 3]], expected[:, [0, 3]])
     shape = near(answer[:, [1, 2, 4, 5]], expected[:, [1, 2, 4, 5]])
     report(
@@ -80,7 +81,10 @@ def columns(function: Callable) -> None:
                     [
                         (expected[:, [1, 2, 4, 5]] / h1, "h1 is missing at them"),
                         (expected[:, [2, 1, 5, 4]], "x and y are exchanged"),
-                        (expected[:, [1, 4, 2, 5]], "the order is a1, a2, b1, b2"),
+                        (expected[:, [1, 4, 2, 5]], mixed),
+                        (expected[:, [1, 2, 2, 5]], mixed),
+                        (expected[:, [1, 4, 4, 5]], mixed),
+                        (expected[:, [4, 5, 1, 2]], mixed),
                     ],
                     "the columns of a1, a2, b1, b2 are not x and y times those of a0"
                     " and b0",
@@ -115,7 +119,7 @@ def bilinear(function: Callable) -> None:
     points = [(2.25, 3.5), (6.75, 0.125), (0.5, 4.875), (4.0, 2.0)]
     answers = np.array([float(call(function, image, *p, shape=())) for p in points])
 
-    def surface(product=True, exchanged=False, turned=False, dtype=float):
+    def surface(product=1, exchanged=False, turned=False, dtype=float):
         """Grey values at all points, with the slips asked for."""
         grey, found = image.astype(dtype), []
         for column, row in points:
@@ -129,17 +133,17 @@ def bilinear(function: Callable) -> None:
         return np.array(found)
 
     expected = surface()
+    run_over = "8 bit grey values run over when they are subtracted: make them float"
     slips = [
         (np.floor(expected), "a fraction of a grey value is cut off"),
         (np.floor(expected + 0.5), "the grey value is rounded; keep its fraction"),
-        (surface(product=False), "the third term, with dx dy, is missing"),
+        (surface(product=0), "t3, the term with dx dy, is missing"),
+        (surface(product=-1), "the sign of t3, the term with dx dy, is turned"),
         (surface(exchanged=True), "dx and dy are exchanged"),
         (surface(turned=True), "an image is indexed [row, column]"),
         ([image[int(r), int(c)] for c, r in points], "that is the pixel before"),
-        (
-            surface(dtype=np.uint8),
-            "8 bit grey values run over when they are subtracted: make them float",
-        ),
+        (surface(dtype=np.uint8), run_over),
+        (surface(dtype=np.uint8, product=0), run_over),
     ]
     other = "a bilinear surface through the four pixels around has another value there"
     between = near(answers[:3], expected[:3])
@@ -166,20 +170,27 @@ def precision(function: Callable) -> None:
         S0 = np.sqrt(v @ v / (n - u))
         Q = np.linalg.inv(J.T @ J)
         expected.append((S0, S0 * np.sqrt(Q[0, 0])))
-        many.append((n, u, np.sqrt(v @ v), np.sqrt(Q[0, 0]), Q[0, 0], S0))
+        alone = 1 / np.linalg.norm(J[:, 0])
+        many.append((n, u, np.sqrt(v @ v), np.sqrt(Q[0, 0]), Q[0, 0], S0, alone))
     answers, expected = np.array(answers), np.array(expected)
-    n, u, root, q, q2, S0 = np.array(many).T
+    n, u, root, q, q2, S0, alone = np.array(many).T
+    shape = "n and u are the rows and columns of J; do not type them"
+    whole = "invert the whole matrix, then take the element"
     of_s0 = [
         (root / (n - u), "the root ends too early: r stands under it, (B 2.14e)"),
         (root / np.sqrt(n), "divide by the redundancy, not by the number of pixels"),
         (S0**2, "that is the variance; take the root"),
         (root, "divide by the redundancy"),
+        *((root / np.sqrt(n - typed), shape) for typed in (6, 8)),
+        *((root / np.sqrt(typed), shape) for typed in (283, 32, 433, 281)),
     ]
     of_sd = [
         (q, "the square root of the cofactor alone has no unit yet: times S0"),
         (S0 * q2, "take the root of the element of the inverse"),
         (S0**2 * q2, "that is the variance; take the root"),
         (S0, "S0 is in grey values; the slopes turn it into pixels"),
+        (S0 * alone, whole),
+        (alone, whole),
     ]
     hint = first_slip(
         answers[:, 1] / expected[:, 1],
@@ -215,6 +226,9 @@ def stop(function: Callable) -> None:
         "log": np.array([-0.0495, 0.01096, -0.12710, 0.0603, -0.02777, -0.03908]),
         "shear": np.array([0.0, 0, 0.004, 0.0, 0, 0]),
         "negative": np.array([0.0, -0.004, 0, 0.0, 0, -0.003]),
+        "rows turn": np.array([0.0, 0, 0, 0.0, 0.004, 0]),
+        "one diagonal": np.array([0.0, 0.002, -0.002, 0.0, 0, 0]),
+        "the other": np.array([0.0, 0, 0, 0.0, 0.002, 0.002]),
         "sum": np.array([0.004, 4e-4, 4e-4, 0.0, 0, 0]),
     }
     answers = {k: bool(call(function, q, half, shape=())) for k, q in cases.items()}
@@ -231,6 +245,16 @@ def stop(function: Callable) -> None:
             "shape is looked at",
             not (answers["shear"] or answers["negative"] or answers["log"]),
             "it stops although the corners of the window still move",
+        ),
+        (
+            "rows as well as columns",
+            not answers["rows turn"],
+            "b1 and b2 move the corners, too: it stops although the rows still change",
+        ),
+        (
+            "all four corners",
+            not (answers["one diagonal"] or answers["the other"]),
+            "there is a corner that it does not look at, and that one still moves",
         ),
         (
             "the parts add up",

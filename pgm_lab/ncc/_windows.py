@@ -138,6 +138,7 @@ def _deviations(window: np.ndarray, name: str) -> np.ndarray:
             f"{name} is flat: all its grey values are {window.flat[0]:g}, and no"
             " correlation is defined. Take a larger window, or one with texture"
         )
+    window = np.ldexp(window, -np.frexp(np.abs(window).max())[1])  # by a power of two
     deviations = window - window.mean()
     deviations /= np.abs(deviations).max()
     return deviations - deviations.mean()  # again, since the first mean was rounded
