@@ -16,11 +16,10 @@ from numpy.typing import ArrayLike
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
 CHUNK = 2**16  # grey values that are worked on at a time: what a cache holds
-LARGE = (
-    2**15
-)  # grey values of a search window, from which on two dimensions are quicker
+LARGE = 2**15  # grey values of a search window, above which two dimensions are quicker
 
-
+# Work memory of each thread: to fetch it anew in each call would take longer than the
+# transforms. Nothing is remembered in it from one call to the next.
 _memory = threading.local()
 
 
