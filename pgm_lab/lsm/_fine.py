@@ -23,11 +23,11 @@ def coefficients(image: np.ndarray) -> np.ndarray:
     In single precision, which is a ten millionth of the contrast: take the mean off.
     """
     image = image.astype(np.float32)
-    across = cv2.merge([_filter(image, kernel, ONE) for kernel in KERNELS])
+    across = cv2.merge([_filter(image, kernel[None]) for kernel in KERNELS])
     across = across.reshape(len(image), -1)  # pixel, half, pixel, half, ...
     both = np.empty((2 * len(image), across.shape[1]), np.float32)
     for half, kernel in enumerate(KERNELS):
-        both[half::2] = _filter(across, ONE, kernel)
+        both[half::2] = _filter(across, kernel[:, None])
     return both
 
 
@@ -50,7 +50,8 @@ def sample_gradient(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarra
 
 def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives by x and y of the quintic spline through the pixels, at them."""
-    return _filter(image, DERIVATIVE, ONE), _filter(image, ONE, DERIVATIVE)
+    image = image.astype(np.float32)
+    return _filter(image, DERIVATIVE[None]), _filter(image, DERIVATIVE[:, None])
 
 
 def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -62,10 +63,11 @@ def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.interp(x % 1, at, GAIN) * np.interp(y % 1, at, GAIN)
 
 
-def _filter(image, across, down) -> np.ndarray:
+def _filter(image: np.ndarray, kernel: np.ndarray) -> np.ndarray:
     # An even kernel finds the value half a pixel after its anchor
-    anchor = (len(across) - 1) // 2, (len(down) - 1) // 2
-    return cv2.sepFilter2D(image, -1, across, down, anchor=anchor, borderType=BORDER)
+    rows, columns = kernel.shape
+    anchor = (columns - 1) // 2, (rows - 1) // 2
+    return cv2.filter2D(image, -1, kernel, anchor=anchor, borderType=BORDER)
 
 
 def _kernels() -> tuple[np.ndarray, np.ndarray]:
@@ -100,14 +102,13 @@ def _gain(steps: int = 32) -> np.ndarray:
     impulse = np.zeros((1, n))
     impulse[0, n // 2] = 1
     spline = np.zeros(2 * n)
-    spline[0::2] = _filter(impulse, KERNELS[0], ONE)[0]
-    spline[1::2] = _filter(impulse, KERNELS[1], ONE)[0]
+    spline[0::2] = _filter(impulse, KERNELS[0][None])[0]
+    spline[1::2] = _filter(impulse, KERNELS[1][None])[0]
     x = np.arange(REACH, n - REACH - 1)[:, None] + np.linspace(0, 1, steps + 1)
     weights = ndimage.map_coordinates(spline, [2 * x], order=3, prefilter=False)
     return (weights**2).sum(axis=0)
 
 
-ONE = np.ones(1)
 KERNELS = _kernels()
 DERIVATIVE = _derivative()
 GAIN = _gain()
