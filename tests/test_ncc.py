@@ -320,6 +320,8 @@ def extreme(kind):
         grey[5, 6] = 1e14
     if kind == "close to the largest float":
         return 1e307 * grey
+    if kind == "close to the smallest float":
+        return np.where(grey > 1.5, 1.0, -1e307 * np.abs(grey) - 1e307)
     if kind == "all of them":
         return np.where(grey > 0, 1.7e308, -1.7e308) + 1e300 * grey
     if kind == "denormal":
@@ -340,6 +342,7 @@ def extreme(kind):
     "kind",
     [
         *("large offset", "bright pixel", "close to the largest float", "all of them"),
+        "close to the smallest float",
         *("denormal", "int64", "int64 from end to end", "uint64"),
         "faint beside the largest",
     ],
@@ -350,6 +353,16 @@ def test_map_is_exact_to_1e_6_at_the_limits_of_the_types(kind):
         r = ncc.correlation_map(template, search)
         truth = rational_map(template, search)
         np.testing.assert_allclose(r, truth, rtol=0, atol=1e-6)
+
+
+def test_windows_of_two_neighbouring_grey_values_beside_full_contrast():
+    """Whole numbers whose mean lies between two whole numbers."""
+    search = RNG.choice([0, 65535], (30, 30)).astype(np.uint16)
+    search[:, 9:] = 100 + (RNG.uniform(size=(30, 21)) < 0.4)
+    template = search[10:15, 12:18]
+    r = ncc.correlation_map(template, search)
+    np.testing.assert_allclose(r, by_definition(template, search), atol=1e-9)
+    assert r[10, 12] == pytest.approx(1)
 
 
 def test_long_double_that_no_double_holds_is_refused():

@@ -75,3 +75,10 @@ def test_a_wider_search_finds_fewer_and_costs_more():
             assert np.all(np.diff(success) <= 0)
             time = column("time", scene, template=template)
             assert time[-1] > 4 * time[0]
+
+
+def test_predicted_precision_is_of_the_order_of_the_error_and_never_above_it():
+    """Parallax, slopes and mismatches are no part of the prediction."""
+    for scene in ncc_windows.SCENES:
+        ratio = column("predicted_px", scene) / column("rms_px", scene)
+        assert np.all(ratio < 1) and np.all(ratio > 0.1)

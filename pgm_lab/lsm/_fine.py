@@ -23,9 +23,8 @@ def coefficients(image: np.ndarray) -> np.ndarray:
     In single precision, which is a ten millionth of the contrast: take the mean off.
     """
     image = image.astype(np.float32)
-    across = np.empty((len(image), 2 * image.shape[1]), np.float32)
-    for half, kernel in enumerate(KERNELS):
-        across[:, half::2] = _filter(image, kernel, ONE)
+    across = cv2.merge([_filter(image, kernel, ONE) for kernel in KERNELS])
+    across = across.reshape(len(image), -1)  # pixel, half, pixel, half, ...
     both = np.empty((2 * len(image), across.shape[1]), np.float32)
     for half, kernel in enumerate(KERNELS):
         both[half::2] = _filter(across, ONE, kernel)

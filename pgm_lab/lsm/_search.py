@@ -34,10 +34,17 @@ class Search:
         fine = _fine.coefficients(part)
         return cls(part.astype(np.float32), fine, corner, image.shape)
 
-    def coarse(self, X: np.ndarray) -> np.ndarray:
-        """Grey values at X (m, 2, k), quick: OpenCV rounds X to 1/32 px, or used to."""
+    def bilinear(self, X: np.ndarray) -> np.ndarray:
+        """Grey values at X (m, 2, k), quick and rough."""
+        return self._remapped(X, cv2.INTER_LINEAR)
+
+    def lanczos(self, X: np.ndarray) -> np.ndarray:
+        """Grey values at X (m, 2, k); OpenCV 4 rounds X to 1/32 px."""
+        return self._remapped(X, cv2.INTER_LANCZOS4)
+
+    def _remapped(self, X: np.ndarray, method: int) -> np.ndarray:
         x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
-        grey = cv2.remap(self.grey, x, y, cv2.INTER_LANCZOS4)
+        grey = cv2.remap(self.grey, x, y, method)
         return grey.astype(float)
 
     def fine(self, X: np.ndarray) -> np.ndarray:

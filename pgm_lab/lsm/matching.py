@@ -12,7 +12,7 @@ from pgm_lab.lsm._search import Search, crop
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U25"
-COARSE = 0.25  # px, where coarse interpolation has done its part
+COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
 
 
 @dataclass(frozen=True)
@@ -210,15 +210,19 @@ def match(
 
 
 def _iterate(template, search, T, half, tolerance, max_iterations):
-    """Iterate from the transformations T (m, 2, 3): first coarsely, then finely."""
+    """Iterate from the transformations T (m, 2, 3), resampling more and more finely."""
     start, grid = T[:, :, 0].copy(), _normal_equations.window_grid(half)
     status = np.full(len(T), "too many iterations", dtype=STATUS)
     status[template.singular] = "singular"
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
     active = np.flatnonzero(~template.singular)
-    for resample, goal in ((search.coarse, COARSE), (search.fine, tolerance)):
-        k, arrived = active, []
+    for resample, goal in zip(
+        (search.bilinear, search.lanczos, search.fine),
+        (*COARSE, tolerance),
+        strict=True,
+    ):
+        k, arrived = active[iterations[active] < max_iterations], []
         while len(k):
             found = _normal_equations.solve(template.part(k), resample(T[k] @ grid))
             last.put(k, found)

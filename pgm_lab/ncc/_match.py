@@ -101,9 +101,9 @@ def match(
     whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
     two errors without noise, which stay in the position: the offset that it finds for
     the template in its own image, and pixel locking, as the curvature of the template
-    lets expect it. On texture of up to 0.35 cycles/px, moved by any fraction, the RMS
-    error is 0.85 to 1.1 of what is predicted; at half a pixel in both axes it can be
-    twice as large, on sharp texture. The covariance knows nothing of mismatches, and of
+    lets expect it. Over random shifts of texture up to 0.35 cycles/px the RMS error is
+    0.85 to 1.1 of what is predicted; at single shifts of sharp texture, where pixel
+    locking is largest, up to twice. The covariance knows nothing of mismatches, and of
     windows that differ in more than noise and shift.
 
     References

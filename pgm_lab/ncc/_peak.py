@@ -79,7 +79,9 @@ def systematic_errors(templates, wider, step) -> tuple[np.ndarray, np.ndarray]:
     )
     bend = np.stack([np.mean(d * d, axis=(1, 2)) for d in second], axis=1)
     w2 = bend / np.diagonal(K, axis1=1, axis2=2) / t.var(axis=(1, 2))[:, None]
-    return offset, -w2 / 12 * step * (1 - 4 * step**2)
+    locking = -w2 / 12 * step * (1 - 4 * step**2)
+    # A top further off than a pixel would have been called a ridge
+    return np.clip(offset, -1, 1), np.clip(locking, -1, 1)
 
 
 def _top(r) -> tuple[np.ndarray, ...]:
