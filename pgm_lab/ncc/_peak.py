@@ -69,8 +69,6 @@ def systematic_errors(templates, wider, step) -> tuple[np.ndarray, np.ndarray]:
     s, which is short of s by about s (1 - 4 s^2) w^2 / 12.
     """
     offset, _, K, _ = _top(surfaces(templates, wider))
-    # Of a near ridge it may be many pixels; no found top is more than one from its peak
-    offset /= np.maximum(1, np.abs(offset).max(axis=1))[:, None]
     t = centred(templates)
     inner = t[:, 1:-1, 1:-1]
     second = (
