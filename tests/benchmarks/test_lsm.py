@@ -61,14 +61,6 @@ def ecc(left, right, points, start, iterations, epsilon, blur):
     return found
 
 
-@pytest.fixture(autouse=True)
-def one_thread():
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    yield
-    cv2.setNumThreads(threads)
-
-
 # 1000 windows of 21 x 21 fill half of 900 x 900. The whole part of the image that the
 # points lie in is prepared for interpolation, so that sparse points cost more each.
 @pytest.mark.benchmark(**CPU)

@@ -15,14 +15,6 @@ from pgm_lab import ncc
 SIZES = [(21, 51), (21, 201), (51, 501), (201, 201), (21, 23)]
 
 
-@pytest.fixture(autouse=True)
-def one_thread():
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    yield
-    cv2.setNumThreads(threads)
-
-
 def image(size):
     grey = np.random.default_rng(1).integers(0, 256, (size, size), dtype=np.uint8)
     return cv2.GaussianBlur(grey, (0, 0), 1.5)
