@@ -232,13 +232,13 @@ def _iterate(template, search, T, half, tolerance, max_iterations):
             moved = np.abs(dT) @ [1, half, half]
             lost = _lost(T[k], start[k], half)
             status[k[lost]] = "diverged"
-            status[k[np.isnan(found.vv) | np.isnan(dT).any(axis=(1, 2))]] = "singular"
+            status[k[np.isnan(found.vv)]] = "singular"
             gone = ~lost & _outside(T[k], half, search.shape)
             status[k[gone]] = "left the image"
-            there = ~lost & ~gone & (moved.max(axis=1) <= goal)
+            going = ~lost & ~gone
+            there = going & (moved.max(axis=1) <= goal)
             arrived.append(k[there])
-            more = ~lost & ~gone & ~there & (iterations[k] < max_iterations)
-            k = k[more]
+            k = k[going & ~there & (iterations[k] < max_iterations)]
         active = np.sort(np.concatenate([*arrived, active[:0]]))
     status[active] = "converged"
     return T, last, iterations, status
