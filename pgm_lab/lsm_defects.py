@@ -22,7 +22,7 @@ DEFECTS = {
     "rounded": "bilinear grey values, rounded to whole numbers",
     "truncated": "bilinear grey values, cut to whole numbers",
     "integer gradients": "gradients cut to whole numbers",
-    "first gradients": "gradients and grey values of the first step kept in A",
+    "first gradients": "A of the first step kept (not in the source: to compare)",
     "or": "limits joined by or, shifts not looked at",
     "h1 without grey value": "the column of h1 is 1, as (2.17) prints it",
     "diagonal grid": "only the pixels of the diagonal are transformed",
