@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pgm_lab import ncc
+from pgm_lab import image, ncc
 
 RNG = np.random.default_rng(20)
 
@@ -81,3 +81,12 @@ def test_homogeneous_windows_correlate_near_zero_with_noise_and_not_at_all_witho
     assert np.std(r) == pytest.approx(440**-0.5, rel=0.15)
     with pytest.raises(ValueError, match="flat"):  # 0/0
         ncc.correlation(np.full((21, 21), 100), noise[0, 0])
+
+
+def test_at_the_sixth_of_levels_halved_each_time_a_pixel_is_32_wide():
+    """Level 1 is the image: five halvings. A ramp tells where each pixel comes from."""
+    column = np.tile(np.arange(1025.0), (1025, 1))
+    levels = image.pyramid(column, 6)
+    assert [len(level) for level in levels] == [1025, 513, 257, 129, 65, 33]
+    middle = levels[5][:, 8:-8]  # away from the border, where smoothing bends the ramp
+    np.testing.assert_allclose(np.diff(middle, axis=1), 32, rtol=1e-9)
