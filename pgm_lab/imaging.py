@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def ray(
+    exterior: np.ndarray, points: np.ndarray, photo: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Turn object points into rays (U, V, W) = M (X - X0) of the camera's frame.
 
     Parameters
@@ -24,6 +26,9 @@ def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
         (X0, Y0, Z0, omega, phi, kappa), in the unit of the points and radians.
     points : ndarray (..., 3)
         Object points.
+    photo : ndarray (k,) of int, optional
+        The photo of each of k points; `exterior` (photos, 6) then has a row a photo,
+        and each rotation is computed once.
 
     Returns
     -------
@@ -38,20 +43,24 @@ def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
     Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
     """
     M = matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+    M, exterior = of_photo(M, photo), of_photo(exterior, photo)
     dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
     rows = (M[..., i, 0] * dX + M[..., i, 1] * dY + M[..., i, 2] * dZ for i in range(3))
     return vector(*rows), M
 
 
-def ray_by_angles(exterior: np.ndarray, ray: np.ndarray) -> np.ndarray:
+def ray_by_angles(
+    exterior: np.ndarray, ray: np.ndarray, photo: np.ndarray | None = None
+) -> np.ndarray:
     """Derivatives (..., 3, 3) of the ray by (omega, phi, kappa).
 
     To change an angle is to turn the camera about an axis a, and the ray then moves by
     (U, V, W) x a. Kappa turns about the camera's z axis, phi about M_kappa (0, 1, 0),
     omega about the X axis of the object, M (1, 0, 0).
     """
-    sin, cos = np.sin(exterior[..., 5]), np.cos(exterior[..., 5])
-    a1, a2, a3 = _turn(exterior, 1.0, 0.0, 0.0)
+    kappa = exterior[..., 5]
+    axes = vector(np.sin(kappa), np.cos(kappa), *_turn(exterior, 1.0, 0.0, 0.0))
+    sin, cos, a1, a2, a3 = np.moveaxis(of_photo(axes, photo), -1, 0)
     U, V, W = np.moveaxis(ray, -1, 0)
     return matrix(
         [V * a3 - W * a2, -W * cos, V],
@@ -166,8 +175,11 @@ def misclosure(
     measured: np.ndarray,
     lens: str,
     wrt: Collection[str],
+    photo: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Put the steps together: see `camera.collinearity`, which checks what comes in.
+
+    With `photo` (k,), exterior (photos, 6) and interior (photos, 10) have a row a photo.
 
     Returns
     -------
@@ -176,8 +188,10 @@ def misclosure(
     derivatives : dict
         Of v, by "interior", "exterior" and "point", as far as asked for.
     """
+    if interior.ndim > 1:
+        interior = of_photo(interior, photo)
     c, centre, lens_parameters = interior[..., 0], interior[..., 1:3], interior[..., 3:]
-    rays, by_point = ray(exterior, points)
+    rays, by_point = ray(exterior, points, photo)
     image, by_c, by_ray = perspective(c, rays)
     if lens == "backward":
         distorted = measured - centre
@@ -201,7 +215,7 @@ def misclosure(
     if "exterior" in wrt or "point" in wrt:
         by_point = product(by_ray, by_point)
     if "exterior" in wrt:
-        by_angles = product(by_ray, ray_by_angles(exterior, rays))
+        by_angles = product(by_ray, ray_by_angles(exterior, rays, photo))
         blocks["exterior"] = side_by_side(-by_point, by_angles)
     if "point" in wrt:
         blocks["point"] = by_point
@@ -252,6 +266,13 @@ def _xy(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _entries(by_x: np.ndarray) -> tuple[np.ndarray, ...]:
     """Entries a, b, c, d of the derivative of x + d(x)."""
     return 1 + by_x[..., 0, 0], by_x[..., 0, 1], by_x[..., 1, 0], 1 + by_x[..., 1, 1]
+
+
+def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
+    """Values (k, ...) of each point's photo from those (photos, ...) of the photos."""
+    if photo is None:
+        return values
+    return np.moveaxis(np.take(np.moveaxis(values, 0, -1), photo, axis=-1), -1, 0)
 
 
 def vector(*entries: ArrayLike) -> np.ndarray:
