@@ -35,7 +35,7 @@ def check_counts(network: Network) -> None:
     if np.any(weak):
         counted = _listed(
             [
-                f"{network.point_names[i]} ({rays[i]} ray{'s' * (rays[i] != 1)})"
+                f"{network.point_names[i]} ({rays[i]} ray{'' if rays[i] == 1 else 's'})"
                 for i in np.flatnonzero(weak)
             ]
         )
@@ -85,16 +85,23 @@ def check_points(network: Network, reduced: Reduced) -> None:
 
 
 def refuse_kept(scaled: np.ndarray, names: tuple[str, ...]) -> None:
-    """Name the interior and exterior unknowns that a singular matrix leaves free."""
-    found = normal.null_space(scaled, names)
-    some = found.names or names
+    """Name the interior and exterior unknowns that a singular matrix leaves free.
+
+    `scaled` is the reduced normal matrix, scaled by the diagonal before the reduction:
+    what is left of a direction says how much of it the points have not taken away.
+    """
+    eigenvalues, vectors = np.linalg.eigh(scaled)
+    free = vectors[:, eigenvalues < len(names) / normal.INFLATION_LIMIT]
+    free = free if free.size else vectors[:, :1]
+    part = np.linalg.norm(free, axis=1)
+    some = tuple(name for name, p in zip(names, part) if p > 0.1 * part.max())
     raise NetworkDefect(
-        f"the reduced normal matrix has rank {len(names) - found.defect} of"
+        f"the reduced normal matrix has rank {len(names) - free.shape[1]} of"
         f" {len(names)}: the rays do not determine {_listed(some)}. Leave parameters"
         " out of `estimate`, add photos with other directions and rolls, or points at"
         " other depths",
         some,
-        found.vectors,
+        free,
     )
 
 
