@@ -98,6 +98,14 @@ def test_points_whose_rays_are_parallel_are_named():
         bundle.adjust(replace(network, exteriors=exteriors), ())
 
 
+def test_a_photo_at_the_gimbal_lock_is_named():
+    network = small()
+    exteriors = network.exteriors.copy()
+    exteriors[3, 4] = np.pi / 2
+    with pytest.raises(RankDefect, match="photo 4 has phi = .*gimbal lock"):
+        bundle.adjust(replace(network, exteriors=exteriors), SOME)
+
+
 def test_parameters_that_parallel_photos_of_a_plane_do_not_determine_are_named():
     X = np.random.default_rng(0).uniform(-100, 100, (30, 3)) * [1, 1, 0]
     exteriors = np.array(

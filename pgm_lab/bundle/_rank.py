@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from pgm_lab import normal
+from pgm_lab import imaging, normal, rotation
 from pgm_lab.bundle._datum import MOTIONS, Motions
 from pgm_lab.bundle._reduced import Reduced
 from pgm_lab.bundle.network import Network
 from pgm_lab.normal import NullSpace, RankDefect
+
+ANGLES = ("omega", "kappa")
 
 
 class NetworkDefect(RankDefect):
@@ -52,6 +54,20 @@ def check_counts(network: Network) -> None:
             "a photo needs at least three points for its six unknowns; too few has"
             f" photo {counted}. Measure more points in it, or leave it out",
             tuple(f"photo {network.photo_names[i]}" for i in weak),
+        )
+
+
+def check_attitudes(network: Network) -> None:
+    """Refuse photos at the gimbal lock, where omega and kappa turn about one axis."""
+    M = imaging.attitude(network.exteriors)
+    locked = np.flatnonzero(rotation.is_gimbal(M, cosine=1e-6))
+    if len(locked):
+        names = [str(network.photo_names[i]) for i in locked]
+        raise NetworkDefect(
+            f"photo {_listed(names)} has phi = +-90 degrees (gimbal lock): omega and"
+            " kappa cannot be told apart. Turn the object frame, for example by 90"
+            " degrees about Z",
+            tuple(f"{angle} of photo {i}" for i in names for angle in ANGLES),
         )
 
 
