@@ -25,7 +25,7 @@ SIZES = {
 
 
 def network(photos, points, rays, block):
-    """A simulated network; its start values are wrong by 2 cm in 2 m and 0.3 degrees."""
+    """Simulated; the start values are wrong by 2 cm in 2 m and by 0.3 degrees."""
     rng = np.random.default_rng(6)
     net = simulate.network(LENS, photos, points, rng, rays, block=block)
     aside = rng.normal(size=(photos, 6)) * [20, 20, 20, 0.005, 0.005, 0.005]
