@@ -287,8 +287,7 @@ def test_table_4_19_stations_of_photos_1_to_5_follow_from_the_listing():
     printed = [(6, 2, 5), (-9, -1, 1), (3, 0, 3), (-6, 0, 2), (2, 0, -2)]
     moved = run().exteriors[-1, :5, :3] - run().exteriors[0, :5, :3]
     off = np.abs(-1e6 * moved - printed)
-    # Half a digit; what moves in the truncated solution is rounding of pinv in part
-    assert np.median(off) < 0.5 and off.max() < 6
+    assert off.max() < 0.8  # half a digit, and a little for rounding
 
 
 def test_published_solution_fits_seven_photos_better_and_two_far_worse():
