@@ -9,8 +9,6 @@ import pycolmap
 
 from pgm_lab import rotation
 
-# What its model OPENCV estimates: fx, fy, cx, cy, k1, k2, p1, p2
-ESTIMATE = ("c", "x0", "y0", "K1", "K2", "P1", "P2", "b1")
 FLIP = np.diag([1.0, -1.0, -1.0])
 UNIT = 1000.0
 
@@ -28,7 +26,7 @@ def parameters(camera, sigma):
 
 
 def parameters_covariance(camera, covariance, sigma):
-    """The covariance of `ESTIMATE` propagated to COLMAP's parameters."""
+    """The covariance of c, x0, y0, K1, K2, P1, P2, b1 propagated to COLMAP's."""
     c = camera.c
     J = np.zeros((8, 8))
     J[:, 0] = [(1 + camera.b1) / sigma, 1 / sigma, 0, 0, 2 * camera.K1 * c] + [

@@ -9,13 +9,11 @@ it; ours come with redundancy numbers, too.
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, camera, simulate
+from pgm_lab import bundle
+from tests.benchmarks.bundle_network import ESTIMATE, network
 
 colmap = pytest.importorskip("tests.benchmarks.colmap", exc_type=ImportError)
 
-LENS = camera.Camera(
-    35.0, 0.05, -0.08, K1=-8e-5, K2=6e-8, P1=4e-6, P2=-6e-6, lens="forward"
-)
 # photos, points, rays of a point, block, rounds
 SIZES = {
     "9 photos x 50 points, all rays": (9, 50, None, False, 20),
@@ -24,34 +22,18 @@ SIZES = {
 }
 
 
-def network(photos, points, rays, block):
-    """Simulated; the start values are wrong by 2 cm in 2 m and by 0.3 degrees."""
-    rng = np.random.default_rng(6)
-    net = simulate.network(LENS, photos, points, rng, rays, block=block)
-    aside = rng.normal(size=(photos, 6)) * [20, 20, 20, 0.005, 0.005, 0.005]
-    return bundle.Network(
-        camera.Camera(35.3, lens="forward"),
-        net.exteriors + aside,
-        net.points + 20 * rng.normal(size=(points, 3)),
-        net.photo,
-        net.point,
-        net.xy,
-        net.sigma,
-    )
-
-
 @pytest.fixture(scope="module", params=SIZES)
 def case(request):
     """A network, our result, rounds."""
     *size, rounds = SIZES[request.param]
     net = network(*size)
-    return request.param, net, bundle.adjust(net, colmap.ESTIMATE), rounds
+    return request.param, net, bundle.adjust(net, ESTIMATE), rounds
 
 
 def test_adjust(case, benchmark):
     benchmark.group, net, result, rounds = case
     found = benchmark.pedantic(
-        bundle.adjust, (net, colmap.ESTIMATE), rounds=rounds, warmup_rounds=1
+        bundle.adjust, (net, ESTIMATE), rounds=rounds, warmup_rounds=1
     )
     assert found.status == "converged"
     benchmark.extra_info["iterations"] = found.iterations
