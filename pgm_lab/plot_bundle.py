@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import norm, t
 
-from pgm_lab import _validate, plot
+from pgm_lab import _plot_bundle, _validate, plot
+from pgm_lab._plot_bundle import UM
 
 CRITICAL = 3.29  # a standard normal variable exceeds it once in a thousand
-UM = 1e3  # micrometres in a millimetre
 MOST_PHOTOS = 16
 RADIAL, DECENTRING = ("K1", "K2", "K3"), ("P1", "P2")
 
@@ -52,7 +52,7 @@ def lens_profile(
         direction = P / size if size else np.zeros(2)
         names, by_parameters = DECENTRING, r**2 * direction
         distortion = size * r[:, 0] ** 2
-    place = places(result, camera)
+    place = _plot_bundle.places(result, camera)
     kept = [i for i, name in enumerate(names) if name in place]
     rows = [place[names[i]] for i in kept]
     J, C = by_parameters[:, kept], result.covariance_interior[np.ix_(rows, rows)]
@@ -88,7 +88,7 @@ def lens_curve(
     matplotlib.figure.Figure
     """
     network, lens = result.network, result.cameras[camera]
-    own = camera_of_photos(result)[network.photo] == camera
+    own = _plot_bundle.camera_of_photos(result)[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
     r = np.linspace(0, 1.1 * measured.max() if r_max is None else r_max, 301)
     quantile = t.ppf((1 + confidence) / 2, max(result.redundancy, 1))
@@ -172,8 +172,8 @@ def residual_vectors(
     width = (high - low).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
-        magnify = _round_number(0.16 * width / (usual / UM))
-    bar = _round_number(0.25 * width / magnify * UM)
+        magnify = _plot_bundle.round_number(0.16 * width / (usual / UM))
+    bar = _plot_bundle.round_number(0.25 * width / magnify * UM)
 
     columns = int(np.ceil(np.sqrt(len(shown))))
     rows = -(-len(shown) // columns)
@@ -183,7 +183,7 @@ def residual_vectors(
         ax.set_axis_off()
     for i, ax in zip(shown, axes.flat):
         here = network.photo == i
-        lens = result.cameras[camera_of_photos(result)[i]]
+        lens = result.cameras[_plot_bundle.camera_of_photos(result)[i]]
         ax.plot(lens.x0, lens.y0, "+", color=plot.GREY, markersize=16, zorder=1)
         for which, color, thick in (
             (~outlier, plot.BLUE, 1.0),
@@ -192,12 +192,13 @@ def residual_vectors(
             xy, vectors = network.xy[here & which], v[here & which] / UM
             _pins(ax, xy, magnify * vectors, color, thick)
         for k in np.flatnonzero(here & outlier):
-            name = _name(network, "point", network.point[k])
+            name = _plot_bundle.name_of(network, "point", network.point[k])
             away = -16 * v[k] / np.hypot(*v[k])  # beside the point, not on its vector
             text = {"color": plot.RED, "weight": "bold", "ha": "center", "va": "center"}
             ax.annotate(name, network.xy[k], away, textcoords="offset points", **text)
         ax.set_title(
-            f"photo {_name(network, 'photo', i)}: {rms[i]:.2f} µm", fontsize=15
+            f"photo {_plot_bundle.name_of(network, 'photo', i)}: {rms[i]:.2f} µm",
+            fontsize=15,
         )
         margin = 0.09 * width
         ax.set(xlim=(low[0] - margin, high[0] + margin))
@@ -263,8 +264,8 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
         f"({chance:.1f} expected by chance)",
     ]
     for (k, axis), value in list(zip(found, at))[:8]:
-        photo = _name(network, "photo", network.photo[k])
-        point = _name(network, "point", network.point[k])
+        photo = _plot_bundle.name_of(network, "photo", network.photo[k])
+        point = _plot_bundle.name_of(network, "point", network.point[k])
         sign = "−" if value < 0 else "+"
         lines.append(
             f"photo {photo}, point {point}: {'xy'[axis]} {sign}{abs(value):.1f}"
@@ -278,29 +279,3 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
     ax.set(ylabel=f"residuals in steps of {step:g}")
     ax.legend(loc="upper left" if side[1] == "right" else "upper right")
     return fig
-
-
-def places(result, camera: int) -> dict[str, int]:
-    """Row of each estimated interior parameter of a camera in the covariance."""
-    end = f" of camera {camera + 1}" if len(result.cameras) > 1 else ""
-    names = result.names[: len(result.sd_interior)]
-    return {
-        name.removesuffix(end): i for i, name in enumerate(names) if name.endswith(end)
-    }
-
-
-def camera_of_photos(result) -> np.ndarray:
-    """Index of the camera of each photo."""
-    given = result.network.camera
-    return np.zeros(len(result.exteriors), int) if given is None else np.asarray(given)
-
-
-def _name(network, kind: str, index: int) -> str:
-    names = getattr(network, f"{kind}_names")
-    return str(index + 1 if names is None else names[index])
-
-
-def _round_number(value: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not above the value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(max(digit * power for digit in (1, 2, 5) if digit * power <= value))
