@@ -179,7 +179,7 @@ def design_study(
         1, 2, figsize=(12.5, 1.9 + 0.62 * k), sharey=True, width_ratios=(1.35, 1)
     )
     for ax, table, factor in zip(axes, (sd, correlations), (UM, 1.0)):
-        shifts = 0.16 * (np.arange(len(table)) - (len(table) - 1) / 2)
+        shifts = 0.22 * (np.arange(len(table)) - (len(table) - 1) / 2)
         for (name, values), (color, mark), shift in zip(table.items(), SERIES, shifts):
             values = factor * np.abs(np.asarray(values, dtype=float))
             if values.shape != (k,):
