@@ -187,7 +187,7 @@ def network_3d(
         if factor is None:
             factor = round_number(0.06 * reach / longest.max())
         drawn.append(_ellipsoids(ax, points, C, factor))
-        title += f"; standard ellipsoids {factor:,.0f} times too large"
+        title += f"; standard ellipsoids {factor:,g} times too large"
     drawn.append(_scale_bar(ax, np.concatenate(drawn), unit))
     fill(ax, np.concatenate(drawn), (0.08, 0.04, 0.87, 0.86))
     fig.suptitle(title, fontsize=18)

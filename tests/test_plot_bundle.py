@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy.stats import norm, t
 
-from pgm_lab import _plot_bundle, imaging, plot, plot_bundle
+from pgm_lab import _plot_bundle, imaging, plot, plot_bundle, plot_matrices
 from pgm_lab.camera import PARAMETERS, Camera
 
 LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6)
@@ -64,6 +64,10 @@ def result(
         redundancy=40,
     )
     return SimpleNamespace(**whole | other)
+
+
+def head(ax):
+    return ax.get_title(loc="left") or ax.get_title()  # wherever the style puts it
 
 
 def displacement(camera, r, angle):
@@ -140,7 +144,7 @@ def test_lens_curve_draws_profile_and_band_in_micrometres():
     np.testing.assert_allclose(below.lines[0].get_ydata(), half)
     assert above.get_ylabel() == "correction (µm)"
     assert below.get_xlabel() == "distance from the principal point (mm)"
-    assert "95 %" in above.get_title(loc="left") + above.get_title()
+    assert "95 %" in head(above)
 
 
 def test_lens_curve_shades_where_points_of_the_camera_were_measured():
@@ -189,7 +193,7 @@ def test_residuals_stand_at_their_points_enlarged_and_outliers_are_named():
     assert len(arrows(fig.axes[0])) == 1
     assert "5,000 times too large" in fig.get_suptitle()
     rms = 1e3 * np.sqrt(np.mean(adjusted.residuals[here] ** 2))
-    assert ax.get_title(loc="left") + ax.get_title() == f"photo 2: {rms:.2f} µm"
+    assert head(ax) == f"photo 2: {rms:.2f} µm"
 
 
 def test_bar_is_as_long_as_a_residual_of_its_size():
@@ -206,7 +210,7 @@ def test_residuals_have_one_scale_a_photo_an_axes_and_given_names():
     adjusted = result(photos=5)
     adjusted.network.photo_names = tuple("abcde")
     fig = plot_bundle.residual_vectors(adjusted, photo=[3, 1])
-    titles = [ax.get_title(loc="left") or ax.get_title() for ax in fig.axes]
+    titles = [head(ax) for ax in fig.axes]
     assert [title.split(":")[0] for title in titles] == ["photo d", "photo b"]
     assert fig.axes[0].get_xlim() == fig.axes[1].get_xlim()
     assert len(plot_bundle.residual_vectors(adjusted, photo=2).axes) == 1
@@ -218,9 +222,7 @@ def test_of_many_photos_those_with_the_largest_residuals_are_shown():
     adjusted.residuals[adjusted.network.photo > 3] = 2e-4
     fig = plot_bundle.residual_vectors(adjusted)
     assert len(fig.axes) == 16
-    assert (fig.axes[0].get_title(loc="left") or fig.axes[0].get_title()) == (
-        "photo 5: 0.20 µm"
-    )
+    assert head(fig.axes[0]) == "photo 5: 0.20 µm"
     assert "the 16 of 20 photos with the largest" in fig.get_suptitle()
 
 
@@ -263,6 +265,41 @@ def test_histogram_without_outliers_says_so():
     adjusted.standardized[:] = np.clip(adjusted.standardized, -3, 3)
     (ax,) = plot_bundle.standardized_histogram(adjusted).axes
     assert ax.texts[0].get_text().startswith("0 of 72 beyond")
+
+
+def texts(ax):
+    return {tuple(map(int, text.get_position())): text.get_text() for text in ax.texts}
+
+
+def test_correlations_stand_in_their_cells_once():
+    adjusted = result()
+    left, right = plot_matrices.correlation_matrix(adjusted).axes
+    found = texts(left)
+    assert len(found) == 45
+    for (column, row), text in found.items():
+        assert column < row
+        value = float(text.replace("−", "-"))
+        assert value == pytest.approx(adjusted.correlation[row, column], abs=0.0051)
+    assert [tick.get_text() for tick in left.get_yticklabels()][:2] == ["$c$", "$x_0$"]
+    outer = np.abs(adjusted.correlation[:10, 10:]).reshape(10, 3, 6).mean(axis=1)
+    for (column, row), text in texts(right).items():
+        assert float(text) == pytest.approx(outer[row, column], abs=0.0051)
+    assert len(texts(right)) == 60
+
+
+def test_correlations_of_a_camera_are_with_its_own_photos():
+    adjusted = result((LENS, LENS), photos=4, estimate=("c", "K1"))
+    _, right = plot_matrices.correlation_matrix(adjusted, camera=1).axes
+    outer = np.abs(adjusted.correlation[2:4, 4:]).reshape(2, 4, 6)[:, [1, 3]]
+    expected = outer.mean(axis=1)[1, 5]
+    assert float(texts(right)[5, 1]) == pytest.approx(expected, abs=0.0051)
+
+
+def test_no_correlation_is_written_minus_zero():
+    adjusted = result()
+    adjusted.correlation[2, 1] = -0.001
+    left, _ = plot_matrices.correlation_matrix(adjusted).axes
+    assert texts(left)[1, 2] == "0.00"
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pgm_lab import imaging, plot, plot_bundle3d, plot_matrices
-from pgm_lab.camera import BLOCKS
-from tests.test_plot_bundle import LENS, result
+from pgm_lab.camera import BLOCKS, Camera
+
+LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6).interior
 
 
 @pytest.fixture(autouse=True)
@@ -29,7 +30,7 @@ def normal_equations(seen, interior, border):
     photo, point = np.nonzero(seen)
     xy = rng.uniform(-9, 9, (len(photo), 2))
     _, _, by = imaging.misclosure(
-        LENS.interior, exteriors[photo], points[point], xy, "backward", BLOCKS
+        LENS, exteriors[photo], points[point], xy, "backward", BLOCKS
     )
     first = interior + 6 * m
     A = np.zeros((len(photo), 2, first + 3 * n))
@@ -110,41 +111,6 @@ def test_normal_matrix_draws_every_block():
     legend = [text.get_text() for text in ax.get_legend().get_texts()]
     assert "datum G" not in legend
     assert "filled in" in legend
-
-
-def texts(ax):
-    return {tuple(map(int, text.get_position())): text.get_text() for text in ax.texts}
-
-
-def test_correlations_stand_in_their_cells_once():
-    adjusted = result()
-    left, right = plot_matrices.correlation_matrix(adjusted).axes
-    found = texts(left)
-    assert len(found) == 45
-    for (column, row), text in found.items():
-        assert column < row
-        value = float(text.replace("−", "-"))
-        assert value == pytest.approx(adjusted.correlation[row, column], abs=0.0051)
-    assert [tick.get_text() for tick in left.get_yticklabels()][:2] == ["$c$", "$x_0$"]
-    outer = np.abs(adjusted.correlation[:10, 10:]).reshape(10, 3, 6).mean(axis=1)
-    for (column, row), text in texts(right).items():
-        assert float(text) == pytest.approx(outer[row, column], abs=0.0051)
-    assert len(texts(right)) == 60
-
-
-def test_correlations_of_a_camera_are_with_its_own_photos():
-    adjusted = result((LENS, LENS), photos=4, estimate=("c", "K1"))
-    _, right = plot_matrices.correlation_matrix(adjusted, camera=1).axes
-    outer = np.abs(adjusted.correlation[2:4, 4:]).reshape(2, 4, 6)[:, [1, 3]]
-    expected = outer.mean(axis=1)[1, 5]
-    assert float(texts(right)[5, 1]) == pytest.approx(expected, abs=0.0051)
-
-
-def test_no_correlation_is_written_minus_zero():
-    adjusted = result()
-    adjusted.correlation[2, 1] = -0.001
-    left, _ = plot_matrices.correlation_matrix(adjusted).axes
-    assert texts(left)[1, 2] == "0.00"
 
 
 def test_spectrum_tells_what_a_tolerance_keeps():
