@@ -170,10 +170,10 @@ def correlation_matrix(result, camera: int = 0) -> Figure:
     """
     place = _plot_bundle.places(result, camera)
     names, rows = [symbol(name) for name in place], list(place.values())
-    u = len(result.sd_interior)
+    u = len(result.interior_names)
     among = result.correlation[np.ix_(rows, rows)].copy()
     among[np.triu_indices(len(rows), 1)] = np.nan  # once is enough
-    own = _plot_bundle.camera_of_photos(result) == camera
+    own = result.network.camera == camera
     outer = result.correlation[rows, u:].reshape(len(rows), -1, 6)[:, own]
     n = len(names)
     fig, axes = plt.subplots(

@@ -43,19 +43,21 @@ def test_what_runs_away_is_drawn_dashed_up_to_its_last_finite_value():
     histories = {
         "correct": [1e6, 90.0, 84.0],
         "burst": [1e6, 1e9, np.inf],
+        "ends": [1e6, 90.0, np.nan],
         "grows": [1e3, 1e4, 1e5],
         "stuck": [1e6, 2e4, 2.1e4],
     }
     fig = plot_studies.convergence(histories)
     lines = {line.get_label(): line for line in fig.axes[0].lines}
-    assert set(lines) == {"correct", "burst, runs away", "grows, runs away", "stuck"}
+    away = {"burst, runs away", "ends, runs away", "grows, runs away"}
+    assert set(lines) == {"correct", "stuck", *away}
     np.testing.assert_array_equal(lines["burst, runs away"].get_ydata(), (1e6, 1e9))
     np.testing.assert_array_equal(lines["correct"].get_xdata(), (0, 1, 2))
     dashed = {name for name, line in lines.items() if line.get_linestyle() == "--"}
-    assert dashed == {"burst, runs away", "grows, runs away"}
+    assert dashed == away
     # The legend from top to bottom as the lines end
-    ends = ["burst, runs away", "grows, runs away", "stuck", "correct"]
-    assert legend(fig) == ends
+    ends = ["burst", "grows", "stuck", "ends", "correct"]
+    assert [name.split(",")[0] for name in legend(fig)] == ends
 
 
 def test_convergence_of_sigma0():
