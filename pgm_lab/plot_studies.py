@@ -56,9 +56,13 @@ def residuals_by_photo(
 
 
 def convergence(
-    histories: Mapping[str, ArrayLike], redundancy: int | None = None
+    histories: Mapping[str, ArrayLike],
+    redundancy: int | None = None,
+    quantity: str = "v'Pv (no unit)",
 ) -> Figure:
-    """Draw v'Pv after each iteration, those that run away too.
+    """Draw v'Pv, or something like it, after each iteration.
+
+    Dashed is what ends in numbers that are not finite, or above twice its lowest.
 
     Parameters
     ----------
@@ -67,6 +71,8 @@ def convergence(
         What is not finite ends the line.
     redundancy : int, optional
         Draw sigma0 = sqrt(v'Pv / redundancy) instead.
+    quantity : str
+        What the histories hold, with its unit.
 
     Returns
     -------
@@ -82,14 +88,18 @@ def convergence(
             if redundancy is None
             else np.sqrt(objective[:end] / redundancy)
         )
-        away = end < len(objective) or y[-1] > y[0]
-        color, mark = SERIES[i]
+        away = end < len(objective) or y[-1] > 2 * y.min()
+        color, mark = SERIES[i % len(SERIES)]
         # Smaller and smaller, so that none hides another one below
-        look = {"color": color, "marker": mark, "markersize": 14 - 1.4 * i}
-        label = name + (", runs away" if away else "")
+        look = {"color": color, "marker": mark, "markersize": 4 + 10 * 0.85**i}
+        look["markevery"] = -(-len(y) // 20)
+        if i >= len(SERIES):
+            look["markerfacecolor"] = "white"
+        label = name + (", does not converge" if away else "")
         lines += ax.plot(y, "--" if away else "-", label=label, **look)
-    what = "v'Pv" if redundancy is None else r"$\sigma_0$"
-    ax.set(yscale="log", xlabel="iteration", ylabel=f"{what} (no unit)")
+    if redundancy is not None:
+        quantity = r"$\sigma_0$ (no unit)"
+    ax.set(yscale="log", xlabel="iteration", ylabel=quantity)
     ax.xaxis.get_major_locator().set_params(integer=True)
     lines.sort(key=lambda line: -line.get_ydata()[-1])
     fig.legend(handles=lines, loc="outside right upper", fontsize=14)

@@ -39,25 +39,43 @@ def test_solutions_must_have_the_same_photos():
         plot_studies.residuals_by_photo({"a": [1.0, 2.0], "b": [1.0]})
 
 
-def test_what_runs_away_is_drawn_dashed_up_to_its_last_finite_value():
+def test_what_does_not_converge_is_drawn_dashed_up_to_its_last_finite_value():
     histories = {
         "correct": [1e6, 90.0, 84.0],
         "burst": [1e6, 1e9, np.inf],
         "ends": [1e6, 90.0, np.nan],
         "grows": [1e3, 1e4, 1e5],
         "stuck": [1e6, 2e4, 2.1e4],
+        "swings": [1e6, 2e2, 8e5],
     }
     fig = plot_studies.convergence(histories)
     lines = {line.get_label(): line for line in fig.axes[0].lines}
-    away = {"burst, runs away", "ends, runs away", "grows, runs away"}
+    away = {
+        "burst, does not converge",
+        "ends, does not converge",
+        "grows, does not converge",
+    }
+    away.add("swings, does not converge")
     assert set(lines) == {"correct", "stuck", *away}
-    np.testing.assert_array_equal(lines["burst, runs away"].get_ydata(), (1e6, 1e9))
+    np.testing.assert_array_equal(
+        lines["burst, does not converge"].get_ydata(), (1e6, 1e9)
+    )
     np.testing.assert_array_equal(lines["correct"].get_xdata(), (0, 1, 2))
     dashed = {name for name, line in lines.items() if line.get_linestyle() == "--"}
     assert dashed == away
     # The legend from top to bottom as the lines end
-    ends = ["burst", "grows", "stuck", "ends", "correct"]
+    ends = ["burst", "swings", "grows", "stuck", "ends", "correct"]
     assert [name.split(",")[0] for name in legend(fig)] == ends
+
+
+def test_more_histories_than_colours_differ_by_their_marks():
+    fig = plot_studies.convergence(
+        {f"{i}": [2.0, 1.0] for i in range(9)}, quantity="RMS (µm)"
+    )
+    lines = fig.axes[0].lines
+    looks = {(line.get_color(), line.get_markerfacecolor()) for line in lines}
+    assert len(looks) == 9
+    assert fig.axes[0].get_ylabel() == "RMS (µm)"
 
 
 def test_convergence_of_sigma0():
