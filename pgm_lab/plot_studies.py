@@ -48,7 +48,7 @@ def residuals_by_photo(
     ax.set(yscale="log", ylim=(floor, 1.3 * everything.max()))
     plain(ax.yaxis, (1,))
     ax.set(xlabel="photo", ylabel="RMS of the residuals (µm)")
-    ax.set_xticks(range(m), photo_names or range(1, m + 1))
+    ax.set_xticks(range(m), range(1, m + 1) if photo_names is None else photo_names)
     ax.grid(False, axis="x")
     ax.tick_params(axis="x", length=0)
     ax.legend(loc="upper center", ncols=len(series), bbox_to_anchor=(0.5, 1.13))
@@ -95,14 +95,15 @@ def convergence(
         look["markevery"] = -(-len(y) // 20)
         if i >= len(SERIES):
             look["markerfacecolor"] = "white"
-        label = name + (", does not converge" if away else "")
-        lines += ax.plot(y, "--" if away else "-", label=label, **look)
+        lines += ax.plot(y, "--" if away else "-", label=name, **look)
     if redundancy is not None:
         quantity = r"$\sigma_0$ (no unit)"
     ax.set(yscale="log", xlabel="iteration", ylabel=quantity)
     ax.xaxis.get_major_locator().set_params(integer=True)
     lines.sort(key=lambda line: -line.get_ydata()[-1])
-    fig.legend(handles=lines, loc="outside right upper", fontsize=14)
+    some = any(line.get_linestyle() == "--" for line in lines)
+    title = "dashed: does not converge" if some else None
+    fig.legend(handles=lines, title=title, loc="outside right upper", fontsize=14)
     return fig
 
 
