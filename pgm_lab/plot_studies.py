@@ -144,14 +144,17 @@ def predicted_against_sampled(
     fig, ax = plt.subplots(figsize=(11, 5.4))
     ax.axhspan(low, high, color=plot.GREY, alpha=0.25, label="95 %, if it holds")
     ax.axhline(1, color=plot.BLACK, linewidth=1.4)
-    largest = 1.0
+    smallest = largest = 1.0
     for (name, values), (color, mark) in zip(series.items(), SERIES):
         ratio = values / predicted
         ax.plot(ratio, mark, color=color, markersize=11, label=name)
-        largest = max(largest, ratio.max())
+        smallest, largest = min(smallest, ratio.min()), max(largest, ratio.max())
     if largest > 4:
         ax.set_yscale("log")
         plain(ax.yaxis)
+    else:  # the whole band, and room above it
+        reach = max(2.2 * (high - 1), 1.2 * max(largest - 1, 1 - smallest))
+        ax.set_ylim(1 - reach, 1 + reach)
     ax.set_xticks(range(len(names)), map(symbol, names))
     ax.set(xlim=(-0.6, len(names) - 0.4), ylabel="sampled / predicted sd")
     ax.grid(False, axis="x")

@@ -93,6 +93,7 @@ def test_ratio_of_sampled_to_predicted_stands_over_each_parameter():
 def test_band_holds_the_standard_deviations_of_so_many_samples():
     fig = plot_studies.predicted_against_sampled([1.0], [1.0], ["c"], 200)
     (ax,) = fig.axes
+    assert ax.get_ylim()[0] < 0.9 and ax.get_ylim()[1] > 1.1
     (_, low), (_, high) = ax.patches[0].get_bbox().get_points()
     samples = np.random.default_rng(1).normal(size=(20_000, 200))
     found = np.quantile(samples.std(axis=1, ddof=1), (0.025, 0.975))
