@@ -93,8 +93,7 @@ def cofactor(N, border):
     return np.linalg.inv(whole)[: len(s), : len(s)] / np.outer(s, s)
 
 
-@lru_cache
-def adjusted(without=()):
+def adjust(start, without=()):
     """Adjust everything as a free network; `without`: rays left out. Result, x."""
     weights = np.full((len(PHOTO), 2), SIGMA**-2)
     weights[list(without)] = 0
@@ -108,10 +107,16 @@ def adjusted(without=()):
 
     result = adjustment.adjust(
         computed,
-        START,
+        start,
         PRINTED.xy.ravel(),
         weights=weights.ravel(),
         constraints=inner,
         sigma0_prior=1.0,
     )
     return result, result.x
+
+
+@lru_cache
+def adjusted(without=()):
+    """The same from the printed start values, computed once."""
+    return adjust(START, without)

@@ -26,8 +26,8 @@ RADIAL = lens(K1=K[0], K2=K[1], K3=K[2])
 
 
 def test_2_46_gives_both_axes_the_same_displacement():
-    # K1 r^3 + K2 r^5 + K3 r^7 is the radial displacement (2.47); as dx and as dy it moves
-    # every point along the diagonal, and further by sqrt(2)
+    # The sum is the radial displacement (2.47); as dx and as dy it moves every point
+    # along the diagonal, and further by sqrt(2)
     as_printed = np.stack([DR, DR], axis=-1)
     outward = np.sum(RADIAL * XY, axis=1) / R
     np.testing.assert_allclose(outward, DR, rtol=1e-12)
@@ -63,8 +63,8 @@ def test_2_51_needs_the_opposite_k_of_2_89():
 
 
 def test_one_to_two_pixels_at_the_border_need_a_pixel_size():
-    # The lens of the nine photos, correctly adjusted: 0.009 mm at the outermost targets,
-    # one or two pixels of 9 or 4 micrometres; the source names no pixel size
+    # The lens of the nine photos, correctly adjusted: 0.009 mm at the outermost
+    # targets, one or two pixels of 9 or 4 micrometres; no pixel size is named
     interior = net.unpack(net.adjusted()[1])[0]
     reduced = net.PRINTED.xy - interior[1:3]
     r = np.linalg.norm(reduced, axis=1)
