@@ -25,7 +25,40 @@ def ray(k=7, i=5):
     return PRINTED.exteriors[i], PRINTED.object_points[k]
 
 
-# Weights
+# Weights and solution
+
+
+def weighted_line():
+    """Straight line through five points of different precision: A, f, sigma."""
+    t = np.array([0.0, 1.0, 2.0, 4.0, 5.0])
+    f = np.array([1.02, 2.9, 5.1, 9.0, 10.7])
+    return np.stack([np.ones(5), t], -1), f, np.array([0.1, 0.1, 0.2, 0.05, 0.4])
+
+
+def test_2_69_weighs_as_repeated_measurements_do():
+    # Measured four times and averaged, sigma halves: the weight is that of four
+    A, f, _ = weighted_line()
+    count = np.array([1, 4, 1, 1, 2])
+    W = 0.3**2 / (0.3 / np.sqrt(count)) ** 2
+    np.testing.assert_allclose(W, count, rtol=1e-14)
+    repeated, *_ = np.linalg.lstsq(A.repeat(count, axis=0), f.repeat(count), rcond=None)
+    found = np.linalg.solve(A.T @ (W[:, None] * A), A.T @ (W * f))
+    np.testing.assert_allclose(found, repeated, rtol=1e-12)
+
+
+def test_2_75_and_2_76_make_v_w_v_least_with_v_observed_minus_computed():
+    A, f, sigma = weighted_line()
+    W = np.diag(1 / sigma**2)
+    delta = np.linalg.inv(A.T @ W @ A) @ A.T @ W @ f
+    result = adjustment.adjust(
+        lambda x: (A @ x, A), [0.0, 0.0], f, weights=1 / sigma**2
+    )
+    np.testing.assert_allclose(delta, result.x, rtol=1e-10)
+    V = f - A @ delta  # (2.75)
+    np.testing.assert_allclose(V, -result.residuals, rtol=0, atol=1e-10)
+    for move in np.eye(2):
+        other = f - A @ (delta + 0.01 * move)
+        assert other @ W @ other > V @ W @ V
 
 
 def test_2_70_gives_the_same_solution_for_any_sigma0():
@@ -179,6 +212,27 @@ def test_2_86_refers_to_equations_of_other_subjects():
     assert np.abs(np.array([w, *turned])[:, None] - J_K).min() > 1
 
 
+def test_2_86_is_observed_minus_computed():
+    exterior, point = ray()
+    *_, (r, s, q) = as_printed.terms(exterior, point)
+    f = np.array([1.0, 2.0]) + 35.0 * np.array([r, s]) / q  # J, K
+    computed = cam.project(Camera(35.0), exterior, point)
+    np.testing.assert_allclose(f, (1.0, 2.0) - computed, rtol=0, atol=1e-12)
+
+
+def test_lens_belongs_to_the_collinearity_of_2_20_and_not_to_2_64():
+    # x - x0 + dx = -c r/q: ten unknowns more beside the exterior. (2.64) is a resection
+    # with the camera known: its design has six columns, all of the exterior
+    camera = Camera(35.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, -2e-6, 5e-6, -3e-4, -2e-4)
+    exterior, point = ray()
+    *_, (r, s, q) = as_printed.terms(exterior, point)
+    measured = cam.project(camera, exterior, point)
+    image = -35.0 * np.array([r, s]) / q
+    np.testing.assert_allclose(cam.ideal(camera, measured), image, atol=1e-12)
+    result = cam.collinearity(camera, exterior, point, measured)
+    assert result.exterior.shape == (2, 6) and result.interior.shape == (2, 10)
+
+
 def printed_2_89(c, x, y, r_or_r2):
     """The two rows of (2.89) in the order c, x0, y0, K1 ... b2, reduced x, y."""
     r2 = x**2 + y**2
@@ -286,6 +340,13 @@ def test_2_93_needs_sums_in_the_blocks_of_a_photo_and_of_a_point():
         np.testing.assert_allclose(np.sum(part, axis=0), block, rtol=1e-9, atol=1e-6)
         single = rays[one][:, rows].T @ rays[one][:, columns]
         assert np.abs(single).sum() < 0.5 * np.abs(block).sum()
+
+
+def test_2_93_double_sums_are_the_block_and_vector_of_the_camera():
+    v, A = net.misclosure(net.START)
+    rays = A.reshape(450, 2, 214)
+    C_p = np.einsum("kri,kr->i", rays[..., INTERIOR], v)
+    np.testing.assert_allclose(C_p, (A.T @ v.ravel())[INTERIOR], rtol=1e-10)
     N_p = np.einsum("kri,krj->ij", rays[..., INTERIOR], rays[..., INTERIOR])
     np.testing.assert_allclose(N_p, (A.T @ A)[INTERIOR, INTERIOR], rtol=1e-10)
 
