@@ -133,20 +133,6 @@ def test_table_4_13_weight_matrix_has_a_row_for_every_observation():
 # Results
 
 
-def test_published_solution_fits_worse_than_its_start(solved):
-    assert net.rms(net.START) == pytest.approx(0.133, abs=0.0005)
-    assert net.rms(net.PUBLISHED) == pytest.approx(0.293, abs=0.0005)
-    assert net.rms(solved[1]) < net.rms(net.PUBLISHED) / 900
-    # Photo by photo: seven better than at the start, photos 6 and 7 far off
-    by_photo = {}
-    for name, x in (("start", net.START), ("published", net.PUBLISHED)):
-        v = net.misclosure(x)[0].reshape(9, -1)
-        by_photo[name] = np.sqrt(np.mean(v**2, axis=1))
-    worse = np.flatnonzero(by_photo["published"] > by_photo["start"]) + 1
-    assert list(worse) == [6, 7]
-    np.testing.assert_allclose(by_photo["published"][5:7], (0.777, 0.373), atol=0.001)
-
-
 def test_table_4_14_c_x0_y0_are_not_those_of_the_data(solved):
     result, x = solved
     off = np.abs(net.unpack(x)[0] - PRINTED.published_interior) / result.sd[INTERIOR]
@@ -183,32 +169,6 @@ def test_table_4_15_moves_the_angles_alone_and_too_far(solved):
     assert np.abs(needed[:, 3:]).max() < 2.6e-4 < np.median(np.abs(moved[:, 3:])) / 10
 
 
-def listing_accuracies(shift=10):
-    """Accuracies as the listing forms them at the published solution.
-
-    Weights 1/sigma^2, the ten columns of photo 1 in every photo, the border of (2.94),
-    the pseudo-inverse with MATLAB's tolerance, times the root mean square of residuals
-    that carry no weights; `shift` numbers are skipped before the points.
-    """
-    interior, exteriors, points = net.unpack(net.PUBLISHED)
-    x, y = (PRINTED.xy[:50][net.POINT] - interior[1:3]).T
-    r2, nil, one = x**2 + y**2, 0 * x, 1 + 0 * x
-    radial_x, radial_y = ([a * r2, a * r2**2, a * r2**3] for a in (x, y))
-    row_x = [-x / interior[0], -one, nil, *radial_x, 2 * x**2 + r2, 2 * x * y, x, y]
-    row_y = [-y / interior[0], nil, -one, *radial_y, 2 * x * y, 2 * y**2 + r2, nil, nil]
-    A = net.misclosure(net.PUBLISHED)[1]
-    A[:, INTERIOR] = np.moveaxis([row_x, row_y], -1, 0).reshape(900, 10)
-    G = net.constraints(points)
-    N = np.block([[A.T @ A / net.SIGMA**2, G], [G.T, np.zeros((7, 7))]])
-    U, values, Vt = np.linalg.svd(N)
-    kept = values > len(N) * np.spacing(values[0])
-    inverse = (Vt[kept].T / values[kept]) @ U[:, kept].T
-    unit = np.sqrt(np.sum(listing_misclosure() ** 2) / (900 - 150 - 54))
-    sd = unit * np.sqrt(np.abs(np.diag(inverse)))
-    first = 54 + shift
-    return unit, kept.sum(), sd[:54].reshape(9, 6), sd[first : first + 150]
-
-
 def listing_misclosure():
     """Misclosure of the published solution in the program's own form, in mm."""
     (c, x0, y0, K1, K2, K3, P1, P2, b1, b2), e, p = net.unpack(net.PUBLISHED)
@@ -241,13 +201,11 @@ def test_tables_4_16_and_4_18_are_far_below_what_any_adjustment_can_give(solved)
     assert (sd.min().round(3), sd.max().round(3)) == (0.005, 0.019)
 
 
-def test_table_4_16_angles_follow_from_the_pseudo_inverse_and_residuals_in_mm(solved):
-    # All 27 to 10 per cent: but they are the standard deviations of an angle alone,
-    # times 374 (the published misfit in units of 0.001 mm), times 1/1000
-    unit, kept, exteriors, _ = listing_accuracies()
-    assert unit == pytest.approx(0.374, abs=0.001) and kept == 34
-    ratio = exteriors[:, 3:] / PRINTED.published_exteriors_sd[:, 3:]
-    assert 0.97 < ratio.min() and ratio.max() < 1.12
+def test_table_4_16_angles_are_those_of_one_angle_alone(solved):
+    # All 27, within 70 to 112 per cent: the misfit in mm, 0.374 by the program's own
+    # misclosure, as if it were the one in units of the stated 0.001 mm, 374
+    unit = np.sqrt(np.sum(listing_misclosure() ** 2) / (900 - 150 - 54))
+    assert unit == pytest.approx(0.374, abs=0.001)
     A = net.misclosure(net.PUBLISHED)[1]
     alone = unit * net.SIGMA / np.linalg.norm(A, axis=0)[net.ANGLES].reshape(9, 3)
     ratio = alone / PRINTED.published_exteriors_sd[:, 3:]
@@ -258,29 +216,21 @@ def test_table_4_16_angles_follow_from_the_pseudo_inverse_and_residuals_in_mm(so
     assert 3.1e-5 < sd[:, 2].min() and sd[:, 2].max() < 7.5e-5
 
 
-def test_table_4_16_stations_do_not_follow_to_better_than_a_factor(solved):
-    _, _, exteriors, _ = listing_accuracies()
-    ratio = exteriors[:, :3] / PRINTED.published_exteriors_sd[:, :3]
-    assert np.median(ratio) == pytest.approx(2.0, abs=0.3) and ratio.max() > 20
-
-
-def test_table_4_18_is_shifted_by_ten():
-    # The first ten numbers fit the interior parameters, and the others then the points;
-    # read as printed they miss by a factor of seven
+def test_table_4_18_begins_with_ten_numbers_of_another_kind(solved):
+    # By size: ten between 1e-9 and 1e-5, then 140 below 1.1e-8. By likeness: x0 as y0,
+    # P1 as P2, b1 as b2, and K1, K2, K3 in the proportion of a correct adjustment
     printed = PRINTED.published_object_points_sd.ravel()
-    _, _, _, shifted = listing_accuracies(shift=0)
-    _, _, _, as_printed = listing_accuracies(shift=10)
-
-    def factor(computed):
-        return np.exp(np.sqrt(np.mean(np.log(computed / printed) ** 2)))
-
-    assert factor(shifted) < 2.3 and factor(as_printed) > 6.5
-    np.testing.assert_array_less(shifted[1:10] / printed[1:10], 2)
-    np.testing.assert_array_less(1, shifted[:10] / printed[:10])
-    # By the eye: ten numbers between 1e-9 and 1e-5, then 140 below 1.1e-8
-    assert printed[:10].max() > 1e-5 and printed[10:].max() < 1.1e-8
-    # The last ten numbers of the points are in no table
-    assert len(printed) - 10 == 140
+    assert np.sum(printed > 1.1e-8) == 9 and np.all(
+        np.flatnonzero(printed > 1.1e-8) < 10
+    )
+    for k in (1, 6, 8):
+        assert 0.75 < printed[k] / printed[k + 1] < 1.35
+    correct = solved[0].sd[INTERIOR]
+    ratio = printed[3:10] / correct[3:]
+    assert 0.15 < ratio.min() and ratio.max() < 4
+    # As coordinates of points 1 to 4 they would be 1e4 times apart within one photo set
+    assert printed[8] / printed[5] > 1e3
+    assert np.ptp(np.log10(solved[0].sd[OBJECT])) < 0.7
 
 
 def test_table_4_17_is_table_4_3_but_for_five_numbers():
@@ -303,7 +253,7 @@ def test_table_4_19_angles_follow_from_4_2_and_4_15():
     assert np.abs(off[:, 3:]).max() < 5.1e-6
 
 
-def test_table_4_19_stations_show_the_sixth_decimal_and_four_roundings():
+def test_table_4_19_zl_of_photos_6_to_9_is_rounding():
     # 4.2 and 4.15 print four decimals, ZL of photos 6 to 9 three. Half a unit of these
     # explains all; what exceeds 1e-5 is rounding
     printed = PRINTED.published_exterior_differences[:, :3]
