@@ -43,10 +43,10 @@ def precision(photos, points=range(net.POINTS)):
 
 def test_photo_coordinates_do_not_fit_on_the_sensor_of_a_canon_s90():
     # Its sensor is of type 1/1.7, about 7.4 x 5.6 mm, its lens has 6.0 to 22.5 mm. A
-    # frame for the coordinates has 19 x 13 mm at least; 24 x 16 mm would do. c is 34.6 mm
+    # frame for the coordinates has 19 x 13 mm at least (24 x 16 mm would do), c 34.6 mm
     width, height = 2 * np.abs(PRINTED.xy).max(axis=0)
     assert width > 19 and height > 13
-    assert width > 2.5 * 7.4 and height > 2.3 * 5.58
+    assert width > 2.5 * 7.4 and height > 2.3 * 5.6
     c = net.unpack(net.adjusted()[1])[0][0]
     assert c > 1.5 * 22.5
     # In units of a 36 mm wide frame (28 to 105 mm) it would fit: the unit decides
