@@ -140,6 +140,7 @@ def adjust(
     """
     defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in defects}
     sigma = float(_validate.positive(sigma, "sigma", "mm"))
+    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     state, image = _checked(interior, exteriors, points, photo, point, xy)
     states, sums, status = [state], [], "not converged"
     v, right = [misclosure(*state, *image, defects)], [misclosure(*state, *image)]

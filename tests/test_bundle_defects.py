@@ -300,6 +300,22 @@ def test_accuracies_of_the_listing_are_a_factor_a_redundancy_and_a_shift(right):
     np.testing.assert_array_equal(shifted.sd_exteriors, right.sd_exteriors)
 
 
+def test_a_negative_variance_has_no_root():
+    variances = np.ones(221)
+    variances[[0, 60, 70]] = -1e-30, -1.0, 0.0
+    state = NET[:3]
+    v = np.ones((450, 2))
+    found = bundle_defects._accuracies(v, np.diag(variances), state, 0.001, set())
+    _, interior, exteriors, points = found
+    assert np.isnan(interior[6]) and np.isnan(
+        exteriors[0, 3]
+    )  # P1 and omega of photo 1
+    assert (
+        points[2, 0] == 0
+        and np.isnan(np.concatenate(list(map(np.ravel, found)))).sum() == 2
+    )
+
+
 # What each of them does
 
 
@@ -368,6 +384,7 @@ def test_every_defect_can_be_put_in(defects):
         ({"photo": NET[3] + 1}, "photo must have a whole number from 0 to 8"),
         ({"point": NET[4][:-1]}, "point must have a whole number from 0 to 49"),
         ({"sigma": 0.0}, "sigma must be positive"),
+        ({"max_iterations": 0}, "max_iterations"),
     ],
 )
 def test_bad_input_is_refused_with_its_name(change, message):
