@@ -14,8 +14,12 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pgm_lab.stacks import matrix, of_photo, product, side_by_side, vector
 
-def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+
+def ray(
+    exterior: np.ndarray, points: np.ndarray, photo: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Turn object points into rays (U, V, W) = M (X - X0) of the camera's frame.
 
     Parameters
@@ -24,6 +28,9 @@ def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
         (X0, Y0, Z0, omega, phi, kappa), in the unit of the points and radians.
     points : ndarray (..., 3)
         Object points.
+    photo : ndarray (k,) of int, optional
+        The photo of each of k points; `exterior` (photos, 6) then has a row a photo,
+        and each rotation is computed once.
 
     Returns
     -------
@@ -38,20 +45,24 @@ def ray(exterior: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarra
     Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
     """
     M = matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+    M, exterior = of_photo(M, photo), of_photo(exterior, photo)
     dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
     rows = (M[..., i, 0] * dX + M[..., i, 1] * dY + M[..., i, 2] * dZ for i in range(3))
     return vector(*rows), M
 
 
-def ray_by_angles(exterior: np.ndarray, ray: np.ndarray) -> np.ndarray:
+def ray_by_angles(
+    exterior: np.ndarray, ray: np.ndarray, photo: np.ndarray | None = None
+) -> np.ndarray:
     """Derivatives (..., 3, 3) of the ray by (omega, phi, kappa).
 
     To change an angle is to turn the camera about an axis a, and the ray then moves by
     (U, V, W) x a. Kappa turns about the camera's z axis, phi about M_kappa (0, 1, 0),
     omega about the X axis of the object, M (1, 0, 0).
     """
-    sin, cos = np.sin(exterior[..., 5]), np.cos(exterior[..., 5])
-    a1, a2, a3 = _turn(exterior, 1.0, 0.0, 0.0)
+    kappa = exterior[..., 5]
+    axes = vector(np.sin(kappa), np.cos(kappa), *_turn(exterior, 1.0, 0.0, 0.0))
+    sin, cos, a1, a2, a3 = np.moveaxis(of_photo(axes, photo), -1, 0)
     U, V, W = np.moveaxis(ray, -1, 0)
     return matrix(
         [V * a3 - W * a2, -W * cos, V],
@@ -166,8 +177,11 @@ def misclosure(
     measured: np.ndarray,
     lens: str,
     wrt: Collection[str],
+    photo: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Put the steps together: see `camera.collinearity`, which checks what comes in.
+
+    With `photo` (k,), exterior and interior (photos, 10) have a row for each photo.
 
     Returns
     -------
@@ -176,8 +190,10 @@ def misclosure(
     derivatives : dict
         Of v, by "interior", "exterior" and "point", as far as asked for.
     """
+    if interior.ndim > 1:
+        interior = of_photo(interior, photo)
     c, centre, lens_parameters = interior[..., 0], interior[..., 1:3], interior[..., 3:]
-    rays, by_point = ray(exterior, points)
+    rays, by_point = ray(exterior, points, photo)
     image, by_c, by_ray = perspective(c, rays)
     if lens == "backward":
         distorted = measured - centre
@@ -201,7 +217,7 @@ def misclosure(
     if "exterior" in wrt or "point" in wrt:
         by_point = product(by_ray, by_point)
     if "exterior" in wrt:
-        by_angles = product(by_ray, ray_by_angles(exterior, rays))
+        by_angles = product(by_ray, ray_by_angles(exterior, rays, photo))
         blocks["exterior"] = side_by_side(-by_point, by_angles)
     if "point" in wrt:
         blocks["point"] = by_point
@@ -252,37 +268,3 @@ def _xy(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _entries(by_x: np.ndarray) -> tuple[np.ndarray, ...]:
     """Entries a, b, c, d of the derivative of x + d(x)."""
     return 1 + by_x[..., 0, 0], by_x[..., 0, 1], by_x[..., 1, 0], 1 + by_x[..., 1, 1]
-
-
-def vector(*entries: ArrayLike) -> np.ndarray:
-    """Array (..., n) of n entries that broadcast, stored entry by entry."""
-    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
-    out = np.empty((len(entries), *shape), np.result_type(*entries))
-    for i, entry in enumerate(entries):
-        out[i] = entry
-    return np.moveaxis(out, 0, -1)
-
-
-def matrix(*rows: list[ArrayLike]) -> np.ndarray:
-    """Array (..., n, m) of n rows of m entries that broadcast, stored likewise."""
-    flat = np.moveaxis(vector(*(entry for row in rows for entry in row)), -1, 0)
-    return np.moveaxis(
-        flat.reshape(len(rows), len(rows[0]), *flat.shape[1:]), (0, 1), (-2, -1)
-    )
-
-
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Matrix product a @ b, written out: faster than @ for many small matrices."""
-    rows, inner, columns = range(a.shape[-2]), range(a.shape[-1]), range(b.shape[-1])
-    return matrix(
-        *(
-            [sum(a[..., i, k] * b[..., k, j] for k in inner) for j in columns]
-            for i in rows
-        )
-    )
-
-
-def side_by_side(*blocks: np.ndarray) -> np.ndarray:
-    """Join matrices (..., n, k) column by column; leading axes broadcast."""
-    columns = [block[..., j] for block in blocks for j in range(block.shape[-1])]
-    return matrix(*([column[..., i] for column in columns] for i in range(2)))

@@ -1,0 +1,34 @@
+"""Self-calibrating bundle adjustment: free networks, their precision and reliability.
+
+Muliawan 2013, chapter II.10.
+"""
+
+from pgm_lab.bundle._rank import NetworkDefect
+from pgm_lab.bundle._solve import adjust
+from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.reliability import (
+    Reliability,
+    Significance,
+    correlations,
+    critical_value,
+    reliability,
+    significance,
+)
+from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.snooping import Blunder, Snooping, snoop
+
+__all__ = [
+    "Blunder",
+    "Bundle",
+    "Network",
+    "NetworkDefect",
+    "Reliability",
+    "Significance",
+    "Snooping",
+    "adjust",
+    "correlations",
+    "critical_value",
+    "reliability",
+    "significance",
+    "snoop",
+]

@@ -1,0 +1,122 @@
+"""A network with what stays the same from iteration to iteration."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pgm_lab import _validate
+from pgm_lab.bundle import _datum
+from pgm_lab.bundle._rays import Rays, State, equations
+from pgm_lab.bundle._reduced import Reduced, reduce
+from pgm_lab.bundle.network import Network
+from pgm_lab.camera import PARAMETERS
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A network, its rays, the columns of `camera.PARAMETERS` to estimate, its datum.
+
+    Attributes
+    ----------
+    network : Network
+    rays : Rays
+    estimated : ndarray (u,)
+    datum : str
+    """
+
+    network: Network
+    rays: Rays
+    estimated: np.ndarray
+    datum: str
+
+    @classmethod
+    def of(cls, network: Network, estimate: Sequence[str], datum: str | None):
+        estimate = (estimate,) if isinstance(estimate, str) else tuple(estimate)
+        for name in estimate:
+            _validate.choice(name, "estimate", PARAMETERS)
+        estimated = [i for i, name in enumerate(PARAMETERS) if name in estimate]
+        datum = _datum.choose(network, datum)
+        return cls(network, Rays.of(network), np.array(estimated, int), datum)
+
+    @property
+    def estimate(self) -> tuple[str, ...]:
+        """Names of the interior parameters that are unknowns."""
+        return tuple(PARAMETERS[i] for i in self.estimated)
+
+    @property
+    def interior(self) -> int:
+        """Number of interior unknowns."""
+        return len(self.estimated) * len(self.network.cameras)
+
+    @property
+    def start(self) -> State:
+        """The start values of the network, held coordinates where they are given."""
+        network, points = self.network, self.network.points.copy()
+        if network.control is not None:
+            index, coordinates, sigma = network.control
+            points[index] = np.where(sigma == 0, coordinates, points[index])
+        return State(network.interior, network.exteriors, points)
+
+    def redundancy(self, constraints: int) -> int:
+        """Observations - unknowns + constraints."""
+        network = self.network
+        observed = np.count_nonzero(self.control(self.start)[0])
+        observations = network.xy.size + observed + len(network.scale_bars)
+        coordinates = np.count_nonzero(~network.held)
+        unknowns = self.interior + network.exteriors.size + coordinates
+        return observations - unknowns + constraints
+
+    def control(self, state: State) -> tuple[np.ndarray, np.ndarray]:
+        """Weights (3, n) of observed coordinates and their misclosures."""
+        weight, v = np.zeros(state.points.shape), np.zeros(state.points.shape)
+        if self.network.control is not None:
+            index, coordinates, sigma = self.network.control
+            weight[index] = np.where(sigma > 0, sigma, np.inf) ** -2.0
+            v[index] = state.points[index] - coordinates
+        return weight.T, v.T
+
+    def bars(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """Scale bars: derivatives (s, 3, n), misclosures (s,), standard deviations."""
+        bars = self.network.scale_bars
+        if not len(bars):
+            return None
+        a, b = bars[:, :2].T.astype(int)
+        difference = state.points[b] - state.points[a]
+        distance = np.linalg.norm(difference, axis=1)
+        direction = difference / distance[:, None]
+        B = np.zeros((len(bars), *state.points.T.shape))
+        B[np.arange(len(bars)), :, b] = direction
+        B[np.arange(len(bars)), :, a] = -direction
+        return B * ~self.network.held.T, distance - bars[:, 2], bars[:, 3]
+
+    def objective(self, state: State, v: np.ndarray) -> float:
+        """V'Pv of everything observed; v (2, k) of the rays is over sigma already."""
+        weight, v_control = self.control(state)
+        phi = np.einsum("rk,rk->", v, v) + np.sum(weight * v_control**2)
+        if (bars := self.bars(state)) is not None:
+            phi += np.sum((bars[1] / bars[2]) ** 2)
+        return float(phi)
+
+    def normal_equations(self, state: State) -> tuple[Reduced, np.ndarray]:
+        """Reduced normal equations, and the design matrices of the rays."""
+        network, held = self.network, self.network.held.T
+        eq = equations(network, self.rays, state, self.estimated, ~held)
+        weight, v = self.control(state)
+        reduced = reduce(
+            self.rays,
+            eq,
+            network.camera,
+            len(network.points),
+            weight + held,
+            -weight * v,
+            self.bars(state),
+        )
+        return reduced, eq
+
+    def moved(self, state: State, dx: np.ndarray, dx_points: np.ndarray) -> State:
+        """The state after corrections of the kept unknowns and of the points (3, n)."""
+        U, interior = self.interior, state.interior.copy()
+        interior[:, self.estimated] += dx[:U].reshape(len(interior), -1)
+        exteriors = state.exteriors + dx[U:].reshape(-1, 6)
+        return State(interior, exteriors, state.points + dx_points.T)

@@ -1,0 +1,166 @@
+"""The rays of a network in the order of the photos, and their observation equations.
+
+Arrays of this package have the ray, or the point, in the last axis: entry (i, j) of all
+small matrices lies side by side in the memory, and einsum multiplies them at once.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pgm_lab import imaging
+from pgm_lab.bundle.network import Network
+from pgm_lab.stacks import of_photo
+
+
+@dataclass(frozen=True)
+class State:
+    """Where an adjustment is: the values of all unknowns.
+
+    Attributes
+    ----------
+    interior : ndarray (cameras, 10)
+    exteriors : ndarray (m, 6)
+    points : ndarray (n, 3)
+    """
+
+    interior: np.ndarray
+    exteriors: np.ndarray
+    points: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rays:
+    """The rays of a network, ordered by photo.
+
+    Attributes
+    ----------
+    order : ndarray (k,)
+        Index of each ray in the network.
+    photo, point : ndarray (k,)
+    start : ndarray (m + 1,)
+        First ray of each photo.
+    measured : ndarray (k, 2)
+        In mm.
+    per_sigma : ndarray (2, k)
+        1 / sigma: observation equations are divided by sigma, then P = 1.
+    first, second : ndarray (pairs,)
+        Pairs of rays of the same point, `first` in the photo that comes first.
+    """
+
+    order: np.ndarray
+    photo: np.ndarray
+    point: np.ndarray
+    start: np.ndarray
+    measured: np.ndarray
+    per_sigma: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+    @classmethod
+    def of(cls, network: Network) -> "Rays":
+        order = np.argsort(network.photo, kind="stable")
+        photo, point = network.photo[order], network.point[order]
+        m = len(network.exteriors)
+        return cls(
+            order,
+            photo,
+            point,
+            np.searchsorted(photo, np.arange(m + 1)),
+            network.xy[order],
+            np.ascontiguousarray(1 / network.sigma[order].T),
+            *_pairs(point),
+        )
+
+    @property
+    def photos(self) -> list[slice]:
+        """The rays of each photo."""
+        return [slice(*ends) for ends in zip(self.start[:-1], self.start[1:])]
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Observation equations, divided by sigma.
+
+    Attributes
+    ----------
+    v : ndarray (2, k)
+        Computed - observed.
+    camera : ndarray (u + 6, 2, k)
+        Derivatives by the u interior parameters of the ray's camera, then by the
+        exterior orientation of its photo.
+    point : ndarray (3, 2, k)
+        Derivatives by (X, Y, Z); 0 for held coordinates.
+    """
+
+    v: np.ndarray
+    camera: np.ndarray
+    point: np.ndarray
+
+
+def equations(
+    network: Network, rays: Rays, state: State, estimated: np.ndarray, free: np.ndarray
+) -> Equations:
+    """Observation equations at a state.
+
+    Parameters
+    ----------
+    estimated : ndarray (u,)
+        Indices of the interior parameters that are unknowns.
+    free : ndarray (3, n) of bool
+        Coordinates that are unknowns.
+    """
+    v, _, by = _misclosure(network, rays, state, imaging_blocks(estimated))
+    camera = np.empty((len(estimated) + 6, *v.shape[::-1]))
+    for row, column in enumerate(estimated):
+        camera[row] = by["interior"][..., column].T * rays.per_sigma
+    camera[len(estimated) :] = np.moveaxis(by["exterior"], 0, -1).swapaxes(0, 1)
+    camera[len(estimated) :] *= rays.per_sigma
+    point = np.moveaxis(by["point"], 0, -1).swapaxes(0, 1) * rays.per_sigma
+    if not free.all():
+        point *= free[:, None, rays.point]
+    return Equations(v.T * rays.per_sigma, camera, point)
+
+
+def imaging_blocks(estimated: np.ndarray) -> tuple[str, ...]:
+    """The derivatives to ask for: none by the interior if it is given."""
+    return ("interior",) * bool(len(estimated)) + ("exterior", "point")
+
+
+def misclosures(network: Network, rays: Rays, state: State) -> np.ndarray:
+    """Return v / sigma alone (2, k); not finite where a ray lies in the image plane."""
+    return _misclosure(network, rays, state, ())[0].T * rays.per_sigma
+
+
+def _misclosure(network: Network, rays: Rays, state: State, wrt: tuple[str, ...]):
+    interior = state.interior[network.camera]
+    if len(network.cameras) == 1:
+        interior = state.interior[0]
+    points = of_photo(state.points, rays.point)
+    with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
+        return imaging.misclosure(
+            interior,
+            state.exteriors,
+            points,
+            rays.measured,
+            network.cameras[0].lens,
+            wrt,
+            rays.photo,
+        )
+
+
+def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
+    """Sum values (..., k) over the rays of each point or photo: (..., size)."""
+    rows = values.reshape(-1, values.shape[-1])
+    sums = [np.bincount(index, row, size) for row in rows]
+    return np.reshape(sums, (*values.shape[:-1], size))
+
+
+def _pairs(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each ray with each later ray of the same point."""
+    ray = np.argsort(point, kind="stable")
+    count = np.bincount(point) if len(point) else np.zeros(0, int)
+    later = np.repeat(np.cumsum(count), count) - np.arange(len(ray)) - 1
+    first = np.repeat(np.arange(len(ray)), later)
+    nth = np.arange(len(first)) - np.repeat(np.cumsum(later) - later, later)
+    return ray[first], ray[first + 1 + nth]

@@ -1,0 +1,249 @@
+"""Normal equations of a network, reduced by the points.
+
+The points hang together only through the photos: their part V of the normal matrix
+(2.90) consists of blocks of 3 x 3. Eliminated point by point they leave the reduced
+normal equations of the kept unknowns, interior and exterior orientations:
+
+    S = N - W V^-1 W',    S dx = n - W V^-1 n_p,    dx_p = V^-1 (n_p - W' dx)
+
+Brown 1976; Triggs et al. 2000, section 6.1 (the Schur complement).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pgm_lab import normal
+from pgm_lab.bundle._rays import Equations, Rays, total
+
+PAIRS_AT_ONCE = 50_000
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Scale bars B, which add B'PB to V.
+
+    With C = V^-1 B' and F = Z B' the inverse becomes V^-1 - C K C', and W times it
+    Z - F K C'.
+
+    Attributes
+    ----------
+    C : ndarray (s, 3, n)
+    K : ndarray (s, s)
+        (P^-1 + B V^-1 B')^-1.
+    F : ndarray (U + 6 m, s)
+    """
+
+    C: np.ndarray
+    K: np.ndarray
+    F: np.ndarray
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Reduced normal equations; kept unknowns are U interior and 6 m exterior ones.
+
+    Attributes
+    ----------
+    S : ndarray (U + 6 m, U + 6 m)
+        Reduced normal matrix.
+    right : ndarray (U + 6 m,)
+        Its right-hand side.
+    diagonal : ndarray (U + 6 m,)
+        Diagonal of N, before the reduction.
+    V_inverse : ndarray (3, 3, n)
+        Inverse blocks of the points.
+    V_diagonal : ndarray (3, n)
+    n_point : ndarray (3, n)
+        Right-hand sides of the points.
+    Z_interior : ndarray (U, 3, n)
+        W V^-1, rows of the interior.
+    Z_exterior : ndarray (6, 3, k)
+        W V^-1 of each ray: rows of the exterior orientation of its photo, columns of
+        its point.
+    columns : list of ndarray
+        For each photo the kept unknowns that it depends on.
+    bars : Bars or None
+        What scale bars change.
+    """
+
+    S: np.ndarray
+    right: np.ndarray
+    diagonal: np.ndarray
+    V_inverse: np.ndarray
+    V_diagonal: np.ndarray
+    n_point: np.ndarray
+    Z_interior: np.ndarray
+    Z_exterior: np.ndarray
+    columns: list[np.ndarray]
+    bars: "Bars | None" = None
+
+    @property
+    def determined(self) -> np.ndarray:
+        """Points (n,) that their rays determine."""
+        diagonal = np.einsum("iin->in", self.V_inverse)
+        with np.errstate(invalid="ignore"):
+            inflation = diagonal * self.V_diagonal
+            return np.all(
+                (inflation > 0) & (inflation < normal.INFLATION_LIMIT), axis=0
+            )
+
+
+def reduce(
+    rays: Rays,
+    eq: Equations,
+    camera: np.ndarray,
+    n: int,
+    point_weight: np.ndarray,
+    point_right: np.ndarray,
+    bars: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+) -> Reduced:
+    """Set up the normal equations and eliminate the points.
+
+    Parameters
+    ----------
+    camera : ndarray (m,)
+        Camera of each photo.
+    n : int
+        Number of points.
+    point_weight, point_right : ndarray (3, n)
+        What control points add to V and n_p; weight 1 where a coordinate is held.
+    bars : tuple, optional
+        Scale bars: derivatives (s, 3, n), misclosures (s,), standard deviations (s,).
+    """
+    u, m = len(eq.camera) - 6, len(camera)
+    U = u * (camera.max() + 1)
+    V = total(np.einsum("irk,jrk->ijk", eq.point, eq.point), rays.point, n)
+    V[range(3), range(3)] += point_weight
+    V_inverse = _inverse(V)
+    n_point = -total(np.einsum("irk,rk->ik", eq.point, eq.v), rays.point, n)
+    n_point += point_right
+
+    W = np.einsum("arc,irc->aic", eq.camera, eq.point)
+    W_interior = np.zeros((U, 3, n))
+    for number in np.unique(camera) if u else ():
+        own = np.flatnonzero(camera[rays.photo] == number)
+        block = slice(u * number, u * (number + 1))
+        W_interior[block] = total(W[:u, :, own], rays.point[own], n)
+    Z_interior = np.einsum("ain,ijn->ajn", W_interior, V_inverse)
+    W = W[u:]
+    Z = np.einsum("aik,ijk->ajk", W, np.take(V_inverse, rays.point, axis=-1))
+
+    S, right = np.zeros((U + 6 * m, U + 6 * m)), np.zeros(U + 6 * m)
+    columns = [
+        np.r_[u * camera[i] : u * (camera[i] + 1), U + 6 * i : U + 6 * i + 6]
+        for i in range(m)
+    ]
+    diagonal = np.zeros(U + 6 * m)
+    for own, these in zip(rays.photos, columns):
+        exterior = these[u:]
+        A = _flat(eq.camera[..., own])
+        N = A @ A.T
+        diagonal[these] += N.diagonal()
+        S[np.ix_(these, these)] += N
+        right[these] -= A @ eq.v[:, own].ravel()
+        point = rays.point[own]
+        Z_own = _flat(Z[..., own])
+        S[np.ix_(exterior, exterior)] -= _flat(W[..., own]) @ Z_own.T
+        S[:U, exterior] -= _flat(np.take(W_interior, point, axis=-1)) @ Z_own.T
+        right[exterior] -= Z_own @ n_point[:, point].ravel()
+    S[:U, :U] -= _flat(W_interior) @ _flat(Z_interior).T
+    right[:U] -= _flat(Z_interior) @ n_point.ravel()
+    S[U:, U:] -= _between_photos(rays, W, Z, m)
+    S = np.triu(S) + np.triu(S, 1).T
+    V_diagonal = np.einsum("iin->in", V)
+    reduced = Reduced(
+        S, right, diagonal, V_inverse, V_diagonal, n_point, Z_interior, Z, columns
+    )
+    return reduced if bars is None else _with_bars(reduced, rays, bars)
+
+
+def _with_bars(reduced: Reduced, rays: Rays, bars: tuple[np.ndarray, ...]) -> Reduced:
+    """Add scale bars, which join two points: V + B'PB by the Woodbury identity."""
+    B, v, sigma = bars
+    C = np.einsum("ijn,sjn->sin", reduced.V_inverse, B)
+    K = np.linalg.inv(np.diag(sigma**2) + _flat(B) @ _flat(C).T)
+    F = times_points(reduced, rays, B)
+    n_bars = np.einsum("sin,s->in", B, -v / sigma**2)
+    n_point = reduced.n_point + n_bars
+    right = reduced.right - times_points(reduced, rays, n_bars[None])[:, 0]
+    return replace(
+        reduced,
+        S=reduced.S + F @ K @ F.T,
+        right=right + F @ K @ (_flat(C) @ n_point.ravel()),
+        n_point=n_point,
+        bars=Bars(C, K, F),
+    )
+
+
+def points_from(reduced: Reduced, rays: Rays, dx: np.ndarray) -> np.ndarray:
+    """Corrections (3, n) of the points that go with dx of the kept unknowns."""
+    own = np.einsum("ijn,jn->in", reduced.V_inverse, reduced.n_point)
+    if (bars := reduced.bars) is not None:
+        pull = bars.K @ (_flat(bars.C) @ reduced.n_point.ravel())
+        own -= np.einsum("sin,s->in", bars.C, pull)
+    return own - times_kept(reduced, rays, dx[:, None])[0]
+
+
+def times_kept(reduced: Reduced, rays: Rays, B: np.ndarray) -> np.ndarray:
+    """(Z'B)' for a matrix B (U + 6 m, q) of the kept unknowns: (q, 3, n)."""
+    Z_interior, Z = reduced.Z_interior, reduced.Z_exterior
+    U, n = len(Z_interior), Z_interior.shape[-1]
+    exterior = B[U:].reshape(-1, 6, B.shape[1]).transpose(2, 1, 0)
+    of_rays = np.einsum("qak,ajk->qjk", np.take(exterior, rays.photo, axis=-1), Z)
+    interior = (B[:U].T @ Z_interior.reshape(U, -1)).reshape(-1, 3, n)
+    product = interior + total(of_rays, rays.point, n)
+    if (bars := reduced.bars) is not None:
+        product -= np.einsum("sin,sq->qin", bars.C, bars.K @ bars.F.T @ B)
+    return product
+
+
+def times_points(reduced: Reduced, rays: Rays, R: np.ndarray) -> np.ndarray:
+    """Z R' for a matrix R (q, 3, n) of the points: (U + 6 m, q)."""
+    Z_interior, Z = reduced.Z_interior, reduced.Z_exterior
+    interior = _flat(Z_interior) @ _flat(R).T
+    own = ((_flat(Z[..., s]), _flat(R[..., rays.point[s]])) for s in rays.photos)
+    product = np.concatenate([interior, *(Z_s @ R_s.T for Z_s, R_s in own)])
+    if (bars := reduced.bars) is not None:
+        product -= bars.F @ bars.K @ (_flat(bars.C) @ _flat(R).T)
+    return product
+
+
+def pairs(rays: Rays) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Pairs of rays, not too many at once for the memory."""
+    for start in range(0, len(rays.first), PAIRS_AT_ONCE):
+        some = slice(start, start + PAIRS_AT_ONCE)
+        yield rays.first[some], rays.second[some]
+
+
+def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndarray:
+    """W V^-1 W' between each photo and the later ones: (6 m, 6 m)."""
+    blocks = np.zeros((36, m * m))
+    for a, b in pairs(rays):
+        block = np.einsum(
+            "aip,cip->acp", np.take(W, a, axis=-1), np.take(Z, b, axis=-1)
+        )
+        index = rays.photo[a] * m + rays.photo[b]
+        blocks += total(block.reshape(36, -1), index, m * m)
+    return blocks.reshape(6, 6, m, m).transpose(2, 0, 3, 1).reshape(6 * m, 6 * m)
+
+
+def _flat(blocks: np.ndarray) -> np.ndarray:
+    """Lay the last two axes of (rows, i, k) side by side."""
+    return blocks.reshape(len(blocks), -1)
+
+
+def _inverse(V: np.ndarray) -> np.ndarray:
+    """Inverse of symmetric matrices (3, 3, n), by cofactors; not finite if singular."""
+    (a, b, c), (_, d, e), (_, _, f) = V
+    cofactors = np.array(
+        [
+            [d * f - e * e, c * e - b * f, b * e - c * d],
+            [c * e - b * f, a * f - c * c, b * c - a * e],
+            [b * e - c * d, b * c - a * e, a * d - b * b],
+        ]
+    )
+    determinant = a * cofactors[0, 0] + b * cofactors[0, 1] + c * cofactors[0, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return cofactors / determinant

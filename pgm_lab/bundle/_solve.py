@@ -1,0 +1,276 @@
+"""Bundle adjustment: Gauss-Newton with line search on the reduced normal equations."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy import linalg
+
+from pgm_lab import _validate, normal
+from pgm_lab._gauss_newton import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREASE
+from pgm_lab.bundle import _datum, _rank
+from pgm_lab.bundle._covariance import cofactors
+from pgm_lab.bundle._datum import Motions
+from pgm_lab.bundle._problem import Problem
+from pgm_lab.bundle._rays import State, misclosures
+from pgm_lab.bundle._reduced import Reduced, points_from
+from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.result import Bundle, kept_names
+from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab.quality import UNCONTROLLED, History
+
+
+def adjust(
+    network: Network,
+    estimate: Sequence[str] = PARAMETERS,
+    datum: str | None = None,
+    *,
+    sigma0_prior: float | None = None,
+    line_search: bool = True,
+    tolerance: float = 1e-6,
+    max_iterations: int = 50,
+    progress: bool = False,
+) -> Bundle:
+    """Adjust a network: cameras, exterior orientations and points together.
+
+    Parameters
+    ----------
+    network : Network
+        Observations, start values and datum points.
+    estimate : sequence of str
+        Interior parameters that are unknowns, from `camera.PARAMETERS`; () for none.
+        The same for each camera; the others keep their values.
+    datum : {"inner", "photos", "fixed", "none"}, optional
+        "inner": inner constraints on the datum points (G of (2.95): seven, or six with
+        scale bars), at the current points in each iteration. "photos": the same on
+        the projection centres. "fixed": control points carry the datum. "none" only
+        shows the rank defect. When missing: "fixed" if there are fixed or control
+        points, else "inner".
+    sigma0_prior : float, optional
+        Standard deviation of unit weight before the adjustment; 1 if the sigmas of the
+        network are trusted. Residuals are standardised by it.
+    line_search : bool
+        False takes full steps, to see why one does not.
+    tolerance : float
+        Change of an unknown, in its standard deviations, that is negligible.
+    max_iterations : int
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Bundle
+
+    Raises
+    ------
+    ValueError
+        If an argument is wrong, or a start value leads to values that are not finite.
+    RankDefect
+        If the network does not determine all unknowns; the message names them.
+
+    References
+    ----------
+    Muliawan 2013, (2.75) to (2.95); Brown 1976; Triggs et al. 2000.
+
+    Examples
+    --------
+    >>> from pgm_lab import datasets
+    >>> from pgm_lab.camera import Camera
+    >>> data = datasets.muliawan2013()
+    >>> network = Network(
+    ...     Camera(*data.interior), data.exteriors, data.object_points,
+    ...     data.photo, data.point, data.xy, data.sigma,
+    ... )
+    >>> found = adjust(network)
+    >>> print(f"sigma0 {found.sigma0:.3f}, redundancy {found.redundancy}")
+    sigma0 0.349, redundancy 693
+    >>> print(f"c = {found.cameras[0].c:.3f} mm +- {found.sd_interior[0]:.4f} mm")
+    c = 34.581 mm +- 0.0143 mm
+    """
+    problem = Problem.of(network, estimate, datum)
+    sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
+    tolerance = float(_validate.positive(tolerance, "tolerance", "sd of an unknown"))
+    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
+    state = problem.start
+    _rank.check_counts(network)
+    move = _datum.free_motions(network, state, problem.interior)
+    _rank.check_datum(network, problem.datum, move)
+    redundancy = problem.redundancy(move.number)
+    v = misclosures(network, problem.rays, state)
+    phi = problem.objective(state, v)
+    if not np.isfinite(phi):
+        raise ValueError(
+            "at the start values an image coordinate cannot be computed: check the"
+            " start values of cameras, exteriors and points"
+        )
+
+    status, objectives, steps, changes = "too many iterations", [phi], [], []
+    for _ in _counted(max_iterations, progress):
+        reduced, eq = problem.normal_equations(state)
+        dx, dx_points, decrease = _corrections(problem, state, reduced)
+        rounding = _rounding(problem, state, reduced)
+        sigma = sigma0_prior or np.sqrt(phi / max(redundancy, 1))
+        change = np.sqrt(decrease) / sigma if sigma > 0 else 0.0
+        slack = rounding * (2 * np.sqrt(phi) + rounding)
+        there = _line_search(
+            problem, state, phi, dx, dx_points, decrease, slack, line_search
+        )
+        steps.append(0.0 if there is None else there[0])
+        changes.append(change)
+        if there is None:
+            status = "diverged"
+            break
+        _, state, v, phi = there
+        objectives.append(phi)
+        if change <= tolerance or decrease <= rounding**2:
+            status = "converged"
+            break
+    if status != "converged":
+        reduced, eq = problem.normal_equations(state)
+    history = History(*map(np.array, (objectives, steps, changes)))
+    return _result(
+        problem, state, v, phi, redundancy, sigma0_prior, status, history, reduced, eq
+    )
+
+
+def _corrections(
+    problem: Problem, state: State, reduced: Reduced
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
+    rays = problem.rays
+    _rank.check_points(problem.network, reduced)
+    move = _datum.free_motions(problem.network, state, problem.interior)
+    scale, E, factor = _factor(problem, reduced, move)
+    dx = scale * linalg.cho_solve(factor, scale * reduced.right)
+    own = points_from(reduced, rays, np.zeros_like(dx))
+    decrease = reduced.right @ dx + np.einsum("in,in->", reduced.n_point, own)
+    dx_points = points_from(reduced, rays, dx)
+    if move.number:
+        R = _datum.constraint(problem.network, problem.datum, move)
+        t = R.kept.T @ dx + np.einsum("din,in->d", R.points, dx_points)
+        dx = dx - move.kept @ t
+        dx_points = dx_points - np.einsum("din,d->in", move.points, t)
+    return dx, dx_points, max(float(decrease), 0.0)
+
+
+def _factor(problem: Problem, reduced: Reduced, move: Motions):
+    """Cholesky factor of the scaled S, made regular along the free motions.
+
+    S has no value for a motion; E E' gives it one without touching anything else, since
+    the columns of E are the motions, scaled and orthonormal.
+    """
+    scale = normal.column_scale(np.diag(reduced.diagonal))
+    E, _ = np.linalg.qr(move.kept / scale[:, None])
+    scaled = reduced.S * scale[:, None] * scale + E @ E.T
+    try:
+        factor = linalg.cho_factor(scaled, lower=True, check_finite=False)
+        pivots = np.diagonal(factor[0]) ** 2
+        regular = pivots.min(initial=1.0) > 1 / normal.INFLATION_LIMIT
+    except linalg.LinAlgError:
+        regular = False
+    if not regular:
+        _rank.refuse_kept(scaled, kept_names(problem.network, problem.estimate))
+    return scale, E, factor
+
+
+def _rounding(problem: Problem, state: State, reduced: Reduced) -> float:
+    """What the rounding of numbers does to v over sigma."""
+    network, rays = problem.network, problem.rays
+    kept = np.concatenate(
+        [state.interior[:, problem.estimated].ravel(), state.exteriors.ravel()]
+    )
+    size = np.sqrt(reduced.diagonal) * np.abs(kept)
+    points = np.sqrt(reduced.V_diagonal) * np.abs(state.points.T) * ~network.held.T
+    level = np.linalg.norm(rays.measured.T * rays.per_sigma)
+    return ROUNDING * float(level + max(size.max(), points.max(initial=0)))
+
+
+def _line_search(
+    problem: Problem,
+    state: State,
+    phi: float,
+    dx: np.ndarray,
+    dx_points: np.ndarray,
+    decrease: float,
+    slack: float,
+    wanted: bool,
+) -> tuple[float, State, np.ndarray, float] | None:
+    """Halve the step until v'Pv falls enough; None if it never does."""
+    step = 1.0
+    while step >= SMALLEST_STEP:
+        there = problem.moved(state, step * dx, step * dx_points)
+        v = misclosures(problem.network, problem.rays, there)
+        after = problem.objective(there, v)
+        goal = phi - 2 * SUFFICIENT_DECREASE * step * decrease + slack
+        if after <= goal or (not wanted and np.isfinite(after)):
+            return step, there, v, after
+        if not wanted:
+            return None
+        step /= 2
+    return None
+
+
+def _result(
+    problem, state, v, phi, redundancy, sigma0_prior, status, history, reduced, eq
+) -> Bundle:
+    """Covariances, tests, and everything in the order of the network."""
+    network, rays = problem.network, problem.rays
+    move = _datum.free_motions(network, state, problem.interior)
+    scale, E, factor = _factor(problem, reduced, move)
+    inverse = linalg.cho_solve(factor, np.eye(len(scale))) - E @ E.T
+    Q = inverse * scale[:, None] * scale
+    R = _datum.constraint(network, problem.datum, move) if move.number else None
+    found = cofactors(rays, eq, reduced, Q, move, R)
+    held = network.held.T
+    found.points[held[:, None] | held[None]] = 0
+
+    sigma0 = np.sqrt(phi / redundancy) if redundancy else np.nan
+    variance = (sigma0 if redundancy else sigma0_prior or np.nan) ** 2
+    share = 1 - found.rays
+    controlled = share > UNCONTROLLED
+    sd = np.sqrt(np.where(controlled, share, 1)) * (sigma0_prior or sigma0 or np.inf)
+    back = np.argsort(rays.order)
+    per_ray = [
+        np.ascontiguousarray(values[:, back].T)
+        for values in (v / rays.per_sigma, share, np.where(controlled, v / sd, 0))
+    ]
+    control, check = network.control, network.check
+    bars = problem.bars(state)
+    return Bundle(
+        network=network,
+        estimate=problem.estimate,
+        datum=problem.datum,
+        cameras=tuple(
+            Camera(*interior, lens=network.cameras[0].lens)
+            for interior in state.interior
+        ),
+        exteriors=state.exteriors,
+        points=state.points,
+        sigma0=float(sigma0),
+        sigma0_prior=sigma0_prior,
+        redundancy=redundancy,
+        residuals=per_ray[0],
+        redundancy_numbers=per_ray[1],
+        standardized=per_ray[2],
+        control_residuals=_differences(state.points, control),
+        scale_bar_residuals=np.zeros(0) if bars is None else bars[1],
+        check_differences=_differences(state.points, check),
+        names=kept_names(network, problem.estimate),
+        covariance=variance * found.kept,
+        covariance_points=variance * np.moveaxis(found.points, -1, 0),
+        status=status,
+        iterations=len(history.step),
+        history=history,
+    )
+
+
+def _differences(points: np.ndarray, given: tuple | None) -> np.ndarray:
+    """Computed - given coordinates."""
+    return np.zeros((0, 3)) if given is None else points[given[0]] - given[1]
+
+
+def _counted(iterations: int, progress: bool) -> Iterable[int]:
+    if not progress:
+        return range(iterations)
+    from tqdm.auto import tqdm
+
+    return tqdm(range(iterations), desc="bundle adjustment", unit=" iterations")

@@ -1,0 +1,151 @@
+"""What a bundle adjustment says of itself."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pgm_lab.bundle.network import Network
+from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab.quality import History
+
+EXTERIOR = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
+
+
+@dataclass(frozen=True, eq=False)
+class Bundle:
+    """Adjusted network. Rays, photos and points in the order of the network.
+
+    Covariances are a posteriori, sigma0^2 Q; without redundancy sigma0_prior takes the
+    place of sigma0. Those of exteriors and points depend on the datum; sigma0, the
+    residuals and all of the interior orientation do not.
+
+    Attributes
+    ----------
+    network : Network
+        As it was handed over, with the start values.
+    estimate : tuple of str
+        The interior parameters that were unknowns.
+    datum : str
+        "inner", "photos" or "fixed".
+    cameras : tuple of Camera
+    exteriors : ndarray (m, 6)
+        (X0, Y0, Z0, omega, phi, kappa), object units and radians.
+    points : ndarray (n, 3)
+    sigma0 : float
+        Standard deviation of unit weight, sqrt(v'Pv / redundancy), no unit; NaN if the
+        redundancy is 0.
+    sigma0_prior : float or None
+    redundancy : int
+        Observations - unknowns + inner constraints.
+    residuals : ndarray (k, 2)
+        Computed - observed, in mm.
+    redundancy_numbers : ndarray (k, 2)
+        Share of each image coordinate in the redundancy.
+    standardized : ndarray (k, 2)
+        Residuals over their standard deviations, from `sigma0_prior` if it was given,
+        else from `sigma0`; 0 where nothing controls the coordinate.
+    control_residuals : ndarray (q, 3)
+        Computed - given coordinates of the control points.
+    scale_bar_residuals : ndarray (s,)
+        Computed - given distances.
+    check_differences : ndarray (c, 3)
+        Computed - given coordinates of the check points.
+    names : tuple of str
+        Names of the kept unknowns: interior, then exterior orientations.
+    covariance : ndarray (u + 6 m, u + 6 m)
+        Covariance of these; angles in radians.
+    covariance_points : ndarray (n, 3, 3)
+        0 for held coordinates.
+    status : str
+        "converged", "too many iterations", or "diverged": no step lowers v'Pv.
+    iterations : int
+    history : pgm_lab.quality.History
+        v'Pv, step length, and a bound of the largest change of an unknown in units of
+        its standard deviation, in each iteration.
+    """
+
+    network: Network
+    estimate: tuple[str, ...]
+    datum: str
+    cameras: tuple[Camera, ...]
+    exteriors: np.ndarray
+    points: np.ndarray
+    sigma0: float
+    sigma0_prior: float | None
+    redundancy: int
+    residuals: np.ndarray
+    redundancy_numbers: np.ndarray
+    standardized: np.ndarray
+    control_residuals: np.ndarray
+    scale_bar_residuals: np.ndarray
+    check_differences: np.ndarray
+    names: tuple[str, ...]
+    covariance: np.ndarray
+    covariance_points: np.ndarray
+    status: str
+    iterations: int
+    history: History
+
+    @property
+    def interior_names(self) -> tuple[str, ...]:
+        """Names of the interior unknowns, such as "c" or "c of camera 2"."""
+        return self.names[: self._u]
+
+    @property
+    def interior(self) -> np.ndarray:
+        """Adjusted interior unknowns (u,), camera by camera."""
+        values = np.array([camera.interior for camera in self.cameras])
+        columns = [PARAMETERS.index(name) for name in self.estimate]
+        return values[:, columns].ravel()
+
+    @property
+    def covariance_interior(self) -> np.ndarray:
+        """Covariance (u, u) of the interior unknowns."""
+        return self.covariance[: self._u, : self._u]
+
+    @property
+    def covariance_exteriors(self) -> np.ndarray:
+        """Covariance (m, 6, 6) of each exterior orientation."""
+        m = len(self.exteriors)
+        blocks = self.covariance[self._u :, self._u :].reshape(m, 6, m, 6)
+        return blocks[range(m), :, range(m)]
+
+    @property
+    def sd_interior(self) -> np.ndarray:
+        """Standard deviations (u,)."""
+        return np.sqrt(np.diagonal(self.covariance_interior))
+
+    @property
+    def sd_exteriors(self) -> np.ndarray:
+        """Standard deviations (m, 6), object units and radians."""
+        return np.sqrt(np.diagonal(self.covariance)[self._u :].reshape(-1, 6))
+
+    @property
+    def sd_points(self) -> np.ndarray:
+        """Standard deviations (n, 3), object units."""
+        return np.sqrt(np.diagonal(self.covariance_points, axis1=1, axis2=2))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation matrix (u + 6 m, u + 6 m) of the kept unknowns."""
+        sd = np.sqrt(np.diagonal(self.covariance))
+        return self.covariance / np.outer(sd, sd)
+
+    @property
+    def _u(self) -> int:
+        return len(self.estimate) * len(self.cameras)
+
+
+def kept_names(network: Network, estimate: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the interior and exterior unknowns, in their order."""
+    cameras = range(1, len(network.cameras) + 1)
+    several = len(network.cameras) > 1
+    interior = [
+        f"{name} of camera {camera}" if several else name
+        for camera in cameras
+        for name in estimate
+    ]
+    exterior = [
+        f"{name} of photo {photo}" for photo in network.photo_names for name in EXTERIOR
+    ]
+    return (*interior, *exterior)
