@@ -192,7 +192,7 @@ def times_kept(reduced: Reduced, rays: Rays, B: np.ndarray) -> np.ndarray:
     U, n = len(Z_interior), Z_interior.shape[-1]
     exterior = B[U:].reshape(-1, 6, B.shape[1]).transpose(2, 1, 0)
     of_rays = np.einsum("qak,ajk->qjk", np.take(exterior, rays.photo, axis=-1), Z)
-    interior = (B[:U].T @ Z_interior.reshape(U, -1)).reshape(-1, 3, n)
+    interior = (B[:U].T @ _flat(Z_interior)).reshape(-1, 3, n)
     product = interior + total(of_rays, rays.point, n)
     if (bars := reduced.bars) is not None:
         product -= np.einsum("sin,sq->qin", bars.C, bars.K @ bars.F.T @ B)
@@ -231,7 +231,8 @@ def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndar
 
 def _flat(blocks: np.ndarray) -> np.ndarray:
     """Lay the last two axes of (rows, i, k) side by side."""
-    return blocks.reshape(len(blocks), -1)
+    rows, i, k = blocks.shape  # there may be no row, then -1 would say nothing
+    return blocks.reshape(rows, i * k)
 
 
 def _inverse(V: np.ndarray) -> np.ndarray:
