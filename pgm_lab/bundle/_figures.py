@@ -61,9 +61,9 @@ def precision(result: Bundle) -> Iterator[tuple[Figure, str]]:
     spread = np.cov(points.T)
     planes = [[0, 1], [0, 2], [1, 2]]
     axes = max(planes, key=lambda plane: np.linalg.det(spread[np.ix_(plane, plane)]))
-    largest = np.sqrt(np.linalg.eigvalsh(result.covariance_points)[:, -1])
-    if not np.any(largest > 0):  # held, or not known without redundancy
+    if not np.any(result.sd_points > 0):  # held, or not known without redundancy
         return
+    largest = np.sqrt(np.linalg.eigvalsh(result.covariance_points)[:, -1])
     names = ["XYZ"[axis] for axis in axes]
     figure, ax = plt.subplots(figsize=(9, 6.5))
     size = 40 + 160 * largest / np.max(largest)

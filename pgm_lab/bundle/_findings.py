@@ -54,8 +54,11 @@ def _not_converged(result: Bundle) -> Finding | None:
 def _sigma0(result: Bundle) -> Finding | None:
     redundancy = result.redundancy
     if not redundancy > 0:
-        words = "Nothing is measured more than once: no error can be seen, and standard"
-        return Finding("No redundancy", f"{words} deviations rest on those stated.")
+        return Finding(
+            "No redundancy",
+            "No more was measured than was needed: no error can be seen, and only a"
+            " sigma0_prior gives standard deviations.",
+        )
     stated = result.sigma0_prior or 1.0
     ends = chi2.ppf([ALPHA / 2, 1 - ALPHA / 2], redundancy)
     low, high = stated * np.sqrt(ends / redundancy)

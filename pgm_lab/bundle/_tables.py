@@ -51,7 +51,8 @@ def scientific(value: float, sd: float) -> tuple[str, str]:
     if not (np.isfinite(sd) and sd > 0):
         return f"{value:.6g}", "-"
     if 1e-3 < sd < 1e3:
-        return rounded(np.array([value]), np.array([sd]))[0], f"{sd:.2g}"
+        sd = np.array([sd])
+        return rounded(np.array([value]), sd)[0], rounded(sd, sd)[0]
     digits = np.floor(np.log10(max(abs(value), sd))) - np.floor(np.log10(sd)) + 1
     return f"{value:.{int(min(digits, 15))}e}", f"{sd:.1e}"
 
@@ -219,10 +220,11 @@ def _counts(group: np.ndarray, size: int) -> np.ndarray:
 
 def _largest(w: np.ndarray, group: np.ndarray, size: int):
     """Return the largest |w| of each group and its ray; NaN and -1 of an empty one."""
-    w = np.max(np.abs(w), axis=1)
+    w = np.max(np.abs(np.nan_to_num(w)), axis=1)
     order = np.argsort(w, kind="stable")  # the largest comes last and stays
     where = np.full(size, -1)
     where[group[order]] = order
+    where[np.bincount(group, w, minlength=size) == 0] = -1  # nothing is controlled
     return np.where(where >= 0, w[where], np.nan), where
 
 

@@ -29,21 +29,37 @@ def listed(words: Iterable[object]) -> str:
 
 
 def summary(result: Bundle) -> str:
-    """Say in two sentences what was adjusted, and how well it fits."""
+    """Say in short what was adjusted, and how well it fits."""
     network = result.network
     photos = count(len(network.exteriors), "photo")
     points = count(len(network.points), "point")
     cameras = count(len(network.cameras), "camera")
-    unknowns = len(result.names) + int(np.sum(~network.held))
     what = (
-        f"{photos} of {points}, taken with {cameras}: {count(len(network.xy), 'ray')},"
-        f" {2 * len(network.xy)} image coordinates for {unknowns} unknowns, redundancy"
-        f" {result.redundancy}."
+        f"{photos} of {points}, taken with {cameras}: {count(len(network.xy), 'ray')}."
+        f" {_balance(result)}, redundancy {result.redundancy}."
     )
     how = f"converged after {count(result.iterations, 'iteration')}"
     if result.status != "converged":
         how = f"did not converge ({result.status})"
     return f"{what[0].upper()}{what[1:]} The adjustment {how}: {_fit(result)}."
+
+
+def _balance(result: Bundle) -> str:
+    """Say what stands against the unknowns, the sum of which is the redundancy."""
+    network = result.network
+    unknowns = len(result.names) + int(np.sum(~network.held))
+    coordinates = 2 * len(network.xy)
+    control = 0
+    if network.control is not None:
+        points, _, sigma = network.control
+        control = int(np.sum(np.isfinite(sigma) & ~network.held[points]))
+    bars = len(network.scale_bars)
+    inner = result.redundancy + unknowns - coordinates - control - bars
+    against = [f"{coordinates} image coordinates"]
+    against += [count(control, "control coordinate")] if control else []
+    against += [count(bars, "scale bar")] if bars else []
+    against += [count(inner, "inner constraint")] if inner else []
+    return f"{listed(against)} for {unknowns} unknowns"
 
 
 def _fit(result: Bundle) -> str:
@@ -90,28 +106,27 @@ def snooping(found: Snooping) -> str:
 
 def datum(result: Bundle) -> str:
     """Say which datum was used, and what it means for the standard deviations."""
+    if result.datum == "fixed":
+        return (
+            "The control points carry the datum: coordinates and standard deviations"
+            " are in their system, and the latter grow away from them. An error of a"
+            " control point that is held shows in no standard deviation."
+        )
     chosen = result.network.datum_points
-    points = "all points" if chosen is None else f"{len(chosen)} chosen points"
-    scale = ""
+    these = "all points" if chosen is None else count(len(chosen), "chosen point")
+    if result.datum == "photos":
+        these = "the projection centres"
+    scale, bars = " and scale are those", ""
     if len(result.network.scale_bars):
-        scale = " The scale comes from the scale bars."
-    smallest = (
-        " Standard deviations count from the middle of these: they tell how well the"
-        " shape of the network is known, not where it lies in a national system, and"
-        " they are smallest on the whole. Camera, sigma0, residuals and distances"
-        " are the same in every datum."
+        scale, bars = " are those", " The scale bars give the scale."
+    return (
+        f"A free network: inner constraints on {these}. Origin, directions{scale} of"
+        f" the start values, on the average of these.{bars} Standard deviations count"
+        " from their middle: they tell how well the shape of the network is known, not"
+        " where it lies in a national system, and no other datum makes them smaller"
+        " there on the whole. Camera, sigma0, residuals and distances are the same in"
+        " every datum."
     )
-    return {
-        "inner": f"A free network: inner constraints on {points}. Origin, directions"
-        " and scale are those of the start coordinates, on the average of these points."
-        f"{scale}{smallest}",
-        "photos": "A free network: inner constraints on the projection centres. Origin,"
-        " directions and scale are those of their start positions, on the average."
-        f"{scale}{smallest}",
-        "fixed": "The control points carry the datum: coordinates and standard"
-        " deviations are in their system, and the latter grow away from them. An error"
-        " of a control point that is held shows in no standard deviation.",
-    }[result.datum]
 
 
 def conventions(result: Bundle) -> Sequence[str]:
