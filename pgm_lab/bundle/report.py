@@ -117,7 +117,7 @@ def _text_table(table: Table) -> str:
     columns = list(zip(table.header, *table.rows))
     widths = [max(map(len, column)) for column in columns]
     left = [not is_number(column[1:]) for column in columns]
-    lines = [table.caption, ""]
+    lines = [textwrap.fill(table.caption, WIDTH), ""]
     for row in (table.header, *table.rows):
         cells = (
             cell.ljust(width) if words else cell.rjust(width)
