@@ -35,7 +35,7 @@ def check_counts(network: Network) -> None:
     if np.any(weak):
         counted = _listed(
             [
-                f"{network.point_names[i]} ({rays[i]} ray{'s' * (rays[i] != 1)})"
+                f"{network.point_names[i]} ({rays[i]} ray{'s' * int(rays[i] != 1)})"
                 for i in np.flatnonzero(weak)
             ]
         )
