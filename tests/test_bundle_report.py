@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle, datasets
-from pgm_lab.bundle import _findings, _tables, _words
+from pgm_lab.bundle import _figures, _findings, _tables, _words
 from pgm_lab.bundle.report import sections
 from pgm_lab.camera import PARAMETERS, Camera
 
@@ -414,3 +414,37 @@ def test_helpers_of_rounding():
     assert _tables.scientific(34.56789, 0.0300) == ("34.568", "0.030")
     assert _tables.scientific(0.0, 2e-9) == ("0.0e+00", "2.0e-09")
     assert [_tables.round_step(v) for v in (1.9, 2.0, 0.07)] == [1.0, 2.0, 0.05]
+
+
+def test_many_rays_are_drawn_as_means_that_show_what_the_camera_lacks(
+    result, monkeypatch
+):
+    """A bias of 1 µm in x over half of the image stands out, noise does not."""
+    monkeypatch.setattr(_figures, "DENSE", 10)
+    noise = np.random.default_rng(6).normal(0, 3e-4, result.residuals.shape)
+    xy = result.network.xy
+    ((_, words),) = _figures.residuals(replace(result, residuals=noise))
+    assert int(re.search(r"(\d+) are longer", words)[1]) <= 1
+    noise[xy[:, 0] > np.median(xy[:, 0]), 0] += 1e-3
+    ((figure, words),) = _figures.residuals(replace(result, residuals=noise))
+    assert int(re.search(r"(\d+) are longer", words)[1]) >= 5
+    assert 0.8 < float(re.search(r"largest is ([\d.]+) µm", words)[1]) < 1.4
+    figure.clear()
+
+
+def test_as_many_suspects_as_chance_gives_are_called_so(result):
+    """900 coordinates: one beyond the limit is chance, five are not."""
+    good = quiet(result)
+    for number, words in ((1, "no more than chance"), (5, "Look at the largest first")):
+        w = good.standardized.copy()
+        w[:number, 0] = 3.4
+        (finding,) = _findings.findings(replace(good, standardized=w))
+        assert words in finding.words
+
+
+def test_only_the_largest_of_many_suspects_are_listed(result):
+    w = np.full_like(result.standardized, 5.0)
+    w[11] = 9.0
+    header, rows = table(replace(result, standardized=w), "Suspected blunders")
+    assert len(rows) == _tables.MOST
+    assert rows[0, 0] == str(result.network.point_names[result.network.point[11]])

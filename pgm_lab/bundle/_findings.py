@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, poisson
 
 from pgm_lab import imaging
 from pgm_lab.bundle._words import NUMBERS, UM, count, listed
@@ -93,14 +93,20 @@ def _blunders(result: Bundle) -> Finding | None:
     rays = suspected(result)
     if not len(rays):
         return None
-    one = len(rays) == 1
+    critical = critical_value(result)
+    found = np.sum(np.abs(result.standardized) > critical)
+    chance = result.standardized.size / 1000  # as critical_value has it
+    advice = (
+        "Look at the largest first: one blunder makes its neighbours suspect too."
+        if found > poisson.ppf(1 - ALPHA, chance)
+        else "This is no more than chance, so perhaps none is a blunder."
+    )
+    have = "has" if len(rays) == 1 else "have"
     return Finding(
         "Suspected blunders",
-        f"{count(len(rays), 'ray').capitalize()} {'has' if one else 'have'} a"
-        f" standardised residual above {critical_value(result):.2f}; by chance alone"
-        f" about {result.residuals.size / 1000:.1g} of the coordinates would:"
-        f" {listed(ray(result, k) for k in rays)}. Look at the largest first: one"
-        " blunder makes its neighbours suspect too.",
+        f"{count(len(rays), 'ray').capitalize()} {have} a standardised residual above"
+        f" {critical:.2f}, where chance alone gives about {chance:.{chance < 10:d}f}:"
+        f" {listed(ray(result, k) for k in rays)}. {advice}",
     )
 
 
@@ -130,23 +136,30 @@ def _correlated(result: Bundle) -> Finding | None:
     if not pairs:
         return None
     interior = set(result.interior_names)
-    camera = [pair for pair in pairs if interior & set(pair[:2])]
-    other = [pair for pair in pairs if not interior & set(pair[:2])]
+    shared = [len(interior & {one, other}) for one, other, _ in pairs]
+    camera, mixed, exterior = (
+        [pair for pair, of_camera in zip(pairs, shared) if of_camera == number]
+        for number in (2, 1, 0)
+    )
     words = []
     if camera:
         words.append(
-            f"{listed(map(_pair, camera))}. Each of two so correlated parameters is"
+            f"Within the camera: {listed(map(_pair, camera))}. Each of the two is"
             " uncertain, what they do together is not: never use one without the other."
-            " K1, K2 and K3 share one curve and always correlate; for the others,"
-            " convergent photos, some rolled by 90 degrees, help."
+            " K1, K2 and K3 always correlate, as they share one curve."
         )
-    if other:
+    if mixed:
         words.append(
-            f"{count(len(other), 'pair')} of exterior orientation parameters, led by"
-            f" {_pair(other[0])}: the photos move together within the datum."
+            f"Between camera and photos: {count(len(mixed), 'pair')}, led by"
+            f" {_pair(mixed[0])}. Convergent photos, some rolled by 90 degrees, and"
+            " depth in the object tell them apart."
         )
-    words = " ".join(word[0].upper() + word[1:] for word in words)
-    return Finding(f"Correlations above {CORRELATED}", words)
+    if exterior:
+        words.append(
+            f"Between photos: {count(len(exterior), 'pair')}, led by"
+            f" {_pair(exterior[0])}, since the photos move together within the datum."
+        )
+    return Finding(f"Correlations above {CORRELATED}", " ".join(words))
 
 
 def _pair(pair: tuple[str, str, float]) -> str:

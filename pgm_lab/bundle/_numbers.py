@@ -11,18 +11,30 @@ import numpy as np
 Source = str | os.PathLike
 
 # float() would take nan, 1_000 and Arabic digits too; Fortran writes 1.5D-3
+_ODD = re.compile(r"[^-+.0-9eEdD ]")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _FORTRAN = str.maketrans("dD", "ee")
+_BLANK = str.maketrans(",;", "  ")
+_COMMENT = re.compile(r"%[^\n]*")
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f]")
 _LARGEST_ID = 2**53  # floats hold every whole number up to here
 
 
-class Row(NamedTuple):
-    """A line that holds something besides a comment."""
+class Content(NamedTuple):
+    """The numbers of a file, however many stand in each line."""
 
-    line: int  # from 1
-    fields: list[str]
-    comma: bool  # whether commas separate the fields, or were meant as decimal ones
+    path: Path
+    line: np.ndarray  # (rows,) from 1, of the lines with any
+    count: np.ndarray  # (rows,) how many
+    comma: np.ndarray  # (rows,) bool: commas between them, or meant as decimal ones
+    numbers: np.ndarray  # (sum of count,)
+
+    def table(self) -> "Table":
+        """Return the rows, which are known to be of equal length."""
+        values = self.numbers.reshape(len(self.line), -1)
+        found = Table(self.path, self.line, values)
+        found.refuse(~np.all(np.isfinite(values), axis=1), "a number is too large")
+        return found
 
 
 class Table(NamedTuple):
@@ -59,48 +71,58 @@ def fail(path: Path, line: int | None, reason: str) -> NoReturn:
     raise ValueError(f"{path}{'' if line is None else f', line {line}'}: {reason}")
 
 
-def table(path: Source, what: str, columns: tuple, optional: int = 0) -> Table:
+def read_table(path: Source, what: str, columns: tuple, optional: int = 0) -> Table:
     """Read a table; no row has its last `optional` columns, or every row."""
-    path, rows = read_rows(path)
-    allowed = {len(columns), len(columns) - optional}
-    allowed &= {len(rows[0].fields)} or allowed
-    for row in rows:
-        if len(row.fields) not in (allowed or {len(columns)}):
-            hint = ". A comma separates columns; decimals need a point"
-            reason = (
-                f"{len(row.fields)} column(s), where {what} have {len(columns)}:"
-                f" {' '.join(columns)}{hint if row.comma else ''}"
-            )
-            fail(path, row.line, reason)
-    return as_table(path, rows)
+    content = read_numbers(path)
+    first = content.count[0]
+    wanted = first if first == len(columns) - optional else len(columns)
+    wrong = np.flatnonzero(content.count != wanted)
+    if len(wrong):
+        row = wrong[0]
+        hint = ". A comma separates columns; decimals need a point"
+        reason = (
+            f"{content.count[row]} column(s), where {what} have {wanted}:"
+            f" {' '.join(columns[:wanted])}{hint if content.comma[row] else ''}"
+        )
+        fail(content.path, content.line[row], reason)
+    return content.table()
 
 
-def read_rows(path: Source) -> tuple[Path, list[Row]]:
-    """Read what stands in the lines of a text file, proven to be numbers."""
+def read_numbers(path: Source) -> Content:
+    """Read a text file that holds numbers and comments."""
     path = Path(path)
     text = _text(path).replace("\r\n", "\n").replace("\r", "\n")
-    rows = []
-    for line, content in enumerate(text.split("\n"), start=1):
-        content = content.partition("%")[0]  # a comment, as for MATLAB
-        if fields := content.replace(",", " ").replace(";", " ").split():
-            rows.append(Row(line, fields, "," in content))
-    if not rows:
+    if "%" in text:  # a comment, as for MATLAB
+        text = _COMMENT.sub("", text)
+    lines = text.split("\n")
+    fields = [line.split() for line in text.translate(_BLANK).split("\n")]
+    line = np.flatnonzero(np.array([len(row) for row in fields]))
+    if not len(line):
         fail(path, None, "the file holds no numbers")
-    for row in rows:
-        for field in row.fields:
-            if not _NUMBER.fullmatch(field):
+    rows = [fields[i] for i in line]
+    return Content(
+        path,
+        line + 1,
+        np.array([len(row) for row in rows]),
+        np.array(["," in lines[i] for i in line]),
+        _floats(path, line + 1, rows),
+    )
+
+
+def _floats(path: Path, line: np.ndarray, rows: list[list[str]]) -> np.ndarray:
+    """Turn the words of all lines into numbers, or say which word is none."""
+    words = " ".join(word for row in rows for word in row)
+    if not _ODD.search(words):
+        try:
+            return np.array(list(map(float, words.translate(_FORTRAN).split())))
+        except ValueError:
+            pass  # found below
+    for number, row in zip(line, rows):
+        for word in row:
+            if not _NUMBER.fullmatch(word):
                 hint = "; a heading needs a % before it" if row is rows[0] else ""
-                fail(path, row.line, f"{field[:40]!r} is not a number{hint}")
-    return path, rows
-
-
-def as_table(path: Path, rows: list[Row]) -> Table:
-    """Turn rows of equal length into numbers."""
-    numbers = [float(f.translate(_FORTRAN)) for row in rows for f in row.fields]
-    values = np.array(numbers).reshape(len(rows), -1)
-    found = Table(path, np.array([row.line for row in rows]), values)
-    found.refuse(~np.all(np.isfinite(values), axis=1), "a number is too large")
-    return found
+                fail(path, number, f"{word[:40]!r} is not a number{hint}")
+    raise AssertionError("a word is odd, but each is a number")
 
 
 def _text(path: Path) -> str:

@@ -15,6 +15,9 @@ from pgm_lab.camera import PARAMETERS
 UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
 
 
+MOST = 25  # rows of suspected blunders
+
+
 class Table(NamedTuple):
     """Cells as they are shown; the first column names the rows."""
 
@@ -233,6 +236,10 @@ def blunders(result: Bundle) -> Table | None:
     network, rays = result.network, suspected(result)
     if not len(rays):
         return None
+    caption = "Suspected blunders, beside the smallest that the network would find"
+    if len(rays) > MOST:
+        caption += f": the {MOST} largest of {len(rays)}"
+        rays = rays[:MOST]
     smallest = reliability(result).internal[rays]
     columns = [
         [str(network.point_names[j]) for j in network.point[rays]],
@@ -243,7 +250,6 @@ def blunders(result: Bundle) -> Table | None:
     ]
     header = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
     header += ("smallest found x (µm)", "smallest found y (µm)")
-    caption = "Suspected blunders, beside the smallest that the network would find"
     return Table(caption, header, list(zip(*columns)))
 
 

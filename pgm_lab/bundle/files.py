@@ -81,10 +81,10 @@ def read(
     _validate.choice(lens, "lens", LENSES)
     sigma = _validate.standard_deviation(sigma)
     camera = _read_interior(interior, lens)
-    photos = _numbers.table(exterior, "exterior orientations", EXTERIOR)
-    objects = _numbers.table(points, "object points", POINT)
+    photos = _numbers.read_table(exterior, "exterior orientations", EXTERIOR)
+    objects = _numbers.read_table(points, "object points", POINT)
     optional = 0 if sigma is None else 2
-    rays = _numbers.table(image, "image coordinates", RAY, optional)
+    rays = _numbers.read_table(image, "image coordinates", RAY, optional)
 
     photo_ids = _unique(photos, "photo")
     point_ids = _unique(objects, "point")
@@ -122,15 +122,15 @@ def read(
 
 
 def _read_interior(path: Source, lens: str) -> Camera:
-    path, rows = _numbers.read_rows(path)
-    layout = [len(row.fields) for row in rows]
-    if layout not in ([10], [1] * 10):
+    content = _numbers.read_numbers(path)
+    if content.count.tolist() not in ([10], [1] * 10):
         reason = (
-            f"{sum(layout)} number(s) in {len(rows)} line(s), where an interior"
-            f" orientation has ten in a row or a column: {' '.join(PARAMETERS)}"
+            f"{len(content.numbers)} number(s) in {len(content.line)} line(s), where an"
+            f" interior orientation has ten in a row or a column:"
+            f" {' '.join(PARAMETERS)}"
         )
-        _numbers.fail(path, rows[-1].line, reason)
-    found = _numbers.as_table(path, rows)
+        _numbers.fail(content.path, content.line[-1], reason)
+    found = content.table()
     c = found.values[:1, 0]
     found.refuse(c <= 0, "the principal distance c = {} must be above zero", c)
     return Camera(*found.values.ravel(), lens=lens)
