@@ -74,7 +74,7 @@ def _with_points(rays: Rays, reduced: Reduced, Q: np.ndarray):
         Z_own = _flat(Z[..., own])
         at_points = _flat(np.take(Z_interior, rays.point[own], axis=-1))
         M[..., own] = (Q[e, e] @ Z_own + Q[e, :U] @ at_points).reshape(6, 3, -1)
-        to_interior[..., own] = (Q[:U, e] @ Z_own).reshape(U, *Z[..., own].shape[1:])
+        to_interior[..., own] = (Q[:U, e] @ Z_own).reshape(U, 3, own.stop - own.start)
     M_interior = (Q[:U, :U] @ _flat(Z_interior)).reshape(Z_interior.shape)
     M_interior += total(to_interior, rays.point, n)
 

@@ -225,7 +225,7 @@ def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndar
 
 def _flat(blocks: np.ndarray) -> np.ndarray:
     """Lay the last two axes of (rows, i, k) side by side."""
-    rows, i, k = blocks.shape  # there may be no row, then -1 would say nothing
+    rows, i, k = blocks.shape
     return blocks.reshape(rows, i * k)
 
 
