@@ -50,12 +50,9 @@ def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> s
     >>> measured = data.photo, data.point, data.xy, data.sigma
     >>> camera = Camera(*data.interior)
     >>> network = bundle.Network(camera, data.exteriors, data.object_points, *measured)
-    >>> print(text(bundle.adjust(network), short=True)[:213])
-    Bundle adjustment
-    =================
-    <BLANKLINE>
-    9 photos of 50 points, taken with one camera: 450 rays, 900 image coordinates for
-    214 unknowns, redundancy 693. The adjustment converged after ... iterations
+    >>> report = text(bundle.adjust(network), short=True)
+    >>> report.splitlines()[3]
+    '9 photos of 50 points, taken with one camera: 450 rays. 900 image coordinates and 7'
     """
     title = "Bundle adjustment"
     parts = [title, "=" * len(title), ""]
