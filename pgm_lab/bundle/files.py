@@ -150,7 +150,9 @@ def _unique(table: Table, name: str) -> np.ndarray:
     return ids
 
 
-def _find(rays: Table, column: int, name: str, ids: np.ndarray, path: Path):
+def _find(
+    rays: Table, column: int, name: str, ids: np.ndarray, path: Path
+) -> np.ndarray:
     """Return the places in `ids` of a column of ids."""
     wanted = rays.ids(column, name)
     order = np.argsort(ids)
