@@ -39,7 +39,7 @@ def test_every_file_has_an_entry_in_the_readme():
 def test_every_column_of_a_source_table_names_its_unit():
     units = ("_px", "_mm", "_rad", "_m")
     unitless = {"point", "photo", "location", "test_points", "row", "column"}
-    texts = {"parameter", "quantity", "unit", "value", "printed", "place"}
+    texts = {"parameter", "quantity", "unit", "value", "sd", "printed", "place"}
     for name in SUMS:
         if name.endswith(".csv"):
             for column in datasets.rows(name)[0]:
@@ -86,6 +86,13 @@ def test_muliawan2013_has_the_printed_values_in_their_places():
     assert np.any(data.published_object_points != data.object_points)
     np.testing.assert_array_equal(
         data.published_object_points_sd[1], (1.6e-6, 9.33e-8, 1.32e-9)
+    )
+    np.testing.assert_array_equal(
+        data.published_exterior_differences[1],
+        (-9e-6, -1e-6, 1e-6, 0.003604, 0.003942, 0.007946),
+    )
+    np.testing.assert_array_equal(
+        data.published_object_point_differences[5], (0.000398, 9.9e-5, 3e-6)
     )
 
 
