@@ -6,19 +6,16 @@ import sys
 
 import numpy as np
 import pytest
+from networks import real
 
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.bundle import __main__ as command
 from pgm_lab.bundle import _numbers
-from pgm_lab.camera import Camera
 
 
 @pytest.fixture(scope="module")
 def network():
-    data = datasets.muliawan2013()
-    rays = data.photo, data.point, data.xy, data.sigma
-    camera = Camera(*data.interior)
-    return bundle.Network(camera, data.exteriors, data.object_points, *rays)
+    return real()
 
 
 @pytest.fixture

@@ -6,22 +6,19 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from networks import real
 
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.bundle import _figures, _findings, _tables, _words
 from pgm_lab.bundle.report import sections
-from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab.camera import PARAMETERS
 
 
 @pytest.fixture(scope="module")
 def network():
-    data = datasets.muliawan2013()
-    rays = data.photo, data.point, data.xy, data.sigma
-    return bundle.Network(
-        Camera(*data.interior),
-        data.exteriors,
-        data.object_points,
-        *rays,
+    """The network of 2013 with ids that cannot be taken for indices."""
+    return replace(
+        real(),
         photo_names=[100 + i for i in range(9)],
         point_names=[5000 - 7 * j for j in range(50)],
     )
@@ -413,7 +410,6 @@ def test_helpers_of_rounding():
     assert _tables.scientific(1.234567e-5, 3.2e-8) == ("1.2346e-05", "3.2e-08")
     assert _tables.scientific(34.56789, 0.0300) == ("34.568", "0.030")
     assert _tables.scientific(0.0, 2e-9) == ("0.0e+00", "2.0e-09")
-    assert [_tables.round_step(v) for v in (1.9, 2.0, 0.07)] == [1.0, 2.0, 0.05]
 
 
 def test_many_rays_are_drawn_as_means_that_show_what_the_camera_lacks(
