@@ -173,6 +173,21 @@ def test_a_report_is_replaced_only_by_force(files, reports, capsys):
     assert report.read_text(encoding="utf-8").startswith("Bundle adjustment")
 
 
+def test_a_report_that_another_wrote_meanwhile_stays(
+    files, reports, capsys, monkeypatch
+):
+    report, adjust = reports / "r.txt", bundle.adjust
+
+    def meanwhile(*arguments, **options):
+        report.write_text("theirs")
+        return adjust(*arguments, **options)
+
+    monkeypatch.setattr(bundle, "adjust", meanwhile)
+    assert run(*files, "--report", report) == 1
+    assert "r.txt is there already, and is not overwritten" in capsys.readouterr().err
+    assert report.read_text() == "theirs" and os.listdir(reports) == ["r.txt"]
+
+
 def test_an_input_is_never_replaced(files, reports, capsys):
     before = open(files[2]).read()
     message = refused(capsys, *files, "--report", files[2], "--force")
