@@ -267,11 +267,18 @@ def test_each_warning_comes_with_its_cause_and_alone(result, title):
     assert titles(WARNED[title](quiet(result))) == [title]
 
 
-def test_a_photo_with_few_rays_is_weak(network):
+def test_a_photo_with_few_rays_is_weak_whatever_its_precision(result):
+    network, good = result.network, quiet(result)
+    for left, weak in ((5, [8]), (6, [])):
+        few = np.flatnonzero((network.photo == 8) & (network.point >= left))
+        sparse = replace(good, network=network.without(few))
+        assert list(_findings.weak_photos(sparse)) == weak
+
+
+def test_a_weak_photo_is_named_with_its_rays(network):
     few = np.flatnonzero((network.photo == 8) & (network.point > 4))
-    result = bundle.adjust(network.without(few), ("c",))
-    assert list(_findings.weak_photos(result)) == [8]
-    assert "108 (5 rays)" in bundle.text(result, short=True)
+    text = bundle.text(bundle.adjust(network.without(few), ("c",)), short=True)
+    assert "Weak photos: 108 (5 rays)" in text
 
 
 def test_without_redundancy_no_number_is_invented(without_redundancy):
