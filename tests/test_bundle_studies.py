@@ -132,6 +132,8 @@ def test_the_script_still_says_what_the_table_of_precision_does():
             assert float(new["ratio"]) == pytest.approx(1, abs=0.45)
         if new["quantity"] in ("points", "standardised residuals"):
             assert float(new["ratio"]) == pytest.approx(1, abs=0.05)
+        if new["quantity"] in ("points", "ellipsoids of points", "angles"):
+            assert float(new["inside_percent"]) == pytest.approx(95, abs=2.5)
 
 
 def test_errors_of_simulated_networks_contain_no_motion_of_the_datum():
