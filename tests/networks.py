@@ -78,7 +78,7 @@ def dense(network, estimate, constraint=None, free=None, **options):
 
     def unpack(x):
         interior = network.interior.copy()
-        interior[:, columns] = x[:U].reshape(-1, u)
+        interior[:, columns] = x[:U].reshape(len(interior), u)
         points = start.ravel().copy()
         points[free] = x[U + 6 * m :]
         return interior, x[U : U + 6 * m].reshape(m, 6), points.reshape(n, 3)

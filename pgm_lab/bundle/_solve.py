@@ -92,6 +92,7 @@ def adjust(
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     state = problem.start
     _rank.check_counts(network)
+    _rank.check_attitudes(network)
     move = _datum.free_motions(network, state, problem.interior)
     _rank.check_datum(network, problem.datum, move)
     redundancy = problem.redundancy(move.number)
@@ -273,4 +274,5 @@ def _counted(iterations: int, progress: bool) -> Iterable[int]:
         return range(iterations)
     from tqdm.auto import tqdm
 
-    return tqdm(range(iterations), desc="bundle adjustment", unit=" iterations")
+    bar = {"desc": "bundle adjustment", "unit": " iterations", "leave": False}
+    return tqdm(range(iterations), delay=1.0, **bar)  # seconds; a short one needs none
