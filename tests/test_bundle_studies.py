@@ -1,7 +1,7 @@
 """Parts of the tables of chapter 6, repeated.
 
-The whole is made by the scripts bundle_starts, bundle_precision, bundle_design and
-bundle_parameters of tests/benchmarks; this proves what the tables are cited for, and
+The whole is made by the scripts bundle_starts, bundle_precision, bundle_snooping,
+bundle_design and bundle_parameters of tests/benchmarks; this proves what the tables are cited for, and
 that the scripts still say what the tables do.
 """
 
@@ -14,6 +14,7 @@ from tests.benchmarks import (
     bundle_design,
     bundle_parameters,
     bundle_precision,
+    bundle_snooping,
     bundle_starts,
 )
 
@@ -184,6 +185,44 @@ def test_the_script_still_says_what_the_table_of_control_does():
         new = named(row, bundle_precision.CONTROL_COLUMNS)
         old = stored("control", new, ("control", "error_mm"))
         same_numbers(new, old, ("sigma0", "points_error_mm"), 0.5)
+
+
+# --- snooping
+
+
+def test_a_blunder_as_large_as_its_internal_reliability_is_found_by_80_per_cent():
+    """200 blunders: three times 2.8 per cent."""
+    rows = by("snooping", "case")
+    assert tuple(table("snooping")[0]) == bundle_snooping.COLUMNS
+    smallest, twice = rows["smallest found by 80 %",], rows["twice that",]
+    assert float(smallest["tested_percent"]) == pytest.approx(80, abs=8.5)
+    assert float(twice["tested_percent"]) > 99
+    assert float(smallest["first_percent"]) < float(smallest["tested_percent"])
+
+
+def test_data_snooping_takes_one_good_ray_from_a_faultless_network():
+    """900 tests at a thousandth each: 0.9 are expected."""
+    row = by("snooping", "case")["no blunder",]
+    assert float(row["others_removed"]) == pytest.approx(0.9, abs=0.3)
+    assert float(row["c_error_mm"]) == pytest.approx(float(row["c_sd_mm"]), rel=0.15)
+
+
+def test_data_snooping_blames_the_images_for_a_wrong_control_point():
+    row = by("snooping", "case")["control 1 mm wrong",]
+    assert float(row["others_removed"]) > 10
+    assert float(row["sigma0_after"]) < 1.05  # looks well, and is not:
+    assert float(row["c_error_mm"]) > 2 * float(row["c_sd_mm"])
+
+
+def test_the_script_still_says_what_the_table_of_snooping_does():
+    """Fifteen blunders: once in ten thousand by the binomial distribution."""
+    row = bundle_snooping.blunder("smallest found by 80 %", 15)
+    new = named(row, bundle_snooping.COLUMNS)
+    assert abs(float(new["tested_percent"]) - 80) < 400 * np.sqrt(0.8 * 0.2 / 15)
+    old = stored("snooping", new, ("case",))
+    same_numbers(new, old, ("sigma0_before", "sigma0_after", "c_sd_mm"), 0.05)
+    row = named(bundle_snooping.blunder("twice that", 5), bundle_snooping.COLUMNS)
+    assert row["tested_percent"] == row["first_percent"] == "100.0"
 
 
 # --- design
