@@ -1,8 +1,8 @@
 """Parts of the tables of chapter 6, repeated.
 
 The whole is made by the scripts bundle_starts, bundle_precision, bundle_snooping,
-bundle_design and bundle_parameters of tests/benchmarks; this proves what the tables are cited for, and
-that the scripts still say what the tables do.
+bundle_design and bundle_parameters of tests/benchmarks; this proves what the tables are
+cited for, and that the scripts still say what the tables do.
 """
 
 import numpy as np
@@ -253,6 +253,24 @@ def test_real_photos_with_one_roll_determine_the_camera_worse_than_with_two():
     one, two = rows["one roll: kappa 90",], rows["two rolls at the same stations",]
     for column, times in (("sd_c_um", 5), ("sd_y0_um", 3), ("sd_points_mm", 4)):
         assert float(one[column]) > times * float(two[column])
+
+
+def test_weak_choices_of_real_photos_are_wrong_by_more_than_they_say():
+    """A part differs from the whole by sqrt(sd_part^2 - sd_whole^2) if the model holds.
+
+    Not proven: what it is in the images that the model does not contain.
+    """
+    rows = by("design", "case")
+
+    def off(case):
+        part, whole = rows[case,], rows["all",]
+        difference = 1000 * (float(part["c_mm"]) - float(whole["c_mm"]))
+        sd = np.sqrt(float(part["sd_c_um"]) ** 2 - float(whole["sd_c_um"]) ** 2)
+        return abs(difference / sd)
+
+    assert off("one roll: kappa 90") > 6
+    assert off("rolls 0 and 180 only") > 4.5
+    assert off("two rolls at the same stations") < 1
 
 
 def test_photos_from_one_station_determine_nothing():
