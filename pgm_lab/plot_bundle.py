@@ -169,11 +169,13 @@ def residual_vectors(
         _validate.refuse(
             count[shown] == 0, "photo{} has no observations: nothing to draw"
         )
-    low, high = network.xy.min(axis=0), network.xy.max(axis=0)
-    width = (high - low).max()
+    width = np.ptp(network.xy, axis=0).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
         magnify = _plot_bundle.round_number(0.16 * width / (usual / UM))
+    # All photos have one frame, which holds their points and their residuals
+    drawn = np.concatenate([network.xy, network.xy + magnify * v / UM])
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
     bar = _plot_bundle.round_number(0.25 * width / magnify * UM)
 
     columns = int(np.ceil(np.sqrt(len(shown))))
@@ -238,7 +240,7 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
     """
     network, w = result.network, result.standardized
     values = w[np.isfinite(w)]
-    reach = max(critical + 0.5, np.abs(values).max()) + 0.25
+    reach = max(8.0, np.abs(values).max() + 0.25)  # leaves room for the names
     step = 0.25
     edges = step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
     fig, ax = plt.subplots(figsize=(11, 5.5))

@@ -222,6 +222,7 @@ def spectrum(
     """
     tolerances = tolerances or {}
     fig, ax = plt.subplots(figsize=(11, 5.8))
+    ax.set_yscale("log")
     for (name, s), (color, mark) in zip(values.items(), SERIES):
         s = -np.sort(-_validate.finite(s, name))
         tolerance = tolerances.get(name, 0.0)
@@ -236,7 +237,7 @@ def spectrum(
             text = {"color": color, "ha": "right", "va": "bottom", "fontsize": 13}
             at = (0.995, tolerance)
             ax.text(*at, "tolerance", transform=ax.get_yaxis_transform(), **text)
-    ax.set(yscale="log", xlabel="number of the singular value")
+    ax.set(xlabel="number of the singular value")
     ax.set(ylabel="singular value (mixed units)")
     ax.set_title("Singular values; those drawn hollow count as zero")
     ax.legend(loc="best")

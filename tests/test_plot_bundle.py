@@ -246,6 +246,18 @@ def test_bar_is_as_long_as_a_residual_of_its_size():
     assert 4000 * 1e-3 * float(stated.removesuffix(" µm")) == pytest.approx(length)
 
 
+def test_frame_holds_the_longest_residual_and_the_bar():
+    adjusted = result()
+    adjusted.residuals[5] = (0.004, -0.004)
+    fig = plot_bundle.residual_vectors(adjusted, magnify=3000)
+    tips = adjusted.network.xy + 3000 * adjusted.residuals
+    for ax in fig.axes[:3]:  # the fourth is empty
+        assert ax.get_xlim()[0] < tips[:, 0].min() < tips[:, 0].max() < ax.get_xlim()[1]
+        assert ax.get_ylim()[0] < tips[:, 1].min() < tips[:, 1].max() < ax.get_ylim()[1]
+        (bar,) = [line for line in ax.lines if line.get_marker() == "|"]
+        assert ax.get_ylim()[0] < bar.get_ydata()[0] < tips[:, 1].min()
+
+
 def test_residuals_have_one_scale_a_photo_an_axes_and_given_names():
     adjusted = result(photos=5)
     adjusted.network.photo_names = tuple("abcde")
