@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pgm_lab.bundle._datum import Motions
-from pgm_lab.bundle._rays import Equations, Rays, total
+from pgm_lab.bundle._rays import Equations, Rays, total, totals_of_runs
 from pgm_lab.bundle._reduced import Reduced, _flat, pairs, times_kept, times_points
 
 
@@ -79,12 +79,11 @@ def _with_points(rays: Rays, reduced: Reduced, Q: np.ndarray):
     M_interior += total(to_interior, rays.point, n)
 
     between = Q[U:, U:].reshape(m, 6, m, 6).transpose(1, 3, 0, 2).reshape(36, m * m)
-    for a, b in pairs(rays):
-        index = rays.photo[a] * m + rays.photo[b]
-        Q_ab = between.take(index, axis=-1).reshape(6, 6, -1)
-        Z_a, Z_b = Z.take(a, axis=-1), Z.take(b, axis=-1)
-        M += total(np.einsum("acp,cjp->ajp", Q_ab, Z_b), a, Z.shape[-1])
-        M += total(np.einsum("acp,ajp->cjp", Q_ab, Z_a), b, Z.shape[-1])
+    for a, b in pairs(*rays.both_ways):
+        Q_ab = between.take(rays.photo[a] * m + rays.photo[b], axis=-1)
+        product = np.einsum("acp,cjp->ajp", Q_ab.reshape(6, 6, -1), Z.take(b, axis=-1))
+        ray, sums = totals_of_runs(product, a)
+        M[..., ray] += sums
     if (bars := reduced.bars) is not None:
         QFK = Q @ bars.F @ bars.K
         M_interior -= np.einsum("as,sin->ain", QFK[:U], bars.C)

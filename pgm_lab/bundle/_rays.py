@@ -78,6 +78,14 @@ class Rays:
         """The rays of each photo."""
         return [slice(*ends) for ends in zip(self.start[:-1], self.start[1:])]
 
+    @property
+    def both_ways(self) -> tuple[np.ndarray, np.ndarray]:
+        """Each ray with each other ray of the same point, ordered by the first."""
+        first = np.concatenate([self.first, self.second])
+        second = np.concatenate([self.second, self.first])
+        order = np.argsort(first, kind="stable")
+        return first[order], second[order]
+
 
 @dataclass(frozen=True)
 class Equations:
@@ -155,6 +163,18 @@ def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
     rows = values.reshape(-1, values.shape[-1])
     sums = [np.bincount(index, row, size) for row in rows]
     return np.reshape(sums, (*values.shape[:-1], size))
+
+
+def totals_of_runs(values: np.ndarray, index: np.ndarray):
+    """Sum values (..., k) over runs of the same index, which ascends.
+
+    Returns
+    -------
+    index : ndarray (runs,)
+    sums : ndarray (..., runs)
+    """
+    start = np.flatnonzero(np.diff(index, prepend=-1))
+    return index[start], np.add.reduceat(values, start, axis=-1)
 
 
 def _pairs(photo: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pgm_lab import normal
-from pgm_lab.bundle._rays import Equations, Rays, total
+from pgm_lab.bundle._rays import Equations, Rays, total, totals_of_runs
 
-PAIRS_AT_ONCE = 50_000
+PAIRS_AT_ONCE = 5000
 
 
 @dataclass(frozen=True)
@@ -204,21 +204,20 @@ def times_points(reduced: Reduced, rays: Rays, R: np.ndarray) -> np.ndarray:
     return product
 
 
-def pairs(rays: Rays) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Pairs of rays, not too many at once for the memory."""
-    for start in range(0, len(rays.first), PAIRS_AT_ONCE):
+def pairs(first: np.ndarray, second: np.ndarray) -> Iterator[tuple[np.ndarray, ...]]:
+    """Pairs of rays, so few at once that what they need stays in the cache."""
+    for start in range(0, len(first), PAIRS_AT_ONCE):
         some = slice(start, start + PAIRS_AT_ONCE)
-        yield rays.first[some], rays.second[some]
+        yield first[some], second[some]
 
 
 def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndarray:
     """Part of S between each photo and the later ones: (6 m, 6 m)."""
     blocks = np.zeros((6, 6, m * m))
-    for a, b in pairs(rays):
+    for a, b in pairs(rays.first, rays.second):
         product = np.einsum("aip,cip->acp", W.take(a, axis=-1), Z.take(b, axis=-1))
-        photos = rays.photo[a] * m + rays.photo[b]
-        first = np.flatnonzero(np.diff(photos, prepend=-1))
-        blocks[..., photos[first]] -= np.add.reduceat(product, first, axis=-1)
+        photos, sums = totals_of_runs(product, rays.photo[a] * m + rays.photo[b])
+        blocks[..., photos] -= sums
     return blocks.reshape(6, 6, m, m).transpose(2, 0, 3, 1).reshape(6 * m, 6 * m)
 
 
