@@ -30,7 +30,7 @@ def test_a_row_repeats(which):
     assert rays == int(ROWS[which]["rays"])
     assert iterations == int(ROWS[which]["iterations"])
     # other versions of numpy hold a little more or less at a time
-    np.testing.assert_allclose(float(peak), float(ROWS[which]["peak_mb"]), rtol=0.3)
+    assert float(peak) < 1.5 * float(ROWS[which]["peak_mb"])
 
 
 def test_large_networks_take_less_time_than_the_peer():
