@@ -7,8 +7,9 @@ depend on the machine, and on what else it has to do.
 import numpy as np
 import pytest
 
-from pgm_lab import datasets
-from tests.benchmarks import bundle_size
+from pgm_lab import bundle, datasets
+from pgm_lab.bundle import _reduced
+from tests.benchmarks import bundle_network, bundle_size
 
 ROWS = datasets.rows("results/chapter6_size.csv")
 
@@ -47,3 +48,18 @@ def test_time_and_memory_grow_with_the_rays_not_faster():
     for cost in (column("seconds")[large], column("peak_mb")[large]):
         per_ray = cost / column("rays")[large]
         assert per_ray[-1] < 1.5 * per_ray[0]
+
+
+@pytest.mark.parametrize("at_once", [1, 7, 10**6])
+def test_pairs_of_rays_in_portions_give_the_same(at_once, monkeypatch):
+    """A portion may end amid the pairs of a ray, or of two photos."""
+    network = bundle_network.network(6, 20, 3.5, False)
+    whole = bundle.adjust(network, bundle_network.ESTIMATE)
+    monkeypatch.setattr(_reduced, "PAIRS_AT_ONCE", at_once)
+    found = bundle.adjust(network, bundle_network.ESTIMATE)
+    np.testing.assert_allclose(found.points, whole.points, atol=1e-7)
+    np.testing.assert_allclose(found.covariance, whole.covariance, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(found.sd_points, whole.sd_points, rtol=1e-6)
+    np.testing.assert_allclose(
+        found.redundancy_numbers, whole.redundancy_numbers, atol=1e-8
+    )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle
+from pgm_lab.camera import collinearity
 from tests.benchmarks.bundle_network import ESTIMATE, network
 
 colmap = pytest.importorskip("tests.benchmarks.colmap", exc_type=ImportError)
@@ -63,3 +64,21 @@ def test_pycolmap(case, steps, benchmark):
     np.testing.assert_allclose(np.sqrt(np.diagonal(cofactor)), sd, rtol=1e-3)
     difference = found.cameras[1].params - colmap.parameters(ours.cameras[0], sigma)
     assert np.abs(difference / sd).max() < 0.005
+
+    # their covariance of a point: the inverse of its own block of the normal equations,
+    # in a network as large as the two fixed photos have it
+    J = collinearity(
+        ours.cameras[0],
+        ours.exteriors[net.photo[net.point == 0]],
+        ours.points[0],
+        net.xy[net.point == 0],
+        "point",
+    ).point.reshape(-1, 3)
+    theirs = np.array([found.point3D(i + 1).xyz for i in range(len(ours.points))])
+    scale = np.std(theirs - theirs.mean(axis=0))
+    scale /= np.std(ours.points - ours.points.mean(axis=0))
+    np.testing.assert_allclose(
+        np.linalg.eigvalsh(covariance.get_point_cov(1)),
+        np.linalg.eigvalsh(scale**2 * sigma**2 * np.linalg.inv(J.T @ J)),
+        rtol=1e-3,
+    )
