@@ -14,6 +14,8 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pgm_lab.stacks import entries, matrix, of_photo, product, side_by_side, vector
+
 
 def ray(
     exterior: np.ndarray, points: np.ndarray, photo: np.ndarray | None = None
@@ -42,7 +44,7 @@ def ray(
     ----------
     Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
     """
-    M = matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+    M = attitude(exterior)
     M, exterior = of_photo(M, photo), of_photo(exterior, photo)
     dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
     rows = (M[..., i, 0] * dX + M[..., i, 1] * dY + M[..., i, 2] * dZ for i in range(3))
@@ -60,8 +62,8 @@ def ray_by_angles(
     """
     kappa = exterior[..., 5]
     axes = vector(np.sin(kappa), np.cos(kappa), *_turn(exterior, 1.0, 0.0, 0.0))
-    sin, cos, a1, a2, a3 = np.moveaxis(of_photo(axes, photo), -1, 0)
-    U, V, W = np.moveaxis(ray, -1, 0)
+    sin, cos, a1, a2, a3 = entries(of_photo(axes, photo))
+    U, V, W = entries(ray)
     return matrix(
         [V * a3 - W * a2, -W * cos, V],
         [W * a1 - U * a3, W * sin, -U],
@@ -69,14 +71,18 @@ def ray_by_angles(
     )
 
 
+def attitude(exterior: np.ndarray) -> np.ndarray:
+    """Rotation matrices M (..., 3, 3) of exterior orientations (..., 6)."""
+    return matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+
+
 def _turn(exterior: np.ndarray, x: float, y: float, z: float) -> tuple[np.ndarray, ...]:
     """Turn a vector by omega about x, by phi about the new y, by kappa about the new z.
 
     The same as `rotation.matrix`, which refuses the complex and the not finite.
     """
-    (so, sp, sk), (co, cp, ck) = np.moveaxis(
-        [np.sin(exterior[..., 3:]), np.cos(exterior[..., 3:])], -1, 1
-    )
+    angles = entries(exterior[..., 3:])
+    (so, sp, sk), (co, cp, ck) = np.sin(angles), np.cos(angles)
     y, z = co * y + so * z, co * z - so * y
     x, z = cp * x - sp * z, cp * z + sp * x
     x, y = ck * x + sk * y, ck * y - sk * x
@@ -133,7 +139,7 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
     Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8);
     Fraser 1997, "Digital camera self-calibration", ISPRS Journal 52(4).
     """
-    K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
+    K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
     r2 = x * x + y * y
     # P1 (r^2 + 2 x^2) + 2 P2 x y = P1 r^2 + 2 x (P1 x + P2 y), the same in y
@@ -143,7 +149,7 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
 def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
     """Derivatives (..., 2, 2) of the displacement by (x, y)."""
-    K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
+    K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
     r2 = x * x + y * y
     radial = r2 * (K1 + r2 * (K2 + r2 * K3))
@@ -179,7 +185,7 @@ def misclosure(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Put the steps together: see `camera.collinearity`, which checks what comes in.
 
-    With `photo` (k,), exterior (photos, 6) and interior (photos, 10) have a row a photo.
+    With `photo` (k,), exterior and interior (photos, 10) have a row for each photo.
 
     Returns
     -------
@@ -266,44 +272,3 @@ def _xy(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _entries(by_x: np.ndarray) -> tuple[np.ndarray, ...]:
     """Entries a, b, c, d of the derivative of x + d(x)."""
     return 1 + by_x[..., 0, 0], by_x[..., 0, 1], by_x[..., 1, 0], 1 + by_x[..., 1, 1]
-
-
-def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
-    """Values (k, ...) of each point's photo from those (photos, ...) of the photos."""
-    if photo is None:
-        return values
-    return np.moveaxis(np.take(np.moveaxis(values, 0, -1), photo, axis=-1), -1, 0)
-
-
-def vector(*entries: ArrayLike) -> np.ndarray:
-    """Array (..., n) of n entries that broadcast, stored entry by entry."""
-    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
-    out = np.empty((len(entries), *shape), np.result_type(*entries))
-    for i, entry in enumerate(entries):
-        out[i] = entry
-    return np.moveaxis(out, 0, -1)
-
-
-def matrix(*rows: list[ArrayLike]) -> np.ndarray:
-    """Array (..., n, m) of n rows of m entries that broadcast, stored likewise."""
-    flat = np.moveaxis(vector(*(entry for row in rows for entry in row)), -1, 0)
-    return np.moveaxis(
-        flat.reshape(len(rows), len(rows[0]), *flat.shape[1:]), (0, 1), (-2, -1)
-    )
-
-
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Matrix product a @ b, written out: faster than @ for many small matrices."""
-    rows, inner, columns = range(a.shape[-2]), range(a.shape[-1]), range(b.shape[-1])
-    return matrix(
-        *(
-            [sum(a[..., i, k] * b[..., k, j] for k in inner) for j in columns]
-            for i in rows
-        )
-    )
-
-
-def side_by_side(*blocks: np.ndarray) -> np.ndarray:
-    """Join matrices (..., n, k) column by column; leading axes broadcast."""
-    columns = [block[..., j] for block in blocks for j in range(block.shape[-1])]
-    return matrix(*([column[..., i] for column in columns] for i in range(2)))
