@@ -1,0 +1,208 @@
+"""Figures of experiments with bundles: solutions, iterations, designs, simulations."""
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+from scipy.stats import chi2
+
+from pgm_lab import _validate, plot
+from pgm_lab._plot_bundle import SERIES, UM, plain, symbol
+
+
+def residuals_by_photo(
+    rms: Mapping[str, ArrayLike], photo_names: Sequence[str] | None = None
+) -> Figure:
+    """Draw the RMS of the residuals in each photo, for several solutions.
+
+    Parameters
+    ----------
+    rms : mapping of str to array_like (m,)
+        RMS of the residuals of m photos in mm, by the name of the solution.
+    photo_names : sequence of str, optional
+        Names of the photos; 1, 2, ... if missing.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If the solutions have not the same number of photos.
+    """
+    series = _same_length(rms, "rms")
+    m = len(next(iter(series.values())))
+    fig, ax = plt.subplots(figsize=(11, 5.4))
+    width = 0.8 / len(series)
+    hatches = ("", "//", "..", "xx", "\\\\", "++", "--")
+    everything = UM * np.concatenate(list(series.values()))
+    floor = 10.0 ** np.floor(np.log10(everything.min()) - 0.2)
+    for i, (name, values) in enumerate(series.items()):
+        at = np.arange(m) + (i - (len(series) - 1) / 2) * width
+        look = {"color": SERIES[i][0], "hatch": hatches[i], "edgecolor": "white"}
+        height = UM * values - floor
+        ax.bar(at, height, 0.94 * width, bottom=floor, label=name, **look)
+    ax.set(yscale="log", ylim=(floor, 1.3 * everything.max()))
+    plain(ax.yaxis, (1,))
+    ax.set(xlabel="photo", ylabel="RMS of the residuals (µm)")
+    ax.set_xticks(range(m), photo_names or range(1, m + 1))
+    ax.grid(False, axis="x")
+    ax.tick_params(axis="x", length=0)
+    ax.legend(loc="upper center", ncols=len(series), bbox_to_anchor=(0.5, 1.13))
+    return fig
+
+
+def convergence(
+    histories: Mapping[str, ArrayLike], redundancy: int | None = None
+) -> Figure:
+    """Draw v'Pv after each iteration, those that run away too.
+
+    Parameters
+    ----------
+    histories : mapping of str to array_like (iterations + 1,)
+        v'Pv at the start and after each iteration, as `History.objective`, by name.
+        What is not finite ends the line.
+    redundancy : int, optional
+        Draw sigma0 = sqrt(v'Pv / redundancy) instead.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    lines = []
+    fig, ax = plt.subplots(figsize=(12, 5.6))
+    for i, (name, objective) in enumerate(histories.items()):
+        objective = np.asarray(objective, dtype=float)
+        end = np.append(np.flatnonzero(~np.isfinite(objective)), len(objective))[0]
+        y = (
+            objective[:end]
+            if redundancy is None
+            else np.sqrt(objective[:end] / redundancy)
+        )
+        away = end < len(objective) or y[-1] > y[0]
+        color, mark = SERIES[i]
+        # Smaller and smaller, so that none hides another one below
+        look = {"color": color, "marker": mark, "markersize": 14 - 1.4 * i}
+        label = name + (", runs away" if away else "")
+        lines += ax.plot(y, "--" if away else "-", label=label, **look)
+    what = "v'Pv" if redundancy is None else r"$\sigma_0$"
+    ax.set(yscale="log", xlabel="iteration", ylabel=f"{what} (no unit)")
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    lines.sort(key=lambda line: -line.get_ydata()[-1])
+    fig.legend(handles=lines, loc="outside right upper", fontsize=14)
+    return fig
+
+
+def predicted_against_sampled(
+    predicted: ArrayLike,
+    sampled: ArrayLike | Mapping[str, ArrayLike],
+    names: Sequence[str],
+    samples: int,
+) -> Figure:
+    """Draw the scatter found in simulated networks over the predicted one.
+
+    Parameters
+    ----------
+    predicted : array_like (k,)
+        Standard deviations from the covariance.
+    sampled : array_like (k,), or mapping of str to array_like (k,)
+        Standard deviations (or RMS errors) over the networks; several by name.
+    names : sequence of k str
+        Names of the parameters.
+    samples : int
+        Number of simulated networks. The band holds 95 % of the standard deviations
+        that so many give if the prediction is right.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If the numbers of parameters differ.
+    """
+    if not isinstance(sampled, Mapping):
+        sampled = {"sampled": sampled}
+    series = _same_length({"predicted": predicted} | dict(sampled), "sampled", names)
+    predicted = series.pop("predicted")
+    low, high = np.sqrt(chi2.ppf((0.025, 0.975), samples - 1) / (samples - 1))
+    fig, ax = plt.subplots(figsize=(11, 5.4))
+    ax.axhspan(low, high, color=plot.GREY, alpha=0.25, label="95 %, if it holds")
+    ax.axhline(1, color=plot.BLACK, linewidth=1.4)
+    largest = 1.0
+    for (name, values), (color, mark) in zip(series.items(), SERIES):
+        ratio = values / predicted
+        ax.plot(ratio, mark, color=color, markersize=11, label=name)
+        largest = max(largest, ratio.max())
+    if largest > 4:
+        ax.set_yscale("log")
+        plain(ax.yaxis)
+    ax.set_xticks(range(len(names)), map(symbol, names))
+    ax.set(xlim=(-0.6, len(names) - 0.4), ylabel="sampled / predicted sd")
+    ax.grid(False, axis="x")
+    ax.set_title(f"Scatter in {samples} simulated networks over its prediction")
+    ax.legend(loc="best")
+    return fig
+
+
+def design_study(
+    variants: Sequence[str],
+    sd: Mapping[str, ArrayLike],
+    correlations: Mapping[str, ArrayLike],
+) -> Figure:
+    """Draw what networks of different design know of the camera.
+
+    Parameters
+    ----------
+    variants : sequence of k str
+        Names of the networks, the first on top.
+    sd : mapping of str to array_like (k,)
+        Standard deviations by parameter, in mm; infinite where it is undetermined.
+    correlations : mapping of str to array_like (k,)
+        Correlations by pair; their absolute values are drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If a series has another length than the variants.
+    """
+    k = len(variants)
+    fig, axes = plt.subplots(
+        1, 2, figsize=(12.5, 1.9 + 0.62 * k), sharey=True, width_ratios=(1.35, 1)
+    )
+    for ax, table, factor in zip(axes, (sd, correlations), (UM, 1.0)):
+        shifts = 0.22 * (np.arange(len(table)) - (len(table) - 1) / 2)
+        for (name, values), (color, mark), shift in zip(table.items(), SERIES, shifts):
+            values = factor * np.abs(np.asarray(values, dtype=float))
+            if values.shape != (k,):
+                raise ValueError(f"{name} must have {k} values; got {values.shape}")
+            look = {"color": color, "markersize": 12, "label": symbol(name)}
+            ax.plot(values, np.arange(k) + shift, mark, **look)
+        ax.set_yticks(range(k), variants)
+        ax.legend(
+            loc="upper center", ncols=len(table), bbox_to_anchor=(0.5, 1 + 0.85 / k)
+        )
+        ax.tick_params(axis="y", length=0, labelsize=15)
+    axes[0].invert_yaxis()
+    axes[0].set(ylim=(k - 0.5, -0.5), xscale="log", xlabel="standard deviation (µm)")
+    plain(axes[0].xaxis)
+    axes[1].set(xlim=(0, 1.02), xlabel="correlation |r|")
+    axes[1].axvline(0.9, color=plot.BLACK, linestyle="--", linewidth=1.4)
+    return fig
+
+
+def _same_length(series, name, names=None) -> dict[str, np.ndarray]:
+    arrays = {key: _validate.finite(values, key) for key, values in series.items()}
+    shapes = {key: values.shape for key, values in arrays.items()}
+    lengths = set(shapes.values()) | ({(len(names),)} if names is not None else set())
+    if len(lengths) != 1 or any(len(shape) != 1 for shape in lengths):
+        raise ValueError(f"{name} must hold lists of the same length; got {shapes}")
+    return arrays
