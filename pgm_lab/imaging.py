@@ -14,6 +14,8 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pgm_lab.stacks import matrix, of_photo, product, side_by_side, vector
+
 
 def ray(
     exterior: np.ndarray, points: np.ndarray, photo: np.ndarray | None = None
@@ -179,7 +181,7 @@ def misclosure(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Put the steps together: see `camera.collinearity`, which checks what comes in.
 
-    With `photo` (k,), exterior (photos, 6) and interior (photos, 10) have a row a photo.
+    With `photo` (k,), exterior and interior (photos, 10) have a row for each photo.
 
     Returns
     -------
@@ -266,44 +268,3 @@ def _xy(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _entries(by_x: np.ndarray) -> tuple[np.ndarray, ...]:
     """Entries a, b, c, d of the derivative of x + d(x)."""
     return 1 + by_x[..., 0, 0], by_x[..., 0, 1], by_x[..., 1, 0], 1 + by_x[..., 1, 1]
-
-
-def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
-    """Values (k, ...) of each point's photo from those (photos, ...) of the photos."""
-    if photo is None:
-        return values
-    return np.moveaxis(np.take(np.moveaxis(values, 0, -1), photo, axis=-1), -1, 0)
-
-
-def vector(*entries: ArrayLike) -> np.ndarray:
-    """Array (..., n) of n entries that broadcast, stored entry by entry."""
-    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
-    out = np.empty((len(entries), *shape), np.result_type(*entries))
-    for i, entry in enumerate(entries):
-        out[i] = entry
-    return np.moveaxis(out, 0, -1)
-
-
-def matrix(*rows: list[ArrayLike]) -> np.ndarray:
-    """Array (..., n, m) of n rows of m entries that broadcast, stored likewise."""
-    flat = np.moveaxis(vector(*(entry for row in rows for entry in row)), -1, 0)
-    return np.moveaxis(
-        flat.reshape(len(rows), len(rows[0]), *flat.shape[1:]), (0, 1), (-2, -1)
-    )
-
-
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Matrix product a @ b, written out: faster than @ for many small matrices."""
-    rows, inner, columns = range(a.shape[-2]), range(a.shape[-1]), range(b.shape[-1])
-    return matrix(
-        *(
-            [sum(a[..., i, k] * b[..., k, j] for k in inner) for j in columns]
-            for i in rows
-        )
-    )
-
-
-def side_by_side(*blocks: np.ndarray) -> np.ndarray:
-    """Join matrices (..., n, k) column by column; leading axes broadcast."""
-    columns = [block[..., j] for block in blocks for j in range(block.shape[-1])]
-    return matrix(*([column[..., i] for column in columns] for i in range(2)))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pgm_lab import imaging, rotation
+from pgm_lab import imaging, rotation, stacks
 
 RNG = np.random.default_rng(5)
 EXTERIOR = np.array([120.0, -340.0, 900.0, 0.3, -0.4, 2.1])
@@ -93,7 +93,7 @@ def test_each_parameter_of_the_lens_alone_at_a_point_by_hand(name, expected):
 
 def test_small_matrices_multiply_and_join_as_numpy_does():
     a, b = RNG.normal(size=(4, 1, 2, 3)), RNG.normal(size=(5, 3, 6))
-    np.testing.assert_allclose(imaging.product(a, b), a @ b, rtol=1e-13, atol=1e-14)
-    joined = imaging.side_by_side(np.ones((4, 1, 2, 3)), np.zeros((5, 2, 1)))
+    np.testing.assert_allclose(stacks.product(a, b), a @ b, rtol=1e-13, atol=1e-14)
+    joined = stacks.side_by_side(np.ones((4, 1, 2, 3)), np.zeros((5, 2, 1)))
     assert joined.shape == (4, 5, 2, 4)
     np.testing.assert_array_equal(joined[3, 4], [[1, 1, 1, 0]] * 2)

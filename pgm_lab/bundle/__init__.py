@@ -6,6 +6,29 @@ Muliawan 2013, chapter II.10.
 from pgm_lab.bundle._rank import NetworkDefect
 from pgm_lab.bundle._solve import adjust
 from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.reliability import (
+    Reliability,
+    Significance,
+    correlations,
+    critical_value,
+    reliability,
+    significance,
+)
 from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.snooping import Blunder, Snooping, snoop
 
-__all__ = ["Bundle", "Network", "NetworkDefect", "adjust"]
+__all__ = [
+    "Blunder",
+    "Bundle",
+    "Network",
+    "NetworkDefect",
+    "Reliability",
+    "Significance",
+    "Snooping",
+    "adjust",
+    "correlations",
+    "critical_value",
+    "reliability",
+    "significance",
+    "snoop",
+]

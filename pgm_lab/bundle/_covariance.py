@@ -61,10 +61,7 @@ def cofactors(
 
 
 def _with_points(rays: Rays, reduced: Reduced, Q: np.ndarray):
-    """M: for each point the rows of the interior (U, 3, n), and for each ray those of
-
-    its photo (6, 3, k).
-    """
+    """M: rows of the interior (U, 3, n) at points, of the photo (6, 3, k) at rays."""
     Z, Z_interior = reduced.Z_exterior, reduced.Z_interior
     (U, _, n), m = Z_interior.shape, len(rays.start) - 1
     M = np.empty_like(Z)

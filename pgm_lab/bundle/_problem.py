@@ -91,7 +91,7 @@ class Problem:
         return B * ~self.network.held.T, distance - bars[:, 2], bars[:, 3]
 
     def objective(self, state: State, v: np.ndarray) -> float:
-        """v'Pv of everything observed; v (2, k) of the rays is over sigma already."""
+        """V'Pv of everything observed; v (2, k) of the rays is over sigma already."""
         weight, v_control = self.control(state)
         phi = np.einsum("rk,rk->", v, v) + np.sum(weight * v_control**2)
         if (bars := self.bars(state)) is not None:

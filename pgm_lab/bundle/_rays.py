@@ -10,6 +10,7 @@ import numpy as np
 
 from pgm_lab import imaging
 from pgm_lab.bundle.network import Network
+from pgm_lab.stacks import of_photo
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def _misclosure(network: Network, rays: Rays, state: State, wrt: tuple[str, ...]
     interior = state.interior[network.camera]
     if len(network.cameras) == 1:
         interior = state.interior[0]
-    points = imaging.of_photo(state.points, rays.point)
+    points = of_photo(state.points, rays.point)
     with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
         return imaging.misclosure(
             interior,

@@ -22,9 +22,10 @@ PAIRS_AT_ONCE = 50_000
 
 @dataclass(frozen=True)
 class Bars:
-    """Scale bars B, which add B'PB to V: with C = V^-1 B', F = Z B',
+    """Scale bars B, which add B'PB to V.
 
-    the inverse becomes V^-1 - C K C', and W times it Z - F K C'.
+    With C = V^-1 B' and F = Z B' the inverse becomes V^-1 - C K C', and W times it
+    Z - F K C'.
 
     Attributes
     ----------

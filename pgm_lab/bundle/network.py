@@ -1,7 +1,7 @@
 """A photogrammetric network: cameras, photos, object points and the rays between."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,7 +38,7 @@ class Network:
         (points (q,), coordinates (q, 3), sigma (q, 3) or float): control points with
         standard deviations in object units; 0 holds a coordinate, inf leaves it free.
     check : tuple, optional
-        (points (c,), coordinates (c, 3)): known points that are not used, only compared.
+        (points (c,), coordinates (c, 3)): known points, not used but compared.
     datum_points : array_like of int, optional
         Points that take part in the inner constraints; all when missing.
     scale_bars : array_like (s, 4)
@@ -111,6 +111,18 @@ class Network:
         self._set(photo_names=_names(self.photo_names, m, "photo_names"))
         self._set(point_names=_names(self.point_names, n, "point_names"))
         self._refuse_doubles()
+
+    def without(self, rays: ArrayLike) -> "Network":
+        """Return the network without some of its rays, by their indices."""
+        kept = np.ones(len(self.xy), bool)
+        kept[_indices(rays, len(self.xy), "rays")] = False
+        return replace(
+            self,
+            photo=self.photo[kept],
+            point=self.point[kept],
+            xy=self.xy[kept],
+            sigma=self.sigma[kept],
+        )
 
     def _set(self, **values) -> None:
         for name, value in values.items():
