@@ -87,6 +87,13 @@ def test_muliawan2013_has_the_printed_values_in_their_places():
     np.testing.assert_array_equal(
         data.published_object_points_sd[1], (1.6e-6, 9.33e-8, 1.32e-9)
     )
+    np.testing.assert_array_equal(
+        data.published_exterior_differences[1],
+        (-9e-6, -1e-6, 1e-6, 0.003604, 0.003942, 0.007946),
+    )
+    np.testing.assert_array_equal(
+        data.published_object_point_differences[5], (0.000398, 9.9e-5, 3e-6)
+    )
 
 
 def test_harintaka2020_has_the_printed_values_in_their_places():

@@ -59,6 +59,10 @@ class Muliawan2013:
         Tables 4.15 and 4.16.
     published_object_points, published_object_points_sd : ndarray (50, 3)
         Tables 4.17 and 4.18.
+    published_exterior_differences : ndarray (9, 6)
+        Table 4.19: approximate values less results.
+    published_object_point_differences : ndarray (50, 3)
+        Table 4.20: the same of the object points.
     """
 
     photo: np.ndarray
@@ -73,6 +77,8 @@ class Muliawan2013:
     published_exteriors_sd: np.ndarray
     published_object_points: np.ndarray
     published_object_points_sd: np.ndarray
+    published_exterior_differences: np.ndarray
+    published_object_point_differences: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -161,6 +167,12 @@ def muliawan2013() -> Muliawan2013:
         published_exteriors_sd=_columns(name("published_exterior_sd"), *EXTERIOR),
         published_object_points=_columns(name("published_object_points"), *xyz),
         published_object_points_sd=_columns(name("published_object_points_sd"), *xyz),
+        published_exterior_differences=_columns(
+            name("published_exterior_difference"), *EXTERIOR
+        ),
+        published_object_point_differences=_columns(
+            name("published_object_points_difference"), *xyz
+        ),
     )
 
 

@@ -1,0 +1,233 @@
+"""Proofs of the verdicts on statements of Muliawan 2013, chapters III, IV and V."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import orientation, rotation
+from pgm_lab.camera import Camera
+
+from . import muliawan2013_network as net
+from .muliawan2013_network import INTERIOR, OBJECT, PRINTED
+
+EXTERIOR_DIFFERENCES = PRINTED.published_exterior_differences
+POINT_DIFFERENCES = PRINTED.published_object_point_differences
+
+
+@pytest.fixture(scope="module")
+def solved():
+    return net.adjusted()
+
+
+def precision(photos, points=range(net.POINTS)):
+    """Standard deviations (3,) of c, x0, y0 and the mean one of a point, in mm.
+
+    Of the design with these photos (from 1) and points, at the precision that the whole
+    network has.
+    """
+    result, x = net.adjusted()
+    photos, points = np.asarray(photos) - 1, np.asarray(points)
+    seen = np.isin(net.PHOTO, photos) & np.isin(net.POINT, points)
+    exterior = (6 * photos[:, None] + np.arange(6)).ravel()
+    places = (OBJECT.start + 3 * points[:, None] + np.arange(3)).ravel()
+    unknowns = np.concatenate([exterior, np.arange(214)[INTERIOR], places])
+    A = net.misclosure(x)[1][np.repeat(seen, 2)][:, unknowns] / net.SIGMA
+    border = net.constraints(net.unpack(x)[2])[unknowns]
+    Q = net.cofactor(A.T @ A, border)
+    sd = result.sigma0 * np.sqrt(np.diag(Q))
+    k = len(exterior)
+    return sd[k : k + 3], np.sqrt(np.mean(sd[k + 10 :] ** 2))
+
+
+# Chapter III: the material
+
+
+def test_photo_coordinates_do_not_fit_on_the_sensor_of_a_canon_s90():
+    # After its maker: sensor type 1/1.7, 7.44 x 5.58 mm, lens 6.0 to 22.5 mm. A frame
+    # for the coordinates has 19 x 13 mm at least, and c is 34.6 mm. 24 x 16 mm would do
+    width, height = 2 * np.abs(PRINTED.xy).max(axis=0)
+    assert width > 19 and height > 13
+    assert width > 2.5 * 7.44 and height > 2.3 * 5.58
+    c = net.unpack(net.adjusted()[1])[0][0]
+    assert c > 1.5 * 22.5
+    # In units of a 36 mm wide frame (28 to 105 mm) it would fit: the unit decides
+    assert 28 < c < 105 and width < 36
+
+
+def test_photos_are_convergent_and_from_five_places():
+    stations, exteriors = PRINTED.exteriors[:, :3], PRINTED.exteriors
+    distance = np.linalg.norm(stations[:, None] - stations, axis=-1)
+    near = distance < 10
+    assert [sorted(np.flatnonzero(row) + 1) for row in near[[0, 2, 5, 6, 7]]] == [
+        [1, 2],
+        [3, 4, 5],
+        [6],
+        [7],
+        [8, 9],
+    ]
+    axes = np.array([-rotation.matrix(*e[3:])[2] for e in exteriors])
+    convergence = np.degrees(np.arccos(np.clip(axes @ axes.T, -1, 1)))
+    assert convergence.max() == pytest.approx(56, abs=1)
+    # The targets lie in a plane, to 0.8 mm
+    centred = PRINTED.object_points - PRINTED.object_points.mean(axis=0)
+    spread = np.linalg.svd(centred, compute_uv=False) / np.sqrt(net.POINTS)
+    assert spread[2] == pytest.approx(0.77, abs=0.01) and spread[1] > 60
+
+
+def test_design_of_the_network_cannot_be_neglected():
+    # Three photos from one place give no points; four places without a turn of the
+    # camera leave c and the principal point thirty times less certain, and the points
+    camera, points = precision(range(1, 10))
+    assert points == pytest.approx(0.0100, abs=2e-4)
+    _, one_place = precision([3, 4, 5])
+    assert one_place > 1000 * points
+    unrolled, unrolled_points = precision([1, 3, 6, 7])
+    rolled, rolled_points = precision([2, 3, 6, 8])
+    assert unrolled_points == pytest.approx(0.36, abs=0.02)
+    assert unrolled_points > 5 * rolled_points
+    assert np.all(unrolled > 10 * camera)
+    assert np.all(unrolled[:2] > 1.5 * rolled[:2])
+
+
+def test_unit_of_the_object_does_not_follow_from_the_photos(solved):
+    # Stations and points of any size give the same photos
+    interior, exteriors, points = net.unpack(solved[1])
+    larger = exteriors.copy()
+    larger[:, :3] *= 30
+    scaled = net.pack(interior, larger, 30 * points)
+    np.testing.assert_allclose(
+        net.misclosure(scaled)[0], net.misclosure(solved[1])[0], rtol=0, atol=1e-10
+    )
+
+
+def centroid(image):
+    rows, columns = np.indices(image.shape)
+    return (image * columns).sum() / image.sum(), (image * rows).sum() / image.sum()
+
+
+def test_centroid_finds_any_symmetric_target():
+    # (2.15) on a square and on a cross: the centre, to 1e-12 px
+    y, x = np.indices((41, 41)) - 20.0
+    square = ((np.abs(x) <= 7) & (np.abs(y) <= 7)) * 200.0
+    cross = ((np.abs(x) <= 2) | (np.abs(y) <= 2)) * 200.0
+    for image in (square, cross):
+        np.testing.assert_allclose(centroid(image), (20, 20), rtol=0, atol=1e-12)
+    # A target without a point of symmetry is another matter
+    half = square * (x + y < 0)
+    assert np.abs(np.array(centroid(half)) - 20).min() > 1
+
+
+# 4.3.1 and 5.1: the differences
+
+
+def test_largest_difference_is_an_angle_in_radians():
+    k = np.unravel_index(np.abs(EXTERIOR_DIFFERENCES).argmax(), (9, 6))
+    assert k == (1, 5)  # photo 2, kappa
+    value = EXTERIOR_DIFFERENCES[k]
+    assert value == pytest.approx(0.0079, abs=5e-5)
+    assert np.degrees(value) == pytest.approx(0.455, abs=0.001)
+    # In the photo, at 10 mm from the centre, it is 0.08 mm
+    assert 10 * value == pytest.approx(0.08, abs=0.001)
+    # In millimetres the largest is that of a station, which is rounding
+    assert np.abs(EXTERIOR_DIFFERENCES[:, :3]).max() == 5e-4
+
+
+def test_smallest_differences_are_zero_as_printed():
+    # Among the stations and the points; no angle has one below 0.0009 rad
+    assert np.abs(EXTERIOR_DIFFERENCES[:, :3]).min() == 0
+    assert np.abs(POINT_DIFFERENCES).min() == 0
+    assert np.abs(EXTERIOR_DIFFERENCES[:, 3:]).min() == 0.00093
+
+
+def test_mean_of_the_exterior_differences_mixes_signs_and_units():
+    # 0.000277 in all 54 numbers: radians and millimetres, plus and minus. 0.00027 is
+    # its first two digits; the angles alone change by 0.0042 rad in the mean
+    assert EXTERIOR_DIFFERENCES.mean() == pytest.approx(0.000277, abs=1e-6)
+    angles = EXTERIOR_DIFFERENCES[:, 3:]
+    assert np.abs(angles).mean() == pytest.approx(0.0041, abs=1e-4)
+    assert np.abs(angles).mean() > 10 * EXTERIOR_DIFFERENCES.mean()
+
+
+def test_mean_of_the_point_differences_is_signed():
+    # 1.59e-5 with signs (1.588e-5 printed), 1.2e-4 without; and the differences are
+    # rounding: a correct adjustment changes a coordinate by 0.0025 mm in the mean
+    assert POINT_DIFFERENCES.mean() == pytest.approx(1.59e-5, abs=0.01e-5)
+    assert np.abs(POINT_DIFFERENCES).mean() == pytest.approx(1.2e-4, abs=0.01e-4)
+    assert np.abs(POINT_DIFFERENCES).max() == pytest.approx(0.0005, abs=2e-6)
+
+
+def test_plots_of_right_and_wrong_points_are_the_same(solved):
+    # On a figure 100 mm high the largest difference is 0.003 mm; the photos differ by
+    # 0.3 mm in the mean, up to 2 mm
+    points = net.unpack(solved[1])[2]
+    size = np.ptp(points, axis=0).max()
+    moved = np.linalg.norm(points - PRINTED.published_object_points, axis=1).max()
+    assert 100 * moved / size < 0.004
+    wrong = net.misclosure(net.PUBLISHED)[0]
+    assert net.rms(net.PUBLISHED) > 900 * net.rms(solved[1])
+    assert np.abs(wrong).max() > 2
+
+
+# 4.3.2 and chapter V
+
+
+def test_matrices_of_any_size_do_not_fit_into_a_computer():
+    # P of the listing is full, 2mn x 2mn. Nine photos: 6.5 MB. A hundred photos of a
+    # thousand points: 320 GB, for 200 000 numbers that are not zero
+    def gigabytes(photos, points):
+        return 8 * (2 * photos * points) ** 2 / 1e9
+
+    assert gigabytes(9, 50) == pytest.approx(0.0065, abs=1e-4)
+    assert gigabytes(100, 1000) == pytest.approx(320)
+
+
+def test_the_four_inputs_of_5_1_a_are_enough(solved):
+    result, _ = solved
+    assert result.status == "converged" and result.redundancy == 693
+
+
+def test_5_1_b_leaves_out_the_accuracy_of_the_interior(solved):
+    # N^-1 holds it: 0.014 mm for c, and 0.007 mm for the principal point
+    sd = solved[0].sd[INTERIOR]
+    np.testing.assert_allclose(sd[:3], (0.0143, 0.0071, 0.0073), atol=1e-4)
+    assert np.all(sd > 0)
+
+
+def test_5_2_a_start_values_from_the_photo_coordinates_alone(solved):
+    # Relative orientation of photos 3 and 8, then resection of all nine on its model;
+    # c = 35 mm and no lens. The adjustment ends where that of Tables 4.1 to 4.3 ends
+    xy, camera = PRINTED.xy.reshape(9, 50, 2), Camera(35.0)
+    model = orientation.relative(camera, camera, xy[2], xy[7], base=-1.0)
+    assert model.status == "converged" and model.sigma0 < 0.0005
+    found = [orientation.resect(camera, photo, model.points) for photo in xy]
+    assert all(one.status == "converged" for one in found)
+    exteriors = np.array([one.exterior for one in found])
+    result, x = net.adjust(net.pack(PRINTED.interior, exteriors, model.points))
+    assert result.status == "converged"
+    assert net.rms(x) == pytest.approx(net.rms(solved[1]), rel=1e-6)
+    difference = (x - solved[1])[INTERIOR] / solved[0].sd[INTERIOR]
+    assert np.abs(difference).max() < 0.01
+
+
+def test_5_2_b_more_photos_and_points_raise_the_precision():
+    camera, points = precision(range(1, 10))
+    fewer_camera, fewer = precision([1, 3, 6, 7, 8])
+    assert fewer > 1.8 * points and np.all(fewer_camera > 1.5 * camera)
+    few_camera, few = precision(range(1, 10), range(0, 50, 4))
+    assert 1.3 * points < few < 2 * points and np.all(few_camera > 1.8 * camera)
+
+
+def test_5_2_c_absolute_orientation_proves_nothing_about_the_adjustment():
+    # A similarity transformation changes no residual: the published solution fits as
+    # badly after it as before. Points or distances known from elsewhere would tell
+    for x in (net.PUBLISHED, net.START):
+        interior, exteriors, points = net.unpack(x)
+        R = rotation.matrix(0.3, -0.2, 0.9)
+        shift, scale = np.array([1000.0, 2000.0, 50.0]), 3.7
+        moved = exteriors.copy()
+        moved[:, :3] = scale * exteriors[:, :3] @ R.T + shift
+        for e in moved:
+            e[3:] = rotation.angles(rotation.matrix(*e[3:]) @ R.T)
+        there = net.pack(interior, moved, scale * points @ R.T + shift)
+        np.testing.assert_allclose(
+            net.misclosure(there)[0], net.misclosure(x)[0], rtol=0, atol=1e-9
+        )
