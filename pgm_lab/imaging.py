@@ -14,7 +14,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab.stacks import matrix, of_photo, product, side_by_side, vector
+from pgm_lab.stacks import entries, matrix, of_photo, product, side_by_side, vector
 
 
 def ray(
@@ -44,7 +44,7 @@ def ray(
     ----------
     Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
     """
-    M = matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+    M = attitude(exterior)
     M, exterior = of_photo(M, photo), of_photo(exterior, photo)
     dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
     rows = (M[..., i, 0] * dX + M[..., i, 1] * dY + M[..., i, 2] * dZ for i in range(3))
@@ -62,8 +62,8 @@ def ray_by_angles(
     """
     kappa = exterior[..., 5]
     axes = vector(np.sin(kappa), np.cos(kappa), *_turn(exterior, 1.0, 0.0, 0.0))
-    sin, cos, a1, a2, a3 = np.moveaxis(of_photo(axes, photo), -1, 0)
-    U, V, W = np.moveaxis(ray, -1, 0)
+    sin, cos, a1, a2, a3 = entries(of_photo(axes, photo))
+    U, V, W = entries(ray)
     return matrix(
         [V * a3 - W * a2, -W * cos, V],
         [W * a1 - U * a3, W * sin, -U],
@@ -71,14 +71,18 @@ def ray_by_angles(
     )
 
 
+def attitude(exterior: np.ndarray) -> np.ndarray:
+    """Rotation matrices M (..., 3, 3) of exterior orientations (..., 6)."""
+    return matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+
+
 def _turn(exterior: np.ndarray, x: float, y: float, z: float) -> tuple[np.ndarray, ...]:
     """Turn a vector by omega about x, by phi about the new y, by kappa about the new z.
 
     The same as `rotation.matrix`, which refuses the complex and the not finite.
     """
-    (so, sp, sk), (co, cp, ck) = np.moveaxis(
-        [np.sin(exterior[..., 3:]), np.cos(exterior[..., 3:])], -1, 1
-    )
+    angles = entries(exterior[..., 3:])
+    (so, sp, sk), (co, cp, ck) = np.sin(angles), np.cos(angles)
     y, z = co * y + so * z, co * z - so * y
     x, z = cp * x - sp * z, cp * z + sp * x
     x, y = ck * x + sk * y, ck * y - sk * x
@@ -135,7 +139,7 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
     Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8);
     Fraser 1997, "Digital camera self-calibration", ISPRS Journal 52(4).
     """
-    K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
+    K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
     r2 = x * x + y * y
     # P1 (r^2 + 2 x^2) + 2 P2 x y = P1 r^2 + 2 x (P1 x + P2 y), the same in y
@@ -145,7 +149,7 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
 def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
     """Derivatives (..., 2, 2) of the displacement by (x, y)."""
-    K1, K2, K3, P1, P2, b1, b2 = np.moveaxis(lens, -1, 0)
+    K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
     r2 = x * x + y * y
     radial = r2 * (K1 + r2 * (K2 + r2 * K3))

@@ -8,28 +8,36 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
+def entries(values: np.ndarray) -> np.ndarray:
+    """View (n, ...) of values (..., n): unpacks into their entries."""
+    return values.transpose(-1, *range(values.ndim - 1))
+
+
+def stacked(entries: np.ndarray) -> np.ndarray:
+    """View (..., n) of entries (n, ...)."""
+    return entries.transpose(*range(1, entries.ndim), 0)
+
+
 def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
     """Values (k, ...) of each point's photo from those (photos, ...) of the photos."""
     if photo is None:
         return values
-    return np.moveaxis(np.take(np.moveaxis(values, 0, -1), photo, axis=-1), -1, 0)
+    return entries(np.take(stacked(values), photo, axis=-1))
 
 
-def vector(*entries: ArrayLike) -> np.ndarray:
+def vector(*parts: ArrayLike) -> np.ndarray:
     """Array (..., n) of n entries that broadcast, stored entry by entry."""
-    shape = np.broadcast_shapes(*(np.shape(entry) for entry in entries))
-    out = np.empty((len(entries), *shape), np.result_type(*entries))
-    for i, entry in enumerate(entries):
-        out[i] = entry
-    return np.moveaxis(out, 0, -1)
+    shape = np.broadcast_shapes(*(np.shape(part) for part in parts))
+    out = np.empty((len(parts), *shape), np.result_type(*parts))
+    for i, part in enumerate(parts):
+        out[i] = part
+    return stacked(out)
 
 
 def matrix(*rows: list[ArrayLike]) -> np.ndarray:
     """Array (..., n, m) of n rows of m entries that broadcast, stored likewise."""
-    flat = np.moveaxis(vector(*(entry for row in rows for entry in row)), -1, 0)
-    return np.moveaxis(
-        flat.reshape(len(rows), len(rows[0]), *flat.shape[1:]), (0, 1), (-2, -1)
-    )
+    flat = entries(vector(*(entry for row in rows for entry in row)))
+    return stacked(stacked(flat.reshape(len(rows), len(rows[0]), *flat.shape[1:])))
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:

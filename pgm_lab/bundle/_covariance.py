@@ -36,6 +36,7 @@ class Cofactors:
 def cofactors(
     rays: Rays,
     eq: Equations,
+    camera: np.ndarray,
     reduced: Reduced,
     Q: np.ndarray,
     move: Motions,
@@ -45,6 +46,8 @@ def cofactors(
 
     Parameters
     ----------
+    camera : ndarray (m,)
+        Camera of each photo.
     Q : ndarray (U + 6 m, U + 6 m)
         Any symmetric generalised inverse of S.
     move : Motions
@@ -54,7 +57,7 @@ def cofactors(
     """
     M_interior, M = _with_points(rays, reduced, Q)
     points = _points(rays, reduced, Q, M_interior, M)
-    of_rays = _of_rays(rays, eq, reduced, Q, points, M_interior, M)
+    of_rays = _of_rays(rays, eq, camera, Q, points, M_interior, M)
     if constraint is not None:
         Q, points = _transformed(rays, reduced, Q, points, move, constraint)
     return Cofactors(Q, points, of_rays)
@@ -106,17 +109,20 @@ def _points(rays: Rays, reduced: Reduced, Q: np.ndarray, M_interior, M) -> np.nd
     return points
 
 
-def _of_rays(rays, eq, reduced, Q, points, M_interior, M) -> np.ndarray:
+def _of_rays(rays, eq, camera, Q, points, M_interior, M) -> np.ndarray:
     """Diagonal of A Q A' (2, k); the same in every datum."""
     u = len(eq.camera) - 6
     of_point = np.einsum("irk,ijk->jrk", eq.point, np.take(points, rays.point, axis=-1))
     of_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera[u:], M)
     found = np.einsum("jrk,jrk->rk", of_point, eq.point)
-    for own, these in zip(rays.photos, reduced.columns):
+    for photo, own in enumerate(rays.photos):
+        interior = np.arange(u * camera[photo], u * (camera[photo] + 1))
+        exterior = np.arange(6) + len(M_interior) + 6 * photo
+        these = np.concatenate([interior, exterior])
         J = eq.camera[..., own]
         QJ = (Q[np.ix_(these, these)] @ _flat(J)).reshape(J.shape)
         found[:, own] += np.einsum("ark,ark->rk", J, QJ)
-        M_own = np.take(M_interior[these[:u]], rays.point[own], axis=-1)
+        M_own = np.take(M_interior[interior], rays.point[own], axis=-1)
         A_point = eq.point[..., own]
         found[:, own] -= 2 * np.einsum("ark,ajk,jrk->rk", J[:u], M_own, A_point)
     return found

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import normal, rotation
+from pgm_lab import imaging, normal
 from pgm_lab.bundle._rays import State
 from pgm_lab.bundle.network import Network
 
@@ -63,7 +63,7 @@ def motions(state: State, interior: int) -> Motions:
     n, m = len(state.points), len(state.exteriors)
     exterior = np.zeros((m, 6, 7))
     exterior[:, :3] = move[n:]
-    M = rotation.matrix(*state.exteriors[:, 3:].T)
+    M = imaging.attitude(state.exteriors)
     kappa = state.exteriors[:, 5]
     axes = np.zeros((m, 3, 3))  # about which each angle turns, in the camera's frame
     axes[..., 0] = M[..., 0]
@@ -88,6 +88,8 @@ def _similarity(X: np.ndarray) -> np.ndarray:
 def free_motions(network: Network, state: State, interior: int) -> Motions:
     """The motions that neither control points nor scale bars forbid."""
     all_seven = motions(state, interior)
+    if not is_controlled(network):
+        return all_seven.some(slice(6)) if len(network.scale_bars) else all_seven
     stopped = [np.eye(7)[6:]] if len(network.scale_bars) else []
     forbidden = network.held
     if network.control is not None:
@@ -98,19 +100,20 @@ def free_motions(network: Network, state: State, interior: int) -> Motions:
     rows = np.concatenate(stopped)
     _, size, directions = np.linalg.svd(rows, full_matrices=True)
     rank = int(np.sum(size > 1e-8 * max(len(rows), 1)))
-    if rank == 0:
-        return all_seven
-    if rank == 1 and not len(point):
-        return all_seven.some(slice(6))
     free = directions[rank:].T
     return Motions(
         all_seven.kept @ free, np.einsum("qin,qd->din", all_seven.points, free)
     )
 
 
+def is_controlled(network: Network) -> bool:
+    """Whether the network has control points, held or weighted."""
+    return len(network.fixed) > 0 or network.control is not None
+
+
 def choose(network: Network, datum: str | None) -> str:
     """The datum asked for, or the natural one of the network."""
-    controlled = len(network.fixed) > 0 or network.control is not None
+    controlled = is_controlled(network)
     if datum is None:
         return "fixed" if controlled else "inner"
     if datum not in DATUMS:

@@ -7,7 +7,7 @@ import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.bundle import _datum
-from pgm_lab.bundle._rays import Rays, State, equations
+from pgm_lab.bundle._rays import Equations, Rays, State, equations
 from pgm_lab.bundle._reduced import Reduced, reduce
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import PARAMETERS
@@ -98,21 +98,24 @@ class Problem:
             phi += np.sum((bars[1] / bars[2]) ** 2)
         return float(phi)
 
-    def normal_equations(self, state: State) -> tuple[Reduced, np.ndarray]:
-        """Reduced normal equations, and the design matrices of the rays."""
-        network, held = self.network, self.network.held.T
-        eq = equations(network, self.rays, state, self.estimated, ~held)
+    def equations(self, state: State) -> Equations:
+        """Observation equations of the rays."""
+        free = ~self.network.held.T
+        return equations(self.network, self.rays, state, self.estimated, free)
+
+    def normal_equations(self, state: State, eq: Equations) -> Reduced:
+        """Normal equations, reduced by the points."""
+        network = self.network
         weight, v = self.control(state)
-        reduced = reduce(
+        return reduce(
             self.rays,
             eq,
             network.camera,
             len(network.points),
-            weight + held,
+            weight + network.held.T,
             -weight * v,
             self.bars(state),
         )
-        return reduced, eq
 
     def moved(self, state: State, dx: np.ndarray, dx_points: np.ndarray) -> State:
         """The state after corrections of the kept unknowns and of the points (3, n)."""

@@ -62,8 +62,6 @@ class Reduced:
     Z_exterior : ndarray (6, 3, k)
         W V^-1 of each ray: rows of the exterior orientation of its photo, columns of
         its point.
-    columns : list of ndarray
-        For each photo the kept unknowns that it depends on.
     bars : Bars or None
         What scale bars change.
     """
@@ -76,7 +74,6 @@ class Reduced:
     n_point: np.ndarray
     Z_interior: np.ndarray
     Z_exterior: np.ndarray
-    columns: list[np.ndarray]
     bars: "Bars | None" = None
 
     @property
@@ -131,31 +128,28 @@ def reduce(
     Z = np.einsum("aik,ijk->ajk", W, np.take(V_inverse, rays.point, axis=-1))
 
     S, right = np.zeros((U + 6 * m, U + 6 * m)), np.zeros(U + 6 * m)
-    columns = [
-        np.r_[u * camera[i] : u * (camera[i] + 1), U + 6 * i : U + 6 * i + 6]
-        for i in range(m)
-    ]
     diagonal = np.zeros(U + 6 * m)
-    for own, these in zip(rays.photos, columns):
-        exterior = these[u:]
+    for photo, own in enumerate(rays.photos):
+        i = slice(u * camera[photo], u * (camera[photo] + 1))
+        e = slice(U + 6 * photo, U + 6 * photo + 6)
         A = _flat(eq.camera[..., own])
-        N = A @ A.T
-        diagonal[these] += N.diagonal()
-        S[np.ix_(these, these)] += N
-        right[these] -= A @ eq.v[:, own].ravel()
+        N, n_own = A @ A.T, A @ eq.v[:, own].ravel()
+        diagonal[i] += N.diagonal()[:u]
+        diagonal[e] += N.diagonal()[u:]
         point = rays.point[own]
         Z_own = _flat(Z[..., own])
-        S[np.ix_(exterior, exterior)] -= _flat(W[..., own]) @ Z_own.T
-        S[:U, exterior] -= _flat(np.take(W_interior, point, axis=-1)) @ Z_own.T
-        right[exterior] -= Z_own @ n_point[:, point].ravel()
+        S[i, i] += N[:u, :u]
+        S[i, e] += N[:u, u:]
+        S[:U, e] -= _flat(np.take(W_interior, point, axis=-1)) @ Z_own.T
+        S[e, e] += N[u:, u:] - _flat(W[..., own]) @ Z_own.T
+        right[i] -= n_own[:u]
+        right[e] -= n_own[u:] + Z_own @ n_point[:, point].ravel()
     S[:U, :U] -= _flat(W_interior) @ _flat(Z_interior).T
     right[:U] -= _flat(Z_interior) @ n_point.ravel()
-    S[U:, U:] -= _between_photos(rays, W, Z, m)
+    S[U:, U:] += _between_photos(rays, W, Z, m)
     S = np.triu(S) + np.triu(S, 1).T
     V_diagonal = np.einsum("iin->in", V)
-    reduced = Reduced(
-        S, right, diagonal, V_inverse, V_diagonal, n_point, Z_interior, Z, columns
-    )
+    reduced = Reduced(S, right, diagonal, V_inverse, V_diagonal, n_point, Z_interior, Z)
     return reduced if bars is None else _with_bars(reduced, rays, bars)
 
 
@@ -218,14 +212,14 @@ def pairs(rays: Rays) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 
 def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndarray:
-    """W V^-1 W' between each photo and the later ones: (6 m, 6 m)."""
+    """Part of S between each photo and the later ones: (6 m, 6 m)."""
     blocks = np.zeros((36, m * m))
     for a, b in pairs(rays):
         block = np.einsum(
             "aip,cip->acp", np.take(W, a, axis=-1), np.take(Z, b, axis=-1)
         )
         index = rays.photo[a] * m + rays.photo[b]
-        blocks += total(block.reshape(36, -1), index, m * m)
+        blocks -= total(block.reshape(36, -1), index, m * m)
     return blocks.reshape(6, 6, m, m).transpose(2, 0, 3, 1).reshape(6 * m, 6 * m)
 
 

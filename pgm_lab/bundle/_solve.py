@@ -11,7 +11,7 @@ from pgm_lab.bundle import _datum, _rank
 from pgm_lab.bundle._covariance import cofactors
 from pgm_lab.bundle._datum import Motions
 from pgm_lab.bundle._problem import Problem
-from pgm_lab.bundle._rays import State, misclosures
+from pgm_lab.bundle._rays import Equations, State
 from pgm_lab.bundle._reduced import Reduced, points_from
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle, kept_names
@@ -95,8 +95,8 @@ def adjust(
     move = _datum.free_motions(network, state, problem.interior)
     _rank.check_datum(network, problem.datum, move)
     redundancy = problem.redundancy(move.number)
-    v = misclosures(network, problem.rays, state)
-    phi = problem.objective(state, v)
+    eq = problem.equations(state)
+    phi = problem.objective(state, eq.v)
     if not np.isfinite(phi):
         raise ValueError(
             "at the start values an image coordinate cannot be computed: check the"
@@ -105,30 +105,30 @@ def adjust(
 
     status, objectives, steps, changes = "too many iterations", [phi], [], []
     for _ in _counted(max_iterations, progress):
-        reduced, eq = problem.normal_equations(state)
+        reduced = problem.normal_equations(state, eq)
         dx, dx_points, decrease = _corrections(problem, state, reduced)
-        rounding = _rounding(problem, state, reduced)
         sigma = sigma0_prior or np.sqrt(phi / max(redundancy, 1))
-        change = np.sqrt(decrease) / sigma if sigma > 0 else 0.0
+        changes.append(np.sqrt(decrease) / sigma if sigma > 0 else 0.0)
+        rounding = _rounding(problem, state, reduced)
         slack = rounding * (2 * np.sqrt(phi) + rounding)
-        there = _line_search(
+        step, there, eq_there = _line_search(
             problem, state, phi, dx, dx_points, decrease, slack, line_search
         )
-        steps.append(0.0 if there is None else there[0])
-        changes.append(change)
-        if there is None:
+        steps.append(step)
+        if not step:
             status = "diverged"
             break
-        _, state, v, phi = there
+        state, eq = there, eq_there
+        phi = problem.objective(state, eq.v)
         objectives.append(phi)
-        if change <= tolerance or decrease <= rounding**2:
+        if changes[-1] <= tolerance or decrease <= rounding**2:
             status = "converged"
             break
-    if status != "converged":
-        reduced, eq = problem.normal_equations(state)
+    else:
+        reduced = problem.normal_equations(state, eq)
     history = History(*map(np.array, (objectives, steps, changes)))
     return _result(
-        problem, state, v, phi, redundancy, sigma0_prior, status, history, reduced, eq
+        problem, state, phi, redundancy, sigma0_prior, status, history, reduced, eq
     )
 
 
@@ -158,7 +158,7 @@ def _factor(problem: Problem, reduced: Reduced, move: Motions):
     S has no value for a motion; E E' gives it one without touching anything else, since
     the columns of E are the motions, scaled and orthonormal.
     """
-    scale = normal.column_scale(np.diag(reduced.diagonal))
+    scale = 1 / np.sqrt(np.where(reduced.diagonal > 0, reduced.diagonal, 1.0))
     E, _ = np.linalg.qr(move.kept / scale[:, None])
     scaled = reduced.S * scale[:, None] * scale + E @ E.T
     try:
@@ -193,24 +193,24 @@ def _line_search(
     decrease: float,
     slack: float,
     wanted: bool,
-) -> tuple[float, State, np.ndarray, float] | None:
-    """Halve the step until v'Pv falls enough; None if it never does."""
+) -> tuple[float, State, Equations | None]:
+    """Halve the step until v'Pv falls enough; step 0 if it never does."""
     step = 1.0
     while step >= SMALLEST_STEP:
         there = problem.moved(state, step * dx, step * dx_points)
-        v = misclosures(problem.network, problem.rays, there)
-        after = problem.objective(there, v)
+        eq = problem.equations(there)
+        after = problem.objective(there, eq.v)
         goal = phi - 2 * SUFFICIENT_DECREASE * step * decrease + slack
         if after <= goal or (not wanted and np.isfinite(after)):
-            return step, there, v, after
+            return step, there, eq
         if not wanted:
-            return None
+            break
         step /= 2
-    return None
+    return 0.0, state, None
 
 
 def _result(
-    problem, state, v, phi, redundancy, sigma0_prior, status, history, reduced, eq
+    problem, state, phi, redundancy, sigma0_prior, status, history, reduced, eq
 ) -> Bundle:
     """Covariances, tests, and everything in the order of the network."""
     network, rays = problem.network, problem.rays
@@ -219,7 +219,7 @@ def _result(
     inverse = linalg.cho_solve(factor, np.eye(len(scale))) - E @ E.T
     Q = inverse * scale[:, None] * scale
     R = _datum.constraint(network, problem.datum, move) if move.number else None
-    found = cofactors(rays, eq, reduced, Q, move, R)
+    found = cofactors(rays, eq, network.camera, reduced, Q, move, R)
     held = network.held.T
     found.points[held[:, None] | held[None]] = 0
 
@@ -231,7 +231,7 @@ def _result(
     back = np.argsort(rays.order)
     per_ray = [
         np.ascontiguousarray(values[:, back].T)
-        for values in (v / rays.per_sigma, share, np.where(controlled, v / sd, 0))
+        for values in (eq.v / rays.per_sigma, share, np.where(controlled, eq.v / sd, 0))
     ]
     control, check = network.control, network.check
     bars = problem.bars(state)
