@@ -91,7 +91,7 @@ def lens_curve(
     own = _plot_bundle.camera_of_photos(result)[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
     r = np.linspace(0, 1.1 * measured.max() if r_max is None else r_max, 301)
-    quantile = t.ppf((1 + confidence) / 2, max(result.redundancy, 1))
+    quantile = t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
 
     fig, axes = plt.subplots(
         2, 1, figsize=(10, 6.2), sharex=True, height_ratios=(1.7, 1)
@@ -213,7 +213,7 @@ def residual_vectors(
         f", the {len(shown)} of {m} photos with the largest" if len(shown) < m else ""
     )
     fig.suptitle(
-        f"Residuals, computed − observed, {magnify:,.0f} times too large"
+        f"Residuals, computed − observed, {magnify:,g} times too large"
         + (more if photo is None else ""),
         fontsize=16,
     )

@@ -4,14 +4,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, plot, plot3d
-from pgm_lab._plot_bundle import round_number
+from pgm_lab._plot_bundle import best_view, fill, round_number, screen, together
 
-ELEVATION = 16.0  # of the reader's eye, in degrees
 MOTIONS = (
     *(f"shift in {axis}" for axis in "XYZ"),
     *(f"rotation about {axis}" for axis in "XYZ"),
@@ -90,15 +90,12 @@ def seven_motions(
     lengths = np.linalg.norm(everything, axis=2).max(axis=1)
     steps = 0.24 * reach * everything / lengths[:, None, None]
     room = np.concatenate([positions, *(positions + steps)])
+    view = view or best_view(exteriors[:, :3], points)
     for number, (name, step) in enumerate(zip(MOTIONS, steps)):
         # Shifts above, rotations below, the scale at their right in the middle
         row, column = divmod(number, 3) if number < 6 else (0.5, 3)
         where = (0.245 * column, 0.5 - 0.5 * row, 0.26, 0.44)
-        ax = fig.add_axes(where, projection="3d", computed_zorder=False)
-        ax.set_proj_type("ortho")
-        ax.view_init(*(view or _best_view(exteriors[:, :3], points)))
-        ax.set_axis_off()
-        plot3d.fit(ax, room, zoom=1.55)
+        ax = plot3d.space(fig, view=view)
         look = {"axes": False, "color": plot.GREY}
         for exterior in exteriors:
             plot3d.draw_camera(ax, exterior, size, **look)
@@ -107,6 +104,7 @@ def seven_motions(
         for at, color, wide in ((some, plot.BLUE, 2.0), (slice(m), plot.RED, 3.2)):
             arrows = {"color": color, "linewidth": wide, "arrow_length_ratio": 0.3}
             ax.quiver(*positions[at].T, *step[at].T, zorder=5, **arrows, **plot3d.FREE)
+        fill(ax, room, where)
         fig.text(where[0] + 0.13, where[1] + 0.45, name, fontsize=20, ha="center")
     for at, word, color in ((0.16, "cameras", plot.RED), (0.1, "points", plot.BLUE)):
         fig.text(0.865, at, word, fontsize=19, color=color, ha="center")
@@ -161,18 +159,19 @@ def network_3d(
     positions = np.concatenate([exteriors[:, :3], points])
     reach = np.ptp(positions, axis=0).max()
     size = 0.1 * reach if size is None else size
-    fig = plt.figure(figsize=(11, 7.4))
-    view = view or _best_view(exteriors[:, :3], points)
+    fig = plt.figure(figsize=(11, 7.4), layout="none")
+    view = view or best_view(exteriors[:, :3], points)
     ax = plot3d.space(fig, view=view)
     drawn = [points]
-    for exterior, name in zip(exteriors, _together(exteriors[:, :3], 0.4 * size)):
+    for exterior, name in zip(exteriors, together(exteriors[:, :3], 0.4 * size)):
         look = {"axes": False, "color": plot.BLUE}
         drawn.append(plot3d.draw_camera(ax, exterior, size, **look))
         to_the_right = drawn[-1].mean(axis=0) - exterior[:3]
-        side = "right" if _screen(view)[0] @ to_the_right > 0 else "left"
-        text = {"color": plot.BLUE, "fontsize": 20, "ha": side, "va": "center"}
-        paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0}
-        ax.text(*exterior[:3], f"  {names * name}  ", zorder=9, bbox=paper, **text)
+        if names and name:
+            side = "right" if screen(view)[0] @ to_the_right > 0 else "left"
+            text = {"color": plot.BLUE, "fontsize": 20, "ha": side, "va": "center"}
+            halo = [withStroke(linewidth=4, foreground="white")]
+            ax.text(*exterior[:3], f"  {name}  ", zorder=9, path_effects=halo, **text)
     ax.plot(*points.T, "o", color=plot.BLACK, markersize=3.5, **plot3d.FREE)
     title = (
         f"{len(exteriors)} photos, " * bool(len(exteriors)) + f"{len(points)} points"
@@ -188,9 +187,9 @@ def network_3d(
         if factor is None:
             factor = round_number(0.06 * reach / longest.max())
         drawn.append(_ellipsoids(ax, points, C, factor))
-        title += f"; standard ellipsoids {factor:,.0f} times too large"
-    plot3d.fit(ax, np.concatenate(drawn), zoom=1.3)
-    _scale_bar(ax, np.concatenate(drawn), unit)
+        title += f"; standard ellipsoids {factor:,g} times too large"
+    drawn.append(_scale_bar(ax, np.concatenate(drawn), unit))
+    fill(ax, np.concatenate(drawn), (0.08, 0.04, 0.87, 0.86))
     fig.suptitle(title, fontsize=18)
     return fig
 
@@ -236,7 +235,7 @@ def _ellipsoids(ax: Axes3D, positions, covariances, factor) -> np.ndarray:
     normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     # Light comes from the reader, a little from above
-    right, up = _screen((ax.elev, ax.azim))
+    right, up = screen((ax.elev, ax.azim))
     light = np.abs(normal @ (np.cross(right, up) + 0.5 * up)) / np.hypot(1, 0.5)
     colors = (0.35 + 0.65 * light[:, None]) * to_rgb(plot.ORANGE)
     look = {"facecolors": colors, "edgecolors": colors, "linewidths": 0.2}
@@ -244,9 +243,9 @@ def _ellipsoids(ax: Axes3D, positions, covariances, factor) -> np.ndarray:
     return mesh.reshape(-1, 3)
 
 
-def _scale_bar(ax: Axes3D, drawn: np.ndarray, unit: str) -> None:
+def _scale_bar(ax: Axes3D, drawn: np.ndarray, unit: str) -> np.ndarray:
     """Draw the three axes of a round length at the lower left of what was drawn."""
-    right, up = _screen((ax.elev, ax.azim))
+    right, up = screen((ax.elev, ax.azim))
     middle = drawn.mean(axis=0)
     across, height = (drawn - middle) @ right, (drawn - middle) @ up
     length = round_number(0.3 * np.ptp(drawn, axis=0).max())
@@ -259,36 +258,7 @@ def _scale_bar(ax: Axes3D, drawn: np.ndarray, unit: str) -> None:
         ax.text(*(origin + 1.13 * length * axis), name, **text)
     above = origin + 0.5 * length * np.eye(3)[2]
     ax.text(*above, f"{length:g} {unit}  ", fontsize=16, ha="right", va="center")
-
-
-def _best_view(centres: np.ndarray, points: np.ndarray) -> tuple[float, float]:
-    """Elevation and azimuth that show the object most openly, cameras beside it."""
-    horizontal = np.concatenate([centres, points])[:, :2]
-    x, y = np.linalg.svd(horizontal - horizontal.mean(axis=0))[2][0]
-    side = np.degrees(np.arctan2(-x, y))  # lays the longest extent across the picture
-    views = [(ELEVATION, side + turn) for turn in (-35.0, 35.0, 145.0, 215.0)]
-    area = [np.linalg.det(np.cov(_screen(view) @ points.T)) for view in views]
-    return views[int(np.argmax(area))]
-
-
-def _screen(view: tuple[float, float]) -> np.ndarray:
-    """Directions (2, 3) to the right and upwards as the reader sees them."""
-    elevation, azimuth = np.radians(view)
-    s, c = np.sin(azimuth), np.cos(azimuth)
-    up = (-np.sin(elevation) * c, -np.sin(elevation) * s, np.cos(elevation))
-    return np.array([(-s, c, 0.0), up])
-
-
-def _together(centres: np.ndarray, distance: float) -> list[str]:
-    """Numbers of the cameras; the first of those at one place bears them all."""
-    if not len(centres):
-        return []
-    near = np.linalg.norm(centres[:, None] - centres[None], axis=2) < distance
-    first = near.argmax(axis=1)
-    return [
-        ", ".join(str(j + 1) for j in np.flatnonzero(first == i))
-        for i in range(len(near))
-    ]
+    return lines.reshape(-1, 3)
 
 
 def _network(exteriors, points) -> tuple[np.ndarray, np.ndarray]:

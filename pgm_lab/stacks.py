@@ -22,13 +22,12 @@ def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
     """Values (k, ...) of each point's photo from those (photos, ...) of the photos."""
     if photo is None:
         return values
-    return entries(np.take(stacked(values), photo, axis=-1))
+    return entries(stacked(values).take(photo, axis=-1))
 
 
 def vector(*parts: ArrayLike) -> np.ndarray:
     """Array (..., n) of n entries that broadcast, stored entry by entry."""
-    shape = np.broadcast_shapes(*(np.shape(part) for part in parts))
-    out = np.empty((len(parts), *shape), np.result_type(*parts))
+    out = np.empty((len(parts), *np.broadcast(*parts).shape), np.result_type(*parts))
     for i, part in enumerate(parts):
         out[i] = part
     return stacked(out)

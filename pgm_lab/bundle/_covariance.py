@@ -72,17 +72,17 @@ def _with_points(rays: Rays, reduced: Reduced, Q: np.ndarray):
     for photo, own in enumerate(rays.photos):
         e = slice(U + 6 * photo, U + 6 * photo + 6)
         Z_own = _flat(Z[..., own])
-        at_points = _flat(np.take(Z_interior, rays.point[own], axis=-1))
+        at_points = _flat(Z_interior.take(rays.point[own], axis=-1))
         M[..., own] = (Q[e, e] @ Z_own + Q[e, :U] @ at_points).reshape(6, 3, -1)
-        to_interior[..., own] = (Q[:U, e] @ Z_own).reshape(U, 3, -1)
+        to_interior[..., own] = (Q[:U, e] @ Z_own).reshape(U, 3, own.stop - own.start)
     M_interior = (Q[:U, :U] @ _flat(Z_interior)).reshape(Z_interior.shape)
     M_interior += total(to_interior, rays.point, n)
 
     between = Q[U:, U:].reshape(m, 6, m, 6).transpose(1, 3, 0, 2).reshape(36, m * m)
     for a, b in pairs(rays):
         index = rays.photo[a] * m + rays.photo[b]
-        Q_ab = np.take(between, index, axis=-1).reshape(6, 6, -1)
-        Z_a, Z_b = np.take(Z, a, axis=-1), np.take(Z, b, axis=-1)
+        Q_ab = between.take(index, axis=-1).reshape(6, 6, -1)
+        Z_a, Z_b = Z.take(a, axis=-1), Z.take(b, axis=-1)
         M += total(np.einsum("acp,cjp->ajp", Q_ab, Z_b), a, Z.shape[-1])
         M += total(np.einsum("acp,ajp->cjp", Q_ab, Z_a), b, Z.shape[-1])
     if (bars := reduced.bars) is not None:
@@ -112,7 +112,7 @@ def _points(rays: Rays, reduced: Reduced, Q: np.ndarray, M_interior, M) -> np.nd
 def _of_rays(rays, eq, camera, Q, points, M_interior, M) -> np.ndarray:
     """Diagonal of A Q A' (2, k); the same in every datum."""
     u = len(eq.camera) - 6
-    of_point = np.einsum("irk,ijk->jrk", eq.point, np.take(points, rays.point, axis=-1))
+    of_point = np.einsum("irk,ijk->jrk", eq.point, points.take(rays.point, axis=-1))
     of_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera[u:], M)
     found = np.einsum("jrk,jrk->rk", of_point, eq.point)
     for photo, own in enumerate(rays.photos):
@@ -122,7 +122,7 @@ def _of_rays(rays, eq, camera, Q, points, M_interior, M) -> np.ndarray:
         J = eq.camera[..., own]
         QJ = (Q[np.ix_(these, these)] @ _flat(J)).reshape(J.shape)
         found[:, own] += np.einsum("ark,ark->rk", J, QJ)
-        M_own = np.take(M_interior[interior], rays.point[own], axis=-1)
+        M_own = M_interior[interior].take(rays.point[own], axis=-1)
         A_point = eq.point[..., own]
         found[:, own] -= 2 * np.einsum("ark,ajk,jrk->rk", J[:u], M_own, A_point)
     return found

@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from pgm_lab import normal
+from pgm_lab import imaging, normal, rotation
 from pgm_lab.bundle._datum import MOTIONS, Motions
 from pgm_lab.bundle._reduced import Reduced
 from pgm_lab.bundle.network import Network
 from pgm_lab.normal import NullSpace, RankDefect
+
+ANGLES = ("omega", "kappa")
 
 
 class NetworkDefect(RankDefect):
@@ -35,7 +37,7 @@ def check_counts(network: Network) -> None:
     if np.any(weak):
         counted = _listed(
             [
-                f"{network.point_names[i]} ({rays[i]} ray{'s' * (rays[i] != 1)})"
+                f"{network.point_names[i]} ({rays[i]} ray{'' if rays[i] == 1 else 's'})"
                 for i in np.flatnonzero(weak)
             ]
         )
@@ -52,6 +54,20 @@ def check_counts(network: Network) -> None:
             "a photo needs at least three points for its six unknowns; too few has"
             f" photo {counted}. Measure more points in it, or leave it out",
             tuple(f"photo {network.photo_names[i]}" for i in weak),
+        )
+
+
+def check_attitudes(network: Network) -> None:
+    """Refuse photos at the gimbal lock, where omega and kappa turn about one axis."""
+    M = imaging.attitude(network.exteriors)
+    locked = np.flatnonzero(rotation.is_gimbal(M, cosine=1e-6))
+    if len(locked):
+        names = [str(network.photo_names[i]) for i in locked]
+        raise NetworkDefect(
+            f"photo {_listed(names)} has phi = +-90 degrees (gimbal lock): omega and"
+            " kappa cannot be told apart. Turn the object frame, for example by 90"
+            " degrees about Z",
+            tuple(f"{angle} of photo {i}" for i in names for angle in ANGLES),
         )
 
 
@@ -85,16 +101,23 @@ def check_points(network: Network, reduced: Reduced) -> None:
 
 
 def refuse_kept(scaled: np.ndarray, names: tuple[str, ...]) -> None:
-    """Name the interior and exterior unknowns that a singular matrix leaves free."""
-    found = normal.null_space(scaled, names)
-    some = found.names or names
+    """Name the interior and exterior unknowns that a singular matrix leaves free.
+
+    `scaled` is the reduced normal matrix, scaled by the diagonal before the reduction:
+    what is left of a direction says how much of it the points have not taken away.
+    """
+    eigenvalues, vectors = np.linalg.eigh(scaled)
+    free = vectors[:, eigenvalues < len(names) / normal.INFLATION_LIMIT]
+    free = free if free.size else vectors[:, :1]
+    part = np.linalg.norm(free, axis=1)
+    some = tuple(name for name, p in zip(names, part) if p > 0.1 * part.max())
     raise NetworkDefect(
-        f"the reduced normal matrix has rank {len(names) - found.defect} of"
+        f"the reduced normal matrix has rank {len(names) - free.shape[1]} of"
         f" {len(names)}: the rays do not determine {_listed(some)}. Leave parameters"
         " out of `estimate`, add photos with other directions and rolls, or points at"
         " other depths",
         some,
-        found.vectors,
+        free,
     )
 
 

@@ -125,7 +125,7 @@ def reduce(
         W_interior[block] = total(W[:u, :, own], rays.point[own], n)
     Z_interior = np.einsum("ain,ijn->ajn", W_interior, V_inverse)
     W = W[u:]
-    Z = np.einsum("aik,ijk->ajk", W, np.take(V_inverse, rays.point, axis=-1))
+    Z = np.einsum("aik,ijk->ajk", W, V_inverse.take(rays.point, axis=-1))
 
     S, right = np.zeros((U + 6 * m, U + 6 * m)), np.zeros(U + 6 * m)
     diagonal = np.zeros(U + 6 * m)
@@ -140,7 +140,7 @@ def reduce(
         Z_own = _flat(Z[..., own])
         S[i, i] += N[:u, :u]
         S[i, e] += N[:u, u:]
-        S[:U, e] -= _flat(np.take(W_interior, point, axis=-1)) @ Z_own.T
+        S[:U, e] -= _flat(W_interior.take(point, axis=-1)) @ Z_own.T
         S[e, e] += N[u:, u:] - _flat(W[..., own]) @ Z_own.T
         right[i] -= n_own[:u]
         right[e] -= n_own[u:] + Z_own @ n_point[:, point].ravel()
@@ -185,8 +185,8 @@ def times_kept(reduced: Reduced, rays: Rays, B: np.ndarray) -> np.ndarray:
     Z_interior, Z = reduced.Z_interior, reduced.Z_exterior
     U, n = len(Z_interior), Z_interior.shape[-1]
     exterior = B[U:].reshape(-1, 6, B.shape[1]).transpose(2, 1, 0)
-    of_rays = np.einsum("qak,ajk->qjk", np.take(exterior, rays.photo, axis=-1), Z)
-    interior = (B[:U].T @ Z_interior.reshape(U, -1)).reshape(-1, 3, n)
+    of_rays = np.einsum("qak,ajk->qjk", exterior.take(rays.photo, axis=-1), Z)
+    interior = (B[:U].T @ _flat(Z_interior)).reshape(-1, 3, n)
     product = interior + total(of_rays, rays.point, n)
     if (bars := reduced.bars) is not None:
         product -= np.einsum("sin,sq->qin", bars.C, bars.K @ bars.F.T @ B)
@@ -215,9 +215,7 @@ def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndar
     """Part of S between each photo and the later ones: (6 m, 6 m)."""
     blocks = np.zeros((36, m * m))
     for a, b in pairs(rays):
-        block = np.einsum(
-            "aip,cip->acp", np.take(W, a, axis=-1), np.take(Z, b, axis=-1)
-        )
+        block = np.einsum("aip,cip->acp", W.take(a, axis=-1), Z.take(b, axis=-1))
         index = rays.photo[a] * m + rays.photo[b]
         blocks -= total(block.reshape(36, -1), index, m * m)
     return blocks.reshape(6, 6, m, m).transpose(2, 0, 3, 1).reshape(6 * m, 6 * m)
@@ -225,7 +223,8 @@ def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndar
 
 def _flat(blocks: np.ndarray) -> np.ndarray:
     """Lay the last two axes of (rows, i, k) side by side."""
-    return blocks.reshape(len(blocks), -1)
+    rows, i, k = blocks.shape
+    return blocks.reshape(rows, i * k)
 
 
 def _inverse(V: np.ndarray) -> np.ndarray:

@@ -92,6 +92,7 @@ def adjust(
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     state = problem.start
     _rank.check_counts(network)
+    _rank.check_attitudes(network)
     move = _datum.free_motions(network, state, problem.interior)
     _rank.check_datum(network, problem.datum, move)
     redundancy = problem.redundancy(move.number)

@@ -1,0 +1,169 @@
+"""Small networks for the tests of the bundle adjustment, and its dense twin."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pgm_lab import adjustment, bundle, camera, datasets, imaging, rotation
+from pgm_lab.camera import PARAMETERS, Camera
+
+LENS = {"K1": 3e-5, "P1": 1e-5, "P2": -2e-5, "b1": 2e-4}
+
+
+def real() -> bundle.Network:
+    """The network of Muliawan 2013."""
+    data = datasets.muliawan2013()
+    return bundle.Network(
+        Camera(*data.interior),
+        data.exteriors,
+        data.object_points,
+        data.photo,
+        data.point,
+        data.xy,
+        data.sigma,
+    )
+
+
+def small(lens="backward", photos=6, points=12, cameras=1, sigma=0.001, seed=3, skip=0):
+    """Convergent photos from all sides, rolled, with start values that are off."""
+    rng = np.random.default_rng(seed)
+    X = rng.uniform(-300, 300, (points, 3)) * [1, 1, 0.4]
+    round_about = np.linspace(0, 2 * np.pi, photos, endpoint=False) + 0.3
+    exteriors = []
+    for i, angle in enumerate(round_about):
+        centre = np.array([900 * np.cos(angle), 700 * np.sin(angle), 900 + 60 * i])
+        axis = centre / np.linalg.norm(centre)
+        right = np.cross([0.1, 0.2, 1.0], axis)
+        right /= np.linalg.norm(right)
+        M = np.array([right, np.cross(axis, right), axis])
+        M = rotation.matrix(0, 0, i * np.pi / 2) @ M
+        exteriors.append([*centre, *rotation.angles(M)])
+    exteriors = np.array(exteriors)
+    lenses = [Camera(30.0 + i, 0.1, -0.2, **LENS, lens=lens) for i in range(cameras)]
+    photo, point = np.divmod(np.arange(photos * points), points)
+    kept = rng.permutation(len(photo))[skip:]
+    photo, point = photo[kept], point[kept]
+    of_photo = np.arange(photos) % cameras
+    xy = np.array(
+        [
+            camera.project(lenses[of_photo[i]], exteriors[i], X[j])
+            for i, j in zip(photo, point, strict=True)
+        ]
+    )
+    sigma = sigma * rng.uniform(0.7, 1.5, xy.shape)
+    return bundle.Network(
+        [Camera(one.c * 1.02, lens=lens) for one in lenses],
+        exteriors + rng.normal(size=exteriors.shape) * [9, 9, 9, 0.01, 0.01, 0.01],
+        X + 3 * rng.normal(size=X.shape),
+        photo,
+        point,
+        xy + sigma * rng.normal(size=xy.shape),
+        sigma,
+        camera=of_photo,
+    )
+
+
+def dense(network, estimate, constraint=None, free=None, **options):
+    """The same adjustment by the dense core: all unknowns in one normal matrix.
+
+    `constraint(exteriors, points)` returns the rows of inner constraints, on exterior
+    orientations (k, m, 6) and points (k, n, 3).
+    """
+    columns = [PARAMETERS.index(name) for name in estimate]
+    u, m, n = len(columns), len(network.exteriors), len(network.points)
+    U = u * len(network.cameras)
+    lens, start = network.cameras[0].lens, network.points.copy()
+    free = np.ones(3 * n, bool) if free is None else free.ravel()
+    kept = np.concatenate([np.ones(U + 6 * m, bool), free])
+
+    def unpack(x):
+        interior = network.interior.copy()
+        interior[:, columns] = x[:U].reshape(len(interior), u)
+        points = start.ravel().copy()
+        points[free] = x[U + 6 * m :]
+        return interior, x[U : U + 6 * m].reshape(m, 6), points.reshape(n, 3)
+
+    def function(x):
+        interior, exteriors, points = unpack(x)
+        number = network.camera[network.photo]
+        v, _, by = imaging.misclosure(
+            interior[number],
+            exteriors[network.photo],
+            points[network.point],
+            network.xy,
+            lens,
+            camera.BLOCKS,
+        )
+        k = len(v)
+        A = np.zeros((k, 2, U + 6 * m + 3 * n))
+        for row in range(k):
+            i, j = number[row], network.photo[row]
+            A[row, :, u * i : u * i + u] = by["interior"][row][:, columns]
+            A[row, :, U + 6 * j : U + 6 * j + 6] = by["exterior"][row]
+            point = U + 6 * m + 3 * network.point[row]
+            A[row, :, point : point + 3] = by["point"][row]
+        values, A = [v.ravel()], [A.reshape(2 * k, -1)]
+        for a, b, distance, _ in network.scale_bars:
+            a, b = int(a), int(b)
+            difference = points[b] - points[a]
+            values.append([np.linalg.norm(difference) - distance])
+            row = np.zeros((1, U + 6 * m + 3 * n))
+            unit = difference / np.linalg.norm(difference)
+            row[0, U + 6 * m + 3 * b : U + 6 * m + 3 * b + 3] = unit
+            row[0, U + 6 * m + 3 * a : U + 6 * m + 3 * a + 3] = -unit
+            A.append(row)
+        return np.concatenate(values), np.concatenate(A)[:, kept]
+
+    def inner(x):
+        _, exteriors, points = unpack(x)
+        of_exteriors, of_points = constraint(exteriors, points)
+        d = len(of_points)
+        parts = [np.zeros((d, U)), of_exteriors.reshape(d, -1)]
+        rows = np.concatenate([*parts, of_points.reshape(d, -1)], axis=1)
+        return np.zeros(d), rows[:, kept]
+
+    x = np.concatenate(
+        [network.interior[:, columns].ravel(), network.exteriors.ravel(), start.ravel()]
+    )[kept]
+    sigmas = [network.sigma.ravel(), network.scale_bars[:, 3]]
+    found = adjustment.adjust(
+        function,
+        x,
+        np.zeros(2 * len(network.xy) + len(network.scale_bars)),
+        weights=np.concatenate(sigmas) ** -2.0,
+        constraints=None if constraint is None else inner,
+        tolerance=1e-9,
+        **options,
+    )
+    return found, unpack(found.x), kept
+
+
+def G(points):
+    """Rows (7, n, 3) of the shifts, turns and scale of points, (2.95) transposed."""
+    x, y, z = points.T
+    one, zero = np.ones(len(points)), np.zeros(len(points))
+    return np.array(
+        [
+            np.transpose(row)
+            for row in (
+                [one, zero, zero],
+                [zero, one, zero],
+                [zero, zero, one],
+                [zero, -z, y],
+                [z, zero, -x],
+                [-y, x, zero],
+                [x, y, z],
+            )
+        ]
+    )
+
+
+def moved(network, scale, turn, shift):
+    """The network in another object frame: scale * turn @ X + shift."""
+    exteriors = network.exteriors.copy()
+    exteriors[:, :3] = scale * exteriors[:, :3] @ turn.T + shift
+    M = rotation.matrix(*network.exteriors[:, 3:].T) @ turn.T
+    exteriors[:, 3:] = rotation.angles(M)
+    return replace(
+        network, exteriors=exteriors, points=scale * network.points @ turn.T + shift
+    )

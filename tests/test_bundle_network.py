@@ -1,0 +1,209 @@
+"""What a network refuses, and how it names what it does not determine."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pgm_lab import bundle
+from pgm_lab.adjustment import RankDefect
+from pgm_lab.camera import Camera
+from tests.networks import real, small
+
+SOME = ("c", "x0", "y0", "K1")
+
+
+def test_without_a_datum_the_seven_motions_are_named():
+    with pytest.raises(RankDefect, match="rank defect 7") as refused:
+        bundle.adjust(small(), SOME, "none")
+    assert refused.value.null_space.defect == 7
+    names = refused.value.null_space.names
+    assert names[0] == "shift in X" and names[6] == "scale"
+
+
+def test_the_seven_named_motions_really_change_no_image():
+    network = small()
+    with pytest.raises(bundle.NetworkDefect) as refused:
+        bundle.adjust(network, (), "none")
+    kept = refused.value.null_space.vectors
+    exteriors = kept.reshape(-1, 6, 7)
+    for i in range(7):
+        step = 1e-6 * exteriors[..., i]
+        there = replace(network, exteriors=network.exteriors + step)
+        # the points adjust themselves to the moved photos, and nothing else happens
+        moved = bundle.adjust(there, (), max_iterations=20)
+        still = bundle.adjust(network, (), max_iterations=20)
+        assert moved.sigma0 == pytest.approx(still.sigma0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "defect"),
+    [
+        ({"fixed": [0]}, 4),
+        ({"fixed": [0, 1]}, 1),
+        ({"scale_bars": [(0, 1, 300.0, 0.1)]}, 6),
+        ({"fixed": [0], "scale_bars": [(0, 1, 300.0, 0.1)]}, 3),
+        ({"control": ([0, 1], np.zeros((2, 3)), [[1, 1, 1], [1, 1, np.inf]])}, 2),
+    ],
+)
+def test_too_little_control_leaves_the_motions_that_geometry_says(changes, defect):
+    datum = "fixed" if {"fixed", "control"} & set(changes) else "none"
+    with pytest.raises(RankDefect, match=f"rank defect {defect}"):
+        bundle.adjust(replace(small(), **changes), SOME, datum)
+
+
+def test_three_points_in_one_line_do_not_carry_a_datum():
+    network = small()
+    points = network.points.copy()
+    points[2] = (points[0] + points[1]) / 2
+    in_line = replace(network, points=points)
+    with pytest.raises(RankDefect, match="rank defect 1"):
+        bundle.adjust(replace(in_line, fixed=[0, 1, 2]), SOME)
+    with pytest.raises(ValueError, match="in one line"):
+        bundle.adjust(replace(in_line, datum_points=[0, 1, 2]), SOME)
+
+
+def test_a_point_with_one_ray_is_named():
+    network = small()
+    network = replace(network, point_names=[f"target {i}" for i in range(12)])
+    lonely = network.without(np.flatnonzero(network.point == 7)[1:])
+    with pytest.raises(RankDefect, match=r"target 7 \(1 ray\)"):
+        bundle.adjust(lonely, SOME)
+    unseen = network.without(np.flatnonzero(network.point == 7))
+    with pytest.raises(RankDefect, match=r"target 7 \(0 rays\)"):
+        bundle.adjust(unseen, SOME)
+
+
+def test_a_control_point_needs_no_second_ray():
+    network = replace(small(), fixed=[0, 4, 7])
+    once = network.without(np.flatnonzero(network.point == 7)[1:])
+    assert bundle.adjust(once, SOME).status == "converged"
+    weighted = replace(once, fixed=[0, 4], control=([7], once.points[[7]], 0.1))
+    assert bundle.adjust(weighted, SOME).status == "converged"
+
+
+def test_a_photo_with_too_few_points_is_named():
+    network = replace(small(), photo_names=list("abcdef"))
+    poor = network.without(np.flatnonzero(network.photo == 2)[2:])
+    with pytest.raises(RankDefect, match=r"photo c \(2\)"):
+        bundle.adjust(poor, SOME)
+
+
+def test_points_whose_rays_are_parallel_are_named():
+    network = small()
+    centre = network.exteriors[:, :3].mean(axis=0)
+    exteriors = network.exteriors.copy()
+    exteriors[:, :3] = centre
+    with pytest.raises(RankDefect, match="point 1, 2.*parallel or fall together"):
+        bundle.adjust(replace(network, exteriors=exteriors), ())
+
+
+def test_a_photo_at_the_gimbal_lock_is_named():
+    network = small()
+    exteriors = network.exteriors.copy()
+    exteriors[3, 4] = np.pi / 2
+    with pytest.raises(RankDefect, match="photo 4 has phi = .*gimbal lock"):
+        bundle.adjust(replace(network, exteriors=exteriors), SOME)
+
+
+def test_parameters_that_parallel_photos_of_a_plane_do_not_determine_are_named():
+    X = np.random.default_rng(0).uniform(-100, 100, (30, 3)) * [1, 1, 0]
+    exteriors = np.array(
+        [(x, y, 300, 0, 0, 0) for x in (-50, 0, 50) for y in (-40, 40)]
+    )
+    photo, point = np.divmod(np.arange(180), 30)
+    ray = X[point] - exteriors[photo, :3]
+    xy = -50 * ray[:, :2] / ray[:, 2:]
+    network = bundle.Network(Camera(50.0), exteriors, X, photo, point, xy)
+    with pytest.raises(RankDefect) as refused:
+        bundle.adjust(network, ("c", "x0", "y0"))
+    names = refused.value.null_space.names
+    # c with the flying height, x0 with X0, y0 with Y0 of all photos
+    assert refused.value.null_space.defect == 3
+    assert {"c", "x0", "y0"} <= {*names}
+    assert "kappa of photo 1" not in names
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"xy": np.zeros((3, 2))}, "photo must be whole numbers in one row of 3"),
+        ({"photo": np.zeros(72)}, "photo must be whole numbers"),
+        ({"point": np.arange(72)}, "point must be indices from 0 to 11"),
+        ({"sigma": 0.0}, "sigma.* must be positive"),
+        ({"sigma": np.ones(3)}, "sigma must be one number or have shape"),
+        ({"points": np.zeros((12, 2))}, r"points must have shape \(..., 3\)"),
+        ({"exteriors": np.zeros((2, 6, 6))}, r"exteriors must have shape \(rows, 6\)"),
+        ({"cameras": []}, "cameras must be one Camera or several"),
+        (
+            {"cameras": [Camera(30.0), Camera(30.0, lens="forward")]},
+            "with the same lens direction",
+        ),
+        ({"camera": [1] * 6}, "camera must be indices from 0 to 0"),
+        ({"fixed": [12]}, "fixed must be indices"),
+        ({"fixed": [0.5]}, "fixed must be whole numbers"),
+        ({"control": ([1], [[0, 0, 0]])}, "control must be a tuple"),
+        ({"control": ([1, 1], np.zeros((2, 3)), 1.0)}, "control has a point twice"),
+        ({"control": ([1], np.zeros((1, 3)), -1.0)}, "control must have sigmas"),
+        ({"check": ([1], np.zeros((2, 3)))}, "check must have shape"),
+        ({"scale_bars": [(0, 0, 5.0, 1.0)]}, "two different points"),
+        ({"scale_bars": [(0, 1, 5.0, 0.0)]}, "positive distance and sigma"),
+        ({"scale_bars": [(0, 99, 5.0, 1.0)]}, "the points of scale_bars must be"),
+        ({"point_names": ["a"]}, "point_names must be 12 different names"),
+        ({"photo_names": ["a"] * 6}, "photo_names must be 6 different names"),
+    ],
+)
+def test_a_network_says_what_is_wrong_with_it(changes, message):
+    with pytest.raises(ValueError, match=message):
+        replace(small(), **changes)
+
+
+def test_nan_and_doubled_observations_are_refused_with_their_place():
+    network = small()
+    xy = network.xy.copy()
+    xy[5, 1] = np.nan
+    with pytest.raises(ValueError, match=r"xy\[5, 1\] is not a finite number"):
+        replace(network, xy=xy)
+    point = network.point.copy()
+    same = np.flatnonzero(network.photo == 0)
+    point[same[1]] = point[same[0]]
+    with pytest.raises(ValueError, match=f"photo 1 has point {point[same[0]] + 1} 2 t"):
+        replace(network, point=point)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"estimate": ("c", "k1")}, "estimate must be one of"),
+        ({"datum": "free"}, "datum must be one of"),
+        ({"datum": "fixed"}, "needs `fixed` or `control`"),
+        ({"sigma0_prior": 0}, "sigma0_prior must be positive"),
+        ({"tolerance": 0}, "tolerance must be positive"),
+        ({"max_iterations": 0}, "max_iterations must be a whole number"),
+    ],
+)
+def test_wrong_options_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        bundle.adjust(small(), **options)
+
+
+def test_inner_constraints_are_refused_beside_control_points():
+    with pytest.raises(ValueError, match="is for networks without control"):
+        bundle.adjust(replace(small(), fixed=[1, 2, 3]), SOME, "inner")
+
+
+def test_a_start_in_the_image_plane_is_refused():
+    network = small()
+    exteriors = network.exteriors.copy()
+    exteriors[0] = (*network.points[network.point[0]], 0, 0, 0)
+    with pytest.raises(ValueError, match="check the start values"):
+        bundle.adjust(replace(network, exteriors=exteriors), SOME)
+
+
+def test_nothing_of_the_network_is_changed():
+    network = real()
+    before = [network.exteriors.copy(), network.points.copy(), network.xy.copy()]
+    bundle.adjust(network)
+    after = [network.exteriors, network.points, network.xy]
+    for one, other in zip(before, after, strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -1,0 +1,173 @@
+"""Reliability, data snooping and the tests of parameters, against planted errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pgm_lab import bundle
+from pgm_lab.bundle.reliability import Significance
+from tests.networks import real, small
+
+SOME = ("c", "x0", "y0", "K1", "P1", "P2", "b1")
+
+
+def with_error(network, ray, error):
+    xy = network.xy.copy()
+    xy[ray] += error
+    return replace(network, xy=xy)
+
+
+def test_an_error_of_the_internal_reliability_moves_its_test_by_delta0():
+    # with the backward lens residuals are formed at corrected coordinates, where an
+    # error of the measured ones appears 0.2 per cent larger
+    network = small("forward", photos=8, points=20)
+    found = bundle.adjust(network, SOME, sigma0_prior=1.0, tolerance=1e-9)
+    limits = bundle.reliability(found)
+    for ray, axis in ((0, 0), (37, 1), (100, 0)):
+        # a hundredth of it, so that the model stays linear to 1e-3
+        error = np.zeros(2)
+        error[axis] = limits.internal[ray, axis] / 100
+        wrong = with_error(network, ray, error)
+        there = bundle.adjust(wrong, SOME, sigma0_prior=1.0, tolerance=1e-9)
+        moved = there.standardized - found.standardized
+        assert moved[ray, axis] == pytest.approx(-0.0413, rel=1e-3)
+        in_sd = np.abs(there.interior - found.interior) / found.sd_interior
+        in_sd *= found.sigma0  # its sd are a posteriori
+        assert in_sd.max() < limits.external[ray, axis] / 100 * 1.001
+        assert in_sd.max() > 0
+
+
+def test_the_bound_of_the_external_reliability_is_reached_by_the_whole_step():
+    network = small(photos=8, points=20)
+    found = bundle.adjust(network, SOME, sigma0_prior=1.0, tolerance=1e-9)
+    r = found.redundancy_numbers[12, 1]
+    limits = bundle.reliability(found, delta0=3.0)
+    np.testing.assert_allclose(limits.external[12, 1], 3 * np.sqrt((1 - r) / r))
+    sigma = network.sigma[12, 1]
+    np.testing.assert_allclose(limits.internal[12, 1], 3 * sigma / np.sqrt(r))
+
+
+def test_an_uncontrolled_coordinate_hides_any_error():
+    network = replace(small(), fixed=[0, 4, 7])
+    alone = network.without(np.flatnonzero(network.point == 5)[2:])
+    # two rays of a point: the coordinate in the epipolar plane is hardly controlled
+    few = bundle.adjust(alone, ("c",))
+    of_point = alone.point == 5
+    # four observations for three coordinates: at most 1 is left to check anything
+    assert 0.5 < few.redundancy_numbers[of_point].sum() <= 1
+    limits = bundle.reliability(few)
+    assert limits.internal[of_point].max() > 3 * np.median(limits.internal)
+
+
+def test_planted_blunders_are_found_one_by_one_with_their_size():
+    network = small(photos=8, points=20)
+    planted = {11: (0.03, 0.0), 57: (-0.012, 0.02), 130: (0.0, -0.015)}
+    wrong = network
+    for ray, error in planted.items():
+        wrong = with_error(wrong, ray, error)
+    found = bundle.snoop(wrong, SOME)
+    assert [blunder.ray for blunder in found.removed] == [11, 57, 130]
+    for blunder in found.removed:
+        assert blunder.photo == wrong.photo[blunder.ray] + 1
+        assert blunder.point == wrong.point[blunder.ray] + 1
+        np.testing.assert_array_equal(blunder.xy, wrong.xy[blunder.ray])
+    # the last one stands alone: its error is known to a sigma / root of r, 1.5 um
+    last = found.removed[-1]
+    np.testing.assert_allclose(last.error, planted[130], atol=0.004)
+    clean = bundle.adjust(network.without([11, 57, 130]), SOME)
+    np.testing.assert_allclose(found.result.sigma0, clean.sigma0, rtol=1e-8)
+    assert found.stopped == "no residual above the limit"
+    falling = [blunder.sigma0 for blunder in found.removed] + [found.result.sigma0]
+    assert np.all(np.diff(falling) < 0)
+
+
+def test_snooping_leaves_good_observations_alone_and_stops_at_its_limit():
+    network = small(photos=8, points=20)
+    clean = bundle.snoop(network, SOME)
+    assert clean.removed == ()
+    assert clean.before is clean.result
+    wrong = with_error(with_error(network, 11, (0.03, 0)), 57, (0, 0.03))
+    found = bundle.snoop(wrong, SOME, most=1)
+    assert len(found.removed) == 1
+    assert found.stopped == "limit of blunders reached"
+
+
+def test_snooping_stops_where_the_network_needs_the_ray():
+    network = replace(small(), fixed=[0, 4, 7])
+    of_point = np.flatnonzero(network.point == 5)
+    two_rays = with_error(network, of_point[0], (0.5, 0.5)).without(of_point[2:])
+    found = bundle.snoop(two_rays, ("c",), sigma0_prior=1.0)
+    assert "a point needs at least two rays" in found.stopped
+    assert "5" not in [str(b.point) for b in found.removed if b.ray != of_point[0]]
+
+
+def test_a_false_alarm_happens_as_often_as_alpha_says():
+    network = small(photos=5, points=10)
+    rng = np.random.default_rng(8)
+    truth = small(photos=5, points=10, sigma=1e-12)
+    above, count = 0, 0
+    for _ in range(60):
+        noise = network.sigma * rng.normal(size=network.xy.shape)
+        found = bundle.adjust(replace(network, xy=truth.xy + noise), ("c", "x0", "y0"))
+        limit = bundle.critical_value(found, 0.05)
+        above += np.sum(np.abs(found.standardized) > limit)
+        count += found.standardized.size
+    # 6000 tests, correlated within a network: 5 per cent to a relative 15 per cent
+    assert above / count == pytest.approx(0.05, rel=0.15)
+
+
+def test_the_limit_of_tau_is_that_of_its_beta_distribution():
+    found = bundle.adjust(real())
+    limit = bundle.critical_value(found, 0.001)
+    f = found.redundancy
+    # tau^2 / f is distributed as beta(1/2, (f - 1)/2)
+    assert limit == pytest.approx(np.sqrt(f * stats.beta.isf(0.001, 0.5, (f - 1) / 2)))
+    known = bundle.adjust(real(), sigma0_prior=0.35)
+    assert bundle.critical_value(known) == pytest.approx(3.2905, abs=1e-4)
+
+
+def test_the_real_network_has_eight_rays_beyond_the_limit():
+    found = bundle.snoop(real())
+    named = [(blunder.photo, blunder.point) for blunder in found.removed]
+    assert named[:3] == [(6, 29), (7, 28), (7, 9)]
+    assert len(named) == 8
+    assert found.before.sigma0 == pytest.approx(0.34898, abs=1e-5)
+    assert found.result.sigma0 == pytest.approx(0.30202, abs=1e-5)
+
+
+def test_correlations_are_those_of_the_covariance_largest_first():
+    found = bundle.adjust(real())
+    pairs = bundle.correlations(found, 0.9)
+    size = [abs(r) for _, _, r in pairs]
+    assert size == sorted(size, reverse=True) and min(size) > 0.9
+    index = {name: i for i, name in enumerate(found.names)}
+    C = found.covariance
+    for one, other, r in pairs:
+        i, j = index[one], index[other]
+        assert r == pytest.approx(C[i, j] / np.sqrt(C[i, i] * C[j, j]))
+    assert ("K1", "K2") in [(one, other) for one, other, _ in pairs]
+    triangle = np.triu(np.abs(found.correlation), 1)
+    assert len(pairs) == np.sum(triangle > 0.9)
+
+
+def test_significance_tells_planted_parameters_from_absent_ones():
+    found = bundle.adjust(small(photos=8, points=20), (*SOME, "b2"))
+    by_name = {one.name: one for one in bundle.significance(found, alpha=0.001)}
+    assert "c" not in by_name
+    assert by_name["b1"].significant  # 2e-4, planted
+    assert not by_name["b2"].significant  # not there
+    one: Significance = by_name["b1"]
+    assert one.t == pytest.approx(one.value / one.sd)
+    assert one.p == pytest.approx(2 * stats.t.sf(abs(one.t), found.redundancy))
+    # b1 displaces by b1 x, largest at the border
+    largest = np.abs(found.network.xy[:, 0] - found.cameras[0].x0).max()
+    assert one.effect == pytest.approx(abs(one.value) * largest)
+
+
+def test_significance_speaks_of_each_camera():
+    found = bundle.adjust(small(cameras=2), ("c", "x0", "K1"))
+    names = [one.name for one in bundle.significance(found)]
+    expected = ["x0 of camera 1", "K1 of camera 1", "x0 of camera 2", "K1 of camera 2"]
+    assert names == expected
