@@ -39,7 +39,7 @@ def test_every_file_has_an_entry_in_the_readme():
 def test_every_column_of_a_source_table_names_its_unit():
     units = ("_px", "_mm", "_rad", "_m")
     unitless = {"point", "photo", "location", "test_points", "row", "column"}
-    texts = {"parameter", "quantity", "unit", "value", "printed", "place"}
+    texts = {"parameter", "quantity", "unit", "value", "sd", "printed", "place"}
     for name in SUMS:
         if name.endswith(".csv"):
             for column in datasets.rows(name)[0]:

@@ -1,4 +1,4 @@
-"""The data behind the workbook: tables of the four sources, images, the ledger.
+"""The data behind the workbook: source tables, an adjusted network, images, the ledger.
 
 Every file lies in ``data/``; ``data/README.md`` says where it comes from and under
 which licence. Files that were measured elsewhere are checked against their SHA-256
@@ -14,6 +14,7 @@ from pgm_lab.datasets.images import (
     motorcycle,
     yellowstone,
 )
+from pgm_lab.datasets.jaicov import Jaicov9x50, jaicov_9x50
 from pgm_lab.datasets.sources import (
     EXTERIOR,
     INTERIOR,
@@ -31,6 +32,7 @@ __all__ = [
     "INTERIOR",
     "Bani2010",
     "Harintaka2020",
+    "Jaicov9x50",
     "Muliawan2013",
     "Orthophoto",
     "StereoPair",
@@ -38,6 +40,7 @@ __all__ = [
     "bani2010_intersection",
     "folder",
     "harintaka2020",
+    "jaicov_9x50",
     "landsat",
     "landsat_pair",
     "motorcycle",

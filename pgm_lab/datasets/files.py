@@ -4,6 +4,8 @@ import csv
 import hashlib
 from pathlib import Path
 
+import numpy as np
+
 
 def rows(name: str) -> list[dict[str, str]]:
     """Rows of a CSV file in ``data/`` as dictionaries, such as the verdict ledger.
@@ -35,6 +37,11 @@ def rows(name: str) -> list[dict[str, str]]:
                 f" header. Restore it with git checkout -- data/{name}"
             )
     return found
+
+
+def columns(name: str, *names: str) -> np.ndarray:
+    """Columns (rows, columns) of a CSV file in ``data/``, as numbers."""
+    return np.array([[float(row[column]) for column in names] for row in rows(name)])
 
 
 def folder() -> Path:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab.datasets.files import rows
+from pgm_lab.datasets.files import columns, rows
 
 INTERIOR = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 EXTERIOR = ("XL_mm", "YL_mm", "ZL_mm", "omega_rad", "phi_rad", "kappa_rad")
@@ -115,9 +115,9 @@ def bani2010() -> Bani2010:
     >>> bani2010().photo[0, 0]
     array([-4.98644,  2.56208])
     """
-    pixels = _columns("bani2010_pixel_points.csv", "xl_px", "yl_px", "xr_px", "yr_px")
-    photo = _columns("bani2010_photo_points.csv", "xl_mm", "yl_mm", "xr_mm", "yr_mm")
-    number = _columns("bani2010_pixel_points.csv", "point")[:, 0].astype(int)
+    pixels = columns("bani2010_pixel_points.csv", "xl_px", "yl_px", "xr_px", "yr_px")
+    photo = columns("bani2010_photo_points.csv", "xl_mm", "yl_mm", "xr_mm", "yr_mm")
+    number = columns("bani2010_pixel_points.csv", "point")[:, 0].astype(int)
     # (point, left x y right x y) -> (photo, point, xy)
     return Bani2010(
         number,
@@ -152,25 +152,25 @@ def muliawan2013() -> Muliawan2013:
     """
     name = "muliawan2013_{}.csv".format
     observed = name("image_points")
-    index = _columns(observed, "photo", "point").astype(int) - 1
+    index = columns(observed, "photo", "point").astype(int) - 1
     xyz = ("X_mm", "Y_mm", "Z_mm")
     return Muliawan2013(
         photo=index[:, 0],
         point=index[:, 1],
-        xy=_columns(observed, "x_mm", "y_mm"),
-        sigma=_columns(observed, "sx_mm", "sy_mm"),
+        xy=columns(observed, "x_mm", "y_mm"),
+        sigma=columns(observed, "sx_mm", "sy_mm"),
         interior=_interior(name("interior_approx")),
-        exteriors=_columns(name("exterior_approx"), *EXTERIOR),
-        object_points=_columns(name("object_points_approx"), *xyz),
+        exteriors=columns(name("exterior_approx"), *EXTERIOR),
+        object_points=columns(name("object_points_approx"), *xyz),
         published_interior=_interior(name("published_interior")),
-        published_exteriors=_columns(name("published_exterior"), *EXTERIOR),
-        published_exteriors_sd=_columns(name("published_exterior_sd"), *EXTERIOR),
-        published_object_points=_columns(name("published_object_points"), *xyz),
-        published_object_points_sd=_columns(name("published_object_points_sd"), *xyz),
-        published_exterior_differences=_columns(
+        published_exteriors=columns(name("published_exterior"), *EXTERIOR),
+        published_exteriors_sd=columns(name("published_exterior_sd"), *EXTERIOR),
+        published_object_points=columns(name("published_object_points"), *xyz),
+        published_object_points_sd=columns(name("published_object_points_sd"), *xyz),
+        published_exterior_differences=columns(
             name("published_exterior_difference"), *EXTERIOR
         ),
-        published_object_point_differences=_columns(
+        published_object_point_differences=columns(
             name("published_object_points_difference"), *xyz
         ),
     )
@@ -188,14 +188,10 @@ def harintaka2020() -> Harintaka2020:
         row["quantity"]: float(row["printed"])
         for row in rows("harintaka2020_flight.csv")
     }
-    table1 = _columns(
+    table1 = columns(
         "harintaka2020_table1.csv", "test_points", "interactive_m", "automatic_m"
     )
     return Harintaka2020(flight, table1[:, 0].astype(int), table1[:, 1], table1[:, 2])
-
-
-def _columns(name: str, *columns: str) -> np.ndarray:
-    return np.array([[float(row[column]) for column in columns] for row in rows(name)])
 
 
 def _interior(name: str) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Images and photos with exactly known truth, for tests and experiments."""
 
 from pgm_lab.simulate.images import photograph, target
+from pgm_lab.simulate.network import KnownNetwork, network
 from pgm_lab.simulate.pairs import shrunk_pair, texture_pair
 from pgm_lab.simulate.photos import control_photo, pair, rotations, rough
 from pgm_lab.simulate.texture import (
@@ -11,10 +12,12 @@ from pgm_lab.simulate.texture import (
 )
 
 __all__ = [
+    "KnownNetwork",
     "Texture",
     "control_photo",
     "grey_gradients",
     "grey_values",
+    "network",
     "pair",
     "photograph",
     "rotations",
