@@ -26,21 +26,11 @@ SERIES = (
 def places(result, camera: int) -> dict[str, int]:
     """Row of each estimated interior parameter of a camera in the covariance."""
     end = f" of camera {camera + 1}" if len(result.cameras) > 1 else ""
-    names = result.names[: len(result.sd_interior)]
     return {
-        name.removesuffix(end): i for i, name in enumerate(names) if name.endswith(end)
+        name.removesuffix(end): i
+        for i, name in enumerate(result.interior_names)
+        if name.endswith(end)
     }
-
-
-def camera_of_photos(result) -> np.ndarray:
-    """Index of the camera of each photo."""
-    given = result.network.camera
-    return np.zeros(len(result.exteriors), int) if given is None else np.asarray(given)
-
-
-def name_of(network, kind: str, index: int) -> str:
-    names = getattr(network, f"{kind}_names")
-    return str(index + 1 if names is None else names[index])
 
 
 def round_number(value: float) -> float:

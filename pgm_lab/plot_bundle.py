@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from scipy.stats import norm, t
 
 from pgm_lab import _plot_bundle, _validate, plot
@@ -88,7 +89,7 @@ def lens_curve(
     matplotlib.figure.Figure
     """
     network, lens = result.network, result.cameras[camera]
-    own = _plot_bundle.camera_of_photos(result)[network.photo] == camera
+    own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
     r = np.linspace(0, 1.1 * measured.max() if r_max is None else r_max, 301)
     quantile = t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
@@ -168,11 +169,13 @@ def residual_vectors(
         _validate.refuse(
             count[shown] == 0, "photo{} has no observations: nothing to draw"
         )
-    low, high = network.xy.min(axis=0), network.xy.max(axis=0)
-    width = (high - low).max()
+    width = np.ptp(network.xy, axis=0).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
         magnify = _plot_bundle.round_number(0.16 * width / (usual / UM))
+    # All photos have one frame, which holds their points and their residuals
+    drawn = np.concatenate([network.xy, network.xy + magnify * v / UM])
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
     bar = _plot_bundle.round_number(0.25 * width / magnify * UM)
 
     columns = int(np.ceil(np.sqrt(len(shown))))
@@ -183,7 +186,7 @@ def residual_vectors(
         ax.set_axis_off()
     for i, ax in zip(shown, axes.flat):
         here = network.photo == i
-        lens = result.cameras[_plot_bundle.camera_of_photos(result)[i]]
+        lens = result.cameras[network.camera[i]]
         ax.plot(lens.x0, lens.y0, "+", color=plot.GREY, markersize=16, zorder=1)
         for which, color, thick in (
             (~outlier, plot.BLUE, 1.0),
@@ -192,31 +195,25 @@ def residual_vectors(
             xy, vectors = network.xy[here & which], v[here & which] / UM
             _pins(ax, xy, magnify * vectors, color, thick)
         for k in np.flatnonzero(here & outlier):
-            name = _plot_bundle.name_of(network, "point", network.point[k])
+            name = str(network.point_names[network.point[k]])
             away = -16 * v[k] / np.hypot(*v[k])  # beside the point, not on its vector
             text = {"color": plot.RED, "weight": "bold", "ha": "center", "va": "center"}
+            text["path_effects"] = [withStroke(linewidth=3, foreground="white")]
             ax.annotate(name, network.xy[k], away, textcoords="offset points", **text)
-        ax.set_title(
-            f"photo {_plot_bundle.name_of(network, 'photo', i)}: {rms[i]:.2f} µm",
-            fontsize=15,
-        )
-        margin = 0.09 * width
+        ax.set_title(f"photo {network.photo_names[i]}: {rms[i]:.2f} µm", fontsize=15)
+        margin = 0.06 * width
         ax.set(xlim=(low[0] - margin, high[0] + margin))
-        ax.set(ylim=(low[1] - 2.4 * margin, high[1] + margin))
+        ax.set(ylim=(low[1] - 2.6 * margin, high[1] + margin))
         ax.set(aspect="equal", xticks=(), yticks=())
         ax.spines[:].set(visible=True, color=plot.GREY)
-        start, level = low[0], low[1] - 1.5 * margin
+        start, level = low[0], low[1] - 1.7 * margin
         end = start + bar / UM * magnify
         ax.plot([start, end], [level, level], "|-", color=plot.BLACK, linewidth=3)
         ax.text(end + 0.5 * margin, level, f"{bar:g} µm", va="center", fontsize=13)
-    more = (
-        f", the {len(shown)} of {m} photos with the largest" if len(shown) < m else ""
-    )
-    fig.suptitle(
-        f"Residuals, computed − observed, {magnify:,g} times too large"
-        + (more if photo is None else ""),
-        fontsize=16,
-    )
+    title = f"Residuals, computed − observed, {magnify:,g} times too large"
+    if photo is None and len(shown) < m:
+        title += f", the {len(shown)} of {m} photos with the largest"
+    fig.suptitle(title, fontsize=16)
     return fig
 
 
@@ -243,7 +240,7 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
     """
     network, w = result.network, result.standardized
     values = w[np.isfinite(w)]
-    reach = max(critical + 0.5, np.abs(values).max()) + 0.25
+    reach = max(8.0, np.abs(values).max() + 0.25)  # leaves room for the names
     step = 0.25
     edges = step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
     fig, ax = plt.subplots(figsize=(11, 5.5))
@@ -264,8 +261,8 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
         f"({chance:.1f} expected by chance)",
     ]
     for (k, axis), value in list(zip(found, at))[:8]:
-        photo = _plot_bundle.name_of(network, "photo", network.photo[k])
-        point = _plot_bundle.name_of(network, "point", network.point[k])
+        photo = network.photo_names[network.photo[k]]
+        point = network.point_names[network.point[k]]
         sign = "−" if value < 0 else "+"
         lines.append(
             f"photo {photo}, point {point}: {'xy'[axis]} {sign}{abs(value):.1f}"

@@ -170,10 +170,10 @@ def correlation_matrix(result, camera: int = 0) -> Figure:
     """
     place = _plot_bundle.places(result, camera)
     names, rows = [symbol(name) for name in place], list(place.values())
-    u = len(result.sd_interior)
+    u = len(result.interior_names)
     among = result.correlation[np.ix_(rows, rows)].copy()
     among[np.triu_indices(len(rows), 1)] = np.nan  # once is enough
-    own = _plot_bundle.camera_of_photos(result) == camera
+    own = result.network.camera == camera
     outer = result.correlation[rows, u:].reshape(len(rows), -1, 6)[:, own]
     n = len(names)
     fig, axes = plt.subplots(
@@ -222,6 +222,7 @@ def spectrum(
     """
     tolerances = tolerances or {}
     fig, ax = plt.subplots(figsize=(11, 5.8))
+    ax.set_yscale("log")
     for (name, s), (color, mark) in zip(values.items(), SERIES):
         s = -np.sort(-_validate.finite(s, name))
         tolerance = tolerances.get(name, 0.0)
@@ -236,7 +237,7 @@ def spectrum(
             text = {"color": color, "ha": "right", "va": "bottom", "fontsize": 13}
             at = (0.995, tolerance)
             ax.text(*at, "tolerance", transform=ax.get_yaxis_transform(), **text)
-    ax.set(yscale="log", xlabel="number of the singular value")
+    ax.set(xlabel="number of the singular value")
     ax.set(ylabel="singular value (mixed units)")
     ax.set_title("Singular values; those drawn hollow count as zero")
     ax.legend(loc="best")

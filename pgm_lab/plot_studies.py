@@ -48,7 +48,7 @@ def residuals_by_photo(
     ax.set(yscale="log", ylim=(floor, 1.3 * everything.max()))
     plain(ax.yaxis, (1,))
     ax.set(xlabel="photo", ylabel="RMS of the residuals (µm)")
-    ax.set_xticks(range(m), photo_names or range(1, m + 1))
+    ax.set_xticks(range(m), range(1, m + 1) if photo_names is None else photo_names)
     ax.grid(False, axis="x")
     ax.tick_params(axis="x", length=0)
     ax.legend(loc="upper center", ncols=len(series), bbox_to_anchor=(0.5, 1.13))
@@ -56,9 +56,13 @@ def residuals_by_photo(
 
 
 def convergence(
-    histories: Mapping[str, ArrayLike], redundancy: int | None = None
+    histories: Mapping[str, ArrayLike],
+    redundancy: int | None = None,
+    quantity: str = "v'Pv (no unit)",
 ) -> Figure:
-    """Draw v'Pv after each iteration, those that run away too.
+    """Draw v'Pv, or something like it, after each iteration.
+
+    Dashed is what ends in numbers that are not finite, or above twice its lowest.
 
     Parameters
     ----------
@@ -67,6 +71,8 @@ def convergence(
         What is not finite ends the line.
     redundancy : int, optional
         Draw sigma0 = sqrt(v'Pv / redundancy) instead.
+    quantity : str
+        What the histories hold, with its unit.
 
     Returns
     -------
@@ -82,17 +88,22 @@ def convergence(
             if redundancy is None
             else np.sqrt(objective[:end] / redundancy)
         )
-        away = end < len(objective) or y[-1] > y[0]
-        color, mark = SERIES[i]
+        away = end < len(objective) or y[-1] > 2 * y.min()
+        color, mark = SERIES[i % len(SERIES)]
         # Smaller and smaller, so that none hides another one below
-        look = {"color": color, "marker": mark, "markersize": 14 - 1.4 * i}
-        label = name + (", runs away" if away else "")
-        lines += ax.plot(y, "--" if away else "-", label=label, **look)
-    what = "v'Pv" if redundancy is None else r"$\sigma_0$"
-    ax.set(yscale="log", xlabel="iteration", ylabel=f"{what} (no unit)")
+        look = {"color": color, "marker": mark, "markersize": 4 + 10 * 0.85**i}
+        look["markevery"] = -(-len(y) // 20)
+        if i >= len(SERIES):
+            look["markerfacecolor"] = "white"
+        lines += ax.plot(y, "--" if away else "-", label=name, **look)
+    if redundancy is not None:
+        quantity = r"$\sigma_0$ (no unit)"
+    ax.set(yscale="log", xlabel="iteration", ylabel=quantity)
     ax.xaxis.get_major_locator().set_params(integer=True)
     lines.sort(key=lambda line: -line.get_ydata()[-1])
-    fig.legend(handles=lines, loc="outside right upper", fontsize=14)
+    some = any(line.get_linestyle() == "--" for line in lines)
+    title = "dashed: does not converge" if some else None
+    fig.legend(handles=lines, title=title, loc="outside right upper", fontsize=14)
     return fig
 
 
@@ -133,14 +144,17 @@ def predicted_against_sampled(
     fig, ax = plt.subplots(figsize=(11, 5.4))
     ax.axhspan(low, high, color=plot.GREY, alpha=0.25, label="95 %, if it holds")
     ax.axhline(1, color=plot.BLACK, linewidth=1.4)
-    largest = 1.0
+    smallest = largest = 1.0
     for (name, values), (color, mark) in zip(series.items(), SERIES):
         ratio = values / predicted
         ax.plot(ratio, mark, color=color, markersize=11, label=name)
-        largest = max(largest, ratio.max())
+        smallest, largest = min(smallest, ratio.min()), max(largest, ratio.max())
     if largest > 4:
         ax.set_yscale("log")
         plain(ax.yaxis)
+    else:  # the whole band, and room above it
+        reach = max(2.2 * (high - 1), 1.2 * max(largest - 1, 1 - smallest))
+        ax.set_ylim(1 - reach, 1 + reach)
     ax.set_xticks(range(len(names)), map(symbol, names))
     ax.set(xlim=(-0.6, len(names) - 0.4), ylabel="sampled / predicted sd")
     ax.grid(False, axis="x")

@@ -8,7 +8,15 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy.stats import norm, t
 
-from pgm_lab import _plot_bundle, imaging, plot, plot_bundle, plot_matrices
+from pgm_lab import (
+    _plot_bundle,
+    bundle,
+    datasets,
+    imaging,
+    plot,
+    plot_bundle,
+    plot_matrices,
+)
 from pgm_lab.camera import PARAMETERS, Camera
 
 LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6)
@@ -47,8 +55,8 @@ def result(
         point=np.tile(np.arange(per_photo), photos),
         xy=rng.uniform(-9, 9, (k, 2)),
         camera=np.arange(photos) % len(cameras),
-        photo_names=None,
-        point_names=None,
+        photo_names=range(1, photos + 1),
+        point_names=range(1, per_photo + 1),
     )
     v = 3e-4 * rng.normal(size=(k, 2))
     whole = dict(
@@ -56,6 +64,7 @@ def result(
         cameras=cameras,
         exteriors=np.zeros((photos, 6)),
         names=tuple(names),
+        interior_names=tuple(names[:u]),
         covariance_interior=covariance[:u, :u],
         sd_interior=sd[:u],
         correlation=covariance / np.outer(sd, sd),
@@ -73,6 +82,34 @@ def head(ax):
 def displacement(camera, r, angle):
     at = r * np.array([np.cos(angle), np.sin(angle)])
     return imaging.distortion(camera.interior[3:], at)
+
+
+@pytest.fixture(scope="module")
+def nine_photos():
+    d = datasets.muliawan2013()
+    exteriors, points = d.exteriors, d.object_points
+    network = bundle.Network(
+        Camera(*d.interior), exteriors, points, d.photo, d.point, d.xy, d.sigma
+    )
+    return bundle.adjust(network)
+
+
+def test_figures_of_a_real_adjustment(nine_photos):
+    above, below = plot_bundle.lens_curve(nine_photos, decentring=True).axes
+    r, half = below.lines[0].get_data()
+    assert np.all(np.diff(half[r > 2]) > 0)
+    # K1 alone, as if it were not correlated, would say three times as much
+    edge = np.searchsorted(r, 10.0)
+    assert half[edge] < 1e3 * 1.96 * nine_photos.sd_interior[3] * 10**3
+    fig = plot_bundle.residual_vectors(nine_photos)
+    assert [head(ax).split(":")[0] for ax in fig.axes] == [
+        f"photo {i}" for i in range(1, 10)
+    ]
+    (ax,) = plot_bundle.standardized_histogram(nine_photos).axes
+    assert "photo 6, point 29: x −8.1" in ax.texts[0].get_text()
+    left, right = plot_matrices.correlation_matrix(nine_photos).axes
+    assert texts(left)[4, 5] == "−0.98"  # K2, K3
+    assert len(texts(right)) == 60
 
 
 def test_radial_profile_is_what_the_lens_does_along_a_radius():
@@ -94,7 +131,10 @@ def test_decentring_profile_is_the_least_displacement_at_a_radius():
 
 @pytest.mark.parametrize("kind", ["radial", "decentring"])
 def test_standard_deviation_of_the_profile_is_that_of_simulated_lenses(kind):
-    adjusted = result()
+    sd = np.abs(LENS.interior) / 30 + 1e-6
+    signs = np.resize([1, 1, -1], 10)  # the neglect of a correlation would be seen
+    correlation = 0.1 * np.eye(10) + 0.9 * np.outer(signs, signs)
+    adjusted = result(covariance_interior=np.outer(sd, sd) * correlation)
     r = np.array([3.0, 6.0, 9.0])
     _, sd = plot_bundle.lens_profile(adjusted, r, kind)
     # Small errors, so that the profile is linear in them
@@ -204,6 +244,18 @@ def test_bar_is_as_long_as_a_residual_of_its_size():
     stated = ax.texts[-1].get_text()
     assert stated.endswith(" µm")
     assert 4000 * 1e-3 * float(stated.removesuffix(" µm")) == pytest.approx(length)
+
+
+def test_frame_holds_the_longest_residual_and_the_bar():
+    adjusted = result()
+    adjusted.residuals[5] = (0.004, -0.004)
+    fig = plot_bundle.residual_vectors(adjusted, magnify=3000)
+    tips = adjusted.network.xy + 3000 * adjusted.residuals
+    for ax in fig.axes[:3]:  # the fourth is empty
+        assert ax.get_xlim()[0] < tips[:, 0].min() < tips[:, 0].max() < ax.get_xlim()[1]
+        assert ax.get_ylim()[0] < tips[:, 1].min() < tips[:, 1].max() < ax.get_ylim()[1]
+        (bar,) = [line for line in ax.lines if line.get_marker() == "|"]
+        assert ax.get_ylim()[0] < bar.get_ydata()[0] < tips[:, 1].min()
 
 
 def test_residuals_have_one_scale_a_photo_an_axes_and_given_names():

@@ -126,4 +126,6 @@ def test_spectrum_tells_what_a_tolerance_keeps():
     names = [text.get_text() for text in ax.get_legend().get_texts()]
     assert names == ["N: 3 of 5 kept", "scaled"]
     assert ax.get_yscale() == "log"
+    fig = plot_matrices.spectrum({"N": s}, {"N": 1e-12})
+    assert fig.axes[0].get_ylim()[0] < 1e-12  # the tolerance is seen
     assert kept.get_color() == plot.BLUE

@@ -39,23 +39,36 @@ def test_solutions_must_have_the_same_photos():
         plot_studies.residuals_by_photo({"a": [1.0, 2.0], "b": [1.0]})
 
 
-def test_what_runs_away_is_drawn_dashed_up_to_its_last_finite_value():
+def test_what_does_not_converge_is_drawn_dashed_up_to_its_last_finite_value():
     histories = {
         "correct": [1e6, 90.0, 84.0],
         "burst": [1e6, 1e9, np.inf],
+        "ends": [1e6, 90.0, np.nan],
         "grows": [1e3, 1e4, 1e5],
         "stuck": [1e6, 2e4, 2.1e4],
+        "swings": [1e6, 2e2, 8e5],
     }
     fig = plot_studies.convergence(histories)
     lines = {line.get_label(): line for line in fig.axes[0].lines}
-    assert set(lines) == {"correct", "burst, runs away", "grows, runs away", "stuck"}
-    np.testing.assert_array_equal(lines["burst, runs away"].get_ydata(), (1e6, 1e9))
+    assert set(lines) == set(histories)
+    np.testing.assert_array_equal(lines["burst"].get_ydata(), (1e6, 1e9))
     np.testing.assert_array_equal(lines["correct"].get_xdata(), (0, 1, 2))
     dashed = {name for name, line in lines.items() if line.get_linestyle() == "--"}
-    assert dashed == {"burst, runs away", "grows, runs away"}
+    assert dashed == {"burst", "ends", "grows", "swings"}
     # The legend from top to bottom as the lines end
-    ends = ["burst, runs away", "grows, runs away", "stuck", "correct"]
+    ends = ["burst", "swings", "grows", "stuck", "ends", "correct"]
     assert legend(fig) == ends
+    assert fig.legends[0].get_title().get_text() == "dashed: does not converge"
+
+
+def test_more_histories_than_colours_differ_by_their_marks():
+    fig = plot_studies.convergence(
+        {f"{i}": [2.0, 1.0] for i in range(9)}, quantity="RMS (µm)"
+    )
+    lines = fig.axes[0].lines
+    looks = {(line.get_color(), line.get_markerfacecolor()) for line in lines}
+    assert len(looks) == 9
+    assert fig.axes[0].get_ylabel() == "RMS (µm)"
 
 
 def test_convergence_of_sigma0():
@@ -80,6 +93,7 @@ def test_ratio_of_sampled_to_predicted_stands_over_each_parameter():
 def test_band_holds_the_standard_deviations_of_so_many_samples():
     fig = plot_studies.predicted_against_sampled([1.0], [1.0], ["c"], 200)
     (ax,) = fig.axes
+    assert ax.get_ylim()[0] < 0.9 and ax.get_ylim()[1] > 1.1
     (_, low), (_, high) = ax.patches[0].get_bbox().get_points()
     samples = np.random.default_rng(1).normal(size=(20_000, 200))
     found = np.quantile(samples.std(axis=1, ddof=1), (0.025, 0.975))

@@ -11,6 +11,7 @@ LENSES = [
     camera.Camera(35.0),
     camera.Camera(35.0, 0.1, -0.2, K1=-1e-4, K2=1e-7, P1=1e-5, P2=-1e-5, b1=1e-4),
     camera.Camera(35.0, 0.1, -0.2, K1=5e-5, P2=1e-5, b2=-1e-4, lens="forward"),
+    camera.Camera(5.0),  # so wide that some points lie behind some cameras
 ]
 
 
@@ -132,7 +133,7 @@ def test_distance_sets_the_unit_of_the_object():
     np.testing.assert_allclose(small.xy, large.xy, atol=1e-9)
 
 
-@pytest.mark.parametrize("lens", LENSES[1:], ids=["backward", "forward"])
+@pytest.mark.parametrize("lens", LENSES[1:3], ids=["backward", "forward"])
 def test_an_adjustment_finds_the_true_camera_as_precisely_as_it_says(lens):
     """Twenty networks: the errors of the camera in their sd have a mean square of 1."""
     squares = []

@@ -5,7 +5,9 @@ Muliawan 2013, chapter II.10.
 
 from pgm_lab.bundle._rank import NetworkDefect
 from pgm_lab.bundle._solve import adjust
+from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.page import html
 from pgm_lab.bundle.reliability import (
     Reliability,
     Significance,
@@ -14,6 +16,7 @@ from pgm_lab.bundle.reliability import (
     reliability,
     significance,
 )
+from pgm_lab.bundle.report import text
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Blunder, Snooping, snoop
 
@@ -28,7 +31,11 @@ __all__ = [
     "adjust",
     "correlations",
     "critical_value",
+    "html",
+    "read",
     "reliability",
     "significance",
     "snoop",
+    "text",
+    "write",
 ]

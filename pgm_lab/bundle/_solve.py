@@ -274,4 +274,5 @@ def _counted(iterations: int, progress: bool) -> Iterable[int]:
         return range(iterations)
     from tqdm.auto import tqdm
 
-    return tqdm(range(iterations), desc="bundle adjustment", unit=" iterations")
+    bar = {"desc": "bundle adjustment", "unit": " iterations", "leave": False}
+    return tqdm(range(iterations), delay=1.0, **bar)  # seconds; a short one needs none

@@ -1,0 +1,235 @@
+"""Warnings: what the reader of a bundle adjustment should look at, in words."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2, poisson
+
+from pgm_lab import imaging
+from pgm_lab.bundle._words import NUMBERS, UM, count, listed
+from pgm_lab.bundle.reliability import correlations, critical_value, significance
+from pgm_lab.bundle.result import Bundle
+
+ALPHA = 0.05  # probability of calling a right model wrong
+CORRELATED = 0.9
+HARDLY = 0.1  # redundancy number below which nine tenths of a blunder stay hidden
+FEW_RAYS = 6  # three points orient a photo without any control
+WEAK = 3.0  # times the median standard deviation of the projection centres
+
+
+class Finding(NamedTuple):
+    """Something the reader should know before the numbers are used."""
+
+    title: str
+    words: str
+
+
+def findings(result: Bundle) -> list[Finding]:
+    """List all warnings of a result; none when nothing is wrong."""
+    checks = (
+        _not_converged,
+        _sigma0,
+        _blunders,
+        _behind,
+        _correlated,
+        _insignificant,
+        _uncontrolled,
+        _two_rays,
+        _weak_photos,
+    )
+    found = (check(result) for check in checks)
+    return [finding for finding in found if finding is not None]
+
+
+def _not_converged(result: Bundle) -> Finding | None:
+    if result.status == "converged":
+        return None
+    return Finding(
+        "No solution",
+        f"The iteration ended with the status {result.status!r}: no number below is"
+        " a result. Check the start values, above all angles and ids.",
+    )
+
+
+def _sigma0(result: Bundle) -> Finding | None:
+    redundancy = result.redundancy
+    if not redundancy > 0:
+        return Finding(
+            "No redundancy",
+            "No more was measured than was needed: no error can be seen, and only a"
+            " sigma0_prior gives standard deviations.",
+        )
+    stated = result.sigma0_prior or 1.0
+    ends = chi2.ppf([ALPHA / 2, 1 - ALPHA / 2], redundancy)
+    low, high = stated * np.sqrt(ends / redundancy)
+    if low <= result.sigma0 <= high:
+        return None
+    if result.sigma0 < stated:
+        cause = (
+            "The image coordinates are better than stated; the standard deviations"
+            " below take this into account, since they are multiplied by sigma0."
+        )
+    else:
+        cause = (
+            "The image coordinates are worse than stated, or blunders are among them,"
+            " or the camera needs a parameter that was not estimated."
+        )
+    return Finding(
+        "Stated standard deviations",
+        f"sigma0 = {result.sigma0:.3f} is not {stated:g}: by chance it would stay"
+        f" between {low:.3f} and {high:.3f} in {100 * (1 - ALPHA):.0f} of 100 cases."
+        f" {cause}",
+    )
+
+
+def suspected(result: Bundle) -> np.ndarray:
+    """Rays with a standardised residual above its limit, the largest first."""
+    largest = np.max(np.abs(result.standardized), axis=1, initial=0)
+    suspects = np.flatnonzero(largest > critical_value(result))
+    return suspects[np.argsort(-largest[suspects], kind="stable")]
+
+
+def _blunders(result: Bundle) -> Finding | None:
+    rays = suspected(result)
+    if not len(rays):
+        return None
+    critical = critical_value(result)
+    found = np.sum(np.abs(result.standardized) > critical)
+    chance = result.standardized.size / 1000  # as critical_value has it
+    advice = (
+        "Look at the largest first: one blunder makes its neighbours suspect too."
+        if found > poisson.ppf(1 - ALPHA, chance)
+        else "This is no more than chance, so perhaps none is a blunder."
+    )
+    have = "has" if len(rays) == 1 else "have"
+    return Finding(
+        "Suspected blunders",
+        f"{count(len(rays), 'ray').capitalize()} {have} a standardised residual above"
+        f" {critical:.2f}, where chance alone gives about {chance:.{chance < 10:d}f}:"
+        f" {listed(ray(result, k) for k in rays)}. {advice}",
+    )
+
+
+def ray(result: Bundle, k: int) -> str:
+    """Name a ray by the ids of its point and photo."""
+    network = result.network
+    point = network.point_names[network.point[k]]
+    return f"point {point} in photo {network.photo_names[network.photo[k]]}"
+
+
+def _behind(result: Bundle) -> Finding | None:
+    network = result.network
+    rays, _ = imaging.ray(result.exteriors[network.photo], result.points[network.point])
+    behind = np.flatnonzero(rays[:, 2] >= 0)
+    if not len(behind):
+        return None
+    return Finding(
+        "Behind the camera",
+        f"{count(len(behind), 'ray').capitalize()} would come from behind the camera:"
+        f" {listed(ray(result, k) for k in behind)}. This is a solution of the"
+        " equations, but not of the task: check the start values.",
+    )
+
+
+def _correlated(result: Bundle) -> Finding | None:
+    pairs = correlations(result, CORRELATED)
+    if not pairs:
+        return None
+    interior = set(result.interior_names)
+    shared = [len(interior & {one, other}) for one, other, _ in pairs]
+    camera, mixed, exterior = (
+        [pair for pair, of_camera in zip(pairs, shared) if of_camera == number]
+        for number in (2, 1, 0)
+    )
+    words = []
+    if camera:
+        words.append(
+            f"Within the camera: {listed(map(_pair, camera))}. Each of the two is"
+            " uncertain, what they do together is not: never use one without the other."
+            " K1, K2 and K3 always correlate, as they share one curve."
+        )
+    if mixed:
+        words.append(
+            f"Between camera and photos: {count(len(mixed), 'pair')}, led by"
+            f" {_pair(mixed[0])}. Convergent photos, some rolled by 90 degrees, and"
+            " depth in the object tell them apart."
+        )
+    if exterior:
+        words.append(
+            f"Between photos: {count(len(exterior), 'pair')}, led by"
+            f" {_pair(exterior[0])}, since the photos move together within the datum."
+        )
+    return Finding(f"Correlations above {CORRELATED}", " ".join(words))
+
+
+def _pair(pair: tuple[str, str, float]) -> str:
+    one, other, r = pair
+    return f"{one} with {other} ({r:.3f})"
+
+
+def _insignificant(result: Bundle) -> Finding | None:
+    weak = [one for one in significance(result, ALPHA) if not one.significant]
+    if not weak:
+        return None
+    names = listed(
+        f"{one.name} (t = {one.t:.1f}, at most {UM * one.effect:.2g} µm in the image)"
+        for one in weak
+    )
+    return Finding(
+        "Insignificant parameters",
+        f"{names}: no different from zero at {100 * ALPHA:.0f} %. Leave out one at a"
+        " time, the one with the smallest t first, and adjust again.",
+    )
+
+
+def _uncontrolled(result: Bundle) -> Finding | None:
+    least = np.min(result.redundancy_numbers, axis=1)
+    rays = np.flatnonzero(least < HARDLY)
+    if not len(rays) or not result.redundancy > 0:
+        return None
+    rays = rays[np.argsort(least[rays], kind="stable")]
+    names = listed(f"{ray(result, k)} ({max(least[k], 0):.2f})" for k in rays)
+    return Finding(
+        "Hardly controlled observations",
+        f"{count(len(rays), 'ray').capitalize()} with a redundancy number below"
+        f" {HARDLY}: {names}. The network follows a blunder there, and its residual"
+        " shows less than a tenth of it.",
+    )
+
+
+def _two_rays(result: Bundle) -> Finding | None:
+    network = result.network
+    free = ~np.all(network.held, axis=1)
+    two = np.flatnonzero((network.rays_of_points == 2) & free)
+    if not len(two):
+        return None
+    return Finding(
+        "Points with two rays",
+        f"{listed(network.point_names[j] for j in two)}. A blunder along the epipolar"
+        " line moves such a point and leaves no residual; a third photo shows it.",
+    )
+
+
+def weak_photos(result: Bundle) -> np.ndarray:
+    """Indices of photos with few rays or an uncertain projection centre."""
+    rays = result.network.rays_of_photos
+    sd = np.linalg.norm(result.sd_exteriors[:, :3], axis=1)
+    uncertain = sd > WEAK * np.median(sd)
+    return np.flatnonzero((rays < FEW_RAYS) | uncertain)
+
+
+def _weak_photos(result: Bundle) -> Finding | None:
+    weak = weak_photos(result)
+    if not len(weak):
+        return None
+    network = result.network
+    names = listed(
+        f"{network.photo_names[i]} ({count(network.rays_of_photos[i], 'ray')})"
+        for i in weak
+    )
+    return Finding(
+        "Weak photos",
+        f"{names}: fewer than {NUMBERS[FEW_RAYS]} rays, or a projection centre more"
+        f" than {NUMBERS[int(WEAK)]} times as uncertain as usual. More points, spread"
+        " over the whole photo, strengthen them.",
+    )

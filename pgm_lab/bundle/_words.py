@@ -1,0 +1,152 @@
+"""A bundle adjustment in words: what was done, how well it fits, what it means."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.snooping import Snooping
+
+UM = 1e3  # micrometres in a millimetre
+LONGEST = 8  # names in a list before "and 12 more"
+
+NUMBERS = "no one two three four five six seven eight nine ten eleven twelve".split()
+
+
+def count(number: int, noun: str) -> str:
+    """Return "no ray", "one ray", "450 rays"."""
+    word = NUMBERS[number] if number <= 1 else f"{number}"
+    return f"{word} {noun}{'s' if number > 1 else ''}"
+
+
+def listed(words: Iterable[object]) -> str:
+    """Join words with commas, and count those beyond the first few."""
+    words = [str(word) for word in words]
+    if len(words) > LONGEST:
+        return f"{', '.join(words[:LONGEST])} and {len(words) - LONGEST} more"
+    *before, last = words
+    return f"{', '.join(before)} and {last}" if before else last
+
+
+def summary(result: Bundle) -> str:
+    """Say in short what was adjusted, and how well it fits."""
+    network = result.network
+    photos = count(len(network.exteriors), "photo")
+    points = count(len(network.points), "point")
+    cameras = count(len(network.cameras), "camera")
+    what = (
+        f"{photos} of {points}, taken with {cameras}: {count(len(network.xy), 'ray')}."
+        f" {_balance(result)}, redundancy {result.redundancy}."
+    )
+    how = f"converged after {count(result.iterations, 'iteration')}"
+    if result.status != "converged":
+        how = f"did not converge ({result.status})"
+    return f"{what[0].upper()}{what[1:]} The adjustment {how}: {_fit(result)}."
+
+
+def _balance(result: Bundle) -> str:
+    """Say what stands against the unknowns, the sum of which is the redundancy."""
+    network = result.network
+    unknowns = len(result.names) + int(np.sum(~network.held))
+    coordinates = 2 * len(network.xy)
+    control = 0
+    if network.control is not None:
+        points, _, sigma = network.control
+        control = int(np.sum(np.isfinite(sigma) & ~network.held[points]))
+    bars = len(network.scale_bars)
+    inner = result.redundancy + unknowns - coordinates - control - bars
+    against = [f"{coordinates} image coordinates"]
+    against += [count(control, "control coordinate")] if control else []
+    against += [count(bars, "scale bar")] if bars else []
+    against += [count(inner, "inner constraint")] if inner else []
+    return f"{listed(against)} for {unknowns} unknowns"
+
+
+def _fit(result: Bundle) -> str:
+    if not result.redundancy > 0:
+        return "without redundancy nothing tells how good the observations are"
+    stated = result.sigma0_prior or 1.0
+    times = _times(result.sigma0 / stated)
+    words = f"sigma0 is {result.sigma0:.3g}, so the image coordinates are {times}"
+    sigma = UM * result.network.sigma
+    if np.ptp(sigma) == 0:
+        found, stated = sigma.flat[0] * result.sigma0, sigma.flat[0] * stated
+        words += f", {found:.2g} µm in place of {stated:.2g} µm"
+    return words
+
+
+def _times(ratio: float) -> str:
+    """Say how precise observations are whose sd is `ratio` times the stated one."""
+    direction = "better" if ratio < 1 else "worse"
+    factor = max(ratio, 1 / ratio) if ratio > 0 else np.inf
+    if factor < 1.1:
+        return "as good as stated"
+    if factor < 1.75:
+        return f"about {100 * abs(ratio - 1):.0f} % {direction} than stated"
+    if factor > len(NUMBERS):
+        return f"about {factor:.3g} times {direction} than stated"
+    whole = round(factor)
+    word = NUMBERS[whole] if abs(factor - whole) <= 0.25 else f"{factor:.1f}"
+    return f"about {word} times {direction} than stated"
+
+
+def snooping(found: Snooping) -> str:
+    """Say what data snooping did, and why it stopped."""
+    if not found.removed:
+        return f"Data snooping took nothing out: {found.stopped}."
+    rays = count(len(found.removed), "ray")
+    before, after = found.before.sigma0, found.result.sigma0
+    return (
+        f"Data snooping took out {rays}, one at a time, and sigma0 went from"
+        f" {before:.3g} to {after:.3g}. It stopped with: {found.stopped.rstrip('.')}."
+        " What was taken out is listed below: look there for the cause before you"
+        " accept it."
+    )
+
+
+def datum(result: Bundle) -> str:
+    """Say which datum was used, and what it means for the standard deviations."""
+    if result.datum == "fixed":
+        return (
+            "The control points carry the datum: coordinates and standard deviations"
+            " are in their system, and the latter grow away from them. An error of a"
+            " control point that is held shows in no standard deviation."
+        )
+    chosen = result.network.datum_points
+    these = "all points" if chosen is None else count(len(chosen), "chosen point")
+    if result.datum == "photos":
+        these = "the projection centres"
+    scale, bars = " and scale are those", ""
+    if len(result.network.scale_bars):
+        scale, bars = " are those", " The scale bars give the scale."
+    return (
+        f"A free network: inner constraints on {these}. Origin, directions{scale} of"
+        f" the start values, on the average of these.{bars} Standard deviations count"
+        " from their middle: they tell how well the shape of the network is known, not"
+        " where it lies in a national system, and no other datum makes them smaller"
+        " there on the whole. Camera, sigma0, residuals and distances are the same in"
+        " every datum."
+    )
+
+
+def conventions(result: Bundle) -> Sequence[str]:
+    """List what the numbers mean."""
+    lens = {
+        "backward": "The lens is modelled backward: the displacement is a correction,"
+        " added to measured coordinates to make them ideal.",
+        "forward": "The lens is modelled forward: the displacement is added to ideal"
+        " coordinates to give the measured ones.",
+    }[result.cameras[0].lens]
+    return (
+        "The camera looks along its -z axis; x points right and y up, in mm from the"
+        " middle of the photo: x - x0 = -c U / W, y - y0 = -c V / W with (U, V, W) ="
+        " M_kappa M_phi M_omega (X - X0). Object coordinates are in the unit of the"
+        " input.",
+        f"{lens} With x, y reduced to the principal point: dx = x (K1 r^2 + K2 r^4 +"
+        " K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y, dy = y (K1 r^2 + K2 r^4"
+        " + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y.",
+        "Residuals v are computed - observed. sigma0^2 = v'Pv / redundancy, with"
+        " P = 1 / sigma^2. Standard deviations (sd) are a posteriori, multiplied by"
+        " sigma0. t is a value over its sd; w is a residual over its own sd; a"
+        " redundancy number r is the part of an error that its residual shows.",
+    )

@@ -1,0 +1,246 @@
+"""The four text files of Muliawan's program: read into a network, written from one.
+
+White space, commas or semicolons separate the numbers and % starts a comment, as for
+MATLAB's load; ids are whole numbers in any order:
+
+    interior   c x0 y0 K1 K2 K3 P1 P2 b1 b2, in a row or a column; mm and its powers
+    exterior   photo, omega, phi, kappa, XL, YL, ZL; radians, unit of the points
+    points     point, X, Y, Z
+    image      point, photo, x, y, sx, sy; mm
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from pgm_lab import _validate
+from pgm_lab.bundle import _numbers
+from pgm_lab.bundle._numbers import Source, Table
+from pgm_lab.bundle.network import Network
+from pgm_lab.camera import LENSES, PARAMETERS, Camera
+
+NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")
+EXTERIOR = ("photo", "omega", "phi", "kappa", "XL", "YL", "ZL")
+POINT = ("point", "X", "Y", "Z")
+RAY = ("point", "photo", "x", "y", "sx", "sy")
+
+# In principal distances: a ray 84 degrees off the axis is in no perspective photo
+FARTHEST = 10.0
+
+
+def read(
+    interior: Source,
+    exterior: Source,
+    points: Source,
+    image: Source,
+    lens: str = "backward",
+    *,
+    sigma: float | None = None,
+) -> Network:
+    """Read the four text files of a network.
+
+    Parameters
+    ----------
+    interior, exterior, points, image : str or path
+        The files, as the head of this module describes them. The ids of photos and
+        points become `photo_names` and `point_names`, in the order of the files.
+    lens : {"backward", "forward"}
+        Direction of the lens model, see `camera.Camera`; no file says it.
+    sigma : float, optional
+        Standard deviation of all image coordinates in mm, in place of sx and sy, which
+        may then be missing.
+
+    Returns
+    -------
+    Network
+
+    Raises
+    ------
+    FileNotFoundError
+        If a file is missing.
+    ValueError
+        If a file is wrong: its name, the number of the line, and the reason.
+
+    References
+    ----------
+    Muliawan 2013, Tables 4.1 to 4.12 and the listing of the program.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from pgm_lab.datasets import muliawan2013
+    >>> data = muliawan2013()
+    >>> measured = data.photo, data.point, data.xy, data.sigma
+    >>> camera = Camera(*data.interior)
+    >>> network = Network(camera, data.exteriors, data.object_points, *measured)
+    >>> with TemporaryDirectory() as folder:
+    ...     again = read(*write(network, folder))
+    >>> bool(np.all(again.xy == data.xy)), again.photo_names[:3]
+    (True, (1, 2, 3))
+    """
+    _validate.choice(lens, "lens", LENSES)
+    sigma = _validate.standard_deviation(sigma)
+    camera = _read_interior(interior, lens)
+    photos = _numbers.read_table(exterior, "exterior orientations", EXTERIOR)
+    objects = _numbers.read_table(points, "object points", POINT)
+    optional = 0 if sigma is None else 2
+    rays = _numbers.read_table(image, "image coordinates", RAY, optional)
+
+    photo_ids = _unique(photos, "photo")
+    point_ids = _unique(objects, "point")
+    for name, angle in zip(EXTERIOR[1:4], photos.values[:, 1:4].T):
+        degrees = (
+            f"{name} = {{}} is more than a turn: radians are expected, not degrees"
+        )
+        photos.refuse(np.abs(angle) > 2 * np.pi, degrees, angle)
+    point = _find(rays, 0, "point", point_ids, objects.path)
+    photo = _find(rays, 1, "photo", photo_ids, photos.path)
+    rays.refuse_repeated(
+        point * len(photo_ids) + photo,
+        "point {} was measured in photo {} in",
+        point_ids[point],
+        photo_ids[photo],
+    )
+    xy = rays.values[:, 2:4]
+    pixels = (
+        f"x = {{}}, y = {{}} lies too far out for c = {camera.c:g} mm: millimetres from"
+        " the middle of the photo are expected, not pixels"
+    )
+    reduced = xy - camera.interior[1:3]
+    rays.refuse(np.hypot(*reduced.T) > FARTHEST * camera.c, pixels, *xy.T)
+    return Network(
+        camera,
+        photos.values[:, [4, 5, 6, 1, 2, 3]],
+        objects.values[:, 1:],
+        photo,
+        point,
+        xy,
+        _read_sigma(rays) if sigma is None else sigma,
+        photo_names=tuple(photo_ids.tolist()),
+        point_names=tuple(point_ids.tolist()),
+    )
+
+
+def _read_interior(path: Source, lens: str) -> Camera:
+    content = _numbers.read_numbers(path)
+    if content.count.tolist() not in ([10], [1] * 10):
+        reason = (
+            f"{len(content.numbers)} number(s) in {len(content.line)} line(s), where an"
+            f" interior orientation has ten in a row or a column:"
+            f" {' '.join(PARAMETERS)}"
+        )
+        _numbers.fail(content.path, content.line[-1], reason)
+    found = content.table()
+    c = found.values[:1, 0]
+    found.refuse(c <= 0, "the principal distance c = {} must be above zero", c)
+    return Camera(*found.values.ravel(), lens=lens)
+
+
+def _read_sigma(rays: Table) -> np.ndarray:
+    sigma = rays.values[:, 4:]
+    for name, column in zip(RAY[4:], sigma.T):
+        reason = f"{name} = {{}}: a standard deviation must be above zero (mm)"
+        rays.refuse(column <= 0, reason, column)
+    return sigma
+
+
+def _unique(table: Table, name: str) -> np.ndarray:
+    ids = table.ids(0, name)
+    table.refuse_repeated(ids, f"{name} {{}} stands in", ids)
+    return ids
+
+
+def _find(
+    rays: Table, column: int, name: str, ids: np.ndarray, path: Path
+) -> np.ndarray:
+    """Return the places in `ids` of a column of ids."""
+    wanted = rays.ids(column, name)
+    order = np.argsort(ids)
+    place = np.searchsorted(ids, wanted, sorter=order)
+    found = order[np.minimum(place, len(ids) - 1)]
+    reason = f"{name} {{}} is not in {path.name}; the columns are {' '.join(RAY)}"
+    rays.refuse(ids[found] != wanted, reason, wanted)
+    return found
+
+
+def write(
+    network: Network, folder: Source, *, overwrite: bool = False
+) -> tuple[Path, Path, Path, Path]:
+    """Write a network into four text files, which `read` gives back bit by bit.
+
+    Parameters
+    ----------
+    network : Network
+        With one camera. What the files have no place for is refused, not left out;
+        the direction of the lens stands in a comment.
+    folder : str or path
+        Where interior.txt, exterior.txt, points.txt and image.txt shall stand; made
+        if it is missing.
+    overwrite : bool
+        Whether files of these names may be replaced.
+
+    Returns
+    -------
+    tuple of pathlib.Path
+        The four files, in the order of `read`.
+
+    Raises
+    ------
+    ValueError
+        If the network has several cameras, fixed points, control, check points, scale
+        bars or chosen datum points, or names that are not whole numbers.
+    FileExistsError
+        If a file is there already.
+    """
+    _refuse_what_files_lack(network)
+    camera = network.cameras[0]
+    photo_ids = _ids(network.photo_names, len(network.exteriors), "photo_names")
+    point_ids = _ids(network.point_names, len(network.points), "point_names")
+    rays = zip(
+        [point_ids[i] for i in network.point],
+        [photo_ids[i] for i in network.photo],
+        *network.xy.T.tolist(),
+        *np.broadcast_to(network.sigma, network.xy.shape).T.tolist(),
+    )
+    turned = network.exteriors[:, [3, 4, 5, 0, 1, 2]]
+    contents = (
+        (f"{' '.join(PARAMETERS)}; lens {camera.lens}", [camera.interior.tolist()]),
+        (f"{' '.join(EXTERIOR)}; radians", zip(photo_ids, *turned.T.tolist())),
+        (" ".join(POINT), zip(point_ids, *network.points.T.tolist())),
+        (f"{' '.join(RAY)}; mm", rays),
+    )
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = tuple(folder / name for name in NAMES)
+    if not overwrite:
+        _numbers.refuse_existing(*paths)
+    for path, (heading, rows) in zip(paths, contents):
+        # repr has the fewest digits that are read as the same number again
+        lines = (" ".join(map(repr, row)) for row in rows)
+        text = "\n".join([f"% {heading}", *lines, ""])
+        _numbers.save(path, text, overwrite=overwrite)
+    return paths
+
+
+def _ids(names, count: int, argument: str) -> list[int]:
+    try:
+        return [int(str(name)) for name in names or range(1, count + 1)]
+    except ValueError:
+        raise ValueError(
+            f"{argument} must be whole numbers to be written as ids; got {names[:5]}"
+        ) from None
+
+
+def _refuse_what_files_lack(network: Network) -> None:
+    lacking = {
+        "several cameras": len(network.cameras) > 1,
+        "fixed points": len(network.fixed) > 0,
+        "control": network.control is not None,
+        "check points": network.check is not None,
+        "chosen datum points": network.datum_points is not None,
+        "scale bars": len(network.scale_bars) > 0,
+    }
+    if found := [name for name, there in lacking.items() if there]:
+        raise ValueError(
+            f"network has {', '.join(found)}, for which the four files have no place"
+        )
