@@ -136,17 +136,15 @@ def constraint(network: Network, datum: str, move: Motions) -> Motions:
 
     Scaled so that R times the motions is the unit matrix.
     """
-    kept, points = np.zeros_like(move.kept), np.zeros_like(move.points)
-    if datum == "inner":
-        chosen = network.datum_points
-        chosen = slice(None) if chosen is None else chosen
-        points[..., chosen] = move.points[..., chosen]
-    else:
-        U = len(kept) - 6 * len(network.exteriors)
-        position = kept[U:].reshape(-1, 6, move.number)
-        position[:, :3] = move.kept[U:].reshape(-1, 6, move.number)[:, :3]
-    GH = kept.T @ move.kept + np.einsum("din,ein->de", points, move.points)
-    if normal.null_space(GH).defect:
+    kept, points = _parts_in_datum(network, datum, move)
+    inverse = np.linalg.inv(_product(kept, points, move))
+    return Motions(kept @ inverse.T, np.einsum("de,ein->din", inverse, points))
+
+
+def check_constraint(network: Network, datum: str, move: Motions) -> None:
+    """Refuse a datum that lies in one line: it does not stop the turn about it."""
+    GH = _product(*_parts_in_datum(network, datum, move), move)
+    if move.number and normal.null_space(GH).defect:
         raise ValueError(
             "the datum needs at least three points that do not lie in one line; take"
             " more datum_points"
@@ -154,5 +152,21 @@ def constraint(network: Network, datum: str, move: Motions) -> Motions:
             else "datum='photos' needs at least three projection centres that do not"
             " lie in one line; take datum='inner'"
         )
-    inverse = np.linalg.inv(GH)
-    return Motions(kept @ inverse.T, np.einsum("de,ein->din", inverse, points))
+
+
+def _parts_in_datum(network: Network, datum: str, move: Motions):
+    """The motions of the datum points, or of the projection centres; 0 elsewhere."""
+    kept, points = np.zeros_like(move.kept), np.zeros_like(move.points)
+    if datum == "inner":
+        chosen = network.datum_points
+        chosen = slice(None) if chosen is None else chosen
+        points[..., chosen] = move.points[..., chosen]
+    else:
+        m = len(network.exteriors)
+        centres = len(kept) - 6 * m + 6 * np.arange(m)[:, None] + np.arange(3)
+        kept[centres] = move.kept[centres]
+    return kept, points
+
+
+def _product(kept: np.ndarray, points: np.ndarray, move: Motions) -> np.ndarray:
+    return kept.T @ move.kept + np.einsum("din,ein->de", points, move.points)

@@ -45,7 +45,8 @@ class Rays:
     per_sigma : ndarray (2, k)
         1 / sigma: observation equations are divided by sigma, then P = 1.
     first, second : ndarray (pairs,)
-        Pairs of rays of the same point, `first` in the photo that comes first.
+        Pairs of rays of the same point, `first` in the photo that comes first; the
+        pairs of two photos stand together.
     """
 
     order: np.ndarray
@@ -69,7 +70,7 @@ class Rays:
             np.searchsorted(photo, np.arange(m + 1)),
             network.xy[order],
             np.ascontiguousarray(1 / network.sigma[order].T),
-            *_pairs(point),
+            *_pairs(photo, point),
         )
 
     @property
@@ -156,11 +157,13 @@ def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
     return np.reshape(sums, (*values.shape[:-1], size))
 
 
-def _pairs(point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each ray with each later ray of the same point."""
+def _pairs(photo: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Each ray with each later ray of the same point, ordered by their photos."""
     ray = np.argsort(point, kind="stable")
     count = np.bincount(point) if len(point) else np.zeros(0, int)
     later = np.repeat(np.cumsum(count), count) - np.arange(len(ray)) - 1
     first = np.repeat(np.arange(len(ray)), later)
     nth = np.arange(len(first)) - np.repeat(np.cumsum(later) - later, later)
-    return ray[first], ray[first + 1 + nth]
+    first, second = ray[first], ray[first + 1 + nth]
+    order = np.lexsort((photo[second], photo[first]))
+    return first[order], second[order]

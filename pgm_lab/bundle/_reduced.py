@@ -171,13 +171,13 @@ def _with_bars(reduced: Reduced, rays: Rays, bars: tuple[np.ndarray, ...]) -> Re
     )
 
 
-def points_from(reduced: Reduced, rays: Rays, dx: np.ndarray) -> np.ndarray:
-    """Corrections (3, n) of the points that go with dx of the kept unknowns."""
+def points_alone(reduced: Reduced) -> np.ndarray:
+    """V^-1 n_p (3, n): corrections of the points if the kept unknowns stay."""
     own = np.einsum("ijn,jn->in", reduced.V_inverse, reduced.n_point)
     if (bars := reduced.bars) is not None:
         pull = bars.K @ (_flat(bars.C) @ reduced.n_point.ravel())
         own -= np.einsum("sin,s->in", bars.C, pull)
-    return own - times_kept(reduced, rays, dx[:, None])[0]
+    return own
 
 
 def times_kept(reduced: Reduced, rays: Rays, B: np.ndarray) -> np.ndarray:
@@ -213,11 +213,12 @@ def pairs(rays: Rays) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 def _between_photos(rays: Rays, W: np.ndarray, Z: np.ndarray, m: int) -> np.ndarray:
     """Part of S between each photo and the later ones: (6 m, 6 m)."""
-    blocks = np.zeros((36, m * m))
+    blocks = np.zeros((6, 6, m * m))
     for a, b in pairs(rays):
-        block = np.einsum("aip,cip->acp", W.take(a, axis=-1), Z.take(b, axis=-1))
-        index = rays.photo[a] * m + rays.photo[b]
-        blocks -= total(block.reshape(36, -1), index, m * m)
+        product = np.einsum("aip,cip->acp", W.take(a, axis=-1), Z.take(b, axis=-1))
+        photos = rays.photo[a] * m + rays.photo[b]
+        first = np.flatnonzero(np.diff(photos, prepend=-1))
+        blocks[..., photos[first]] -= np.add.reduceat(product, first, axis=-1)
     return blocks.reshape(6, 6, m, m).transpose(2, 0, 3, 1).reshape(6 * m, 6 * m)
 
 

@@ -12,7 +12,7 @@ from pgm_lab.bundle._covariance import cofactors
 from pgm_lab.bundle._datum import Motions
 from pgm_lab.bundle._problem import Problem
 from pgm_lab.bundle._rays import Equations, State
-from pgm_lab.bundle._reduced import Reduced, points_from
+from pgm_lab.bundle._reduced import Reduced, points_alone, times_kept
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle, kept_names
 from pgm_lab.camera import PARAMETERS, Camera
@@ -95,6 +95,7 @@ def adjust(
     _rank.check_attitudes(network)
     move = _datum.free_motions(network, state, problem.interior)
     _rank.check_datum(network, problem.datum, move)
+    _datum.check_constraint(network, problem.datum, move)
     redundancy = problem.redundancy(move.number)
     eq = problem.equations(state)
     phi = problem.objective(state, eq.v)
@@ -140,11 +141,11 @@ def _corrections(
     rays = problem.rays
     _rank.check_points(problem.network, reduced)
     move = _datum.free_motions(problem.network, state, problem.interior)
-    scale, E, factor = _factor(problem, reduced, move)
+    scale, factor = _factor(problem, reduced, move)
     dx = scale * linalg.cho_solve(factor, scale * reduced.right)
-    own = points_from(reduced, rays, np.zeros_like(dx))
-    decrease = reduced.right @ dx + np.einsum("in,in->", reduced.n_point, own)
-    dx_points = points_from(reduced, rays, dx)
+    dx_points = points_alone(reduced)
+    decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
+    dx_points = dx_points - times_kept(reduced, rays, dx[:, None])[0]
     if move.number:
         R = _datum.constraint(problem.network, problem.datum, move)
         t = R.kept.T @ dx + np.einsum("din,in->d", R.points, dx_points)
@@ -154,13 +155,15 @@ def _corrections(
 
 
 def _factor(problem: Problem, reduced: Reduced, move: Motions):
-    """Cholesky factor of the scaled S, made regular along the free motions.
+    """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
 
-    S has no value for a motion; E E' gives it one without touching anything else, since
-    the columns of E are the motions, scaled and orthonormal.
+    S has no value for a motion; E E' gives it one, since the columns of E are the
+    motions. The solution does not notice, and the inverse is one of the generalised
+    ones: they differ only by motions, which the S-transformation takes away.
     """
     scale = 1 / np.sqrt(np.where(reduced.diagonal > 0, reduced.diagonal, 1.0))
-    E, _ = np.linalg.qr(move.kept / scale[:, None])
+    E = move.kept / scale[:, None]
+    E /= np.linalg.norm(E, axis=0)
     scaled = reduced.S * scale[:, None] * scale + E @ E.T
     try:
         factor = linalg.cho_factor(scaled, lower=True, check_finite=False)
@@ -170,7 +173,7 @@ def _factor(problem: Problem, reduced: Reduced, move: Motions):
         regular = False
     if not regular:
         _rank.refuse_kept(scaled, kept_names(problem.network, problem.estimate))
-    return scale, E, factor
+    return scale, factor
 
 
 def _rounding(problem: Problem, state: State, reduced: Reduced) -> float:
@@ -216,9 +219,8 @@ def _result(
     """Covariances, tests, and everything in the order of the network."""
     network, rays = problem.network, problem.rays
     move = _datum.free_motions(network, state, problem.interior)
-    scale, E, factor = _factor(problem, reduced, move)
-    inverse = linalg.cho_solve(factor, np.eye(len(scale))) - E @ E.T
-    Q = inverse * scale[:, None] * scale
+    scale, factor = _factor(problem, reduced, move)
+    Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
     R = _datum.constraint(network, problem.datum, move) if move.number else None
     found = cofactors(rays, eq, network.camera, reduced, Q, move, R)
     held = network.held.T
