@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from networks import real
 
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.camera import Camera
 
 NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")
@@ -36,10 +37,7 @@ def files(folder, **changed):
 
 @pytest.fixture
 def muliawan():
-    data = datasets.muliawan2013()
-    rays = data.photo, data.point, data.xy, data.sigma
-    camera = Camera(*data.interior)
-    return bundle.Network(camera, data.exteriors, data.object_points, *rays)
+    return real()
 
 
 def same(one, other):

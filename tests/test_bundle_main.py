@@ -6,19 +6,16 @@ import sys
 
 import numpy as np
 import pytest
+from networks import real
 
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.bundle import __main__ as command
 from pgm_lab.bundle import _numbers
-from pgm_lab.camera import Camera
 
 
 @pytest.fixture(scope="module")
 def network():
-    data = datasets.muliawan2013()
-    rays = data.photo, data.point, data.xy, data.sigma
-    camera = Camera(*data.interior)
-    return bundle.Network(camera, data.exteriors, data.object_points, *rays)
+    return real()
 
 
 @pytest.fixture
@@ -174,6 +171,21 @@ def test_a_report_is_replaced_only_by_force(files, reports, capsys):
     assert report.read_text() == "mine"
     assert run(*files, "--report", report, "--force") == 0
     assert report.read_text(encoding="utf-8").startswith("Bundle adjustment")
+
+
+def test_a_report_that_another_wrote_meanwhile_stays(
+    files, reports, capsys, monkeypatch
+):
+    report, adjust = reports / "r.txt", bundle.adjust
+
+    def meanwhile(*arguments, **options):
+        report.write_text("theirs")
+        return adjust(*arguments, **options)
+
+    monkeypatch.setattr(bundle, "adjust", meanwhile)
+    assert run(*files, "--report", report) == 1
+    assert "r.txt is there already, and is not overwritten" in capsys.readouterr().err
+    assert report.read_text() == "theirs" and os.listdir(reports) == ["r.txt"]
 
 
 def test_an_input_is_never_replaced(files, reports, capsys):

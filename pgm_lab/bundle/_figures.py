@@ -8,8 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from pgm_lab import plot, plot_bundle
-from pgm_lab.bundle import _tables
+from pgm_lab import _plot_bundle, plot, plot_bundle
 from pgm_lab.bundle._findings import suspected
 from pgm_lab.bundle._words import UM, count, listed
 from pgm_lab.bundle.result import Bundle
@@ -61,7 +60,7 @@ def mean_residuals(result: Bundle) -> tuple[Figure, str]:
     x, y, vx, vy = sums / number[filled]
     length = np.hypot(vx, vy)
     beyond = length > 3.3 * np.sqrt(np.mean(v**2) / number[filled])  # one in 230
-    unit = _tables.round_step(length.max())  # half as long as a cell
+    unit = _plot_bundle.round_number(length.max())  # half as long as a cell
 
     figure, ax = plt.subplots(figsize=(9, 7))
     for which, colour in ((~beyond, plot.BLUE), (beyond, plot.RED)):

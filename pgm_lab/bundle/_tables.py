@@ -108,7 +108,9 @@ def _test(tested: Significance | None) -> tuple[str, ...]:
 
 def lens(result: Bundle) -> list[Table]:
     """Return a table of the distortion at some radii, for each camera that has any."""
-    from pgm_lab.plot_bundle import lens_profile  # matplotlib only when it is needed
+    # matplotlib only when it is needed
+    from pgm_lab._plot_bundle import round_number
+    from pgm_lab.plot_bundle import lens_profile
 
     network = result.network
     tables = []
@@ -117,7 +119,7 @@ def lens(result: Bundle) -> list[Table]:
         if not np.any(own) or not np.any(one.interior[3:8]):
             continue
         r_max = np.hypot(*(network.xy[own] - one.interior[1:3]).T).max()
-        step = round_step(r_max / 6)
+        step = round_number(r_max / 6)
         r = np.append(np.arange(step, 0.97 * r_max, step), r_max)
         columns = [fixed(r, 2)]
         for kind in ("radial", "decentring"):
@@ -131,12 +133,6 @@ def lens(result: Bundle) -> list[Table]:
         )
         tables.append(Table(caption, header, list(zip(*columns))))
     return tables
-
-
-def round_step(value: float) -> float:
-    """Return the number 1, 2 or 5 times a power of ten that is next below."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * max(k for k in (1, 2, 5) if k * power <= 1.0001 * value))
 
 
 def photos(result: Bundle) -> list[Table]:
