@@ -124,8 +124,8 @@ def datum(result: Bundle) -> str:
         f" the start values, on the average of these.{bars} Standard deviations count"
         " from their middle: they tell how well the shape of the network is known, not"
         " where it lies in a national system, and no other datum makes them smaller"
-        " there on the whole. Camera, sigma0, residuals and distances are the same in"
-        " every datum."
+        " there on the whole. Camera, sigma0, residuals, angles and ratios of distances"
+        " are the same in every datum."
     )
 
 

@@ -1,0 +1,134 @@
+"""Checks of the exercises of chapter 6: count, eliminate the points, judge a lens."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pgm_lab.checks import call, first_slip, near, report
+
+# Rays, photos, points, parameters, held control points
+_NETWORKS = (
+    (450, 9, 50, 10, 0),
+    (450, 9, 50, 10, 4),
+    (120, 4, 30, 0, 0),
+    (310, 7, 61, 8, 5),
+)
+
+
+def redundancy(function: Callable) -> None:
+    """Check the reader's redundancy(rays, photos, points, parameters, held)."""
+    answers = np.array([float(call(function, *case, shape=())) for case in _NETWORKS])
+    rays, photos, points, parameters, held = np.array(_NETWORKS, dtype=float).T
+    free = 7.0 * (held == 0)
+    expected = 2 * rays - parameters - 6 * photos - 3 * (points - held) + free
+    slips = [
+        (expected - rays, "a ray gives two observations, x and y"),
+        (expected - 2 * free, "a constraint adds to the redundancy: its sign"),
+        (expected - free, "without control the inner constraints are missing"),
+        (
+            expected - free + 7,
+            "with held control points there are no inner constraints",
+        ),
+        (expected - 3 * held, "held points are still counted as unknowns"),
+        (
+            expected - 3 * held - free + 7,
+            "held points are still counted as unknowns, and constraints come on top",
+        ),
+        (expected - 6 * held, "held points: the sign; they are fewer unknowns"),
+        (expected + 2 * held, "a held point is three coordinates, not one"),
+        (expected - 2 * held, "a held point is three coordinates, not one"),
+        (expected + parameters, "the parameters of the camera are missing"),
+        (
+            expected + parameters - parameters * photos,
+            "all photos are from one camera: its parameters count once",
+        ),
+        (expected + 6 * photos, "the six unknowns of a photo are missing"),
+        (expected + 3 * photos, "a photo has six unknowns: position and attitude"),
+        (expected + points - held, "a point has three coordinates"),
+    ]
+    known = near(answers[0], expected[0])
+    other = "observations, unknowns or constraints are counted otherwise"
+    hint = first_slip(answers, slips, other)
+    report(
+        "my_redundancy",
+        [
+            ("the network of 2013", known, hint),
+            ("any network", not known or near(answers, expected), hint),
+        ],
+    )
+
+
+def reduced(function: Callable) -> None:
+    """Check the reader's reduced(K, E, V), normal equations without the points."""
+    rng = np.random.default_rng(62)
+    J = rng.normal(size=(60, 7 + 3 * 5))
+    J[:, 7:] *= np.kron(np.arange(60)[:, None] % 5 == np.arange(5), np.ones(3))
+    N = J.T @ J
+    K, E = N[:7, :7], N[:7, 7:].reshape(7, 5, 3).swapaxes(0, 1)
+    V = np.array([N[i : i + 3, i : i + 3] for i in range(7, 22, 3)])
+    expected = np.linalg.inv(np.linalg.inv(N)[:7, :7])  # another way to the same
+    answer = call(function, K, E, V, shape=(7, 7))
+    one_point = call(function, K, E[:1], V[:1], shape=(7, 7))
+    first = K - E[0] @ np.linalg.inv(V[0]) @ E[0].T
+    by_points = E @ np.linalg.inv(V) @ E.swapaxes(1, 2)
+    slips = [
+        (K + by_points.sum(axis=0), "the sign: the points take something away"),
+        (by_points.sum(axis=0), "K is missing"),
+        (K - (E @ V @ E.swapaxes(1, 2)).sum(axis=0), "V is to be inverted"),
+        (K - (E @ (1 / V) @ E.swapaxes(1, 2)).sum(axis=0), "1 / V is not the inverse"),
+        (K - by_points[0], "all points take part, not the first alone"),
+        (K - by_points[-1], "all points take part, not the last alone"),
+        (K - by_points.mean(axis=0), "the sum over the points, not their mean"),
+        (np.linalg.inv(expected), "that is the inverse of it: leave it as equations"),
+    ]
+    other = "its solution is not that of the whole normal equations"
+    hint = first_slip(answer, slips, other)
+    symmetric = near(answer, answer.T, 1e-6)
+    alone = near(one_point, first, 1e-6)
+    whole = near(answer, expected, 1e-6)
+    if whole and not alone:
+        hint = "with a single point it is another matrix"
+    elif not symmetric:
+        hint = "it is not symmetric, and normal equations are"
+    report("my_reduced", [("the same solution with fewer rows", whole and alone, hint)])
+
+
+def band(function: Callable) -> None:
+    """Check the reader's band(r, C), standard deviation of the radial correction."""
+    r = np.array([0.0, 1.5, 4.0, 8.0])
+    rng = np.random.default_rng(63)
+    root = rng.normal(size=(3, 3)) * np.array([[3e-6], [6e-8], [4e-10]])
+    C = root @ root.T
+    answer = call(function, r, C, shape=(4,))
+    powers = r[:, None] ** (3, 5, 7)
+
+    def spread(J, covariance):
+        return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", J, covariance, J), 0))
+
+    expected = spread(powers, C)
+    sd = np.sqrt(np.diagonal(C))
+    slips = [
+        (expected**2, "that is the variance: take the root"),
+        (spread(powers, np.diag(sd**2)), "the covariances between K1, K2, K3 count"),
+        (spread(powers, np.diag(sd**4)), "the diagonal of C holds variances"),
+        (powers @ sd, "standard deviations do not simply add: use all of C"),
+        (spread(r[:, None] ** (2, 4, 6), C), "the powers are 3, 5 and 7"),
+        (spread(r[:, None] ** (1, 2, 3), C), "the powers are 3, 5 and 7"),
+        (1.96 * expected, "one standard deviation, not 95 per cent"),
+        (2 * expected, "one standard deviation, not two"),
+        (1000 * expected, "millimetres, not micrometres"),
+    ]
+    size = expected.max()  # the numbers are small: compare them with their own size
+    hint = first_slip(
+        answer / size,
+        [(wrong / size, text) for wrong, text in slips],
+        "it does not follow from the covariance of K1, K2 and K3",
+    )
+    right = near(answer / size, expected / size, 1e-6)
+    report(
+        "my_band",
+        [
+            ("nothing at the centre", abs(answer[0]) < 1e-12, "at r = 0 it is not 0"),
+            ("all of the covariance counts", right, hint),
+        ],
+    )
