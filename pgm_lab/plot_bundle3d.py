@@ -9,7 +9,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, plot, plot3d
+from pgm_lab import _validate, bundle, plot, plot3d
 from pgm_lab._plot_bundle import best_view, fill, round_number, screen, together
 
 MOTIONS = (
@@ -17,38 +17,6 @@ MOTIONS = (
     *(f"rotation about {axis}" for axis in "XYZ"),
     "scale",
 )
-
-
-def motions(positions: ArrayLike, centre: ArrayLike) -> np.ndarray:
-    """Displacements of points by the seven motions that no photo notices.
-
-    Parameters
-    ----------
-    positions : array_like (n, 3)
-        Projection centres or object points.
-    centre : array_like (3,)
-        What the rotations and the scale leave in place.
-
-    Returns
-    -------
-    ndarray (7, n, 3)
-        Three shifts by 1, three rotations by 1 rad, a scale of 1 + 1, all linear.
-
-    References
-    ----------
-    Muliawan 2013, (2.95): its G holds these as columns, about the origin.
-
-    Examples
-    --------
-    >>> motions([[0.0, 2.0, 0.0]], (0, 0, 0))[[0, 3, 6], 0]
-    array([[1., 0., 0.],
-           [0., 0., 2.],
-           [0., 2., 0.]])
-    """
-    arms = _validate.points(positions, 3, "positions") - centre
-    unit = np.eye(3)[:, None, :]
-    shifts = np.broadcast_to(unit, (3, len(arms), 3))
-    return np.concatenate([shifts, np.cross(unit, arms), arms[None]])
 
 
 def seven_motions(
@@ -86,7 +54,7 @@ def seven_motions(
     m = len(exteriors)
     # About the middle between cameras and object, or one of them would hardly move
     centre = (positions[:m].mean(axis=0) + points.mean(axis=0)) / 2
-    everything = motions(positions, centre)
+    everything = bundle.motions(positions, centre)
     lengths = np.linalg.norm(everything, axis=2).max(axis=1)
     steps = 0.24 * reach * everything / lengths[:, None, None]
     room = np.concatenate([positions, *(positions + steps)])

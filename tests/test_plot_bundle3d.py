@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from mpl_toolkits.mplot3d import proj3d
 from scipy.spatial.transform import Rotation
 
-from pgm_lab import _plot_bundle, datasets, plot, plot_bundle3d
+from pgm_lab import _plot_bundle, bundle, datasets, plot, plot_bundle3d
 
 NETWORK = datasets.muliawan2013()
 EXTERIORS, POINTS = NETWORK.exteriors, NETWORK.object_points
@@ -29,7 +29,7 @@ def covariances(n=50):
 
 def test_motions_are_the_derivatives_of_similarity_transformations():
     points, centre, h = POINTS[:5], np.array([10.0, -20.0, 5.0]), 1e-6
-    found = plot_bundle3d.motions(points, centre)
+    found = bundle.motions(points, centre)
     for axis in range(3):
         unit = np.eye(3)[axis]
         np.testing.assert_array_equal(found[axis], np.tile(unit, (5, 1)))
@@ -47,7 +47,7 @@ def test_each_of_the_seven_panels_shows_its_motion():
     names = [text.get_text() for text in fig.texts[:7]]
     assert tuple(names) == plot_bundle3d.MOTIONS
     middle = (EXTERIORS[:, :3].mean(axis=0) + POINTS.mean(axis=0)) / 2
-    expected = plot_bundle3d.motions(POSITIONS, middle)
+    expected = bundle.motions(POSITIONS, middle)
     longest = 0.24 * np.ptp(POSITIONS, axis=0).max()
     for ax, motion in zip(fig.axes, expected, strict=True):
         # The arrows of the cameras were drawn last, from the tip, the heads afterwards

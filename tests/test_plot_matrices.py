@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pgm_lab import imaging, plot, plot_bundle3d, plot_matrices
+from pgm_lab import bundle, imaging, plot, plot_matrices
 from pgm_lab.camera import BLOCKS, Camera
 
 LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6).interior
@@ -45,7 +45,7 @@ def normal_equations(seen, interior, border):
     A = A.reshape(-1, first + 3 * n)
     G = np.zeros((first + 3 * n, border))
     if border:
-        G[first:] = plot_bundle3d.motions(points, np.zeros(3)).reshape(7, -1).T
+        G[first:] = bundle.motions(points, np.zeros(3)).reshape(7, -1).T
     N = np.block([[A.T @ A, G], [G.T, np.zeros((border, border))]])
     at = np.arange(first, first + 3 * n)
     rest = np.delete(np.arange(len(N)), at)

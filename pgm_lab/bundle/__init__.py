@@ -3,6 +3,7 @@
 Muliawan 2013, chapter II.10.
 """
 
+from pgm_lab.bundle._datum import motions
 from pgm_lab.bundle._rank import NetworkDefect
 from pgm_lab.bundle._solve import adjust
 from pgm_lab.bundle.files import read, write
@@ -32,6 +33,7 @@ __all__ = [
     "correlations",
     "critical_value",
     "html",
+    "motions",
     "read",
     "reliability",
     "significance",

@@ -9,8 +9,9 @@ motion alone (S-transformation, Baarda 1973).
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from pgm_lab import imaging, normal
+from pgm_lab import _validate, imaging, normal
 from pgm_lab.bundle._rays import State
 from pgm_lab.bundle.network import Network
 
@@ -50,7 +51,39 @@ class Motions:
         return Motions(self.kept[:, which], self.points[which])
 
 
-def motions(state: State, interior: int) -> Motions:
+def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
+    """Displacements of points by the seven motions that no photo notices.
+
+    Parameters
+    ----------
+    positions : array_like (n, 3)
+        Projection centres or object points.
+    centre : array_like (3,)
+        What the rotations and the scale leave in place.
+
+    Returns
+    -------
+    ndarray (7, n, 3)
+        Three shifts by 1, three rotations by 1 rad, a scale of 1 + 1, all linear.
+
+    References
+    ----------
+    Muliawan 2013, (2.95): its G holds these as columns, about the origin.
+
+    Examples
+    --------
+    >>> motions([[0.0, 2.0, 0.0]])[[0, 3, 6], 0]
+    array([[1., 0., 0.],
+           [0., 0., 2.],
+           [0., 2., 0.]])
+    """
+    arms = _validate.points(positions, 3, "positions") - centre
+    unit = np.eye(3)[:, None, :]
+    shifts = np.broadcast_to(unit, (3, len(arms), 3))
+    return np.concatenate([shifts, np.cross(unit, arms), arms[None]])
+
+
+def all_motions(state: State, interior: int) -> Motions:
     """All seven motions (`MOTIONS`), about the centre of the points, of similar size.
 
     A turn by the vector w moves a point by w x X, and changes the angles so that
@@ -59,10 +92,10 @@ def motions(state: State, interior: int) -> Motions:
     centre = state.points.mean(axis=0)
     everything = np.concatenate([state.points, state.exteriors[:, :3]]) - centre
     size = np.sqrt(np.mean(everything**2)) or 1.0
-    move = _similarity(everything / size)
+    move = motions(everything / size)
     n, m = len(state.points), len(state.exteriors)
     exterior = np.zeros((m, 6, 7))
-    exterior[:, :3] = move[n:]
+    exterior[:, :3] = move[:, n:].transpose(1, 2, 0)
     M = imaging.attitude(state.exteriors)
     kappa = state.exteriors[:, 5]
     axes = np.zeros((m, 3, 3))  # about which each angle turns, in the camera's frame
@@ -70,24 +103,12 @@ def motions(state: State, interior: int) -> Motions:
     axes[:, 0, 1], axes[:, 1, 1], axes[:, 2, 2] = np.sin(kappa), np.cos(kappa), 1
     exterior[:, 3:, 3:6] = np.linalg.solve(axes, M) / size
     kept = np.concatenate([np.zeros((interior, 7)), exterior.reshape(6 * m, 7)])
-    return Motions(kept, move[:n].transpose(2, 1, 0))
-
-
-def _similarity(X: np.ndarray) -> np.ndarray:
-    """G of (2.95) for points (n, 3): (n, 3, 7)."""
-    x, y, z = X.T
-    one, zero = np.ones(len(X)), np.zeros(len(X))
-    rows = [
-        [one, zero, zero, zero, z, -y, x],
-        [zero, one, zero, -z, zero, x, y],
-        [zero, zero, one, y, -x, zero, z],
-    ]
-    return np.array(rows).transpose(2, 0, 1)
+    return Motions(kept, move[:, :n].transpose(0, 2, 1))
 
 
 def free_motions(network: Network, state: State, interior: int) -> Motions:
     """The motions that neither control points nor scale bars forbid."""
-    all_seven = motions(state, interior)
+    all_seven = all_motions(state, interior)
     if not is_controlled(network):
         return all_seven.some(slice(6)) if len(network.scale_bars) else all_seven
     stopped = [np.eye(7)[6:]] if len(network.scale_bars) else []
