@@ -140,7 +140,16 @@ def test_parameters_that_parallel_photos_of_a_plane_do_not_determine_are_named()
             "with the same lens direction",
         ),
         ({"camera": [1] * 6}, "camera must be indices from 0 to 0"),
+        ({"cameras": [Camera(30.0), Camera(31.0)]}, r"cameras\[1\] take no photo"),
         ({"fixed": [12]}, "fixed must be indices"),
+        (
+            {"fixed": [1, 2], "control": ([2], np.zeros((1, 3)), 1.0)},
+            "point 2 is in `fixed` and in `control`",
+        ),
+        (
+            {"fixed": [1], "check": ([1], np.zeros((1, 3)))},
+            "point 1 is in `fixed` and in `check`",
+        ),
         ({"fixed": [0.5]}, "fixed must be whole numbers"),
         ({"control": ([1], [[0, 0, 0]])}, "control must be a tuple"),
         ({"control": ([1, 1], np.zeros((2, 3)), 1.0)}, "control has a point twice"),
@@ -167,6 +176,8 @@ def test_nan_and_doubled_observations_are_refused_with_their_place():
     point = network.point.copy()
     same = np.flatnonzero(network.photo == 0)
     point[same[1]] = point[same[0]]
+    other = np.flatnonzero(network.photo == 3)
+    point[other[:3]] = point[other[0]]
     with pytest.raises(ValueError, match=f"photo 1 has point {point[same[0]] + 1} 2 t"):
         replace(network, point=point)
 

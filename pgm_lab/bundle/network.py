@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,7 +51,8 @@ class Network:
     ------
     ValueError
         If shapes do not fit, an index does not exist, a number is not finite, a sigma
-        is not positive, or a photo has a point twice.
+        is not positive, a photo has a point twice, a camera has no photo, or a point
+        has two of the roles fixed, control and check.
 
     Examples
     --------
@@ -97,6 +99,12 @@ class Network:
         self._set(sigma=_broadcast(_sigma(self.sigma, "sigma"), xy.shape, "sigma"))
         camera = np.zeros(m, int) if self.camera is None else self.camera
         self._set(camera=_indices(camera, len(self.cameras), "camera", m))
+        unused = np.setdiff1d(np.arange(len(self.cameras)), self.camera)
+        _validate.refuse(
+            np.isin(np.arange(len(self.cameras)), unused),
+            "cameras{} take no photo: leave them out, or correct `camera`, the camera"
+            " of each photo",
+        )
         self._set(fixed=np.unique(_indices(self.fixed, n, "fixed")))
         if self.control is not None:
             self._set(control=_control(self.control, n))
@@ -104,6 +112,7 @@ class Network:
             index, coordinates = _parts(self.check, 2, "check")
             index = _indices(index, n, "check")
             self._set(check=(index, _table(coordinates, 3, "check", len(index))))
+        self._refuse_two_roles()
         if self.datum_points is not None:
             datum = np.unique(_indices(self.datum_points, n, "datum_points"))
             self._set(datum_points=datum)
@@ -128,15 +137,28 @@ class Network:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    def _refuse_two_roles(self) -> None:
+        roles = {"fixed": self.fixed}
+        roles |= {"control": self.control[0]} if self.control is not None else {}
+        roles |= {"check": self.check[0]} if self.check is not None else {}
+        for one, other in combinations(roles, 2):
+            both = np.intersect1d(roles[one], roles[other])
+            if len(both):
+                raise ValueError(
+                    f"point {both[0]} is in `{one}` and in `{other}`: a point has one"
+                    " of these roles only"
+                )
+
     def _refuse_doubles(self) -> None:
         ray = self.photo * len(self.points) + self.point
         found, count = np.unique(ray, return_counts=True)
         if np.any(count > 1):
             photo, point = divmod(int(found[count > 1][0]), len(self.points))
+            times = int(count[count > 1][0])
             raise ValueError(
                 f"photo {self.photo_names[photo]} has point"
-                f" {self.point_names[point]} {count.max()} times: leave one, or take"
-                " the mean with a smaller sigma"
+                f" {self.point_names[point]} {times} times: leave one, or take the mean"
+                " with a smaller sigma"
             )
 
     @property
@@ -172,7 +194,7 @@ def _table(values: ArrayLike, columns: int, name: str, rows: int | None = None):
             f"{name} must have shape ({'rows' if rows is None else rows}, {columns});"
             f" got {array.shape}"
         )
-    return array
+    return array.copy()
 
 
 def _indices(values: ArrayLike, size: int, name: str, length: int | None = None):
