@@ -179,8 +179,9 @@ def test_scale_bars_between_control_points_equal_the_dense_core():
     found = adjust(network, SOME)
     core = dense(network, SOME, free=~network.held)
     assert_equal_to_dense(network, found, *core)
-    at_end = core[0].residuals[-2:]
-    np.testing.assert_allclose(found.scale_bar_residuals, at_end, atol=1e-9)
+    for name in ("residuals", "redundancy_numbers", "standardized"):
+        ours, theirs = getattr(found, f"scale_bar_{name}"), getattr(core[0], name)[-2:]
+        np.testing.assert_allclose(ours, theirs, atol=1e-8)
 
 
 def test_sigma0_camera_and_residuals_are_the_same_in_every_datum():
@@ -293,6 +294,29 @@ def test_check_points_are_compared_and_change_nothing():
     found = bundle.adjust(network, SOME)
     np.testing.assert_array_equal(checked.points, found.points)
     np.testing.assert_allclose(checked.check_differences, found.points[[1, 2]] - known)
+
+
+def test_the_last_change_is_in_units_of_the_standard_deviations():
+    network = small()
+    first = bundle.adjust(network, SOME, max_iterations=1)
+    there = replace(
+        network, cameras=first.cameras, exteriors=first.exteriors, points=first.points
+    )
+    found = bundle.adjust(there, SOME, max_iterations=1)
+    moved = (found.interior - first.interior) / first.sd_interior
+    # a bound for every unknown, and not a hundred times too large
+    bound = found.history.change[0]
+    assert np.abs(moved).max() <= bound < 100 * np.abs(moved).max()
+
+
+@pytest.mark.parametrize("portion", [1, 7])
+def test_pairs_in_portions_give_the_same(monkeypatch, portion):
+    network = small(cameras=2, skip=7)
+    whole = bundle.adjust(network, SOME)
+    monkeypatch.setattr("pgm_lab.bundle._reduced.PAIRS_AT_ONCE", portion)
+    found = bundle.adjust(network, SOME)
+    np.testing.assert_allclose(found.covariance_points, whole.covariance_points)
+    np.testing.assert_allclose(found.interior, whole.interior)
 
 
 def test_history_says_what_happened_and_full_steps_can_be_asked_for():

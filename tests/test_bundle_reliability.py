@@ -1,6 +1,7 @@
 """Reliability, data snooping and the tests of parameters, against planted errors."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -94,13 +95,50 @@ def test_snooping_leaves_good_observations_alone_and_stops_at_its_limit():
     assert found.stopped == "limit of blunders reached"
 
 
-def test_snooping_stops_where_the_network_needs_the_ray():
-    network = replace(small(), fixed=[0, 4, 7])
+def test_snooping_stops_at_a_ray_that_the_network_needs_and_says_what_is_left():
+    network = small("forward", photos=8, points=20)
     of_point = np.flatnonzero(network.point == 5)
-    two_rays = with_error(network, of_point[0], (0.5, 0.5)).without(of_point[2:])
-    found = bundle.snoop(two_rays, ("c",), sigma0_prior=1.0)
-    assert "a point needs at least two rays" in found.stopped
-    assert "5" not in [str(b.point) for b in found.removed if b.ray != of_point[0]]
+    wrong = with_error(network, of_point[0], (0.5, 0.5)).without(of_point[2:])
+    found = bundle.snoop(wrong, SOME, sigma0_prior=1.0)
+    # nothing tells which of two rays is wrong, and good ones are not to suffer for it
+    assert found.removed == ()
+    assert found.stopped.startswith("point 6 in photo ")
+    assert "cannot be spared: a point needs at least two rays" in found.stopped
+    large = np.abs(found.result.standardized).max(axis=1) > found.critical
+    assert f"largest residual of {large.sum()} above" in found.stopped
+
+
+def test_snooping_blames_a_wrong_control_point_before_good_rays():
+    network = small(photos=8, points=20)
+    index = np.array([0, 5, 11, 17])
+    free = bundle.adjust(network, SOME)
+    given = free.points[index].copy()
+    given[2, 1] += 5.0
+    wrong = replace(network, control=(index, given, 0.05))
+    found = bundle.snoop(wrong, SOME)
+    assert found.removed == ()
+    assert found.stopped.startswith("control point 12 has the largest residual")
+    worst = np.abs(found.result.control_standardized).max()
+    assert worst > np.abs(found.result.standardized).max()
+
+
+def test_snooping_does_not_judge_an_adjustment_that_did_not_converge(monkeypatch):
+    short = partial(bundle.adjust, max_iterations=1)
+    monkeypatch.setattr("pgm_lab.bundle.snooping.adjust", short)
+    found = bundle.snoop(with_error(real(), 3, (0.1, 0)))
+    assert found.result.status == "too many iterations"
+    assert found.removed == ()
+    assert "too many iterations" in found.stopped
+
+
+def test_snooping_hands_on_what_is_known_of_sigma0():
+    network = with_error(small(photos=8, points=20), 11, (0.03, 0.0))
+    found = bundle.snoop(network, SOME, sigma0_prior=2.0)
+    assert found.result.sigma0_prior == found.before.sigma0_prior == 2.0
+    assert found.critical == pytest.approx(3.2905, abs=1e-4)
+    estimated = bundle.snoop(network, SOME)
+    assert estimated.critical == bundle.critical_value(estimated.result)
+    assert estimated.removed[0].sigma0 == estimated.before.sigma0
 
 
 def test_a_false_alarm_happens_as_often_as_alpha_says():
@@ -171,3 +209,33 @@ def test_significance_speaks_of_each_camera():
     names = [one.name for one in bundle.significance(found)]
     expected = ["x0 of camera 1", "K1 of camera 1", "x0 of camera 2", "K1 of camera 2"]
     assert names == expected
+
+
+def test_the_effect_is_that_of_the_points_the_camera_saw():
+    network = small(cameras=2)
+    found = bundle.adjust(network, ("c", "x0", "b1"))
+    for number, one in enumerate(bundle.significance(found)[1::2]):
+        own = network.camera[network.photo] == number
+        x = network.xy[own, 0] - found.cameras[number].x0
+        assert one.effect == pytest.approx(abs(one.value) * np.abs(x).max())
+
+
+def test_where_nothing_controls_a_coordinate_any_error_stays_and_does_any_harm():
+    found = bundle.adjust(small(), SOME)
+    numbers = found.redundancy_numbers.copy()
+    numbers[3, 1] = 0
+    limits = bundle.reliability(replace(found, redundancy_numbers=numbers))
+    assert limits.internal[3, 1] == limits.external[3, 1] == np.inf
+    assert bundle.critical_value(replace(found, redundancy=1)) == np.inf
+
+
+def test_without_errors_nothing_is_divided_by_zero():
+    found = bundle.adjust(small(), SOME)
+    exact = replace(found, sigma0=0.0, covariance=0 * found.covariance, redundancy=10)
+    assert all(np.isinf(one.t) and one.p == 0 for one in bundle.significance(exact))
+
+
+def test_without_redundancy_parameters_are_tested_by_the_normal_distribution():
+    found = bundle.adjust(small(), SOME, sigma0_prior=1.0)
+    one = bundle.significance(replace(found, redundancy=0))[0]
+    assert one.p == pytest.approx(2 * stats.norm.sf(abs(one.t)))

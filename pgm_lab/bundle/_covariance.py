@@ -63,6 +63,18 @@ def cofactors(
     return Cofactors(Q, points, of_rays)
 
 
+def bars_redundancy(reduced: Reduced, Q: np.ndarray, sigma: np.ndarray) -> np.ndarray:
+    """Redundancy numbers (s,) of scale bars.
+
+    They are 1 - (B Q B') / sigma^2; since K^-1 = sigma^2 + B V^-1 B', this is sigma^2
+    times the diagonal of K - K F'QF K.
+    """
+    if reduced.bars is None:
+        return np.zeros(0)
+    K, F = reduced.bars.K, reduced.bars.F
+    return sigma**2 * np.diagonal(K - K @ F.T @ Q @ F @ K)
+
+
 def _with_points(rays: Rays, reduced: Reduced, Q: np.ndarray):
     """M: rows of the interior (U, 3, n) at points, of the photo (6, 3, k) at rays."""
     Z, Z_interior = reduced.Z_exterior, reduced.Z_interior

@@ -8,7 +8,7 @@ from scipy import linalg
 from pgm_lab import _validate, normal
 from pgm_lab._gauss_newton import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREASE
 from pgm_lab.bundle import _datum, _rank
-from pgm_lab.bundle._covariance import cofactors
+from pgm_lab.bundle._covariance import bars_redundancy, cofactors
 from pgm_lab.bundle._datum import Motions
 from pgm_lab.bundle._problem import Problem
 from pgm_lab.bundle._rays import Equations, State
@@ -228,16 +228,21 @@ def _result(
 
     sigma0 = np.sqrt(phi / redundancy) if redundancy else np.nan
     variance = (sigma0 if redundancy else sigma0_prior or np.nan) ** 2
-    share = 1 - found.rays
-    controlled = share > UNCONTROLLED
-    sd = np.sqrt(np.where(controlled, share, 1)) * (sigma0_prior or sigma0 or np.inf)
+    unit = sigma0_prior or sigma0 or np.inf
     back = np.argsort(rays.order)
-    per_ray = [
-        np.ascontiguousarray(values[:, back].T)
-        for values in (eq.v / rays.per_sigma, share, np.where(controlled, eq.v / sd, 0))
-    ]
-    control, check = network.control, network.check
-    bars = problem.bars(state)
+    share = np.ascontiguousarray(1 - found.rays[:, back].T)
+    v = (eq.v / rays.per_sigma)[:, back].T
+    control, check, bars = network.control, network.check, network.scale_bars
+    v_control, share_control = _differences(state.points, control), np.zeros((0, 3))
+    sigma_control = share_control
+    if control is not None:
+        sigma_control = np.where(control[2] > 0, control[2], np.inf)
+        share_control = 1 - np.einsum("iin->ni", found.points)[control[0]] / (
+            sigma_control**2
+        )
+        share_control *= np.isfinite(sigma_control)
+    v_bars = np.zeros(0) if not len(bars) else problem.bars(state)[1]
+    share_bars = bars_redundancy(reduced, Q, bars[:, 3])
     return Bundle(
         network=network,
         estimate=problem.estimate,
@@ -251,11 +256,17 @@ def _result(
         sigma0=float(sigma0),
         sigma0_prior=sigma0_prior,
         redundancy=redundancy,
-        residuals=per_ray[0],
-        redundancy_numbers=per_ray[1],
-        standardized=per_ray[2],
-        control_residuals=_differences(state.points, control),
-        scale_bar_residuals=np.zeros(0) if bars is None else bars[1],
+        residuals=v,
+        redundancy_numbers=share,
+        standardized=_standardized(v, network.sigma * unit, share),
+        control_residuals=v_control,
+        control_redundancy_numbers=share_control,
+        control_standardized=_standardized(
+            v_control, sigma_control * unit, share_control
+        ),
+        scale_bar_residuals=v_bars,
+        scale_bar_redundancy_numbers=share_bars,
+        scale_bar_standardized=_standardized(v_bars, bars[:, 3] * unit, share_bars),
         check_differences=_differences(state.points, check),
         names=kept_names(network, problem.estimate),
         covariance=variance * found.kept,
@@ -263,6 +274,14 @@ def _result(
         status=status,
         iterations=len(history.step),
         history=history,
+    )
+
+
+def _standardized(v: np.ndarray, sigma: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Residuals over their standard deviations; 0 where nothing controls them."""
+    controlled = share > UNCONTROLLED
+    return np.where(
+        controlled, v / (sigma * np.sqrt(np.where(controlled, share, 1))), 0
     )
 
 

@@ -141,13 +141,16 @@ def significance(result: Bundle, alpha: float = 0.05) -> list[Significance]:
     """
     found = []
     u = len(result.estimate)
+    # without redundancy the standard deviations come from sigma0_prior, known exactly
+    known = not result.redundancy
+    distribution = stats.norm if known else stats.t(result.redundancy)
     for i, name in enumerate(result.interior_names):
         parameter, camera = result.estimate[i % u], i // u
         if parameter == "c":
             continue
         value, sd = float(result.interior[i]), float(result.sd_interior[i])
-        t = value / sd
-        p = float(2 * stats.t.sf(abs(t), max(result.redundancy, 1)))
+        t = value / sd if sd > 0 else np.copysign(np.inf, value)
+        p = float(2 * distribution.sf(abs(t)))
         effect = _effect(result, parameter, camera)
         found.append(Significance(name, value, sd, t, p, p < alpha, effect))
     return found

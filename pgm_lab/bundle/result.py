@@ -46,8 +46,12 @@ class Bundle:
         else from `sigma0`; 0 where nothing controls the coordinate.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
+    control_redundancy_numbers, control_standardized : ndarray (q, 3)
+        The same as for the image coordinates; 0 where a coordinate is held or free.
     scale_bar_residuals : ndarray (s,)
         Computed - given distances.
+    scale_bar_redundancy_numbers, scale_bar_standardized : ndarray (s,)
+        The same as for the image coordinates.
     check_differences : ndarray (c, 3)
         Computed - given coordinates of the check points.
     names : tuple of str
@@ -77,7 +81,11 @@ class Bundle:
     redundancy_numbers: np.ndarray
     standardized: np.ndarray
     control_residuals: np.ndarray
+    control_redundancy_numbers: np.ndarray
+    control_standardized: np.ndarray
     scale_bar_residuals: np.ndarray
+    scale_bar_redundancy_numbers: np.ndarray
+    scale_bar_standardized: np.ndarray
     check_differences: np.ndarray
     names: tuple[str, ...]
     covariance: np.ndarray

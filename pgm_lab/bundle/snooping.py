@@ -57,8 +57,10 @@ class Snooping:
     critical : float
         Limit of the standardised residuals, for the result.
     stopped : str
-        "no residual above the limit"; "limit of blunders reached"; or what the network
-        would not determine without the next ray.
+        "no residual above the limit", or why there still are some: the limit of
+        blunders is reached, the network would not be determined without the next ray,
+        a control point or a scale bar has the largest residual, or the adjustment did
+        not converge.
     """
 
     before: Bundle
@@ -113,30 +115,63 @@ def snoop(
         )
 
     before = result = solve(network)
-    stopped = "no residual above the limit"
-    while (worst := _worst(result)) is not None:
-        if np.abs(result.standardized[worst]).max() <= critical_value(result, alpha):
-            break
+    while (stopped := _reason_to_stop(result, alpha)) is None:
         if len(removed) == most:
             stopped = "limit of blunders reached"
             break
-        blunder = _blunder(result, worst, int(rays[worst]))
+        # no other ray instead: the residuals of good ones are spoilt by this one
+        worst = int(np.argmax(np.abs(result.standardized).max(axis=1)))
         try:
-            result = solve(result.network.without([worst]))
+            after = solve(result.network.without([worst]))
         except NetworkDefect as defect:
-            stopped = str(defect)
+            stopped = _needed(result, worst, alpha, defect)
             break
-        rays = np.delete(rays, worst)
-        removed.append(blunder)
+        removed.append(_blunder(result, worst, int(rays[worst])))
+        rays, result = np.delete(rays, worst), after
     return Snooping(
         before, result, tuple(removed), critical_value(result, alpha), stopped
     )
 
 
-def _worst(result: Bundle) -> int | None:
-    """The ray with the largest standardised residual, unless all are zero."""
-    largest = np.abs(result.standardized).max(axis=1)
-    return int(np.argmax(largest)) if largest.max() > 0 else None
+def _needed(result: Bundle, row: int, alpha: float, defect: NetworkDefect) -> str:
+    """Say which ray should go but cannot, and how many residuals stay too large."""
+    network = result.network
+    photo = network.photo_names[network.photo[row]]
+    point = network.point_names[network.point[row]]
+    large = np.abs(result.standardized).max(axis=1) > critical_value(result, alpha)
+    return (
+        f"point {point} in photo {photo} has the largest residual of {large.sum()} above"
+        f" the limit, but it cannot be spared: {defect}"
+    )
+
+
+def _reason_to_stop(result: Bundle, alpha: float) -> str | None:
+    """Why no ray is to be removed, or None."""
+    if result.status != "converged":
+        return f"the adjustment ended with the status {result.status!r}"
+    rays, control, bars = (
+        np.abs(w).max(initial=0)
+        for w in (
+            result.standardized,
+            result.control_standardized,
+            result.scale_bar_standardized,
+        )
+    )
+    if max(rays, control, bars) <= critical_value(result, alpha):
+        return "no residual above the limit"
+    if max(control, bars) <= rays:
+        return None
+    if bars >= control:
+        number = np.argmax(np.abs(result.scale_bar_standardized)) + 1
+        what = f"scale bar {number}"
+    else:
+        row = np.argmax(np.abs(result.control_standardized).max(axis=1))
+        point = result.network.control[0][row]
+        what = f"control point {result.network.point_names[point]}"
+    return (
+        f"{what} has the largest residual: correct it or leave it out first, since it"
+        " spoils those of good rays"
+    )
 
 
 def _blunder(result: Bundle, row: int, ray: int) -> Blunder:
