@@ -140,8 +140,8 @@ def _needed(result: Bundle, row: int, alpha: float, defect: NetworkDefect) -> st
     point = network.point_names[network.point[row]]
     large = np.abs(result.standardized).max(axis=1) > critical_value(result, alpha)
     return (
-        f"point {point} in photo {photo} has the largest residual of {large.sum()} above"
-        f" the limit, but it cannot be spared: {defect}"
+        f"point {point} in photo {photo} has the largest residual of {large.sum()}"
+        f" above the limit, but it cannot be spared: {defect}"
     )
 
 
