@@ -255,7 +255,7 @@ def size_study(
     for ax, quantity in ((left, "time (s)"), (right, "memory (MB)")):
         ax.set(xscale="log", yscale="log", xlabel="rays", ylabel=quantity)
         plain(ax.yaxis, (1,))
-    right.set(xlim=(rays.min() / 2, 2 * rays.max()), ylim=(None, 3 * megabytes.max()))
+    right.set(xlim=(rays.min() / 4, 2 * rays.max()), ylim=(None, 3 * megabytes.max()))
     left.legend(loc="upper left")
     return fig
 
