@@ -213,6 +213,53 @@ def design_study(
     return fig
 
 
+def size_study(
+    rays: ArrayLike,
+    seconds: Mapping[str, ArrayLike],
+    megabytes: ArrayLike,
+    labels: Sequence[str],
+) -> Figure:
+    """Draw time and memory of an adjustment against the size of the network.
+
+    Parameters
+    ----------
+    rays : array_like (k,)
+        Number of rays of each network, ascending.
+    seconds : mapping of str to array_like (k,)
+        Seconds by program; the first is the one that the memory belongs to.
+    megabytes : array_like (k,)
+        Most memory held at once.
+    labels : sequence of k str
+        What stands at the networks, such as their number of photos.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If the lists have not the same length.
+    """
+    columns = {"rays": rays} | dict(seconds) | {"megabytes": megabytes}
+    series = _same_length(columns, "rays, seconds and megabytes", labels)
+    rays, megabytes = series.pop("rays"), series.pop("megabytes")
+    fig, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8))
+    for (name, values), (color, mark) in zip(series.items(), SERIES):
+        look = {"color": color, "marker": mark, "markersize": 9}
+        left.plot(rays, values, "-", label=name, **look)
+    right.plot(rays, megabytes, "o-", color=SERIES[0][0], markersize=9)
+    for x, y, label in zip(rays, megabytes, labels):
+        place = {"textcoords": "offset points", "ha": "center", "fontsize": 13}
+        right.annotate(label, (x, y), (0, 12), **place)
+    for ax, quantity in ((left, "time (s)"), (right, "memory (MB)")):
+        ax.set(xscale="log", yscale="log", xlabel="rays", ylabel=quantity)
+        plain(ax.yaxis, (1,))
+    right.set(xlim=(rays.min() / 4, 2 * rays.max()), ylim=(None, 3 * megabytes.max()))
+    left.legend(loc="upper left")
+    return fig
+
+
 def _same_length(series, name, names=None) -> dict[str, np.ndarray]:
     arrays = {key: _validate.finite(values, key) for key, values in series.items()}
     shapes = {key: values.shape for key, values in arrays.items()}

@@ -24,6 +24,26 @@ def eliminated_in_a_loop(K, E, V):
     return S
 
 
+def through_the_whole(K, E, V):
+    """Inverts the matrix of all unknowns, which a free network does not allow."""
+    k, n = len(K), len(V)
+    N = np.zeros((k + 3 * n, k + 3 * n))
+    N[:k, :k] = K
+    N[:k, k:] = E.swapaxes(0, 1).reshape(k, 3 * n)
+    N[k:, :k] = N[:k, k:].T
+    for j, own in enumerate(V):
+        N[k + 3 * j : k + 3 * j + 3, k + 3 * j : k + 3 * j + 3] = own
+    return np.linalg.inv(np.linalg.inv(N)[:k, :k])
+
+
+def regular_only(K, E, V):
+    """Stops, as an inverse may, when what is left is singular."""
+    S = eliminated(K, E, V)
+    if np.linalg.cond(S) > 1e12:
+        raise np.linalg.LinAlgError("Singular matrix")
+    return S
+
+
 def band(r, C):
     J = r[:, None] ** (3, 5, 7)
     return np.sqrt(np.einsum("ni,ij,nj->n", J, C, J))
@@ -79,8 +99,10 @@ def test_right_answers_are_what_the_package_computes(calibration):
         (lambda *c: count(*c) + 6 * c[1], "six unknowns of a photo"),
         (lambda *c: count(*c) + 3 * c[1], "position and attitude"),
         (lambda *c: count(*c) + c[2] - c[4], "three coordinates"),
+        (lambda *c: count(*c) + (7 - c[4]) * (c[4] > 0), "not fewer of them"),
         (lambda *c: 700, "counted otherwise"),
-        (lambda *c: 693, "counted otherwise"),
+        (lambda *c: 693, "not for any"),
+        (lambda *c: count(*c) + 1 * (c[4] > 0), "not with them"),
     ],
 )
 def test_slips_in_redundancy_are_named(function, hint):
@@ -108,6 +130,12 @@ def test_slips_in_redundancy_are_named(function, hint):
             lambda K, E, V: K - (K - eliminated(K, E, V)) / len(V),
             "not their mean",
         ),
+        (
+            lambda K, E, V: eliminated(K, E.sum(axis=0)[None], V.sum(axis=0)[None]),
+            "the sum over the points last",
+        ),
+        (lambda K, E, V: through_the_whole(K, E, V), "whole normal matrix is singular"),
+        (lambda K, E, V: regular_only(K, E, V), "whole normal matrix is singular"),
         (lambda K, E, V: np.linalg.inv(eliminated(K, E, V)), "leave it as equations"),
         (lambda K, E, V: np.triu(eliminated(K, E, V)), "not symmetric"),
         (lambda K, E, V: K, "not that of the whole"),
@@ -130,6 +158,11 @@ def test_slips_in_eliminating_points_are_named(function, hint):
         (lambda r, C: band(r, C) ** 2, "take the root"),
         (lambda r, C: band(r, np.diag(np.diag(C))), "covariances between"),
         (lambda r, C: band(r, np.diag(np.diag(C) ** 2)), "holds variances"),
+        (
+            lambda r, C: np.sqrt(r[:, None] ** (3, 5, 7) @ np.diag(C)),
+            "derivatives enter twice",
+        ),
+        (lambda r, C: band(r, (C + np.diag(np.diag(C))) / 2), "covariance counts"),
         (
             lambda r, C: r[:, None] ** (3, 5, 7) @ np.sqrt(np.diag(C)),
             "do not simply add",

@@ -56,6 +56,7 @@ def test_the_number_is_that_of_the_table():
         (2, "kappa", "rad", ARC * np.pi / 180, "taken for degrees"),
         (2, "kappa", "rad", ARC * 180 / np.pi, "converted to degrees"),
         (2, "kappa", "rad", ARC / 10, "at 1 mm"),
+        (2, "kappa", "rad", ARC / 1e4, "the angle itself"),
         (2, "kappa", "rad", ARC + 4, "not the arc"),
     ],
 )
@@ -110,6 +111,7 @@ def test_a_scaling_in_place_is_refused():
         ("photo", "five numbers"),
         (5, "five numbers"),
         ([3, 4, 5, 8, 9], "standard deviation"),
+        ([2, 5, 6, 7, 9], "how is the camera rolled"),  # from all five places
         ([1, 3, 5, 8, 9], "standard deviation"),
     ],
 )

@@ -128,3 +128,27 @@ def test_design_study_puts_each_network_on_its_line():
 def test_every_network_needs_its_numbers():
     with pytest.raises(ValueError, match=r"y0 must have 2 values; got \(1,\)"):
         plot_studies.design_study(["a", "b"], {"y0": [1.0]}, {})
+
+
+def test_time_and_memory_stand_over_the_rays_of_their_network():
+    seconds = {"pgm_lab": [0.01, 0.7, 2.0], "another": [0.003, 1.4, 4.0]}
+    fig = plot_studies.size_study([450, 8e4, 2e5], seconds, [3, 140, 330], "abc")
+    left, right = fig.axes
+    drawn = {line.get_label(): line.get_xydata().T for line in left.lines}
+    assert set(drawn) == set(seconds)
+    for name, values in seconds.items():
+        np.testing.assert_array_equal(drawn[name], ([450, 8e4, 2e5], values))
+    (line,) = right.lines
+    np.testing.assert_array_equal(line.get_xydata().T, ([450, 8e4, 2e5], [3, 140, 330]))
+    assert line.get_color() == left.lines[0].get_color()  # whose memory it is
+    places = {text.get_text(): text.xy for text in right.texts}
+    assert places == {"a": (450, 3), "b": (8e4, 140), "c": (2e5, 330)}
+    assert legend(fig) == ["pgm_lab", "another"]
+    for ax, unit in ((left, "(s)"), (right, "(MB)")):
+        assert ax.get_xscale() == ax.get_yscale() == "log"
+        assert ax.get_xlabel() == "rays" and ax.get_ylabel().endswith(unit)
+
+
+def test_every_network_needs_its_time():
+    with pytest.raises(ValueError, match="seconds and megabytes must hold lists"):
+        plot_studies.size_study([450, 900], {"a": [1.0]}, [1.0, 2.0], "ab")

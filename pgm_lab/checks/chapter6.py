@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab.checks import call, first_slip, near, report
+from pgm_lab.checks import CheckFailed, call, first_slip, near, report
 
 # Rays, photos, points, parameters, held control points
 _NETWORKS = (
@@ -29,6 +29,11 @@ def redundancy(function: Callable) -> None:
             expected - free + 7,
             "with held control points there are no inner constraints",
         ),
+        (
+            expected - free + 7 - held,
+            "right for 2013; but with held points the photos need no inner constraint"
+            " any more, not fewer of them",
+        ),
         (expected - 3 * held, "held points are still counted as unknowns"),
         (
             expected - 3 * held - free + 7,
@@ -48,6 +53,10 @@ def redundancy(function: Callable) -> None:
     ]
     known = near(answers[0], expected[0])
     other = "observations, unknowns or constraints are counted otherwise"
+    if known:
+        other = "right for the network of 2013, but not for any: use all arguments"
+        if near(answers[held == 0], expected[held == 0]):
+            other = "right without held points, not with them"
     hint = first_slip(answers, slips, other)
     report(
         "my_redundancy",
@@ -68,6 +77,7 @@ def reduced(function: Callable) -> None:
     V = np.array([N[i : i + 3, i : i + 3] for i in range(7, 22, 3)])
     expected = np.linalg.inv(np.linalg.inv(N)[:7, :7])  # another way to the same
     answer = call(function, K, E, V, shape=(7, 7))
+    free = _free_network(function, J)
     one_point = call(function, K, E[:1], V[:1], shape=(7, 7))
     first = K - E[0] @ np.linalg.inv(V[0]) @ E[0].T
     by_points = E @ np.linalg.inv(V) @ E.swapaxes(1, 2)
@@ -79,6 +89,10 @@ def reduced(function: Callable) -> None:
         (K - by_points[0], "all points take part, not the first alone"),
         (K - by_points[-1], "all points take part, not the last alone"),
         (K - by_points.mean(axis=0), "the sum over the points, not their mean"),
+        (
+            K - E.sum(axis=0) @ np.linalg.inv(V.sum(axis=0)) @ E.sum(axis=0).T,
+            "each point with its own E and V first, the sum over the points last",
+        ),
         (np.linalg.inv(expected), "that is the inverse of it: leave it as equations"),
     ]
     other = "its solution is not that of the whole normal equations"
@@ -90,7 +104,34 @@ def reduced(function: Callable) -> None:
         hint = "with a single point it is another matrix"
     elif not symmetric:
         hint = "it is not symmetric, and normal equations are"
-    report("my_reduced", [("the same solution with fewer rows", whole and alone, hint)])
+    report(
+        "my_reduced",
+        [
+            ("the same solution with fewer rows", whole and alone, hint),
+            (
+                "also in a free network",
+                not (whole and alone) or free,
+                "a free network fails: its whole normal matrix is singular and has no"
+                " inverse; invert the 3 × 3 blocks of the points alone",
+            ),
+        ],
+    )
+
+
+def _free_network(function: Callable, J: np.ndarray) -> bool:
+    """Whether the function eliminates points when the whole matrix is singular."""
+    J = J.copy()
+    J[:, 0] = J[:, 1:] @ np.linspace(-1, 1, J.shape[1] - 1)  # a motion no ray notices
+    N = J.T @ J
+    E = N[:7, 7:].reshape(7, 5, 3).swapaxes(0, 1)
+    V = np.array([N[i : i + 3, i : i + 3] for i in range(7, 22, 3)])
+    Q = np.linalg.qr(J[:, 7:])[0]
+    rest = J[:, :7] - Q @ (Q.T @ J[:, :7])  # what the points cannot take up
+    try:
+        answer = call(function, N[:7, :7], E, V, shape=(7, 7))
+    except CheckFailed:  # it did return something in the network before
+        return False
+    return near(answer, rest.T @ rest, 1e-6)
 
 
 def band(function: Callable) -> None:
@@ -111,6 +152,14 @@ def band(function: Callable) -> None:
         (expected**2, "that is the variance: take the root"),
         (spread(powers, np.diag(sd**2)), "the covariances between K1, K2, K3 count"),
         (spread(powers, np.diag(sd**4)), "the diagonal of C holds variances"),
+        (
+            np.sqrt(np.abs(powers @ sd**2)),
+            "the derivatives enter twice, before C and behind it",
+        ),
+        (
+            spread(powers, (C + np.diag(sd**2)) / 2),
+            "each covariance counts twice: C has it above and below the diagonal",
+        ),
         (powers @ sd, "standard deviations do not simply add: use all of C"),
         (spread(r[:, None] ** (2, 4, 6), C), "the powers are 3, 5 and 7"),
         (spread(r[:, None] ** (1, 2, 3), C), "the powers are 3, 5 and 7"),

@@ -65,6 +65,7 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     slips = (
         (-arc, "a distance is wanted, not a negative number"),
         (arc / 1000, "that is in mm, µm are wanted"),
+        (arc / (1000 * _RADIUS), "that is the angle itself, not the arc"),
         (np.radians(arc), "the angle was taken for degrees"),
         (np.degrees(arc), "the angle was converted to degrees"),
         (arc / _RADIUS, "that is the arc at 1 mm, not at 10 mm"),
@@ -143,7 +144,8 @@ def five_photos(photos: Collection[int]) -> None:
     sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
     hint = (
         f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"
-        " best five. From how many places do yours look, and how far apart are these?"
+        " best five. From how many places do yours look, how far apart are these, and"
+        " how is the camera rolled at each?"
     )
     text = f"c ± {sd:.0f} µm, from all nine ± {1000 * everything.sd_interior[0]:.0f} µm"
     report("five photos", [(text, sd < _GOOD, hint)])
