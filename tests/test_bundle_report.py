@@ -174,7 +174,7 @@ def test_suspects_come_with_the_ids_of_the_input_the_largest_first(result):
         (2.1, "about two times worse than stated"),
         (12.1, "about twelve times worse than stated"),
         (250.0, "about 250 times worse than stated"),
-        (1e-4, "about 1e+04 times better than stated"),
+        (1e-4, "about 10000 times better than stated"),
     ],
 )
 def test_sigma0_in_words(result, sigma0, words):
