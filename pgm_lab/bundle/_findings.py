@@ -142,7 +142,7 @@ def _behind(result: Bundle) -> Finding | None:
     if not len(behind):
         return None
     most = 2 * len(behind) > len(result.network.xy)
-    cause = f"the image is mirrored. {LOOKING}" if most else "check the start values."
+    cause = f"the image is mirrored. {LOOKING}." if most else "check the start values."
     return Finding(
         "Behind the camera",
         f"{count(len(behind), 'ray').capitalize()} would come from behind the camera:"

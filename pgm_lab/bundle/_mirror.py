@@ -19,7 +19,7 @@ AXES = "x must point right and y up, seen in the photo."
 LOOKING = (
     "The camera looks along its -z axis here. If your angles are those of a camera that"
     " looks along +z, with y downwards as in OpenCV, change the sign of y and of the"
-    " last two rows of each rotation matrix."
+    " last two rows of each rotation matrix"
 )
 
 
@@ -42,9 +42,9 @@ def _cause(network: Network, state: State, status: str, b1: float) -> str:
     """Say why c came out negative, from where the points lie and from what b1 does."""
     if status != "converged":
         return (
-            "Is the image mirrored, y counted downwards, x to the left, or both"
-            f" exchanged? {AXES} If they do, check the start values, or estimate fewer"
-            " parameters"
+            "Is the image mirrored: y counted downwards, x to the left, or the two"
+            f" exchanged? {AXES} If that is so, check the start values, or estimate"
+            " fewer parameters"
         )
     if 2 * len(behind(network, state.exteriors, state.points)) > len(network.xy):
         return f"Most points lie behind their photos: the image is mirrored. {LOOKING}"
