@@ -519,6 +519,21 @@ def test_a_large_sigma0_alone_is_no_blunder(network, prior):
     )
 
 
+def test_what_is_small_or_large_is_so_beside_what_was_stated(network):
+    """A sigma0 of 0.002 is twice what was known before, and no slip of the unit."""
+    few = bundle.adjust(blundered(network, 0.5), sigma0_prior=10.0)
+    assert "Leave out" in words(few, "Insignificant parameters")  # 15 is 1.5 times 10
+    known = replace(few, sigma0=0.002, sigma0_prior=0.001)
+    assert "in µm?" not in words(known, "Stated standard deviations")
+    slip = replace(few, sigma0=0.09, sigma0_prior=10.0)
+    assert "in µm?" in words(slip, "Stated standard deviations")
+
+
+def test_the_summary_of_a_bad_fit_has_no_exponent(result):
+    said = _words.summary(replace(result, sigma0=2870.4))
+    assert "sigma0 is 2870, so" in said and "2900 µm in place of 1 µm" in said
+
+
 def _unit(result):
     """How large a usual standardised residual is."""
     return result.sigma0 / result.sigma0_prior if result.sigma0_prior else 1.0
