@@ -160,6 +160,7 @@ def test_what_does_not_converge_is_not_reported(files, reports, capsys, monkeypa
     assert run(*files, "--report", reports / "r.html") == 1
     output = capsys.readouterr()
     assert "did not converge (too many iterations after 2 iterations)" in output.err
+    assert "that x points right and y up" in output.err
     assert output.out == "" and os.listdir(reports) == []
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle
+from pgm_lab import bundle, camera
 from pgm_lab.adjustment import RankDefect
 from pgm_lab.camera import Camera
 from tests.networks import real, small
@@ -122,6 +122,37 @@ def test_parameters_that_parallel_photos_of_a_plane_do_not_determine_are_named()
     assert refused.value.null_space.defect == 3
     assert {"c", "x0", "y0"} <= {*names}
     assert "kappa of photo 1" not in names
+
+
+def nadir(kappa=0.0, phi=0.0, **options):
+    """Six photos of a deep object, with parallel axes unless they are tilted by phi."""
+    X = np.random.default_rng(0).uniform(-100, 100, (30, 3))
+    centres = [(x, y, 300) for x in (-50, 0, 50) for y in (-40, 40)]
+    exteriors = np.zeros((6, 6))
+    exteriors[:, :3] = centres
+    exteriors[:, 4] = phi * np.sign(exteriors[:, 0])
+    exteriors[:, 5] = kappa * (np.arange(6) % 3)
+    photo, point = np.divmod(np.arange(180), 30)
+    xy = np.array(
+        [
+            camera.project(Camera(50.0), exteriors[i], X[j])
+            for i, j in zip(photo, point, strict=True)
+        ]
+    )
+    return bundle.Network(Camera(50.0), exteriors, X, photo, point, xy, **options)
+
+
+def test_what_the_message_advises_first_is_what_helps():
+    """With parallel axes no depth of the points tells c from a stretch in Z."""
+    with pytest.raises(RankDefect) as refused:
+        bundle.adjust(nadir(), ("c", "x0", "y0"))
+    advice = str(refused.value).partition(": the rays")[2].partition(". ")[2]
+    assert advice.startswith("Add photos that converge and are rolled by 90 degrees")
+    assert "where there are control points, add some at other depths" in advice
+    turned = nadir(kappa=np.pi / 2, phi=0.3)
+    assert bundle.adjust(turned, ("c", "x0", "y0")).status == "converged"
+    assert bundle.adjust(nadir(), ()).status == "converged"  # parameters left out
+    assert bundle.adjust(nadir(fixed=range(8)), ("c",)).status == "converged"
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from networks import real
 
 from pgm_lab import bundle
-from pgm_lab.bundle import _figures, _findings, _tables, _words
+from pgm_lab.bundle import _figures, _findings, _suspects, _tables, _words
 from pgm_lab.bundle.report import sections
 from pgm_lab.camera import PARAMETERS
 
@@ -174,7 +174,7 @@ def test_suspects_come_with_the_ids_of_the_input_the_largest_first(result):
         (2.1, "about two times worse than stated"),
         (12.1, "about twelve times worse than stated"),
         (250.0, "about 250 times worse than stated"),
-        (1e-4, "about 1e+04 times better than stated"),
+        (1e-4, "about 10000 times better than stated"),
     ],
 )
 def test_sigma0_in_words(result, sigma0, words):
@@ -451,3 +451,139 @@ def test_only_the_largest_of_many_suspects_are_listed(result):
     header, rows = table(replace(result, standardized=w), "Suspected blunders")
     assert len(rows) == _tables.MOST
     assert rows[0, 0] == str(result.network.point_names[result.network.point[11]])
+
+
+def blundered(network, size, ray=20):
+    xy = network.xy.copy()
+    xy[ray, 0] += size
+    return replace(network, xy=xy)
+
+
+def words(result, title):
+    (found,) = [one.words for one in _findings.findings(result) if one.title == title]
+    return found
+
+
+@pytest.mark.parametrize(
+    "value, digits, written",
+    [
+        (364.0, 2, "360"),
+        (2870.4, 3, "2870"),
+        (0.349, 2, "0.35"),
+        (1.0, 3, "1"),
+        (9.996, 3, "10"),
+        (1e-13, 2, "0.0000000000001"),
+        (np.nan, 2, "nan"),
+    ],
+)
+def test_a_plain_number_has_no_exponent(value, digits, written):
+    assert _words.plain(value, digits) == written
+
+
+@pytest.mark.parametrize("prior", [None, 1.0])
+def test_standard_deviations_in_micrometres_are_asked_about(network, prior):
+    """1 µm given as 1 mm: sigma0 is 1000 times too small, and no number hides it."""
+    wrong = replace(network, sigma=1000 * network.sigma)
+    result = bundle.adjust(wrong, sigma0_prior=prior)
+    said = words(result, "Stated standard deviations")
+    assert "are the standard deviations in µm? Those of" in said
+    assert "sigma0 = 0.000349 is not 1" in said
+    text = bundle.text(result, short=True)
+    assert "about 2870 times better" in re.sub(r"\s+", " ", text)
+    assert not re.search(r"\de[-+]\d+ (µm|times)", re.sub(r"\s+", " ", text))
+    few = replace(result, sigma0=0.011, sigma0_prior=prior)
+    assert "in µm?" not in words(few, "Stated standard deviations")
+
+
+@pytest.mark.parametrize("prior", [None, 1.0])
+@pytest.mark.parametrize("size", [0.1, 0.5, 2.0])
+def test_a_gross_blunder_comes_before_the_parameters(network, size, prior):
+    """It makes sigma0 and so all standard deviations large."""
+    result = bundle.adjust(blundered(network, size), sigma0_prior=prior)
+    said = words(result, "Insignificant parameters")
+    assert said.startswith("First the blunders: as long as they make sigma0")
+    assert "Leave out" not in said and "e+" not in said
+    good = bundle.adjust(network, sigma0_prior=prior)
+    assert "Leave out one at a time" in words(good, "Insignificant parameters")
+
+
+@pytest.mark.parametrize("prior", [None, 1.0])
+def test_a_large_sigma0_alone_is_no_blunder(network, prior):
+    """Stated three times too well, all of them: the parameters can be judged."""
+    result = bundle.adjust(
+        replace(network, sigma=network.sigma / 30), sigma0_prior=prior
+    )
+    even = np.clip(result.standardized, *(np.array([-2.5, 2.5]) * _unit(result)))
+    assert "Leave out" in words(
+        replace(result, standardized=even), "Insignificant parameters"
+    )
+
+
+def test_what_is_small_or_large_is_so_beside_what_was_stated(network):
+    """A sigma0 of 0.002 is twice what was known before, and no slip of the unit."""
+    few = bundle.adjust(blundered(network, 0.5), sigma0_prior=10.0)
+    assert "Leave out" in words(few, "Insignificant parameters")  # 15 is 1.5 times 10
+    known = replace(few, sigma0=0.002, sigma0_prior=0.001)
+    assert "in µm?" not in words(known, "Stated standard deviations")
+    slip = replace(few, sigma0=0.09, sigma0_prior=10.0)
+    assert "in µm?" in words(slip, "Stated standard deviations")
+
+
+def test_the_summary_of_a_bad_fit_has_no_exponent(result):
+    said = _words.summary(replace(result, sigma0=2870.4))
+    assert "sigma0 is 2870, so" in said and "2900 µm in place of 1 µm" in said
+
+
+def _unit(result):
+    """How large a usual standardised residual is."""
+    return result.sigma0 / result.sigma0_prior if result.sigma0_prior else 1.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_two_interchanged_points_are_recognised(network, seed):
+    """Neighbours of one photo: each lies where the other should be."""
+    rng = np.random.default_rng(seed)
+    photo = rng.integers(9)
+    own = np.flatnonzero(network.photo == photo)
+    a = rng.choice(own)
+    distance = np.linalg.norm(network.xy[own] - network.xy[a], axis=1)
+    b = own[np.argsort(distance)[1]]
+    xy = network.xy.copy()
+    xy[[a, b]] = xy[[b, a]]
+    result = bundle.adjust(replace(network, xy=xy))
+    assert _suspects.interchanged(result) in ([(a, b)], [(b, a)])
+    names = {network.point_names[network.point[k]] for k in (a, b)}
+    said = re.search(
+        r"Interchanged, it seems: points (\d+) and (\d+) in photo (\d+)\.",
+        words(result, "Suspected blunders"),
+    )
+    assert {int(said[1]), int(said[2])} == names and int(said[3]) == 100 + photo
+
+
+def test_other_blunders_are_no_interchange(network, result):
+    """In one photo, in two photos, in the same direction, or of another size."""
+    a, b, elsewhere = 20, 30, 70
+    assert network.photo[a] == network.photo[b] != network.photo[elsewhere]
+    difference = network.xy[a] - network.xy[b]
+    exchange = (difference, -difference)
+    far = network.xy[a] - network.xy[elsewhere]
+    for at, errors in (
+        ((a, b), exchange),
+        ((a, b), (difference, difference)),
+        ((a, b), (3 * difference, -3 * difference)),
+        ((a, b), (difference, 0.1 * difference)),
+        ((a, b), (-difference, difference)),
+        ((a, elsewhere), (far, -far)),
+    ):
+        v, w = np.zeros_like(result.residuals), np.zeros_like(result.standardized)
+        w[list(at)] = 9.0
+        v[list(at)] = -result.redundancy_numbers[list(at)] * np.array(errors)
+        found = _suspects.interchanged(replace(result, residuals=v, standardized=w))
+        assert found == ([(a, b)] if errors is exchange else [])
+    assert "Interchanged" not in bundle.text(result)
+
+
+def test_the_columns_of_the_files_are_found_in_the_conventions(result):
+    assert "X0, Y0, Z0 are the projection centre, XL, YL, ZL in the files" in " ".join(
+        _words.conventions(result)
+    )

@@ -59,7 +59,8 @@ def _run(options: argparse.Namespace) -> None:
         raise ArithmeticError(
             f"the adjustment did not converge ({result.status} after"
             f" {result.iterations} iterations), so there is nothing to report. Check"
-            " start values and ids, or estimate fewer parameters"
+            " start values and ids, and that x points right and y up in the image; or"
+            " estimate fewer parameters"
         )
     about = f"From {', '.join(path.name for path in files)}."
     # All of them before the first is written: nothing half done

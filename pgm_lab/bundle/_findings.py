@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2, poisson
 
-from pgm_lab import imaging
-from pgm_lab.bundle._words import NUMBERS, UM, count, listed
+from pgm_lab.bundle._mirror import LOOKING, mirrored_image, mirrored_object
+from pgm_lab.bundle._suspects import gross, interchanged, ray, suspected
+from pgm_lab.bundle._words import NUMBERS, UM, count, listed, plain
 from pgm_lab.bundle.reliability import correlations, critical_value, significance
 from pgm_lab.bundle.result import Bundle
 
@@ -14,6 +15,7 @@ ALPHA = 0.05  # probability of calling a right model wrong
 CORRELATED = 0.9
 HARDLY = 0.1  # redundancy number below which nine tenths of a blunder stay hidden
 FEW_RAYS = 6  # three points orient a photo without any control
+IN_UM = 0.01  # sigma0 below this share of what was stated: 1 µm given as 1 mm is 0.001
 WEAK = 3.0  # times the median standard deviation of the projection centres
 
 
@@ -28,6 +30,8 @@ def findings(result: Bundle) -> list[Finding]:
     """List all warnings of a result; none when nothing is wrong."""
     checks = (
         _not_converged,
+        _mirrored_image,
+        _mirrored_object,
         _sigma0,
         _blunders,
         _behind,
@@ -47,8 +51,19 @@ def _not_converged(result: Bundle) -> Finding | None:
     return Finding(
         "No solution",
         f"The iteration ended with the status {result.status!r}: no number below is"
-        " a result. Check the start values, above all angles and ids.",
+        " a result. Check the start values, above all angles and ids, and that x points"
+        " right and y up.",
     )
+
+
+def _mirrored_image(result: Bundle) -> Finding | None:
+    words = mirrored_image(result)
+    return Finding("Mirrored image", words) if words else None
+
+
+def _mirrored_object(result: Bundle) -> Finding | None:
+    words = mirrored_object(result)
+    return Finding("Mirrored object", words) if words else None
 
 
 def _sigma0(result: Bundle) -> Finding | None:
@@ -64,7 +79,12 @@ def _sigma0(result: Bundle) -> Finding | None:
     low, high = stated * np.sqrt(ends / redundancy)
     if low <= result.sigma0 <= high:
         return None
-    if result.sigma0 < stated:
+    if result.sigma0 < IN_UM * stated:
+        cause = (
+            "So good is no measurement: are the standard deviations in µm? Those of"
+            " image coordinates (sx, sy) are expected in mm."
+        )
+    elif result.sigma0 < stated:
         cause = (
             "The image coordinates are better than stated; the standard deviations"
             " below take this into account, since they are multiplied by sigma0."
@@ -76,17 +96,15 @@ def _sigma0(result: Bundle) -> Finding | None:
         )
     return Finding(
         "Stated standard deviations",
-        f"sigma0 = {result.sigma0:.3f} is not {stated:g}: by chance it would stay"
-        f" between {low:.3f} and {high:.3f} in {100 * (1 - ALPHA):.0f} of 100 cases."
-        f" {cause}",
+        f"sigma0 = {_three(result.sigma0)} is not {stated:g}: by chance it would stay"
+        f" between {_three(low)} and {_three(high)} in {100 * (1 - ALPHA):.0f} of 100"
+        f" cases. {cause}",
     )
 
 
-def suspected(result: Bundle) -> np.ndarray:
-    """Rays with a standardised residual above its limit, the largest first."""
-    largest = np.max(np.abs(result.standardized), axis=1, initial=0)
-    suspects = np.flatnonzero(largest > critical_value(result))
-    return suspects[np.argsort(-largest[suspects], kind="stable")]
+def _three(value: float) -> str:
+    """Write a number with three decimals, or more if they are zeros."""
+    return f"{value:.3f}" if value >= 0.1 else plain(value, 3)
 
 
 def _blunders(result: Bundle) -> Finding | None:
@@ -101,6 +119,9 @@ def _blunders(result: Bundle) -> Finding | None:
         if found > poisson.ppf(1 - ALPHA, chance)
         else "This is no more than chance, so perhaps none is a blunder."
     )
+    if pairs := interchanged(result):
+        names = listed(_interchanged(result, *pair) for pair in pairs)
+        advice += f" Interchanged, it seems: {names}."
     have = "has" if len(rays) == 1 else "have"
     return Finding(
         "Suspected blunders",
@@ -110,24 +131,23 @@ def _blunders(result: Bundle) -> Finding | None:
     )
 
 
-def ray(result: Bundle, k: int) -> str:
-    """Name a ray by the ids of its point and photo."""
+def _interchanged(result: Bundle, one: int, other: int) -> str:
     network = result.network
-    point = network.point_names[network.point[k]]
-    return f"point {point} in photo {network.photo_names[network.photo[k]]}"
+    a, b = (network.point_names[network.point[k]] for k in (one, other))
+    return f"points {a} and {b} in photo {network.photo_names[network.photo[one]]}"
 
 
 def _behind(result: Bundle) -> Finding | None:
-    network = result.network
-    rays, _ = imaging.ray(result.exteriors[network.photo], result.points[network.point])
-    behind = np.flatnonzero(rays[:, 2] >= 0)
+    behind = result.behind
     if not len(behind):
         return None
+    most = 2 * len(behind) > len(result.network.xy)
+    cause = f"the image is mirrored. {LOOKING}." if most else "check the start values."
     return Finding(
         "Behind the camera",
         f"{count(len(behind), 'ray').capitalize()} would come from behind the camera:"
         f" {listed(ray(result, k) for k in behind)}. This is a solution of the"
-        " equations, but not of the task: check the start values.",
+        f" equations, but not of the task: {cause}",
     )
 
 
@@ -172,9 +192,16 @@ def _insignificant(result: Bundle) -> Finding | None:
     if not weak:
         return None
     names = listed(
-        f"{one.name} (t = {one.t:.1f}, at most {UM * one.effect:.2g} µm in the image)"
+        f"{one.name} (t = {one.t:.1f}, at most {plain(UM * one.effect)} µm in the"
+        " image)"
         for one in weak
     )
+    if gross(result):
+        return Finding(
+            "Insignificant parameters",
+            "First the blunders: as long as they make sigma0"
+            f" {plain(result.sigma0, 3)}, nothing is known of {names}.",
+        )
     return Finding(
         "Insignificant parameters",
         f"{names}: no different from zero at {100 * ALPHA:.0f} %. Leave out one at a"

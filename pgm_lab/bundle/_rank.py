@@ -113,9 +113,9 @@ def refuse_kept(scaled: np.ndarray, names: tuple[str, ...]) -> None:
     some = tuple(name for name, p in zip(names, part) if p > 0.1 * part.max())
     raise NetworkDefect(
         f"the reduced normal matrix has rank {len(names) - free.shape[1]} of"
-        f" {len(names)}: the rays do not determine {_listed(some)}. Leave parameters"
-        " out of `estimate`, add photos with other directions and rolls, or points at"
-        " other depths",
+        f" {len(names)}: the rays do not determine {_listed(some)}. Add"
+        " photos that converge and are rolled by 90 degrees, leave parameters out of"
+        " `estimate`, or, where there are control points, add some at other depths",
         some,
         free,
     )

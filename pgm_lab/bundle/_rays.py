@@ -187,3 +187,9 @@ def _pairs(photo: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray
     first, second = ray[first], ray[first + 1 + nth]
     order = np.lexsort((photo[second], photo[first]))
     return first[order], second[order]
+
+
+def behind(network: Network, exteriors: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the indices of rays whose point does not lie in front of its photo."""
+    ray, _ = imaging.ray(exteriors, points[network.point], network.photo)
+    return np.flatnonzero(ray[:, 2] >= 0)

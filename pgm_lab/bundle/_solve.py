@@ -7,7 +7,7 @@ from scipy import linalg
 
 from pgm_lab import _validate, normal
 from pgm_lab._gauss_newton import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREASE
-from pgm_lab.bundle import _datum, _rank
+from pgm_lab.bundle import _datum, _mirror, _rank
 from pgm_lab.bundle._covariance import bars_redundancy, cofactors
 from pgm_lab.bundle._datum import Motions
 from pgm_lab.bundle._problem import Problem
@@ -15,7 +15,7 @@ from pgm_lab.bundle._rays import Equations, State
 from pgm_lab.bundle._reduced import Reduced, points_alone, times_kept
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle, kept_names
-from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab.camera import PARAMETERS
 from pgm_lab.quality import UNCONTROLLED, History
 
 
@@ -63,7 +63,8 @@ def adjust(
     Raises
     ------
     ValueError
-        If an argument is wrong, or a start value leads to values that are not finite.
+        If an argument is wrong, a start value leads to values that are not finite, or
+        c comes out negative, as that of a mirrored image does.
     RankDefect
         If the network does not determine all unknowns; the message names them.
 
@@ -218,6 +219,7 @@ def _result(
 ) -> Bundle:
     """Covariances, tests, and everything in the order of the network."""
     network, rays = problem.network, problem.rays
+    cameras = _mirror.cameras(network, state, status)
     move = _datum.free_motions(network, state, problem.interior)
     scale, factor = _factor(problem, reduced, move)
     Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
@@ -247,10 +249,7 @@ def _result(
         network=network,
         estimate=problem.estimate,
         datum=problem.datum,
-        cameras=tuple(
-            Camera(*interior, lens=network.cameras[0].lens)
-            for interior in state.interior
-        ),
+        cameras=cameras,
         exteriors=state.exteriors,
         points=state.points,
         sigma0=float(sigma0),

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pgm_lab.bundle._findings import suspected
+from pgm_lab.bundle._suspects import suspected
 from pgm_lab.bundle._words import UM
 from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle

@@ -19,6 +19,13 @@ def count(number: int, noun: str) -> str:
     return f"{word} {noun}{'s' if number > 1 else ''}"
 
 
+def plain(value: float, digits: int = 2) -> str:
+    """Write a number with so many digits, and never with an exponent."""
+    return np.format_float_positional(
+        value, digits, unique=False, fractional=False, trim="-"
+    )
+
+
 def listed(words: Iterable[object]) -> str:
     """Join words with commas, and count those beyond the first few."""
     words = [str(word) for word in words]
@@ -67,11 +74,11 @@ def _fit(result: Bundle) -> str:
         return "without redundancy nothing tells how good the observations are"
     stated = result.sigma0_prior or 1.0
     times = _times(result.sigma0 / stated)
-    words = f"sigma0 is {result.sigma0:.3g}, so the image coordinates are {times}"
+    words = f"sigma0 is {plain(result.sigma0, 3)}, so the image coordinates are {times}"
     sigma = UM * result.network.sigma
     if np.ptp(sigma) == 0:
         found, stated = sigma.flat[0] * result.sigma0, sigma.flat[0] * stated
-        words += f", {found:.2g} µm in place of {stated:.2g} µm"
+        words += f", {plain(found)} µm in place of {plain(stated)} µm"
     return words
 
 
@@ -84,7 +91,7 @@ def _times(ratio: float) -> str:
     if factor < 1.75:
         return f"about {100 * abs(ratio - 1):.0f} % {direction} than stated"
     if factor > len(NUMBERS):
-        return f"about {factor:.3g} times {direction} than stated"
+        return f"about {plain(factor, 3)} times {direction} than stated"
     whole = round(factor)
     word = NUMBERS[whole] if abs(factor - whole) <= 0.25 else f"{factor:.1f}"
     return f"about {word} times {direction} than stated"
@@ -95,10 +102,10 @@ def snooping(found: Snooping) -> str:
     if not found.removed:
         return f"Data snooping took nothing out: {found.stopped}."
     rays = count(len(found.removed), "ray")
-    before, after = found.before.sigma0, found.result.sigma0
+    before, after = (plain(one.sigma0, 3) for one in (found.before, found.result))
     return (
         f"Data snooping took out {rays}, one at a time, and sigma0 went from"
-        f" {before:.3g} to {after:.3g}. It stopped with: {found.stopped.rstrip('.')}."
+        f" {before} to {after}. It stopped with: {found.stopped.rstrip('.')}."
         " What was taken out is listed below: look there for the cause before you"
         " accept it."
     )
@@ -140,8 +147,8 @@ def conventions(result: Bundle) -> Sequence[str]:
     return (
         "The camera looks along its -z axis; x points right and y up, in mm from the"
         " middle of the photo: x - x0 = -c U / W, y - y0 = -c V / W with (U, V, W) ="
-        " M_kappa M_phi M_omega (X - X0). Object coordinates are in the unit of the"
-        " input.",
+        " M_kappa M_phi M_omega (X - X0). X0, Y0, Z0 are the projection centre, XL, YL,"
+        " ZL in the files. Object coordinates are in the unit of the input.",
         f"{lens} With x, y reduced to the principal point: dx = x (K1 r^2 + K2 r^4 +"
         " K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y, dy = y (K1 r^2 + K2 r^4"
         " + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y.",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pgm_lab.bundle import _rays
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import PARAMETERS, Camera
 from pgm_lab.quality import History
@@ -138,6 +139,15 @@ class Bundle:
         """Correlation matrix (u + 6 m, u + 6 m) of the kept unknowns."""
         sd = np.sqrt(np.diagonal(self.covariance))
         return self.covariance / np.outer(sd, sd)
+
+    @property
+    def behind(self) -> np.ndarray:
+        """Indices (b,) of rays whose point lies behind its photo.
+
+        The equations do not notice: such a point has an image like any other. Empty in
+        a solution of the task.
+        """
+        return _rays.behind(self.network, self.exteriors, self.points)
 
     @property
     def _u(self) -> int:
