@@ -35,6 +35,20 @@ def weighted_line():
     return np.stack([np.ones(5), t], -1), f, np.array([0.1, 0.1, 0.2, 0.05, 0.4])
 
 
+def test_weights_are_inversely_proportional_to_variances():
+    # The same measurements, weighted in both ways; standard deviations by propagation
+    A, _, sigma = weighted_line()
+
+    def sd(W):
+        G = np.linalg.solve(A.T @ (W[:, None] * A), A.T * W)
+        return np.sqrt(np.diag(G @ np.diag(sigma**2) @ G.T))
+
+    as_2_69_has_it, as_the_sentence_has_it = sd(1 / sigma**2), sd(sigma**2)
+    assert np.all(as_2_69_has_it < sd(np.ones(5)))  # the least that is possible
+    ratio = as_the_sentence_has_it / as_2_69_has_it
+    np.testing.assert_allclose(ratio, (2.7, 4.6), rtol=0, atol=0.05)
+
+
 def test_2_69_weighs_as_repeated_measurements_do():
     # Measured four times and averaged, sigma halves: the weight is that of four
     A, f, _ = weighted_line()

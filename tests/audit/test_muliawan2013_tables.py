@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pgm_lab import imaging
+from pgm_lab import bundle, imaging
+from pgm_lab.camera import Camera
 
 from . import muliawan2013_network as net
 from .muliawan2013_network import INTERIOR, OBJECT, PRINTED
@@ -68,6 +69,19 @@ def test_tables_4_4_to_4_12_are_three_times_better_than_stated(solved):
     assert net.rms(x) == pytest.approx(0.000306, abs=1e-6)
     # Chance: sigma0 of 693 redundant observations varies by 1 / sqrt(2 * 693)
     assert (1 - result.sigma0) * np.sqrt(2 * 693) > 20
+    # It changes nothing: the same interior and points, the same standard deviations
+    start = Camera(*PRINTED.interior), PRINTED.exteriors, PRINTED.object_points
+    rays = PRINTED.photo, PRINTED.point, PRINTED.xy
+    stated, found = (
+        bundle.adjust(bundle.Network(*start, *rays, sigma), tolerance=1e-8)
+        for sigma in (0.001, 0.00035)
+    )
+    assert found.sigma0 == pytest.approx(stated.sigma0 * 0.001 / 0.00035, rel=1e-8)
+    off = (found.interior - stated.interior) / stated.sd_interior
+    assert np.abs(off).max() < 1e-6
+    assert np.abs((found.points - stated.points) / stated.sd_points).max() < 1e-6
+    np.testing.assert_allclose(found.sd_interior, stated.sd_interior, rtol=1e-6)
+    np.testing.assert_allclose(found.sd_points, stated.sd_points, rtol=1e-6)
 
 
 def test_tables_4_9_and_4_10_hold_the_two_largest_outliers():

@@ -1,7 +1,11 @@
 """What a network must look like to tell c, x0 and y0 from the exterior orientations.
 
 ``python -m tests.benchmarks.bundle_design`` writes chapter6_design.csv of data/results;
-it takes a minute or two. tests/test_bundle_studies.py repeats a part of it.
+it takes some minutes. tests/test_bundle_studies.py repeats a part of it.
+
+A choice of photos is refused if it has a rank defect, and has not converged if
+MAX_ITERATIONS steps were not enough: the data hardly determine something, and the
+iteration wanders along it. Only of the converged there are numbers.
 
 Standard deviations are for the same error of an image coordinate everywhere, that of
 the real network of Muliawan 2013; only the geometry differs. Column sigma0_um alone is
@@ -16,17 +20,22 @@ from itertools import combinations
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import bundle, simulate
+from pgm_lab import bundle, normal, simulate
 from tests.benchmarks import bundle_starts
 
 TABLE = bundle_starts.TABLE.with_name("chapter6_design.csv")
+ENDINGS = ("converged", "refused", "not_converged")
 COLUMNS = (
-    *("network", "case", "photos", "sigma0_um", "c_mm"),
+    *("network", "case", "photos", "choices", *ENDINGS),
+    *("sigma0_um", "c_mm"),
     *("sd_c_um", "sd_x0_um", "sd_y0_um"),
     *("r_c_exterior", "r_x0_exterior", "r_y0_exterior"),
     *("r_interior", "interior_pair", "sd_points_mm"),
 )
-BLANK = ("",) * (len(COLUMNS) - 3)
+KEYS = COLUMNS[:3]
+NUMBERS = COLUMNS[len(KEYS) + 1 + len(ENDINGS) :]
+BLANK = ("",) * len(NUMBERS)
+MAX_ITERATIONS = 500
 # Chosen by station and by kappa, which is near 0, 90 or 180 degrees
 CHOICES = {
     "all": (1, 2, 3, 4, 5, 6, 7, 8, 9),
@@ -54,14 +63,28 @@ def chosen(net: bundle.Network, photos: Sequence[int]) -> bundle.Network:
     )
 
 
-def described(net: bundle.Network, sigma0: float) -> tuple:
-    """Numbers of one row; blank where the network does not determine everything."""
+def adjusted(net: bundle.Network) -> tuple[str, bundle.Bundle | None]:
+    """How the adjustment of a network ended, and the network if it converged."""
     try:
-        found = bundle.adjust(net)
-    except ValueError:  # a rank defect
-        return BLANK
+        found = bundle.adjust(net, max_iterations=MAX_ITERATIONS)
+    except normal.RankDefect:
+        return "refused", None
     if found.status != "converged":
-        return BLANK
+        return "not_converged", None
+    if not bundle_starts.in_front(found):
+        raise ValueError("points lie behind their photos; take better start values")
+    return "converged", found
+
+
+def one(net: bundle.Network, sigma0: float) -> tuple:
+    """Columns after the keys, for a single network."""
+    ending, found = adjusted(net)
+    numbers = BLANK if found is None else described(found, sigma0)
+    return (1, *(int(ending == name) for name in ENDINGS), *numbers)
+
+
+def described(found: bundle.Bundle, sigma0: float) -> tuple:
+    """Numbers of an adjusted network."""
     scale = sigma0 / found.sigma0
     sd_c, *sd = 1000 * scale * found.sd_interior[:3]
     r = np.abs(found.correlation)
@@ -72,7 +95,7 @@ def described(net: bundle.Network, sigma0: float) -> tuple:
     pair = np.unravel_index(np.argmax(among), among.shape)
     points = scale * np.sqrt(np.mean(found.sd_points**2))
     return (
-        f"{1000 * found.sigma0 * net.sigma[0, 0]:.3f}",
+        f"{1000 * found.sigma0 * found.network.sigma[0, 0]:.3f}",
         *(f"{found.cameras[0].c:.3f}", *(f"{value:.3g}" for value in (sd_c, *sd))),
         *(f"{value:.4f}" for value in r[:3, u:].max(axis=1)),
         *(f"{among.max():.3f}", " ".join(found.names[i] for i in pair)),
@@ -87,23 +110,29 @@ def real(net: bundle.Network, sigma0: float) -> list[tuple]:
             "real",
             case,
             " ".join(map(str, photos)),
-            *described(chosen(net, photos), sigma0),
+            *one(chosen(net, photos), sigma0),
         )
         for case, photos in CHOICES.items()
     ]
 
 
 def subsets(net: bundle.Network, sigma0: float, size: int) -> list[tuple]:
-    """How many choices of so many photos determine all, and the best, median, worst."""
-    found, all_of_them = [], list(combinations(range(1, 10), size))
-    for photos in tqdm(all_of_them, f"{size} photos", leave=False):
-        row = described(chosen(net, photos), sigma0)
-        if row[0]:
-            found.append((float(row[2]), photos, row))
+    """How the choices of so many photos end; best, median, worst of the converged."""
+    count, found = dict.fromkeys(ENDINGS, 0), []
+    choices = list(combinations(range(1, 10), size))
+    for photos in tqdm(choices, f"{size} photos", leave=False):
+        ending, result = adjusted(chosen(net, photos))
+        count[ending] += 1
+        if result is not None:
+            row = described(result, sigma0)
+            found.append((float(row[NUMBERS.index("sd_c_um")]), photos, row))
     found.sort()
-    count = f"{len(found)} of {len(all_of_them)}"
-    return [("real", f"determined {size}", count, *BLANK)] + [
-        ("real", f"{title} {size}", " ".join(map(str, photos)), *row)
+    counts = len(choices), *count.values()
+    return [("real", f"{size} photos", "any", *counts, *BLANK)] + [
+        (
+            *("real", f"{size} photos, {title} of the converged"),
+            *(" ".join(map(str, photos)), 1, 1, 0, 0, *row),
+        )
         for title, (_, photos, row) in (
             ("best", found[0]),
             ("median", found[len(found) // 2]),
@@ -137,7 +166,7 @@ def simulated(cam, sigma: float) -> list[tuple]:
                     "rolled" if rolled else "upright",
                     "flat" if flat else "deep",
                 )
-                rows.append(("simulated", ", ".join(case), 9, *described(net, 1.0)))
+                rows.append(("simulated", ", ".join(case), 9, *one(net, 1.0)))
     return rows
 
 

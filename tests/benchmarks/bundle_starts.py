@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import bundle, datasets, simulate
+from pgm_lab import bundle, datasets, imaging, simulate
 from pgm_lab.camera import Camera
 
 TABLE = Path(__file__).parents[2] / "data" / "results" / "chapter6_starts.csv"
@@ -88,6 +88,25 @@ def differences(one: bundle.Bundle, other: bundle.Bundle) -> tuple[float, ...]:
     )
 
 
+def in_front(one: bundle.Bundle) -> bool:
+    """Whether all points lie in front of their photos.
+
+    A network and its mirror image, all points behind their photos, have the same camera
+    and the same residuals: nothing else tells them apart.
+    """
+    network = one.network
+    rays, _ = imaging.ray(one.exteriors[network.photo], one.points[network.point])
+    return bool(np.all(rays[:, 2] < 0))
+
+
+def ending(there: bundle.Bundle, found: bundle.Bundle) -> str:
+    """How an adjustment ended: "same" solution, "another" or "no"."""
+    if there.status != "converged":
+        return "no"
+    same = max(differences(there, found)) < AGREE and in_front(there)
+    return "same" if same else "another"
+
+
 def row(found, turn, shift, aside, line_search: bool, starts: int) -> tuple:
     """One row of the table; the same starts with and without line search."""
     rng = np.random.default_rng([6, turn, round(100 * shift), round(100 * aside)])
@@ -107,15 +126,11 @@ def row(found, turn, shift, aside, line_search: bool, starts: int) -> tuple:
         except ValueError:  # a rank defect on the way, or numbers that are not finite
             count["refused"] += 1
             continue
-        off = np.array(differences(there, found))
-        if there.status != "converged":
-            count["no"] += 1
-        elif off.max() < AGREE:
-            count["same"] += 1
+        end = ending(there, found)
+        count[end] += 1
+        if end == "same":
             iterations.append(there.iterations)
-            worst = np.maximum(worst, off)
-        else:
-            count["another"] += 1
+            worst = np.maximum(worst, differences(there, found))
     method = "line search" if line_search else "full steps"
     return (
         *(turn, round(100 * shift), round(100 * aside), method),
