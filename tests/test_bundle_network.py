@@ -189,6 +189,10 @@ def test_what_the_message_advises_first_is_what_helps():
         ({"scale_bars": [(0, 0, 5.0, 1.0)]}, "two different points"),
         ({"scale_bars": [(0, 1, 5.0, 0.0)]}, "positive distance and sigma"),
         ({"scale_bars": [(0, 99, 5.0, 1.0)]}, "the points of scale_bars must be"),
+        (
+            {"points": np.zeros((12, 3)), "scale_bars": [(0, 1, 5.0, 1.0)]},
+            r"scale_bars\[0\] join points with the same start",
+        ),
         ({"point_names": ["a"]}, "point_names must be 12 different names"),
         ({"photo_names": ["a"] * 6}, "photo_names must be 6 different names"),
     ],

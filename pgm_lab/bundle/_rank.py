@@ -57,9 +57,9 @@ def check_counts(network: Network) -> None:
         )
 
 
-def check_attitudes(network: Network) -> None:
+def check_attitudes(network: Network, exteriors: np.ndarray) -> None:
     """Refuse photos at the gimbal lock, where omega and kappa turn about one axis."""
-    M = imaging.attitude(network.exteriors)
+    M = imaging.attitude(exteriors)
     locked = np.flatnonzero(rotation.is_gimbal(M, cosine=1e-6))
     if len(locked):
         names = [str(network.photo_names[i]) for i in locked]

@@ -93,7 +93,7 @@ def adjust(
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     state = problem.start
     _rank.check_counts(network)
-    _rank.check_attitudes(network)
+    _rank.check_attitudes(network, state.exteriors)
     move = _datum.free_motions(network, state, problem.interior)
     _rank.check_datum(network, problem.datum, move)
     _datum.check_constraint(network, problem.datum, move)
@@ -142,7 +142,7 @@ def _corrections(
     rays = problem.rays
     _rank.check_points(problem.network, reduced)
     move = _datum.free_motions(problem.network, state, problem.interior)
-    scale, factor = _factor(problem, reduced, move)
+    scale, factor = _factor(problem, state, reduced, move)
     dx = scale * linalg.cho_solve(factor, scale * reduced.right)
     dx_points = points_alone(reduced)
     decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
@@ -155,7 +155,7 @@ def _corrections(
     return dx, dx_points, max(float(decrease), 0.0)
 
 
-def _factor(problem: Problem, reduced: Reduced, move: Motions):
+def _factor(problem: Problem, state: State, reduced: Reduced, move: Motions):
     """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
 
     S has no value for a motion; E E' gives it one, since the columns of E are the
@@ -173,6 +173,7 @@ def _factor(problem: Problem, reduced: Reduced, move: Motions):
     except linalg.LinAlgError:
         regular = False
     if not regular:
+        _rank.check_attitudes(problem.network, state.exteriors)
         _rank.refuse_kept(scaled, kept_names(problem.network, problem.estimate))
     return scale, factor
 
@@ -221,7 +222,7 @@ def _result(
     network, rays = problem.network, problem.rays
     cameras = _mirror.cameras(network, state, status)
     move = _datum.free_motions(network, state, problem.interior)
-    scale, factor = _factor(problem, reduced, move)
+    scale, factor = _factor(problem, state, reduced, move)
     Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
     R = _datum.constraint(network, problem.datum, move) if move.number else None
     found = cofactors(rays, eq, network.camera, reduced, Q, move, R)

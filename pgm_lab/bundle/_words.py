@@ -128,8 +128,9 @@ def datum(result: Bundle) -> str:
         scale, bars = " are those", " The scale bars give the scale."
     return (
         f"A free network: inner constraints on {these}. Origin, directions{scale} of"
-        f" the start values, on the average of these.{bars} Standard deviations count"
-        " from their middle: they tell how well the shape of the network is known, not"
+        " good start values, on the average of these; rough ones let them drift, since"
+        f" each iteration starts from the last.{bars} Standard deviations count from"
+        " their middle: they tell how well the shape of the network is known, not"
         " where it lies in a national system, and no other datum makes them smaller"
         " there on the whole. Camera, sigma0, residuals, angles and ratios of distances"
         " are the same in every datum."

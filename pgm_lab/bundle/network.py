@@ -116,7 +116,7 @@ class Network:
         if self.datum_points is not None:
             datum = np.unique(_indices(self.datum_points, n, "datum_points"))
             self._set(datum_points=datum)
-        self._set(scale_bars=_scale_bars(self.scale_bars, n))
+        self._set(scale_bars=_scale_bars(self.scale_bars, points))
         self._set(photo_names=_names(self.photo_names, m, "photo_names"))
         self._set(point_names=_names(self.point_names, n, "point_names"))
         self._refuse_doubles()
@@ -255,15 +255,21 @@ def _control(values, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return index, coordinates, _broadcast(sigma, coordinates.shape, "control sigma")
 
 
-def _scale_bars(values: ArrayLike, n: int) -> np.ndarray:
+def _scale_bars(values: ArrayLike, points: np.ndarray) -> np.ndarray:
     bars = np.reshape(values, (-1, 4)) if np.size(values) else np.zeros((0, 4))
     bars = _validate.finite(bars, "scale_bars")
     ends = bars[:, :2]
-    _indices(ends.ravel().astype(int), n, "the points of scale_bars")
+    whole = ends.astype(int)
+    _indices(whole.ravel(), len(points), "the points of scale_bars")
     if np.any(ends != np.round(ends)) or np.any(ends[:, 0] == ends[:, 1]):
         raise ValueError("scale_bars must join two different points, by their indices")
     if np.any(bars[:, 2:] <= 0):
         raise ValueError("scale_bars must have a positive distance and sigma")
+    _validate.refuse(
+        np.all(points[whole[:, 0]] == points[whole[:, 1]], axis=1),
+        "scale_bars{} join points with the same start values: a distance of 0 has no"
+        " direction",
+    )
     return bars
 
 
