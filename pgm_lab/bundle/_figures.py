@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_lab import _plot_bundle, plot, plot_bundle
-from pgm_lab.bundle._findings import suspected
+from pgm_lab.bundle._suspects import suspected
 from pgm_lab.bundle._words import UM, count, listed
 from pgm_lab.bundle.result import Bundle
 

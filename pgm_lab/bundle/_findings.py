@@ -1,29 +1,18 @@
 """Warnings: what the reader of a bundle adjustment should look at, in words."""
 
-from typing import NamedTuple
-
 import numpy as np
-from scipy.stats import chi2, poisson
 
 from pgm_lab.bundle._mirror import LOOKING, mirrored_image, mirrored_object
-from pgm_lab.bundle._suspects import gross, interchanged, ray, suspected
-from pgm_lab.bundle._words import NUMBERS, UM, count, listed, plain
-from pgm_lab.bundle.reliability import correlations, critical_value, significance
+from pgm_lab.bundle._misfit import ALPHA, blunders, control, sigma0
+from pgm_lab.bundle._suspects import gross, ray
+from pgm_lab.bundle._words import NUMBERS, UM, Finding, count, listed, plain
+from pgm_lab.bundle.reliability import correlations, significance
 from pgm_lab.bundle.result import Bundle
 
-ALPHA = 0.05  # probability of calling a right model wrong
 CORRELATED = 0.9
 HARDLY = 0.1  # redundancy number below which nine tenths of a blunder stay hidden
 FEW_RAYS = 6  # three points orient a photo without any control
-IN_UM = 0.01  # sigma0 below this share of what was stated: 1 µm given as 1 mm is 0.001
 WEAK = 3.0  # times the median standard deviation of the projection centres
-
-
-class Finding(NamedTuple):
-    """Something the reader should know before the numbers are used."""
-
-    title: str
-    words: str
 
 
 def findings(result: Bundle) -> list[Finding]:
@@ -33,8 +22,9 @@ def findings(result: Bundle) -> list[Finding]:
         _mirrored_image,
         _mirrored_object,
         _behind,
-        _sigma0,
-        _blunders,
+        sigma0,
+        control,
+        blunders,
         _correlated,
         _insignificant,
         _uncontrolled,
@@ -64,77 +54,6 @@ def _mirrored_image(result: Bundle) -> Finding | None:
 def _mirrored_object(result: Bundle) -> Finding | None:
     words = mirrored_object(result)
     return Finding("Mirrored object", words) if words else None
-
-
-def _sigma0(result: Bundle) -> Finding | None:
-    redundancy = result.redundancy
-    if not redundancy > 0:
-        return Finding(
-            "No redundancy",
-            "No more was measured than was needed: no error can be seen, and only a"
-            " sigma0_prior gives standard deviations.",
-        )
-    stated = result.sigma0_prior or 1.0
-    ends = chi2.ppf([ALPHA / 2, 1 - ALPHA / 2], redundancy)
-    low, high = stated * np.sqrt(ends / redundancy)
-    if low <= result.sigma0 <= high:
-        return None
-    if result.sigma0 < IN_UM * stated:
-        cause = (
-            "So good is no measurement: are the standard deviations in µm? Those of"
-            " image coordinates (sx, sy) are expected in mm."
-        )
-    elif result.sigma0 < stated:
-        cause = (
-            "The image coordinates are better than stated; the standard deviations"
-            " below take this into account, since they are multiplied by sigma0."
-        )
-    else:
-        cause = (
-            "The image coordinates are worse than stated, or blunders are among them,"
-            " or the camera needs a parameter that was not estimated."
-        )
-    return Finding(
-        "Stated standard deviations",
-        f"sigma0 = {_three(result.sigma0)} is not {stated:g}: by chance it would stay"
-        f" between {_three(low)} and {_three(high)} in {100 * (1 - ALPHA):.0f} of 100"
-        f" cases. {cause}",
-    )
-
-
-def _three(value: float) -> str:
-    """Write a number with three decimals, or more if they are zeros."""
-    return f"{value:.3f}" if value >= 0.1 else plain(value, 3)
-
-
-def _blunders(result: Bundle) -> Finding | None:
-    rays = suspected(result)
-    if not len(rays):
-        return None
-    critical = critical_value(result)
-    found = np.sum(np.abs(result.standardized) > critical)
-    chance = result.standardized.size / 1000  # as critical_value has it
-    advice = (
-        "Look at the largest first: one blunder makes its neighbours suspect too."
-        if found > poisson.ppf(1 - ALPHA, chance)
-        else "This is no more than chance, so perhaps none is a blunder."
-    )
-    if pairs := interchanged(result):
-        names = listed(_interchanged(result, *pair) for pair in pairs)
-        advice += f" Interchanged, it seems: {names}."
-    have = "has" if len(rays) == 1 else "have"
-    return Finding(
-        "Suspected blunders",
-        f"{count(len(rays), 'ray').capitalize()} {have} a standardised residual above"
-        f" {critical:.2f}, where chance alone gives about {chance:.{chance < 10:d}f}:"
-        f" {listed(ray(result, k) for k in rays)}. {advice}",
-    )
-
-
-def _interchanged(result: Bundle, one: int, other: int) -> str:
-    network = result.network
-    a, b = (network.point_names[network.point[k]] for k in (one, other))
-    return f"points {a} and {b} in photo {network.photo_names[network.photo[one]]}"
 
 
 def _behind(result: Bundle) -> Finding | None:

@@ -26,12 +26,35 @@ def suspected(result: Bundle) -> np.ndarray:
     return suspects[np.argsort(-largest[suspects], kind="stable")]
 
 
+def suspected_control(result: Bundle) -> list[tuple[str, float]]:
+    """Control coordinates and scale bars above the limit, with w, the largest first."""
+    network, critical = result.network, critical_value(result)
+    names, found = network.point_names, []
+    w = result.control_standardized
+    for row, axis in np.argwhere(np.abs(w) > critical):
+        point = names[network.control[0][row]]
+        found.append((f"{'XYZ'[axis]} of control point {point}", float(w[row, axis])))
+    w = result.scale_bar_standardized
+    for bar in np.flatnonzero(np.abs(w) > critical):
+        a, b = network.scale_bars[bar, :2].astype(int)
+        found.append((f"the scale bar {names[a]} to {names[b]}", float(w[bar])))
+    return sorted(found, key=lambda one: -abs(one[1]))
+
+
+def control_first(result: Bundle) -> bool:
+    """Whether a control coordinate or a scale bar has the largest residual of all."""
+    suspects = suspected_control(result)
+    rays = np.max(np.abs(result.standardized), initial=0)
+    return bool(suspects) and abs(suspects[0][1]) > rays
+
+
 def gross(result: Bundle) -> bool:
     """Whether a blunder makes sigma0 so large that nothing can be judged by it."""
     stated = result.sigma0_prior or 1.0
     if not result.sigma0 > SPOILT * stated:
         return False
-    largest = np.max(np.abs(result.standardized), initial=0)
+    w = result.standardized, result.control_standardized, result.scale_bar_standardized
+    largest = max(np.max(np.abs(one), initial=0) for one in w)
     if result.sigma0_prior is not None:  # beside the others, not beside the stated sd
         largest *= stated / result.sigma0
     return bool(largest > GROSS * critical_value(result))

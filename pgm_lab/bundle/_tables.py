@@ -266,29 +266,3 @@ def removed(blunders: Sequence[Blunder]) -> Table:
     header += ("error x (µm)", "error y (µm)", "sigma0 before")
     caption = "Rays taken out by data snooping, with the estimated error of each"
     return Table(caption, header, rows)
-
-
-def known_points(result: Bundle) -> list[Table]:
-    """Return how far control points, check points and scale bars are off."""
-    network, tables = result.network, []
-    for what, given, differences in (
-        ("Control points", network.control, result.control_residuals),
-        ("Check points", network.check, result.check_differences),
-    ):
-        if given is None:
-            continue
-        rounding = np.full(len(differences), np.nanmean(np.abs(differences)) / 10)
-        columns = [rounded(column, rounding) for column in differences.T]
-        names = [str(network.point_names[j]) for j in given[0]]
-        header = ("point", "dX", "dY", "dZ")
-        caption = f"{what}: adjusted - given, in object units"
-        tables.append(Table(caption, header, list(zip(names, *columns))))
-    if len(network.scale_bars):
-        a, b, length, sigma = network.scale_bars.T
-        names = network.point_names
-        bars = [f"{names[int(i)]} to {names[int(j)]}" for i, j in zip(a, b)]
-        columns = [rounded(one, sigma) for one in (length, result.scale_bar_residuals)]
-        header = ("bar", "length", "adjusted - given")
-        caption = "Scale bars, in object units"
-        tables.append(Table(caption, header, list(zip(bars, *columns))))
-    return tables

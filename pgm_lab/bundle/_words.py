@@ -1,9 +1,11 @@
 """A bundle adjustment in words: what was done, how well it fits, what it means."""
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 
@@ -11,6 +13,13 @@ UM = 1e3  # micrometres in a millimetre
 LONGEST = 8  # names in a list before "and 12 more"
 
 NUMBERS = "no one two three four five six seven eight nine ten eleven twelve".split()
+
+
+class Finding(NamedTuple):
+    """Something the reader should know before the numbers are used."""
+
+    title: str
+    words: str
 
 
 def count(number: int, noun: str) -> str:
@@ -69,16 +78,27 @@ def _balance(result: Bundle) -> str:
     return f"{listed(against)} for {unknowns} unknowns"
 
 
+def observations(network: Network) -> str:
+    """Say whose standard deviations sigma0 judges."""
+    weighted = len(network.scale_bars) > 0
+    if network.control is not None:
+        sigma = network.control[2]
+        weighted |= bool(np.any((sigma > 0) & np.isfinite(sigma)))
+    return "the observations" if weighted else "the image coordinates"
+
+
 def _fit(result: Bundle) -> str:
     if not result.redundancy > 0:
         return "without redundancy nothing tells how good the observations are"
     stated = result.sigma0_prior or 1.0
     times = _times(result.sigma0 / stated)
-    words = f"sigma0 is {plain(result.sigma0, 3)}, so the image coordinates are {times}"
+    judged = observations(result.network)
+    words = f"sigma0 is {plain(result.sigma0, 3)}, so {judged} are {times}"
     sigma = UM * result.network.sigma
     if np.ptp(sigma) == 0:
         found, stated = sigma.flat[0] * result.sigma0, sigma.flat[0] * stated
-        words += f", {plain(found)} µm in place of {plain(stated)} µm"
+        image = ", the image coordinates" if judged == "the observations" else ","
+        words += f"{image} {plain(found)} µm in place of {plain(stated)} µm"
     return words
 
 
@@ -100,7 +120,7 @@ def _times(ratio: float) -> str:
 def snooping(found: Snooping) -> str:
     """Say what data snooping did, and why it stopped."""
     if not found.removed:
-        return f"Data snooping took nothing out: {found.stopped}."
+        return f"Data snooping took nothing out: {found.stopped.rstrip('.')}."
     rays = count(len(found.removed), "ray")
     before, after = (plain(one.sigma0, 3) for one in (found.before, found.result))
     return (

@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from pgm_lab.bundle import _findings, _tables, _words
+from pgm_lab.bundle import _findings, _known, _tables, _words
 from pgm_lab.bundle._tables import Table
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
@@ -19,7 +19,7 @@ class Section(NamedTuple):
 
     title: str
     paragraphs: Sequence[str] = ()
-    findings: Sequence[_findings.Finding] = ()
+    findings: Sequence[_words.Finding] = ()
     tables: Sequence[Table] = ()
     figures: Sequence[str] = ()  # the functions of `page` that draw them
 
@@ -89,7 +89,7 @@ def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]
         parts.append(Section("Photos", tables=_tables.photos(result)))
         one = [_tables.points(result)]
         parts.append(Section("Points", tables=one, figures=("precision",)))
-    if known := _tables.known_points(result):
+    if known := _known.known(result):
         parts.append(Section("Control and checks", tables=known))
     parts.append(Section("Datum", (_words.datum(result),)))
     if not short:
