@@ -281,6 +281,7 @@ def test_the_help_names_the_columns_of_each_file(capsys):
     with pytest.raises(SystemExit) as end:
         run("--help")
     assert end.value.code == 0
-    text = capsys.readouterr().out
+    text = " ".join(capsys.readouterr().out.split())
     for columns in ("photo omega phi kappa XL YL ZL", "point photo x y sx sy"):
         assert columns in text
+    assert "scale bars and several cameras have no place in the files" in text

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, camera
+from pgm_lab import bundle, camera, rotation
 from pgm_lab.adjustment import RankDefect
 from pgm_lab.camera import Camera
-from tests.networks import real, small
+from tests.networks import moved, real, small
 
 SOME = ("c", "x0", "y0", "K1")
 
@@ -104,6 +104,27 @@ def test_a_photo_at_the_gimbal_lock_is_named():
     exteriors[3, 4] = np.pi / 2
     with pytest.raises(RankDefect, match="photo 4 has phi = .*gimbal lock"):
         bundle.adjust(replace(network, exteriors=exteriors), SOME)
+
+
+@pytest.mark.parametrize("phi, cosine", [(89.9, 1.7e-3), (89.999, 1.7e-5)])
+def test_a_photo_near_the_gimbal_lock_is_adjusted_like_any_other(phi, cosine):
+    """The same network, turned until one photo has this phi, fits as well."""
+    network = small()
+    still = bundle.adjust(network, SOME, tolerance=1e-9)
+    level = replace(network, exteriors=still.exteriors, points=still.points)
+    M = rotation.matrix(*still.exteriors[3, 3:])
+    turn = rotation.matrix(0.2, np.radians(phi), 0.4).T @ M
+    near = moved(level, 1.0, turn, np.zeros(3))
+    assert np.cos(near.exteriors[3, 4]) == pytest.approx(cosine, rel=0.05)
+    found = bundle.adjust(near, SOME, tolerance=1e-9)
+    assert found.status == "converged"
+    assert found.sigma0 == pytest.approx(still.sigma0, rel=1e-9)
+    np.testing.assert_allclose(found.interior, still.interior, rtol=1e-6)
+    for locked in (90.0, 89.99999):
+        exteriors = near.exteriors.copy()
+        exteriors[3, 4] = np.radians(locked)
+        with pytest.raises(RankDefect, match="photo 4 has phi = .*gimbal lock"):
+            bundle.adjust(replace(near, exteriors=exteriors), SOME)
 
 
 def test_parameters_that_parallel_photos_of_a_plane_do_not_determine_are_named():

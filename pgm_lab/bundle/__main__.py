@@ -93,15 +93,22 @@ def _check_reports(parser: argparse.ArgumentParser, options: argparse.Namespace)
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m pgm_lab.bundle",
-        description="Self-calibrating bundle adjustment of a free network. Columns are"
-        " separated by white space or commas, % starts a comment, units are mm and"
-        " radians.",
+        description="Self-calibrating bundle adjustment of a free network, from four"
+        " text files of numbers. White space, commas or semicolons separate columns, %"
+        " starts a comment.",
+        epilog="Photos and points have whole numbers as ids. x points right and y up"
+        " from the middle of the photo, and the camera looks along its -z axis."
+        " Control points, check points, scale bars and several cameras have no place in"
+        " the files: see pgm_lab.bundle.Network in Python.",
     )
     for name, columns in (
-        ("interior", " ".join(PARAMETERS)),
-        ("exterior", "photo omega phi kappa XL YL ZL"),
-        ("points", "point X Y Z"),
-        ("image", "point photo x y sx sy"),
+        ("interior", f"start values: {' '.join(PARAMETERS)} (mm and its powers)"),
+        (
+            "exterior",
+            "start values: photo omega phi kappa XL YL ZL (radians, any unit)",
+        ),
+        ("points", "start values: point X Y Z (the same unit)"),
+        ("image", "measured: point photo x y sx sy (mm)"),
     ):
         parser.add_argument(name, type=Path, help=columns)
     parser.add_argument(
