@@ -310,3 +310,30 @@ def test_sigma0_names_only_what_the_network_has(network, result):
     assert cause(control=None, scale_bars=()).endswith("or a control point is wrong.")
     assert cause(**bars, scale_bars=()).endswith("that was not estimated.")
     assert "The image coordinates are worse" in cause(**bars, scale_bars=())
+
+
+def test_scale_bars_alone_give_the_scale_of_a_free_network(network):
+    bars = replace(network, control=None, check=None, fixed=())
+    for free in (bars, replace(bars, scale_bars=())):
+        words = _words.datum(bundle.adjust(free, SOME))
+        bar = len(free.scale_bars) > 0
+        assert ("Origin and directions are those of" in words) == bar
+        assert ("Origin, directions and scale are those of" in words) != bar
+        assert ("The scale bars give the scale." in words) == bar
+
+
+def test_observations_without_any_error_can_be_reported(result):
+    """Computed data: sigma0 and all standard deviations are zero."""
+    kinds = "residuals", "standardized"
+    names = [
+        *kinds,
+        *(f"{what}_{k}" for what in ("control", "scale_bar") for k in kinds),
+    ]
+    names += ["covariance", "covariance_points"]
+    nothing = {name: np.zeros_like(getattr(result, name)) for name in names}
+    exact = replace(result, sigma0=0.0, **nothing)
+    with np.errstate(invalid="ignore"):  # correlations of what has no sd
+        text, page = bundle.text(exact), bundle.html(exact)
+    assert "sigma0 is 0, as only computed observations fit without" in text
+    shown = [text, *sum(sum(Tables(page).tables.values(), []), [])]
+    assert not any("nan" in words or "inf " in words for words in shown)

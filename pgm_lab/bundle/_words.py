@@ -90,6 +90,8 @@ def observations(network: Network) -> str:
 def _fit(result: Bundle) -> str:
     if not result.redundancy > 0:
         return "without redundancy nothing tells how good the observations are"
+    if result.sigma0 == 0:
+        return "sigma0 is 0, as only computed observations fit without any error"
     stated = result.sigma0_prior or 1.0
     times = _times(result.sigma0 / stated)
     judged = observations(result.network)
@@ -105,7 +107,7 @@ def _fit(result: Bundle) -> str:
 def _times(ratio: float) -> str:
     """Say how precise observations are whose sd is `ratio` times the stated one."""
     direction = "better" if ratio < 1 else "worse"
-    factor = max(ratio, 1 / ratio) if ratio > 0 else np.inf
+    factor = max(ratio, 1 / ratio)
     if factor < 1.1:
         return "as good as stated"
     if factor < 1.75:
@@ -143,11 +145,11 @@ def datum(result: Bundle) -> str:
     these = "all points" if chosen is None else count(len(chosen), "chosen point")
     if result.datum == "photos":
         these = "the projection centres"
-    scale, bars = " and scale are those", ""
+    given, bars = "Origin, directions and scale", ""
     if len(result.network.scale_bars):
-        scale, bars = " are those", " The scale bars give the scale."
+        given, bars = "Origin and directions", " The scale bars give the scale."
     return (
-        f"A free network: inner constraints on {these}. Origin, directions{scale} of"
+        f"A free network: inner constraints on {these}. {given} are those of"
         " good start values, on the average of these; rough ones let them drift, since"
         f" each iteration starts from the last.{bars} Standard deviations count from"
         " their middle: they tell how well the shape of the network is known, not"
