@@ -523,6 +523,8 @@ def test_what_is_small_or_large_is_so_beside_what_was_stated(network):
     """A sigma0 of 0.002 is twice what was known before, and no slip of the unit."""
     few = bundle.adjust(blundered(network, 0.5), sigma0_prior=10.0)
     assert "Leave out" in words(few, "Insignificant parameters")  # 15 is 1.5 times 10
+    many = bundle.adjust(blundered(network, 0.05), sigma0_prior=0.35)
+    assert "First the bl" in words(many, "Insignificant parameters")  # 1.57 is not 0.35
     known = replace(few, sigma0=0.002, sigma0_prior=0.001)
     assert "in µm?" not in words(known, "Stated standard deviations")
     slip = replace(few, sigma0=0.09, sigma0_prior=10.0)
