@@ -562,6 +562,20 @@ def test_two_interchanged_points_are_recognised(network, seed):
     assert {int(said[1]), int(said[2])} == names and int(said[3]) == 100 + photo
 
 
+def test_only_the_pair_with_the_largest_residual_is_named(network, result):
+    """An interchange makes the same two points suspect in other photos too."""
+    v, w = np.zeros_like(result.residuals), np.zeros_like(result.standardized)
+    for a, b, size in ((20, 30, 5.0), (70, 80, 9.0)):
+        d = network.xy[a] - network.xy[b]
+        v[[a, b]] = -result.redundancy_numbers[[a, b]] * np.array([d, -d])
+        w[[a, b]] = size
+    both = replace(result, residuals=v, standardized=w)
+    assert len(_suspects.interchanged(both)) == 2
+    said = words(both, "Suspected blunders").partition("Interchanged, it seems: ")[2]
+    a, b = network.point_names[20], network.point_names[30]
+    assert said == f"points {a} and {b} in photo 101."
+
+
 def test_other_blunders_are_no_interchange(network, result):
     """In one photo, in two photos, in the same direction, or of another size."""
     a, b, elsewhere = 20, 30, 70
