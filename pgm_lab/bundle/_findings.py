@@ -120,8 +120,8 @@ def _blunders(result: Bundle) -> Finding | None:
         else "This is no more than chance, so perhaps none is a blunder."
     )
     if pairs := interchanged(result):
-        names = listed(_interchanged(result, *pair) for pair in pairs)
-        advice += f" Interchanged, it seems: {names}."
+        # Only the first: it makes other photos suspect the same points
+        advice += f" Interchanged, it seems: {_interchanged(result, *pairs[0])}."
     have = "has" if len(rays) == 1 else "have"
     return Finding(
         "Suspected blunders",
