@@ -523,6 +523,8 @@ def test_what_is_small_or_large_is_so_beside_what_was_stated(network):
     """A sigma0 of 0.002 is twice what was known before, and no slip of the unit."""
     few = bundle.adjust(blundered(network, 0.5), sigma0_prior=10.0)
     assert "Leave out" in words(few, "Insignificant parameters")  # 15 is 1.5 times 10
+    many = bundle.adjust(blundered(network, 0.05), sigma0_prior=0.35)
+    assert "First the bl" in words(many, "Insignificant parameters")  # 1.57 is not 0.35
     known = replace(few, sigma0=0.002, sigma0_prior=0.001)
     assert "in µm?" not in words(known, "Stated standard deviations")
     slip = replace(few, sigma0=0.09, sigma0_prior=10.0)
@@ -558,6 +560,20 @@ def test_two_interchanged_points_are_recognised(network, seed):
         words(result, "Suspected blunders"),
     )
     assert {int(said[1]), int(said[2])} == names and int(said[3]) == 100 + photo
+
+
+def test_only_the_pair_with_the_largest_residual_is_named(network, result):
+    """An interchange makes the same two points suspect in other photos too."""
+    v, w = np.zeros_like(result.residuals), np.zeros_like(result.standardized)
+    for a, b, size in ((20, 30, 5.0), (70, 80, 9.0)):
+        d = network.xy[a] - network.xy[b]
+        v[[a, b]] = -result.redundancy_numbers[[a, b]] * np.array([d, -d])
+        w[[a, b]] = size
+    both = replace(result, residuals=v, standardized=w)
+    assert len(_suspects.interchanged(both)) == 2
+    said = words(both, "Suspected blunders").partition("Interchanged, it seems: ")[2]
+    a, b = network.point_names[20], network.point_names[30]
+    assert said == f"points {a} and {b} in photo 101."
 
 
 def test_other_blunders_are_no_interchange(network, result):

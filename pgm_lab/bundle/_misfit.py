@@ -106,8 +106,8 @@ def blunders(result: Bundle) -> Finding | None:
     if control_first(result):
         advice = "Control comes first: once it is right, good rays among these fit."
     if pairs := interchanged(result):
-        names = listed(_interchanged(result, *pair) for pair in pairs)
-        advice += f" Interchanged, it seems: {names}."
+        # Only the first: it makes other photos suspect the same points
+        advice += f" Interchanged, it seems: {_interchanged(result, *pairs[0])}."
     have = "has" if len(rays) == 1 else "have"
     return Finding(
         "Suspected blunders",
