@@ -198,6 +198,27 @@ def test_control_that_nothing_checks_has_a_redundancy_of_zero(network):
     assert set(shown[:, 4:7].ravel()) == {"0.00", "-"}
     assert set(shown[:, 7:].ravel()) == {"-"}
     assert control_finding(found) is None
+    no_more = "There are no more control coordinates than the datum needs"
+    assert no_more in _words.datum(found)
+    for changes, said in (
+        ({"control": None, "fixed": [0, 5, 11]}, False),
+        ({"fixed": [FIXED], "control": (CONTROL[:2], given[:2], sigma[1:])}, True),
+        ({"scale_bars": network.scale_bars}, False),  # they check the scale
+        (
+            {
+                "scale_bars": network.scale_bars,
+                "fixed": [FIXED],
+                "control": (
+                    CONTROL[:2],
+                    given[:2],
+                    [[0.1, 0.1, np.inf], 2 * [np.inf] + [0.1]],
+                ),
+            },
+            True,
+        ),
+    ):
+        other = replace(found, network=replace(least, **changes))
+        assert (no_more in _words.datum(other)) == said
 
 
 def control_finding(result):

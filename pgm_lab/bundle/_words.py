@@ -12,6 +12,10 @@ from pgm_lab.bundle.snooping import Snooping
 UM = 1e3  # micrometres in a millimetre
 LONGEST = 8  # names in a list before "and 12 more"
 
+LEAST = (
+    " There are no more control coordinates than the datum needs: an error moves,"
+    " turns or scales the whole network, and no residual shows it."
+)
 NUMBERS = "no one two three four five six seven eight nine ten eleven twelve".split()
 
 
@@ -140,6 +144,7 @@ def datum(result: Bundle) -> str:
             "The control points carry the datum: coordinates and standard deviations"
             " are in their system, and the latter grow away from them. An error of a"
             " control point that is held shows in no standard deviation."
+            + (LEAST if _control_is_least(result.network) else "")
         )
     chosen = result.network.datum_points
     these = "all points" if chosen is None else count(len(chosen), "chosen point")
@@ -157,6 +162,15 @@ def datum(result: Bundle) -> str:
         " there on the whole. Camera, sigma0, residuals, angles and ratios of distances"
         " are the same in every datum."
     )
+
+
+def _control_is_least(network: Network) -> bool:
+    """Whether there are as many control coordinates as motions to stop."""
+    known = network.held
+    if network.control is not None:
+        index, _, sigma = network.control
+        known[index] |= np.isfinite(sigma)
+    return np.sum(known) == (6 if len(network.scale_bars) else 7)
 
 
 def conventions(result: Bundle) -> Sequence[str]:
