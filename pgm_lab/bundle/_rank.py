@@ -80,8 +80,9 @@ def check_datum(network: Network, datum: str, move: Motions) -> None:
     which = ", ".join(names) if d > 5 else f"{d} of its 7 motions"
     raise NetworkDefect(
         f"the datum is not determined, rank defect {d}: no image notices {which}."
-        " Take datum='inner' (inner constraints), or more control coordinates: at least"
-        " seven, on three points that do not lie in one line",
+        " Take datum='inner' (inner constraints), in a network without control, or more"
+        " control coordinates: at least seven, on three points that do not lie in one"
+        " line",
         tuple(names),
         move.kept,
     )

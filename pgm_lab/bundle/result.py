@@ -138,6 +138,7 @@ class Bundle:
     def correlation(self) -> np.ndarray:
         """Correlation matrix (u + 6 m, u + 6 m) of the kept unknowns."""
         sd = np.sqrt(np.diagonal(self.covariance))
+        sd = np.where(sd > 0, sd, 1.0)
         return self.covariance / np.outer(sd, sd)
 
     @property
