@@ -7,8 +7,8 @@ from scipy import linalg
 
 from pgm_lab import _validate, normal
 from pgm_lab._gauss_newton import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREASE
-from pgm_lab.bundle import _datum, _mirror, _rank
-from pgm_lab.bundle._covariance import bars_redundancy, cofactors
+from pgm_lab.bundle import _datum, _rank
+from pgm_lab.bundle._assemble import assemble
 from pgm_lab.bundle._datum import Motions
 from pgm_lab.bundle._problem import Problem
 from pgm_lab.bundle._rays import Equations, State
@@ -16,7 +16,7 @@ from pgm_lab.bundle._reduced import Reduced, points_alone, times_kept
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle, kept_names
 from pgm_lab.camera import PARAMETERS
-from pgm_lab.quality import UNCONTROLLED, History
+from pgm_lab.quality import History
 
 
 def adjust(
@@ -130,8 +130,11 @@ def adjust(
     else:
         reduced = problem.normal_equations(state, eq)
     history = History(*map(np.array, (objectives, steps, changes)))
-    return _result(
-        problem, state, phi, redundancy, sigma0_prior, status, history, reduced, eq
+    move = _datum.free_motions(network, state, problem.interior)
+    scale, factor = _factor(problem, state, reduced, move)
+    Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
+    return assemble(
+        problem, state, eq, reduced, Q, move, phi, sigma0_prior, status, history
     )
 
 
@@ -213,81 +216,6 @@ def _line_search(
             break
         step /= 2
     return 0.0, state, None
-
-
-def _result(
-    problem, state, phi, redundancy, sigma0_prior, status, history, reduced, eq
-) -> Bundle:
-    """Covariances, tests, and everything in the order of the network."""
-    network, rays = problem.network, problem.rays
-    cameras = _mirror.cameras(network, state, status)
-    move = _datum.free_motions(network, state, problem.interior)
-    scale, factor = _factor(problem, state, reduced, move)
-    Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
-    R = _datum.constraint(network, problem.datum, move) if move.number else None
-    found = cofactors(rays, eq, network.camera, reduced, Q, move, R)
-    held = network.held.T
-    found.points[held[:, None] | held[None]] = 0
-
-    sigma0 = np.sqrt(phi / redundancy) if redundancy else np.nan
-    variance = (sigma0 if redundancy else sigma0_prior or np.nan) ** 2
-    unit = sigma0_prior or sigma0 or np.inf
-    back = np.argsort(rays.order)
-    share = np.ascontiguousarray(1 - found.rays[:, back].T)
-    v = (eq.v / rays.per_sigma)[:, back].T
-    control, check, bars = network.control, network.check, network.scale_bars
-    v_control, share_control = _differences(state.points, control), np.zeros((0, 3))
-    sigma_control = share_control
-    if control is not None:
-        sigma_control = np.where(control[2] > 0, control[2], np.inf)
-        share_control = 1 - np.einsum("iin->ni", found.points)[control[0]] / (
-            sigma_control**2
-        )
-        share_control *= np.isfinite(sigma_control)
-    v_bars = np.zeros(0) if not len(bars) else problem.bars(state)[1]
-    share_bars = bars_redundancy(reduced, Q, bars[:, 3])
-    return Bundle(
-        network=network,
-        estimate=problem.estimate,
-        datum=problem.datum,
-        cameras=cameras,
-        exteriors=state.exteriors,
-        points=state.points,
-        sigma0=float(sigma0),
-        sigma0_prior=sigma0_prior,
-        redundancy=redundancy,
-        residuals=v,
-        redundancy_numbers=share,
-        standardized=_standardized(v, network.sigma * unit, share),
-        control_residuals=v_control,
-        control_redundancy_numbers=share_control,
-        control_standardized=_standardized(
-            v_control, sigma_control * unit, share_control
-        ),
-        scale_bar_residuals=v_bars,
-        scale_bar_redundancy_numbers=share_bars,
-        scale_bar_standardized=_standardized(v_bars, bars[:, 3] * unit, share_bars),
-        check_differences=_differences(state.points, check),
-        names=kept_names(network, problem.estimate),
-        covariance=variance * found.kept,
-        covariance_points=variance * np.moveaxis(found.points, -1, 0),
-        status=status,
-        iterations=len(history.step),
-        history=history,
-    )
-
-
-def _standardized(v: np.ndarray, sigma: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Residuals over their standard deviations; 0 where nothing controls them."""
-    controlled = share > UNCONTROLLED
-    return np.where(
-        controlled, v / (sigma * np.sqrt(np.where(controlled, share, 1))), 0
-    )
-
-
-def _differences(points: np.ndarray, given: tuple | None) -> np.ndarray:
-    """Computed - given coordinates."""
-    return np.zeros((0, 3)) if given is None else points[given[0]] - given[1]
 
 
 def _counted(iterations: int, progress: bool) -> Iterable[int]:
