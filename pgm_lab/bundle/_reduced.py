@@ -127,30 +127,34 @@ def reduce(
     W = W[u:]
     Z = np.einsum("aik,ijk->ajk", W, V_inverse.take(rays.point, axis=-1))
 
-    S, right = np.zeros((U + 6 * m, U + 6 * m)), np.zeros(U + 6 * m)
-    diagonal = np.zeros(U + 6 * m)
+    S = np.zeros((U + 6 * m, U + 6 * m))
     for photo, own in enumerate(rays.photos):
         i = slice(u * camera[photo], u * (camera[photo] + 1))
         e = slice(U + 6 * photo, U + 6 * photo + 6)
         A = _flat(eq.camera[..., own])
-        N, n_own = A @ A.T, A @ eq.v[:, own].ravel()
-        diagonal[i] += N.diagonal()[:u]
-        diagonal[e] += N.diagonal()[u:]
-        point = rays.point[own]
-        Z_own = _flat(Z[..., own])
+        N, Z_own = A @ A.T, _flat(Z[..., own])
         S[i, i] += N[:u, :u]
         S[i, e] += N[:u, u:]
-        S[:U, e] -= _flat(W_interior.take(point, axis=-1)) @ Z_own.T
+        S[:U, e] -= _flat(W_interior.take(rays.point[own], axis=-1)) @ Z_own.T
         S[e, e] += N[u:, u:] - _flat(W[..., own]) @ Z_own.T
-        right[i] -= n_own[:u]
-        right[e] -= n_own[u:] + Z_own @ n_point[:, point].ravel()
     S[:U, :U] -= _flat(W_interior) @ _flat(Z_interior).T
-    right[:U] -= _flat(Z_interior) @ n_point.ravel()
     S[U:, U:] += _between_photos(rays, W, Z, m)
+    diagonal = _by_photo(rays, np.einsum("ark,ark->ak", eq.camera, eq.camera), camera)
+    right = -_by_photo(rays, np.einsum("ark,rk->ak", eq.camera, eq.v), camera)
+    of_points = np.einsum("ajk,jk->ak", Z, n_point.take(rays.point, axis=-1))
+    right[U:] -= total(of_points, rays.photo, m).T.ravel()
+    right[:U] -= _flat(Z_interior) @ n_point.ravel()
     S = np.triu(S) + np.triu(S, 1).T
     V_diagonal = np.einsum("iin->in", V)
     reduced = Reduced(S, right, diagonal, V_inverse, V_diagonal, n_point, Z_interior, Z)
     return reduced if bars is None else _with_bars(reduced, rays, bars)
+
+
+def _by_photo(rays: Rays, values: np.ndarray, camera: np.ndarray) -> np.ndarray:
+    """Sum values (u + 6, k) of the rays by kept unknown: (U + 6 m,)."""
+    sums = total(values, rays.photo, len(camera))
+    interior = total(sums[:-6], camera, camera.max() + 1)
+    return np.concatenate([interior.T.ravel(), sums[-6:].T.ravel()])
 
 
 def _with_bars(reduced: Reduced, rays: Rays, bars: tuple[np.ndarray, ...]) -> Reduced:
