@@ -263,7 +263,10 @@ def test_what_the_files_have_no_place_for_is_not_written(tmp_path, muliawan):
         "check points": {"check": ([0], muliawan.points[:1])},
         "chosen datum points": {"datum_points": [0, 1, 2]},
         "scale bars": {"scale_bars": [(0, 1, 30.0, 0.1)]},
-        "several cameras": {"cameras": 2 * muliawan.cameras},
+        "several cameras": {
+            "cameras": 2 * muliawan.cameras,
+            "camera": [0, 1] + 7 * [0],
+        },
         "whole numbers": {"photo_names": list("abcdefghi")},
     }
     for name, change in cannot.items():
