@@ -86,12 +86,19 @@ def test_exaggeration_stands_in_the_title_and_is_a_round_number():
     assert 0.02 < longest / np.ptp(POSITIONS, axis=0).max() <= 0.06
 
 
+def vertices(faces):
+    """Corners (n, 3) of polygons, under the names of older and newer Matplotlib."""
+    if hasattr(faces, "_faces"):
+        return np.reshape(faces._faces, (-1, 3))
+    return faces._vec[:3].T
+
+
 def test_given_exaggeration_is_drawn():
     C = covariances()
     fig = plot_bundle3d.network_3d(EXTERIORS, POINTS, C, factor=300)
     assert "300 times too large" in fig.get_suptitle()
     faces = next(c for c in fig.axes[0].collections if len(c.get_facecolor()) > 1000)
-    corners = np.array(faces._faces).reshape(len(POINTS), -1, 3)
+    corners = vertices(faces).reshape(len(POINTS), -1, 3)
     half = np.ptp(corners, axis=1) / 2
     expected = 300 * np.sqrt(C[:, [0, 1, 2], [0, 1, 2]])
     np.testing.assert_allclose(half, expected, rtol=0.03)  # the width of the cells
