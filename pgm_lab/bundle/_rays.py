@@ -119,43 +119,27 @@ def equations(
     free : ndarray (3, n) of bool
         Coordinates that are unknowns.
     """
-    v, _, by = _misclosure(network, rays, state, imaging_blocks(estimated))
-    camera = np.empty((len(estimated) + 6, *v.shape[::-1]))
-    for row, column in enumerate(estimated):
-        camera[row] = by["interior"][..., column].T * rays.per_sigma
-    camera[len(estimated) :] = np.moveaxis(by["exterior"], 0, -1).swapaxes(0, 1)
-    camera[len(estimated) :] *= rays.per_sigma
-    point = np.moveaxis(by["point"], 0, -1).swapaxes(0, 1) * rays.per_sigma
-    if not free.all():
-        point *= free[:, None, rays.point]
-    return Equations(v.T * rays.per_sigma, camera, point)
-
-
-def imaging_blocks(estimated: np.ndarray) -> tuple[str, ...]:
-    """The derivatives to ask for: none by the interior if it is given."""
-    return ("interior",) * bool(len(estimated)) + ("exterior", "point")
-
-
-def misclosures(network: Network, rays: Rays, state: State) -> np.ndarray:
-    """Return v / sigma alone (2, k); not finite where a ray lies in the image plane."""
-    return _misclosure(network, rays, state, ())[0].T * rays.per_sigma
-
-
-def _misclosure(network: Network, rays: Rays, state: State, wrt: tuple[str, ...]):
     interior = state.interior[network.camera]
     if len(network.cameras) == 1:
         interior = state.interior[0]
-    points = of_photo(state.points, rays.point)
     with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
-        return imaging.misclosure(
+        v, _, by = imaging.misclosure(
             interior,
             state.exteriors,
-            points,
+            of_photo(state.points, rays.point),
             rays.measured,
             network.cameras[0].lens,
-            wrt,
+            ("interior",) * bool(len(estimated)) + ("exterior", "point"),
             rays.photo,
         )
+    camera = np.empty((len(estimated) + 6, *v.shape[::-1]))
+    for row, column in enumerate(estimated):
+        camera[row] = by["interior"][..., column].T * rays.per_sigma
+    camera[len(estimated) :] = by["exterior"].T * rays.per_sigma
+    point = by["point"].T * rays.per_sigma
+    if not free.all():
+        point *= free[:, None, rays.point]
+    return Equations(v.T * rays.per_sigma, camera, point)
 
 
 def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
