@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, camera, datasets, imaging
+from pgm_lab import _validate, bundle, camera, datasets, imaging
 
 DEFECTS = {
     "sign": "A3 with the sign turned, as (2.89): its parameters run the wrong way",
@@ -199,11 +199,8 @@ def design(interior, exteriors, points, photo, point, xy, defects=()) -> np.ndar
 
 def normal_matrix(A: np.ndarray, points: np.ndarray, sigma: float) -> np.ndarray:
     """N of (2.94), bordered by the inner constraints G of (2.95) on the points."""
-    each = np.broadcast_to(np.eye(3), (len(points), 3, 3))
-    turn = np.cross(points[:, None], each)
-    G = np.concatenate([each, turn, points[..., None]], axis=2)
     N = np.pad(A.T @ A / sigma**2, (0, 7))
-    N[-7 - points.size : -7, -7:] = G.reshape(-1, 7)
+    N[-7 - points.size : -7, -7:] = bundle.motions(points).reshape(7, -1).T
     N[-7:, :-7] = N[:-7, -7:].T
     return N
 

@@ -91,6 +91,17 @@ def critical_value(result: Bundle, alpha: float = 0.001) -> float:
     Of the normal distribution if sigma0_prior is known, else of Pope's tau, which is
     never above the root of the redundancy.
 
+    Parameters
+    ----------
+    result : Bundle
+    alpha : float
+        Probability of a false alarm in one test.
+
+    Returns
+    -------
+    float
+        No unit; inf if the redundancy is below 2 and sigma0_prior not known.
+
     References
     ----------
     Baarda 1968; Pope 1976, "The statistics of residuals and the detection of outliers".
@@ -107,6 +118,12 @@ def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, flo
     """Pairs of interior and exterior unknowns with a correlation above a limit.
 
     Those between exterior orientations depend on the datum.
+
+    Parameters
+    ----------
+    result : Bundle
+    limit : float
+        Smallest absolute correlation that is listed, below 1.
 
     Returns
     -------
