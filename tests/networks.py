@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pgm_lab import adjustment, bundle, camera, datasets, imaging, rotation
-from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab import adjustment, bundle, camera, datasets, rotation
+from pgm_lab.camera import PARAMETERS, Camera, imaging
 
 LENS = {"K1": 3e-5, "P1": 1e-5, "P2": -2e-5, "b1": 2e-4}
 

@@ -37,7 +37,7 @@ def test_summary_counts_what_the_figure_shows():
 
 def test_table_shows_what_is_printed_beside_what_we_get(monkeypatch):
     shown = []
-    monkeypatch.setattr(plot, "publish_display_data", shown.append)
+    monkeypatch.setattr(plot.basic, "publish_display_data", shown.append)
     ledger.table(ledger.verdicts("1", places=["Metode, GSD"]), "GSD")
     assert ">20 cm<" in shown[0]["text/html"] and "22.9 cm" in shown[0]["text/html"]
     assert "unclear" not in shown[0]["text/html"]
@@ -45,6 +45,6 @@ def test_table_shows_what_is_printed_beside_what_we_get(monkeypatch):
 
 def test_table_shows_the_causes_when_asked(monkeypatch):
     shown = []
-    monkeypatch.setattr(plot, "publish_display_data", shown.append)
+    monkeypatch.setattr(plot.basic, "publish_display_data", shown.append)
     ledger.table(ledger.verdicts("1", places=["Metode, GSD"]), "GSD", causes=True)
     assert '<td class="text">unclear</td>' in shown[0]["text/html"]

@@ -3,12 +3,11 @@
 Muliawan 2013, chapter II.10.
 """
 
-from pgm_lab.bundle._datum import motions
-from pgm_lab.bundle._rank import NetworkDefect
-from pgm_lab.bundle._solve import adjust
+from pgm_lab.bundle import defects
+from pgm_lab.bundle.datum import motions
 from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network
-from pgm_lab.bundle.page import html
+from pgm_lab.bundle.refuse import NetworkDefect
 from pgm_lab.bundle.reliability import (
     Reliability,
     Significance,
@@ -17,9 +16,9 @@ from pgm_lab.bundle.reliability import (
     reliability,
     significance,
 )
-from pgm_lab.bundle.report import text
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Blunder, Snooping, snoop
+from pgm_lab.bundle.solve import adjust
 
 __all__ = [
     "Blunder",
@@ -32,12 +31,11 @@ __all__ = [
     "adjust",
     "correlations",
     "critical_value",
-    "html",
+    "defects",
     "motions",
     "read",
     "reliability",
     "significance",
     "snoop",
-    "text",
     "write",
 ]

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from pgm_lab.bundle import _datum, _mirror
-from pgm_lab.bundle._covariance import bars_redundancy, cofactors
-from pgm_lab.bundle._datum import Motions
+from pgm_lab.adjustment.result import UNCONTROLLED, History
 from pgm_lab.bundle._problem import Problem
-from pgm_lab.bundle._rays import Equations, State
-from pgm_lab.bundle._reduced import Reduced
+from pgm_lab.bundle.covariance import bars_redundancy, cofactors
+from pgm_lab.bundle.datum import Motions, constraint
+from pgm_lab.bundle.rays import Equations, State
+from pgm_lab.bundle.reduced import Reduced
+from pgm_lab.bundle.refuse import cameras
 from pgm_lab.bundle.result import Bundle, kept_names
-from pgm_lab.quality import UNCONTROLLED, History
 
 
 def assemble(
@@ -36,7 +36,7 @@ def assemble(
         v'Pv.
     """
     network, rays = problem.network, problem.rays
-    R = _datum.constraint(network, problem.datum, move) if move.number else None
+    R = constraint(network, problem.datum, move) if move.number else None
     found = cofactors(rays, eq, network.camera, reduced, Q, move, R)
     held = network.held.T
     found.points[held[:, None] | held[None]] = 0
@@ -57,7 +57,7 @@ def assemble(
         network=network,
         estimate=problem.estimate,
         datum=problem.datum,
-        cameras=_mirror.cameras(network, state, status),
+        cameras=cameras(network, state, status),
         exteriors=state.exteriors,
         points=state.points,
         sigma0=float(sigma0),

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.bundle import _datum
-from pgm_lab.bundle._rays import Equations, Rays, State, equations
-from pgm_lab.bundle._reduced import Reduced, reduce
+from pgm_lab.bundle.datum import choose
 from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.rays import Equations, Rays, State, equations
+from pgm_lab.bundle.reduced import Reduced, reduce
 from pgm_lab.camera import PARAMETERS
 
 
@@ -36,7 +36,7 @@ class Problem:
         for name in estimate:
             _validate.choice(name, "estimate", PARAMETERS)
         estimated = [i for i, name in enumerate(PARAMETERS) if name in estimate]
-        datum = _datum.choose(network, datum)
+        datum = choose(network, datum)
         return cls(network, Rays.of(network), np.array(estimated, int), datum)
 
     @property

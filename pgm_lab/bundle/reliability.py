@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from pgm_lab import _validate, imaging
+from pgm_lab import _validate
+from pgm_lab.adjustment.result import UNCONTROLLED
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.camera import PARAMETERS
-from pgm_lab.quality import UNCONTROLLED
+from pgm_lab.camera import PARAMETERS, imaging
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab.bundle import _rays
+from pgm_lab.adjustment.result import History
 from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.rays import behind
 from pgm_lab.camera import PARAMETERS, Camera
-from pgm_lab.quality import History
 
 EXTERIOR = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
 
@@ -64,7 +64,7 @@ class Bundle:
     status : str
         "converged", "too many iterations", or "diverged": no step lowers v'Pv.
     iterations : int
-    history : pgm_lab.quality.History
+    history : pgm_lab.adjustment.History
         v'Pv, step length, and a bound of the largest change of an unknown in units of
         its standard deviation, in each iteration.
     """
@@ -148,7 +148,7 @@ class Bundle:
         The equations do not notice: such a point has an image like any other. Empty in
         a solution of the task.
         """
-        return _rays.behind(self.network, self.exteriors, self.points)
+        return behind(self.network, self.exteriors, self.points)
 
     @property
     def _u(self) -> int:

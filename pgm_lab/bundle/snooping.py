@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.bundle._rank import NetworkDefect
-from pgm_lab.bundle._solve import adjust
+from pgm_lab.adjustment.result import UNCONTROLLED
 from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.refuse import NetworkDefect
 from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.solve import adjust
 from pgm_lab.camera import PARAMETERS
-from pgm_lab.quality import UNCONTROLLED
 
 
 @dataclass(frozen=True)

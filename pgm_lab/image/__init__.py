@@ -8,11 +8,13 @@ from pgm_lab.image.centroid import Centroid, centroid
 from pgm_lab.image.grey import Statistics, equalize, gradient, histogram, statistics
 from pgm_lab.image.pyramid import pyramid
 from pgm_lab.image.resampling import resample
+from pgm_lab.image.window import cut
 
 __all__ = [
     "Centroid",
     "Statistics",
     "centroid",
+    "cut",
     "equalize",
     "gradient",
     "histogram",

@@ -4,8 +4,9 @@
 `cramer_rao` says how precisely it can be done at all.
 """
 
+from pgm_lab.lsm import defects
 from pgm_lab.lsm.matching import Match, match
 from pgm_lab.lsm.precision import cramer_rao
 from pgm_lab.lsm.rigorous import adjust
 
-__all__ = ["Match", "adjust", "cramer_rao", "match"]
+__all__ = ["Match", "adjust", "cramer_rao", "defects", "match"]

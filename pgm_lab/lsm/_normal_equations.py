@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import normal
+from pgm_lab.adjustment import normal
 from pgm_lab.lsm import _fine
 
 # Share of its sum of squares below which what is left of a window is rounding

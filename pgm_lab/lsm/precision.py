@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, normal
+from pgm_lab import _validate
+from pgm_lab.adjustment import normal
 from pgm_lab.lsm._normal_equations import window_grid
 
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import imaging, rotation
+from pgm_lab import rotation
 from pgm_lab.adjustment import adjust
+from pgm_lab.camera import imaging
 from pgm_lab.orientation import _turns, coplanarity, scale_factors
 
 NAMES = ("by", "bz", "turn about X", "turn about Y", "turn about Z")

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, imaging
+from pgm_lab import _validate
 from pgm_lab.adjustment import adjust
-from pgm_lab.camera import Camera
+from pgm_lab.camera import Camera, imaging
 from pgm_lab.orientation.rays import angle_between_rays, nearest_point, rays
 
 # Sine of the angle between rays below which they count as parallel.

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, imaging, rotation
+from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import Adjustment, adjust
-from pgm_lab.camera import Camera
+from pgm_lab.camera import Camera, imaging
 from pgm_lab.orientation import _turns, three_points
 from pgm_lab.orientation._ambiguity import largest_objective
 from pgm_lab.orientation.rays import image_vectors

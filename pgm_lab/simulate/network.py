@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, camera, imaging
+from pgm_lab import _validate, camera
+from pgm_lab.camera import imaging
 
 GOLDEN_ANGLE = np.pi * (3 - 5**0.5)  # a turn that never comes back to the same side
 

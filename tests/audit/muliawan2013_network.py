@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from pgm_lab import adjustment, datasets, imaging
-from pgm_lab.camera import BLOCKS
+from pgm_lab import adjustment, datasets
+from pgm_lab.camera import BLOCKS, imaging
 
 PRINTED = datasets.muliawan2013()
 PHOTO, POINT = PRINTED.photo, PRINTED.point

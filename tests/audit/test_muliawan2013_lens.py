@@ -3,8 +3,7 @@
 import numpy as np
 
 from pgm_lab import camera as cam
-from pgm_lab import imaging
-from pgm_lab.camera import Camera
+from pgm_lab.camera import Camera, imaging
 
 from . import muliawan2013_network as net
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pgm_lab import adjustment, imaging, rotation
+from pgm_lab import adjustment, rotation
 from pgm_lab import camera as cam
-from pgm_lab.camera import Camera
+from pgm_lab.camera import Camera, imaging
 
 from . import as_printed
 from . import muliawan2013_network as net

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, imaging
-from pgm_lab.camera import Camera
+from pgm_lab import bundle
+from pgm_lab.camera import Camera, imaging
 
 from . import muliawan2013_network as net
 from .muliawan2013_network import INTERIOR, OBJECT, PRINTED

@@ -11,9 +11,9 @@ import pytest
 
 from pgm_lab import bundle
 from pgm_lab.camera import collinearity
-from tests.benchmarks.bundle_network import ESTIMATE, network
+from tools.studies.bundle_network import ESTIMATE, network
 
-colmap = pytest.importorskip("tests.benchmarks.colmap", exc_type=ImportError)
+colmap = pytest.importorskip("tools.studies.colmap", exc_type=ImportError)
 
 # photos, points, rays of a point, block, rounds
 SIZES = {

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pgm_lab import imaging, rotation, simulate
-from pgm_lab.camera import Camera, ideal, project
+from pgm_lab import rotation, simulate
+from pgm_lab.camera import Camera, ideal, imaging, project
 from pgm_lab.orientation import intersect, resect
 
 CAMERA = Camera(50.0, 0.1, -0.2, K1=-1e-5, P1=1e-5)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import lsm
-from tests.benchmarks import lsm_scene
+from tools.studies import lsm_scene
 
 N, WINDOW, SEARCH = 1000, 21, 33
 # cv2.findTransformECC: iterations, smallest gain of correlation, size of its blur

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from example import example
-from watch import Watched, published
 
 from publish.browser import offline_context, open_browser
+from tests.publish.example import example
+from tests.publish.watch import Watched, published
 
 ROOT = Path(__file__).resolve().parents[2]
 CHAPTERS = {p.stem: p for p in sorted((ROOT / "notebooks").glob("[0-9A-Z]*.ipynb"))}

@@ -5,12 +5,12 @@ import sys
 
 import nbformat
 import pytest
-from example import code, example, figure_output, text
-from look import axe_violations, bad_images, load_axe, raw_markup
 
 from publish import assets
 from publish.__main__ import ROOT, main
 from publish.selfcontained import problems
+from tests.publish.example import code, example, figure_output, text
+from tests.publish.look import axe_violations, bad_images, load_axe, raw_markup
 
 PIXEL = "data:image/gif;base64,R0lGODlhAQABAIAAAP///wAAACwAAAAAAQABAAACAkQBADs="
 

@@ -3,7 +3,14 @@
 import re
 
 import pytest
-from look import (
+from pypdf import PdfReader
+
+from publish.browser import offline_context
+from publish.page import handout_page
+from publish.prepare import for_handouts, title
+from publish.selfcontained import problems
+from publish.student import slide_type, tags
+from tests.publish.look import (
     axe_violations,
     bad_images,
     formulas,
@@ -11,14 +18,7 @@ from look import (
     load_axe,
     raw_markup,
 )
-from pypdf import PdfReader
-from watch import Watched
-
-from publish.browser import offline_context
-from publish.page import handout_page
-from publish.prepare import for_handouts, title
-from publish.selfcontained import problems
-from publish.student import slide_type, tags
+from tests.publish.watch import Watched
 
 A4 = (595.28, 841.89)  # points
 COLUMN = 642  # px: 210 mm less two margins of 20 mm

@@ -3,8 +3,12 @@
 import nbformat
 import pytest
 from bs4 import BeautifulSoup
-from example import example, text
-from look import (
+
+from publish.browser import offline_context
+from publish.prepare import title
+from publish.selfcontained import problems
+from tests.publish.example import example, text
+from tests.publish.look import (
     axe_violations,
     bad_images,
     formulas,
@@ -13,11 +17,7 @@ from look import (
     overflow,
     raw_markup,
 )
-from watch import Watched, each_slide, published
-
-from publish.browser import offline_context
-from publish.prepare import title
-from publish.selfcontained import problems
+from tests.publish.watch import Watched, each_slide, published
 
 
 def kind(cell) -> str:

@@ -1,0 +1,17 @@
+"""Least squares adjustment in the Gauss-Markov model: one core for the whole workbook.
+
+`normal` solves normal equations, `core` iterates, `result` holds what comes out.
+"""
+
+from pgm_lab.adjustment.core import adjust
+from pgm_lab.adjustment.normal import RankDefect
+from pgm_lab.adjustment.result import UNCONTROLLED, Adjustment, GlobalTest, History
+
+__all__ = [
+    "UNCONTROLLED",
+    "Adjustment",
+    "GlobalTest",
+    "History",
+    "RankDefect",
+    "adjust",
+]

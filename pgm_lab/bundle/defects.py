@@ -1,0 +1,298 @@
+"""Self-calibrating bundle adjustment, dense, with one defect put in at a time.
+
+The adjustment is that of Muliawan 2013, (2.78) to (2.95), in the book's order: exterior
+orientations, the ten parameters of the camera, object points, seven multipliers. A
+printed formula or a property of the printed program can be put in by its name, to see
+what it costs. For measuring use `pgm_lab.bundle`.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate, camera, datasets
+from pgm_lab.bundle.datum import motions
+from pgm_lab.camera import imaging
+
+DEFECTS = {
+    "sign": "A3 with the sign turned, as (2.89): its parameters run the wrong way",
+    "short": "columns of c, x0, y0 without the lens, as (2.89)",
+    "r": "r where r^2 belongs in the columns of P1 and P2: (2.89), not the listing",
+    "rows": "A3 takes row j of the table of image points for point j, in every photo",
+    "x/c": "the misclosure carries x/c and y/c besides",
+    "centre twice": "the misclosure takes x0 and y0 off twice",
+    "2 P1 xy": "the misclosure of y lacks 2 P1 xy",
+    "pinv": "pinv of the matrix as it is, with the tolerance of MATLAB",
+    "pinv of NumPy": "the same with 1e-15 of the largest singular value (to compare)",
+    "stop": "ends when the sum of all |corrections| is not below the last one, or 10",
+    "unweighted": "S0 in mm, from residuals without weights, for cofactors with them",
+    "redundancy": "observations - 6m - 3n: without ten parameters and seven conditions",
+    "ten places": "accuracies of the points are read ten places too early",
+}
+PROGRAM = tuple(name for name in DEFECTS if name not in ("r", "pinv of NumPy"))
+
+_STILL = 1e-7  # mm: a step that moves no image point by more is the last
+_FAR = 1e3  # mm: a metre, in an image of two centimetres
+_ANGLES_FIRST = [3, 4, 5, 0, 1, 2]  # the order of (2.87), and back
+
+
+@dataclass(frozen=True)
+class Run:
+    """An adjustment, step by step; axis 0 of the states begins with the start values.
+
+    Attributes
+    ----------
+    interior, exteriors, points : ndarray (steps + 1, 10), (..., m, 6), (..., n, 3)
+        In the order of `camera.PARAMETERS`, (X0, Y0, Z0, omega, phi, kappa), (X, Y, Z).
+    rms, own_rms : ndarray (steps + 1,)
+        RMS of an image coordinate, mm: by the right misclosure; with its defects.
+    corrections : ndarray (steps,)
+        Sums of all |corrections|, mm and radians together, as the listing has them.
+    kept : int
+        Singular values that the last solution kept; all when it was regular.
+    sigma0 : float
+    sd_interior, sd_exteriors, sd_points : ndarray (10,), (m, 6), (n, 3)
+        As the run itself gives them, with its defects; NaN for a negative variance.
+    status : str
+        "converged"; "stopped" by the rule of the listing; "diverged"; "not converged".
+    """
+
+    interior: np.ndarray
+    exteriors: np.ndarray
+    points: np.ndarray
+    rms: np.ndarray
+    own_rms: np.ndarray
+    corrections: np.ndarray
+    kept: int
+    sigma0: float
+    sd_interior: np.ndarray
+    sd_exteriors: np.ndarray
+    sd_points: np.ndarray
+    status: str
+
+
+def network(order: str = "photo") -> tuple[np.ndarray, ...]:
+    """Start values and image points of Muliawan 2013, as `adjust` takes them.
+
+    They are (interior, exteriors, points, photo, point, xy). The image points are
+    sorted as Tables 4.4 to 4.12 print them, by "photo", or by "point" and then by
+    photo. Only the defect "rows" knows the difference.
+    """
+    _validate.choice(order, "order", ("photo", "point"))
+    d = datasets.muliawan2013()
+    rows = np.lexsort((d.photo, d.point) if order == "point" else (d.point, d.photo))
+    start = d.interior, d.exteriors, d.object_points
+    return *start, d.photo[rows], d.point[rows], d.xy[rows]
+
+
+def adjust(
+    interior: ArrayLike,
+    exteriors: ArrayLike,
+    points: ArrayLike,
+    photo: ArrayLike,
+    point: ArrayLike,
+    xy: ArrayLike,
+    defects: Iterable[str] = (),
+    *,
+    sigma: float = 0.001,
+    max_iterations: int = 50,
+) -> Run:
+    """Adjust a free network with self-calibration, with the defects that are asked for.
+
+    Parameters
+    ----------
+    interior : array_like (10,)
+        Start values of `camera.PARAMETERS`, lens "backward".
+    exteriors, points : array_like (m, 6), (n, 3)
+        Start values; the object points carry the seven inner constraints.
+    photo, point : array_like (k,) of int
+        Photo and point of each image point.
+    xy : array_like (k, 2)
+        Image points as measured, in mm.
+    defects : iterable of str
+        Names out of `DEFECTS`; `PROGRAM` has those of the printed program. Without any
+        the adjustment is correct.
+    sigma : float
+        Standard deviation of an image coordinate, in mm.
+    max_iterations : int
+        Most steps, 1 or more. All are full steps.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, a number is not finite, or a defect is unknown.
+
+    References
+    ----------
+    Muliawan 2013, (2.78) to (2.95) and the listings, here in our own words.
+
+    Examples
+    --------
+    >>> right = adjust(*network())
+    >>> print(right.status, f"{1000 * right.rms[-1]:.2f} micrometres")
+    converged 0.31 micrometres
+    >>> print(adjust(*network(), ["sign"]).status)
+    diverged
+    """
+    defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in defects}
+    sigma = float(_validate.positive(sigma, "sigma", "mm"))
+    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
+    state, image = _checked(interior, exteriors, points, photo, point, xy)
+    states, sums, status = [state], [], "not converged"
+    v, right = [misclosure(*state, *image, defects)], [misclosure(*state, *image)]
+    while status == "not converged" and len(sums) < max_iterations:
+        A = design(*state, *image, defects)
+        Q, kept = inverse(normal_matrix(A, state[2], sigma), defects)
+        delta = Q[:, :-7] @ (A.T @ -v[-1].ravel()) / sigma**2  # (2.94)
+        state = _corrected(state, delta)
+        states.append(state)
+        sums.append(np.abs(delta).sum())
+        v.append(misclosure(*state, *image, defects))
+        right.append(misclosure(*state, *image))
+        status = _status(v, sums, defects)
+    history = [np.array(part) for part in zip(*states, strict=True)]
+    rms = [np.sqrt(np.mean(np.square(part), axis=(1, 2))) for part in (right, v)]
+    accuracies = _accuracies(v[-1], Q, state, sigma, defects)
+    return Run(*history, *rms, np.array(sums), kept, *accuracies, status)
+
+
+def misclosure(interior, exteriors, points, photo, point, xy, defects=()) -> np.ndarray:
+    """Computed minus observed (k, 2), in mm: -f of (2.86)."""
+    v, *_ = _model(interior, exteriors, points, photo, point, xy)
+    reduced = xy - interior[1:3]
+    if "x/c" in defects:
+        v = v + reduced / interior[0]
+    if "centre twice" in defects:
+        v = v + interior[1:3]
+    if "2 P1 xy" in defects:
+        v = v + reduced.prod(axis=1, keepdims=True) * (0, 2 * interior[6])
+    return v
+
+
+def design(interior, exteriors, points, photo, point, xy, defects=()) -> np.ndarray:
+    """Derivatives of the misclosure (2k, 6m + 10 + 3n): A1, A3, A2 of (2.78)."""
+    if "rows" in defects:
+        xy = xy[point]  # A1 and A2 do not depend on it
+    blocks = _model(interior, exteriors, points, photo, point, xy, camera.BLOCKS)[2]
+    A1, A3, A2 = blocks["exterior"], blocks["interior"].copy(), blocks["point"]
+    reduced = xy - interior[1:3]
+    if "short" in defects:
+        A3[..., 0] = reduced / interior[0]
+        A3[..., 1:3] = np.eye(2)
+    if "r" in defects:
+        r = np.hypot(*reduced.T)
+        A3[:, [0, 1], [6, 7]] += (r**2 - r)[:, None]
+    if "sign" in defects:
+        A3 = -A3
+    m, n = len(exteriors), len(points)
+    A = np.zeros((len(xy), 2, 6 * m + 10 + 3 * n))
+    ray, row = np.arange(len(xy))[:, None, None], np.arange(2)[:, None]
+    A[ray, row, 6 * photo[:, None, None] + np.arange(6)] = A1[..., _ANGLES_FIRST]
+    A[..., 6 * m : 6 * m + 10] = A3
+    A[ray, row, 6 * m + 10 + 3 * point[:, None, None] + np.arange(3)] = A2
+    return A.reshape(-1, A.shape[-1])
+
+
+def normal_matrix(A: np.ndarray, points: np.ndarray, sigma: float) -> np.ndarray:
+    """N of (2.94), bordered by the inner constraints G of (2.95) on the points."""
+    N = np.pad(A.T @ A / sigma**2, (0, 7))
+    N[-7 - points.size : -7, -7:] = motions(points).reshape(7, -1).T
+    N[-7:, :-7] = N[:-7, -7:].T
+    return N
+
+
+def scaled(N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bring a bordered N to columns of one size: the matrix N s s', and s.
+
+    The unknowns get ones on the diagonal, the columns of G the length one.
+    """
+    s = np.ones(len(N))
+    s[:-7] = 1 / np.sqrt(np.diagonal(N)[:-7])
+    s[-7:] = 1 / np.linalg.norm(s[:-7, None] * N[:-7, -7:], axis=0)
+    return N * s * s[:, None], s
+
+
+def tolerance(N: np.ndarray, defects: Iterable[str] = ()) -> float:
+    """Singular values up to here count as zero: MATLAB's rule, or 1e-15 of the norm."""
+    norm = np.linalg.norm(N, 2)
+    return 1e-15 * norm if "pinv of NumPy" in defects else len(N) * np.spacing(norm)
+
+
+def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int]:
+    """Invert a bordered N; the second number is of the singular values kept.
+
+    Without "pinv" it is scaled first, and regular: nothing has to be dropped.
+    """
+    if {"pinv", "pinv of NumPy"} & set(defects):
+        U, s, Vt = np.linalg.svd(N)
+        kept = int(np.sum(s > tolerance(N, defects)))
+        return (Vt[:kept].T / s[:kept]) @ U[:, :kept].T, kept
+    balanced, s = scaled(N)
+    return np.linalg.inv(balanced) * s * s[:, None], len(N)
+
+
+def _model(interior, exteriors, points, photo, point, xy, wrt=()):
+    each = exteriors[photo], points[point], xy
+    return imaging.misclosure(interior, *each, "backward", wrt)
+
+
+def _corrected(state, delta):
+    """O + delta1, the ten parameters + delta3, X + delta2: (2.79)."""
+    interior, exteriors, points = state
+    d1, d3, d2 = np.split(delta[:-7], [exteriors.size, exteriors.size + 10])
+    d1 = d1.reshape(exteriors.shape)[:, _ANGLES_FIRST]
+    return interior + d3, exteriors + d1, points + d2.reshape(points.shape)
+
+
+def _status(v, sums, defects) -> str:
+    if not np.sqrt(np.mean(v[-1] ** 2)) < _FAR:
+        return "diverged"
+    if "stop" in defects:
+        if sums[-1] < 1e-5:
+            return "converged"
+        return "not converged" if sums[-1] < ([10.0] + sums)[-2] else "stopped"
+    still = np.abs(v[-1] - v[-2]).max() < _STILL
+    return "converged" if still else "not converged"
+
+
+def _accuracies(v, Q, state, sigma, defects):
+    """Sigma0, and standard deviations in the shapes of interior, exteriors, points."""
+    _, exteriors, points = state
+    redundancy = v.size - len(Q) + 14  # Q counts the seven multipliers as well
+    if "redundancy" in defects:
+        redundancy = v.size - exteriors.size - points.size
+    unit = 1.0 if "unweighted" in defects else sigma
+    sigma0 = float(np.sqrt((v**2).sum() / redundancy) / unit)
+    sd = sigma0 * np.sqrt(np.where(np.diagonal(Q) < 0, np.nan, np.diagonal(Q)))
+    own, other = exteriors.size, exteriors.size + 10
+    first = own if "ten places" in defects else other
+    sd_exteriors = sd[:own].reshape(exteriors.shape)[:, _ANGLES_FIRST]
+    sd_points = sd[first:][: points.size].reshape(points.shape)
+    return sigma0, sd[own:other], sd_exteriors, sd_points
+
+
+def _checked(interior, exteriors, points, photo, point, xy):
+    """State and image points as arrays that fit to each other."""
+    interior = _validate.points(interior, 10, "interior")
+    exteriors = _validate.points(exteriors, 6, "exteriors")
+    points, xy = _validate.points(points, 3, "points"), _validate.points(xy, 2, "xy")
+    if (interior.ndim, exteriors.ndim, points.ndim, xy.ndim) != (1, 2, 2, 2):
+        raise ValueError(
+            "interior, exteriors, points, xy must have shapes (10,), (m, 6), (n, 3) and"
+            " (k, 2)"
+        )
+    index = {"photo": (photo, len(exteriors)), "point": (point, len(points))}
+    for name, (values, count) in index.items():
+        if np.shape(values) != (len(xy),) or not set(values) <= set(range(count)):
+            raise ValueError(
+                f"{name} must have a whole number from 0 to {count - 1} for each of the"
+                f" {len(xy)} rows of xy"
+            )
+    image = np.asarray(photo, dtype=int), np.asarray(point, dtype=int), xy
+    return (interior, exteriors, points), image

@@ -1,0 +1,237 @@
+"""Bundle adjustment: Gauss-Newton with line search on the reduced normal equations."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from scipy import linalg
+
+from pgm_lab import _validate
+from pgm_lab.adjustment import normal
+from pgm_lab.adjustment._gauss_newton import (
+    ROUNDING,
+    SMALLEST_STEP,
+    SUFFICIENT_DECREASE,
+)
+from pgm_lab.adjustment.result import History
+from pgm_lab.bundle import refuse
+from pgm_lab.bundle._assemble import assemble
+from pgm_lab.bundle._problem import Problem
+from pgm_lab.bundle.datum import (
+    Motions,
+    check_constraint,
+    constraint,
+    free_motions,
+)
+from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.rays import Equations, State
+from pgm_lab.bundle.reduced import Reduced, points_alone, times_kept
+from pgm_lab.bundle.result import Bundle, kept_names
+from pgm_lab.camera import PARAMETERS
+
+
+def adjust(
+    network: Network,
+    estimate: Sequence[str] = PARAMETERS,
+    datum: str | None = None,
+    *,
+    sigma0_prior: float | None = None,
+    line_search: bool = True,
+    tolerance: float = 1e-6,
+    max_iterations: int = 50,
+    progress: bool = False,
+) -> Bundle:
+    """Adjust a network: cameras, exterior orientations and points together.
+
+    Parameters
+    ----------
+    network : Network
+        Observations, start values and datum points.
+    estimate : sequence of str
+        Interior parameters that are unknowns, from `camera.PARAMETERS`; () for none.
+        The same for each camera; the others keep their values.
+    datum : {"inner", "photos", "fixed", "none"}, optional
+        "inner": inner constraints on the datum points (G of (2.95): seven, or six with
+        scale bars), at the current points in each iteration. "photos": the same on
+        the projection centres. "fixed": control points carry the datum. "none" only
+        shows the rank defect. When missing: "fixed" if there are fixed or control
+        points, else "inner".
+    sigma0_prior : float, optional
+        Standard deviation of unit weight before the adjustment; 1 if the sigmas of the
+        network are trusted. Residuals are standardised by it.
+    line_search : bool
+        False takes full steps, to see why one does not.
+    tolerance : float
+        Change of an unknown, in its standard deviations, that is negligible.
+    max_iterations : int
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Bundle
+
+    Raises
+    ------
+    ValueError
+        If an argument is wrong, a start value leads to values that are not finite, or
+        c comes out negative, as that of a mirrored image does.
+    RankDefect
+        If the network does not determine all unknowns; the message names them.
+
+    References
+    ----------
+    Muliawan 2013, (2.75) to (2.95); Brown 1976; Triggs et al. 2000.
+
+    Examples
+    --------
+    >>> from pgm_lab import datasets
+    >>> from pgm_lab.camera import Camera
+    >>> data = datasets.muliawan2013()
+    >>> network = Network(
+    ...     Camera(*data.interior), data.exteriors, data.object_points,
+    ...     data.photo, data.point, data.xy, data.sigma,
+    ... )
+    >>> found = adjust(network)
+    >>> print(f"sigma0 {found.sigma0:.3f}, redundancy {found.redundancy}")
+    sigma0 0.349, redundancy 693
+    >>> print(f"c = {found.cameras[0].c:.3f} mm +- {found.sd_interior[0]:.4f} mm")
+    c = 34.581 mm +- 0.0143 mm
+    """
+    problem = Problem.of(network, estimate, datum)
+    sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
+    tolerance = float(_validate.positive(tolerance, "tolerance", "sd of an unknown"))
+    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
+    state = problem.start
+    refuse.check_counts(network)
+    refuse.check_attitudes(network, state.exteriors)
+    move = free_motions(network, state, problem.interior)
+    refuse.check_datum(network, problem.datum, move)
+    check_constraint(network, problem.datum, move)
+    redundancy = problem.redundancy(move.number)
+    eq = problem.equations(state)
+    phi = problem.objective(state, eq.v)
+    if not np.isfinite(phi):
+        raise ValueError(
+            "at the start values an image coordinate cannot be computed: check the"
+            " start values of cameras, exteriors and points"
+        )
+
+    status, objectives, steps, changes = "too many iterations", [phi], [], []
+    for _ in _counted(max_iterations, progress):
+        reduced = problem.normal_equations(state, eq)
+        dx, dx_points, decrease = _corrections(problem, state, reduced)
+        sigma = sigma0_prior or np.sqrt(phi / max(redundancy, 1))
+        changes.append(np.sqrt(decrease) / sigma if sigma > 0 else 0.0)
+        rounding = _rounding(problem, state, reduced)
+        slack = rounding * (2 * np.sqrt(phi) + rounding)
+        step, there, eq_there = _line_search(
+            problem, state, phi, dx, dx_points, decrease, slack, line_search
+        )
+        steps.append(step)
+        if not step:
+            status = "diverged"
+            break
+        state, eq = there, eq_there
+        phi = problem.objective(state, eq.v)
+        objectives.append(phi)
+        if changes[-1] <= tolerance or decrease <= rounding**2:
+            status = "converged"
+            break
+    else:
+        reduced = problem.normal_equations(state, eq)
+    history = History(*map(np.array, (objectives, steps, changes)))
+    move = free_motions(network, state, problem.interior)
+    scale, factor = _factor(problem, state, reduced, move)
+    Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
+    return assemble(
+        problem, state, eq, reduced, Q, move, phi, sigma0_prior, status, history
+    )
+
+
+def _corrections(
+    problem: Problem, state: State, reduced: Reduced
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
+    rays = problem.rays
+    refuse.check_points(problem.network, reduced)
+    move = free_motions(problem.network, state, problem.interior)
+    scale, factor = _factor(problem, state, reduced, move)
+    dx = scale * linalg.cho_solve(factor, scale * reduced.right)
+    dx_points = points_alone(reduced)
+    decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
+    dx_points = dx_points - times_kept(reduced, rays, dx[:, None])[0]
+    if move.number:
+        R = constraint(problem.network, problem.datum, move)
+        t = R.kept.T @ dx + np.einsum("din,in->d", R.points, dx_points)
+        dx = dx - move.kept @ t
+        dx_points = dx_points - np.einsum("din,d->in", move.points, t)
+    return dx, dx_points, max(float(decrease), 0.0)
+
+
+def _factor(problem: Problem, state: State, reduced: Reduced, move: Motions):
+    """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
+
+    S has no value for a motion; E E' gives it one, since the columns of E are the
+    motions. The solution does not notice, and the inverse is one of the generalised
+    ones: they differ only by motions, which the S-transformation takes away.
+    """
+    scale = 1 / np.sqrt(np.where(reduced.diagonal > 0, reduced.diagonal, 1.0))
+    E = move.kept / scale[:, None]
+    E /= np.linalg.norm(E, axis=0)
+    scaled = reduced.S * scale[:, None] * scale + E @ E.T
+    try:
+        factor = linalg.cho_factor(scaled, lower=True, check_finite=False)
+        pivots = np.diagonal(factor[0]) ** 2
+        regular = pivots.min(initial=1.0) > 1 / normal.INFLATION_LIMIT
+    except linalg.LinAlgError:
+        regular = False
+    if not regular:
+        refuse.check_attitudes(problem.network, state.exteriors)
+        refuse.refuse_kept(scaled, kept_names(problem.network, problem.estimate))
+    return scale, factor
+
+
+def _rounding(problem: Problem, state: State, reduced: Reduced) -> float:
+    """What the rounding of numbers does to v over sigma."""
+    network, rays = problem.network, problem.rays
+    kept = np.concatenate(
+        [state.interior[:, problem.estimated].ravel(), state.exteriors.ravel()]
+    )
+    size = np.sqrt(reduced.diagonal) * np.abs(kept)
+    points = np.sqrt(reduced.V_diagonal) * np.abs(state.points.T) * ~network.held.T
+    level = np.linalg.norm(rays.measured.T * rays.per_sigma)
+    return ROUNDING * float(level + max(size.max(), points.max(initial=0)))
+
+
+def _line_search(
+    problem: Problem,
+    state: State,
+    phi: float,
+    dx: np.ndarray,
+    dx_points: np.ndarray,
+    decrease: float,
+    slack: float,
+    wanted: bool,
+) -> tuple[float, State, Equations | None]:
+    """Halve the step until v'Pv falls enough; step 0 if it never does."""
+    step = 1.0
+    while step >= SMALLEST_STEP:
+        there = problem.moved(state, step * dx, step * dx_points)
+        eq = problem.equations(there)
+        after = problem.objective(there, eq.v)
+        goal = phi - 2 * SUFFICIENT_DECREASE * step * decrease + slack
+        if after <= goal or (not wanted and np.isfinite(after)):
+            return step, there, eq
+        if not wanted:
+            break
+        step /= 2
+    return 0.0, state, None
+
+
+def _counted(iterations: int, progress: bool) -> Iterable[int]:
+    if not progress:
+        return range(iterations)
+    from tqdm.auto import tqdm
+
+    bar = {"desc": "bundle adjustment", "unit": " iterations", "leave": False}
+    return tqdm(range(iterations), delay=1.0, **bar)  # seconds; a short one needs none

@@ -1,0 +1,300 @@
+"""From an object point to its image: rotation, perspective and lens, with derivatives.
+
+The camera looks along its negative z axis. With (U, V, W) = M (X - X0) an ideal camera
+sees the point at x = -c U / W, y = -c V / W, and W is negative in front of it. The lens
+moves the image by (dx, dy); x, y are reduced to the principal point, r^2 = x^2 + y^2:
+
+    dx = x (K1 r^2 + K2 r^4 + K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y
+    dy = y (K1 r^2 + K2 r^4 + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y
+
+lens="backward" (Australis, Muliawan 2013): ideal = measured + d(measured)
+lens="forward" (JAICOV, OpenCV):            measured = ideal + d(ideal)
+In OpenCV y points down, and k_i = K_i c^(2i), p1 = -P2 c, p2 = P1 c.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.camera import imaging
+
+PARAMETERS = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
+BLOCKS = ("interior", "exterior", "point")
+LENSES = ("backward", "forward")
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Interior orientation of a camera and the distortion of its lens.
+
+    Attributes
+    ----------
+    c : float
+        Principal distance, positive, in mm.
+    x0, y0 : float
+        Principal point in the photo frame, in mm.
+    K1, K2, K3 : float
+        Radial distortion, in mm^-2, mm^-4, mm^-6.
+    P1, P2 : float
+        Decentring distortion, in mm^-1.
+    b1, b2 : float
+        Affinity and shear of the image axes, no unit.
+    lens : {"backward", "forward"}
+        "backward" corrects measured coordinates, "forward" displaces ideal ones.
+
+    Examples
+    --------
+    >>> camera = Camera(35.0, x0=0.1, K1=-1e-4)
+    >>> Camera(*camera.interior, lens=camera.lens) == camera
+    True
+    """
+
+    c: float
+    x0: float = 0.0
+    y0: float = 0.0
+    K1: float = 0.0
+    K2: float = 0.0
+    K3: float = 0.0
+    P1: float = 0.0
+    P2: float = 0.0
+    b1: float = 0.0
+    b2: float = 0.0
+    lens: str = "backward"
+
+    def __post_init__(self):
+        for name in PARAMETERS:
+            value = _validate.number(getattr(self, name), name)
+            object.__setattr__(self, name, value)
+        _validate.positive(self.c, "c", "mm")
+        _validate.choice(self.lens, "lens", LENSES)
+
+    @property
+    def interior(self) -> np.ndarray:
+        """The ten parameters (10,) in the order of `PARAMETERS`."""
+        return np.array([getattr(self, name) for name in PARAMETERS])
+
+
+@dataclass(frozen=True)
+class Collinearity:
+    """Misclosure of the collinearity equations and its derivatives.
+
+    Attributes
+    ----------
+    v : ndarray (..., 2)
+        Computed minus observed, in mm.
+    depth : ndarray (...)
+        -W, the distance in front of the camera along its axis; negative behind it.
+    interior, exterior, point : ndarray (..., 2, 10), (..., 2, 6), (..., 2, 3) or None
+        Derivatives of v by the camera's `PARAMETERS`, by (X0, Y0, Z0, omega, phi,
+        kappa) and by (X, Y, Z); None where they were not asked for.
+    """
+
+    v: np.ndarray
+    depth: np.ndarray
+    interior: np.ndarray | None = None
+    exterior: np.ndarray | None = None
+    point: np.ndarray | None = None
+
+
+def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarray:
+    """Measured image coordinates of object points.
+
+    Parameters
+    ----------
+    camera : Camera
+    exterior : array_like (..., 6)
+        (X0, Y0, Z0, omega, phi, kappa), in the unit of the points and radians.
+    points : array_like (..., 3)
+        Leading axes broadcast: (photos, 1, 6) and (n, 3) give (photos, n, 2).
+
+    Returns
+    -------
+    ndarray (..., 2)
+        (x, y) in mm in the photo frame: x right, y up, lens distortion included.
+
+    Raises
+    ------
+    ValueError
+        If the input is wrong, a point is not in front, or the lens has no solution.
+
+    Examples
+    --------
+    >>> camera = Camera(50.0, x0=0.1)
+    >>> project(camera, (0, 0, 1000, 0, 0, 0), [[0, 0, 0], [100, 20, 0]])
+    array([[0.1, 0. ],
+           [5.1, 1. ]])
+    """
+    exterior = _validate.points(exterior, 6, "exterior")
+    points = _validate.points(points, 3, "points")
+    _validate.broadcast(exterior=exterior, points=points)
+    rays, *_ = imaging.ray(exterior, points)
+    _validate.refuse(
+        rays[..., 2] >= 0,
+        "points{} are not in front of the camera, which looks along its -z: check the"
+        " exterior orientation (angles in radians), or leave these points out",
+    )
+    return measured(camera, imaging.perspective(camera.c, rays)[0])
+
+
+def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
+    """Take principal point and lens distortion off measured coordinates.
+
+    With the result (x, y) the ray of the point is (x, y, -c) in the camera's frame.
+
+    Parameters
+    ----------
+    camera : Camera
+    measured : array_like (..., 2)
+        Image coordinates as measured, in mm.
+
+    Returns
+    -------
+    ndarray (..., 2)
+        Ideal coordinates, reduced to the principal point, in mm.
+
+    Raises
+    ------
+    ValueError
+        If the input is wrong or, for lens "forward", the lens has no solution.
+
+    Examples
+    --------
+    >>> ideal(Camera(35.0, x0=0.5, K1=1e-4), [10.5, 0.0])
+    array([10.1,  0. ])
+    """
+    reduced = _validate.points(measured, 2, "measured") - camera.interior[1:3]
+    if camera.lens == "backward":
+        return reduced + imaging.distortion(camera.interior[3:], reduced)
+    return _undistort(camera, reduced, "measured")
+
+
+def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
+    """Add lens distortion and principal point: the inverse of `ideal`.
+
+    Parameters
+    ----------
+    camera : Camera
+    ideal : array_like (..., 2)
+        Ideal coordinates, reduced to the principal point, in mm.
+
+    Returns
+    -------
+    ndarray (..., 2)
+        Image coordinates as measured, in mm.
+
+    Raises
+    ------
+    ValueError
+        As `ideal`, for lens "backward".
+
+    Examples
+    --------
+    >>> measured(Camera(35.0, x0=0.5, K1=1e-4), [10.1, 0.0])
+    array([10.5,  0. ])
+    """
+    image = _validate.points(ideal, 2, "ideal")
+    if camera.lens == "backward":
+        image = _undistort(camera, image, "ideal")
+    else:
+        image = image + imaging.distortion(camera.interior[3:], image)
+    return image + camera.interior[1:3]
+
+
+def collinearity(
+    camera: Camera | Sequence[Camera] | np.ndarray,
+    exterior: ArrayLike,
+    points: ArrayLike,
+    measured: ArrayLike,
+    wrt: Collection[str] = BLOCKS,
+    lens: str = "backward",
+) -> Collinearity:
+    """Misclosure of the collinearity equations, and its derivatives.
+
+    lens "backward": v = p - (m + d(m)) with m = measured - (x0, y0);
+    lens "forward": v = (x0, y0) + p + d(p) - measured;
+    p is the projected point and d the distortion. An iteration that may run away to
+    NaN calls `imaging.misclosure`, which does the same unchecked.
+
+    Parameters
+    ----------
+    camera : Camera, sequence of Camera, or ndarray (..., 10)
+        One camera; or one for each photo, the first axis of `exterior`, with the same
+        lens direction; or interior parameters that broadcast, with `lens`.
+    exterior : array_like (..., 6)
+        (X0, Y0, Z0, omega, phi, kappa). Hand over (photos, 1, 6) with points (n, 3)
+        and measured (photos, n, 2): then each rotation is computed once.
+    points : array_like (..., 3)
+    measured : array_like (..., 2)
+        Image coordinates as measured, in mm.
+    wrt : collection of str
+        The derivatives wanted: "interior", "exterior", "point". Fewer are faster.
+    lens : {"backward", "forward"}
+        Lens direction of an array of interior parameters; a Camera has its own.
+
+    Returns
+    -------
+    Collinearity
+        Points behind the camera are not refused: they have a negative depth.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a name in `wrt` is wrong, or a number is not finite.
+
+    References
+    ----------
+    Muliawan 2013, (2.20) to (2.29), with J and K for observed - computed.
+
+    Examples
+    --------
+    >>> camera, exterior = Camera(50.0), (0, 0, 1000, 0, 0, 0)
+    >>> result = collinearity(camera, exterior, (100, 20, 0), (5.001, 1.0))
+    >>> print(result.v.round(6), result.depth)
+    [-0.001  0.   ] 1000.0
+    >>> result.point.round(4)
+    array([[0.05 , 0.   , 0.005],
+           [0.   , 0.05 , 0.001]])
+    """
+    exterior = _validate.points(exterior, 6, "exterior")
+    points = _validate.points(points, 3, "points")
+    measured = _validate.points(measured, 2, "measured")
+    interior, lens = _interior(camera, lens, exterior)
+    arrays = {"exterior": exterior, "points": points, "measured": measured}
+    _validate.broadcast(camera=interior, **arrays)
+    wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
+    for name in wrt:
+        _validate.choice(name, "wrt", BLOCKS)
+    v, depth, blocks = imaging.misclosure(interior, *arrays.values(), lens, wrt)
+    return Collinearity(v, depth, **blocks)
+
+
+def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
+    solution, solved = imaging.undistort(camera.interior[3:], image)
+    _validate.refuse(
+        ~solved,
+        name
+        + "{}: no point is displaced to here by the lens. So far from the principal"
+        " point its distortion turns back; check K1 ... b2 and the unit (mm)",
+    )
+    return solution
+
+
+def _interior(camera, lens: str, exterior: np.ndarray) -> tuple[np.ndarray, str]:
+    """Interior parameters (..., 10) that broadcast, and the direction of the lens."""
+    if isinstance(camera, Camera):
+        return camera.interior, camera.lens
+    if isinstance(camera, np.ndarray):
+        _validate.choice(lens, "lens", LENSES)
+        return _validate.points(camera, 10, "camera"), lens
+    n = len(camera)
+    if len({one.lens for one in camera}) != 1 or exterior.shape[:-1][:1] != (n,):
+        raise ValueError(
+            f"{n} cameras need the same lens direction and as many photos in the first"
+            f" axis of exterior; got lenses {[one.lens for one in camera]} and shape"
+            f" {exterior.shape}"
+        )
+    interior = np.array([one.interior for one in camera])
+    return interior.reshape(n, *[1] * (exterior.ndim - 2), 10), camera[0].lens

@@ -1,0 +1,45 @@
+"""Windows cut out of an image."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
+    """Square window around a pixel.
+
+    Parameters
+    ----------
+    image : ndarray (rows, columns)
+    centre : array_like (2,)
+        (column, row); the window lies around the nearest whole pixel.
+    size : int
+        Odd width of the window.
+
+    Returns
+    -------
+    ndarray (size, size)
+        A view of the image.
+
+    Raises
+    ------
+    ValueError
+        If the size is even or the window leaves the image.
+
+    Examples
+    --------
+    >>> cut(np.arange(20).reshape(4, 5), (2, 1), 3)
+    array([[ 1,  2,  3],
+           [ 6,  7,  8],
+           [11, 12, 13]])
+    """
+    if size < 1 or size % 2 == 0:
+        raise ValueError(f"size must be odd, so that a pixel is the middle; got {size}")
+    column, row = np.floor(np.asarray(centre, dtype=float) + 0.5).astype(int)
+    top, left = row - size // 2, column - size // 2
+    window = image[max(top, 0) : top + size, max(left, 0) : left + size]
+    if window.shape != (size, size):
+        raise ValueError(
+            f"a window of {size} x {size} around (column, row) ({column}, {row}) leaves"
+            f" the image of {image.shape} (rows, columns); take a smaller one"
+        )
+    return window

@@ -1,0 +1,48 @@
+"""Figures and tables for the notebooks: one look, readable at the back of a hall.
+
+What every chapter needs is here; the rest stands by its subject: `space` (cameras in
+3-D), `matching`, `bundle`, `network`, `matrices`, `studies`.
+"""
+
+from pgm_lab.plot import bundle, matching, matrices, network, space, studies
+from pgm_lab.plot.basic import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    STYLE,
+    YELLOW,
+    error_ellipse,
+    frame,
+    pixel_on_ground,
+    show,
+    table,
+)
+
+__all__ = [
+    "BLACK",
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "PURPLE",
+    "RED",
+    "SKY",
+    "STYLE",
+    "YELLOW",
+    "bundle",
+    "error_ellipse",
+    "frame",
+    "matching",
+    "matrices",
+    "network",
+    "pixel_on_ground",
+    "show",
+    "space",
+    "studies",
+    "table",
+]

@@ -1,0 +1,284 @@
+"""Figures of a bundle adjustment: its lens, its residuals, its blunders.
+
+Each takes the `Bundle` that `bundle.adjust` returns and draws in micrometres.
+"""
+
+from collections.abc import Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from scipy.stats import norm, t
+
+from pgm_lab import _validate
+from pgm_lab.plot import _style, basic
+from pgm_lab.plot._style import UM
+
+CRITICAL = 3.29  # a standard normal variable exceeds it once in a thousand
+MOST_PHOTOS = 16
+RADIAL, DECENTRING = ("K1", "K2", "K3"), ("P1", "P2")
+
+
+def lens_profile(
+    result, r: np.ndarray, kind: str = "radial", camera: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Distortion at a radius, and its standard deviation from all covariances.
+
+    Parameters
+    ----------
+    result : bundle.Bundle
+    r : array_like (n,)
+        Distance from the principal point, in mm.
+    kind : {"radial", "decentring"}
+        K1 r^3 + K2 r^5 + K3 r^7, or the profile sqrt(P1^2 + P2^2) r^2; a point is moved
+        by this much at right angles to the axis of the decentring, three times on it.
+    camera : int
+        Index of the camera.
+
+    Returns
+    -------
+    distortion, sd : ndarray (n,)
+        In mm. What was not estimated counts as free of error.
+    """
+    _validate.choice(kind, "kind", ("radial", "decentring"))
+    r = _validate.finite(r, "r")[:, None]
+    lens = result.cameras[camera]
+    if kind == "radial":
+        names, by_parameters = RADIAL, r ** (3, 5, 7)
+        distortion = by_parameters @ [lens.K1, lens.K2, lens.K3]
+    else:
+        P = np.array([lens.P1, lens.P2])
+        size = np.hypot(*P)
+        direction = P / size if size else np.zeros(2)
+        names, by_parameters = DECENTRING, r**2 * direction
+        distortion = size * r[:, 0] ** 2
+    place = _style.places(result, camera)
+    kept = [i for i, name in enumerate(names) if name in place]
+    rows = [place[names[i]] for i in kept]
+    J, C = by_parameters[:, kept], result.covariance_interior[np.ix_(rows, rows)]
+    return distortion, np.sqrt(np.einsum("ni,ij,nj->n", J, C, J))
+
+
+def lens_curve(
+    result,
+    r_max: float | None = None,
+    decentring: bool = False,
+    camera: int = 0,
+    confidence: float = 0.95,
+) -> Figure:
+    """Draw the distortion of the lens over the radius with its confidence band.
+
+    Above the curve with its band, below half the width of the band alone. The radii at
+    which points were measured are shaded: beyond them the curve is extrapolated.
+
+    Parameters
+    ----------
+    result : bundle.Bundle
+    r_max : float, optional
+        Largest radius drawn, in mm; a tenth beyond the outermost point if missing.
+    decentring : bool
+        Draw the decentring distortion too.
+    camera : int
+        Index of the camera.
+    confidence : float
+        Probability of the band, at each radius.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    network, lens = result.network, result.cameras[camera]
+    own = network.camera[network.photo] == camera
+    measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
+    r = np.linspace(0, 1.1 * measured.max() if r_max is None else r_max, 301)
+    quantile = t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
+
+    fig, axes = plt.subplots(
+        2, 1, figsize=(10, 6.2), sharex=True, height_ratios=(1.7, 1)
+    )
+    curves = [("radial", basic.BLUE, "-")]
+    if decentring:
+        curves.append(("decentring", basic.RED, "--"))
+    for kind, color, line in curves:
+        distortion, sd = lens_profile(result, r, kind, camera)
+        value, half = UM * distortion, UM * quantile * sd
+        look = {"color": color, "linestyle": line}
+        axes[0].plot(r, value, label=kind, **look)
+        axes[0].fill_between(r, value - half, value + half, color=color, alpha=0.25)
+        axes[1].plot(r, half, **look)
+    for ax in axes:
+        ax.axvspan(measured.min(), measured.max(), color=basic.YELLOW, alpha=0.22)
+        ax.axhline(0, color=basic.BLACK, linewidth=1)
+    what = "correction" if lens.lens == "backward" else "distortion"
+    axes[0].set(ylabel=f"{what} (µm)", xlim=(0, r[-1]))
+    axes[0].set_title(f"Lens {what} with its {confidence * 100:g} % band")
+    axes[1].set(
+        xlabel="distance from the principal point (mm)", ylabel="half band (µm)"
+    )
+    at = {"x": measured.max(), "y": 0.93, "transform": axes[1].get_xaxis_transform()}
+    axes[1].text(s="points measured up to here ", ha="right", va="top", **at)
+    axes[1].set_ylim(bottom=0)
+    if decentring:
+        axes[0].legend(loc="upper left")
+    return fig
+
+
+def residual_vectors(
+    result,
+    photo: int | Sequence[int] | None = None,
+    magnify: float | None = None,
+    critical: float = CRITICAL,
+) -> Figure:
+    """Draw the residuals on each photo, outliers in another colour.
+
+    A dot is a measured point, the line from it its residual; a cross marks the
+    principal point. Above each photo stands the RMS of its residuals.
+
+    Parameters
+    ----------
+    result : bundle.Bundle
+    photo : int or sequence of int, optional
+        Indices of photos. All if missing; of more than sixteen, those with the largest
+        RMS.
+    magnify : float, optional
+        How many times too large the residuals are; a round number is chosen if missing.
+    critical : float
+        A standardised residual beyond it, in x or y, is an outlier and gets its name.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If a photo has no observations.
+    """
+    network = result.network
+    v = UM * result.residuals  # computed - observed
+    outlier = np.any(np.abs(result.standardized) > critical, axis=1)
+    m = len(result.exteriors)
+    count = np.bincount(network.photo, minlength=m)
+    square = np.bincount(network.photo, np.sum(v**2, axis=1), minlength=m)
+    rms = np.sqrt(square / (2 * np.maximum(count, 1)))
+    if photo is None:
+        shown = np.sort(np.argsort(-rms, kind="stable")[:MOST_PHOTOS])
+    else:
+        shown = np.atleast_1d(photo)
+        _validate.refuse(
+            count[shown] == 0, "photo{} has no observations: nothing to draw"
+        )
+    width = np.ptp(network.xy, axis=0).max()
+    if magnify is None:
+        usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
+        magnify = _style.round_number(0.16 * width / (usual / UM))
+    # All photos have one frame, which holds their points and their residuals
+    drawn = np.concatenate([network.xy, network.xy + magnify * v / UM])
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    bar = _style.round_number(0.25 * width / magnify * UM)
+
+    columns = int(np.ceil(np.sqrt(len(shown))))
+    rows = -(-len(shown) // columns)
+    figsize = (10, 8) if len(shown) == 1 else (11, 0.6 + 2.75 * rows * 3 / columns)
+    fig, axes = plt.subplots(rows, columns, figsize=figsize, squeeze=False)
+    for ax in axes.flat[len(shown) :]:
+        ax.set_axis_off()
+    for i, ax in zip(shown, axes.flat):
+        here = network.photo == i
+        lens = result.cameras[network.camera[i]]
+        ax.plot(lens.x0, lens.y0, "+", color=basic.GREY, markersize=16, zorder=1)
+        for which, color, thick in (
+            (~outlier, basic.BLUE, 1.0),
+            (outlier, basic.RED, 1.8),
+        ):
+            xy, vectors = network.xy[here & which], v[here & which] / UM
+            _pins(ax, xy, magnify * vectors, color, thick)
+        for k in np.flatnonzero(here & outlier):
+            name = str(network.point_names[network.point[k]])
+            away = -16 * v[k] / np.hypot(*v[k])  # beside the point, not on its vector
+            text = {
+                "color": basic.RED,
+                "weight": "bold",
+                "ha": "center",
+                "va": "center",
+            }
+            text["path_effects"] = [withStroke(linewidth=3, foreground="white")]
+            ax.annotate(name, network.xy[k], away, textcoords="offset points", **text)
+        ax.set_title(f"photo {network.photo_names[i]}: {rms[i]:.2f} µm", fontsize=15)
+        margin = 0.06 * width
+        ax.set(xlim=(low[0] - margin, high[0] + margin))
+        ax.set(ylim=(low[1] - 2.6 * margin, high[1] + margin))
+        ax.set(aspect="equal", xticks=(), yticks=())
+        ax.spines[:].set(visible=True, color=basic.GREY)
+        start, level = low[0], low[1] - 1.7 * margin
+        end = start + bar / UM * magnify
+        ax.plot([start, end], [level, level], "|-", color=basic.BLACK, linewidth=3)
+        ax.text(end + 0.5 * margin, level, f"{bar:g} µm", va="center", fontsize=13)
+    title = f"Residuals, computed − observed, {magnify:,g} times too large"
+    if photo is None and len(shown) < m:
+        title += f", the {len(shown)} of {m} photos with the largest"
+    fig.suptitle(title, fontsize=16)
+    return fig
+
+
+def _pins(ax: Axes, xy, vectors, color, thick) -> None:
+    """Draw vectors as lines that start in a dot: heads would hide the short ones."""
+    look = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "dots"}
+    head = {"headwidth": 0, "headlength": 0, "headaxislength": 0, "minlength": 0}
+    ax.quiver(*xy.T, *vectors.T, color=color, width=3 * thick, **look, **head)
+    ax.plot(*xy.T, "o", color=color, markersize=4.2 * thick**0.5)
+
+
+def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
+    """Draw the standardised residuals with the normal curve, and name the outliers.
+
+    Parameters
+    ----------
+    result : bundle.Bundle
+    critical : float
+        Critical value on both sides.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    network, w = result.network, result.standardized
+    values = w[np.isfinite(w)]
+    reach = max(8.0, np.abs(values).max() + 0.25)  # leaves room for the names
+    step = 0.25
+    edges = step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
+    fig, ax = plt.subplots(figsize=(11, 5.5))
+    ax.hist(values, edges, color=basic.SKY, edgecolor="white", linewidth=0.6)
+    x = np.linspace(edges[0], edges[-1], 601)
+    normal = len(values) * step * norm.pdf(x)
+    ax.plot(x, normal, color=basic.BLACK, label="normal distribution")
+    for side in (-critical, critical):
+        ax.axvline(side, color=basic.RED, linestyle="--", linewidth=1.8)
+    found = np.argwhere(np.abs(w) > critical)
+    found = found[np.argsort(-np.abs(w[tuple(found.T)]), kind="stable")]
+    at = w[tuple(found.T)]
+    mark = {"markersize": 13, "clip_on": False, "zorder": 4}
+    ax.plot(at, np.full(len(at), 0.03 * normal.max()), "v", color=basic.RED, **mark)
+    chance = len(values) * 2 * norm.sf(critical)
+    lines = [
+        f"{len(found)} of {len(values)} beyond ±{critical:g}",
+        f"({chance:.1f} expected by chance)",
+    ]
+    for (k, axis), value in list(zip(found, at))[:8]:
+        photo = network.photo_names[network.photo[k]]
+        point = network.point_names[network.point[k]]
+        sign = "−" if value < 0 else "+"
+        lines.append(
+            f"photo {photo}, point {point}: {'xy'[axis]} {sign}{abs(value):.1f}"
+        )
+    if len(found) > 8:
+        lines.append("...")
+    place = {"transform": ax.transAxes, "va": "top", "fontsize": 14}
+    side = (0.985, "right") if np.sum(at < 0) >= np.sum(at > 0) else (0.015, "left")
+    ax.text(side[0], 0.97, "\n".join(lines), ha=side[1], color=basic.RED, **place)
+    ax.set(xlabel="standardised residual (standard deviations)", xlim=edges[[0, -1]])
+    ax.set(ylabel=f"residuals in steps of {step:g}")
+    ax.legend(loc="upper left" if side[1] == "right" else "upper right")
+    return fig

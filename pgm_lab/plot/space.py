@@ -1,0 +1,290 @@
+"""Cameras in space: where they stand, what they see; a small village to look at.
+
+Everything is drawn in the units of the object frame. Cameras look along their negative
+z axis; `rotation.matrix` turns the object frame into theirs.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from numpy.typing import ArrayLike
+
+from pgm_lab import rotation
+from pgm_lab.plot import basic
+
+AXES = (basic.RED, basic.GREEN, basic.BLUE)  # x, y, z
+# Drawings may reach beyond their axes, which makes room for large ones
+FREE = {"clip_on": False, "in_layout": False}
+FORMAT = (1.0, 0.75)  # width and height of a photo over its principal distance
+
+Faces = Sequence[tuple[np.ndarray, str]]  # polygons (k, 3), each with its colour
+
+
+def space(
+    fig: Figure,
+    where: object = 111,
+    view: tuple[float, float] = (25.0, -60.0),
+    zoom: float = 1.0,
+) -> Axes3D:
+    """Add axes for a drawing in space, without perspective and without a box.
+
+    Parameters
+    ----------
+    fig : matplotlib.figure.Figure
+        Where to add them.
+    where : object
+        Place in the figure, as for `Figure.add_subplot`.
+    view : (float, float)
+        Elevation and azimuth of the reader's eye, in degrees.
+    zoom : float
+        Factor by which the drawing is enlarged.
+
+    Returns
+    -------
+    Axes3D
+    """
+    # What is drawn later lies on top: matplotlib's own guess hides cameras
+    ax = fig.add_subplot(where, projection="3d", computed_zorder=False)
+    ax.set_proj_type("ortho")
+    ax.view_init(elev=view[0], azim=view[1])
+    ax.set_box_aspect((1, 1, 1), zoom=zoom)
+    ax.set_axis_off()
+    return ax
+
+
+def fit(ax: Axes3D, points: ArrayLike, zoom: float = 1.0) -> None:
+    """Show all points (..., 3), with one scale on all three axes."""
+    points = np.reshape(points, (-1, 3))
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.maximum(high - low, 1e-9 * np.ptp(points) + 1e-12)
+    for name, a, b in zip("xyz", low, low + size):
+        getattr(ax, f"set_{name}lim")(a, b, view_margin=0)
+    ax.set_box_aspect(size, zoom=zoom)
+
+
+def frustum(
+    exterior: ArrayLike, size: float = 1.0, form: tuple[float, float] = FORMAT
+) -> np.ndarray:
+    """Corners of the photo in front of a camera, in object space.
+
+    Parameters
+    ----------
+    exterior : array_like (6,)
+        (X0, Y0, Z0, omega, phi, kappa).
+    size : float
+        Distance of the photo plane from the perspective centre, in object units.
+    form : (float, float)
+        Width and height of the photo over its principal distance.
+
+    Returns
+    -------
+    ndarray (4, 3)
+        Lower left, lower right, upper right, upper left corner.
+    """
+    exterior = np.asarray(exterior, dtype=float)
+    width, height = np.array(form) / 2
+    corners = np.array(
+        [(-width, -height), (width, -height), (width, height), (-width, height)]
+    )
+    rays = np.column_stack([corners, -np.ones(4)])
+    # Row vectors: (M' ray)' = ray' M
+    return exterior[:3] + size * rays @ rotation.matrix(*exterior[3:])
+
+
+def draw_camera(
+    ax: Axes3D,
+    exterior: ArrayLike,
+    size: float = 1.0,
+    *,
+    form: tuple[float, float] = FORMAT,
+    color: str = basic.BLACK,
+    name: str = "",
+    axes: bool = True,
+    fontsize: float = 15,
+) -> np.ndarray:
+    """Draw a camera: perspective centre, photo plane, rays to its corners, axes.
+
+    The photo lies in front of the perspective centre, upright, as the viewer of a print
+    sees it; a bar marks its upper edge.
+
+    Parameters
+    ----------
+    ax : Axes3D
+        Where to draw, see `space`.
+    exterior : array_like (6,)
+        (X0, Y0, Z0, omega, phi, kappa).
+    size : float
+        Distance of the photo plane from the perspective centre, in object units.
+    form : (float, float)
+        Width and height of the photo over its principal distance.
+    color : str
+        Colour of the camera.
+    name : str
+        What to write beside the perspective centre.
+    axes : bool
+        Draw the camera's x, y and z axis.
+    fontsize : float
+        Size of the names.
+
+    Returns
+    -------
+    ndarray (k, 3)
+        All points drawn, for `fit`.
+    """
+    exterior = np.asarray(exterior, dtype=float)
+    centre, corners = exterior[:3], frustum(exterior, size, form)
+    rays = np.stack(np.broadcast_arrays(centre, corners), axis=1)
+    thin = {"linewidths": 1.5, "zorder": 3} | FREE
+    ax.add_collection3d(Line3DCollection(rays, colors=color, **thin))
+    plane = thin | {"facecolors": color, "edgecolors": color, "alpha": 0.22}
+    ax.add_collection3d(Poly3DCollection([corners], **plane))
+    line = {"color": color, "zorder": 3} | FREE
+    ax.plot(*corners[2:].T, linewidth=4.5, solid_capstyle="butt", **line)
+    ax.plot(*centre, "o", markersize=6, **line)
+    drawn = [centre, *corners]
+    if axes:
+        drawn += [*draw_axes(ax, centre, rotation.matrix(*exterior[3:]), 0.8 * size)]
+    if name:
+        # Above the camera, away from its view
+        above = centre + 0.35 * size * rotation.matrix(*exterior[3:])[2]
+        ax.text(*above, name, color=color, fontsize=fontsize, ha="center", va="center")
+    return np.array(drawn)
+
+
+def draw_axes(
+    ax: Axes3D,
+    origin: ArrayLike,
+    M: ArrayLike | None = None,
+    length: float = 1.0,
+    names: Sequence[str] = ("x", "y", "z"),
+    fontsize: float = 14,
+) -> np.ndarray:
+    """Draw three axes as arrows: the rows of M, or those of the object frame.
+
+    Returns
+    -------
+    ndarray (3, 3)
+        The tips.
+    """
+    M = np.eye(3) if M is None else np.asarray(M, dtype=float)
+    origin = np.asarray(origin, dtype=float)
+    for row, color, name in zip(M, AXES, names):
+        arrow = {"color": color, "linewidth": 2.4, "arrow_length_ratio": 0.22}
+        ax.quiver(*origin, *(length * row), zorder=4, **FREE, **arrow)
+        tip = origin + 1.18 * length * row
+        ax.text(*tip, name, color=color, fontsize=fontsize, ha="center", va="center")
+    return origin + length * M
+
+
+def draw_faces(ax: Axes3D, faces: Faces, alpha: float = 1.0) -> np.ndarray:
+    """Draw polygons in space; returns all their corners, for `fit`."""
+    polygons, colors = zip(*faces)
+    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha, "zorder": 1}
+    ax.add_collection3d(Poly3DCollection(polygons, facecolors=colors, **look, **FREE))
+    return np.concatenate(polygons)
+
+
+def draw_photo(
+    ax: Axes,
+    exterior: ArrayLike,
+    faces: Faces,
+    c: float = 1.0,
+    form: tuple[float, float] = FORMAT,
+) -> None:
+    """Draw what a camera sees of polygons in space, far ones first.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Where to draw, x to the right and y up, in units of c.
+    exterior : array_like (6,)
+        (X0, Y0, Z0, omega, phi, kappa).
+    faces : sequence of (polygon (k, 3), colour)
+        What there is to be seen. Of a polygon that reaches behind the camera, the part
+        in front is shown.
+    c : float
+        Principal distance.
+    form : (float, float)
+        Width and height of the photo over its principal distance.
+    """
+    exterior = np.asarray(exterior, dtype=float)
+    M = rotation.matrix(*exterior[3:])
+    seen = []
+    for polygon, color in faces:
+        distance = np.linalg.norm(polygon.mean(axis=0) - exterior[:3])
+        front = _in_front((polygon - exterior[:3]) @ M.T)
+        if len(front):
+            seen.append((distance, -c * front[:, :2] / front[:, 2:], color))
+    seen.sort(key=lambda entry: -entry[0])
+    _, polygons, colors = zip(*seen) if seen else ((), (), ())
+    look = {"facecolors": colors, "edgecolors": "white", "linewidths": 0.4}
+    ax.set_facecolor("#DCEBF5")  # the sky
+    ax.add_collection(PolyCollection(polygons, **look), autolim=False)
+    half_width, half_height = c * np.array(form) / 2
+    ax.set(xlim=(-half_width, half_width), ylim=(-half_height, half_height))
+    ax.set(aspect="equal", xticks=(), yticks=())
+    ax.plot(0, 0, "+", color=basic.BLACK, markersize=14, markeredgewidth=2)
+    for spine in ax.spines.values():
+        spine.set(visible=True, linewidth=1.5)
+    ax.spines["top"].set_linewidth(4.5)  # the bar of `draw_camera`
+    ax.grid(False)
+
+
+def _in_front(polygon: np.ndarray, nearest: float = 1e-3) -> np.ndarray:
+    """The part of a polygon in camera coordinates that lies in front of the camera."""
+    kept = []
+    for a, b in zip(polygon, np.roll(polygon, -1, axis=0)):
+        if -a[2] >= nearest:
+            kept.append(a)
+        if (-a[2] >= nearest) != (-b[2] >= nearest):
+            kept.append(a + (b - a) * (-nearest - a[2]) / (b[2] - a[2]))
+    return np.array(kept).reshape(-1, 3)
+
+
+def village() -> list[tuple[np.ndarray, str]]:
+    """Polygons of a meadow 12 m x 12 m with a house and two trees, Y to the north.
+
+    No symmetry hides a wrong rotation: the house stands in the south-west, a tall tree
+    in the north-east, a small one in the south-east; a road runs west to east.
+    """
+    faces = []
+    for column in range(-6, 6):
+        for row in range(-6, 6):
+            tile = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+            green = "#C9DDB5" if (row + column) % 2 else "#DCE9CE"
+            color = "#CFCFCF" if row == 0 else green
+            faces.append((tile + (column, row, 0), color))
+    faces += _house(np.array([-2.6, -2.4, 0.0]), np.array([1.8, 1.3, 1.0]))
+    faces += _tree((2.0, 2.4), 0.8, 2.4)
+    faces += _tree((2.4, -2.2), 0.5, 1.2)
+    return faces
+
+
+def _house(corner: np.ndarray, size: np.ndarray) -> list:
+    base = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    low = corner + np.column_stack([base, np.zeros(4)]) * size
+    high = corner + np.column_stack([base, np.ones(4)]) * size
+    # The ridge runs along x, half the width of the house above the eaves
+    ridge = corner + np.array([(0, 0.5, 1), (1, 0.5, 1)]) * size + (0, 0, size[1] / 2)
+    walls = [(low[[i, j]], high[[j, i]]) for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))]
+    shades = ("#F0DFC0", "#DCC79F", "#F0DFC0", "#DCC79F")
+    faces = [(np.concatenate(w), shade) for w, shade in zip(walls, shades)]
+    faces += [(np.array([high[1], high[2], ridge[1]]), "#DCC79F")]
+    faces += [(np.array([high[3], high[0], ridge[0]]), "#DCC79F")]
+    faces += [(np.array([high[0], high[1], ridge[1], ridge[0]]), basic.RED)]
+    faces += [(np.array([high[2], high[3], ridge[0], ridge[1]]), "#A84A00")]
+    return faces
+
+
+def _tree(place: tuple[float, float], radius: float, height: float) -> list:
+    turn = np.linspace(0, 2 * np.pi, 9)
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(9)])
+    rim = np.array([*place, 0.2 * height]) + radius * circle
+    top = np.array([*place, height])
+    shades = ("#00805F", "#009E73", "#2CB48C", "#009E73")
+    return [(np.array([rim[i], rim[i + 1], top]), shades[i // 2]) for i in range(8)]

@@ -1,0 +1,268 @@
+"""The numbers of a bundle adjustment as tables of words, rounded by their precision."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pgm_lab.bundle.reliability import Significance, reliability, significance
+from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.snooping import Blunder
+from pgm_lab.camera import PARAMETERS
+from pgm_lab.report._suspects import suspected
+from pgm_lab.report._words import UM
+
+UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
+
+
+MOST = 25  # rows of suspected blunders
+
+
+class Table(NamedTuple):
+    """Cells as they are shown; the first column names the rows."""
+
+    caption: str
+    header: Sequence[str]
+    rows: list[Sequence[str]]
+
+
+def rounded(values: np.ndarray, sd: np.ndarray) -> list[str]:
+    """Write a column with as many decimals as give a usual sd two digits."""
+    known = sd[np.isfinite(sd) & (sd > 0)]
+    return fixed(values, 1 - np.floor(np.log10(np.median(known))) if len(known) else 6)
+
+
+def fixed(values: np.ndarray, decimals: float) -> list[str]:
+    """Write a column with the same number of decimals; "-" for what is not known."""
+    decimals = int(np.clip(decimals, 0, 15))
+    values = np.round(values, decimals) + 0.0  # and no "-0.00"
+    return [f"{v:.{decimals}f}" if np.isfinite(v) else "-" for v in values]
+
+
+def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
+    """Return the columns v1, sd1, v2, sd2, ...; "held" where the sd is zero."""
+    columns = []
+    for value, precision in zip(np.transpose(values), np.transpose(sd)):
+        words = rounded(precision, precision)
+        held = ["held" if s == 0 else word for s, word in zip(precision, words)]
+        columns += [rounded(value, precision), held]
+    return columns
+
+
+def scientific(value: float, sd: float) -> tuple[str, str]:
+    """Write a value and its sd with two digits of the sd, however small they are."""
+    if not (np.isfinite(sd) and sd > 0):
+        return f"{value:.6g}", "-"
+    if 1e-3 < sd < 1e3:
+        sd = np.array([sd])
+        return rounded(np.array([value]), sd)[0], rounded(sd, sd)[0]
+    digits = np.floor(np.log10(max(abs(value), sd))) - np.floor(np.log10(sd)) + 1
+    return f"{value:.{int(min(digits, 15))}e}", f"{sd:.1e}"
+
+
+def two_digits(value: float) -> str:
+    """Write a positive number with two digits, and never with an exponent."""
+    return fixed(np.array([value]), 1 - np.floor(np.log10(value or 1.0)))[0]
+
+
+def camera(result: Bundle) -> list[Table]:
+    """Return a table of the ten parameters for each camera."""
+    sd = dict(zip(result.interior_names, result.sd_interior))
+    tested = {one.name: one for one in significance(result)}
+    several = len(result.cameras) > 1
+    header = (
+        "parameter",
+        "value",
+        "unit",
+        "sd",
+        "t",
+        "p",
+        "significant",
+        "effect (µm)",
+    )
+    tables = []
+    for number, lens in enumerate(result.cameras, start=1):
+        of_camera = f" of camera {number}" if several else ""
+        rows = []
+        for name, value in zip(PARAMETERS, lens.interior):
+            words = f"{value:.6g}", "held"
+            if (full := name + of_camera) in sd:
+                words = scientific(value, sd[full])
+            row = (name, words[0], UNITS.get(name, "-"), words[1])
+            rows.append((*row, *_test(tested.get(full))))
+        caption = (
+            f"Interior orientation{of_camera}; the effect is the largest displacement"
+            " of a measured point"
+        )
+        tables.append(Table(caption, header, rows))
+    return tables
+
+
+def _test(tested: Significance | None) -> tuple[str, ...]:
+    if tested is None or not np.isfinite(tested.t):
+        return ("-",) * 4
+    p = f"{tested.p:.3f}" if tested.p >= 0.0005 else "<0.001"
+    significant = "yes" if tested.significant else "no"
+    return f"{tested.t:.1f}", p, significant, two_digits(UM * tested.effect)
+
+
+def lens(result: Bundle) -> list[Table]:
+    """Return a table of the distortion at some radii, for each camera that has any."""
+    # matplotlib only when it is needed
+    from pgm_lab.plot._style import round_number
+    from pgm_lab.plot.bundle import lens_profile
+
+    network = result.network
+    tables = []
+    for number, one in enumerate(result.cameras):
+        own = network.camera[network.photo] == number
+        if not np.any(own) or not np.any(one.interior[3:8]):
+            continue
+        r_max = np.hypot(*(network.xy[own] - one.interior[1:3]).T).max()
+        step = round_number(r_max / 6)
+        r = np.append(np.arange(step, 0.97 * r_max, step), r_max)
+        columns = [fixed(r, 2)]
+        for kind in ("radial", "decentring"):
+            curve, sd = lens_profile(result, r, kind, number)
+            columns += with_sd(UM * curve[:, None], UM * sd[:, None])
+        header = ("r (mm)", "radial (µm)", "sd (µm)", "decentring (µm)", "sd (µm)")
+        of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""
+        caption = (
+            f"Lens{of_camera}: K1 r^3 + K2 r^5 + K3 r^7 and sqrt(P1^2 + P2^2) r^2; the"
+            " last radius is the largest measured"
+        )
+        tables.append(Table(caption, header, list(zip(*columns))))
+    return tables
+
+
+def photos(result: Bundle) -> list[Table]:
+    """Return stations, angles in radians, in degrees, and the quality of each photo."""
+    network, sd = result.network, result.sd_exteriors
+    names = [str(name) for name in network.photo_names]
+    centres = with_sd(result.exteriors[:, :3], sd[:, :3])
+    tables = [_table("Projection centres, in object units", "photo", "X0 Y0 Z0", names)]
+    tables[0].rows.extend(zip(names, *centres))
+    for unit, factor in (("radians", 1.0), ("degrees", 180 / np.pi)):
+        angles = with_sd(factor * result.exteriors[:, 3:], factor * sd[:, 3:])
+        caption = f"Angles of the photos, in {unit}"
+        table = _table(caption, "photo", "omega phi kappa", names)
+        table.rows.extend(zip(names, *angles))
+        tables.append(table)
+    return [*tables, _photo_quality(result, names)]
+
+
+def _table(caption: str, first: str, columns: str, names: list[str]) -> Table:
+    header = [first]
+    for column in columns.split():
+        header += [column, f"sd {column}"]
+    return Table(caption, header, [])
+
+
+def _photo_quality(result: Bundle, names: list[str]) -> Table:
+    network, m = result.network, len(result.exteriors)
+    rms = UM * _rms(result.residuals, network.photo, m)
+    w, where = _largest(result.standardized, network.photo, m)
+    redundancy = _mean(result.redundancy_numbers, network.photo, m)
+    points = [
+        str(network.point_names[network.point[k]]) if k >= 0 else "-" for k in where
+    ]
+    columns = [names]
+    header = ["photo"]
+    if len(result.cameras) > 1:
+        columns.append([str(k + 1) for k in network.camera])
+        header.append("camera")
+    columns += [[str(k) for k in network.rays_of_photos], *(fixed(c, 2) for c in rms.T)]
+    columns += [fixed(redundancy, 2), fixed(w, 1), points]
+    header += ["rays", "RMS x (µm)", "RMS y (µm)", "mean r", "largest |w|", "at point"]
+    return Table("Fit of the photos", header, list(zip(*columns)))
+
+
+def points(result: Bundle) -> Table:
+    """Return coordinates, precision and fit of each point."""
+    network, n = result.network, len(result.points)
+    names = [str(name) for name in network.point_names]
+    rms = UM * np.sqrt(np.mean(_rms(result.residuals, network.point, n) ** 2, axis=1))
+    w, where = _largest(result.standardized, network.point, n)
+    photos = [
+        str(network.photo_names[network.photo[k]]) if k >= 0 else "-" for k in where
+    ]
+    columns = (
+        names,
+        *with_sd(result.points, result.sd_points),
+        [str(k) for k in network.rays_of_points],
+        fixed(rms, 2),
+        fixed(w, 1),
+        photos,
+    )
+    header = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
+    header += ("rays", "RMS (µm)", "largest |w|", "in photo")
+    return Table("Object points, in object units", header, list(zip(*columns)))
+
+
+def _rms(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
+    return np.sqrt(_sums(values**2, group, size) / _counts(group, size)[:, None])
+
+
+def _mean(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
+    return np.mean(_sums(values, group, size), axis=1) / _counts(group, size)
+
+
+def _sums(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
+    return np.array([np.bincount(group, v, minlength=size) for v in values.T]).T
+
+
+def _counts(group: np.ndarray, size: int) -> np.ndarray:
+    """Return the sizes of the groups, NaN for an empty one."""
+    counts = np.bincount(group, minlength=size).astype(float)
+    return np.where(counts > 0, counts, np.nan)
+
+
+def _largest(w: np.ndarray, group: np.ndarray, size: int):
+    """Return the largest |w| of each group and its ray; NaN and -1 of an empty one."""
+    w = np.max(np.abs(np.nan_to_num(w)), axis=1)
+    order = np.argsort(w, kind="stable")  # the largest comes last and stays
+    where = np.full(size, -1)
+    where[group[order]] = order
+    where[np.bincount(group, w, minlength=size) == 0] = -1  # nothing is controlled
+    return np.where(where >= 0, w[where], np.nan), where
+
+
+def blunders(result: Bundle) -> Table | None:
+    """Return the suspected blunders, the largest first."""
+    network, rays = result.network, suspected(result)
+    if not len(rays):
+        return None
+    caption = "Suspected blunders, beside the smallest that the network would find"
+    if len(rays) > MOST:
+        caption += f": the {MOST} largest of {len(rays)}"
+        rays = rays[:MOST]
+    smallest = reliability(result).internal[rays]
+    columns = [
+        [str(network.point_names[j]) for j in network.point[rays]],
+        [str(network.photo_names[i]) for i in network.photo[rays]],
+        *(fixed(column, 2) for column in UM * result.residuals[rays].T),
+        *(fixed(column, 1) for column in result.standardized[rays].T),
+        *(fixed(column, 1) for column in UM * smallest.T),
+    ]
+    header = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
+    header += ("smallest found x (µm)", "smallest found y (µm)")
+    return Table(caption, header, list(zip(*columns)))
+
+
+def removed(blunders: Sequence[Blunder]) -> Table:
+    """Return the rays that data snooping took out, in the order it did."""
+    rows = [
+        (
+            str(number),
+            str(one.point),
+            str(one.photo),
+            *(f"{value:.1f}" for value in one.standardized),
+            *(f"{UM * value:.2f}" for value in one.error),
+            f"{one.sigma0:.3f}",
+        )
+        for number, one in enumerate(blunders, start=1)
+    ]
+    header = ("step", "point", "photo", "w x", "w y")
+    header += ("error x (µm)", "error y (µm)", "sigma0 before")
+    caption = "Rays taken out by data snooping, with the estimated error of each"
+    return Table(caption, header, rows)

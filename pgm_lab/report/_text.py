@@ -1,0 +1,129 @@
+"""The report of a bundle adjustment: its sections, and the same as plain text."""
+
+import re
+import textwrap
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.snooping import Snooping
+from pgm_lab.report import _findings, _known, _tables, _words
+from pgm_lab.report._tables import Table
+
+WIDTH = 88
+NUMBER = re.compile(r"[-+<]?\d+(\.\d+)?(e[-+]\d+)?")
+
+
+class Section(NamedTuple):
+    """A part of the report."""
+
+    title: str
+    paragraphs: Sequence[str] = ()
+    findings: Sequence[_words.Finding] = ()
+    tables: Sequence[Table] = ()
+    figures: Sequence[str] = ()  # the functions of `page` that draw them
+
+
+def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> str:
+    """Report a bundle adjustment in plain text.
+
+    Parameters
+    ----------
+    found : Bundle or Snooping
+        What `adjust` or `snoop` returns.
+    about : str
+        A sentence for the head of the report: the object, the files, the date.
+    short : bool
+        Leave out the tables of photos and points.
+
+    Returns
+    -------
+    str
+        Lines of at most 88 characters, but for wide tables.
+
+    Examples
+    --------
+    >>> from pgm_lab import bundle
+    >>> from pgm_lab.camera import Camera
+    >>> from pgm_lab.datasets import muliawan2013
+    >>> data = muliawan2013()
+    >>> measured = data.photo, data.point, data.xy, data.sigma
+    >>> camera = Camera(*data.interior)
+    >>> network = bundle.Network(camera, data.exteriors, data.object_points, *measured)
+    >>> report = text(bundle.adjust(network), short=True)
+    >>> report.splitlines()[3][:55]
+    '9 photos of 50 points, taken with one camera: 450 rays.'
+    """
+    title = "Bundle adjustment"
+    parts = [title, "=" * len(title), ""]
+    for number, section in enumerate(sections(found, about, short)):
+        if number:
+            heading = f"{number}  {section.title}"
+            parts += ["", heading, "-" * len(heading), ""]
+        parts += ["\n\n".join(_blocks(section)), ""]
+    return "\n".join(parts)
+
+
+def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]:
+    """Collect the report, the summary first; what is empty is left out."""
+    result = found.result if isinstance(found, Snooping) else found
+    findings = _findings.findings(result)
+    words = [] if findings else ["Nothing to warn of."]
+    tables = []
+    if isinstance(found, Snooping):
+        words.append(_words.snooping(found))
+        tables += [_tables.removed(found.removed)] if found.removed else []
+    if (blunders := _tables.blunders(result)) is not None:
+        tables.append(blunders)
+    head = (_words.summary(result), *([about] if about else []))
+    lens = _tables.lens(result)
+    parts = [
+        Section("Summary", head),
+        Section("What to look at", words, findings, tables, ("residuals",)),
+        Section("Camera", (), (), _tables.camera(result)),
+    ]
+    if lens:
+        direction = _words.conventions(result)[1].partition(". ")[0] + "."
+        parts.append(Section("Lens", (direction,), (), lens, ("lens",)))
+    if not short:
+        parts.append(Section("Photos", tables=_tables.photos(result)))
+        one = [_tables.points(result)]
+        parts.append(Section("Points", tables=one, figures=("precision",)))
+    if known := _known.known(result):
+        parts.append(Section("Control and checks", tables=known))
+    parts.append(Section("Datum", (_words.datum(result),)))
+    if not short:
+        parts.append(Section("Conventions", _words.conventions(result)))
+    return parts
+
+
+def _blocks(section: Section) -> list[str]:
+    wrap = textwrap.TextWrapper(WIDTH, break_long_words=False)
+    items = textwrap.TextWrapper(
+        WIDTH, initial_indent="- ", subsequent_indent="  ", break_long_words=False
+    )
+    return [
+        *map(wrap.fill, section.paragraphs),
+        *(items.fill(f"{one.title}: {one.words}") for one in section.findings),
+        *map(_text_table, section.tables),
+    ]
+
+
+def _text_table(table: Table) -> str:
+    """Lay out a table: words to the left, numbers to the right."""
+    columns = list(zip(table.header, *table.rows))
+    widths = [max(map(len, column)) for column in columns]
+    left = [not is_number(column[1:]) for column in columns]
+    lines = [textwrap.fill(table.caption, WIDTH), ""]
+    for row in (table.header, *table.rows):
+        cells = (
+            cell.ljust(width) if words else cell.rjust(width)
+            for cell, width, words in zip(row, widths, left)
+        )
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def is_number(cells: Sequence[str]) -> bool:
+    """Whether a column holds numbers, but for "-" and "held"."""
+    return all(cell in ("-", "held") or NUMBER.fullmatch(cell) for cell in cells)

@@ -1,0 +1,356 @@
+"""The bundle adjustment: equal to the dense core, to another start, in any datum."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pgm_lab import bundle, rotation
+from pgm_lab.camera import PARAMETERS, Camera
+from tests.networks import G, dense, moved, real, small
+
+SOME = ("c", "x0", "y0", "K1")
+
+
+def assert_equal_to_dense(network, found, core, values, kept, of_sd=1e-9):
+    """Values to 1e-9 of their standard deviations, covariances to 1e-9 relative."""
+    interior, exteriors, points = values
+    u = len(found.interior_names)
+    columns = [PARAMETERS.index(name) for name in found.estimate]
+    sd = np.concatenate([found.sd_interior, found.sd_exteriors.ravel()])
+    ours = np.concatenate([found.interior, found.exteriors.ravel()])
+    theirs = np.concatenate([interior[:, columns].ravel(), exteriors.ravel()])
+    assert np.abs((ours - theirs) / sd).max() < of_sd
+    free = found.sd_points > 0
+    assert np.abs((found.points - points)[free] / found.sd_points[free]).max() < of_sd
+
+    k = found.residuals.size
+    size = u + exteriors.size
+    np.testing.assert_allclose(found.sigma0, core.sigma0, rtol=1e-9)
+    assert found.redundancy == core.redundancy
+    relative = np.outer(sd, sd)
+    difference = found.covariance - core.covariance[:size, :size]
+    assert np.abs(difference / relative).max() < 1e-9
+    whole = np.zeros((len(kept), len(kept)))
+    whole[np.ix_(kept, kept)] = core.covariance
+    n = len(points)
+    blocks = whole[size:, size:].reshape(n, 3, n, 3)[range(n), :, range(n)]
+    scale = np.trace(found.covariance_points, axis1=1, axis2=2)[:, None, None]
+    difference = found.covariance_points - blocks
+    assert np.abs(difference / np.where(scale > 0, scale, 1)).max() < 1e-9
+    for name in ("residuals", "redundancy_numbers", "standardized"):
+        ours, theirs = getattr(found, name).ravel(), getattr(core, name)[:k]
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * np.ptp(theirs))
+
+
+def adjust(*args):
+    """Iterate until only rounding changes: two iterations stop at the same place."""
+    return bundle.adjust(*args, tolerance=1e-9)
+
+
+def inner(datum_points=slice(None), motions=7):
+    def rows(exteriors, points):
+        chosen = np.zeros((motions, *points.shape))
+        chosen[:, datum_points] = G(points)[:motions, datum_points]
+        return np.zeros((motions, *exteriors.shape)), chosen
+
+    return rows
+
+
+def on_photos(exteriors, points):
+    of_exteriors = np.zeros((7, *exteriors.shape))
+    of_exteriors[..., :3] = G(exteriors[:, :3])
+    return of_exteriors, np.zeros((7, *points.shape))
+
+
+NETWORKS = {
+    "backward lens": (small(), SOME),
+    "forward lens, all ten": (small("forward", photos=8, points=20), PARAMETERS),
+    "rays missing": (small(skip=20), SOME),
+    "two cameras": (small("forward", cameras=2, skip=7), SOME),
+    "no interior": (small(), ()),
+}
+
+
+@pytest.mark.parametrize("name", NETWORKS)
+def test_free_network_equals_the_dense_core_to_1e_9(name):
+    network, estimate = NETWORKS[name]
+    found = adjust(network, estimate)
+    core = dense(network, estimate, inner())
+    assert found.status == "converged"
+    assert_equal_to_dense(network, found, *core)
+
+
+def test_real_network_equals_the_dense_core_to_1e_9():
+    network = real()
+    # Coordinates of 1e4 sigma are rounded to 1e-12 sigma, and the scaled normal matrix
+    # has eigenvalues down to 2e-6: a gradient cannot tell 1e-9 sd from zero. K1, K2, K3
+    # differ by that much; to 1e-9 of their values they agree.
+    found, core = adjust(network), dense(network, PARAMETERS, inner())
+    assert_equal_to_dense(network, found, *core, of_sd=5e-9)
+    np.testing.assert_allclose(found.interior, core[1][0][0], rtol=1e-9)
+
+
+def test_inner_constraints_on_chosen_points_equal_the_dense_core():
+    network = replace(small(), datum_points=[1, 4, 5, 9])
+    core = dense(network, SOME, inner([1, 4, 5, 9]))
+    assert_equal_to_dense(network, adjust(network, SOME), *core)
+
+
+def test_inner_constraints_on_projection_centres_equal_the_dense_core():
+    network = small()
+    core = dense(network, SOME, on_photos)
+    assert_equal_to_dense(network, adjust(network, SOME, "photos"), *core)
+
+
+def bars(network, sigma, *ends):
+    truth = small(sigma=1e-9).points
+    rows = [(a, b, np.linalg.norm(truth[a] - truth[b]) + 0.3, sigma) for a, b in ends]
+    return replace(network, scale_bars=rows)
+
+
+@pytest.mark.parametrize("ends", [[(0, 5)], [(0, 5), (5, 9), (2, 3)]])
+@pytest.mark.parametrize("datum", ["inner", "photos"])
+def test_scale_bars_leave_six_constraints_and_equal_the_dense_core(ends, datum):
+    network = bars(small(), 0.2, *ends)
+    rows = inner(motions=6)
+    if datum == "photos":
+
+        def rows(exteriors, points):
+            return tuple(part[:6] for part in on_photos(exteriors, points))
+
+    found = adjust(network, SOME, datum)
+    assert_equal_to_dense(network, found, *dense(network, SOME, rows))
+    free = adjust(small(), SOME)
+    assert found.redundancy == free.redundancy + len(ends) - 1
+
+
+def test_fixed_points_equal_the_dense_core_and_have_no_covariance():
+    network = replace(small(), fixed=[0, 4, 7])
+    free = ~network.held
+    found = adjust(network, SOME)
+    assert_equal_to_dense(network, found, *dense(network, SOME, free=free))
+    assert np.all(found.covariance_points[[0, 4, 7]] == 0)
+    np.testing.assert_array_equal(found.points[[0, 4, 7]], network.points[[0, 4, 7]])
+
+
+def test_weighted_control_equals_the_dense_core_with_weighted_parameters():
+    network = small()
+    sigma = np.array([[5, 5, np.inf], [1, 20, 3], [9, 9, 9], [np.inf, 9, 4]]) / 100
+    index = np.array([2, 5, 8, 11])
+    given_points = network.points[index] + 0.4
+    network = replace(network, control=(index, given_points, sigma))
+    found = adjust(network, SOME)
+    u, m = 4, len(network.exteriors)
+    weights = np.zeros(u + 6 * m + network.points.size)
+    at = np.zeros(weights.shape)
+    place = u + 6 * m + 3 * index[:, None] + np.arange(3)
+    weights[place], at[place] = sigma**-2.0, given_points
+    core, values, kept = dense(
+        network, SOME, parameter_weights=weights, parameter_values=at
+    )
+    assert_equal_to_dense(network, found, core, values, kept)
+    v = core.parameter_residuals[place]
+    measured = np.isfinite(sigma)
+    np.testing.assert_allclose(
+        found.control_residuals[measured], v[measured], atol=1e-9
+    )
+
+
+def test_control_with_sigma_0_holds_single_coordinates():
+    network = small()
+    sigma = [[0, 0, 0], [0, np.inf, 0], [np.inf, np.inf, 0], [np.inf, 0, np.inf]]
+    index = [0, 3, 6, 9]
+    coordinates = network.points[index] + 1.0
+    network = replace(network, control=(index, coordinates, sigma))
+    found = adjust(network, SOME)
+    held = np.equal(sigma, 0)
+    np.testing.assert_array_equal(found.points[index][held], coordinates[held])
+    start = replace(network, points=np.where(network.held, 0, network.points))
+    start.points[index] = np.where(held, coordinates, network.points[index])
+    core = dense(start, SOME, free=~network.held)
+    assert_equal_to_dense(network, found, *core)
+
+
+def test_scale_bars_between_control_points_equal_the_dense_core():
+    network = replace(bars(small(), 0.05, (0, 5), (2, 3)), fixed=[0, 4, 7])
+    found = adjust(network, SOME)
+    core = dense(network, SOME, free=~network.held)
+    assert_equal_to_dense(network, found, *core)
+    for name in ("residuals", "redundancy_numbers", "standardized"):
+        ours, theirs = getattr(found, f"scale_bar_{name}"), getattr(core[0], name)[-2:]
+        np.testing.assert_allclose(ours, theirs, atol=1e-8)
+
+
+def test_sigma0_camera_and_residuals_are_the_same_in_every_datum():
+    network = real()
+    some = np.array([3, 17, 40])
+    coordinates = network.points[some]
+    minimal = [[0, 0, 0], [0, 0, 0], [0, np.inf, np.inf]]
+    weighted = [[0.1] * 3, [0.2] * 3, [0.1, np.inf, np.inf]]
+    distance = np.linalg.norm(coordinates[0] - coordinates[1])
+    datums = [
+        (replace(network, datum_points=range(0, 50, 5)), "inner"),
+        (network, "photos"),
+        (replace(network, scale_bars=[(3, 17, distance, 0.1)]), "inner"),
+        (replace(network, control=(some, coordinates, minimal)), "fixed"),
+        (replace(network, control=(some, coordinates, weighted)), "fixed"),
+    ]
+    reference = bundle.adjust(network)
+    for other, datum in datums:
+        found = bundle.adjust(other, datum=datum)
+        assert found.redundancy == reference.redundancy == 693
+        np.testing.assert_allclose(found.sigma0, reference.sigma0, rtol=1e-9)
+        difference = (found.interior - reference.interior) / reference.sd_interior
+        assert np.abs(difference).max() < 1e-7
+        ratio = found.covariance_interior / reference.covariance_interior
+        np.testing.assert_allclose(ratio, 1, atol=1e-7)
+        for name in ("residuals", "redundancy_numbers", "standardized"):
+            np.testing.assert_allclose(
+                getattr(found, name), getattr(reference, name), atol=1e-7
+            )
+        total = np.trace(found.covariance_points, axis1=1, axis2=2).sum()
+        least = np.trace(reference.covariance_points, axis1=1, axis2=2).sum()
+        # inner constraints on all points leave the least sum of variances
+        assert total > least * 1.01
+
+
+@pytest.mark.parametrize("lens", ["backward", "forward"])
+def test_other_start_values_lead_to_the_same_solution_to_1e_8(lens):
+    network = real()
+    camera = Camera(network.cameras[0].c, lens=lens)
+    reference = bundle.adjust(replace(network, cameras=camera))
+    rng = np.random.default_rng(5)
+    for c in (20.0, 60.0):
+        off = rng.normal(size=network.exteriors.shape) * [60, 60, 60, 0.05, 0.05, 0.05]
+        start = replace(
+            network,
+            cameras=Camera(c, lens=lens),
+            exteriors=network.exteriors + off,
+            points=network.points + 10 * rng.normal(size=network.points.shape),
+        )
+        found = bundle.adjust(start)
+        assert found.status == "converged"
+        assert abs(found.sigma0 / reference.sigma0 - 1) < 1e-8
+        np.testing.assert_allclose(found.interior, reference.interior, atol=1e-8)
+        np.testing.assert_allclose(found.residuals, reference.residuals, atol=1e-8)
+
+
+@settings(max_examples=10)
+@given(
+    st.tuples(*[st.floats(-0.7, 0.7)] * 3),
+    st.floats(0.1, 50),
+    st.tuples(*[st.floats(-1e4, 1e4)] * 3),
+)
+def test_another_object_frame_changes_neither_sigma0_nor_camera(angles, scale, shift):
+    network = small()
+    there = moved(network, scale, rotation.matrix(*angles), np.array(shift))
+    found, reference = bundle.adjust(there, SOME), bundle.adjust(network, SOME)
+    np.testing.assert_allclose(found.sigma0, reference.sigma0, rtol=1e-8)
+    np.testing.assert_allclose(found.interior, reference.interior, atol=1e-8)
+    np.testing.assert_allclose(found.residuals, reference.residuals, atol=1e-9)
+    size = np.sqrt(np.trace(reference.covariance_points, axis1=1, axis2=2))
+    there = np.sqrt(np.trace(found.covariance_points, axis1=1, axis2=2))
+    np.testing.assert_allclose(there, scale * size, rtol=1e-6)
+
+
+def test_the_order_of_the_rays_does_not_matter():
+    network = small(cameras=2, skip=11)
+    order = np.random.default_rng(1).permutation(len(network.xy))
+    shuffled = replace(
+        network,
+        **{x: getattr(network, x)[order] for x in ("photo", "point", "xy", "sigma")},
+    )
+    found, reference = bundle.adjust(shuffled, SOME), bundle.adjust(network, SOME)
+    np.testing.assert_allclose(found.residuals, reference.residuals[order], atol=1e-10)
+    np.testing.assert_allclose(
+        found.standardized, reference.standardized[order], atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("lens", ["backward", "forward"])
+def test_without_errors_the_truth_comes_back(lens):
+    network = small(lens, photos=8, points=20, sigma=1e-12)
+    found = bundle.adjust(replace(network, sigma=0.001))
+    truth = {"c": 30.0, "x0": 0.1, "y0": -0.2, "K1": 3e-5, "P2": -2e-5, "b1": 2e-4}
+    assert found.status == "converged"
+    assert found.sigma0 < 1e-8
+    for name, value in truth.items():
+        assert getattr(found.cameras[0], name) == pytest.approx(value, abs=1e-9)
+
+
+def test_redundancy_numbers_add_up_to_the_redundancy():
+    found = bundle.adjust(real())
+    assert found.redundancy == 900 - 10 - 54 - 150 + 7
+    assert found.redundancy_numbers.sum() == pytest.approx(693, abs=1e-6)
+
+
+def test_check_points_are_compared_and_change_nothing():
+    network = replace(small(), fixed=[0, 4, 7])
+    known = network.points[[1, 2]]
+    checked = bundle.adjust(replace(network, check=([1, 2], known)), SOME)
+    found = bundle.adjust(network, SOME)
+    np.testing.assert_array_equal(checked.points, found.points)
+    np.testing.assert_allclose(checked.check_differences, found.points[[1, 2]] - known)
+
+
+def test_the_last_change_is_in_units_of_the_standard_deviations():
+    network = small()
+    first = bundle.adjust(network, SOME, max_iterations=1)
+    there = replace(
+        network, cameras=first.cameras, exteriors=first.exteriors, points=first.points
+    )
+    found = bundle.adjust(there, SOME, max_iterations=1)
+    moved = (found.interior - first.interior) / first.sd_interior
+    # a bound for every unknown, and not a hundred times too large
+    bound = found.history.change[0]
+    assert np.abs(moved).max() <= bound < 100 * np.abs(moved).max()
+
+
+@pytest.mark.parametrize("portion", [1, 7])
+def test_pairs_in_portions_give_the_same(monkeypatch, portion):
+    network = small(cameras=2, skip=7)
+    whole = bundle.adjust(network, SOME)
+    monkeypatch.setattr("pgm_lab.bundle.reduced.PAIRS_AT_ONCE", portion)
+    found = bundle.adjust(network, SOME)
+    np.testing.assert_allclose(found.covariance_points, whole.covariance_points)
+    np.testing.assert_allclose(found.interior, whole.interior)
+
+
+def test_history_says_what_happened_and_full_steps_can_be_asked_for():
+    network = small()
+    found = bundle.adjust(network, SOME)
+    assert len(found.history.objective) == found.iterations + 1
+    assert np.all(np.diff(found.history.objective) < 1e-9)
+    assert found.history.change[-1] <= 1e-6
+    full = bundle.adjust(network, SOME, line_search=False)
+    assert np.all(full.history.step == 1)
+    np.testing.assert_allclose(full.interior, found.interior, atol=1e-9)
+    few = bundle.adjust(network, SOME, max_iterations=1)
+    assert few.status == "too many iterations"
+
+
+def test_sigma0_prior_standardises_and_serves_without_redundancy():
+    network = small()
+    found = bundle.adjust(network, SOME)
+    known = bundle.adjust(network, SOME, sigma0_prior=1.0)
+    np.testing.assert_allclose(
+        known.standardized, found.standardized * found.sigma0, atol=1e-12
+    )
+    np.testing.assert_allclose(known.covariance, found.covariance)
+
+
+def test_a_bar_of_progress_is_shown_only_when_asked_for(monkeypatch):
+    shown = []
+
+    def bar(iterations, **options):
+        shown.append(options["desc"])
+        return iterations
+
+    monkeypatch.setattr("tqdm.auto.tqdm", bar)
+    bundle.adjust(small(), SOME)
+    assert shown == []
+    bundle.adjust(small(), SOME, progress=True)
+    assert shown == ["bundle adjustment"]

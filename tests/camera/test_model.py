@@ -1,0 +1,344 @@
+"""The camera model against OpenCV, differences, and its own way back."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pgm_lab import camera as cam
+from pgm_lab import rotation
+from pgm_lab.camera import Camera, imaging
+
+INTERIOR = (35.2, 0.31, -0.22, -8.3e-5, 4.1e-8, -6.7e-12, 2.9e-5, -1.7e-5, 3e-4, -2e-4)
+EXTERIOR = np.array([120.0, -340.0, 900.0, 0.15, -0.2, 2.1])
+BOTH = pytest.mark.parametrize("lens", ["backward", "forward"])
+
+
+def scene(seed=1, n=8):
+    """Points that two cameras see; nothing is symmetric."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((-200, -600, -60), (300, 0, 80), (n, 3))
+    exteriors = np.array([EXTERIOR, (-80.0, -100.0, 850.0, -0.3, 0.1, -0.7)])
+    return points, exteriors
+
+
+@BOTH
+def test_misclosure_vanishes_on_projected_points(lens):
+    camera = Camera(*INTERIOR, lens=lens)
+    points, exteriors = scene()
+    measured = cam.project(camera, exteriors[:, None], points)
+    result = cam.collinearity(camera, exteriors[:, None], points, measured)
+    np.testing.assert_allclose(result.v, 0, atol=1e-13)  # mm, rounding of 20 mm
+    assert result.depth.min() > 700
+
+
+@BOTH
+def test_misclosure_is_computed_minus_observed(lens):
+    points, exteriors = scene()
+    measured = cam.project(Camera(35.0, 0.1, lens=lens), exteriors[0], points)
+    observed = measured + (0.002, -0.003)
+    v = cam.collinearity(Camera(35.0, 0.1, lens=lens), exteriors[0], points, observed).v
+    np.testing.assert_allclose(v, np.broadcast_to((-0.002, 0.003), v.shape), atol=1e-13)
+
+
+@BOTH
+def test_all_derivatives_agree_with_central_differences(lens):
+    points, exteriors = scene()
+    camera = Camera(*INTERIOR, lens=lens)
+    measured = cam.project(camera, exteriors[0], points) + (0.4, -0.3)
+    result = cam.collinearity(camera, exteriors[0], points, measured)
+    unknowns = np.concatenate([INTERIOR, exteriors[0]])
+    # Steps that move the image by some 0.1 mm: the error of third order stays below
+    # 1e-9 of the derivative, the rounding of v (1e-15 mm) too
+    steps = np.array(
+        [1e-3, 1e-3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-5, 1e-5, 1e-4, 1e-4]
+        + [1e-1, 1e-1, 1e-1, 1e-4, 1e-4, 1e-4]
+    )
+
+    def v(x, points):
+        return cam.collinearity(Camera(*x[:10], lens=lens), x[10:], points, measured).v
+
+    def fourth_order(f):
+        return (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / 12
+
+    for k, step in enumerate(steps):
+        move = step * np.eye(len(steps))[k]
+        numeric = fourth_order(lambda t, m=move: v(unknowns + t * m, points)) / step
+        analytic = (result.interior if k < 10 else result.exterior)[
+            ..., k if k < 10 else k - 10
+        ]
+        scale = np.abs(numeric).max()
+        assert scale > 0
+        np.testing.assert_allclose(analytic, numeric, rtol=1e-8, atol=1e-8 * scale)
+    for k in range(3):
+        move = 0.1 * np.eye(3)[k]
+        numeric = fourth_order(lambda t, m=move: v(unknowns, points + t * m)) / 0.1
+        np.testing.assert_allclose(result.point[..., k], numeric, rtol=1e-8, atol=1e-10)
+
+
+@BOTH
+def test_all_derivatives_agree_with_complex_step(lens):
+    points, exteriors = scene(n=1)
+    measured = cam.project(Camera(*INTERIOR, lens=lens), exteriors[0], points[0]) + 0.3
+    unknowns = np.concatenate([INTERIOR, exteriors[0], points[0]])
+
+    def run(x):
+        return imaging.misclosure(x[:10], x[10:16], x[16:], measured, lens, cam.BLOCKS)
+
+    result = run(unknowns)[2]
+    analytic = np.concatenate([result[name] for name in cam.BLOCKS], axis=-1)
+    expected = np.stack(
+        [run(unknowns + 1e-30j * unit)[0].imag / 1e-30 for unit in np.eye(19)], axis=-1
+    )
+    scale = np.abs(expected).max(axis=0)
+    np.testing.assert_allclose(analytic / scale, expected / scale, rtol=0, atol=1e-12)
+
+
+def opencv(camera, exterior, points):
+    """Photo coordinates (mm, y up) from OpenCV, whose camera looks along +z, y down."""
+    c, x0, y0, K1, K2, K3, P1, P2, _, _ = camera.interior
+    flip = np.diag([1.0, -1.0, -1.0])
+    turn = flip @ rotation.matrix(*exterior[3:])
+    coefficients = np.array([K1 * c**2, K2 * c**4, -P2 * c, P1 * c, K3 * c**6])
+    matrix = np.array([[c, 0, x0], [0, c, -y0], [0, 0, 1]])
+    image, _ = cv2.projectPoints(
+        points, cv2.Rodrigues(turn)[0], -turn @ exterior[:3], matrix, coefficients
+    )
+    return image[:, 0] * (1, -1)
+
+
+def test_forward_lens_projects_as_opencv_does():
+    camera = Camera(*INTERIOR[:8], lens="forward")
+    points, exteriors = scene(n=50)
+    for exterior in exteriors:
+        np.testing.assert_allclose(
+            cam.project(camera, exterior, points),
+            opencv(camera, exterior, points),
+            atol=1e-11,  # mm; rounding on the way through Rodrigues' vector
+        )
+
+
+@given(
+    st.floats(-13, 13),
+    st.floats(-10, 10),
+    st.floats(-2e-4, 2e-4),
+    st.floats(-1e-7, 1e-7),
+    st.floats(-5e-5, 5e-5),
+    st.floats(-5e-5, 5e-5),
+    st.floats(-1e-3, 1e-3),
+    st.sampled_from(cam.LENSES),
+)
+def test_ideal_and_measured_undo_each_other(x, y, K1, K2, P1, P2, b, lens):
+    camera = Camera(30.0, 0.2, -0.1, K1, K2, 1e-11, P1, P2, b, -b / 2, lens=lens)
+    ideal = cam.ideal(camera, cam.measured(camera, (x, y)))
+    np.testing.assert_allclose(ideal, (x, y), rtol=0, atol=1e-12)
+    measured = cam.measured(camera, cam.ideal(camera, (x, y)))
+    np.testing.assert_allclose(measured, (x, y), rtol=0, atol=1e-12)
+
+
+def test_ideal_point_and_principal_distance_are_the_ray():
+    points, exteriors = scene()
+    for lens in cam.LENSES:
+        camera = Camera(*INTERIOR, lens=lens)
+        ideal = cam.ideal(camera, cam.project(camera, exteriors[1], points))
+        ray = np.column_stack([ideal, np.full(len(points), -camera.c)])
+        there = (points - exteriors[1, :3]) @ rotation.matrix(*exteriors[1, 3:]).T
+        np.testing.assert_allclose(np.cross(ray, there), 0, atol=1e-9)
+        assert np.all((ray * there).sum(axis=-1) > 0)
+
+
+@BOTH
+def test_one_camera_for_each_photo_is_the_same_as_photo_by_photo(lens):
+    points, exteriors = scene()
+    cameras = [Camera(*INTERIOR, lens=lens), Camera(50.0, 0.1, K1=1e-5, lens=lens)]
+    measured = np.random.default_rng(2).normal(size=(2, len(points), 2))
+    together = cam.collinearity(cameras, exteriors[:, None], points, measured)
+    interior = np.array([camera.interior for camera in cameras])
+    arrays = cam.collinearity(
+        interior[:, None], exteriors[:, None], points, measured, lens=lens
+    )
+    for i in range(2):
+        alone = cam.collinearity(cameras[i], exteriors[i], points, measured[i])
+        for name in ("v", "depth", *cam.BLOCKS):
+            expected = getattr(alone, name)
+            for result in (together, arrays):
+                np.testing.assert_allclose(
+                    getattr(result, name)[i], expected, rtol=1e-13, atol=1e-15
+                )
+
+
+@BOTH
+@pytest.mark.parametrize("wrt", [(), ("point",), ("exterior",), ("interior", "point")])
+def test_only_the_derivatives_asked_for_are_there_and_they_are_the_same(lens, wrt):
+    points, exteriors = scene()
+    arguments = Camera(*INTERIOR, lens=lens), exteriors[:, None], points, np.ones(2)
+    everything = cam.collinearity(*arguments)
+    result = cam.collinearity(*arguments, wrt=wrt)
+    np.testing.assert_array_equal(result.v, everything.v)
+    for name in cam.BLOCKS:
+        if name in wrt:
+            block, expected = getattr(result, name), getattr(everything, name)
+            np.testing.assert_array_equal(block, expected)
+        else:
+            assert getattr(result, name) is None
+
+
+@BOTH
+@pytest.mark.parametrize(
+    "leading", [((), (), ()), ((), (), (7,)), ((), (7,), ()), ((4, 1), (7,), (4, 7))]
+)
+def test_leading_axes_broadcast_and_every_result_has_them(lens, leading):
+    exterior, points, measured = (
+        np.broadcast_to(values, (*axes, len(values)))
+        for values, axes in zip((EXTERIOR, (10.0, -20.0, 5.0), (1.0, 2.0)), leading)
+    )
+    shape = np.broadcast_shapes(*leading)
+    camera = Camera(*INTERIOR, lens=lens)
+    result = cam.collinearity(camera, exterior, points, measured)
+    assert result.v.shape == (*shape, 2) and result.depth.shape == shape
+    assert result.interior.shape == (*shape, 2, 10)
+    assert result.exterior.shape == (*shape, 2, 6)
+    assert result.point.shape == (*shape, 2, 3)
+
+
+def test_a_point_behind_the_camera_is_named_and_its_depth_is_negative():
+    points = [(0.0, 0.0, 0.0), (0.0, 0.0, 200.0), (0.0, 0.0, 100.0)]
+    exterior = (0, 0, 100, 0, 0, 0)
+    with pytest.raises(ValueError, match=r"points\[1, 2\] are not in front"):
+        cam.project(Camera(35.0), exterior, points)
+    with pytest.raises(ValueError, match=r"points\[\(1, 0\)\] are not in front"):
+        cam.project(Camera(35.0), [[exterior], [(0, 0, -9, 0, 0, 0)]], points[:1])
+    depth = cam.collinearity(Camera(35.0), exterior, points[:2], (0, 0)).depth
+    np.testing.assert_array_equal(depth, (100, -100))
+
+
+# x + d(x) = x - x^3 / 300 turns back at x = 10, where it is 20/3 = 6.667 mm
+FOLDED = -1 / 300
+
+
+@pytest.mark.parametrize(
+    ("lens", "function"), [("backward", cam.measured), ("forward", cam.ideal)]
+)
+def test_no_solution_beyond_the_turn_of_the_lens_is_given_out(lens, function):
+    camera = Camera(35.0, K1=FOLDED, lens=lens)
+    inside = function(camera, (20 / 3 * (1 - 1e-6), 0.0))
+    assert inside[0] == pytest.approx(10, abs=0.02)  # flat near the turn
+    for x in (6.7, 8.0, 14.0, 40.0, 1e6):
+        with pytest.raises(ValueError, match=r"\[1\]: no point is displaced to here"):
+            function(camera, [(1.0, 0.5), (0.0, x)])
+
+
+@pytest.mark.parametrize(
+    ("K1", "K2", "image"),
+    [
+        # 1 - 0.03 r^2 + 0.0002 r^4 turns back at 3.83 mm (image at 2.31 mm) and
+        # outwards again at 9.17 mm: Newton finds points on the way out there
+        (-0.03, 0.0002, np.linspace(2.33, 6.0, 200)),
+        # Far beyond the turn at 10 mm it finds points on the other side of the axis
+        (FOLDED, 0.0, np.linspace(2075.0, 2085.0, 200)),
+    ],
+)
+def test_ghosts_on_another_branch_are_not_taken_for_solutions(K1, K2, image):
+    lens = np.array([K1, K2, 0, 0, 0, 0, 0])
+    image = np.column_stack([image, np.zeros_like(image)])
+    x, solved = imaging.undistort(lens, image)
+    fits = np.abs(x + imaging.distortion(lens, x) - image).max(axis=-1) < 1e-6
+    assert fits.any(), "without a ghost this tests nothing"
+    assert not solved.any()
+
+
+GOOD = {"c": 35.0, "x0": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"c": 0.0}, r"c must be positive \(mm\)"),
+        ({"c": -35.0}, "c must be positive"),
+        ({"c": np.nan}, "c is not a finite number"),
+        ({"K2": np.inf}, "K2 is not a finite number"),
+        ({"y0": (1.0, 2.0)}, "y0 must be one number"),
+        ({"P1": "large"}, "P1 must be numbers"),
+        ({"lens": "Brown"}, "lens must be one of 'backward', 'forward'; got 'Brown'"),
+        ({"lens": None}, "lens must be one of"),
+    ],
+)
+def test_a_bad_camera_says_what_was_expected(change, message):
+    with pytest.raises(ValueError, match=message):
+        Camera(**(GOOD | change))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"exterior": np.zeros(5)}, r"exterior must have shape \(\.\.\., 6\)"),
+        ({"exterior": (0, 0, 9, np.nan, 0, 0)}, r"exterior\[3\] is not a finite"),
+        ({"points": np.zeros((4, 2))}, r"points must have shape \(\.\.\., 3\)"),
+        ({"points": [(0, 0, np.inf)]}, r"points\[0, 2\] is not a finite"),
+        ({"measured": np.zeros(3)}, r"measured must have shape \(\.\.\., 2\)"),
+        ({"measured": (np.nan, 0)}, r"measured\[0\] is not a finite"),
+        (
+            {"points": np.zeros((4, 3)), "measured": np.zeros((5, 2))},
+            "do not broadcast",
+        ),
+        ({"wrt": ("points",)}, "wrt must be one of 'interior', 'exterior', 'point'"),
+        ({"camera": np.zeros(9)}, r"camera must have shape \(\.\.\., 10\)"),
+        ({"camera": np.ones(10), "lens": "x"}, "lens must be one of"),
+        (
+            {
+                "camera": [Camera(9.0), Camera(9.0, lens="forward")],
+                "exterior": [(0, 0, 100, 0, 0, 0)] * 2,
+            },
+            "need the same lens direction",
+        ),
+        ({"camera": [Camera(9.0)] * 2}, "2 cameras need.*as many photos"),
+    ],
+)
+def test_bad_input_to_the_collinearity_equations_is_named(change, message):
+    good = {
+        "camera": Camera(35.0),
+        "exterior": (0, 0, 100, 0, 0, 0),
+        "points": (1.0, 2.0, 3.0),
+        "measured": (0.1, 0.2),
+    }
+    with pytest.raises(ValueError, match=message):
+        cam.collinearity(**(good | change))
+
+
+def test_bad_input_to_the_projection_is_named():
+    good = (0, 0, 100, 0, 0, 0)
+    with pytest.raises(ValueError, match=r"exterior must have shape"):
+        cam.project(Camera(35.0), (0, 0, 100), (0, 0, 0))
+    with pytest.raises(ValueError, match="do not broadcast"):
+        cam.project(Camera(35.0), [good] * 2, np.zeros((3, 3)))
+    with pytest.raises(ValueError, match=r"measured\[1\] is not a finite"):
+        cam.ideal(Camera(35.0), (1.0, np.nan))
+    with pytest.raises(ValueError, match=r"ideal must have shape"):
+        cam.measured(Camera(35.0), (1.0, 2.0, 3.0))
+
+
+def test_no_points_give_empty_results():
+    camera, nothing = Camera(*INTERIOR), np.empty((0, 3))
+    assert cam.project(camera, EXTERIOR, nothing).shape == (0, 2)
+    result = cam.collinearity(camera, EXTERIOR, nothing, np.empty((0, 2)))
+    assert result.interior.shape == (0, 2, 10) and result.point.shape == (0, 2, 3)
+
+
+def test_input_is_not_changed_and_results_may_be():
+    points, exteriors = scene()
+    measured = np.ones((2, len(points), 2))
+    before = [array.copy() for array in (exteriors, points, measured)]
+    result = cam.collinearity(Camera(35.0), exteriors[:, None], points, measured)
+    for name in ("v", *cam.BLOCKS):
+        getattr(result, name)[...] *= 2.0
+    for array, copy in zip((exteriors, points, measured), before):
+        np.testing.assert_array_equal(array, copy)
+
+
+def test_camera_cannot_be_changed_and_compares_by_value():
+    camera = Camera(35, K1=1e-4)
+    assert camera == Camera(35.0, K1=1e-4) and isinstance(camera.c, float)
+    with pytest.raises(AttributeError):
+        camera.c = 3.0
+    assert list(camera.interior[:4]) == [35.0, 0.0, 0.0, 1e-4]

@@ -1,0 +1,189 @@
+"""Exercise feedback of chapter 6: right answers pass, each slip is named."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import bundle, datasets, plot
+from pgm_lab.camera import Camera
+from pgm_lab.checks import CheckFailed, chapter6
+
+
+def count(rays, photos, points, parameters, held=0):
+    unknowns = parameters + 6 * photos + 3 * (points - held)
+    return 2 * rays - unknowns + (7 if held == 0 else 0)
+
+
+def eliminated(K, E, V):
+    return K - (E @ np.linalg.inv(V) @ E.swapaxes(1, 2)).sum(axis=0)
+
+
+def eliminated_in_a_loop(K, E, V):
+    S = K.copy()
+    for one, own in zip(E, V):
+        S -= one @ np.linalg.solve(own, one.T)
+    return S
+
+
+def through_the_whole(K, E, V):
+    """Inverts the matrix of all unknowns, which a free network does not allow."""
+    k, n = len(K), len(V)
+    N = np.zeros((k + 3 * n, k + 3 * n))
+    N[:k, :k] = K
+    N[:k, k:] = E.swapaxes(0, 1).reshape(k, 3 * n)
+    N[k:, :k] = N[:k, k:].T
+    for j, own in enumerate(V):
+        N[k + 3 * j : k + 3 * j + 3, k + 3 * j : k + 3 * j + 3] = own
+    return np.linalg.inv(np.linalg.inv(N)[:k, :k])
+
+
+def regular_only(K, E, V):
+    """Stops, as an inverse may, when what is left is singular."""
+    S = eliminated(K, E, V)
+    if np.linalg.cond(S) > 1e12:
+        raise np.linalg.LinAlgError("Singular matrix")
+    return S
+
+
+def band(r, C):
+    J = r[:, None] ** (3, 5, 7)
+    return np.sqrt(np.einsum("ni,ij,nj->n", J, C, J))
+
+
+def band_by_matrices(r, C):
+    J = np.column_stack([r**3, r**5, r**7])
+    return np.diag(J @ C @ J.T) ** 0.5
+
+
+@pytest.fixture(scope="module")
+def calibration():
+    data = datasets.muliawan2013()
+    start = Camera(*data.interior), data.exteriors, data.object_points
+    return bundle.adjust(
+        bundle.Network(*start, data.photo, data.point, data.xy, data.sigma)
+    )
+
+
+def test_right_answers_pass(capsys):
+    chapter6.redundancy(count)
+    chapter6.redundancy(lambda *case: float(count(*case)))
+    chapter6.reduced(eliminated)
+    chapter6.reduced(eliminated_in_a_loop)
+    chapter6.band(band)
+    chapter6.band(band_by_matrices)
+    assert capsys.readouterr().out.count("✓") == 6
+
+
+def test_right_answers_are_what_the_package_computes(calibration):
+    assert count(450, 9, 50, 10) == calibration.redundancy
+    r = np.linspace(0, 10, 21)
+    C = calibration.covariance_interior[3:6, 3:6]
+    _, sd = plot.bundle.lens_profile(calibration, r)
+    # The two differ by rounding alone
+    np.testing.assert_allclose(band(r, C), sd, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *c: None, "returns nothing"),
+        (lambda *c: count(*c) - c[0], "two observations"),
+        (lambda *c: count(*c) - 14 * (c[4] == 0), "its sign"),
+        (lambda *c: count(*c) - 7 * (c[4] == 0), "inner constraints are missing"),
+        (lambda *c: count(*c) + 7 * (c[4] > 0), "no inner constraints"),
+        (lambda *c: count(*c) - 3 * c[4], "still counted as unknowns"),
+        (lambda *c: count(*c[:4]), "and constraints come on top"),
+        (lambda *c: count(*c) - 6 * c[4], "fewer unknowns"),
+        (lambda *c: count(*c) - 2 * c[4], "three coordinates"),
+        (lambda *c: count(*c) + c[3], "camera are missing"),
+        (lambda *c: count(*c) + c[3] - c[3] * c[1], "count once"),
+        (lambda *c: count(*c) + 6 * c[1], "six unknowns of a photo"),
+        (lambda *c: count(*c) + 3 * c[1], "position and attitude"),
+        (lambda *c: count(*c) + c[2] - c[4], "three coordinates"),
+        (lambda *c: count(*c) + (7 - c[4]) * (c[4] > 0), "not fewer of them"),
+        (lambda *c: 700, "counted otherwise"),
+        (lambda *c: 693, "not for any"),
+        (lambda *c: count(*c) + 1 * (c[4] > 0), "not with them"),
+    ],
+)
+def test_slips_in_redundancy_are_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.redundancy(function)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda K, E, V: None, "returns nothing"),
+        (lambda K, E, V: 2 * K - eliminated(K, E, V), "take something away"),
+        (lambda K, E, V: K - eliminated(K, E, V), "K is missing"),
+        (
+            lambda K, E, V: K - (E @ V @ E.swapaxes(1, 2)).sum(axis=0),
+            "to be inverted",
+        ),
+        (
+            lambda K, E, V: K - (E @ (1 / V) @ E.swapaxes(1, 2)).sum(axis=0),
+            "not the inverse",
+        ),
+        (lambda K, E, V: eliminated(K, E[:1], V[:1]), "not the first alone"),
+        (lambda K, E, V: eliminated(K, E[-1:], V[-1:]), "not the last alone"),
+        (
+            lambda K, E, V: K - (K - eliminated(K, E, V)) / len(V),
+            "not their mean",
+        ),
+        (
+            lambda K, E, V: eliminated(K, E.sum(axis=0)[None], V.sum(axis=0)[None]),
+            "the sum over the points last",
+        ),
+        (lambda K, E, V: through_the_whole(K, E, V), "whole normal matrix is singular"),
+        (lambda K, E, V: regular_only(K, E, V), "whole normal matrix is singular"),
+        (lambda K, E, V: np.linalg.inv(eliminated(K, E, V)), "leave it as equations"),
+        (lambda K, E, V: np.triu(eliminated(K, E, V)), "not symmetric"),
+        (lambda K, E, V: K, "not that of the whole"),
+        (
+            lambda K, E, V: eliminated(K, E, V) if len(V) > 1 else K,
+            "single point",
+        ),
+        (lambda K, E, V: E[0], "must return shape"),
+    ],
+)
+def test_slips_in_eliminating_points_are_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.reduced(function)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda r, C: None, "returns nothing"),
+        (lambda r, C: band(r, C) ** 2, "take the root"),
+        (lambda r, C: band(r, np.diag(np.diag(C))), "covariances between"),
+        (lambda r, C: band(r, np.diag(np.diag(C) ** 2)), "holds variances"),
+        (
+            lambda r, C: np.sqrt(r[:, None] ** (3, 5, 7) @ np.diag(C)),
+            "derivatives enter twice",
+        ),
+        (lambda r, C: band(r, (C + np.diag(np.diag(C))) / 2), "covariance counts"),
+        (
+            lambda r, C: r[:, None] ** (3, 5, 7) @ np.sqrt(np.diag(C)),
+            "do not simply add",
+        ),
+        (
+            lambda r, C: np.sqrt(
+                np.einsum(
+                    "ni,ij,nj->n", r[:, None] ** (2, 4, 6), C, r[:, None] ** (2, 4, 6)
+                )
+            ),
+            "powers are 3, 5 and 7",
+        ),
+        (lambda r, C: 1.96 * band(r, C), "95 per cent"),
+        (lambda r, C: 2 * band(r, C), "not two"),
+        (lambda r, C: 1000 * band(r, C), "not micrometres"),
+        (lambda r, C: band(r, C) + 1e-3, "at r = 0"),
+        (lambda r, C: 1.1 * band(r, C), "does not follow"),
+        (lambda r, C: 1.001 * band(r, C), "does not follow"),
+        (lambda r, C: band(r, C)[:2], "must return shape"),
+    ],
+)
+def test_slips_in_the_band_of_the_lens_are_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.band(function)

@@ -1,0 +1,246 @@
+"""Resampling: exact where theory says so, and the same as other programs.
+
+What this does not prove: which method is best for real images; how the bias depends on
+texture is measured by tools/studies/interpolation_bias.py.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import interpolate, ndimage
+from skimage import transform
+
+from pgm_lab import image, simulate
+
+METHODS = ("nearest", "bilinear", "cubic", "spline3", "spline5")
+DEGREES = {"nearest": 0, "bilinear": 1, "cubic": 2, "spline3": 3, "spline5": 5}
+# A spline feels the mirror at the border: 0.43 per pixel for the quintic one, so that
+# 40 pixels leave 1e-15 of it; cubic convolution reaches two pixels
+MARGIN = 42
+SEED = st.integers(0, 2**32 - 1)
+
+
+def random_points(n=200, low=(0, 0), high=(29, 19), seed=1):
+    """(column, row) for an image with 20 rows and 30 columns."""
+    return np.random.default_rng(seed).uniform(low, high, (n, 2))
+
+
+@pytest.fixture
+def noise():
+    return np.random.default_rng(0).uniform(0, 255, (20, 30))
+
+
+def polynomial(degree, rng):
+    """A polynomial in x and y, of this degree in each, of the order of one."""
+    coefficients = rng.normal(size=(degree + 1, degree + 1))
+
+    def value(x, y):
+        return np.polynomial.polynomial.polyval2d(x / 50 - 1, y / 50 - 1, coefficients)
+
+    return value
+
+
+@pytest.mark.parametrize("method", METHODS)
+@given(seed=SEED)
+def test_reproduces_polynomials_up_to_its_degree_in_the_interior(method, seed):
+    rng = np.random.default_rng(seed)
+    value = polynomial(DEGREES[method], rng)
+    rows, columns = np.indices((100, 110))
+    points = rng.uniform(MARGIN, 99 - MARGIN, (20, 2))
+    found = image.resample(value(columns, rows), points, method)
+    # Coefficients of order one, up to 36 of them; splines filter with rounding errors
+    np.testing.assert_allclose(found, value(*points.T), rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_does_not_reproduce_the_next_degree(method):
+    """So the test above is not blind, and no method promises less than it holds."""
+    degree = DEGREES[method] + 1
+    columns = np.indices((100, 100))[1]
+    points = (MARGIN + 7.3, MARGIN + 4.1)
+    found = image.resample(((columns - 50.0) / 2) ** degree, points, method)
+    assert abs(found - ((points[0] - 50) / 2) ** degree) > 1e-4
+
+
+@pytest.mark.parametrize("method", METHODS[1:])
+def test_bilinear_plane_holds_to_the_border_and_splines_of_a_mirrored_wave_too(method):
+    rows, columns = np.indices((20, 30))
+    points = random_points()
+    if method == "bilinear":
+        value = lambda x, y: 3 * x - 2 * y + 1  # noqa: E731
+        tolerance = 1e-12
+    else:  # cos(pi k x / (n - 1)) continues as in a mirror
+        value = lambda x, y: np.cos(np.pi * 2 * x / 29) * np.cos(np.pi * y / 19)  # noqa: E731
+        # (pi f)^4 and so on, for f = 1 / 29: cubic convolution loses most
+        tolerance = {"cubic": 2e-3, "spline3": 2e-4, "spline5": 1e-5}[method]
+    found = image.resample(value(columns, rows), points, method)
+    np.testing.assert_allclose(found, value(*points.T), rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
+@pytest.mark.parametrize("method", METHODS)
+def test_pixel_centres_give_the_pixels_and_the_image_stays(method, dtype):
+    highest = 65535 if dtype == np.uint16 else 255
+    rng = np.random.default_rng(3)
+    grey = rng.integers(0, highest + 1, (20, 30)).astype(dtype)
+    before = grey.copy()
+    rows, columns = np.indices(grey.shape)
+    found = image.resample(grey, np.stack([columns, rows], axis=-1), method)
+    assert found.dtype == np.float64 and found.shape == grey.shape
+    np.testing.assert_allclose(found, before, rtol=0, atol=1e-11 * highest)
+    np.testing.assert_array_equal(grey, before)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@given(seed=SEED, gain=st.floats(-5, 5), offset=st.floats(-1000, 1000))
+def test_follows_gain_and_offset_of_the_grey_values(method, seed, gain, offset):
+    """Linear, and the weights sum to one, up to the border."""
+    grey = np.random.default_rng(seed).uniform(0, 255, (20, 30))
+    points = random_points(30, seed=seed)
+    found = image.resample(gain * grey + offset, points, method)
+    expected = gain * image.resample(grey, points, method) + offset
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@given(seed=SEED)
+def test_mirrored_and_transposed_images_give_mirrored_and_transposed_values(
+    method, seed
+):
+    grey = np.random.default_rng(seed).uniform(0, 255, (20, 30))
+    x, y = random_points(30, seed=seed).T
+    found = image.resample(grey, np.stack([x, y], axis=-1), method)
+    turned = image.resample(grey.T, np.stack([y, x], axis=-1), method)
+    np.testing.assert_allclose(turned, found, rtol=0, atol=1e-9)
+    mirrored = image.resample(grey[:, ::-1], np.stack([29 - x, y], axis=-1), method)
+    np.testing.assert_allclose(mirrored, found, rtol=0, atol=1e-9)
+
+
+@given(st.floats(0, 29), st.floats(0, 19), SEED)
+def test_nearest_and_bilinear_stay_between_the_pixels_around(x, y, seed):
+    grey = np.random.default_rng(seed).uniform(0, 255, (20, 30))
+    c, r = int(x), int(y)
+    around = grey[r : r + 2, c : c + 2]
+    for method in ("nearest", "bilinear"):
+        value = image.resample(grey, (x, y), method)
+        assert around.min() - 1e-9 <= value <= around.max() + 1e-9
+
+
+def test_nearest_takes_the_pixel_whose_square_holds_the_point(noise):
+    points = [(3.49, 4.0), (3.51, 4.0), (3.0, 4.51), (2.5, 3.5), (29.0, 18.6)]
+    expected = noise[[4, 4, 5, 4, 19], [3, 4, 3, 3, 29]]
+    np.testing.assert_array_equal(image.resample(noise, points, "nearest"), expected)
+
+
+def test_bilinear_is_that_of_map_coordinates_and_of_skimage(noise):
+    points = random_points()
+    found = image.resample(noise, points, "bilinear")
+    other = ndimage.map_coordinates(noise, points.T[::-1], order=1)
+    np.testing.assert_allclose(found, other, rtol=0, atol=1e-11)
+    warped = transform.warp(
+        noise, points.T[::-1].reshape(2, 10, 20), order=1, mode="edge"
+    )
+    np.testing.assert_allclose(found, warped.ravel(), rtol=0, atol=1e-11)
+
+
+def test_cubic_convolution_is_that_of_skimage_which_takes_a_minus_half(noise):
+    """skimage's order 3 is no spline where a warp is affine; Catmull-Rom, as ours."""
+    affine = transform.AffineTransform(scale=(0.41, 0.37), translation=(5.2, 4.3))
+    warped = transform.warp(noise, affine, order=3, output_shape=(25, 30), clip=False)
+    rows, columns = np.indices((25, 30))
+    points = affine(np.stack([columns.ravel(), rows.ravel()], axis=-1))
+    found = image.resample(noise, points, "cubic")
+    np.testing.assert_allclose(found, warped.ravel(), rtol=0, atol=1e-9)
+
+
+def keys(s):
+    """Keys 1981, (15), written down once more, as a function of the distance."""
+    s = np.abs(s)
+    near = 1.5 * s**3 - 2.5 * s**2 + 1
+    far = -0.5 * s**3 + 2.5 * s**2 - 4 * s + 2
+    return np.where(s < 1, near, np.where(s < 2, far, 0.0))
+
+
+def test_cubic_convolution_is_the_sum_over_all_pixels_of_keys_kernel(noise):
+    """All pixels of the image, mirrored on all sides: 16 of them count."""
+    wide = np.pad(noise, 5, mode="reflect")
+    for x, y in random_points(50):
+        along_rows = keys(np.arange(-5, 25) - y)
+        along_columns = keys(np.arange(-5, 35) - x)
+        expected = along_rows @ wide @ along_columns
+        found = image.resample(noise, (x, y), "cubic")
+        assert found == pytest.approx(expected, abs=1e-10)
+
+
+@pytest.mark.parametrize(("method", "degree"), [("spline3", 3), ("spline5", 5)])
+def test_splines_are_those_through_a_mirrored_image(noise, method, degree):
+    """Far from its ends, a spline does not feel how it ends: scipy.interpolate."""
+    wide = np.pad(noise, 60, mode="reflect")
+    spline = interpolate.RectBivariateSpline(
+        np.arange(-60, 80), np.arange(-60, 90), wide, kx=degree, ky=degree, s=0
+    )
+    points = random_points()
+    found = image.resample(noise, points, method)
+    expected = spline(points[:, 1], points[:, 0], grid=False)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+
+
+def test_better_methods_come_closer_to_a_soft_texture():
+    texture = simulate.texture(0.2, seed=8)
+    grey, _ = simulate.texture_pair(texture, (120, 120), (0, 1, 0, 0, 0, 1))
+    points = random_points(2000, (40, 40), (80, 80))
+    truth = simulate.grey_values(texture, points)
+    errors = [np.std(image.resample(grey, points, m) - truth) for m in METHODS]
+    assert np.all(np.diff(errors) < 0)
+    assert errors[-1] < 0.02  # grey values, of a contrast of 40
+
+
+def test_points_may_have_any_leading_axes(noise):
+    points = random_points(24).reshape(2, 3, 4, 2)
+    for method in METHODS:
+        found = image.resample(noise, points, method)
+        assert found.shape == (2, 3, 4)
+        alone = image.resample(noise, points[1, 2, 3], method)
+        assert alone.shape == () and alone == pytest.approx(found[1, 2, 3], abs=1e-10)
+        assert image.resample(noise, np.empty((0, 2)), method).shape == (0,)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "point", [(-1e-6, 3), (29.000001, 3), (3, -0.4), (3, 19.4), (1e9, 3)]
+)
+def test_a_point_outside_is_refused_or_gets_the_value_asked_for(noise, method, point):
+    points = [(3.5, 4.5), point, (29.0, 19.0)]
+    with pytest.raises(ValueError, match=r"1 of 3 points lie outside .* \(29, 19\)"):
+        image.resample(noise, points, method)
+    with pytest.raises(ValueError, match=r"points \[1\]\. Leave them out"):
+        image.resample(noise, points, method)
+    for value in (np.nan, 0.0, -5):
+        found = image.resample(noise, points, method, outside=value)
+        inside = image.resample(noise, [points[0], points[2]], method)
+        np.testing.assert_array_equal(found, [inside[0], value, inside[1]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_smallest_image_has_four_pixels(method):
+    grey = [[1.0, 2.0], [3.0, 4.0]]
+    corners = [(0, 0), (1, 0), (0, 1), (1, 1)]
+    np.testing.assert_allclose(image.resample(grey, corners, method), [1, 2, 3, 4])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((np.zeros(5), (0, 0)), "image must have shape"),
+        ((np.zeros((5, 5, 3)), (0, 0)), "channel of a colour image"),
+        ((np.zeros((1, 5)), (0, 0)), "at least 2 x 2 pixels"),
+        ((np.full((5, 5), np.nan), (0, 0)), r"image\[0, 0\] is not a finite"),
+        ((np.zeros((5, 5)), (0, 0, 0)), r"points must have shape \(\.\.\., 2\)"),
+        ((np.zeros((5, 5)), (0, np.nan)), r"points\[1\] is not a finite"),
+        ((np.zeros((5, 5)), (0, 0), "linear"), "method must be one of 'nearest'"),
+    ],
+)
+def test_bad_input_says_what_was_expected(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        image.resample(*arguments)

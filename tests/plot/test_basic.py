@@ -1,0 +1,119 @@
+"""Figures and tables: what reaches the notebook."""
+
+import base64
+
+import cv2
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from pgm_lab import plot
+
+
+@pytest.fixture
+def published(monkeypatch):
+    """Collect what would be shown."""
+    shown = []
+    monkeypatch.setattr(
+        plot.basic, "publish_display_data", lambda *parts: shown.append(parts)
+    )
+    return shown
+
+
+def test_figure_carries_its_alt_text_and_is_closed(published):
+    fig = plt.figure(figsize=(5, 3))
+    plot.show(fig, "A point & a line.", dpi=50)
+    data, metadata = published[0]
+    assert data["text/plain"] == "A point & a line."
+    assert metadata["image/png"] == {"alt": "A point & a line.", "width": 480}
+    coded = np.frombuffer(base64.b64decode(data["image/png"]), np.uint8)
+    assert cv2.imdecode(coded, cv2.IMREAD_COLOR).shape == (150, 250, 3)
+    assert not plt.fignum_exists(fig.number)
+
+
+def test_few_colours_make_a_photo_smaller_and_keep_its_rare_colours(published):
+    photo = np.random.default_rng(1).integers(0, 256, (60, 60))
+    for colours in (None, 64):
+        fig, ax = plt.subplots(figsize=(4, 4))
+        ax.imshow(photo, cmap="gray")
+        ax.plot(30, 30, "o", color=plot.RED, markersize=12)
+        plot.show(fig, "Noise and a dot.", colours=colours)
+    full, small = (base64.b64decode(data["image/png"]) for data, _ in published)
+    assert len(small) < 0.6 * len(full)
+    pixels = cv2.imdecode(np.frombuffer(small, np.uint8), cv2.IMREAD_COLOR)
+    pixels = pixels.reshape(-1, 3).astype(int)
+    assert len(np.unique(pixels, axis=0)) <= 64
+    dot = np.array([int(plot.RED[i : i + 2], 16) for i in (5, 3, 1)])
+    assert np.abs(pixels - dot).max(axis=1).min() < 16  # the dot is still red
+
+
+def test_figure_without_alt_text_is_refused(published):
+    fig = plt.figure()
+    with pytest.raises(ValueError, match="alt must say in words"):
+        plot.show(fig, " ")
+    plt.close(fig)
+    assert not published
+
+
+def test_table_has_a_caption_heads_and_escaped_cells(published):
+    plot.table(["point", "x (mm)"], [["A<B", 1.5], ["C", "2"]], "Two points")
+    (data,) = published[0]
+    assert "<caption>Two points</caption>" in data["text/html"]
+    assert '<th scope="col">x (mm)</th>' in data["text/html"]
+    assert '<th scope="row" class="text">A&lt;B</th><td>1.5</td>' in data["text/html"]
+    assert data["text/plain"] == "Two points\npoint  x (mm)\nA<B    1.5\nC      2"
+
+
+def test_table_without_rows_shows_its_heads(published):
+    plot.table(["a", "b"], [], "Nothing yet")
+    (data,) = published[0]
+    assert data["text/html"].count('<th scope="col">') == 2
+
+
+def test_table_with_a_short_row_is_refused(published):
+    with pytest.raises(ValueError, match="row 1 has 1 cells, the header has 2"):
+        plot.table(["a", "b"], [[1, 2], [3]], "Short")
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("-4.98644", True),
+        ("6.10 µm", True),
+        ("23.600001 ± 0.000004", True),
+        ("40,000", True),
+        ("(2.5b)", False),
+        ("39,000 to 43,000", False),
+        ("x", False),
+    ],
+)
+def test_numbers_are_told_from_words(text, number):
+    assert plot.basic._is_number(text) == number
+
+
+@pytest.mark.parametrize("probability", [0.9, 0.95])
+def test_error_ellipse_holds_the_stated_share_of_points(probability):
+    covariance = np.array([[4.0, 1.5], [1.5, 1.0]])
+    fig, ax = plt.subplots()
+    ellipse = plot.error_ellipse(ax, (2.0, -1.0), covariance, probability=probability)
+    points = multivariate_normal((2.0, -1.0), covariance, seed=3).rvs(20_000)
+    inside = ellipse.get_path().contains_points(
+        ellipse.get_patch_transform().inverted().transform(points)
+    )
+    plt.close(fig)
+    # 20,000 points give the share to 0.2 per cent; four of them
+    assert inside.mean() == pytest.approx(probability, abs=0.009)
+
+
+def test_error_ellipse_is_that_of_95_per_cent_unless_said_otherwise():
+    fig, ax = plt.subplots()
+    ellipse = plot.error_ellipse(ax, (0, 0), np.eye(2))
+    plt.close(fig)
+    assert ellipse.width == pytest.approx(2 * np.sqrt(-2 * np.log(0.05)))
+
+
+def test_palette_is_told_apart_by_its_lightness_too():
+    colours = plt.matplotlib.colors.to_rgba_array([plot.BLUE, plot.RED, plot.YELLOW])
+    lightness = colours[:, :3] @ (0.2126, 0.7152, 0.0722)
+    assert np.all(np.diff(lightness) > 0.05)

@@ -1,0 +1,47 @@
+"""The HTML report of a bundle adjustment, as a reader's browser shows it."""
+
+import pytest
+
+from pgm_lab import bundle, datasets
+from pgm_lab.camera import Camera
+from pgm_lab.report import html
+from publish.browser import offline_context
+from publish.selfcontained import problems
+from tests.publish.look import axe_violations, bad_images, load_axe
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    """The network of 2013 with its blunders, so that there is something to warn of."""
+    data = datasets.muliawan2013()
+    rays = data.photo, data.point, data.xy, data.sigma
+    camera = Camera(*data.interior)
+    network = bundle.Network(camera, data.exteriors, data.object_points, *rays)
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    page = html(bundle.adjust(network), about="Nine photos of 2013.")
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+def test_the_page_holds_all_it_shows(report):
+    assert problems(report.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_everyone_can_read_the_page(browser, report, scheme, width):
+    """On a telephone and on a screen; only tables may scroll sideways."""
+    viewport = {"width": width, "height": 900}
+    context = offline_context(browser, color_scheme=scheme, viewport=viewport)
+    page = context.new_page()
+    requests = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(report.as_uri())
+    load_axe(page)
+    assert axe_violations(page) == []
+    assert bad_images(page) == []
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert paper == {"light": "rgb(255, 255, 255)", "dark": "rgb(23, 24, 27)"}[scheme]
+    assert [url for url in requests if not url.startswith("data:")] == [report.as_uri()]
+    context.close()

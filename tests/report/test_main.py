@@ -1,0 +1,287 @@
+"""The command line of the bundle adjustment: exit codes, messages, files it leaves."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from pgm_lab import bundle, report
+from pgm_lab.bundle import _numbers
+from pgm_lab.report import __main__ as command
+from tests.networks import real
+
+
+@pytest.fixture(scope="module")
+def network():
+    return real()
+
+
+@pytest.fixture
+def files(network, tmp_path):
+    """The four files of the source, in a folder with a space in its name."""
+    folder = tmp_path / "my network"
+    return [str(path) for path in bundle.write(network, folder)]
+
+
+@pytest.fixture
+def reports(tmp_path):
+    folder = tmp_path / "reports"
+    folder.mkdir()
+    return folder
+
+
+def run(*arguments):
+    return command.main([str(argument) for argument in arguments])
+
+
+def refused(capsys, *arguments):
+    """Return what a wrong call says; it ends with 2 and prints nothing else."""
+    with pytest.raises(SystemExit) as end:
+        run(*arguments)
+    output = capsys.readouterr()
+    assert end.value.code == 2 and output.out == ""
+    return output.err
+
+
+def test_the_short_report_is_printed_and_the_long_ones_written(
+    files, reports, network, capsys
+):
+    html, text = reports / "a.html", reports / "b.TXT"
+    assert run(*files, "--report", html, "--report", text) == 0
+    output = capsys.readouterr()
+    result = bundle.adjust(network)
+    about = "From interior.txt, exterior.txt, points.txt, image.txt."
+    assert output.out == report.text(result, about=about, short=True) + "\n"
+    assert output.err == ""
+    assert text.read_text(encoding="utf-8") == report.text(result, about=about)
+    assert html.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    assert sorted(os.listdir(reports)) == ["a.html", "b.TXT"]
+
+
+def test_as_a_program_of_its_own(files, reports):
+    """Printed as bytes, so that the output does not depend on the code page here."""
+    call = [sys.executable, "-m", "pgm_lab.bundle", *files]
+    environment = os.environ | {"PYTHONIOENCODING": "ascii", "OMP_NUM_THREADS": "1"}
+    call += ["--estimate", "c,x0,y0", "--report", str(reports / "r.txt")]
+    done = subprocess.run(call, capture_output=True, env=environment, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert b"so the image coordinates are about 2.5 times better" in done.stdout
+    assert b"0.4 ?m" in done.stdout  # a console without the sign must not break
+    assert done.stderr == b""  # no progress bar where nobody watches
+    assert os.listdir(reports) == ["r.txt"]
+
+
+def test_the_options_reach_the_adjustment(files, network, reports, capsys):
+    options = (
+        "--estimate c,x0,y0,K1 --lens forward --datum photos --sigma 0.0004".split()
+    )
+    assert run(*files, *options, "--report", reports / "r.txt") == 0
+    again = bundle.read(*files, lens="forward", sigma=0.0004)
+    result = bundle.adjust(again, ("c", "x0", "y0", "K1"), "photos")
+    about = "From interior.txt, exterior.txt, points.txt, image.txt."
+    written = (reports / "r.txt").read_text(encoding="utf-8")
+    assert written == report.text(result, about=about)
+    assert "modelled forward" in written and "projection centres" in written
+    assert run(*files, "--estimate", "none") == 0
+    assert "35  mm     held" in capsys.readouterr().out
+
+
+def test_snooping_takes_out_what_the_function_does(files, network, capsys):
+    assert run(*files, "--snoop", "--estimate", "c,x0,y0,K1,K2,K3") == 0
+    found = bundle.snoop(network, ("c", "x0", "y0", "K1", "K2", "K3"))
+    assert len(found.removed) > 0
+    rays = f"Data snooping took out {len(found.removed)} rays"
+    assert rays in capsys.readouterr().out
+
+
+def spoil(path, line, text):
+    with open(path, encoding="utf-8") as file:
+        lines = file.read().split("\n")
+    lines[line - 1] = text
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines))
+
+
+SPOILT = {
+    "not a number": (2, 40, "39 1 2 three", "'three' is not a number"),
+    "columns": (1, 3, "2 1.29 0.06 3.05", "4 column(s), where exterior orientations"),
+    "unknown id": (3, 9, "51 1 1 1 0.001 0.001", "point 51 is not in points.txt"),
+    "degrees": (1, 2, "1 74.9 4.8 84.2 111 373 362", "radians are expected"),
+    "sigma": (
+        3,
+        2,
+        "1 1 -4.23 1.05 0 0.001",
+        "a standard deviation must be above zero",
+    ),
+    "twice": (2, 3, "1 1 2 3", "point 1 stands in line 2 already"),
+}
+
+
+@pytest.mark.parametrize(
+    "which, line, text, reason", SPOILT.values(), ids=SPOILT.keys()
+)
+def test_a_bad_file_ends_with_1_and_its_line_and_leaves_nothing(
+    files, reports, capsys, which, line, text, reason
+):
+    spoil(files[which], line, text)
+    assert run(*files, "--report", reports / "r.html") == 1
+    output = capsys.readouterr()
+    assert f"{files[which]}, line {line}: " in output.err and reason in output.err
+    assert "Traceback" not in output.err and output.out == ""
+    assert len(output.err.splitlines()) == 1
+    assert os.listdir(reports) == []
+
+
+def test_a_missing_file_ends_with_1(files, capsys):
+    assert run(*files[:3], files[3] + "x") == 1
+    assert "image.txtx: there is no such file" in capsys.readouterr().err
+
+
+def test_an_impossible_adjustment_ends_with_1_and_names_what_is_missing(
+    files, network, reports, capsys
+):
+    lone = np.flatnonzero((network.point == 4) & (network.photo > 0))
+    bundle.write(network.without(lone), os.path.dirname(files[0]), overwrite=True)
+    assert run(*files, "--report", reports / "r.html") == 1
+    output = capsys.readouterr()
+    assert "point 5" in output.err and "two rays" in output.err and output.out == ""
+    assert os.listdir(reports) == []
+
+
+def test_what_does_not_converge_is_not_reported(files, reports, capsys, monkeypatch):
+    """The start lies far away, and nearly no iteration is granted."""
+    monkeypatch.setattr(
+        bundle,
+        "adjust",
+        lambda *a, adjust=bundle.adjust, **k: adjust(*a, max_iterations=2, **k),
+    )
+    assert run(*files, "--report", reports / "r.html") == 1
+    output = capsys.readouterr()
+    assert "did not converge (too many iterations after 2 iterations)" in output.err
+    assert "that x points right and y up" in output.err
+    assert output.out == "" and os.listdir(reports) == []
+
+
+def test_a_report_is_replaced_only_by_force(files, reports, capsys):
+    report = reports / "r.txt"
+    report.write_text("mine")
+    message = refused(capsys, *files, "--report", report)
+    assert "it is there already; --force replaces it" in message
+    assert report.read_text() == "mine"
+    assert run(*files, "--report", report, "--force") == 0
+    assert report.read_text(encoding="utf-8").startswith("Bundle adjustment")
+
+
+def test_a_report_that_another_wrote_meanwhile_stays(
+    files, reports, capsys, monkeypatch
+):
+    report, adjust = reports / "r.txt", bundle.adjust
+
+    def meanwhile(*arguments, **options):
+        report.write_text("theirs")
+        return adjust(*arguments, **options)
+
+    monkeypatch.setattr(bundle, "adjust", meanwhile)
+    assert run(*files, "--report", report) == 1
+    assert "r.txt is there already, and is not overwritten" in capsys.readouterr().err
+    assert report.read_text() == "theirs" and os.listdir(reports) == ["r.txt"]
+
+
+def test_an_input_is_never_replaced(files, reports, capsys):
+    before = open(files[2]).read()
+    message = refused(capsys, *files, "--report", files[2], "--force")
+    assert "an input, or another report, has this name" in message
+    report = ["--report", reports / "r.html"]
+    assert "another report" in refused(capsys, *files, *report, *report)
+    assert open(files[2]).read() == before
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["--report", "r.pdf"], "the name must end in .html, .htm, .txt"),
+        (["--report", "nowhere/r.html"], "there is no folder nowhere"),
+        (["--estimate", "c,f"], "'f' is none of c,x0,y0,K1"),
+        (["--estimate", ""], "'' is none of"),
+        (["--lens", "sideways"], "invalid choice: 'sideways'"),
+        (["--datum", "fixed"], "invalid choice: 'fixed'"),
+        (["--sigma", "0"], "'0' is no number above zero"),
+        (["--sigma", "nan"], "'nan' is no number above zero"),
+        (["--sigma", "x"], "'x' is no number above zero"),
+        (["--colour"], "unrecognized arguments"),
+    ],
+)
+def test_a_wrong_call_ends_with_2(files, capsys, arguments, message):
+    assert message in refused(capsys, *files, *arguments)
+
+
+def test_too_few_files_end_with_2(files, capsys):
+    assert "image" in refused(capsys, *files[:3])
+
+
+@pytest.mark.parametrize("failure", ["drawing", "writing", "renaming"])
+def test_nothing_half_written_is_left(files, reports, capsys, monkeypatch, failure):
+    """The disk is full in the middle of a report; an older report stays as it was."""
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    old = reports / "r.txt"
+    old.write_text("old")
+    if failure == "drawing":
+        monkeypatch.setitem(command.WRITERS, ".html", full)
+    else:
+        name = {"writing": "open", "renaming": "replace"}[failure]
+        monkeypatch.setattr(_numbers.Path, name, broken(name, full))
+    arguments = ["--report", old, "--report", reports / "r.html", "--force"]
+    assert run(*files, *arguments) == 1
+    assert "No space left on device" in capsys.readouterr().err
+    assert os.listdir(reports) == ["r.txt"]
+    assert old.read_text() == "old"
+
+
+def broken(name, full):
+    """Return a method of Path that breaks off half way through a report."""
+    original = getattr(_numbers.Path, name)
+
+    def method(self, *arguments, **options):
+        if not self.name.endswith(".part"):
+            return original(self, *arguments, **options)
+        if name == "open":
+            with original(self, *arguments, **options) as file:
+                file.write("<!DOCTYPE ht")
+        return full()
+
+    return method
+
+
+def test_a_bar_is_shown_where_somebody_watches(files, capsys, monkeypatch):
+    asked = []
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    adjust = bundle.adjust
+    monkeypatch.setattr(
+        bundle, "adjust", lambda *a, **k: asked.append(k["progress"]) or adjust(*a, **k)
+    )
+    assert run(*files, "--estimate", "c") == 0
+    assert asked == [True]
+
+
+def test_an_interruption_is_said_in_one_line(files, capsys, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bundle, "read", interrupt)
+    assert run(*files) == 1
+    assert capsys.readouterr().err == "python -m pgm_lab.report: interrupted\n"
+
+
+def test_the_help_names_the_columns_of_each_file(capsys):
+    with pytest.raises(SystemExit) as end:
+        run("--help")
+    assert end.value.code == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for columns in ("photo omega phi kappa XL YL ZL", "point photo x y sx sy"):
+        assert columns in text
+    assert "scale bars and several cameras have no place in the files" in text

@@ -1,0 +1,1 @@
+"""The seeded scripts that make the tables in data/results."""
