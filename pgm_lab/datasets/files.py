@@ -8,7 +8,7 @@ import numpy as np
 
 
 def rows(name: str) -> list[dict[str, str]]:
-    """Rows of a CSV file in ``data/`` as dictionaries, or of a folder with one a chapter.
+    """Rows of a CSV file in ``data/``, or of a folder of them, as dictionaries.
 
     Parameters
     ----------

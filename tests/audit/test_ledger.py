@@ -1,4 +1,4 @@
-"""The ledger itself: every row is complete, and the test and the code it names exist."""
+"""The ledger itself: every row is complete; the test and code it names exist."""
 
 import ast
 import inspect
