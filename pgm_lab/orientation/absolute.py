@@ -240,28 +240,27 @@ def _closed_form(source, target, weights) -> tuple[np.ndarray, ...]:
         np.average(points, axis=0, weights=p) for points in (source, target)
     )
     s, t = source - centroid, target - about
-    U, D, Vt = np.linalg.svd((p[:, None] * t).T @ s)
-    sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
+    R, D = rotation.best_fit((p[:, None] * t).T @ s)
     source_squares, target_squares = (p @ (points**2).sum(axis=1) for points in (s, t))
-    alignment = D @ (1, 1, sign)
-    if sign < 0:
+    scale = D.sum() / source_squares
+    if D[2] < 0:
         # v'Pv of the best rotation and of the best reflection
         rotated, mirrored = (
-            target_squares - np.array([alignment, D.sum()]) ** 2 / source_squares
+            target_squares - np.array([D.sum(), np.abs(D).sum()]) ** 2 / source_squares
         )
-        if rotated > MIRROR * max(mirrored, 1e-12 * target_squares):
+        mirrored = max(mirrored, 1e-12 * target_squares)
+        if rotated > MIRROR * mirrored:
             raise ValueError(
                 "target is a mirror image of source: with one axis turned round it"
-                f" fits {np.sqrt(rotated / max(mirrored, 1e-12 * target_squares)):.0f}"
-                " times better. Is y or z counted the other way in one of them?"
+                f" fits {np.sqrt(rotated / mirrored):.0f} times better. Is y or z"
+                " counted the other way in one of them?"
             )
-    if D[1] + sign * D[2] <= 1e-12 * D[0]:
+    if D[1] + D[2] <= 1e-12 * D[0]:
         raise ValueError(
             "source and target do not fit together: several rotations are equally bad."
             " Are the points in the same order?"
         )
-    R = U @ np.diag((1, 1, sign)) @ Vt
-    return centroid, np.array([alignment / source_squares, 0, 0, 0, *about]), R
+    return centroid, np.array([scale, 0, 0, 0, *about]), R
 
 
 def _about_origin(scale, R, about, centroid, local_covariance):

@@ -4,6 +4,8 @@ from itertools import combinations
 
 import numpy as np
 
+from pgm_lab import rotation
+
 # Share of their longest extent by which points must leave a line.
 ON_A_LINE = 1e-6
 # Distance from the dangerous cylinder, in radii, that counts as near.
@@ -159,8 +161,6 @@ def _fit(camera_points, object_points) -> tuple[np.ndarray, np.ndarray]:
     centre_c = camera_points.mean(axis=1, keepdims=True)
     centre_o = object_points.mean(axis=1, keepdims=True)
     product = np.swapaxes(camera_points - centre_c, 1, 2) @ (object_points - centre_o)
-    U, _, Vt = np.linalg.svd(product)
-    U[..., -1] *= np.linalg.det(U @ Vt)[:, None]
-    M = U @ Vt
+    M, _ = rotation.best_fit(product)
     centres = centre_o[:, 0] - np.einsum("kji,kj->ki", M, centre_c[:, 0])
     return centres, M

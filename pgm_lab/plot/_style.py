@@ -23,16 +23,6 @@ SERIES = (
 )
 
 
-def places(result, camera: int) -> dict[str, int]:
-    """Row of each estimated interior parameter of a camera in the covariance."""
-    end = f" of camera {camera + 1}" if len(result.cameras) > 1 else ""
-    return {
-        name.removesuffix(end): i
-        for i, name in enumerate(result.interior_names)
-        if name.endswith(end)
-    }
-
-
 def round_number(value: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is not above the value."""
     power = 10.0 ** np.floor(np.log10(value))

@@ -13,52 +13,12 @@ from matplotlib.patheffects import withStroke
 from scipy.stats import norm, t
 
 from pgm_lab import _validate
+from pgm_lab.bundle.lens import profile
 from pgm_lab.plot import _style, basic
 from pgm_lab.plot._style import UM
 
 CRITICAL = 3.29  # a standard normal variable exceeds it once in a thousand
 MOST_PHOTOS = 16
-RADIAL, DECENTRING = ("K1", "K2", "K3"), ("P1", "P2")
-
-
-def lens_profile(
-    result, r: np.ndarray, kind: str = "radial", camera: int = 0
-) -> tuple[np.ndarray, np.ndarray]:
-    """Distortion at a radius, and its standard deviation from all covariances.
-
-    Parameters
-    ----------
-    result : bundle.Bundle
-    r : array_like (n,)
-        Distance from the principal point, in mm.
-    kind : {"radial", "decentring"}
-        K1 r^3 + K2 r^5 + K3 r^7, or the profile sqrt(P1^2 + P2^2) r^2; a point is moved
-        by this much at right angles to the axis of the decentring, three times on it.
-    camera : int
-        Index of the camera.
-
-    Returns
-    -------
-    distortion, sd : ndarray (n,)
-        In mm. What was not estimated counts as free of error.
-    """
-    _validate.choice(kind, "kind", ("radial", "decentring"))
-    r = _validate.finite(r, "r")[:, None]
-    lens = result.cameras[camera]
-    if kind == "radial":
-        names, by_parameters = RADIAL, r ** (3, 5, 7)
-        distortion = by_parameters @ [lens.K1, lens.K2, lens.K3]
-    else:
-        P = np.array([lens.P1, lens.P2])
-        size = np.hypot(*P)
-        direction = P / size if size else np.zeros(2)
-        names, by_parameters = DECENTRING, r**2 * direction
-        distortion = size * r[:, 0] ** 2
-    place = _style.places(result, camera)
-    kept = [i for i, name in enumerate(names) if name in place]
-    rows = [place[names[i]] for i in kept]
-    J, C = by_parameters[:, kept], result.covariance_interior[np.ix_(rows, rows)]
-    return distortion, np.sqrt(np.einsum("ni,ij,nj->n", J, C, J))
 
 
 def lens_curve(
@@ -102,7 +62,7 @@ def lens_curve(
     if decentring:
         curves.append(("decentring", basic.RED, "--"))
     for kind, color, line in curves:
-        distortion, sd = lens_profile(result, r, kind, camera)
+        distortion, sd = profile(result, r, kind, camera)
         value, half = UM * distortion, UM * quantile * sd
         look = {"color": color, "linestyle": line}
         axes[0].plot(r, value, label=kind, **look)

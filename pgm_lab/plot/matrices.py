@@ -11,7 +11,8 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.plot import _style, basic
+from pgm_lab.bundle.lens import places
+from pgm_lab.plot import basic
 from pgm_lab.plot._style import SERIES, symbol
 
 EXTERIOR = ("$X_0$", "$Y_0$", "$Z_0$", r"$\omega$", r"$\varphi$", r"$\kappa$")
@@ -171,7 +172,7 @@ def correlation_matrix(result, camera: int = 0) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    place = _style.places(result, camera)
+    place = places(result, camera)
     names, rows = [symbol(name) for name in place], list(place.values())
     u = len(result.interior_names)
     among = result.correlation[np.ix_(rows, rows)].copy()

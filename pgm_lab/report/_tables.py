@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Blunder
@@ -110,7 +111,6 @@ def lens(result: Bundle) -> list[Table]:
     """Return a table of the distortion at some radii, for each camera that has any."""
     # matplotlib only when it is needed
     from pgm_lab.plot._style import round_number
-    from pgm_lab.plot.bundle import lens_profile
 
     network = result.network
     tables = []
@@ -123,7 +123,7 @@ def lens(result: Bundle) -> list[Table]:
         r = np.append(np.arange(step, 0.97 * r_max, step), r_max)
         columns = [fixed(r, 2)]
         for kind in ("radial", "decentring"):
-            curve, sd = lens_profile(result, r, kind, number)
+            curve, sd = profile(result, r, kind, number)
             columns += with_sd(UM * curve[:, None], UM * sd[:, None])
         header = ("r (mm)", "radial (µm)", "sd (µm)", "decentring (µm)", "sd (µm)")
         of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""

@@ -38,14 +38,53 @@ def nearest(M: ArrayLike) -> np.ndarray:
            [ 0.   ,  0.   ,  1.   ]])
     """
     M = _square(M)
-    U, _, Vt = np.linalg.svd(M)
     bad = np.linalg.det(M) <= 0
     if np.any(bad):
         raise ValueError(
             f"{which(bad)} has no positive determinant: it mirrors or flattens space,"
             " and no rotation is near. Is a sign of a row or column turned?"
         )
-    return U @ Vt
+    return best_fit(M)[0]
+
+
+def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation R for which R s comes nearest to t, summed over pairs of vectors.
+
+    Parameters
+    ----------
+    product : array_like (..., 3, 3)
+        Sum of t s' over the pairs, with their weights if they have any.
+
+    Returns
+    -------
+    R : ndarray (..., 3, 3)
+        Least sum of |t - R s|^2 among the rotations.
+    singular : ndarray (..., 3)
+        Singular values of the product, the largest first; their sum is that of all
+        t' R s. The last is negative if a reflection would come nearer.
+
+    Raises
+    ------
+    ValueError
+        If the shape is wrong or a number is not finite.
+
+    References
+    ----------
+    Umeyama 1991, "Least-squares estimation of transformation parameters between two
+    point patterns", IEEE PAMI 13(4).
+
+    Examples
+    --------
+    >>> source = np.eye(3)
+    >>> target = source @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]  # kappa = 90 degrees
+    >>> best_fit(target.T @ source)[0] @ [1.0, 0.0, 0.0]
+    array([0., 1., 0.])
+    """
+    U, singular, Vt = np.linalg.svd(_square(product, "product"))
+    sign = np.sign(np.linalg.det(U @ Vt))
+    U[..., -1] *= sign[..., None]
+    singular[..., -1] *= sign
+    return U @ Vt, singular
 
 
 def rotation(M: ArrayLike, tolerance: float, name: str = "M") -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, datasets, plot
+from pgm_lab import bundle, datasets
 from pgm_lab.camera import Camera
 from pgm_lab.checks import CheckFailed, chapter6
 
@@ -77,7 +77,7 @@ def test_right_answers_are_what_the_package_computes(calibration):
     assert count(450, 9, 50, 10) == calibration.redundancy
     r = np.linspace(0, 10, 21)
     C = calibration.covariance_interior[3:6, 3:6]
-    _, sd = plot.bundle.lens_profile(calibration, r)
+    _, sd = bundle.lens.profile(calibration, r)
     # The two differ by rounding alone
     np.testing.assert_allclose(band(r, C), sd, rtol=1e-9, atol=1e-15)
 
