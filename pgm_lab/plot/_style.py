@@ -23,12 +23,6 @@ SERIES = (
 )
 
 
-def round_number(value: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not above the value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(max(digit * power for digit in (1, 2, 5) if digit * power <= value))
-
-
 def symbol(name: str) -> str:
     """Parameters as formulas: "x0, P1" becomes "$x_0$, $P_1$"."""
     return re.sub(r"\b(omega|phi|kappa|(c|x|y|K|P|b|[XYZ])(\d?))\b", _formula, name)

@@ -13,6 +13,7 @@ from matplotlib.patheffects import withStroke
 from scipy.stats import norm, t
 
 from pgm_lab import _validate
+from pgm_lab._rounding import round_number
 from pgm_lab.bundle.lens import profile
 from pgm_lab.plot import _style, basic
 from pgm_lab.plot._style import UM
@@ -133,11 +134,11 @@ def residual_vectors(
     width = np.ptp(network.xy, axis=0).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
-        magnify = _style.round_number(0.16 * width / (usual / UM))
+        magnify = round_number(0.16 * width / (usual / UM))
     # All photos have one frame, which holds their points and their residuals
     drawn = np.concatenate([network.xy, network.xy + magnify * v / UM])
     low, high = drawn.min(axis=0), drawn.max(axis=0)
-    bar = _style.round_number(0.25 * width / magnify * UM)
+    bar = round_number(0.25 * width / magnify * UM)
 
     columns = int(np.ceil(np.sqrt(len(shown))))
     rows = -(-len(shown) // columns)

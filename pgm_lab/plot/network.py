@@ -10,8 +10,9 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, bundle
+from pgm_lab._rounding import round_number
 from pgm_lab.plot import basic, space
-from pgm_lab.plot._style import best_view, fill, round_number, screen, together
+from pgm_lab.plot._style import best_view, fill, screen, together
 
 MOTIONS = (
     *(f"shift in {axis}" for axis in "XYZ"),

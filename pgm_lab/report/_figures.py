@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_lab import plot
+from pgm_lab._rounding import round_number
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.plot import _style
-from pgm_lab.report._suspects import suspected
+from pgm_lab.report._misfit import suspected
 from pgm_lab.report._words import UM, count, listed
 
 DPI = 100
@@ -61,7 +61,7 @@ def mean_residuals(result: Bundle) -> tuple[Figure, str]:
     x, y, vx, vy = sums / number[filled]
     length = np.hypot(vx, vy)
     beyond = length > 3.3 * np.sqrt(np.mean(v**2) / number[filled])  # one in 230
-    unit = _style.round_number(length.max())  # half as long as a cell
+    unit = round_number(length.max())  # half as long as a cell
 
     figure, ax = plt.subplots(figsize=(9, 7))
     for which, colour in ((~beyond, plot.BLUE), (beyond, plot.RED)):

@@ -2,18 +2,17 @@
 
 import numpy as np
 
+from pgm_lab._rounding import plain
 from pgm_lab.bundle.refuse import LOOKING, mirrored_image, mirrored_object
 from pgm_lab.bundle.reliability import correlations, significance
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.report._misfit import ALPHA, blunders, control, sigma0
-from pgm_lab.report._suspects import gross, ray
+from pgm_lab.report._misfit import ALPHA, blunders, control, gross, ray, sigma0
 from pgm_lab.report._words import (
     NUMBERS,
     UM,
     Finding,
     count,
     listed,
-    plain,
 )
 
 CORRELATED = 0.9

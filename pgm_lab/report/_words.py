@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab._rounding import plain
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
@@ -30,13 +31,6 @@ def count(number: int, noun: str) -> str:
     """Return "no ray", "one ray", "450 rays"."""
     word = NUMBERS[number] if number <= 1 else f"{number}"
     return f"{word} {noun}{'s' if number > 1 else ''}"
-
-
-def plain(value: float, digits: int = 2) -> str:
-    """Write a number with so many digits, and never with an exponent."""
-    return np.format_float_positional(
-        value, digits, unique=False, fractional=False, trim="-"
-    )
 
 
 def listed(words: Iterable[object]) -> str:
