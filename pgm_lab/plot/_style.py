@@ -1,4 +1,4 @@
-"""What the figures of bundles share: series, units, names, round numbers."""
+"""What the figures of bundles share: series, units, names, views."""
 
 import re
 
@@ -43,7 +43,7 @@ def plain(axis: Axis, digits: tuple[int, ...] = (1, 2, 5)) -> None:
 
 
 def best_view(centres: np.ndarray, points: np.ndarray) -> tuple[float, float]:
-    """Elevation and azimuth that show the object most openly, cameras beside it."""
+    """Elevation and azimuth that show the object most openly, cameras at its side."""
     horizontal = np.concatenate([centres, points])[:, :2]
     x, y = np.linalg.svd(horizontal - horizontal.mean(axis=0))[2][0]
     side = np.degrees(np.arctan2(-x, y))  # lays the longest extent across the picture
