@@ -114,10 +114,8 @@ def table(
             raise ValueError(
                 f"row {number} has {len(row)} cells, the header has {len(header)}"
             )
-    page, plain = (
-        _html_table(header, cells, caption),
-        _text_table(header, cells, caption),
-    )
+    content = header, cells, caption
+    page, plain = _html_table(*content), _text_table(*content)
     publish_display_data({"text/html": page, "text/plain": plain})
 
 
@@ -275,8 +273,7 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
         x, y = distance * left
         ax.plot([x, x], [y, y], [low, height], "-_", color=BLACK, markersize=13)
         x, y = (distance + 5) * left
-        middle = (low + height) / 2
-        ax.text(x, y, middle, name, fontsize=21, ha="right", va="center")
+        ax.text(x, y, (low + height) / 2, name, fontsize=21, ha="right", va="center")
     ax.text(*(centre + (6, 0, 3)), "perspective centre", fontsize=17)
     ax.text(side * scale + 9, 6, image_height, "image", fontsize=17)
     label = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3}
