@@ -28,7 +28,7 @@ SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "
 Look = dict[str, Any]  # keywords of matplotlib: colours, widths, alignments
 
 # For plt.style.use, in the first cell of a notebook.
-STYLE: Look = {
+STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.labelsize": 15,
     "axes.prop_cycle": plt.cycler(color=[BLUE, RED, GREEN, ORANGE, PURPLE, SKY, BLACK]),

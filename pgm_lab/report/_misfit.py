@@ -36,11 +36,13 @@ def suspected(result: Bundle) -> np.ndarray:
 def suspected_control(result: Bundle) -> list[tuple[str, float]]:
     """Control coordinates and scale bars above the limit, with w, the largest first."""
     network, critical = result.network, critical_value(result)
-    names, found = network.point_names, []
-    w = result.control_standardized
-    for row, axis in np.argwhere(np.abs(w) > critical):
-        point = names[network.control[0][row]]
-        found.append((f"{'XYZ'[axis]} of control point {point}", float(w[row, axis])))
+    names = network.point_names
+    found: list[tuple[str, float]] = []
+    if network.control is not None:
+        index, w = network.control[0], result.control_standardized
+        for row, axis in np.argwhere(np.abs(w) > critical):
+            name = f"{'XYZ'[axis]} of control point {names[index[row]]}"
+            found.append((name, float(w[row, axis])))
     w = result.scale_bar_standardized
     for bar in np.flatnonzero(np.abs(w) > critical):
         a, b = network.scale_bars[bar, :2].astype(int)
@@ -62,7 +64,7 @@ def gross(result: Bundle) -> bool:
         return False
     w = result.standardized, result.control_standardized, result.scale_bar_standardized
     largest = max(np.max(np.abs(one), initial=0) for one in w)
-    if result.sigma0_prior is not None:  # beside the others, not beside the stated sd
+    if result.sigma0_prior is not None:  # w counts in stated sd: count in sigma0
         largest *= stated / result.sigma0
     return bool(largest > GROSS * critical_value(result))
 
@@ -99,8 +101,8 @@ def sigma0(result: Bundle) -> Finding | None:
         return None
     if result.sigma0 < IN_UM * stated:
         cause = (
-            "So good is no measurement: are the standard deviations in µm? Those of"
-            " image coordinates (sx, sy) are expected in mm."
+            "No measurement is that precise: are the standard deviations in µm? Those"
+            " of image coordinates (sx, sy) are expected in mm."
         )
     elif result.sigma0 < stated:
         cause = (

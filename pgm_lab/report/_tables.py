@@ -24,7 +24,7 @@ class Table(NamedTuple):
 
     caption: str
     header: Sequence[str]
-    rows: list[Sequence[str]]
+    rows: Sequence[Sequence[str]]
 
 
 def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
@@ -155,7 +155,7 @@ def points(result: Bundle) -> Table:
         fixed(w, 1),
         photos,
     )
-    header = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
+    header: tuple[str, ...] = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
     header += ("rays", "RMS (µm)", "largest |w|", "in photo")
     return Table("Object points, in object units", header, list(zip(*columns)))
 
@@ -178,7 +178,9 @@ def _counts(group: np.ndarray, size: int) -> np.ndarray:
     return np.where(counts > 0, counts, np.nan)
 
 
-def _largest(w: np.ndarray, group: np.ndarray, size: int):
+def _largest(
+    w: np.ndarray, group: np.ndarray, size: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest |w| of each group and its ray; NaN and -1 of an empty one."""
     w = np.max(np.abs(np.nan_to_num(w)), axis=1)
     order = np.argsort(w, kind="stable")  # the largest comes last and stays
@@ -193,7 +195,7 @@ def blunders(result: Bundle) -> Table | None:
     network, rays = result.network, suspected(result)
     if not len(rays):
         return None
-    caption = "Suspected blunders, beside the smallest that the network would find"
+    caption = "Suspected blunders, and the smallest ones that the network would find"
     if len(rays) > MOST:
         caption += f": the {MOST} largest of {len(rays)}"
         rays = rays[:MOST]
@@ -205,7 +207,7 @@ def blunders(result: Bundle) -> Table | None:
         *(fixed(column, 1) for column in result.standardized[rays].T),
         *(fixed(column, 1) for column in UM * smallest.T),
     ]
-    header = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
+    header: tuple[str, ...] = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
     header += ("smallest found x (µm)", "smallest found y (µm)")
     return Table(caption, header, list(zip(*columns)))
 
@@ -223,7 +225,7 @@ def removed(blunders: Sequence[Blunder]) -> Table:
         )
         for number, one in enumerate(blunders, start=1)
     ]
-    header = ("step", "point", "photo", "w x", "w y")
+    header: tuple[str, ...] = ("step", "point", "photo", "w x", "w y")
     header += ("error x (µm)", "error y (µm)", "sigma0 before")
     caption = "Rays taken out by data snooping, with the estimated error of each"
     return Table(caption, header, rows)
@@ -233,7 +235,7 @@ def known(result: Bundle) -> list[Table]:
     """Return how far control points, check points and scale bars are off."""
     network, tables = result.network, []
     if network.control is not None and len(network.control[0]):
-        tables.append(_control(result))
+        tables.append(_control(result, network.control[0], network.control[2]))
     if network.check is not None and len(network.check[0]):
         names = [str(network.point_names[j]) for j in network.check[0]]
         columns = _differences(result.check_differences)
@@ -245,9 +247,8 @@ def known(result: Bundle) -> list[Table]:
     return tables
 
 
-def _control(result: Bundle) -> Table:
+def _control(result: Bundle, index: np.ndarray, sigma: np.ndarray) -> Table:
     """Control points; r and w only where a coordinate is weighted, an observation."""
-    index, _, sigma = result.network.control
     names = [str(result.network.point_names[j]) for j in index]
     v = np.where(sigma == 0, np.nan, result.control_residuals)
     differences = [
@@ -290,7 +291,9 @@ def _differences(values: np.ndarray) -> list[list[str]]:
     return [rounded(column, usual) for column in values.T]
 
 
-def _tested(r: np.ndarray, w: np.ndarray, observed: np.ndarray):
+def _tested(
+    r: np.ndarray, w: np.ndarray, observed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return r of observations and w of the controlled ones among them, else NaN."""
     r = np.where(observed, np.maximum(r, 0), np.nan)
     return r, np.where(r > UNCONTROLLED, w, np.nan)

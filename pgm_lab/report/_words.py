@@ -35,10 +35,10 @@ def count(number: int, noun: str) -> str:
 
 def listed(words: Iterable[object]) -> str:
     """Join words with commas, and count those beyond the first few."""
-    words = [str(word) for word in words]
-    if len(words) > LONGEST:
-        return f"{', '.join(words[:LONGEST])} and {len(words) - LONGEST} more"
-    *before, last = words
+    names = [str(word) for word in words]
+    if len(names) > LONGEST:
+        return f"{', '.join(names[:LONGEST])} and {len(names) - LONGEST} more"
+    *before, last = names
     return f"{', '.join(before)} and {last}" if before else last
 
 
