@@ -155,10 +155,11 @@ def _two_rays(result: Bundle) -> Finding | None:
     two = np.flatnonzero((network.rays_of_points == 2) & free)
     if not len(two):
         return None
+    names = listed(network.point_names[j] for j in two.tolist())
     return Finding(
         "Points with two rays",
-        f"{listed(network.point_names[j] for j in two.tolist())}. A blunder along the epipolar"
-        " line moves such a point and leaves no residual; a third photo shows it.",
+        f"{names}. A blunder along the epipolar line moves such a point and leaves no"
+        " residual; a third photo shows it.",
     )
 
 
