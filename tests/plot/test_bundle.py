@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy.stats import norm, t
 
-from pgm_lab import bundle, datasets, plot
+from pgm_lab import _rounding, bundle, datasets, plot
 from pgm_lab.camera import PARAMETERS, Camera
 from pgm_lab.plot import _style
 
@@ -288,7 +288,7 @@ def test_no_correlation_is_written_minus_zero():
     ("value", "expected"), [(1, 1), (1.99, 1), (2, 2), (4999, 2000), (0.07, 0.05)]
 )
 def test_round_numbers_do_not_exceed_the_value(value, expected):
-    assert _style.round_number(value) == pytest.approx(expected)
+    assert _rounding.round_number(value) == pytest.approx(expected)
 
 
 def test_names_of_parameters_become_formulas():
