@@ -8,6 +8,8 @@ def finite(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
     if np.iscomplexobj(values):
         raise ValueError(f"{name} must be real numbers; got complex ones")
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name} has masked values. Leave them out before the call")
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -129,7 +131,9 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     if sigma is None:
         return None
     if not (value := number(sigma, name)) > 0:
-        raise ValueError(f"{name} must be positive, or None if not known; got {sigma!s}")
+        raise ValueError(
+            f"{name} must be positive, or None if not known; got {sigma!s}"
+        )
     return value
 
 

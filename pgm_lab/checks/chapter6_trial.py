@@ -30,17 +30,16 @@ def network_of(photos: Collection[int]) -> bundle.Network:
     (3, 6)
     """
     data = datasets.muliawan2013()
-    kept = np.unique(list(photos)) - 1
-    rays = np.isin(data.photo, kept)
-    return bundle.Network(
+    whole = bundle.Network(
         camera.Camera(*data.interior),
-        data.exteriors[kept],
+        data.exteriors,
         data.object_points,
-        np.searchsorted(kept, data.photo[rays]),
-        data.point[rays],
-        data.xy[rays],
-        0.001,
+        data.photo,
+        data.point,
+        data.xy,
+        data.sigma,
     )
+    return whole.only(np.array(list(photos)) - 1)
 
 
 def rescaled(N: np.ndarray) -> np.ndarray:
