@@ -9,7 +9,7 @@ from pgm_lab.bundle.datum import Motions, constraint
 from pgm_lab.bundle.rays import Equations, State
 from pgm_lab.bundle.reduced import Reduced
 from pgm_lab.bundle.refuse import cameras
-from pgm_lab.bundle.result import Bundle, kept_names
+from pgm_lab.bundle.result import Bundle, kept_unknowns
 
 
 def assemble(
@@ -75,7 +75,7 @@ def assemble(
         scale_bar_redundancy_numbers=share_bars,
         scale_bar_standardized=_standardized(v_bars, bars[:, 3] * unit, share_bars),
         check_differences=_differences(state.points, network.check),
-        names=kept_names(network, problem.estimate),
+        unknowns=kept_unknowns(network, problem.estimate),
         covariance=variance * found.kept,
         covariance_points=variance * np.moveaxis(found.points, -1, 0),
         status=status,

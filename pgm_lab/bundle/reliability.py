@@ -133,8 +133,9 @@ def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, flo
     r = np.triu(result.correlation, 1)
     rows, columns = np.nonzero(np.abs(r) > limit)
     order = np.argsort(-np.abs(r[rows, columns]), kind="stable")
+    names = result.names
     return [
-        (result.names[i], result.names[j], float(r[i, j]))
+        (names[i], names[j], float(r[i, j]))
         for i, j in zip(rows[order], columns[order])
     ]
 
