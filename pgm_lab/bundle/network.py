@@ -259,6 +259,18 @@ class Network:
         return np.array([camera.interior for camera in self.cameras])
 
     @property
+    def correlation(self) -> np.ndarray:
+        """Correlation (k,) of x and y of each ray; 0 without covariances."""
+        if self.covariance is None:
+            return np.zeros(len(self.xy))
+        return self.covariance[:, 0, 1] / self.sigma.prod(axis=1)
+
+    @property
+    def sigma_alone(self) -> np.ndarray:
+        """Standard deviations (k, 2) of each coordinate if the other one were known."""
+        return self.sigma * np.sqrt(1 - self.correlation[:, None] ** 2)
+
+    @property
     def rays_of_points(self) -> np.ndarray:
         """Number of rays (n,) of each point."""
         return np.bincount(self.point, minlength=len(self.points))

@@ -75,10 +75,10 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
     Baarda 1968, "A testing procedure for use in geodetic networks"; Foerstner 1985.
     """
     delta0 = float(_validate.positive(delta0, "delta0", "no unit"))
-    r = result.redundancy_numbers
+    r = result.testable
     controlled = r > UNCONTROLLED
     r = np.where(controlled, r, 1.0)
-    sigma = result.network.sigma * (result.sigma0_prior or result.sigma0)
+    sigma = result.network.sigma_alone * (result.sigma0_prior or result.sigma0)
     return Reliability(
         np.where(controlled, delta0 * sigma / np.sqrt(r), np.inf),
         np.where(controlled, delta0 * np.sqrt(np.maximum(1 - r, 0) / r), np.inf),

@@ -62,9 +62,13 @@ class Bundle:
         Computed - observed, in mm.
     redundancy_numbers : ndarray (k, 2)
         Share of each image coordinate in the redundancy.
+    testable : ndarray (k, 2)
+        (P Qvv P)_ii / P_ii, between 0 and 1: how far other observations control the
+        coordinate. The redundancy number, unless x and y of the ray are correlated.
     standardized : ndarray (k, 2)
         Residuals over their standard deviations, from `sigma0_prior` if it was given,
-        else from `sigma0`; 0 where nothing controls the coordinate.
+        else from `sigma0`; 0 where nothing controls the coordinate. Pv over the roots
+        of the diagonal of P Qvv P if x and y of a ray are correlated.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
     control_redundancy_numbers, control_standardized : ndarray (q, 3)
@@ -100,6 +104,7 @@ class Bundle:
     redundancy: int
     residuals: np.ndarray
     redundancy_numbers: np.ndarray
+    testable: np.ndarray
     standardized: np.ndarray
     control_residuals: np.ndarray
     control_redundancy_numbers: np.ndarray
