@@ -8,6 +8,8 @@ def finite(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
     if np.iscomplexobj(values):
         raise ValueError(f"{name} must be real numbers; got complex ones")
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name} has masked values. Leave them out before the call")
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -129,8 +131,38 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     if sigma is None:
         return None
     if not (value := number(sigma, name)) > 0:
-        raise ValueError(f"{name} must be positive, or None if not known; got {sigma}")
+        raise ValueError(
+            f"{name} must be positive, or None if not known; got {sigma!s}"
+        )
     return value
+
+
+def covariances(values: ArrayLike, name: str, *, singular: bool = True) -> np.ndarray:
+    """Return `values` as covariances (..., 2, 2): symmetric, no variance below zero.
+
+    With `singular` False a direction without any error is refused too.
+    """
+    array = finite(values, name)
+    if array.shape[-2:] != (2, 2):
+        raise ValueError(f"{name} must have shape (..., 2, 2); got shape {array.shape}")
+    xx, xy, yx, yy = np.moveaxis(array.reshape(*array.shape[:-2], 4), -1, 0)
+    rounding = 1e-12 * (np.abs(xx) + np.abs(yy))
+    refuse(
+        np.abs(xy - yx) > rounding,
+        name + "{} is not symmetric, as each covariance is",
+    )
+    least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)  # the smaller eigenvalue
+    refuse(
+        least < -rounding,
+        name + "{} is no covariance: it gives a direction a negative variance",
+    )
+    if not singular:
+        refuse(
+            least <= rounding,
+            name + "{} says that a direction has no error at all: no observation is"
+            " exact. Give it a small variance instead",
+        )
+    return array
 
 
 def window(size: int, name: str, smallest: int = 3) -> int:

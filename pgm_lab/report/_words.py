@@ -63,10 +63,7 @@ def _balance(result: Bundle) -> str:
     network = result.network
     unknowns = len(result.names) + int(np.sum(~network.held))
     coordinates = 2 * len(network.xy)
-    control = 0
-    if network.control is not None:
-        points, _, sigma = network.control
-        control = int(np.sum(np.isfinite(sigma) & ~network.held[points]))
+    control = int(np.sum(network.known & ~network.held))
     bars = len(network.scale_bars)
     inner = result.redundancy + unknowns - coordinates - control - bars
     against = [f"{coordinates} image coordinates"]
@@ -78,10 +75,7 @@ def _balance(result: Bundle) -> str:
 
 def observations(network: Network) -> str:
     """Say whose standard deviations sigma0 judges."""
-    weighted = len(network.scale_bars) > 0
-    if network.control is not None:
-        sigma = network.control[2]
-        weighted |= bool(np.any((sigma > 0) & np.isfinite(sigma)))
+    weighted = len(network.scale_bars) > 0 or np.any(network.known & ~network.held)
     return "the observations" if weighted else "the image coordinates"
 
 
@@ -160,11 +154,7 @@ def datum(result: Bundle) -> str:
 
 def _control_is_least(network: Network) -> bool:
     """Whether there are as many control coordinates as motions to stop."""
-    known = network.held
-    if network.control is not None:
-        index, _, sigma = network.control
-        known[index] |= np.isfinite(sigma)
-    return np.sum(known) == (6 if len(network.scale_bars) else 7)
+    return np.sum(network.known) == (6 if len(network.scale_bars) else 7)
 
 
 def conventions(result: Bundle) -> Sequence[str]:
