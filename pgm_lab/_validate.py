@@ -8,6 +8,8 @@ def finite(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
     if np.iscomplexobj(values):
         raise ValueError(f"{name} must be real numbers; got complex ones")
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name} has masked values. Leave them out before the call")
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -43,7 +45,7 @@ def positive(values: ArrayLike, name: str, unit: str) -> np.ndarray:
     """Return `values` as a float array of numbers above zero."""
     array = finite(values, name)
     if np.any(array <= 0):
-        raise ValueError(f"{name} must be positive ({unit}); got {values}")
+        raise ValueError(f"{name} must be positive ({unit}); got {array.tolist()}")
     return array
 
 
@@ -63,7 +65,7 @@ def image_size(size: ArrayLike) -> np.ndarray:
     if array.shape != (2,) or np.any(array != np.round(array)):
         raise ValueError(
             "image_size must be (columns, rows), two whole numbers of pixels;"
-            f" got {size}. From an array, it is image.shape[1::-1]"
+            f" got {array.tolist()}. From an array, it is image.shape[1::-1]"
         )
     return array
 
@@ -75,7 +77,7 @@ def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
     x, y = pixels[..., 0], pixels[..., 1]
     low, high = np.array([[x.min(), y.min()], [x.max(), y.max()]])
 
-    def fit(size):
+    def fit(size: np.ndarray) -> np.bool_:
         return np.all(low >= -0.5) and np.all(high <= size - 0.5)
 
     if not fit(size) and fit(size[::-1]):
@@ -129,8 +131,38 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     if sigma is None:
         return None
     if not (value := number(sigma, name)) > 0:
-        raise ValueError(f"{name} must be positive, or None if not known; got {sigma}")
+        raise ValueError(
+            f"{name} must be positive, or None if not known; got {sigma!s}"
+        )
     return value
+
+
+def covariances(values: ArrayLike, name: str, *, singular: bool = True) -> np.ndarray:
+    """Return `values` as covariances (..., 2, 2): symmetric, no variance below zero.
+
+    With `singular` False a direction without any error is refused too.
+    """
+    array = finite(values, name)
+    if array.shape[-2:] != (2, 2):
+        raise ValueError(f"{name} must have shape (..., 2, 2); got shape {array.shape}")
+    xx, xy, yx, yy = np.moveaxis(array.reshape(*array.shape[:-2], 4), -1, 0)
+    rounding = 1e-12 * (np.abs(xx) + np.abs(yy))
+    refuse(
+        np.abs(xy - yx) > rounding,
+        name + "{} is not symmetric, as each covariance is",
+    )
+    least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)  # the smaller eigenvalue
+    refuse(
+        least < -rounding,
+        name + "{} is no covariance: it gives a direction a negative variance",
+    )
+    if not singular:
+        refuse(
+            least <= rounding,
+            name + "{} says that a direction has no error at all: no observation is"
+            " exact. Give it a small variance instead",
+        )
+    return array
 
 
 def window(size: int, name: str, smallest: int = 3) -> int:
@@ -173,9 +205,9 @@ def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
 
 def whole(value: ArrayLike, name: str, least: int) -> int:
     """Return `value` as one whole number, not below `least`."""
-    array = number(value, name)
-    if array != round(array) or array < least:
+    as_number = number(value, name)
+    if as_number != round(as_number) or as_number < least:
         raise ValueError(
-            f"{name} must be a whole number, at least {least}; got {value}"
+            f"{name} must be a whole number, at least {least}; got {as_number:g}"
         )
-    return int(array)
+    return int(as_number)

@@ -126,11 +126,12 @@ def dense(network, estimate, constraint=None, free=None, **options):
         [network.interior[:, columns].ravel(), network.exteriors.ravel(), start.ravel()]
     )[kept]
     sigmas = [network.sigma.ravel(), network.scale_bars[:, 3]]
+    if "covariance" not in options:
+        options["weights"] = np.concatenate(sigmas) ** -2.0
     found = adjustment.adjust(
         function,
         x,
         np.zeros(2 * len(network.xy) + len(network.scale_bars)),
-        weights=np.concatenate(sigmas) ** -2.0,
         constraints=None if constraint is None else inner,
         tolerance=1e-9,
         **options,

@@ -16,7 +16,7 @@ from pgm_lab.bundle.reliability import (
     reliability,
     significance,
 )
-from pgm_lab.bundle.result import Bundle
+from pgm_lab.bundle.result import Bundle, Unknown
 from pgm_lab.bundle.snooping import Blunder, Snooping, snoop
 from pgm_lab.bundle.solve import adjust
 
@@ -28,6 +28,7 @@ __all__ = [
     "Reliability",
     "Significance",
     "Snooping",
+    "Unknown",
     "adjust",
     "correlations",
     "critical_value",

@@ -3,13 +3,14 @@
 import numpy as np
 
 from pgm_lab.adjustment.result import UNCONTROLLED, History
+from pgm_lab.bundle import _correlated
 from pgm_lab.bundle._problem import Problem
 from pgm_lab.bundle.covariance import bars_redundancy, cofactors
 from pgm_lab.bundle.datum import Motions, constraint
 from pgm_lab.bundle.rays import Equations, State
 from pgm_lab.bundle.reduced import Reduced
 from pgm_lab.bundle.refuse import cameras
-from pgm_lab.bundle.result import Bundle, kept_names
+from pgm_lab.bundle.result import Bundle, kept_unknowns
 
 
 def assemble(
@@ -46,8 +47,13 @@ def assemble(
     variance = (sigma0 if redundancy else sigma0_prior or np.nan) ** 2
     unit = sigma0_prior or sigma0 or np.inf
     back = np.argsort(rays.order)
-    v = (eq.v / rays.per_sigma)[:, back].T
-    share = np.ascontiguousarray(1 - found.rays[:, back].T)
+    v, share, testable = eq.v, 1 - found.rays, 1 - found.rays
+    if rays.rho is not None and found.across is not None:
+        v = _correlated.coloured(v, rays.rho)
+        share, testable = _correlated.shares(found.rays, found.across, rays.rho)
+    v = (v / rays.per_sigma)[:, back].T
+    share, testable = (np.ascontiguousarray(a[:, back].T) for a in (share, testable))
+    v_alone = _correlated.alone(v, network.sigma, network.correlation)
     v_control = _differences(state.points, network.control)
     sigma_control, share_control = _of_control(network.control, found.points)
     bars = network.scale_bars
@@ -65,7 +71,8 @@ def assemble(
         redundancy=redundancy,
         residuals=v,
         redundancy_numbers=share,
-        standardized=_standardized(v, network.sigma * unit, share),
+        testable=testable,
+        standardized=_standardized(v_alone, network.sigma_alone * unit, testable),
         control_residuals=v_control,
         control_redundancy_numbers=share_control,
         control_standardized=_standardized(
@@ -75,7 +82,7 @@ def assemble(
         scale_bar_redundancy_numbers=share_bars,
         scale_bar_standardized=_standardized(v_bars, bars[:, 3] * unit, share_bars),
         check_differences=_differences(state.points, network.check),
-        names=kept_names(network, problem.estimate),
+        unknowns=kept_unknowns(network, problem.estimate),
         covariance=variance * found.kept,
         covariance_points=variance * np.moveaxis(found.points, -1, 0),
         status=status,

@@ -25,12 +25,16 @@ class Cofactors:
         Interior and exterior orientations.
     points : ndarray (3, 3, n)
     rays : ndarray (2, k)
-        Of the computed image coordinates over sigma: 1 - redundancy number.
+        Of the computed image coordinates over sigma: 1 - redundancy number. Of the
+        whitened ones if x and y are correlated.
+    across : ndarray (k,) or None
+        Between the two of a ray, if they are correlated.
     """
 
     kept: np.ndarray
     points: np.ndarray
     rays: np.ndarray
+    across: np.ndarray | None
 
 
 def cofactors(
@@ -57,10 +61,15 @@ def cofactors(
     """
     M_interior, M = _with_points(rays, reduced, Q)
     points = _points(rays, reduced, Q, M_interior, M)
-    of_rays = _of_rays(rays, eq, camera, Q, points, M_interior, M)
+    of_rays = _of_rays(rays, eq, eq, camera, Q, points, M_interior, M)
+    across = None
+    if rays.rho is not None:
+        other = Equations(eq.v[::-1], eq.camera[:, ::-1], eq.point[:, ::-1])
+        both = _of_rays(rays, eq, other, camera, Q, points, M_interior, M)
+        across = both.mean(axis=0)
     if constraint is not None:
         Q, points = _transformed(rays, reduced, Q, points, move, constraint)
-    return Cofactors(Q, points, of_rays)
+    return Cofactors(Q, points, of_rays, across)
 
 
 def bars_redundancy(reduced: Reduced, Q: np.ndarray, sigma: np.ndarray) -> np.ndarray:
@@ -120,21 +129,21 @@ def _points(rays: Rays, reduced: Reduced, Q: np.ndarray, M_interior, M) -> np.nd
     return points
 
 
-def _of_rays(rays, eq, camera, Q, points, M_interior, M) -> np.ndarray:
-    """Diagonal of A Q A' (2, k); the same in every datum."""
+def _of_rays(rays, eq, other, camera, Q, points, M_interior, M) -> np.ndarray:
+    """Diagonal of A Q A' (2, k), or of A Q B' with other equations B; in any datum."""
     u = len(eq.camera) - 6
     of_point = np.einsum("irk,ijk->jrk", eq.point, points.take(rays.point, axis=-1))
     of_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera[u:], M)
-    found = np.einsum("jrk,jrk->rk", of_point, eq.point)
+    found = np.einsum("jrk,jrk->rk", of_point, other.point)
     for photo, own in enumerate(rays.photos):
         interior = np.arange(u * camera[photo], u * (camera[photo] + 1))
         exterior = np.arange(6) + len(M_interior) + 6 * photo
         these = np.concatenate([interior, exterior])
         J = eq.camera[..., own]
         QJ = (Q[np.ix_(these, these)] @ _flat(J)).reshape(J.shape)
-        found[:, own] += np.einsum("ark,ark->rk", J, QJ)
+        found[:, own] += np.einsum("ark,ark->rk", other.camera[..., own], QJ)
         M_own = M_interior[interior].take(rays.point[own], axis=-1)
-        A_point = eq.point[..., own]
+        A_point = other.point[..., own]
         found[:, own] -= 2 * np.einsum("ark,ajk,jrk->rk", J[:u], M_own, A_point)
     return found
 

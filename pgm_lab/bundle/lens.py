@@ -182,9 +182,8 @@ def profile(
 
 def places(result: Bundle, camera: int) -> dict[str, int]:
     """Row of each estimated interior parameter of a camera in the covariance."""
-    end = f" of camera {camera + 1}" if len(result.cameras) > 1 else ""
     return {
-        name.removesuffix(end): i
-        for i, name in enumerate(result.interior_names)
-        if name.endswith(end)
+        one.parameter: i
+        for i, one in enumerate(result.unknowns)
+        if (one.kind, one.owner) == ("camera", camera + 1)
     }

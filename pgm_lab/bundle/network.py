@@ -1,14 +1,19 @@
 """A photogrammetric network: cameras, photos, object points and the rays between."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.bundle import _arguments, _tables
 from pgm_lab.camera import Camera
+
+
+def _nothing() -> np.ndarray:
+    return np.zeros(0, int)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +34,9 @@ class Network:
         The photo and the point of each ray.
     xy : array_like (k, 2)
         Image coordinates as measured, in mm.
-    sigma : array_like (k, 2), (2,) or float
-        Their standard deviations, in mm.
+    sigma : array_like (k, 2), (2,) or float, optional
+        Their standard deviations, in mm; 0.001 when neither these nor covariances are
+        given.
     camera : array_like (m,) of int, optional
         The camera of each photo; the first one when missing.
     fixed : array_like of int
@@ -46,13 +52,21 @@ class Network:
         (point, point, distance, sigma) in object units, sigma above 0.
     photo_names, point_names : sequence, optional
         Names for reports; 1, 2, ... when missing.
+    covariance : array_like (k, 2, 2), optional
+        Covariances of x and y of each ray in mm^2, as matching gives them, in place of
+        `sigma`, which then holds the roots of their diagonals. The weight matrix P has
+        their inverses as blocks of 2 x 2.
 
     Raises
     ------
     ValueError
         If shapes do not fit, an index does not exist, a number is not finite, a sigma
-        is not positive, a photo has a point twice, a camera has no photo, or a point
-        has two of the roles fixed, control and check.
+        is not positive, a covariance is singular, a photo has a point twice, a camera
+        has no photo, or a point has two of the roles fixed, control and check.
+
+    See Also
+    --------
+    Network.of : the same from tables with names.
 
     Examples
     --------
@@ -70,72 +84,150 @@ class Network:
     photo: np.ndarray
     point: np.ndarray
     xy: np.ndarray
-    sigma: np.ndarray = 0.001
-    camera: np.ndarray | None = None
-    fixed: np.ndarray = ()
+    sigma: np.ndarray = field(default_factory=_nothing)
+    camera: np.ndarray = field(default_factory=_nothing)
+    fixed: np.ndarray = field(default_factory=_nothing)
     control: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
     check: tuple[np.ndarray, np.ndarray] | None = None
     datum_points: np.ndarray | None = None
-    scale_bars: np.ndarray = ()
-    photo_names: Sequence | None = None
-    point_names: Sequence | None = None
+    scale_bars: np.ndarray = field(default_factory=_nothing)
+    photo_names: tuple = ()
+    point_names: tuple = ()
+    covariance: np.ndarray | None = None
 
-    def __post_init__(self):
-        if isinstance(self.cameras, Camera):
-            self._set(cameras=(self.cameras,))
-        self._set(cameras=tuple(self.cameras))
-        if not self.cameras or len({one.lens for one in self.cameras}) != 1:
+    def __post_init__(self) -> None:
+        """Check everything, and bring it into the shapes that are kept."""
+        given = self.cameras
+        cameras = (given,) if isinstance(given, Camera) else tuple(given)
+        if not cameras or len({one.lens for one in cameras}) != 1:
             raise ValueError(
                 "cameras must be one Camera or several with the same lens direction;"
-                f" got {len(self.cameras)} with {[one.lens for one in self.cameras]}"
+                f" got {len(cameras)} with {[one.lens for one in cameras]}"
             )
-        exteriors = _table(self.exteriors, 6, "exteriors")
-        points = _table(self.points, 3, "points")
-        m, n = len(exteriors), len(points)
-        xy = _table(self.xy, 2, "xy")
-        self._set(exteriors=exteriors, points=points, xy=xy)
-        self._set(photo=_indices(self.photo, m, "photo", len(xy)))
-        self._set(point=_indices(self.point, n, "point", len(xy)))
-        self._set(sigma=_broadcast(_sigma(self.sigma, "sigma"), xy.shape, "sigma"))
-        camera = np.zeros(m, int) if self.camera is None else self.camera
-        self._set(camera=_indices(camera, len(self.cameras), "camera", m))
-        unused = np.setdiff1d(np.arange(len(self.cameras)), self.camera)
-        _validate.refuse(
-            np.isin(np.arange(len(self.cameras)), unused),
-            "cameras{} take no photo: leave them out, or correct `camera`, the camera"
-            " of each photo",
-        )
-        self._set(fixed=np.unique(_indices(self.fixed, n, "fixed")))
-        if self.control is not None:
-            self._set(control=_control(self.control, n))
-        if self.check is not None:
-            index, coordinates = _parts(self.check, 2, "check")
-            index = _indices(index, n, "check")
-            self._set(check=(index, _table(coordinates, 3, "check", len(index))))
+        exteriors = _arguments.table(self.exteriors, 6, "exteriors")
+        points = _arguments.table(self.points, 3, "points")
+        xy = _arguments.table(self.xy, 2, "xy")
+        m, n, k = len(exteriors), len(points), len(xy)
+        self._set(cameras=cameras, exteriors=exteriors, points=points, xy=xy)
+        self._set(photo=_arguments.indices(self.photo, m, "photo", k))
+        self._set(point=_arguments.indices(self.point, n, "point", k))
+        sigma, covariance = _arguments.accuracy(self.sigma, self.covariance, k)
+        self._set(sigma=sigma, covariance=covariance)
+        self._set(camera=self._camera_of_photos(m))
+        self._set(fixed=np.unique(_arguments.indices(self.fixed, n, "fixed")))
+        self._set(control=_arguments.control(self.control, n))
+        self._set(check=_arguments.check(self.check, n))
         self._refuse_two_roles()
         if self.datum_points is not None:
-            datum = np.unique(_indices(self.datum_points, n, "datum_points"))
-            self._set(datum_points=datum)
-        self._set(scale_bars=_scale_bars(self.scale_bars, points))
-        self._set(photo_names=_names(self.photo_names, m, "photo_names"))
-        self._set(point_names=_names(self.point_names, n, "point_names"))
+            datum = _arguments.indices(self.datum_points, n, "datum_points")
+            self._set(datum_points=np.unique(datum))
+        self._set(scale_bars=_arguments.scale_bars(self.scale_bars, points))
+        self._set(photo_names=_arguments.names(self.photo_names, m, "photo_names"))
+        self._set(point_names=_arguments.names(self.point_names, n, "point_names"))
         self._refuse_doubles()
+
+    @classmethod
+    def of(
+        cls,
+        cameras: Camera | Mapping,
+        photos: Mapping,
+        points: Mapping,
+        observations: Iterable,
+        *,
+        camera: Mapping | None = None,
+        fixed: Iterable = (),
+        control: Mapping | None = None,
+        check: Mapping | None = None,
+        datum_points: Iterable | None = None,
+        scale_bars: Iterable = (),
+    ) -> "Network":
+        """Make a network of tables with names, as they come out of a file or a match.
+
+        Parameters
+        ----------
+        cameras : Camera or mapping {name: Camera}
+        photos : mapping {name: (X0, Y0, Z0, omega, phi, kappa)}
+            Exterior orientations, in object units and radians.
+        points : mapping {name: (X, Y, Z)}
+        observations : iterable of rows
+            (photo, point, x, y); or with standard deviations (photo, point, x, y, sx,
+            sy); or with a covariance (2, 2) in the fifth place, as the `rows` of
+            `pgm_lab.observations`. In mm and mm^2; all rows alike.
+        camera : mapping {photo: camera}, optional
+            The camera of each photo; needed where there are several.
+        fixed, datum_points : iterable of point names, optional
+        control : mapping {point: (X, Y, Z, sX, sY, sZ)}, optional
+            Control points; a standard deviation of 0 holds a coordinate, inf leaves it
+            free.
+        check : mapping {point: (X, Y, Z)}, optional
+        scale_bars : iterable of rows (point, point, distance, sigma), optional
+
+        Returns
+        -------
+        Network
+            Photos and points in the order of their tables, and with these names.
+
+        Raises
+        ------
+        ValueError
+            If a name is not in its table, which the message tells with the place; or as
+            `Network` does.
+
+        Examples
+        --------
+        >>> photos = {"A": (0, 0, 1000, 0, 0, 0), "B": (300, 0, 1000, 0, 0, 0)}
+        >>> rows = [("A", "tower", 5, 1), ("B", "tower", -10, 1)]
+        >>> network = Network.of(Camera(50.0), photos, {"tower": (100, 20, 0)}, rows)
+        >>> network.photo, network.point_names
+        (array([0, 1]), ('tower',))
+        """
+        tables = _tables.read(cameras, photos, points, observations, camera)
+        roles = _tables.roles(points, fixed, control, check, datum_points, scale_bars)
+        return cls(**tables, **roles)
 
     def without(self, rays: ArrayLike) -> "Network":
         """Return the network without some of its rays, by their indices."""
         kept = np.ones(len(self.xy), bool)
-        kept[_indices(rays, len(self.xy), "rays")] = False
-        return replace(
-            self,
-            photo=self.photo[kept],
-            point=self.point[kept],
-            xy=self.xy[kept],
-            sigma=self.sigma[kept],
-        )
+        kept[_arguments.indices(rays, len(self.xy), "rays")] = False
+        return replace(self, **_tables.some_rays(self, kept))
 
-    def _set(self, **values) -> None:
+    def only(self, photos: ArrayLike) -> "Network":
+        """Return the network of some photos, by their indices.
+
+        Points go that these photos leave with too few rays, with what was said of them;
+        and cameras that took none of these photos.
+
+        Examples
+        --------
+        >>> from pgm_lab import simulate
+        >>> net = simulate.network(Camera(35.0), 4, 30, np.random.default_rng(1))
+        >>> whole = Network(
+        ...     net.camera, net.exteriors, net.points, net.photo, net.point, net.xy
+        ... )
+        >>> whole.only([0, 3]).photo_names
+        (1, 4)
+        """
+        m = len(self.exteriors)
+        chosen = np.zeros(m, bool)
+        chosen[_arguments.indices(photos, m, "photos")] = True
+        some = replace(self, **_tables.some_rays(self, chosen[self.photo]))
+        return replace(some, **_tables.some_of(some, chosen, ~some.too_few_rays))
+
+    def _set(self, **values: object) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    def _camera_of_photos(self, m: int) -> np.ndarray:
+        cameras = len(self.cameras)
+        given = self.camera is not None and np.size(self.camera)
+        camera = self.camera if given else np.zeros(m, int)
+        camera = _arguments.indices(camera, cameras, "camera", m)
+        _validate.refuse(
+            ~np.isin(np.arange(cameras), camera),
+            "cameras{} take no photo: leave them out, or correct `camera`, the camera"
+            " of each photo",
+        )
+        return camera
 
     def _refuse_two_roles(self) -> None:
         roles = {"fixed": self.fixed}
@@ -167,6 +259,18 @@ class Network:
         return np.array([camera.interior for camera in self.cameras])
 
     @property
+    def correlation(self) -> np.ndarray:
+        """Correlation (k,) of x and y of each ray; 0 without covariances."""
+        if self.covariance is None:
+            return np.zeros(len(self.xy))
+        return self.covariance[:, 0, 1] / self.sigma.prod(axis=1)
+
+    @property
+    def sigma_alone(self) -> np.ndarray:
+        """Standard deviations (k, 2) of each coordinate if the other one were known."""
+        return self.sigma * np.sqrt(1 - self.correlation[:, None] ** 2)
+
+    @property
     def rays_of_points(self) -> np.ndarray:
         """Number of rays (n,) of each point."""
         return np.bincount(self.point, minlength=len(self.points))
@@ -186,95 +290,16 @@ class Network:
             held[index] |= sigma == 0
         return held
 
+    @property
+    def known(self) -> np.ndarray:
+        """Coordinates (n, 3) that are held, or observed at control points, as bool."""
+        known = self.held
+        if self.control is not None:
+            index, _, sigma = self.control
+            known[index] |= np.isfinite(sigma)
+        return known
 
-def _table(values: ArrayLike, columns: int, name: str, rows: int | None = None):
-    array = _validate.points(values, columns, name)
-    if array.ndim != 2 or (rows is not None and len(array) != rows):
-        raise ValueError(
-            f"{name} must have shape ({'rows' if rows is None else rows}, {columns});"
-            f" got {array.shape}"
-        )
-    return array.copy()
-
-
-def _indices(values: ArrayLike, size: int, name: str, length: int | None = None):
-    array = np.asarray(values if np.size(values) else np.zeros(0, int))
-    whole = np.issubdtype(array.dtype, np.integer)
-    if array.ndim != 1 or not whole or length not in (None, len(array)):
-        raise ValueError(
-            f"{name} must be whole numbers in one row"
-            + (f" of {length}" if length is not None else "")
-            + f"; got shape {array.shape} of {array.dtype}"
-        )
-    if array.size and (array.min() < 0 or array.max() >= size):
-        raise ValueError(
-            f"{name} must be indices from 0 to {size - 1}; got {array.min()} to"
-            f" {array.max()}. Numbers in a file often count from 1"
-        )
-    return array.astype(int)
-
-
-def _sigma(values: ArrayLike, name: str) -> np.ndarray:
-    sigma = _validate.finite(values, name)
-    _validate.refuse(
-        np.atleast_1d(sigma <= 0),
-        name + "{} must be positive standard deviations; to leave an observation out,"
-        " leave out its ray",
-    )
-    return sigma
-
-
-def _broadcast(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
-    try:
-        return np.broadcast_to(values, shape)
-    except ValueError:
-        raise ValueError(
-            f"{name} must be one number or have shape {shape}; got {values.shape}"
-        ) from None
-
-
-def _parts(values, number: int, name: str):
-    if not isinstance(values, tuple | list) or len(values) != number:
-        words = ("points", "coordinates", "sigma")[:number]
-        raise ValueError(f"{name} must be a tuple ({', '.join(words)})")
-    return values
-
-
-def _control(values, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    index, coordinates, sigma = _parts(values, 3, "control")
-    index = _indices(index, n, "control")
-    if len(np.unique(index)) != len(index):
-        raise ValueError("control has a point twice")
-    coordinates = _table(coordinates, 3, "control", len(index))
-    sigma = np.asarray(sigma, dtype=float)
-    if np.any(np.isnan(sigma)) or np.any(sigma < 0):
-        raise ValueError(
-            "control must have sigmas above 0, 0 to hold a coordinate, or inf to leave"
-            " it free"
-        )
-    return index, coordinates, _broadcast(sigma, coordinates.shape, "control sigma")
-
-
-def _scale_bars(values: ArrayLike, points: np.ndarray) -> np.ndarray:
-    bars = np.reshape(values, (-1, 4)) if np.size(values) else np.zeros((0, 4))
-    bars = _validate.finite(bars, "scale_bars")
-    ends = bars[:, :2]
-    whole = ends.astype(int)
-    _indices(whole.ravel(), len(points), "the points of scale_bars")
-    if np.any(ends != np.round(ends)) or np.any(ends[:, 0] == ends[:, 1]):
-        raise ValueError("scale_bars must join two different points, by their indices")
-    if np.any(bars[:, 2:] <= 0):
-        raise ValueError("scale_bars must have a positive distance and sigma")
-    _validate.refuse(
-        np.all(points[whole[:, 0]] == points[whole[:, 1]], axis=1),
-        "scale_bars{} join points with the same start values: a distance of 0 has no"
-        " direction",
-    )
-    return bars
-
-
-def _names(names, size: int, what: str) -> tuple:
-    names = range(1, size + 1) if names is None else names
-    if len(names) != size or len(set(names)) != size:
-        raise ValueError(f"{what} must be {size} different names; got {len(names)}")
-    return tuple(names)
+    @property
+    def too_few_rays(self) -> np.ndarray:
+        """Points (n,) with fewer image coordinates than unknown ones, as bool."""
+        return 2 * self.rays_of_points < 3 - self.known.sum(axis=1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pgm_lab.bundle._correlated import whiten
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import imaging
 from pgm_lab.camera._stacks import of_photo
@@ -44,6 +45,8 @@ class Rays:
         In mm.
     per_sigma : ndarray (2, k)
         1 / sigma: observation equations are divided by sigma, then P = 1.
+    rho : ndarray (k,) or None
+        Correlation of x and y, from which the equations are freed; None without.
     first, second : ndarray (pairs,)
         Pairs of rays of the same point, `first` in the photo that comes first; the
         pairs of two photos stand together.
@@ -57,6 +60,7 @@ class Rays:
     per_sigma: np.ndarray
     first: np.ndarray
     second: np.ndarray
+    rho: np.ndarray | None = None
 
     @classmethod
     def of(cls, network: Network) -> "Rays":
@@ -72,6 +76,7 @@ class Rays:
             network.xy[order],
             np.ascontiguousarray(1 / network.sigma[order].T),
             *_pairs(photo, point),
+            rho=None if network.covariance is None else network.correlation[order],
         )
 
     @property
@@ -140,7 +145,11 @@ def equations(
     point = by["point"].T * rays.per_sigma
     if not free.all():
         point *= free[:, None, rays.point]
-    return Equations(v.T * rays.per_sigma, camera, point)
+    v = v.T * rays.per_sigma
+    if rays.rho is not None:
+        for values in (v, camera, point):
+            whiten(values, rays.rho)
+    return Equations(v, camera, point)
 
 
 def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:

@@ -75,10 +75,10 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
     Baarda 1968, "A testing procedure for use in geodetic networks"; Foerstner 1985.
     """
     delta0 = float(_validate.positive(delta0, "delta0", "no unit"))
-    r = result.redundancy_numbers
+    r = result.testable
     controlled = r > UNCONTROLLED
     r = np.where(controlled, r, 1.0)
-    sigma = result.network.sigma * (result.sigma0_prior or result.sigma0)
+    sigma = result.network.sigma_alone * (result.sigma0_prior or result.sigma0)
     return Reliability(
         np.where(controlled, delta0 * sigma / np.sqrt(r), np.inf),
         np.where(controlled, delta0 * np.sqrt(np.maximum(1 - r, 0) / r), np.inf),
@@ -133,8 +133,9 @@ def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, flo
     r = np.triu(result.correlation, 1)
     rows, columns = np.nonzero(np.abs(r) > limit)
     order = np.argsort(-np.abs(r[rows, columns]), kind="stable")
+    names = result.names
     return [
-        (result.names[i], result.names[j], float(r[i, j]))
+        (names[i], names[j], float(r[i, j]))
         for i, j in zip(rows[order], columns[order])
     ]
 

@@ -1,6 +1,8 @@
 """What a bundle adjustment says of itself."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +12,24 @@ from pgm_lab.bundle.rays import behind
 from pgm_lab.camera import PARAMETERS, Camera
 
 EXTERIOR = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
+
+
+class Unknown(NamedTuple):
+    """An unknown of the interior or exterior orientations: whose, and which.
+
+    Attributes
+    ----------
+    kind : str
+        "camera" or "photo".
+    owner : object
+        Number of the camera, from 1, or name of the photo.
+    parameter : str
+        Such as "c" or "omega".
+    """
+
+    kind: str
+    owner: object
+    parameter: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +62,13 @@ class Bundle:
         Computed - observed, in mm.
     redundancy_numbers : ndarray (k, 2)
         Share of each image coordinate in the redundancy.
+    testable : ndarray (k, 2)
+        (P Qvv P)_ii / P_ii, between 0 and 1: how far other observations control the
+        coordinate. The redundancy number, unless x and y of the ray are correlated.
     standardized : ndarray (k, 2)
         Residuals over their standard deviations, from `sigma0_prior` if it was given,
-        else from `sigma0`; 0 where nothing controls the coordinate.
+        else from `sigma0`; 0 where nothing controls the coordinate. Pv over the roots
+        of the diagonal of P Qvv P if x and y of a ray are correlated.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
     control_redundancy_numbers, control_standardized : ndarray (q, 3)
@@ -55,8 +79,8 @@ class Bundle:
         The same as for the image coordinates.
     check_differences : ndarray (c, 3)
         Computed - given coordinates of the check points.
-    names : tuple of str
-        Names of the kept unknowns: interior, then exterior orientations.
+    unknowns : tuple of Unknown
+        The kept unknowns: interior, then exterior orientations.
     covariance : ndarray (u + 6 m, u + 6 m)
         Covariance of these; angles in radians.
     covariance_points : ndarray (n, 3, 3)
@@ -80,6 +104,7 @@ class Bundle:
     redundancy: int
     residuals: np.ndarray
     redundancy_numbers: np.ndarray
+    testable: np.ndarray
     standardized: np.ndarray
     control_residuals: np.ndarray
     control_redundancy_numbers: np.ndarray
@@ -88,12 +113,17 @@ class Bundle:
     scale_bar_redundancy_numbers: np.ndarray
     scale_bar_standardized: np.ndarray
     check_differences: np.ndarray
-    names: tuple[str, ...]
+    unknowns: tuple[Unknown, ...]
     covariance: np.ndarray
     covariance_points: np.ndarray
     status: str
     iterations: int
     history: History
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the kept unknowns, such as "c" and "omega of photo 7"."""
+        return readable(self.unknowns)
 
     @property
     def interior_names(self) -> tuple[str, ...]:
@@ -155,16 +185,24 @@ class Bundle:
         return len(self.estimate) * len(self.cameras)
 
 
-def kept_names(network: Network, estimate: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of the interior and exterior unknowns, in their order."""
+def kept_unknowns(network: Network, estimate: Sequence[str]) -> tuple[Unknown, ...]:
+    """Return the interior and exterior unknowns of a network, in their order."""
     cameras = range(1, len(network.cameras) + 1)
-    several = len(network.cameras) > 1
-    interior = [
-        f"{name} of camera {camera}" if several else name
-        for camera in cameras
-        for name in estimate
-    ]
+    interior = [Unknown("camera", i, name) for i in cameras for name in estimate]
     exterior = [
-        f"{name} of photo {photo}" for photo in network.photo_names for name in EXTERIOR
+        Unknown("photo", photo, name)
+        for photo in network.photo_names
+        for name in EXTERIOR
     ]
     return (*interior, *exterior)
+
+
+def readable(unknowns: Sequence[Unknown]) -> tuple[str, ...]:
+    """Return names to be read; that of an only camera goes without saying."""
+    cameras = {one.owner for one in unknowns if one.kind == "camera"}
+    return tuple(
+        one.parameter
+        if one.kind == "camera" and len(cameras) == 1
+        else f"{one.parameter} of {one.kind} {one.owner}"
+        for one in unknowns
+    )

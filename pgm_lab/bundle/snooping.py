@@ -7,6 +7,7 @@ import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.adjustment.result import UNCONTROLLED
+from pgm_lab.bundle._correlated import alone
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.refuse import NetworkDefect
 from pgm_lab.bundle.reliability import critical_value
@@ -30,7 +31,8 @@ class Blunder:
     standardized : ndarray (2,)
         Its standardised residuals when it was removed.
     error : ndarray (2,)
-        Estimated error of the measurement, -v / r, in mm.
+        Estimated error of the measurement, -v / r, in mm; if x and y are correlated,
+        that of each as if the other had none, -(Pv)_i / (P Qvv P)_ii.
     sigma0 : float
         Standard deviation of unit weight with the ray; without it, see the next one.
     """
@@ -176,11 +178,10 @@ def _reason_to_stop(result: Bundle, alpha: float) -> str | None:
 
 def _blunder(result: Bundle, row: int, ray: int) -> Blunder:
     network = result.network
-    r = result.redundancy_numbers[row]
+    r = result.testable[row]
+    v = alone(result.residuals, network.sigma, network.correlation)[row]
     controlled = r > UNCONTROLLED
-    error = np.where(
-        controlled, -result.residuals[row] / np.where(controlled, r, 1), 0.0
-    )
+    error = np.where(controlled, -v / np.where(controlled, r, 1), 0.0)
     return Blunder(
         ray,
         network.photo_names[network.photo[row]],

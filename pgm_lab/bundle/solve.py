@@ -25,7 +25,7 @@ from pgm_lab.bundle.datum import (
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import Equations, State
 from pgm_lab.bundle.reduced import Reduced, points_alone, times_kept
-from pgm_lab.bundle.result import Bundle, kept_names
+from pgm_lab.bundle.result import Bundle, kept_unknowns, readable
 from pgm_lab.camera import PARAMETERS
 
 
@@ -187,7 +187,8 @@ def _factor(problem: Problem, state: State, reduced: Reduced, move: Motions):
         regular = False
     if not regular:
         refuse.check_attitudes(problem.network, state.exteriors)
-        refuse.refuse_kept(scaled, kept_names(problem.network, problem.estimate))
+        unknowns = kept_unknowns(problem.network, problem.estimate)
+        refuse.refuse_kept(scaled, readable(unknowns))
     return scale, factor
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab._rounding import plain
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
@@ -32,19 +33,12 @@ def count(number: int, noun: str) -> str:
     return f"{word} {noun}{'s' if number > 1 else ''}"
 
 
-def plain(value: float, digits: int = 2) -> str:
-    """Write a number with so many digits, and never with an exponent."""
-    return np.format_float_positional(
-        value, digits, unique=False, fractional=False, trim="-"
-    )
-
-
 def listed(words: Iterable[object]) -> str:
     """Join words with commas, and count those beyond the first few."""
-    words = [str(word) for word in words]
-    if len(words) > LONGEST:
-        return f"{', '.join(words[:LONGEST])} and {len(words) - LONGEST} more"
-    *before, last = words
+    names = [str(word) for word in words]
+    if len(names) > LONGEST:
+        return f"{', '.join(names[:LONGEST])} and {len(names) - LONGEST} more"
+    *before, last = names
     return f"{', '.join(before)} and {last}" if before else last
 
 
@@ -69,10 +63,7 @@ def _balance(result: Bundle) -> str:
     network = result.network
     unknowns = len(result.names) + int(np.sum(~network.held))
     coordinates = 2 * len(network.xy)
-    control = 0
-    if network.control is not None:
-        points, _, sigma = network.control
-        control = int(np.sum(np.isfinite(sigma) & ~network.held[points]))
+    control = int(np.sum(network.known & ~network.held))
     bars = len(network.scale_bars)
     inner = result.redundancy + unknowns - coordinates - control - bars
     against = [f"{coordinates} image coordinates"]
@@ -84,10 +75,7 @@ def _balance(result: Bundle) -> str:
 
 def observations(network: Network) -> str:
     """Say whose standard deviations sigma0 judges."""
-    weighted = len(network.scale_bars) > 0
-    if network.control is not None:
-        sigma = network.control[2]
-        weighted |= bool(np.any((sigma > 0) & np.isfinite(sigma)))
+    weighted = len(network.scale_bars) > 0 or np.any(network.known & ~network.held)
     return "the observations" if weighted else "the image coordinates"
 
 
@@ -166,11 +154,7 @@ def datum(result: Bundle) -> str:
 
 def _control_is_least(network: Network) -> bool:
     """Whether there are as many control coordinates as motions to stop."""
-    known = network.held
-    if network.control is not None:
-        index, _, sigma = network.control
-        known[index] |= np.isfinite(sigma)
-    return np.sum(known) == (6 if len(network.scale_bars) else 7)
+    return np.sum(network.known) == (6 if len(network.scale_bars) else 7)
 
 
 def conventions(result: Bundle) -> Sequence[str]:

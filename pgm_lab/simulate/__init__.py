@@ -4,6 +4,7 @@ from pgm_lab.simulate.images import photograph, target
 from pgm_lab.simulate.network import KnownNetwork, network
 from pgm_lab.simulate.pairs import shrunk_pair, texture_pair
 from pgm_lab.simulate.photos import control_photo, pair, rotations, rough
+from pgm_lab.simulate.scene import on_relief, relief_photo
 from pgm_lab.simulate.texture import (
     Texture,
     grey_gradients,
@@ -18,8 +19,10 @@ __all__ = [
     "grey_gradients",
     "grey_values",
     "network",
+    "on_relief",
     "pair",
     "photograph",
+    "relief_photo",
     "rotations",
     "rough",
     "shrunk_pair",

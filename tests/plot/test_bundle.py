@@ -8,7 +8,7 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy.stats import norm, t
 
-from pgm_lab import bundle, datasets, plot
+from pgm_lab import _rounding, bundle, datasets, plot
 from pgm_lab.camera import PARAMETERS, Camera
 from pgm_lab.plot import _style
 
@@ -27,22 +27,11 @@ def result(
     """What `bundle.adjust` returns, as far as it is drawn, with random numbers."""
     rng = np.random.default_rng(seed)
     k, u = photos * per_photo, len(estimate) * len(cameras)
-    several = len(cameras) > 1
-    names = [
-        name + f" of camera {i + 1}" * several
-        for i in range(len(cameras))
-        for name in estimate
-    ]
     size = np.tile(np.abs(LENS.interior[[PARAMETERS.index(n) for n in estimate]]), 2)
     root = 0.1 * rng.normal(size=(u + 6 * photos, u + 6 * photos))
     root[:u] *= (size[:u] + 1e-6)[:, None]
     covariance = root @ root.T
     sd = np.sqrt(np.diag(covariance))
-    names += [
-        f"{name} of photo {i + 1}"
-        for i in range(photos)
-        for name in ("X0", "Y0", "Z0", "omega", "phi", "kappa")
-    ]
     network = SimpleNamespace(
         photo=np.repeat(np.arange(photos), per_photo),
         point=np.tile(np.arange(per_photo), photos),
@@ -51,13 +40,18 @@ def result(
         photo_names=range(1, photos + 1),
         point_names=range(1, per_photo + 1),
     )
+    unknowns = [
+        bundle.Unknown("camera", i + 1, name)
+        for i in range(len(cameras))
+        for name in estimate
+    ]
     v = 3e-4 * rng.normal(size=(k, 2))
     whole = dict(
         network=network,
         cameras=cameras,
         exteriors=np.zeros((photos, 6)),
-        names=tuple(names),
-        interior_names=tuple(names[:u]),
+        unknowns=tuple(unknowns),
+        interior_names=tuple(one.parameter for one in unknowns),
         covariance_interior=covariance[:u, :u],
         sd_interior=sd[:u],
         correlation=covariance / np.outer(sd, sd),
@@ -288,7 +282,7 @@ def test_no_correlation_is_written_minus_zero():
     ("value", "expected"), [(1, 1), (1.99, 1), (2, 2), (4999, 2000), (0.07, 0.05)]
 )
 def test_round_numbers_do_not_exceed_the_value(value, expected):
-    assert _style.round_number(value) == pytest.approx(expected)
+    assert _rounding.round_number(value) == pytest.approx(expected)
 
 
 def test_names_of_parameters_become_formulas():

@@ -1,9 +1,11 @@
-"""From pixel to photo and to the ground: image frames, scale and pixel size.
+"""From pixel to photo and back.
 
 Pixel coordinates are (column, row): x right, y down, integers at pixel centres, the
 origin at the centre of the top-left pixel. Photo coordinates are in millimetres: x
 right, y up, the origin at the centre of the image.
 """
+
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +30,7 @@ def image_centre(image_size: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Bani 2010, (2.4a), (2.4b); Muliawan 2013, (2.17).
+    (B 2.4a), (B 2.4b); (M 2.17).
 
     Examples
     --------
@@ -38,13 +40,35 @@ def image_centre(image_size: ArrayLike) -> np.ndarray:
     return _validate.image_size(image_size) / 2 - 0.5
 
 
+@overload
 def pixel_to_photo(
     pixels: ArrayLike,
     image_size: ArrayLike,
     pixel_size: ArrayLike,
     check_size: bool = True,
-) -> np.ndarray:
-    """Turn pixel coordinates into photo coordinates.
+) -> np.ndarray: ...
+
+
+@overload
+def pixel_to_photo(
+    pixels: ArrayLike,
+    image_size: ArrayLike,
+    pixel_size: ArrayLike,
+    check_size: bool = True,
+    *,
+    covariance: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray]: ...
+
+
+def pixel_to_photo(
+    pixels: ArrayLike,
+    image_size: ArrayLike,
+    pixel_size: ArrayLike,
+    check_size: bool = True,
+    *,
+    covariance: ArrayLike | None = None,
+) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
+    """Turn pixel coordinates into photo coordinates, and their covariance if given.
 
     The formula holds outside the image too.
 
@@ -60,21 +84,27 @@ def pixel_to_photo(
         Refuse points that do not fit into the image, but would if its two sizes were
         exchanged. (When they fit both ways, that cannot be noticed.) Say False for
         computed points, which may rightly lie outside the image.
+    covariance : array_like (..., 2, 2), optional
+        Covariance of (column, row) in square pixels, one for each point or one for all.
 
     Returns
     -------
-    ndarray (..., 2)
+    photo : ndarray (..., 2)
         (x, y) in mm; x right, y up, origin at the centre of the image.
+    covariance : ndarray (..., 2, 2)
+        Covariance of (x, y) in mm^2, only if one was given: J C J^T with
+        J = diag(size_x, -size_y). The y axis turns round, and with it the sign of the
+        covariance between x and y.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, a size is not positive, or the
-        image size is evidently (rows, columns).
+        If a shape is wrong, a number is not finite, a size is not positive, the
+        image size is evidently (rows, columns), or a covariance is none.
 
     References
     ----------
-    Bani 2010, (2.3a), (2.3b); Muliawan 2013, (2.16).
+    (B 2.3a), (B 2.3b); (M 2.16).
 
     Examples
     --------
@@ -83,6 +113,11 @@ def pixel_to_photo(
     >>> pixel_to_photo([[0, 0], [1935, 1295]], (1936, 1296), 0.01)
     array([[-9.675,  6.475],
            [ 9.675, -6.475]])
+    >>> C = [[0.04, 0.01], [0.01, 0.09]]
+    >>> photo, C = pixel_to_photo([0, 0], (1936, 1296), 0.01, covariance=C)
+    >>> C
+    array([[ 4.e-06, -1.e-06],
+           [-1.e-06,  9.e-06]])
     """
     pixels = _validate.points(pixels, 2, "pixels")
     if check_size:
@@ -91,12 +126,35 @@ def pixel_to_photo(
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
     x = (pixels[..., 0] - xc) * size_x
     y = (yc - pixels[..., 1]) * size_y
-    return np.stack([x, y], axis=-1)
+    photo = np.stack([x, y], axis=-1)
+    if covariance is None:
+        return photo
+    return photo, _propagated(covariance, photo, size_x, -size_y)
+
+
+@overload
+def photo_to_pixel(
+    photo: ArrayLike, image_size: ArrayLike, pixel_size: ArrayLike
+) -> np.ndarray: ...
+
+
+@overload
+def photo_to_pixel(
+    photo: ArrayLike,
+    image_size: ArrayLike,
+    pixel_size: ArrayLike,
+    *,
+    covariance: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray]: ...
 
 
 def photo_to_pixel(
-    photo: ArrayLike, image_size: ArrayLike, pixel_size: ArrayLike
-) -> np.ndarray:
+    photo: ArrayLike,
+    image_size: ArrayLike,
+    pixel_size: ArrayLike,
+    *,
+    covariance: ArrayLike | None = None,
+) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
     """Turn photo coordinates into pixel coordinates: the inverse of `pixel_to_photo`.
 
     Parameters
@@ -107,20 +165,25 @@ def photo_to_pixel(
         Size of the image in pixels.
     pixel_size : float or (x, y)
         Size of a pixel on the sensor, in mm.
+    covariance : array_like (..., 2, 2), optional
+        Covariance of (x, y) in mm^2, one for each point or one for all.
 
     Returns
     -------
-    ndarray (..., 2)
+    pixels : ndarray (..., 2)
         (column, row) in pixels; x right, y down, integers at pixel centres.
+    covariance : ndarray (..., 2, 2)
+        Covariance of (column, row) in square pixels, only if one was given.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite or a size is not positive.
+        If a shape is wrong, a number is not finite, a size is not positive, or a
+        covariance is none.
 
     References
     ----------
-    Bani 2010, (2.5a); (2.5b) with its sign turned, so that it undoes (2.3b).
+    (B 2.5a); (B 2.5b) with its sign turned, so that it undoes (B 2.3b).
 
     Examples
     --------
@@ -132,7 +195,26 @@ def photo_to_pixel(
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
     column = photo[..., 0] / size_x + xc
     row = yc - photo[..., 1] / size_y
-    return np.stack([column, row], axis=-1)
+    pixels = np.stack([column, row], axis=-1)
+    if covariance is None:
+        return pixels
+    return pixels, _propagated(covariance, pixels, 1 / size_x, -1 / size_y)
+
+
+def _propagated(
+    covariance: ArrayLike, points: np.ndarray, by_x: float, by_y: float
+) -> np.ndarray:
+    """J C J^T for each point (..., 2), with J = diag(by_x, by_y)."""
+    C = _validate.covariances(covariance, "covariance")
+    try:
+        C = np.broadcast_to(C, (*points.shape, 2))
+    except ValueError:
+        raise ValueError(
+            f"covariance must be one (2, 2) or one for each point,"
+            f" {(*points.shape, 2)}; got {C.shape}"
+        ) from None
+    scale = np.array([by_x, by_y])
+    return C * scale * scale[:, None]
 
 
 def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.ndarray:
@@ -189,7 +271,7 @@ def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (2.1), with f for the principal distance c.
+    (M 2.1), with f for the principal distance c.
 
     Examples
     --------
@@ -199,99 +281,3 @@ def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
     c = float(_validate.positive(_validate.number(c, "c"), "c", "mm"))
     x0, y0 = _validate.number(x0, "x0"), _validate.number(y0, "y0")
     return np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, -c]])
-
-
-def scale_number(
-    flying_height: ArrayLike, principal_distance: ArrayLike
-) -> np.ndarray | float:
-    """Scale number H / c of a vertical photo of level ground.
-
-    The image scale is 1 : scale number; in a tilted photo or over hilly ground it
-    changes from point to point.
-
-    Parameters
-    ----------
-    flying_height : array_like
-        Height H of the perspective centre above the ground, in m.
-    principal_distance : array_like
-        Principal distance c, in mm; broadcasts against the height.
-
-    Returns
-    -------
-    float or ndarray
-        Metres on the ground for each metre in the photo.
-
-    References
-    ----------
-    Harintaka 2020, H/f in "Hasil dan Pembahasan".
-
-    Examples
-    --------
-    >>> print(f"1 : {scale_number(1000.0, 24.0):.0f}")
-    1 : 41667
-    """
-    height = _validate.positive(flying_height, "flying_height", "m")
-    c = _validate.positive(principal_distance, "principal_distance", "mm")
-    return height / (c / 1000)
-
-
-def ground_sampling_distance(
-    pixel_size: ArrayLike, flying_height: ArrayLike, principal_distance: ArrayLike
-) -> np.ndarray | float:
-    """Size of a pixel on level ground (ground sampling distance, GSD).
-
-    Parameters
-    ----------
-    pixel_size : array_like
-        Size of a pixel on the sensor, in mm.
-    flying_height : array_like
-        Height above the ground, in m.
-    principal_distance : array_like
-        Principal distance, in mm. All three broadcast against each other.
-
-    Returns
-    -------
-    float or ndarray
-        Ground sampling distance, in m.
-
-    References
-    ----------
-    Harintaka 2020, "Metode": GSD = pixel size times H/f.
-
-    Examples
-    --------
-    >>> print(f"{ground_sampling_distance(0.00549, 1000.0, 24.0):.3f} m")
-    0.229 m
-    """
-    size = _validate.positive(pixel_size, "pixel_size", "mm")
-    return size / 1000 * scale_number(flying_height, principal_distance)
-
-
-def flying_height(
-    gsd: ArrayLike, pixel_size: ArrayLike, principal_distance: ArrayLike
-) -> np.ndarray | float:
-    """Height above level ground that gives a wanted ground sampling distance.
-
-    Parameters
-    ----------
-    gsd : array_like
-        Ground sampling distance, in m.
-    pixel_size : array_like
-        Size of a pixel on the sensor, in mm.
-    principal_distance : array_like
-        Principal distance, in mm. All three broadcast against each other.
-
-    Returns
-    -------
-    float or ndarray
-        Flying height, in m.
-
-    Examples
-    --------
-    >>> print(f"{flying_height(0.20, 0.00549, 24.0):.1f} m")
-    874.3 m
-    """
-    distance = _validate.positive(gsd, "gsd", "m")
-    size = _validate.positive(pixel_size, "pixel_size", "mm")
-    c = _validate.positive(principal_distance, "principal_distance", "mm")
-    return distance * c / size

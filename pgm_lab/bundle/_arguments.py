@@ -1,0 +1,146 @@
+"""Arguments of a network: checked, and brought into the shapes that it keeps."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+
+SIGMA = 0.001  # mm, of image coordinates of which nothing is said
+
+
+def table(
+    values: ArrayLike, columns: int, name: str, rows: int | None = None
+) -> np.ndarray:
+    """Return a copy of `values` as an array (rows, columns)."""
+    array = _validate.points(values, columns, name)
+    if array.ndim != 2 or (rows is not None and len(array) != rows):
+        raise ValueError(
+            f"{name} must have shape ({'rows' if rows is None else rows}, {columns});"
+            f" got {array.shape}"
+        )
+    return array.copy()
+
+
+def indices(
+    values: ArrayLike, size: int, name: str, length: int | None = None
+) -> np.ndarray:
+    """Return `values` as indices from 0 to size - 1."""
+    array = np.asarray(values if np.size(values) else np.zeros(0, int))
+    whole = np.issubdtype(array.dtype, np.integer)
+    if array.ndim != 1 or not whole or length not in (None, len(array)):
+        raise ValueError(
+            f"{name} must be whole numbers in one row"
+            + (f" of {length}" if length is not None else "")
+            + f"; got shape {array.shape} of {array.dtype}"
+        )
+    if array.size and (array.min() < 0 or array.max() >= size):
+        raise ValueError(
+            f"{name} must be indices from 0 to {size - 1}; got {array.min()} to"
+            f" {array.max()}. Numbers in a file often count from 1"
+        )
+    return array.astype(int)
+
+
+def accuracy(
+    sigma: ArrayLike | None, covariance: ArrayLike | None, k: int
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return standard deviations (k, 2), and covariances (k, 2, 2) if they were given.
+
+    An empty sigma was not given.
+    """
+    given = sigma is not None and np.size(sigma) > 0
+    if covariance is None:
+        values = _validate.finite(sigma if given else SIGMA, "sigma")
+        _validate.refuse(
+            np.atleast_1d(values <= 0),
+            "sigma{} must be positive standard deviations; to leave an observation out,"
+            " leave out its ray",
+        )
+        return broadcast(values, (k, 2), "sigma"), None
+    C = _validate.covariances(covariance, "covariance", singular=False)
+    C = broadcast(C, (k, 2, 2), "covariance")
+    sd = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
+    if not given:
+        return sd, C
+    if not np.allclose(broadcast(np.asarray(sigma), (k, 2), "sigma"), sd, 1e-9, 0):
+        raise ValueError(
+            "sigma and covariance say different things: give one of them, and None for"
+            " the other"
+        )
+    return sd, C
+
+
+def broadcast(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
+    """Return `values` in this shape."""
+    try:
+        return np.broadcast_to(values, shape)
+    except ValueError:
+        what = "one matrix (2, 2)" if name == "covariance" else "one number"
+        raise ValueError(
+            f"{name} must be {what} or have shape {shape}; got {values.shape}"
+        ) from None
+
+
+def control(
+    values: tuple | None, n: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Return points (q,), coordinates (q, 3) and sigma (q, 3) of control points."""
+    if values is None:
+        return None
+    index, coordinates, sigma = _parts(values, 3, "control")
+    index = indices(index, n, "control")
+    if len(np.unique(index)) != len(index):
+        raise ValueError("control has a point twice")
+    coordinates = table(coordinates, 3, "control", len(index))
+    sigma = np.asarray(sigma, dtype=float)
+    if np.any(np.isnan(sigma)) or np.any(sigma < 0):
+        raise ValueError(
+            "control must have sigmas above 0, 0 to hold a coordinate, or inf to leave"
+            " it free"
+        )
+    return index, coordinates, broadcast(sigma, coordinates.shape, "control sigma")
+
+
+def check(values: tuple | None, n: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return points (c,) and coordinates (c, 3) of check points."""
+    if values is None:
+        return None
+    index, coordinates = _parts(values, 2, "check")
+    index = indices(index, n, "check")
+    return index, table(coordinates, 3, "check", len(index))
+
+
+def _parts(values: tuple, number: int, name: str) -> tuple:
+    if not isinstance(values, tuple | list) or len(values) != number:
+        words = ("points", "coordinates", "sigma")[:number]
+        raise ValueError(f"{name} must be a tuple ({', '.join(words)})")
+    return tuple(values)
+
+
+def scale_bars(values: ArrayLike, points: np.ndarray) -> np.ndarray:
+    """Return scale bars (s, 4)."""
+    bars = np.reshape(values, (-1, 4)) if np.size(values) else np.zeros((0, 4))
+    bars = _validate.finite(bars, "scale_bars")
+    ends = bars[:, :2]
+    whole = ends.astype(int)
+    indices(whole.ravel(), len(points), "the points of scale_bars")
+    if np.any(ends != np.round(ends)) or np.any(ends[:, 0] == ends[:, 1]):
+        raise ValueError("scale_bars must join two different points, by their indices")
+    if np.any(bars[:, 2:] <= 0):
+        raise ValueError("scale_bars must have a positive distance and sigma")
+    _validate.refuse(
+        np.all(points[whole[:, 0]] == points[whole[:, 1]], axis=1),
+        "scale_bars{} join points with the same start values: a distance of 0 has no"
+        " direction",
+    )
+    return bars
+
+
+def names(values: Sequence | None, size: int, what: str) -> tuple:
+    """Return names, 1, 2, ... where there are none."""
+    given = range(1, size + 1) if values is None or not len(values) else values
+    if len(given) != size or len(set(given)) != size:
+        raise ValueError(f"{what} must be {size} different names; got {len(given)}")
+    return tuple(given)

@@ -1,0 +1,188 @@
+"""Arguments of a network from tables with names, and those of a part of a network."""
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pgm_lab.camera import Camera
+
+if TYPE_CHECKING:
+    from pgm_lab.bundle.network import Network
+
+ROWS = (
+    "observations must be rows (photo, point, x, y), (photo, point, x, y, sx, sy) or"
+    " (photo, point, x, y, covariance), all alike"
+)
+
+
+def read(
+    cameras: Camera | Mapping,
+    photos: Mapping,
+    points: Mapping,
+    observations: Iterable,
+    camera: Mapping | None,
+) -> dict[str, Any]:
+    """Cameras, photos, points and rays of a network, from tables with names."""
+    for name, table in (("photos", photos), ("points", points)):
+        if not isinstance(table, Mapping) or not table:
+            raise ValueError(f"{name} must be a mapping of names, with one or more")
+    found = _read_rows(
+        [tuple(row) for row in observations],
+        _Places(photos, "photos"),
+        _Places(points, "points"),
+    )
+    found |= {
+        "cameras": cameras,
+        "exteriors": _numbers(photos, 6, "photos"),
+        "points": _numbers(points, 3, "points"),
+        "photo_names": tuple(photos),
+        "point_names": tuple(points),
+    }
+    if isinstance(cameras, Mapping):
+        found["cameras"] = tuple(cameras.values())
+        found["camera"] = _camera_of_photos(cameras, photos, camera)
+    return found
+
+
+def roles(
+    points: Mapping,
+    fixed: Iterable,
+    control: Mapping | None,
+    check: Mapping | None,
+    datum_points: Iterable | None,
+    scale_bars: Iterable,
+) -> dict[str, Any]:
+    """What is known of the points, by their names."""
+    places = _Places(points, "points")
+    bars = [tuple(bar) for bar in scale_bars]
+    if any(len(bar) != 4 for bar in bars):
+        raise ValueError("scale_bars must be rows (point, point, distance, sigma)")
+    found: dict[str, Any] = {
+        "fixed": places.of(fixed, "fixed"),
+        "scale_bars": [
+            (*places.of(bar[:2], f"scale_bars, row {i}"), *bar[2:])
+            for i, bar in enumerate(bars)
+        ],
+    }
+    if control:
+        values = _numbers(control, 6, "control", finite=False)
+        found["control"] = places.of(control, "control"), values[:, :3], values[:, 3:]
+    if check:
+        found["check"] = places.of(check, "check"), _numbers(check, 3, "check")
+    if datum_points is not None:
+        found["datum_points"] = places.of(datum_points, "datum_points")
+    return found
+
+
+class _Places:
+    """Where each name stands in its table."""
+
+    def __init__(self, table: Iterable, name: str) -> None:
+        self.place = {key: i for i, key in enumerate(table)}
+        self.name = name
+
+    def of(self, names: Iterable, where: str) -> np.ndarray:
+        """Return the places of names; `where` they stand is for the message."""
+        return np.array([self.one(name, where) for name in names], int)
+
+    def one(self, name: Any, where: str) -> int:
+        """Return the place of one name."""
+        try:
+            return self.place[name]
+        except (KeyError, TypeError):
+            some = ", ".join(map(repr, list(self.place)[:5]))
+            more = ", ..." if len(self.place) > 5 else ""
+            raise ValueError(
+                f"{where}: {name!r} is not in {self.name}, which has {some}{more}"
+            ) from None
+
+
+def _read_rows(rows: list[tuple], photos: _Places, points: _Places) -> dict[str, Any]:
+    """Indices, coordinates and accuracies of the rows of observations."""
+    kinds = {len(row) for row in rows}
+    if len(kinds) != 1 or not kinds <= {4, 5, 6}:
+        raise ValueError(f"{ROWS}; got rows of {sorted(kinds) or 'no'} columns")
+    found: dict[str, Any] = {
+        "photo": np.array(
+            [photos.one(row[0], f"observations, row {i}") for i, row in enumerate(rows)]
+        ),
+        "point": np.array(
+            [points.one(row[1], f"observations, row {i}") for i, row in enumerate(rows)]
+        ),
+        "xy": [row[2:4] for row in rows],
+    }
+    if kinds == {6}:
+        found["sigma"] = [row[4:] for row in rows]
+    if kinds == {5}:
+        if {np.shape(row[4]) for row in rows} != {(2, 2)}:
+            raise ValueError(f"{ROWS}; a covariance has shape (2, 2)")
+        found["covariance"] = [row[4] for row in rows]
+    return found
+
+
+def _numbers(
+    table: Mapping, columns: int, name: str, finite: bool = True
+) -> np.ndarray:
+    """Return the values of a table as rows of so many numbers."""
+    for key, row in table.items():
+        if np.shape(row) != (columns,) or (finite and not np.all(np.isfinite(row))):
+            kind = "finite numbers" if finite else "numbers"
+            raise ValueError(f"{name}, {key!r}: {columns} {kind} are needed; got {row}")
+    return np.array(list(table.values()), dtype=float)
+
+
+def _camera_of_photos(
+    cameras: Mapping, photos: Mapping, camera: Mapping | None
+) -> np.ndarray:
+    if camera is None:
+        if len(cameras) > 1:
+            raise ValueError("camera must name the camera of each photo: {photo: name}")
+        return np.zeros(len(photos), int)
+    if missing := [name for name in photos if name not in camera]:
+        raise ValueError(f"camera says nothing of photo {missing[0]!r}")
+    return _Places(cameras, "cameras").of((camera[name] for name in photos), "camera")
+
+
+def some_rays(network: "Network", kept: np.ndarray) -> dict[str, Any]:
+    """What changes in a network of which some rays (k,) are kept."""
+    C = network.covariance
+    return {
+        "photo": network.photo[kept],
+        "point": network.point[kept],
+        "xy": network.xy[kept],
+        "sigma": network.sigma[kept],
+        "covariance": None if C is None else C[kept],
+    }
+
+
+def some_of(network: "Network", photos: np.ndarray, points: np.ndarray) -> dict:
+    """What changes in a network of some photos (m,) and points (n,), by their rays."""
+    photo_place, point_place = np.cumsum(photos) - 1, np.cumsum(points) - 1
+    found = some_rays(network, photos[network.photo] & points[network.point])
+    found |= {
+        "exteriors": network.exteriors[photos],
+        "points": network.points[points],
+        "photo": photo_place[found["photo"]],
+        "point": point_place[found["point"]],
+        "photo_names": _some(network.photo_names, photos),
+        "point_names": _some(network.point_names, points),
+        "fixed": point_place[network.fixed[points[network.fixed]]],
+    }
+    used, camera = np.unique(network.camera[photos], return_inverse=True)
+    found |= {"cameras": tuple(network.cameras[i] for i in used), "camera": camera}
+    for name in ("control", "check"):
+        if (known := getattr(network, name)) is not None:
+            index, *values = (part[points[known[0]]] for part in known)
+            found[name] = (point_place[index], *values) if len(index) else None
+    if network.datum_points is not None:
+        datum = network.datum_points[points[network.datum_points]]
+        found["datum_points"] = point_place[datum]
+    ends = network.scale_bars[:, :2].astype(int)
+    there = points[ends].all(axis=1)
+    bars = np.column_stack([point_place[ends], network.scale_bars[:, 2:]])
+    return found | {"scale_bars": bars[there]}
+
+
+def _some(names: tuple, kept: np.ndarray) -> tuple:
+    return tuple(name for name, keep in zip(names, kept) if keep)

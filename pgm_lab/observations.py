@@ -1,0 +1,205 @@
+"""Matches become image observations: photo coordinates with their covariances.
+
+The step from chapters 2 and 3 to chapters 5 and 6: what `ncc.match` and `lsm.match`
+have found goes in one call to what `bundle.Network.of` takes.
+"""
+
+from collections import Counter
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate, frames, lsm, ncc
+
+ACCEPTED = ("matched", "converged")  # statuses of ncc and of lsm
+
+
+@dataclass(frozen=True, eq=False)
+class Observations:
+    """Image coordinates of points in photos, all by their names.
+
+    Attributes
+    ----------
+    photo, point : tuple (k,)
+        Names of the photo and of the point of each ray.
+    xy : ndarray (k, 2)
+        Photo coordinates in mm.
+    covariance : ndarray (k, 2, 2)
+        Their covariances in mm^2.
+    dropped : dict {(photo, status): number}
+        How many matches were left out in a photo, and the status that says why.
+    """
+
+    photo: tuple[Hashable, ...]
+    point: tuple[Hashable, ...]
+    xy: np.ndarray
+    covariance: np.ndarray
+    dropped: dict[tuple[Hashable, str], int]
+
+    @property
+    def rows(self) -> list[tuple]:
+        """Rows (photo, point, x, y, covariance), as `bundle.Network.of` takes them."""
+        return list(zip(self.photo, self.point, *self.xy.T, self.covariance))
+
+    def common(self, *photos: Hashable) -> tuple[tuple[Hashable, ...], np.ndarray]:
+        """Points that all of these photos show.
+
+        Parameters
+        ----------
+        *photos : names of photos
+
+        Returns
+        -------
+        names : tuple (n,)
+            In the order of the first photo.
+        xy : ndarray (photos, n, 2)
+            Their photo coordinates in mm.
+        """
+        where: list[dict[Hashable, int]] = [{} for _ in photos]
+        for photo, rows in zip(photos, where):
+            if photo not in self.photo:
+                raise ValueError(f"no observation was made in photo {photo!r}")
+            rows |= {self.point[i]: i for i, p in enumerate(self.photo) if p == photo}
+        names = tuple(p for p in where[0] if all(p in rows for rows in where))
+        return names, self.xy[[[rows[p] for p in names] for rows in where]]
+
+    def __str__(self) -> str:
+        """Say how many points each photo shows, and what was dropped and why."""
+        lines = []
+        for photo, number in Counter(self.photo).items():
+            why = [f"{n} {s}" for (p, s), n in self.dropped.items() if p == photo]
+            dropped = f", dropped: {', '.join(why)}" if why else ""
+            lines.append(f"photo {photo}: {number} points{dropped}")
+        return "\n".join(lines)
+
+
+def from_matches(
+    left_points: ArrayLike,
+    matches: Mapping[Hashable, ncc.Match | lsm.Match],
+    image_size: ArrayLike,
+    pixel_size: ArrayLike,
+    *,
+    left: Hashable,
+    points: Sequence[Hashable] | None = None,
+    left_share: float = 0.5,
+) -> Observations:
+    """Turn matches of one photo with others into image observations.
+
+    Only accepted matches are taken. A point without any is left out in the left photo
+    too.
+
+    Parameters
+    ----------
+    left_points : array_like (n, 2)
+        (column, row) in pixels, which were matched.
+    matches : mapping {name of the right photo: ncc.Match or lsm.Match}
+        Each of the same n points.
+    image_size : (columns, rows)
+        Of all photos, in pixels.
+    pixel_size : float or (x, y)
+        In mm.
+    left : name
+        Of the left photo.
+    points : sequence of n names, optional
+        0, 1, ... when missing.
+    left_share : float
+        Share of the covariance of a match that is an error of the left point; between
+        0 and 1, both excluded.
+
+    Returns
+    -------
+    Observations
+
+    Raises
+    ------
+    ValueError
+        If a match has not n points, no match was accepted, names are not unique, or a
+        number is not what is described here.
+
+    Notes
+    -----
+    A point is chosen in the left photo: its position there has no error by definition,
+    and matching puts all noise into the right one. But half of that noise came from the
+    left window, and it moves the matches in all other photos alike, which covariances
+    of 2 x 2, ray by ray, cannot say. Counted as an error e_0 of the left point, it
+    stays where it was made: with e_i from the noise of the right window, the match
+    scatters by e_i - J e_0, and
+
+        C = C_i + J C_0 J^T,    C_i = (1 - s) C,    J C_0 J^T = s C
+
+    with J, the affine shape that least squares matching found (the identity for `ncc`),
+    and s, the share. All observations are then independent of each other. s = 1/2 is
+    right for equal noise and contrast. C_0 is the mean over the photos of a point. The
+    point that is then measured is the one that the left window shows with its noise,
+    beside the chosen one by e_0: on a surface, a point of the same surface. A share
+    near 0 keeps the chosen point, and is right with two photos, but calls the matches
+    in more of them independent, which they are not. The rounding of whole pixels in
+    `ncc` is shared in the same way; the sum, which makes the parallax, stays right.
+
+    Examples
+    --------
+    >>> from pgm_lab import simulate
+    >>> grey = simulate.texture_pair(
+    ...     simulate.texture(seed=1), (60, 80), (3.25, 1, 0, -1.5, 0, 1), sigma=1.0
+    ... )
+    >>> chosen = [(30, 28), (40, 30), (3, 3)]
+    >>> start = ncc.match(*grey, chosen, search=41)
+    >>> fine = lsm.match(*grey, chosen, np.nan_to_num(start.points))
+    >>> found = from_matches(chosen, {"B": fine}, (80, 60), 0.01, left="A")
+    >>> print(found)
+    photo A: 2 points
+    photo B: 2 points, dropped: 1 template leaves the image
+    >>> found.rows[2][:2], found.xy[2].round(3)
+    (('B', 0), array([-0.063,  0.03 ]))
+    """
+    chosen = _validate.point_list(left_points, "left_points")
+    n = len(chosen)
+    names = tuple(range(n)) if points is None else tuple(points)
+    if len(names) != n or len(set(names)) != n:
+        raise ValueError(f"points must be {n} different names; got {len(names)}")
+    if left in matches:
+        raise ValueError(f"photo {left!r} is the left one: it has no match with itself")
+    share = _validate.number(left_share, "left_share")
+    if not 0 < share < 1:
+        raise ValueError(
+            "left_share must lie between 0 and 1: no observation of a network is exact;"
+            f" got {left_share}"
+        )
+    of_left, count = np.zeros((n, 2, 2)), np.zeros(n, int)
+    photos, rays, pixels, covariances = [], [], [], []
+    dropped: dict[tuple[Hashable, str], int] = {}
+    for photo, match in matches.items():
+        if len(match.status) != n:
+            raise ValueError(
+                f"the match with photo {photo!r} has {len(match.status)} points, but"
+                f" left_points has {n}"
+            )
+        good = np.flatnonzero(np.isin(match.status, ACCEPTED))
+        lost = Counter(s for s in match.status.tolist() if s not in ACCEPTED)
+        dropped |= {(photo, status): number for status, number in lost.items()}
+        photos += [photo] * len(good)
+        rays.append(good)
+        pixels.append(match.points[good])
+        covariances.append((1 - share) * match.covariance[good])
+        of_left[good] += share * _in_left_photo(match, good)
+        count[good] += 1
+    good = np.flatnonzero(count)
+    if not len(good):
+        raise ValueError(f"no match was accepted: {dropped}")
+    C = np.concatenate([of_left[good] / count[good, None, None], *covariances])
+    xy, C = frames.pixel_to_photo(
+        np.concatenate([chosen[good], *pixels]), image_size, pixel_size, covariance=C
+    )
+    point = tuple(names[i] for i in np.concatenate([good, *rays]))
+    return Observations((*[left] * len(good), *photos), point, xy, C, dropped)
+
+
+def _in_left_photo(match: ncc.Match | lsm.Match, good: np.ndarray) -> np.ndarray:
+    """Covariances (m, 2, 2) of matches, turned into pixels of the left photo."""
+    C = match.covariance[good]
+    if isinstance(match, ncc.Match):
+        return C
+    J = np.linalg.inv(match.parameters[good][:, [[1, 2], [4, 5]]])
+    return J @ C @ np.swapaxes(J, 1, 2)

@@ -1,0 +1,165 @@
+"""Correlated image coordinates: the bundle against the dense adjustment, and samples.
+
+The dense core takes the whole covariance matrix of the observations, and shares nothing
+with the bundle here but the collinearity equations and their derivatives.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+from pgm_lab import bundle
+from pgm_lab.camera import project
+from tests.networks import dense, moved, small
+
+SOME = ("c", "x0", "K1")
+LENS = ("c", "x0", "y0", "K1", "P1", "P2", "b1")  # all that the true camera has
+
+
+def correlated(**options):
+    """A small network with covariances of all kinds, up to a correlation of 0.97."""
+    network = small(**options)
+    rho = np.random.default_rng(8).uniform(-0.97, 0.97, len(network.xy))
+    C = network.sigma[:, :, None] * network.sigma[:, None, :]
+    C[:, 0, 1] *= rho
+    C[:, 1, 0] *= rho
+    return replace(network, sigma=None, covariance=C)
+
+
+def controlled(network):
+    """Four points held, so that the dense core needs no constraints."""
+    return replace(network, fixed=[0, 3, 6, 9])
+
+
+@pytest.mark.parametrize(
+    ("options", "estimate", "prior"),
+    [
+        ({}, SOME, None),
+        ({"cameras": 2, "skip": 15}, SOME, 0.7),
+        ({"lens": "forward", "photos": 4}, (), None),
+    ],
+)
+def test_everything_is_as_from_the_dense_adjustment(options, estimate, prior):
+    network = controlled(correlated(**options))
+    found = bundle.adjust(network, estimate, sigma0_prior=prior, tolerance=1e-9)
+    C = block_diag(*network.covariance)
+    expected, (interior, exteriors, points), _ = dense(
+        network, estimate, free=~network.held, covariance=C, sigma0_prior=prior
+    )
+    assert found.sigma0 == pytest.approx(expected.sigma0, rel=1e-9)
+    np.testing.assert_allclose(found.exteriors, exteriors, rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(found.points, points, rtol=1e-8, atol=1e-6)
+    u = len(found.covariance)
+    sd = np.sqrt(np.diagonal(found.covariance))
+    off = (found.covariance - expected.covariance[:u, :u]) / np.outer(sd, sd)
+    assert np.abs(off).max() < 1e-6
+    k = network.xy.shape
+    np.testing.assert_allclose(
+        found.residuals, expected.residuals.reshape(k), rtol=0, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        found.redundancy_numbers,
+        expected.redundancy_numbers.reshape(k),
+        rtol=0,
+        atol=1e-7,
+    )
+    np.testing.assert_allclose(
+        found.standardized, expected.standardized.reshape(k), rtol=0, atol=1e-5
+    )
+    assert found.redundancy_numbers.sum() == pytest.approx(found.redundancy)
+
+
+def test_without_correlation_a_covariance_is_the_same_as_standard_deviations():
+    network = small(cameras=2)
+    C = network.sigma[:, :, None] ** 2 * np.eye(2)
+    one = bundle.adjust(network, SOME)
+    other = bundle.adjust(replace(network, sigma=None, covariance=C), SOME)
+    for name in ("sigma0", "points", "covariance", "standardized", "testable"):
+        values = getattr(one, name), getattr(other, name)
+        np.testing.assert_allclose(*values, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(one.testable, one.redundancy_numbers)
+
+
+def test_axes_of_the_photo_turned_by_a_right_angle_give_the_same_network():
+    """x and y change places in the covariance: all that is theirs goes with them."""
+    network = controlled(correlated())
+    turn = np.array([[0, 1], [-1, 0]])  # kappa grows by 90 degrees
+    exteriors = network.exteriors + [0, 0, 0, 0, 0, np.pi / 2]
+    turned = replace(
+        network,
+        exteriors=exteriors,
+        xy=network.xy @ turn.T,
+        sigma=None,
+        covariance=turn @ network.covariance @ turn.T,
+    )
+    one, other = (bundle.adjust(n, ("c",), tolerance=1e-9) for n in (network, turned))
+    np.testing.assert_allclose(other.points, one.points, rtol=1e-8, atol=1e-6)
+    np.testing.assert_allclose(other.testable, one.testable[:, ::-1], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(
+        np.abs(other.standardized), np.abs(one.standardized[:, ::-1]), atol=1e-5
+    )
+
+
+def test_a_free_network_with_covariances_does_not_depend_on_the_frame():
+    network = correlated()
+    found = bundle.adjust(network, SOME)
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+    again = bundle.adjust(moved(network, 2.0, turn, (10, -20, 5)), SOME)
+    np.testing.assert_allclose(again.residuals, found.residuals, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(again.testable, found.testable, rtol=0, atol=1e-6)
+
+
+def test_errors_that_follow_the_covariances_scatter_as_predicted():
+    network = correlated()
+    fitted = bundle.adjust(network, ())
+    truth = project(
+        network.cameras[0],
+        fitted.exteriors[network.photo],
+        fitted.points[network.point],
+    )
+    L, rng = np.linalg.cholesky(network.covariance), np.random.default_rng(4)
+    start = replace(network, exteriors=fitted.exteriors, points=fitted.points)
+    sigma0, error = [], []
+    for _ in range(60):
+        e = np.einsum("kij,kj->ki", L, rng.normal(size=truth.shape))
+        one = bundle.adjust(replace(start, xy=truth + e), (), sigma0_prior=1.0)
+        sigma0.append(one.sigma0**2)
+        sd = one.sd_points / one.sigma0
+        error.append((one.points - fitted.points) / sd)
+    n, r = 60, one.redundancy
+    assert abs(np.mean(sigma0) - 1) < 4 * np.sqrt(2 / (n * r))
+    # coordinates of one network are correlated: as if a third of them were independent
+    free = n * network.points.size / 3
+    assert abs(np.mean(np.square(error)) - 1) < 4 * np.sqrt(2 / free)
+
+
+def test_an_error_of_one_coordinate_is_found_with_its_size_and_its_test():
+    network = correlated()
+    before = bundle.adjust(network, LENS, sigma0_prior=1.0)
+    assert bundle.snoop(network, LENS, sigma0_prior=1.0).removed == ()
+    ray, error = 17, 0.03
+    xy = network.xy.copy()
+    xy[ray, 1] += error
+    snooping = bundle.snoop(replace(network, xy=xy), LENS, sigma0_prior=1.0)
+    blunder = snooping.removed[0]
+    assert blunder.ray == ray
+    least = bundle.reliability(before).internal
+    assert abs(blunder.error[1] - error) < least[ray, 1]
+    # the smallest error that is found moves the expected test value to delta0
+    w = snooping.before.standardized[ray, 1] - before.standardized[ray, 1]
+    assert abs(w) == pytest.approx(4.13 * error / least[ray, 1], rel=1e-3)
+
+
+def test_external_reliability_bounds_what_an_error_does_to_the_unknowns():
+    network = correlated()
+    before = bundle.adjust(network, LENS, sigma0_prior=1.0)
+    found = bundle.reliability(before)
+    for ray, axis in ((3, 0), (30, 1), (50, 0)):
+        xy = network.xy.copy()
+        xy[ray, axis] += found.internal[ray, axis]
+        after = bundle.adjust(replace(network, xy=xy), LENS, sigma0_prior=1.0)
+        change = np.abs(after.points - before.points)
+        sd = before.sd_points / before.sigma0
+        assert np.max(change / sd) <= found.external[ray, axis] * 1.01
