@@ -29,15 +29,18 @@ CHOSEN = CHOSEN.reshape(-1, 2).astype(float)
 NOISES = 4
 
 
-def photos(seed):
+def photos():
+    ground = (HILLS, GROUND, SIZE, PIXEL)
     return {
-        name: simulate.relief_photo(
-            *(CAMERA, station, HILLS, GROUND, SIZE, PIXEL),
-            cell=CELL,
-            sigma=8.0,
-            seed=[seed, i],
-        )
-        for i, (name, station) in enumerate(STATIONS.items())
+        name: simulate.relief_photo(CAMERA, station, *ground, cell=CELL)
+        for name, station in STATIONS.items()
+    }
+
+
+def noisy(grey, seed):
+    return {
+        name: simulate.photograph(one, 8.0, [seed, i])
+        for i, (name, one) in enumerate(grey.items())
     }
 
 
@@ -74,7 +77,8 @@ def true_points(seen, names):
 
 @pytest.fixture(scope="module")
 def walks():
-    return [walk(photos(seed)) for seed in range(NOISES)]
+    grey = photos()
+    return [walk(noisy(grey, seed)) for seed in range(NOISES)]
 
 
 def test_heights_above_the_true_relief_are_as_large_as_predicted(walks):
