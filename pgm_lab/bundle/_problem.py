@@ -31,23 +31,22 @@ class Problem:
     datum: str
 
     @classmethod
-    def of(cls, network: Network, estimate: Sequence[str], datum: str | None):
+    def of(
+        cls, network: Network, estimate: Sequence[str], datum: str | None
+    ) -> "Problem":
+        """Check the names of interior parameters and datum, and sort the rays."""
         estimate = (estimate,) if isinstance(estimate, str) else tuple(estimate)
         for name in estimate:
             _validate.choice(name, "estimate", PARAMETERS)
         estimated = [i for i, name in enumerate(PARAMETERS) if name in estimate]
         datum = choose(network, datum)
-        return cls(network, Rays.of(network), np.array(estimated, int), datum)
+        rays = Rays.of(network, len(estimated))
+        return cls(network, rays, np.array(estimated, int), datum)
 
     @property
     def estimate(self) -> tuple[str, ...]:
         """Names of the interior parameters that are unknowns."""
         return tuple(PARAMETERS[i] for i in self.estimated)
-
-    @property
-    def interior(self) -> int:
-        """Number of interior unknowns."""
-        return len(self.estimated) * len(self.network.cameras)
 
     @property
     def start(self) -> State:
@@ -64,7 +63,7 @@ class Problem:
         observed = np.count_nonzero(self.control(self.start)[0])
         observations = network.xy.size + observed + len(network.scale_bars)
         coordinates = np.count_nonzero(~network.held)
-        unknowns = self.interior + network.exteriors.size + coordinates
+        unknowns = self.rays.kept + coordinates
         return observations - unknowns + constraints
 
     def control(self, state: State) -> tuple[np.ndarray, np.ndarray]:
@@ -110,8 +109,6 @@ class Problem:
         return reduce(
             self.rays,
             eq,
-            network.camera,
-            len(network.points),
             weight + network.held.T,
             -weight * v,
             self.bars(state),
@@ -119,7 +116,7 @@ class Problem:
 
     def moved(self, state: State, dx: np.ndarray, dx_points: np.ndarray) -> State:
         """The state after corrections of the kept unknowns and of the points (3, n)."""
-        U, interior = self.interior, state.interior.copy()
+        U, interior = self.rays.interior, state.interior.copy()
         interior[:, self.estimated] += dx[:U].reshape(len(interior), -1)
         exteriors = state.exteriors + dx[U:].reshape(-1, 6)
         return State(interior, exteriors, state.points + dx_points.T)

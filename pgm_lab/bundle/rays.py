@@ -5,8 +5,11 @@ small matrices lies side by side in the memory, and einsum multiplies them at on
 """
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import imaging
@@ -31,61 +34,120 @@ class State:
 
 @dataclass(frozen=True)
 class Rays:
-    """The rays of a network, ordered by photo.
+    """The rays of a network, ordered by photo, and the unknowns they depend on.
+
+    The kept unknowns are U interior parameters, u of each camera, and 6 m of the
+    exterior orientations.
 
     Attributes
     ----------
     order : ndarray (k,)
         Index of each ray in the network.
-    photo, point : ndarray (k,)
-    start : ndarray (m + 1,)
-        First ray of each photo.
+    photo, point, camera : ndarray (k,)
+    unknowns : ndarray (m, u + 6)
+        Which of the kept unknowns each photo depends on: the interior parameters of its
+        camera, and its own exterior orientation.
+    points, cameras : int
+        How many there are, n and U / u.
     measured : ndarray (k, 2)
         In mm.
     per_sigma : ndarray (2, k)
         1 / sigma: observation equations are divided by sigma, then P = 1.
-    first, second : ndarray (pairs,)
-        Pairs of rays of the same point, `first` in the photo that comes first; the
-        pairs of two photos stand together.
     """
 
     order: np.ndarray
     photo: np.ndarray
     point: np.ndarray
-    start: np.ndarray
+    camera: np.ndarray
+    unknowns: np.ndarray
+    points: int
+    cameras: int
     measured: np.ndarray
     per_sigma: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
 
     @classmethod
-    def of(cls, network: Network) -> "Rays":
-        """Sort the rays of a network by photo."""
+    def of(cls, network: Network, u: int) -> "Rays":
+        """Sort the rays of a network by photo; u interior parameters are unknowns."""
         order = np.argsort(network.photo, kind="stable")
-        photo, point = network.photo[order], network.point[order]
-        m = len(network.exteriors)
+        m, cameras = len(network.exteriors), len(network.cameras)
+        interior = u * network.camera[:, None] + np.arange(u)
+        exterior = u * cameras + np.arange(6 * m).reshape(m, 6)
         return cls(
             order,
-            photo,
-            point,
-            np.searchsorted(photo, np.arange(m + 1)),
+            network.photo[order],
+            network.point[order],
+            network.camera[network.photo[order]],
+            np.concatenate([interior, exterior], axis=1),
+            len(network.points),
+            cameras,
             network.xy[order],
             np.ascontiguousarray(1 / network.sigma[order].T),
-            *_pairs(photo, point),
         )
 
     @property
+    def interior(self) -> int:
+        """Number U of interior unknowns."""
+        return int(self.unknowns[0, -6])
+
+    @property
+    def kept(self) -> int:
+        """Number U + 6 m of kept unknowns."""
+        return int(self.unknowns[-1, -1]) + 1
+
+    @cached_property
     def photos(self) -> list[slice]:
         """The rays of each photo."""
-        return [slice(*ends) for ends in zip(self.start[:-1], self.start[1:])]
+        ends = np.searchsorted(self.photo, np.arange(len(self.unknowns) + 1))
+        return [slice(*pair) for pair in pairwise(ends)]
+
+    @cached_property
+    def pairs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Each ray with each later ray of the same point, ordered by their photos."""
+        ray = np.argsort(self.point, kind="stable")
+        count = np.bincount(self.point)
+        later = np.repeat(np.cumsum(count), count) - np.arange(len(ray)) - 1
+        first = np.repeat(np.arange(len(ray)), later)
+        nth = np.arange(len(first)) - np.repeat(np.cumsum(later) - later, later)
+        first, second = ray[first], ray[first + 1 + nth]
+        order = np.lexsort((self.photo[second], self.photo[first]))
+        return first[order], second[order]
 
     @property
     def both_ways(self) -> tuple[np.ndarray, np.ndarray]:
         """Each ray with each other ray of the same point, ordered by the first."""
-        first = np.concatenate([self.first, self.second])
-        second = np.concatenate([self.second, self.first])
+        first, second = self.pairs
+        first, second = np.concatenate([[first, second], [second, first]], axis=1)
         order = np.argsort(first, kind="stable")
         return first[order], second[order]
+
+    @cached_property
+    def at_points(self) -> sparse.csr_array:
+        """Matrix (n, k) of ones where a ray belongs to a point."""
+        return _ones(self.point, self.points)
+
+    @cached_property
+    def at_points_by_camera(self) -> sparse.csr_array:
+        """Matrix (cameras n, k): the same for the rays of each camera."""
+        if self.cameras == 1:
+            return self.at_points
+        return _ones(self.camera * self.points + self.point, self.cameras * self.points)
+
+    def total(self, values: np.ndarray) -> np.ndarray:
+        """Sum values (..., k) over the rays of each point: (..., n)."""
+        return _sums(self.at_points, values)
+
+    def total_by_camera(self, values: np.ndarray) -> np.ndarray:
+        """Sum values (u, 3, k) over the rays of each camera and point: (U, 3, n)."""
+        u, n = len(values), self.points
+        sums = _sums(self.at_points_by_camera, values).reshape(u, 3, self.cameras, n)
+        return sums.transpose(2, 0, 1, 3).reshape(u * self.cameras, 3, n)
+
+    def of_camera(self, values: np.ndarray) -> np.ndarray:
+        """Values (u, 3, k) at each ray, of its camera and point, from (U, 3, n)."""
+        u, n = len(values) // self.cameras, self.points
+        values = values.reshape(self.cameras, u, 3, n).transpose(1, 2, 0, 3)
+        values = values.reshape(u, 3, self.cameras * n)
+        return values.take(self.camera * n + self.point, axis=-1)
 
 
 @dataclass(frozen=True)
@@ -133,21 +195,26 @@ def equations(
             ("interior",) * bool(len(estimated)) + ("exterior", "point"),
             rays.photo,
         )
-    camera = np.empty((len(estimated) + 6, *v.shape[::-1]))
-    for row, column in enumerate(estimated):
-        camera[row] = by["interior"][..., column].T * rays.per_sigma
-    camera[len(estimated) :] = by["exterior"].T * rays.per_sigma
+    blocks = [by["exterior"].T]
+    if len(estimated):
+        blocks.insert(0, by["interior"].T[estimated])
+    camera = np.concatenate(blocks) * rays.per_sigma
     point = by["point"].T * rays.per_sigma
     if not free.all():
         point *= free[:, None, rays.point]
     return Equations(v.T * rays.per_sigma, camera, point)
 
 
-def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
-    """Sum values (..., k) over the rays of each point or photo: (..., size)."""
-    rows = values.reshape(-1, values.shape[-1])
-    sums = [np.bincount(index, row, size) for row in rows]
-    return np.reshape(sums, (*values.shape[:-1], size))
+def _ones(row: np.ndarray, rows: int) -> sparse.csr_array:
+    """Matrix (rows, k) with a one in each column."""
+    k = len(row)
+    return sparse.csr_array((np.ones(k), (row, np.arange(k))), shape=(rows, k))
+
+
+def _sums(ones: sparse.csr_array, values: np.ndarray) -> np.ndarray:
+    """Sum values (..., k) row by row of the matrix: (..., rows)."""
+    sums = ones @ values.reshape(-1, values.shape[-1]).T
+    return np.ascontiguousarray(sums.T).reshape(*values.shape[:-1], ones.shape[0])
 
 
 def totals_of_runs(values: np.ndarray, index: np.ndarray):
@@ -160,18 +227,6 @@ def totals_of_runs(values: np.ndarray, index: np.ndarray):
     """
     start = np.flatnonzero(np.diff(index, prepend=-1))
     return index[start], np.add.reduceat(values, start, axis=-1)
-
-
-def _pairs(photo: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each ray with each later ray of the same point, ordered by their photos."""
-    ray = np.argsort(point, kind="stable")
-    count = np.bincount(point) if len(point) else np.zeros(0, int)
-    later = np.repeat(np.cumsum(count), count) - np.arange(len(ray)) - 1
-    first = np.repeat(np.arange(len(ray)), later)
-    nth = np.arange(len(first)) - np.repeat(np.cumsum(later) - later, later)
-    first, second = ray[first], ray[first + 1 + nth]
-    order = np.lexsort((photo[second], photo[first]))
-    return first[order], second[order]
 
 
 def behind(network: Network, exteriors: np.ndarray, points: np.ndarray) -> np.ndarray:

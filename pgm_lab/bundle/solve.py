@@ -104,7 +104,7 @@ def adjust(
     state = problem.start
     refuse.check_counts(network)
     refuse.check_attitudes(network, state.exteriors)
-    move = free_motions(network, state, problem.interior)
+    move = free_motions(network, state, problem.rays.interior)
     refuse.check_datum(network, problem.datum, move)
     check_constraint(network, problem.datum, move)
     redundancy = problem.redundancy(move.number)
@@ -140,7 +140,7 @@ def adjust(
     else:
         reduced = problem.normal_equations(state, eq)
     history = History(*map(np.array, (objectives, steps, changes)))
-    move = free_motions(network, state, problem.interior)
+    move = free_motions(network, state, problem.rays.interior)
     scale, factor = _factor(problem, state, reduced, move)
     Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
     return assemble(
@@ -152,14 +152,13 @@ def _corrections(
     problem: Problem, state: State, reduced: Reduced
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
-    rays = problem.rays
     refuse.check_points(problem.network, reduced)
-    move = free_motions(problem.network, state, problem.interior)
+    move = free_motions(problem.network, state, problem.rays.interior)
     scale, factor = _factor(problem, state, reduced, move)
     dx = scale * linalg.cho_solve(factor, scale * reduced.right)
     dx_points = points_alone(reduced)
     decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
-    dx_points = dx_points - times_kept(reduced, rays, dx[:, None])[0]
+    dx_points = dx_points - times_kept(reduced, dx[:, None])[0]
     if move.number:
         R = constraint(problem.network, problem.datum, move)
         t = R.kept.T @ dx + np.einsum("din,in->d", R.points, dx_points)

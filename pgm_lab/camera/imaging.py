@@ -56,13 +56,14 @@ def ray(
     return product(M, from_centre[..., None])[..., 0], M
 
 
-def ray_by_angles(ray: np.ndarray, M: np.ndarray, kappa: np.ndarray) -> np.ndarray:
+def ray_by_angles(ray: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """Derivatives (..., 3, 3) of the ray by (omega, phi, kappa).
 
     To change an angle is to turn the camera about an axis a, and the ray then moves by
-    (U, V, W) x a: a row below, as `axes_of_angles` has them.
+    (U, V, W) x a. `axes` are those of `axes_of_angles`.
     """
-    (a1, a2, a3), (sin, cos, _), _ = axes_of_angles(M, kappa)
+    a1, a2, a3 = axes[..., 0, 0], axes[..., 1, 0], axes[..., 2, 0]
+    sin, cos = axes[..., 0, 1], axes[..., 1, 1]
     U, V, W = entries(ray)
     return matrix(
         [V * a3 - W * a2, -W * cos, V],
@@ -71,14 +72,14 @@ def ray_by_angles(ray: np.ndarray, M: np.ndarray, kappa: np.ndarray) -> np.ndarr
     )
 
 
-def axes_of_angles(M: np.ndarray, kappa: np.ndarray) -> tuple[tuple, ...]:
-    """Axes a about which omega, phi and kappa turn the camera, in the camera's frame.
+def axes_of_angles(M: np.ndarray, kappa: np.ndarray) -> np.ndarray:
+    """Axes (..., 3, 3), one a column, about which omega, phi and kappa turn a camera.
 
-    Omega turns about the X axis of the object, M (1, 0, 0), phi about M_kappa
-    (0, 1, 0), kappa about the z axis.
+    In the camera's frame: omega turns about the X axis of the object, M (1, 0, 0), phi
+    about M_kappa (0, 1, 0), kappa about the z axis.
     """
-    omega = M[..., 0, 0], M[..., 1, 0], M[..., 2, 0]
-    return omega, (np.sin(kappa), np.cos(kappa), 0.0), (0.0, 0.0, 1.0)
+    M1, sin, cos = M[..., 0], np.sin(kappa), np.cos(kappa)
+    return matrix([M1[..., 0], sin, 0.0], [M1[..., 1], cos, 0.0], [M1[..., 2], 0.0, 1.0])
 
 
 def attitude(exterior: np.ndarray) -> np.ndarray:
@@ -228,8 +229,8 @@ def misclosure(
     if "exterior" in wrt or "point" in wrt:
         by_point = product(by_ray, M)
     if "exterior" in wrt:
-        kappa = of_photo(exterior[..., 5], photo)
-        by_angles = product(by_ray, ray_by_angles(rays, M, kappa))
+        axes = axes_of_angles(M, of_photo(exterior[..., 5], photo))
+        by_angles = product(by_ray, ray_by_angles(rays, axes))
         blocks["exterior"] = side_by_side(-by_point, by_angles)
     if "point" in wrt:
         blocks["point"] = by_point
