@@ -34,15 +34,26 @@ class Coupling(Protocol):
     def propagate(self, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Blocks Z'QZ (3, 3, n) of the points, and what the rays need of QZ.
 
-        That is (u + 6, 3, k): the rows of the unknowns of a ray's photo, the columns
+        That is (6 + u, 3, k): the rows of the unknowns of a ray's photo, the columns
         of its point.
         """
 
 
-def couple(rays: Rays, W: np.ndarray, V_inverse: np.ndarray) -> Coupling:
-    """Z from W (u + 6, 3, k) of the rays and the inverse blocks V^-1 (3, 3, n)."""
+def couple(
+    rays: Rays, W: np.ndarray, W_interior: np.ndarray, V_inverse: np.ndarray
+) -> Coupling:
+    """Z from W and the inverse blocks V^-1 (3, 3, n) of the points.
+
+    Parameters
+    ----------
+    W : ndarray (6, 3, k)
+        At each ray, rows of the exterior orientation of its photo.
+    W_interior : ndarray (u, 3, cameras, n)
+        At each point, rows of the interior parameters of each camera.
+    """
+    W_interior = W_interior.transpose(2, 0, 1, 3).reshape(-1, 3, rays.points)
     whole = rays.kept * 3 * rays.points <= WHOLE
-    return (Whole if whole else ByRays).of(rays, W, V_inverse)
+    return (Whole if whole else ByRays).of(rays, W, W_interior, V_inverse)
 
 
 @dataclass(frozen=True)
@@ -54,13 +65,15 @@ class Whole:
     Z: np.ndarray
 
     @classmethod
-    def of(cls, rays: Rays, W_rays: np.ndarray, V_inverse: np.ndarray) -> "Whole":
-        """Lay the blocks of the rays into the matrix, and add up those of the cameras."""
-        W = np.zeros((rays.kept, 3, rays.points))
-        W[: rays.interior] = rays.total_by_camera(W_rays[:-6])
-        exterior = W[rays.interior :].reshape(-1, 6, 3, rays.points)
-        exterior[rays.photo, :, :, rays.point] = W_rays[-6:].transpose(2, 0, 1)
-        return cls(rays, W, np.einsum("ain,ijn->ajn", W, V_inverse))
+    def of(
+        cls, rays: Rays, W: np.ndarray, W_interior: np.ndarray, V_inverse: np.ndarray
+    ) -> "Whole":
+        """Lay the blocks of the rays into the matrix, below those of the cameras."""
+        whole = np.zeros((rays.kept, 3, rays.points))
+        whole[: rays.interior] = W_interior
+        exterior = whole[rays.interior :].reshape(-1, 6, 3, rays.points)
+        exterior[rays.photo, :, :, rays.point] = W.transpose(2, 0, 1)
+        return cls(rays, whole, np.einsum("ain,ijn->ajn", whole, V_inverse))
 
     @property
     def times_W(self) -> np.ndarray:
@@ -90,9 +103,10 @@ class ByRays:
     Z: np.ndarray
 
     @classmethod
-    def of(cls, rays: Rays, W: np.ndarray, V_inverse: np.ndarray) -> "ByRays":
-        """Add up the blocks of the cameras; those of the rays stay as they are."""
-        W_interior, W = rays.total_by_camera(W[:-6]), W[-6:]
+    def of(
+        cls, rays: Rays, W: np.ndarray, W_interior: np.ndarray, V_inverse: np.ndarray
+    ) -> "ByRays":
+        """Multiply the blocks as they are."""
         Z_interior = np.einsum("ain,ijn->ajn", W_interior, V_inverse)
         Z = np.einsum("aik,ijk->ajk", W, V_inverse.take(rays.point, axis=-1))
         return cls(rays, W_interior, W, Z_interior, Z)
@@ -152,7 +166,9 @@ class ByRays:
         QZ_interior += rays.total(to_interior)
         of_points = np.einsum("ain,ajn->ijn", self.Z_interior, QZ_interior)
         of_points += rays.total(np.einsum("aik,ajk->ijk", self.Z, QZ))
-        return of_points, np.concatenate([rays.of_camera(QZ_interior), QZ])
+        by_camera = QZ_interior.reshape(rays.cameras, -1, 3, rays.points)
+        by_place = by_camera.transpose(1, 2, 0, 3).reshape(-1, 3, rays.cameras * rays.points)
+        return of_points, np.concatenate([QZ, by_place.take(rays.place, axis=-1)])
 
     def _add_other_photos(self, Q: np.ndarray, QZ: np.ndarray) -> None:
         """Add to QZ (6, 3, k) what comes from the other rays of the same point."""

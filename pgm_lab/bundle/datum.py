@@ -93,17 +93,17 @@ def all_motions(state: State, interior: int) -> Motions:
     M (X - X0) stays: the camera turns about M w.
     """
     centre = state.points.mean(axis=0)
-    everything = np.concatenate([state.points, state.exteriors[:, :3]]) - centre
+    everything = np.concatenate([state.exteriors[:, :3], state.points]) - centre
     size = np.sqrt(np.mean(everything**2)) or 1.0
-    move = motions(everything / size)
-    n, m = len(state.points), len(state.exteriors)
-    exterior = np.zeros((m, 6, 7))
-    exterior[:, :3] = move[:, n:].transpose(1, 2, 0)
+    m = len(state.exteriors)
+    move = G(everything / size).reshape(-1, 3, 7)
     M = imaging.attitude(state.exteriors)
     axes = imaging.axes_of_angles(M, state.exteriors[:, 5])
+    kept = np.zeros((interior + 6 * m, 7))
+    exterior = kept[interior:].reshape(m, 6, 7)
+    exterior[:, :3] = move[:m]
     exterior[:, 3:, 3:6] = np.linalg.solve(axes, M) / size
-    kept = np.concatenate([np.zeros((interior, 7)), exterior.reshape(6 * m, 7)])
-    return Motions(kept, move[:, :n].transpose(0, 2, 1))
+    return Motions(kept, np.ascontiguousarray(move[m:].T))
 
 
 def free_motions(network: Network, state: State, interior: int) -> Motions:

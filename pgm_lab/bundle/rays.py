@@ -44,9 +44,9 @@ class Rays:
     order : ndarray (k,)
         Index of each ray in the network.
     photo, point, camera : ndarray (k,)
-    unknowns : ndarray (m, u + 6)
-        Which of the kept unknowns each photo depends on: the interior parameters of its
-        camera, and its own exterior orientation.
+    unknowns : ndarray (m, 6 + u)
+        Which of the kept unknowns each photo depends on: its own exterior orientation,
+        then the interior parameters of its camera.
     points, cameras : int
         How many there are, n and U / u.
     measured : ndarray (k, 2)
@@ -77,7 +77,7 @@ class Rays:
             network.photo[order],
             network.point[order],
             network.camera[network.photo[order]],
-            np.concatenate([interior, exterior], axis=1),
+            np.concatenate([exterior, interior], axis=1),
             len(network.points),
             cameras,
             network.xy[order],
@@ -87,12 +87,12 @@ class Rays:
     @property
     def interior(self) -> int:
         """Number U of interior unknowns."""
-        return int(self.unknowns[0, -6])
+        return int(self.unknowns[0, 0])
 
     @property
     def kept(self) -> int:
         """Number U + 6 m of kept unknowns."""
-        return int(self.unknowns[-1, -1]) + 1
+        return int(self.unknowns[-1, 5]) + 1
 
     @cached_property
     def photos(self) -> list[slice]:
@@ -121,33 +121,26 @@ class Rays:
         return first[order], second[order]
 
     @cached_property
-    def at_points(self) -> sparse.csr_array:
-        """Matrix (n, k) of ones where a ray belongs to a point."""
-        return _ones(self.point, self.points)
+    def place(self) -> np.ndarray:
+        """Where each ray is added up (k,): n places for each camera, one a point."""
+        return self.camera * self.points + self.point
 
     @cached_property
-    def at_points_by_camera(self) -> sparse.csr_array:
-        """Matrix (cameras n, k): the same for the rays of each camera."""
-        if self.cameras == 1:
-            return self.at_points
-        return _ones(self.camera * self.points + self.point, self.cameras * self.points)
+    def _at_places(self) -> sparse.csr_array:
+        """Matrix (cameras n, k) with ones where a ray belongs to a place."""
+        shape = self.cameras * self.points, len(self.place)
+        ones = np.ones(len(self.place)), (self.place, np.arange(len(self.place)))
+        return sparse.csr_array(ones, shape=shape)
+
+    def total_by_camera(self, values: np.ndarray) -> np.ndarray:
+        """Sum values (..., k) over the rays of each camera and point: (..., cameras, n)."""
+        sums = self._at_places @ values.reshape(-1, values.shape[-1]).T
+        shape = (*values.shape[:-1], self.cameras, self.points)
+        return np.ascontiguousarray(sums.T).reshape(shape)
 
     def total(self, values: np.ndarray) -> np.ndarray:
         """Sum values (..., k) over the rays of each point: (..., n)."""
-        return _sums(self.at_points, values)
-
-    def total_by_camera(self, values: np.ndarray) -> np.ndarray:
-        """Sum values (u, 3, k) over the rays of each camera and point: (U, 3, n)."""
-        u, n = len(values), self.points
-        sums = _sums(self.at_points_by_camera, values).reshape(u, 3, self.cameras, n)
-        return sums.transpose(2, 0, 1, 3).reshape(u * self.cameras, 3, n)
-
-    def of_camera(self, values: np.ndarray) -> np.ndarray:
-        """Values (u, 3, k) at each ray, of its camera and point, from (U, 3, n)."""
-        u, n = len(values) // self.cameras, self.points
-        values = values.reshape(self.cameras, u, 3, n).transpose(1, 2, 0, 3)
-        values = values.reshape(u, 3, self.cameras * n)
-        return values.take(self.camera * n + self.point, axis=-1)
+        return self.total_by_camera(values).sum(axis=-2)
 
 
 @dataclass(frozen=True)
@@ -156,18 +149,28 @@ class Equations:
 
     Attributes
     ----------
-    v : ndarray (2, k)
-        Computed - observed.
-    camera : ndarray (u + 6, 2, k)
-        Derivatives by the u interior parameters of the ray's camera, then by the
-        exterior orientation of its photo.
-    point : ndarray (3, 2, k)
-        Derivatives by (X, Y, Z); 0 for held coordinates.
+    A : ndarray (6 + u + 1 + 3, 2, k)
+        In this order: derivatives by the exterior orientation of the ray's photo, by
+        the u interior parameters of its camera; computed - observed; derivatives by
+        (X, Y, Z), 0 for held coordinates. They are A1, A3, -f and A2 of (M 2.78).
     """
 
-    v: np.ndarray
-    camera: np.ndarray
-    point: np.ndarray
+    A: np.ndarray
+
+    @property
+    def camera(self) -> np.ndarray:
+        """Derivatives (6 + u, 2, k) by the unknowns of the photo and its camera."""
+        return self.A[:-4]
+
+    @property
+    def v(self) -> np.ndarray:
+        """Computed - observed (2, k)."""
+        return self.A[-4]
+
+    @property
+    def point(self) -> np.ndarray:
+        """Derivatives (3, 2, k) by the point."""
+        return self.A[-3:]
 
 
 def equations(
@@ -195,26 +198,14 @@ def equations(
             ("interior",) * bool(len(estimated)) + ("exterior", "point"),
             rays.photo,
         )
-    blocks = [by["exterior"].T]
+    A = np.empty((10 + len(estimated), *v.T.shape))
+    A[:6], A[-4], A[-3:] = by["exterior"].T, v.T, by["point"].T
     if len(estimated):
-        blocks.insert(0, by["interior"].T[estimated])
-    camera = np.concatenate(blocks) * rays.per_sigma
-    point = by["point"].T * rays.per_sigma
+        A[6:-4] = by["interior"].T[estimated]
+    A *= rays.per_sigma
     if not free.all():
-        point *= free[:, None, rays.point]
-    return Equations(v.T * rays.per_sigma, camera, point)
-
-
-def _ones(row: np.ndarray, rows: int) -> sparse.csr_array:
-    """Matrix (rows, k) with a one in each column."""
-    k = len(row)
-    return sparse.csr_array((np.ones(k), (row, np.arange(k))), shape=(rows, k))
-
-
-def _sums(ones: sparse.csr_array, values: np.ndarray) -> np.ndarray:
-    """Sum values (..., k) row by row of the matrix: (..., rows)."""
-    sums = ones @ values.reshape(-1, values.shape[-1]).T
-    return np.ascontiguousarray(sums.T).reshape(*values.shape[:-1], ones.shape[0])
+        A[-3:] *= free[:, None, rays.point]
+    return Equations(A)
 
 
 def totals_of_runs(values: np.ndarray, index: np.ndarray):

@@ -98,12 +98,12 @@ def reduce(
         Scale bars: derivatives (s, 3, n), misclosures (s,), standard deviations (s,).
     """
     N, n_kept = _of_photos(rays, eq)
-    V = rays.total(np.einsum("irk,jrk->ijk", eq.point, eq.point))
+    products = np.einsum("arc,irc->aic", eq.A, eq.point)
+    sums = rays.total_by_camera(products[6:])
+    V, n_point = sums[-3:].sum(axis=-2), point_right - sums[-4].sum(axis=-2)
     V[range(3), range(3)] += point_weight
-    n_point = point_right - rays.total(np.einsum("irk,rk->ik", eq.point, eq.v))
-    W = np.einsum("arc,irc->aic", eq.camera, eq.point)
     V_inverse = _inverse(V)
-    Z = couple(rays, W, V_inverse)
+    Z = couple(rays, products[:6], sums[:-4], V_inverse)
     reduced = Reduced(
         S=N - Z.times_W,
         right=n_kept - Z.times_points(n_point[None])[:, 0],
@@ -117,12 +117,16 @@ def reduce(
 
 
 def _of_photos(rays: Rays, eq: Equations) -> tuple[np.ndarray, np.ndarray]:
-    """Part N and n of the kept unknowns, photo by photo."""
+    """Part N and n of the kept unknowns: first photo by photo, then added up."""
+    m, size = rays.unknowns.shape
+    blocks = np.empty((m, size, size + 1))
+    for block, own in zip(blocks, rays.photos, strict=True):
+        A = flat(eq.A[:-3, :, own])
+        block[:] = A[:-1] @ A.T
     N, n = np.zeros((rays.kept, rays.kept)), np.zeros(rays.kept)
-    for own, unknowns in zip(rays.photos, rays.unknowns, strict=True):
-        A = flat(eq.camera[..., own])
-        N[unknowns[:, None], unknowns] += A @ A.T
-        n[unknowns] -= A @ eq.v[:, own].ravel()
+    unknowns = rays.unknowns
+    np.add.at(N, (unknowns[:, :, None], unknowns[:, None]), blocks[..., :-1])
+    np.subtract.at(n, unknowns, blocks[..., -1])
     return N, n
 
 

@@ -48,14 +48,14 @@ def matrix(*rows: Sequence[ArrayLike]) -> np.ndarray:
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Matrix product a @ b: faster than @ for many small matrices."""
-    lead = np.broadcast_shapes(a.shape[:-2], b.shape[:-2])
+    lead = np.broadcast(a[..., 0, 0], b[..., 0, 0]).shape
     out = empty(lead, (a.shape[-2], b.shape[-1]), a, b)
     return np.einsum("...ij,...jk->...ik", a, b, out=out)
 
 
 def side_by_side(*blocks: np.ndarray) -> np.ndarray:
     """Join matrices (..., n, k) of n rows column by column; leading axes broadcast."""
-    *lead, n = np.broadcast_shapes(*(block.shape[:-1] for block in blocks))
+    *lead, n = np.broadcast(*(block[..., 0] for block in blocks)).shape
     ends = np.cumsum([block.shape[-1] for block in blocks])
     out = empty(lead, (n, ends[-1]), *blocks)
     for block, end in zip(blocks, ends):
