@@ -52,6 +52,13 @@ def fit(
     return result, _base(bx, x), _turned(x, R)
 
 
+def cofactor(result: Adjustment) -> np.ndarray:
+    """Cofactors (5, 5) of by, bz and small turns of the adjusted rotation."""
+    to_turns = np.eye(5)
+    to_turns[2:, 2:] = _turns.axes(result.x[2:])
+    return to_turns @ result.cofactor @ to_turns.T
+
+
 def _base(bx: float, x: np.ndarray) -> np.ndarray:
     return np.concatenate([np.full((*x.shape[:-1], 1), bx), x[..., :2]], axis=-1)
 

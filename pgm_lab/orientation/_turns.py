@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 
 from pgm_lab import rotation
+from pgm_lab.camera import imaging
 
 # Beyond this standard deviation of a turn (rad) its linear propagation is a guess.
 WEAK = 0.1
@@ -16,11 +17,9 @@ WEAK = 0.1
 
 def axes(angles: np.ndarray) -> np.ndarray:
     """Axes (..., 3, 3), one a column, about which each angle turns matrix(angles).T."""
-    angles = np.moveaxis(np.asarray(angles), -1, 0)
-    M = rotation.matrix(*angles)[..., None, :, :]
-    skew = np.swapaxes(rotation.derivatives(*angles), -1, -2) @ M
-    parts = skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]
-    return np.stack(parts, axis=-2)
+    angles = np.asarray(angles)
+    M = rotation.matrix(*np.moveaxis(angles, -1, 0))
+    return np.swapaxes(M, -1, -2) @ imaging.axes_of_angles(M, angles[..., 2])
 
 
 def angles(R: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:

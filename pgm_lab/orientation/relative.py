@@ -165,9 +165,7 @@ def relative(
     result, b, R = _fitted(bases[0], rotations[0], left, right, sigma)
     model = _model.intersect(b, R, left, right)
     noise = result.sigma0 if sigma is None else sigma
-    to_turns = np.eye(5)
-    to_turns[2:, 2:] = _turns.axes(result.x[2:])
-    Q = to_turns @ result.cofactor @ to_turns.T
+    Q = _model.cofactor(result)
     angles, by_turns, locked = _turns.angles(R)
     to_exterior = np.zeros((6, 5))
     to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
