@@ -38,7 +38,7 @@ def assemble(
     """
     network, rays = problem.network, problem.rays
     R = constraint(network, problem.datum, move) if move.number else None
-    found = cofactors(rays, eq, network.camera, reduced, Q, move, R)
+    found = cofactors(rays, eq, reduced, Q, move, R)
     held = network.held.T
     found.points[held[:, None] | held[None]] = 0
 

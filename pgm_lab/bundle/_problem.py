@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,23 +32,22 @@ class Problem:
     datum: str
 
     @classmethod
-    def of(cls, network: Network, estimate: Sequence[str], datum: str | None):
+    def of(
+        cls, network: Network, estimate: Sequence[str], datum: str | None
+    ) -> "Problem":
+        """Check the names of interior parameters and datum, and sort the rays."""
         estimate = (estimate,) if isinstance(estimate, str) else tuple(estimate)
         for name in estimate:
             _validate.choice(name, "estimate", PARAMETERS)
         estimated = [i for i, name in enumerate(PARAMETERS) if name in estimate]
         datum = choose(network, datum)
-        return cls(network, Rays.of(network), np.array(estimated, int), datum)
+        rays = Rays.of(network, len(estimated))
+        return cls(network, rays, np.array(estimated, int), datum)
 
     @property
     def estimate(self) -> tuple[str, ...]:
         """Names of the interior parameters that are unknowns."""
         return tuple(PARAMETERS[i] for i in self.estimated)
-
-    @property
-    def interior(self) -> int:
-        """Number of interior unknowns."""
-        return len(self.estimated) * len(self.network.cameras)
 
     @property
     def start(self) -> State:
@@ -61,20 +61,33 @@ class Problem:
     def redundancy(self, constraints: int) -> int:
         """Observations - unknowns + constraints."""
         network = self.network
-        observed = np.count_nonzero(self.control(self.start)[0])
+        observed = np.count_nonzero(self.control_weight)
         observations = network.xy.size + observed + len(network.scale_bars)
-        coordinates = np.count_nonzero(~network.held)
-        unknowns = self.interior + network.exteriors.size + coordinates
+        coordinates = np.count_nonzero(~self.held)
+        unknowns = self.rays.kept + coordinates
         return observations - unknowns + constraints
 
-    def control(self, state: State) -> tuple[np.ndarray, np.ndarray]:
-        """Weights (3, n) of observed coordinates and their misclosures."""
-        weight, v = np.zeros(state.points.shape), np.zeros(state.points.shape)
+    @cached_property
+    def held(self) -> np.ndarray:
+        """Coordinates (3, n) that are no unknowns, as bool."""
+        return self.network.held.T
+
+    @cached_property
+    def control_weight(self) -> np.ndarray:
+        """Weights (3, n) of coordinates that are observed; 0 for the others."""
+        weight = np.zeros(self.network.points.shape)
         if self.network.control is not None:
-            index, coordinates, sigma = self.network.control
+            index, _, sigma = self.network.control
             weight[index] = np.where(sigma > 0, sigma, np.inf) ** -2.0
+        return weight.T
+
+    def control(self, state: State) -> np.ndarray:
+        """Misclosures (3, n) of the control points; 0 for the others."""
+        v = np.zeros(state.points.shape)
+        if self.network.control is not None:
+            index, coordinates, _ = self.network.control
             v[index] = state.points[index] - coordinates
-        return weight.T, v.T
+        return v.T
 
     def bars(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
         """Scale bars: derivatives (s, 3, n), misclosures (s,), standard deviations."""
@@ -88,38 +101,32 @@ class Problem:
         B = np.zeros((len(bars), *state.points.T.shape))
         B[np.arange(len(bars)), :, b] = direction
         B[np.arange(len(bars)), :, a] = -direction
-        return B * ~self.network.held.T, distance - bars[:, 2], bars[:, 3]
+        return B * ~self.held, distance - bars[:, 2], bars[:, 3]
 
     def objective(self, state: State, v: np.ndarray) -> float:
         """V'Pv of everything observed; v (2, k) of the rays is over sigma already."""
-        weight, v_control = self.control(state)
-        phi = np.einsum("rk,rk->", v, v) + np.sum(weight * v_control**2)
+        phi = np.vdot(v, v) + np.sum(self.control_weight * self.control(state) ** 2)
         if (bars := self.bars(state)) is not None:
             phi += np.sum((bars[1] / bars[2]) ** 2)
         return float(phi)
 
     def equations(self, state: State) -> Equations:
         """Observation equations of the rays."""
-        free = ~self.network.held.T
-        return equations(self.network, self.rays, state, self.estimated, free)
+        return equations(self.network, self.rays, state, self.estimated, ~self.held)
 
     def normal_equations(self, state: State, eq: Equations) -> Reduced:
         """Normal equations, reduced by the points."""
-        network = self.network
-        weight, v = self.control(state)
         return reduce(
             self.rays,
             eq,
-            network.camera,
-            len(network.points),
-            weight + network.held.T,
-            -weight * v,
+            self.control_weight + self.held,
+            -self.control_weight * self.control(state),
             self.bars(state),
         )
 
     def moved(self, state: State, dx: np.ndarray, dx_points: np.ndarray) -> State:
         """The state after corrections of the kept unknowns and of the points (3, n)."""
-        U, interior = self.interior, state.interior.copy()
+        U, interior = self.rays.interior, state.interior.copy()
         interior[:, self.estimated] += dx[:U].reshape(len(interior), -1)
         exteriors = state.exteriors + dx[U:].reshape(-1, 6)
         return State(interior, exteriors, state.points + dx_points.T)

@@ -1,18 +1,19 @@
 """Covariances of a bundle adjustment, block by block.
 
 Of the inverse of the whole normal matrix only the part of the kept unknowns, Q = S^-1,
-is a full matrix. With M' = Z'Q the rest follows for each ray and point:
+is a full matrix. With Z = W V^-1 the rest follows for each ray and point:
 
-    Q(kept, point) = -M,    Q(point, point) = V^-1 + Z'M
+    Q(kept, point) = -QZ,    Q(point, point) = V^-1 + Z'QZ
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from pgm_lab.bundle._coupling import flat
 from pgm_lab.bundle.datum import Motions
-from pgm_lab.bundle.rays import Equations, Rays, total, totals_of_runs
-from pgm_lab.bundle.reduced import Reduced, _flat, pairs, times_kept, times_points
+from pgm_lab.bundle.rays import Equations, Rays
+from pgm_lab.bundle.reduced import Reduced, times_kept, times_points
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,6 @@ class Cofactors:
 def cofactors(
     rays: Rays,
     eq: Equations,
-    camera: np.ndarray,
     reduced: Reduced,
     Q: np.ndarray,
     move: Motions,
@@ -50,8 +50,6 @@ def cofactors(
 
     Parameters
     ----------
-    camera : ndarray (m,)
-        Camera of each photo.
     Q : ndarray (U + 6 m, U + 6 m)
         Any symmetric generalised inverse of S.
     move : Motions
@@ -59,16 +57,17 @@ def cofactors(
     constraint : Motions or None
         The inner constraints that stop them, from `datum.constraint`.
     """
-    M_interior, M = _with_points(rays, reduced, Q)
-    points = _points(rays, reduced, Q, M_interior, M)
-    of_rays = _of_rays(rays, eq, eq, camera, Q, points, M_interior, M)
+    ZQZ, QZ = reduced.Z.propagate(Q)
+    points = reduced.V_inverse + ZQZ
+    if reduced.bars is not None:
+        points, QZ = _with_bars(rays, reduced, Q, points, QZ)
+    of_rays = _of_rays(rays, eq, eq, Q, points, QZ)
     across = None
     if rays.rho is not None:
-        other = Equations(eq.v[::-1], eq.camera[:, ::-1], eq.point[:, ::-1])
-        both = _of_rays(rays, eq, other, camera, Q, points, M_interior, M)
-        across = both.mean(axis=0)
+        other = Equations(eq.A[:, ::-1])
+        across = _of_rays(rays, eq, other, Q, points, QZ).mean(axis=0)
     if constraint is not None:
-        Q, points = _transformed(rays, reduced, Q, points, move, constraint)
+        Q, points = _in_datum(reduced, Q, points, move, constraint)
     return Cofactors(Q, points, of_rays, across)
 
 
@@ -84,93 +83,68 @@ def bars_redundancy(reduced: Reduced, Q: np.ndarray, sigma: np.ndarray) -> np.nd
     return sigma**2 * np.diagonal(K - K @ F.T @ Q @ F @ K)
 
 
-def _with_points(rays: Rays, reduced: Reduced, Q: np.ndarray):
-    """M: rows of the interior (U, 3, n) at points, of the photo (6, 3, k) at rays."""
-    Z, Z_interior = reduced.Z_exterior, reduced.Z_interior
-    (U, _, n), m = Z_interior.shape, len(rays.start) - 1
-    M = np.empty_like(Z)
-    to_interior = np.empty((U, *Z.shape[1:]))
-    for photo, own in enumerate(rays.photos):
-        e = slice(U + 6 * photo, U + 6 * photo + 6)
-        Z_own = _flat(Z[..., own])
-        at_points = _flat(Z_interior.take(rays.point[own], axis=-1))
-        M[..., own] = (Q[e, e] @ Z_own + Q[e, :U] @ at_points).reshape(6, 3, -1)
-        to_interior[..., own] = (Q[:U, e] @ Z_own).reshape(U, 3, own.stop - own.start)
-    M_interior = (Q[:U, :U] @ _flat(Z_interior)).reshape(Z_interior.shape)
-    M_interior += total(to_interior, rays.point, n)
-
-    between = Q[U:, U:].reshape(m, 6, m, 6).transpose(1, 3, 0, 2).reshape(36, m * m)
-    for a, b in pairs(*rays.both_ways):
-        Q_ab = between.take(rays.photo[a] * m + rays.photo[b], axis=-1)
-        product = np.einsum("acp,cjp->ajp", Q_ab.reshape(6, 6, -1), Z.take(b, axis=-1))
-        ray, sums = totals_of_runs(product, a)
-        M[..., ray] += sums
-    if (bars := reduced.bars) is not None:
-        QFK = Q @ bars.F @ bars.K
-        M_interior -= np.einsum("as,sin->ain", QFK[:U], bars.C)
-        of_photos = np.take(QFK[U:].reshape(m, 6, -1), rays.photo, axis=0)
-        M -= np.einsum("kas,sik->aik", of_photos, bars.C[..., rays.point])
-    return M_interior, M
+def _with_bars(
+    rays: Rays, reduced: Reduced, Q: np.ndarray, points: np.ndarray, QZ: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Put V^-1 - C K C' in the place of V^-1, and Z - F K C' in that of Z."""
+    assert reduced.bars is not None
+    C, K = reduced.bars.C, reduced.bars.K
+    QFK = Q @ reduced.bars.F @ K
+    QFK_of_rays = QFK[rays.unknowns].take(rays.photo, axis=0)
+    QZ = QZ - np.einsum("kas,sik->aik", QFK_of_rays, C[..., rays.point])
+    across = np.einsum("sin,sjn->ijn", times_kept(reduced, QFK), C)
+    own = np.einsum("sin,st,tjn->ijn", C, K + K @ reduced.bars.F.T @ QFK, C)
+    return points - own - across - across.swapaxes(0, 1), QZ
 
 
-def _points(rays: Rays, reduced: Reduced, Q: np.ndarray, M_interior, M) -> np.ndarray:
-    """Q(point, point) in the datum of Q: (3, 3, n)."""
-    n = M_interior.shape[-1]
-    points = reduced.V_inverse + np.einsum(
-        "ain,ajn->ijn", reduced.Z_interior, M_interior
-    )
-    points += total(np.einsum("aik,ajk->ijk", reduced.Z_exterior, M), rays.point, n)
-    if (bars := reduced.bars) is not None:
-        # M holds Z - F K C' on the right; here it is put on the left too
-        ZQFK = times_kept(reduced, rays, Q @ bars.F @ bars.K)
-        C = bars.C
-        points -= np.einsum("sin,st,tjn->ijn", C, bars.K, C)
-        points -= np.einsum("sin,sjn->ijn", C, ZQFK)
-    return points
-
-
-def _of_rays(rays, eq, other, camera, Q, points, M_interior, M) -> np.ndarray:
+def _of_rays(
+    rays: Rays,
+    eq: Equations,
+    other: Equations,
+    Q: np.ndarray,
+    points: np.ndarray,
+    QZ: np.ndarray,
+) -> np.ndarray:
     """Diagonal of A Q A' (2, k), or of A Q B' with other equations B; in any datum."""
-    u = len(eq.camera) - 6
-    of_point = np.einsum("irk,ijk->jrk", eq.point, points.take(rays.point, axis=-1))
-    of_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera[u:], M)
-    found = np.einsum("jrk,jrk->rk", of_point, other.point)
-    for photo, own in enumerate(rays.photos):
-        interior = np.arange(u * camera[photo], u * (camera[photo] + 1))
-        exterior = np.arange(6) + len(M_interior) + 6 * photo
-        these = np.concatenate([interior, exterior])
-        J = eq.camera[..., own]
-        QJ = (Q[np.ix_(these, these)] @ _flat(J)).reshape(J.shape)
-        found[:, own] += np.einsum("ark,ark->rk", other.camera[..., own], QJ)
-        M_own = M_interior[interior].take(rays.point[own], axis=-1)
-        A_point = other.point[..., own]
-        found[:, own] -= 2 * np.einsum("ark,ajk,jrk->rk", J[:u], M_own, A_point)
+    own = points.take(rays.point, axis=-1)
+    by_point = np.einsum("irk,ijk->jrk", eq.point, own)
+    by_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera, QZ)
+    found = np.einsum("jrk,jrk->rk", by_point, other.point)
+    for photo, unknowns in zip(rays.photos, rays.unknowns, strict=True):
+        A, B = eq.camera[..., photo], other.camera[..., photo]
+        QA = (Q[unknowns[:, None], unknowns] @ flat(A)).reshape(A.shape)
+        found[:, photo] += np.einsum("ark,ark->rk", B, QA)
     return found
 
 
-def _transformed(rays, reduced, Q, points, move, constraint):
-    """S-transformation of the cofactors: x - H t with the motion t = R x."""
-    R, R_points, H, H_points = (
-        constraint.kept,
-        constraint.points,
-        move.kept,
-        move.points,
-    )
-    # Q(t, kept) = R Q(kept or point, kept), the same for t and for the points
-    ZR = times_points(reduced, rays, R_points)
-    lever = R - ZR
-    Q_kept = lever.T @ Q
+def _in_datum(
+    reduced: Reduced,
+    Q: np.ndarray,
+    points: np.ndarray,
+    move: Motions,
+    constraint: Motions,
+) -> tuple[np.ndarray, np.ndarray]:
+    """S-transformation of the cofactors: x - H t with the motions t = R x.
+
+    With Q(t, x) and Q(t, t) by propagation, the new cofactors of x are
+    Q - H Q(t, x) - Q(x, t) H' + H Q(t, t) H'.
+    """
+    R, R_points = constraint.kept, constraint.points
+    H, H_points = move.kept, move.points
+    lever = R - times_points(reduced, R_points)  # Q(t, kept) = lever' Q
+    Q_t_kept = lever.T @ Q
     VR = np.einsum("ijn,qjn->qin", reduced.V_inverse, R_points)
-    own = _flat(VR) @ _flat(R_points).T
+    RVR = flat(VR) @ flat(R_points).T
     if (bars := reduced.bars) is not None:
-        RC = _flat(R_points) @ _flat(bars.C).T
-        own -= RC @ bars.K @ RC.T
+        RC = flat(R_points) @ flat(bars.C).T
+        RVR -= RC @ bars.K @ RC.T
         VR -= np.einsum("qs,sin->qin", RC @ bars.K, bars.C)
-    Q_tt = own + lever.T @ Q @ lever
-    Q_points = VR - times_kept(reduced, rays, Q_kept.T)
-    HQ = H @ Q_kept
+    Q_tt = RVR + Q_t_kept @ lever
+    Q_t_points = VR - times_kept(reduced, Q_t_kept.T)
+
+    HQ = H @ Q_t_kept
     kept = Q - HQ - HQ.T + H @ Q_tt @ H.T
-    HQ = np.einsum("qin,qjn->ijn", H_points, Q_points)
-    turned = np.einsum("qr,rjn->qjn", Q_tt, H_points)
-    turned = np.einsum("qin,qjn->ijn", H_points, turned)
-    return kept, points - HQ - HQ.swapaxes(0, 1) + turned
+    HQ = np.einsum("qin,qjn->ijn", H_points, Q_t_points)
+    QH = np.einsum("qr,rjn->qjn", Q_tt, H_points)
+    HQH = np.einsum("qin,qjn->ijn", H_points, QH)
+    return kept, points - HQ - HQ.swapaxes(0, 1) + HQH

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
+from pgm_lab.bundle.dense import G
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import State
 from pgm_lab.camera import imaging
@@ -82,9 +83,7 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
            [0., 2., 0.]])
     """
     arms = _validate.points(positions, 3, "positions") - centre
-    unit = np.eye(3)[:, None, :]
-    shifts = np.broadcast_to(unit, (3, len(arms), 3))
-    return np.concatenate([shifts, np.cross(unit, arms), arms[None]])
+    return G(arms).reshape(-1, 3, 7).transpose(2, 0, 1)
 
 
 def all_motions(state: State, interior: int) -> Motions:
@@ -94,20 +93,17 @@ def all_motions(state: State, interior: int) -> Motions:
     M (X - X0) stays: the camera turns about M w.
     """
     centre = state.points.mean(axis=0)
-    everything = np.concatenate([state.points, state.exteriors[:, :3]]) - centre
+    everything = np.concatenate([state.exteriors[:, :3], state.points]) - centre
     size = np.sqrt(np.mean(everything**2)) or 1.0
-    move = motions(everything / size)
-    n, m = len(state.points), len(state.exteriors)
-    exterior = np.zeros((m, 6, 7))
-    exterior[:, :3] = move[:, n:].transpose(1, 2, 0)
+    m = len(state.exteriors)
+    move = G(everything / size).reshape(-1, 3, 7)
     M = imaging.attitude(state.exteriors)
-    kappa = state.exteriors[:, 5]
-    axes = np.zeros((m, 3, 3))  # about which each angle turns, in the camera's frame
-    axes[..., 0] = M[..., 0]
-    axes[:, 0, 1], axes[:, 1, 1], axes[:, 2, 2] = np.sin(kappa), np.cos(kappa), 1
+    axes = imaging.axes_of_angles(M, state.exteriors[:, 5])
+    kept = np.zeros((interior + 6 * m, 7))
+    exterior = kept[interior:].reshape(m, 6, 7)
+    exterior[:, :3] = move[:m]
     exterior[:, 3:, 3:6] = np.linalg.solve(axes, M) / size
-    kept = np.concatenate([np.zeros((interior, 7)), exterior.reshape(6 * m, 7)])
-    return Motions(kept, move[:, :n].transpose(0, 2, 1))
+    return Motions(kept, np.ascontiguousarray(move[m:].T))
 
 
 def free_motions(network: Network, state: State, interior: int) -> Motions:

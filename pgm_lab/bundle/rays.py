@@ -5,8 +5,11 @@ small matrices lies side by side in the memory, and einsum multiplies them at on
 """
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
 from pgm_lab.bundle._correlated import whiten
 from pgm_lab.bundle.network import Network
@@ -32,65 +35,117 @@ class State:
 
 @dataclass(frozen=True)
 class Rays:
-    """The rays of a network, ordered by photo.
+    """The rays of a network, ordered by photo, and the unknowns they depend on.
+
+    The kept unknowns are U interior parameters, u of each camera, and 6 m of the
+    exterior orientations.
 
     Attributes
     ----------
     order : ndarray (k,)
         Index of each ray in the network.
-    photo, point : ndarray (k,)
-    start : ndarray (m + 1,)
-        First ray of each photo.
+    photo, point, camera : ndarray (k,)
+    unknowns : ndarray (m, 6 + u)
+        Which of the kept unknowns each photo depends on: its own exterior orientation,
+        then the interior parameters of its camera.
+    points, cameras : int
+        How many there are, n and U / u.
     measured : ndarray (k, 2)
         In mm.
     per_sigma : ndarray (2, k)
         1 / sigma: observation equations are divided by sigma, then P = 1.
     rho : ndarray (k,) or None
         Correlation of x and y, from which the equations are freed; None without.
-    first, second : ndarray (pairs,)
-        Pairs of rays of the same point, `first` in the photo that comes first; the
-        pairs of two photos stand together.
     """
 
     order: np.ndarray
     photo: np.ndarray
     point: np.ndarray
-    start: np.ndarray
+    camera: np.ndarray
+    unknowns: np.ndarray
+    points: int
+    cameras: int
     measured: np.ndarray
     per_sigma: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
-    rho: np.ndarray | None = None
+    rho: np.ndarray | None
 
     @classmethod
-    def of(cls, network: Network) -> "Rays":
-        """Sort the rays of a network by photo."""
+    def of(cls, network: Network, u: int) -> "Rays":
+        """Sort the rays of a network by photo; u interior parameters are unknowns."""
         order = np.argsort(network.photo, kind="stable")
-        photo, point = network.photo[order], network.point[order]
-        m = len(network.exteriors)
+        m, cameras = len(network.exteriors), len(network.cameras)
+        interior = u * network.camera[:, None] + np.arange(u)
+        exterior = u * cameras + np.arange(6 * m).reshape(m, 6)
         return cls(
             order,
-            photo,
-            point,
-            np.searchsorted(photo, np.arange(m + 1)),
+            network.photo[order],
+            network.point[order],
+            network.camera[network.photo[order]],
+            np.concatenate([exterior, interior], axis=1),
+            len(network.points),
+            cameras,
             network.xy[order],
             np.ascontiguousarray(1 / network.sigma[order].T),
-            *_pairs(photo, point),
-            rho=None if network.covariance is None else network.correlation[order],
+            None if network.covariance is None else network.correlation[order],
         )
 
     @property
+    def interior(self) -> int:
+        """Number U of interior unknowns."""
+        return int(self.unknowns[0, 0])
+
+    @property
+    def kept(self) -> int:
+        """Number U + 6 m of kept unknowns."""
+        return int(self.unknowns[-1, 5]) + 1
+
+    @cached_property
     def photos(self) -> list[slice]:
         """The rays of each photo."""
-        return [slice(*ends) for ends in zip(self.start[:-1], self.start[1:])]
+        ends = np.searchsorted(self.photo, np.arange(len(self.unknowns) + 1))
+        return [slice(*pair) for pair in pairwise(ends)]
+
+    @cached_property
+    def pairs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Each ray with each later ray of the same point, ordered by their photos."""
+        ray = np.argsort(self.point, kind="stable")
+        count = np.bincount(self.point)
+        later = np.repeat(np.cumsum(count), count) - np.arange(len(ray)) - 1
+        first = np.repeat(np.arange(len(ray)), later)
+        nth = np.arange(len(first)) - np.repeat(np.cumsum(later) - later, later)
+        first, second = ray[first], ray[first + 1 + nth]
+        order = np.lexsort((self.photo[second], self.photo[first]))
+        return first[order], second[order]
 
     @property
     def both_ways(self) -> tuple[np.ndarray, np.ndarray]:
         """Each ray with each other ray of the same point, ordered by the first."""
-        first = np.concatenate([self.first, self.second])
-        second = np.concatenate([self.second, self.first])
+        first, second = self.pairs
+        first, second = np.concatenate([[first, second], [second, first]], axis=1)
         order = np.argsort(first, kind="stable")
         return first[order], second[order]
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Where each ray is added up (k,): n places for each camera, one a point."""
+        return self.camera * self.points + self.point
+
+    @cached_property
+    def _at_places(self) -> sparse.csr_array:
+        """Matrix (cameras n, k) with ones where a ray belongs to a place."""
+        shape = self.cameras * self.points, len(self.place)
+        ones = np.ones(len(self.place)), (self.place, np.arange(len(self.place)))
+        return sparse.csr_array(ones, shape=shape)
+
+    def total_by_camera(self, values: np.ndarray) -> np.ndarray:
+        """Sum values (..., k) over the rays of each camera and point: (..., cameras, n)."""
+        sums = self._at_places @ values.reshape(-1, values.shape[-1]).T
+        shape = (*values.shape[:-1], self.cameras, self.points)
+        return np.ascontiguousarray(sums.T).reshape(shape)
+
+    def total(self, values: np.ndarray) -> np.ndarray:
+        """Sum values (..., k) over the rays of each point: (..., n)."""
+        return self.total_by_camera(values).sum(axis=-2)
 
 
 @dataclass(frozen=True)
@@ -99,18 +154,28 @@ class Equations:
 
     Attributes
     ----------
-    v : ndarray (2, k)
-        Computed - observed.
-    camera : ndarray (u + 6, 2, k)
-        Derivatives by the u interior parameters of the ray's camera, then by the
-        exterior orientation of its photo.
-    point : ndarray (3, 2, k)
-        Derivatives by (X, Y, Z); 0 for held coordinates.
+    A : ndarray (6 + u + 1 + 3, 2, k)
+        In this order: derivatives by the exterior orientation of the ray's photo, by
+        the u interior parameters of its camera; computed - observed; derivatives by
+        (X, Y, Z), 0 for held coordinates. They are A1, A3, -f and A2 of (M 2.78).
     """
 
-    v: np.ndarray
-    camera: np.ndarray
-    point: np.ndarray
+    A: np.ndarray
+
+    @property
+    def camera(self) -> np.ndarray:
+        """Derivatives (6 + u, 2, k) by the unknowns of the photo and its camera."""
+        return self.A[:-4]
+
+    @property
+    def v(self) -> np.ndarray:
+        """Computed - observed (2, k)."""
+        return self.A[-4]
+
+    @property
+    def point(self) -> np.ndarray:
+        """Derivatives (3, 2, k) by the point."""
+        return self.A[-3:]
 
 
 def equations(
@@ -138,25 +203,16 @@ def equations(
             ("interior",) * bool(len(estimated)) + ("exterior", "point"),
             rays.photo,
         )
-    camera = np.empty((len(estimated) + 6, *v.shape[::-1]))
-    for row, column in enumerate(estimated):
-        camera[row] = by["interior"][..., column].T * rays.per_sigma
-    camera[len(estimated) :] = by["exterior"].T * rays.per_sigma
-    point = by["point"].T * rays.per_sigma
+    A = np.empty((10 + len(estimated), *v.T.shape))
+    A[:6], A[-4], A[-3:] = by["exterior"].T, v.T, by["point"].T
+    if len(estimated):
+        A[6:-4] = by["interior"].T[estimated]
+    A *= rays.per_sigma
     if not free.all():
-        point *= free[:, None, rays.point]
-    v = v.T * rays.per_sigma
+        A[-3:] *= free[:, None, rays.point]
     if rays.rho is not None:
-        for values in (v, camera, point):
-            whiten(values, rays.rho)
-    return Equations(v, camera, point)
-
-
-def total(values: np.ndarray, index: np.ndarray, size: int) -> np.ndarray:
-    """Sum values (..., k) over the rays of each point or photo: (..., size)."""
-    rows = values.reshape(-1, values.shape[-1])
-    sums = [np.bincount(index, row, size) for row in rows]
-    return np.reshape(sums, (*values.shape[:-1], size))
+        whiten(A, rays.rho)
+    return Equations(A)
 
 
 def totals_of_runs(values: np.ndarray, index: np.ndarray):
@@ -169,18 +225,6 @@ def totals_of_runs(values: np.ndarray, index: np.ndarray):
     """
     start = np.flatnonzero(np.diff(index, prepend=-1))
     return index[start], np.add.reduceat(values, start, axis=-1)
-
-
-def _pairs(photo: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each ray with each later ray of the same point, ordered by their photos."""
-    ray = np.argsort(point, kind="stable")
-    count = np.bincount(point) if len(point) else np.zeros(0, int)
-    later = np.repeat(np.cumsum(count), count) - np.arange(len(ray)) - 1
-    first = np.repeat(np.arange(len(ray)), later)
-    nth = np.arange(len(first)) - np.repeat(np.cumsum(later) - later, later)
-    first, second = ray[first], ray[first + 1 + nth]
-    order = np.lexsort((photo[second], photo[first]))
-    return first[order], second[order]
 
 
 def behind(network: Network, exteriors: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy import linalg
+from scipy.linalg import lapack
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
@@ -104,7 +104,7 @@ def adjust(
     state = problem.start
     refuse.check_counts(network)
     refuse.check_attitudes(network, state.exteriors)
-    move = free_motions(network, state, problem.interior)
+    move = free_motions(network, state, problem.rays.interior)
     refuse.check_datum(network, problem.datum, move)
     check_constraint(network, problem.datum, move)
     redundancy = problem.redundancy(move.number)
@@ -140,9 +140,9 @@ def adjust(
     else:
         reduced = problem.normal_equations(state, eq)
     history = History(*map(np.array, (objectives, steps, changes)))
-    move = free_motions(network, state, problem.interior)
+    move = free_motions(network, state, problem.rays.interior)
     scale, factor = _factor(problem, state, reduced, move)
-    Q = linalg.cho_solve(factor, np.diag(scale)) * scale[:, None]
+    Q = lapack.dpotrs(factor, np.diag(scale), lower=True)[0] * scale[:, None]
     return assemble(
         problem, state, eq, reduced, Q, move, phi, sigma0_prior, status, history
     )
@@ -152,14 +152,13 @@ def _corrections(
     problem: Problem, state: State, reduced: Reduced
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
-    rays = problem.rays
     refuse.check_points(problem.network, reduced)
-    move = free_motions(problem.network, state, problem.interior)
+    move = free_motions(problem.network, state, problem.rays.interior)
     scale, factor = _factor(problem, state, reduced, move)
-    dx = scale * linalg.cho_solve(factor, scale * reduced.right)
+    dx = scale * lapack.dpotrs(factor, scale * reduced.right, lower=True)[0]
     dx_points = points_alone(reduced)
     decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
-    dx_points = dx_points - times_kept(reduced, rays, dx[:, None])[0]
+    dx_points = dx_points - times_kept(reduced, dx[:, None])[0]
     if move.number:
         R = constraint(problem.network, problem.datum, move)
         t = R.kept.T @ dx + np.einsum("din,in->d", R.points, dx_points)
@@ -179,12 +178,9 @@ def _factor(problem: Problem, state: State, reduced: Reduced, move: Motions):
     E = move.kept / scale[:, None]
     E /= np.linalg.norm(E, axis=0)
     scaled = reduced.S * scale[:, None] * scale + E @ E.T
-    try:
-        factor = linalg.cho_factor(scaled, lower=True, check_finite=False)
-        pivots = np.diagonal(factor[0]) ** 2
-        regular = pivots.min(initial=1.0) > 1 / normal.INFLATION_LIMIT
-    except linalg.LinAlgError:
-        regular = False
+    factor, failed = lapack.dpotrf(scaled, lower=True)
+    pivots = np.diagonal(factor) ** 2
+    regular = not failed and pivots.min(initial=1.0) > 1 / normal.INFLATION_LIMIT
     if not regular:
         refuse.check_attitudes(problem.network, state.exteriors)
         unknowns = kept_unknowns(problem.network, problem.estimate)
@@ -199,7 +195,7 @@ def _rounding(problem: Problem, state: State, reduced: Reduced) -> float:
         [state.interior[:, problem.estimated].ravel(), state.exteriors.ravel()]
     )
     size = np.sqrt(reduced.diagonal) * np.abs(kept)
-    points = np.sqrt(reduced.V_diagonal) * np.abs(state.points.T) * ~network.held.T
+    points = np.sqrt(reduced.V_diagonal) * np.abs(state.points.T) * ~problem.held
     level = np.linalg.norm(rays.measured.T * rays.per_sigma)
     return ROUNDING * float(level + max(size.max(), points.max(initial=0)))
 

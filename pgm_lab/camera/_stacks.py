@@ -4,8 +4,16 @@ All values of one entry, `a[..., 0, 1]`, lie side by side in the memory: that ma
 hundreds of thousands of points fast without a loop over them.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
+
+
+def empty(lead: Sequence[int], shape: Sequence[int], *parts: ArrayLike) -> np.ndarray:
+    """Array (*lead, *shape) that can hold the numbers of the parts, without values."""
+    out = np.empty((*shape, *lead), np.result_type(*parts))
+    return out.transpose(*range(len(shape), out.ndim), *range(len(shape)))
 
 
 def entries(values: np.ndarray) -> np.ndarray:
@@ -13,44 +21,43 @@ def entries(values: np.ndarray) -> np.ndarray:
     return values.transpose(-1, *range(values.ndim - 1))
 
 
-def stacked(entries: np.ndarray) -> np.ndarray:
-    """View (..., n) of entries (n, ...)."""
-    return entries.transpose(*range(1, entries.ndim), 0)
-
-
 def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
     """Values (k, ...) of each point's photo from those (photos, ...) of the photos."""
     if photo is None:
         return values
-    return entries(stacked(values).take(photo, axis=-1))
+    return values.T.take(photo, axis=-1).T
 
 
 def vector(*parts: ArrayLike) -> np.ndarray:
-    """Array (..., n) of n entries that broadcast, stored entry by entry."""
-    out = np.empty((len(parts), *np.broadcast(*parts).shape), np.result_type(*parts))
+    """Array (..., n) of n entries that broadcast."""
+    out = empty(np.broadcast(*parts).shape, (len(parts),), *parts)
     for i, part in enumerate(parts):
-        out[i] = part
-    return stacked(out)
+        out[..., i] = part
+    return out
 
 
-def matrix(*rows: list[ArrayLike]) -> np.ndarray:
-    """Array (..., n, m) of n rows of m entries that broadcast, stored likewise."""
-    flat = entries(vector(*(entry for row in rows for entry in row)))
-    return stacked(stacked(flat.reshape(len(rows), len(rows[0]), *flat.shape[1:])))
+def matrix(*rows: Sequence[ArrayLike]) -> np.ndarray:
+    """Array (..., n, k) of n rows of k entries that broadcast."""
+    parts = [part for row in rows for part in row]
+    out = empty(np.broadcast(*parts).shape, (len(rows), len(rows[0])), *parts)
+    for i, row in enumerate(rows):
+        for j, part in enumerate(row):
+            out[..., i, j] = part
+    return out
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Matrix product a @ b, written out: faster than @ for many small matrices."""
-    rows, inner, columns = range(a.shape[-2]), range(a.shape[-1]), range(b.shape[-1])
-    return matrix(
-        *(
-            [sum(a[..., i, k] * b[..., k, j] for k in inner) for j in columns]
-            for i in rows
-        )
-    )
+    """Matrix product a @ b: faster than @ for many small matrices."""
+    lead = np.broadcast(a[..., 0, 0], b[..., 0, 0]).shape
+    out = empty(lead, (a.shape[-2], b.shape[-1]), a, b)
+    return np.einsum("...ij,...jk->...ik", a, b, out=out)
 
 
 def side_by_side(*blocks: np.ndarray) -> np.ndarray:
-    """Join matrices (..., n, k) column by column; leading axes broadcast."""
-    columns = [block[..., j] for block in blocks for j in range(block.shape[-1])]
-    return matrix(*([column[..., i] for column in columns] for i in range(2)))
+    """Join matrices (..., n, k) of n rows column by column; leading axes broadcast."""
+    *lead, n = np.broadcast(*(block[..., 0] for block in blocks)).shape
+    ends = np.cumsum([block.shape[-1] for block in blocks])
+    out = empty(lead, (n, ends[-1]), *blocks)
+    for block, end in zip(blocks, ends):
+        out[..., end - block.shape[-1] : end] = block
+    return out

@@ -51,25 +51,19 @@ def ray(
     ----------
     Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
     """
-    M = attitude(exterior)
-    M, exterior = of_photo(M, photo), of_photo(exterior, photo)
-    dX, dY, dZ = (points[..., i] - exterior[..., i] for i in range(3))
-    rows = (M[..., i, 0] * dX + M[..., i, 1] * dY + M[..., i, 2] * dZ for i in range(3))
-    return vector(*rows), M
+    M = of_photo(attitude(exterior), photo)
+    from_centre = points - of_photo(exterior[..., :3], photo)
+    return product(M, from_centre[..., None])[..., 0], M
 
 
-def ray_by_angles(
-    exterior: np.ndarray, ray: np.ndarray, photo: np.ndarray | None = None
-) -> np.ndarray:
+def ray_by_angles(ray: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """Derivatives (..., 3, 3) of the ray by (omega, phi, kappa).
 
     To change an angle is to turn the camera about an axis a, and the ray then moves by
-    (U, V, W) x a. Kappa turns about the camera's z axis, phi about M_kappa (0, 1, 0),
-    omega about the X axis of the object, M (1, 0, 0).
+    (U, V, W) x a. `axes` are those of `axes_of_angles`.
     """
-    kappa = exterior[..., 5]
-    axes = vector(np.sin(kappa), np.cos(kappa), *_turn(exterior, 1.0, 0.0, 0.0))
-    sin, cos, a1, a2, a3 = entries(of_photo(axes, photo))
+    a1, a2, a3 = axes[..., 0, 0], axes[..., 1, 0], axes[..., 2, 0]
+    sin, cos = axes[..., 0, 1], axes[..., 1, 1]
     U, V, W = entries(ray)
     return matrix(
         [V * a3 - W * a2, -W * cos, V],
@@ -78,22 +72,29 @@ def ray_by_angles(
     )
 
 
+def axes_of_angles(M: np.ndarray, kappa: np.ndarray) -> np.ndarray:
+    """Axes (..., 3, 3), one a column, about which omega, phi and kappa turn a camera.
+
+    In the camera's frame: omega turns about the X axis of the object, M (1, 0, 0), phi
+    about M_kappa (0, 1, 0), kappa about the z axis.
+    """
+    M1, sin, cos = M[..., 0], np.sin(kappa), np.cos(kappa)
+    return matrix([M1[..., 0], sin, 0.0], [M1[..., 1], cos, 0.0], [M1[..., 2], 0.0, 1.0])
+
+
 def attitude(exterior: np.ndarray) -> np.ndarray:
-    """Rotation matrices M (..., 3, 3) of exterior orientations (..., 6)."""
-    return matrix(*zip(*(_turn(exterior, *unit) for unit in np.eye(3))))
+    """Rotation matrices M (..., 3, 3) of exterior orientations (..., 6).
 
-
-def _turn(exterior: np.ndarray, x: float, y: float, z: float) -> tuple[np.ndarray, ...]:
-    """Turn a vector by omega about x, by phi about the new y, by kappa about the new z.
-
-    The same as `rotation.matrix`, which refuses the complex and the not finite.
+    The same as `rotation.matrix`, (M 2.8), which refuses the complex and the not
+    finite.
     """
     angles = entries(exterior[..., 3:])
     (so, sp, sk), (co, cp, ck) = np.sin(angles), np.cos(angles)
-    y, z = co * y + so * z, co * z - so * y
-    x, z = cp * x - sp * z, cp * z + sp * x
-    x, y = ck * x + sk * y, ck * y - sk * x
-    return x, y, z
+    return matrix(
+        [cp * ck, co * sk + so * sp * ck, so * sk - co * sp * ck],
+        [-cp * sk, co * ck - so * sp * sk, so * ck + co * sp * sk],
+        [sp, -so * cp, co * cp],
+    )
 
 
 def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -204,7 +205,7 @@ def misclosure(
     if interior.ndim > 1:
         interior = of_photo(interior, photo)
     c, centre, lens_parameters = interior[..., 0], interior[..., 1:3], interior[..., 3:]
-    rays, by_point = ray(exterior, points, photo)
+    rays, M = ray(exterior, points, photo)
     image, by_c, by_ray = perspective(c, rays)
     if lens == "backward":
         distorted = measured - centre
@@ -226,9 +227,10 @@ def misclosure(
         by_lens = sign * distortion_by_lens(distorted)
         blocks["interior"] = side_by_side(by_c, by_centre, by_lens)
     if "exterior" in wrt or "point" in wrt:
-        by_point = product(by_ray, by_point)
+        by_point = product(by_ray, M)
     if "exterior" in wrt:
-        by_angles = product(by_ray, ray_by_angles(exterior, rays, photo))
+        axes = axes_of_angles(M, of_photo(exterior[..., 5], photo))
+        by_angles = product(by_ray, ray_by_angles(rays, axes))
         blocks["exterior"] = side_by_side(-by_point, by_angles)
     if "point" in wrt:
         blocks["point"] = by_point

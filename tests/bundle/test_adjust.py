@@ -312,8 +312,9 @@ def test_the_last_change_is_in_units_of_the_standard_deviations():
 @pytest.mark.parametrize("portion", [1, 7])
 def test_pairs_in_portions_give_the_same(monkeypatch, portion):
     network = small(cameras=2, skip=7)
+    monkeypatch.setattr("pgm_lab.bundle._coupling.WHOLE", 0)
     whole = bundle.adjust(network, SOME)
-    monkeypatch.setattr("pgm_lab.bundle.reduced.PAIRS_AT_ONCE", portion)
+    monkeypatch.setattr("pgm_lab.bundle._coupling.PAIRS_AT_ONCE", portion)
     found = bundle.adjust(network, SOME)
     np.testing.assert_allclose(found.covariance_points, whole.covariance_points)
     np.testing.assert_allclose(found.interior, whole.interior)
