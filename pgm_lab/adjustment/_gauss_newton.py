@@ -6,7 +6,6 @@ import numpy as np
 
 from pgm_lab.adjustment import normal
 from pgm_lab.adjustment._model import Model
-from pgm_lab.adjustment.result import History
 
 SMALLEST_STEP = 2.0**-20
 SUFFICIENT_DECREASE = 1e-4
@@ -52,10 +51,10 @@ def iterate(
     line_search: bool,
     tolerance: float,
     max_iterations: int,
-) -> tuple[np.ndarray, np.ndarray, History]:
+) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
     """Move each problem until it converges, or cannot go on.
 
-    Returns the statuses, the numbers of iterations and the history.
+    Returns the statuses, the numbers of iterations and the columns of the history.
     """
     m, u = state.x.shape
     redundancy = model.redundancy(u, state.c.shape[-1])
@@ -103,9 +102,7 @@ def iterate(
         changes.append(_whole(m, k, change))
         k = k[moved & ~converged]
     shape = (len(steps), m)
-    history = History(
-        np.array(objective), np.reshape(steps, shape), np.reshape(changes, shape)
-    )
+    history = np.array(objective), np.reshape(steps, shape), np.reshape(changes, shape)
     return status, iterations, history
 
 

@@ -134,10 +134,10 @@ def with_parameters(
     model: Model, start: np.ndarray, weights: ArrayLike, values: ArrayLike | None
 ) -> Model:
     """Append the weighted parameters to the observations."""
-    *lead, u = start.shape
+    lead, u = start.shape[:-1], start.shape[-1]
     values = start if values is None else values
-    values = _flat(values, "parameter_values", tuple(lead), u)
-    weights = _weights(weights, "parameter_weights", tuple(lead), u)
+    values = _flat(values, "parameter_values", lead, u)
+    weights = _weights(weights, "parameter_weights", lead, u)
     P = model.weights
     if P.ndim == 2:
         P = np.concatenate([P, weights], axis=1)

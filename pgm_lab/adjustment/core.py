@@ -120,7 +120,7 @@ def adjust(
         raise ValueError(
             f"start must have shape (..., u), u parameters; got {start.shape}"
         )
-    lead, u = start.shape[:-1], start.shape[-1]
+    *lead, u = start.shape
     names = normal.parameter_names(names, u)
     sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
     tolerance = float(_validate.positive(tolerance, "tolerance", "sd of a parameter"))
@@ -143,15 +143,23 @@ def adjust(
         model, state, sigma0_prior, line_search, tolerance, max_iterations
     )
     Q = _cofactors(model, state, status, names)
-    return _result(
-        model, state, Q, sigma0_prior, names, lead, status, iterations, history
+    numbers = _numbers(model, state, Q, sigma0_prior)
+    numbers |= {"status": status, "iterations": iterations}
+    return Adjustment(
+        **{
+            name: values.reshape((*lead, *values.shape[1:]))[()]
+            for name, values in numbers.items()
+        },
+        sigma0_prior=sigma0_prior,
+        names=names,
+        history=History(*(part.reshape((len(part), *lead)) for part in history)),
     )
 
 
 def _cofactors(
     model: _model.Model, state: State, status: np.ndarray, names: Sequence[str]
 ) -> np.ndarray:
-    """Q of the parameters where they are; NaN for all of a singular problem."""
+    """Cofactors Q of the parameters; a singular problem gets its status, and NaN."""
     N = np.swapaxes(state.A, -1, -2) @ model.weighted(state.A)
     _, Q, _, singular = normal.solve(N, np.zeros_like(state.x), state.C, state.c)
     singular &= status != "diverged"
@@ -163,18 +171,10 @@ def _cofactors(
     return Q
 
 
-def _result(
-    model: _model.Model,
-    state: State,
-    Q: np.ndarray,
-    sigma0_prior: float | None,
-    names: Sequence[str],
-    lead: tuple[int, ...],
-    status: np.ndarray,
-    iterations: np.ndarray,
-    history: History,
-) -> Adjustment:
-    """Put together what the adjustment says of itself, with the leading axes."""
+def _numbers(
+    model: _model.Model, state: State, Q: np.ndarray, sigma0_prior: float | None
+) -> dict[str, np.ndarray]:
+    """What the adjustment says of its parameters and observations, by name."""
     m, u = state.x.shape
     redundancy = model.redundancy(u, state.c.shape[-1])
     phi = np.where(np.isfinite(state.phi), state.phi, np.nan)
@@ -185,28 +185,14 @@ def _result(
     v_parameters, share_parameters = np.zeros((2, m, u))
     if model.weighted_parameters:
         v_parameters, share_parameters = state.v[:, n:], share[:, n:]
-
-    def shaped(values: np.ndarray) -> np.ndarray:
-        return values.reshape((*lead, *values.shape[1:]))[()]
-
-    return Adjustment(
-        x=shaped(state.x),
-        cofactor=shaped(Q),
-        residuals=shaped(state.v[:, :n]),
-        sigma0=shaped(sigma0),
-        redundancy=shaped(redundancy),
-        redundancy_numbers=shaped(share[:, :n]),
-        standardized=shaped(w[:, :n]),
-        parameter_residuals=shaped(v_parameters),
-        parameter_redundancy_numbers=shaped(share_parameters),
-        status=shaped(status),
-        iterations=shaped(iterations),
-        sigma0_prior=sigma0_prior,
-        names=names,
-        history=History(
-            *(
-                values.reshape((len(values), *lead))
-                for values in (history.objective, history.step, history.change)
-            )
-        ),
-    )
+    return {
+        "x": state.x,
+        "cofactor": Q,
+        "residuals": state.v[:, :n],
+        "sigma0": sigma0,
+        "redundancy": redundancy,
+        "redundancy_numbers": share[:, :n],
+        "standardized": w[:, :n],
+        "parameter_residuals": v_parameters,
+        "parameter_redundancy_numbers": share_parameters,
+    }

@@ -37,8 +37,8 @@ def rows(name: str) -> list[dict[str, str]]:
     for number, row in enumerate(found, start=2):
         if None in row or None in row.values():
             raise ValueError(
-                f"data/{name} is damaged: row {number} has not as many fields as the"
-                f" header. Restore it with git checkout -- data/{name}"
+                f"data/{name} is damaged: the number of fields in row {number} differs"
+                f" from that of the header. Restore it with git checkout -- data/{name}"
             )
     return found
 
