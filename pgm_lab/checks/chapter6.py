@@ -164,8 +164,14 @@ def band(function: Callable) -> None:
             "each covariance counts twice: C has it above and below the diagonal",
         ),
         (powers @ sd, "standard deviations do not simply add: use all of C"),
-        (spread(r[:, None] ** (2, 4, 6), C), "the powers are 3, 5 and 7"),
-        (spread(r[:, None] ** (1, 2, 3), C), "the powers are 3, 5 and 7"),
+        (
+            spread(r[:, None] ** (2, 4, 6), C),
+            "the radial correction has other powers",
+        ),
+        (
+            spread(r[:, None] ** (1, 2, 3), C),
+            "the radial correction has other powers",
+        ),
         (1.96 * expected, "one standard deviation, not 95 per cent"),
         (2 * expected, "one standard deviation, not two"),
         (1000 * expected, "millimetres, not micrometres"),
