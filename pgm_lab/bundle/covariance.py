@@ -61,8 +61,7 @@ def cofactors(
     points = reduced.V_inverse + ZQZ
     if reduced.bars is not None:
         points, QZ = _with_bars(rays, reduced, Q, points, QZ)
-    of_rays = _of_rays(rays, eq, eq, Q, points, QZ)
-    across = None
+    of_rays, across = _of_rays(rays, eq, eq, Q, points, QZ), None
     if rays.rho is not None:
         other = Equations(eq.A[:, ::-1])
         across = _of_rays(rays, eq, other, Q, points, QZ).mean(axis=0)
@@ -105,15 +104,15 @@ def _of_rays(
     points: np.ndarray,
     QZ: np.ndarray,
 ) -> np.ndarray:
-    """Diagonal of A Q A' (2, k), or of A Q B' with other equations B; in any datum."""
+    """Diagonal of A Q A' (2, k), or of A Q B' with other equations; in any datum."""
     own = points.take(rays.point, axis=-1)
     by_point = np.einsum("irk,ijk->jrk", eq.point, own)
     by_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera, QZ)
     found = np.einsum("jrk,jrk->rk", by_point, other.point)
     for photo, unknowns in zip(rays.photos, rays.unknowns, strict=True):
-        A, B = eq.camera[..., photo], other.camera[..., photo]
+        A = eq.camera[..., photo]
         QA = (Q[unknowns[:, None], unknowns] @ flat(A)).reshape(A.shape)
-        found[:, photo] += np.einsum("ark,ark->rk", B, QA)
+        found[:, photo] += np.einsum("ark,ark->rk", other.camera[..., photo], QA)
     return found
 
 

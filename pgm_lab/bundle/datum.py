@@ -112,11 +112,7 @@ def free_motions(network: Network, state: State, interior: int) -> Motions:
     if not is_controlled(network):
         return all_seven.some(slice(6)) if len(network.scale_bars) else all_seven
     stopped = [np.eye(7)[6:]] if len(network.scale_bars) else []
-    forbidden = network.held
-    if network.control is not None:
-        index, _, sigma = network.control
-        forbidden[index] |= np.isfinite(sigma)
-    point, axis = np.nonzero(forbidden)
+    point, axis = np.nonzero(network.known)
     stopped.append(all_seven.points[:, axis, point].T)
     rows = np.concatenate(stopped)
     _, size, directions = np.linalg.svd(rows, full_matrices=True)

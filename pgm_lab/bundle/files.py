@@ -188,7 +188,7 @@ def write(
     ------
     ValueError
         If the network has several cameras, fixed points, control, check points, scale
-        bars or chosen datum points, or names that are not whole numbers.
+        bars, chosen datum points or covariances, or names that are not whole numbers.
     FileExistsError
         If a file is there already.
     """
@@ -239,6 +239,7 @@ def _refuse_what_files_lack(network: Network) -> None:
         "check points": network.check is not None,
         "chosen datum points": network.datum_points is not None,
         "scale bars": len(network.scale_bars) > 0,
+        "covariances": network.covariance is not None,
     }
     if found := [name for name, there in lacking.items() if there]:
         raise ValueError(

@@ -150,7 +150,7 @@ class Rays:
 
 @dataclass(frozen=True)
 class Equations:
-    """Observation equations, divided by sigma.
+    """Observation equations, divided by sigma and freed from correlation: P = 1.
 
     Attributes
     ----------

@@ -47,12 +47,7 @@ def check_counts(network: Network) -> None:
 
     A coordinate that is held, or observed as a control coordinate, needs no ray.
     """
-    known = network.held
-    if network.control is not None:
-        index, _, sigma = network.control
-        known[index] |= np.isfinite(sigma)
-    rays = network.rays_of_points
-    weak = 2 * rays < 3 - known.sum(axis=1)
+    rays, weak = network.rays_of_points, network.too_few_rays
     if np.any(weak):
         counted = _listed(
             [

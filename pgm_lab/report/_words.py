@@ -159,6 +159,9 @@ def _control_is_least(network: Network) -> bool:
 
 def conventions(result: Bundle) -> Sequence[str]:
     """List what the numbers mean."""
+    P = "P = 1 / sigma^2"
+    if result.network.covariance is not None:
+        P = "the inverse covariances of the rays, 2 x 2, on the diagonal of P"
     lens = {
         "backward": "The lens is modelled backward: the displacement is a correction,"
         " added to measured coordinates to make them ideal.",
@@ -174,7 +177,7 @@ def conventions(result: Bundle) -> Sequence[str]:
         " K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y, dy = y (K1 r^2 + K2 r^4"
         " + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y.",
         "Residuals v are computed - observed. sigma0^2 = v'Pv / redundancy, with"
-        " P = 1 / sigma^2. Standard deviations (sd) are a posteriori, multiplied by"
+        f" {P}. Standard deviations (sd) are a posteriori, multiplied by"
         " sigma0. t is a value over its sd; w is a residual over its own sd; a"
         " redundancy number r is the part of an error that its residual shows.",
     )

@@ -267,6 +267,7 @@ def test_what_the_files_have_no_place_for_is_not_written(tmp_path, muliawan):
             "cameras": 2 * muliawan.cameras,
             "camera": [0, 1] + 7 * [0],
         },
+        "covariances": {"sigma": None, "covariance": 1e-6 * np.eye(2)},
         "whole numbers": {"photo_names": list("abcdefghi")},
     }
     for name, change in cannot.items():

@@ -224,7 +224,7 @@ def test_where_nothing_controls_a_coordinate_any_error_stays_and_does_any_harm()
     found = bundle.adjust(small(), SOME)
     numbers = found.redundancy_numbers.copy()
     numbers[3, 1] = 0
-    limits = bundle.reliability(replace(found, redundancy_numbers=numbers))
+    limits = bundle.reliability(replace(found, testable=numbers))
     assert limits.internal[3, 1] == limits.external[3, 1] == np.inf
     assert bundle.critical_value(replace(found, redundancy=1)) == np.inf
 

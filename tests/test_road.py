@@ -1,0 +1,145 @@
+"""The road from the pixel to the network: every room of the package in one walk.
+
+Three photos of a hilly ground are simulated, points of the first are found in the
+others, and camera stations and ground points follow from nothing but grey values, the
+camera, and a rough idea of the flight. What this does not prove: anything of real
+photos, whose errors are not white.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pgm_lab import bundle, lsm, ncc, observations, orientation, report, simulate
+from pgm_lab.camera import Camera
+
+CAMERA = Camera(4.0, 0.02, -0.01)
+SIZE, PIXEL, CELL = (320, 240), 0.01, 0.25  # px, mm, m on the ground
+HILLS = simulate.texture(0.002, contrast=5.0, mean=0.0, waves=20, seed=5)
+GROUND = simulate.texture(0.2, waves=100, seed=6)
+STATIONS = {
+    "A": (0, 0, 100, 0.01, -0.01, 0.03),
+    "B": (20, 1, 101, -0.01, 0.01, -0.02),
+    "C": (40, -1, 99, 0.01, -0.02, 0.01),
+}
+BASE_PX = {"B": 80, "C": 160}  # from the planned flight: 20 m and 40 m
+CHOSEN = np.stack(np.meshgrid(np.arange(210, 290, 10), np.arange(40, 205, 15)), -1)
+CHOSEN = CHOSEN.reshape(-1, 2).astype(float)
+NOISES = 4
+
+
+def photos():
+    ground = (HILLS, GROUND, SIZE, PIXEL)
+    return {
+        name: simulate.relief_photo(CAMERA, station, *ground, cell=CELL)
+        for name, station in STATIONS.items()
+    }
+
+
+def noisy(grey, seed):
+    return {
+        name: simulate.photograph(one, 8.0, [seed, i])
+        for i, (name, one) in enumerate(grey.items())
+    }
+
+
+def walk(grey):
+    """From grey values to image observations and an adjusted network."""
+    matches = {}
+    for name, shift in BASE_PX.items():
+        coarse = ncc.match(
+            grey["A"], grey[name], CHOSEN, CHOSEN - [shift, 0], search=71
+        )
+        assert np.all(coarse.status == "matched")
+        matches[name] = lsm.match(grey["A"], grey[name], CHOSEN, coarse.points)
+    seen = observations.from_matches(CHOSEN, matches, SIZE, PIXEL, left="A")
+    names, pair = seen.common("A", "C")
+    model = orientation.relative(CAMERA, CAMERA, *pair, base=40.0)
+    assert model.status == "converged"
+    points = dict(zip(names, model.points))
+    shown, (xy,) = seen.common("B")
+    known = [i for i, name in enumerate(shown) if name in points]
+    third = orientation.resect(CAMERA, xy[known], [points[shown[i]] for i in known])
+    assert third.status == "converged"
+    stations = {"A": np.zeros(6), "B": third.exterior, "C": model.exterior}
+    rows = [row for row in seen.rows if row[1] in points]
+    network = bundle.Network.of(CAMERA, stations, points, rows)
+    return seen, bundle.adjust(network, (), sigma0_prior=1.0)
+
+
+def true_points(seen, names):
+    shown, (xy,) = seen.common("A")
+    place = {name: i for i, name in enumerate(shown)}
+    xy = xy[[place[name] for name in names]]
+    return simulate.on_relief(CAMERA, STATIONS["A"], xy, HILLS, CELL)
+
+
+@pytest.fixture(scope="module")
+def walks():
+    grey = photos()
+    return [walk(noisy(grey, seed)) for seed in range(NOISES)]
+
+
+def test_heights_above_the_true_relief_are_as_large_as_predicted(walks):
+    """Measured across the relief, since a point may slip on it with its window.
+
+    The prediction is that before the adjustment, sigma0 = 1: everything from the noise
+    of the grey values on has to be right for it.
+    """
+    squares = []
+    for seen, found in walks:
+        truth = true_points(seen, found.network.point_names)
+        fit = orientation.absolute(found.points, truth)
+        error = fit.apply(found.points) - truth
+        turn = fit.scale * fit.rotation
+        C = turn @ found.covariance_points @ turn.T / found.sigma0**2
+        slope = simulate.grey_gradients(HILLS, truth[:, :2] / CELL) / CELL
+        across = np.column_stack([-slope, np.ones(len(slope))])
+        height = np.sum(error * across, axis=1)
+        variance = np.einsum("ni,nij,nj->n", across, C, across)
+        assert 0.005 < np.sqrt(variance).mean() < 0.05  # m, from 100 m above
+        squares.append(height**2 / variance)
+    # chi-square of n values has the standard deviation sqrt(2 n); the stations are
+    # common to the points, and windows overlap: as if a third were independent
+    assert abs(np.mean(squares) - 1) < 4 * np.sqrt(2 / (np.size(squares) / 3))
+
+
+def test_sigma0_of_the_network_is_the_one_that_matching_promised(walks):
+    values = np.array([found.sigma0**2 for _, found in walks])
+    redundancy = walks[0][1].redundancy
+    assert redundancy == 3 * 2 * len(CHOSEN) - 3 * 6 - 3 * len(CHOSEN) + 7
+    # windows overlap by half, down and across: as if a third were independent
+    assert abs(values.mean() - 1) < 4 * np.sqrt(2 / (NOISES * redundancy / 3))
+
+
+def test_stations_come_out_where_they_were(walks):
+    for seen, found in walks:
+        truth = true_points(seen, found.network.point_names)
+        fit = orientation.absolute(found.points, truth)
+        centres = fit.apply(found.exteriors[:, :3])
+        expected = np.array(list(STATIONS.values()))[:, :3]
+        turn = fit.scale * fit.rotation
+        C = turn @ found.covariance_exteriors[:, :3, :3] @ turn.T / found.sigma0**2
+        sd = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
+        # slipping windows move the truth along the ground: up to 5/3 of the variance
+        assert np.abs((centres - expected) / sd).max() < 4 * np.sqrt(5 / 3)
+
+
+def test_the_report_tells_of_the_same_network(walks):
+    seen, found = walks[0]
+    text = " ".join(report.text(found).split())
+    assert "3 photos" in text and f"{len(found.points)} points" in text
+    assert "the inverse covariances of the rays" in text
+    assert set(seen.photo) == {"A", "B", "C"} and not seen.dropped
+
+
+def test_a_wrong_match_is_found_by_name(walks):
+    _, found = walks[0]
+    network = found.network
+    ray = int(np.flatnonzero((network.photo == 1) & (network.point == 40))[0])
+    xy = network.xy.copy()
+    xy[ray] += (0.003, -0.004)  # half a pixel
+    snooping = bundle.snoop(replace(network, xy=xy), (), sigma0_prior=1.0)
+    first = snooping.removed[0]
+    assert (first.photo, first.point) == ("B", network.point_names[40])
