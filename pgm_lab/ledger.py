@@ -108,7 +108,7 @@ def equations(row: dict[str, str]) -> list[str]:
     """
     if row["kind"] != "equation":
         return []
-    numbers = []
+    numbers: list[str] = []
     for first, last in re.findall(r"\((\d[\w.]*)\)(?: to \((.*?)\))?", row["place"]):
         numbers += _up_to(first, last) if last else [first]
     numbers = numbers or [row["place"].partition(",")[0]]  # "Table 2.2, columns"

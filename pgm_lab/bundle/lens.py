@@ -12,7 +12,7 @@ from pgm_lab import _validate
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.camera import Camera
 
-RADIAL, DECENTRING = ("K1", "K2", "K3"), ("P1", "P2")
+PARAMETERS_OF = {"radial": ("K1", "K2", "K3"), "decentring": ("P1", "P2")}
 
 
 def radial(camera: Camera, image: ArrayLike) -> np.ndarray:
@@ -161,17 +161,17 @@ def profile(
     >>> print(f"{1000 * distortion[0]:.1f} +- {1000 * sd[0]:.1f} micrometres")
     8.5 +- 1.1 micrometres
     """
-    _validate.choice(kind, "kind", ("radial", "decentring"))
+    names = PARAMETERS_OF[_validate.choice(kind, "kind", tuple(PARAMETERS_OF))]
     r = _validate.finite(r, "r")[:, None]
     lens = result.cameras[camera]
     if kind == "radial":
-        names, by_parameters = RADIAL, r ** (3, 5, 7)
+        by_parameters = r ** (3, 5, 7)
         distortion = by_parameters @ [lens.K1, lens.K2, lens.K3]
     else:
         P = np.array([lens.P1, lens.P2])
         size = np.hypot(*P)
         direction = P / size if size else np.zeros(2)
-        names, by_parameters = DECENTRING, r**2 * direction
+        by_parameters = r**2 * direction
         distortion = size * r[:, 0] ** 2
     place = places(result, camera)
     kept = [i for i, name in enumerate(names) if name in place]

@@ -79,7 +79,9 @@ def models(
     return base, R
 
 
-def in_front(base: np.ndarray, R: np.ndarray, left: np.ndarray, right) -> Models:
+def in_front(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> Models:
     """The models with the base turned round where points lie behind both cameras.
 
     The base and its opposite fit equally well: only the side of the points differs.
@@ -137,7 +139,9 @@ def _limit(best: float, left: np.ndarray, sigma: float | None) -> float:
     return best + rounding
 
 
-def _hopeful(base, R, left, right, count: int) -> Models:
+def _hopeful(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray, count: int
+) -> Models:
     """First step: adjust roughly and keep what may still come near the best one."""
     result, base, R = _model.fit(base, R, left, right, max_iterations=ITERATIONS[0])
     misfit = np.sum(result.residuals**2, axis=-1)
@@ -147,7 +151,14 @@ def _hopeful(base, R, left, right, count: int) -> Models:
     return _first_that_differ(base[kept], R[kept], left, right, misfit[kept], count)
 
 
-def _converged(base, R, left, right, iterations: int, count: int) -> Models:
+def _converged(
+    base: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    iterations: int,
+    count: int,
+) -> Models:
     """Later steps: adjust and keep what has converged, or is better all the same."""
     result, base, R = _model.fit(base, R, left, right, max_iterations=iterations)
     misfit = np.sum(result.residuals**2, axis=-1)
@@ -157,7 +168,14 @@ def _converged(base, R, left, right, iterations: int, count: int) -> Models:
     return _first_that_differ(base[kept], R[kept], left, right, misfit[kept], count)
 
 
-def _first_that_differ(base, R, left, right, misfit, count: int) -> Models:
+def _first_that_differ(
+    base: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    misfit: np.ndarray,
+    count: int,
+) -> Models:
     """So many models that differ, those with the points on one side first."""
     model = _model.intersect(base, R, left, right)
     # In front of both cameras or, if the base has the wrong sign, behind both
@@ -202,7 +220,9 @@ def _around(R: np.ndarray) -> np.ndarray:
     return rotation.matrix(*turns.T) @ R
 
 
-def base_for(R: np.ndarray, left: np.ndarray, right: np.ndarray, bx: float):
+def base_for(
+    R: np.ndarray, left: np.ndarray, right: np.ndarray, bx: float
+) -> np.ndarray:
     """For each rotation the base most nearly at right angles to all u' x u''."""
     u1 = left / np.linalg.norm(left, axis=-1, keepdims=True)
     u2 = right / np.linalg.norm(right, axis=-1, keepdims=True) @ np.swapaxes(R, -1, -2)

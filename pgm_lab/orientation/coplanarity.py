@@ -204,7 +204,14 @@ def _essential(base: np.ndarray, R: np.ndarray) -> np.ndarray:
     return -cross_matrix(base) @ R
 
 
-def _way_to_surface(F, g1, g2, n1, n2, bend) -> np.ndarray:
+def _way_to_surface(
+    F: np.ndarray,
+    g1: np.ndarray,
+    g2: np.ndarray,
+    n1: np.ndarray,
+    n2: np.ndarray,
+    bend: np.ndarray,
+) -> np.ndarray:
     """The t nearest to zero with F(l - t n) = 0, which is quadratic in t."""
     slope = np.sum(g1 * n1, axis=-1) + np.sum(g2 * n2, axis=-1)
     curvature = np.sum((n1 @ bend) * n2, axis=-1)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, rotation
-from pgm_lab.adjustment import RankDefect
+from pgm_lab.adjustment import Adjustment, RankDefect
 from pgm_lab.camera import Camera, ideal
 from pgm_lab.orientation import _model, _search, _turns
 from pgm_lab.orientation.three_points import extents
@@ -200,7 +200,12 @@ def relative(
     )
 
 
-def _rays(camera_left, camera_right, left_points, right_points):
+def _rays(
+    camera_left: Camera,
+    camera_right: Camera,
+    left_points: ArrayLike,
+    right_points: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray]:
     """Rays (n, 3) in the frames of both photos."""
     left, right = (
         np.insert(ideal(camera, _image_points(points, name)), 2, -camera.c, axis=1)
@@ -218,7 +223,7 @@ def _rays(camera_left, camera_right, left_points, right_points):
     if all(width <= LINE * length for length, width in sizes):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
-            " turn about such a line. Add points beside it"
+            " turn about such a line. Add points off the line"
         )
     return left, right
 
@@ -264,7 +269,13 @@ def _start(bx: float, start: ArrayLike, both_signs: bool) -> _search.Models:
     return np.array(bases), rotation.matrix(*start[2:]).T[None]
 
 
-def _fitted(b, R, left, right, sigma):
+def _fitted(
+    b: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    sigma: float | None,
+) -> tuple[Adjustment, np.ndarray, np.ndarray]:
     """The adjusted model; the points may not determine it."""
     try:
         return _model.fit(b, R, left, right, sigma)
