@@ -45,7 +45,7 @@ def positive(values: ArrayLike, name: str, unit: str) -> np.ndarray:
     """Return `values` as a float array of numbers above zero."""
     array = finite(values, name)
     if np.any(array <= 0):
-        raise ValueError(f"{name} must be positive ({unit}); got {values!s}")
+        raise ValueError(f"{name} must be positive ({unit}); got {array.tolist()}")
     return array
 
 
@@ -65,7 +65,7 @@ def image_size(size: ArrayLike) -> np.ndarray:
     if array.shape != (2,) or np.any(array != np.round(array)):
         raise ValueError(
             "image_size must be (columns, rows), two whole numbers of pixels;"
-            f" got {size!s}. From an array, it is image.shape[1::-1]"
+            f" got {array.tolist()}. From an array, it is image.shape[1::-1]"
         )
     return array
 
@@ -77,7 +77,7 @@ def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
     x, y = pixels[..., 0], pixels[..., 1]
     low, high = np.array([[x.min(), y.min()], [x.max(), y.max()]])
 
-    def fit(size):
+    def fit(size: np.ndarray) -> np.bool_:
         return np.all(low >= -0.5) and np.all(high <= size - 0.5)
 
     if not fit(size) and fit(size[::-1]):
@@ -205,9 +205,9 @@ def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
 
 def whole(value: ArrayLike, name: str, least: int) -> int:
     """Return `value` as one whole number, not below `least`."""
-    array = number(value, name)
-    if array != round(array) or array < least:
+    as_number = number(value, name)
+    if as_number != round(as_number) or as_number < least:
         raise ValueError(
-            f"{name} must be a whole number, at least {least}; got {value!s}"
+            f"{name} must be a whole number, at least {least}; got {as_number:g}"
         )
-    return int(array)
+    return int(as_number)

@@ -1,10 +1,12 @@
-"""The ledger of verdicts on published numbers: ``data/audit.csv`` as table and figure.
+"""The ledger of verdicts on published numbers, ``data/audit``: table, figure and index.
 
 A row names chapter, source, place, kind (number, equation, program, statement), what is
 printed, what is obtained, the verdict (reproduced, corrected, not derivable), the cause
-of a defect (author, scan, unclear) and the test under ``tests/audit`` that proves it.
+of a defect (author, scan, unclear), for an equation the functions that hold its code,
+and the test under ``tests/audit`` that proves the verdict.
 """
 
+import re
 from collections.abc import Collection
 
 import matplotlib.pyplot as plt
@@ -17,6 +19,14 @@ VERDICTS = {
     "reproduced": (plot.BLUE, "white"),
     "corrected": (plot.ORANGE, "black"),
     "not derivable": (plot.GREY, "white"),
+}
+
+# How docstrings cite the sources: (M 2.95), (B 2.10), (H 4), (Br 1).
+CITED_AS = {
+    "Muliawan 2013": "M",
+    "Bani 2010": "B",
+    "Harintaka 2020": "H",
+    "Brahmantara 2015": "Br",
 }
 
 
@@ -42,7 +52,7 @@ def verdicts(
     >>> verdicts("1", places=["Metode, GSD"])[0]["verdict"]
     'corrected'
     """
-    found = [r for r in datasets.rows("audit.csv") if chapter in (None, r["chapter"])]
+    found = [r for r in datasets.rows("audit") if chapter in (None, r["chapter"])]
     if not found:
         raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
     if places is None:
@@ -51,6 +61,65 @@ def verdicts(
     if missing:
         raise ValueError(f"the ledger has no such place: {', '.join(sorted(missing))}")
     return [row for row in found if row["place"] in places]
+
+
+def code(equation: str) -> list[str]:
+    """Name the functions behind an equation of a source.
+
+    Parameters
+    ----------
+    equation : str
+        The equation as docstrings cite it: "M 2.95" of Muliawan 2013, "B 2.6a" of Bani
+        2010 ("B 5" of its appendix B), "H 4" of Harintaka 2020, "Br 1" of Brahmantara
+        2015.
+
+    Returns
+    -------
+    list of str
+        Full names of the functions; empty if the library does not use the equation.
+
+    Raises
+    ------
+    ValueError
+        If the ledger does not have that equation.
+
+    Examples
+    --------
+    >>> code("M 2.38")
+    ['pgm_lab.orientation.coplanarity.by_image']
+    """
+    rows = [row for row in verdicts() if equation in equations(row)]
+    if not rows:
+        raise ValueError(
+            f"the ledger has no equation {equation!r}. Write it as docstrings do:"
+            " 'M 2.95', 'B 2.6a', 'H 4' or 'Br 1'"
+        )
+    named = (name for row in rows for name in row["code"].split("; "))
+    return list(dict.fromkeys(name for name in named if not name.startswith("-")))
+
+
+def equations(row: dict[str, str]) -> list[str]:
+    """Equations that a row of the ledger judges, as docstrings cite them.
+
+    Examples
+    --------
+    >>> equations(verdicts("5", places=["(2.41), (2.42)"])[0])
+    ['M 2.41', 'M 2.42']
+    """
+    if row["kind"] != "equation":
+        return []
+    numbers: list[str] = []
+    for first, last in re.findall(r"\((\d[\w.]*)\)(?: to \((.*?)\))?", row["place"]):
+        numbers += _up_to(first, last) if last else [first]
+    numbers = numbers or [row["place"].partition(",")[0]]  # "Table 2.2, columns"
+    return [f"{CITED_AS[row['source']]} {number}" for number in numbers]
+
+
+def _up_to(first: str, last: str) -> list[str]:
+    """All numbers of equations from "2.38" to "2.40"."""
+    chapter = first[: first.rfind(".") + 1]
+    start, stop = int(first.removeprefix(chapter)), int(last.removeprefix(chapter))
+    return [f"{chapter}{number}" for number in range(start, stop + 1)]
 
 
 def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> None:

@@ -1,11 +1,11 @@
-"""The ledger as table and figure: nothing is lost or counted twice."""
+"""The ledger as table, figure and index: nothing is lost or counted twice."""
 
 import matplotlib.pyplot as plt
 import pytest
 
 from pgm_lab import datasets, ledger, plot
 
-ROWS = datasets.rows("audit.csv")
+ROWS = datasets.rows("audit")
 
 
 def test_every_row_belongs_to_exactly_one_chapter():
@@ -19,6 +19,34 @@ def test_unknown_chapter_and_place_are_named():
         ledger.verdicts("99")
     with pytest.raises(ValueError, match="no such place: Table 99"):
         ledger.verdicts("1", places=["(2.5b)", "Table 99"])
+
+
+def test_code_behind_an_equation_is_found_by_one_look():
+    assert ledger.code("M 2.16") == [
+        "pgm_lab.frames.pixel_to_photo",
+        "pgm_lab.frames.image_centre",
+    ]
+    assert ledger.code("H 4") == ["pgm_lab.orientation.scale_factors"]
+    # Two rows judge it, and the second is a misprint only
+    assert ledger.code("M 2.23") == ["pgm_lab.camera.collinearity"]
+    with pytest.raises(ValueError, match="no equation 'M 9.99'"):
+        ledger.code("M 9.99")
+
+
+@pytest.mark.parametrize(
+    ("source", "place", "expected"),
+    [
+        ("Muliawan 2013", "(2.38) to (2.40)", ["M 2.38", "M 2.39", "M 2.40"]),
+        ("Harintaka 2020", "(3) to (5)", ["H 3", "H 4", "H 5"]),
+        ("Bani 2010", "Appendix B, (5a), (5b)", ["B 5a", "B 5b"]),
+        ("Bani 2010", "Table 2.2, columns", ["B Table 2.2"]),
+        ("Muliawan 2013", "(2.24), b11, b14 to b16", ["M 2.24"]),
+    ],
+)
+def test_place_in_a_source_names_its_equations(source, place, expected):
+    row = {"source": source, "place": place, "kind": "equation"}
+    assert ledger.equations(row) == expected
+    assert ledger.equations(row | {"kind": "statement"}) == []
 
 
 def test_figure_shows_every_verdict_once():

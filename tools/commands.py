@@ -56,10 +56,14 @@ def lab(*arguments: str) -> int:
 
 
 def test(*arguments: str) -> int:
-    """Check everything: style, unit tests, doctests, every notebook."""
+    """Check everything: style, types, unit tests, doctests, every notebook."""
     python = ensure(".venv", "main")
-    for check in (["check"], ["format", "--check"]):
-        code = run([python, "-m", "ruff", *check, "--output-format=concise", "."])
+    for check in (
+        ["ruff", "check", "--output-format=concise", "."],
+        ["ruff", "format", "--check", "--output-format=concise", "."],
+        ["mypy"],  # what it checks, and how strictly, stands in pyproject.toml
+    ):
+        code = run([python, "-m", *check])
         if code:
             return code
     return run_tests(python, arguments)

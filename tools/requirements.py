@@ -1,12 +1,14 @@
 """Derive the requirement files and environment.yml from pyproject.toml.
 
-For maintainers, after a change of the dependency tables or to take newer versions:
-`python tasks.py requirements`. The pins hold for every system and Python from 3.11 on.
+For maintainers, after a change of the tables: `python tasks.py requirements`. Pins that
+still fit stay as they are; `python tasks.py requirements --upgrade` takes newer
+versions. The pins hold for every system and Python from 3.11 on.
 """
 
 import hashlib
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -61,18 +63,29 @@ def tables_sha256(table: dict) -> str:
     return hashlib.sha256(json.dumps(used).encode()).hexdigest()
 
 
-def compile_pins(table: dict, options: str, root: Path = ROOT) -> str:
-    """The text of one requirement file."""
+def direct(table: dict) -> list[str]:
+    """The names of the packages that [project] itself asks for."""
+    wanted = table["dependencies"] + table["optional-dependencies"]["test"]
+    return [re.split("[<>=]", requirement)[0] for requirement in wanted]
+
+
+def compile_pins(name: str, *upgrade: str, root: Path = ROOT) -> None:
+    """Write one requirement file; its present pins are kept where they fit."""
     command = [sys.executable, "-m", "uv", "pip", "compile", "pyproject.toml"]
-    command += ["--universal", "--python-version", OLDEST_PYTHON, *options.split()]
+    command += ["--universal", "--python-version", OLDEST_PYTHON, *FILES[name].split()]
     command += ["--no-config", "--no-header", "--no-annotate", "--quiet"]
-    command += ["--no-emit-index-url", "--no-emit-find-links"]
+    command += ["--no-emit-index-url", "--no-emit-find-links", "-o", name, *upgrade]
+    if "lowest-direct" in FILES[name]:  # a bound of ours is to be its pin, always
+        command += [f"--upgrade-package={wanted}" for wanted in direct(project(root))]
     # No index but PyPI: what is pinned here has to be there for everybody.
     variables = {k: v for k, v in os.environ.items() if not k.startswith("UV_")}
-    result = subprocess.run(
-        command, cwd=root, env=variables, check=True, text=True, stdout=subprocess.PIPE
+    subprocess.run(
+        command, cwd=root, env=variables, check=True, stdout=subprocess.DEVNULL
     )
-    return HEADER.format(digest=tables_sha256(table)) + result.stdout
+    path = root / name
+    header = HEADER.format(digest=tables_sha256(project(root)))
+    text = header + path.read_text(encoding="utf-8")
+    path.write_text(text, encoding="utf-8", newline="\n")
 
 
 def environment_yml(table: dict) -> str:
@@ -87,18 +100,19 @@ def environment_yml(table: dict) -> str:
     )
 
 
-def main() -> int:
-    """Write all four files."""
-    table = project()
-    for name, options in FILES.items():
-        text = compile_pins(table, options)
-        (ROOT / name).write_text(text, encoding="utf-8", newline="\n")
-        print(f"{name}: {len(text.splitlines()) - 2} pins")
+def main(arguments: list[str]) -> int:
+    """Write all four files, with newer versions if asked to."""
+    if arguments not in ([], ["--upgrade"]):
+        print("python tasks.py requirements [--upgrade]")
+        return 2
+    for name in FILES:
+        compile_pins(name, *arguments)
+        print(name)
     path = ROOT / "environment.yml"
-    path.write_text(environment_yml(table), encoding="utf-8", newline="\n")
+    path.write_text(environment_yml(project()), encoding="utf-8", newline="\n")
     print(path.name)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

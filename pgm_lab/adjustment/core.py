@@ -6,13 +6,13 @@ problem or a stack of thousands is the same call: leading axes count the problem
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.adjustment import _gauss_newton, normal
+from pgm_lab.adjustment import _model, normal
+from pgm_lab.adjustment._gauss_newton import State, iterate
 from pgm_lab.adjustment.normal import RankDefect
 from pgm_lab.adjustment.result import (
     Adjustment,
@@ -100,8 +100,8 @@ def adjust(
 
     References
     ----------
-    Muliawan 2013, (2.68), whose e is -v, (2.69), (2.75), (2.76); Bani 2010, appendix B
-    (6) to (8), without weights.
+    Muliawan 2013, (M 2.68), whose e is -v, (M 2.69), (M 2.75), (M 2.76); Bani 2010,
+    appendix B (6) to (8), without weights.
 
     Examples
     --------
@@ -124,151 +124,75 @@ def adjust(
     names = normal.parameter_names(names, u)
     sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
     tolerance = float(_validate.positive(tolerance, "tolerance", "sd of a parameter"))
-    model = _model(
+    model = _model.model(
         function, start, observations, weights, covariance, constraints, args
     )
     if parameter_weights is not None:
-        model = _with_parameters(model, start, parameter_weights, parameter_values)
+        model = _model.with_parameters(
+            model, start, parameter_weights, parameter_values
+        )
     elif parameter_values is not None:
         raise ValueError("parameter_values need parameter_weights")
-    x = start.reshape(math.prod(lead), u)
-    state, status, iterations, history, redundancy = _gauss_newton.iterate(
-        model, x, sigma0_prior, line_search, tolerance, max_iterations
-    )
-    if not lead and status[0] == "diverged" and not iterations[0]:
+    state = State.at(model, np.array(start.reshape(math.prod(lead), u)))
+    if model.single and not state.is_finite()[0]:
         raise ValueError(
             "function or constraints return values or derivatives that are not finite"
             " at the start values"
         )
-    everything = np.arange(len(x))
-    N = np.swapaxes(state.A, -1, -2) @ model.weighted(state.A, everything)
-    _, Q, _, singular = normal.solve(N, np.zeros_like(x), state.C, state.c)
+    status, iterations, history = iterate(
+        model, state, sigma0_prior, line_search, tolerance, max_iterations
+    )
+    Q = _cofactors(model, state, status, names)
+    numbers = _numbers(model, state, Q, sigma0_prior)
+    numbers |= {"status": status, "iterations": iterations}
+    return Adjustment(
+        **{
+            name: values.reshape((*lead, *values.shape[1:]))[()]
+            for name, values in numbers.items()
+        },
+        sigma0_prior=sigma0_prior,
+        names=names,
+        history=History(*(part.reshape((len(part), *lead)) for part in history)),
+    )
+
+
+def _cofactors(
+    model: _model.Model, state: State, status: np.ndarray, names: Sequence[str]
+) -> np.ndarray:
+    """Cofactors Q of the parameters; a singular problem gets its status, and NaN."""
+    N = np.swapaxes(state.A, -1, -2) @ model.weighted(state.A)
+    _, Q, _, singular = normal.solve(N, np.zeros_like(state.x), state.C, state.c)
     singular &= status != "diverged"
-    if not lead and singular[0]:
+    if model.single and singular[0]:
         raise RankDefect(normal.null_space(N[0], names, state.C[0]))
     status[singular] = "singular"
-    phi = model.objective(state.v, everything)
-    state.x[singular], state.v[singular], phi[singular] = np.nan, np.nan, np.nan
-    phi[~np.isfinite(phi)] = np.nan
+    for values in (state.x, state.v, state.phi):
+        values[singular] = np.nan
+    return Q
+
+
+def _numbers(
+    model: _model.Model, state: State, Q: np.ndarray, sigma0_prior: float | None
+) -> dict[str, np.ndarray]:
+    """What the adjustment says of its parameters and observations, by name."""
+    m, u = state.x.shape
+    redundancy = model.redundancy(u, state.c.shape[-1])
+    phi = np.where(np.isfinite(state.phi), state.phi, np.nan)
     sigma0 = np.sqrt(phi / np.where(redundancy > 0, redundancy, np.nan))
     share, w = residual_statistics(state.A, state.v, model.weights, Q)
     w = w / (sigma0_prior or np.where(sigma0 > 0, sigma0, np.inf)[:, None])
     n = state.v.shape[-1] - u * model.weighted_parameters
-    v_parameters, share_parameters = np.zeros((2, *x.shape))
+    v_parameters, share_parameters = np.zeros((2, m, u))
     if model.weighted_parameters:
         v_parameters, share_parameters = state.v[:, n:], share[:, n:]
-    whole = dict(
-        x=state.x,
-        cofactor=Q,
-        residuals=state.v[:, :n],
-        sigma0=sigma0,
-        redundancy=redundancy,
-        redundancy_numbers=share[:, :n],
-        standardized=w[:, :n],
-        parameter_residuals=v_parameters,
-        parameter_redundancy_numbers=share_parameters,
-        status=status,
-        iterations=iterations,
-    )
-    shaped = {
-        name: values.reshape((*lead, *values.shape[1:]))[()]
-        for name, values in whole.items()
+    return {
+        "x": state.x,
+        "cofactor": Q,
+        "residuals": state.v[:, :n],
+        "sigma0": sigma0,
+        "redundancy": redundancy,
+        "redundancy_numbers": share[:, :n],
+        "standardized": w[:, :n],
+        "parameter_residuals": v_parameters,
+        "parameter_redundancy_numbers": share_parameters,
     }
-    history = History(*(part.reshape((len(part), *lead)) for part in history))
-    return Adjustment(**shaped, sigma0_prior=sigma0_prior, names=names, history=history)
-
-
-def _model(
-    function, start, observations, weights, covariance, constraints, args
-) -> _gauss_newton.Model:
-    """Check what was handed over, and lay the leading axes into one."""
-    lead = start.shape[:-1]
-    observations = _validate.finite(observations, "observations")
-    if observations.ndim == 0:
-        raise ValueError("observations must have shape (..., n); got one number")
-    n = observations.shape[-1]
-    observations = _flat(observations, "observations", lead, n)
-    if covariance is not None:
-        if weights is not None:
-            raise ValueError("give weights or covariance, not both")
-        weights = _inverse_covariance(covariance, n)
-        weights = _flat(weights, "covariance", lead, n, n)
-    else:
-        weights = _flat(1.0 if weights is None else weights, "weights", lead, n)
-        if np.any(weights < 0):
-            raise ValueError("weights must not be negative")
-    if lead:
-        args = tuple(_flat_argument(arg, lead) for arg in args)
-    return _gauss_newton.Model(
-        function, observations, weights, constraints, False, tuple(args), not lead
-    )
-
-
-def _flat(values, name, lead, *shape) -> np.ndarray:
-    """Broadcast to all problems, and lay the leading axes into one."""
-    values = _validate.finite(values, name)
-    try:
-        values = np.broadcast_to(values, (*lead, *shape))
-    except ValueError:
-        raise ValueError(
-            f"{name} must have shape {shape}"
-            + (f", or with a stack {(*lead, *shape)}" if lead else "")
-            + f"; got {values.shape}"
-        ) from None
-    return values.reshape(math.prod(lead), *shape)
-
-
-def _flat_argument(arg, lead) -> np.ndarray:
-    arg = np.asarray(arg)
-    if arg.shape[: len(lead)] != lead:
-        raise ValueError(
-            f"args must have the leading axes {lead} of the start values;"
-            f" got shape {arg.shape}. What all problems share goes into function itself"
-        )
-    return arg.reshape(math.prod(lead), *arg.shape[len(lead) :])
-
-
-def _inverse_covariance(covariance, n) -> np.ndarray:
-    covariance = _validate.finite(covariance, "covariance")
-    if covariance.shape[-2:] != (n, n):
-        raise ValueError(
-            f"covariance must have shape (..., {n}, {n}); got {covariance.shape}"
-        )
-    variance = np.diagonal(covariance, axis1=-2, axis2=-1)
-    if np.any(variance <= 0):
-        raise ValueError("covariance must have positive variances on its diagonal")
-    sd = np.sqrt(variance)
-    scale = sd[..., :, None] * sd[..., None, :]
-    correlation = covariance / scale
-    transposed = np.swapaxes(correlation, -1, -2)
-    if np.any(np.abs(correlation - transposed) > 1e-10):
-        raise ValueError("covariance must be symmetric")
-    if np.any(np.linalg.eigvalsh(correlation)[..., 0] < 1 / normal.INFLATION_LIMIT):
-        raise ValueError(
-            "covariance must be positive definite; an observation that follows from"
-            " others may not be counted twice"
-        )
-    return np.linalg.inv((correlation + transposed) / 2) / scale
-
-
-def _with_parameters(model, start, weights, values) -> _gauss_newton.Model:
-    """Append the weighted parameters to the observations."""
-    u = start.shape[-1]
-    lead = start.shape[:-1]
-    values = _flat(start if values is None else values, "parameter_values", lead, u)
-    weights = _flat(weights, "parameter_weights", lead, u)
-    if np.any(weights < 0):
-        raise ValueError("parameter_weights must not be negative")
-    P = model.weights
-    if P.ndim == 2:
-        P = np.concatenate([P, weights], axis=1)
-    else:
-        n = P.shape[-1]
-        P = np.pad(P, [(0, 0), (0, u), (0, u)])
-        P[:, range(n, n + u), range(n, n + u)] = weights
-    return replace(
-        model,
-        observations=np.concatenate([model.observations, values], axis=1),
-        weights=P,
-        weighted_parameters=True,
-    )

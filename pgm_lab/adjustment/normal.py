@@ -89,7 +89,7 @@ def solve(
     constraint : ndarray (..., k, u), optional
         Rows C of the constraints.
     misclosure : ndarray (..., k), optional
-        Misclosures c of the constraints.
+        Misclosures c of the constraints; 0 when missing.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def solve(
 
     References
     ----------
-    Muliawan 2013, (2.76), without constraints.
+    Muliawan 2013, (M 2.76), without constraints.
 
     Examples
     --------
@@ -114,7 +114,9 @@ def solve(
     """
     u = normal.shape[-1]
     if constraint is None:
-        constraint, misclosure = normal[..., :0, :], right[..., :0]
+        constraint = normal[..., :0, :]
+    if misclosure is None:
+        misclosure = np.zeros(constraint.shape[:-1])
     scale = column_scale(normal)
     system = normal * scale[..., :, None] * scale[..., None, :]
     system, rows = _bordered(system, constraint * scale[..., None, :])
@@ -191,7 +193,9 @@ def parameter_names(names: Sequence[str] | None, u: int) -> Sequence[str]:
     return names
 
 
-def _bordered(normal, constraint) -> tuple[np.ndarray, np.ndarray]:
+def _bordered(
+    normal: np.ndarray, constraint: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Border a normal matrix with constraints, each row scaled to unit length."""
     length = np.linalg.norm(constraint, axis=-1)
     rows = 1 / np.where(length > 0, length, 1.0)
@@ -204,14 +208,14 @@ def _bordered(normal, constraint) -> tuple[np.ndarray, np.ndarray]:
     return system, rows
 
 
-def _regular(inverse) -> np.ndarray:
+def _regular(inverse: np.ndarray) -> np.ndarray:
     """Whether the inverse of a matrix with diagonal one is to be trusted."""
     diagonal = np.diagonal(inverse, axis1=-2, axis2=-1)
     with np.errstate(invalid="ignore"):
         return np.all(np.abs(diagonal) < INFLATION_LIMIT, axis=-1)
 
 
-def _inverse(matrices) -> np.ndarray:
+def _inverse(matrices: np.ndarray) -> np.ndarray:
     """Inverse of each matrix; NaN where it is exactly singular."""
     try:
         return np.linalg.inv(matrices)

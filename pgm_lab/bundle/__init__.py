@@ -3,7 +3,7 @@
 Muliawan 2013, chapter II.10.
 """
 
-from pgm_lab.bundle import defects
+from pgm_lab.bundle import defects, lens
 from pgm_lab.bundle.datum import motions
 from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network
@@ -33,6 +33,7 @@ __all__ = [
     "correlations",
     "critical_value",
     "defects",
+    "lens",
     "motions",
     "read",
     "reliability",

@@ -5,7 +5,7 @@ other and names those that fail. It never shows the answer. The checks of a chap
 stand in the module of its number, ``pgm_lab.checks.chapter1`` and so on.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -76,6 +76,44 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     return array
 
 
+def numbers(
+    name: str, answer: object, shape: tuple[int, ...] = (), wanted: str = "one number"
+) -> np.ndarray:
+    """Return an answer that is no function as an array of that shape.
+
+    Parameters
+    ----------
+    name : str
+        The name that the reader gives a value.
+    answer : object
+        The value.
+    shape : tuple of int
+        Shape of a right answer.
+    wanted : str
+        The same in words.
+
+    Raises
+    ------
+    CheckFailed
+        If the answer is missing, or is not such numbers.
+
+    Examples
+    --------
+    >>> numbers("my_sum", 3)
+    array(3.)
+    """
+    if answer is ... or answer is None:
+        raise CheckFailed(f"{name} is still empty. Your turn!")
+    try:
+        array = np.asarray(answer, dtype=float)
+    except (TypeError, ValueError):
+        raise CheckFailed(f"{name} must be {wanted}") from None
+    if array.shape != shape:
+        got = f"; got {array.shape}" if array.shape else ""
+        raise CheckFailed(f"{name} must be {wanted}{got}")
+    return array
+
+
 def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
     """Print the properties that hold, or raise with the ones that fail.
 
@@ -99,7 +137,8 @@ def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
     properties = list(properties)
     hints = [hint for _, holds, hint in properties if not holds]
     if hints:
-        raise CheckFailed(f"{name}: " + "; ".join(hints) + ".")
+        whole = f"{name}: " + "; ".join(hints).replace("?; ", "? ")
+        raise CheckFailed(whole if whole.endswith(("?", "!")) else whole + ".")
     print(f"✓ {name}: " + "; ".join(text for text, _, _ in properties) + ".")
 
 
@@ -139,6 +178,50 @@ def first_slip(
     return otherwise
 
 
+def compare(
+    function: Callable,
+    cases: Iterable[tuple],
+    right: Callable,
+    slips: Mapping[str, Callable],
+    otherwise: str,
+) -> tuple[bool, str]:
+    """Compare the reader's function with the right one, and with wrong ones.
+
+    Parameters
+    ----------
+    function : callable
+        The reader's.
+    cases : iterable of tuples
+        The arguments on which all functions are called.
+    right : callable
+        The right function.
+    slips : mapping of str to callable
+        Functions with one slip each, by the hint to it.
+    otherwise : str
+        The hint when no slip explains all answers.
+
+    Returns
+    -------
+    bool, str
+        Whether the function is right, and the hint if it is not.
+
+    Examples
+    --------
+    >>> slips = {"the sign is turned round": lambda x: -2 * x}
+    >>> compare(lambda x: -2 * x, [(1,), (3,)], lambda x: 2 * x, slips, "no idea")
+    (False, 'the sign is turned round')
+    """
+    cases = list(cases)
+    answers = [call(function, *c, shape=np.shape(right(*c))) for c in cases]
+
+    def explains(other: Callable) -> bool:
+        return all(near(a, other(*c), 1e-8) for a, c in zip(answers, cases))
+
+    if explains(right):
+        return True, ""
+    return False, next((h for h, wrong in slips.items() if explains(wrong)), otherwise)
+
+
 def question(number: str, choice: str) -> None:
     """Answer a quick question; the feedback says why a choice is right or wrong.
 
@@ -156,13 +239,10 @@ def question(number: str, choice: str) -> None:
     ValueError
         If there is no such question.
     """
-    choices = {
-        row["choice"]: row
-        for row in datasets.rows("questions.csv")
-        if row["question"] == number
-    }
+    rows = datasets.rows("questions")
+    choices = {row["choice"]: row for row in rows if row["question"] == number}
     if not choices:
-        raise ValueError(f"there is no question {number} in data/questions.csv")
+        raise ValueError(f"there is no question {number} in data/questions")
     letter = choice.strip().lower() if isinstance(choice, str) else ""
     if letter not in choices:
         raise CheckFailed(f"question {number}: choose one of {', '.join(choices)}.")
@@ -187,7 +267,7 @@ def questions(chapter: str, choices: Iterable[str]) -> None:
     CheckFailed
         If a choice is wrong or missing, after all questions were looked at.
     """
-    known = {row["question"] for row in datasets.rows("questions.csv")}
+    known = {row["question"] for row in datasets.rows("questions")}
     wanted = sum(number.startswith(f"{chapter}.") for number in known)
     choices = list(choices)
     if len(choices) != wanted:

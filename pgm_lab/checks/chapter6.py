@@ -1,10 +1,11 @@
-"""Checks of the exercises of chapter 6: count, eliminate the points, judge a lens."""
+"""Checks of the exercises of chapter 6, self-calibrating bundle adjustment."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab import bundle, camera, datasets
+from pgm_lab.checks import CheckFailed, call, compare, first_slip, near, report
 
 # Rays, photos, points, parameters, held control points
 _NETWORKS = (
@@ -13,6 +14,8 @@ _NETWORKS = (
     (120, 4, 30, 0, 0),
     (310, 7, 61, 8, 5),
 )
+_BEST = 20.5  # µm: sd of c from the best five of the nine photos, of 126 choices
+_GOOD = 1.25 * _BEST
 
 
 def redundancy(function: Callable) -> None:
@@ -143,7 +146,7 @@ def band(function: Callable) -> None:
     answer = call(function, r, C, shape=(4,))
     powers = r[:, None] ** (3, 5, 7)
 
-    def spread(J, covariance):
+    def spread(J: np.ndarray, covariance: np.ndarray) -> np.ndarray:
         return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", J, covariance, J), 0))
 
     expected = spread(powers, C)
@@ -161,8 +164,14 @@ def band(function: Callable) -> None:
             "each covariance counts twice: C has it above and below the diagonal",
         ),
         (powers @ sd, "standard deviations do not simply add: use all of C"),
-        (spread(r[:, None] ** (2, 4, 6), C), "the powers are 3, 5 and 7"),
-        (spread(r[:, None] ** (1, 2, 3), C), "the powers are 3, 5 and 7"),
+        (
+            spread(r[:, None] ** (2, 4, 6), C),
+            "the radial correction has other powers",
+        ),
+        (
+            spread(r[:, None] ** (1, 2, 3), C),
+            "the radial correction has other powers",
+        ),
         (1.96 * expected, "one standard deviation, not 95 per cent"),
         (2 * expected, "one standard deviation, not two"),
         (1000 * expected, "millimetres, not micrometres"),
@@ -180,4 +189,129 @@ def band(function: Callable) -> None:
             ("nothing at the centre", abs(answer[0]) < 1e-12, "at r = 0 it is not 0"),
             ("all of the covariance counts", right, hint),
         ],
+    )
+
+
+def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> None:
+    """Exercise 6.4: what the largest difference in Table 4.19 is, and what it does."""
+    data = datasets.muliawan2013()
+    difference = np.abs(data.published_exteriors - data.exteriors)
+    row, column = np.unravel_index(difference.argmax(), difference.shape)
+    unknowns = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
+    if not unit:
+        raise CheckFailed("the unit is still empty. Your turn!")
+    if not isinstance(moved_um, int | float | np.number) or not np.isfinite(moved_um):
+        raise CheckFailed("moved_um is not a number")
+    if moved_um == 0:
+        raise CheckFailed("moved_um is still 0. Your turn!")
+    radius = 10.0  # mm
+    arc = 1000 * radius * difference.max()
+    slips = (
+        (-arc, "a distance is wanted, not a negative number"),
+        (arc / 1000, "that is in mm, µm are wanted"),
+        (arc / (1000 * radius), "that is the angle itself, not the arc"),
+        (np.radians(arc), "the angle was taken for degrees"),
+        (np.degrees(arc), "the angle was converted to degrees"),
+        (arc / radius, "that is the arc at 1 mm, not at 10 mm"),
+    )
+    explained = [hint for wrong, hint in slips if abs(moved_um / wrong - 1) < 0.01]
+    explained.append("it is not the arc at 10 mm from the principal point")
+    properties = [
+        (
+            "the right photo and unknown",
+            (photo, unknown) == (row + 1, unknowns[column]),
+            "another photo or another unknown has the largest |difference|",
+        ),
+        (
+            "the right unit",
+            unit in ("rad", "radian", "radians"),
+            "this is not the unit: what kind of quantity is it, and what does the"
+            " conventions box say of it?",
+        ),
+        (
+            "moved by dozens of micrometres",
+            abs(moved_um / arc - 1) < 0.01,
+            f"moved_um: {explained[0]}",
+        ),
+    ]
+    report("largest difference", properties)
+
+
+def unit_diagonal(function: Callable) -> None:
+    """Exercise 6.5: a symmetric matrix brought to ones on the diagonal."""
+    rng = np.random.default_rng(65)
+    matrices = []
+    for n in (2, 3, 6):
+        A = rng.normal(size=(2 * n, n)) * 10.0 ** rng.integers(-3, 4, n)
+        matrices.append(A.T @ A)
+    slips = {
+        "the rows are scaled, the columns are not": lambda N: N / _roots(N)[:, None],
+        "the columns are scaled, the rows are not": lambda N: N / _roots(N),
+        "it divides by the diagonal, without the root": (
+            lambda N: N / np.outer(np.diag(N), np.diag(N))
+        ),
+        "each row is divided by its diagonal element": lambda N: (
+            N / np.diag(N)[:, None]
+        ),
+        "each column is divided by its diagonal element": lambda N: N / np.diag(N),
+        "it multiplies where it should divide": (
+            lambda N: N * np.outer(_roots(N), _roots(N))
+        ),
+        "one number scales the whole matrix": lambda N: N / np.diag(N).max(),
+        "the elements off the diagonal are lost": lambda N: np.eye(len(N)),
+    }
+    found = call(function, matrices[0], shape=(2, 2))
+    otherwise = "the elements off the diagonal are wrong"
+    if not near(found, found.T):
+        otherwise = "the result is not symmetric"
+    if not near(np.diag(found), 1):
+        otherwise = "the diagonal of the result is not 1"
+    cases = [(N,) for N in matrices]
+    right, hint = compare(function, cases, rescaled, slips, otherwise)
+    report(
+        "unit_diagonal", [("ones on the diagonal, symmetric, any units", right, hint)]
+    )
+
+
+def rescaled(N: np.ndarray) -> np.ndarray:
+    """N with ones on its diagonal, whatever its units are: the answer of 6.5."""
+    return N / np.outer(_roots(N), _roots(N))
+
+
+def _roots(N: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.diagonal(N))
+
+
+def five_photos(photos: Collection[int]) -> None:
+    """Exercise 6.6: five of the nine photos that determine c well."""
+    try:
+        chosen = sorted({int(number) for number in photos})
+    except (TypeError, ValueError) as error:
+        raise CheckFailed("photos must be five numbers from 1 to 9") from error
+    if len(chosen) != 5 or chosen[0] < 1 or chosen[-1] > 9:
+        raise CheckFailed("photos must be five different numbers from 1 to 9")
+    if chosen == [1, 2, 3, 4, 5]:
+        raise CheckFailed("these are still the first five. Your turn!")
+    network = _network()
+    try:
+        one = bundle.adjust(network.only(np.array(chosen) - 1))
+    except bundle.NetworkDefect as error:
+        raise CheckFailed(f"these five leave something open: {error}") from error
+    everything = bundle.adjust(network)
+    sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
+    hint = (
+        f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"
+        " best five. From how many places do yours look, how far apart are these, and"
+        " how is the camera rolled at each?"
+    )
+    text = f"c ± {sd:.0f} µm, from all nine ± {1000 * everything.sd_interior[0]:.0f} µm"
+    report("five photos", [(text, sd < _GOOD, hint)])
+
+
+def _network() -> bundle.Network:
+    """The network of Muliawan 2013."""
+    data = datasets.muliawan2013()
+    image = data.photo, data.point, data.xy, data.sigma
+    return bundle.Network(
+        camera.Camera(*data.interior), data.exteriors, data.object_points, *image
     )

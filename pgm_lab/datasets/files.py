@@ -8,12 +8,13 @@ import numpy as np
 
 
 def rows(name: str) -> list[dict[str, str]]:
-    """Rows of a CSV file in ``data/`` as dictionaries, such as the verdict ledger.
+    """Rows of a CSV file in ``data/``, or of a folder of them, as dictionaries.
 
     Parameters
     ----------
     name : str
-        File name, for example "audit.csv" or "glossary.csv".
+        File name, for example "harintaka2020_table1.csv", or a folder such as "audit":
+        then the rows of all its files, in the order of their names.
 
     Raises
     ------
@@ -24,17 +25,20 @@ def rows(name: str) -> list[dict[str, str]]:
 
     Examples
     --------
-    >>> sorted({row["verdict"] for row in rows("audit.csv")})
+    >>> sorted({row["verdict"] for row in rows("audit")})
     ['corrected', 'not derivable', 'reproduced']
     """
+    if (folder() / name).is_dir():
+        files = sorted((folder() / name).glob("*.csv"))
+        return [row for file in files for row in rows(f"{name}/{file.name}")]
     with verified(name).open(encoding="utf-8", newline="") as file:
         reader = csv.DictReader(file, strict=True)
         found = list(reader)
     for number, row in enumerate(found, start=2):
         if None in row or None in row.values():
             raise ValueError(
-                f"data/{name} is damaged: row {number} has not as many fields as the"
-                f" header. Restore it with git checkout -- data/{name}"
+                f"data/{name} is damaged: the number of fields in row {number} differs"
+                f" from that of the header. Restore it with git checkout -- data/{name}"
             )
     return found
 

@@ -165,4 +165,4 @@ def _grey(name: str) -> np.ndarray:
     """Grey values of an image in ``data/``, in its own number of bits."""
     # imdecode, since imread cannot open paths with accents on Windows
     coded = np.frombuffer(verified(name).read_bytes(), dtype=np.uint8)
-    return cv2.imdecode(coded, cv2.IMREAD_UNCHANGED)
+    return np.asarray(cv2.imdecode(coded, cv2.IMREAD_UNCHANGED))

@@ -134,7 +134,8 @@ def bani2010_intersection() -> dict[str, np.ndarray]:
     >>> float(bani2010_intersection()["S0"][0, 0])
     1.51554975
     """
-    values, rows_of = {}, {}
+    values: dict[str, list[float]] = {}
+    rows_of = {}
     for row in rows("bani2010_intersection.csv"):
         values.setdefault(row["quantity"], []).append(float(row["value"]))
         rows_of[row["quantity"]] = int(row["row"])

@@ -88,8 +88,8 @@ def centroid(
 
     References
     ----------
-    Muliawan 2013, (2.15), after Shortis et al. 1994; with columns and rows counted from
-    0 as in (2.17), and with the background taken off.
+    Muliawan 2013, (M 2.15), after Shortis et al. 1994; with columns and rows counted
+    from 0 as in (M 2.17), and with the background taken off.
 
     Examples
     --------
@@ -110,11 +110,11 @@ def centroid(
     else:
         level = _one_each(background, "background", g.shape[:-2])
     if sigma is None:
-        sigma = g[..., ring].std(axis=-1, ddof=1)
+        noise = g[..., ring].std(axis=-1, ddof=1)
     else:
-        sigma = _one_each(sigma, "sigma", g.shape[:-2])
-        if np.any(sigma < 0):
-            raise ValueError(f"sigma must not be negative; got {sigma}")
+        noise = _one_each(sigma, "sigma", g.shape[:-2])
+        if np.any(noise < 0):
+            raise ValueError(f"sigma must not be negative; got {noise}")
 
     sign = -1.0 if dark else 1.0
     weight = sign * (g - level[..., None, None])
@@ -124,19 +124,19 @@ def centroid(
     weight, used = (a.reshape(*level.shape, -1) for a in (weight, used))
     total = weight.sum(axis=-1)
     estimated = ring.sum() if background is None else np.inf
-    flat = _is_flat(total, ring.size, threshold, sigma, estimated)
+    flat = _is_flat(total, ring.size, threshold, noise, estimated)
     status = np.where(_is_cut(g, ring), "border", np.where(flat, "flat", "ok"))
 
     total = np.where(status == "ok", total, np.nan)[..., None]
     xy = _pixel_coordinates(g.shape[-2:])
-    position = weight @ xy.T / total  # (2.15)
+    position = weight @ xy.T / total  # (M 2.15)
     lever = (xy - position[..., None]) * used[..., None, :]
     jacobian = lever / total[..., None]  # of the position by each grey value
     if background is None:  # each pixel of the ring moves the background of all
         share = ring.ravel() / ring.sum()
         jacobian -= share * jacobian.sum(axis=-1, keepdims=True)
-    covariance = jacobian @ jacobian.swapaxes(-1, -2) * sigma[..., None, None] ** 2
-    return Centroid(position, covariance, level, sigma, status)
+    covariance = jacobian @ jacobian.swapaxes(-1, -2) * noise[..., None, None] ** 2
+    return Centroid(position, covariance, level, noise, status)
 
 
 def _windows(window: ArrayLike) -> np.ndarray:
@@ -173,7 +173,9 @@ def _one_each(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarra
     return np.broadcast_to(array, shape)
 
 
-def _is_flat(total, n, threshold, sigma, ring_pixels) -> np.ndarray:
+def _is_flat(
+    total: np.ndarray, n: int, threshold: float, sigma: np.ndarray, ring_pixels: float
+) -> np.ndarray:
     """Whether n weights add up to no more than noise alone would.
 
     The weights of n empty pixels have the sum `mean`, with the standard deviation

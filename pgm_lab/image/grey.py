@@ -46,7 +46,7 @@ def statistics(image: ArrayLike) -> Statistics:
 
     References
     ----------
-    Bani 2010, (2.1).
+    Bani 2010, (B 2.1).
 
     Examples
     --------
@@ -57,7 +57,7 @@ def statistics(image: ArrayLike) -> Statistics:
     if g.size < 2:
         raise ValueError(f"image must have two pixels or more; got shape {g.shape}")
     mean = g.sum() / g.size
-    sd = np.sqrt(np.sum((g - mean) ** 2) / (g.size - 1))  # (2.1)
+    sd = np.sqrt(np.sum((g - mean) ** 2) / (g.size - 1))  # (B 2.1)
     return Statistics(float(mean), float(sd), float(g.min()), float(g.max()))
 
 
@@ -140,7 +140,7 @@ def equalize(image: ArrayLike) -> np.ndarray:
     values, place, counts = np.unique(g, return_inverse=True, return_counts=True)
     if len(values) < 2:
         raise ValueError(
-            "image must have two grey values or more to be spread;"
+            "image must have two different grey values or more to spread;"
             f" all of its pixels are {values}"
         )
     darker = np.cumsum(counts) - counts[0]
@@ -183,7 +183,7 @@ def gradient(image: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
     References
     ----------
-    Bani 2010, (2.12) and (2.13), the same as (3.2) and (3.3).
+    Bani 2010, (B 2.12) and (B 2.13), the same as (B 3.2) and (B 3.3).
 
     Examples
     --------

@@ -1,5 +1,7 @@
 """Grey values between the pixels."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import ndimage
@@ -47,7 +49,7 @@ def resample(
     -----
     Bilinear reproduces a plane, cubic convolution a polynomial of degree two, the
     splines those of degree three and five. Where cubic convolution and splines
-    reach beyond the image, it goes on as in a mirror, and this holds no more.
+    reach beyond the image, it goes on as in a mirror, and this no longer holds.
     A spline needs a pass over the whole image, however few the points.
 
     Cubic convolution has smaller errors of the grey values than bilinear, but it moves
@@ -80,21 +82,26 @@ def resample(
             f" pixel centres end at {tuple(map(int, far_corner))} (column, row): points"
             " {}. Leave them out, or give outside=numpy.nan",
         )
-    if outside is not None:
+    else:
         x, y = np.clip(x, 0, far_corner[0]), np.clip(y, 0, far_corner[1])
     if method in _ORDERS:
         yx = np.stack([y.ravel(), x.ravel()])  # SciPy wants one axis at least
         grey = ndimage.map_coordinates(image, yx, order=_ORDERS[method], mode="mirror")
     else:
         pieces = max(1, x.size // _CHUNK)
-        parts = zip(*(np.array_split(c.ravel(), pieces) for c in (x, y)))
+        parts = zip(*(np.array_split(c.ravel(), pieces) for c in (x, y)), strict=True)
         weights = _WEIGHTS[method]
-        grey = np.concatenate([_weighted_sum(image, *part, weights) for part in parts])
+        grey = np.concatenate([_weighted_sum(image, u, v, weights) for u, v in parts])
     grey = grey.reshape(x.shape)
     return grey if outside is None else np.where(beyond, float(outside), grey)
 
 
-def _weighted_sum(image: np.ndarray, x: np.ndarray, y: np.ndarray, weights):
+def _weighted_sum(
+    image: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    weights: Callable[[np.ndarray], tuple[np.ndarray, list]],
+) -> np.ndarray:
     """Sum of the pixels around each point, weighted along columns and rows.
 
     `weights` of a coordinate returns the first pixel that counts, and the weights of
@@ -132,10 +139,10 @@ def _bilinear(x: np.ndarray) -> tuple[np.ndarray, list]:
 def _cubic(x: np.ndarray, a: float = -0.5) -> tuple[np.ndarray, list]:
     """Cubic convolution; only with a = -0.5 is it exact for second degree."""
 
-    def near(s):  # distance 0 to 1
+    def near(s: np.ndarray) -> np.ndarray:  # distance 0 to 1
         return ((a + 2) * s - (a + 3)) * s**2 + 1
 
-    def far(s):  # distance 1 to 2
+    def far(s: np.ndarray) -> np.ndarray:  # distance 1 to 2
         return a * (((s - 5) * s + 8) * s - 4)
 
     first = np.floor(x)

@@ -1,5 +1,6 @@
 """Orientation: resection, intersection, relative and absolute orientation."""
 
+from pgm_lab.orientation import as_printed
 from pgm_lab.orientation.absolute import Absolute, absolute
 from pgm_lab.orientation.intersection import Intersection, intersect
 from pgm_lab.orientation.relative import Relative, relative
@@ -12,6 +13,7 @@ __all__ = [
     "Relative",
     "Resection",
     "absolute",
+    "as_printed",
     "intersect",
     "relative",
     "resect",

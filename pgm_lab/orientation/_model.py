@@ -5,20 +5,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from pgm_lab import rotation
-from pgm_lab.adjustment import adjust
+from pgm_lab.adjustment import Adjustment, adjust
 from pgm_lab.camera import imaging
 from pgm_lab.orientation import _turns, coplanarity, scale_factors
 
 NAMES = ("by", "bz", "turn about X", "turn about Y", "turn about Z")
 
 
-def fit(base, R, left, right, sigma=None, max_iterations=50):
+def fit(
+    base: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    sigma: float | None = None,
+    max_iterations: int = 50,
+) -> tuple[Adjustment, np.ndarray, np.ndarray]:
     """Adjust (by, bz) and the rotation of the right photo to rays left, right (n, 3).
 
     Starts from base (..., 3) and R (..., 3, 3), which keep their shapes on return; all
     models have the same bx.
     """
-    base, R = np.asarray(base, float), np.asarray(R, float)
     bx = base.flat[0]
     # Counted from c instead of zero, because the adjustment takes the size of the
     # observations for that of the numbers which were rounded
@@ -41,17 +47,16 @@ def fit(base, R, left, right, sigma=None, max_iterations=50):
         names=NAMES,
         max_iterations=max_iterations,
     )
-    x = result.x
-    bad = ~np.isfinite(x).all(axis=-1)
-    x = np.where(bad[..., None], start, x)
+    finite = np.isfinite(result.x).all(axis=-1, keepdims=True)
+    x = np.where(finite, result.x, start)
     return result, _base(bx, x), _turned(x, R)
 
 
-def _base(bx, x):
+def _base(bx: float, x: np.ndarray) -> np.ndarray:
     return np.concatenate([np.full((*x.shape[:-1], 1), bx), x[..., :2]], axis=-1)
 
 
-def _turned(x, R0):
+def _turned(x: np.ndarray, R0: np.ndarray) -> np.ndarray:
     return np.swapaxes(rotation.matrix(*np.moveaxis(x[..., 2:], -1, 0)), -1, -2) @ R0
 
 
@@ -66,7 +71,9 @@ class Model:
     parallel: np.ndarray
 
 
-def intersect(base, R, left, right) -> Model:
+def intersect(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> Model:
     """Intersect the corrected rays, which meet."""
     found = coplanarity.distances(base, R, left, right)
     u1 = coplanarity.corrected(left, found.left)
@@ -81,7 +88,9 @@ def intersect(base, R, left, right) -> Model:
     )
 
 
-def points_cofactor(base, R, left, right, Q) -> np.ndarray:
+def points_cofactor(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray, Q: np.ndarray
+) -> np.ndarray:
     """Cofactors (n, 3, 3) of the points from those (5, 5) of the orientation.
 
     The collinearity equations of all points have the same solution; there one point

@@ -37,31 +37,40 @@ WRONG_SIGN = 100
 HOPELESS = 2e-3
 HOPELESS_OF_FEW = 0.1
 
+# Cosine between base and x axis below which bx is too small to hold the scale.
+ACROSS = 1e-3
+
 # Residuals below this part of the principal distance are rounding.
 ROUNDING = 1e-9
 
+Models = tuple[np.ndarray, np.ndarray]  # base (k, 3) and rotation (k, 3, 3)
 
-def models(bx, left, right, near=None):
+
+def models(
+    bx: float, left: np.ndarray, right: np.ndarray, near: Models | None = None
+) -> Models:
     """Base (k, 3) and rotation (k, 3, 3) of models to rays left and right (n, 3).
 
     A grid of rotations, each with the base that suits it best, is adjusted to a few
     points at once, then the best of them that differ to all points. The grid lies all
-    around, or around one model `near` (base, R), which is tried too.
+    around, or around the rotation of `near`, whose bases are tried too.
     """
     few = len(left) <= FEW
     some = _spread(left, POINTS)
-    R = rotation_grid() if near is None else _around(near[1])
+    R = rotation_grid() if near is None else _around(near[1][0])
     base = base_for(R, left[some], right[some], bx)
     if near is not None:
-        base = np.concatenate([base, np.broadcast_to(near[0], base.shape)])
-        R = np.concatenate([R, R])
-    misfit = coplanarity.distances(base, R, left[some], right[some]).distance
+        given = [np.broadcast_to(one, base.shape) for one in near[0]]
+        R = np.concatenate([R] * (1 + len(given)))
+        base = np.concatenate([base, *given])
     first, second, last = KEPT_OF_FEW if few else KEPT
-    best = np.argsort(np.sum(misfit**2, axis=-1))[:first]
-    base, R = _fit(base[best], R[best], left[some], right[some], second, 0)
-    base, R = _fit(base, R, left[some], right[some], last, 1)
+    misfit = coplanarity.distances(base, R, left[some], right[some]).distance
+    start = np.argsort(np.sum(misfit**2, axis=-1))[:first]
+    base, R = base[start], R[start]
+    base, R = _hopeful(base, R, left[some], right[some], second)
+    base, R = _converged(base, R, left[some], right[some], ITERATIONS[1], last)
     if len(left) > len(some):
-        base, R = _fit(base, R, left, right, last, 2)
+        base, R = _converged(base, R, left, right, ITERATIONS[2], last)
     if not len(base):
         raise ValueError(
             "no model was found: the points do not determine the five unknowns. Are"
@@ -70,10 +79,29 @@ def models(bx, left, right, near=None):
     return base, R
 
 
-def best(base, R, left, right, sigma, near=None):
+def in_front(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> Models:
+    """The models with the base turned round where points lie behind both cameras.
+
+    The base and its opposite fit equally well: only the side of the points differs.
+    """
+    model = _model.intersect(base, R, left, right)
+    behind = np.sum(model.behind_both, axis=-1) > np.sum(model.in_front, axis=-1)
+    return np.where(behind[:, None], -base, base), R
+
+
+def best(
+    base: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    sigma: float | None,
+    near: Models | None = None,
+) -> Models:
     """Those of the models that fit the points equally well, the best one first.
 
-    With a model `near` (base, R) the one with the most similar rotation is first.
+    With a model `near` the one with the most similar rotation is first.
     """
     model = _model.intersect(base, R, left, right)
     misfit = np.sum(model.conditions.distance**2, axis=-1)
@@ -87,19 +115,22 @@ def best(base, R, left, right, sigma, near=None):
     least = np.min(misfit[upright], initial=np.inf)
     if least > WRONG_SIGN * _limit(misfit[plausible].min(), left, sigma):
         raise ValueError(
-            f"base = {base[0, 0]:g} has the wrong sign: the points lie behind both"
-            " cameras. The right station lies on the other x side of the left photo, or"
-            " the photos are exchanged"
+            f"base = {base[0, 0]:g} has the wrong sign: the points would lie behind"
+            f" both cameras. Write base = {-base[0, 0]:g}, or leave base out to have"
+            " its sign found"
         )
     fits = upright & (misfit <= _limit(least, left, sigma))
+    along = np.abs(base[:, 0]) > ACROSS * np.linalg.norm(base, axis=1)
+    if np.any(fits & along):
+        fits &= along
     fits &= front == front[fits].max()
     if near is not None:
-        misfit = np.linalg.norm(R - near[1], axis=(-2, -1))
+        misfit = np.linalg.norm(R - near[1][0], axis=(-2, -1))
     order = np.lexsort((misfit, ~fits))[: np.count_nonzero(fits)]
     return base[order], R[order]
 
 
-def _limit(best, left, sigma) -> float:
+def _limit(best: float, left: np.ndarray, sigma: float | None) -> float:
     """Sum of squares up to which a model fits as well as the best one."""
     redundancy = len(left) - 5
     rounding = len(left) * (ROUNDING * left[0, 2]) ** 2
@@ -108,22 +139,44 @@ def _limit(best, left, sigma) -> float:
     return best + rounding
 
 
-def _fit(base, R, left, right, count, step):
-    """Adjust models; the best ones that differ, those on one side of both photos first.
+def _hopeful(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray, count: int
+) -> Models:
+    """First step: adjust roughly and keep what may still come near the best one."""
+    result, base, R = _model.fit(base, R, left, right, max_iterations=ITERATIONS[0])
+    misfit = np.sum(result.residuals**2, axis=-1)
+    hopeless = HOPELESS_OF_FEW if len(left) <= FEW else HOPELESS
+    hopeless = len(left) * (hopeless * left[0, 2]) ** 2
+    kept = misfit <= max(1e4 * np.nanmin(misfit, initial=np.inf), hopeless)
+    return _first_that_differ(base[kept], R[kept], left, right, misfit[kept], count)
 
-    After the first step all are kept that may still come near the best one, then those
-    that have converged or are better.
-    """
-    result, base, R = _model.fit(base, R, left, right, max_iterations=ITERATIONS[step])
+
+def _converged(
+    base: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    iterations: int,
+    count: int,
+) -> Models:
+    """Later steps: adjust and keep what has converged, or is better all the same."""
+    result, base, R = _model.fit(base, R, left, right, max_iterations=iterations)
     misfit = np.sum(result.residuals**2, axis=-1)
     kept = result.status == "converged"
-    if step:  # in weak geometry the best one may be slow
-        kept |= misfit < np.min(misfit[kept], initial=np.inf)
-    else:
-        hopeless = HOPELESS_OF_FEW if len(left) <= FEW else HOPELESS
-        hopeless = len(left) * (hopeless * left[0, 2]) ** 2
-        kept = misfit <= max(1e4 * np.nanmin(misfit, initial=np.inf), hopeless)
-    base, R, misfit = base[kept], R[kept], misfit[kept]
+    # In weak geometry the best one may be slow
+    kept |= misfit < np.min(misfit[kept], initial=np.inf)
+    return _first_that_differ(base[kept], R[kept], left, right, misfit[kept], count)
+
+
+def _first_that_differ(
+    base: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    misfit: np.ndarray,
+    count: int,
+) -> Models:
+    """So many models that differ, those with the points on one side first."""
     model = _model.intersect(base, R, left, right)
     # In front of both cameras or, if the base has the wrong sign, behind both
     one_side = np.mean(model.in_front | model.behind_both, axis=-1) > 0.5
@@ -131,7 +184,7 @@ def _fit(base, R, left, right, count, step):
     return base[first], R[first]
 
 
-def different(base, R, order) -> np.ndarray:
+def different(base: np.ndarray, R: np.ndarray, order: np.ndarray) -> np.ndarray:
     """Those of the models in `order` that differ from all before them."""
     b = base / np.linalg.norm(base, axis=-1, keepdims=True)
     apart = np.linalg.norm(b[:, None] - b, axis=-1)
@@ -140,7 +193,7 @@ def different(base, R, order) -> np.ndarray:
     return order[~np.any(np.tril(near, -1), axis=1)]
 
 
-def _spread(left, count) -> np.ndarray:
+def _spread(left: np.ndarray, count: int) -> np.ndarray:
     """Indices of some points, in all directions from the middle of the photo."""
     from_middle = left[:, :2] - left[:, :2].mean(axis=0)
     order = np.argsort(np.arctan2(from_middle[:, 1], from_middle[:, 0]))
@@ -161,13 +214,15 @@ def rotation_grid() -> np.ndarray:
     return np.swapaxes(M.reshape(-1, 3, 3), -1, -2)
 
 
-def _around(R) -> np.ndarray:
+def _around(R: np.ndarray) -> np.ndarray:
     """R (3, 3) and R turned about each axis either way, (7, 3, 3)."""
     turns = AROUND_START * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     return rotation.matrix(*turns.T) @ R
 
 
-def base_for(R, left, right, bx):
+def base_for(
+    R: np.ndarray, left: np.ndarray, right: np.ndarray, bx: float
+) -> np.ndarray:
     """For each rotation the base most nearly at right angles to all u' x u''."""
     u1 = left / np.linalg.norm(left, axis=-1, keepdims=True)
     u2 = right / np.linalg.norm(right, axis=-1, keepdims=True) @ np.swapaxes(R, -1, -2)

@@ -87,18 +87,18 @@ class Absolute:
 
     def apply(self, points: ArrayLike) -> np.ndarray:
         """Transform points (..., 3) of the source into the target."""
-        points = _validate.points(points, 3, "points")
         # About the centroid: far from the origin T is large and partly cancels
+        local = _validate.points(points, 3, "points") - self.centroid
         about = self.translation + self.scale * self.rotation @ self.centroid
-        return self.scale * (points - self.centroid) @ self.rotation.T + about
+        return self.scale * local @ self.rotation.T + about
 
     def apply_covariance(self, points: ArrayLike) -> np.ndarray:
         """Covariance (..., 3, 3) of transformed points, from that of the parameters.
 
         The points themselves are taken as free of errors.
         """
-        points = _validate.points(points, 3, "points") - self.centroid
-        J = _jacobian(self.scale, self.scale * points @ self.rotation.T)
+        local = _validate.points(points, 3, "points") - self.centroid
+        J = _jacobian(self.scale, self.scale * local @ self.rotation.T)
         return J @ self.local_covariance @ np.swapaxes(J, -1, -2)
 
 
@@ -193,7 +193,9 @@ def absolute(
     )
 
 
-def _checked(source, target, sigma) -> tuple[np.ndarray, ...]:
+def _checked(
+    source: ArrayLike, target: ArrayLike, sigma: ArrayLike | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     source = _validate.points(source, 3, "source")
     target = _validate.points(target, 3, "target")
     if source.ndim != 2 or source.shape != target.shape:
@@ -215,7 +217,7 @@ def _checked(source, target, sigma) -> tuple[np.ndarray, ...]:
         if width <= LINE * length:
             raise ValueError(
                 f"{name}: all points lie on one line, and the rotation about it is"
-                " free. Add a point beside the line"
+                " free. Add a point off the line"
             )
     if sigma is None:
         return source, target, None
@@ -230,7 +232,9 @@ def _checked(source, target, sigma) -> tuple[np.ndarray, ...]:
     return source, target, np.broadcast_to(sigma, source.shape)
 
 
-def _closed_form(source, target, weights) -> tuple[np.ndarray, ...]:
+def _closed_form(
+    source: np.ndarray, target: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centroid of the source, start values (7,) and rotation that go with it.
 
     Exact if each point has one weight in all directions.
@@ -240,31 +244,36 @@ def _closed_form(source, target, weights) -> tuple[np.ndarray, ...]:
         np.average(points, axis=0, weights=p) for points in (source, target)
     )
     s, t = source - centroid, target - about
-    U, D, Vt = np.linalg.svd((p[:, None] * t).T @ s)
-    sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
+    R, D = rotation.best_fit((p[:, None] * t).T @ s)
     source_squares, target_squares = (p @ (points**2).sum(axis=1) for points in (s, t))
-    alignment = D @ (1, 1, sign)
-    if sign < 0:
+    scale = D.sum() / source_squares
+    if D[2] < 0:
         # v'Pv of the best rotation and of the best reflection
         rotated, mirrored = (
-            target_squares - np.array([alignment, D.sum()]) ** 2 / source_squares
+            target_squares - np.array([D.sum(), np.abs(D).sum()]) ** 2 / source_squares
         )
-        if rotated > MIRROR * max(mirrored, 1e-12 * target_squares):
+        mirrored = max(mirrored, 1e-12 * target_squares)
+        if rotated > MIRROR * mirrored:
             raise ValueError(
                 "target is a mirror image of source: with one axis turned round it"
-                f" fits {np.sqrt(rotated / max(mirrored, 1e-12 * target_squares)):.0f}"
-                " times better. Is y or z counted the other way in one of them?"
+                f" fits {np.sqrt(rotated / mirrored):.0f} times better. Is y or z"
+                " counted the other way in one of them?"
             )
-    if D[1] + sign * D[2] <= 1e-12 * D[0]:
+    if D[1] + D[2] <= 1e-12 * D[0]:
         raise ValueError(
             "source and target do not fit together: several rotations are equally bad."
             " Are the points in the same order?"
         )
-    R = U @ np.diag((1, 1, sign)) @ Vt
-    return centroid, np.array([alignment / source_squares, 0, 0, 0, *about]), R
+    return centroid, np.array([scale, 0, 0, 0, *about]), R
 
 
-def _about_origin(scale, R, about, centroid, local_covariance):
+def _about_origin(
+    scale: float,
+    R: np.ndarray,
+    about: np.ndarray,
+    centroid: np.ndarray,
+    local_covariance: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, str]:
     """Seven parameters, covariance and status from the form about the centroid."""
     angles, by_turns, locked = _turns.angles(R)
     K = np.eye(7)
@@ -277,7 +286,7 @@ def _about_origin(scale, R, about, centroid, local_covariance):
     return parameters, K @ local_covariance @ K.T, status
 
 
-def _jacobian(scale, y) -> np.ndarray:
+def _jacobian(scale: float, y: np.ndarray) -> np.ndarray:
     """Derivatives (..., 3, 7) of y = scale R p + shift by scale, small turns, shift."""
     J = np.zeros((*y.shape, 7))
     J[..., 0] = y / scale

@@ -38,8 +38,10 @@ class Coplanarity:
     by_turns: np.ndarray
 
 
-def condition(base, R, left, right) -> np.ndarray:
-    """F (..., n) of (2.31) for rays left and right (n, 3) in the frames of the photos.
+def condition(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> np.ndarray:
+    """F of (M 2.31), the determinant of base and rays: zero where they are coplanar.
 
     Parameters
     ----------
@@ -50,9 +52,13 @@ def condition(base, R, left, right) -> np.ndarray:
     left, right : ndarray (n, 3)
         Rays (x, y, -c).
 
+    Returns
+    -------
+    ndarray (..., n)
+
     References
     ----------
-    Muliawan 2013, (2.30) to (2.35).
+    (M 2.30) to (M 2.35).
 
     Examples
     --------
@@ -63,13 +69,86 @@ def condition(base, R, left, right) -> np.ndarray:
     return np.einsum("ni,...ij,nj->...n", left, _essential(base, R), right)
 
 
-def distances(base, R, left, right) -> Coplanarity:
+def by_image(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of F by the image coordinates: the elements of A in (M 2.37).
+
+    F is linear in each ray. By x'' it is the determinant of the base, the left ray and
+    (m11, m12, m13) of the right photo, and so on.
+
+    Parameters
+    ----------
+    base, R, left, right
+        As in `condition`.
+
+    Returns
+    -------
+    by_left, by_right : ndarray (..., n, 2)
+        By (x', y') and by (x'', y'').
+
+    References
+    ----------
+    (M 2.36), (M 2.38) to (M 2.40).
+
+    Examples
+    --------
+    >>> left, right = np.array([[10.0, 5.0, -50.0]]), np.array([[-20.0, 5.0, -50.0]])
+    >>> by_image(np.array([60.0, 0.0, 0.0]), np.eye(3), left, right)[1]
+    array([[   0., 3000.]])
+    """
+    E = _essential(base, R)
+    by_left = right @ np.swapaxes(E, -1, -2)
+    by_right = left @ E
+    return by_left[..., :2], by_right[..., :2]
+
+
+def by_orientation(
+    base: np.ndarray, u1: np.ndarray, u2: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of F by base and rotation of the right photo: B in (M 2.37).
+
+    By the base it is u' x u''. A small turn psi moves u'' by psi x u'' and F, then, by
+    psi . (u'' x (b x u')). Omega turns about the X axis at any attitude: the first
+    component is the derivative by it. Phi and kappa turn about other axes, see
+    `_turns.axes`.
+
+    Parameters
+    ----------
+    base : ndarray (..., 3)
+        (bx, by, bz).
+    u1, u2 : ndarray (..., n, 3)
+        Rays u' and u'' in object space.
+
+    Returns
+    -------
+    by_base, by_turns : ndarray (..., n, 3)
+        By (bx, by, bz) and by small turns (radians) about the axes of object space.
+
+    References
+    ----------
+    (M 2.36), (M 2.41) to (M 2.45).
+
+    Examples
+    --------
+    >>> u1, u2 = np.array([[10.0, 5.0, -50.0]]), np.array([[-20.0, 5.0, -50.0]])
+    >>> by_orientation(np.array([60.0, 0.0, 0.0]), u1, u2)[0]
+    array([[   0., 1500.,  150.]])
+    """
+    b = np.broadcast_to(base[..., None, :], u1.shape)
+    return np.cross(u1, u2), np.cross(u2, np.cross(b, u1))
+
+
+def distances(
+    base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
+) -> Coplanarity:
     """Distance of each pair of image points from the surface of coplanar ones.
 
     The corrections v are least in v'v under F(l + v) = 0, so they are parallel to the
     gradient of F in l + v. When a parameter p changes, the surface moves by
     dF/dp / |dF/dl| at that foot point: the derivative of the distance. Hence a
-    Gauss-Markov adjustment of the distances is that of the conditions (2.37).
+    Gauss-Markov adjustment of the distances is that of the conditions (M 2.37), which
+    need -F on the right, and not F.
 
     Parameters
     ----------
@@ -80,16 +159,25 @@ def distances(base, R, left, right) -> Coplanarity:
     left, right : ndarray (n, 3)
         Observed rays (x, y, -c) in the frames of the photos.
 
+    Returns
+    -------
+    Coplanarity
+
     References
     ----------
-    Muliawan 2013, (2.36), (2.37); Lindstrom 2010, "Triangulation made easy", CVPR, for
-    the iteration to the foot point.
+    (M 2.37); Lindstrom 2010, "Triangulation made easy", CVPR, for the iteration to the
+    foot point.
+
+    Examples
+    --------
+    >>> left, right = np.array([[10.0, 5.0, -50.0]]), np.array([[-20.0, 5.2, -50.0]])
+    >>> found = distances(np.array([60.0, 0.0, 0.0]), np.eye(3), left, right)
+    >>> found.left[:, 1].round(6), found.right[:, 1].round(6)
+    (array([0.1]), array([-0.1]))
     """
-    E = _essential(base, R)
-    bend = E[..., :2, :2]  # second derivatives of F by x', y' and x'', y''
-    F = np.einsum("ni,...ij,nj->...n", left, E, right)
-    g1 = (right @ np.swapaxes(E, -1, -2))[..., :2]
-    g2 = (left @ E)[..., :2]
+    F = condition(base, R, left, right)
+    g1, g2 = by_image(base, R, left, right)
+    bend = _essential(base, R)[..., :2, :2]  # second derivatives by x', y' and x'', y''
     n1, n2 = g1, g2
     for _ in range(FOOT_STEPS):
         t = _way_to_surface(F, g1, g2, n1, n2, bend)[..., None]
@@ -99,24 +187,31 @@ def distances(base, R, left, right) -> Coplanarity:
     v1, v2 = -t[..., None] * n1, -t[..., None] * n2
     u1 = corrected(left, v1)
     u2 = corrected(right, v2) @ np.swapaxes(R, -1, -2)
-    base = np.broadcast_to(base[..., None, :], u1.shape)
+    by_base, by_turns = by_orientation(base, u1, u2)
     distance = t * slope
     slope = np.where(slope > 0, slope, np.inf)[..., None]
     return Coplanarity(
         distance=distance,
         left=v1,
         right=v2,
-        by_base=np.cross(u1, u2) / slope,
-        by_turns=np.cross(u2, np.cross(base, u1)) / slope,
+        by_base=by_base / slope,
+        by_turns=by_turns / slope,
     )
 
 
-def _essential(base, R) -> np.ndarray:
+def _essential(base: np.ndarray, R: np.ndarray) -> np.ndarray:
     """Matrix E with F = u' . E u'' for rays in the frames of their photos."""
     return -cross_matrix(base) @ R
 
 
-def _way_to_surface(F, g1, g2, n1, n2, bend) -> np.ndarray:
+def _way_to_surface(
+    F: np.ndarray,
+    g1: np.ndarray,
+    g2: np.ndarray,
+    n1: np.ndarray,
+    n2: np.ndarray,
+    bend: np.ndarray,
+) -> np.ndarray:
     """The t nearest to zero with F(l - t n) = 0, which is quadratic in t."""
     slope = np.sum(g1 * n1, axis=-1) + np.sum(g2 * n2, axis=-1)
     curvature = np.sum((n1 @ bend) * n2, axis=-1)
@@ -125,7 +220,7 @@ def _way_to_surface(F, g1, g2, n1, n2, bend) -> np.ndarray:
     return 2 * F / np.where(divisor > 0, divisor, np.inf)
 
 
-def corrected(rays, v) -> np.ndarray:
+def corrected(rays: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Add the corrections v (..., n, 2) to x and y of rays (n, 3)."""
     corrected = np.array(np.broadcast_to(rays, (*v.shape[:-1], 3)))
     corrected[..., :2] += v

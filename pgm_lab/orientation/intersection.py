@@ -89,7 +89,7 @@ def intersect(
 
     References
     ----------
-    Bani 2010, appendix B (1) to (7); Muliawan 2013, section 2.9; Harintaka 2020, (3).
+    Bani 2010, appendix B: (B 1) to (B 7); Muliawan 2013, section 2.9; (H 3).
 
     Examples
     --------
@@ -166,7 +166,9 @@ def intersect(
     )
 
 
-def _observations(exteriors, image_points, seen) -> tuple[np.ndarray, np.ndarray]:
+def _observations(
+    exteriors: np.ndarray, image_points: ArrayLike, seen: ArrayLike | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Image points, zero where not seen, and which photo sees which point."""
     image_points = np.asarray(image_points, dtype=float)
     p = len(exteriors)
@@ -195,7 +197,7 @@ def _observations(exteriors, image_points, seen) -> tuple[np.ndarray, np.ndarray
     return _validate.finite(image_points, "image_points"), seen
 
 
-def _cameras(cameras, p) -> list[Camera]:
+def _cameras(cameras: Camera | Sequence[Camera], p: int) -> list[Camera]:
     photos = [cameras] * p if isinstance(cameras, Camera) else list(cameras)
     if len(photos) != p:
         raise ValueError(f"{len(photos)} cameras for {p} photos: one for each, or one")
@@ -204,7 +206,7 @@ def _cameras(cameras, p) -> list[Camera]:
     return photos
 
 
-def _refuse_same_photos(exteriors, image_points) -> None:
+def _refuse_same_photos(exteriors: np.ndarray, image_points: np.ndarray) -> None:
     same = np.all(exteriors[:, None] == exteriors, axis=-1)
     for i, j in np.argwhere(np.triu(same, k=1)):
         if np.array_equal(image_points[i], image_points[j]):
@@ -216,7 +218,9 @@ def _refuse_same_photos(exteriors, image_points) -> None:
         raise ValueError("all photos stand at the same place: without a base, no point")
 
 
-def _first_look(exteriors, seen, angle) -> np.ndarray:
+def _first_look(
+    exteriors: np.ndarray, seen: np.ndarray, angle: np.ndarray
+) -> np.ndarray:
     """Statuses that can be told before a point is computed."""
     first = np.argmax(seen, axis=0)
     elsewhere = np.any(exteriors[:, None, :3] != exteriors[first, :3], axis=-1)
@@ -228,7 +232,7 @@ def _first_look(exteriors, seen, angle) -> np.ndarray:
     return status
 
 
-def _variance(sigma0, redundancy, sigma) -> float:
+def _variance(sigma0: np.ndarray, redundancy: np.ndarray, sigma: float | None) -> float:
     """Variance of unit weight: known beforehand, or from all points together."""
     if sigma is not None:
         return sigma**2

@@ -56,7 +56,7 @@ def rays(
 
     References
     ----------
-    Muliawan 2013, (2.33) to (2.35); Harintaka 2020, (2), with R = M'.
+    (M 2.33) to (M 2.35); (H 2), with R = M'.
 
     Examples
     --------

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, rotation
+from pgm_lab.adjustment import Adjustment, RankDefect
 from pgm_lab.camera import Camera, ideal
 from pgm_lab.orientation import _model, _search, _turns
 from pgm_lab.orientation.three_points import extents
@@ -88,7 +89,7 @@ def relative(
     left_points: ArrayLike,
     right_points: ArrayLike,
     *,
-    base: float = 1.0,
+    base: float | None = None,
     start: ArrayLike | None = None,
     sigma: float | None = None,
 ) -> Relative:
@@ -99,9 +100,10 @@ def relative(
     camera_left, camera_right : Camera
     left_points, right_points : array_like (n, 2)
         Measured image coordinates of the same points in mm; five or more.
-    base : float
+    base : float, optional
         bx, which sets the unit of the model: positive if the right station lies on the
-        positive x side of the left photo.
+        positive x side of the left photo. When missing, bx is 1 or -1, whichever has
+        the points in front of both cameras.
     start : array_like (5,), optional
         Rough values of by, bz (in the unit of the base), omega, phi, kappa: 30 degrees
         and half the base off will do. Without them models are searched all around,
@@ -118,18 +120,22 @@ def relative(
     ------
     ValueError
         If shapes do not fit, numbers are not finite, there are fewer than five points,
-        they lie on a line or have no parallax, the base has the wrong sign, or the
-        points do not determine the five unknowns.
+        they lie on a line or have no parallax, the given base has the wrong sign, or
+        the points do not determine the five unknowns.
 
     Notes
     -----
-    The coplanarity conditions A v + B d = F of (2.37) are adjusted without a detour or
-    an approximation: see `coplanarity.distances`.
+    The coplanarity conditions A v + B d = -F of (M 2.37) are adjusted without a detour
+    or an approximation: see `coplanarity.distances`.
+
+    Of points in one plane the base and its opposite may both have a model in front of
+    the cameras, with different rotations. Then the status is "several solutions", and a
+    base of the right sign may decide.
 
     References
     ----------
-    Muliawan 2013, (2.30) to (2.37); Wolf and Dewitt 2000, "Elements of Photogrammetry",
-    3rd ed., for the same result by collinearity.
+    (M 2.30) to (M 2.45); Wolf and Dewitt 2000, "Elements of Photogrammetry", 3rd ed.,
+    for the same result by collinearity.
 
     Examples
     --------
@@ -139,20 +145,25 @@ def relative(
     >>> found = relative(camera, camera, left, right, base=60.0)
     >>> print(found.status, found.redundancy, f"{found.sigma0:.3f} mm")
     converged 1 0.013 mm
+    >>> exchanged = relative(camera, camera, right, left)
+    >>> print(f"bx = {exchanged.exterior[0]:g}")
+    bx = -1
     """
     left, right = _rays(camera_left, camera_right, left_points, right_points)
-    base = _validate.number(base, "base")
-    if base == 0:
+    bx = 1.0 if base is None else _validate.number(base, "base")
+    if bx == 0:
         raise ValueError("base must not be 0: it fixes bx, and with it the scale")
     sigma = _validate.standard_deviation(sigma)
     rotation_alone = _rotation_alone(left, right)
-    near = None if start is None else _start(base, start)
-    models = _search.models(base, left, right, near)
-    base, R = _search.best(*models, left, right, sigma, near)
-    solutions = [np.concatenate([b, _turns.angles(R)[0]]) for b, R in zip(base, R)]
+    near = None if start is None else _start(bx, start, both_signs=base is None)
+    models = _search.models(bx, left, right, near)
+    if base is None:
+        models = _search.in_front(*models, left, right)
+    bases, rotations = _search.best(*models, left, right, sigma, near)
+    solutions = [[*b, *_turns.angles(R)[0]] for b, R in zip(bases, rotations)]
 
-    result, base, R = _model.fit(base[0], R[0], left, right, sigma)
-    model = _model.intersect(base, R, left, right)
+    result, b, R = _fitted(bases[0], rotations[0], left, right, sigma)
+    model = _model.intersect(b, R, left, right)
     noise = result.sigma0 if sigma is None else sigma
     to_turns = np.eye(5)
     to_turns[2:, 2:] = _turns.axes(result.x[2:])
@@ -160,24 +171,23 @@ def relative(
     angles, by_turns, locked = _turns.angles(R)
     to_exterior = np.zeros((6, 5))
     to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
-    covariance = noise**2 * to_exterior @ Q @ to_exterior.T
 
     point_status = np.where(model.in_front, "intersected", "behind a camera")
     point_status[model.parallel] = "parallel rays"
     met = point_status == "intersected"
-    points_covariance = noise**2 * _model.points_cofactor(base, R, left, right, Q)
+    points_covariance = noise**2 * _model.points_cofactor(b, R, left, right, Q)
     warnings = {
         "no base": rotation_alone < NO_BASE * noise,
         str(result.status): result.status != "converged",
         "several solutions": len(solutions) > 1,
-        "weak geometry": _weak(base, noise**2 * Q),
+        "weak geometry": _weak(b, noise**2 * Q),
         "points behind a camera": not np.all(met),
         "gimbal lock": locked,
         "no redundancy": result.redundancy == 0,
     }
     return Relative(
-        exterior=np.concatenate([base, angles]),
-        covariance=covariance,
+        exterior=np.concatenate([b, angles]),
+        covariance=noise**2 * to_exterior @ Q @ to_exterior.T,
         points=np.where(met[:, None], model.points, np.nan),
         points_covariance=np.where(met[:, None, None], points_covariance, np.nan),
         residuals=np.stack([model.conditions.left, model.conditions.right]),
@@ -190,22 +200,20 @@ def relative(
     )
 
 
-def _rays(camera_left, camera_right, left_points, right_points):
+def _rays(
+    camera_left: Camera,
+    camera_right: Camera,
+    left_points: ArrayLike,
+    right_points: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray]:
     """Rays (n, 3) in the frames of both photos."""
-    rays = []
-    for camera, points, name in (
-        (camera_left, left_points, "left_points"),
-        (camera_right, right_points, "right_points"),
-    ):
-        points = _validate.points(points, 2, name)
-        if points.ndim != 2 or len(points) < 5:
-            raise ValueError(
-                f"{name} must have shape (n, 2) with five or more points; got"
-                f" {points.shape}"
-            )
-        points = ideal(camera, points)
-        rays.append(np.insert(points, 2, -camera.c, axis=1))
-    left, right = rays
+    left, right = (
+        np.insert(ideal(camera, _image_points(points, name)), 2, -camera.c, axis=1)
+        for camera, points, name in (
+            (camera_left, left_points, "left_points"),
+            (camera_right, right_points, "right_points"),
+        )
+    )
     if left.shape != right.shape:
         raise ValueError(
             f"left_points and right_points must pair up; got {len(left)} and"
@@ -215,18 +223,27 @@ def _rays(camera_left, camera_right, left_points, right_points):
     if all(width <= LINE * length for length, width in sizes):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
-            " turn about such a line. Add points beside it"
+            " turn about such a line. Add points off the line"
         )
     return left, right
 
 
-def _rotation_alone(left, right) -> float:
+def _image_points(points: ArrayLike, name: str) -> np.ndarray:
+    points = _validate.points(points, 2, name)
+    if points.ndim != 2 or len(points) < 5:
+        raise ValueError(
+            f"{name} must have shape (n, 2) with five or more points; got"
+            f" {points.shape}"
+        )
+    return points
+
+
+def _rotation_alone(left: np.ndarray, right: np.ndarray) -> float:
     """Root mean square in mm of what a rotation without a base leaves unexplained."""
     u1, u2 = (
         rays / np.linalg.norm(rays, axis=1, keepdims=True) for rays in (left, right)
     )
-    U, _, Vt = np.linalg.svd(u1.T @ u2)
-    R = U @ np.diag([1, 1, np.linalg.det(U @ Vt)]) @ Vt
+    R, _ = rotation.best_fit(u1.T @ u2)
     c = -left[0, 2]
     rms = c * np.sqrt(np.sum((u1 - u2 @ R.T) ** 2) / (2 * len(left) - 3))
     if rms <= NO_PARALLAX * c:
@@ -238,18 +255,41 @@ def _rotation_alone(left, right) -> float:
     return rms
 
 
-def _start(bx, start) -> tuple[np.ndarray, np.ndarray]:
-    """Base (3,) and rotation (3, 3) of rough values."""
+def _start(bx: float, start: ArrayLike, both_signs: bool) -> _search.Models:
+    """Bases (1, 3) or (2, 3) and rotation (1, 3, 3) of rough values."""
     start = _validate.finite(start, "start")
     if start.shape != (5,):
         raise ValueError(
             "start must be (by, bz, omega, phi, kappa), five numbers in the unit of the"
             f" base and radians; got shape {start.shape}"
         )
-    return np.array([bx, *start[:2]]), rotation.matrix(*start[2:]).T
+    by, bz = start[:2]
+    # All models of the search have the same bx: (-bx, by, bz) stands in it reversed
+    bases = [(bx, by, bz), (bx, -by, -bz)][: 1 + both_signs]
+    return np.array(bases), rotation.matrix(*start[2:]).T[None]
 
 
-def _weak(base, covariance) -> bool:
+def _fitted(
+    b: np.ndarray,
+    R: np.ndarray,
+    left: np.ndarray,
+    right: np.ndarray,
+    sigma: float | None,
+) -> tuple[Adjustment, np.ndarray, np.ndarray]:
+    """The adjusted model; the points may not determine it."""
+    try:
+        return _model.fit(b, R, left, right, sigma)
+    except RankDefect as defect:
+        if abs(b[0]) > _search.ACROSS * np.linalg.norm(b):
+            raise
+        raise ValueError(
+            "the base is at right angles to the x axis of the left photo, so that bx"
+            " cannot set the scale. Turn the image coordinates of the left photo by 90"
+            " degrees, (x, y) to (y, -x), if the base lies along its y axis"
+        ) from defect
+
+
+def _weak(base: np.ndarray, covariance: np.ndarray) -> bool:
     """Whether a turn, or the direction of the base, is uncertain by a large angle."""
     length = np.linalg.norm(base)
     across = (np.eye(3) - np.outer(base, base) / length**2)[:, 1:] / length

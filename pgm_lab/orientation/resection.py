@@ -52,7 +52,8 @@ class Resection:
         "converged"; "several solutions": another one fits as well; "near the dangerous
         cylinder" or "weak geometry": the points hardly determine it; "points on a
         line"; "gimbal lock": omega and kappa are not determined one by one; "no
-        solution" in front of which the points lie; "diverged"; "too many iterations".
+        solution": none has all points in front of the camera; "diverged"; "too many
+        iterations".
     """
 
     exterior: np.ndarray
@@ -104,7 +105,7 @@ def resect(
 
     References
     ----------
-    Muliawan 2013, section 2.8, (2.63) to (2.68).
+    Muliawan 2013, section 2.8: (M 2.63) to (M 2.68).
 
     Examples
     --------
@@ -128,29 +129,29 @@ def resect(
         M = np.concatenate([M, rotation.matrix(*start[3:])[None]])
     if not len(centres):
         return _nothing(n, "no solution")
-    found, first = _adjust_from(camera, image_points, object_points, centres, M, sigma)
+    found, x = _adjusted(camera, image_points, object_points, centres, M, sigma)
     if not np.any(found.status == "converged"):
         return _nothing(n, _failure(found, centres, object_points))
-    x = np.where(np.isfinite(found.x), found.x, first)
-    centres = np.einsum("kji,kj->ki", M, x[:, :3]) + object_points.mean(axis=0)
-    M_start, M = M, rotation.matrix(*x[:, 3:].T) @ M
-    chosen = _choose(found, centres, M, object_points)
+
+    # From the frame of each start to object space
+    back = np.swapaxes(M, 1, 2)
+    M = rotation.matrix(*x[:, 3:].T) @ M
+    centres = np.einsum("kij,kj->ki", back, x[:, :3]) + object_points.mean(axis=0)
+    chosen = _chosen(found, centres, M, object_points)
     if not chosen:
         return _nothing(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
-    turned = [_turns.angles(M[k].T) for k in chosen]
+    best, turned = chosen[0], [_turns.angles(M[k].T) for k in chosen]
     exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, turned)])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
         return replace(_nothing(n, status), solutions=exteriors)
-    best, (_, by_turns, locked) = chosen[0], turned[0]
-    if locked:
-        status = "gimbal lock"
-    # From the frame of the start to object space, for a place and for a small turn
+
+    _, angles_by_turns, locked = turned[0]
     T = np.zeros((6, 6))
-    T[:3, :3] = back = M_start[best].T
-    T[3:, 3:] = by_turns @ back @ _turns.axes(x[best, 3:])
+    T[:3, :3] = back[best]
+    T[3:, 3:] = angles_by_turns @ back[best] @ _turns.axes(x[best, 3:])
     return Resection(
         exterior=exteriors[0],
         covariance=T @ found.covariance[best] @ T.T,
@@ -160,11 +161,13 @@ def resect(
         standardized=found.standardized[best].reshape(n, 2),
         redundancy_numbers=found.redundancy_numbers[best].reshape(n, 2),
         solutions=exteriors,
-        status=status,
+        status="gimbal lock" if locked else status,
     )
 
 
-def _observations(image_points, object_points) -> tuple[np.ndarray, np.ndarray]:
+def _observations(
+    image_points: ArrayLike, object_points: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
     image_points = _validate.points(image_points, 2, "image_points")
     object_points = _validate.points(object_points, 3, "object_points")
     if image_points.ndim != 2 or object_points.shape != (len(image_points), 3):
@@ -187,7 +190,9 @@ def _nothing(n: int, status: str) -> Resection:
     return Resection(nan[0], nan[:6], np.nan, 2 * n - 6, v, v, v, none, status)
 
 
-def _closed_form(camera, image_points, object_points):
+def _closed_form(
+    camera: Camera, image_points: np.ndarray, object_points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Starts (k, 3), (k, 3, 3) from triples of well spread points, the best dozen."""
     vectors = image_vectors([camera], image_points[None])[0]
     triples = three_points.triples(object_points)
@@ -201,17 +206,23 @@ def _closed_form(camera, image_points, object_points):
     return centres[best], M[best]
 
 
-def _adjust_from(camera, image_points, object_points, centres, M, sigma):
-    """Adjust from each start (k, 3), (k, 3, 3) at once.
+def _adjusted(
+    camera: Camera,
+    image_points: np.ndarray,
+    object_points: np.ndarray,
+    centres: np.ndarray,
+    M: np.ndarray,
+    sigma: float | None,
+) -> tuple[Adjustment, np.ndarray]:
+    """Adjust from each start (k, 3), (k, 3, 3) at once; parameters (k, 6) are finite.
 
     Each in a frame of its own, parallel to its camera with the origin amid the points:
     there all angles are small, so that no attitude is near the gimbal lock.
     """
     middle = object_points.mean(axis=0)
     local = np.einsum("kij,nj->kni", M, object_points - middle)
-    first = np.concatenate(
-        [np.einsum("kij,kj->ki", M, centres - middle), np.zeros((len(M), 3))], axis=1
-    )
+    first = np.zeros((len(M), 6))
+    first[:, :3] = np.einsum("kij,kj->ki", M, centres - middle)
 
     def collinearity(x, local):
         v, _, blocks = imaging.misclosure(
@@ -226,32 +237,39 @@ def _adjust_from(camera, image_points, object_points, centres, M, sigma):
         sigma0_prior=sigma,
         args=(local,),
     )
-    return found, first
+    return found, np.where(np.isfinite(found.x), found.x, first)
 
 
-def _choose(found: Adjustment, centres, M, object_points) -> list[int]:
+def _chosen(
+    found: Adjustment, centres: np.ndarray, M: np.ndarray, object_points: np.ndarray
+) -> list[int]:
     """Solutions with all points in front: the best, then others that fit as well."""
     depth = -np.einsum("kj,knj->kn", M[:, 2], object_points - centres[:, None])
     possible = (found.status == "converged") & np.all(depth > 0, axis=1)
     v = found.residuals
-    phi = np.where(possible, np.einsum("kn,kn->k", v, v), np.inf)
-    order = np.argsort(phi)[: np.count_nonzero(possible)]
+    squares = np.where(possible, np.einsum("kn,kn->k", v, v), np.inf)
+    order = np.argsort(squares)[: np.count_nonzero(possible)]
     if not len(order):
         return []
-    least, redundancy = phi[order[0]], found.redundancy[0]
     limit = np.inf  # without redundancy each fits
-    if redundancy:
+    if redundancy := found.redundancy[0]:
+        least = squares[order[0]]
         limit = largest_objective(least, redundancy, found.sigma0_prior, LEVEL)
     distance = np.linalg.norm(depth, axis=1)
-    chosen = []
+    chosen: list[int] = []
     for k in order:
         moved = np.linalg.norm(centres[k] - centres[chosen], axis=-1) / distance[k]
-        if np.all(moved > SAME) and (not chosen or phi[k] <= limit):
+        if np.all(moved > SAME) and (not chosen or squares[k] <= limit):
             chosen.append(int(k))
     return chosen
 
 
-def _status(found: Adjustment, chosen, centres, object_points) -> str:
+def _status(
+    found: Adjustment,
+    chosen: list[int],
+    centres: np.ndarray,
+    object_points: np.ndarray,
+) -> str:
     # Diagonal of the inverse correlation matrix: how far the other unknowns inflate
     # each variance
     inflation = np.diag(np.linalg.inv(found.correlation[chosen[0]]))
@@ -265,7 +283,7 @@ def _status(found: Adjustment, chosen, centres, object_points) -> str:
     return "weak geometry" if weak else "converged"
 
 
-def _failure(found: Adjustment, centres, object_points) -> str:
+def _failure(found: Adjustment, centres: np.ndarray, object_points: np.ndarray) -> str:
     """Name why no start led to a solution with all points in front."""
     if any(three_points.near_cylinder(centre, object_points) for centre in centres):
         return "near the dangerous cylinder"

@@ -25,8 +25,8 @@ def scale_factors(
     of them, and any two give the same answer; otherwise it depends on the choice:
 
     - "xyz": all three by least squares, the points where the rays come closest;
-    - "xy": the two that (4) and (5) use. They do without z, but where both rays have
-      no y component (for a base along x) they are 0/0, and near there a small
+    - "xy": the two that (H 4) and (H 5) use. They do without z, but where both rays
+      have no y component (for a base along x) they are 0/0, and near there a small
       y parallax moves the point far along its ray;
     - "xz": weak only where the rays cross at a small angle, as any intersection is.
 
@@ -54,7 +54,7 @@ def scale_factors(
 
     References
     ----------
-    Harintaka 2020, (2) to (5); his R turns the image into object space.
+    (H 2) to (H 5); his R turns the image into object space.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def nearest(b: np.ndarray, u1: np.ndarray, u2: np.ndarray) -> tuple[np.ndarray, 
     return np.stack([first / normal, second / normal], axis=-1), parallel
 
 
-def _turned(exterior, rays) -> np.ndarray:
+def _turned(exterior: np.ndarray, rays: np.ndarray) -> np.ndarray:
     """Rays in object space: M' times (x, y, -c)."""
     M = rotation.matrix(*np.moveaxis(exterior[..., 3:], -1, 0))
     return np.einsum("...ji,...j->...i", M, rays)

@@ -4,6 +4,8 @@ from itertools import combinations
 
 import numpy as np
 
+from pgm_lab import rotation
+
 # Share of their longest extent by which points must leave a line.
 ON_A_LINE = 1e-6
 # Distance from the dangerous cylinder, in radii, that counts as near.
@@ -110,7 +112,9 @@ def near_cylinder(centre: np.ndarray, object_points: np.ndarray) -> bool:
     return bool(np.all(np.abs(distance - radius) < NEAR * np.minimum(radius, far)))
 
 
-def _distance_ratios(vectors, points) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _distance_ratios(
+    vectors: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Roots v = s3 / s1 (t, 4), cosines (3, t) of angles, squares (3, t) of sides."""
     opposite = [(1, 2), (0, 2), (0, 1)]
     cosines = np.array([np.sum(vectors[:, i] * vectors[:, j], -1) for i, j in opposite])
@@ -154,13 +158,13 @@ def _roots(polynomials: np.ndarray) -> np.ndarray:
     return np.linalg.eigvals(companion).astype(complex)
 
 
-def _fit(camera_points, object_points) -> tuple[np.ndarray, np.ndarray]:
+def _fit(
+    camera_points: np.ndarray, object_points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Rotate and shift triples (k, 3, 3) in the camera's frame onto object points."""
     centre_c = camera_points.mean(axis=1, keepdims=True)
     centre_o = object_points.mean(axis=1, keepdims=True)
     product = np.swapaxes(camera_points - centre_c, 1, 2) @ (object_points - centre_o)
-    U, _, Vt = np.linalg.svd(product)
-    U[..., -1] *= np.linalg.det(U @ Vt)[:, None]
-    M = U @ Vt
+    M, _ = rotation.best_fit(product)
     centres = centre_o[:, 0] - np.einsum("kji,kj->ki", M, centre_c[:, 0])
     return centres, M

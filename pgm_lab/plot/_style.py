@@ -1,4 +1,4 @@
-"""What the figures of bundles share: series, units, names, round numbers."""
+"""What the figures of bundles share: series, units, names, views."""
 
 import re
 
@@ -23,21 +23,6 @@ SERIES = (
 )
 
 
-def places(result, camera: int) -> dict[str, int]:
-    """Row of each estimated interior parameter of a camera in the covariance."""
-    return {
-        one.parameter: i
-        for i, one in enumerate(result.unknowns)
-        if (one.kind, one.owner) == ("camera", camera + 1)
-    }
-
-
-def round_number(value: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not above the value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(max(digit * power for digit in (1, 2, 5) if digit * power <= value))
-
-
 def symbol(name: str) -> str:
     """Parameters as formulas: "x0, P1" becomes "$x_0$, $P_1$"."""
     return re.sub(r"\b(omega|phi|kappa|(c|x|y|K|P|b|[XYZ])(\d?))\b", _formula, name)
@@ -58,7 +43,7 @@ def plain(axis: Axis, digits: tuple[int, ...] = (1, 2, 5)) -> None:
 
 
 def best_view(centres: np.ndarray, points: np.ndarray) -> tuple[float, float]:
-    """Elevation and azimuth that show the object most openly, cameras beside it."""
+    """Elevation and azimuth that show the object most openly, cameras at its side."""
     horizontal = np.concatenate([centres, points])[:, :2]
     x, y = np.linalg.svd(horizontal - horizontal.mean(axis=0))[2][0]
     side = np.degrees(np.arctan2(-x, y))  # lays the longest extent across the picture

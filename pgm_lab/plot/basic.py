@@ -5,6 +5,7 @@ import html
 import io
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,6 +13,7 @@ from IPython.display import publish_display_data
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import ArrayLike
 from PIL import Image
@@ -23,8 +25,10 @@ from pgm_lab.datasets import Orthophoto
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#6B6B6B"
 
+Look = dict[str, Any]  # keywords of matplotlib: colours, widths, alignments
+
 # For plt.style.use, in the first cell of a notebook.
-STYLE = {
+STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.labelsize": 15,
     "axes.prop_cycle": plt.cycler(color=[BLUE, RED, GREEN, ORANGE, PURPLE, SKY, BLACK]),
@@ -110,21 +114,17 @@ def table(
             raise ValueError(
                 f"row {number} has {len(row)} cells, the header has {len(header)}"
             )
-    publish_display_data(
-        {
-            "text/html": _html_table(header, cells, caption),
-            "text/plain": _text_table(header, cells, caption),
-        }
-    )
+    content = header, cells, caption
+    page, plain = _html_table(*content), _text_table(*content)
+    publish_display_data({"text/html": page, "text/plain": plain})
 
 
-def _html_table(header, cells, caption) -> str:
+def _html_table(header: Sequence[str], cells: list[list[str]], caption: str) -> str:
     # Numbers stand to the right, below each other; words to the left.
-    columns = zip(header, *cells, strict=True)
-    numeric = [all(map(_is_number, column)) for _, *column in columns]
-    kinds = ["" if number else ' class="text"' for number in numeric]
+    columns = zip(*cells) if cells else [()] * len(header)
+    kinds = ["" if all(map(_is_number, c)) else ' class="text"' for c in columns]
 
-    def row(texts, first, other):
+    def row(texts: Sequence[str], first: str, other: str) -> str:
         tags = [first, *[other] * (len(texts) - 1)]
         cells = (
             f"<{tag}{kind}>{html.escape(text, quote=False)}</{tag.split()[0]}>"
@@ -145,7 +145,7 @@ def _is_number(text: str) -> bool:
     return bool(re.match(r"[-+±−]?\d[\d.,]*( ±.*| \S+)?$", text))
 
 
-def _text_table(header, cells, caption) -> str:
+def _text_table(header: Sequence[str], cells: list[list[str]], caption: str) -> str:
     widths = [max(map(len, column)) for column in zip(header, *cells, strict=True)]
     lines = [
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True))
@@ -160,7 +160,7 @@ def error_ellipse(
     covariance: ArrayLike,
     probability: float = 0.95,
     magnify: float = 1.0,
-    **style: object,
+    **style: Any,
 ) -> Ellipse:
     """Draw the confidence ellipse of a point of known covariance.
 
@@ -187,7 +187,10 @@ def error_ellipse(
     width, height = 2 * magnify * np.sqrt(variance * chi2.ppf(probability, df=2))
     angle = np.degrees(np.arctan2(axes[1, 0], axes[0, 0]))
     style = {"fill": False, "color": RED, "linewidth": 2.2} | style
-    return ax.add_patch(Ellipse(position, width, height, angle=angle, **style))
+    x, y = np.asarray(position, dtype=float)
+    ellipse = Ellipse((x, y), width, height, angle=angle, **style)
+    ax.add_patch(ellipse)
+    return ellipse
 
 
 def frame(
@@ -211,12 +214,14 @@ def frame(
     color : str
         Colour of the frame.
     """
-    look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
-    text = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
+    look: Look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
+    text: Look = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
+    x0, y0 = np.asarray(origin, dtype=float)
     for name, end in zip(names, (x_end, y_end)):
-        ax.annotate("", end, origin, arrowprops=look | {"color": color})
-        ax.annotate(name, end, xytext=(9, 0), color=color, **text)
-    ax.plot(*origin, "o", color=color, markersize=12)
+        x, y = np.asarray(end, dtype=float)
+        ax.annotate("", (x, y), (x0, y0), arrowprops=look | {"color": color})
+        ax.annotate(name, (x, y), xytext=(9, 0), color=color, **text)
+    ax.plot(x0, y0, "o", color=color, markersize=12)
 
 
 def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
@@ -245,7 +250,8 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
     ground = centre + (image - centre) / scale
 
     fig = plt.figure(figsize=(10, 6.6), layout="none")
-    ax = fig.add_axes((-0.25, -0.2, 1.5, 1.5), projection="3d", computed_zorder=False)
+    where = (-0.25, -0.2, 1.5, 1.5)
+    ax: Any = fig.add_axes(where, projection="3d", computed_zorder=False)
     ax.set_proj_type("ortho")
     azimuth = -62
     ax.view_init(elev=20, azim=azimuth)
@@ -262,15 +268,12 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
     ax.plot(*centre, "o", color=BLACK, markersize=10, zorder=8)
     # Straight to the left as the reader sees it, so that heights compare
     left = np.array([np.sin(np.radians(azimuth)), -np.cos(np.radians(azimuth))])
-    for name, low, distance in (
-        ("H", 0.0, 1.33 * side),
-        ("c", image_height, 0.46 * side),
-    ):
+    bars = ("H", 0.0, 1.33 * side), ("c", image_height, 0.46 * side)
+    for name, low, distance in bars:
         x, y = distance * left
         ax.plot([x, x], [y, y], [low, height], "-_", color=BLACK, markersize=13)
         x, y = (distance + 5) * left
-        middle = (low + height) / 2
-        ax.text(x, y, middle, name, fontsize=21, ha="right", va="center")
+        ax.text(x, y, (low + height) / 2, name, fontsize=21, ha="right", va="center")
     ax.text(*(centre + (6, 0, 3)), "perspective centre", fontsize=17)
     ax.text(side * scale + 9, 6, image_height, "image", fontsize=17)
     label = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3}
@@ -282,12 +285,14 @@ def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
     return fig
 
 
-def _lay_out(ax, ortho, side, height, pixels, zorder) -> None:
+def _lay_out(
+    ax: Axes3D, ortho: Orthophoto, side: float, height: float, pixels: int, zorder: int
+) -> None:
     """Lay the orthophoto, averaged to pixels x pixels, on a plane at a height."""
     n = ortho.grey.shape[0] // pixels
     blocks = ortho.grey[: n * pixels, : n * pixels].reshape(pixels, n, pixels, n)
     colour = plt.get_cmap("gray")(blocks.mean(axis=(1, 3)) / 255)
     x, y = np.meshgrid(*2 * [np.linspace(-side, side, pixels + 1)])
     z = np.full_like(x, height)
-    options = {"rstride": 1, "cstride": 1, "shade": False, "antialiased": False}
+    options: Look = {"rstride": 1, "cstride": 1, "shade": False, "antialiased": False}
     ax.plot_surface(x, -y, z, facecolors=colour, zorder=zorder, **options)

@@ -13,56 +13,19 @@ from matplotlib.patheffects import withStroke
 from scipy.stats import norm, t
 
 from pgm_lab import _validate
-from pgm_lab.plot import _style, basic
+from pgm_lab._rounding import round_number
+from pgm_lab.bundle.lens import profile
+from pgm_lab.bundle.result import Bundle
+from pgm_lab.plot import basic
 from pgm_lab.plot._style import UM
+from pgm_lab.plot.basic import Look
 
 CRITICAL = 3.29  # a standard normal variable exceeds it once in a thousand
 MOST_PHOTOS = 16
-RADIAL, DECENTRING = ("K1", "K2", "K3"), ("P1", "P2")
-
-
-def lens_profile(
-    result, r: np.ndarray, kind: str = "radial", camera: int = 0
-) -> tuple[np.ndarray, np.ndarray]:
-    """Distortion at a radius, and its standard deviation from all covariances.
-
-    Parameters
-    ----------
-    result : bundle.Bundle
-    r : array_like (n,)
-        Distance from the principal point, in mm.
-    kind : {"radial", "decentring"}
-        K1 r^3 + K2 r^5 + K3 r^7, or the profile sqrt(P1^2 + P2^2) r^2; a point is moved
-        by this much at right angles to the axis of the decentring, three times on it.
-    camera : int
-        Index of the camera.
-
-    Returns
-    -------
-    distortion, sd : ndarray (n,)
-        In mm. What was not estimated counts as free of error.
-    """
-    _validate.choice(kind, "kind", ("radial", "decentring"))
-    r = _validate.finite(r, "r")[:, None]
-    lens = result.cameras[camera]
-    if kind == "radial":
-        names, by_parameters = RADIAL, r ** (3, 5, 7)
-        distortion = by_parameters @ [lens.K1, lens.K2, lens.K3]
-    else:
-        P = np.array([lens.P1, lens.P2])
-        size = np.hypot(*P)
-        direction = P / size if size else np.zeros(2)
-        names, by_parameters = DECENTRING, r**2 * direction
-        distortion = size * r[:, 0] ** 2
-    place = _style.places(result, camera)
-    kept = [i for i, name in enumerate(names) if name in place]
-    rows = [place[names[i]] for i in kept]
-    J, C = by_parameters[:, kept], result.covariance_interior[np.ix_(rows, rows)]
-    return distortion, np.sqrt(np.einsum("ni,ij,nj->n", J, C, J))
 
 
 def lens_curve(
-    result,
+    result: Bundle,
     r_max: float | None = None,
     decentring: bool = False,
     camera: int = 0,
@@ -102,9 +65,9 @@ def lens_curve(
     if decentring:
         curves.append(("decentring", basic.RED, "--"))
     for kind, color, line in curves:
-        distortion, sd = lens_profile(result, r, kind, camera)
+        distortion, sd = profile(result, r, kind, camera)
         value, half = UM * distortion, UM * quantile * sd
-        look = {"color": color, "linestyle": line}
+        look: Look = {"color": color, "linestyle": line}
         axes[0].plot(r, value, label=kind, **look)
         axes[0].fill_between(r, value - half, value + half, color=color, alpha=0.25)
         axes[1].plot(r, half, **look)
@@ -126,7 +89,7 @@ def lens_curve(
 
 
 def residual_vectors(
-    result,
+    result: Bundle,
     photo: int | Sequence[int] | None = None,
     magnify: float | None = None,
     critical: float = CRITICAL,
@@ -173,11 +136,11 @@ def residual_vectors(
     width = np.ptp(network.xy, axis=0).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
-        magnify = _style.round_number(0.16 * width / (usual / UM))
+        magnify = round_number(0.16 * width / (usual / UM))
     # All photos have one frame, which holds their points and their residuals
     drawn = np.concatenate([network.xy, network.xy + magnify * v / UM])
     low, high = drawn.min(axis=0), drawn.max(axis=0)
-    bar = _style.round_number(0.25 * width / magnify * UM)
+    bar = round_number(0.25 * width / magnify * UM)
 
     columns = int(np.ceil(np.sqrt(len(shown))))
     rows = -(-len(shown) // columns)
@@ -197,13 +160,9 @@ def residual_vectors(
             _pins(ax, xy, magnify * vectors, color, thick)
         for k in np.flatnonzero(here & outlier):
             name = str(network.point_names[network.point[k]])
-            away = -16 * v[k] / np.hypot(*v[k])  # beside the point, not on its vector
-            text = {
-                "color": basic.RED,
-                "weight": "bold",
-                "ha": "center",
-                "va": "center",
-            }
+            away = -16 * v[k] / np.hypot(*v[k])  # off the point, not on its vector
+            text: Look = {"color": basic.RED, "weight": "bold"}
+            text |= {"ha": "center", "va": "center"}
             text["path_effects"] = [withStroke(linewidth=3, foreground="white")]
             ax.annotate(name, network.xy[k], away, textcoords="offset points", **text)
         ax.set_title(f"photo {network.photo_names[i]}: {rms[i]:.2f} µm", fontsize=15)
@@ -223,15 +182,17 @@ def residual_vectors(
     return fig
 
 
-def _pins(ax: Axes, xy, vectors, color, thick) -> None:
+def _pins(
+    ax: Axes, xy: np.ndarray, vectors: np.ndarray, color: str, thick: float
+) -> None:
     """Draw vectors as lines that start in a dot: heads would hide the short ones."""
-    look = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "dots"}
-    head = {"headwidth": 0, "headlength": 0, "headaxislength": 0, "minlength": 0}
-    ax.quiver(*xy.T, *vectors.T, color=color, width=3 * thick, **look, **head)
+    look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "dots"}
+    look |= {"headwidth": 0, "headlength": 0, "headaxislength": 0, "minlength": 0}
+    ax.quiver(*xy.T, *vectors.T, color=color, width=3 * thick, **look)
     ax.plot(*xy.T, "o", color=color, markersize=4.2 * thick**0.5)
 
 
-def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
+def standardized_histogram(result: Bundle, critical: float = CRITICAL) -> Figure:
     """Draw the standardised residuals with the normal curve, and name the outliers.
 
     Parameters
@@ -250,7 +211,7 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
     step = 0.25
     edges = step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
     fig, ax = plt.subplots(figsize=(11, 5.5))
-    ax.hist(values, edges, color=basic.SKY, edgecolor="white", linewidth=0.6)
+    ax.hist(values, list(edges), color=basic.SKY, edgecolor="white", linewidth=0.6)
     x = np.linspace(edges[0], edges[-1], 601)
     normal = len(values) * step * norm.pdf(x)
     ax.plot(x, normal, color=basic.BLACK, label="normal distribution")
@@ -259,7 +220,7 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
     found = np.argwhere(np.abs(w) > critical)
     found = found[np.argsort(-np.abs(w[tuple(found.T)]), kind="stable")]
     at = w[tuple(found.T)]
-    mark = {"markersize": 13, "clip_on": False, "zorder": 4}
+    mark: Look = {"markersize": 13, "clip_on": False, "zorder": 4}
     ax.plot(at, np.full(len(at), 0.03 * normal.max()), "v", color=basic.RED, **mark)
     chance = len(values) * 2 * norm.sf(critical)
     lines = [
@@ -275,10 +236,11 @@ def standardized_histogram(result, critical: float = CRITICAL) -> Figure:
         )
     if len(found) > 8:
         lines.append("...")
-    place = {"transform": ax.transAxes, "va": "top", "fontsize": 14}
-    side = (0.985, "right") if np.sum(at < 0) >= np.sum(at > 0) else (0.015, "left")
-    ax.text(side[0], 0.97, "\n".join(lines), ha=side[1], color=basic.RED, **place)
+    place: Look = {"transform": ax.transAxes, "va": "top", "fontsize": 14}
+    right = np.sum(at < 0) >= np.sum(at > 0)  # where fewer outliers are
+    x_text, align = (0.985, "right") if right else (0.015, "left")
+    ax.text(x_text, 0.97, "\n".join(lines), ha=align, color=basic.RED, **place)
     ax.set(xlabel="standardised residual (standard deviations)", xlim=edges[[0, -1]])
     ax.set(ylabel=f"residuals in steps of {step:g}")
-    ax.legend(loc="upper left" if side[1] == "right" else "upper right")
+    ax.legend(loc="upper left" if right else "upper right")
     return fig

@@ -1,21 +1,24 @@
 """Drawings of image matching: windows, correlation surfaces, the film of LSM."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
 
 from pgm_lab.image import cut, resample
 from pgm_lab.plot import basic
+from pgm_lab.plot.basic import Look
 
 
 def draw_window(
-    ax: Axes, image: np.ndarray, centre: ArrayLike, size: int, **style: object
+    ax: Axes, image: np.ndarray, centre: ArrayLike, size: int, **style: Any
 ) -> None:
     """Show the window around a pixel, with axes in pixels of the whole image.
 
@@ -37,7 +40,7 @@ def draw_window(
 
 
 def outline(
-    ax: Axes, centre: ArrayLike, size: float, color: str = basic.RED, **style: object
+    ax: Axes, centre: ArrayLike, size: float, color: str = basic.RED, **style: Any
 ) -> Rectangle:
     """Draw the outline of a square window, along the outer edges of its pixels.
 
@@ -54,9 +57,11 @@ def outline(
     **style
         Handed to `matplotlib.patches.Rectangle`.
     """
-    corner = np.asarray(centre, dtype=float) - size / 2
+    x, y = np.asarray(centre, dtype=float) - size / 2
     style = {"fill": False, "linewidth": 2.5} | style
-    return ax.add_patch(Rectangle(corner, size, size, edgecolor=color, **style))
+    square = Rectangle((x, y), size, size, edgecolor=color, **style)
+    ax.add_patch(square)
+    return square
 
 
 def shifts(r: np.ndarray) -> np.ndarray:
@@ -70,7 +75,7 @@ def shifts(r: np.ndarray) -> np.ndarray:
     return np.arange(len(r)) - len(r) // 2
 
 
-def draw_map(ax: Axes, r: np.ndarray, lowest: float = -0.5):
+def draw_map(ax: Axes, r: np.ndarray, lowest: float = -0.5) -> AxesImage:
     """Show a square correlation map by colour, over the shift from its middle.
 
     Returns
@@ -98,7 +103,7 @@ def draw_surface(
     lowest : float
         Where the map lies, below the landscape.
     label : bool
-        Write r beside the summit.
+        Write r at the summit.
 
     Returns
     -------
@@ -138,7 +143,7 @@ def film_strip(
     """Draw the iterations of least squares matching as a film, a column for each.
 
     Above the window in the photos, in the middle its grey values, those of the right
-    photo brought to the left one by (2.7), and below the residuals.
+    photo brought to the left one by (B 2.7), and below the residuals.
 
     Parameters
     ----------
@@ -184,7 +189,7 @@ def film_strip(
 
     fig, axes = plt.subplots(3, len(trail) + 1, figsize=(12, 5.7))
     identity = np.array([point[0], 1, 0, point[1], 0, 1, 0, 1.0])
-    _photo(axes[0, 0], left, [identity], point, half, grey)
+    _photo(axes[0, 0], left, identity[None], identity[[0, 3]], half, grey)
     axes[1, 0].imshow(template, **grey)
     axes[0, 0].set_title("left photo", fontsize=13, loc="center")
     for step, (p, note) in enumerate(zip(trail, notes, strict=True), start=1):
@@ -210,18 +215,25 @@ def film_strip(
 
 
 def _at(p: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Where (2.8) and (2.9) take the pixels of the window, in the last axis."""
+    """Where (B 2.8) and (B 2.9) take the pixels of the window, in the last axis."""
     return np.stack([p[0] + p[1] * x + p[2] * y, p[3] + p[4] * x + p[5] * y], axis=-1)
 
 
-def _photo(ax, photo, trail, centre, half, grey) -> None:
+def _photo(
+    ax: Axes,
+    photo: np.ndarray,
+    trail: np.ndarray,
+    centre: np.ndarray,
+    half: int,
+    grey: Look,
+) -> None:
     """Show a photo around `centre`, the last window of the trail, and its middles."""
     edge = half + 0.5
     x, y = edge * np.array([(-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1)])
     ax.imshow(photo, **grey)
     ax.plot(*_at(trail[-1], x, y).T, color=basic.ORANGE, linewidth=2.4)
-    look = {"color": basic.RED, "markersize": 6, "linewidth": 1.4}
-    ax.plot(*np.array(trail)[:, [0, 3]].T, ".-", **look)
+    look: Look = {"color": basic.RED, "markersize": 6, "linewidth": 1.4}
+    ax.plot(*trail[:, [0, 3]].T, ".-", **look)
     view = 1.75 * edge
     ax.set(xlim=(centre[0] - view, centre[0] + view))
     ax.set(ylim=(centre[1] + view, centre[1] - view))

@@ -1,6 +1,6 @@
 """Figures of the matrices of an adjustment: normal equations, correlations, spectra."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,8 +11,11 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.plot import _style, basic
+from pgm_lab.bundle.lens import places
+from pgm_lab.bundle.result import Bundle
+from pgm_lab.plot import basic
 from pgm_lab.plot._style import SERIES, symbol
+from pgm_lab.plot.basic import Look
 
 EXTERIOR = ("$X_0$", "$Y_0$", "$Z_0$", r"$\omega$", r"$\varphi$", r"$\kappa$")
 COLORS = {
@@ -112,15 +115,15 @@ def normal_matrix(
     groups = [group for group in groups if not group[0].endswith("points")]
     reduced = _blocks(ax, start, blocks, groups, 1)
     middle = reduced / 2
-    arrow = {"arrowstyle": "-|>", "linewidth": 3, "mutation_scale": 22}
+    arrow: Look = {"arrowstyle": "-|>", "linewidth": 3, "mutation_scale": 22}
     ends = (start - 0.03 * size, middle), (1.03 * size, middle)
     ax.annotate("", *ends, arrowprops=arrow | {"color": basic.BLACK})
-    text = {"ha": "center", "va": "bottom", "fontsize": 15}
+    text: Look = {"ha": "center", "va": "bottom", "fontsize": 15}
     ax.text((start + size) / 2, middle - 0.02 * size, "eliminate\nthe points", **text)
     used = {kind for *_, kind in normal_blocks(photo, point, interior, border) + blocks}
     handles = [Patch(color=color) for kind, color in COLORS.items() if kind in used]
     labels = [kind for kind in COLORS if kind in used]
-    at = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.0), "fontsize": 15}
+    at: Look = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.0), "fontsize": 15}
     ax.legend(handles, labels, title="not zero", title_fontsize=15, **at)
     ax.set(xlim=(-0.3 * size, start + reduced + 0.3 * size), aspect="equal")
     ax.set_ylim(1.01 * size, -0.09 * size)
@@ -128,7 +131,13 @@ def normal_matrix(
     return fig
 
 
-def _blocks(ax: Axes, start: float, blocks, groups, side: int) -> int:
+def _blocks(
+    ax: Axes,
+    start: float,
+    blocks: Sequence[tuple[int, int, int, int, str]],
+    groups: Sequence[tuple[str, int]],
+    side: int,
+) -> int:
     """Draw blocks from x = start on, and name the groups of rows left or right."""
     size = sum(count for _, count in groups)
     for kind, color in COLORS.items():
@@ -137,17 +146,17 @@ def _blocks(ax: Axes, start: float, blocks, groups, side: int) -> int:
             for i, j, rows, columns, this in blocks
             if this == kind
         ]
-        look = {"facecolor": color, "edgecolor": "white", "linewidth": 0.4}
+        look: Look = {"facecolor": color, "edgecolor": "white", "linewidth": 0.4}
         ax.add_collection(PatchCollection(tiles, **look), autolim=False)
     ax.add_patch(Rectangle((start, 0), size, size, fill=False, linewidth=1.5))
-    edge, beside = 0, start + (size if side > 0 else 0)
+    edge, border = 0, start + (size if side > 0 else 0)
     for name, count in groups:
-        x = beside + 5 * side
+        x = border + 5 * side
         ax.plot(
             [x, x], [edge + 0.8, edge + count - 0.8], color=basic.BLACK, linewidth=2
         )
-        text = {"ha": "left" if side > 0 else "right", "va": "center", "fontsize": 15}
-        ax.text(x + 4 * side, edge + count / 2, name, **text)
+        text: Look = {"ha": "left" if side > 0 else "right", "va": "center"}
+        ax.text(x + 4 * side, edge + count / 2, name, fontsize=15, **text)
         edge += count
     filled = sum(rows * columns for _, _, rows, columns, _ in blocks) / size**2
     head = f"{size} × {size}, {100 * filled:.0f} % filled"
@@ -155,7 +164,7 @@ def _blocks(ax: Axes, start: float, blocks, groups, side: int) -> int:
     return size
 
 
-def correlation_matrix(result, camera: int = 0) -> Figure:
+def correlation_matrix(result: Bundle, camera: int = 0) -> Figure:
     """Draw the correlations of the interior orientation, with the numbers.
 
     Left among its parameters; right with the exterior orientation, as the mean of the
@@ -171,7 +180,7 @@ def correlation_matrix(result, camera: int = 0) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    place = _style.places(result, camera)
+    place = places(result, camera)
     names, rows = [symbol(name) for name in place], list(place.values())
     u = len(result.interior_names)
     among = result.correlation[np.ix_(rows, rows)].copy()
@@ -189,7 +198,9 @@ def correlation_matrix(result, camera: int = 0) -> Figure:
     return fig
 
 
-def _numbers(ax: Axes, values: np.ndarray, rows, columns) -> None:
+def _numbers(
+    ax: Axes, values: np.ndarray, rows: Sequence[str], columns: Sequence[str]
+) -> None:
     """Show a matrix by colour, with its numbers in the cells."""
     ax.imshow(values, cmap="PuOr", vmin=-1, vmax=1, aspect="auto")
     for (i, j), value in np.ndenumerate(values):
@@ -197,8 +208,8 @@ def _numbers(ax: Axes, values: np.ndarray, rows, columns) -> None:
             color = "white" if abs(value) > 0.6 else basic.BLACK
             weight = "bold" if abs(value) > 0.9 else "normal"
             text = f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
-            look = {"ha": "center", "va": "center", "color": color, "weight": weight}
-            ax.text(j, i, text, fontsize=13, **look)
+            look: Look = {"ha": "center", "va": "center", "weight": weight}
+            ax.text(j, i, text, fontsize=13, color=color, **look)
     ax.set_xticks(range(len(columns)), columns)
     ax.set_yticks(range(len(rows)), rows)
     ax.grid(False)
@@ -230,16 +241,16 @@ def spectrum(
         s = -np.sort(-_validate.finite(s, name))
         tolerance = tolerances.get(name, 0.0)
         number, kept = np.arange(1, len(s) + 1), s > tolerance
-        look = {"color": color, "marker": mark, "linestyle": "", "markersize": 6}
+        look: Look = {"color": color, "marker": mark, "linestyle": "", "markersize": 6}
         label = f"{name}: {kept.sum()} of {len(s)} kept" if tolerance else name
         ax.plot(number[kept], s[kept], label=label, **look)
         seen = ~kept & (s > 0)
         ax.plot(number[seen], s[seen], markerfacecolor="none", **look)
         if tolerance:
             ax.axhline(tolerance, color=color, linestyle="--", linewidth=1.8)
-            text = {"color": color, "ha": "right", "va": "bottom", "fontsize": 13}
-            at = (0.995, tolerance)
-            ax.text(*at, "tolerance", transform=ax.get_yaxis_transform(), **text)
+            text: Look = {"color": color, "ha": "right", "va": "bottom"}
+            text |= {"fontsize": 13, "transform": ax.get_yaxis_transform()}
+            ax.text(0.995, tolerance, "tolerance", **text)
     ax.set(xlabel="number of the singular value")
     ax.set(ylabel="singular value (mixed units)")
     ax.set_title("Singular values; those drawn hollow count as zero")

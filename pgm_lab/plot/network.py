@@ -10,8 +10,10 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, bundle
+from pgm_lab._rounding import round_number
 from pgm_lab.plot import basic, space
-from pgm_lab.plot._style import best_view, fill, round_number, screen, together
+from pgm_lab.plot._style import best_view, fill, screen, together
+from pgm_lab.plot.basic import Look
 
 MOTIONS = (
     *(f"shift in {axis}" for axis in "XYZ"),
@@ -39,7 +41,7 @@ def seven_motions(
         Object points.
     view : (float, float), optional
         Elevation and azimuth of the reader's eye, in degrees; if missing, from
-        where the object is seen most openly, with the cameras beside it.
+        where the object is seen most openly, with the cameras at its side.
     size : float, optional
         Length of the cameras drawn, in object units.
 
@@ -65,18 +67,19 @@ def seven_motions(
         row, column = divmod(number, 3) if number < 6 else (0.5, 3)
         where = (0.245 * column, 0.5 - 0.5 * row, 0.26, 0.44)
         ax = space.space(fig, view=view)
-        look = {"axes": False, "color": basic.GREY}
+        look: Look = {"axes": False, "color": basic.GREY}
         for exterior in exteriors:
             space.draw_camera(ax, exterior, size, **look)
         ax.plot(*points.T, "o", color=basic.GREY, markersize=3.5, **space.FREE)
         some = slice(m, None, -(-len(points) // 12))  # a dozen of the points is enough
         for at, color, wide in ((some, basic.BLUE, 2.0), (slice(m), basic.RED, 3.2)):
-            arrows = {"color": color, "linewidth": wide, "arrow_length_ratio": 0.3}
-            ax.quiver(*positions[at].T, *step[at].T, zorder=5, **arrows, **space.FREE)
+            arrows: Look = {"linewidth": wide, "arrow_length_ratio": 0.3, "zorder": 5}
+            arrows |= space.FREE | {"color": color}
+            ax.quiver(*positions[at].T, *step[at].T, **arrows)
         fill(ax, room, where)
         fig.text(where[0] + 0.13, where[1] + 0.45, name, fontsize=20, ha="center")
-    for at, word, color in ((0.16, "cameras", basic.RED), (0.1, "points", basic.BLUE)):
-        fig.text(0.865, at, word, fontsize=19, color=color, ha="center")
+    for y, word, color in ((0.16, "cameras", basic.RED), (0.1, "points", basic.BLUE)):
+        fig.text(0.865, y, word, fontsize=19, color=color, ha="center")
     return fig
 
 
@@ -109,7 +112,7 @@ def network_3d(
         Number the cameras; those at one place share a label.
     view : (float, float), optional
         Elevation and azimuth of the reader's eye, in degrees; if missing, from
-        where the object is seen most openly, with the cameras beside it.
+        where the object is seen most openly, with the cameras at its side.
     size : float, optional
         Length of the cameras drawn, in object units.
     unit : str
@@ -133,14 +136,15 @@ def network_3d(
     ax = space.space(fig, view=view)
     drawn = [points]
     for exterior, name in zip(exteriors, together(exteriors[:, :3], 0.4 * size)):
-        look = {"axes": False, "color": basic.BLUE}
+        look: Look = {"axes": False, "color": basic.BLUE}
         drawn.append(space.draw_camera(ax, exterior, size, **look))
         to_the_right = drawn[-1].mean(axis=0) - exterior[:3]
         if names and name:
             side = "right" if screen(view)[0] @ to_the_right > 0 else "left"
-            text = {"color": basic.BLUE, "fontsize": 20, "ha": side, "va": "center"}
-            halo = [withStroke(linewidth=4, foreground="white")]
-            ax.text(*exterior[:3], f"  {name}  ", zorder=9, path_effects=halo, **text)
+            text: Look = {"color": basic.BLUE, "fontsize": 20, "zorder": 9}
+            text |= {"ha": side, "va": "center"}
+            text["path_effects"] = [withStroke(linewidth=4, foreground="white")]
+            ax.text(*exterior[:3], f"  {name}  ", **text)
     ax.plot(*points.T, "o", color=basic.BLACK, markersize=3.5, **space.FREE)
     title = (
         f"{len(exteriors)} photos, " * bool(len(exteriors)) + f"{len(points)} points"
@@ -197,7 +201,9 @@ def ellipsoids(
     return positions[:, None, None] + factor * offset
 
 
-def _ellipsoids(ax: Axes3D, positions, covariances, factor) -> np.ndarray:
+def _ellipsoids(
+    ax: Axes3D, positions: np.ndarray, covariances: np.ndarray, factor: float
+) -> np.ndarray:
     mesh = ellipsoids(positions, covariances, factor)
     corners = [mesh[:, :-1, :-1], mesh[:, :-1, 1:], mesh[:, 1:, 1:], mesh[:, 1:, :-1]]
     faces = np.stack(corners, axis=3).reshape(-1, 4, 3)
@@ -230,6 +236,6 @@ def _scale_bar(ax: Axes3D, drawn: np.ndarray, unit: str) -> np.ndarray:
     return lines.reshape(-1, 3)
 
 
-def _network(exteriors, points) -> tuple[np.ndarray, np.ndarray]:
+def _network(exteriors: ArrayLike, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     exteriors = _validate.points(exteriors, 6, "exteriors").reshape(-1, 6)
     return exteriors, _validate.points(points, 3, "points").reshape(-1, 3)

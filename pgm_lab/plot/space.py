@@ -125,7 +125,7 @@ def draw_camera(
     color : str
         Colour of the camera.
     name : str
-        What to write beside the perspective centre.
+        What to write at the perspective centre.
     axes : bool
         Draw the camera's x, y and z axis.
     fontsize : float
@@ -222,9 +222,9 @@ def draw_photo(
             seen.append((distance, -c * front[:, :2] / front[:, 2:], color))
     seen.sort(key=lambda entry: -entry[0])
     _, polygons, colors = zip(*seen) if seen else ((), (), ())
-    look = {"facecolors": colors, "edgecolors": "white", "linewidths": 0.4}
+    look: basic.Look = {"facecolors": colors, "edgecolors": "white"}
     ax.set_facecolor("#DCEBF5")  # the sky
-    ax.add_collection(PolyCollection(polygons, **look), autolim=False)
+    ax.add_collection(PolyCollection(polygons, linewidths=0.4, **look), autolim=False)
     half_width, half_height = c * np.array(form) / 2
     ax.set(xlim=(-half_width, half_width), ylim=(-half_height, half_height))
     ax.set(aspect="equal", xticks=(), yticks=())

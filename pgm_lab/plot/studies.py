@@ -1,4 +1,4 @@
-"""Figures of experiments with bundles: solutions, iterations, designs, simulations."""
+"""Figures of experiments with bundles: solutions, simulations, sizes of networks."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from pgm_lab import _validate
 from pgm_lab.plot import basic
 from pgm_lab.plot._style import SERIES, UM, plain, symbol
+from pgm_lab.plot.basic import Look
 
 
 def residuals_by_photo(
@@ -43,68 +44,17 @@ def residuals_by_photo(
     floor = 10.0 ** np.floor(np.log10(everything.min()) - 0.2)
     for i, (name, values) in enumerate(series.items()):
         at = np.arange(m) + (i - (len(series) - 1) / 2) * width
-        look = {"color": SERIES[i][0], "hatch": hatches[i], "edgecolor": "white"}
+        look: Look = {"color": SERIES[i][0], "hatch": hatches[i], "edgecolor": "white"}
         height = UM * values - floor
         ax.bar(at, height, 0.94 * width, bottom=floor, label=name, **look)
     ax.set(yscale="log", ylim=(floor, 1.3 * everything.max()))
     plain(ax.yaxis, (1,))
     ax.set(xlabel="photo", ylabel="RMS of the residuals (µm)")
-    ax.set_xticks(range(m), range(1, m + 1) if photo_names is None else photo_names)
+    names = map(str, photo_names or range(1, m + 1))
+    ax.set_xticks(range(m), list(names))
     ax.grid(False, axis="x")
     ax.tick_params(axis="x", length=0)
     ax.legend(loc="upper center", ncols=len(series), bbox_to_anchor=(0.5, 1.13))
-    return fig
-
-
-def convergence(
-    histories: Mapping[str, ArrayLike],
-    redundancy: int | None = None,
-    quantity: str = "v'Pv (no unit)",
-) -> Figure:
-    """Draw v'Pv, or something like it, after each iteration.
-
-    Dashed is what ends in numbers that are not finite, or above twice its lowest.
-
-    Parameters
-    ----------
-    histories : mapping of str to array_like (iterations + 1,)
-        v'Pv at the start and after each iteration, as `History.objective`, by name.
-        What is not finite ends the line.
-    redundancy : int, optional
-        Draw sigma0 = sqrt(v'Pv / redundancy) instead.
-    quantity : str
-        What the histories hold, with its unit.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    lines = []
-    fig, ax = plt.subplots(figsize=(12, 5.6))
-    for i, (name, objective) in enumerate(histories.items()):
-        objective = np.asarray(objective, dtype=float)
-        end = np.append(np.flatnonzero(~np.isfinite(objective)), len(objective))[0]
-        y = (
-            objective[:end]
-            if redundancy is None
-            else np.sqrt(objective[:end] / redundancy)
-        )
-        away = end < len(objective) or y[-1] > 2 * y.min()
-        color, mark = SERIES[i % len(SERIES)]
-        # Smaller and smaller, so that none hides another one below
-        look = {"color": color, "marker": mark, "markersize": 4 + 10 * 0.85**i}
-        look["markevery"] = -(-len(y) // 20)
-        if i >= len(SERIES):
-            look["markerfacecolor"] = "white"
-        lines += ax.plot(y, "--" if away else "-", label=name, **look)
-    if redundancy is not None:
-        quantity = r"$\sigma_0$ (no unit)"
-    ax.set(yscale="log", xlabel="iteration", ylabel=quantity)
-    ax.xaxis.get_major_locator().set_params(integer=True)
-    lines.sort(key=lambda line: -line.get_ydata()[-1])
-    some = any(line.get_linestyle() == "--" for line in lines)
-    title = "dashed: does not converge" if some else None
-    fig.legend(handles=lines, title=title, loc="outside right upper", fontsize=14)
     return fig
 
 
@@ -156,61 +106,11 @@ def predicted_against_sampled(
     else:  # the whole band, and room above it
         reach = max(2.2 * (high - 1), 1.2 * max(largest - 1, 1 - smallest))
         ax.set_ylim(1 - reach, 1 + reach)
-    ax.set_xticks(range(len(names)), map(symbol, names))
+    ax.set_xticks(range(len(names)), list(map(symbol, names)))
     ax.set(xlim=(-0.6, len(names) - 0.4), ylabel="sampled / predicted sd")
     ax.grid(False, axis="x")
     ax.set_title(f"Scatter in {samples} simulated networks over its prediction")
     ax.legend(loc="best")
-    return fig
-
-
-def design_study(
-    variants: Sequence[str],
-    sd: Mapping[str, ArrayLike],
-    correlations: Mapping[str, ArrayLike],
-) -> Figure:
-    """Draw what networks of different design know of the camera.
-
-    Parameters
-    ----------
-    variants : sequence of k str
-        Names of the networks, the first on top.
-    sd : mapping of str to array_like (k,)
-        Standard deviations by parameter, in mm; infinite where it is undetermined.
-    correlations : mapping of str to array_like (k,)
-        Correlations by pair; their absolute values are drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        If a series has another length than the variants.
-    """
-    k = len(variants)
-    fig, axes = plt.subplots(
-        1, 2, figsize=(12.5, 1.9 + 0.62 * k), sharey=True, width_ratios=(1.35, 1)
-    )
-    for ax, table, factor in zip(axes, (sd, correlations), (UM, 1.0)):
-        shifts = 0.22 * (np.arange(len(table)) - (len(table) - 1) / 2)
-        for (name, values), (color, mark), shift in zip(table.items(), SERIES, shifts):
-            values = factor * np.abs(np.asarray(values, dtype=float))
-            if values.shape != (k,):
-                raise ValueError(f"{name} must have {k} values; got {values.shape}")
-            look = {"color": color, "markersize": 12, "label": symbol(name)}
-            ax.plot(values, np.arange(k) + shift, mark, **look)
-        ax.set_yticks(range(k), variants)
-        ax.legend(
-            loc="upper center", ncols=len(table), bbox_to_anchor=(0.5, 1 + 0.85 / k)
-        )
-        ax.tick_params(axis="y", length=0, labelsize=15)
-    axes[0].invert_yaxis()
-    axes[0].set(ylim=(k - 0.5, -0.5), xscale="log", xlabel="standard deviation (µm)")
-    plain(axes[0].xaxis)
-    axes[1].set(xlim=(0, 1.02), xlabel="correlation |r|")
-    axes[1].axvline(0.9, color=basic.BLACK, linestyle="--", linewidth=1.4)
     return fig
 
 
@@ -247,11 +147,11 @@ def size_study(
     rays, megabytes = series.pop("rays"), series.pop("megabytes")
     fig, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8))
     for (name, values), (color, mark) in zip(series.items(), SERIES):
-        look = {"color": color, "marker": mark, "markersize": 9}
+        look: Look = {"color": color, "marker": mark, "markersize": 9}
         left.plot(rays, values, "-", label=name, **look)
     right.plot(rays, megabytes, "o-", color=SERIES[0][0], markersize=9)
     for x, y, label in zip(rays, megabytes, labels):
-        place = {"textcoords": "offset points", "ha": "center", "fontsize": 13}
+        place: Look = {"textcoords": "offset points", "ha": "center", "fontsize": 13}
         right.annotate(label, (x, y), (0, 12), **place)
     for ax, quantity in ((left, "time (s)"), (right, "memory (MB)")):
         ax.set(xscale="log", yscale="log", xlabel="rays", ylabel=quantity)
@@ -261,7 +161,9 @@ def size_study(
     return fig
 
 
-def _same_length(series, name, names=None) -> dict[str, np.ndarray]:
+def _same_length(
+    series: Mapping[str, ArrayLike], name: str, names: Sequence[str] | None = None
+) -> dict[str, np.ndarray]:
     arrays = {key: _validate.finite(values, key) for key, values in series.items()}
     shapes = {key: values.shape for key, values in arrays.items()}
     lengths = set(shapes.values()) | ({(len(names),)} if names is not None else set())

@@ -50,6 +50,7 @@ def _run(options: argparse.Namespace) -> None:
     network = bundle.read(*files, lens=options.lens, sigma=options.sigma)
     settings = {"estimate": options.estimate, "datum": options.datum}
     settings["progress"] = sys.stderr.isatty()
+    found: bundle.Bundle | bundle.Snooping
     if options.snoop:
         found = bundle.snoop(network, **settings)
         result = found.result
@@ -74,7 +75,9 @@ def _run(options: argparse.Namespace) -> None:
     print(report.text(found, about=about, short=True))
 
 
-def _check_reports(parser: argparse.ArgumentParser, options: argparse.Namespace):
+def _check_reports(
+    parser: argparse.ArgumentParser, options: argparse.Namespace
+) -> None:
     """Refuse before the work what would go wrong after it."""
     inputs = [options.interior, options.exterior, options.points, options.image]
     seen = {path.resolve() for path in inputs}
@@ -87,7 +90,7 @@ def _check_reports(parser: argparse.ArgumentParser, options: argparse.Namespace)
         if not path.parent.is_dir():
             parser.error(f"--report {path}: there is no folder {path.parent}")
         if path.exists() and not options.force:
-            parser.error(f"--report {path}: it is there already; --force replaces it")
+            parser.error(f"--report {path}: it exists already; --force replaces it")
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -120,7 +123,7 @@ def _parser() -> argparse.ArgumentParser:
         help="write the whole report, as .html or .txt; may be given several times",
     )
     parser.add_argument(
-        "--force", action="store_true", help="replace reports that are there already"
+        "--force", action="store_true", help="replace reports that exist already"
     )
     parser.add_argument(
         "--estimate",
@@ -158,7 +161,7 @@ def _parameters(words: str) -> tuple[str, ...]:
     for name in names:
         if name not in PARAMETERS:
             raise argparse.ArgumentTypeError(
-                f"{name!r} is none of {','.join(PARAMETERS)}"
+                f"{name!r} is not one of {','.join(PARAMETERS)}"
             )
     return names
 
@@ -169,7 +172,7 @@ def _positive(word: str) -> float:
     except ValueError:
         value = 0.0
     if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{word!r} is no number above zero")
+        raise argparse.ArgumentTypeError(f"{word!r} is not a number above zero")
     return value
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_lab import plot
+from pgm_lab._rounding import round_number
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.plot import _style
-from pgm_lab.report._suspects import suspected
+from pgm_lab.plot.basic import Look
+from pgm_lab.report._misfit import suspected
 from pgm_lab.report._words import UM, count, listed
 
 DPI = 100
@@ -61,14 +62,14 @@ def mean_residuals(result: Bundle) -> tuple[Figure, str]:
     x, y, vx, vy = sums / number[filled]
     length = np.hypot(vx, vy)
     beyond = length > 3.3 * np.sqrt(np.mean(v**2) / number[filled])  # one in 230
-    unit = _style.round_number(length.max())  # half as long as a cell
+    unit = round_number(length.max())  # half as long as a cell
 
     figure, ax = plt.subplots(figsize=(9, 7))
     for which, colour in ((~beyond, plot.BLUE), (beyond, plot.RED)):
-        look = {"angles": "xy", "scale_units": "xy", "color": colour, "width": 0.004}
+        look: Look = {"angles": "xy", "scale_units": "xy", "color": colour}
         scale = 2 * CELLS * unit / width
         arrows = ax.quiver(
-            x[which], y[which], vx[which], vy[which], scale=scale, **look
+            x[which], y[which], vx[which], vy[which], scale=scale, width=0.004, **look
         )
     ax.quiverkey(arrows, 0.82, 1.02, unit, f"{unit:g} µm", labelpos="E", color="black")
     ax.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
@@ -116,8 +117,9 @@ def precision(result: Bundle) -> Iterator[tuple[Figure, str]]:
     worst = np.argsort(-largest, kind="stable")[:3]
     worst_names = [result.network.point_names[j] for j in worst]
     for j, name in zip(worst, worst_names):
-        away = {"xytext": (9, 6), "textcoords": "offset points"}
-        ax.annotate(str(name), points[j, axes], parse_math=False, **away)
+        away: Look = {"xytext": (9, 6), "textcoords": "offset points"}
+        place = (points[j, axes[0]], points[j, axes[1]])
+        ax.annotate(str(name), place, parse_math=False, **away)
     ax.set(xlabel=f"{names[0]} (object units)", ylabel=f"{names[1]} (object units)")
     ax.set_aspect("equal", adjustable="datalim")
     words = (

@@ -2,18 +2,17 @@
 
 import numpy as np
 
+from pgm_lab._rounding import plain
 from pgm_lab.bundle.refuse import LOOKING, mirrored_image, mirrored_object
 from pgm_lab.bundle.reliability import correlations, significance
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.report._misfit import ALPHA, blunders, control, sigma0
-from pgm_lab.report._suspects import gross, ray
+from pgm_lab.report._misfit import ALPHA, blunders, control, gross, ray, sigma0
 from pgm_lab.report._words import (
     NUMBERS,
     UM,
     Finding,
     count,
     listed,
-    plain,
 )
 
 CORRELATED = 0.9
@@ -130,8 +129,8 @@ def _insignificant(result: Bundle) -> Finding | None:
         )
     return Finding(
         "Insignificant parameters",
-        f"{names}: no different from zero at {100 * ALPHA:.0f} %. Leave out one at a"
-        " time, the one with the smallest t first, and adjust again.",
+        f"{names}: not different from zero at the {100 * ALPHA:.0f} % level. Leave out"
+        " one at a time, the one with the smallest t first, and adjust again.",
     )
 
 
@@ -141,7 +140,7 @@ def _uncontrolled(result: Bundle) -> Finding | None:
     if not len(rays) or not result.redundancy > 0:
         return None
     rays = rays[np.argsort(least[rays], kind="stable")]
-    names = listed(f"{ray(result, k)} ({max(least[k], 0):.2f})" for k in rays)
+    names = listed(f"{ray(result, k)} ({max(least[k], 0):.2f})" for k in map(int, rays))
     return Finding(
         "Hardly controlled observations",
         f"{count(len(rays), 'ray').capitalize()} with a redundancy number below"
@@ -156,10 +155,11 @@ def _two_rays(result: Bundle) -> Finding | None:
     two = np.flatnonzero((network.rays_of_points == 2) & free)
     if not len(two):
         return None
+    names = listed(network.point_names[j] for j in two.tolist())
     return Finding(
         "Points with two rays",
-        f"{listed(network.point_names[j] for j in two)}. A blunder along the epipolar"
-        " line moves such a point and leaves no residual; a third photo shows it.",
+        f"{names}. A blunder along the epipolar line moves such a point and leaves no"
+        " residual; a third photo shows it.",
     )
 
 

@@ -5,16 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab._rounding import fixed, round_number, rounded, scientific, two_digits
+from pgm_lab.adjustment.result import UNCONTROLLED
+from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Blunder
 from pgm_lab.camera import PARAMETERS
-from pgm_lab.report._suspects import suspected
+from pgm_lab.report._misfit import suspected
 from pgm_lab.report._words import UM
 
 UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
-
-
 MOST = 25  # rows of suspected blunders
 
 
@@ -23,20 +24,7 @@ class Table(NamedTuple):
 
     caption: str
     header: Sequence[str]
-    rows: list[Sequence[str]]
-
-
-def rounded(values: np.ndarray, sd: np.ndarray) -> list[str]:
-    """Write a column with as many decimals as give a usual sd two digits."""
-    known = sd[np.isfinite(sd) & (sd > 0)]
-    return fixed(values, 1 - np.floor(np.log10(np.median(known))) if len(known) else 6)
-
-
-def fixed(values: np.ndarray, decimals: float) -> list[str]:
-    """Write a column with the same number of decimals; "-" for what is not known."""
-    decimals = int(np.clip(decimals, 0, 15))
-    values = np.round(values, decimals) + 0.0  # and no "-0.00"
-    return [f"{v:.{decimals}f}" if np.isfinite(v) else "-" for v in values]
+    rows: Sequence[Sequence[str]]
 
 
 def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
@@ -49,37 +37,12 @@ def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
     return columns
 
 
-def scientific(value: float, sd: float) -> tuple[str, str]:
-    """Write a value and its sd with two digits of the sd, however small they are."""
-    if not (np.isfinite(sd) and sd > 0):
-        return f"{value:.6g}", "-"
-    if 1e-3 < sd < 1e3:
-        sd = np.array([sd])
-        return rounded(np.array([value]), sd)[0], rounded(sd, sd)[0]
-    digits = np.floor(np.log10(max(abs(value), sd))) - np.floor(np.log10(sd)) + 1
-    return f"{value:.{int(min(digits, 15))}e}", f"{sd:.1e}"
-
-
-def two_digits(value: float) -> str:
-    """Write a positive number with two digits, and never with an exponent."""
-    return fixed(np.array([value]), 1 - np.floor(np.log10(value or 1.0)))[0]
-
-
 def camera(result: Bundle) -> list[Table]:
     """Return a table of the ten parameters for each camera."""
     sd = dict(zip(result.interior_names, result.sd_interior))
     tested = {one.name: one for one in significance(result)}
     several = len(result.cameras) > 1
-    header = (
-        "parameter",
-        "value",
-        "unit",
-        "sd",
-        "t",
-        "p",
-        "significant",
-        "effect (µm)",
-    )
+    header = (*"parameter value unit sd t p significant".split(), "effect (µm)")
     tables = []
     for number, lens in enumerate(result.cameras, start=1):
         of_camera = f" of camera {number}" if several else ""
@@ -108,10 +71,6 @@ def _test(tested: Significance | None) -> tuple[str, ...]:
 
 def lens(result: Bundle) -> list[Table]:
     """Return a table of the distortion at some radii, for each camera that has any."""
-    # matplotlib only when it is needed
-    from pgm_lab.plot._style import round_number
-    from pgm_lab.plot.bundle import lens_profile
-
     network = result.network
     tables = []
     for number, one in enumerate(result.cameras):
@@ -123,7 +82,7 @@ def lens(result: Bundle) -> list[Table]:
         r = np.append(np.arange(step, 0.97 * r_max, step), r_max)
         columns = [fixed(r, 2)]
         for kind in ("radial", "decentring"):
-            curve, sd = lens_profile(result, r, kind, number)
+            curve, sd = profile(result, r, kind, number)
             columns += with_sd(UM * curve[:, None], UM * sd[:, None])
         header = ("r (mm)", "radial (µm)", "sd (µm)", "decentring (µm)", "sd (µm)")
         of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""
@@ -137,25 +96,27 @@ def lens(result: Bundle) -> list[Table]:
 
 def photos(result: Bundle) -> list[Table]:
     """Return stations, angles in radians, in degrees, and the quality of each photo."""
-    network, sd = result.network, result.sd_exteriors
-    names = [str(name) for name in network.photo_names]
-    centres = with_sd(result.exteriors[:, :3], sd[:, :3])
-    tables = [_table("Projection centres, in object units", "photo", "X0 Y0 Z0", names)]
-    tables[0].rows.extend(zip(names, *centres))
-    for unit, factor in (("radians", 1.0), ("degrees", 180 / np.pi)):
-        angles = with_sd(factor * result.exteriors[:, 3:], factor * sd[:, 3:])
-        caption = f"Angles of the photos, in {unit}"
-        table = _table(caption, "photo", "omega phi kappa", names)
-        table.rows.extend(zip(names, *angles))
-        tables.append(table)
-    return [*tables, _photo_quality(result, names)]
+    names = [str(name) for name in result.network.photo_names]
+    centres = result.exteriors[:, :3], result.sd_exteriors[:, :3]
+    angles = result.exteriors[:, 3:], result.sd_exteriors[:, 3:]
+    stations, turns = "X0 Y0 Z0", "omega phi kappa"
+    return [
+        _of_photos("Projection centres, in object units", stations, names, *centres),
+        _of_photos("Angles of the photos, in radians", turns, names, *angles),
+        _of_photos(
+            "Angles of the photos, in degrees", turns, names, *map(np.degrees, angles)
+        ),
+        _photo_quality(result, names),
+    ]
 
 
-def _table(caption: str, first: str, columns: str, names: list[str]) -> Table:
-    header = [first]
+def _of_photos(
+    caption: str, columns: str, names: list[str], values: np.ndarray, sd: np.ndarray
+) -> Table:
+    header = ["photo"]
     for column in columns.split():
         header += [column, f"sd {column}"]
-    return Table(caption, header, [])
+    return Table(caption, header, list(zip(names, *with_sd(values, sd))))
 
 
 def _photo_quality(result: Bundle, names: list[str]) -> Table:
@@ -194,7 +155,7 @@ def points(result: Bundle) -> Table:
         fixed(w, 1),
         photos,
     )
-    header = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
+    header: tuple[str, ...] = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
     header += ("rays", "RMS (µm)", "largest |w|", "in photo")
     return Table("Object points, in object units", header, list(zip(*columns)))
 
@@ -217,7 +178,9 @@ def _counts(group: np.ndarray, size: int) -> np.ndarray:
     return np.where(counts > 0, counts, np.nan)
 
 
-def _largest(w: np.ndarray, group: np.ndarray, size: int):
+def _largest(
+    w: np.ndarray, group: np.ndarray, size: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest |w| of each group and its ray; NaN and -1 of an empty one."""
     w = np.max(np.abs(np.nan_to_num(w)), axis=1)
     order = np.argsort(w, kind="stable")  # the largest comes last and stays
@@ -232,7 +195,7 @@ def blunders(result: Bundle) -> Table | None:
     network, rays = result.network, suspected(result)
     if not len(rays):
         return None
-    caption = "Suspected blunders, beside the smallest that the network would find"
+    caption = "Suspected blunders, and the smallest ones that the network would find"
     if len(rays) > MOST:
         caption += f": the {MOST} largest of {len(rays)}"
         rays = rays[:MOST]
@@ -244,7 +207,7 @@ def blunders(result: Bundle) -> Table | None:
         *(fixed(column, 1) for column in result.standardized[rays].T),
         *(fixed(column, 1) for column in UM * smallest.T),
     ]
-    header = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
+    header: tuple[str, ...] = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
     header += ("smallest found x (µm)", "smallest found y (µm)")
     return Table(caption, header, list(zip(*columns)))
 
@@ -262,7 +225,75 @@ def removed(blunders: Sequence[Blunder]) -> Table:
         )
         for number, one in enumerate(blunders, start=1)
     ]
-    header = ("step", "point", "photo", "w x", "w y")
+    header: tuple[str, ...] = ("step", "point", "photo", "w x", "w y")
     header += ("error x (µm)", "error y (µm)", "sigma0 before")
     caption = "Rays taken out by data snooping, with the estimated error of each"
     return Table(caption, header, rows)
+
+
+def known(result: Bundle) -> list[Table]:
+    """Return how far control points, check points and scale bars are off."""
+    network, tables = result.network, []
+    if network.control is not None and len(network.control[0]):
+        tables.append(_control(result, network.control[0], network.control[2]))
+    if network.check is not None and len(network.check[0]):
+        names = [str(network.point_names[j]) for j in network.check[0]]
+        columns = _differences(result.check_differences)
+        caption = "Check points: adjusted - given, in object units"
+        header = ("point", "dX", "dY", "dZ")
+        tables.append(Table(caption, header, list(zip(names, *columns))))
+    if len(network.scale_bars):
+        tables.append(_scale_bars(result))
+    return tables
+
+
+def _control(result: Bundle, index: np.ndarray, sigma: np.ndarray) -> Table:
+    """Control points; r and w only where a coordinate is weighted, an observation."""
+    names = [str(result.network.point_names[j]) for j in index]
+    v = np.where(sigma == 0, np.nan, result.control_residuals)
+    differences = [
+        ["held" if s == 0 else word for s, word in zip(of_axis, words)]
+        for of_axis, words in zip(sigma.T, _differences(v))
+    ]
+    weighted = (sigma > 0) & np.isfinite(sigma)
+    caption = "Control points: adjusted - given, in object units"
+    header, columns = ["point", "dX", "dY", "dZ"], [names, *differences]
+    if np.any(weighted):
+        r, w = _tested(
+            result.control_redundancy_numbers, result.control_standardized, weighted
+        )
+        columns += [
+            *(fixed(axis, 2) for axis in r.T),
+            *(fixed(axis, 1) for axis in w.T),
+        ]
+        header += ["r X", "r Y", "r Z", "w X", "w Y", "w Z"]
+        caption += "; r and w of coordinates with a standard deviation"
+    return Table(caption, header, list(zip(*columns)))
+
+
+def _scale_bars(result: Bundle) -> Table:
+    a, b, length, sigma = result.network.scale_bars.T
+    names = result.network.point_names
+    bars = [f"{names[int(i)]} to {names[int(j)]}" for i, j in zip(a, b)]
+    r, w = _tested(
+        result.scale_bar_redundancy_numbers, result.scale_bar_standardized, sigma > 0
+    )
+    lengths = [rounded(one, sigma) for one in (length, result.scale_bar_residuals)]
+    columns = bars, *lengths, fixed(r, 2), fixed(w, 1)
+    header = ("bar", "length", "adjusted - given", "r", "w")
+    return Table("Scale bars, in object units", header, list(zip(*columns)))
+
+
+def _differences(values: np.ndarray) -> list[list[str]]:
+    """Write three columns with as many decimals as give a usual one two digits."""
+    there = np.abs(values[np.isfinite(values)])
+    usual = np.full(len(values), there.mean() / 10 if len(there) else np.nan)
+    return [rounded(column, usual) for column in values.T]
+
+
+def _tested(
+    r: np.ndarray, w: np.ndarray, observed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return r of observations and w of the controlled ones among them, else NaN."""
+    r = np.where(observed, np.maximum(r, 0), np.nan)
+    return r, np.where(r > UNCONTROLLED, w, np.nan)

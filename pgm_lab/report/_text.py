@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
-from pgm_lab.report import _findings, _known, _tables, _words
+from pgm_lab.report import _findings, _tables, _words
 from pgm_lab.report._tables import Table
 
 WIDTH = 88
@@ -89,7 +89,7 @@ def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]
         parts.append(Section("Photos", tables=_tables.photos(result)))
         one = [_tables.points(result)]
         parts.append(Section("Points", tables=one, figures=("precision",)))
-    if known := _known.known(result):
+    if known := _tables.known(result):
         parts.append(Section("Control and checks", tables=known))
     parts.append(Section("Datum", (_words.datum(result),)))
     if not short:

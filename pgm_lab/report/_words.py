@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab._rounding import plain
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
@@ -32,19 +33,12 @@ def count(number: int, noun: str) -> str:
     return f"{word} {noun}{'s' if number > 1 else ''}"
 
 
-def plain(value: float, digits: int = 2) -> str:
-    """Write a number with so many digits, and never with an exponent."""
-    return np.format_float_positional(
-        value, digits, unique=False, fractional=False, trim="-"
-    )
-
-
 def listed(words: Iterable[object]) -> str:
     """Join words with commas, and count those beyond the first few."""
-    words = [str(word) for word in words]
-    if len(words) > LONGEST:
-        return f"{', '.join(words[:LONGEST])} and {len(words) - LONGEST} more"
-    *before, last = words
+    names = [str(word) for word in words]
+    if len(names) > LONGEST:
+        return f"{', '.join(names[:LONGEST])} and {len(names) - LONGEST} more"
+    *before, last = names
     return f"{', '.join(before)} and {last}" if before else last
 
 

@@ -14,7 +14,7 @@ from pgm_lab.rotation.axis import (
     to_quaternion,
     to_rodrigues,
 )
-from pgm_lab.rotation.check import defect, nearest
+from pgm_lab.rotation.check import best_fit, defect, nearest
 from pgm_lab.rotation.euler import (
     angles,
     derivatives,
@@ -28,6 +28,7 @@ from pgm_lab.rotation.euler import (
 __all__ = [
     "angle_between",
     "angles",
+    "best_fit",
     "defect",
     "derivatives",
     "from_quaternion",

@@ -21,7 +21,7 @@ def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarra
     quaternion : array_like (..., 4)
         (w, x, y, z), of length 1.
     tolerance : float
-        Largest difference of the length from 1 that is accepted and then taken off.
+        Largest difference of the length from 1 that is accepted and then removed.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarra
     if off > tolerance:
         raise ValueError(
             f"quaternion must have length 1; it differs by up to {off:.2g}, more than"
-            f" {tolerance:g}. Divide it by its length if that is meant"
+            f" {tolerance:g}. Divide it by its length to make it one"
         )
     w, x, y, z = np.moveaxis(q / length, -1, 0)
     rows = [
@@ -138,7 +138,7 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (2.14), transposed.
+    Muliawan 2013, (M 2.14), transposed.
 
     Examples
     --------
@@ -183,7 +183,7 @@ def to_rodrigues(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     if np.any(half_turn):
         raise ValueError(
             f"{check.which(half_turn)} turns by 180 degrees and has no Rodrigues vector"
-            " (its tangent is infinite); use to_quaternion"
+            " (the tangent is infinite); use to_quaternion"
         )
     return 2 * q[..., 1:] / q[..., :1]
 

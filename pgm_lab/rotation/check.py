@@ -1,4 +1,4 @@
-"""Is it a rotation at all? The orthogonality, the mirror, the nearest rotation."""
+"""Is it a rotation? Orthogonality, determinant, and the nearest rotation."""
 
 import warnings
 
@@ -11,7 +11,7 @@ from pgm_lab import _validate
 def defect(M: ArrayLike) -> np.ndarray | float:
     """Largest element of |M M' - I|: how far a matrix is from being orthogonal.
 
-    A mirror has no defect either; its determinant is -1.
+    A reflection has no defect either; its determinant is -1.
 
     Examples
     --------
@@ -28,7 +28,7 @@ def nearest(M: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        If a determinant is not positive: a mirror, or flat, and no rotation is near.
+        If a determinant is not positive: the matrix mirrors or flattens space.
 
     Examples
     --------
@@ -38,14 +38,54 @@ def nearest(M: ArrayLike) -> np.ndarray:
            [ 0.   ,  0.   ,  1.   ]])
     """
     M = _square(M)
-    U, _, Vt = np.linalg.svd(M)
     bad = np.linalg.det(M) <= 0
     if np.any(bad):
         raise ValueError(
-            f"{which(bad)} has no positive determinant: it mirrors or flattens space,"
-            " and no rotation is near. Is a sign of a row or column turned?"
+            f"the determinant of {which(bad)} is not positive: the matrix mirrors or"
+            " flattens space, and no rotation is near. Check the sign of each row and"
+            " column"
         )
-    return U @ Vt
+    return best_fit(M)[0]
+
+
+def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation R for which R s comes nearest to t, summed over pairs of vectors.
+
+    Parameters
+    ----------
+    product : array_like (..., 3, 3)
+        Sum of t s' over the pairs, with their weights if they have any.
+
+    Returns
+    -------
+    R : ndarray (..., 3, 3)
+        Least sum of |t - R s|^2 among the rotations.
+    singular : ndarray (..., 3)
+        Singular values of the product, the largest first; their sum is that of all
+        t' R s. The last is negative if a reflection would come nearer.
+
+    Raises
+    ------
+    ValueError
+        If the shape is wrong or a number is not finite.
+
+    References
+    ----------
+    Umeyama 1991, "Least-squares estimation of transformation parameters between two
+    point patterns", IEEE PAMI 13(4).
+
+    Examples
+    --------
+    >>> source = np.eye(3)
+    >>> target = source @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]  # kappa = 90 degrees
+    >>> best_fit(target.T @ source)[0] @ [1.0, 0.0, 0.0]
+    array([0., 1., 0.])
+    """
+    U, singular, Vt = np.linalg.svd(_square(product, "product"))
+    sign = np.sign(np.linalg.det(U @ Vt))
+    U[..., -1] *= sign[..., None]
+    singular[..., -1] *= sign
+    return U @ Vt, singular
 
 
 def rotation(M: ArrayLike, tolerance: float, name: str = "M") -> np.ndarray:
@@ -55,20 +95,20 @@ def rotation(M: ArrayLike, tolerance: float, name: str = "M") -> np.ndarray:
     if np.any(size > tolerance):
         raise ValueError(
             f"{which(size > tolerance, name)} is not a rotation: |{name} {name}' - I|"
-            f" reaches {np.max(size):.2g}, more than {tolerance:g}. For a printed"
-            " matrix give a tolerance of a few units of its last digit, or take"
+            f" reaches {np.max(size):.2g}, more than {tolerance:g}. For a matrix copied"
+            " from print, set the tolerance to a few units of its last digit, or use"
             " nearest(M)"
         )
     mirror = np.linalg.det(M) < 0
     if np.any(mirror):
         raise ValueError(
-            f"{which(mirror, name)} is not a rotation but a mirror: its determinant is"
-            " -1. Turn the sign of one axis; y or z counted the other way round?"
+            f"{which(mirror, name)} is not a rotation but a reflection: its determinant"
+            " is -1. Reverse the sign of one axis; y or z may point the other way"
         )
     return M
 
 
-def which(bad: np.ndarray, name: str = "M") -> str:
+def which(bad: np.ndarray | bool, name: str = "M") -> str:
     """Name of the first bad matrix, and how many there are."""
     if np.ndim(bad) == 0:
         return name

@@ -32,7 +32,7 @@ def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (2.8).
+    Muliawan 2013, (M 2.8).
 
     Examples
     --------
@@ -138,7 +138,7 @@ def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (2.10), with the quadrant settled.
+    Muliawan 2013, (M 2.10), with the quadrant settled.
 
     Examples
     --------
@@ -151,11 +151,9 @@ def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     phi = np.arctan2(M[..., 2, 0], np.hypot(M[..., 0, 0], M[..., 1, 0]))
     kappa = np.where(locked, 0.0, np.arctan2(-M[..., 1, 0], M[..., 0, 0]))
     # (0, cos omega, sin omega), the second row of M_kappa' M: full size even where
-    # (2.10) would divide two tiny numbers
-    row = (
-        np.sin(kappa)[..., None] * M[..., 0, :]
-        + np.cos(kappa)[..., None] * M[..., 1, :]
-    )
+    # (M 2.10) would divide two tiny numbers
+    sk, ck = np.sin(kappa)[..., None], np.cos(kappa)[..., None]
+    row = sk * M[..., 0, :] + ck * M[..., 1, :]
     omega = np.arctan2(row[..., 2], row[..., 1])
     return np.stack([omega, phi, kappa], axis=-1)
 
@@ -216,7 +214,7 @@ def from_tilt_azimuth_swing(
 
     References
     ----------
-    Muliawan 2013, (2.13).
+    Muliawan 2013, (M 2.13).
 
     Examples
     --------
@@ -270,10 +268,8 @@ def to_tilt_azimuth_swing(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     tilt = np.arctan2(np.hypot(M[..., 0, 2], M[..., 1, 2]), M[..., 2, 2])
     swing = np.where(vertical, np.pi, np.arctan2(-M[..., 0, 2], -M[..., 1, 2]))
     # (-cos azimuth, sin azimuth, 0), full size even for a small tilt
-    row = (
-        np.cos(swing)[..., None] * M[..., 0, :]
-        - np.sin(swing)[..., None] * M[..., 1, :]
-    )
+    sin, cos = np.sin(swing)[..., None], np.cos(swing)[..., None]
+    row = cos * M[..., 0, :] - sin * M[..., 1, :]
     azimuth = np.arctan2(row[..., 1], -row[..., 0])
     return np.stack([tilt, azimuth, swing], axis=-1)
 

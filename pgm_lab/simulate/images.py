@@ -1,5 +1,7 @@
 """Images of targets, and what a camera makes of an image."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import erf
@@ -76,7 +78,10 @@ def target(
 
 
 def photograph(
-    image: ArrayLike, noise: float, seed: int, bits: int | None = None
+    image: ArrayLike,
+    noise: float,
+    seed: int | Sequence[int],
+    bits: int | None = None,
 ) -> np.ndarray:
     """Add normal noise to an image and, if wanted, round it as a camera does.
 
@@ -86,7 +91,7 @@ def photograph(
         Grey values of any shape; not changed.
     noise : float
         Standard deviation of the noise, in grey values.
-    seed : int
+    seed : int or sequence of int
         Seed of the random numbers: the same seed gives the same noise.
     bits : int, optional
         Round to whole grey values and clip to 0 ... 2**bits - 1. Not rounded without.

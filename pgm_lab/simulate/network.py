@@ -125,10 +125,12 @@ def network(
     if not (sigma := _validate.number(sigma, "sigma")) >= 0:
         raise ValueError(f"sigma must not be negative (mm); got {sigma}")
     if rays is None and block:
-        raise ValueError("a block needs rays: no point lies in all of its photos")
+        raise ValueError(
+            "a block needs a value for rays: no point lies in all of its photos"
+        )
     rays = float(photos) if rays is None else _validate.number(rays, "rays")
     if not 2 <= rays <= photos:
-        raise ValueError(f"rays must be from 2 to the {photos} photos; got {rays}")
+        raise ValueError(f"rays must lie between 2 and the {photos} photos; got {rays}")
 
     place = _strips if block else _stations
     exteriors, half_width = place(
@@ -165,7 +167,9 @@ def network(
     return KnownNetwork(lens, exteriors, found[:points], photo, point, xy, sigma)
 
 
-def _stations(photos, view, distance, convergent) -> tuple[np.ndarray, np.ndarray]:
+def _stations(
+    photos: int, view: np.ndarray, distance: float, convergent: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Exteriors around one object, and half its width and height."""
     share = np.sqrt((np.arange(photos) + 0.5) / photos)  # evenly over a disk
     azimuth = GOLDEN_ANGLE * np.arange(photos)
@@ -173,14 +177,14 @@ def _stations(photos, view, distance, convergent) -> tuple[np.ndarray, np.ndarra
         direction = _direction(np.radians(35) * share, azimuth)
         return _looking_along(direction, distance * direction), view / 2
     aside = 0.2 * min(view) * share
-    centre = [aside * np.cos(azimuth), aside * np.sin(azimuth)]
+    X, Y = aside * np.cos(azimuth), aside * np.sin(azimuth)
     up = _direction(np.zeros(photos), azimuth)
-    return _looking_along(
-        up, np.transpose([*centre, np.full(photos, distance)])
-    ), view / 2
+    return _looking_along(up, np.c_[X, Y, np.full(photos, distance)]), view / 2
 
 
-def _strips(photos, view, distance, convergent) -> tuple[np.ndarray, np.ndarray]:
+def _strips(
+    photos: int, view: np.ndarray, distance: float, convergent: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Exteriors in strips over a terrain, and half its width and height."""
     in_strip = int(np.ceil(np.sqrt(1.5 * photos)))
     strip, place = np.divmod(np.arange(photos), in_strip)
@@ -192,20 +196,22 @@ def _strips(photos, view, distance, convergent) -> tuple[np.ndarray, np.ndarray]
     return exteriors, grid.max(axis=0) + view / 4
 
 
-def _direction(tilt, azimuth) -> np.ndarray:
+def _direction(tilt: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     """Unit vectors (..., 3), inclined against the Z axis."""
     sin = np.sin(tilt)
     return np.transpose([sin * np.cos(azimuth), sin * np.sin(azimuth), np.cos(tilt)])
 
 
-def _looking_along(back, centre) -> np.ndarray:
+def _looking_along(back: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Exteriors (m, 6) of cameras at `centre` with `back` on their z axes, kappa 0."""
     # the third row of M is (sin phi, -sin omega cos phi, cos omega cos phi)
     omega, phi = np.arctan2(-back[:, 1], back[:, 2]), np.arcsin(back[:, 0])
     return np.c_[centre, omega, phi, np.zeros(len(back))]
 
 
-def _visible(lens, exteriors, points, size) -> np.ndarray:
+def _visible(
+    lens: camera.Camera, exteriors: np.ndarray, points: np.ndarray, size: np.ndarray
+) -> np.ndarray:
     """Which photo sees which point: (m, n) of bool."""
     rays, _ = imaging.ray(exteriors[:, None], points)
     ideal, _, _ = imaging.perspective(lens.c, rays)
@@ -217,7 +223,7 @@ def _visible(lens, exteriors, points, size) -> np.ndarray:
     return visible
 
 
-def _spread(rays, points, rng) -> np.ndarray:
+def _spread(rays: float, points: int, rng: np.random.Generator) -> np.ndarray:
     """Whole numbers (points,) of rays with this mean, in random order."""
     below = np.full(points, int(rays))
     below[: round((rays - int(rays)) * points)] += 1

@@ -16,7 +16,7 @@ def texture_pair(
     gain: float = 1.0,
     offset: float = 0.0,
     sigma: float = 0.0,
-    dtype: DTypeLike = None,
+    dtype: DTypeLike | None = None,
     seed: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two images of a texture, the right one warped by a known affine transformation.
@@ -58,7 +58,7 @@ def texture_pair(
 
     References
     ----------
-    Bani 2010, (2.8) and (2.9), for the names of the parameters. His (2.7) has
+    Bani 2010, (B 2.8) and (B 2.9), for the names of the parameters. His (B 2.7) has
     left = h0 + h1 right: h1 is 1 / gain, and h0 is -offset / gain.
 
     Examples
@@ -75,10 +75,10 @@ def texture_pair(
     gain, offset = _validate.number(gain, "gain"), _validate.number(offset, "offset")
     bits = _bits(dtype)
     right = gain * _image(_warped(texture, affine), rows, columns) + offset
-    pair = _image(texture, rows, columns), right
-    return tuple(
-        photograph(image, sigma, [seed, side], bits).astype(dtype)
-        for side, image in enumerate(pair)
+    left = _image(texture, rows, columns)
+    return (
+        photograph(left, sigma, [seed, 0], bits).astype(dtype),
+        photograph(right, sigma, [seed, 1], bits).astype(dtype),
     )
 
 
@@ -125,7 +125,7 @@ def _shape(shape: tuple[int, int]) -> tuple[int, int]:
     return int(size[0]), int(size[1])
 
 
-def _bits(dtype: DTypeLike) -> int | None:
+def _bits(dtype: DTypeLike | None) -> int | None:
     kind = np.dtype(dtype)
     if kind not in (np.uint8, np.uint16, np.float64):
         raise ValueError(f"dtype must be uint8, uint16 or float (None); got {dtype}")
@@ -173,26 +173,22 @@ def shrunk_pair(
     >>> left, right
     (array([[1.5, 3.5, 5.5]]), array([[0.5, 2.5, 4.5]]))
     """
-    image = _validate.finite(image, "image")
-    if image.ndim != 2:
-        raise ValueError(f"image must have shape (rows, columns); got {image.shape}")
-    shift = _validate.finite(shift, "shift")
-    if shift.shape != (2,) or np.any(shift != np.round(shift)):
-        raise ValueError(
-            f"shift must be two whole numbers (columns, rows); got {shift}"
-        )
-    dx, dy = shift.astype(int)
+    grey = _validate.image(image)
+    both = _validate.finite(shift, "shift")
+    if both.shape != (2,) or np.any(both != np.round(both)):
+        raise ValueError(f"shift must be two whole numbers (columns, rows); got {both}")
+    dx, dy = both.astype(int)
     factor = _validate.whole(factor, "factor", least=2)
-    rows = (image.shape[0] - abs(dy)) // factor
-    columns = (image.shape[1] - abs(dx)) // factor
+    rows = (grey.shape[0] - abs(dy)) // factor
+    columns = (grey.shape[1] - abs(dx)) // factor
     if min(rows, columns) < 1:
         raise ValueError(
-            f"nothing is left of an image of shape {image.shape} after a shift of"
+            f"nothing is left of an image of shape {grey.shape} after a shift of"
             f" ({dx}, {dy}) pixels (columns, rows) and a factor of {factor}"
         )
 
-    def part(x, y):
-        cut = image[y : y + rows * factor, x : x + columns * factor]
+    def part(x: int, y: int) -> np.ndarray:
+        cut = grey[y : y + rows * factor, x : x + columns * factor]
         return cut.reshape(rows, factor, columns, factor).mean(axis=(1, 3))
 
     # What moves to the right in the image comes from further left in the large one

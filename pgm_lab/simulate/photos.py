@@ -112,14 +112,16 @@ def pair(
         exterior = np.array([1.0, *rng.uniform(-0.5, 0.5, 2), *angles])
         distance = rng.uniform(1.5, 4)
         points = rng.uniform(-0.5, 0.5, (n, 3)) * distance * [1, 1, 0 if flat else 0.5]
-        tilt = rotation.matrix(*rng.uniform(-0.5, 0.5, 2), 0.0)
+        omega, phi = rng.uniform(-0.5, 0.5, 2)
+        tilt = rotation.matrix(omega, phi, 0.0)
         points = points @ tilt + [0.5, 0, -distance]
-        M = rotation.matrix(*exterior[3:])
+        M = rotation.matrix(*angles)
         if np.any(points[:, 2] > -0.5) or np.any((points - exterior[:3]) @ M[2] > -0.5):
             continue
         image = camera.project(lens, np.array([np.zeros(6), exterior])[:, None], points)
         if np.abs(image).max() < 20:
-            return exterior, *(image + sigma * rng.normal(size=image.shape))
+            left, right = image + sigma * rng.normal(size=image.shape)
+            return exterior, left, right
 
 
 def rough(

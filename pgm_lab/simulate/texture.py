@@ -4,6 +4,7 @@ A texture is a sum of plane waves. Its grey value and its gradient follow at any
 from a formula, so that no interpolation enters an image of it, however it is warped.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ def texture(
         image cannot hold it.
     contrast : float
         Standard deviation of the grey values over the plane. Over a small window it
-        is another one.
+        differs.
     mean : float
         Mean of the grey values over the plane.
     waves : int
@@ -124,7 +125,7 @@ def grey_values(texture: Texture, points: ArrayLike) -> np.ndarray:
     """
     points = _validate.points(points, 2, "points")
 
-    def values(phase):
+    def values(phase: np.ndarray) -> np.ndarray:
         return np.cos(phase) @ texture.amplitudes
 
     return texture.mean + _over_chunks(values, texture, points).reshape(
@@ -160,13 +161,15 @@ def grey_gradients(texture: Texture, points: ArrayLike) -> np.ndarray:
     points = _validate.points(points, 2, "points")
     factors = -2 * np.pi * texture.amplitudes[:, None] * texture.frequencies
 
-    def gradients(phase):
+    def gradients(phase: np.ndarray) -> np.ndarray:
         return np.sin(phase) @ factors
 
     return _over_chunks(gradients, texture, points).reshape(points.shape)
 
 
-def _over_chunks(function, texture: Texture, points: np.ndarray) -> np.ndarray:
+def _over_chunks(
+    function: Callable[[np.ndarray], np.ndarray], texture: Texture, points: np.ndarray
+) -> np.ndarray:
     """`function` of the phases (points, waves), in pieces that fit into memory."""
     points = points.reshape(-1, 2)
     pieces = max(1, points.shape[0] * texture.phases.size // _CHUNK)

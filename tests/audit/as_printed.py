@@ -6,7 +6,7 @@ use in a computation."""
 import numpy as np
 
 from pgm_lab import rotation
-from pgm_lab.checks import chapter5
+from pgm_lab.orientation import as_printed
 
 ROW_X = ("b11", "b12", "b13", "b14", "b15", "b16")
 ROW_Y = ("b21", "b22", "b23", "b24", "b25", "b26")
@@ -27,7 +27,7 @@ def muliawan_2_24(f, exterior, point):
     They multiply d omega, d phi, d kappa, dX, dY, dZ of the object point; those of the
     station are -b14 ... -b26. Returned as {name: value}.
     """
-    printed = chapter5.printed_coefficients(f, exterior, point)
+    printed = as_printed.coefficients(f, exterior, point)
     return dict(zip(ROW_X + ROW_Y, printed.ravel(), strict=True))
 
 

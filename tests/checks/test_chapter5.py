@@ -53,29 +53,6 @@ def test_right_answers_pass(capsys):
     assert capsys.readouterr().out.count("✓") == 7
 
 
-def test_moving_the_unknowns_gives_the_derivatives_of_the_camera():
-    # Central differences: 1e-9 of rounding over the step, 1e-10 of the next order
-    rng = np.random.default_rng(8)
-    for _ in range(5):
-        exterior = np.append(rng.normal(0, 100, 3) + (0, 0, 900), rng.normal(0, 0.3, 3))
-        point = rng.normal(0, 80, 3)
-        exact = camera.collinearity(camera.Camera(F), exterior, point, (0, 0))
-        both = np.hstack([exact.exterior[:, 3:], exact.point])
-        moved = chapter5.moved_by_each(F, exterior, point)
-        np.testing.assert_allclose(moved, both, rtol=1e-6, atol=1e-8)
-
-
-def test_printed_coefficients_fail_in_four_places_at_every_attitude():
-    rng = np.random.default_rng(9)
-    for _ in range(5):
-        exterior = np.append(rng.normal(0, 100, 3) + (0, 0, 900), rng.normal(0, 0.5, 3))
-        point = rng.normal(0, 80, 3)
-        moved = chapter5.moved_by_each(F, exterior, point)
-        off = chapter5.printed_coefficients(F, exterior, point) / moved - 1
-        wrong = np.argwhere(np.abs(off) > 1e-4)  # a misprint deviates by per cents
-        assert [f"b{i + 1}{j + 1}" for i, j in wrong] == ["b13", "b22", "b23", "b26"]
-
-
 @pytest.mark.parametrize(
     ("answer", "hint"),
     [
@@ -188,7 +165,7 @@ def test_rays_of_a_line_have_no_sign():
         ),
         (lambda *a: 0.0, "does not follow"),
         (lambda *a: np.nan, "does not follow"),
-        (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "height enters twice"),
+        (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "twice the ground, and"),
         (lambda h, c, s, w: base(h, c, s, w) * w, "does not follow"),
     ],
 )

@@ -15,14 +15,16 @@ from scipy import ndimage
 from pgm_lab import datasets
 from pgm_lab.datasets import files
 
-OURS = {"README.md", "SHA256SUMS", "audit.csv", "glossary.csv", "questions.csv"}
+OURS = {"README.md", "SHA256SUMS", "chapters.csv", "glossary.csv"}
 SUMS = files.checksums()
 
 
-@pytest.mark.parametrize("name", sorted(SUMS))
-def test_file_measured_elsewhere_has_its_checksum(name):
-    content = (datasets.folder() / name).read_bytes()
-    assert hashlib.sha256(content).hexdigest() == SUMS[name]
+def test_files_measured_elsewhere_have_their_checksums():
+    found = {
+        name: hashlib.sha256((datasets.folder() / name).read_bytes()).hexdigest()
+        for name in SUMS
+    }
+    assert [name for name in SUMS if found[name] != SUMS[name]] == []
 
 
 def test_every_file_has_a_checksum_or_is_our_own():
@@ -332,7 +334,7 @@ def test_damaged_file_is_named_with_the_way_back(copy, load, name):
 def test_short_row_in_a_table_of_our_own_is_named(copy):
     with (copy / "glossary.csv").open("a", encoding="utf-8") as file:
         file.write("only,two\n")
-    with pytest.raises(ValueError, match=r"data/glossary.csv is damaged: row \d+"):
+    with pytest.raises(ValueError, match=r"data/glossary.csv is damaged: .* row \d+"):
         datasets.rows("glossary.csv")
 
 

@@ -297,6 +297,60 @@ def test_base_with_the_wrong_sign_is_refused(start):
         relative(Camera(50.0), Camera(60.0), *images, base=-30.0, start=rough)
 
 
+def random_pair(rng, n=12, sigma=0.002):
+    """Base of length 1 in any direction; the right photo looks at the points."""
+    while True:
+        base = rng.normal(size=3)
+        base /= np.linalg.norm(base)
+        distance = rng.uniform(1.5, 4)
+        points = rng.uniform(-0.5, 0.5, (n, 3)) * distance * [1, 1, 0.5]
+        points = points @ rotation.matrix(*rng.uniform(-0.5, 0.5, 2), 0.0)
+        points -= (0, 0, distance)
+        aim = (base - points.mean(axis=0)) / np.linalg.norm(base - points.mean(axis=0))
+        towards = rotation.matrix(np.arctan2(-aim[1], aim[2]), np.arcsin(aim[0]), 0.0)
+        M = rotation.matrix(*rng.uniform(-0.2, 0.2, 2), rng.uniform(-3.1, 3.1))
+        right = np.array([*base, *rotation.angles(M @ towards)])
+        in_view = points[:, 2] < -0.3, (points - base) @ (M @ towards)[2] < -0.3
+        if np.all(in_view):
+            images = [project(CAMERAS[0], e, points) for e in (ORIGIN, right)]
+            if np.abs(images).max() < 25:
+                return right, images + sigma * rng.normal(size=(2, n, 2))
+
+
+def assert_is_the_truth(found, right):
+    base = found.exterior[:3] / np.linalg.norm(found.exterior[:3])
+    assert found.status == "converged"
+    assert base @ right[:3] > np.cos(0.1)
+    assert turn(found.exterior[3:], right[3:]) < 0.05
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_sign_of_a_missing_base_is_found_and_a_wrong_one_refused(seed):
+    """Random pairs, every second of them with a rough start."""
+    rng = np.random.default_rng([63, seed])
+    right, images = random_pair(rng)
+    bx, by, bz, *angles = right
+    pair = (CAMERAS[0], CAMERAS[0], *images)
+    start = [by / abs(bx), bz / abs(bx), *angles] if seed % 2 else None
+    found = relative(*pair, start=start, sigma=0.002)
+    assert found.exterior[0] == np.sign(bx)
+    assert_is_the_truth(found, right)
+    with pytest.raises(ValueError, match="has the wrong sign") as refused:
+        relative(*pair, base=-np.sign(bx), start=start, sigma=0.002)
+    # What the message advises helps
+    assert f"Write base = {np.sign(bx):g}, or" in str(refused.value)
+    given = relative(*pair, base=np.sign(bx), start=start, sigma=0.002)
+    np.testing.assert_allclose(given.exterior, found.exterior, rtol=1e-6, atol=1e-8)
+
+
+def test_base_across_the_x_axis_is_named():
+    points = np.random.default_rng(1).uniform(-1.5, 1.5, (12, 3)) * (1, 1, 1 / 3)
+    right = np.array([1e-5, 0.0, 1.0, 0.1, -0.05, 0.3])
+    images = [project(CAMERAS[0], e, points - (0, 0, 3)) for e in (ORIGIN, right)]
+    with pytest.raises(ValueError, match="at right angles to the x axis"):
+        relative(CAMERAS[0], CAMERAS[0], *images, sigma=0.002)
+
+
 def test_negative_base_is_right_when_the_photos_are_exchanged():
     rng = np.random.default_rng(62)
     points, right, images = pair(rng, 12)
@@ -445,6 +499,37 @@ def test_condition_is_the_determinant_of_base_and_rays():
     np.testing.assert_allclose(
         coplanarity.condition(base, R, left, right), np.linalg.det(rows), atol=1e-14
     )
+
+
+def test_derivatives_of_the_condition_against_differences():
+    """F is linear in each of them, but for the turns: their step must be small."""
+    rng = np.random.default_rng(86)
+    left, right = np.insert(rng.uniform(-4, 4, (2, 5, 2)), 2, -10, axis=2)
+    base, R = np.array([1.0, 0.2, -0.1]), rotation.matrix(0.1, -0.2, 0.3).T
+    by_left, by_right = coplanarity.by_image(base, R, left, right)
+    by_base, by_turns = coplanarity.by_orientation(base, left, right @ R.T)
+
+    def difference(moved, h):
+        F = [coplanarity.condition(*moved(s * h)) for s in (1, -1)]
+        return (F[0] - F[1]) / (2 * h)
+
+    for k, e in enumerate(np.eye(3)):
+        if k < 2:
+            numeric = difference(lambda h, e=e: (base, R, left + h * e, right), 1.0)
+            np.testing.assert_allclose(by_left[:, k], numeric, atol=1e-11)
+            numeric = difference(lambda h, e=e: (base, R, left, right + h * e), 1.0)
+            np.testing.assert_allclose(by_right[:, k], numeric, atol=1e-11)
+        numeric = difference(lambda h, e=e: (base + h * e, R, left, right), 1.0)
+        np.testing.assert_allclose(by_base[:, k], numeric, atol=1e-11)
+        numeric = difference(
+            lambda h, e=e: (base, rotation.matrix(*(h * e)).T @ R, left, right), 1e-5
+        )
+        np.testing.assert_allclose(by_turns[:, k], numeric, rtol=1e-7, atol=1e-7)
+    # Omega turns about the X axis at any attitude
+    numeric = difference(
+        lambda h: (base, rotation.matrix(0.1 + h, -0.2, 0.3).T, left, right), 1e-5
+    )
+    np.testing.assert_allclose(by_turns[:, 0], numeric, rtol=1e-7, atol=1e-7)
 
 
 def test_foot_points_are_the_nearest_that_scipy_finds():

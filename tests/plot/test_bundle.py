@@ -8,8 +8,8 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy.stats import norm, t
 
-from pgm_lab import bundle, datasets, plot
-from pgm_lab.camera import PARAMETERS, Camera, imaging
+from pgm_lab import _rounding, bundle, datasets, plot
+from pgm_lab.camera import PARAMETERS, Camera
 from pgm_lab.plot import _style
 
 LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6)
@@ -66,11 +66,6 @@ def head(ax):
     return ax.get_title(loc="left") or ax.get_title()  # wherever the style puts it
 
 
-def displacement(camera, r, angle):
-    at = r * np.array([np.cos(angle), np.sin(angle)])
-    return imaging.distortion(camera.interior[3:], at)
-
-
 @pytest.fixture(scope="module")
 def nine_photos():
     d = datasets.muliawan2013()
@@ -99,69 +94,11 @@ def test_figures_of_a_real_adjustment(nine_photos):
     assert len(texts(right)) == 60
 
 
-def test_radial_profile_is_what_the_lens_does_along_a_radius():
-    camera = Camera(30.0, K1=2e-5, K2=-3e-7, K3=2e-9)
-    r = np.linspace(0, 10, 7)
-    found, _ = plot.bundle.lens_profile(result((camera,)), r)
-    expected = [displacement(camera, radius, 0.0)[0] for radius in r]
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
-
-
-def test_decentring_profile_is_the_least_displacement_at_a_radius():
-    camera = Camera(30.0, P1=3e-6, P2=-4e-6)
-    around = np.linspace(0, 2 * np.pi, 20001)
-    size = [np.hypot(*displacement(camera, 8.0, angle)) for angle in around]
-    (found,), _ = plot.bundle.lens_profile(result((camera,)), [8.0], "decentring")
-    assert found == pytest.approx(min(size), rel=1e-6)
-    assert 3 * found == pytest.approx(max(size), rel=1e-6)
-
-
-@pytest.mark.parametrize("kind", ["radial", "decentring"])
-def test_standard_deviation_of_the_profile_is_that_of_simulated_lenses(kind):
-    sd = np.abs(LENS.interior) / 30 + 1e-6
-    signs = np.resize([1, 1, -1], 10)  # the neglect of a correlation would be seen
-    correlation = 0.1 * np.eye(10) + 0.9 * np.outer(signs, signs)
-    adjusted = result(covariance_interior=np.outer(sd, sd) * correlation)
-    r = np.array([3.0, 6.0, 9.0])
-    _, sd = plot.bundle.lens_profile(adjusted, r, kind)
-    # Small errors, so that the profile is linear in them
-    C = 1e-4 * adjusted.covariance_interior
-    rng = np.random.default_rng(2)
-    simulated = []
-    for interior in rng.multivariate_normal(LENS.interior, C, 4000, tol=1e-6):
-        lens = SimpleNamespace(**dict(zip(PARAMETERS, interior)))
-        other = SimpleNamespace(**vars(adjusted) | {"cameras": (lens,)})
-        simulated.append(plot.bundle.lens_profile(other, r, kind)[0])
-    # 4000 samples know a standard deviation to 1.1 %: allow four times as much
-    np.testing.assert_allclose(np.std(simulated, axis=0), 1e-2 * sd, rtol=0.045)
-
-
-def test_what_was_not_estimated_is_free_of_error():
-    adjusted = result(estimate=("c", "K1"))
-    r = np.array([2.0, 5.0])
-    _, sd = plot.bundle.lens_profile(adjusted, r)
-    np.testing.assert_allclose(sd, r**3 * adjusted.sd_interior[1])
-    assert not plot.bundle.lens_profile(adjusted, r, "decentring")[1].any()
-
-
-def test_second_camera_has_its_own_lens_and_covariance():
-    other = Camera(30.0, K1=-5e-5)
-    adjusted = result((LENS, other), estimate=("c", "K1"))
-    distortion, sd = plot.bundle.lens_profile(adjusted, [2.0], camera=1)
-    np.testing.assert_allclose(distortion, -5e-5 * 8)
-    np.testing.assert_allclose(sd, 8 * adjusted.sd_interior[3])
-
-
-def test_kind_of_profile_must_be_known():
-    with pytest.raises(ValueError, match="kind must be one of 'radial', 'decentring'"):
-        plot.bundle.lens_profile(result(), [1.0], "tangential")
-
-
 def test_lens_curve_draws_profile_and_band_in_micrometres():
     adjusted = result()
     above, below = plot.bundle.lens_curve(adjusted, r_max=10.0).axes
     r, drawn = above.lines[0].get_data()
-    value, sd = plot.bundle.lens_profile(adjusted, r)
+    value, sd = bundle.lens.profile(adjusted, r)
     assert r[-1] == 10
     np.testing.assert_allclose(drawn, 1e3 * value)
     half = 1e3 * t.ppf(0.975, 40) * sd
@@ -345,7 +282,7 @@ def test_no_correlation_is_written_minus_zero():
     ("value", "expected"), [(1, 1), (1.99, 1), (2, 2), (4999, 2000), (0.07, 0.05)]
 )
 def test_round_numbers_do_not_exceed_the_value(value, expected):
-    assert _style.round_number(value) == pytest.approx(expected)
+    assert _rounding.round_number(value) == pytest.approx(expected)
 
 
 def test_names_of_parameters_become_formulas():

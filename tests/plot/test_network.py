@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from mpl_toolkits.mplot3d import proj3d
 from scipy.spatial.transform import Rotation
 
-from pgm_lab import bundle, datasets, plot
+from pgm_lab import _rounding, bundle, datasets, plot
 from pgm_lab.plot import _style
 
 NETWORK = datasets.muliawan2013()
@@ -82,7 +82,7 @@ def test_exaggeration_stands_in_the_title_and_is_a_round_number():
     head = "9 photos, 50 points; standard ellipsoids "
     assert title.startswith(head)
     factor = float(title.removeprefix(head).split()[0].replace(",", ""))
-    assert factor == _style.round_number(factor)
+    assert factor == _rounding.round_number(factor)
     longest = factor * np.sqrt(np.linalg.eigvalsh(C).max())
     assert 0.02 < longest / np.ptp(POSITIONS, axis=0).max() <= 0.06
 

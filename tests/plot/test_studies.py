@@ -39,44 +39,6 @@ def test_solutions_must_have_the_same_photos():
         plot.studies.residuals_by_photo({"a": [1.0, 2.0], "b": [1.0]})
 
 
-def test_what_does_not_converge_is_drawn_dashed_up_to_its_last_finite_value():
-    histories = {
-        "correct": [1e6, 90.0, 84.0],
-        "burst": [1e6, 1e9, np.inf],
-        "ends": [1e6, 90.0, np.nan],
-        "grows": [1e3, 1e4, 1e5],
-        "stuck": [1e6, 2e4, 2.1e4],
-        "swings": [1e6, 2e2, 8e5],
-    }
-    fig = plot.studies.convergence(histories)
-    lines = {line.get_label(): line for line in fig.axes[0].lines}
-    assert set(lines) == set(histories)
-    np.testing.assert_array_equal(lines["burst"].get_ydata(), (1e6, 1e9))
-    np.testing.assert_array_equal(lines["correct"].get_xdata(), (0, 1, 2))
-    dashed = {name for name, line in lines.items() if line.get_linestyle() == "--"}
-    assert dashed == {"burst", "ends", "grows", "swings"}
-    # The legend from top to bottom as the lines end
-    ends = ["burst", "swings", "grows", "stuck", "ends", "correct"]
-    assert legend(fig) == ends
-    assert fig.legends[0].get_title().get_text() == "dashed: does not converge"
-
-
-def test_more_histories_than_colours_differ_by_their_marks():
-    fig = plot.studies.convergence(
-        {f"{i}": [2.0, 1.0] for i in range(9)}, quantity="RMS (µm)"
-    )
-    lines = fig.axes[0].lines
-    looks = {(line.get_color(), line.get_markerfacecolor()) for line in lines}
-    assert len(looks) == 9
-    assert fig.axes[0].get_ylabel() == "RMS (µm)"
-
-
-def test_convergence_of_sigma0():
-    fig = plot.studies.convergence({"a": [400.0, 100.0]}, redundancy=25)
-    np.testing.assert_allclose(fig.axes[0].lines[0].get_ydata(), (4, 2))
-    assert r"$\sigma_0$" in fig.axes[0].get_ylabel()
-
-
 def test_ratio_of_sampled_to_predicted_stands_over_each_parameter():
     fig = plot.studies.predicted_against_sampled(
         [2e-3, 5.0], {"free": [2.2e-3, 4.5], "wrong": [8e-3, 60.0]}, ["c", "X0"], 500
@@ -104,30 +66,6 @@ def test_band_holds_the_standard_deviations_of_so_many_samples():
 def test_every_parameter_needs_a_name():
     with pytest.raises(ValueError, match="sampled must hold lists of the same length"):
         plot.studies.predicted_against_sampled([1.0, 2.0], [1.0, 2.0], ["c"], 500)
-
-
-def test_design_study_puts_each_network_on_its_line():
-    fig = plot.studies.design_study(
-        ["all nine", "no rolls"],
-        {"c": [0.014, 0.02], "x0": [0.007, np.inf]},
-        {"x0, P1": [-0.69, 0.97]},
-    )
-    left, right = fig.axes
-    c, x0 = left.lines
-    np.testing.assert_allclose(c.get_xdata(), (14, 20))  # µm
-    np.testing.assert_allclose(np.round(c.get_ydata()), (0, 1))
-    assert np.all(x0.get_ydata() != c.get_ydata())  # equal values stay apart
-    np.testing.assert_allclose(right.lines[0].get_xdata(), (0.69, 0.97))
-    names = [tick.get_text() for tick in left.get_yticklabels()]
-    assert names == ["all nine", "no rolls"]
-    assert left.get_ylim()[0] > left.get_ylim()[1]  # the first on top
-    assert left.get_xlabel() == "standard deviation (µm)"
-    assert legend(fig) == ["$c$", "$x_0$", "$x_0$, $P_1$"]
-
-
-def test_every_network_needs_its_numbers():
-    with pytest.raises(ValueError, match=r"y0 must have 2 values; got \(1,\)"):
-        plot.studies.design_study(["a", "b"], {"y0": [1.0]}, {})
 
 
 def test_time_and_memory_stand_over_the_rays_of_their_network():

@@ -14,10 +14,9 @@ from publish.student import (
     tags,
     write_copies,
 )
+from tools.notebooks import FOLDER
 
-NOTEBOOKS = sorted(
-    (Path(__file__).resolve().parents[1] / "notebooks").glob("[0-9A-Z]*.ipynb")
-)
+NOTEBOOKS = sorted(FOLDER.glob("[0-9A-Z]*.ipynb"))
 
 EXERCISE = """\
 def double(x):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle, report
-from pgm_lab.report import _findings, _suspects, _words
+from pgm_lab.report import _findings, _misfit, _words
 from tests.networks import small
 
 SOME = ("c", "x0", "y0", "K1", "P1", "P2", "b1")
@@ -308,10 +308,10 @@ def test_a_gross_error_of_control_makes_sigma0_as_large_as_one_of_a_ray(result, 
         control_standardized=np.zeros_like(result.control_standardized),
         scale_bar_standardized=np.zeros_like(result.scale_bar_standardized),
     )
-    assert not _suspects.gross(calm)
+    assert not _misfit.gross(calm)
     w = getattr(calm, kind).copy()
     w.flat[0] = 6.0
-    assert _suspects.gross(replace(calm, **{kind: w}))
+    assert _misfit.gross(replace(calm, **{kind: w}))
 
 
 def test_sigma0_names_only_what_the_network_has(network, result):

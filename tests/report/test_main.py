@@ -168,7 +168,7 @@ def test_a_report_is_replaced_only_by_force(files, reports, capsys):
     report = reports / "r.txt"
     report.write_text("mine")
     message = refused(capsys, *files, "--report", report)
-    assert "it is there already; --force replaces it" in message
+    assert "it exists already; --force replaces it" in message
     assert report.read_text() == "mine"
     assert run(*files, "--report", report, "--force") == 0
     assert report.read_text(encoding="utf-8").startswith("Bundle adjustment")
@@ -203,13 +203,13 @@ def test_an_input_is_never_replaced(files, reports, capsys):
     [
         (["--report", "r.pdf"], "the name must end in .html, .htm, .txt"),
         (["--report", "nowhere/r.html"], "there is no folder nowhere"),
-        (["--estimate", "c,f"], "'f' is none of c,x0,y0,K1"),
-        (["--estimate", ""], "'' is none of"),
+        (["--estimate", "c,f"], "'f' is not one of c,x0,y0,K1"),
+        (["--estimate", ""], "'' is not one of"),
         (["--lens", "sideways"], "invalid choice: 'sideways'"),
         (["--datum", "fixed"], "invalid choice: 'fixed'"),
-        (["--sigma", "0"], "'0' is no number above zero"),
-        (["--sigma", "nan"], "'nan' is no number above zero"),
-        (["--sigma", "x"], "'x' is no number above zero"),
+        (["--sigma", "0"], "'0' is not a number above zero"),
+        (["--sigma", "nan"], "'nan' is not a number above zero"),
+        (["--sigma", "x"], "'x' is not a number above zero"),
         (["--colour"], "unrecognized arguments"),
     ],
 )

@@ -7,9 +7,9 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, report
+from pgm_lab import _rounding, bundle, report
 from pgm_lab.camera import PARAMETERS
-from pgm_lab.report import _figures, _findings, _suspects, _tables, _words
+from pgm_lab.report import _figures, _findings, _misfit, _tables, _words
 from pgm_lab.report._text import sections
 from tests.networks import real
 
@@ -413,10 +413,10 @@ def test_the_page_of_a_network_without_redundancy(without_redundancy):
 
 
 def test_helpers_of_rounding():
-    assert _tables.fixed(np.array([-0.001, np.nan]), 2) == ["0.00", "-"]
-    assert _tables.scientific(1.234567e-5, 3.2e-8) == ("1.2346e-05", "3.2e-08")
-    assert _tables.scientific(34.56789, 0.0300) == ("34.568", "0.030")
-    assert _tables.scientific(0.0, 2e-9) == ("0.0e+00", "2.0e-09")
+    assert _rounding.fixed(np.array([-0.001, np.nan]), 2) == ["0.00", "-"]
+    assert _rounding.scientific(1.234567e-5, 3.2e-8) == ("1.2346e-05", "3.2e-08")
+    assert _rounding.scientific(34.56789, 0.0300) == ("34.568", "0.030")
+    assert _rounding.scientific(0.0, 2e-9) == ("0.0e+00", "2.0e-09")
 
 
 def test_many_rays_are_drawn_as_means_that_show_what_the_camera_lacks(
@@ -477,7 +477,7 @@ def words(result, title):
     ],
 )
 def test_a_plain_number_has_no_exponent(value, digits, written):
-    assert _words.plain(value, digits) == written
+    assert _rounding.plain(value, digits) == written
 
 
 @pytest.mark.parametrize("prior", [None, 1.0])
@@ -553,7 +553,7 @@ def test_two_interchanged_points_are_recognised(network, seed):
     xy = network.xy.copy()
     xy[[a, b]] = xy[[b, a]]
     result = bundle.adjust(replace(network, xy=xy))
-    assert _suspects.interchanged(result) in ([(a, b)], [(b, a)])
+    assert _misfit.interchanged(result) in ([(a, b)], [(b, a)])
     names = {network.point_names[network.point[k]] for k in (a, b)}
     said = re.search(
         r"Interchanged, it seems: points (\d+) and (\d+) in photo (\d+)\.",
@@ -570,7 +570,7 @@ def test_only_the_pair_with_the_largest_residual_is_named(network, result):
         v[[a, b]] = -result.redundancy_numbers[[a, b]] * np.array([d, -d])
         w[[a, b]] = size
     both = replace(result, residuals=v, standardized=w)
-    assert len(_suspects.interchanged(both)) == 2
+    assert len(_misfit.interchanged(both)) == 2
     said = words(both, "Suspected blunders").partition("Interchanged, it seems: ")[2]
     a, b = network.point_names[20], network.point_names[30]
     assert said == f"points {a} and {b} in photo 101."
@@ -594,7 +594,7 @@ def test_other_blunders_are_no_interchange(network, result):
         v, w = np.zeros_like(result.residuals), np.zeros_like(result.standardized)
         w[list(at)] = 9.0
         v[list(at)] = -result.redundancy_numbers[list(at)] * np.array(errors)
-        found = _suspects.interchanged(replace(result, residuals=v, standardized=w))
+        found = _misfit.interchanged(replace(result, residuals=v, standardized=w))
         assert found == ([(a, b)] if errors is exchange else [])
     assert "Interchanged" not in report.text(result)
 

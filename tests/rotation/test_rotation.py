@@ -332,7 +332,7 @@ BAD = [
     ([["a", "b"]], "M must be numbers"),
     (np.eye(3) + 0.01, r"M is not a rotation: .* reaches 0\.02, more than 1e-06"),
     (np.stack([np.eye(3), 2 * np.eye(3)]), r"M\[1\] \(one of 1\) is not a .* 3, more"),
-    (MIRROR, "M is not a rotation but a mirror: its determinant is -1"),
+    (MIRROR, "M is not a rotation but a reflection: its determinant is -1"),
     (np.stack([np.eye(3), MIRROR]), r"M\[1\] \(one of 1\) is not a rotation but a"),
     (np.zeros((3, 3)), "M is not a rotation"),
 ]
@@ -351,7 +351,7 @@ def test_what_is_no_rotation_is_refused_with_the_size_of_its_defect(
 def test_matrix_of_five_printed_digits_needs_a_tolerance(function):
     M = rotation.matrix(0.1, 0.2, 0.3)
     printed = M.round(5)
-    with pytest.raises(ValueError, match="For a printed matrix give a tolerance"):
+    with pytest.raises(ValueError, match="For a matrix copied from print"):
         function(printed)
     expected, found = function(M), function(printed, tolerance=2e-5)
     # Half a unit of the last digit, divided by the sine of the tilt, 0.22
@@ -359,9 +359,9 @@ def test_matrix_of_five_printed_digits_needs_a_tolerance(function):
 
 
 def test_mirror_or_flat_matrix_has_no_nearest_rotation():
-    with pytest.raises(ValueError, match="M has no positive determinant"):
+    with pytest.raises(ValueError, match="the determinant of M is not positive"):
         rotation.nearest(MIRROR)
-    with pytest.raises(ValueError, match=r"M\[1\] \(one of 1\) has no positive"):
+    with pytest.raises(ValueError, match=r"of M\[1\] \(one of 1\) is not positive"):
         rotation.nearest(np.stack([np.eye(3), np.ones((3, 3))]))
 
 

@@ -174,13 +174,13 @@ def test_without_rolled_photos_the_principal_point_is_weaker():
     [
         ({"photos": 1}, "photos must be a whole number, at least 2"),
         ({"points": 0}, "points must be a whole number, at least 1"),
-        ({"rays": 1}, "rays must be from 2 to the 4 photos"),
-        ({"rays": 5}, "rays must be from 2 to the 4 photos"),
+        ({"rays": 1}, "rays must lie between 2 and the 4 photos"),
+        ({"rays": 5}, "rays must lie between 2 and the 4 photos"),
         ({"sigma": -1.0}, "sigma must not be negative"),
         ({"sigma": float("nan")}, "sigma"),
         ({"distance": 0.0}, "distance must be positive"),
         ({"image_size": (36.0, 0.0)}, "image_size must be positive"),
-        ({"block": True}, "a block needs rays"),
+        ({"block": True}, "a block needs a value for rays"),
         ({"block": True, "photos": 60, "rays": 40}, "too little of|lie in 40 of the"),
     ],
 )

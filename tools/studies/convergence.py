@@ -135,13 +135,14 @@ def relative_orientation(n: int, flat: bool, cases: int) -> list[tuple]:
     """
     rng = np.random.default_rng([555, n, flat])
     success = {"none": [], FAR_OFF: []}
+    given = {"base": 1.0, "sigma": SIGMA}
     for _ in tqdm(range(cases), f"relative, {n} points", leave=False):
         truth, left, right = simulate.pair(CAMERA, n, rng, flat, SIGMA)
         start = simulate.rough(truth, rng, DEGREES, SHARE)[1:]
         images = CAMERA, CAMERA, left, right
-        best = among(relative, *images, start=truth[1:], sigma=SIGMA)[:1]
+        best = among(relative, *images, start=truth[1:], **given)[:1]
         for name, x in (("none", None), (FAR_OFF, start)):
-            found = among(relative, *images, start=x, sigma=SIGMA)
+            found = among(relative, *images, start=x, **given)
             same = len(best) > 0 and bool(np.any(close(found, best)))
             success[name].append((same, len(found) > 1))
     kind = "flat" if flat else "spatial"
