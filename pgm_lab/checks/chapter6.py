@@ -292,11 +292,12 @@ def five_photos(photos: Collection[int]) -> None:
         raise CheckFailed("photos must be five different numbers from 1 to 9")
     if chosen == [1, 2, 3, 4, 5]:
         raise CheckFailed("these are still the first five. Your turn!")
+    network = _network()
     try:
-        one = bundle.adjust(network_of(chosen))
+        one = bundle.adjust(network.only(np.array(chosen) - 1))
     except bundle.NetworkDefect as error:
         raise CheckFailed(f"these five leave something open: {error}") from error
-    everything = bundle.adjust(network_of(range(1, 10)))
+    everything = bundle.adjust(network)
     sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
     hint = (
         f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"
@@ -307,32 +308,10 @@ def five_photos(photos: Collection[int]) -> None:
     report("five photos", [(text, sd < _GOOD, hint)])
 
 
-def network_of(photos: Collection[int]) -> bundle.Network:
-    """The network of Muliawan 2013, of some of its photos only.
-
-    Parameters
-    ----------
-    photos : collection of int
-        Numbers of the photos, 1 to 9.
-
-    Returns
-    -------
-    bundle.Network
-
-    Examples
-    --------
-    >>> network_of([1, 4, 7]).exteriors.shape
-    (3, 6)
-    """
+def _network() -> bundle.Network:
+    """The network of Muliawan 2013."""
     data = datasets.muliawan2013()
-    kept = np.unique(list(photos)) - 1
-    rays = np.isin(data.photo, kept)
+    image = data.photo, data.point, data.xy, data.sigma
     return bundle.Network(
-        camera.Camera(*data.interior),
-        data.exteriors[kept],
-        data.object_points,
-        np.searchsorted(kept, data.photo[rays]),
-        data.point[rays],
-        data.xy[rays],
-        0.001,
+        camera.Camera(*data.interior), data.exteriors, data.object_points, *image
     )
