@@ -79,7 +79,9 @@ def axes_of_angles(M: np.ndarray, kappa: np.ndarray) -> np.ndarray:
     about M_kappa (0, 1, 0), kappa about the z axis.
     """
     M1, sin, cos = M[..., 0], np.sin(kappa), np.cos(kappa)
-    return matrix([M1[..., 0], sin, 0.0], [M1[..., 1], cos, 0.0], [M1[..., 2], 0.0, 1.0])
+    return matrix(
+        [M1[..., 0], sin, 0.0], [M1[..., 1], cos, 0.0], [M1[..., 2], 0.0, 1.0]
+    )
 
 
 def attitude(exterior: np.ndarray) -> np.ndarray:

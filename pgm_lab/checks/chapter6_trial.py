@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from pgm_lab import bundle, camera, datasets
+from pgm_lab import bundle, datasets
 from pgm_lab.checks import CheckFailed, call, near, report
 
 _RADIUS = 10.0  # mm
@@ -12,35 +12,7 @@ _BEST = 20.5  # µm: sd of c from the best five of the nine photos, of 126 choic
 _GOOD = 1.25 * _BEST
 
 
-def network_of(photos: Collection[int]) -> bundle.Network:
-    """The network of Muliawan 2013, of some of its photos only.
-
-    Parameters
-    ----------
-    photos : collection of int
-        Numbers of the photos, 1 to 9.
-
-    Returns
-    -------
-    bundle.Network
-
-    Examples
-    --------
-    >>> network_of([1, 4, 7]).exteriors.shape
-    (3, 6)
-    """
-    data = datasets.muliawan2013()
-    kept = np.unique(list(photos)) - 1
-    rays = np.isin(data.photo, kept)
-    return bundle.Network(
-        camera.Camera(*data.interior),
-        data.exteriors[kept],
-        data.object_points,
-        np.searchsorted(kept, data.photo[rays]),
-        data.point[rays],
-        data.xy[rays],
-        0.001,
-    )
+network_of = bundle.published.network
 
 
 def rescaled(N: np.ndarray) -> np.ndarray:
