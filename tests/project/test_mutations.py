@@ -25,7 +25,9 @@ def project(tmp_path):
     (root / "conftest.py").touch()
     (root / "pyproject.toml").touch()
     (root / "pgm_lab" / "half.py").write_text("def half(x):\n    return x / 2\n")
-    test = "from pgm_lab.half import half\n\ndef test_half():\n    assert half(4) == 2\n"
+    test = (
+        "from pgm_lab.half import half\n\ndef test_half():\n    assert half(4) == 2\n"
+    )
     (root / "tests" / "test_half.py").write_text(test)
     return root
 
