@@ -70,7 +70,7 @@ def adjust(
     parameter_values : array_like (..., u), optional
         Their observed values; the start values when missing.
     constraints : callable, optional
-        ``constraints(x, *args)`` returns values c (..., k) that shall be zero and their
+        ``constraints(x, *args)`` returns values c (..., k) that are to be 0, and their
         Jacobian C (..., k, u). Inner constraints of a free network return zeros for c.
     args : sequence of array_like
         Further arguments of `function` with the leading axes of the stack.

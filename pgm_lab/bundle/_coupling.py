@@ -167,7 +167,9 @@ class ByRays:
         of_points = np.einsum("ain,ajn->ijn", self.Z_interior, QZ_interior)
         of_points += rays.total(np.einsum("aik,ajk->ijk", self.Z, QZ))
         by_camera = QZ_interior.reshape(rays.cameras, -1, 3, rays.points)
-        by_place = by_camera.transpose(1, 2, 0, 3).reshape(-1, 3, rays.cameras * rays.points)
+        by_place = by_camera.transpose(1, 2, 0, 3).reshape(
+            -1, 3, rays.cameras * rays.points
+        )
         return of_points, np.concatenate([QZ, by_place.take(rays.place, axis=-1)])
 
     def _add_other_photos(self, Q: np.ndarray, QZ: np.ndarray) -> None:

@@ -16,6 +16,8 @@ from pgm_lab.bundle.network import Network
 from pgm_lab.camera import imaging
 from pgm_lab.camera._stacks import of_photo
 
+RAYS_AT_ONCE = 5_000  # what is computed for them stays in the cache
+
 
 @dataclass(frozen=True)
 class State:
@@ -131,11 +133,11 @@ class Rays:
         return self.camera * self.points + self.point
 
     @cached_property
-    def _at_places(self) -> sparse.csr_array:
+    def _at_places(self) -> sparse.csc_array:
         """Matrix (cameras n, k) with ones where a ray belongs to a place."""
-        shape = self.cameras * self.points, len(self.place)
-        ones = np.ones(len(self.place)), (self.place, np.arange(len(self.place)))
-        return sparse.csr_array(ones, shape=shape)
+        k = len(self.place)
+        shape = self.cameras * self.points, k
+        return sparse.csc_array((np.ones(k), self.place, np.arange(k + 1)), shape=shape)
 
     def total_by_camera(self, values: np.ndarray) -> np.ndarray:
         """Sum values (..., k) over the rays of each camera and point: (..., cameras, n)."""
@@ -193,20 +195,24 @@ def equations(
     interior = state.interior[network.camera]
     if len(network.cameras) == 1:
         interior = state.interior[0]
-    with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
-        v, _, by = imaging.misclosure(
-            interior,
-            state.exteriors,
-            of_photo(state.points, rays.point),
-            rays.measured,
-            network.cameras[0].lens,
-            ("interior",) * bool(len(estimated)) + ("exterior", "point"),
-            rays.photo,
-        )
-    A = np.empty((10 + len(estimated), *v.T.shape))
-    A[:6], A[-4], A[-3:] = by["exterior"].T, v.T, by["point"].T
-    if len(estimated):
-        A[6:-4] = by["interior"].T[estimated]
+    wrt = ("interior",) * bool(len(estimated)) + ("exterior", "point")
+    k = len(rays.photo)
+    A = np.empty((10 + len(estimated), 2, k))
+    for some in (slice(i, i + RAYS_AT_ONCE) for i in range(0, k, RAYS_AT_ONCE)):
+        with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
+            v, _, by = imaging.misclosure(
+                interior,
+                state.exteriors,
+                of_photo(state.points, rays.point[some]),
+                rays.measured[some],
+                network.cameras[0].lens,
+                wrt,
+                rays.photo[some],
+            )
+        A[:6, :, some], A[-4, :, some] = by["exterior"].T, v.T
+        A[-3:, :, some] = by["point"].T
+        if len(estimated):
+            A[6:-4, :, some] = by["interior"].T[estimated]
     A *= rays.per_sigma
     if not free.all():
         A[-3:] *= free[:, None, rays.point]

@@ -98,12 +98,12 @@ def reduce(
         Scale bars: derivatives (s, 3, n), misclosures (s,), standard deviations (s,).
     """
     N, n_kept = _of_photos(rays, eq)
-    products = np.einsum("arc,irc->aic", eq.A, eq.point)
-    sums = rays.total_by_camera(products[6:])
+    W = np.einsum("arc,irc->aic", eq.A[:6], eq.point)
+    sums = rays.total_by_camera(np.einsum("arc,irc->aic", eq.A[6:], eq.point))
     V, n_point = sums[-3:].sum(axis=-2), point_right - sums[-4].sum(axis=-2)
     V[range(3), range(3)] += point_weight
     V_inverse = _inverse(V)
-    Z = couple(rays, products[:6], sums[:-4], V_inverse)
+    Z = couple(rays, W, sums[:-4], V_inverse)
     reduced = Reduced(
         S=N - Z.times_W,
         right=n_kept - Z.times_points(n_point[None])[:, 0],

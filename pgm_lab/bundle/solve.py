@@ -119,20 +119,20 @@ def adjust(
     status, objectives, steps, changes = "too many iterations", [phi], [], []
     for _ in _counted(max_iterations, progress):
         reduced = problem.normal_equations(state, eq)
-        dx, dx_points, decrease = _corrections(problem, state, reduced)
+        dx, dx_points, decrease = _corrections(problem, state, reduced, move)
         sigma = sigma0_prior or np.sqrt(phi / max(redundancy, 1))
         changes.append(np.sqrt(decrease) / sigma if sigma > 0 else 0.0)
         rounding = _rounding(problem, state, reduced)
         slack = rounding * (2 * np.sqrt(phi) + rounding)
-        step, there, eq_there = _line_search(
+        step, found = _line_search(
             problem, state, phi, dx, dx_points, decrease, slack, line_search
         )
         steps.append(step)
-        if not step:
+        if found is None:
             status = "diverged"
             break
-        state, eq = there, eq_there
-        phi = problem.objective(state, eq.v)
+        state, eq, phi = found
+        move = free_motions(network, state, problem.rays.interior)
         objectives.append(phi)
         if changes[-1] <= tolerance or decrease <= rounding**2:
             status = "converged"
@@ -140,7 +140,6 @@ def adjust(
     else:
         reduced = problem.normal_equations(state, eq)
     history = History(*map(np.array, (objectives, steps, changes)))
-    move = free_motions(network, state, problem.rays.interior)
     scale, factor = _factor(problem, state, reduced, move)
     Q = lapack.dpotrs(factor, np.diag(scale), lower=True)[0] * scale[:, None]
     return assemble(
@@ -149,11 +148,10 @@ def adjust(
 
 
 def _corrections(
-    problem: Problem, state: State, reduced: Reduced
+    problem: Problem, state: State, reduced: Reduced, move: Motions
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
     refuse.check_points(problem.network, reduced)
-    move = free_motions(problem.network, state, problem.rays.interior)
     scale, factor = _factor(problem, state, reduced, move)
     dx = scale * lapack.dpotrs(factor, scale * reduced.right, lower=True)[0]
     dx_points = points_alone(reduced)
@@ -209,8 +207,11 @@ def _line_search(
     decrease: float,
     slack: float,
     wanted: bool,
-) -> tuple[float, State, Equations | None]:
-    """Halve the step until v'Pv falls enough; step 0 if it never does."""
+) -> tuple[float, tuple[State, Equations, float] | None]:
+    """Halve the step until v'Pv falls enough: the step, and what is there.
+
+    It is 0, and there is nothing, if v'Pv never falls.
+    """
     step = 1.0
     while step >= SMALLEST_STEP:
         there = problem.moved(state, step * dx, step * dx_points)
@@ -218,11 +219,11 @@ def _line_search(
         after = problem.objective(there, eq.v)
         goal = phi - 2 * SUFFICIENT_DECREASE * step * decrease + slack
         if after <= goal or (not wanted and np.isfinite(after)):
-            return step, there, eq
+            return step, (there, eq, after)
         if not wanted:
             break
         step /= 2
-    return 0.0, state, None
+    return 0.0, None
 
 
 def _counted(iterations: int, progress: bool) -> Iterable[int]:

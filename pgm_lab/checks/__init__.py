@@ -137,7 +137,7 @@ def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
     properties = list(properties)
     hints = [hint for _, holds, hint in properties if not holds]
     if hints:
-        whole = f"{name}: " + "; ".join(hints)
+        whole = f"{name}: " + "; ".join(hints).replace("?; ", "? ")
         raise CheckFailed(whole if whole.endswith(("?", "!")) else whole + ".")
     print(f"✓ {name}: " + "; ".join(text for text, _, _ in properties) + ".")
 

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import ndimage
 
 from pgm_lab import frames, simulate
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab.checks import CheckFailed, call, first_slip, near, numbers, report
 
 # Image sizes and pixel sizes (mm) on which a function is tried: landscape, upright, odd
 _CAMERAS = [
@@ -14,18 +15,12 @@ _CAMERAS = [
     ((3000, 4000), (0.005, 0.004)),
     ((11, 7), (2.0, 3.0)),
 ]
-_FACTORS = (1e-6, 1e-3, 1e3, 1e6)  # of units taken for millimetres
+_FACTORS = (1e-6, 1e-3, 0.1, 10, 1e3, 1e6)  # of units taken for millimetres
 
 
 def corner(answer: object) -> None:
     """Check the photo coordinates of the lower right corner of the sensor, in mm."""
-    if answer is ... or answer is None:
-        raise CheckFailed("lower_right is still empty. Your turn!")
-
-    def lower_right():
-        return answer
-
-    value = call(lower_right, shape=(2,))
+    value = numbers("lower_right", answer, (2,), "two numbers, (x, y) in mm")
     size = frames.pixel_size_from_sensor((23.6, 15.8), (1936, 1296))
     edge = np.array([23.6, -15.8]) / 2
     slips = [
@@ -33,6 +28,7 @@ def corner(answer: object) -> None:
         (edge - size * (0.5, -0.5), "that is the centre of the last pixel"),
         (edge + size * (0.5, -0.5), "that is half a pixel beyond the sensor"),
         (edge * (1, -1), "it lies below the centre, and y points up"),
+        (-edge, "that is the upper left corner: both axes are mirrored"),
         (edge / size, "that is still in pixels: multiply by the size of a pixel"),
         *((edge * factor, "the unit is not millimetres") for factor in _FACTORS),
     ]
@@ -115,7 +111,7 @@ def photo_to_pixel(function: Callable) -> None:
         centre = frames.image_centre(image_size)
         multiplied.append(centre + photo * pixel_size * (1, -1))
     back, pixels = np.array(backs), np.array(all_pixels)
-    slips = [
+    slips: list[tuple[ArrayLike, str]] = [
         (mirrored, "rows come back mirrored: this is (B 2.5b) as printed"),
         (exchanged, "columns and rows are exchanged: the answer is (column, row)"),
         (multiplied, "millimetres must be divided by the size of a pixel"),
@@ -170,18 +166,18 @@ def flying_height(function: Callable) -> None:
 
 def centroid(function: Callable) -> None:
     """Check the reader's centroid(window, background), which answers (column, row)."""
-    answers, expected, left_in, clipped = [], [], [], []
+    found, centres, left_in, clipped = [], [], [], []
     for centre, background in [((10, 9), 40.0), ((9, 12), 60.0), ((21, 10), 20.0)]:
         clean = simulate.target(centre, 6.0, (21, 27), background=background)
         window = simulate.photograph(clean, noise=4.0, seed=int(background))
-        answers.append(call(function, window, background, shape=(2,)))
-        expected.append(ndimage.center_of_mass(window - background)[::-1])
+        found.append(call(function, window, background, shape=(2,)))
+        centres.append(ndimage.center_of_mass(window - background)[::-1])
         left_in.append(ndimage.center_of_mass(window)[::-1])
         weight = np.maximum(window - background, 0)
         clipped.append(ndimage.center_of_mass(weight)[::-1])
-    answers, expected = np.array(answers), np.array(expected)
+    answers, expected = np.array(found), np.array(centres)
     upwards = np.column_stack([expected[:, 0], 20 - expected[:, 1]])
-    slips = [
+    slips: list[tuple[ArrayLike, str]] = [
         (expected[:, ::-1], "row and column are exchanged: it is (column, row)"),
         (expected + 1.0, "one pixel off: the first pixel is number 0, not 1"),
         (expected + 0.5, "half a pixel off: integers are at pixel centres"),
@@ -192,5 +188,5 @@ def centroid(function: Callable) -> None:
     largest = np.abs(answers - expected).max()
     other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"
     hint = first_slip(answers, slips, other)
-    found = near(answers, expected)
-    report("my_centroid", [("the weighted mean of three noisy targets", found, hint)])
+    right = near(answers, expected)
+    report("my_centroid", [("the weighted mean of three noisy targets", right, hint)])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab.checks import call, first_slip, near, numbers, report
 
 FIVE = np.array(  # Bani 2010, figure 2.8
     [
@@ -26,14 +26,7 @@ def _r(a: np.ndarray, b: np.ndarray, centred: bool = True) -> float:
 
 def shifted(answer: object) -> None:
     """Check r between the first four and the last four columns of figure 2.8."""
-    if answer is ... or answer is None:
-        raise CheckFailed("shifted is still empty. Your turn!")
-    try:
-        value = np.asarray(answer, dtype=float)
-    except (TypeError, ValueError):
-        value = np.array([])
-    if value.shape != ():
-        raise CheckFailed("shifted must be one number")
+    value = numbers("shifted", answer)
     left, right = FIVE[:, :-1], FIVE[:, 1:]
     r = _r(left, right)
     a, b = left - left.mean(), right - right.mean()
@@ -126,8 +119,8 @@ def parabola(function: Callable[[float, float, float], object]) -> None:
             (before - after) / (2 * (before - summit + after)),
             "the summit counts twice in the curvature",
         ),
-        ((before - after) / 2, "divide the slope by the curvature"),
-        ((after - before) / 2, "divide the slope by the curvature"),
+        ((before - after) / 2, "that is the slope: how strongly is it curved?"),
+        ((after - before) / 2, "that is the slope: how strongly is it curved?"),
     ]
     hint = first_slip(found, slips, "the top of an exact parabola is not found")
     report(
@@ -189,7 +182,9 @@ def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> Non
     )
 
 
-def _map(template, search, centred=True, divided=True) -> np.ndarray:
+def _map(
+    template: np.ndarray, search: np.ndarray, centred: bool = True, divided: bool = True
+) -> np.ndarray:
     """By Einstein's sum over all windows: another way than the solution's."""
     windows = sliding_window_view(search, template.shape)
     t = template - template.mean() * centred

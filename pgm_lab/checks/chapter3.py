@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab.checks import call, first_slip, near, numbers, report
 
 # The six parameters that Bani 2010, IV.1.3 prints, and the start from correlation
 PRINTED_A = np.array([130.337718946127, 0.0109620254677122, -0.127097279435187])
@@ -13,13 +13,8 @@ PRINTED_START = np.array([268.0, 1049.0])
 
 
 def corrected_row(answer: object) -> None:
-    """Check the corrected row of the printed point by (2.16), with the old column."""
-    if answer is ... or answer is None:
-        raise CheckFailed("row is still empty. Your turn!")
-    try:
-        value = float(answer)
-    except (TypeError, ValueError):
-        raise CheckFailed("row must be one number, in pixels") from None
+    """Check the corrected row of the printed point by (B 2.16), with the old column."""
+    value = numbers("row", answer, wanted="one number, in pixels")
     X, Y = PRINTED_START
     new_X = X + PRINTED_A @ (1, X, Y)
     step = PRINTED_B @ (1, X, Y)
@@ -54,60 +49,45 @@ def columns(function: Callable) -> None:
     one = np.ones(k)
     gx, gy = h1 * Bx, h1 * By
     expected = np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, one, B]).T
+    shifts, shape = [0, 3], [1, 2, 4, 5]
     mixed = "a1 and a2 go with Bx, b1 and b2 with By"
-    shift = near(answer[:, [0, 3]], expected[:, [0, 3]])
-    shape = near(answer[:, [1, 2, 4, 5]], expected[:, [1, 2, 4, 5]])
+    of_shifts = [
+        (expected[:, shifts] / h1, "h1 is missing at the slopes"),
+        (expected[:, [3, 0]], "the two slopes are exchanged"),
+        (-expected[:, shifts], "the sign of the slopes is turned"),
+    ]
+    of_shape = [
+        (expected[:, shape] / h1, "h1 is missing at them"),
+        (expected[:, [2, 1, 5, 4]], "x and y are exchanged"),
+        (expected[:, [2, 1, 4, 5]], "a1 and a2 are exchanged"),
+        (expected[:, [1, 2, 5, 4]], "b1 and b2 are exchanged"),
+        *(
+            (expected[:, columns], mixed)
+            for columns in ([1, 4, 2, 5], [1, 2, 2, 5], [1, 4, 4, 5], [4, 5, 1, 2])
+        ),
+    ]
+    of_h1 = [
+        (one[:, None], "with (B 2.17) as printed h0 and h1 cannot be told apart"),
+        (h1 * B[:, None], "the column of h1 does not contain h1"),
+        (h1 * one[:, None], "the column of h1 does not contain h1"),
+    ]
+    moves = "how far does a pixel at (x, y) move when a1, a2, b1 or b2 changes?"
+    offset = "an offset changes every grey value by as much: what is its column?"
+    properties: list[tuple[str, list[int], list[tuple[np.ndarray, str]], str]] = [
+        ("shifts", shifts, of_shifts, "how does h1 B change when the window shifts?"),
+        ("scales and shears", shape, of_shape, moves),
+        ("h0", [6], [], offset),
+        ("h1", [7], of_h1, "how does h0 + h1 B change with h1?"),
+    ]
     report(
         "my_columns",
         [
             (
-                "shifts",
-                shift,
-                first_slip(
-                    answer[:, [0, 3]],
-                    [
-                        (expected[:, [0, 3]] / h1, "h1 is missing at the slopes"),
-                        (expected[:, [3, 0]], "the two slopes are exchanged"),
-                        (-expected[:, [0, 3]], "the sign of the slopes is turned"),
-                    ],
-                    "the columns of a0 and b0 are not the slopes of h1 B",
-                ),
-            ),
-            (
-                "scales and shears",
-                shape,
-                first_slip(
-                    answer[:, [1, 2, 4, 5]],
-                    [
-                        (expected[:, [1, 2, 4, 5]] / h1, "h1 is missing at them"),
-                        (expected[:, [2, 1, 5, 4]], "x and y are exchanged"),
-                        (expected[:, [1, 4, 2, 5]], mixed),
-                        (expected[:, [1, 2, 2, 5]], mixed),
-                        (expected[:, [1, 4, 4, 5]], mixed),
-                        (expected[:, [4, 5, 1, 2]], mixed),
-                    ],
-                    "the columns of a1, a2, b1, b2 are not x and y times those of a0"
-                    " and b0",
-                ),
-            ),
-            (
-                "h0",
-                near(answer[:, 6], one),
-                "an offset changes every grey value by as much: what is its column?",
-            ),
-            (
-                "h1",
-                near(answer[:, 7], B),
-                first_slip(
-                    answer[:, 7],
-                    [
-                        (one, "with (2.17) as printed h0 and h1 cannot be told apart"),
-                        (h1 * B, "the column of h1 does not contain h1"),
-                        (h1 * one, "the column of h1 does not contain h1"),
-                    ],
-                    "how does h0 + h1 B change with h1?",
-                ),
-            ),
+                name,
+                near(answer[:, k], expected[:, k]),
+                first_slip(answer[:, k], slips, otherwise),
+            )
+            for name, k, slips, otherwise in properties
         ],
     )
 
@@ -119,9 +99,15 @@ def bilinear(function: Callable) -> None:
     points = [(2.25, 3.5), (6.75, 0.125), (0.5, 4.875), (4.0, 2.0)]
     answers = np.array([float(call(function, image, *p, shape=())) for p in points])
 
-    def surface(product=1, exchanged=False, turned=False, dtype=float):
+    def surface(
+        product: int = 1,
+        exchanged: bool = False,
+        turned: bool = False,
+        dtype: type = float,
+    ) -> np.ndarray:
         """Grey values at all points, with the slips asked for."""
-        grey, found = image.astype(dtype), []
+        grey: np.ndarray = image.astype(dtype)
+        found = []
         for column, row in points:
             c, r = (row, column) if turned else (column, row)
             i, j = int(r), int(c)
@@ -162,17 +148,17 @@ def precision(function: Callable) -> None:
     """Check precision(J, v), which answers S0 and the standard deviation of a0."""
     rng = np.random.default_rng(34)
     names = ("S0", "the standard deviation of a0")
-    answers, expected, many = [], [], []
+    rows, many = [], []
     for n, u in ((289, 6), (40, 8), (441, 8)):
         J = rng.normal(0, 5, (n, u)) * rng.uniform(1, 20, u)
         v = rng.normal(0, 6.5, n)
-        answers.append(call(function, J, v, shape=(2,)))
+        answer = call(function, J, v, shape=(2,))
         S0 = np.sqrt(v @ v / (n - u))
         Q = np.linalg.inv(J.T @ J)
-        expected.append((S0, S0 * np.sqrt(Q[0, 0])))
+        rows.append((answer, (S0, S0 * np.sqrt(Q[0, 0]))))
         alone = 1 / np.linalg.norm(J[:, 0])
         many.append((n, u, np.sqrt(v @ v), np.sqrt(Q[0, 0]), Q[0, 0], S0, alone))
-    answers, expected = np.array(answers), np.array(expected)
+    answers, expected = np.array(rows).swapaxes(0, 1)
     n, u, root, q, q2, S0, alone = np.array(many).T
     shape = "n and u are the rows and columns of J; do not type them"
     whole = "invert the whole matrix, then take the element"
@@ -185,7 +171,10 @@ def precision(function: Callable) -> None:
         *((root / np.sqrt(typed), shape) for typed in (283, 32, 433, 281)),
     ]
     of_sd = [
-        (q, "the square root of the cofactor alone has no unit yet: times S0"),
+        (
+            q,
+            "the root of the cofactor does not know how noisy the images are",
+        ),
         (S0 * q2, "take the root of the element of the inverse"),
         (S0**2 * q2, "that is the variance; take the root"),
         (S0, "S0 is in grey values; the slopes turn it into pixels"),
@@ -201,6 +190,7 @@ def precision(function: Callable) -> None:
     good = near(answers[:, 1] / expected[:, 1], 1.0)
     # Right in itself, from an S0 that is wrong and named above
     follows = near(answers[:, 1] / expected[:, 1], answers[:, 0] / S0)
+    follows = follows and bool(np.all(answers))
     report(
         "my_precision",
         [
@@ -209,7 +199,11 @@ def precision(function: Callable) -> None:
                 near(answers[:, 0], expected[:, 0]),
                 first_slip(answers[:, 0], of_s0, "S0 is not that of (B 2.14e)", 1e-9),
             ),
-            (f"{names[1]}, in pixels", good or (follows and np.all(answers)), hint),
+            (
+                f"{names[1]}, in pixels",
+                good or (follows and bool(np.all(answers))),
+                hint,
+            ),
         ],
     )
 

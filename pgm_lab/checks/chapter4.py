@@ -13,7 +13,7 @@ _ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 
 
 
 def wrong_elements(answer: object) -> None:
-    """Check the list of (row, column) of the wrong elements of (2.62), from 1."""
+    """Check the list of (row, column) of the wrong elements of (M 2.62), from 1."""
     if answer is ... or answer is None:
         raise CheckFailed("wrong is still empty. Your turn!")
 
@@ -22,7 +22,7 @@ def wrong_elements(answer: object) -> None:
     except (TypeError, ValueError):
         found = np.empty(0)
     if found.ndim != 2 or found.shape[1] != 2:
-        raise CheckFailed("wrong is no list of pairs: give pairs such as [(3, 2)]")
+        raise CheckFailed("wrong must be a list of pairs such as [(3, 2)]")
     places = {(row, column) for row, column in found.tolist()}
     expected = {(1, 3), (2, 2)}
     off_diagonal = {(i, j) for i in (1, 2, 3) for j in (1, 2, 3) if i != j}
@@ -30,9 +30,9 @@ def wrong_elements(answer: object) -> None:
         frozenset({(0, 2), (1, 1)}): "rows and columns of a formula count from 1",
         frozenset({(3, 1), (2, 2)}): "row comes first, then column: m21 is (2, 1)",
         frozenset({(1, 2), (2, 3)}): "these rows and columns do fail, but they cross in"
-        " other elements, too: compare single elements with (2.8) transposed",
-        frozenset(off_diagonal | {(2, 2)}): "(2.62) leads from image to object:"
-        " compare with the transpose of (2.8)",
+        " other elements, too: compare single elements with (M 2.8) transposed",
+        frozenset(off_diagonal | {(2, 2)}): "(M 2.62) leads from image to object:"
+        " compare with the transpose of (M 2.8)",
     }
     missing, extra = expected - places, places - expected
     hint = hints.get(
@@ -40,7 +40,7 @@ def wrong_elements(answer: object) -> None:
         f"{len(missing)} wrong element(s) not found, {len(extra)} right one(s) blamed",
     )
     report(
-        "the wrong elements of (2.62)",
+        "the wrong elements of (M 2.62)",
         [("all found, none blamed without reason", places == expected, hint)],
     )
 
@@ -199,7 +199,7 @@ def angles(function: Callable) -> None:
         (-expected, "all signs are turned: is it the transposed matrix?"),
         (
             expected * (-1, 1, -1),
-            "the signs of omega and kappa are turned: each has a minus in (2.10)",
+            "the signs of omega and kappa are turned: each has a minus in (M 2.10)",
         ),
         (_opposite(expected), "half a turn off: both signs of the quotient are turned"),
         *_swapped(expected),
@@ -266,7 +266,9 @@ def unit(function: Callable) -> None:
     )
 
 
-def _unit_hint(function, attitude, printed, name) -> str:
+def _unit_hint(
+    function: Callable, attitude: np.ndarray, printed: np.ndarray, name: str
+) -> str:
     """What is wrong with one answer, or nothing."""
     if not callable(function):
         raise CheckFailed("my_unit is not a function yet. Your turn!")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 import numpy as np
 
 from pgm_lab import datasets, rotation
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab.checks import CheckFailed, call, first_slip, near, numbers, report
 
 _MISPRINTED = {"b13", "b22", "b23", "b26"}
 
@@ -44,25 +44,18 @@ def misprints(names: Collection[str]) -> None:
 
 def right_image(answer: object) -> None:
     """Check the image of (-2.0, -1.2, -1.7) in the right photo of 2010."""
-    if answer is ... or answer is None:
-        raise CheckFailed("right_image is still empty. Your turn!")
-    try:
-        value = np.asarray(answer, dtype=float)
-    except (TypeError, ValueError):
-        value = np.array([])
-    if value.shape != (2,):
-        raise CheckFailed("right_image must be two numbers, (x, y) in mm")
+    value = numbers("right_image", answer, (2,), "two numbers, (x, y) in mm")
     left, right = datasets.bani2010_intersection()["exterior"]
     point, c = np.array([-2.0, -1.2, -1.7]), 18.5558
 
-    def projected(exterior, M, sign=-1):
+    def projected(exterior: np.ndarray, M: np.ndarray, sign: int = -1) -> np.ndarray:
         U, V, W = M @ (point - exterior[:3])
         return sign * c * np.array([U, V]) / W
 
     M = rotation.matrix(*right[3:])
     exchanged = np.roll(right, 3)
     slips = [
-        (projected(right, M, 1), "the sign: x = -c U / W, for W is negative in front"),
+        (projected(right, M, 1), "the sign: W is negative in front of the camera"),
         (projected(right, M.T), "M is transposed: it turns object into image"),
         (
             projected(right, rotation.matrix(*np.radians(right[3:]))),
@@ -72,6 +65,7 @@ def right_image(answer: object) -> None:
         (projected(exchanged, rotation.matrix(*exchanged[3:])), "triplets exchanged"),
         (projected(left, rotation.matrix(*left[3:])), "that is the left photo"),
         (projected(right, M)[::-1], "x and y are exchanged"),
+        (projected(right, M) * (1, -1), "y points up in a photo"),
         (projected(right, M) / c, "the principal distance is missing"),
     ]
     hint = first_slip(value, slips, "the point is not imaged there", 2e-3)
@@ -158,7 +152,8 @@ def base(function: Callable) -> None:
             (
                 "twice as high, four times the base",
                 near(higher / expected[0], 4.0 * ratio[0]),
-                "the height enters twice: as H/c and as H/B",
+                "twice as high, a pixel covers twice the ground, and the rays meet at"
+                " half the angle",
             ),
             ("the precision is as wanted", near(ratio, 1.0), _base_slips(ratio)),
         ],
@@ -179,7 +174,7 @@ def _base_slips(ratio: np.ndarray) -> str:
         if np.any(ratio < 0):
             slips.append("a length is positive: look at the sign")
         return ", and ".join(slips)
-    return "the base does not follow from H/B times H/c times the parallax"
+    return "the base does not follow from the height, the scale and the parallax"
 
 
 def _nearest(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:

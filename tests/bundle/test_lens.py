@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pgm_lab import bundle
 from pgm_lab.bundle import lens
 from pgm_lab.camera import PARAMETERS, Camera, imaging
 
@@ -15,8 +16,8 @@ def result(cameras=(LENS,), estimate=PARAMETERS, seed=1, **other):
     """What `bundle.adjust` returns, as far as the lens is concerned."""
     rng = np.random.default_rng(seed)
     u = len(estimate) * len(cameras)
-    names = [
-        name + f" of camera {i + 1}" * (len(cameras) > 1)
+    unknowns = [
+        bundle.Unknown("camera", i + 1, name)
         for i in range(len(cameras))
         for name in estimate
     ]
@@ -24,7 +25,7 @@ def result(cameras=(LENS,), estimate=PARAMETERS, seed=1, **other):
     covariance = root @ root.T
     whole = dict(
         cameras=cameras,
-        interior_names=tuple(names),
+        unknowns=tuple(unknowns),
         covariance_interior=covariance,
         sd_interior=np.sqrt(np.diag(covariance)),
     )

@@ -33,7 +33,9 @@ def agree(analytic, function, x):
 def test_ray_has_the_derivatives_that_complex_step_gives(seed):
     exterior = EXTERIOR + [0, 0, 0, *np.random.default_rng(seed).uniform(-3, 3, 3)]
     ray, by_point = imaging.ray(exterior, POINT)
-    by_angles = imaging.ray_by_angles(ray, imaging.axes_of_angles(by_point, exterior[5]))
+    by_angles = imaging.ray_by_angles(
+        ray, imaging.axes_of_angles(by_point, exterior[5])
+    )
     agree(by_point, lambda x: imaging.ray(exterior, x)[0], POINT)
     agree(
         np.concatenate([-by_point, by_angles], axis=-1),
@@ -53,7 +55,9 @@ def test_ray_agrees_with_the_rotation_matrix_and_its_derivatives():
     ray, by_point = imaging.ray(EXTERIOR, POINT)
     np.testing.assert_allclose(by_point, rotation.matrix(*EXTERIOR[3:]), atol=1e-15)
     expected = rotation.derivatives(*EXTERIOR[3:]) @ (POINT - EXTERIOR[:3])
-    by_angles = imaging.ray_by_angles(ray, imaging.axes_of_angles(by_point, EXTERIOR[5]))
+    by_angles = imaging.ray_by_angles(
+        ray, imaging.axes_of_angles(by_point, EXTERIOR[5])
+    )
     np.testing.assert_allclose(by_angles, expected.T, rtol=1e-12, atol=1e-10)
 
 

@@ -127,7 +127,7 @@ def test_slip_in_the_line_is_named(function, hint):
         (lambda a, b, c: -2 * parabola(a, b, c), "and a factor of two"),
         (lambda a, b, c: parabola(a, b, c) / 2, "half as far"),
         (lambda a, b, c: (a - c) / (2 * (a - b + c)), "counts twice"),
-        (lambda a, b, c: (c - a) / 2, "divide the slope"),
+        (lambda a, b, c: (c - a) / 2, "that is the slope"),
         (lambda a, b, c: (b - a) / (c - b), "equal neighbours must give 0"),
         (lambda a, b, c: 0.0, "exact parabola is not found"),
         (lambda a, b, c: None, "returns nothing"),

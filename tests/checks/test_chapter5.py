@@ -165,7 +165,7 @@ def test_rays_of_a_line_have_no_sign():
         ),
         (lambda *a: 0.0, "does not follow"),
         (lambda *a: np.nan, "does not follow"),
-        (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "height enters twice"),
+        (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "twice the ground, and"),
         (lambda h, c, s, w: base(h, c, s, w) * w, "does not follow"),
     ],
 )

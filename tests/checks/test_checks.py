@@ -146,6 +146,8 @@ def test_slip_in_the_centroid_is_named(slip, hint):
     [
         ((-7.9, 11.8), "x and y are exchanged"),
         ((11.8, 7.9), "below the centre"),
+        ((-11.8, 7.9), "both axes are mirrored"),
+        ((1.18, -0.79), "not millimetres"),
         ((11.793905, -7.893904), "centre of the last pixel"),
         ((11.806095, -7.906096), "half a pixel beyond the sensor"),
         ((11800.0, -7900.0), "not millimetres"),
@@ -153,7 +155,7 @@ def test_slip_in_the_centroid_is_named(slip, hint):
         ((968.0, -648.0), "still in pixels"),
         ((12.0, -8.0), "does not end there"),
         (..., "lower_right is still empty"),
-        ((1, 2, 3), r"lower_right must return shape \(2,\) here"),
+        ((1, 2, 3), r"^lower_right must be two numbers, \(x, y\) in mm; got \(3,\)"),
     ],
 )
 def test_slip_in_the_corner_is_named(answer, hint):
@@ -209,6 +211,13 @@ def test_message_never_shows_the_answer():
     with pytest.raises(CheckFailed) as failed:
         chapter1.corner((1.0, -1.0))
     assert "11.8" not in str(failed.value) and "7.9" not in str(failed.value)
+
+
+def test_a_hint_that_asks_ends_in_its_question_mark():
+    for hint, end in (("which way is up?", "up?"), ("y is up", "up.")):
+        with pytest.raises(CheckFailed) as failed:
+            checks.report("y", [("y points up", False, hint)])
+        assert str(failed.value).endswith(end)
 
 
 def test_notebook_shows_the_message_without_a_traceback():

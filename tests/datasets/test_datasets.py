@@ -15,7 +15,7 @@ from scipy import ndimage
 from pgm_lab import datasets
 from pgm_lab.datasets import files
 
-OURS = {"README.md", "SHA256SUMS", "glossary.csv"}
+OURS = {"README.md", "SHA256SUMS", "chapters.csv", "glossary.csv"}
 SUMS = files.checksums()
 
 
