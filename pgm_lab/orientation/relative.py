@@ -21,6 +21,9 @@ NO_PARALLAX = 1e-9
 # Width over length of a set of image points below which they count as a line.
 LINE = 1e-9
 
+# Cosine between base and x axis below which bx may be too small to hold the scale.
+ACROSS = 1e-2
+
 # The base is lost in the noise if a rotation alone leaves less than so many sigma.
 NO_BASE = 3.0
 
@@ -278,7 +281,7 @@ def _fitted(
     try:
         return _model.fit(b, R, left, right, sigma)
     except RankDefect as defect:
-        if abs(b[0]) > _search.ACROSS * np.linalg.norm(b):
+        if abs(b[0]) > ACROSS * np.linalg.norm(b):
             raise
         raise ValueError(
             "the base is at right angles to the x axis of the left photo, so that bx"

@@ -339,7 +339,7 @@ def test_sign_of_a_missing_base_is_found_and_a_wrong_one_refused(seed):
     np.testing.assert_allclose(given.exterior, found.exterior, rtol=1e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 7, 13, 59])
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 7, 13, 101])
 def test_sign_of_a_missing_base_is_found_from_a_rough_start(seed):
     """30 degrees off; half of them fail if the start counts for a positive bx only."""
     rng = np.random.default_rng([65, seed])
