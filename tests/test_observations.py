@@ -66,10 +66,10 @@ def test_only_accepted_matches_become_rays_and_the_others_are_counted():
     np.testing.assert_array_equal(a, frames.pixel_to_photo(POINTS[3:], SIZE, PIXEL))
 
 
-@pytest.mark.parametrize("share", [0.5, 0.01])
-def test_left_and_right_errors_together_are_those_of_the_match(share):
+@pytest.mark.parametrize(("share", "said"), [(0.5, {}), (0.01, {"left_share": 0.01})])
+def test_left_and_right_errors_together_are_those_of_the_match(share, said):
     found = matches()["B"]
-    seen = of({"B": found}, left_share=share)
+    seen = of({"B": found}, **said)
     n = len(POINTS)
     J = found.parameters[:, [[1, 2], [4, 5]]]
     D = np.diag([PIXEL[0], -PIXEL[1]])

@@ -54,15 +54,13 @@ def walk(grey):
         assert np.all(coarse.status == "matched")
         matches[name] = lsm.match(grey["A"], grey[name], CHOSEN, coarse.points)
     seen = observations.from_matches(CHOSEN, matches, SIZE, PIXEL, left="A")
-    names, pair = seen.common("A", "C")
-    model = orientation.relative(CAMERA, CAMERA, *pair, base=40.0)
+    names, (a, b, c) = seen.common("A", "B", "C")
+    model = orientation.relative(CAMERA, CAMERA, a, c, base=40.0)
     assert model.status == "converged"
-    points = dict(zip(names, model.points))
-    shown, (xy,) = seen.common("B")
-    known = [i for i, name in enumerate(shown) if name in points]
-    third = orientation.resect(CAMERA, xy[known], [points[shown[i]] for i in known])
+    third = orientation.resect(CAMERA, b, model.points)
     assert third.status == "converged"
     stations = {"A": np.zeros(6), "B": third.exterior, "C": model.exterior}
+    points = dict(zip(names, model.points))
     rows = [row for row in seen.rows if row[1] in points]
     network = bundle.Network.of(CAMERA, stations, points, rows)
     return seen, bundle.adjust(network, (), sigma0_prior=1.0)

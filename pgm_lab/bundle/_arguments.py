@@ -1,6 +1,7 @@
 """Arguments of a network: checked, and brought into the shapes that it keeps."""
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,7 +53,8 @@ def accuracy(
     """
     given = sigma is not None and np.size(sigma) > 0
     if covariance is None:
-        values = _validate.finite(sigma if given else SIGMA, "sigma")
+        stated = SIGMA if sigma is None or not np.size(sigma) else sigma
+        values = _validate.finite(stated, "sigma")
         _validate.refuse(
             np.atleast_1d(values <= 0),
             "sigma{} must be positive standard deviations; to leave an observation out,"
@@ -144,3 +146,46 @@ def names(values: Sequence | None, size: int, what: str) -> tuple:
     if len(given) != size or len(set(given)) != size:
         raise ValueError(f"{what} must be {size} different names; got {len(given)}")
     return tuple(given)
+
+
+def camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndarray:
+    """Return the camera (m,) of each photo; the first one where nothing is said."""
+    given = np.zeros(m, int) if values is None or not np.size(values) else values
+    camera = indices(given, cameras, "camera", m)
+    _validate.refuse(
+        ~np.isin(np.arange(cameras), camera),
+        "cameras{} take no photo: leave them out, or correct `camera`, the camera of"
+        " each photo",
+    )
+    return camera
+
+
+def refuse_two_roles(
+    fixed: np.ndarray, control: tuple | None, check: tuple | None
+) -> None:
+    """Refuse a point that is fixed, a control point and a check point, or two of it."""
+    roles = {"fixed": fixed}
+    roles |= {"control": control[0]} if control is not None else {}
+    roles |= {"check": check[0]} if check is not None else {}
+    for one, other in combinations(roles, 2):
+        both = np.intersect1d(roles[one], roles[other])
+        if len(both):
+            raise ValueError(
+                f"point {both[0]} is in `{one}` and in `{other}`: a point has one"
+                " of these roles only"
+            )
+
+
+def refuse_doubles(
+    photo: np.ndarray, point: np.ndarray, photo_names: tuple, point_names: tuple
+) -> None:
+    """Refuse a point that was measured twice in one photo."""
+    ray = photo * len(point_names) + point
+    found, count = np.unique(ray, return_counts=True)
+    if np.any(count > 1):
+        i, j = divmod(int(found[count > 1][0]), len(point_names))
+        raise ValueError(
+            f"photo {photo_names[i]} has point {point_names[j]}"
+            f" {count[count > 1][0]} times: leave one, or take the mean"
+            " with a smaller sigma"
+        )

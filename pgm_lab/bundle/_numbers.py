@@ -25,7 +25,7 @@ class Content(NamedTuple):
 
     path: Path
     line: np.ndarray  # (rows,) from 1, of the lines with any
-    count: np.ndarray  # (rows,) how many
+    columns: np.ndarray  # (rows,) how many
     comma: np.ndarray  # (rows,) bool: commas between them, or meant as decimal ones
     numbers: np.ndarray  # (sum of count,)
 
@@ -74,14 +74,14 @@ def fail(path: Path, line: int | None, reason: str) -> NoReturn:
 def read_table(path: Source, what: str, columns: tuple, optional: int = 0) -> Table:
     """Read a table; no row has its last `optional` columns, or every row."""
     content = read_numbers(path)
-    first = content.count[0]
+    first = content.columns[0]
     wanted = first if first == len(columns) - optional else len(columns)
-    wrong = np.flatnonzero(content.count != wanted)
+    wrong = np.flatnonzero(content.columns != wanted)
     if len(wrong):
         row = wrong[0]
         hint = ". A comma separates columns; decimals need a point"
         reason = (
-            f"{content.count[row]} column(s), where {what} have {wanted}:"
+            f"{content.columns[row]} column(s), where {what} have {wanted}:"
             f" {' '.join(columns[:wanted])}{hint if content.comma[row] else ''}"
         )
         fail(content.path, content.line[row], reason)

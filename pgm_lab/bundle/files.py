@@ -123,7 +123,7 @@ def read(
 
 def _read_interior(path: Source, lens: str) -> Camera:
     content = _numbers.read_numbers(path)
-    if content.count.tolist() not in ([10], [1] * 10):
+    if content.columns.tolist() not in ([10], [1] * 10):
         reason = (
             f"{len(content.numbers)} number(s) in {len(content.line)} line(s), where an"
             f" interior orientation has ten in a row or a column:"
@@ -133,7 +133,7 @@ def _read_interior(path: Source, lens: str) -> Camera:
     found = content.table()
     c = found.values[:1, 0]
     found.refuse(c <= 0, "the principal distance c = {} must be above zero", c)
-    return Camera(*found.values.ravel(), lens=lens)
+    return Camera(**dict(zip(PARAMETERS, found.values.ravel().tolist())), lens=lens)
 
 
 def _read_sigma(rays: Table) -> np.ndarray:
@@ -194,13 +194,13 @@ def write(
     """
     _refuse_what_files_lack(network)
     camera = network.cameras[0]
-    photo_ids = _ids(network.photo_names, len(network.exteriors), "photo_names")
-    point_ids = _ids(network.point_names, len(network.points), "point_names")
+    photo_ids = _ids(network.photo_names, "photo_names")
+    point_ids = _ids(network.point_names, "point_names")
     rays = zip(
         [point_ids[i] for i in network.point],
         [photo_ids[i] for i in network.photo],
         *network.xy.T.tolist(),
-        *np.broadcast_to(network.sigma, network.xy.shape).T.tolist(),
+        *network.sigma.T.tolist(),
     )
     turned = network.exteriors[:, [3, 4, 5, 0, 1, 2]]
     contents = (
@@ -211,7 +211,8 @@ def write(
     )
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    paths = tuple(folder / name for name in NAMES)
+    one, two, three, four = (folder / name for name in NAMES)
+    paths = one, two, three, four
     if not overwrite:
         _numbers.refuse_existing(*paths)
     for path, (heading, rows) in zip(paths, contents):
@@ -222,9 +223,9 @@ def write(
     return paths
 
 
-def _ids(names, count: int, argument: str) -> list[int]:
+def _ids(names: tuple, argument: str) -> list[int]:
     try:
-        return [int(str(name)) for name in names or range(1, count + 1)]
+        return [int(str(name)) for name in names]
     except ValueError:
         raise ValueError(
             f"{argument} must be whole numbers to be written as ids; got {names[:5]}"

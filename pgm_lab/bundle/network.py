@@ -1,13 +1,12 @@
 """A photogrammetric network: cameras, photos, object points and the rays between."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
 from pgm_lab.bundle import _arguments, _tables
 from pgm_lab.camera import Camera
 
@@ -95,6 +94,28 @@ class Network:
     point_names: tuple = ()
     covariance: np.ndarray | None = None
 
+    if TYPE_CHECKING:  # what it takes, beside what it then holds
+
+        def __init__(
+            self,
+            cameras: Camera | Sequence[Camera],
+            exteriors: ArrayLike,
+            points: ArrayLike,
+            photo: ArrayLike,
+            point: ArrayLike,
+            xy: ArrayLike,
+            sigma: ArrayLike | None = None,
+            camera: ArrayLike | None = None,
+            fixed: ArrayLike = (),
+            control: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+            check: tuple[ArrayLike, ArrayLike] | None = None,
+            datum_points: ArrayLike | None = None,
+            scale_bars: ArrayLike = (),
+            photo_names: Sequence | None = None,
+            point_names: Sequence | None = None,
+            covariance: ArrayLike | None = None,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         """Check everything, and bring it into the shapes that are kept."""
         given = self.cameras
@@ -113,18 +134,19 @@ class Network:
         self._set(point=_arguments.indices(self.point, n, "point", k))
         sigma, covariance = _arguments.accuracy(self.sigma, self.covariance, k)
         self._set(sigma=sigma, covariance=covariance)
-        self._set(camera=self._camera_of_photos(m))
+        self._set(camera=_arguments.camera_of_photos(self.camera, m, len(cameras)))
         self._set(fixed=np.unique(_arguments.indices(self.fixed, n, "fixed")))
         self._set(control=_arguments.control(self.control, n))
         self._set(check=_arguments.check(self.check, n))
-        self._refuse_two_roles()
+        _arguments.refuse_two_roles(self.fixed, self.control, self.check)
         if self.datum_points is not None:
             datum = _arguments.indices(self.datum_points, n, "datum_points")
             self._set(datum_points=np.unique(datum))
         self._set(scale_bars=_arguments.scale_bars(self.scale_bars, points))
         self._set(photo_names=_arguments.names(self.photo_names, m, "photo_names"))
         self._set(point_names=_arguments.names(self.point_names, n, "point_names"))
-        self._refuse_doubles()
+        names = self.photo_names, self.point_names
+        _arguments.refuse_doubles(self.photo, self.point, *names)
 
     @classmethod
     def of(
@@ -216,42 +238,6 @@ class Network:
     def _set(self, **values: object) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
-
-    def _camera_of_photos(self, m: int) -> np.ndarray:
-        cameras = len(self.cameras)
-        given = self.camera is not None and np.size(self.camera)
-        camera = self.camera if given else np.zeros(m, int)
-        camera = _arguments.indices(camera, cameras, "camera", m)
-        _validate.refuse(
-            ~np.isin(np.arange(cameras), camera),
-            "cameras{} take no photo: leave them out, or correct `camera`, the camera"
-            " of each photo",
-        )
-        return camera
-
-    def _refuse_two_roles(self) -> None:
-        roles = {"fixed": self.fixed}
-        roles |= {"control": self.control[0]} if self.control is not None else {}
-        roles |= {"check": self.check[0]} if self.check is not None else {}
-        for one, other in combinations(roles, 2):
-            both = np.intersect1d(roles[one], roles[other])
-            if len(both):
-                raise ValueError(
-                    f"point {both[0]} is in `{one}` and in `{other}`: a point has one"
-                    " of these roles only"
-                )
-
-    def _refuse_doubles(self) -> None:
-        ray = self.photo * len(self.points) + self.point
-        found, count = np.unique(ray, return_counts=True)
-        if np.any(count > 1):
-            photo, point = divmod(int(found[count > 1][0]), len(self.points))
-            times = int(count[count > 1][0])
-            raise ValueError(
-                f"photo {self.photo_names[photo]} has point"
-                f" {self.point_names[point]} {times} times: leave one, or take the mean"
-                " with a smaller sigma"
-            )
 
     @property
     def interior(self) -> np.ndarray:

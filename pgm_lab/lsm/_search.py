@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
+from pgm_lab import _validate
 from pgm_lab.lsm import _fine
 
 LARGEST = 32_766  # px, what cv2.remap can address
@@ -62,3 +64,17 @@ def crop(
     first = np.maximum(np.floor(centres.min(axis=0)).astype(int) - margin, 0)
     end = np.ceil(centres.max(axis=0)).astype(int) + margin + 1
     return image[first[1] : end[1], first[0] : end[0]], first
+
+
+def start(points: np.ndarray, shape: ArrayLike | None) -> np.ndarray:
+    """Transformations (n, 2, 3) that the first iteration starts from."""
+    T = np.zeros((len(points), 2, 3))
+    T[:, :, 0] = points
+    shape = np.eye(2) if shape is None else _validate.finite(shape, "shape")
+    if shape.shape not in ((2, 2), (len(points), 2, 2)):
+        raise ValueError(
+            "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
+            f" (2, 2) or ({len(points)}, 2, 2); got {shape.shape}"
+        )
+    T[:, :, 1:] = shape
+    return T

@@ -1,12 +1,12 @@
 """Least squares matching with one defect put in at a time.
 
-The matching is that of Bani 2010, (B 2.7) to (B 2.14), as `pgm_lab.lsm` does it, in
-fewer lines. A printed formula or a property of the printed program can be put in by its
-name, to see what it costs. For measuring use `pgm_lab.lsm`.
+The matching is that of (B 2.7) to (B 2.14), as `pgm_lab.lsm` does it, in fewer
+lines. A printed formula or a property of the printed program can be put in by its name,
+to see what it costs. For measuring use `pgm_lab.lsm`.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,7 +166,9 @@ def match(
     return Match(points, S0, condition, steps, status)
 
 
-def _windows(image: np.ndarray, centres: np.ndarray, window: int):
+def _windows(
+    image: np.ndarray, centres: np.ndarray, window: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y from the centre of the window, and grey values (n, pixels)."""
     half = window // 2
     far = np.array(image.shape[::-1]) - 1 - half
@@ -187,7 +189,9 @@ def _evaluated(p: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.stack([p[0] + p[1] * x + p[2] * y, p[3] + p[4] * x + p[5] * y], axis=-1)
 
 
-def _transformed(p, x, y, defects) -> np.ndarray:
+def _transformed(
+    p: np.ndarray, x: np.ndarray, y: np.ndarray, defects: Collection[str]
+) -> np.ndarray:
     """Pixels of the windows in the right image (n, pixels, 2)."""
     if "diagonal grid" not in defects:
         return _evaluated(p, x, y)
@@ -199,12 +203,14 @@ def _transformed(p, x, y, defects) -> np.ndarray:
     return np.stack([columns, rows], axis=-1).reshape(*x.shape, 2)
 
 
-def _resampled(image: np.ndarray, points: np.ndarray, defects):
+def _resampled(
+    image: np.ndarray, points: np.ndarray, defects: Collection[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Grey values of the right image, and their gradients by (B 2.12) and (B 2.13)."""
     method = "spline3"
     if "cubic convolution" in defects:
         method = "cubic"
-    if {"bilinear", "rounded", "truncated"} & defects:
+    if {"bilinear", "rounded", "truncated"} & set(defects):
         method = "bilinear"
 
     def grey(column, row):
@@ -219,15 +225,22 @@ def _resampled(image: np.ndarray, points: np.ndarray, defects):
     return grey(0, 0), gx, gy
 
 
-def _design(gx, gy, g, x, y, defects) -> np.ndarray:
+def _design(
+    gx: np.ndarray,
+    gy: np.ndarray,
+    g: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    defects: Collection[str],
+) -> np.ndarray:
     """Derivatives below (B 2.11), in the order of (B 2.18): (n, pixels, 8)."""
     one = np.ones_like(g)
     h1 = one if "h1 without grey value" in defects else g
     return np.stack([gx, gx * x, gx * y, gy, gy * x, gy * y, one, h1], axis=-1)
 
 
-def _solved(A: np.ndarray, L: np.ndarray):
-    """X (B 2.14a), NaN where A'A has no inverse, V (B 2.14c), condition of A'A."""
+def _solved(A: np.ndarray, L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """X (B 2.14a), NaN where A'A is singular, V (B 2.14c), and the condition of A'A."""
     N = A.swapaxes(-1, -2) @ A
     condition = np.linalg.cond(N)
     regular = (condition < 1 / np.finfo(float).eps)[:, None]
@@ -236,7 +249,7 @@ def _solved(A: np.ndarray, L: np.ndarray):
     return np.where(regular, X[..., 0], np.nan), (A @ X)[..., 0] - L, condition
 
 
-def _s0(V: np.ndarray, u: int, defects) -> np.ndarray:
+def _s0(V: np.ndarray, u: int, defects: Collection[str]) -> np.ndarray:
     """Standard deviation of the grey values by (B 2.14e), or as in the listing."""
     r = V.shape[-1] - u  # (B 2.14d)
     square = (V**2).sum(axis=-1)
@@ -245,7 +258,7 @@ def _s0(V: np.ndarray, u: int, defects) -> np.ndarray:
     return np.sqrt(square / r)
 
 
-def _small(X: np.ndarray, defects) -> np.ndarray:
+def _small(X: np.ndarray, defects: Collection[str]) -> np.ndarray:
     """Whether the corrections say that the iteration may stop."""
     a0, a1, a2, b0, b1, b2 = np.abs(X[:, :6]).T
     if "or" in defects:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _fine, _normal_equations
-from pgm_lab.lsm._search import Search, crop
+from pgm_lab.lsm._search import Search, crop, start
 
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
@@ -120,8 +120,8 @@ def match(
     ------
     ValueError
         If an image is not two-dimensional, is smaller than the window or not finite,
-        the window is even or below 5, or the points do not fit together. What befalls
-        a single point is told by its status.
+        the window is even or below 5, or the points do not fit together. What happens
+        to a single point is told by its status.
 
     Notes
     -----
@@ -159,7 +159,7 @@ def match(
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     # Far outside is outside; larger numbers do not fit whole pixels
     pixels = np.rint(np.clip(left_points, -1, max(left.shape))).astype(int)
-    T = _start(right_points, shape)
+    T = start(right_points, shape)
     status = np.full(n, "too many iterations", dtype=STATUS)
     status[_outside(T, half, right.shape)] = "left the image"
     windows = np.zeros_like(T) + np.eye(2, 3, 1)
@@ -209,9 +209,16 @@ def match(
     )
 
 
-def _iterate(template, search, T, half, tolerance, max_iterations):
+def _iterate(
+    template: _normal_equations.Templates,
+    search: Search,
+    T: np.ndarray,
+    half: int,
+    tolerance: float,
+    max_iterations: int,
+) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray, np.ndarray]:
     """Iterate from the transformations T (m, 2, 3), resampling more and more finely."""
-    start, grid = T[:, :, 0].copy(), _normal_equations.window_grid(half)
+    first, grid = T[:, :, 0].copy(), _normal_equations.window_grid(half)
     status = np.full(len(T), "too many iterations", dtype=STATUS)
     status[template.singular] = "singular"
     iterations = np.zeros(len(T), int)
@@ -230,7 +237,7 @@ def _iterate(template, search, T, half, tolerance, max_iterations):
             T[k] += dT
             iterations[k] += 1
             moved = np.abs(dT) @ [1, half, half]
-            lost = _lost(T[k], start[k], half)
+            lost = _lost(T[k], first[k], half)
             status[k[lost]] = "diverged"
             status[k[np.isnan(found.vv)]] = "singular"
             gone = ~lost & _outside(T[k], half, search.shape)
@@ -244,21 +251,7 @@ def _iterate(template, search, T, half, tolerance, max_iterations):
     return T, last, iterations, status
 
 
-def _start(points, shape) -> np.ndarray:
-    """Transformations (n, 2, 3) that the first iteration starts from."""
-    T = np.zeros((len(points), 2, 3))
-    T[:, :, 0] = points
-    shape = np.eye(2) if shape is None else _validate.finite(shape, "shape")
-    if shape.shape not in ((2, 2), (len(points), 2, 2)):
-        raise ValueError(
-            "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
-            f" (2, 2) or ({len(points)}, 2, 2); got {shape.shape}"
-        )
-    T[:, :, 1:] = shape
-    return T
-
-
-def _outside(T, half, image_shape) -> np.ndarray:
+def _outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarray:
     """Whether a corner of the transformed window lies outside the pixel centres."""
     reach = half * np.abs(T[:, :, 1:]).sum(axis=2)
     last = np.array(image_shape[::-1]) - 1
@@ -266,7 +259,7 @@ def _outside(T, half, image_shape) -> np.ndarray:
     return np.any((centre - reach < 0) | (centre + reach > last), axis=1)
 
 
-def _lost(T, start, half) -> np.ndarray:
+def _lost(T: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
     """Whether a window went astray: too far, too large, too small, or mirrored."""
     area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
@@ -274,14 +267,20 @@ def _lost(T, start, half) -> np.ndarray:
     return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
 
 
-def _of_left_point(T, h, Q, offset, means) -> tuple[np.ndarray, np.ndarray]:
+def _of_left_point(
+    T: np.ndarray,
+    h: np.ndarray,
+    Q: np.ndarray,
+    offset: np.ndarray,
+    means: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (m, 8) and covariance counted from the point, not from its pixel."""
     parameters = np.concatenate([T.reshape(-1, 6), h], axis=1)
     # Derivatives of the eight parameters by (q, h0, h1)
     P = np.zeros((len(T), 8, Q.shape[-1]))
     P[:, :6, :6] = np.kron(T[:, :, 1:], np.eye(3))
     if Q.shape[-1] == 8:
-        P[:, 6:, 6:] = [[1, -means[1]], [0, 1]]
+        P[:, 6:, 6:] = np.array([[1.0, -means[1]], [0.0, 1.0]])
     parameters[:, 6] += means[0] - h[:, 1] * means[1]
     x, y = offset.T
     for values in (parameters, P):

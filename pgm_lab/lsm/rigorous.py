@@ -23,7 +23,7 @@ def adjust(
     line_search: bool = True,
     max_iterations: int = 50,
 ) -> Adjustment:
-    """Adjust (B 2.10), with the derivatives (B 2.11) of the resampled right window.
+    """Adjust (B 2.10) with derivatives (B 2.11), both from the resampled right window.
 
     This is the definition that `match` is tested against: every iteration interpolates
     the grey values and both gradients of the right window, and v'v falls to its
@@ -66,8 +66,7 @@ def adjust(
 
     References
     ----------
-    Bani 2010, (B 2.7) to (B 2.19) and (B Table 2.2); (B 2.17) lacks the grey value at
-    h1.
+    (B 2.7) to (B 2.19), (B Table 2.2); (B 2.17) lacks the grey value at h1.
 
     Examples
     --------

@@ -223,7 +223,7 @@ def _one_covariance(t: np.ndarray, s: np.ndarray) -> np.ndarray:
         padded = np.zeros((cv2.getOptimalDFTSize(H), cv2.getOptimalDFTSize(W)))
         padded[: values.shape[0], : values.shape[1]] = values
         spectra.append(cv2.dft(padded, nonzeroRows=values.shape[0]))
-    product = cv2.mulSpectrums(*spectra, 0, conjB=True)
+    product = cv2.mulSpectrums(spectra[0], spectra[1], 0, conjB=True)
     inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
     product = cv2.dft(product, flags=inverse, nonzeroRows=H - h + 1)
     return product[: H - h + 1, : W - w + 1]
@@ -233,20 +233,20 @@ def _sums_of_squares(s: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Sum of squares of each window about its mean; the stack as one tall image."""
     (k, H, W), (h, w) = s.shape, size
     running = _work("sums", (2, k * H + 1, W + 1))
-    cv2.integral2(s.reshape(k * H, W), *running, cv2.CV_64F, cv2.CV_64F)
+    cv2.integral2(s.reshape(k * H, W), running[0], running[1], cv2.CV_64F, cv2.CV_64F)
     below = running[:, 1:].reshape(2, k, H, W + 1)[:, :, h - 1 :]
     above = running[:, :-1].reshape(2, k, H, W + 1)[:, :, : H - h + 1]
     rows = np.subtract(below, above, out=_work("strips", below.shape))
-    size = (2, k, H - h + 1, W - w + 1)
-    total, squares = np.subtract(
-        rows[..., w:], rows[..., :-w], out=_work("windows", size)
-    )
+    windows = _work("windows", (2, k, H - h + 1, W - w + 1))
+    total, squares = np.subtract(rows[..., w:], rows[..., :-w], out=windows)
     total *= total
     total /= h * w
     return np.subtract(squares, total, out=squares)
 
 
-def _by_definition(r, faint, t, searches) -> None:
+def _by_definition(
+    r: np.ndarray, faint: np.ndarray, t: np.ndarray, searches: np.ndarray
+) -> None:
     """Put into r, where faint, the correlation by definition; 0 for flat windows.
 
     From the grey values as they came: centred, the faint have lost their digits.

@@ -176,7 +176,9 @@ def match(
     return Match(centre + found + (points - cut), r, second, covariance, status)
 
 
-def _check(template, search, threshold, ratio, refine) -> None:
+def _check(
+    template: int, search: int, threshold: float, ratio: float, refine: str | None
+) -> None:
     if search < template + 2:
         raise ValueError(
             f"search must be at least template + 2 = {template + 2}, so that there is"
@@ -203,7 +205,7 @@ def _windows(image: np.ndarray, centre: np.ndarray, size: int) -> np.ndarray:
     return sliding_window_view(image, (size, size))[row, column]
 
 
-def _windows_and_beyond(image, centre, size) -> np.ndarray:
+def _windows_and_beyond(image: np.ndarray, centre: np.ndarray, size: int) -> np.ndarray:
     """The same; beyond the edge of the image its last row or column is repeated."""
     beside = np.arange(size) - size // 2
     column, row = centre.astype(int).T[:, :, None] + beside

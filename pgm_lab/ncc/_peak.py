@@ -29,7 +29,9 @@ def peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
     return row, column, r, padded.max(axis=(1, 2))
 
 
-def paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
+def paraboloid(
+    maps: np.ndarray, row: np.ndarray, column: np.ndarray, templates: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Top of the paraboloid through 3 x 3 values, its covariance, and ridges.
 
     r = r0 + D x - x' K x / 2 with central differences for D and K.
@@ -59,7 +61,9 @@ def paraboloid(maps, row, column, templates) -> tuple[np.ndarray, ...]:
     return step, Q, ridge | (np.trace(Q, axis1=1, axis2=2) > 1)
 
 
-def systematic_errors(templates, wider, step) -> tuple[np.ndarray, np.ndarray]:
+def systematic_errors(
+    templates: np.ndarray, wider: np.ndarray, step: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """What the paraboloid errs in without any noise, in pixels: two vectors each.
 
     The correlation of the template with its own surroundings (`wider` by one pixel on
@@ -82,7 +86,7 @@ def systematic_errors(templates, wider, step) -> tuple[np.ndarray, np.ndarray]:
     return np.clip(offset, -1, 1), np.clip(locking, -1, 1)
 
 
-def _top(r) -> tuple[np.ndarray, ...]:
+def _top(r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Top, slope (k, 2), curvature (k, 2, 2) of 3 x 3 values, and where it is none."""
     r0 = r[:, 1, 1]
     D = np.stack([r[:, 1, 2] - r[:, 1, 0], r[:, 2, 1] - r[:, 0, 1]], axis=1) / 2

@@ -70,9 +70,9 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     """Offset, gain and correlation of two windows, by the computing form.
 
     b is regressed on a: b = alpha + beta a, as x = a and y = b in (B 2.6d). Least
-    squares matching needs the other direction, left = h0 + h1 right (B 2.7): with a =
-    right and b = left, h0 = alpha and h1 = beta. (The gain of the other direction is
-    not 1 / beta but r^2 / beta.)
+    squares matching needs the other direction, left = h0 + h1 right (B 2.7): with
+    a = right and b = left, h0 = alpha and h1 = beta. (The gain of the other direction
+    is not 1 / beta but r^2 / beta.)
 
     The computing form goes through the grey values once, but takes the difference of
     large numbers: where the mean is 10^k times the standard deviation, 2k of the 16
