@@ -12,7 +12,6 @@ memory. That makes hundreds of thousands of points fast without a loop over them
 from collections.abc import Collection
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab.camera._stacks import (
     entries,
@@ -49,7 +48,7 @@ def ray(
 
     References
     ----------
-    Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
+    Muliawan 2013, (M 2.25) to (M 2.27), where r, s, q stand for U, V, W.
     """
     M = of_photo(attitude(exterior), photo)
     from_centre = points - of_photo(exterior[..., :3], photo)
@@ -99,12 +98,14 @@ def attitude(exterior: np.ndarray) -> np.ndarray:
     )
 
 
-def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
+def perspective(
+    c: np.ndarray | float, ray: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Project rays onto the image plane: x = -c U / W, y = -c V / W.
 
     Parameters
     ----------
-    c : array_like (...)
+    c : float or ndarray (...)
         Principal distance.
     ray : ndarray (..., 3)
         (U, V, W), as from `ray`.
@@ -120,7 +121,7 @@ def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
 
     References
     ----------
-    Bani 2010, (2.2a), (2.2b); Muliawan 2013, (2.20), (2.21).
+    Bani 2010, (B 2.2a), (B 2.2b); Muliawan 2013, (M 2.20), (M 2.21).
     """
     per_depth = -1.0 / ray[..., 2]
     x, y = ray[..., 0] * per_depth, ray[..., 1] * per_depth
@@ -146,6 +147,7 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
     References
     ----------
+    Muliawan 2013, (M 2.46) to (M 2.48) radial, (M 2.52) decentring, (M 2.54) affinity;
     Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8);
     Fraser 1997, "Digital camera self-calibration", ISPRS Journal 52(4).
     """
@@ -172,7 +174,10 @@ def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
 
 def distortion_by_lens(image: np.ndarray) -> np.ndarray:
-    """Derivatives (..., 2, 7) of the displacement by (K1, K2, K3, P1, P2, b1, b2)."""
+    """Derivatives (..., 2, 7) of the displacement by (K1, K2, K3, P1, P2, b1, b2).
+
+    The columns of A3, (M 2.89), which has r where r^2 belongs.
+    """
     x, y = image[..., 0], image[..., 1]
     xx, xy, yy = x * x, 2 * x * y, y * y
     r2 = xx + yy
