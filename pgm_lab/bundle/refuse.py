@@ -139,7 +139,7 @@ def refuse_kept(scaled: np.ndarray, names: tuple[str, ...]) -> None:
         f"the reduced normal matrix has rank {len(names) - free.shape[1]} of"
         f" {len(names)}: the rays do not determine {_listed(some)}. Add"
         " photos that converge and are rolled by 90 degrees, leave parameters out of"
-        " `estimate` or, if there are control points, add some at other depths",
+        " `estimate` or, where there are control points, add some at other depths",
         some,
         free,
     )
