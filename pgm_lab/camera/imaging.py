@@ -214,25 +214,25 @@ def misclosure(
     c, centre, lens_parameters = interior[..., 0], interior[..., 1:3], interior[..., 3:]
     rays, M = ray(exterior, points, photo)
     image, by_c, by_ray = perspective(c, rays)
-    if lens == "backward":
-        distorted = measured - centre
-        v = image - distorted - distortion(lens_parameters, distorted)
-        sign = -1.0
+    distorted = measured - centre if lens == "backward" else image
+    if "interior" in wrt:  # the displacement is linear in the parameters of the lens
+        by_lens = distortion_by_lens(distorted)
+        moved = product(by_lens, lens_parameters[..., None])[..., 0]
     else:
-        distorted = image
-        v = image + distortion(lens_parameters, image) + centre - measured
-        sign = 1.0
-
-    if lens == "forward" and wrt:
-        through_lens = np.eye(2) + distortion_by_image(lens_parameters, image)
-        by_c, by_ray = product(through_lens, by_c), product(through_lens, by_ray)
+        moved = distortion(lens_parameters, distorted)
+    if wrt and (lens == "forward" or "interior" in wrt):
+        through_lens = np.eye(2) + distortion_by_image(lens_parameters, distorted)
     blocks = {}
-    if "interior" in wrt:
-        by_centre = np.eye(2)
-        if lens == "backward":
-            by_centre = by_centre + distortion_by_image(lens_parameters, distorted)
-        by_lens = sign * distortion_by_lens(distorted)
-        blocks["interior"] = side_by_side(by_c, by_centre, by_lens)
+    if lens == "backward":
+        v = image - distorted - moved
+        if "interior" in wrt:
+            blocks["interior"] = side_by_side(by_c, through_lens, -by_lens)
+    else:
+        v = image + moved + centre - measured
+        if wrt:
+            by_c, by_ray = product(through_lens, by_c), product(through_lens, by_ray)
+        if "interior" in wrt:
+            blocks["interior"] = side_by_side(by_c, np.eye(2), by_lens)
     if "exterior" in wrt or "point" in wrt:
         by_point = product(by_ray, M)
     if "exterior" in wrt:
