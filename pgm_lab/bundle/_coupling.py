@@ -113,7 +113,7 @@ class ByRays:
 
     @property
     def times_W(self) -> np.ndarray:
-        U, m = self.rays.interior, len(self.rays.photos)
+        U = self.rays.interior
         product = np.zeros((self.rays.kept, self.rays.kept))
         product[:U, :U] = flat(self.W_interior) @ flat(self.Z_interior).T
         product[U:, U:] = self._between_photos()

@@ -65,7 +65,7 @@ class Problem:
         observations = network.xy.size + observed + len(network.scale_bars)
         coordinates = np.count_nonzero(~self.held)
         unknowns = self.rays.kept + coordinates
-        return observations - unknowns + constraints
+        return int(observations - unknowns + constraints)
 
     @cached_property
     def held(self) -> np.ndarray:

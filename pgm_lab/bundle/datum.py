@@ -1,7 +1,7 @@
 """The datum of a network: seven motions that no image notices, and how to stop them.
 
 An image does not change when the whole network, points and cameras, is shifted, turned
-or scaled: these are the columns of G (2.95), here for the exterior orientations too.
+or scaled: these are the columns of G (M 2.95), here for the exterior orientations too.
 A solution of the singular normal equations is brought into any other datum by such a
 motion alone (S-transformation, Baarda 1973).
 """
@@ -40,7 +40,7 @@ class Motions:
     kept : ndarray (U + 6 m, d)
         Their part in the interior (0) and exterior orientations.
     points : ndarray (d, 3, n)
-        Their part in the points: the transposed G of (2.95).
+        Their part in the points: the transposed G of (M 2.95).
     """
 
     kept: np.ndarray
@@ -51,7 +51,7 @@ class Motions:
         """How many directions there are, d."""
         return self.kept.shape[1]
 
-    def some(self, which) -> "Motions":
+    def some(self, which: slice | np.ndarray) -> "Motions":
         """Return some of the motions, by a slice or their indices."""
         return Motions(self.kept[:, which], self.points[which])
 
@@ -73,7 +73,7 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
 
     References
     ----------
-    (M 2.95): its G holds these as columns, about the origin.
+    Muliawan 2013, (M 2.95): `dense.G` holds these as columns, about the origin.
 
     Examples
     --------
@@ -160,7 +160,8 @@ def constraint(network: Network, datum: str, move: Motions) -> Motions:
 
 def check_constraint(network: Network, datum: str, move: Motions) -> None:
     """Refuse a datum that lies in one line: it does not stop the turn about it."""
-    GH = _product(*_parts_in_datum(network, datum, move), move)
+    kept, points = _parts_in_datum(network, datum, move)
+    GH = _product(kept, points, move)
     if move.number and normal.null_space(GH).defect:
         raise ValueError(
             "the datum needs at least three points that do not lie in one line; take"
@@ -171,12 +172,14 @@ def check_constraint(network: Network, datum: str, move: Motions) -> None:
         )
 
 
-def _parts_in_datum(network: Network, datum: str, move: Motions):
+def _parts_in_datum(
+    network: Network, datum: str, move: Motions
+) -> tuple[np.ndarray, np.ndarray]:
     """The motions of the datum points, or of the projection centres; 0 elsewhere."""
     kept, points = np.zeros_like(move.kept), np.zeros_like(move.points)
     if datum == "inner":
-        chosen = network.datum_points
-        chosen = slice(None) if chosen is None else chosen
+        some = network.datum_points
+        chosen = slice(None) if some is None else some
         points[..., chosen] = move.points[..., chosen]
     else:
         m = len(network.exteriors)

@@ -5,7 +5,7 @@ A printed formula or a property of the printed program can be put in by its name
 what it costs. For measuring use `bundle.adjust`.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +32,8 @@ DEFECTS = {
     "ten places": "accuracies of the points are read ten places too early",
 }
 PROGRAM = tuple(name for name in DEFECTS if name not in ("r", "pinv of NumPy"))
+
+State = tuple[np.ndarray, np.ndarray, np.ndarray]  # interior, exteriors, points
 
 _STILL = 1e-7  # mm: a step that moves no image point by more is the last
 _FAR = 1e3  # mm: a metre, in an image of two centimetres
@@ -144,7 +146,8 @@ def adjust(
     sigma = float(_validate.positive(sigma, "sigma", "mm"))
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     state, image = _checked(interior, exteriors, points, photo, point, xy)
-    states, sums, status = [state], [], "not converged"
+    states, status = [state], "not converged"
+    sums: list[float] = []
     v, right = [misclosure(*state, *image, defects)], [misclosure(*state, *image)]
     while status == "not converged" and len(sums) < max_iterations:
         A = design(*state, *image, defects)
@@ -156,10 +159,24 @@ def adjust(
         v.append(misclosure(*state, *image, defects))
         right.append(misclosure(*state, *image))
         status = _status(v, sums, defects)
-    history = [np.array(part) for part in zip(*states, strict=True)]
-    rms = [np.sqrt(np.mean(np.square(part), axis=(1, 2))) for part in (right, v)]
-    accuracies = _accuracies(v[-1], Q, state, sigma, defects)
-    return Run(*history, *rms, np.array(sums), kept, *accuracies, status)
+    interiors, all_exteriors, all_points = map(np.array, zip(*states, strict=True))
+    rms, own_rms = (np.sqrt(np.mean(np.square(w), axis=(1, 2))) for w in (right, v))
+    sigma0, *sds = _accuracies(v[-1], Q, state, sigma, defects)
+    sd_interior, sd_exteriors, sd_points = sds
+    return Run(
+        interiors,
+        all_exteriors,
+        all_points,
+        rms,
+        own_rms,
+        np.array(sums),
+        kept,
+        sigma0,
+        sd_interior,
+        sd_exteriors,
+        sd_points,
+        status,
+    )
 
 
 def misclosure(
@@ -218,7 +235,8 @@ def normal_matrix(A: np.ndarray, points: np.ndarray, sigma: float) -> np.ndarray
 def tolerance(N: np.ndarray, defects: Iterable[str] = ()) -> float:
     """Singular values up to here count as zero: MATLAB's rule, or 1e-15 of the norm."""
     norm = np.linalg.norm(N, 2)
-    return 1e-15 * norm if "pinv of NumPy" in defects else len(N) * np.spacing(norm)
+    relative = 1e-15 * norm if "pinv of NumPy" in defects else len(N) * np.spacing(norm)
+    return float(relative)
 
 
 def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int]:
@@ -233,7 +251,7 @@ def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int
     return dense.inverse(N), len(N)
 
 
-def _corrected(state, delta):
+def _corrected(state: State, delta: np.ndarray) -> State:
     """O + delta1, the ten parameters + delta3, X + delta2: (M 2.79)."""
     interior, exteriors, points = state
     d1, d3, d2 = np.split(delta[:-7], [exteriors.size, exteriors.size + 10])
@@ -241,7 +259,10 @@ def _corrected(state, delta):
     return interior + d3, exteriors + d1, points + d2.reshape(points.shape)
 
 
-def _status(v, sums, defects) -> str:
+def _status(
+    v: Sequence[np.ndarray], sums: list[float], defects: Collection[str]
+) -> str:
+    """Say whether the run ends here, by the image or by the rule of the listing."""
     if not np.sqrt(np.mean(v[-1] ** 2)) < _FAR:
         return "diverged"
     if "stop" in defects:
@@ -252,7 +273,9 @@ def _status(v, sums, defects) -> str:
     return "converged" if still else "not converged"
 
 
-def _accuracies(v, Q, state, sigma, defects):
+def _accuracies(
+    v: np.ndarray, Q: np.ndarray, state: State, sigma: float, defects: Collection[str]
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Sigma0, and standard deviations in the shapes of interior, exteriors, points."""
     _, exteriors, points = state
     redundancy = v.size - len(Q) + 14  # Q counts the seven multipliers as well
@@ -268,7 +291,14 @@ def _accuracies(v, Q, state, sigma, defects):
     return sigma0, sd[own:other], sd_exteriors, sd_points
 
 
-def _checked(interior, exteriors, points, photo, point, xy):
+def _checked(
+    interior: ArrayLike,
+    exteriors: ArrayLike,
+    points: ArrayLike,
+    photo: ArrayLike,
+    point: ArrayLike,
+    xy: ArrayLike,
+) -> tuple[State, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """State and image points as arrays that fit to each other."""
     interior = _validate.points(interior, 10, "interior")
     exteriors = _validate.points(exteriors, 6, "exteriors")
@@ -280,7 +310,7 @@ def _checked(interior, exteriors, points, photo, point, xy):
         )
     index = {"photo": (photo, len(exteriors)), "point": (point, len(points))}
     for name, (values, count) in index.items():
-        if np.shape(values) != (len(xy),) or not set(values) <= set(range(count)):
+        if np.shape(values) != (len(xy),) or not np.isin(values, range(count)).all():
             raise ValueError(
                 f"{name} must have a whole number from 0 to {count - 1} for each of the"
                 f" {len(xy)} rows of xy"

@@ -140,7 +140,7 @@ class Rays:
         return sparse.csc_array((np.ones(k), self.place, np.arange(k + 1)), shape=shape)
 
     def total_by_camera(self, values: np.ndarray) -> np.ndarray:
-        """Sum values (..., k) over the rays of each camera and point: (..., cameras, n)."""
+        """Sum values (..., k) by camera and point: (..., cameras, n)."""
         sums = self._at_places @ values.reshape(-1, values.shape[-1]).T
         shape = (*values.shape[:-1], self.cameras, self.points)
         return np.ascontiguousarray(sums.T).reshape(shape)
@@ -221,7 +221,9 @@ def equations(
     return Equations(A)
 
 
-def totals_of_runs(values: np.ndarray, index: np.ndarray):
+def totals_of_runs(
+    values: np.ndarray, index: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Sum values (..., k) over runs of the same index, which ascends.
 
     Returns

@@ -4,6 +4,8 @@ An image with one axis turned round fits no better and no worse than the right o
 camera, or the object, comes out as its mirror image.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pgm_lab import rotation
@@ -14,7 +16,7 @@ from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import State, behind
 from pgm_lab.bundle.reduced import Reduced
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.camera import Camera, imaging
+from pgm_lab.camera import PARAMETERS, Camera, imaging
 
 ANGLES = ("omega", "kappa")
 
@@ -36,7 +38,12 @@ class NetworkDefect(RankDefect):
     `null_space.names` are the unknowns, or motions, that stay free.
     """
 
-    def __init__(self, message: str, names: tuple[str, ...], vectors=None):
+    def __init__(
+        self,
+        message: str,
+        names: tuple[str, ...],
+        vectors: np.ndarray | None = None,
+    ):
         vectors = np.zeros((0, len(names))) if vectors is None else vectors
         self.null_space = NullSpace(vectors, names)
         ValueError.__init__(self, message)
@@ -47,27 +54,24 @@ def check_counts(network: Network) -> None:
 
     A coordinate that is held, or observed as a control coordinate, needs no ray.
     """
-    rays, weak = network.rays_of_points, network.too_few_rays
-    if np.any(weak):
-        counted = _listed(
-            [
-                f"{network.point_names[i]} ({rays[i]} ray{'' if rays[i] == 1 else 's'})"
-                for i in np.flatnonzero(weak)
-            ]
-        )
+    rays, weak = network.rays_of_points, np.flatnonzero(network.too_few_rays)
+    if len(weak):
+        names = [network.point_names[i] for i in weak]
+        counted = [f"{name} has {rays[i] or 'none'}" for name, i in zip(names, weak)]
         raise NetworkDefect(
-            f"a point needs at least two rays; too few has point {counted}. Measure it"
-            " in more photos, leave it out, or give it as a control point",
-            tuple(f"point {network.point_names[i]}" for i in np.flatnonzero(weak)),
+            f"a point needs at least two rays: point {_listed(counted)}. Measure it in"
+            " more photos, leave it out, or give it as a control point",
+            tuple(f"point {name}" for name in names),
         )
     rays = network.rays_of_photos
     weak = np.flatnonzero(rays < 3)
     if len(weak):
-        counted = _listed([f"{network.photo_names[i]} ({rays[i]})" for i in weak])
+        names = [network.photo_names[i] for i in weak]
+        counted = [f"{name} has {rays[i] or 'none'}" for name, i in zip(names, weak)]
         raise NetworkDefect(
-            "a photo needs at least three points for its six unknowns; too few has"
-            f" photo {counted}. Measure more points in it, or leave it out",
-            tuple(f"photo {network.photo_names[i]}" for i in weak),
+            "a photo needs at least three points for its six unknowns: photo"
+            f" {_listed(counted)}. Measure more points in it, or leave it out",
+            tuple(f"photo {name}" for name in names),
         )
 
 
@@ -108,8 +112,8 @@ def check_points(network: Network, reduced: Reduced) -> None:
     if len(bad):
         names = [str(network.point_names[i]) for i in bad]
         raise NetworkDefect(
-            f"the rays of point {_listed(names)} are parallel or fall together: they do"
-            " not say how far away it is. Measure it in a photo from another side, or"
+            f"the rays of point {_listed(names)} are parallel or coincide: they do not"
+            " determine its distance. Measure it in a photo taken from another side, or"
             " leave it out",
             tuple(f"point {name}" for name in names),
         )
@@ -130,13 +134,14 @@ def refuse_kept(scaled: np.ndarray, names: tuple[str, ...]) -> None:
         f"the reduced normal matrix has rank {len(names) - free.shape[1]} of"
         f" {len(names)}: the rays do not determine {_listed(some)}. Add"
         " photos that converge and are rolled by 90 degrees, leave parameters out of"
-        " `estimate`, or, where there are control points, add some at other depths",
+        " `estimate` or, where there are control points, add some at other depths",
         some,
         free,
     )
 
 
-def _listed(names) -> str:
+def _listed(names: Sequence) -> str:
+    """Join the first eight names, and count the others."""
     more = f" and {len(names) - 8} more" if len(names) > 8 else ""
     return ", ".join(map(str, names[:8])) + more
 
@@ -153,7 +158,10 @@ def cameras(network: Network, state: State, status: str) -> tuple[Camera, ...]:
             f" positive. {_cause(network, state, status, b1)}"
         )
     lens = network.cameras[0].lens
-    return tuple(Camera(*interior, lens=lens) for interior in state.interior)
+    return tuple(
+        Camera(**dict(zip(PARAMETERS, interior)), lens=lens)
+        for interior in state.interior.tolist()
+    )
 
 
 def _cause(network: Network, state: State, status: str, b1: float) -> str:

@@ -109,9 +109,10 @@ def snoop(
     Baarda 1968.
     """
     most = _validate.whole(most, "most", 0)
-    rays, removed = np.arange(len(network.xy)), []
+    rays = np.arange(len(network.xy))
+    removed: list[Blunder] = []
 
-    def solve(these):
+    def solve(these: Network) -> Bundle:
         return adjust(
             these, estimate, datum, sigma0_prior=sigma0_prior, progress=progress
         )

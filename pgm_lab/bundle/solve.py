@@ -50,8 +50,8 @@ def adjust(
         Interior parameters that are unknowns, from `camera.PARAMETERS`; () for none.
         The same for each camera; the others keep their values.
     datum : {"inner", "photos", "fixed", "none"}, optional
-        "inner": inner constraints on the datum points (G of (2.95): seven, or six with
-        scale bars), at the current points in each iteration. "photos": the same on
+        "inner": inner constraints on the datum points (G of (M 2.95): seven, or six
+        with scale bars), at the current points in each iteration. "photos": the same on
         the projection centres. "fixed": control points carry the datum. "none" only
         shows the rank defect. When missing: "fixed" if there are fixed or control
         points, else "inner".
@@ -80,18 +80,12 @@ def adjust(
 
     References
     ----------
-    Muliawan 2013, (2.75) to (2.95); Brown 1976; Triggs et al. 2000.
+    Muliawan 2013, (M 2.75) to (M 2.95); Brown 1976; Triggs et al. 2000.
 
     Examples
     --------
-    >>> from pgm_lab import datasets
-    >>> from pgm_lab.camera import Camera
-    >>> data = datasets.muliawan2013()
-    >>> network = Network(
-    ...     Camera(*data.interior), data.exteriors, data.object_points,
-    ...     data.photo, data.point, data.xy, data.sigma,
-    ... )
-    >>> found = adjust(network)
+    >>> from pgm_lab.bundle import published
+    >>> found = adjust(published.network())
     >>> print(f"sigma0 {found.sigma0:.3f}, redundancy {found.redundancy}")
     sigma0 0.349, redundancy 693
     >>> print(f"c = {found.cameras[0].c:.3f} mm +- {found.sd_interior[0]:.4f} mm")
@@ -165,7 +159,9 @@ def _corrections(
     return dx, dx_points, max(float(decrease), 0.0)
 
 
-def _factor(problem: Problem, state: State, reduced: Reduced, move: Motions):
+def _factor(
+    problem: Problem, state: State, reduced: Reduced, move: Motions
+) -> tuple[np.ndarray, np.ndarray]:
     """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
 
     S has no value for a motion; E E' gives it one, since the columns of E are the
@@ -188,7 +184,7 @@ def _factor(problem: Problem, state: State, reduced: Reduced, move: Motions):
 
 def _rounding(problem: Problem, state: State, reduced: Reduced) -> float:
     """What the rounding of numbers does to v over sigma."""
-    network, rays = problem.network, problem.rays
+    rays = problem.rays
     kept = np.concatenate(
         [state.interior[:, problem.estimated].ravel(), state.exteriors.ravel()]
     )

@@ -39,11 +39,12 @@ def vector(*parts: ArrayLike) -> np.ndarray:
 def matrix(*rows: Sequence[ArrayLike]) -> np.ndarray:
     """Array (..., n, k) of n rows of k entries that broadcast."""
     parts = [part for row in rows for part in row]
-    out = empty(np.broadcast(*parts).shape, (len(rows), len(rows[0])), *parts)
-    for i, row in enumerate(rows):
-        for j, part in enumerate(row):
-            out[..., i, j] = part
-    return out
+    lead = np.broadcast(*parts).shape
+    out = np.empty((len(parts), *lead), np.result_type(*parts))
+    for i, part in enumerate(parts):
+        out[i] = part
+    out = out.reshape(len(rows), len(rows[0]), *lead)
+    return out.transpose(*range(2, out.ndim), 0, 1)
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:

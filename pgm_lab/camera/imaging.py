@@ -12,7 +12,6 @@ memory. That makes hundreds of thousands of points fast without a loop over them
 from collections.abc import Collection
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab.camera._stacks import (
     entries,
@@ -99,12 +98,14 @@ def attitude(exterior: np.ndarray) -> np.ndarray:
     )
 
 
-def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
+def perspective(
+    c: np.ndarray | float, ray: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Project rays onto the image plane: x = -c U / W, y = -c V / W.
 
     Parameters
     ----------
-    c : array_like (...)
+    c : float or ndarray (...)
         Principal distance.
     ray : ndarray (..., 3)
         (U, V, W), as from `ray`.
@@ -146,6 +147,7 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
     References
     ----------
+    Muliawan 2013, (M 2.46) to (M 2.48) radial, (M 2.52) decentring, (M 2.54) affinity;
     Brown 1971, "Close-range camera calibration", Photogrammetric Engineering 37(8);
     Fraser 1997, "Digital camera self-calibration", ISPRS Journal 52(4).
     """
@@ -175,7 +177,10 @@ def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
 
 def distortion_by_lens(image: np.ndarray) -> np.ndarray:
-    """Derivatives (..., 2, 7) of the displacement by (K1, K2, K3, P1, P2, b1, b2)."""
+    """Derivatives (..., 2, 7) of the displacement by (K1, K2, K3, P1, P2, b1, b2).
+
+    The columns of A3, (M 2.89), which has r where r^2 belongs.
+    """
     x, y = image[..., 0], image[..., 1]
     xx, xy, yy = x * x, 2 * x * y, y * y
     r2 = xx + yy
@@ -212,25 +217,25 @@ def misclosure(
     c, centre, lens_parameters = interior[..., 0], interior[..., 1:3], interior[..., 3:]
     rays, M = ray(exterior, points, photo)
     image, by_c, by_ray = perspective(c, rays)
-    if lens == "backward":
-        distorted = measured - centre
-        v = image - distorted - distortion(lens_parameters, distorted)
-        sign = -1.0
+    distorted = measured - centre if lens == "backward" else image
+    if "interior" in wrt:  # the displacement is linear in the parameters of the lens
+        by_lens = distortion_by_lens(distorted)
+        moved = product(by_lens, lens_parameters[..., None])[..., 0]
     else:
-        distorted = image
-        v = image + distortion(lens_parameters, image) + centre - measured
-        sign = 1.0
-
-    if lens == "forward" and wrt:
-        through_lens = np.eye(2) + distortion_by_image(lens_parameters, image)
-        by_c, by_ray = product(through_lens, by_c), product(through_lens, by_ray)
+        moved = distortion(lens_parameters, distorted)
+    if wrt and (lens == "forward" or "interior" in wrt):
+        through_lens = np.eye(2) + distortion_by_image(lens_parameters, distorted)
     blocks = {}
-    if "interior" in wrt:
-        by_centre = np.eye(2)
-        if lens == "backward":
-            by_centre = by_centre + distortion_by_image(lens_parameters, distorted)
-        by_lens = sign * distortion_by_lens(distorted)
-        blocks["interior"] = side_by_side(by_c, by_centre, by_lens)
+    if lens == "backward":
+        v = image - distorted - moved
+        if "interior" in wrt:
+            blocks["interior"] = side_by_side(by_c, through_lens, -by_lens)
+    else:
+        v = image + moved + centre - measured
+        if wrt:
+            by_c, by_ray = product(through_lens, by_c), product(through_lens, by_ray)
+        if "interior" in wrt:
+            blocks["interior"] = side_by_side(by_c, np.eye(2), by_lens)
     if "exterior" in wrt or "point" in wrt:
         by_point = product(by_ray, M)
     if "exterior" in wrt:

@@ -64,7 +64,7 @@ class Camera:
     b2: float = 0.0
     lens: str = "backward"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in PARAMETERS:
             value = _validate.number(getattr(self, name), name)
             object.__setattr__(self, name, value)
@@ -276,7 +276,9 @@ def collinearity(
     wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
     for name in wrt:
         _validate.choice(name, "wrt", BLOCKS)
-    v, depth, blocks = imaging.misclosure(interior, *arrays.values(), lens, wrt)
+    v, depth, blocks = imaging.misclosure(
+        interior, exterior, points, measured, lens, wrt
+    )
     return Collinearity(v, depth, **blocks)
 
 
@@ -291,7 +293,9 @@ def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
     return solution
 
 
-def _interior(camera, lens: str, exterior: np.ndarray) -> tuple[np.ndarray, str]:
+def _interior(
+    camera: Camera | Sequence[Camera] | np.ndarray, lens: str, exterior: np.ndarray
+) -> tuple[np.ndarray, str]:
     """Interior parameters (..., 10) that broadcast, and the direction of the lens."""
     if isinstance(camera, Camera):
         return camera.interior, camera.lens

@@ -309,6 +309,68 @@ def test_the_last_change_is_in_units_of_the_standard_deviations():
     assert np.abs(moved).max() <= bound < 100 * np.abs(moved).max()
 
 
+PATHS = {
+    **{name: (*case, None) for name, case in NETWORKS.items()},
+    "real": (real(), PARAMETERS, None),
+    "three cameras": (small(photos=9, cameras=3, skip=5), SOME, None),
+    "datum points": (replace(small(), datum_points=[1, 4, 5, 9]), SOME, None),
+    "photos": (small(cameras=2), SOME, "photos"),
+    "bars": (bars(small(cameras=2), 0.2, (0, 5), (5, 9)), SOME, None),
+    "bars, photos": (bars(small(), 0.2, (0, 5), (5, 9)), SOME, "photos"),
+    "bars, fixed": (replace(bars(small(), 0.05, (0, 5)), fixed=[0, 4, 7]), SOME, None),
+    "weighted": (
+        replace(small(), control=([2, 5, 8], small().points[[2, 5, 8]] + 0.4, 0.1)),
+        SOME,
+        None,
+    ),
+    "held": (
+        replace(
+            small(),
+            control=(
+                [0, 3, 6],
+                small().points[[0, 3, 6]],
+                [[0, 0, 0], [0, 0.1, 0], [0, 0.1, np.inf]],
+            ),
+        ),
+        SOME,
+        None,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_a_whole_matrix_and_blocks_of_the_rays_give_the_same(name, monkeypatch):
+    network, estimate, datum = PATHS[name]
+    whole = bundle.adjust(network, estimate, datum)
+    monkeypatch.setattr("pgm_lab.bundle._coupling.WHOLE", 0)
+    by_rays = bundle.adjust(network, estimate, datum)
+    # what no datum touches, to 1e-11 of the largest
+    for what in (
+        *("sigma0", "residuals", "redundancy_numbers", "standardized"),
+        *("control_residuals", "scale_bar_residuals", "scale_bar_standardized"),
+    ):
+        ours, theirs = getattr(whole, what), getattr(by_rays, what)
+        size = np.max(np.abs(ours), initial=0)
+        atol = 5e-11 if what == "standardized" else 1e-11
+        np.testing.assert_allclose(theirs, ours, rtol=0, atol=atol * size, err_msg=what)
+    # unknowns and covariances to 2e-10 of their standard deviations: the scaled normal
+    # matrix has eigenvalues down to 2e-6, which make more of its rounding
+    sd = np.sqrt(np.diagonal(whole.covariance))
+    there, here = (
+        np.concatenate([one.interior, one.exteriors.ravel()])
+        for one in (by_rays, whole)
+    )
+    assert np.abs((there - here) / sd).max() < 2e-10
+    difference = by_rays.covariance - whole.covariance
+    assert np.abs(difference / np.outer(sd, sd)).max() < 2e-10
+    variance = np.trace(whole.covariance_points, axis1=1, axis2=2)[:, None, None]
+    variance = np.where(variance > 0, variance, 1)
+    difference = by_rays.covariance_points - whole.covariance_points
+    assert np.abs(difference / variance).max() < 2e-10
+    difference = (by_rays.points - whole.points) / np.sqrt(variance[..., 0])
+    assert np.abs(difference).max() < 2e-10
+
+
 @pytest.mark.parametrize("portion", [1, 7])
 def test_pairs_in_portions_give_the_same(monkeypatch, portion):
     network = small(cameras=2, skip=7)

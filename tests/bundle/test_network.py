@@ -67,10 +67,10 @@ def test_a_point_with_one_ray_is_named():
     network = small()
     network = replace(network, point_names=[f"target {i}" for i in range(12)])
     lonely = network.without(np.flatnonzero(network.point == 7)[1:])
-    with pytest.raises(RankDefect, match=r"target 7 \(1 ray\)"):
+    with pytest.raises(RankDefect, match=r"target 7 has 1"):
         bundle.adjust(lonely, SOME)
     unseen = network.without(np.flatnonzero(network.point == 7))
-    with pytest.raises(RankDefect, match=r"target 7 \(0 rays\)"):
+    with pytest.raises(RankDefect, match=r"target 7 has none"):
         bundle.adjust(unseen, SOME)
 
 
@@ -85,7 +85,7 @@ def test_a_control_point_needs_no_second_ray():
 def test_a_photo_with_too_few_points_is_named():
     network = replace(small(), photo_names=list("abcdef"))
     poor = network.without(np.flatnonzero(network.photo == 2)[2:])
-    with pytest.raises(RankDefect, match=r"photo c \(2\)"):
+    with pytest.raises(RankDefect, match=r"photo c has 2"):
         bundle.adjust(poor, SOME)
 
 
@@ -94,7 +94,7 @@ def test_points_whose_rays_are_parallel_are_named():
     centre = network.exteriors[:, :3].mean(axis=0)
     exteriors = network.exteriors.copy()
     exteriors[:, :3] = centre
-    with pytest.raises(RankDefect, match="point 1, 2.*parallel or fall together"):
+    with pytest.raises(RankDefect, match="point 1, 2.*parallel or coincide"):
         bundle.adjust(replace(network, exteriors=exteriors), ())
 
 
