@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from pgm_lab import bundle, camera, datasets
+from pgm_lab import bundle, datasets
 from pgm_lab.checks import CheckFailed, call, compare, first_slip, near, report
 
 # Rays, photos, points, parameters, held control points
@@ -292,7 +292,7 @@ def five_photos(photos: Collection[int]) -> None:
         raise CheckFailed("photos must be five different numbers from 1 to 9")
     if chosen == [1, 2, 3, 4, 5]:
         raise CheckFailed("these are still the first five. Your turn!")
-    network = _network()
+    network = bundle.published.network()
     try:
         one = bundle.adjust(network.only(np.array(chosen) - 1))
     except bundle.NetworkDefect as error:
@@ -306,12 +306,3 @@ def five_photos(photos: Collection[int]) -> None:
     )
     text = f"c ± {sd:.0f} µm, from all nine ± {1000 * everything.sd_interior[0]:.0f} µm"
     report("five photos", [(text, sd < _GOOD, hint)])
-
-
-def _network() -> bundle.Network:
-    """The network of Muliawan 2013."""
-    data = datasets.muliawan2013()
-    image = data.photo, data.point, data.xy, data.sigma
-    return bundle.Network(
-        camera.Camera(*data.interior), data.exteriors, data.object_points, *image
-    )

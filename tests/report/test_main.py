@@ -233,6 +233,7 @@ def test_nothing_half_written_is_left(files, reports, capsys, monkeypatch, failu
     if failure == "drawing":
         monkeypatch.setitem(command.WRITERS, ".html", full)
     else:
+        monkeypatch.setitem(command.WRITERS, ".html", lambda *_, **__: "the page")
         name = {"writing": "open", "renaming": "replace"}[failure]
         monkeypatch.setattr(_numbers.Path, name, broken(name, full))
     arguments = ["--report", old, "--report", reports / "r.html", "--force"]

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import bundle, datasets, simulate
+from pgm_lab import bundle, simulate
 from pgm_lab.camera import Camera, imaging
 
 TABLE = Path(__file__).parents[2] / "data" / "results" / "chapter6_starts.csv"
@@ -44,11 +44,7 @@ COLUMNS = (
 )
 
 
-def network() -> bundle.Network:
-    """The photos of Muliawan 2013."""
-    d = datasets.muliawan2013()
-    rays = d.photo, d.point, d.xy, d.sigma
-    return bundle.Network(Camera(*d.interior), d.exteriors, d.object_points, *rays)
+network = bundle.published.network
 
 
 def solution(net: bundle.Network) -> bundle.Bundle:
