@@ -4,24 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from pgm_lab import adjustment, bundle, camera, datasets, rotation
-from pgm_lab.camera import PARAMETERS, Camera, imaging
+from pgm_lab import adjustment, bundle, camera, rotation
+from pgm_lab.bundle import dense as textbook
+from pgm_lab.camera import PARAMETERS, Camera
 
 LENS = {"K1": 3e-5, "P1": 1e-5, "P2": -2e-5, "b1": 2e-4}
 
 
-def real() -> bundle.Network:
-    """The network of Muliawan 2013."""
-    data = datasets.muliawan2013()
-    return bundle.Network(
-        Camera(*data.interior),
-        data.exteriors,
-        data.object_points,
-        data.photo,
-        data.point,
-        data.xy,
-        data.sigma,
-    )
+real = bundle.published.network
 
 
 def small(lens="backward", photos=6, points=12, cameras=1, sigma=0.001, seed=3, skip=0):
@@ -75,6 +65,11 @@ def dense(network, estimate, constraint=None, free=None, **options):
     lens, start = network.cameras[0].lens, network.points.copy()
     free = np.ones(3 * n, bool) if free is None else free.ravel()
     kept = np.concatenate([np.ones(U + 6 * m, bool), free])
+    # the textbook's exterior orientations stand first, their angles before the centre
+    exterior = 6 * np.arange(m)[:, None] + textbook.ANGLES_FIRST
+    order = np.concatenate(
+        [6 * m + np.arange(U), exterior.ravel(), 6 * m + U + np.arange(3 * n)]
+    )
 
     def unpack(x):
         interior = network.interior.copy()
@@ -85,24 +80,13 @@ def dense(network, estimate, constraint=None, free=None, **options):
 
     def function(x):
         interior, exteriors, points = unpack(x)
-        number = network.camera[network.photo]
-        v, _, by = imaging.misclosure(
-            interior[number],
-            exteriors[network.photo],
-            points[network.point],
-            network.xy,
-            lens,
-            camera.BLOCKS,
+        photo, point = network.photo, network.point
+        v, A1, A3, A2 = textbook.derivatives(
+            interior[network.camera], exteriors, points, photo, point, network.xy, lens
         )
-        k = len(v)
-        A = np.zeros((k, 2, U + 6 * m + 3 * n))
-        for row in range(k):
-            i, j = number[row], network.photo[row]
-            A[row, :, u * i : u * i + u] = by["interior"][row][:, columns]
-            A[row, :, U + 6 * j : U + 6 * j + 6] = by["exterior"][row]
-            point = U + 6 * m + 3 * network.point[row]
-            A[row, :, point : point + 3] = by["point"][row]
-        values, A = [v.ravel()], [A.reshape(2 * k, -1)]
+        A3 = A3[..., columns]
+        A = textbook.design(A1, A3, A2, photo, point, m, n, network.camera)[:, order]
+        values, A = [v.ravel()], [A]
         for a, b, distance, _ in network.scale_bars:
             a, b = int(a), int(b)
             difference = points[b] - points[a]
@@ -140,23 +124,8 @@ def dense(network, estimate, constraint=None, free=None, **options):
 
 
 def G(points):
-    """Rows (7, n, 3) of the shifts, turns and scale of points, (2.95) transposed."""
-    x, y, z = points.T
-    one, zero = np.ones(len(points)), np.zeros(len(points))
-    return np.array(
-        [
-            np.transpose(row)
-            for row in (
-                [one, zero, zero],
-                [zero, one, zero],
-                [zero, zero, one],
-                [zero, -z, y],
-                [z, zero, -x],
-                [-y, x, zero],
-                [x, y, z],
-            )
-        ]
-    )
+    """Rows (7, n, 3) of the shifts, turns and scale of points, (M 2.95) transposed."""
+    return textbook.G(points).T.reshape(7, -1, 3)
 
 
 def moved(network, scale, turn, shift):

@@ -1,9 +1,17 @@
 """Self-calibrating bundle adjustment: free networks, their precision and reliability.
 
+`network` and `result` say what goes in and what comes out, `files` reads and writes
+them; `solve` has the adjustment, `snooping` and `reliability` what follows it. Inside,
+`rays` sets up the observation equations, `reduced` the normal equations without the
+points, `datum` stops the free motions, `covariance` propagates the errors, `refuse`
+names what a network does not determine. `dense` is the textbook's way with one large
+matrix, `defects` the same with the mistakes of a printed program, `published` the
+network of Muliawan 2013.
+
 Muliawan 2013, chapter II.10.
 """
 
-from pgm_lab.bundle import defects, lens
+from pgm_lab.bundle import defects, dense, lens, published
 from pgm_lab.bundle.datum import motions
 from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network
@@ -33,8 +41,10 @@ __all__ = [
     "correlations",
     "critical_value",
     "defects",
+    "dense",
     "lens",
     "motions",
+    "published",
     "read",
     "reliability",
     "significance",

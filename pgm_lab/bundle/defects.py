@@ -1,9 +1,8 @@
 """Self-calibrating bundle adjustment, dense, with one defect put in at a time.
 
-The adjustment is that of Muliawan 2013, (2.78) to (2.95), in the book's order: exterior
-orientations, the ten parameters of the camera, object points, seven multipliers. A
-printed formula or a property of the printed program can be put in by its name, to see
-what it costs. For measuring use `pgm_lab.bundle`.
+The adjustment is that of Muliawan 2013, (M 2.78) to (M 2.95), as `bundle.dense` has it.
+A printed formula or a property of the printed program can be put in by its name, to see
+what it costs. For measuring use `bundle.adjust`.
 """
 
 from collections.abc import Iterable
@@ -12,14 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, camera, datasets
-from pgm_lab.bundle.datum import motions
+from pgm_lab import _validate
+from pgm_lab.bundle import dense, published
+from pgm_lab.bundle.dense import scaled as scaled  # so it is called in chapter 6
 from pgm_lab.camera import imaging
 
 DEFECTS = {
-    "sign": "A3 with the sign turned, as (2.89): its parameters run the wrong way",
-    "short": "columns of c, x0, y0 without the lens, as (2.89)",
-    "r": "r where r^2 belongs in the columns of P1 and P2: (2.89), not the listing",
+    "sign": "A3 with the sign turned, as (M 2.89): its parameters run the wrong way",
+    "short": "columns of c, x0, y0 without the lens, as (M 2.89)",
+    "r": "r where r^2 belongs in the columns of P1 and P2: (M 2.89), not the listing",
     "rows": "A3 takes row j of the table of image points for point j, in every photo",
     "x/c": "the misclosure carries x/c and y/c besides",
     "centre twice": "the misclosure takes x0 and y0 off twice",
@@ -35,7 +35,6 @@ PROGRAM = tuple(name for name in DEFECTS if name not in ("r", "pinv of NumPy"))
 
 _STILL = 1e-7  # mm: a step that moves no image point by more is the last
 _FAR = 1e3  # mm: a metre, in an image of two centimetres
-_ANGLES_FIRST = [3, 4, 5, 0, 1, 2]  # the order of (2.87), and back
 
 
 @dataclass(frozen=True)
@@ -81,10 +80,11 @@ def network(order: str = "photo") -> tuple[np.ndarray, ...]:
     photo. Only the defect "rows" knows the difference.
     """
     _validate.choice(order, "order", ("photo", "point"))
-    d = datasets.muliawan2013()
-    rows = np.lexsort((d.photo, d.point) if order == "point" else (d.point, d.photo))
-    start = d.interior, d.exteriors, d.object_points
-    return *start, d.photo[rows], d.point[rows], d.xy[rows]
+    net = published.network()
+    photo, point = net.photo, net.point
+    rows = np.lexsort((photo, point) if order == "point" else (point, photo))
+    start = net.interior[0], net.exteriors, net.points
+    return *start, photo[rows], point[rows], net.xy[rows]
 
 
 def adjust(
@@ -130,7 +130,7 @@ def adjust(
 
     References
     ----------
-    Muliawan 2013, (2.78) to (2.95) and the listings, here in our own words.
+    Muliawan 2013, (M 2.78) to (M 2.95) and the listings, here in our own words.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def adjust(
     while status == "not converged" and len(sums) < max_iterations:
         A = design(*state, *image, defects)
         Q, kept = inverse(normal_matrix(A, state[2], sigma), defects)
-        delta = Q[:, :-7] @ (A.T @ -v[-1].ravel()) / sigma**2  # (2.94)
+        delta = Q[:, :-7] @ (A.T @ -v[-1].ravel()) / sigma**2  # (M 2.94)
         state = _corrected(state, delta)
         states.append(state)
         sums.append(np.abs(delta).sum())
@@ -162,9 +162,19 @@ def adjust(
     return Run(*history, *rms, np.array(sums), kept, *accuracies, status)
 
 
-def misclosure(interior, exteriors, points, photo, point, xy, defects=()) -> np.ndarray:
-    """Computed minus observed (k, 2), in mm: -f of (2.86)."""
-    v, *_ = _model(interior, exteriors, points, photo, point, xy)
+def misclosure(
+    interior: np.ndarray,
+    exteriors: np.ndarray,
+    points: np.ndarray,
+    photo: np.ndarray,
+    point: np.ndarray,
+    xy: np.ndarray,
+    defects: Iterable[str] = (),
+) -> np.ndarray:
+    """Computed minus observed (k, 2), in mm: -f of (M 2.86)."""
+    v, *_ = imaging.misclosure(
+        interior, exteriors[photo], points[point], xy, "backward", ()
+    )
     reduced = xy - interior[1:3]
     if "x/c" in defects:
         v = v + reduced / interior[0]
@@ -175,12 +185,19 @@ def misclosure(interior, exteriors, points, photo, point, xy, defects=()) -> np.
     return v
 
 
-def design(interior, exteriors, points, photo, point, xy, defects=()) -> np.ndarray:
-    """Derivatives of the misclosure (2k, 6m + 10 + 3n): A1, A3, A2 of (2.78)."""
+def design(
+    interior: np.ndarray,
+    exteriors: np.ndarray,
+    points: np.ndarray,
+    photo: np.ndarray,
+    point: np.ndarray,
+    xy: np.ndarray,
+    defects: Iterable[str] = (),
+) -> np.ndarray:
+    """Derivatives of the misclosure (2 k, 6 m + 10 + 3 n): A1, A3, A2 of (M 2.78)."""
     if "rows" in defects:
         xy = xy[point]  # A1 and A2 do not depend on it
-    blocks = _model(interior, exteriors, points, photo, point, xy, camera.BLOCKS)[2]
-    A1, A3, A2 = blocks["exterior"], blocks["interior"].copy(), blocks["point"]
+    _, A1, A3, A2 = dense.derivatives(interior, exteriors, points, photo, point, xy)
     reduced = xy - interior[1:3]
     if "short" in defects:
         A3[..., 0] = reduced / interior[0]
@@ -190,32 +207,12 @@ def design(interior, exteriors, points, photo, point, xy, defects=()) -> np.ndar
         A3[:, [0, 1], [6, 7]] += (r**2 - r)[:, None]
     if "sign" in defects:
         A3 = -A3
-    m, n = len(exteriors), len(points)
-    A = np.zeros((len(xy), 2, 6 * m + 10 + 3 * n))
-    ray, row = np.arange(len(xy))[:, None, None], np.arange(2)[:, None]
-    A[ray, row, 6 * photo[:, None, None] + np.arange(6)] = A1[..., _ANGLES_FIRST]
-    A[..., 6 * m : 6 * m + 10] = A3
-    A[ray, row, 6 * m + 10 + 3 * point[:, None, None] + np.arange(3)] = A2
-    return A.reshape(-1, A.shape[-1])
+    return dense.design(A1, A3, A2, photo, point, len(exteriors), len(points))
 
 
 def normal_matrix(A: np.ndarray, points: np.ndarray, sigma: float) -> np.ndarray:
-    """N of (2.94), bordered by the inner constraints G of (2.95) on the points."""
-    N = np.pad(A.T @ A / sigma**2, (0, 7))
-    N[-7 - points.size : -7, -7:] = motions(points).reshape(7, -1).T
-    N[-7:, :-7] = N[:-7, -7:].T
-    return N
-
-
-def scaled(N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bring a bordered N to columns of one size: the matrix N s s', and s.
-
-    The unknowns get ones on the diagonal, the columns of G the length one.
-    """
-    s = np.ones(len(N))
-    s[:-7] = 1 / np.sqrt(np.diagonal(N)[:-7])
-    s[-7:] = 1 / np.linalg.norm(s[:-7, None] * N[:-7, -7:], axis=0)
-    return N * s * s[:, None], s
+    """N of (M 2.94): the normal matrix of all, bordered by G at the points."""
+    return dense.bordered(dense.normal_matrix(A, sigma), dense.G(points))
 
 
 def tolerance(N: np.ndarray, defects: Iterable[str] = ()) -> float:
@@ -233,20 +230,14 @@ def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int
         U, s, Vt = np.linalg.svd(N)
         kept = int(np.sum(s > tolerance(N, defects)))
         return (Vt[:kept].T / s[:kept]) @ U[:, :kept].T, kept
-    balanced, s = scaled(N)
-    return np.linalg.inv(balanced) * s * s[:, None], len(N)
-
-
-def _model(interior, exteriors, points, photo, point, xy, wrt=()):
-    each = exteriors[photo], points[point], xy
-    return imaging.misclosure(interior, *each, "backward", wrt)
+    return dense.inverse(N), len(N)
 
 
 def _corrected(state, delta):
-    """O + delta1, the ten parameters + delta3, X + delta2: (2.79)."""
+    """O + delta1, the ten parameters + delta3, X + delta2: (M 2.79)."""
     interior, exteriors, points = state
     d1, d3, d2 = np.split(delta[:-7], [exteriors.size, exteriors.size + 10])
-    d1 = d1.reshape(exteriors.shape)[:, _ANGLES_FIRST]
+    d1 = d1.reshape(exteriors.shape)[:, dense.ANGLES_FIRST]
     return interior + d3, exteriors + d1, points + d2.reshape(points.shape)
 
 
@@ -272,7 +263,7 @@ def _accuracies(v, Q, state, sigma, defects):
     sd = sigma0 * np.sqrt(np.where(np.diagonal(Q) < 0, np.nan, np.diagonal(Q)))
     own, other = exteriors.size, exteriors.size + 10
     first = own if "ten places" in defects else other
-    sd_exteriors = sd[:own].reshape(exteriors.shape)[:, _ANGLES_FIRST]
+    sd_exteriors = sd[:own].reshape(exteriors.shape)[:, dense.ANGLES_FIRST]
     sd_points = sd[first:][: points.size].reshape(points.shape)
     return sigma0, sd[own:other], sd_exteriors, sd_points
 

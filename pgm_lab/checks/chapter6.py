@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from pgm_lab import bundle, camera, datasets
+from pgm_lab import bundle, datasets
 from pgm_lab.checks import CheckFailed, call, compare, first_slip, near, report
 
 # Rays, photos, points, parameters, held control points
@@ -28,10 +28,7 @@ def redundancy(function: Callable) -> None:
         (expected - rays, "a ray gives two observations, x and y"),
         (expected - 2 * free, "a constraint adds to the redundancy: its sign"),
         (expected - free, "without control the inner constraints are missing"),
-        (
-            expected - free + 7,
-            "with held control points there are no inner constraints",
-        ),
+        (expected - free + 7, "with held control there are no inner constraints"),
         (
             expected - free + 7 - held,
             "right for 2013; but with held points the photos need no inner constraint"
@@ -216,25 +213,18 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     )
     explained = [hint for wrong, hint in slips if abs(moved_um / wrong - 1) < 0.01]
     explained.append("it is not the arc at 10 mm from the principal point")
-    properties = [
-        (
-            "the right photo and unknown",
-            (photo, unknown) == (row + 1, unknowns[column]),
-            "another photo or another unknown has the largest |difference|",
-        ),
-        (
-            "the right unit",
-            unit in ("rad", "radian", "radians"),
-            "this is not the unit: what kind of quantity is it, and what does the"
-            " conventions box say of it?",
-        ),
-        (
-            "moved by dozens of micrometres",
-            abs(moved_um / arc - 1) < 0.01,
-            f"moved_um: {explained[0]}",
-        ),
-    ]
-    report("largest difference", properties)
+    found = (photo, unknown) == (row + 1, unknowns[column])
+    other = "another photo or another unknown has the largest |difference|"
+    kind = "this is not the unit: what does the conventions box say of such a quantity?"
+    right, hint = abs(moved_um / arc - 1) < 0.01, f"moved_um: {explained[0]}"
+    report(
+        "largest difference",
+        [
+            ("the right photo and unknown", found, other),
+            ("the right unit", unit in ("rad", "radian", "radians"), kind),
+            ("moved by dozens of micrometres", right, hint),
+        ],
+    )
 
 
 def unit_diagonal(function: Callable) -> None:
@@ -293,10 +283,10 @@ def five_photos(photos: Collection[int]) -> None:
     if chosen == [1, 2, 3, 4, 5]:
         raise CheckFailed("these are still the first five. Your turn!")
     try:
-        one = bundle.adjust(network_of(chosen))
+        one = bundle.adjust(bundle.published.network(chosen))
     except bundle.NetworkDefect as error:
         raise CheckFailed(f"these five leave something open: {error}") from error
-    everything = bundle.adjust(network_of(range(1, 10)))
+    everything = bundle.adjust(bundle.published.network())
     sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
     hint = (
         f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"
@@ -305,34 +295,3 @@ def five_photos(photos: Collection[int]) -> None:
     )
     text = f"c ± {sd:.0f} µm, from all nine ± {1000 * everything.sd_interior[0]:.0f} µm"
     report("five photos", [(text, sd < _GOOD, hint)])
-
-
-def network_of(photos: Collection[int]) -> bundle.Network:
-    """The network of Muliawan 2013, of some of its photos only.
-
-    Parameters
-    ----------
-    photos : collection of int
-        Numbers of the photos, 1 to 9.
-
-    Returns
-    -------
-    bundle.Network
-
-    Examples
-    --------
-    >>> network_of([1, 4, 7]).exteriors.shape
-    (3, 6)
-    """
-    data = datasets.muliawan2013()
-    kept = np.unique(list(photos)) - 1
-    rays = np.isin(data.photo, kept)
-    return bundle.Network(
-        camera.Camera(*data.interior),
-        data.exteriors[kept],
-        data.object_points,
-        np.searchsorted(kept, data.photo[rays]),
-        data.point[rays],
-        data.xy[rays],
-        0.001,
-    )

@@ -44,11 +44,7 @@ COLUMNS = (
 )
 
 
-def network() -> bundle.Network:
-    """The photos of Muliawan 2013."""
-    d = datasets.muliawan2013()
-    rays = d.photo, d.point, d.xy, d.sigma
-    return bundle.Network(Camera(*d.interior), d.exteriors, d.object_points, *rays)
+network = bundle.published.network
 
 
 def solution(net: bundle.Network) -> bundle.Bundle:
