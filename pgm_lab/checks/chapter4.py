@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pgm_lab import rotation
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab.checks import CheckFailed, answer_of, call, first_slip, near, report
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants
 _ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 2.2)]
@@ -270,16 +270,7 @@ def _unit_hint(
     function: Callable, attitude: np.ndarray, printed: np.ndarray, name: str
 ) -> str:
     """What is wrong with one answer, or nothing."""
-    if not callable(function):
-        raise CheckFailed("my_unit is not a function yet. Your turn!")
-    try:
-        answer = function(attitude.copy(), printed.copy())
-    except Exception as error:
-        raise CheckFailed(
-            f"my_unit stopped with {type(error).__name__}: {error}"
-        ) from error
-    if answer is None or answer is ...:
-        raise CheckFailed("my_unit returns nothing yet. Your turn!")
+    answer = answer_of(function, attitude, printed)
     if answer not in ("degrees", "radians"):
         return f'the answer must be "degrees" or "radians", not {answer!r}'
     if answer == name:
