@@ -219,9 +219,9 @@ def compare(
 
     Examples
     --------
-    >>> slips = {"the sign is turned round": lambda x: -2 * x}
+    >>> slips = {"the sign is reversed": lambda x: -2 * x}
     >>> compare(lambda x: -2 * x, [(1,), (3,)], lambda x: 2 * x, slips, "no idea")
-    (False, 'the sign is turned round')
+    (False, 'the sign is reversed')
     """
     cases = list(cases)
     answers = [call(function, *c, shape=np.shape(right(*c))) for c in cases]
