@@ -122,6 +122,12 @@ def benchmark(*arguments: str) -> int:
     return run(command, settings(python))
 
 
+def mutations(*arguments: str) -> int:
+    """Break the package a line at a time, and see that the tests notice (slow)."""
+    python = ensure(".venv", "main")
+    return run([python, "-m", "tools.mutations", *arguments], settings(python))
+
+
 TASKS = {
     "lab": lab,
     "test": test,
@@ -133,6 +139,7 @@ TASKS = {
     "student": student,
     "requirements": requirements,
     "benchmark": benchmark,
+    "mutations": mutations,
 }
 
 

@@ -9,6 +9,7 @@ Command lines (`__main__`) are doors, not rooms: they may import from above.
 import ast
 import sys
 import textwrap
+from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from xml.sax.saxutils import escape
@@ -38,7 +39,7 @@ def imports(package: Path = PACKAGE) -> dict[str, set[str]]:
         if not module or module.endswith("__main__"):
             continue
         found[module] = set()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in executed(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.module is not None:
                 first, _, within = node.module.partition(".")
                 if first != package.name:
@@ -47,6 +48,15 @@ def imports(package: Path = PACKAGE) -> dict[str, set[str]]:
                 found[module] |= {n if n in modules else within for n in names}
         found[module] -= {module, ""}
     return found
+
+
+def executed(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield all nodes but those that only a type checker reads."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            continue
+        yield node
+        yield from executed(node)
 
 
 def name_of(path: Path, package: Path) -> str:

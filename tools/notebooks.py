@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 
 import nbformat
+from jupyter_client.manager import KernelManager
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
 
@@ -73,22 +74,30 @@ def execute(path: Path) -> None:
         If a cell raised an error, took too long or stopped the kernel.
     """
     notebook = nbformat.read(path, as_version=4)
-    client = NotebookClient(
-        notebook,
-        kernel_name=KERNEL["name"],
-        timeout=CELL_SECONDS,
-        record_timing=False,
-        resources={"metadata": {"path": str(path.parent)}},
-    )
-    # Nobody turns a slider here: without a partner the widgets leave what they draw in
-    # the cell. nbclient's own partner loses a reply now and then, and waits in vain.
-    client.comm_open_handlers.clear()
     try:
-        client.execute()
+        client(notebook, path.parent).execute()
     except (CellExecutionError, CellTimeoutError, DeadKernelError) as error:
         raise RunFailed(f"{path.name} was left as it was.\n{error}") from error
     normalize(notebook)
     write(notebook, path)
+
+
+def client(
+    notebook: nbformat.NotebookNode, folder: Path, kernel: KernelManager | None = None
+) -> NotebookClient:
+    """What runs a notebook in a folder, in a kernel of its own or in a given one."""
+    result = NotebookClient(
+        notebook,
+        km=kernel,
+        kernel_name=KERNEL["name"],
+        timeout=CELL_SECONDS,
+        record_timing=False,
+        resources={"metadata": {"path": str(folder)}},
+    )
+    # Nobody turns a slider here: without a partner the widgets leave what they draw in
+    # the cell. nbclient's own partner loses a reply now and then, and waits in vain.
+    result.comm_open_handlers.clear()
+    return result
 
 
 def normalize(notebook: nbformat.NotebookNode) -> None:

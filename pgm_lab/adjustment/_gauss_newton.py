@@ -72,7 +72,7 @@ def iterate(
         N, n = _normal_equations(active, here)
         dx, Q, correlates, singular = normal.solve(N, n, here.C, here.c)
         # The singular ones stay where they are: `adjust` finds them there
-        dx[singular], Q[singular], correlates[singular] = 0, 0, 0
+        dx[singular], correlates[singular] = 0, 0
         sigma = sigma0_prior or np.sqrt(here.phi / np.maximum(redundancy[k], 1))
         change = _in_standard_deviations(dx, Q, sigma)
 

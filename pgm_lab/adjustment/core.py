@@ -70,7 +70,7 @@ def adjust(
     parameter_values : array_like (..., u), optional
         Their observed values; the start values when missing.
     constraints : callable, optional
-        ``constraints(x, *args)`` returns values c (..., k) that shall be zero and their
+        ``constraints(x, *args)`` returns values c (..., k) that are to be 0, and their
         Jacobian C (..., k, u). Inner constraints of a free network return zeros for c.
     args : sequence of array_like
         Further arguments of `function` with the leading axes of the stack.
@@ -100,8 +100,8 @@ def adjust(
 
     References
     ----------
-    Muliawan 2013, (M 2.68), whose e is -v, (M 2.69), (M 2.75), (M 2.76); Bani 2010,
-    appendix B (6) to (8), without weights.
+    (M 2.68), whose e is -v; (M 2.69) to (M 2.76), with weights of parameters as in
+    (M 2.71) to (M 2.74); (B 2.14a) to (B 2.14e); (B 6) to (B 8), without weights.
 
     Examples
     --------

@@ -52,7 +52,7 @@ class RankDefect(ValueError):
         else:
             message = (
                 "the constraints follow from one another or contradict each other:"
-                " leave out those that are too many"
+                " leave out the superfluous ones"
             )
         super().__init__(message)
 

@@ -146,7 +146,9 @@ class Adjustment:
             If sigma0_prior was not given or there is no redundancy.
         """
         if self.sigma0_prior is None:
-            raise ValueError("the global test needs sigma0_prior; adjust() had none")
+            raise ValueError(
+                "the global test needs sigma0_prior, which adjust() was not given"
+            )
         if np.any(self.redundancy == 0):
             raise ValueError("without redundancy there is nothing to test")
         statistic = self.redundancy * (self.sigma0 / self.sigma0_prior) ** 2

@@ -73,7 +73,7 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (2.95): its G holds these as columns, about the origin.
+    (M 2.95): its G holds these as columns, about the origin.
 
     Examples
     --------

@@ -48,7 +48,7 @@ def derivatives(
 
     References
     ----------
-    Muliawan 2013, (M 2.82) to (M 2.86) and (M 2.89), whose signs and r are mended.
+    Muliawan 2013, (M 2.81) to (M 2.89); (M 2.84) and (M 2.89) are mended.
     """
     interior = interior if interior.ndim == 1 else interior[photo]
     v, _, by = imaging.misclosure(
@@ -125,7 +125,7 @@ def normal_matrix(A: np.ndarray, sigma: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (M 2.90) and (M 2.70).
+    Muliawan 2013, (M 2.90), with the blocks (M 2.91) and (M 2.93); (M 2.70).
     """
     weighted = A / np.broadcast_to(sigma, len(A))[:, None]
     return weighted.T @ weighted
@@ -223,7 +223,7 @@ def solve(N: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     References
     ----------
-    Muliawan 2013, (M 2.92) and (M 2.94).
+    Muliawan 2013, (M 2.79), (M 2.92), (M 2.94).
     """
     Q = inverse(N)[:-7, :-7]
     return Q @ t, Q

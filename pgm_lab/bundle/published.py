@@ -20,7 +20,7 @@ def network(photos: Collection[int] | None = None) -> Network:
     Returns
     -------
     Network
-        All fifty points, even if the chosen photos do not see some.
+        With a single photo it has no points: see `Network.only`.
 
     Raises
     ------
@@ -37,20 +37,14 @@ def network(photos: Collection[int] | None = None) -> Network:
     ((450, 2), (150, 2))
     """
     data = datasets.muliawan2013()
-    m = len(data.exteriors)
-    kept = np.arange(m) if photos is None else np.unique(list(photos)) - 1
-    if not np.isin(kept, np.arange(m)).all():
+    image = data.photo, data.point, data.xy, data.sigma
+    camera = (Camera(*data.interior),)
+    whole = Network(camera, data.exteriors, data.object_points, *image)
+    if photos is None:
+        return whole
+    m, numbers = len(data.exteriors), np.unique(list(photos))
+    if not np.isin(numbers, np.arange(m) + 1).all():
         raise ValueError(
-            f"photos must be numbers from 1 to {m}; got {(kept + 1).tolist()}"
+            f"photos must be numbers from 1 to {m}; got {numbers.tolist()}"
         )
-    rays = np.isin(data.photo, kept)
-    return Network(
-        Camera(*data.interior),
-        data.exteriors[kept],
-        data.object_points,
-        np.searchsorted(kept, data.photo[rays]),
-        data.point[rays],
-        data.xy[rays],
-        data.sigma[rays],
-        photo_names=(kept + 1).tolist(),
-    )
+    return whole.only(numbers - 1)

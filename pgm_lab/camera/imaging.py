@@ -49,7 +49,7 @@ def ray(
 
     References
     ----------
-    Muliawan 2013, (2.25) to (2.27), where r, s, q stand for U, V, W.
+    (M 2.25) to (M 2.27) and (B 4), where r, s, q stand for U, V, W.
     """
     M = of_photo(attitude(exterior), photo)
     from_centre = points - of_photo(exterior[..., :3], photo)
@@ -120,7 +120,7 @@ def perspective(c: ArrayLike, ray: np.ndarray) -> tuple[np.ndarray, ...]:
 
     References
     ----------
-    Bani 2010, (2.2a), (2.2b); Muliawan 2013, (2.20), (2.21).
+    (B 2.2a), (B 2.2b), (B 1a), (B 1b); (M 2.20), (M 2.21).
     """
     per_depth = -1.0 / ray[..., 2]
     x, y = ray[..., 0] * per_depth, ray[..., 1] * per_depth
@@ -158,7 +158,10 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 
 
 def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
-    """Derivatives (..., 2, 2) of the displacement by (x, y)."""
+    """Derivatives (..., 2, 2) of the displacement by (x, y).
+
+    A of (M 2.80) is the unit matrix plus these, and nearly the unit matrix.
+    """
     K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
     r2 = x * x + y * y

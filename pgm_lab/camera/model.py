@@ -120,6 +120,10 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     ValueError
         If the input is wrong, a point is not in front, or the lens has no solution.
 
+    References
+    ----------
+    (M 2.18), (M 2.19), with the lens added.
+
     Examples
     --------
     >>> camera = Camera(50.0, x0=0.1)
@@ -159,6 +163,10 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     ------
     ValueError
         If the input is wrong or, for lens "forward", the lens has no solution.
+
+    References
+    ----------
+    (M 2.51), where K has the opposite sign; (M 2.89) has this one.
 
     Examples
     --------
@@ -246,7 +254,8 @@ def collinearity(
 
     References
     ----------
-    Muliawan 2013, (2.20) to (2.29), with J and K for observed - computed.
+    (M 2.20) to (M 2.29) and (B 5), (B 5a), (B 5b), with J and K for observed -
+    computed; (M 2.55) for the derivatives by x0, y0, c.
 
     Examples
     --------

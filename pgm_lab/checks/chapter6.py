@@ -282,11 +282,12 @@ def five_photos(photos: Collection[int]) -> None:
         raise CheckFailed("photos must be five different numbers from 1 to 9")
     if chosen == [1, 2, 3, 4, 5]:
         raise CheckFailed("these are still the first five. Your turn!")
+    network = bundle.published.network()
     try:
-        one = bundle.adjust(bundle.published.network(chosen))
+        one = bundle.adjust(network.only(np.array(chosen) - 1))
     except bundle.NetworkDefect as error:
         raise CheckFailed(f"these five leave something open: {error}") from error
-    everything = bundle.adjust(bundle.published.network())
+    everything = bundle.adjust(network)
     sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
     hint = (
         f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"

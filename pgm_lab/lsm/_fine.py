@@ -41,7 +41,7 @@ def sample(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def sample_gradient(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Derivatives (2, ...) of `sample`, as (2.12)-(2.13) but with short steps."""
+    """Derivatives (2, ...) of `sample`, as (B 2.12)-(B 2.13) but with short steps."""
     h = 1e-3  # px: then the third derivative adds a millionth
     across = sample(fine, x + h, y) - sample(fine, x - h, y)
     down = sample(fine, x, y + h) - sample(fine, x, y - h)

@@ -181,7 +181,7 @@ def _weakest_gradient(N: np.ndarray) -> np.ndarray:
 
 
 def correlation(left: Templates, found: Solution) -> np.ndarray:
-    """Correlation coefficient (2.6f), in its computing form (2.6a) to (2.6c)."""
+    """Correlation coefficient (B 2.6f), in its computing form (B 2.6a) to (B 2.6c)."""
     *_, k = left.rows.shape
     total = left.rows[:, -1].sum(axis=1)
     xx = left.gram[:, -1, -1] - total**2 / k

@@ -1,8 +1,8 @@
 """Least squares matching with one defect put in at a time.
 
-The matching is that of Bani 2010, (2.7) to (2.14), as `pgm_lab.lsm` does it, in fewer
-lines. A printed formula or a property of the printed program can be put in by its name,
-to see what it costs. For measuring use `pgm_lab.lsm`.
+The matching is that of Bani 2010, (B 2.7) to (B 2.14), as `pgm_lab.lsm` does it, in
+fewer lines. A printed formula or a property of the printed program can be put in by its
+name, to see what it costs. For measuring use `pgm_lab.lsm`.
 """
 
 import math
@@ -24,7 +24,7 @@ DEFECTS = {
     "integer gradients": "gradients cut to whole numbers",
     "first gradients": "A of the first step kept (not in the source: to compare)",
     "or": "limits joined by or, shifts not looked at",
-    "h1 without grey value": "the column of h1 is 1, as (2.17) prints it",
+    "h1 without grey value": "the column of h1 is 1, as (B 2.17) prints it",
     "diagonal grid": "only the pixels of the diagonal are transformed",
     "six parameters": "no h0 and h1",
     "S0 of the listing": "root of V'V divided by r, instead of the root of V'V / r",
@@ -104,7 +104,7 @@ def match(
 
     Notes
     -----
-    A step solves (2.14a) with P = I and adds the corrections to the parameters. It
+    A step solves (B 2.14a) with P = I and adds the corrections to the parameters. It
     stops when all of them are below 0.001 px and 0.0001 px per px; with "or" when (a1
     or b2) and (a2 or b1) are below 0.03. With "uncentred", a0 and b0 are the shift at
     the corner of the image, and their corrections are held against the same limit.
@@ -114,7 +114,7 @@ def match(
 
     References
     ----------
-    Bani 2010, (2.7) to (2.17), III.3, and the listing LSM6A, here in our own words.
+    Bani 2010, (B 2.7) to (B 2.17), III.3, and the listing LSM6A, here in our own words.
 
     Examples
     --------
@@ -182,7 +182,7 @@ def _windows(image: np.ndarray, centres: np.ndarray, window: int):
 
 
 def _evaluated(p: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """x', y' by (2.8) and (2.9), in the last axis."""
+    """x', y' by (B 2.8) and (B 2.9), in the last axis."""
     p = np.moveaxis(p, -1, 0).reshape(8, -1, *[1] * (np.ndim(x) - 1))
     return np.stack([p[0] + p[1] * x + p[2] * y, p[3] + p[4] * x + p[5] * y], axis=-1)
 
@@ -200,7 +200,7 @@ def _transformed(p, x, y, defects) -> np.ndarray:
 
 
 def _resampled(image: np.ndarray, points: np.ndarray, defects):
-    """Grey values of the right image, and their gradients by (2.12) and (2.13)."""
+    """Grey values of the right image, and their gradients by (B 2.12) and (B 2.13)."""
     method = "spline3"
     if "cubic convolution" in defects:
         method = "cubic"
@@ -220,14 +220,14 @@ def _resampled(image: np.ndarray, points: np.ndarray, defects):
 
 
 def _design(gx, gy, g, x, y, defects) -> np.ndarray:
-    """Derivatives below (2.11), in the order of (2.18): (n, pixels, 8)."""
+    """Derivatives below (B 2.11), in the order of (B 2.18): (n, pixels, 8)."""
     one = np.ones_like(g)
     h1 = one if "h1 without grey value" in defects else g
     return np.stack([gx, gx * x, gx * y, gy, gy * x, gy * y, one, h1], axis=-1)
 
 
 def _solved(A: np.ndarray, L: np.ndarray):
-    """X (2.14a), NaN where A'A has no inverse, V (2.14c), and the condition of A'A."""
+    """X (B 2.14a), NaN where A'A has no inverse, V (B 2.14c), condition of A'A."""
     N = A.swapaxes(-1, -2) @ A
     condition = np.linalg.cond(N)
     regular = (condition < 1 / np.finfo(float).eps)[:, None]
@@ -237,8 +237,8 @@ def _solved(A: np.ndarray, L: np.ndarray):
 
 
 def _s0(V: np.ndarray, u: int, defects) -> np.ndarray:
-    """Standard deviation of the grey values by (2.14e), or as in the listing."""
-    r = V.shape[-1] - u  # (2.14d)
+    """Standard deviation of the grey values by (B 2.14e), or as in the listing."""
+    r = V.shape[-1] - u  # (B 2.14d)
     square = (V**2).sum(axis=-1)
     if "S0 of the listing" in defects:
         return np.sqrt(square) / r

@@ -30,14 +30,14 @@ class Match:
         the right: sqrt(v'v / redundancy), freed from the smoothing that interpolation
         does to noise.
     parameters : ndarray (n, 8)
-        (a0, a1, a2, b0, b1, b2, h0, h1) of (2.7) to (2.9), with x and y counted from
-        the left point.
+        (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), with x and y counted
+        from the left point.
     parameter_covariance : ndarray (n, 8, 8)
         Their covariance; zero for h0 and h1 if they were not estimated. It does not
         know that noise in the right window makes h1 too small, by the share
         sigma^2 / variance(B); the position does not suffer.
     r : ndarray (n,)
-        Correlation coefficient (2.6f) of the left window and the right one, as it was
+        Correlation coefficient (B 2.6f) of the left window and the right one, as it was
         resampled for the last time.
     redundancy : int
         Grey values minus parameters.
@@ -81,11 +81,11 @@ def match(
 ) -> Match:
     """Match windows around points of the left image in the right one.
 
-    Each iteration resamples the right window at (2.8)-(2.9) and solves (2.10) for the
-    corrections. At the solution h1 B'_x and h1 B'_y of (2.11) are the derivatives of
-    the left window, turned by a1, a2, b1, b2; therefore the left window is
-    differentiated, once and on its own pixels, and only grey values are interpolated:
-    quickly at first, then by a cubic spline on a doubled grid.
+    Each iteration resamples the right window at (B 2.8), (B 2.9) and solves (B 2.10)
+    for the corrections. At the solution h1 B'_x and h1 B'_y of (B 2.11) are the
+    derivatives of the left window, turned by a1, a2, b1, b2; therefore the left window
+    is differentiated, once and on its own pixels, and only grey values are
+    interpolated: quickly at first, then by a cubic spline on a doubled grid.
 
     Parameters
     ----------
@@ -102,12 +102,12 @@ def match(
     radiometric : bool
         False leaves h0 = 0 and h1 = 1.
     shape : array_like (2, 2) or (n, 2, 2), optional
-        Start values ((a1, a2), (b1, b2)); the identity when missing, as in (2.20).
+        Start values ((a1, a2), (b1, b2)); the identity when missing, as in (B 2.20).
     threshold : float
         Smallest correlation r, or -r of a negative, that counts as a match.
     tolerance : float
         The end is reached when an iteration moves no pixel of the window by more, in
-        pixels. What is left then is a hundredth of it where (2.10) holds, and up to a
+        pixels. What is left then is a hundredth of it where (B 2.10) holds, and up to a
         third in images with much aliasing or noise.
     max_iterations : int
         Most iterations for a point.
@@ -127,12 +127,12 @@ def match(
     -----
     The covariance is that of least squares with equal white noise in both images. It
     allows for the noise in the gradients and for what interpolation takes from the
-    noise. It knows nothing of windows that are not related by (2.7) to (2.9), as at the
-    edge of a roof, nor of aliasing or noise that neighbouring pixels share.
+    noise. It knows nothing of windows that are not related by (B 2.7) to (B 2.9), as at
+    the edge of a roof, nor of aliasing or noise that neighbouring pixels share.
 
     References
     ----------
-    Bani 2010, (2.7) to (2.20), where (2.20b) has a sign turned; Gruen 1985.
+    Bani 2010, (B 2.7) to (B 2.20), where (B 2.20b) has a sign turned; Gruen 1985.
 
     Examples
     --------

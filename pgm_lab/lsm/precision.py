@@ -20,7 +20,7 @@ def cramer_rao(
     """Smallest covariance that an unbiased match of a window can have.
 
     White normal noise of `sigma` in both images; the right one has `gain` times the
-    contrast. Unknown are the parameters of (2.10) and the grey value that each pixel
+    contrast. Unknown are the parameters of (B 2.10) and the grey value that each pixel
     would have without noise; therefore the noise of a difference counts, sigma^2
     (1 + 1/gain^2) in grey values of the left image.
 
@@ -52,7 +52,7 @@ def cramer_rao(
 
     References
     ----------
-    Foerstner 1982, for shifts; here with the normal matrix of (2.11) and the true
+    Foerstner 1982, for shifts; here with the normal matrix of (B 2.11) and the true
     gradients.
 
     Examples

@@ -23,7 +23,7 @@ def adjust(
     line_search: bool = True,
     max_iterations: int = 50,
 ) -> Adjustment:
-    """Adjust (2.10) with the derivatives (2.11), both from the resampled right window.
+    """Adjust (B 2.10), with the derivatives (B 2.11) of the resampled right window.
 
     This is the definition that `match` is tested against: every iteration interpolates
     the grey values and both gradients of the right window, and v'v falls to its
@@ -66,7 +66,8 @@ def adjust(
 
     References
     ----------
-    Bani 2010, (2.7) to (2.14); (2.17) lacks the grey value at h1.
+    Bani 2010, (B 2.7) to (B 2.19) and (B Table 2.2); (B 2.17) lacks the grey value at
+    h1.
 
     Examples
     --------
@@ -103,7 +104,7 @@ def adjust(
     u = 8 if radiometric else 6
 
     def grey_values(p, offset):
-        """Computed grey values (2.10), and their derivatives (2.11)."""
+        """Computed grey values (B 2.10), and their derivatives (B 2.11)."""
         a0, a1, a2, b0, b1, b2 = (p[:, [i]] for i in range(6))
         h0, h1 = (p[:, [6]], p[:, [7]]) if radiometric else (0.0, 1.0)
         X, Y = x - offset[:, :1], y - offset[:, 1:]

@@ -26,7 +26,7 @@ _memory = threading.local()
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     """Correlation of a template with each window of its size in a search window.
 
-    Agrees with (2.6f) in exact arithmetic to 1e-6 everywhere, also for 16 bit grey
+    Agrees with (B 2.6f) in exact arithmetic to 1e-6 everywhere, also for 16 bit grey
     values with a large offset and little contrast, for a faint window beside a bright
     pixel, and at the limits of the number types.
     (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Fifty search
@@ -55,7 +55,7 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Bani 2010, (2.6f); Lewis 1995, Fast normalized cross-correlation.
+    Bani 2010, (B 2.6f); Lewis 1995, Fast normalized cross-correlation.
 
     Examples
     --------

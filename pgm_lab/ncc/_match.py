@@ -108,7 +108,7 @@ def match(
 
     References
     ----------
-    Bani 2010, II.1.2.1.1 and (2.6f); Foerstner 1982 for the precision.
+    Bani 2010, II.1.2.1.1 and (B 2.6f); Foerstner 1982 for the precision.
 
     Examples
     --------

@@ -52,7 +52,8 @@ def correlation(a: ArrayLike, b: ArrayLike) -> float:
 
     References
     ----------
-    Bani 2010, (2.6f) and (3.1).
+    (B 2.6f), (B 3.1), (Br 1); (H 1), which sums the products under the root and not
+    each square.
 
     Examples
     --------
@@ -62,16 +63,16 @@ def correlation(a: ArrayLike, b: ArrayLike) -> float:
     """
     a, b = _two_windows(a, b)
     a, b = _deviations(a, "a"), _deviations(b, "b")
-    return _coefficient(np.sum(a * b), np.sum(a * a), np.sum(b * b))  # (2.6f)
+    return _coefficient(np.sum(a * b), np.sum(a * a), np.sum(b * b))  # (B 2.6f)
 
 
 def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     """Offset, gain and correlation of two windows, by the computing form.
 
-    b is regressed on a: b = alpha + beta a, as x = a and y = b in (2.6d). Least squares
-    matching needs the other direction, left = h0 + h1 right (2.7): with a = right and
-    b = left, h0 = alpha and h1 = beta. (The gain of the other direction is not 1 / beta
-    but r^2 / beta.)
+    b is regressed on a: b = alpha + beta a, as x = a and y = b in (B 2.6d). Least
+    squares matching needs the other direction, left = h0 + h1 right (B 2.7): with a =
+    right and b = left, h0 = alpha and h1 = beta. (The gain of the other direction is
+    not 1 / beta but r^2 / beta.)
 
     The computing form goes through the grey values once, but takes the difference of
     large numbers: where the mean is 10^k times the standard deviation, 2k of the 16
@@ -94,7 +95,7 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
 
     References
     ----------
-    Bani 2010, (2.6a) to (2.6e). (2.6e) lacks the mean of y; it is
+    Bani 2010, (B 2.6a) to (B 2.6e). (B 2.6e) lacks the mean of y; it is
     alpha = mean(y) - beta mean(x), as in the listing.
 
     Examples
@@ -107,17 +108,17 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     x, y = _two_windows(a, b)
     _deviations(x, "a"), _deviations(y, "b")
     n = x.size
-    sxx = np.sum(x * x) - np.sum(x) ** 2 / n  # (2.6a)
-    syy = np.sum(y * y) - np.sum(y) ** 2 / n  # (2.6b)
-    sxy = np.sum(x * y) - np.sum(x) * np.sum(y) / n  # (2.6c)
+    sxx = np.sum(x * x) - np.sum(x) ** 2 / n  # (B 2.6a)
+    syy = np.sum(y * y) - np.sum(y) ** 2 / n  # (B 2.6b)
+    sxy = np.sum(x * y) - np.sum(x) * np.sum(y) / n  # (B 2.6c)
     if not (sxx > 0 and syy > 0):
         raise ValueError(
             "the computing form lost all digits: the contrast of a window is too small"
             " beside its mean. Subtract a constant from a and b first, or use"
             " correlation"
         )
-    beta = sxy / sxx  # (2.6d)
-    alpha = np.mean(y) - beta * np.mean(x)  # (2.6e) with the mean of y
+    beta = sxy / sxx  # (B 2.6d)
+    alpha = np.mean(y) - beta * np.mean(x)  # (B 2.6e) with the mean of y
     return Regression(float(alpha), float(beta), _coefficient(sxy, sxx, syy))
 
 

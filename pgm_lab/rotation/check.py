@@ -13,6 +13,10 @@ def defect(M: ArrayLike) -> np.ndarray | float:
 
     A reflection has no defect either; its determinant is -1.
 
+    References
+    ----------
+    (M 2.11), (M 2.12).
+
     Examples
     --------
     >>> print(f"{defect([[1, 0, 0], [0, 1, 0.1], [0, 0, 1]]):.2f}")

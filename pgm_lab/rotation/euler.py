@@ -32,7 +32,8 @@ def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (M 2.8).
+    Muliawan 2013, (M 2.2) to (M 2.9), transposed (M 2.56) to (M 2.62); Bani 2010,
+    (B 2), (B 3). In (M 2.62) and (B 3) elements are misprinted.
 
     Examples
     --------

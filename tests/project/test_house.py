@@ -55,6 +55,12 @@ def test_a_circle_of_imports_is_found(package):
         house.floors(house.rooms(package))
 
 
+def test_an_import_for_the_type_checker_alone_is_none(package):
+    text = "if TYPE_CHECKING:\n    from pgm_lab.upper import stairs\n"
+    (package / "ground.py").write_text(text)
+    assert house.rooms(package)["ground"] == set()
+
+
 def test_an_import_that_leads_through_another_room_is_not_drawn():
     graph = {"a": {"b", "c"}, "b": {"c"}, "c": set()}
     assert house.direct(graph) == {"a": {"b"}, "b": {"c"}, "c": set()}

@@ -1,11 +1,11 @@
 """Student copies: nothing given away, and an unsolved chapter still runs."""
 
 import copy
-from pathlib import Path
 
 import nbformat
 import pytest
-from nbclient import NotebookClient
+from jupyter_client.manager import KernelManager, start_new_kernel
+from nbclient.exceptions import CellExecutionError
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
 from publish.student import (
@@ -14,7 +14,7 @@ from publish.student import (
     tags,
     write_copies,
 )
-from tools.notebooks import FOLDER
+from tools.notebooks import FOLDER, KERNEL, client
 
 NOTEBOOKS = sorted(FOLDER.glob("[0-9A-Z]*.ipynb"))
 
@@ -129,27 +129,45 @@ def test_the_copies_are_written_and_the_original_stays(tmp_path):
     assert solved == nbformat.read(path, as_version=4)
 
 
-def run(unsolved: nbformat.NotebookNode, folder: Path) -> None:
+@pytest.fixture(scope="module")
+def kernel():
+    """One kernel for all copies: it imports the large libraries once.
+
+    That every notebook runs in a kernel of its own is proven with its solutions.
+    """
+    manager, _ = start_new_kernel(kernel_name=KERNEL["name"], cwd=str(FOLDER))
+    yield manager
+    manager.shutdown_kernel(now=True)
+
+
+def run(unsolved: nbformat.NotebookNode, kernel: KernelManager) -> None:
     """Run every cell; a cell may fail only if it is tagged `raises-exception`."""
-    NotebookClient(
-        unsolved,
-        timeout=120,
-        kernel_name="python3",
-        resources={"metadata": {"path": str(folder)}},
-    ).execute()
+    forget = "%reset -f\nimport matplotlib\nmatplotlib.rcdefaults()\ndel matplotlib"
+    client(new_notebook(cells=[new_code_cell(forget)]), FOLDER, kernel).execute()
+    client(unsolved, FOLDER, kernel).execute()
 
 
-def test_an_unsolved_copy_runs_past_its_checks(tmp_path):
+def test_an_unsolved_copy_runs_past_its_checks(kernel):
     unsolved = student_copy(notebook())
-    run(unsolved, tmp_path)
+    run(unsolved, kernel)
     assert unsolved.cells[2].outputs[0].output_type == "error"
 
 
+def test_a_copy_knows_nothing_of_the_one_before(kernel):
+    run(new_notebook(cells=[new_code_cell("known = 1")]), kernel)
+    with pytest.raises(CellExecutionError, match="NameError"):
+        run(new_notebook(cells=[new_code_cell("known")]), kernel)
+
+
+def test_there_are_chapters_to_be_run():
+    assert len(NOTEBOOKS) > 7
+
+
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_an_unsolved_chapter_runs_to_its_end(path):
+def test_an_unsolved_chapter_runs_to_its_end(path, kernel):
     unsolved = student_copy(nbformat.read(path, as_version=4))
     assert "SOLUTION" not in nbformat.writes(unsolved)
-    run(unsolved, path.parent)
+    run(unsolved, kernel)
     for cell in unsolved.cells:
         for output in cell.get("outputs", []):
             if output.output_type == "error":

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import bundle, datasets, simulate
+from pgm_lab import bundle, simulate
 from pgm_lab.camera import Camera, imaging
 
 TABLE = Path(__file__).parents[2] / "data" / "results" / "chapter6_starts.csv"

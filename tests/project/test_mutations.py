@@ -1,0 +1,75 @@
+"""The runner of the mutations tells what is noticed from what is not."""
+
+import csv
+
+import pytest
+
+from tools import mutations
+
+ROW = {
+    "number": "1",
+    "file": "pgm_lab/half.py",
+    "old": "x / 2",
+    "new": "x / 3",
+    "breaks": "the half",
+    "tests": "tests/test_half.py",
+}
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A package of one function, whose test looks at one of its values."""
+    root = tmp_path / "project"
+    for folder in ("pgm_lab", "tests"):
+        (root / folder).mkdir(parents=True)
+    (root / "conftest.py").touch()
+    (root / "pyproject.toml").touch()
+    (root / "pgm_lab" / "half.py").write_text("def half(x):\n    return x / 2\n")
+    test = (
+        "from pgm_lab.half import half\n\ndef test_half():\n    assert half(4) == 2\n"
+    )
+    (root / "tests" / "test_half.py").write_text(test)
+    return root
+
+
+def test_the_killed_are_told_from_the_survivors(project, capsys):
+    rows = [ROW, ROW | {"number": "2", "new": "x - 2"}]
+    assert mutations.tried(rows, project, 60) == {"1": "killed", "2": "survived"}
+    assert "1 killed" in capsys.readouterr().out
+    assert (project / "pgm_lab" / "half.py").read_text().endswith("return x / 2\n")
+
+
+def test_a_mutation_that_never_ends_is_killed_by_the_time_limit(project):
+    endless = ROW | {"old": "    return", "new": "    while True: x / 2\n    return"}
+    assert mutations.tried([endless], project, 10) == {"1": mutations.SLOW}
+
+
+def test_an_outdated_list_fails_before_anything_is_run(project):
+    with pytest.raises(ValueError, match="mutation 1: 'x / 5' stands 0 times in"):
+        mutations.tried([ROW | {"old": "x / 5"}], project, 60)
+
+
+def test_tests_that_do_not_exist_are_an_error_not_a_kill(project):
+    with pytest.raises(RuntimeError, match="not found"):
+        mutations.tried([ROW | {"tests": "tests/test_third.py"}], project, 60)
+
+
+def test_verdicts_are_written_into_their_column(tmp_path):
+    path = tmp_path / "list.csv"
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, [*ROW, "before"])
+        writer.writeheader()
+        writer.writerows([ROW, ROW | {"number": "2", "before": "survived"}])
+    mutations.record("before", {"1": "killed"}, path)
+    assert [row["before"] for row in mutations.mutations(path)] == [
+        "killed",
+        "survived",
+    ]
+
+
+def test_every_mutation_names_tests_that_exist_and_breaks_one_line():
+    rows = mutations.mutations()
+    assert [row["number"] for row in rows] == [str(n + 1) for n in range(len(rows))]
+    for row in rows:
+        assert row["breaks"] and "\n" not in row["old"]
+        assert all((mutations.ROOT / name).exists() for name in row["tests"].split())

@@ -1,0 +1,183 @@
+"""Break the package on purpose, one line at a time, and see that the tests notice.
+
+`python tasks.py mutations` works through tests/mutations.csv: each row is an exact
+piece of text in a module, another one in its place, what that breaks, and the tests
+that have to notice. A copy of the project is mutated, never the project itself.
+"""
+
+import argparse
+import csv
+import multiprocessing
+import os
+import random
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from contextlib import redirect_stdout
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LIST = ROOT / "tests" / "mutations.csv"
+COPIED = ("pgm_lab", "tests", "tools", "publish", "data", "notebooks", "docs")
+COPIED_FILES = ("conftest.py", "pyproject.toml")
+
+# What pytest's exit codes say of a mutation; 2 comes from imports that fail.
+VERDICTS = {0: "survived", 1: "killed", 2: "killed"}
+SLOW = "killed by the time limit"
+
+# Where the system can fork, each run of the tests finds the large libraries loaded.
+FORKS = "forkserver" in multiprocessing.get_all_start_methods()
+PROCESSES = multiprocessing.get_context("forkserver" if FORKS else "spawn")
+LIBRARIES = ["cv2", "hypothesis", "IPython.display", "matplotlib.pyplot", "nbformat"]
+LIBRARIES += ["pytest", "scipy.ndimage", "scipy.optimize", "scipy.stats"]
+LIBRARIES += ["skimage.feature", "skimage.transform"]
+
+
+def mutations(path: Path = LIST) -> list[dict[str, str]]:
+    """The rows of the list."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file, strict=True))
+
+
+def mutated(row: dict[str, str], root: Path = ROOT) -> str:
+    """The text of a module after a mutation.
+
+    Raises
+    ------
+    ValueError
+        If the old text is not found exactly once: the module has changed, and the list
+        has to follow it.
+    """
+    text = (root / row["file"]).read_text(encoding="utf-8")
+    times = text.count(row["old"])
+    if times != 1 or row["old"] == row["new"]:
+        raise ValueError(
+            f"mutation {row['number']}: {row['old']!r} stands {times} times in"
+            f" {row['file']}, not once. Bring tests/mutations.csv up to date"
+        )
+    return text.replace(row["old"], row["new"])
+
+
+def copied(root: Path, folder: Path) -> None:
+    """Copy what the tests need of a project."""
+    for name in COPIED:
+        if (root / name).is_dir():
+            shutil.copytree(
+                root / name, folder / name, ignore=shutil.ignore_patterns("__pycache__")
+            )
+    for name in COPIED_FILES:
+        shutil.copy2(root / name, folder / name)
+
+
+def run_tests(folder: Path, tests: list[str], output: Path) -> None:
+    """Run tests in a copy of the project; the exit code is that of pytest."""
+    for name in list(sys.modules):  # of the project, not of the copy
+        if name.split(".")[0] in COPIED:
+            del sys.modules[name]
+    # No bytecode: a mutation may be as long, and as young, as what it replaces.
+    sys.dont_write_bytecode = True
+    os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    sys.path.insert(0, str(folder))
+    os.chdir(folder)
+    with output.open("w", encoding="utf-8") as file, redirect_stdout(file):
+        import pytest
+
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:benchmark"]
+        code = pytest.main([*options, *tests])
+    sys.exit(int(code))
+
+
+def verdict(row: dict[str, str], folder: Path, seconds: float) -> str:
+    """Run the tests of a mutation in the copy that has it."""
+    output = folder / "output.txt"
+    arguments = folder, row["tests"].split(), output
+    process = PROCESSES.Process(target=run_tests, args=arguments)
+    process.start()
+    process.join(seconds)
+    if process.is_alive():
+        process.kill()
+        process.join()
+        return SLOW
+    if process.exitcode not in VERDICTS:
+        raise RuntimeError(output.read_text(encoding="utf-8"))
+    return VERDICTS[process.exitcode]
+
+
+def tried(rows: list[dict[str, str]], root: Path, seconds: float) -> dict[str, str]:
+    """The verdict on each mutation, by its number; each is told when it is there."""
+    found = {}
+    texts = [mutated(row, root) for row in rows]  # an outdated list fails at once
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        copied(root, folder)
+        for row, text in zip(rows, texts, strict=True):
+            start, path = time.perf_counter(), folder / row["file"]
+            kept = path.read_bytes()
+            path.write_text(text, encoding="utf-8", newline="\n")
+            found[row["number"]] = answer = verdict(row, folder, seconds)
+            path.write_bytes(kept)
+            took = f"{time.perf_counter() - start:.0f} s"
+            print(
+                f"{row['number']:>3} {answer}, {took}: {row['file']}, {row['breaks']}",
+                flush=True,
+            )
+    return found
+
+
+def record(column: str, found: dict[str, str], path: Path = LIST) -> None:
+    """Write verdicts into a column of the list."""
+    rows = mutations(path)
+    for row in rows:
+        row[column] = found.get(row["number"], row.get(column, ""))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def chosen(options: argparse.Namespace) -> list[dict[str, str]]:
+    """The rows that were asked for."""
+    rows = mutations()
+    if options.only:
+        words = options.only
+        rows = [
+            row
+            for row in rows
+            if any(word in row["file"] or word == row["number"] for word in words)
+        ]
+    if options.sample is not None:
+        count = min(options.sample, len(rows))
+        drawn = random.Random(options.seed).sample(range(len(rows)), count)
+        rows = [rows[i] for i in sorted(drawn)]
+    return rows
+
+
+def main(arguments: list[str]) -> int:
+    """Try the mutations; the exit code is 0 if none survives."""
+    parser = argparse.ArgumentParser(prog="python tasks.py mutations")
+    parser.add_argument("--only", nargs="+", help="parts of file names, or numbers")
+    parser.add_argument("--sample", type=int, help="draw so many of them")
+    parser.add_argument("--seed", type=int, default=0, help="of the draw")
+    parser.add_argument("--seconds", type=float, default=300, help="limit of each")
+    parser.add_argument("--record", help="write the verdicts into this column")
+    parser.add_argument("--project", type=Path, default=ROOT, help="another checkout")
+    options = parser.parse_args(arguments)
+    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    if FORKS:
+        PROCESSES.set_forkserver_preload(LIBRARIES)
+    try:
+        found = tried(chosen(options), options.project, options.seconds)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    if options.record:
+        record(options.record, found)
+    counts = Counter(found.values())
+    print(", ".join(f"{n} {word}" for word, n in counts.most_common()) or "none chosen")
+    return int("survived" in counts)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
