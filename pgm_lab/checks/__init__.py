@@ -21,19 +21,13 @@ class CheckFailed(AssertionError):
         return [f"✗ {self}"]
 
 
-def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Call the reader's function and return its answer as an array of that shape.
+def answer_of(function: Callable, *arguments: Any) -> Any:
+    """Call the reader's function on copies of its arguments; return what it answers.
 
     Raises
     ------
     CheckFailed
-        If the function stops, returns nothing, changes its input, or returns something
-        of another shape.
-
-    Examples
-    --------
-    >>> call(lambda x: 2 * x, 1.5, shape=())
-    array(3.)
+        If the function stops, returns nothing, or changes its input.
     """
     name = getattr(function, "__name__", "your function")
     if not callable(function):
@@ -52,28 +46,46 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     for before, after in zip(arguments, copies, strict=True):
         if isinstance(before, np.ndarray) and not np.array_equal(before, after):
             raise CheckFailed(f"{name} changes its input; work on a copy")
+    return answer
+
+
+def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Call the reader's function and return its answer as an array of that shape.
+
+    Raises
+    ------
+    CheckFailed
+        If the function stops, returns nothing, changes its input, or returns something
+        of another shape.
+
+    Examples
+    --------
+    >>> call(lambda x: 2 * x, 1.5, shape=())
+    array(3.)
+    """
+    answer = answer_of(function, *arguments)
+    must = f"{getattr(function, '__name__', 'your function')} must return"
     try:
         array = np.asarray(answer, dtype=float)
     except (TypeError, ValueError):
         if isinstance(answer, tuple | list) and any(map(np.ndim, answer)):
             shapes = ", ".join(str(np.shape(part)) for part in answer)
             raise CheckFailed(
-                f"{name} must return shape {shape} here; got parts of shapes {shapes}"
+                f"{must} shape {shape} here; got parts of shapes {shapes}"
             ) from None
-        raise CheckFailed(
-            f"{name} must return numbers, not {type(answer).__name__}"
-        ) from None
+        raise CheckFailed(f"{must} numbers, not {type(answer).__name__}") from None
     if array.shape != shape:
-        if len(shape) == 2 and min(shape) > 3:
-            tip = ": rows and columns are exchanged"
-        else:
-            wide = len(shape) == 2 and 1 < shape[0] < shape[1]
-            tip = f"; use np.{'array' if wide else 'column_stack'}([...])"
-        tip = tip if array.shape == shape[::-1] else ""
-        raise CheckFailed(
-            f"{name} must return shape {shape} here; got {array.shape}{tip}"
-        )
+        tip = _turned(shape) if array.shape == shape[::-1] else ""
+        raise CheckFailed(f"{must} shape {shape} here; got {array.shape}{tip}")
     return array
+
+
+def _turned(shape: tuple[int, ...]) -> str:
+    """What to do about an array of the shape turned round."""
+    if len(shape) == 2 and min(shape) > 3:
+        return ": rows and columns are exchanged"
+    wide = len(shape) == 2 and 1 < shape[0] < shape[1]
+    return f"; use np.{'array' if wide else 'column_stack'}([...])"
 
 
 def numbers(
@@ -207,9 +219,9 @@ def compare(
 
     Examples
     --------
-    >>> slips = {"the sign is turned round": lambda x: -2 * x}
+    >>> slips = {"the sign is reversed": lambda x: -2 * x}
     >>> compare(lambda x: -2 * x, [(1,), (3,)], lambda x: 2 * x, slips, "no idea")
-    (False, 'the sign is turned round')
+    (False, 'the sign is reversed')
     """
     cases = list(cases)
     answers = [call(function, *c, shape=np.shape(right(*c))) for c in cases]

@@ -35,19 +35,19 @@ def shifted(answer: object) -> None:
     no_root = np.sum(a * b) / (np.sum(a * a) * np.sum(b * b))
     slips = [
         (1.0, "those are two equal windows: take different columns"),
-        (_r(left, right, centred=False), "take off the mean of each window first"),
+        (_r(left, right, centred=False), "subtract the mean of each window first"),
         (_r(FIVE[:-1], FIVE[1:]), "you dropped rows: columns are the second index"),
         (r**2, "that is r squared"),
         (np.sum(a * b), "divide by the root"),
         (np.sum(a * b) / both, "each window has its own contrast"),
         (
             _r(all_25[:, :-1], all_25[:, 1:], centred=False),
-            "you took off the mean of all 25: each window of 20 has its own",
+            "you subtracted the mean of all 25: each window of 20 has its own",
         ),
     ]
     otherwise = "it does not follow from (B 2.6f) with the two windows of 5 x 4"
     if np.isclose(value, no_root, rtol=1e-3, atol=0):
-        otherwise = "there is a root below the line"
+        otherwise = "a square root is missing in the denominator"
     hint = first_slip(value, slips, otherwise, tolerance=1e-3)
     report("shifted", [("agrees with (B 2.6f)", near(value, r, 1e-3), hint)])
 
@@ -88,7 +88,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
             (
                 "exact where y is a line of x",
                 near(exact, (12.5, 0.7)),
-                "a line without errors is not found again",
+                "a line without errors is not recovered",
             ),
             ("least squares where it is not", good, hint),
         ],
@@ -151,13 +151,13 @@ def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> Non
     w = w - w.mean(axis=(2, 3), keepdims=True)
     one_sum = np.sum(w * t, axis=(2, 3)) / np.sqrt(np.sum(w**2 * t**2, axis=(2, 3)))
     slips = [
-        (_map(template, search, centred=False), "take the means off each window"),
+        (_map(template, search, centred=False), "subtract the mean from each window"),
         (_map(template, search, divided=False), "divide by the two contrasts"),
         (expected**2, "that is r squared"),
-        (-expected, "the sign is turned round"),
+        (-expected, "the sign is reversed"),
         (
             whole,
-            "take off the mean of each window, not that of the whole search window",
+            "subtract the mean of each window, not that of the whole search window",
         ),
         (one_sum, "that is (H 1) as printed: each square needs its own sum"),
         (expected[::-1, ::-1], "the template is turned by 180 degrees"),

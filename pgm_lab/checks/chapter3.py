@@ -54,7 +54,7 @@ def columns(function: Callable) -> None:
     of_shifts = [
         (expected[:, shifts] / h1, "h1 is missing at the slopes"),
         (expected[:, [3, 0]], "the two slopes are exchanged"),
-        (-expected[:, shifts], "the sign of the slopes is turned"),
+        (-expected[:, shifts], "the sign of the slopes is reversed"),
     ]
     of_shape = [
         (expected[:, shape] / h1, "h1 is missing at them"),
@@ -119,12 +119,12 @@ def bilinear(function: Callable) -> None:
         return np.array(found)
 
     expected = surface()
-    run_over = "8 bit grey values run over when they are subtracted: make them float"
+    run_over = "8 bit grey values overflow when they are subtracted: make them float"
     slips = [
         (np.floor(expected), "a fraction of a grey value is cut off"),
         (np.floor(expected + 0.5), "the grey value is rounded; keep its fraction"),
         (surface(product=0), "t3, the term with dx dy, is missing"),
-        (surface(product=-1), "the sign of t3, the term with dx dy, is turned"),
+        (surface(product=-1), "the sign of t3, the term with dx dy, is reversed"),
         (surface(exchanged=True), "dx and dy are exchanged"),
         (surface(turned=True), "an image is indexed [row, column]"),
         ([image[int(r), int(c)] for c, r in points], "that is the pixel before"),

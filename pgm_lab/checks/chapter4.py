@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pgm_lab import rotation
-from pgm_lab.checks import CheckFailed, call, first_slip, near, report
+from pgm_lab.checks import CheckFailed, answer_of, call, first_slip, near, report
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants
 _ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 2.2)]
@@ -53,7 +53,7 @@ def matrix(function: Callable) -> None:
         (expected.swapaxes(-1, -2), "it is transposed: it leads from image to object"),
         (_ordered("okp"), "phi was made last: kappa is"),
         (_ordered("pok"), "phi was made first: omega is"),
-        (_ordered("kpo"), "the order is turned round: the turn made first, omega,"
+        (_ordered("kpo"), "the order is reversed: the turn made first, omega,"
          " stands on the right"),
         (_ordered("opk", -1), "kappa turns the wrong way: a sign in its matrix"),
         (_in_degrees(), "the angles are radians already"),
@@ -189,19 +189,22 @@ def angles(function: Callable) -> None:
     half[:, 1] = expected[:, 1]
     slips = [
         (half, "right where cos is positive only: arctan cannot know the quadrant"),
-        (half * (1, 1, -1), "the sign of kappa is turned, and the quadrant is lost"),
-        (half * (-1, 1, 1), "the sign of omega is turned, and the quadrant is lost"),
+        (half * (1, 1, -1), "the sign of kappa is reversed, and the quadrant is lost"),
+        (half * (-1, 1, 1), "the sign of omega is reversed, and the quadrant is lost"),
         (expected[:, ::-1], "the order is (omega, phi, kappa)"),
         (np.degrees(expected), "the answer is in degrees; give radians"),
-        (expected * (-1, 1, 1), "the sign of omega is turned"),
-        (expected * (1, -1, 1), "the sign of phi is turned"),
-        (expected * (1, 1, -1), "the sign of kappa is turned"),
-        (-expected, "all signs are turned: is it the transposed matrix?"),
+        (expected * (-1, 1, 1), "the sign of omega is reversed"),
+        (expected * (1, -1, 1), "the sign of phi is reversed"),
+        (expected * (1, 1, -1), "the sign of kappa is reversed"),
+        (-expected, "all signs are reversed: is it the transposed matrix?"),
         (
             expected * (-1, 1, -1),
-            "the signs of omega and kappa are turned: each has a minus in (M 2.10)",
+            "the signs of omega and kappa are reversed: each has a minus in (M 2.10)",
         ),
-        (_opposite(expected), "half a turn off: both signs of the quotient are turned"),
+        (
+            _opposite(expected),
+            "half a turn off: the quotient has both signs reversed",
+        ),
         *_swapped(expected),
     ]
     turned = np.array([_from_transposed(one) for one in M])
@@ -210,7 +213,7 @@ def angles(function: Callable) -> None:
     wrong = [n for k, n in enumerate(("omega", "phi", "kappa"))
              if not near(answers[:, k], expected[:, k])]  # fmt: skip
     verb = "is" if len(wrong) == 1 else "are"
-    hint = first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not found again")
+    hint = first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not recovered")
     if near(np.exp(1j * answers), np.exp(1j * expected)):
         hint = (
             f"right but for full turns: {' and '.join(wrong)} {verb} not between"
@@ -270,16 +273,7 @@ def _unit_hint(
     function: Callable, attitude: np.ndarray, printed: np.ndarray, name: str
 ) -> str:
     """What is wrong with one answer, or nothing."""
-    if not callable(function):
-        raise CheckFailed("my_unit is not a function yet. Your turn!")
-    try:
-        answer = function(attitude.copy(), printed.copy())
-    except Exception as error:
-        raise CheckFailed(
-            f"my_unit stopped with {type(error).__name__}: {error}"
-        ) from error
-    if answer is None or answer is ...:
-        raise CheckFailed("my_unit returns nothing yet. Your turn!")
+    answer = answer_of(function, attitude, printed)
     if answer not in ("degrees", "radians"):
         return f'the answer must be "degrees" or "radians", not {answer!r}'
     if answer == name:

@@ -14,7 +14,7 @@ def misprints(names: Collection[str]) -> None:
     """Check which coefficients of (M 2.24) the reader found misprinted."""
     if not isinstance(names, Collection) or isinstance(names, str) or not names:
         raise CheckFailed(
-            'misprinted is still empty: it shall be a list of names such as "b11"'
+            'misprinted is still empty: it must be a list of names such as "b11"'
         )
     names = {str(name).strip().lower().replace("_", "") for name in names}
     known = {f"b{row}{column}" for row in (1, 2) for column in range(1, 7)}
@@ -62,7 +62,10 @@ def right_image(answer: object) -> None:
             "the angles are radians already",
         ),
         (projected(right, np.eye(3)), "M is missing: turn the ray into the camera"),
-        (projected(exchanged, rotation.matrix(*exchanged[3:])), "triplets exchanged"),
+        (
+            projected(exchanged, rotation.matrix(*exchanged[3:])),
+            "angles stand before the position",
+        ),
         (projected(left, rotation.matrix(*left[3:])), "that is the left photo"),
         (projected(right, M)[::-1], "x and y are exchanged"),
         (projected(right, M) * (1, -1), "y points up in a photo"),

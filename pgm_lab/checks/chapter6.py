@@ -28,10 +28,7 @@ def redundancy(function: Callable) -> None:
         (expected - rays, "a ray gives two observations, x and y"),
         (expected - 2 * free, "a constraint adds to the redundancy: its sign"),
         (expected - free, "without control the inner constraints are missing"),
-        (
-            expected - free + 7,
-            "with held control points there are no inner constraints",
-        ),
+        (expected - free + 7, "with held control there are no inner constraints"),
         (
             expected - free + 7 - held,
             "right for 2013; but with held points the photos need no inner constraint"
@@ -216,25 +213,18 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     )
     explained = [hint for wrong, hint in slips if abs(moved_um / wrong - 1) < 0.01]
     explained.append("it is not the arc at 10 mm from the principal point")
-    properties = [
-        (
-            "the right photo and unknown",
-            (photo, unknown) == (row + 1, unknowns[column]),
-            "another photo or another unknown has the largest |difference|",
-        ),
-        (
-            "the right unit",
-            unit in ("rad", "radian", "radians"),
-            "this is not the unit: what kind of quantity is it, and what does the"
-            " conventions box say of it?",
-        ),
-        (
-            "moved by dozens of micrometres",
-            abs(moved_um / arc - 1) < 0.01,
-            f"moved_um: {explained[0]}",
-        ),
-    ]
-    report("largest difference", properties)
+    found = (photo, unknown) == (row + 1, unknowns[column])
+    other = "another photo or another unknown has the largest |difference|"
+    kind = "this is not the unit: what does the conventions box say of such a quantity?"
+    right, hint = abs(moved_um / arc - 1) < 0.01, f"moved_um: {explained[0]}"
+    report(
+        "largest difference",
+        [
+            ("the right photo and unknown", found, other),
+            ("the right unit", unit in ("rad", "radian", "radians"), kind),
+            ("moved by dozens of micrometres", right, hint),
+        ],
+    )
 
 
 def unit_diagonal(function: Callable) -> None:

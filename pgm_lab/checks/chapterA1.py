@@ -32,11 +32,11 @@ def design(answer: object) -> None:
     wrong = [line for line, row, right in rows if not near(row, right)]
     turned = [line for line, row, right in rows if near(row, -right)]
     if len(turned) == len(_LINES):
-        hint = "all signs are turned round: a difference is the end minus the start"
+        hint = "all signs are reversed: a difference is the end minus the start"
     elif near(value, expected[:, ::-1]):
         hint = "the columns stand in another order than Q, R, S"
     elif turned and turned == wrong:
-        hint = f"turned round: {', '.join(turned)}; the end gets +1 and the start -1"
+        hint = f"reversed: {', '.join(turned)}; the end gets +1 and the start -1"
     elif np.any(np.abs(value).sum(axis=1) > 2):
         hint = "a line joins two bench marks, so no row has more than two entries"
     else:
@@ -59,7 +59,7 @@ def heights(function: Callable) -> None:
         "the weights stand on the left-hand side only": (
             lambda A, p, d: np.linalg.solve(A.T @ (p[:, None] * A), A.T @ d)
         ),
-        "the sign is turned round": lambda A, p, d: -_solve(A, p, d),
+        "the sign is reversed": lambda A, p, d: -_solve(A, p, d),
     }
     otherwise = "v'Pv is not least: look at the normal equations"
     right, hint = compare(function, _nets(), _solve, slips, otherwise)

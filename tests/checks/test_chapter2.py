@@ -70,12 +70,12 @@ def test_right_answers_pass(capsys):
             cosine(FIVE[:, :4] - FIVE.mean(), FIVE[:, 1:] - FIVE.mean()),
             "mean of all 25",
         ),
-        (np.sum(A * B) / (np.sum(A**2) * np.sum(B**2)), "a root below the line"),
+        (np.sum(A * B) / (np.sum(A**2) * np.sum(B**2)), "missing in the denominator"),
         (0.0, "does not follow"),
         (np.sum(A * B), "divide by the root"),
         (np.sum(A * B) / (20 * FIVE.var()), "its own contrast"),
         (np.corrcoef(FIVE[:4].ravel(), FIVE[1:].ravel())[0, 1], "dropped rows"),
-        (cosine(FIVE[:, :4], FIVE[:, 1:]), "take off the mean of each window first"),
+        (cosine(FIVE[:, :4], FIVE[:, 1:]), "subtract the mean of each window first"),
     ],
 )
 def test_slip_in_the_shifted_window_is_named(answer, hint):
@@ -98,7 +98,7 @@ def beta(x, y):
         (lambda x, y: (x.mean() - beta(x, y) * y.mean(), beta(x, y)), "exchanged"),
         (lambda x, y: line(y, x), "x and y are exchanged"),
         (lambda x, y: (0.0, beta(x, y)), "through the mean"),
-        (lambda x, y: (0.0, beta(x, y)), "line without errors is not found"),
+        (lambda x, y: (0.0, beta(x, y)), "line without errors is not rec"),
         (lambda x, y: (..., beta(x, y)), "still `...`"),
         (
             lambda x, y: (y - beta(x, y) * x, beta(x, y)),
@@ -162,14 +162,14 @@ def cosines(template, search):
 @pytest.mark.parametrize(
     ("function", "hint"),
     [
-        (cosines, "take the means off"),
+        (cosines, "subtract the mean from each"),
         (
             lambda t, s: chapter2._map(t, s, divided=False),
             "divide by the two contrasts",
         ),
         (lambda t, s: chapter2._map(t, s, divided=False), "a gain and an offset"),
         (lambda t, s: correlation_map(t, s) ** 2, "r squared"),
-        (lambda t, s: -correlation_map(t, s), "sign is turned round"),
+        (lambda t, s: -correlation_map(t, s), "sign is reversed"),
         (lambda t, s: correlation_map(t, s)[::-1, ::-1], "180 degrees"),
         (lambda t, s: correlation_map(t, s)[::-1, ::-1], r"top left is search\[i, j\]"),
         (lambda t, s: np.roll(correlation_map(t, s), 1), "r is not that of the window"),

@@ -144,7 +144,7 @@ def test_slip_in_the_columns_is_named(function, hint):
         (lambda g, c, r: np.floor(bilinear(g, c, r) + 0.5), "is rounded"),
         (lambda g, c, r: bilinear(g, c, r, product=0), "t3, .* is missing"),
         (lambda g, c, r: bilinear(g, c, r, product=-1), "sign of t3"),
-        (lambda g, c, r: bilinear(g, c, r, np.uint8, 0), "run over"),
+        (lambda g, c, r: bilinear(g, c, r, np.uint8, 0), "overflow"),
         (lambda g, c, r: bilinear(g, r, c), "indexed .row, column"),
         (
             lambda g, c, r: bilinear(g, int(c) + r % 1, int(r) + c % 1),
@@ -153,7 +153,7 @@ def test_slip_in_the_columns_is_named(function, hint):
         (lambda g, c, r: float(g[int(r), int(c)]), "the pixel before"),
         (lambda g, c, r: bilinear(g, c, r) + (c == 4), "its value is not kept"),
         (lambda g, c, r: bilinear(g, c, r) + 1.0, "has another value there"),
-        (lambda g, c, r: bilinear(g, c, r, dtype=np.uint8), "run over"),
+        (lambda g, c, r: bilinear(g, c, r, dtype=np.uint8), "overflow"),
     ],
 )
 def test_slip_in_the_bilinear_surface_is_named(function, hint):

@@ -191,16 +191,22 @@ def positive(M):
             lambda M: np.where([True, False, True], positive(M), my_angles(M)),
             "full turns: omega and kappa are not between -180 and 180",
         ),
-        (lambda M: my_angles(M) * (2, 1, 3), "omega and kappa are not found again"),
+        (lambda M: my_angles(M) * (2, 1, 3), "omega and kappa are not recovered"),
         (plain, "arctan cannot know the quadrant"),
-        (lambda M: plain(M) * (1, 1, -1), "sign of kappa is turned, and the quadrant"),
-        (lambda M: plain(M) * (-1, 1, 1), "sign of omega is turned, and the quadrant"),
+        (
+            lambda M: plain(M) * (1, 1, -1),
+            "sign of kappa is reversed, and the quad",
+        ),
+        (
+            lambda M: plain(M) * (-1, 1, 1),
+            "sign of omega is reversed, and the quad",
+        ),
         (lambda M: my_angles(M)[::-1], "the order is"),
         (lambda M: np.degrees(my_angles(M)), "give radians"),
-        (lambda M: my_angles(M) * (-1, 1, 1), "sign of omega is turned$|omega is t"),
-        (lambda M: my_angles(M) * (1, -1, 1), "sign of phi is turned"),
-        (lambda M: my_angles(M) * (1, 1, -1), "sign of kappa is turned"),
-        (lambda M: -my_angles(M), "all signs are turned"),
+        (lambda M: my_angles(M) * (-1, 1, 1), "sign of omega is reversed.$|omega is t"),
+        (lambda M: my_angles(M) * (1, -1, 1), "sign of phi is reversed"),
+        (lambda M: my_angles(M) * (1, 1, -1), "sign of kappa is reversed"),
+        (lambda M: -my_angles(M), "all signs are reversed"),
         (lambda M: my_angles(M.T), "of the transposed matrix"),
         (
             lambda M: np.array(
@@ -212,7 +218,7 @@ def positive(M):
             ),
             "half a turn off",
         ),
-        (lambda M: my_angles(M) * (1, 1, 2), "kappa is not found again"),
+        (lambda M: my_angles(M) * (1, 1, 2), "kappa is not recovered"),
         (lambda M: M, "must return shape"),
     ],
 )

@@ -83,7 +83,7 @@ def test_misprints_are_not_given_away():
         (image(sign=1), "the sign"),
         (image(transposed=True), "M is transposed"),
         (image(degrees=True), "radians already"),
-        (image(np.roll(RIGHT, 3)), "triplets exchanged"),
+        (image(np.roll(RIGHT, 3)), "angles stand before the position"),
         (image(LEFT), "that is the left photo"),
         (image()[::-1], "x and y are exchanged"),
         (image(c=1), "principal distance is missing"),

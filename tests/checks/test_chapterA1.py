@@ -51,10 +51,10 @@ def test_right_answers_pass(capsys):
     ("answer", "hint"),
     [
         (..., "still empty"),
-        (-DESIGN, "all signs are turned round"),
+        (-DESIGN, "all signs are reversed"),
         (DESIGN[:, ::-1], "another order than Q, R, S"),
-        (DESIGN * [[1], [1], [-1], [1], [1]], "turned round: SR;"),
-        (DESIGN * [[1], [1], [-1], [-1], [1]], "turned round: SR, SP;"),
+        (DESIGN * [[1], [1], [-1], [1], [1]], "reversed: SR;"),
+        (DESIGN * [[1], [1], [-1], [-1], [1]], "reversed: SR, SP;"),
         (
             np.column_stack([[-1, 0, 0, 1, 0], DESIGN]),
             r"P is known\); got \(5, 4\)",
@@ -78,7 +78,7 @@ def test_slip_in_the_design_matrix_is_named(answer, hint):
         (lambda A, p, d: heights(A, p**2, d), "each weight enters twice"),
         (lambda A, p, d: heights(A, 1 / p, d), "variances instead of weights"),
         (lambda A, p, d: heights(A, np.sqrt(p), d), "roots of the weights"),
-        (lambda A, p, d: -heights(A, p, d), "sign is turned round"),
+        (lambda A, p, d: -heights(A, p, d), "sign is reversed"),
         (lambda A, p, d: np.linalg.solve(A.T @ A, A.T @ (p * d)), "right-hand side"),
         (
             lambda A, p, d: np.linalg.solve(A.T @ np.diag(p) @ A, A.T @ d),
