@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,8 +30,14 @@ SLOW = "killed by the time limit"
 # Where the system can fork, each run of the tests finds the large libraries loaded.
 FORKS = "forkserver" in multiprocessing.get_all_start_methods()
 PROCESSES = multiprocessing.get_context("forkserver" if FORKS else "spawn")
-LIBRARIES = ["cv2", "hypothesis", "IPython.display", "matplotlib.pyplot", "nbformat"]
-LIBRARIES += ["pytest", "scipy.ndimage", "scipy.optimize", "scipy.stats"]
+LIBRARIES = ["cv2", "hypothesis", "IPython.display", "matplotlib.pyplot"]
+LIBRARIES += [
+    "nbval.plugin",
+    "pytest",
+    "scipy.ndimage",
+    "scipy.optimize",
+    "scipy.stats",
+]
 LIBRARIES += ["skimage.feature", "skimage.transform"]
 
 
@@ -81,7 +87,11 @@ def run_tests(folder: Path, tests: list[str], output: Path) -> None:
     os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
     sys.path.insert(0, str(folder))
     os.chdir(folder)
-    with output.open("w", encoding="utf-8") as file, redirect_stdout(file):
+    with (
+        output.open("w", encoding="utf-8") as file,
+        redirect_stdout(file),
+        redirect_stderr(file),
+    ):
         import pytest
 
         options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:benchmark"]
@@ -89,11 +99,10 @@ def run_tests(folder: Path, tests: list[str], output: Path) -> None:
     sys.exit(int(code))
 
 
-def verdict(row: dict[str, str], folder: Path, seconds: float) -> str:
-    """Run the tests of a mutation in the copy that has it."""
+def verdict(tests: list[str], folder: Path, seconds: float | None) -> str:
+    """What becomes of a mutation when the tests are run in the copy that has it."""
     output = folder / "output.txt"
-    arguments = folder, row["tests"].split(), output
-    process = PROCESSES.Process(target=run_tests, args=arguments)
+    process = PROCESSES.Process(target=run_tests, args=(folder, tests, output))
     process.start()
     process.join(seconds)
     if process.is_alive():
@@ -105,18 +114,35 @@ def verdict(row: dict[str, str], folder: Path, seconds: float) -> str:
     return VERDICTS[process.exitcode]
 
 
-def tried(rows: list[dict[str, str]], root: Path, seconds: float) -> dict[str, str]:
-    """The verdict on each mutation, by its number; each is told when it is there."""
+def tried(
+    rows: list[dict[str, str]], root: Path, seconds: float, trust: bool = False
+) -> dict[str, str]:
+    """The verdict on each mutation, by its number; each is told when it is there.
+
+    Raises
+    ------
+    ValueError
+        If the list is outdated, or if the tests fail without any mutation; that they
+        pass is taken for granted with `trust`.
+    """
     found = {}
-    texts = [mutated(row, root) for row in rows]  # an outdated list fails at once
+    texts = [mutated(row, root) for row in rows]
+    tests = sorted({name for row in rows for name in row["tests"].split()})
+    if FORKS:
+        PROCESSES.set_forkserver_preload(LIBRARIES)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copied(root, folder)
+        if not trust and verdict(tests, folder, None) != "survived":
+            output = (folder / "output.txt").read_text(encoding="utf-8")
+            raise ValueError(f"{output}\nthe tests fail without any mutation")
         for row, text in zip(rows, texts, strict=True):
             start, path = time.perf_counter(), folder / row["file"]
             kept = path.read_bytes()
             path.write_text(text, encoding="utf-8", newline="\n")
-            found[row["number"]] = answer = verdict(row, folder, seconds)
+            answer = found[row["number"]] = verdict(
+                row["tests"].split(), folder, seconds
+            )
             path.write_bytes(kept)
             took = f"{time.perf_counter() - start:.0f} s"
             print(
@@ -162,13 +188,15 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
     parser.add_argument("--seconds", type=float, default=300, help="limit of each")
     parser.add_argument("--record", help="write the verdicts into this column")
+    parser.add_argument(
+        "--trust", action="store_true", help="do not run the tests without mutation"
+    )
     parser.add_argument("--project", type=Path, default=ROOT, help="another checkout")
     options = parser.parse_args(arguments)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    if FORKS:
-        PROCESSES.set_forkserver_preload(LIBRARIES)
     try:
-        found = tried(chosen(options), options.project, options.seconds)
+        rows = chosen(options)
+        found = tried(rows, options.project, options.seconds, options.trust)
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2

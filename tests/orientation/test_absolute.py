@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2, kstest
 
 from pgm_lab import rotation
 from pgm_lab.orientation import absolute
+from tests.chance import assert_chi_square
 
 # Example of the public-domain program conf3d by B. Dewitt (the companion of Wolf and
 # Dewitt 2000): control points with model and ground coordinates, then model points.
@@ -181,11 +181,8 @@ def test_weights_give_the_minimum_that_scipy_finds(seed, each_coordinate):
 
 @pytest.mark.parametrize("angles", [(0.4, -0.3, 2.0), (0.4, np.pi / 2, 2.0)])
 @pytest.mark.parametrize("spread", ["scalar", "points", "coordinates"])
-def test_covariance_holds_in_500_simulated_cases(angles, spread):
-    """Squared Mahalanobis distances of scale, turns and centroid against chi-square.
-
-    The limit of the Kolmogorov-Smirnov test gives one false alarm in a million runs.
-    """
+def test_covariance_holds_in_250_simulated_cases(angles, spread):
+    """Squared Mahalanobis distances of scale, turns and centroid against chi-square."""
     rng = np.random.default_rng(11)
     source = rng.uniform(-50, 50, (7, 3)) + (1000, 2000, 300)
     sigma = {
@@ -197,7 +194,7 @@ def test_covariance_holds_in_500_simulated_cases(angles, spread):
     exact = similarity(1.3, angles, (10, 20, 30), source)
     R = rotation.matrix(*angles).T
     distances, outside, variances, w = [], [], [], []
-    for _ in range(500):
+    for _ in range(250):
         found = absolute(source, exact + rng.normal(0, 1, (7, 3)) * sd, sigma)
         error = np.concatenate(
             [
@@ -215,24 +212,23 @@ def test_covariance_holds_in_500_simulated_cases(angles, spread):
         )
         variances.append(14 * found.sigma0**2)
         w.append(found.standardized)
-    assert kstest(distances, chi2(7).cdf).pvalue > 1e-6
-    assert kstest(outside, chi2(3).cdf).pvalue > 1e-6
-    assert kstest(variances, chi2(14).cdf).pvalue > 1e-6
+    assert_chi_square(distances, 7)
+    assert_chi_square(outside, 3)
+    assert_chi_square(variances, 14)
     assert np.var(w) == pytest.approx(1, abs=0.07)
 
 
-def test_covariance_of_the_angles_holds_in_500_simulated_cases():
+def test_covariance_of_the_angles_holds_in_250_simulated_cases():
     rng = np.random.default_rng(12)
     source, angles = rng.uniform(-50, 50, (6, 3)), (0.5, 1.2, -2.0)
     exact = similarity(0.8, angles, (10, 20, 30), source)
     truth = np.array([0.8, *angles, 10, 20, 30])
     distances = []
-    for _ in range(500):
+    for _ in range(250):
         found = absolute(source, exact + rng.normal(0, 0.02, (6, 3)), 0.02)
         error = found.parameters - truth
         distances.append(error @ np.linalg.solve(found.covariance, error))
-    # One false alarm in a million
-    assert kstest(distances, chi2(7).cdf).pvalue > 1e-6
+    assert_chi_square(distances, 7)
 
 
 def test_without_sigma_the_covariance_comes_from_sigma0(conf3d):

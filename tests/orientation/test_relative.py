@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2, kstest
 
 from pgm_lab import rotation
 from pgm_lab.adjustment import adjust
 from pgm_lab.camera import Camera, collinearity, ideal, project
 from pgm_lab.orientation import _model, _turns, coplanarity, relative
+from tests.chance import assert_chi_square
 
 # Example of the public-domain program relor by B. Dewitt (the companion of Wolf and
 # Dewitt 2000): x, y in the left photo, x, y in the right one, in mm.
@@ -209,14 +209,12 @@ def test_agrees_with_opencv_on_error_free_photos(seed):
     np.testing.assert_allclose(found.exterior[:3], base * 30 / base[0], atol=1e-4)
 
 
-def test_covariance_of_orientation_and_points_holds_in_200_simulated_cases():
-    """Squared Mahalanobis distances against chi-square; the limit of each
-    Kolmogorov-Smirnov test gives one false alarm in a million runs."""
+def test_covariance_of_orientation_and_points_holds_in_100_simulated_cases():
     rng, sigma = np.random.default_rng(21), 0.01
     points, right, images = pair(rng, 10)
     cameras = CAMERAS
     orientation, point, squares, w = [], [], [], []
-    for _ in range(200):
+    for _ in range(100):
         noisy = [image + rng.normal(0, sigma, image.shape) for image in images]
         found = relative(*cameras, *noisy, base=30.0, start=right[1:], sigma=sigma)
         d = (found.exterior - right)[1:]
@@ -225,10 +223,10 @@ def test_covariance_of_orientation_and_points_holds_in_200_simulated_cases():
         point.append(d @ np.linalg.solve(found.points_covariance[3], d))
         squares.append(np.sum(found.residuals**2) / sigma**2)
         w.append(found.standardized)
-    assert kstest(orientation, chi2(5).cdf).pvalue > 1e-6
-    assert kstest(point, chi2(3).cdf).pvalue > 1e-6
-    assert kstest(squares, chi2(5).cdf).pvalue > 1e-6
-    assert np.var(w) == pytest.approx(1, abs=0.14)  # 200 * 5 free ones: 3 sd
+    assert_chi_square(orientation, 5)
+    assert_chi_square(point, 3)
+    assert_chi_square(squares, 5)
+    assert np.var(w) == pytest.approx(1, abs=0.14)  # 100 * 5 free ones: 2 sd
 
 
 def test_from_a_start_30_degrees_and_half_the_base_off():
