@@ -3,7 +3,7 @@
 
 PYTHON ?= python3
 TASKS = lab test test-oldest test-publish notebooks slides handouts student \
-	requirements benchmark mutations
+	requirements benchmark mutations house
 
 .PHONY: help $(TASKS)
 

@@ -128,6 +128,11 @@ def mutations(*arguments: str) -> int:
     return run([python, "-m", "tools.mutations", *arguments], settings(python))
 
 
+def house(*arguments: str) -> int:
+    """Draw the map of the package, docs/house.svg, and print the size of its rooms."""
+    return run([ensure(".venv", "main"), "-m", "tools.house", *arguments])
+
+
 TASKS = {
     "lab": lab,
     "test": test,
@@ -140,6 +145,7 @@ TASKS = {
     "requirements": requirements,
     "benchmark": benchmark,
     "mutations": mutations,
+    "house": house,
 }
 
 
