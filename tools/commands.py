@@ -158,8 +158,10 @@ def run_tests(python: Path, arguments: tuple[str, ...]) -> int:
 def in_parallel() -> list:
     """What pytest has to be told to use up to four cores, a file of tests on each."""
     workers = min(4, os.cpu_count() or 1)
-    # pytest-benchmark, where it is installed, cannot measure in parallel.
-    return ["-n", workers, "--dist", "loadfile", "-q", "-p", "no:benchmark"]
+    # In the order of conftest.py; pytest-benchmark, where it is installed, cannot
+    # measure in parallel.
+    options = ["--dist", "loadfile", "--no-loadscope-reorder", "-p", "no:benchmark"]
+    return ["-n", workers, "-q", *options]
 
 
 def settings(python: Path) -> dict[str, str]:
