@@ -26,7 +26,19 @@ STATIONS = {
 BASE_PX = {"B": 80, "C": 160}  # from the planned flight: 20 m and 40 m
 CHOSEN = np.stack(np.meshgrid(np.arange(210, 290, 10), np.arange(40, 205, 15)), -1)
 CHOSEN = CHOSEN.reshape(-1, 2).astype(float)
+WINDOW = 21  # that of lsm.match
 NOISES = 4
+
+
+def sharing():
+    """Sum of the squared correlations of a point with all others, and with itself.
+
+    The errors of two points correlate by the pixels that their windows share, since
+    noise is white. The mean of n squares has the variance 2 / n times this sum.
+    """
+    apart = np.abs(CHOSEN[:, None] - CHOSEN)
+    shared = np.clip(1 - apart / WINDOW, 0, None).prod(axis=-1)
+    return (shared**2).sum(axis=1).mean()
 
 
 def photos():
@@ -98,17 +110,14 @@ def test_heights_above_the_true_relief_are_as_large_as_predicted(walks):
         variance = np.einsum("ni,nij,nj->n", across, C, across)
         assert 0.005 < np.sqrt(variance).mean() < 0.05  # m, from 100 m above
         squares.append(height**2 / variance)
-    # chi-square of n values has the standard deviation sqrt(2 n); the stations are
-    # common to the points, and windows overlap: as if a third were independent
-    assert abs(np.mean(squares) - 1) < 4 * np.sqrt(2 / (np.size(squares) / 3))
+    assert abs(np.mean(squares) - 1) < 4 * np.sqrt(2 * sharing() / np.size(squares))
 
 
 def test_sigma0_of_the_network_is_the_one_that_matching_promised(walks):
     values = np.array([found.sigma0**2 for _, found in walks])
     redundancy = walks[0][1].redundancy
     assert redundancy == 3 * 2 * len(CHOSEN) - 3 * 6 - 3 * len(CHOSEN) + 7
-    # windows overlap by half, down and across: as if a third were independent
-    assert abs(values.mean() - 1) < 4 * np.sqrt(2 / (NOISES * redundancy / 3))
+    assert abs(values.mean() - 1) < 4 * np.sqrt(2 * sharing() / (NOISES * redundancy))
 
 
 def test_stations_come_out_where_they_were(walks):

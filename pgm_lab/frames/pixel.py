@@ -100,7 +100,7 @@ def pixel_to_photo(
     ------
     ValueError
         If a shape is wrong, a number is not finite, a size is not positive, the
-        image size is evidently (rows, columns), or a covariance is none.
+        image size is evidently (rows, columns), or a covariance is not valid.
 
     References
     ----------
@@ -179,7 +179,7 @@ def photo_to_pixel(
     ------
     ValueError
         If a shape is wrong, a number is not finite, a size is not positive, or a
-        covariance is none.
+        covariance is not valid.
 
     References
     ----------
@@ -247,8 +247,9 @@ def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.
     if (sensor[0] - sensor[1]) * (image[0] - image[1]) < 0:
         raise ValueError(
             f"a sensor of (width, height) = ({sensor[0]:g}, {sensor[1]:g}) mm and an"
-            f" image of (columns, rows) = ({image[0]:g}, {image[1]:g}) are turned"
-            " against each other: exchange one of them; image.shape is (rows, columns)"
+            f" image of (columns, rows) = ({image[0]:g}, {image[1]:g}) are not"
+            " both upright or both wide: swap the two numbers of one; image.shape is"
+            " (rows, columns)"
         )
     return sensor / image
 

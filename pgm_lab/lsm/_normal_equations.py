@@ -138,7 +138,7 @@ def precision(
     The design matrix is made of noisy grey values: N is too large by E sigma^2 on the
     average, and the covariance is (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the
     second order in E: what is left between two photos is not all noise, and the whole
-    series would take good matches for worthless ones.
+    series would reject good matches.
     """
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6

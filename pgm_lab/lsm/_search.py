@@ -29,7 +29,7 @@ class Search:
         part, corner = crop(image, centres, reach + _fine.REACH)
         if max(part.shape) > LARGEST:
             raise ValueError(
-                f"the points spread over {part.shape[1]} x {part.shape[0]} px of the"
+                f"the points extend over {part.shape[1]} x {part.shape[0]} px of the"
                 f" right image; match at most {LARGEST} px at a time"
             )
         part = part - mean

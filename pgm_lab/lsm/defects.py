@@ -1,8 +1,8 @@
-"""Least squares matching with one defect put in at a time.
+"""Least squares matching with one defect introduced at a time.
 
-The matching is that of (B 2.7) to (B 2.14), as `pgm_lab.lsm` does it, in fewer
-lines. A printed formula or a property of the printed program can be put in by its name,
-to see what it costs. For measuring use `pgm_lab.lsm`.
+The matching is that of (B 2.7) to (B 2.14), as `pgm_lab.lsm` does it, in fewer lines. A
+printed formula or a property of the printed program can be switched on by name, to see
+what it costs. For measuring use `pgm_lab.lsm`.
 """
 
 import math
@@ -107,7 +107,7 @@ def match(
     A step solves (B 2.14a) with P = I and adds the corrections to the parameters. It
     stops when all of them are below 0.001 px and 0.0001 px per px; with "or" when (a1
     or b2) and (a2 or b1) are below 0.03. With "uncentred", a0 and b0 are the shift at
-    the corner of the image, and their corrections are held against the same limit.
+    the corner of the image, and their corrections are compared with the same limit.
 
     A defect acts in every step. The printed program is better in its first one, where
     the window lies on whole pixels and the gradients keep their fractions.

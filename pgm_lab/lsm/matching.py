@@ -127,8 +127,8 @@ def match(
     -----
     The covariance is that of least squares with equal white noise in both images. It
     allows for the noise in the gradients and for what interpolation takes from the
-    noise. It knows nothing of windows that are not related by (B 2.7) to (B 2.9), as at
-    the edge of a roof, nor of aliasing or noise that neighbouring pixels share.
+    noise. It does not account for windows that are not related by (B 2.7) to (B 2.9),
+    as at the edge of a roof, for aliasing, or for noise that neighbouring pixels share.
 
     References
     ----------
@@ -260,7 +260,7 @@ def _outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarr
 
 
 def _lost(T: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
-    """Whether a window went astray: too far, too large, too small, or mirrored."""
+    """Whether a window drifted too far, or became too large, too small, or mirrored."""
     area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
     reach = np.abs(T[:, :, 1:]).sum(axis=2).max(axis=1)

@@ -60,7 +60,7 @@ def adjust(
 
     Notes
     -----
-    Its covariance takes the gradients for free of errors and the grey values of the
+    Its covariance treats the gradients as free of errors and the grey values of the
     right image for as noisy after interpolation as before: it is a few per cent too
     small, `match` allows for both.
 
@@ -87,8 +87,8 @@ def adjust(
     start = _validate.finite(parameters, "parameters")
     if start.shape != (len(left_points), 8):
         raise ValueError(
-            f"parameters must be {(len(left_points), 8)}, one row {NAMES} a point; got"
-            f" {start.shape}"
+            f"parameters must be {(len(left_points), 8)}, one row {NAMES} per point;"
+            f" got {start.shape}"
         )
     _, x, y = window_grid(half)
     pixels = np.rint(left_points).astype(int)

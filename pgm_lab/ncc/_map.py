@@ -70,7 +70,7 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     if h > H or w > W:
         raise ValueError(
             f"template {size} is larger than search {(H, W)}, both (rows, columns)."
-            " Take a smaller template, or exchange the two"
+            " Take a smaller template, or swap the two arguments"
         )
     if np.any(flat(template)):
         raise ValueError(
@@ -100,16 +100,16 @@ def image(values: ArrayLike, name: str) -> np.ndarray:
     if array.ndim < 2 or not array.size or array.dtype.kind not in "buif":
         raise ValueError(
             f"{name} must be an array (rows, columns) of grey values, real numbers; got"
-            f" shape {array.shape}, {array.dtype}. Of a colour image take one channel,"
-            " or their mean"
+            f" shape {array.shape}, {array.dtype}. For a colour image, take one channel"
+            " or the mean of all"
         )
     if array.dtype.itemsize > 8:  # long double: what double cannot hold gets infinite
         with np.errstate(over="ignore"):
             array = array.astype(float)
     if array.dtype.kind == "f" and not np.isfinite(array).all():
         raise ValueError(
-            f"{name} has grey values that are NaN or infinite. Cut them off, or fill"
-            " them, before the call"
+            f"{name} has grey values that are NaN or infinite. Crop or fill them before"
+            " the call"
         )
     return array
 
@@ -249,7 +249,7 @@ def _by_definition(
 ) -> None:
     """Put into r, where faint, the correlation by definition; 0 for flat windows.
 
-    From the grey values as they came: centred, the faint have lost their digits.
+    Uses the original grey values: faint windows lose their digits when centred.
     """
     h, w = t.shape[1:]
     touched = np.flatnonzero(faint.any(axis=(1, 2)))

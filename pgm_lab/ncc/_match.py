@@ -70,7 +70,7 @@ def match(
         Where to search in the right image, rounded likewise; default: at `points`.
     template, search : int
         Width of the square windows in pixels, odd. Positions up to
-        (search - template) / 2 from the start are looked at.
+        (search - template) / 2 from the start are searched.
     threshold : float
         Smallest r that counts as matched.
     ratio : float
@@ -78,7 +78,7 @@ def match(
         with 1 none is.
     refine : None or "parabola"
         Whole pixels, or the top of the paraboloid through the peak and its eight
-        neighbours. It is drawn towards whole and half pixels ("pixel locking"), by a
+        neighbours. It is biased towards whole and half pixels ("pixel locking"), by a
         few hundredths of a pixel, more with finer texture; the bias of least squares
         matching is much smaller.
 
@@ -96,15 +96,15 @@ def match(
     Notes
     -----
     The covariance follows from the curvature K of the map at its peak, the gradients g
-    of the template and the noise that 1 - r tells of (n pixels, equal white noise in
+    of the template and the noise that 1 - r indicates (n pixels, equal white noise in
     both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g g') / sum((t - mean)^2). For
     whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
     two errors without noise, which stay in the position: the offset that it finds for
-    the template in its own image, and pixel locking, as the curvature of the template
-    lets expect it. Over random shifts of texture up to 0.35 cycles/px the RMS error is
+    the template in its own image, and pixel locking, as predicted from the curvature of
+    the template. Over random shifts of texture up to 0.35 cycles/px the RMS error is
     0.85 to 1.1 of what is predicted; at single shifts of sharp texture, where pixel
-    locking is largest, up to twice. The covariance knows nothing of mismatches, and of
-    windows that differ in more than noise and shift.
+    locking is largest, up to twice. The covariance does not account for mismatches, or
+    for windows that differ in more than noise and shift.
 
     References
     ----------
@@ -181,8 +181,8 @@ def _check(
 ) -> None:
     if search < template + 2:
         raise ValueError(
-            f"search must be at least template + 2 = {template + 2}, so that there is"
-            f" something to search; got {search}"
+            f"search must be at least template + 2 = {template + 2}, or there is"
+            f" nothing to search; got {search}"
         )
     if not -1 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")

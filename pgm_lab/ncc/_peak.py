@@ -64,13 +64,13 @@ def paraboloid(
 def systematic_errors(
     templates: np.ndarray, wider: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the paraboloid errs in without any noise, in pixels: two vectors each.
+    """Errors of the paraboloid without noise, in pixels: two vectors each.
 
     The correlation of the template with its own surroundings (`wider` by one pixel on
-    each side) ought to have its top in the middle. It has not, since other pixels enter
-    and leave the window: its offset is the first error. The second is pixel locking: of
-    a wave of w radians a pixel the top is found at tan(w s) / (2 tan(w/2)) instead of
-    s, which is short of s by about s (1 - 4 s^2) w^2 / 12.
+    each side) ought to have its top in the middle. It does not, because other pixels
+    enter and leave the window: its offset is the first error. The second is pixel
+    locking: of a wave of w radians per pixel the top is found at
+    tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
     """
     offset, _, K, _ = _top(surfaces(templates, wider))
     t = centred(templates)

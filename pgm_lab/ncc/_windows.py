@@ -74,7 +74,7 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     a = right and b = left, h0 = alpha and h1 = beta. (The gain of the other direction
     is not 1 / beta but r^2 / beta.)
 
-    The computing form goes through the grey values once, but takes the difference of
+    The computing form needs one pass over the grey values, but takes the difference of
     large numbers: where the mean is 10^k times the standard deviation, 2k of the 16
     digits are lost. `correlation` loses none.
 
@@ -113,9 +113,9 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     sxy = np.sum(x * y) - np.sum(x) * np.sum(y) / n  # (B 2.6c)
     if not (sxx > 0 and syy > 0):
         raise ValueError(
-            "the computing form lost all digits: the contrast of a window is too small"
-            " beside its mean. Subtract a constant from a and b first, or use"
-            " correlation"
+            "the computing form lost all digits: the contrast of a window is too"
+            " small compared with its mean. Subtract a constant from a and b first, or"
+            " use correlation"
         )
     beta = sxy / sxx  # (B 2.6d)
     alpha = np.mean(y) - beta * np.mean(x)  # (B 2.6e) with the mean of y
@@ -146,5 +146,5 @@ def _deviations(window: np.ndarray, name: str) -> np.ndarray:
 
 
 def _coefficient(sxy: float, sxx: float, syy: float) -> float:
-    """r, kept within -1 and 1 where rounding would leave them by the last digit."""
+    """r, kept within -1 and 1 where rounding would exceed them in the last digit."""
     return float(np.clip(sxy / np.sqrt(sxx) / np.sqrt(syy), -1.0, 1.0))

@@ -181,7 +181,7 @@ def test_round_trip_outside_the_image_with_the_check_switched_off(size, part):
 
 
 def test_exchanged_sensor_and_image_are_refused():
-    with pytest.raises(ValueError, match="turned against each other"):
+    with pytest.raises(ValueError, match="both upright or both wide"):
         frames.pixel_size_from_sensor((23.6, 15.8), (1296, 1936))
 
 
