@@ -276,9 +276,8 @@ def collinearity(
     wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
     for name in wrt:
         _validate.choice(name, "wrt", BLOCKS)
-    given = interior, exterior, points, measured
-    v, depth, blocks = imaging.misclosure(*given, lens, wrt)
-    return Collinearity(v, depth, **blocks)
+    v, depth, by = imaging.misclosure(interior, exterior, points, measured, lens, wrt)
+    return Collinearity(v, depth, **by)
 
 
 def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
