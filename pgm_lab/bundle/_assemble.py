@@ -57,7 +57,8 @@ def assemble(
     v_control = _differences(state.points, network.control)
     sigma_control, share_control = _of_control(network.control, found.points)
     bars = network.scale_bars
-    v_bars = problem.bars(state)[1] if len(bars) else np.zeros(0)
+    of_bars = problem.bars(state)
+    v_bars = np.zeros(0) if of_bars is None else of_bars[1]
     share_bars = bars_redundancy(reduced, Q, bars[:, 3])
     return Bundle(
         network=network,

@@ -14,7 +14,7 @@ import numpy as np
 
 from pgm_lab.bundle.rays import Rays, totals_of_runs
 
-WHOLE = 100_000  # numbers in Z up to which the zeros are cheaper than the pairs
+WHOLE = 250_000  # numbers in Z up to which zeros cost less than pairs of rays
 PAIRS_AT_ONCE = 5_000  # their products stay in the cache
 
 

@@ -161,22 +161,9 @@ def adjust(
         status = _status(v, sums, defects)
     interiors, all_exteriors, all_points = map(np.array, zip(*states, strict=True))
     rms, own_rms = (np.sqrt(np.mean(np.square(w), axis=(1, 2))) for w in (right, v))
-    sigma0, *sds = _accuracies(v[-1], Q, state, sigma, defects)
-    sd_interior, sd_exteriors, sd_points = sds
-    return Run(
-        interiors,
-        all_exteriors,
-        all_points,
-        rms,
-        own_rms,
-        np.array(sums),
-        kept,
-        sigma0,
-        sd_interior,
-        sd_exteriors,
-        sd_points,
-        status,
-    )
+    accuracies = _accuracies(v[-1], Q, state, sigma, defects)
+    history = interiors, all_exteriors, all_points, rms, own_rms, np.array(sums)
+    return Run(*history, kept, *accuracies, status)
 
 
 def misclosure(
@@ -291,15 +278,9 @@ def _accuracies(
     return sigma0, sd[own:other], sd_exteriors, sd_points
 
 
-def _checked(
-    interior: ArrayLike,
-    exteriors: ArrayLike,
-    points: ArrayLike,
-    photo: ArrayLike,
-    point: ArrayLike,
-    xy: ArrayLike,
-) -> tuple[State, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _checked(*given: ArrayLike) -> tuple[State, State]:
     """State and image points as arrays that fit to each other."""
+    interior, exteriors, points, photo, point, xy = given
     interior = _validate.points(interior, 10, "interior")
     exteriors = _validate.points(exteriors, 6, "exteriors")
     points, xy = _validate.points(points, 3, "points"), _validate.points(xy, 2, "xy")

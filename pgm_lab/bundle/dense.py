@@ -162,7 +162,7 @@ def G(points: np.ndarray) -> np.ndarray:
     rows[:, 0, 4], rows[:, 0, 5], rows[:, 0, 6] = Z, -Y, X
     rows[:, 1, 3], rows[:, 1, 5], rows[:, 1, 6] = -Z, X, Y
     rows[:, 2, 3], rows[:, 2, 4], rows[:, 2, 6] = Y, -X, Z
-    return rows.reshape(-1, 7)
+    return rows.reshape(-1, 7) + 0.0  # no zero printed as -0
 
 
 def bordered(N: np.ndarray, G: np.ndarray) -> np.ndarray:

@@ -168,6 +168,7 @@ def _reason_to_stop(result: Bundle, alpha: float) -> str | None:
         number = np.argmax(np.abs(result.scale_bar_standardized)) + 1
         what = f"scale bar {number}"
     else:
+        assert result.network.control is not None  # one of them has a residual
         row = np.argmax(np.abs(result.control_standardized).max(axis=1))
         point = result.network.control[0][row]
         what = f"control point {result.network.point_names[point]}"

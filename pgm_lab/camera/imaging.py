@@ -241,7 +241,7 @@ def misclosure(
     if "exterior" in wrt:
         axes = axes_of_angles(M, of_photo(exterior[..., 5], photo))
         by_angles = product(by_ray, ray_by_angles(rays, axes))
-        blocks["exterior"] = side_by_side(-by_point, by_angles)
+        blocks["exterior"] = np.concatenate([-by_point, by_angles], axis=-1)
     if "point" in wrt:
         blocks["point"] = by_point
     for name, block in blocks.items():

@@ -134,12 +134,12 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     exterior = _validate.points(exterior, 6, "exterior")
     points = _validate.points(points, 3, "points")
     _validate.broadcast(exterior=exterior, points=points)
-    rays, *_ = imaging.ray(exterior, points)
-    _validate.refuse(
-        rays[..., 2] >= 0,
+    rays, _ = imaging.ray(exterior, points)
+    message = (
         "points{} are not in front of the camera, which looks along its -z: check the"
-        " exterior orientation (angles in radians), or leave these points out",
+        " exterior orientation (angles in radians), or leave these points out"
     )
+    _validate.refuse(rays[..., 2] >= 0, message)
     return measured(camera, imaging.perspective(camera.c, rays)[0])
 
 
@@ -271,26 +271,23 @@ def collinearity(
     points = _validate.points(points, 3, "points")
     measured = _validate.points(measured, 2, "measured")
     interior, lens = _interior(camera, lens, exterior)
-    arrays = {"exterior": exterior, "points": points, "measured": measured}
-    _validate.broadcast(camera=interior, **arrays)
+    named = {"exterior": exterior, "points": points, "measured": measured}
+    _validate.broadcast(camera=interior, **named)
     wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
     for name in wrt:
         _validate.choice(name, "wrt", BLOCKS)
-    v, depth, blocks = imaging.misclosure(
-        interior, exterior, points, measured, lens, wrt
-    )
-    return Collinearity(v, depth, **blocks)
+    v, depth, by = imaging.misclosure(interior, exterior, points, measured, lens, wrt)
+    return Collinearity(v, depth, **by)
 
 
 def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
-    solution, solved = imaging.undistort(camera.interior[3:], image)
+    x, solved = imaging.undistort(camera.interior[3:], image)
     _validate.refuse(
         ~solved,
-        name
-        + "{}: no point is displaced to here by the lens. So far from the principal"
+        f"{name}{{}}: the lens displaces no point to here. So far from the principal"
         " point its distortion turns back; check K1 ... b2 and the unit (mm)",
     )
-    return solution
+    return x
 
 
 def _interior(
@@ -302,12 +299,11 @@ def _interior(
     if isinstance(camera, np.ndarray):
         _validate.choice(lens, "lens", LENSES)
         return _validate.points(camera, 10, "camera"), lens
-    n = len(camera)
-    if len({one.lens for one in camera}) != 1 or exterior.shape[:-1][:1] != (n,):
+    n, lenses = len(camera), [one.lens for one in camera]
+    if len(set(lenses)) != 1 or exterior.shape[:-1][:1] != (n,):
         raise ValueError(
             f"{n} cameras need the same lens direction and as many photos in the first"
-            f" axis of exterior; got lenses {[one.lens for one in camera]} and shape"
-            f" {exterior.shape}"
+            f" axis of exterior; got lenses {lenses} and shape {exterior.shape}"
         )
     interior = np.array([one.interior for one in camera])
     return interior.reshape(n, *[1] * (exterior.ndim - 2), 10), camera[0].lens

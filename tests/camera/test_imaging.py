@@ -102,3 +102,5 @@ def test_small_matrices_multiply_and_join_as_numpy_does():
     joined = _stacks.side_by_side(np.ones((4, 1, 2, 3)), np.zeros((5, 2, 1)))
     assert joined.shape == (4, 5, 2, 4)
     np.testing.assert_array_equal(joined[3, 4], [[1, 1, 1, 0]] * 2)
+    three = _stacks.side_by_side(np.ones((2, 3, 1)), np.zeros((3, 2)))
+    np.testing.assert_array_equal(three, [[[1, 0, 0]] * 3] * 2)

@@ -225,7 +225,9 @@ def test_no_solution_beyond_the_turn_of_the_lens_is_given_out(lens, function):
     inside = function(camera, (20 / 3 * (1 - 1e-6), 0.0))
     assert inside[0] == pytest.approx(10, abs=0.02)  # flat near the turn
     for x in (6.7, 8.0, 14.0, 40.0, 1e6):
-        with pytest.raises(ValueError, match=r"\[1\]: no point is displaced to here"):
+        with pytest.raises(
+            ValueError, match=r"\[1\]: the lens displaces no point to here"
+        ):
             function(camera, [(1.0, 0.5), (0.0, x)])
 
 
