@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pgm_lab import bundle, rotation
+from pgm_lab import bundle, rotation, simulate
 from pgm_lab.camera import PARAMETERS, Camera
 from tests.networks import G, dense, moved, real, small
 
@@ -393,6 +393,20 @@ def test_history_says_what_happened_and_full_steps_can_be_asked_for():
     np.testing.assert_allclose(full.interior, found.interior, atol=1e-9)
     few = bundle.adjust(network, SOME, max_iterations=1)
     assert few.status == "too many iterations"
+
+
+def test_the_line_search_shortens_a_step_that_would_make_it_worse():
+    network, rng = small(), np.random.default_rng(14)
+    found = bundle.adjust(network, SOME)
+    far = [simulate.rough(one, rng, 35, 0.3) for one in found.exteriors]
+    network = replace(network, exteriors=far)
+    searched, full = (
+        bundle.adjust(network, SOME, line_search=wanted) for wanted in (True, False)
+    )
+    assert searched.history.step.min() < 1
+    assert np.all(np.diff(searched.history.objective) < 1e-9)
+    assert np.diff(full.history.objective).max() > 0
+    np.testing.assert_allclose(searched.interior, found.interior, atol=1e-6)
 
 
 def test_sigma0_prior_standardises_and_serves_without_redundancy():
