@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import nbformat
@@ -111,9 +112,21 @@ def normalize(notebook: nbformat.NotebookNode) -> None:
         for volatile in ("execution", "ExecuteTime"):
             cell.metadata.pop(volatile, None)
         if cell.cell_type == "code":
-            cell.outputs = [
+            cell.outputs = joined_streams(
                 o for o in cell.outputs if WIDGET_VIEW not in o.get("data", {})
-            ]
+            )
+
+
+def joined_streams(outputs: Iterable[dict]) -> list[dict]:
+    """Join what is printed at once: on a busy machine it may arrive in pieces."""
+    whole: list[dict] = []
+    for output in outputs:
+        last = whole[-1] if whole else {}
+        if "name" in output and output["name"] == last.get("name"):
+            last["text"] += output["text"]
+        else:
+            whole.append(output)
+    return whole
 
 
 def write(notebook: nbformat.NotebookNode, path: Path) -> None:

@@ -46,6 +46,17 @@ def stored(notebook: dict, folder: Path) -> Path:
     return path
 
 
+def test_what_was_printed_in_pieces_is_stored_as_one():
+    notebook = good()
+    printed = ("stdout", "one "), ("stdout", "two\n"), ("stderr", "!"), ("stdout", "3")
+    pieces = [v4.new_output("stream", name=name, text=text) for name, text in printed]
+    figure = notebook.cells[2].outputs[0]
+    notebook.cells[1].outputs = [*pieces, figure, pieces[-1].copy()]
+    notebooks.normalize(notebook)
+    found = [o.get("text", "picture") for o in notebook.cells[1].outputs]
+    assert found == ["one two\n", "!", "3", "picture", "3"]
+
+
 def test_a_good_notebook_has_no_problem(tmp_path):
     assert problems(stored(good(), tmp_path)) == []
 
