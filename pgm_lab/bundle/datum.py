@@ -16,7 +16,6 @@ from pgm_lab.adjustment import normal
 from pgm_lab.bundle.dense import G
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import State
-from pgm_lab.camera import imaging
 
 DATUMS = ("inner", "photos", "fixed", "none")
 MOTIONS = (
@@ -94,16 +93,29 @@ def all_motions(state: State, interior: int) -> Motions:
     """
     centre = state.points.mean(axis=0)
     everything = np.concatenate([state.exteriors[:, :3], state.points]) - centre
-    size = np.sqrt(np.mean(everything**2)) or 1.0
+    size = np.linalg.norm(everything) / np.sqrt(everything.size) or 1.0
     m = len(state.exteriors)
     move = G(everything / size).reshape(-1, 3, 7)
-    M = imaging.attitude(state.exteriors)
-    axes = imaging.axes_of_angles(M, state.exteriors[:, 5])
     kept = np.zeros((interior + 6 * m, 7))
     exterior = kept[interior:].reshape(m, 6, 7)
     exterior[:, :3] = move[:m]
-    exterior[:, 3:, 3:6] = np.linalg.solve(axes, M) / size
+    exterior[:, 3:, 3:6] = _angles_by_turn(state.exteriors) / size
     return Motions(kept, np.ascontiguousarray(move[m:].T))
+
+
+def _angles_by_turn(exteriors: np.ndarray) -> np.ndarray:
+    """Changes of (omega, phi, kappa), the rows, by turns about X, Y and Z: (m, 3, 3).
+
+    The axes of omega, phi and kappa in the object frame, X, (0, cos omega, sin omega)
+    and the third row of M, times the changes of the angles are the turn.
+    """
+    (so, sp, _), (co, cp, _) = np.sin(exteriors.T[3:]), np.cos(exteriors.T[3:])
+    by = np.zeros((3, 3, len(exteriors)))
+    by[1, 1:] = co, so
+    by[2, 1:] = -so / cp, co / cp
+    by[0] = -sp * by[2]
+    by[0, 0] = 1
+    return by.transpose(2, 0, 1)
 
 
 def free_motions(network: Network, state: State, interior: int) -> Motions:

@@ -158,7 +158,7 @@ def G(points: np.ndarray) -> np.ndarray:
     """
     X, Y, Z = points.T
     rows = np.zeros((len(points), 3, 7))
-    rows[:, [0, 1, 2], [0, 1, 2]] = 1
+    rows[:, 0, 0] = rows[:, 1, 1] = rows[:, 2, 2] = 1
     rows[:, 0, 4], rows[:, 0, 5], rows[:, 0, 6] = Z, -Y, X
     rows[:, 1, 3], rows[:, 1, 5], rows[:, 1, 6] = -Z, X, Y
     rows[:, 2, 3], rows[:, 2, 4], rows[:, 2, 6] = Y, -X, Z

@@ -14,7 +14,6 @@ from scipy import sparse
 from pgm_lab.bundle._correlated import whiten
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import imaging
-from pgm_lab.camera._stacks import of_photo
 
 RAYS_AT_ONCE = 5_000  # what is computed for them stays in the cache
 
@@ -108,6 +107,11 @@ class Rays:
         return [slice(*pair) for pair in pairwise(ends)]
 
     @cached_property
+    def in_N(self) -> np.ndarray:
+        """Where the block of each photo lies in N (m, 6 + u, 6 + u), entries counted."""
+        return self.unknowns[:, :, None] * self.kept + self.unknowns[:, None]
+
+    @cached_property
     def pairs(self) -> tuple[np.ndarray, np.ndarray]:
         """Each ray with each later ray of the same point, ordered by their photos."""
         ray = np.argsort(self.point, kind="stable")
@@ -195,25 +199,25 @@ def equations(
     interior = state.interior[network.camera]
     if len(network.cameras) == 1:
         interior = state.interior[0]
-    wrt = ("interior",) * bool(len(estimated)) + ("exterior", "point")
+    wrt = ("interior", "exterior", "point")
     k = len(rays.photo)
     A = np.empty((10 + len(estimated), 2, k))
     for some in (slice(i, i + RAYS_AT_ONCE) for i in range(0, k, RAYS_AT_ONCE)):
         with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
-            v, _, by = imaging.misclosure(
+            v, _, by = imaging.equations(
                 interior,
                 state.exteriors,
-                of_photo(state.points, rays.point[some]),
+                state.points.T.take(rays.point[some], axis=-1).T,
                 rays.measured[some],
                 network.cameras[0].lens,
                 wrt,
                 rays.photo[some],
             )
-        A[:6, :, some], A[-4, :, some] = by["exterior"].T, v.T
-        A[-3:, :, some] = by["point"].T
-        if len(estimated):
-            A[6:-4, :, some] = by["interior"].T[estimated]
-    A *= rays.per_sigma
+        per_sigma = rays.per_sigma[:, some]
+        np.multiply(by["exterior"], per_sigma, out=A[:6, :, some])
+        np.multiply(by["interior"][estimated], per_sigma, out=A[6:-4, :, some])
+        np.multiply(v, per_sigma, out=A[-4, :, some])
+        np.multiply(by["point"], per_sigma, out=A[-3:, :, some])
     if not free.all():
         A[-3:] *= free[:, None, rays.point]
     if rays.rho is not None:

@@ -73,7 +73,7 @@ class Reduced:
     @property
     def determined(self) -> np.ndarray:
         """Points (n,) that their rays determine."""
-        diagonal = self.V_inverse[range(3), range(3)]
+        diagonal = _diagonal(self.V_inverse)
         with np.errstate(invalid="ignore"):
             inflation = diagonal * self.V_diagonal
             return np.all(
@@ -101,7 +101,8 @@ def reduce(
     W = np.einsum("arc,irc->aic", eq.A[:6], eq.point)
     sums = rays.total_by_camera(np.einsum("arc,irc->aic", eq.A[6:], eq.point))
     V, n_point = sums[-3:].sum(axis=-2), point_right - sums[-4].sum(axis=-2)
-    V[range(3), range(3)] += point_weight
+    V_diagonal = _diagonal(V)
+    V_diagonal += point_weight
     V_inverse = _inverse(V)
     Z = couple(rays, W, sums[:-4], V_inverse)
     reduced = Reduced(
@@ -109,7 +110,7 @@ def reduce(
         right=n_kept - Z.times_points(n_point[None])[:, 0],
         diagonal=np.diagonal(N),
         V_inverse=V_inverse,
-        V_diagonal=V[range(3), range(3)],
+        V_diagonal=V_diagonal,
         n_point=n_point,
         Z=Z,
     )
@@ -123,11 +124,9 @@ def _of_photos(rays: Rays, eq: Equations) -> tuple[np.ndarray, np.ndarray]:
     for block, own in zip(blocks, rays.photos, strict=True):
         A = flat(eq.A[:-3, :, own])
         block[:] = A[:-1] @ A.T
-    N, n = np.zeros((rays.kept, rays.kept)), np.zeros(rays.kept)
-    unknowns = rays.unknowns
-    np.add.at(N, (unknowns[:, :, None], unknowns[:, None]), blocks[..., :-1])
-    np.subtract.at(n, unknowns, blocks[..., -1])
-    return N, n
+    u = rays.kept
+    N = np.bincount(rays.in_N.ravel(), blocks[..., :-1].ravel(), u * u).reshape(u, u)
+    return N, -np.bincount(rays.unknowns.ravel(), blocks[..., -1].ravel(), u)
 
 
 def _with_bars(reduced: Reduced, bars: tuple[np.ndarray, ...]) -> Reduced:
@@ -176,13 +175,13 @@ def times_points(reduced: Reduced, R: np.ndarray) -> np.ndarray:
 def _inverse(V: np.ndarray) -> np.ndarray:
     """Inverse of symmetric matrices (3, 3, n), by cofactors; not finite if singular."""
     (a, b, c), (_, d, e), (_, _, f) = V
-    cofactors = np.array(
-        [
-            [d * f - e * e, c * e - b * f, b * e - c * d],
-            [c * e - b * f, a * f - c * c, b * c - a * e],
-            [b * e - c * d, b * c - a * e, a * d - b * b],
-        ]
-    )
-    determinant = a * cofactors[0, 0] + b * cofactors[0, 1] + c * cofactors[0, 2]
+    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
+    D, E, F = a * f - c * c, b * c - a * e, a * d - b * b
+    determinant = a * A + b * B + c * C
     with np.errstate(divide="ignore", invalid="ignore"):
-        return cofactors / determinant
+        return np.array([[A, B, C], [B, D, E], [C, E, F]]) / determinant
+
+
+def _diagonal(blocks: np.ndarray) -> np.ndarray:
+    """View (3, n) of the diagonals of blocks (3, 3, n)."""
+    return np.einsum("iin->in", blocks)

@@ -28,23 +28,14 @@ def of_photo(values: np.ndarray, photo: np.ndarray | None) -> np.ndarray:
     return values.T.take(photo, axis=-1).T
 
 
-def vector(*parts: ArrayLike) -> np.ndarray:
-    """Array (..., n) of n entries that broadcast."""
-    out = empty(np.broadcast(*parts).shape, (len(parts),), *parts)
-    for i, part in enumerate(parts):
-        out[..., i] = part
-    return out
+def vector(*parts: np.ndarray) -> np.ndarray:
+    """Array (..., n) of n entries of the same shape."""
+    return last(np.array(parts))
 
 
-def matrix(*rows: Sequence[ArrayLike]) -> np.ndarray:
-    """Array (..., n, k) of n rows of k entries that broadcast."""
-    parts = [part for row in rows for part in row]
-    lead = np.broadcast(*parts).shape
-    out = np.empty((len(parts), *lead), np.result_type(*parts))
-    for i, part in enumerate(parts):
-        out[i] = part
-    out = out.reshape(len(rows), len(rows[0]), *lead)
-    return out.transpose(*range(2, out.ndim), 0, 1)
+def matrix(*rows: Sequence[np.ndarray]) -> np.ndarray:
+    """Array (..., n, k) of n rows of k entries of the same shape."""
+    return last(np.array(rows), 2)
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -54,11 +45,16 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("...ij,...jk->...ik", a, b, out=out)
 
 
-def side_by_side(*blocks: np.ndarray) -> np.ndarray:
-    """Join matrices (..., n, k) of n rows column by column; leading axes broadcast."""
-    *lead, n = np.broadcast(*(block[..., 0] for block in blocks)).shape
-    ends = np.cumsum([block.shape[-1] for block in blocks])
-    out = empty(lead, (n, ends[-1]), *blocks)
-    for block, end in zip(blocks, ends):
-        out[..., end - block.shape[-1] : end] = block
-    return out
+def first(values: np.ndarray, leading: int, axes: int = 1) -> np.ndarray:
+    """View of values (..., n) or (..., n, k) with the last axes first.
+
+    The others become as many as `leading`, so that they broadcast as they did.
+    """
+    missing = leading + axes - values.ndim
+    values = values[(None,) * missing] if missing else values
+    return values.transpose(*range(leading, values.ndim), *range(leading))
+
+
+def last(values: np.ndarray, axes: int = 1) -> np.ndarray:
+    """View of values (n, ...) or (n, k, ...) with the first axes last."""
+    return values.transpose(*range(axes, values.ndim), *range(axes))

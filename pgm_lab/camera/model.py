@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.camera import imaging
+from pgm_lab.camera._lens import undistort
 
 PARAMETERS = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 BLOCKS = ("interior", "exterior", "point")
@@ -281,7 +282,7 @@ def collinearity(
 
 
 def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
-    x, solved = imaging.undistort(camera.interior[3:], image)
+    x, solved = undistort(camera.interior[3:], image)
     _validate.refuse(
         ~solved,
         f"{name}{{}}: the lens displaces no point to here. So far from the principal"
