@@ -108,7 +108,7 @@ class Rays:
 
     @cached_property
     def in_N(self) -> np.ndarray:
-        """Where the block of each photo lies in N (m, 6 + u, 6 + u), entries counted."""
+        """Where the block of each photo lies in N (m, 6 + u, 6 + u): entries of N."""
         return self.unknowns[:, :, None] * self.kept + self.unknowns[:, None]
 
     @cached_property

@@ -169,66 +169,59 @@ def equations(
     """
     M, exterior = of_photo(attitude(exterior), photo), of_photo(exterior, photo)
     interior = of_photo(interior, photo) if interior.ndim > 1 else interior
-    given = interior, exterior, points, measured
-    axes = max(values.ndim for values in given) - 1
-    interior, exterior, points, measured = (first(values, axes) for values in given)
-    M, c, centre = first(M, axes, 2), interior[0], interior[1:3]
+    axes = max(a.ndim for a in (interior, exterior, points, measured)) - 1
+    interior, exterior = first(interior, axes), first(exterior, axes)
+    c, centre, parameters = interior[0], interior[1:3], interior[3:]
+    M, reduced = first(M, axes, 2), first(measured, axes) - centre
 
-    dX, dY, dZ = points - exterior[:3]
+    dX, dY, dZ = first(points, axes) - exterior[:3]
     U, V, W = M[:, 0] * dX + M[:, 1] * dY + M[:, 2] * dZ
     by_c = np.array([U, V]) / -W
-    image, reduced = c * by_c, measured - centre
-
+    x, y = ideal = c * by_c
     forward = lens == "forward"
-    at, parameters = last(image if forward else reduced), last(interior[3:])
-    moved = first(distortion(parameters, at), axes)
-    v = image + moved - reduced if forward else image - moved - reduced
+    at = last(ideal if forward else reduced)
+    moved = first(distortion(last(parameters), at), axes)
+    v = ideal + moved - reduced if forward else ideal - moved - reduced
     if wrt and (forward or "interior" in wrt):
-        A = first(distortion_by_image(parameters, at), axes, 2).copy()
+        A = first(distortion_by_image(last(parameters), at), axes, 2)
         A[0, 0] += 1
         A[1, 1] += 1
+
+    # Derivatives of v by the ideal x and y, and by c
+    by_x, by_y = np.eye(2).reshape(2, 2, *[1] * axes)
+    if wrt and forward:
+        by_x, by_y = A[:, 0], A[:, 1]
+        by_c = by_x * by_c[0] + by_y * by_c[1]
     by = {}
-    if "exterior" in wrt or "point" in wrt:
-        by_point = c / -W * (M[:2].swapaxes(0, 1) + by_c * M[2][:, None])
-        by_point = by["point"] = _product(A, by_point) if forward else by_point
-    if "exterior" in wrt:
-        by_angles = _by_angles(c, by_c, M[:, 0], exterior[5])
-        by_angles = _product(A, by_angles) if forward else by_angles
-        by["exterior"] = np.concatenate([-by_point, by_angles])
     if "interior" in wrt:
         by_lens = first(distortion_by_lens(at), axes, 2).swapaxes(0, 1)
-        rows = by["interior"] = np.zeros((10, *v.shape), v.dtype)
+        rows = by["interior"] = np.empty((10, *v.shape), v.dtype)
+        rows[0] = by_c
         if forward:
-            rows[:1], rows[3:] = _product(A, by_c[None]), by_lens
-            rows[1, 0] = rows[2, 1] = 1
+            rows[1:3], rows[3:] = np.eye(2).reshape(2, 2, *[1] * axes), by_lens
         else:
-            rows[0], rows[1:3], rows[3:] = by_c, A.swapaxes(0, 1), -by_lens
+            rows[1:3] = A.swapaxes(0, 1)
+            np.negative(by_lens, out=rows[3:])
+    if "exterior" in wrt or "point" in wrt:
+        m1, m2, m3 = M[:, :, None]
+        by["point"] = c / -W * (m1 * by_x + m2 * by_y + m3 * by_c)
+    if "exterior" in wrt:
+        # The camera turns about its axes: the ray, and with it v
+        by_turn = -c * by_y - y * by_c, c * by_x + x * by_c, y * by_x - x * by_y
+        by["exterior"] = np.concatenate(
+            [-by["point"], _by_angles(by_turn, M[:, 0], exterior[5])]
+        )
     return v, -W, {name: by[name] for name in wrt}
 
 
 def _by_angles(
-    c: np.ndarray, by_c: np.ndarray, X_axis: np.ndarray, kappa: np.ndarray
-) -> np.ndarray:
-    """Derivatives (3, 2, ...) of the ideal image by (omega, phi, kappa), b11 to b23.
+    by_turn: tuple[np.ndarray, ...], X_axis: np.ndarray, kappa: np.ndarray
+) -> list[np.ndarray]:
+    """Derivatives by omega, phi and kappa from those by turns about x, y and z.
 
-    To turn the camera about an axis a moves the image as it moves the ray, by
-    (U, V, W) x a: omega turns about the X axis of the object, the first column of M,
-    phi about (sin kappa, cos kappa, 0) and kappa about z.
+    The columns of `axes_of_angles`: omega turns about the X axis of the object.
     """
-    x, y = image = c * by_c
+    by_1, by_2, by_3 = by_turn
     a1, a2, a3 = X_axis
-    sin, cos = np.sin(kappa), np.cos(kappa)
-    by = np.empty((3, *image.shape), image.dtype)
-    by[0] = by_c * (x * a2 - y * a1)
-    by[0, 0] += c * a2 + y * a3
-    by[0, 1] -= c * a1 + x * a3
-    by[1] = by_c * (x * cos - y * sin)
-    by[1, 0] += c * cos
-    by[1, 1] -= c * sin
-    by[2, 0], by[2, 1] = y, -x
-    return by
-
-
-def _product(A: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Each row (2, ...) of (n, 2, ...) multiplied by A (2, 2, ...)."""
-    return A[:, 0] * rows[:, :1] + A[:, 1] * rows[:, 1:]
+    by_omega = a1 * by_1 + a2 * by_2 + a3 * by_3
+    return [by_omega, np.sin(kappa) * by_1 + np.cos(kappa) * by_2, by_3]
