@@ -6,10 +6,7 @@ import numpy as np
 
 from pgm_lab.adjustment import normal
 from pgm_lab.adjustment._model import Model
-
-SMALLEST_STEP = 2.0**-20
-SUFFICIENT_DECREASE = 1e-4
-ROUNDING = 100 * np.finfo(float).eps
+from pgm_lab.adjustment.normal import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREASE
 
 
 class State(NamedTuple):

@@ -14,6 +14,12 @@ INFLATION_LIMIT = 1e12
 # A parameter whose variance constraints deflate more than this is fixed by them.
 DEFLATION_LIMIT = 1e-14
 
+# Of every Gauss-Newton iteration: its smallest step, the share of the expected decrease
+# that a step must bring, and the relative error that rounding leaves in v.
+SMALLEST_STEP = 2.0**-20
+SUFFICIENT_DECREASE = 1e-4
+ROUNDING = 100 * np.finfo(float).eps
+
 
 @dataclass(frozen=True)
 class NullSpace:

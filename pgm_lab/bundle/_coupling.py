@@ -87,8 +87,8 @@ class Whole:
 
     def propagate(self, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         QZ = (Q @ flat(self.Z)).reshape(self.Z.shape)
-        rows = self.rays.unknowns.T[:, self.rays.photo]
-        at_rays = QZ.transpose(1, 0, 2)[:, rows, self.rays.point].swapaxes(0, 1)
+        rows = self.rays.unknowns.T[:, None, self.rays.photo]
+        at_rays = QZ[rows, np.arange(3)[:, None], self.rays.point]
         return np.einsum("ain,ajn->ijn", self.Z, QZ), at_rays
 
 

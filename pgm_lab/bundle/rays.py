@@ -101,6 +101,11 @@ class Rays:
         return int(self.unknowns[-1, 5]) + 1
 
     @cached_property
+    def level(self) -> float:
+        """Length of all image coordinates over sigma."""
+        return float(np.linalg.norm(self.measured.T * self.per_sigma))
+
+    @cached_property
     def photos(self) -> list[slice]:
         """The rays of each photo."""
         ends = np.searchsorted(self.photo, np.arange(len(self.unknowns) + 1))

@@ -119,11 +119,10 @@ def reduce(
 
 def _of_photos(rays: Rays, eq: Equations) -> tuple[np.ndarray, np.ndarray]:
     """Part N and n of the kept unknowns: first photo by photo, then added up."""
-    m, size = rays.unknowns.shape
-    blocks = np.empty((m, size, size + 1))
+    blocks = np.empty((*rays.unknowns.shape, len(eq.A) - 3))
     for block, own in zip(blocks, rays.photos, strict=True):
         A = flat(eq.A[:-3, :, own])
-        block[:] = A[:-1] @ A.T
+        np.matmul(A[:-1], A.T, out=block)
     u = rays.kept
     N = np.bincount(rays.in_N.ravel(), blocks[..., :-1].ravel(), u * u).reshape(u, u)
     return N, -np.bincount(rays.unknowns.ravel(), blocks[..., -1].ravel(), u)

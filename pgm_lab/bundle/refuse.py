@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pgm_lab import rotation
 from pgm_lab.adjustment import normal
 from pgm_lab.adjustment.normal import NullSpace, RankDefect
 from pgm_lab.bundle.datum import MOTIONS, Motions
@@ -16,9 +15,10 @@ from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import State, behind
 from pgm_lab.bundle.reduced import Reduced
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.camera import PARAMETERS, Camera, imaging
+from pgm_lab.camera import PARAMETERS, Camera
 
 ANGLES = ("omega", "kappa")
+GIMBAL_LOCK = 1e-6  # cos phi from which omega and kappa turn about one axis
 
 # How many times better a mirror image must fit. Points in a plane fit one as well as
 # the other, and their errors then decide which fits a little better.
@@ -77,8 +77,7 @@ def check_counts(network: Network) -> None:
 
 def check_attitudes(network: Network, exteriors: np.ndarray) -> None:
     """Refuse photos at the gimbal lock, where omega and kappa turn about one axis."""
-    M = imaging.attitude(exteriors)
-    locked = np.flatnonzero(rotation.is_gimbal(M, cosine=1e-6))
+    locked = np.flatnonzero(np.abs(np.cos(exteriors[:, 4])) < GIMBAL_LOCK)
     if len(locked):
         names = [str(network.photo_names[i]) for i in locked]
         raise NetworkDefect(

@@ -7,11 +7,7 @@ from scipy.linalg import lapack
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
-from pgm_lab.adjustment._gauss_newton import (
-    ROUNDING,
-    SMALLEST_STEP,
-    SUFFICIENT_DECREASE,
-)
+from pgm_lab.adjustment.normal import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREASE
 from pgm_lab.adjustment.result import History
 from pgm_lab.bundle import refuse
 from pgm_lab.bundle._assemble import assemble
@@ -170,7 +166,7 @@ def _factor(
     """
     scale = 1 / np.sqrt(np.where(reduced.diagonal > 0, reduced.diagonal, 1.0))
     E = move.kept / scale[:, None]
-    E /= np.linalg.norm(E, axis=0)
+    E /= np.sqrt(np.einsum("ud,ud->d", E, E))
     scaled = reduced.S * scale[:, None] * scale + E @ E.T
     factor, failed = lapack.dpotrf(scaled, lower=True)
     pivots = np.diagonal(factor) ** 2
@@ -184,14 +180,12 @@ def _factor(
 
 def _rounding(problem: Problem, state: State, reduced: Reduced) -> float:
     """What the rounding of numbers does to v over sigma."""
-    rays = problem.rays
     kept = np.concatenate(
         [state.interior[:, problem.estimated].ravel(), state.exteriors.ravel()]
     )
     size = np.sqrt(reduced.diagonal) * np.abs(kept)
     points = np.sqrt(reduced.V_diagonal) * np.abs(state.points.T) * ~problem.held
-    level = np.linalg.norm(rays.measured.T * rays.per_sigma)
-    return ROUNDING * float(level + max(size.max(), points.max(initial=0)))
+    return ROUNDING * float(problem.rays.level + max(size.max(), points.max(initial=0)))
 
 
 def _line_search(
