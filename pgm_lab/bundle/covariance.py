@@ -12,7 +12,7 @@ import numpy as np
 
 from pgm_lab.bundle._coupling import flat
 from pgm_lab.bundle.datum import Motions
-from pgm_lab.bundle.rays import Equations, Rays
+from pgm_lab.bundle.rays import Equations, Rays, by_photo
 from pgm_lab.bundle.reduced import Reduced, times_kept, times_points
 
 
@@ -105,14 +105,16 @@ def _of_rays(
     QZ: np.ndarray,
 ) -> np.ndarray:
     """Diagonal of A Q A' (2, k), or of A Q B' with other equations; in any datum."""
-    own = points.take(rays.point, axis=-1)
-    by_point = np.einsum("irk,ijk->jrk", eq.point, own)
+    of_points = points.take(rays.point, axis=-1)
+    by_point = np.einsum("irk,ijk->jrk", eq.point, of_points)
     by_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera, QZ)
     found = np.einsum("jrk,jrk->rk", by_point, other.point)
-    for photo, unknowns in zip(rays.photos, rays.unknowns, strict=True):
-        A = eq.camera[..., photo]
-        QA = (Q[unknowns[:, None], unknowns] @ flat(A)).reshape(A.shape)
-        found[:, photo] += np.einsum("ark,ark->rk", other.camera[..., photo], QA)
+    own = Q.take(rays.in_N)
+    for photos, some in rays.stacks:
+        QA = own[photos] @ by_photo(eq.camera[..., some], photos)
+        A = by_photo(other.camera[..., some], photos)
+        AQA = np.einsum("pac,pac->pc", A, QA).reshape(len(A), 2, -1)
+        found[:, some] += AQA.swapaxes(0, 1).reshape(2, -1)
     return found
 
 

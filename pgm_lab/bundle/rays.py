@@ -112,6 +112,19 @@ class Rays:
         return [slice(*pair) for pair in pairwise(ends)]
 
     @cached_property
+    def stacks(self) -> list[tuple[slice, slice]]:
+        """Successive photos with equally many rays, and their rays: taken at once."""
+        counts = np.bincount(self.photo, minlength=len(self.unknowns))
+        stacks, first = [], 0
+        for photo, own in enumerate(self.photos):
+            last = photo + 1 == len(counts) or counts[photo + 1] != counts[photo]
+            if last or own.stop - self.photos[first].start >= RAYS_AT_ONCE:
+                rays = slice(self.photos[first].start, own.stop)
+                stacks.append((slice(first, photo + 1), rays))
+                first = photo + 1
+        return stacks
+
+    @cached_property
     def in_N(self) -> np.ndarray:
         """Where the block of each photo lies in N (m, 6 + u, 6 + u): entries of N."""
         return self.unknowns[:, :, None] * self.kept + self.unknowns[:, None]
@@ -228,6 +241,17 @@ def equations(
     if rays.rho is not None:
         whiten(A, rays.rho)
     return Equations(A)
+
+
+def by_photo(values: np.ndarray, photos: slice) -> np.ndarray:
+    """Values (rows, 2, k) of the rays of some photos, as many of each: (p, rows, q).
+
+    `photos` and the k rays are from `Rays.stacks`; q = 2 k / p are the image
+    coordinates of a photo, all x before all y.
+    """
+    rows, p = len(values), photos.stop - photos.start
+    stack = values.reshape(rows, 2, p, -1).transpose(2, 0, 1, 3)
+    return stack.reshape(p, rows, -1)
 
 
 def totals_of_runs(

@@ -15,7 +15,7 @@ import numpy as np
 
 from pgm_lab.adjustment import normal
 from pgm_lab.bundle._coupling import Coupling, couple, flat
-from pgm_lab.bundle.rays import Equations, Rays
+from pgm_lab.bundle.rays import Equations, Rays, by_photo
 
 
 @dataclass(frozen=True)
@@ -120,9 +120,9 @@ def reduce(
 def _of_photos(rays: Rays, eq: Equations) -> tuple[np.ndarray, np.ndarray]:
     """Part N and n of the kept unknowns: first photo by photo, then added up."""
     blocks = np.empty((*rays.unknowns.shape, len(eq.A) - 3))
-    for block, own in zip(blocks, rays.photos, strict=True):
-        A = flat(eq.A[:-3, :, own])
-        np.matmul(A[:-1], A.T, out=block)
+    for photos, own in rays.stacks:
+        A = by_photo(eq.A[:-3, :, own], photos)
+        np.matmul(A[:, :-1], A.swapaxes(1, 2), out=blocks[photos])
     u = rays.kept
     N = np.bincount(rays.in_N.ravel(), blocks[..., :-1].ravel(), u * u).reshape(u, u)
     return N, -np.bincount(rays.unknowns.ravel(), blocks[..., -1].ravel(), u)
