@@ -1,5 +1,7 @@
 """Checks of what a caller hands over; each names the argument and what was expected."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -91,6 +93,8 @@ def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
 
 def number(value: ArrayLike, name: str) -> float:
     """Return `value` as one finite float."""
+    if isinstance(value, float) and math.isfinite(value):
+        return float(value)
     array = finite(value, name)
     if array.ndim:
         raise ValueError(f"{name} must be one number; got shape {array.shape}")

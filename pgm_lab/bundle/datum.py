@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
+from pgm_lab.bundle._coupling import flat
 from pgm_lab.bundle.dense import G
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import State
@@ -167,7 +168,8 @@ def constraint(network: Network, datum: str, move: Motions) -> Motions:
     """
     kept, points = _parts_in_datum(network, datum, move)
     inverse = np.linalg.inv(_product(kept, points, move))
-    return Motions(kept @ inverse.T, np.einsum("de,ein->din", inverse, points))
+    of_points = (inverse @ flat(points)).reshape(points.shape)
+    return Motions(kept @ inverse.T, of_points)
 
 
 def check_constraint(network: Network, datum: str, move: Motions) -> None:
@@ -201,4 +203,4 @@ def _parts_in_datum(
 
 
 def _product(kept: np.ndarray, points: np.ndarray, move: Motions) -> np.ndarray:
-    return kept.T @ move.kept + np.einsum("din,ein->de", points, move.points)
+    return kept.T @ move.kept + flat(points) @ flat(move.points).T

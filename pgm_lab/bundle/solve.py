@@ -11,6 +11,7 @@ from pgm_lab.adjustment.normal import ROUNDING, SMALLEST_STEP, SUFFICIENT_DECREA
 from pgm_lab.adjustment.result import History
 from pgm_lab.bundle import refuse
 from pgm_lab.bundle._assemble import assemble
+from pgm_lab.bundle._coupling import flat
 from pgm_lab.bundle._problem import Problem
 from pgm_lab.bundle.datum import (
     Motions,
@@ -149,9 +150,9 @@ def _corrections(
     dx_points = dx_points - times_kept(reduced, dx[:, None])[0]
     if move.number:
         R = constraint(problem.network, problem.datum, move)
-        t = R.kept.T @ dx + np.einsum("din,in->d", R.points, dx_points)
+        t = R.kept.T @ dx + flat(R.points) @ dx_points.ravel()
         dx = dx - move.kept @ t
-        dx_points = dx_points - np.einsum("din,d->in", move.points, t)
+        dx_points = dx_points - (t @ flat(move.points)).reshape(dx_points.shape)
     return dx, dx_points, max(float(decrease), 0.0)
 
 
