@@ -174,6 +174,7 @@ def equations(
     c, centre, parameters = interior[0], interior[1:3], interior[3:]
     M, reduced = first(M, axes, 2), first(measured, axes) - centre
 
+    # The ray and its ideal image, (M 2.20) to (M 2.27); the lens moves it, (M 2.46)
     dX, dY, dZ = first(points, axes) - exterior[:3]
     U, V, W = M[:, 0] * dX + M[:, 1] * dY + M[:, 2] * dZ
     by_c = np.array([U, V]) / -W
@@ -182,18 +183,18 @@ def equations(
     at = last(ideal if forward else reduced)
     moved = first(distortion(last(parameters), at), axes)
     v = ideal + moved - reduced if forward else ideal - moved - reduced
-    if wrt and (forward or "interior" in wrt):
+    if wrt and (forward or "interior" in wrt):  # (M 2.80)
         A = first(distortion_by_image(last(parameters), at), axes, 2)
         A[0, 0] += 1
         A[1, 1] += 1
 
-    # Derivatives of v by the ideal x and y, and by c
+    # Derivatives by the ideal x and y, and by c, which a forward lens moves too
     by_x, by_y = np.eye(2).reshape(2, 2, *[1] * axes)
     if wrt and forward:
         by_x, by_y = A[:, 0], A[:, 1]
         by_c = by_x * by_c[0] + by_y * by_c[1]
     by = {}
-    if "interior" in wrt:
+    if "interior" in wrt:  # (M 2.55), (M 2.89)
         by_lens = first(distortion_by_lens(at), axes, 2).swapaxes(0, 1)
         rows = by["interior"] = np.empty((10, *v.shape), v.dtype)
         rows[0] = by_c
@@ -203,10 +204,10 @@ def equations(
             rows[1:3] = A.swapaxes(0, 1)
             np.negative(by_lens, out=rows[3:])
     if "exterior" in wrt or "point" in wrt:
-        m1, m2, m3 = M[:, :, None]
+        m1, m2, m3 = M[:, :, None]  # (M 2.24), b14 to b26
         by["point"] = c / -W * (m1 * by_x + m2 * by_y + m3 * by_c)
     if "exterior" in wrt:
-        # The camera turns about its axes: the ray, and with it v
+        # (M 2.24), b11 to b23: first by turns about the axes of the camera
         by_turn = -c * by_y - y * by_c, c * by_x + x * by_c, y * by_x - x * by_y
         by["exterior"] = np.concatenate(
             [-by["point"], _by_angles(by_turn, M[:, 0], exterior[5])]
