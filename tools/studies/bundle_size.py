@@ -28,8 +28,8 @@ COLUMNS = (
 )
 # photos, points, rays of a point, block, runs
 SIZES = (
-    (9, 50, None, False, 20),
-    (20, 300, 6, False, 10),
+    (9, 50, None, False, 200),
+    (20, 300, 6, False, 80),
     (50, 2000, 8, False, 5),
     (30, 8000, 3.4, True, 3),
     (60, 26_000, 3.4, True, 3),
