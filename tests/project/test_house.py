@@ -86,6 +86,13 @@ def test_a_module_with_an_underscore_is_imported_in_its_own_folder_only():
     assert strangers == []
 
 
+def test_the_walk_of_one_pixel_names_files_that_are_there():
+    text = (house.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    walk = re.findall(r"^\| (\d+) \| .+ \| `(pgm_lab/.+)` \|$", text, re.MULTILINE)
+    assert [number for number, _ in walk] == [str(i) for i in range(1, 11)]
+    assert [path for _, path in walk if not (house.ROOT / path).is_file()] == []
+
+
 def test_what_computes_imports_nothing_that_draws():
     for module, targets in IMPORTS.items():
         if not module.startswith(("plot", "report", "ledger")):
