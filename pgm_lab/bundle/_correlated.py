@@ -51,5 +51,5 @@ def shares(
 
 
 def alone(v: np.ndarray, sigma: np.ndarray, rho: np.ndarray) -> np.ndarray:
-    """Residuals (k, 2) less what the other coordinate lets expect: (P v)_i / P_ii."""
+    """Residuals (k, 2) less what the other coordinate predicts: (P v)_i / P_ii."""
     return v - rho[:, None] * sigma / sigma[:, ::-1] * v[:, ::-1]
