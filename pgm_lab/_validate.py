@@ -215,3 +215,10 @@ def whole(value: ArrayLike, name: str, least: int) -> int:
             f"{name} must be a whole number, at least {least}; got {as_number:g}"
         )
     return int(as_number)
+
+
+def probability(value: ArrayLike, name: str) -> float:
+    """Return `value` as one number between 0 and 1, neither of them."""
+    if 0 < (one := number(value, name)) < 1:
+        return one
+    raise ValueError(f"{name} must lie between 0 and 1, as a probability; got {one:g}")
