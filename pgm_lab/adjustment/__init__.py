@@ -1,10 +1,12 @@
 """Least squares adjustment in the Gauss-Markov model: one core for the whole workbook.
 
-`normal` solves normal equations, `core` iterates, `result` holds what comes out.
+`normal` solves normal equations, `core` iterates, `result` holds what comes out,
+`outliers` has the limits of its residuals.
 """
 
 from pgm_lab.adjustment.core import adjust
 from pgm_lab.adjustment.normal import RankDefect
+from pgm_lab.adjustment.outliers import critical_tau, critical_w
 from pgm_lab.adjustment.result import UNCONTROLLED, Adjustment, GlobalTest, History
 
 __all__ = [
@@ -14,4 +16,6 @@ __all__ = [
     "History",
     "RankDefect",
     "adjust",
+    "critical_tau",
+    "critical_w",
 ]

@@ -63,8 +63,9 @@ def adjust(
         Instead of weights: covariance of the observations, then P is its inverse.
     sigma0_prior : float, optional
         Standard deviation of unit weight before the adjustment; 1 if the weights are
-        1/sigma^2 of trusted sigmas. Without it there is no global test, and residuals
-        are standardised by the estimated sigma0.
+        1/sigma^2 of trusted sigmas. Residuals are standardised by it (Baarda's w).
+        Without it there is no global test, and residuals are standardised by the
+        estimated sigma0 (Pope's tau).
     parameter_weights : array_like (..., u), optional
         Weights of parameters that were observed too; 0 for free ones.
     parameter_values : array_like (..., u), optional

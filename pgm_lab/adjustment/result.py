@@ -6,6 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from pgm_lab import _validate
+from pgm_lab.adjustment import outliers
+
 # An observation with a smaller share in the redundancy is controlled by no other.
 UNCONTROLLED = 1e-9
 
@@ -69,9 +72,9 @@ class Adjustment:
     redundancy_numbers : ndarray (..., n)
         Share of each observation in the redundancy; 0 where the weight is 0.
     standardized : ndarray (..., n)
-        Residuals over their standard deviations, from `sigma0_prior` if it was given
-        (Baarda's w), else from `sigma0` (Pope's tau). 0 where nothing controls the
-        observation: its redundancy number is 0.
+        Residuals over their standard deviations: Baarda's w, from `sigma0_prior`, if
+        that was given, else Pope's tau, from `sigma0`; `residual_test` says which. 0
+        where nothing controls the observation: its redundancy number is 0.
     parameter_residuals, parameter_redundancy_numbers : ndarray (..., u)
         The same for the weighted parameters; 0 for free ones.
     status : ndarray (...) of str
@@ -101,6 +104,11 @@ class Adjustment:
     sigma0_prior: float | None
     names: Sequence[str]
     history: History
+
+    @property
+    def residual_test(self) -> str:
+        """Which test `standardized` is for: "w" (Baarda) or "tau" (Pope)."""
+        return outliers.residual_test(self.sigma0_prior)
 
     @property
     def covariance(self) -> np.ndarray:
@@ -143,8 +151,10 @@ class Adjustment:
         Raises
         ------
         ValueError
-            If sigma0_prior was not given or there is no redundancy.
+            If sigma0_prior was not given, there is no redundancy, or alpha is not
+            between 0 and 1.
         """
+        alpha = _validate.probability(alpha, "alpha")
         if self.sigma0_prior is None:
             raise ValueError(
                 "the global test needs sigma0_prior, which adjust() was not given"

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import stats
 
 from pgm_lab import _validate
+from pgm_lab.adjustment.outliers import critical_tau, critical_w
 from pgm_lab.adjustment.result import UNCONTROLLED
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.camera import PARAMETERS, imaging
@@ -88,8 +89,9 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
 def critical_value(result: Bundle, alpha: float = 0.001) -> float:
     """Limit that a standardised residual exceeds by chance with probability alpha.
 
-    Of the normal distribution if sigma0_prior is known, else of Pope's tau, which is
-    never above the root of the redundancy.
+    With sigma0_prior that of Baarda's w, 3.29 for a false alarm in a thousand tests.
+    Without it that of Pope's tau, which depends on the redundancy: 3.28 for the 693 of
+    the network of 2013, less for fewer. `result.residual_test` says which it is.
 
     Parameters
     ----------
@@ -102,16 +104,18 @@ def critical_value(result: Bundle, alpha: float = 0.001) -> float:
     float
         No unit; inf if the redundancy is below 2 and sigma0_prior not known.
 
+    Raises
+    ------
+    ValueError
+        If alpha is not between 0 and 1.
+
     References
     ----------
-    Baarda 1968; Pope 1976, "The statistics of residuals and the detection of outliers".
+    `adjustment.critical_w` and `adjustment.critical_tau`, with their sources.
     """
-    if result.sigma0_prior is not None:
-        return float(stats.norm.ppf(1 - alpha / 2))
-    if result.redundancy < 2:
-        return np.inf
-    t = stats.t.ppf(1 - alpha / 2, result.redundancy - 1)
-    return float(t * np.sqrt(result.redundancy / (result.redundancy - 1 + t**2)))
+    if result.residual_test == "w":
+        return critical_w(alpha)
+    return float(critical_tau(result.redundancy, alpha))
 
 
 def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, float]]:
@@ -153,10 +157,16 @@ def significance(result: Bundle, alpha: float = 0.05) -> list[Significance]:
     -------
     list of Significance
 
+    Raises
+    ------
+    ValueError
+        If alpha is not between 0 and 1.
+
     References
     ----------
     Fraser 1997, "Digital camera self-calibration".
     """
+    alpha = _validate.probability(alpha, "alpha")
     found = []
     u = len(result.estimate)
     # without redundancy the standard deviations come from sigma0_prior, known exactly

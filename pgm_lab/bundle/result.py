@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pgm_lab.adjustment.outliers import residual_test
 from pgm_lab.adjustment.result import History
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.rays import behind
@@ -66,9 +67,10 @@ class Bundle:
         (P Qvv P)_ii / P_ii, between 0 and 1: how far other observations control the
         coordinate. The redundancy number, unless x and y of the ray are correlated.
     standardized : ndarray (k, 2)
-        Residuals over their standard deviations, from `sigma0_prior` if it was given,
-        else from `sigma0`; 0 where nothing controls the coordinate. Pv over the roots
-        of the diagonal of P Qvv P if x and y of a ray are correlated.
+        Residuals over their standard deviations: Baarda's w, from `sigma0_prior`, if
+        that was given, else Pope's tau, from `sigma0`; `residual_test` says which. 0
+        where nothing controls the coordinate. Pv over the roots of the diagonal of
+        P Qvv P if x and y of a ray are correlated.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
     control_redundancy_numbers, control_standardized : ndarray (q, 3)
@@ -119,6 +121,11 @@ class Bundle:
     status: str
     iterations: int
     history: History
+
+    @property
+    def residual_test(self) -> str:
+        """Which test `standardized` is for: "w" (Baarda) or "tau" (Pope)."""
+        return residual_test(self.sigma0_prior)
 
     @property
     def names(self) -> tuple[str, ...]:

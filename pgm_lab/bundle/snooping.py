@@ -29,7 +29,8 @@ class Blunder:
     xy : ndarray (2,)
         As measured, in mm.
     standardized : ndarray (2,)
-        Its standardised residuals when it was removed.
+        Its standardised residuals when it was removed: Baarda's w or Pope's tau, as
+        `residual_test` of the result says.
     error : ndarray (2,)
         Estimated error of the measurement, -v / r, in mm; if x and y are correlated,
         that of each as if the other had none, -(Pv)_i / (P Qvv P)_ii.
@@ -57,7 +58,7 @@ class Snooping:
     removed : tuple of Blunder
         In the order in which they were removed.
     critical : float
-        Limit of the standardised residuals, for the result.
+        Limit of the standardised residuals of the result, for the same test.
     stopped : str
         "no residual above the limit", or why there still are some: the limit of
         blunders is reached, the network would not be determined without the next ray,
@@ -88,12 +89,16 @@ def snoop(
 
     Parameters
     ----------
-    network, estimate, datum, sigma0_prior, progress
+    network, estimate, datum, progress
         As in `adjust`.
     alpha : float
         Probability of a false alarm in each test: `critical_value`.
     most : int
         Most rays to remove.
+    sigma0_prior : float, optional
+        1 tests by Baarda's w: the sigmas of the network are trusted, and the limit
+        stays. When missing, by Pope's tau: only the ratios of the sigmas are trusted.
+        Then sigma0 falls with each ray removed, and the next one stands out more.
 
     Returns
     -------
@@ -102,12 +107,23 @@ def snoop(
     Raises
     ------
     ValueError, RankDefect
-        As `adjust`.
+        As `adjust`; if alpha is not between 0 and 1.
 
     References
     ----------
-    Baarda 1968.
+    Baarda 1968 for w, Pope 1976 for tau.
+
+    Examples
+    --------
+    Measured to a third of a micrometre, stated as one: w finds nothing, tau eight rays.
+
+    >>> from pgm_lab.bundle import published
+    >>> len(snoop(published.network(), sigma0_prior=1.0).removed)
+    0
+    >>> len(snoop(published.network()).removed)
+    8
     """
+    alpha = _validate.probability(alpha, "alpha")
     most = _validate.whole(most, "most", 0)
     rays = np.arange(len(network.xy))
     removed: list[Blunder] = []

@@ -54,7 +54,8 @@ def adjust(
         points, else "inner".
     sigma0_prior : float, optional
         Standard deviation of unit weight before the adjustment; 1 if the sigmas of the
-        network are trusted. Residuals are standardised by it.
+        network are trusted. Residuals are standardised by it (Baarda's w), and without
+        it by the estimated sigma0 (Pope's tau).
     line_search : bool
         False takes full steps, to see why one does not.
     tolerance : float

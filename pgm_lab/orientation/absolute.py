@@ -41,7 +41,8 @@ class Absolute:
     residuals : ndarray (n, 3)
         v = computed - observed, in the unit of the target.
     standardized : ndarray (n, 3)
-        Residuals over their standard deviations; 0 where nothing controls them.
+        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
+        tau; 0 where nothing controls them.
     sigma0 : float
         Standard deviation of unit weight. Without `sigma` that of a target coordinate;
         with it, how many times larger than expected the residuals are.

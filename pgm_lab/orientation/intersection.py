@@ -33,7 +33,8 @@ class Intersection:
     residuals : ndarray (photos, n, 2)
         v = computed - observed, in mm; NaN where the photo does not show the point.
     standardized : ndarray (photos, n, 2)
-        Residuals over their standard deviations, 0 where nothing controls them.
+        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
+        tau, each point by its own sigma0; 0 where nothing controls them.
     angle : ndarray (n,)
         Angle of intersection in radians: the largest between the first ray and another.
     status : ndarray (n,) of str

@@ -47,8 +47,9 @@ class Relative:
         v = computed - observed in the left and the right photo, in mm; of image
         coordinates freed from principal point and lens distortion.
     standardized : ndarray (n,)
-        Residuals over their standard deviations: one for a point, because its four
-        coordinates are controlled by one condition. 0 where nothing controls them.
+        Residuals over their standard deviations (Baarda's w with `sigma`, else Pope's
+        tau): one for a point, because its four coordinates are controlled by one
+        condition. 0 where nothing controls them.
     sigma0 : float
         Standard deviation of an image coordinate from the residuals, in mm; NaN with
         five points, which have no redundancy.

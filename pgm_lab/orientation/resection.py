@@ -43,7 +43,8 @@ class Resection:
     residuals : ndarray (n, 2)
         v = computed - observed, in mm.
     standardized : ndarray (n, 2)
-        Residuals over their standard deviations.
+        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
+        tau.
     redundancy_numbers : ndarray (n, 2)
         Share of each coordinate in the redundancy.
     solutions : ndarray (k, 6)

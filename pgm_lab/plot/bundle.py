@@ -10,18 +10,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from scipy.stats import norm, t
+from scipy.stats import t
 
 from pgm_lab import _validate
 from pgm_lab._rounding import round_number
+from pgm_lab.adjustment import outliers
 from pgm_lab.bundle.lens import profile
+from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.plot import basic
 from pgm_lab.plot._style import UM
 from pgm_lab.plot.basic import Look
 
-CRITICAL = 3.29  # a standard normal variable exceeds it once in a thousand
 MOST_PHOTOS = 16
+SYMBOL = {"w": "w", "tau": "τ"}
 
 
 def lens_curve(
@@ -52,6 +54,7 @@ def lens_curve(
     -------
     matplotlib.figure.Figure
     """
+    confidence = _validate.probability(confidence, "confidence")
     network, lens = result.network, result.cameras[camera]
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
@@ -92,7 +95,7 @@ def residual_vectors(
     result: Bundle,
     photo: int | Sequence[int] | None = None,
     magnify: float | None = None,
-    critical: float = CRITICAL,
+    critical: float | None = None,
 ) -> Figure:
     """Draw the residuals on each photo, outliers in another colour.
 
@@ -107,8 +110,9 @@ def residual_vectors(
         RMS.
     magnify : float, optional
         How many times too large the residuals are; a round number is chosen if missing.
-    critical : float
-        A standardised residual beyond it, in x or y, is an outlier and gets its name.
+    critical : float, optional
+        A standardised residual beyond it, in x or y, is an outlier and gets its name;
+        `bundle.critical_value` of its test (Baarda's w or Pope's tau) if missing.
 
     Returns
     -------
@@ -121,6 +125,7 @@ def residual_vectors(
     """
     network = result.network
     v = UM * result.residuals  # computed - observed
+    critical = critical_value(result) if critical is None else critical
     outlier = np.any(np.abs(result.standardized) > critical, axis=1)
     m = len(result.exteriors)
     count = np.bincount(network.photo, minlength=m)
@@ -178,6 +183,8 @@ def residual_vectors(
     title = f"Residuals, computed − observed, {magnify:,g} times too large"
     if photo is None and len(shown) < m:
         title += f", the {len(shown)} of {m} photos with the largest"
+    if np.any(outlier):
+        title += f"; red: |{SYMBOL[result.residual_test]}| > {critical:.2f}"
     fig.suptitle(title, fontsize=16)
     return fig
 
@@ -192,20 +199,26 @@ def _pins(
     ax.plot(*xy.T, "o", color=color, markersize=4.2 * thick**0.5)
 
 
-def standardized_histogram(result: Bundle, critical: float = CRITICAL) -> Figure:
-    """Draw the standardised residuals with the normal curve, and name the outliers.
+def standardized_histogram(result: Bundle, critical: float | None = None) -> Figure:
+    """Draw the standardised residuals with their distribution, and name the outliers.
+
+    The axis says which they are, Baarda's w or Pope's tau, and the curve is the
+    distribution of that one.
 
     Parameters
     ----------
     result : bundle.Bundle
-    critical : float
-        Critical value on both sides.
+        Of a redundancy of at least 2, unless sigma0_prior was given.
+    critical : float, optional
+        Critical value on both sides; `bundle.critical_value` if missing.
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    network, w = result.network, result.standardized
+    network, w, test = result.network, result.standardized, result.residual_test
+    distribution = outliers.distribution(test, result.redundancy)
+    critical = critical_value(result) if critical is None else critical
     values = w[np.isfinite(w)]
     reach = max(8.0, np.abs(values).max() + 0.25)  # leaves room for the names
     step = 0.25
@@ -213,18 +226,18 @@ def standardized_histogram(result: Bundle, critical: float = CRITICAL) -> Figure
     fig, ax = plt.subplots(figsize=(11, 5.5))
     ax.hist(values, list(edges), color=basic.SKY, edgecolor="white", linewidth=0.6)
     x = np.linspace(edges[0], edges[-1], 601)
-    normal = len(values) * step * norm.pdf(x)
-    ax.plot(x, normal, color=basic.BLACK, label="normal distribution")
+    curve = len(values) * step * distribution.pdf(x)
+    ax.plot(x, curve, color=basic.BLACK, label=f"distribution of {SYMBOL[test]}")
     for side in (-critical, critical):
         ax.axvline(side, color=basic.RED, linestyle="--", linewidth=1.8)
     found = np.argwhere(np.abs(w) > critical)
     found = found[np.argsort(-np.abs(w[tuple(found.T)]), kind="stable")]
     at = w[tuple(found.T)]
     mark: Look = {"markersize": 13, "clip_on": False, "zorder": 4}
-    ax.plot(at, np.full(len(at), 0.03 * normal.max()), "v", color=basic.RED, **mark)
-    chance = len(values) * 2 * norm.sf(critical)
+    ax.plot(at, np.full(len(at), 0.03 * curve.max()), "v", color=basic.RED, **mark)
+    chance = len(values) * 2 * distribution.sf(critical)
     lines = [
-        f"{len(found)} of {len(values)} beyond ±{critical:g}",
+        f"{len(found)} of {len(values)} beyond ±{critical:.2f}",
         f"({chance:.1f} expected by chance)",
     ]
     for (k, axis), value in list(zip(found, at))[:8]:
@@ -240,7 +253,8 @@ def standardized_histogram(result: Bundle, critical: float = CRITICAL) -> Figure
     right = np.sum(at < 0) >= np.sum(at > 0)  # where fewer outliers are
     x_text, align = (0.985, "right") if right else (0.015, "left")
     ax.text(x_text, 0.97, "\n".join(lines), ha=align, color=basic.RED, **place)
-    ax.set(xlabel="standardised residual (standard deviations)", xlim=edges[[0, -1]])
+    name = outliers.NAMES[test].replace("tau", "τ")
+    ax.set(xlabel=f"standardised residual, {name} (no unit)", xlim=edges[[0, -1]])
     ax.set(ylabel=f"residuals in steps of {step:g}")
     ax.legend(loc="upper left" if right else "upper right")
     return fig

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.stats import chi2, poisson
 
 from pgm_lab._rounding import plain
+from pgm_lab.adjustment.outliers import NAMES
 from pgm_lab.adjustment.result import UNCONTROLLED
 from pgm_lab.bundle.datum import is_controlled
 from pgm_lab.bundle.network import Network
@@ -13,7 +14,7 @@ from pgm_lab.report._words import Finding, count, listed, observations
 
 ALPHA = 0.05  # probability of calling a right model wrong
 IN_UM = 0.01  # sigma0 below this share of what was stated: 1 µm given as 1 mm is 0.001
-GROSS = 1.5  # times the limit of |w|
+GROSS = 1.5  # times the limit of |w|, or |tau|
 SPOILT = 2.0  # times the stated standard deviation: what is judged by sigma0 is not
 MOST = 50  # suspects that are compared with each other
 ALIKE = 0.5  # largest part of a distance by which an error may miss it
@@ -24,6 +25,19 @@ def ray(result: Bundle, k: int) -> str:
     network = result.network
     point = network.point_names[network.point[k]]
     return f"point {point} in photo {network.photo_names[network.photo[k]]}"
+
+
+def limit(result: Bundle) -> str:
+    """Say what a standardised residual is compared with, and whence it comes.
+
+    3.29 bounds Baarda's w, a standard normal number, once in a thousand times. Pope's
+    tau has a limit of its own for each redundancy: 3.28 for 693, that of 2013.
+    """
+    value, name = critical_value(result), NAMES[result.residual_test]
+    stated = "with the stated sigma0"
+    if result.residual_test == "tau":
+        stated = f"with the estimated sigma0, redundancy {result.redundancy}"
+    return f"{value:.2f} ({name}, {stated}; one false alarm in 1000)"
 
 
 def suspected(result: Bundle) -> np.ndarray:
@@ -139,7 +153,7 @@ def control(result: Bundle) -> Finding | None:
     suspects = suspected_control(result)
     if not suspects:
         return None
-    residual, exceed = "residual", "is"
+    test, residual, exceed = result.residual_test, "residual", "is"
     if len(suspects) > 1:
         residual, exceed = "residuals", "are"
     advice = (
@@ -152,8 +166,8 @@ def control(result: Bundle) -> Finding | None:
     return Finding(
         "Control that does not fit",
         f"The standardised {residual} of"
-        f" {listed(f'{name} (w = {w:.1f})' for name, w in suspects)} {exceed} above"
-        f" {critical_value(result):.2f}. {advice}",
+        f" {listed(f'{name} ({test} = {w:.1f})' for name, w in suspects)} {exceed}"
+        f" above {limit(result)}. {advice}",
     )
 
 
@@ -178,7 +192,8 @@ def blunders(result: Bundle) -> Finding | None:
     return Finding(
         "Suspected blunders",
         f"{count(len(rays), 'ray').capitalize()} {have} a standardised residual above"
-        f" {critical:.2f}, where chance alone gives about {chance:.{chance < 10:d}f}:"
+        f" {limit(result)}, where chance alone gives about"
+        f" {chance:.{chance < 10:d}f}:"
         f" {listed(ray(result, k) for k in rays)}. {advice}",
     )
 

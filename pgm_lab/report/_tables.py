@@ -10,7 +10,7 @@ from pgm_lab.adjustment.result import UNCONTROLLED
 from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.bundle.snooping import Blunder
+from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report._misfit import suspected
 from pgm_lab.report._words import UM
@@ -127,14 +127,14 @@ def _photo_quality(result: Bundle, names: list[str]) -> Table:
     points = [
         str(network.point_names[network.point[k]]) if k >= 0 else "-" for k in where
     ]
-    columns = [names]
-    header = ["photo"]
+    columns, header = [names], ["photo"]
     if len(result.cameras) > 1:
         columns.append([str(k + 1) for k in network.camera])
         header.append("camera")
     columns += [[str(k) for k in network.rays_of_photos], *(fixed(c, 2) for c in rms.T)]
     columns += [fixed(redundancy, 2), fixed(w, 1), points]
-    header += ["rays", "RMS x (µm)", "RMS y (µm)", "mean r", "largest |w|", "at point"]
+    header += ["rays", "RMS x (µm)", "RMS y (µm)", "mean r"]
+    header += [f"largest |{result.residual_test}|", "at point"]
     return Table("Fit of the photos", header, list(zip(*columns)))
 
 
@@ -156,7 +156,7 @@ def points(result: Bundle) -> Table:
         photos,
     )
     header: tuple[str, ...] = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
-    header += ("rays", "RMS (µm)", "largest |w|", "in photo")
+    header += ("rays", "RMS (µm)", f"largest |{result.residual_test}|", "in photo")
     return Table("Object points, in object units", header, list(zip(*columns)))
 
 
@@ -207,13 +207,15 @@ def blunders(result: Bundle) -> Table | None:
         *(fixed(column, 1) for column in result.standardized[rays].T),
         *(fixed(column, 1) for column in UM * smallest.T),
     ]
-    header: tuple[str, ...] = ("point", "photo", "v x (µm)", "v y (µm)", "w x", "w y")
-    header += ("smallest found x (µm)", "smallest found y (µm)")
+    header: tuple[str, ...] = ("point", "photo", "v x (µm)", "v y (µm)")
+    w = result.residual_test
+    header += (f"{w} x", f"{w} y", "smallest found x (µm)", "smallest found y (µm)")
     return Table(caption, header, list(zip(*columns)))
 
 
-def removed(blunders: Sequence[Blunder]) -> Table:
+def removed(found: Snooping) -> Table:
     """Return the rays that data snooping took out, in the order it did."""
+    w = found.result.residual_test
     rows = [
         (
             str(number),
@@ -223,9 +225,9 @@ def removed(blunders: Sequence[Blunder]) -> Table:
             *(f"{UM * value:.2f}" for value in one.error),
             f"{one.sigma0:.3f}",
         )
-        for number, one in enumerate(blunders, start=1)
+        for number, one in enumerate(found.removed, start=1)
     ]
-    header: tuple[str, ...] = ("step", "point", "photo", "w x", "w y")
+    header: tuple[str, ...] = ("step", "point", "photo", f"{w} x", f"{w} y")
     header += ("error x (µm)", "error y (µm)", "sigma0 before")
     caption = "Rays taken out by data snooping, with the estimated error of each"
     return Table(caption, header, rows)
@@ -248,7 +250,7 @@ def known(result: Bundle) -> list[Table]:
 
 
 def _control(result: Bundle, index: np.ndarray, sigma: np.ndarray) -> Table:
-    """Control points; r and w only where a coordinate is weighted, an observation."""
+    """Control points; r and w, or tau, only where a coordinate is an observation."""
     names = [str(result.network.point_names[j]) for j in index]
     v = np.where(sigma == 0, np.nan, result.control_residuals)
     differences = [
@@ -262,12 +264,11 @@ def _control(result: Bundle, index: np.ndarray, sigma: np.ndarray) -> Table:
         r, w = _tested(
             result.control_redundancy_numbers, result.control_standardized, weighted
         )
-        columns += [
-            *(fixed(axis, 2) for axis in r.T),
-            *(fixed(axis, 1) for axis in w.T),
-        ]
-        header += ["r X", "r Y", "r Z", "w X", "w Y", "w Z"]
-        caption += "; r and w of coordinates with a standard deviation"
+        columns += [fixed(axis, 2) for axis in r.T]
+        columns += [fixed(axis, 1) for axis in w.T]
+        test = result.residual_test
+        header += [f"{name} {axis}" for name in ("r", test) for axis in "XYZ"]
+        caption += f"; r and {test} of coordinates with a standard deviation"
     return Table(caption, header, list(zip(*columns)))
 
 
@@ -280,7 +281,7 @@ def _scale_bars(result: Bundle) -> Table:
     )
     lengths = [rounded(one, sigma) for one in (length, result.scale_bar_residuals)]
     columns = bars, *lengths, fixed(r, 2), fixed(w, 1)
-    header = ("bar", "length", "adjusted - given", "r", "w")
+    header = ("bar", "length", "adjusted - given", "r", result.residual_test)
     return Table("Scale bars, in object units", header, list(zip(*columns)))
 
 

@@ -72,7 +72,7 @@ def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]
     tables = []
     if isinstance(found, Snooping):
         words.append(_words.snooping(found))
-        tables += [_tables.removed(found.removed)] if found.removed else []
+        tables += [_tables.removed(found)] if found.removed else []
     if (blunders := _tables.blunders(result)) is not None:
         tables.append(blunders)
     head = (_words.summary(result), *([about] if about else []))

@@ -159,6 +159,10 @@ def _control_is_least(network: Network) -> bool:
 
 def conventions(result: Bundle) -> Sequence[str]:
     """List what the numbers mean."""
+    test = {
+        "w": "w (Baarda's, with the sigma0 stated before the adjustment)",
+        "tau": "tau (Pope's, with the sigma0 estimated by the adjustment)",
+    }[result.residual_test]
     P = "P = 1 / sigma^2"
     if result.network.covariance is not None:
         P = "the inverse covariances of the rays, 2 x 2, on the diagonal of P"
@@ -178,6 +182,6 @@ def conventions(result: Bundle) -> Sequence[str]:
         " + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y.",
         "Residuals v are computed - observed. sigma0^2 = v'Pv / redundancy, with"
         f" {P}. Standard deviations (sd) are a posteriori, multiplied by"
-        " sigma0. t is a value over its sd; w is a residual over its own sd; a"
-        " redundancy number r is the part of an error that its residual shows.",
+        f" sigma0. t is a value over its sd; {test} is a residual over its own sd, a"
+        " redundancy number r the part of an error that its residual shows.",
     )

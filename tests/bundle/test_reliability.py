@@ -239,3 +239,63 @@ def test_without_redundancy_parameters_are_tested_by_the_normal_distribution():
     found = bundle.adjust(small(), SOME, sigma0_prior=1.0)
     one = bundle.significance(replace(found, redundancy=0))[0]
     assert one.p == pytest.approx(2 * stats.norm.sf(abs(one.t)))
+
+
+BAD = [0, 1, -1, 5, np.nan, np.inf, None, "a thousandth", [0.1, 0.2], 0.05j]
+
+
+@pytest.mark.parametrize("alpha", BAD)
+def test_what_is_no_probability_removes_nothing_and_is_refused(alpha):
+    found = bundle.adjust(small(), SOME)
+    with pytest.raises(ValueError, match="alpha"):
+        bundle.snoop(found.network, SOME, alpha=alpha)
+    for test in (bundle.critical_value, bundle.significance):
+        with pytest.raises(ValueError, match="alpha"):
+            test(found, alpha)
+
+
+@pytest.mark.parametrize("alpha", [1e-12, 0.5, 1 - 1e-12])
+def test_any_probability_between_0_and_1_is_taken(alpha):
+    found = bundle.adjust(small(), SOME)
+    assert 0 <= bundle.critical_value(found, alpha) < np.inf
+    judged = bundle.significance(found, alpha)
+    assert [one.significant for one in judged] == [one.p < alpha for one in judged]
+
+
+def test_w_judges_by_the_stated_sigma_and_tau_by_the_estimated_one():
+    # The image points of 2013 are stated to 1 um and measured to 0.35 um
+    w, tau = bundle.adjust(real(), sigma0_prior=1.0), bundle.adjust(real())
+    assert (w.residual_test, tau.residual_test) == ("w", "tau")
+    np.testing.assert_allclose(w.standardized, tau.standardized * tau.sigma0, atol=1e-9)
+    assert np.abs(w.standardized).max() == pytest.approx(2.81, abs=0.005)
+    assert np.abs(tau.standardized).max() == pytest.approx(8.06, abs=0.005)
+    limits = bundle.critical_value(w), bundle.critical_value(tau)
+    np.testing.assert_allclose(limits, (3.2905, 3.2812), atol=5e-5)
+
+
+@pytest.mark.parametrize("stated, rays", [(1.0, 0), (0.349, 6), (None, 8)])
+def test_snooping_with_a_stated_sigma0_keeps_its_measure(stated, rays):
+    # tau measures by a sigma0 that falls with each ray removed, and so removes more
+    found = bundle.snoop(real(), sigma0_prior=stated)
+    assert len(found.removed) == rays
+    assert found.stopped == "no residual above the limit"
+    assert found.result.residual_test == ("tau" if stated is None else "w")
+
+
+def test_a_redundancy_number_rounded_above_one_leaves_no_external_influence():
+    found = bundle.adjust(small(), SOME)
+    numbers = found.redundancy_numbers.copy()
+    numbers[3, 1], numbers[4, 0] = 1 + 1e-12, 1.0
+    limits = bundle.reliability(replace(found, testable=numbers))
+    assert limits.external[3, 1] == limits.external[4, 0] == 0
+    sigma = found.network.sigma[3, 1] * found.sigma0
+    assert limits.internal[3, 1] == pytest.approx(4.13 * sigma)
+
+
+@pytest.mark.parametrize("r, hides", [(0.99e-9, True), (1.01e-9, False)])
+def test_a_thousand_millionth_of_control_is_none(r, hides):
+    found = bundle.adjust(small(), SOME)
+    numbers = found.redundancy_numbers.copy()
+    numbers[3, 1] = r
+    limits = bundle.reliability(replace(found, testable=numbers))
+    assert np.isinf(limits.internal[3, 1]) == np.isinf(limits.external[3, 1]) == hides

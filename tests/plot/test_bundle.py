@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from scipy.stats import norm, t
+from scipy.stats import beta, norm, t
 
 from pgm_lab import _rounding, bundle, datasets, plot
 from pgm_lab.camera import PARAMETERS, Camera
@@ -58,6 +58,7 @@ def result(
         residuals=v,
         standardized=v / 3e-4,
         redundancy=40,
+        residual_test="tau",
     )
     return SimpleNamespace(**whole | other)
 
@@ -221,11 +222,51 @@ def test_histogram_counts_all_and_lists_outliers_the_largest_first():
     expected = np.histogram(adjusted.standardized, np.append(edges, edges[-1] + 0.25))
     np.testing.assert_array_equal(counts, expected[0])
     lines = ax.texts[0].get_text().splitlines()
-    assert lines[0] == "2 of 540 beyond ±3.29"
-    assert lines[1] == f"({540 * 2 * norm.cdf(-3.29):.1f} expected by chance)"
+    assert lines[0] == "2 of 540 beyond ±3.13"  # tau of redundancy 40
+    assert lines[1] == "(0.5 expected by chance)"
     assert lines[2:] == ["photo 3, point 1: y −7.2", "photo 2, point 6: x +4.1"]
     np.testing.assert_allclose(np.sort(ax.lines[-1].get_xdata()), (-7.2, 4.14))
-    assert "standard deviations" in ax.get_xlabel()
+    assert ax.get_xlabel() == "standardised residual, Pope's τ (no unit)"
+
+
+def test_histogram_says_which_test_it_shows_and_takes_its_limit_and_its_curve():
+    adjusted = result(redundancy=6)  # few: tau differs much from w
+    adjusted.standardized[:] = np.clip(adjusted.standardized, -2, 2)
+    adjusted.standardized[3, 0] = 2.4
+    (ax,) = plot.bundle.standardized_histogram(adjusted).axes
+    assert ax.texts[0].get_text().startswith("1 of 72 beyond ±2.33")
+    x, y = ax.lines[0].get_data()
+    x, y = x[x != 0], y[x != 0]  # tau^2 / 6 follows beta(1/2, 5/2)
+    density = np.abs(x) / 6 * beta(0.5, 2.5).pdf(np.minimum(x**2 / 6, 1))
+    np.testing.assert_allclose(y, 72 * 0.25 * density, rtol=1e-9, atol=1e-12)
+    assert ax.lines[0].get_label() == "distribution of τ"
+    adjusted.residual_test, adjusted.sigma0_prior = "w", 1.0
+    (ax,) = plot.bundle.standardized_histogram(adjusted).axes
+    assert ax.texts[0].get_text().startswith("0 of 72 beyond ±3.29")
+    assert ax.get_xlabel() == "standardised residual, Baarda's w (no unit)"
+    x, y = ax.lines[0].get_data()
+    np.testing.assert_allclose(y, 72 * 0.25 * norm.pdf(x), rtol=1e-12)
+    chance = f"({144 * norm.sf(2.5):.1f} expected by chance)"
+    (ax,) = plot.bundle.standardized_histogram(adjusted, critical=2.5).axes
+    assert ax.texts[0].get_text().splitlines()[1] == chance
+
+
+def test_red_residuals_are_beyond_the_limit_of_their_own_test():
+    adjusted = result(redundancy=6)
+    adjusted.standardized[:] = np.clip(adjusted.standardized, -2, 2)
+    adjusted.standardized[17] = (0.1, -2.4)  # beyond 2.33 of tau, not 3.29 of w
+    fig = plot.bundle.residual_vectors(adjusted)
+    assert fig.get_suptitle().endswith("; red: |τ| > 2.33")
+    adjusted.residual_test = "w"
+    assert "red" not in plot.bundle.residual_vectors(adjusted).get_suptitle()
+    fig = plot.bundle.residual_vectors(adjusted, critical=2.35)
+    assert fig.get_suptitle().endswith("; red: |w| > 2.35")
+
+
+@pytest.mark.parametrize("bad", [0, 1, -0.5, 95, np.nan])
+def test_a_band_without_a_probability_is_refused(bad):
+    with pytest.raises(ValueError, match="confidence"):
+        plot.bundle.lens_curve(result(), confidence=bad)
 
 
 def test_normal_curve_holds_as_many_residuals_as_the_histogram():

@@ -233,7 +233,7 @@ def test_a_wrong_control_point_comes_before_the_rays(network):
     said = control_finding(found.result)
     w = found.result.control_standardized
     assert np.unravel_index(np.argmax(np.abs(w)), w.shape) == (4, 1)
-    assert f"Y of control point P8 (w = {w[4, 1]:.1f})" in said
+    assert f"Y of control point P8 (tau = {w[4, 1]:.1f})" in said
     assert "Look at control first: a wrong control point or scale bar spoils" in said
     warnings = dict(_findings.findings(found.result))
     sigma0 = warnings["Stated standard deviations"]
@@ -254,7 +254,7 @@ def test_a_wrong_scale_bar_is_named_by_its_ends(network):
     found = bundle.snoop(with_bar(network, 1, -2.0), SOME)
     w = found.result.scale_bar_standardized[1]
     said = control_finding(found.result)
-    assert f"the scale bar P7 to P13 (w = {w:.1f})" in said and w > 0
+    assert f"the scale bar P7 to P13 (tau = {w:.1f})" in said and w > 0
     assert "scale bar 2 has the largest residual" in found.stopped
 
 
@@ -293,8 +293,8 @@ def test_many_wrong_coordinates_are_told_the_largest_first(result):
     many = replace(result, control_standardized=w, scale_bar_standardized=bars)
     said = control_finding(many)
     assert said.startswith(
-        "The standardised residuals of Z of control point P8 (w = -6.0), the scale bar"
-        " P1 to P6 (w = 5.0) and X of control point P0 (w = 4.0) are above"
+        "The standardised residuals of Z of control point P8 (tau = -6.0), the scale"
+        " bar P1 to P6 (tau = 5.0) and X of control point P0 (tau = 4.0) are above"
     )
 
 

@@ -606,3 +606,35 @@ def test_the_columns_of_the_files_are_found_in_the_conventions(result):
     assert "X0, Y0, Z0 are the projection centre, XL, YL, ZL in the files" in " ".join(
         _words.conventions(result)
     )
+
+
+def test_the_report_says_which_test_its_residuals_are_for_and_whence_its_limit(
+    everything,
+):
+    """Pope's tau without a stated sigma0, else Baarda's w: in words and all tables."""
+    text = report.text(everything)
+    tau = rf"{bundle.critical_value(everything):.2f} (Pope's tau, with the estimated"
+    assert tau + f" sigma0, redundancy {everything.redundancy};" in " ".join(
+        text.split()
+    )
+    assert "tau (Pope's, with the sigma0 estimated" in " ".join(text.split())
+    assert not re.search(r"\|w\||\bw\b( [xXyYZ])?", text)
+    for head in ("largest |tau|", "tau x  tau y", "tau X  tau Y  tau Z"):
+        assert head in re.sub(" {2,}", "  ", text)
+    stated = bundle.adjust(everything.network, sigma0_prior=0.3)
+    text = report.text(stated)
+    assert "3.29 (Baarda's w, with the stated sigma0; one" in " ".join(text.split())
+    assert "w (Baarda's, with the sigma0 stated before" in " ".join(text.split())
+    assert "tau" not in text
+    for head in ("largest |w|", "w x  w y", "w X  w Y  w Z"):
+        assert head in re.sub(" {2,}", "  ", text)
+
+
+def test_the_limit_of_the_network_of_2013_is_that_of_tau_for_693(network):
+    found = bundle.snoop(network, most=1)
+    text = report.text(found, short=True)
+    said = (
+        "above 3.28 (Pope's tau, with the estimated sigma0, redundancy 691; one false"
+    )
+    assert said in " ".join(text.split())
+    assert re.search(r"step +point +photo +tau x +tau y", text)

@@ -1,0 +1,127 @@
+"""Two tests of one residual at a time: Baarda's w and Pope's tau.
+
+Both divide a residual by its own standard deviation. Baarda's takes sigma0 as it was
+stated before the adjustment, Pope's as the adjustment estimates it.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+
+from pgm_lab import _validate
+
+NAMES = {"w": "Baarda's w", "tau": "Pope's tau"}
+
+
+def residual_test(sigma0_prior: float | None) -> str:
+    """Return "w" if sigma0 was stated before the adjustment, else "tau"."""
+    return "tau" if sigma0_prior is None else "w"
+
+
+def critical_w(alpha: float = 0.001) -> float:
+    """Limit that the absolute value of Baarda's w exceeds with probability alpha.
+
+    w is standard normal if the stated standard deviations are right, and the
+    observation has no blunder.
+
+    Parameters
+    ----------
+    alpha : float
+        Probability of a false alarm in one test, on both sides together.
+
+    Returns
+    -------
+    float
+        No unit.
+
+    Raises
+    ------
+    ValueError
+        If alpha is not between 0 and 1.
+
+    References
+    ----------
+    Baarda 1968, "A testing procedure for use in geodetic networks".
+
+    Examples
+    --------
+    >>> print(f"{critical_w():.2f}")
+    3.29
+    """
+    return float(stats.norm.isf(_validate.probability(alpha, "alpha") / 2))
+
+
+def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndarray:
+    """Limit that the absolute value of Pope's tau exceeds with probability alpha.
+
+    ``tau = t sqrt(r) / sqrt(r - 1 + t^2)`` with r the redundancy and t the limit of
+    Student's t with r - 1 degrees of freedom. The blunder itself enlarges the sigma0
+    that it is divided by, so no tau is above the root of r, nor is the limit; it comes
+    to that of w as r grows.
+
+    Parameters
+    ----------
+    redundancy : array_like (...) of int
+        Degrees of freedom of sigma0.
+    alpha : float
+        Probability of a false alarm in one test, on both sides together.
+
+    Returns
+    -------
+    float or ndarray (...)
+        No unit; inf where the redundancy is below 2: then each tau is 1 or 0, and
+        tells nothing.
+
+    Raises
+    ------
+    ValueError
+        If alpha is not between 0 and 1.
+
+    References
+    ----------
+    Pope 1976, "The statistics of residuals and the detection of outliers".
+
+    Examples
+    --------
+    >>> critical_tau([4, 18, 693]).round(2)
+    array([1.98, 2.94, 3.28])
+    """
+    alpha = _validate.probability(alpha, "alpha")
+    r = _validate.finite(redundancy, "redundancy")
+    known = np.where(r < 2, np.nan, r)
+    t = stats.t.isf(alpha / 2, known - 1)
+    tau = t * np.sqrt(known) / np.sqrt(known - 1 + t**2)
+    return np.where(r < 2, np.inf, tau)[()]
+
+
+def distribution(test: str, redundancy: int) -> stats.rv_continuous:
+    """Return the distribution of w, or of tau, when there is no blunder.
+
+    The residuals, scaled to unit length, point in any direction of a space of r
+    dimensions alike; tau is the root of r times one coordinate of that direction.
+
+    Parameters
+    ----------
+    test : {"w", "tau"}
+    redundancy : int
+        At least 2 for tau.
+
+    Returns
+    -------
+    scipy.stats frozen distribution
+
+    Raises
+    ------
+    ValueError
+        If there is no such test, or no distribution of tau.
+
+    Examples
+    --------
+    >>> print(f"{2 * distribution('tau', 4).sf(critical_tau(4)):.4f}")
+    0.0010
+    """
+    if _validate.choice(test, "test", tuple(NAMES)) == "w":
+        return stats.norm()
+    half = (_validate.whole(redundancy, "redundancy", 2) - 1) / 2
+    root = np.sqrt(2 * half + 1)
+    return stats.beta(half, half, loc=-root, scale=2 * root)

@@ -1,0 +1,112 @@
+"""Limits of Baarda's w and Pope's tau: by other distributions, and by chance itself."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from pgm_lab.adjustment import adjust, critical_tau, critical_w
+from pgm_lab.adjustment.outliers import NAMES, distribution, residual_test
+
+BAD = [0, 1, -0.001, 5, np.nan, np.inf, None, "a thousandth", [0.1, 0.2], 0.05j]
+
+
+def test_the_limit_of_w_is_the_one_of_the_tables():
+    # Baarda 1968: 3.29 for a thousandth, 2.58 for a hundredth, 1.96 for five
+    assert critical_w() == critical_w(0.001)
+    found = [critical_w(alpha) for alpha in (0.001, 0.01, 0.05)]
+    np.testing.assert_allclose(found, (3.2905, 2.5758, 1.9600), atol=5e-5)
+
+
+def test_the_limit_of_tau_is_that_of_a_direction_in_space():
+    # tau^2 / r is a squared coordinate of a random direction: beta(1/2, (r - 1)/2).
+    # With r = 2 it is |cos| of an even angle, with r = 3 even along the diameter
+    for alpha in (0.05, 0.001):
+        r = np.array([2, 3, 4, 18, 693, 100_000])
+        squared = r * stats.beta.isf(alpha, 0.5, (r - 1) / 2)
+        np.testing.assert_allclose(critical_tau(r, alpha), np.sqrt(squared), rtol=1e-9)
+        even = 2**0.5 * np.cos(alpha * np.pi / 2)
+        assert critical_tau(2, alpha) == pytest.approx(even)
+        assert critical_tau(3, alpha) == pytest.approx(3**0.5 * (1 - alpha))
+
+
+def test_the_limit_of_tau_is_exceeded_as_often_as_alpha_says():
+    # Fifty thousand times six observations of one value, r = 5, residuals by hand
+    observed = np.random.default_rng(1976).normal(size=(50_000, 6))
+    v = observed.mean(axis=1, keepdims=True) - observed
+    sigma0 = np.sqrt(np.sum(v**2, axis=1, keepdims=True) / 5)
+    tau = v / (sigma0 * np.sqrt(5 / 6))
+    for alpha in (0.001, 0.05):
+        for limit, holds in (
+            (critical_tau(5, alpha), True),
+            (critical_w(alpha), False),
+        ):
+            # one observation of each, so that the cases are independent: five sd
+            count = np.sum(np.abs(tau[:, 2]) > limit)
+            expected = alpha * 50_000
+            assert (abs(count - expected) < 5 * expected**0.5) == holds
+
+
+def test_tau_tells_nothing_without_a_second_redundant_observation():
+    assert critical_tau(0) == critical_tau(1) == np.inf
+    assert critical_tau(2) < 2**0.5
+    np.testing.assert_array_equal(critical_tau([[1, 2]]) < np.inf, [[False, True]])
+
+
+def test_the_limit_of_tau_grows_to_that_of_w_and_stays_below_the_root_of_r():
+    r = np.arange(2, 3000)
+    limits = critical_tau(r)
+    assert np.all(np.diff(limits) > 0) and np.all(limits < np.sqrt(r))
+    assert limits[-1] < critical_w() and critical_w() - limits[-1] < 0.003
+
+
+@pytest.mark.parametrize("alpha", BAD)
+def test_a_limit_without_a_probability_is_refused(alpha):
+    for limit in (critical_w, lambda alpha: critical_tau(9, alpha)):
+        with pytest.raises(ValueError, match="alpha"):
+            limit(alpha)
+
+
+def test_the_distributions_have_the_limits_at_alpha():
+    assert 2 * distribution("tau", 7).sf(critical_tau(7, 0.02)) == pytest.approx(0.02)
+    assert 2 * distribution("w", 7).sf(critical_w(0.02)) == pytest.approx(0.02)
+    assert distribution("tau", 7).pdf(7**0.5 + 0.01) == 0
+    with pytest.raises(ValueError, match="test must be one of 'w', 'tau'"):
+        distribution("t", 7)
+    with pytest.raises(ValueError, match="redundancy"):
+        distribution("tau", 1)
+
+
+def mean(x):
+    return np.full(5, x[0]), np.ones((5, 1))
+
+
+OBSERVED = np.array([0.0, 0.1, -0.2, 0.1, 3.0])
+
+
+def test_an_adjustment_says_which_test_it_has_made():
+    assert (residual_test(None), residual_test(2.0)) == ("tau", "w")
+    assert set(NAMES) == {"tau", "w"}
+    tau, w = (
+        adjust(mean, [0.0], OBSERVED),
+        adjust(mean, [0.0], OBSERVED, sigma0_prior=2),
+    )
+    assert (tau.residual_test, w.residual_test) == ("tau", "w")
+    v, r = tau.residuals, 4 / 5
+    np.testing.assert_allclose(tau.standardized, v / (tau.sigma0 * r**0.5), rtol=1e-12)
+    np.testing.assert_allclose(w.standardized, v / (2 * r**0.5), rtol=1e-12)
+
+
+def test_a_wrong_sigma_misleads_w_and_not_tau():
+    for stated in (0.1, 3.0):
+        w = adjust(mean, [0.0], OBSERVED, sigma0_prior=stated).standardized
+        assert (np.abs(w[4]) > critical_w()) == (stated == 0.1)
+        assert (np.abs(w[2]) > critical_w()) == (stated == 0.1)  # that one is good
+    tau = adjust(mean, [0.0], OBSERVED).standardized
+    assert list(np.abs(tau) > critical_tau(4)) == [False] * 4 + [True]
+
+
+@pytest.mark.parametrize("alpha", BAD)
+def test_the_global_test_refuses_what_is_no_probability(alpha):
+    found = adjust(mean, [0.0], OBSERVED, sigma0_prior=1.0)
+    with pytest.raises(ValueError, match="alpha"):
+        found.global_test(alpha)
