@@ -1,10 +1,10 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `matching`, `bundle`, `network`, `matrices`, `studies`.
+3-D), `village` (what they see), `matching`, `bundle`, `network`, `matrices`, `studies`.
 """
 
-from pgm_lab.plot import bundle, matching, matrices, network, space, studies
+from pgm_lab.plot import bundle, matching, matrices, network, space, studies, village
 from pgm_lab.plot.basic import (
     BLACK,
     BLUE,
@@ -45,4 +45,5 @@ __all__ = [
     "space",
     "studies",
     "table",
+    "village",
 ]

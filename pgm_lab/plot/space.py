@@ -1,4 +1,4 @@
-"""Cameras in space: where they stand, what they see; a small village to look at.
+"""Cameras in space: where they stand, and what they see.
 
 Everything is drawn in the units of the object frame. Cameras look along their negative
 z axis; `rotation.matrix` turns the object frame into theirs.
@@ -15,12 +15,14 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import ArrayLike
 
 from pgm_lab import rotation
-from pgm_lab.plot import basic
+from pgm_lab.plot import _horizon, basic
 
 AXES = (basic.RED, basic.GREEN, basic.BLUE)  # x, y, z
 # Drawings may reach beyond their axes, which makes room for large ones
 FREE = {"clip_on": False, "in_layout": False}
 FORMAT = (1.0, 0.75)  # width and height of a photo over its principal distance
+SKY_COLOR = "#DCEBF5"
+NEAREST = 1e-3  # how far in front of the camera a point must lie, in object units
 
 Faces = Sequence[tuple[np.ndarray, str]]  # polygons (k, 3), each with its colour
 
@@ -182,11 +184,17 @@ def draw_axes(
 
 
 def draw_faces(ax: Axes3D, faces: Faces, alpha: float = 1.0) -> np.ndarray:
-    """Draw polygons in space; returns all their corners, for `fit`."""
-    polygons, colors = zip(*faces)
+    """Draw polygons in space; returns all their corners, for `fit`.
+
+    What lies on the ground, at Z = 0, is drawn first: seen from above it hides nothing.
+    """
     look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha, "zorder": 1}
-    ax.add_collection3d(Poly3DCollection(polygons, facecolors=colors, **look, **FREE))
-    return np.concatenate(polygons)
+    on_ground = [face for face in faces if not face[0][:, 2].any()]
+    for part in (on_ground, [face for face in faces if face[0][:, 2].any()]):
+        polygons, colors = zip(*part) if part else ((), ())
+        drawn = Poly3DCollection(polygons, facecolors=colors, **look, **FREE)
+        ax.add_collection3d(drawn)
+    return np.concatenate([polygon for polygon, _ in faces])
 
 
 def draw_photo(
@@ -195,6 +203,7 @@ def draw_photo(
     faces: Faces,
     c: float = 1.0,
     form: tuple[float, float] = FORMAT,
+    ground: str | None = None,
 ) -> None:
     """Draw what a camera sees of polygons in space, far ones first.
 
@@ -211,80 +220,71 @@ def draw_photo(
         Principal distance.
     form : (float, float)
         Width and height of the photo over its principal distance.
+    ground : str, optional
+        Colour of level ground at Z = 0, below the camera, which reaches to the horizon;
+        there the directions are named, if Y points to the north. What lies on it is
+        drawn first. Without it, all that shows no polygon is sky.
+
+    Raises
+    ------
+    ValueError
+        If there is ground, but the camera does not stand above it.
     """
     exterior = np.asarray(exterior, dtype=float)
     M = rotation.matrix(*exterior[3:])
+    half = c * np.array(form) / 2
+    ax.set_facecolor(SKY_COLOR)
+    if ground is not None:
+        _draw_ground(ax, exterior, M, c, half, ground)
     seen = []
     for polygon, color in faces:
         distance = np.linalg.norm(polygon.mean(axis=0) - exterior[:3])
-        front = _in_front((polygon - exterior[:3]) @ M.T)
+        if ground is not None and not polygon[:, 2].any():
+            distance = np.inf
+        in_camera = (polygon - exterior[:3]) @ M.T
+        front = _horizon.cut(in_camera, -NEAREST - in_camera[:, 2])
         if len(front):
             seen.append((distance, -c * front[:, :2] / front[:, 2:], color))
     seen.sort(key=lambda entry: -entry[0])
     _, polygons, colors = zip(*seen) if seen else ((), (), ())
     look: basic.Look = {"facecolors": colors, "edgecolors": "white"}
-    ax.set_facecolor("#DCEBF5")  # the sky
     ax.add_collection(PolyCollection(polygons, linewidths=0.4, **look), autolim=False)
-    half_width, half_height = c * np.array(form) / 2
-    ax.set(xlim=(-half_width, half_width), ylim=(-half_height, half_height))
+    ax.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]))
     ax.set(aspect="equal", xticks=(), yticks=())
-    ax.plot(0, 0, "+", color=basic.BLACK, markersize=14, markeredgewidth=2)
+    _draw_photo_axes(ax, c)
     for spine in ax.spines.values():
         spine.set(visible=True, linewidth=1.5)
     ax.spines["top"].set_linewidth(4.5)  # the bar of `draw_camera`
     ax.grid(False)
 
 
-def _in_front(polygon: np.ndarray, nearest: float = 1e-3) -> np.ndarray:
-    """The part of a polygon in camera coordinates that lies in front of the camera."""
-    kept = []
-    for a, b in zip(polygon, np.roll(polygon, -1, axis=0)):
-        if -a[2] >= nearest:
-            kept.append(a)
-        if (-a[2] >= nearest) != (-b[2] >= nearest):
-            kept.append(a + (b - a) * (-nearest - a[2]) / (b[2] - a[2]))
-    return np.array(kept).reshape(-1, 3)
+def _draw_ground(
+    ax: Axes,
+    exterior: np.ndarray,
+    M: np.ndarray,
+    c: float,
+    half: np.ndarray,
+    color: str,
+) -> None:
+    """Fill the photo below the horizon, and write the directions on it."""
+    if exterior[2] <= 0:
+        raise ValueError(
+            "with ground, the camera must stand above it, exterior[2] > 0; got"
+            f" {exterior[2]}"
+        )
+    corners = half * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    land = _horizon.ground(M, c, corners)
+    ax.add_collection(PolyCollection([land], facecolors=color), autolim=False)
+    for name, at in _horizon.directions(M, c):
+        if np.all(np.abs(at) < 0.92 * half):
+            ax.text(*at, name, fontsize=13, ha="center", va="center", zorder=3)
 
 
-def village() -> list[tuple[np.ndarray, str]]:
-    """Polygons of a meadow 12 m x 12 m with a house and two trees, Y to the north.
-
-    No symmetry hides a wrong rotation: the house stands in the south-west, a tall tree
-    in the north-east, a small one in the south-east; a road runs west to east.
-    """
-    faces = []
-    for column in range(-6, 6):
-        for row in range(-6, 6):
-            tile = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
-            green = "#C9DDB5" if (row + column) % 2 else "#DCE9CE"
-            color = "#CFCFCF" if row == 0 else green
-            faces.append((tile + (column, row, 0), color))
-    faces += _house(np.array([-2.6, -2.4, 0.0]), np.array([1.8, 1.3, 1.0]))
-    faces += _tree((2.0, 2.4), 0.8, 2.4)
-    faces += _tree((2.4, -2.2), 0.5, 1.2)
-    return faces
-
-
-def _house(corner: np.ndarray, size: np.ndarray) -> list:
-    base = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    low = corner + np.column_stack([base, np.zeros(4)]) * size
-    high = corner + np.column_stack([base, np.ones(4)]) * size
-    # The ridge runs along x, half the width of the house above the eaves
-    ridge = corner + np.array([(0, 0.5, 1), (1, 0.5, 1)]) * size + (0, 0, size[1] / 2)
-    walls = [(low[[i, j]], high[[j, i]]) for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))]
-    shades = ("#F0DFC0", "#DCC79F", "#F0DFC0", "#DCC79F")
-    faces = [(np.concatenate(w), shade) for w, shade in zip(walls, shades)]
-    faces += [(np.array([high[1], high[2], ridge[1]]), "#DCC79F")]
-    faces += [(np.array([high[3], high[0], ridge[0]]), "#DCC79F")]
-    faces += [(np.array([high[0], high[1], ridge[1], ridge[0]]), basic.RED)]
-    faces += [(np.array([high[2], high[3], ridge[0], ridge[1]]), "#A84A00")]
-    return faces
-
-
-def _tree(place: tuple[float, float], radius: float, height: float) -> list:
-    turn = np.linspace(0, 2 * np.pi, 9)
-    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(9)])
-    rim = np.array([*place, 0.2 * height]) + radius * circle
-    top = np.array([*place, height])
-    shades = ("#00805F", "#009E73", "#2CB48C", "#009E73")
-    return [(np.array([rim[i], rim[i + 1], top]), shades[i // 2]) for i in range(8)]
+def _draw_photo_axes(ax: Axes, c: float) -> None:
+    """Draw the principal point, and x to the right, y up from there."""
+    ax.plot(0, 0, "+", color=basic.BLACK, markersize=14, markeredgewidth=2)
+    for name, tip, color in zip("xy", 0.16 * c * np.eye(2), AXES):
+        arrow = {"arrowstyle": "-|>", "color": color, "linewidth": 2}
+        ax.annotate("", tip, (0, 0), arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
+        middle = {"ha": "center", "va": "center"}
+        ax.text(*(1.25 * tip), name, color=color, fontsize=13, **middle)
