@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import lapack
 
 from pgm_lab import _validate
 from pgm_lab.bundle import dense, published
@@ -77,9 +78,8 @@ class Run:
 def network(order: str = "photo") -> tuple[np.ndarray, ...]:
     """Start values and image points of Muliawan 2013, as `adjust` takes them.
 
-    They are (interior, exteriors, points, photo, point, xy). The image points are
-    sorted as Tables 4.4 to 4.12 print them, by "photo", or by "point" and then by
-    photo. Only the defect "rows" knows the difference.
+    They are (interior, exteriors, points, photo, point, xy). The image points stand by
+    "photo", as in Tables 4.4 to 4.12, or by "point", then photo: it matters to "rows".
     """
     _validate.choice(order, "order", ("photo", "point"))
     net = published.network()
@@ -114,8 +114,7 @@ def adjust(
     xy : array_like (k, 2)
         Image points as measured, in mm.
     defects : iterable of str
-        Names out of `DEFECTS`; `PROGRAM` has those of the printed program. Without any
-        the adjustment is correct.
+        Names out of `DEFECTS`, such as `PROGRAM`; without any it is correct.
     sigma : float
         Standard deviation of an image coordinate, in mm.
     max_iterations : int
@@ -232,9 +231,10 @@ def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int
     Without "pinv" it is scaled first, and regular: nothing has to be dropped.
     """
     if {"pinv", "pinv of NumPy"} & set(defects):
-        U, s, Vt = np.linalg.svd(N)
+        s, U, V, scale, *_ = lapack.dgejsv(N, joba=2)  # np.linalg.svd loses digits
+        s *= scale[0] / scale[1]
         kept = int(np.sum(s > tolerance(N, defects)))
-        return (Vt[:kept].T / s[:kept]) @ U[:, :kept].T, kept
+        return (V[:, :kept] / s[:kept]) @ U[:, :kept].T, kept
     return dense.inverse(N), len(N)
 
 

@@ -1,6 +1,6 @@
 """Checks of the exercises of chapter 5, intersection."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -10,13 +10,23 @@ from pgm_lab.checks import CheckFailed, call, first_slip, near, numbers, report
 _MISPRINTED = {"b13", "b22", "b23", "b26"}
 
 
-def misprints(names: Collection[str]) -> None:
-    """Check which coefficients of (M 2.24) the reader found misprinted."""
-    if not isinstance(names, Collection) or isinstance(names, str) or not names:
+def misprints(names: Iterable[str]) -> None:
+    """Check which coefficients of (M 2.24) the reader found misprinted.
+
+    The names may stand in a list, tuple, set or array of any shape, or in one text
+    with commas or spaces between them.
+    """
+    if isinstance(names, str):
+        names = names.replace(",", " ").split()
+    elif isinstance(names, np.ndarray):
+        names = names.ravel()
+    elif not isinstance(names, Iterable):
+        names = ()
+    names = {str(name).strip().lower().replace("_", "") for name in names}
+    if not names - {""}:
         raise CheckFailed(
             'misprinted is still empty: it must be a list of names such as "b11"'
         )
-    names = {str(name).strip().lower().replace("_", "") for name in names}
     known = {f"b{row}{column}" for row in (1, 2) for column in range(1, 7)}
     if names - known:
         raise CheckFailed(

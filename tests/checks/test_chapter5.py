@@ -54,11 +54,34 @@ def test_right_answers_pass(capsys):
 
 
 @pytest.mark.parametrize(
+    "answer",
+    [
+        np.array(["b13", "b22", "b23", "b26"]),
+        np.array([["b13"], ["b22"], ["b23"], ["b26"]]),
+        np.array(["b13", "b22", "b23", "b26"], dtype=object),
+        ("b13", "b22", "b23", "b26"),
+        frozenset({"b13", "b22", "b23", "b26"}),
+        {"b13": 1, "b22": 2, "b23": 3, "b26": 4}.keys(),
+        "b13, b22, b23, b26",
+        "b13 b22 b23 b26",
+    ],
+)
+def test_misprints_may_stand_in_any_container(answer, capsys):
+    chapter5.misprints(answer)
+    assert "✓ misprinted" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
     ("answer", "hint"),
     [
         ([], "still empty"),
         (..., "still empty"),
-        ("b13", "still empty"),
+        ("b13", "3 more deviate"),
+        ("", "still empty"),
+        (None, "still empty"),
+        (np.array([]), "still empty"),
+        (np.array(["b13", "b22", "b23"]), "1 more deviate"),
+        (np.array([True, False]), "no coefficient false, true: write the names"),
         (["b13", "b22"], "2 more deviate"),
         (["b13", "b22", "b23", "b25", "b26"], "1 of your coefficients agree"),
         (["b17"], "no coefficient b17"),

@@ -87,7 +87,7 @@ def test_muliawan2013_has_the_printed_values_in_their_places():
     assert data.published_exteriors[0, 3] == 1.303606
     assert np.any(data.published_object_points != data.object_points)
     np.testing.assert_array_equal(
-        data.published_object_points_sd[1], (1.6e-6, 9.33e-8, 1.32e-9)
+        data.published_object_points_sd[1], (1.59892e-6, 9.32637e-8, 1.31694e-9)
     )
     np.testing.assert_array_equal(
         data.published_exterior_differences[1],
