@@ -128,7 +128,7 @@ def read_numbers(path: Source, ids: int = 0) -> Content:
                 f"{number[:40]!r} has a decimal comma: write a point in its place, in"
                 " the whole file"
             )
-            fail(path, i + 1, reason)
+            fail(path, int(i) + 1, reason)
     rows = [rows[i] for i in line]
     return Content(
         path,

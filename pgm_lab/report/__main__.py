@@ -88,6 +88,7 @@ def _adjusted(
     settings = {"estimate": options.estimate, "datum": options.datum}
     settings["progress"] = sys.stderr.isatty()
     wrong = doubt(network)
+    found: bundle.Bundle | bundle.Snooping
     try:
         if options.snoop:
             found = bundle.snoop(network, **settings)
