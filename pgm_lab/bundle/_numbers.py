@@ -1,23 +1,16 @@
-"""Tables of numbers in text files: read with the line of every error, written whole."""
+"""Tables of numbers in text files: read, with the line of every error."""
 
-import codecs
 import os
-import re
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from pgm_lab.bundle import _text
+
 Source = str | os.PathLike
 
-# float() would take nan, 1_000 and Arabic digits too; Fortran writes 1.5D-3
-_ODD = re.compile(r"[^-+.0-9eEdD ]")
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
-_FORTRAN = str.maketrans("dD", "ee")
-_BLANK = str.maketrans(",;", "  ")
-_COMMENT = re.compile(r"%[^\n]*")
-_BINARY = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f]")
-_LARGEST_ID = 2**53  # floats hold every whole number up to here
+LARGEST_ID = 2**53 - 1  # the next one and the one after are the same float
 
 
 class Content(NamedTuple):
@@ -54,8 +47,10 @@ class Table(NamedTuple):
     def ids(self, column: int, name: str) -> np.ndarray:
         """Return a column of whole numbers."""
         ids = self.values[:, column]
-        broken = (ids != np.round(ids)) | (np.abs(ids) > _LARGEST_ID)
-        self.refuse(broken, f"{name} {{}}: an id must be a whole number", ids)
+        reason = f"{name} {{}}: an id must be a whole number"
+        self.refuse(ids != np.round(ids), reason, ids)
+        reason = f"{name} {{}}: an id must be below 2^53, about 9e15; number anew"
+        self.refuse(np.abs(ids) > LARGEST_ID, reason, ids)
         return ids.astype(np.int64)
 
     def refuse_repeated(self, keys: np.ndarray, what: str, *values: np.ndarray) -> None:
@@ -68,100 +63,95 @@ class Table(NamedTuple):
 
 def fail(path: Path, line: int | None, reason: str) -> NoReturn:
     """Raise a ValueError that names the file, the line and the reason."""
-    raise ValueError(f"{path}{'' if line is None else f', line {line}'}: {reason}")
+    place = "" if line is None else f", line {line}"
+    raise ValueError(f"{_text.printable(path)}{place}: {reason}")
 
 
-def read_table(path: Source, what: str, columns: tuple, optional: int = 0) -> Table:
-    """Read a table; no row has its last `optional` columns, or every row."""
-    content = read_numbers(path)
-    first = content.columns[0]
-    wanted = first if first == len(columns) - optional else len(columns)
+def read_table(
+    path: Source, what: str, columns: tuple, ids: int = 1, without: str = ""
+) -> Table:
+    """Read a table whose first columns are ids.
+
+    Parameters
+    ----------
+    path : str or path
+    what : str
+        What stands in it, for messages.
+    columns : tuple of str
+        Their names.
+    ids : int
+        How many of them are ids.
+    without : str
+        What to do without the last two columns, which are then asked for; if empty, no
+        row has them, or every row.
+    """
+    content = read_numbers(path, ids)
+    short = len(columns) - 2
+    may_be_short = ids == 2 and not without
+    wanted = short if may_be_short and content.columns[0] == short else len(columns)
     wrong = np.flatnonzero(content.columns != wanted)
     if len(wrong):
         row = wrong[0]
-        hint = ". A comma separates columns; decimals need a point"
+        found = content.columns[row]
         reason = (
-            f"{content.columns[row]} column(s), where {what} have {wanted}:"
-            f" {' '.join(columns[:wanted])}{hint if content.comma[row] else ''}"
+            f"{found} column(s), where {what} have {wanted}:"
+            f" {' '.join(columns[:wanted])}"
         )
+        if content.comma[row]:
+            reason += ". A comma separates columns; decimals need a point"
+        elif without and found in (short, short + 1):
+            reason += f". {without}"
         fail(content.path, content.line[row], reason)
-    return content.table()
+    table = content.table()
+    if np.all(content.comma) and np.all(table.values == np.round(table.values)):
+        reason = (
+            "no number of this file has decimals: if its commas are decimal commas,"
+            " write points, and separate columns by blanks"
+        )
+        # ids are whole anyway: only where something measured follows them
+        if ids == 2:
+            fail(content.path, content.line[0], reason)
+    return table
 
 
-def read_numbers(path: Source) -> Content:
-    """Read a text file that holds numbers and comments."""
+def read_numbers(path: Source, ids: int = 0) -> Content:
+    """Read a text file that holds numbers and comments, its first columns ids."""
     path = Path(path)
-    text = _text(path).replace("\r\n", "\n").replace("\r", "\n")
-    if "%" in text:  # a comment, as for MATLAB
-        text = _COMMENT.sub("", text)
-    lines = text.split("\n")
-    fields = [line.split() for line in text.translate(_BLANK).split("\n")]
-    line = np.flatnonzero(np.array([len(row) for row in fields]))
+    lines = _text.lines(path)
+    rows = _text.words(lines)
+    line = np.flatnonzero(np.array([len(row) for row in rows]))
     if not len(line):
         fail(path, None, "the file holds no numbers")
-    rows = [fields[i] for i in line]
+    for i in line:
+        if "," in lines[i] and (number := _text.decimal_comma(lines[i])):
+            reason = (
+                f"{number[:40]!r} has a decimal comma: write a point in its place, in"
+                " the whole file"
+            )
+            fail(path, int(i) + 1, reason)
+    rows = [rows[i] for i in line]
     return Content(
         path,
         line + 1,
         np.array([len(row) for row in rows]),
         np.array(["," in lines[i] for i in line]),
-        _floats(path, line + 1, rows),
+        _floats(path, line + 1, rows, ids),
     )
 
 
-def _floats(path: Path, line: np.ndarray, rows: list[list[str]]) -> np.ndarray:
+def _floats(
+    path: Path, line: np.ndarray, rows: list[list[str]], ids: int
+) -> np.ndarray:
     """Turn the words of all lines into numbers, or say which word is none."""
     words = " ".join(word for row in rows for word in row)
-    if not _ODD.search(words):
+    if not _text.ODD.search(words):
         try:
-            return np.array(list(map(float, words.translate(_FORTRAN).split())))
+            return np.array(list(map(float, words.translate(_text.FORTRAN).split())))
         except ValueError:
             pass  # found below
     for number, row in zip(line, rows):
-        for word in row:
-            if not _NUMBER.fullmatch(word):
-                hint = "; a heading needs a % before it" if row is rows[0] else ""
+        for place, word in enumerate(row):
+            if not _text.NUMBER.fullmatch(word):
+                hint = _text.hint(row, place, ids, first=row is rows[0])
                 fail(path, number, f"{word[:40]!r} is not a number{hint}")
     raise AssertionError("a word is odd, but each is a number")
-
-
-def _text(path: Path) -> str:
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise FileNotFoundError(f"{path}: there is no such file") from None
-    except IsADirectoryError:
-        raise IsADirectoryError(f"{path}: this is a folder, not a file") from None
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return data.decode("utf-16", errors="replace")
-    if found := _BINARY.search(data):
-        reason = (
-            "this is not text, but perhaps a picture, a spreadsheet or a .mat file;"
-            " save the numbers as plain text"
-        )
-        fail(path, data.count(b"\n", 0, found.start()) + 1, reason)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:  # a comment in an older code page
-        return data.decode("latin-1")
-
-
-def save(path: Source, text: str, *, overwrite: bool = False) -> None:
-    """Write a text file whole or not at all: beside its place first, then renamed."""
-    path = Path(path)
-    if not overwrite:
-        refuse_existing(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def refuse_existing(*paths: Source) -> None:
-    """Raise FileExistsError if one of the files is there."""
-    for path in map(Path, paths):
-        if path.exists():
-            raise FileExistsError(f"{path} is there already, and is not overwritten")

@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.bundle import _numbers
+from pgm_lab.bundle import _numbers, _save
 from pgm_lab.bundle._numbers import Source, Table
+from pgm_lab.bundle._text import printable
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
 
@@ -26,6 +27,12 @@ RAY = ("point", "photo", "x", "y", "sx", "sy")
 
 # In principal distances: a ray 84 degrees off the axis is in no perspective photo
 FARTHEST = 10.0
+NEAREST = 0.3  # mm; no camera has so short a c, but many have one of 0.3 m
+
+NO_SIGMA = (
+    "Without sx and sy give one standard deviation for all: --sigma 0.001 on the"
+    " command line, sigma=0.001 in Python (mm)"
+)
 
 
 def read(
@@ -83,8 +90,8 @@ def read(
     camera = _read_interior(interior, lens)
     photos = _numbers.read_table(exterior, "exterior orientations", EXTERIOR)
     objects = _numbers.read_table(points, "object points", POINT)
-    optional = 0 if sigma is None else 2
-    rays = _numbers.read_table(image, "image coordinates", RAY, optional)
+    without = NO_SIGMA if sigma is None else ""
+    rays = _numbers.read_table(image, "image coordinates", RAY, 2, without)
 
     photo_ids = _unique(photos, "photo")
     point_ids = _unique(objects, "point")
@@ -102,10 +109,11 @@ def read(
         photo_ids[photo],
     )
     xy = rays.values[:, 2:4]
-    pixels = (
-        f"x = {{}}, y = {{}} lies too far out for c = {camera.c:g} mm: millimetres from"
-        " the middle of the photo are expected, not pixels"
-    )
+    if camera.c < NEAREST:
+        pixels = "is c in metres? Millimetres are expected"
+    else:
+        pixels = "millimetres from the middle of the photo are expected, not pixels"
+    pixels = f"x = {{}}, y = {{}} lies too far out for c = {camera.c:g} mm: {pixels}"
     reduced = xy - camera.interior[1:3]
     rays.refuse(np.hypot(*reduced.T) > FARTHEST * camera.c, pixels, *xy.T)
     return Network(
@@ -129,6 +137,8 @@ def _read_interior(path: Source, lens: str) -> Camera:
             f" interior orientation has ten in a row or a column:"
             f" {' '.join(PARAMETERS)}"
         )
+        if np.any(content.comma):
+            reason += ". A comma separates columns; decimals need a point"
         _numbers.fail(content.path, content.line[-1], reason)
     found = content.table()
     c = found.values[:1, 0]
@@ -158,7 +168,8 @@ def _find(
     order = np.argsort(ids)
     place = np.searchsorted(ids, wanted, sorter=order)
     found = order[np.minimum(place, len(ids) - 1)]
-    reason = f"{name} {{}} is not in {path.name}; the columns are {' '.join(RAY)}"
+    file = printable(path.name)
+    reason = f"{name} {{}} is not in {file}; the columns are {' '.join(RAY)}"
     rays.refuse(ids[found] != wanted, reason, wanted)
     return found
 
@@ -188,9 +199,12 @@ def write(
     ------
     ValueError
         If the network has several cameras, fixed points, control, check points, scale
-        bars, chosen datum points or covariances, or names that are not whole numbers.
+        bars, chosen datum points or covariances, or names that are not whole numbers,
+        too large, or the same number.
     FileExistsError
         If a file is there already.
+    OSError
+        If a file cannot be written; then none is, and old ones stay.
     """
     _refuse_what_files_lack(network)
     camera = network.cameras[0]
@@ -213,23 +227,38 @@ def write(
     folder.mkdir(parents=True, exist_ok=True)
     one, two, three, four = (folder / name for name in NAMES)
     paths = one, two, three, four
-    if not overwrite:
-        _numbers.refuse_existing(*paths)
-    for path, (heading, rows) in zip(paths, contents):
-        # repr has the fewest digits that are read as the same number again
-        lines = (" ".join(map(repr, row)) for row in rows)
-        text = "\n".join([f"% {heading}", *lines, ""])
-        _numbers.save(path, text, overwrite=overwrite)
+    # repr has the fewest digits that are read as the same number again
+    texts = {
+        path: "\n".join(
+            [f"% {heading}", *(" ".join(map(repr, row)) for row in rows), ""]
+        )
+        for path, (heading, rows) in zip(paths, contents)
+    }
+    _save.save(texts, overwrite=overwrite)
     return paths
 
 
 def _ids(names: tuple, argument: str) -> list[int]:
     try:
-        return [int(str(name)) for name in names]
+        ids = [int(str(name)) for name in names]
     except ValueError:
         raise ValueError(
             f"{argument} must be whole numbers to be written as ids; got {names[:5]}"
         ) from None
+    if max(map(abs, ids), default=0) > _numbers.LARGEST_ID:
+        raise ValueError(
+            f"{argument} must be below 2^53, about 9e15, to be written as ids: larger"
+            " ones would change"
+        )
+    first: dict[int, object] = {}
+    for name, one in zip(names, ids):
+        if one in first:
+            raise ValueError(
+                f"{argument} {first[one]!r} and {name!r} are the same number, {one}:"
+                " they cannot both be an id in a file"
+            )
+        first[one] = name
+    return ids
 
 
 def _refuse_what_files_lack(network: Network) -> None:

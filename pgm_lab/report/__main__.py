@@ -1,13 +1,19 @@
 """The command line: python -m pgm_lab.report, from four text files to a report."""
 
 import argparse
+import contextlib
+import os
+import signal
 import sys
-from collections.abc import Sequence
-from pathlib import Path
+import threading
+from collections.abc import Iterator, Sequence
+from typing import NoReturn
 
 from pgm_lab import bundle, report
-from pgm_lab.bundle._numbers import save
-from pgm_lab.camera import LENSES, PARAMETERS
+from pgm_lab.bundle import _save
+from pgm_lab.bundle._text import printable
+from pgm_lab.report._input import doubt
+from pgm_lab.report._options import check_reports, parser
 
 DONE, FAILED = 0, 1  # argparse itself ends with 2 when it is called wrongly
 WRITERS = {
@@ -15,6 +21,10 @@ WRITERS = {
     ".htm": report.html,
     ".txt": report.text,
 }
+
+# The normal equations of m photos are 6 m + 10 square; while they are solved there are
+# about so many copies of them
+COPIES = 8
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -31,149 +41,120 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0: done; 1: a file is wrong or the adjustment not possible, as the message
         on the error output says. A wrong call raises SystemExit with 2.
     """
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    _check_reports(parser, options)
+    call = parser()
+    options = call.parse_args(arguments)
+    check_reports(call, options)
     try:
-        _run(options)
+        with _interruptible():
+            _run(options)
+    except MemoryError:
+        message = "there is not enough memory for this network: adjust parts of it"
+    except BrokenPipeError:  # who reads the output, as `head` does, has seen enough
+        _close_output()
+        return DONE
     except (ValueError, OSError, ArithmeticError) as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
-        return FAILED
+        message = printable(error)
     except KeyboardInterrupt:
-        print(f"{parser.prog}: interrupted", file=sys.stderr)
-        return FAILED
-    return DONE
+        message = "interrupted"
+    else:
+        return DONE
+    print(f"{call.prog}: {message}", file=sys.stderr)
+    return FAILED
 
 
 def _run(options: argparse.Namespace) -> None:
     files = (options.interior, options.exterior, options.points, options.image)
     network = bundle.read(*files, lens=options.lens, sigma=options.sigma)
-    settings = {"estimate": options.estimate, "datum": options.datum}
-    settings["progress"] = sys.stderr.isatty()
-    found: bundle.Bundle | bundle.Snooping
-    if options.snoop:
-        found = bundle.snoop(network, **settings)
-        result = found.result
-    else:
-        found = result = bundle.adjust(network, **settings)
-    if result.status != "converged":
-        raise ArithmeticError(
-            f"the adjustment did not converge ({result.status} after"
-            f" {result.iterations} iterations), so there is nothing to report. Check"
-            " start values and ids, and that x points right and y up in the image; or"
-            " estimate fewer parameters"
-        )
-    about = f"From {', '.join(path.name for path in files)}."
+    _refuse_too_large(network)
+    found = _adjusted(network, options)
+    about = f"From {', '.join(printable(path.name) for path in files)}."
     # All of them before the first is written: nothing half done
-    pages = [
-        WRITERS[path.suffix.lower()](found, about=about) for path in options.report
-    ]
-    for path, page in zip(options.report, pages):
-        save(path, page, overwrite=options.force)
+    pages = {
+        path: WRITERS[path.suffix.lower()](found, about=about)
+        for path in options.report
+    }
+    for left in _save.clear([path.parent for path in pages]):
+        print(f"removed {printable(left)}, left by a run that broke", file=sys.stderr)
+    _save.save(pages, overwrite=options.force)
     if hasattr(sys.stdout, "reconfigure"):  # a console without µ shows a ? for it
         sys.stdout.reconfigure(errors="replace")
-    print(report.text(found, about=about, short=True))
+    print(report.text(found, about=about, short=True), flush=True)
 
 
-def _check_reports(
-    parser: argparse.ArgumentParser, options: argparse.Namespace
-) -> None:
-    """Refuse before the work what would go wrong after it."""
-    inputs = [options.interior, options.exterior, options.points, options.image]
-    seen = {path.resolve() for path in inputs}
-    for path in options.report:
-        if path.suffix.lower() not in WRITERS:
-            parser.error(f"--report {path}: the name must end in {', '.join(WRITERS)}")
-        if path.resolve() in seen:
-            parser.error(f"--report {path}: an input, or another report, has this name")
-        seen.add(path.resolve())
-        if not path.parent.is_dir():
-            parser.error(f"--report {path}: there is no folder {path.parent}")
-        if path.exists() and not options.force:
-            parser.error(f"--report {path}: it exists already; --force replaces it")
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m pgm_lab.report",
-        description="Self-calibrating bundle adjustment of a free network, from four"
-        " text files of numbers. White space, commas or semicolons separate columns, %"
-        " starts a comment.",
-        epilog="Photos and points have whole numbers as ids. x points right and y up"
-        " from the middle of the photo, and the camera looks along its -z axis."
-        " Control points, check points, scale bars and several cameras have no place in"
-        " the files: see pgm_lab.bundle.Network in Python.",
-    )
-    for name, columns in (
-        ("interior", f"start values: {' '.join(PARAMETERS)} (mm and its powers)"),
-        (
-            "exterior",
-            "start values: photo omega phi kappa XL YL ZL (radians, any unit)",
-        ),
-        ("points", "start values: point X Y Z (the same unit)"),
-        ("image", "measured: point photo x y sx sy (mm)"),
-    ):
-        parser.add_argument(name, type=Path, help=columns)
-    parser.add_argument(
-        "--report",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="write the whole report, as .html or .txt; may be given several times",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="replace reports that exist already"
-    )
-    parser.add_argument(
-        "--estimate",
-        type=_parameters,
-        default=PARAMETERS,
-        metavar="c,x0,...",
-        help="parameters of the camera to estimate, or none; all ten when missing",
-    )
-    parser.add_argument(
-        "--lens",
-        choices=LENSES,
-        default="backward",
-        help="lens model: corrects measured coordinates, or displaces ideal ones",
-    )
-    parser.add_argument(
-        "--datum",
-        choices=("inner", "photos"),
-        default="inner",
-        help="inner constraints on the points, or on the projection centres",
-    )
-    parser.add_argument(
-        "--snoop", action="store_true", help="take out blunders, one ray at a time"
-    )
-    parser.add_argument(
-        "--sigma",
-        type=_positive,
-        metavar="MM",
-        help="standard deviation of all image coordinates, in place of sx and sy",
-    )
-    return parser
-
-
-def _parameters(words: str) -> tuple[str, ...]:
-    names = () if words == "none" else tuple(words.split(","))
-    for name in names:
-        if name not in PARAMETERS:
-            raise argparse.ArgumentTypeError(
-                f"{name!r} is not one of {','.join(PARAMETERS)}"
-            )
-    return names
-
-
-def _positive(word: str) -> float:
+def _adjusted(
+    network: bundle.Network, options: argparse.Namespace
+) -> bundle.Bundle | bundle.Snooping:
+    """Adjust a network; if it fails, say first what is wrong with the input."""
+    settings = {"estimate": options.estimate, "datum": options.datum}
+    settings["progress"] = sys.stderr.isatty()
+    wrong = doubt(network)
+    found: bundle.Bundle | bundle.Snooping
     try:
-        value = float(word)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{word!r} is not a number above zero")
-    return value
+        if options.snoop:
+            found = bundle.snoop(network, **settings)
+            result = found.result
+        else:
+            found = result = bundle.adjust(network, **settings)
+    except (ValueError, ArithmeticError) as error:
+        if wrong is None:
+            raise
+        raise ValueError(f"{wrong.words} The adjustment failed: {error}") from None
+    if result.status != "converged":
+        cause = (
+            wrong.words
+            if wrong
+            else "Check start values and ids, and that x points right and y up in the"
+            " image; or estimate fewer parameters"
+        )
+        raise ArithmeticError(
+            f"the adjustment did not converge ({result.status} after"
+            f" {result.iterations} iterations), so there is nothing to report. {cause}"
+        )
+    return found
+
+
+def _refuse_too_large(network: bundle.Network) -> None:
+    """Refuse more photos than the memory holds before it is full."""
+    photos = len(network.exteriors)
+    needed = COPIES * 8 * (6 * photos + 10) ** 2
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):  # not on Windows
+        return
+    if needed > memory:
+        raise ValueError(
+            f"{photos} photos need about {needed / 1e9:.0f} GB for their normal"
+            f" equations, and this machine has {memory / 1e9:.0f} GB: adjust parts of"
+            " the network"
+        )
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let what ends a program, as `kill` does, undo what is half done."""
+
+    def interrupt(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    ends = []
+    if threading.current_thread() is threading.main_thread():
+        there = [n for n in ("SIGTERM", "SIGHUP") if hasattr(signal, n)]
+        ends = [signal.Signals[name] for name in there]
+    # nohup has SIGHUP ignored: that stays
+    ends = [end for end in ends if signal.getsignal(end) == signal.SIG_DFL]
+    for end in ends:
+        signal.signal(end, interrupt)
+    try:
+        yield
+    finally:
+        for end in ends:
+            signal.signal(end, signal.SIG_DFL)
+
+
+def _close_output() -> None:
+    """Leave nothing for Python to complain about when it flushes at the end."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from pgm_lab._rounding import plain
 from pgm_lab.bundle.refuse import LOOKING, mirrored_image, mirrored_object
 from pgm_lab.bundle.reliability import correlations, significance
 from pgm_lab.bundle.result import Bundle
+from pgm_lab.report._input import COORDINATES, changed_c, doubt
 from pgm_lab.report._misfit import ALPHA, blunders, control, gross, ray, sigma0
 from pgm_lab.report._words import (
     NUMBERS,
@@ -22,13 +23,18 @@ WEAK = 3.0  # times the median standard deviation of the projection centres
 
 
 def findings(result: Bundle) -> list[Finding]:
-    """List all warnings of a result; none when nothing is wrong."""
+    """List all warnings of a result; none when nothing is wrong.
+
+    A wrong unit or frame of the image coordinates comes first, and explains what c,
+    sigma0 and mirror images only hint at.
+    """
+    wrong = doubt(result.network)
+    turned = wrong is not None and wrong.title == COORDINATES
     checks = (
         _not_converged,
-        _mirrored_image,
-        _mirrored_object,
+        *(() if turned else (_mirrored_image, _mirrored_object, changed_c)),
         _behind,
-        sigma0,
+        *(() if wrong else (sigma0,)),
         control,
         blunders,
         _correlated,
@@ -37,7 +43,7 @@ def findings(result: Bundle) -> list[Finding]:
         _two_rays,
         _weak_photos,
     )
-    found = (check(result) for check in checks)
+    found = (wrong, *(check(result) for check in checks))
     return [finding for finding in found if finding is not None]
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.report import _findings, _tables, _words
+from pgm_lab.report._input import doubt
 from pgm_lab.report._tables import Table
 
 WIDTH = 88
@@ -75,7 +76,7 @@ def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]
         tables += [_tables.removed(found)] if found.removed else []
     if (blunders := _tables.blunders(result)) is not None:
         tables.append(blunders)
-    head = (_words.summary(result), *([about] if about else []))
+    head = (_words.summary(result, doubt(result.network)), *([about] if about else []))
     lens = _tables.lens(result)
     parts = [
         Section("Summary", head),

@@ -42,8 +42,11 @@ def listed(words: Iterable[object]) -> str:
     return f"{', '.join(before)} and {last}" if before else last
 
 
-def summary(result: Bundle) -> str:
-    """Say in short what was adjusted, and how well it fits."""
+def summary(result: Bundle, wrong: Finding | None = None) -> str:
+    """Say in short what was adjusted, and how well it fits.
+
+    What is `wrong` with the input comes first: then a fit says nothing.
+    """
     network = result.network
     photos = count(len(network.exteriors), "photo")
     points = count(len(network.points), "point")
@@ -55,7 +58,14 @@ def summary(result: Bundle) -> str:
     how = f"converged after {count(result.iterations, 'iteration')}"
     if result.status != "converged":
         how = f"did not converge ({result.status})"
-    return f"{what[0].upper()}{what[1:]} The adjustment {how}: {_fit(result)}."
+    what = f"{what[0].upper()}{what[1:]} The adjustment {how}"
+    if wrong:
+        first = wrong.words.partition(". ")[0].removesuffix(".")
+        return (
+            f"{first}. What follows cannot be used before this is put right. {what};"
+            f" its sigma0 of {plain(result.sigma0, 3)} says nothing."
+        )
+    return f"{what}: {_fit(result)}."
 
 
 def _balance(result: Bundle) -> str:

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import bundle
+from pgm_lab.bundle import _save, _text
 from pgm_lab.camera import Camera
 from tests.networks import real
 
@@ -73,7 +74,7 @@ def test_the_network_of_2013_is_read_bit_by_bit(tmp_path, muliawan):
 def test_any_network_comes_back_bit_by_bit(tmp_path_factory, seed):
     rng = np.random.default_rng(seed)
     m, n = rng.integers(1, 5), rng.integers(1, 8)
-    names = rng.choice(np.arange(-(2**53), 2**53, 2**40), m + n, replace=False)
+    names = rng.choice(np.arange(1 - 2**53, 2**53, 2**40), m + n, replace=False)
     rays = np.argwhere(rng.random((m, n)) < 0.7)
     if not len(rays):
         return
@@ -157,7 +158,7 @@ REFUSED = {
         "3 column(s), where object points have 4",
     ),
     "too many columns": ("points", 1, "9 1 2 3 4", "5 column(s), where object points"),
-    "decimal comma": ("points", 2, "5 1,5 2 3", "decimals need a point"),
+    "decimal comma": ("points", 2, "5 1,5 2 3", "'1,5' has a decimal comma"),
     "no sigma": ("image", 4, "5 -3 -5.2 -1.1", "4 column(s), where image coordinates"),
     "nine interior": ("interior", 1, "35 0 0 0 0 0 0 0 0", "9 number(s) in 1 line(s)"),
     "two cameras": ("interior", 2, INTERIOR, "20 number(s) in 2 line(s)"),
@@ -175,7 +176,7 @@ REFUSED = {
         "point 5 was measured in photo 7 in line 2",
     ),
     "broken id": ("points", 2, "5.5 1 2 3", "point 5.5: an id must be a whole number"),
-    "id too long": ("points", 2, "1e17 1 2 3", "an id must be a whole number"),
+    "id too long": ("points", 2, "1e17 1 2 3", "an id must be below 2^53"),
     "sigma 0": ("image", 5, "12 -3 -7 0.7 0 0.001", "sx = 0: a standard deviation"),
     "sigma below 0": ("image", 5, "12 -3 -7 0.7 1 -0.001", "sy = -0.001: a standard"),
     "degrees": (
@@ -286,3 +287,75 @@ def test_an_existing_file_is_replaced_only_on_demand(tmp_path, muliawan):
     paths = bundle.write(muliawan, tmp_path, overwrite=True)
     assert [path.name for path in paths] == list(NAMES)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
+
+
+@pytest.mark.parametrize(
+    "names, words",
+    [
+        (("007", "7"), "'007' and '7' are the same number, 7"),
+        ((1, "b"), "must be whole numbers"),
+        ((2**53, 1), "must be below 2\\^53"),
+        ((1, -(2**53)), "must be below 2\\^53"),
+        ((2**53 - 1, 1 - 2**53), None),
+        (("007", "8"), None),
+    ],
+)
+def test_names_that_read_would_refuse_are_not_written(tmp_path, names, words):
+    network = replace(bundle.read(*files(tmp_path)), photo_names=names)
+    out = tmp_path / "out"
+    if words:
+        with pytest.raises(ValueError, match=f"photo_names .*{words}"):
+            bundle.write(network, out)
+        assert not out.exists()
+    else:
+        ids = bundle.read(*bundle.write(network, out)).photo_names
+        assert ids == tuple(map(int, names))
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left"), KeyboardInterrupt()])
+@pytest.mark.parametrize("step", ["open", "replace"])
+@pytest.mark.parametrize("nth", range(1, 5))
+def test_all_four_files_are_replaced_or_none(
+    tmp_path, muliawan, monkeypatch, error, step, nth
+):
+    """New points beside old image points would be another network."""
+    old = files(tmp_path)
+    (tmp_path / NAMES[2]).unlink()  # one that was not there
+    before = {path: path.read_bytes() for path in old if path.exists()}
+    original, calls = getattr(_save.Path, step), []
+
+    def fails(self, *arguments, **options):
+        if self.suffix == ".part" and arguments[:1] != ("r",):
+            calls.append(self)
+            if len(calls) == nth:
+                raise error
+        return original(self, *arguments, **options)
+
+    monkeypatch.setattr(_save.Path, step, fails)
+    with pytest.raises(type(error)):
+        bundle.write(muliawan, tmp_path, overwrite=True)
+    monkeypatch.undo()
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+    bundle.write(muliawan, tmp_path, overwrite=True)
+    assert same(bundle.read(*old), muliawan)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
+
+
+@pytest.mark.parametrize(
+    "text, number",
+    [
+        ("5,1,2", None),
+        ("5, 1, 2", None),
+        ("5 ,1 ,2", None),
+        (" 5,1,2 ", None),
+        ("5,1,2;", None),
+        ("5;1;2;", None),
+        ("5;1,5;2", "1,5"),
+        ("5 1,5 2", "1,5"),
+        ("5\t-1,5\t2", "-1,5"),
+        ("5 1,234.5", "1,234.5"),
+        ("5 1,5e-3;", "1,5e-3"),
+    ],
+)
+def test_a_comma_is_a_decimal_one_only_where_something_else_separates(text, number):
+    assert _text.decimal_comma(text) == number

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle, report
-from pgm_lab.bundle import _numbers
+from pgm_lab.bundle import _save
 from pgm_lab.report import __main__ as command
 from tests.networks import real
 
@@ -192,7 +192,7 @@ def test_a_report_that_another_wrote_meanwhile_stays(
 def test_an_input_is_never_replaced(files, reports, capsys):
     before = open(files[2]).read()
     message = refused(capsys, *files, "--report", files[2], "--force")
-    assert "an input, or another report, has this name" in message
+    assert f"this is the input {files[2]}" in message
     report = ["--report", reports / "r.html"]
     assert "another report" in refused(capsys, *files, *report, *report)
     assert open(files[2]).read() == before
@@ -221,34 +221,49 @@ def test_too_few_files_end_with_2(files, capsys):
     assert "image" in refused(capsys, *files[:3])
 
 
-@pytest.mark.parametrize("failure", ["drawing", "writing", "renaming"])
-def test_nothing_half_written_is_left(files, reports, capsys, monkeypatch, failure):
-    """The disk is full in the middle of a report; an older report stays as it was."""
+@pytest.mark.parametrize("failure", ["drawing", "writing", "renaming", "the second"])
+@pytest.mark.parametrize("how", ["disk full", "interrupted"])
+def test_nothing_half_written_is_left(
+    files, reports, capsys, monkeypatch, failure, how
+):
+    """In the middle of a report; an older report stays as it was."""
 
     def full(*_, **__):
+        if how == "interrupted":
+            raise KeyboardInterrupt
         raise OSError(28, "No space left on device")
 
     old = reports / "r.txt"
     old.write_text("old")
+    monkeypatch.setitem(command.WRITERS, ".html", lambda *_, **__: "the page")
     if failure == "drawing":
         monkeypatch.setitem(command.WRITERS, ".html", full)
     else:
-        monkeypatch.setitem(command.WRITERS, ".html", lambda *_, **__: "the page")
-        name = {"writing": "open", "renaming": "replace"}[failure]
-        monkeypatch.setattr(_numbers.Path, name, broken(name, full))
-    arguments = ["--report", old, "--report", reports / "r.html", "--force"]
-    assert run(*files, *arguments) == 1
-    assert "No space left on device" in capsys.readouterr().err
+        name = "open" if failure == "writing" else "replace"
+        nth = 2 if failure == "the second" else 1
+        monkeypatch.setattr(_save.Path, name, broken(name, full, nth))
+    new = reports / "r.html"
+    assert run(*files, "--report", old, "--report", new, "--force") == 1
+    said = {"disk full": "No space left", "interrupted": "interrupted"}[how]
+    assert said in capsys.readouterr().err
     assert os.listdir(reports) == ["r.txt"]
     assert old.read_text() == "old"
+    monkeypatch.undo()
+    assert run(*files, "--report", new, "--report", old, "--force") == 0
+    assert sorted(os.listdir(reports)) == ["r.html", "r.txt"]
+    assert old.read_text(encoding="utf-8").startswith("Bundle adjustment")
 
 
-def broken(name, full):
-    """Return a method of Path that breaks off half way through a report."""
-    original = getattr(_numbers.Path, name)
+def broken(name, full, nth):
+    """Return a method of Path that breaks off at the n-th new file."""
+    original = getattr(_save.Path, name)
+    calls = []
 
     def method(self, *arguments, **options):
-        if not self.name.endswith(".part"):
+        if self.suffix != ".part" or name == "open" and arguments[:1] != ("x",):
+            return original(self, *arguments, **options)
+        calls.append(self)
+        if len(calls) != nth:
             return original(self, *arguments, **options)
         if name == "open":
             with original(self, *arguments, **options) as file:
@@ -256,6 +271,139 @@ def broken(name, full):
         return full()
 
     return method
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no such signal there")
+@pytest.mark.parametrize("signal_name", ["SIGTERM", "SIGINT", "SIGHUP"])
+def test_who_ends_the_program_while_it_writes_leaves_nothing(
+    files, reports, signal_name
+):
+    code = """
+import os, signal, sys
+from pgm_lab.bundle import _save
+from pgm_lab.report import __main__ as command
+command.WRITERS[".html"] = lambda *_, **__: "page"
+replace, calls = _save.Path.replace, []
+def killed(self, target):
+    calls.append(target)
+    if len(calls) == 2:  # the first report has its name already
+        os.kill(os.getpid(), signal.{0})
+    return replace(self, target)
+_save.Path.replace = killed
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+sys.exit(command.main(sys.argv[1:]))
+"""
+    call = [sys.executable, "-c", code.format(signal_name), *files, "--estimate", "c"]
+    for name in ("a.html", "b.html"):
+        call += ["--report", str(reports / name)]
+    done = subprocess.run(call, capture_output=True, timeout=120)
+    assert done.returncode == 1 and done.stdout == b""
+    assert done.stderr.strip() == b"python -m pgm_lab.report: interrupted"
+    assert os.listdir(reports) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="asks whether a process still runs")
+def test_what_a_killed_run_left_is_removed_and_said(files, reports, capsys):
+    """Not that of a run that is still writing, unless it is older than an hour."""
+    done = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"],
+                          capture_output=True, text=True, check=True)  # fmt: skip
+    dead = reports / f".pgm_lab-{int(done.stdout)}-0.part"
+    alive = reports / f".pgm_lab-{os.getppid()}-0.part"
+    stale = reports / f".pgm_lab-{os.getppid()}-1.part"
+    for path in (dead, alive, stale):
+        path.write_text("<!DOCTYPE ht")
+    os.utime(stale, (0, 0))
+    assert run(*files, "--estimate", "c", "--report", reports / "r.txt") == 0
+    said = capsys.readouterr().err
+    assert f"removed {dead}, left by a run that broke" in said and str(stale) in said
+    assert sorted(os.listdir(reports)) == [alive.name, "r.txt"]
+
+
+def test_a_long_name_is_written_or_refused(files, reports, capsys):
+    """255 bytes is the longest that a file can have on most systems."""
+    longest = reports / ("r" * 251 + ".txt")
+    assert run(*files, "--estimate", "c", "--report", longest) == 0
+    assert os.listdir(reports) == [longest.name]
+    capsys.readouterr()
+    message = refused(capsys, *files, "--report", reports / ("r" * 252 + ".txt"))
+    assert "no file can have this name" in message and "Traceback" not in message
+
+
+@pytest.mark.parametrize("link", ["symlink", "hard link", "dots"])
+def test_an_input_by_another_name_is_never_replaced(
+    files, reports, tmp_path, capsys, link
+):
+    before = open(files[3], encoding="utf-8").read()
+    other = reports / "r.txt"
+    if link == "symlink":
+        other.symlink_to(files[3])
+    elif link == "hard link":
+        os.link(files[3], other)
+    else:
+        other = reports / ".." / "my network" / "image.txt"
+    message = refused(capsys, *files, "--report", other, "--force")
+    assert f"this is the input {files[3]}" in message
+    assert open(files[3], encoding="utf-8").read() == before
+
+
+def test_two_names_of_one_report_are_refused(files, reports, capsys):
+    """Where case does not count, the second would replace the first."""
+    call = [*files, "--report", reports / "R.html", "--report", reports / "r.HTML"]
+    assert "is the same file" in refused(capsys, *call)
+    link = reports / "link.txt"
+    (reports / "r.txt").write_text("old")
+    link.symlink_to(reports / "r.txt")
+    call = [*files, "--report", reports / "r.txt", "--report", link, "--force"]
+    assert "is the same file" in refused(capsys, *call)
+
+
+def test_what_is_there_and_no_file_is_never_replaced(files, reports, capsys):
+    (reports / "r.html").mkdir()
+    call = [*files, "--report", reports / "r.html", "--force"]
+    assert "is not a file" in refused(capsys, *call)
+    (reports / "f").write_text("")
+    call = [*files, "--report", reports / "f" / "r.html"]
+    assert "is not a folder" in refused(capsys, *call)
+
+
+def test_a_folder_that_may_not_be_written_is_named_before_the_work(
+    files, reports, capsys, monkeypatch
+):
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)
+    call = [*files, "--report", reports / "r.html"]
+    assert "nothing may be written into the folder" in refused(capsys, *call)
+
+
+def test_all_reports_are_made_before_the_first_is_written(
+    files, reports, capsys, monkeypatch
+):
+    seen = []
+    for suffix in (".html", ".txt"):
+        writer = lambda *_, **__: seen.append(os.listdir(reports)) or "page"  # noqa: E731
+        monkeypatch.setitem(command.WRITERS, suffix, writer)
+    call = ["--report", reports / "a.txt", "--report", reports / "b.html"]
+    assert run(*files, "--estimate", "c", *call) == 0
+    assert seen == [[], []]
+
+
+def test_too_many_photos_for_the_memory_are_refused(files, capsys, monkeypatch):
+    """8 matrices of 64 x 64 floats for nine photos."""
+    size = {"SC_PAGE_SIZE": 1}
+    for memory, code in ((8 * 8 * 64**2, 0), (8 * 8 * 64**2 - 1, 1)):
+        sysconf = lambda name, memory=memory: size.get(name, memory)  # noqa: E731
+        monkeypatch.setattr(os, "sysconf", sysconf, raising=False)
+        assert run(*files, "--estimate", "c") == code
+    assert "9 photos need about 0 GB" in capsys.readouterr().err
+
+
+def test_memory_that_runs_out_all_the_same_is_said(files, capsys, monkeypatch):
+    def exhausted(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr(bundle, "adjust", exhausted)
+    assert run(*files) == 1
+    message = "there is not enough memory for this network: adjust parts of it"
+    assert message in capsys.readouterr().err
 
 
 def test_a_bar_is_shown_where_somebody_watches(files, capsys, monkeypatch):

@@ -1,0 +1,107 @@
+"""Text files written whole or not at all, several of them together."""
+
+import itertools
+import os
+import re
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pgm_lab.bundle._text import printable
+
+_LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
+_HOUR = 3600.0  # seconds; nothing is written for so long
+_counter = itertools.count()
+
+
+def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
+    """Write text files: all of them, or none of them and the old ones stay.
+
+    Each is written beside its place first. Then the old ones are put aside, which needs
+    no room on the disk, and the new ones renamed; whatever fails or interrupts is
+    undone.
+
+    Raises
+    ------
+    FileExistsError
+        If a file is there already, and may not be replaced.
+    OSError
+        If one cannot be written.
+    """
+    if not overwrite:
+        refuse_existing(*texts)
+    parts = {path: _beside(path, "part") for path in texts}
+    try:
+        for path, part in parts.items():
+            with part.open("x", encoding="utf-8", newline="\n") as file:
+                file.write(texts[path])
+        if not overwrite:
+            refuse_existing(*texts)  # somebody may have been faster
+        if len(parts) == 1:
+            part.replace(path)
+        else:
+            _replace_all(parts)
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+
+
+def _replace_all(parts: Mapping[Path, Path]) -> None:
+    """Rename each part to its path, or leave all paths as they are."""
+    aside = {path: _beside(path, "old") for path in parts if os.path.lexists(path)}
+    try:
+        for path, part in parts.items():
+            if path in aside:
+                path.replace(aside[path])
+            part.replace(path)
+    except BaseException:
+        for path, part in parts.items():
+            if path in aside and os.path.lexists(aside[path]):
+                aside[path].replace(path)
+            elif path not in aside and not part.exists():
+                path.unlink()
+        raise
+    for old in aside.values():
+        old.unlink()
+
+
+def _beside(path: Path, kind: str) -> Path:
+    """Return a new name in the folder of a file, short however long its own is."""
+    return path.with_name(f".pgm_lab-{os.getpid()}-{next(_counter)}.{kind}")
+
+
+def refuse_existing(*paths: Path) -> None:
+    """Raise FileExistsError if one of the files is there."""
+    for path in paths:
+        if os.path.lexists(path):
+            raise FileExistsError(
+                f"{printable(path)} is there already, and is not overwritten"
+            )
+
+
+def clear(folders: Sequence[Path]) -> list[Path]:
+    """Remove what killed runs left half written in some folders, and return it."""
+    left = []
+    for path in sorted({one for folder in folders for one in folder.iterdir()}):
+        found = _LEFT.fullmatch(path.name)
+        if found and not _running(int(found[1]), path):
+            path.unlink(missing_ok=True)
+            left.append(path)
+    return left
+
+
+def _running(process: int, path: Path) -> bool:
+    """Whether the process that writes a file may still do so."""
+    if process == os.getpid():
+        return True
+    if time.time() - path.stat().st_mtime > _HOUR:
+        return False
+    if os.name == "nt":  # there signal 0 would interrupt it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # of another user
+        return True
+    return True
