@@ -52,8 +52,14 @@ def _page(exporter: HTMLExporter, path: Path, prepared, files: dict) -> str:
     except ValueError as error:
         raise PublishError(f"{path.name}, {error}") from error
     page = embed_images(page, path.parent)
-    _refuse_problems(path, notebook, page)
+    _refuse_problems(path, notebook, page, _scripts(files))
     return page
+
+
+def _scripts(files: dict) -> list[str]:
+    """Return the texts of all scripts that a page of ours may hold."""
+    own = [path.read_text(encoding="utf-8") for path in TEMPLATES.rglob("*.js")]
+    return own + [text for name, text in files.items() if name.endswith("_js")]
 
 
 def _markdown(source: str) -> str:
@@ -78,15 +84,18 @@ def _refuse_unexecuted(path: Path, notebook: NotebookNode) -> None:
             )
 
 
-def _refuse_problems(path: Path, notebook: NotebookNode, page: str) -> None:
+def _refuse_problems(
+    path: Path, notebook: NotebookNode, page: str, scripts: list[str]
+) -> None:
     cells = {cell.get("id"): cell for cell in notebook.cells}
     lines = [
         (f"{name(cells[cell])}: " if cell in cells else "") + text
-        for cell, text in problems(page)
+        for cell, text in problems(page, scripts)
     ]
     if lines:
         raise PublishError(
             "\n  ".join([f"{path.name} cannot be published:", *lines])
             + "\nShow figures with pgm_lab.plot.show(fig, alt), and give pictures in "
-            "text an alternative text and a file beside the notebook: ![alt](file)."
+            "text an alternative text and a file beside the notebook: ![alt](file). "
+            "A page loads nothing: publish/allowed.py lists what it may hold."
         )
