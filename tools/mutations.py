@@ -3,6 +3,10 @@
 `python tasks.py mutations` works through tests/mutations.csv: each row is an exact
 piece of text in a module, another one in its place, what that breaks, and the tests
 that have to notice. A copy of the project is mutated, never the project itself.
+
+With `--drawn` it works through tests/mutations_drawn.csv, the faults that
+`python -m tools.faults` drew by a seed. Of these the test that noticed the last time
+is run first; then those of the module's room; then those of other rooms that come past.
 """
 
 import argparse
@@ -10,6 +14,7 @@ import csv
 import multiprocessing
 import os
 import random
+import re
 import shutil
 import sys
 import tempfile
@@ -17,6 +22,8 @@ import time
 from collections import Counter
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+
+from tools import faults
 
 ROOT = Path(__file__).resolve().parent.parent
 LIST = ROOT / "tests" / "mutations.csv"
@@ -53,10 +60,12 @@ def mutated(row: dict[str, str], root: Path = ROOT) -> str:
     Raises
     ------
     ValueError
-        If the old text is not found exactly once: the module has changed, and the list
-        has to follow it.
+        If the old text is not found exactly once, or the line of a drawn fault not at
+        all: the module has changed, and the list has to follow it.
     """
     text = (root / row["file"]).read_text(encoding="utf-8")
+    if "occurrence" in row:
+        return faults.put(text, row)
     times = text.count(row["old"])
     if times != 1 or row["old"] == row["new"]:
         raise ValueError(
@@ -94,7 +103,7 @@ def run_tests(folder: Path, tests: list[str], output: Path) -> None:
     ):
         import pytest
 
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:benchmark"]
+        options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "-p", "no:benchmark"]
         code = pytest.main([*options, *tests])
     sys.exit(int(code))
 
@@ -114,10 +123,23 @@ def verdict(tests: list[str], folder: Path, seconds: float | None) -> str:
     return VERDICTS[process.exitcode]
 
 
+def stages(row: dict[str, str]) -> list[list[str]]:
+    """Lists of tests, to be run one after the other until one notices."""
+    columns = ("killer", "tests", "others")
+    return [row[name].split(" ") for name in columns if row.get(name)]
+
+
+def killer(output: Path) -> str:
+    """Which test noticed: pytest names it in its last lines."""
+    text = output.read_text(encoding="utf-8")
+    named = re.findall(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", text, re.MULTILINE)
+    return named[-1] if named else ""
+
+
 def tried(
     rows: list[dict[str, str]], root: Path, seconds: float, trust: bool = False
-) -> dict[str, str]:
-    """The verdict on each mutation, by its number; each is told when it is there.
+) -> dict[str, tuple[str, str]]:
+    """Verdict on each mutation and the test that noticed, by the mutation's number.
 
     Raises
     ------
@@ -127,36 +149,42 @@ def tried(
     """
     found = {}
     texts = [mutated(row, root) for row in rows]
-    tests = sorted({name for row in rows for name in row["tests"].split()})
+    tests = sorted({name for row in rows for name in row["tests"].split(" ")})
     if FORKS:
         PROCESSES.set_forkserver_preload(LIBRARIES)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        output = folder / "output.txt"
         copied(root, folder)
         if not trust and verdict(tests, folder, None) != "survived":
-            output = (folder / "output.txt").read_text(encoding="utf-8")
-            raise ValueError(f"{output}\nthe tests fail without any mutation")
+            told = output.read_text(encoding="utf-8")
+            raise ValueError(f"{told}\nthe tests fail without any mutation")
         for row, text in zip(rows, texts, strict=True):
             start, path = time.perf_counter(), folder / row["file"]
             kept = path.read_bytes()
             path.write_text(text, encoding="utf-8", newline="\n")
-            answer = found[row["number"]] = verdict(
-                row["tests"].split(), folder, seconds
-            )
+            for some in stages(row):
+                answer = verdict(some, folder, seconds)
+                if answer != "survived":
+                    break
+            noticed = answer == "killed"
+            found[row["number"]] = answer, killer(output) if noticed else ""
             path.write_bytes(kept)
             took = f"{time.perf_counter() - start:.0f} s"
-            print(
-                f"{row['number']:>3} {answer}, {took}: {row['file']}, {row['breaks']}",
-                flush=True,
-            )
+            what = row.get("breaks") or f"{row['kind']}: {row['after']}"
+            line = f"{row['number']:>3} {answer}, {took}: {row['file']}, {what}"
+            print(line, flush=True)
     return found
 
 
-def record(column: str, found: dict[str, str], path: Path = LIST) -> None:
-    """Write verdicts into a column of the list."""
+def record(column: str, found: dict[str, tuple[str, str]], path: Path = LIST) -> None:
+    """Write verdicts into a column of the list; the drawn ones with their killers."""
     rows = mutations(path)
     for row in rows:
-        row[column] = found.get(row["number"], row.get(column, ""))
+        before = row.get(column, ""), row.get("killer", "")
+        row[column], noticed = found.get(row["number"], before)
+        if "killer" in row:
+            row["killer"] = noticed
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()
@@ -165,7 +193,9 @@ def record(column: str, found: dict[str, str], path: Path = LIST) -> None:
 
 def chosen(options: argparse.Namespace) -> list[dict[str, str]]:
     """The rows that were asked for."""
-    rows = mutations()
+    rows = mutations(faults.DRAWN if options.drawn else LIST)
+    if options.alive:
+        rows = [row for row in rows if row["verdict"] not in ("killed", SLOW)]
     if options.only:
         words = options.only
         rows = [
@@ -183,6 +213,12 @@ def chosen(options: argparse.Namespace) -> list[dict[str, str]]:
 def main(arguments: list[str]) -> int:
     """Try the mutations; the exit code is 0 if none survives."""
     parser = argparse.ArgumentParser(prog="python tasks.py mutations")
+    parser.add_argument(
+        "--drawn", action="store_true", help="the faults that were drawn by a seed"
+    )
+    parser.add_argument(
+        "--alive", action="store_true", help="of these, what was not killed before"
+    )
     parser.add_argument("--only", nargs="+", help="parts of file names, or numbers")
     parser.add_argument("--sample", type=int, help="draw so many of them")
     parser.add_argument("--seed", type=int, default=0, help="of the draw")
@@ -201,8 +237,8 @@ def main(arguments: list[str]) -> int:
         print(error, file=sys.stderr)
         return 2
     if options.record:
-        record(options.record, found)
-    counts = Counter(found.values())
+        record(options.record, found, faults.DRAWN if options.drawn else LIST)
+    counts = Counter(answer for answer, _ in found.values())
     print(", ".join(f"{n} {word}" for word, n in counts.most_common()) or "none chosen")
     return int("survived" in counts)
 

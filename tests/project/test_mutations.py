@@ -36,7 +36,8 @@ def project(tmp_path, monkeypatch):
 def test_the_killed_are_told_from_the_survivors(project, capsys):
     rows = [ROW, ROW | {"number": "2", "new": "x - 2"}]
     found = mutations.tried(rows, project, 120, trust=True)
-    assert found == {"1": "killed", "2": "survived"}
+    killer = "tests/test_half.py::test_half"
+    assert found == {"1": ("killed", killer), "2": ("survived", "")}
     assert "1 killed" in capsys.readouterr().out
     assert (project / "pgm_lab" / "half.py").read_text().endswith("return x / 2\n")
 
@@ -44,7 +45,7 @@ def test_the_killed_are_told_from_the_survivors(project, capsys):
 def test_a_mutation_that_never_ends_is_killed_by_the_time_limit(project):
     endless = ROW | {"old": "    return", "new": "    while True: x / 2\n    return"}
     found = mutations.tried([endless], project, 5, trust=True)
-    assert found == {"1": mutations.SLOW}
+    assert found == {"1": (mutations.SLOW, "")}
 
 
 def test_tests_that_fail_anyhow_prove_nothing(project):
@@ -64,11 +65,31 @@ def test_verdicts_are_written_into_their_column(tmp_path):
         writer = csv.DictWriter(file, [*ROW, "before"])
         writer.writeheader()
         writer.writerows([ROW, ROW | {"number": "2", "before": "survived"}])
-    mutations.record("before", {"1": "killed"}, path)
+    mutations.record("before", {"1": ("killed", "test_half")}, path)
     assert [row["before"] for row in mutations.mutations(path)] == [
         "killed",
         "survived",
     ]
+
+
+def test_a_drawn_fault_is_looked_for_in_its_room_and_then_in_others(project, tmp_path):
+    drawn = {"number": "1", "file": "pgm_lab/half.py", "before": "return x / 2"}
+    drawn |= {"after": "return x * 2", "occurrence": "1", "kind": "arithmetic"}
+    (project / "tests" / "test_other.py").write_text("def test_nothing():\n    pass\n")
+    drawn |= {"killer": "", "tests": "tests/test_other.py", "verdict": ""}
+    rows = [drawn | {"others": "tests/test_half.py"}, drawn | {"number": "2"}]
+    rows[1]["others"] = ""
+    found = mutations.tried(rows, project, 120, trust=True)
+    assert found["1"] == ("killed", "tests/test_half.py::test_half")
+    assert found["2"] == ("survived", "")
+    path = tmp_path / "drawn.csv"
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    mutations.record("verdict", found, path)
+    killers = [row["killer"] for row in mutations.mutations(path)]
+    assert killers == ["tests/test_half.py::test_half", ""]
 
 
 def test_every_mutation_names_tests_that_exist_and_breaks_one_line():
