@@ -7,7 +7,7 @@ proves: that texture in real photos ends at a sharp cut-off.
 import cv2
 import numpy as np
 import pytest
-from scipy import integrate
+from scipy import integrate, optimize
 from scipy.interpolate import BSpline
 
 from pgm_lab import datasets, image
@@ -88,6 +88,96 @@ def test_bias_is_the_phase_error_of_the_interpolation_averaged_over_the_waves(
     assert np.all(off <= 4.5 * sd / np.sqrt(40) + 1e-6), off.max()
 
 
+HALF = study.POSITIONS <= 0.5  # the matches beyond mirror these
+SLOPES = {"right": np.sin, "left": lambda w: w}  # by (B 2.12), or the true ones
+
+
+def match_column(kind, method, name):
+    rows = [r for r in TABLE if (r["texture"], r["method"]) == (kind, method)]
+    return np.array([float(r[name] or "nan") for r in rows])[HALF]
+
+
+def expected_match(kind, method, slopes, t):
+    """Where a match comes to rest: its slopes A' and what is left of A add up to zero.
+
+    Of a wave exp(i w x) the resampled window shows |H| of the height, turned by arg H;
+    h0 and h1 drop out. With slopes S(w) the sum of S |H| sin(w e + arg H) is zero. The
+    slopes of the right window are damped by H and by (B 2.12) to sin(w).
+    """
+    c = study.CUTOFFS[kind]
+    f = (np.arange(120) + 0.5) / 120 * c
+    weight = np.sqrt(c**2 - f**2) * SLOPES[slopes](2 * np.pi * f)
+
+    def normal_equation(e):
+        H = np.array([response(method, wave, t + e) for wave in f])
+        return weight @ (H * np.exp(2j * np.pi * f * e)).imag
+
+    return optimize.brentq(normal_equation, -0.15, 0.15)
+
+
+@pytest.mark.parametrize("slopes", SLOPES)
+@pytest.mark.parametrize("kind", study.CUTOFFS)
+@pytest.mark.parametrize("method", [*study.METHODS[1:], study.OPENCV])
+def test_converged_matches_rest_where_the_theory_of_waves_says(kind, method, slopes):
+    mean, sd, n = (
+        match_column(kind, method, f"{slopes}_slopes_{name}")
+        for name in ("px", "sd_px", "converged")
+    )
+    whole = np.flatnonzero(n >= 35)  # of 40: the others would be a selection
+    assert len(whole) >= 5
+    some = whole[2::4]
+    theory = [expected_match(kind, method, slopes, t) for t in study.POSITIONS[some]]
+    # As above, and three per cent for the second order in windows of 21 px
+    off = mean[some] - theory
+    allowed = 4.5 * sd[some] / np.sqrt(n[some]) + 0.03 * np.abs(theory) + 2e-6
+    assert np.all(np.abs(off) <= allowed), off
+
+
+@pytest.mark.parametrize("slopes", SLOPES)
+@pytest.mark.parametrize("method", [*study.METHODS[1:], study.OPENCV, study.LSM])
+def test_on_soft_texture_a_match_errs_by_as_much_as_one_step_the_other_way(
+    method, slopes
+):
+    """To nine per cent; the curve itself is shifted by what the match errs."""
+    one_step = column("soft", method, "bias_px")[HALF]
+    match = match_column("soft", method, f"{slopes}_slopes_px")
+    here, there = (values[np.abs(values).argmax()] for values in (one_step, match))
+    assert there == pytest.approx(-here, rel=0.09, abs=4e-6)
+
+
+@pytest.mark.parametrize(
+    ("method", "right", "left"),
+    [
+        ("bilinear", 1.07, 1.32),
+        ("cubic", 0.91, 1.11),
+        ("spline3", 0.74, 1.04),
+        ("spline5", 0.66, 1.01),
+        (study.OPENCV, 0.50, 1.06),
+        (study.LSM, 0.65, 1.00),
+    ],
+)
+def test_on_sharp_texture_it_errs_the_other_way_but_not_by_as_much(method, right, left):
+    """Largest of a converged match over that of one step with the true slopes."""
+    one_step = column("sharp", method, "bias_px")[HALF]
+    for slopes, ratio in (("right", right), ("left", left)):
+        match = match_column("sharp", method, f"{slopes}_slopes_px")
+        largest = np.nanargmax(np.abs(match))
+        assert np.sign(match[largest]) == -np.sign(one_step[largest])
+        found = np.nanmax(np.abs(match)) / np.abs(one_step).max()
+        assert found == pytest.approx(ratio, abs=0.015)
+
+
+def test_bilinear_with_slopes_of_the_right_photo_often_finds_no_rest_on_sharp_texture():
+    for method in ("bilinear", "cubic"):
+        rested = match_column("sharp", method, "right_slopes_converged")
+        assert rested[:4].min() == 40 and rested[-3:].max() <= 1
+    for method in ("spline3", "spline5", study.OPENCV, study.LSM):
+        assert match_column("sharp", method, "right_slopes_converged").min() >= 35
+    for method in (*study.METHODS[1:], study.OPENCV, study.LSM):
+        for kind in study.CUTOFFS:
+            assert match_column(kind, method, "left_slopes_converged").min() == 40
+
+
 @pytest.mark.parametrize("kind", study.CUTOFFS)
 def test_nearest_pixel_moves_a_texture_by_the_whole_fraction(kind):
     """To 13 per cent only, since one step of least squares is not enough for 0.5 px."""
@@ -157,6 +247,12 @@ def test_the_script_still_says_what_the_table_does(kind):
         assert abs(float(new["bias_px"]) - bias) <= 4 * sd / np.sqrt(3) + 1e-6
         grey = float(stored["rms_grey"])
         assert float(new["rms_grey"]) == pytest.approx(grey, rel=0.25, abs=1e-3)
+        for slopes in SLOPES:
+            name, spread = f"{slopes}_slopes_px", f"{slopes}_slopes_sd_px"
+            assert (new[name] == "") >= (stored[name] == "")
+            if new[name]:
+                off = abs(float(new[name]) - float(stored[name]))
+                assert off <= 4 * float(stored[spread]) / np.sqrt(2) + 1e-6
 
 
 def test_opencv_cubic_of_the_study_is_that_of_opencv():
