@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pgm_lab import orientation, rotation
-from pgm_lab.camera import Camera
+from pgm_lab import bundle, orientation, rotation
+from pgm_lab.camera import Camera, project
 
 from . import muliawan2013_network as net
 from .muliawan2013_network import INTERIOR, OBJECT, PRINTED
@@ -36,6 +36,46 @@ def precision(photos, points=range(net.POINTS)):
     sd = result.sigma0 * np.sqrt(np.diag(Q))
     k = len(exterior)
     return sd[k : k + 3], np.sqrt(np.mean(sd[k + 10 :] ** 2))
+
+
+# Chapter I
+
+
+def test_1_4_interior_start_values_are_a_length_and_nine_zeros():
+    # Values taken from a calibration would be none of them zero; those that the photos
+    # have differ from zero by 25 and 7 standard deviations (x0, y0)
+    assert PRINTED.interior[0] == 35 and not np.any(PRINTED.interior[1:])
+    result, x = net.adjusted()
+    t = np.abs(net.unpack(x)[0] / result.sd[INTERIOR])
+    assert t[1] > 24 and t[2] > 6.5
+
+
+def test_1_5_more_observations_than_unknowns_do_not_make_it_unique(solved):
+    # 900 coordinates, 214 unknowns, and seven of these remain open
+    _, A = net.misclosure(solved[1])
+    assert A.shape == (900, 214)
+    assert np.linalg.matrix_rank(A / np.linalg.norm(A, axis=0), tol=1e-10) == 207
+    # As many as unknowns are enough, if they are independent: three points, one photo
+    exterior, points = PRINTED.exteriors[2], PRINTED.object_points[[0, 9, 40]]
+    camera = Camera(35.0)
+    image = project(camera, exterior, points)
+    found = orientation.resect(camera, image, points)
+    off = np.abs(found.solutions[:, :3] - exterior[:3]).max(axis=1)
+    assert off.min() < 1e-6 and len(found.solutions) <= 4
+
+
+def test_1_5_missing_rays_are_no_problem_but_the_listing_counts_them(solved):
+    whole = bundle.published.network()
+    seen = np.random.default_rng(15).random(450) > 0.2
+    rays = whole.photo[seen], whole.point[seen], whole.xy[seen]
+    some = bundle.Network(whole.cameras, whole.exteriors, whole.points, *rays, 0.001)
+    found = bundle.adjust(some)
+    assert seen.sum() == 375 and found.status == "converged"
+    assert found.redundancy == 2 * 375 - 214 + 7 == 543
+    off = (found.interior - net.unpack(solved[1])[0]) / found.sd_interior
+    assert np.abs(off).max() < 1.5
+    # Its degrees of freedom would stay 2mn - (3n + 6m) = 696: sigma0 12 per cent small
+    assert np.sqrt(543 / 696) == pytest.approx(0.88, abs=0.005)
 
 
 # Chapter III: the material
@@ -97,6 +137,22 @@ def test_unit_of_the_object_does_not_follow_from_the_photos(solved):
     np.testing.assert_allclose(
         net.misclosure(scaled)[0], net.misclosure(solved[1])[0], rtol=0, atol=1e-10
     )
+
+
+def test_object_of_appendix_a_has_half_a_metre_if_the_unit_is_mm(solved):
+    # 0.54 x 0.20 m and flat to 3 mm, from 1.1 to 1.6 m away, if the unit is mm
+    _, exteriors, points = net.unpack(solved[1])
+    centred = points - points.mean(axis=0)
+    size = np.ptp(centred @ np.linalg.svd(centred)[2].T, axis=0)
+    np.testing.assert_allclose(size, (542, 205, 3.15), rtol=0.005)
+    np.testing.assert_allclose(np.ptp(points, axis=0)[1:], (364, 428), atol=1)
+    away = np.linalg.norm(exteriors[:, :3] - points.mean(axis=0), axis=1)
+    assert 1080 < away.min() and away.max() < 1570
+    # A piece of a bridge 20 m long needs a unit of 37 mm, and fits the photos as well
+    larger = exteriors.copy()
+    larger[:, :3] *= 20_000 / size[0]
+    scaled = net.pack(net.unpack(solved[1])[0], larger, points * 20_000 / size[0])
+    assert net.rms(scaled) == pytest.approx(net.rms(solved[1]), rel=1e-6)
 
 
 def centroid(image):

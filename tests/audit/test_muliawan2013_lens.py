@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pgm_lab import bundle
 from pgm_lab import camera as cam
 from pgm_lab.camera import Camera, imaging
 
@@ -70,6 +71,35 @@ def test_one_to_two_pixels_at_the_border_need_a_pixel_size():
     K1, K2, K3 = interior[3:6]
     border = np.abs(K1 * r**3 + K2 * r**5 + K3 * r**7).max()
     assert 0.0085 < border < 0.0089
+
+
+def test_2_5_1_positive_is_outwards_by_2_51_and_inwards_by_2_89():
+    # The image of one point by a lens with K1 > 0 alone, and without the lens
+    exterior, point = net.PRINTED.exteriors[0], net.PRINTED.object_points
+    straight = np.hypot(*cam.project(Camera(35.0), exterior, point).T)
+    # (2.51): true = measured - displacement, so measured = true + displacement
+    outwards = cam.project(Camera(35.0, K1=2e-5, lens="forward"), exterior, point)
+    assert np.all(np.hypot(*outwards.T) > straight)
+    # (2.89) and the program add to what was measured: it lies inwards
+    inwards = cam.project(Camera(35.0, K1=2e-5, lens="backward"), exterior, point)
+    assert np.all(np.hypot(*inwards.T) < straight)
+    # The nine photos, correctly adjusted, by the outermost targets: inwards
+    K = net.unpack(net.adjusted()[1])[0][3:6]
+    assert K[0] * 9.6**3 + K[1] * 9.6**5 + K[2] * 9.6**7 > 0.003
+
+
+def test_2_5_1_k_are_correlated_among_themselves_and_hardly_with_c():
+    def correlations(photos=None):
+        found = bundle.adjust(bundle.published.network(photos))
+        k = [found.names.index(name) for name in ("c", "K1", "K2", "K3")]
+        return found.correlation[np.ix_(k, k)]
+
+    every = correlations()
+    among = every[[1, 1, 2], [2, 3, 3]]  # K1 K2, K1 K3, K2 K3
+    np.testing.assert_allclose(among, (-0.92, 0.84, -0.98), rtol=0, atol=0.005)
+    np.testing.assert_allclose(every[0, 1:], (0.26, -0.25, 0.25), rtol=0, atol=0.005)
+    # It is the network: with three of the photos c and K3 are hardly told apart
+    assert abs(correlations([1, 4, 7])[0, 3]) > 0.9
 
 
 def test_2_52_is_the_decentring_distortion_of_the_camera_model():

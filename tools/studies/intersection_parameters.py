@@ -126,7 +126,7 @@ def rows(out_of: int, number: int) -> list[tuple]:
 
 if __name__ == "__main__":
     with open(TABLE, "w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
+        table = csv.writer(file, lineterminator="\n")
         table.writerow(COLUMNS)
         for size in ((26, 1), (26, 2), (26, 3), (42, 2), (42, 3)):
             table.writerows(rows(*size))
