@@ -169,8 +169,10 @@ def residual_vectors(
             text: Look = {"color": basic.RED, "weight": "bold"}
             text |= {"ha": "center", "va": "center"}
             text["path_effects"] = [withStroke(linewidth=3, foreground="white")]
-            ax.annotate(name, network.xy[k], away, textcoords="offset points", **text)
-        ax.set_title(f"photo {network.photo_names[i]}: {rms[i]:.2f} µm", fontsize=15)
+            text |= {"textcoords": "offset points", "parse_math": False}
+            ax.annotate(name, network.xy[k], away, **text)
+        title = f"photo {network.photo_names[i]}: {rms[i]:.2f} µm"
+        ax.set_title(title, fontsize=15, parse_math=False)
         margin = 0.06 * width
         ax.set(xlim=(low[0] - margin, high[0] + margin))
         ax.set(ylim=(low[1] - 2.6 * margin, high[1] + margin))
@@ -252,7 +254,8 @@ def standardized_histogram(result: Bundle, critical: float | None = None) -> Fig
     place: Look = {"transform": ax.transAxes, "va": "top", "fontsize": 14}
     right = np.sum(at < 0) >= np.sum(at > 0)  # where fewer outliers are
     x_text, align = (0.985, "right") if right else (0.015, "left")
-    ax.text(x_text, 0.97, "\n".join(lines), ha=align, color=basic.RED, **place)
+    place |= {"ha": align, "color": basic.RED, "parse_math": False}  # names have $
+    ax.text(x_text, 0.97, "\n".join(lines), **place)
     name = outliers.NAMES[test].replace("tau", "τ")
     ax.set(xlabel=f"standardised residual, {name} (no unit)", xlim=edges[[0, -1]])
     ax.set(ylabel=f"residuals in steps of {step:g}")

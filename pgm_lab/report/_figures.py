@@ -13,6 +13,7 @@ from pgm_lab._rounding import round_number
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.plot.basic import Look
 from pgm_lab.report._misfit import suspected
+from pgm_lab.report._space import stations
 from pgm_lab.report._words import UM, count, listed
 
 DPI = 100
@@ -22,7 +23,13 @@ CELLS = 12  # across the image, for means
 
 def pictures(name: str, result: Bundle) -> list[tuple[str, str]]:
     """Return the figures of one kind: PNGs in base64, and what they show."""
-    draw = {"residuals": residuals, "lens": lens, "precision": precision}[name]
+    kinds = {
+        "residuals": residuals,
+        "lens": lens,
+        "precision": precision,
+        "stations": stations,
+    }
+    draw = kinds[name]
     with plt.rc_context(plot.STYLE):
         return [(_png(figure), words) for figure, words in draw(result)]
 

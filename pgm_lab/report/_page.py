@@ -5,6 +5,7 @@ import jinja2
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.report._text import is_number, sections
+from pgm_lab.report._typeset import typesetter
 
 TALL = 25  # rows of a table that is scrolled in a frame of its own
 
@@ -39,12 +40,14 @@ def html(found: Bundle | Snooping, *, about: str = "") -> str:
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
     result = found.result if isinstance(found, Snooping) else found
+    names = {*result.network.photo_names, *result.network.point_names}
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("pgm_lab.report"),  # the folder templates
         autoescape=True,
         trim_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.filters["typeset"] = typesetter(names | {about} - {""})
     return environment.get_template("page.html.j2").render(
         title="Bundle adjustment",
         sections=sections(found, about, short=False),

@@ -9,6 +9,7 @@ from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.report import _findings, _tables, _words
 from pgm_lab.report._input import doubt
+from pgm_lab.report._limits import limits
 from pgm_lab.report._tables import Table
 
 WIDTH = 88
@@ -87,13 +88,15 @@ def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]
         direction = _words.conventions(result)[1].partition(". ")[0] + "."
         parts.append(Section("Lens", (direction,), (), lens, ("lens",)))
     if not short:
-        parts.append(Section("Photos", tables=_tables.photos(result)))
+        photos = _tables.photos(result)
+        parts.append(Section("Photos", tables=photos, figures=("stations",)))
         one = [_tables.points(result)]
         parts.append(Section("Points", tables=one, figures=("precision",)))
     if known := _tables.known(result):
         parts.append(Section("Control and checks", tables=known))
     parts.append(Section("Datum", (_words.datum(result),)))
     if not short:
+        parts.append(Section("Limits", limits(result)))
         parts.append(Section("Conventions", _words.conventions(result)))
     return parts
 

@@ -383,7 +383,7 @@ def test_the_page_is_one_file_that_everyone_can_read(everything, source):
     assert len(page.all("h1")) == len(page.all("title")) == 1
     assert not page.all("script") and not page.all("link")
     images = page.all("img")
-    assert len(images) == 4  # residuals, two lenses, precision
+    assert len(images) == 5  # residuals, two lenses, stations, precision
     for image in images:
         assert image["src"].startswith("data:image/png;base64,")
         assert len(image["alt"]) > 40
@@ -412,7 +412,7 @@ def test_the_same_result_gives_the_same_page(everything, source):
 
 def test_the_page_of_a_network_without_redundancy(without_redundancy):
     page = Page(report.html(without_redundancy))
-    assert len(page.all("img")) == 1  # there is no precision to draw
+    assert len(page.all("img")) == 2  # there is no precision to draw
 
 
 def test_helpers_of_rounding():
