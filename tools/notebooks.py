@@ -34,6 +34,10 @@ CELL_SECONDS = 120
 # Sliders live in a running notebook only; stored, they are an empty frame.
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 
+# Widgets that take what a cell shows. The page answers them, and nbclient, which plays
+# the page in `nbconvert --execute`, loses an answer now and then and waits in vain.
+TAKES_OUTPUT = re.compile(r"(?<!plot\.)\b(interact\w*|Output)\(")
+
 # A folder of the machine that ran the notebook: /home/ada/..., C:\Users\ada\...
 MACHINE_PATH = re.compile(
     r"(?<![\w./])(/(home|Users|root|tmp|var/folders)/[\w.]|[A-Za-z]:\\+Users\\)"
@@ -87,7 +91,7 @@ def client(
     notebook: nbformat.NotebookNode, folder: Path, kernel: KernelManager | None = None
 ) -> NotebookClient:
     """What runs a notebook in a folder, in a kernel of its own or in a given one."""
-    result = NotebookClient(
+    return NotebookClient(
         notebook,
         km=kernel,
         kernel_name=KERNEL["name"],
@@ -95,10 +99,6 @@ def client(
         record_timing=False,
         resources={"metadata": {"path": str(folder)}},
     )
-    # Nobody turns a slider here: without a partner the widgets leave what they draw in
-    # the cell. nbclient's own partner loses a reply now and then, and waits in vain.
-    result.comm_open_handlers.clear()
-    return result
 
 
 def normalize(notebook: nbformat.NotebookNode) -> None:
@@ -189,6 +189,9 @@ def source_problems(cell: dict) -> list[str]:
         found.append("is empty")
     if len(lines) > CELL_LINES:
         found.append(f"has more than {CELL_LINES} lines of code")
+    taking = TAKES_OUTPUT.search("\n".join(lines))
+    if taking:
+        found.append(f"uses {taking[1]}, which may wait for ever: plot.interact")
     marks = [m for m in map(str.strip, lines) if m.startswith(("### BEGIN", "### END"))]
     pairs = len(marks) // 2
     if marks != ["### BEGIN SOLUTION", "### END SOLUTION"] * pairs:

@@ -73,6 +73,7 @@ def compile_pins(name: str, *upgrade: str, root: Path = ROOT) -> None:
     """Write one requirement file; its present pins are kept where they fit."""
     command = [sys.executable, "-m", "uv", "pip", "compile", "pyproject.toml"]
     command += ["--universal", "--python-version", OLDEST_PYTHON, *FILES[name].split()]
+    command += ["--generate-hashes"]  # pip then takes no other file than these
     command += ["--no-config", "--no-header", "--no-annotate", "--quiet"]
     command += ["--no-emit-index-url", "--no-emit-find-links", "-o", name, *upgrade]
     if "lowest-direct" in FILES[name]:  # a bound of ours is to be its pin, always

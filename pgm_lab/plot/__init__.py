@@ -5,6 +5,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 """
 
 from pgm_lab.plot import bundle, matching, matrices, network, space, studies, village
+from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import (
     BLACK,
     BLUE,
@@ -37,6 +38,7 @@ __all__ = [
     "bundle",
     "error_ellipse",
     "frame",
+    "interact",
     "matching",
     "matrices",
     "network",

@@ -99,6 +99,16 @@ def keep_a_widget(notebook):
     notebook.cells[1].outputs.append(v4.new_output("display_data", view))
 
 
+def let_a_widget_take_the_output(notebook):
+    notebook.cells[2].source = "import ipywidgets as w\nw.interact(draw, a=1)"
+    renew_hash(notebook)
+
+
+def let_a_widget_take_some_output(notebook):
+    notebook.cells[2].source = "out = Output()\nplot.interact(draw, a=slider)"
+    renew_hash(notebook)
+
+
 def change_kernel(notebook):
     notebook.metadata.kernelspec.name = "my-venv"
 
@@ -167,6 +177,7 @@ def grow(notebook):
 
 
 STALE = "the code changed since its outputs were made: make notebooks"
+WAITS = ", which may wait for ever: plot.interact"
 COUNTS = "the execution counts do not run from 1 to n: make notebooks"
 MARKERS = "cell 2 has solution markers that do not come in pairs"
 FOLDER = "cell 2 shows a folder of the machine, "
@@ -180,6 +191,8 @@ BREAKS = [
     (drop_the_hash, STALE),
     (keep_widget_state, "it stores widget state"),
     (keep_a_widget, "cell 2 stores a widget, which nobody will see"),
+    (let_a_widget_take_the_output, "cell 3 uses interact" + WAITS),
+    (let_a_widget_take_some_output, "cell 3 uses Output" + WAITS),
     (change_kernel, "the kernelspec is not python3"),
     (drop_kernel, "the kernelspec is not python3"),
     (drop_an_id, "a cell has no id"),
@@ -239,14 +252,15 @@ def test_execute_stores_outputs_and_hash(tmp_path):
 def test_of_a_widget_only_what_it_draws_is_stored(tmp_path):
     notebook = good()
     notebook.cells[2].source = (
-        "import ipywidgets\n\ndef turn(angle):\n    print(angle)\n\n"
-        "ipywidgets.interact(turn, angle=(0, 4));"
+        "import ipywidgets\nfrom pgm_lab import plot\n\n"
+        "def turn(angle):\n    print(angle)\n\n"
+        "plot.interact(turn, angle=ipywidgets.IntSlider(2))"
     )
     path = stored(notebook, tmp_path)
     execute(path)
     assert problems(path) == []
     (output,) = nbformat.read(path, as_version=4).cells[2].outputs
-    assert output.text == "2\n"
+    assert output.data == {"text/plain": "2"}
 
 
 def test_a_failed_run_leaves_the_file_alone(tmp_path):

@@ -22,15 +22,20 @@ def canonical(name: str) -> str:
 
 
 def pin_lines(file_name: str) -> list[str]:
-    lines = (ROOT / file_name).read_text(encoding="utf-8").splitlines()
-    return [line for line in lines if line and not line.startswith("#")]
+    """A line for each pin, with its hashes at its end."""
+    text = (ROOT / file_name).read_text(encoding="utf-8").replace(" \\\n    ", " ")
+    return [line for line in text.splitlines() if line and not line.startswith("#")]
+
+
+def without_hashes(line: str) -> str:
+    return line.split(" --hash=")[0]
 
 
 def pins(file_name: str) -> dict[str, set[str]]:
     """The pinned versions of each package, more than one if they depend on Python."""
     found = defaultdict(set)
     for line in pin_lines(file_name):
-        requirement = Requirement(line)
+        requirement = Requirement(without_hashes(line))
         found[canonical(requirement.name)].add(str(requirement.specifier)[2:])
     return dict(found)
 
@@ -66,8 +71,10 @@ def test_files_were_compiled_from_the_present_tables(file_name):
 
 
 @pytest.mark.parametrize("file_name", FILES)
-def test_lines_are_pins_without_an_address(file_name):
-    pin = re.compile(r"[a-z0-9][a-z0-9._-]*==[0-9][0-9a-z.+]*( ; [^/\\]+)?")
+def test_lines_are_pins_with_hashes_and_without_an_address(file_name):
+    """With hashes pip takes the files that were tested, and no others of that name."""
+    name, condition = r"[a-z0-9][a-z0-9._-]*==[0-9][0-9a-z.+]*", r"( ; [^/\\]+)?"
+    pin = re.compile(f"{name}{condition}( --hash=sha256:[0-9a-f]{{64}})+")
     assert [line for line in pin_lines(file_name) if not pin.fullmatch(line)] == []
 
 
