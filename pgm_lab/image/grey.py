@@ -67,8 +67,8 @@ def histogram(image: ArrayLike, bins: int = 256) -> tuple[np.ndarray, np.ndarray
     Parameters
     ----------
     image : array_like (rows, columns)
-        Grey values. The bins of an 8 or 16 bit image cover all values that it could
-        have, those of any other image the values from its smallest to its largest.
+        Grey values. The bins of an unsigned 8 or 16 bit image cover all values that it
+        could have, those of any other the values from its smallest to its largest.
     bins : int
         Number of bins. With 256, each grey value of an 8 bit image has its own.
 
@@ -110,8 +110,8 @@ def equalize(image: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray (rows, columns)
-        Whole numbers of the same type for an 8 or 16 bit image, 0 ... 255 or 65535;
-        floats from 0 to 1 for any other.
+        Whole numbers of the same type for an unsigned 8 or 16 bit image, 0 ... 255 or
+        65535; floats from 0 to 1 for any other.
 
     Raises
     ------
@@ -153,8 +153,9 @@ def equalize(image: ArrayLike) -> np.ndarray:
 
 def _highest(image: ArrayLike) -> int | None:
     """Highest grey value that an 8 or 16 bit image can have; None for any other."""
-    dtype = np.asarray(image).dtype
-    return np.iinfo(dtype).max if dtype in (np.uint8, np.uint16) else None
+    dtype = np.asarray(image).dtype  # of any byte order, as a file may have it
+    short = dtype.kind == "u" and dtype.itemsize <= 2
+    return np.iinfo(dtype).max if short else None
 
 
 def gradient(image: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

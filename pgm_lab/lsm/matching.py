@@ -147,7 +147,8 @@ def match(
     >>> print(found.status[0], found.iterations[0])
     converged 3
     """
-    half = _validate.window(window, "window", 5) // 2
+    window = _validate.window(window, "window", 5)
+    half = window // 2
     left = _validate.image(left, "left", window)
     right = _validate.image(right, "right", window)
     left_points = _validate.point_list(left_points, "left_points")

@@ -80,7 +80,8 @@ def adjust(
     >>> found.residuals.shape, int(found.redundancy[0])
     ((1, 441), 433)
     """
-    half = _validate.window(window, "window", 5) // 2
+    window = _validate.window(window, "window", 5)
+    half = window // 2
     left = _validate.image(left, "left", window)
     right = _validate.image(right, "right", window)
     left_points = _validate.point_list(left_points, "left_points")

@@ -278,3 +278,43 @@ def test_an_image_is_two_dimensional_and_finite(function, grey, message):
 def test_bad_input_says_what_was_expected(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+BYTE_ORDERS = ("<u2", ">u2", "<i4", ">i4", ">f4", ">f8", "u1", "i2", "?")
+
+
+@pytest.mark.parametrize("dtype", BYTE_ORDERS)
+def test_the_byte_order_of_an_image_changes_no_result(dtype):
+    """Files of remote sensing are often big-endian; NumPy keeps them so."""
+    grey = scene(np.uint8) > 120 if dtype == "?" else scene(np.uint8)
+    stored, native = grey.astype(dtype), grey.astype(np.dtype(dtype).newbyteorder("="))
+    assert image.statistics(stored) == image.statistics(native)
+    for found, expected in zip(
+        (*image.histogram(stored), *image.gradient(stored), *image.pyramid(stored, 2)),
+        (*image.histogram(native), *image.gradient(native), *image.pyramid(native, 2)),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(found, expected)
+    points = [(3.2, 4.7), (20, 10)]
+    for method in ("nearest", "bilinear", "cubic", "spline3", "spline5"):
+        found, expected = (image.resample(g, points, method) for g in (stored, native))
+        np.testing.assert_array_equal(found, expected)
+    found, expected = (image.centroid(g[:21, :21]) for g in (stored, native))
+    np.testing.assert_array_equal(found.background, expected.background)
+    np.testing.assert_array_equal(image.equalize(stored), image.equalize(native))
+
+
+@pytest.mark.parametrize("dtype", ["u1", "<u2", ">u2"])
+def test_equalised_whole_numbers_keep_their_type_in_any_byte_order(dtype):
+    found = image.equalize(scene(np.uint8).astype(dtype))
+    assert found.dtype == np.dtype(dtype)
+    assert (found.min(), found.max()) == (0, np.iinfo(dtype).max)
+    counts, edges = image.histogram(scene(np.uint8).astype(dtype))
+    assert edges[0] == -0.5 and edges[-1] == np.iinfo(dtype).max + 0.5
+
+
+@pytest.mark.parametrize("dtype", ["i2", ">i4", "<u4", ">f4", "?"])
+def test_other_types_are_equalised_to_floats_from_0_to_1(dtype):
+    grey = np.array([[0, 1], [1, 1]] if dtype == "?" else [[3, 10], [7, 10]], dtype)
+    found = image.equalize(grey)
+    assert found.dtype == float and (found.min(), found.max()) == (0, 1)

@@ -353,3 +353,75 @@ def test_images_are_not_changed():
     lsm.match(left, right, points, transformed(points))
     np.testing.assert_array_equal(left, copies[0])
     np.testing.assert_array_equal(right, copies[1])
+
+
+@pytest.mark.parametrize("dtype", ["<u2", ">u2", ">i4", ">f4", ">f8"])
+def test_the_byte_order_of_an_image_changes_no_match(dtype):
+    left, right = pair(dtype=np.uint8)
+    points = spread(3)
+    start = transformed(points)
+    native = np.dtype(dtype).newbyteorder("=")
+    found, expected = (
+        lsm.match(left.astype(kind), right.astype(kind), points, start)
+        for kind in (dtype, native)
+    )
+    assert found.converged.all()
+    np.testing.assert_array_equal(found.points, expected.points)
+    np.testing.assert_array_equal(found.covariance, expected.covariance)
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int16, np.float32, np.int64])
+def test_a_window_of_any_type_of_number_is_the_same_window(kind):
+    """The square of 21 does not fit into eight bits."""
+    left, right = pair()
+    points = spread(2)
+    start = transformed(points)
+    found = lsm.match(left, right, points, start, kind(21), max_iterations=kind(9))
+    assert found.redundancy == 21**2 - 8 and found.converged.all()
+    p = np.tile([0, 1, 0, 0, 0, 1, 0, 1.0], (2, 1))
+    p[:, [0, 3]] = start
+    dense = lsm.adjust(left, right, points, p, kind(21))
+    assert dense.residuals.shape == (2, 441) and set(dense.redundancy) == {433}
+
+
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+@pytest.mark.parametrize("stretch", [1.0, 1.3])
+def test_a_window_may_reach_to_the_outermost_pixel_centres_and_no_farther(
+    side, stretch
+):
+    rows, columns = 60, 80
+    half, side = 10, np.array(side)
+    reach = stretch * half
+    low, high = np.full(2, reach), np.array([columns - 1, rows - 1]) - reach
+    edge = np.where(side > 0, high, np.where(side < 0, low, (low + high) / 2))
+    T = np.tile(np.eye(2, 3, 1) * stretch, (2, 1, 1))
+    T[:, :, 0] = edge - 1e-9 * side, edge + 1e-3 * side
+    outside = matching._outside(T, half, (rows, columns))
+    np.testing.assert_array_equal(outside, [False, True])
+
+
+def test_a_start_half_a_pixel_too_near_the_border_has_left_the_image():
+    left, right = pair((0, 1, 0, 0, 0, 1))
+    points = np.array([[60.0, 60.0]])
+    for start, out in (([10.0, 60.0], False), ([9.5, 60.0], True)):
+        found = lsm.match(left, right, points, [start], 21, max_iterations=1)
+        assert (found.iterations[0] == 0) == out
+        assert (found.status[0] == "left the image") == out or not out
+
+
+def test_a_match_whose_covariance_is_singular_is_none(monkeypatch):
+    precision = _normal_equations.precision
+
+    def singular_first(*given):
+        Q, sigma0, singular = precision(*given)
+        singular[0] = True
+        return Q, sigma0, singular
+
+    monkeypatch.setattr(_normal_equations, "precision", singular_first)
+    left, right = pair()
+    points = spread(4)
+    found = lsm.match(left, right, points, transformed(points))
+    np.testing.assert_array_equal(found.converged, [False, True, True, True])
+    assert found.status[0] == "singular"
+    for values in (found.points, found.covariance, found.sigma0, found.parameters):
+        assert np.isnan(values[0]).all() and np.isfinite(values[1:]).all()

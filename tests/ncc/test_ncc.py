@@ -12,7 +12,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy import stats
 from skimage.feature import match_template
 
-from pgm_lab import ncc, simulate
+from pgm_lab import image, ncc, simulate
+from pgm_lab.ncc import _peak
 
 RNG = np.random.default_rng(2)
 TEXTURE = simulate.texture(0.2, seed=4)
@@ -747,3 +748,61 @@ def test_covariance_is_never_zero_unless_the_windows_are_equal():
     texture = simulate.texture(0.1, seed=3)
     _, covariance = repeated(0.0, (0.3, -0.2), times=1, texture=texture)
     assert np.linalg.eigvalsh(covariance[0]).min() > 0
+
+
+@pytest.mark.parametrize("dtype", ["<u2", ">u2", ">i4", ">i8", ">f4", ">f8", "?"])
+def test_the_byte_order_of_an_image_changes_no_correlation(dtype):
+    grey = np.random.default_rng(7).integers(0, 2 if dtype == "?" else 999, (60, 70))
+    stored, native = grey.astype(dtype), grey.astype(np.dtype(dtype).newbyteorder("="))
+    found, expected = (
+        ncc.match(g, np.roll(g, 3, axis=1), [(30, 30)], search=31, refine="parabola")
+        for g in (stored, native)
+    )
+    np.testing.assert_array_equal(found.points, expected.points)
+    assert found.status == "matched" and abs(found.points[0, 0] - 33) < 0.3
+    maps = [ncc.correlation_map(g[10:21, 10:21], g) for g in (stored, native)]
+    np.testing.assert_array_equal(*maps)
+    lines = [ncc.regression(g[:9, :9], g[1:10, :9]) for g in (stored, native)]
+    assert lines[0] == lines[1]
+
+
+def top_by_axes(r):
+    """(x, y) of the tops of the parabolas through the middle row and column."""
+    return [(a - c) / (2 * (a - 2 * b + c)) for a, b, c in (r[1], r[:, 1])]
+
+
+def test_of_a_hill_that_lies_aslant_the_top_needs_the_mixed_term():
+    """Of an exact paraboloid the nine values give the top; each axis alone does not."""
+    top, K = np.array([0.3, -0.25]), np.array([[0.2, 0.15], [0.15, 0.25]])
+    t = np.stack(np.meshgrid([-1.0, 0, 1], [-1.0, 0, 1]), axis=-1) - top
+    r = 0.9 - np.einsum("...i,ij,...j->...", t, K, t) / 2
+    found = _peak._top(r[None])[0][0]
+    np.testing.assert_allclose(found, top, atol=1e-12)
+    D = K @ top
+    np.testing.assert_allclose(top_by_axes(r), D / np.diag(K), atol=1e-12)
+    assert np.abs(top_by_axes(r) - top).max() > 0.15
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "both", "each"), [(0.2, 0.0145, 0.041), (0.4, 0.035, 0.043)]
+)
+def test_the_paraboloid_errs_by_014_where_one_axis_at_a_time_errs_by_041(
+    cutoff, both, each
+):
+    """Thousandths of a pixel on soft texture; on sharp, pixel locking weighs more."""
+    texture = simulate.texture(cutoff, seed=3)
+    grid = np.arange(35, 300, 32.5).astype(int)
+    points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    errors = []
+    for shift in np.random.default_rng(1).uniform(-0.5, 0.5, (12, 2)):
+        affine = (shift[0], 1, 0, shift[1], 0, 1)
+        left, right = simulate.texture_pair(texture, (330, 330), affine, sigma=1)
+        whole = ncc.match(left, right, points, search=31).points
+        fine = ncc.match(left, right, points, search=31, refine="parabola").points
+        for point, summit, top in zip(points, whole, fine, strict=True):
+            template = image.cut(left, point, 21)
+            r = ncc.correlation_map(template, image.cut(right, summit, 23))
+            truth = point + shift
+            errors.append([top - truth, summit + top_by_axes(r) - truth])
+    found = np.sqrt(np.mean(np.square(errors), axis=(0, 2)))
+    np.testing.assert_allclose(found, (both, each), rtol=0.06)
