@@ -5,6 +5,7 @@ installed: each task sets up the folder .venv by itself when it is missing or st
 `python tasks.py` alone lists the tasks.
 """
 
+import os
 import sys
 
 if sys.version_info < (3, 11):
@@ -14,6 +15,9 @@ if sys.version_info < (3, 11):
         "or make test PYTHON=python3.11"
         % (sys.version_info[0], sys.version_info[1], sys.executable)
     )
+
+# With PYTHONSAFEPATH set Python would not look beside this file.
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
 from tools.commands import main  # noqa: E402  (older Pythons must not get this far)
 

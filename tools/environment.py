@@ -29,10 +29,15 @@ DISTURBING = [
     "PIP_USER",
     "PYTEST_ADDOPTS",
     "PYTHONHOME",
+    "PYTHONIOENCODING",
     "PYTHONPATH",
+    "PYTHONSAFEPATH",
     "PYTHONSTARTUP",
     "__PYVENV_LAUNCHER__",
 ]
+
+# A tick or a Greek letter can be printed whatever the character set of the system.
+STEADY = {"PYTHONUTF8": "1"}
 
 
 def ensure(venv_name: str, *sets: str, root: Path = ROOT) -> Path:
@@ -127,7 +132,8 @@ def has_pip(venv: Path) -> bool:
     """Whether pip works there; it does not if making the environment broke off."""
     command = [python_of(venv), "-m", "pip", "--version"]
     try:
-        return subprocess.run(command, capture_output=True).returncode == 0
+        done = subprocess.run(command, capture_output=True, env=environment())
+        return done.returncode == 0
     except OSError:
         return False
 
@@ -143,8 +149,8 @@ def pip_arguments(name: str, root: Path = ROOT) -> list[str]:
 
 
 def pip(python: Path, arguments: list) -> None:
-    """Run ``pip install``."""
-    options = ["--quiet", "--disable-pip-version-check", "--no-input"]
+    """Run ``pip install``, also where pip is set to install for the user alone."""
+    options = ["--quiet", "--disable-pip-version-check", "--no-input", "--no-user"]
     call([python, "-m", "pip", "install", *options, *arguments], cwd=python.parents[2])
 
 
@@ -157,4 +163,4 @@ def call(command: list, cwd: Path = ROOT) -> None:
 def environment(**extra: str) -> dict[str, str]:
     """The caller's environment variables without those that would disturb."""
     kept = {name: value for name, value in os.environ.items() if name not in DISTURBING}
-    return kept | extra
+    return kept | STEADY | extra

@@ -2,11 +2,13 @@
 
 Each notebook is copied once, with the exercises open. When an original changes later,
 its new copy is put beside the reader's, under another name, and a line says so. A file
-that exists is never written to.
+that exists is never written to, unless it is a copy that broke off: the beginning of
+ours, and nothing of the reader's.
 """
 
 import hashlib
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -44,7 +46,8 @@ def update(source_dir: Path, work_dir: Path) -> list[str]:
     for path in sorted(source_dir.glob("*.ipynb")):
         text = copy_of(path)
         current[path.stem] = digest(text)
-        if not own_copy(work_dir, path.stem).exists():
+        own = own_copy(work_dir, path.stem)
+        if not own.exists() or broke_off(own, text):
             lines.append(give(path.stem, text, work_dir))
         # Without the record nobody can tell what changed: then only fill the gaps.
         elif record is not None and record.get(path.stem) != current[path.stem]:
@@ -58,7 +61,7 @@ def update(source_dir: Path, work_dir: Path) -> list[str]:
 def give(name: str, text: str, work_dir: Path) -> str:
     """Give the reader the first copy of a notebook."""
     own = own_copy(work_dir, name)
-    write_new(own, text)
+    write(own, text)
     return f"{own.name}: your copy is in {work_dir.name}/"
 
 
@@ -67,12 +70,12 @@ def put_beside(name: str, text: str, work_dir: Path) -> list[str]:
     own = own_copy(work_dir, name)
     taken = [own]
     beside = work_dir / f"{name}.new.ipynb"
-    while beside.exists():
+    while beside.exists() and not broke_off(beside, text):
         taken.append(beside)
         beside = work_dir / f"{name}.new-{len(taken)}.ipynb"
     if any(holds(path, text) for path in taken):
         return []
-    write_new(beside, text)
+    write(beside, text)
     return [
         f"{own.name}: the original has changed. Your copy stays as it is; "
         f"the new one is beside it: {beside.name}"
@@ -93,10 +96,25 @@ def copy_of(path: Path) -> str:
         raise ValueError(f"{path.name}, {error}") from error
 
 
-def write_new(path: Path, text: str) -> None:
-    """Write a file that must not exist yet."""
-    with open(path, "x", encoding="utf-8", newline="\n") as file:
-        file.write(text)
+def write(path: Path, text: str) -> None:
+    """Put a file in its place in one step: on a full disk there is none, not a half."""
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with open(part, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def broke_off(path: Path, text: str) -> bool:
+    """Whether a file is the beginning of this text, as a full disk left it."""
+    if not path.is_file():
+        return False
+    stored, whole = path.read_bytes(), text.encode()
+    return len(stored) < len(whole) and whole.startswith(stored)
 
 
 def holds(path: Path, text: str) -> bool:
@@ -124,7 +142,7 @@ def read_record(work_dir: Path) -> dict[str, str] | None:
 def write_record(work_dir: Path, record: dict[str, str]) -> None:
     """Remember which copies were handed out last."""
     text = json.dumps(record, indent=1, sort_keys=True)
-    (work_dir / RECORD).write_text(text + "\n", encoding="utf-8")
+    write(work_dir / RECORD, text + "\n")
 
 
 def main() -> int:
@@ -132,7 +150,7 @@ def main() -> int:
     try:
         lines = update(ROOT / "notebooks", ROOT / "work")
     except (OSError, ValueError) as error:
-        print(error, file=sys.stderr)
+        print(f"Your copies in work/ could not be made: {error}", file=sys.stderr)
         return 1
     for line in lines:
         print(line)

@@ -68,7 +68,7 @@ def test_publishing_is_installed_only_when_asked_for(tmp_path, made):
 
 def test_the_dev_extra_comes_from_pyproject(tmp_path, made):
     ensure(tmp_path, made, "main")
-    assert ensure(tmp_path, made, "main", "dev") == ["--no-input uv"]
+    assert ensure(tmp_path, made, "main", "dev") == ["--no-user uv"]
 
 
 @pytest.mark.parametrize("name", ["requirements.txt", "pyproject.toml"])
@@ -135,7 +135,55 @@ def test_settings_of_the_caller_do_not_reach_the_tests(monkeypatch):
     monkeypatch.setenv("SOMETHING_ELSE", "kept")
     seen = environment.environment(EXTRA="1")
     assert not set(environment.DISTURBING) & set(seen)
+    assert seen["PYTHONUTF8"] == "1"
     assert (seen["SOMETHING_ELSE"], seen["EXTRA"]) == ("kept", "1")
+
+
+def test_pip_installs_into_the_environment_whatever_its_settings(tmp_path, monkeypatch):
+    """With ``user = true`` pip would refuse, or install for the user."""
+    settings = tmp_path / "pip.conf"
+    settings.write_text("[global]\nuser = true\nno-index = true\n")
+    monkeypatch.setenv("PIP_CONFIG_FILE", str(settings))
+    monkeypatch.setattr(environment, "call", run_dry := DryRun())
+    environment.pip(environment.Path(sys.executable), ["pip"])
+    assert run_dry.code == 0
+
+
+class DryRun:
+    """Run a command of pip without installing anything, and keep its exit code."""
+
+    def __call__(self, command, cwd=None):
+        command = [*map(str, command), "--dry-run"]
+        self.code = subprocess.run(command, env=environment.environment()).returncode
+
+
+def test_tasks_start_where_python_does_not_look_beside_its_file(tmp_path):
+    """With PYTHONSAFEPATH set, and from any folder."""
+    result = subprocess.run(
+        [sys.executable, ROOT / "tasks.py"],
+        cwd=tmp_path,
+        env=environment.environment(PYTHONSAFEPATH="1"),
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stderr
+    assert "make NAME" in result.stdout
+
+
+@pytest.mark.parametrize("character_set", ["cp1252", "ascii", "latin-1"])
+def test_the_tick_of_a_check_can_be_printed_everywhere(monkeypatch, character_set):
+    """Whatever the caller's character set, what a task runs prints in UTF-8."""
+    monkeypatch.setenv("PYTHONIOENCODING", character_set)
+    monkeypatch.setenv("PYTHONUTF8", "0")
+    code = "from pgm_lab.checks import chapter1; chapter1.corner((11.8, -7.9))"
+    result = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        env=environment.environment(),
+        capture_output=True,
+    )
+    assert result.returncode == 0, result.stderr
+    assert "✓" in result.stdout.decode("utf-8")
 
 
 def test_a_failed_setup_ends_in_plain_words(monkeypatch, capsys):

@@ -1,11 +1,14 @@
 """The reader's copies in work/ are made once and never touched again."""
 
+import errno
+import os
 import random
 
 import nbformat
 import pytest
 from nbformat import v4
 
+from tools import work_copy
 from tools.work_copy import RECORD, update
 
 
@@ -136,6 +139,99 @@ def test_a_broken_original_is_named(folders):
     nbformat.write(notebook, source / "01_one.ipynb")
     with pytest.raises(ValueError, match="01_one.ipynb, cell"):
         update(source, work)
+
+
+class FullDisk:
+    """A disk on which a file takes so many characters, and then no more."""
+
+    def __init__(self, room):
+        self.room = room
+
+    def open(self, path, *arguments, **keywords):
+        file = open(path, *arguments, **keywords)
+        whole = file.write
+
+        def write(text):
+            whole(text[: self.room])
+            file.flush()
+            if len(text) > self.room:
+                raise OSError(errno.ENOSPC, "No space left on device", str(path))
+
+        file.write = write
+        return file
+
+
+@pytest.mark.parametrize("room", [0, 1, 60, 400])
+def test_a_full_disk_leaves_no_half_of_a_copy(folders, monkeypatch, room):
+    source, work = folders
+    put(source, "01_one", "x = 1" * 100)
+    with monkeypatch.context() as full:
+        full.setattr(work_copy, "open", FullDisk(room).open, raising=False)
+        with pytest.raises(OSError, match="No space left"):
+            update(source, work)
+    assert list(work.iterdir()) == [], "not even a part is left"
+    assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
+    nbformat.validate(nbformat.read(work / "01_one.ipynb", as_version=4))
+
+
+def test_a_full_disk_keeps_the_copies_and_the_record_of_before(folders, monkeypatch):
+    source, work = folders
+    put(source, "01_one", "x = 1")
+    update(source, work)
+    (work / "01_one.ipynb").write_text("the reader's work")
+    put(source, "01_one", "x = 2")
+    before = {path.name: path.read_bytes() for path in work.iterdir()}
+    with monkeypatch.context() as full:
+        full.setattr(work_copy, "open", FullDisk(9).open, raising=False)
+        with pytest.raises(OSError, match="No space left"):
+            update(source, work)
+    assert {path.name: path.read_bytes() for path in work.iterdir()} == before
+    (line,) = update(source, work)
+    assert line.endswith("beside it: 01_one.new.ipynb")
+
+
+def test_a_run_that_is_killed_leaves_no_half_of_a_copy(folders, monkeypatch):
+    """What stands under a copy's name is whole at any moment."""
+    source, work = folders
+    put(source, "01_one", "x = 1")
+    monkeypatch.setattr(
+        os, "replace", lambda part, path: whole.append(part.read_text())
+    )
+    whole = []
+    update(source, work)
+    monkeypatch.undo()
+    update(source, work)
+    assert whole[0] == (work / "01_one.ipynb").read_text()
+
+
+@pytest.mark.parametrize("kept", [0, 1, 100, -2])
+def test_a_copy_that_broke_off_is_made_whole(folders, kept):
+    """Earlier versions left such files, and kept them for ever."""
+    source, work = folders
+    put(source, "01_one", "x = 1")
+    update(source, work)
+    own = work / "01_one.ipynb"
+    whole = own.read_bytes()
+    own.write_bytes(whole[:kept])
+    (work / RECORD).unlink()
+    assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
+    assert own.read_bytes() == whole
+    assert update(source, work) == []
+
+
+def test_a_copy_beside_that_broke_off_is_made_whole(folders):
+    source, work = folders
+    put(source, "01_one", "x = 1")
+    update(source, work)
+    put(source, "01_one", "x = 2")
+    update(source, work)
+    beside = work / "01_one.new.ipynb"
+    whole = beside.read_bytes()
+    beside.write_bytes(whole[:50])
+    (work / RECORD).unlink()
+    update(source, work)
+    assert beside.read_bytes() == whole
+    assert names(work) == ["01_one.ipynb", "01_one.new.ipynb"]
 
 
 @pytest.mark.parametrize("seed", range(20))
