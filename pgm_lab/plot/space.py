@@ -238,7 +238,7 @@ def draw_photo(
         _draw_ground(ax, exterior, M, c, half, ground)
     seen = []
     for polygon, color in faces:
-        distance = np.linalg.norm(polygon.mean(axis=0) - exterior[:3])
+        distance = float(np.linalg.norm(polygon.mean(axis=0) - exterior[:3]))
         if ground is not None and not polygon[:, 2].any():
             distance = np.inf
         in_camera = (polygon - exterior[:3]) @ M.T
@@ -277,7 +277,7 @@ def _draw_ground(
     ax.add_collection(PolyCollection([land], facecolors=color), autolim=False)
     for name, at in _horizon.directions(M, c):
         if np.all(np.abs(at) < 0.92 * half):
-            ax.text(*at, name, fontsize=13, ha="center", va="center", zorder=3)
+            ax.text(at[0], at[1], name, fontsize=13, ha="center", va="center", zorder=3)
 
 
 def _draw_photo_axes(ax: Axes, c: float) -> None:
@@ -286,5 +286,5 @@ def _draw_photo_axes(ax: Axes, c: float) -> None:
     for name, tip, color in zip("xy", 0.16 * c * np.eye(2), AXES):
         arrow = {"arrowstyle": "-|>", "color": color, "linewidth": 2}
         ax.annotate("", tip, (0, 0), arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
-        middle = {"ha": "center", "va": "center"}
-        ax.text(*(1.25 * tip), name, color=color, fontsize=13, **middle)
+        x, y = 1.25 * tip
+        ax.text(x, y, name, color=color, fontsize=13, ha="center", va="center")
