@@ -272,7 +272,7 @@ def draw_photo(
         _ground.draw_ground(ax, exterior, M, c, half, ground)
     seen = []
     for polygon, color in faces:
-        distance = np.linalg.norm(polygon.mean(axis=0) - exterior[:3])
+        distance = float(np.linalg.norm(polygon.mean(axis=0) - exterior[:3]))
         if ground is not None and not polygon[:, 2].any():
             distance = np.inf
         in_camera = (polygon - exterior[:3]) @ M.T

@@ -140,8 +140,9 @@ def matches(
     start = np.tile([middle, 1, 0, middle, 0, 1, 0, 1.0], (len(positions), 1))
     start[:, 0] += positions
     # The slopes are not the derivatives of what is computed: no line search
-    how = {"line_search": False, "tolerance": 0.01}
-    found = adjust(grey_values, start, left, args=(slopes,), **how)
+    found = adjust(
+        grey_values, start, left, args=(slopes,), line_search=False, tolerance=0.01
+    )
     error = found.x[:, 0] - start[:, 0]
     return np.where(found.status == "converged", error, np.nan)
 
