@@ -15,7 +15,6 @@ _COMMANDS = (
     "chromium",
     "google-chrome",
     "google-chrome-stable",
-    "chromium-browser",
     "microsoft-edge",
     "chrome",
     "msedge",
@@ -40,24 +39,32 @@ _ARGUMENTS = [
 ]
 
 
-def find_browser() -> str:
-    """Return the path of a Chromium, Chrome or Edge.
-
-    The environment variable ``PGM_BROWSER`` names one explicitly.
-    """
+def named_browser() -> str | None:
+    """Return the browser that the variable ``PGM_BROWSER`` names, if it names one."""
     named = os.environ.get("PGM_BROWSER")
-    if named:
-        found = shutil.which(named)
-        if found:
-            return found
+    if not named:
+        return None
+    found = shutil.which(named)
+    if not found:
         raise PublishError(f"PGM_BROWSER names {named!r}, which is not a program.")
-    for candidate in (*_COMMANDS, *_installed()):
+    return found
+
+
+def find_browser(downloaded: str = "") -> str:
+    """Return the path of an installed Chromium, Chrome or Edge.
+
+    `downloaded` is where ``playwright install chromium`` puts one.
+    """
+    # Last, because on Ubuntu this may be a stub that only asks for a snap.
+    candidates = (*_COMMANDS, *_installed(), downloaded, "chromium-browser")
+    for candidate in filter(None, candidates):
         found = shutil.which(candidate)
         if found:
             return found
     raise PublishError(
         "No browser found. Install Chromium, Chrome or Edge, or name one by its path "
-        "in the environment variable PGM_BROWSER."
+        "in the environment variable PGM_BROWSER. Without the right to install, this "
+        f"fetches one: {sys.executable} -m playwright install chromium"
     )
 
 
@@ -76,8 +83,9 @@ def open_browser() -> Iterator[Browser]:
     arguments = list(_ARGUMENTS)
     if sys.platform == "linux" and os.geteuid() == 0:
         arguments.append("--no-sandbox")  # Chromium refuses to start as root
-    path = find_browser()
+    named = named_browser()
     with sync_playwright() as playwright:
+        path = named or find_browser(playwright.chromium.executable_path)
         try:
             browser = playwright.chromium.launch(executable_path=path, args=arguments)
         except Error as error:

@@ -4,6 +4,7 @@ import ast
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 
@@ -208,6 +209,54 @@ def test_a_failing_test_fails_its_task(monkeypatch, task):
     monkeypatch.setattr(commands, "run", fail)
     assert commands.main([task, "-k", "something"]) == 1
     assert commands_run[-1][-2:] == ["-k", "something"]
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_root_opens_the_lab_in_a_container_only(monkeypatch, tmp_path, inside):
+    commands_run = []
+    python = environment.python_of(tmp_path / ".venv")
+    monkeypatch.setattr(commands, "ROOT", tmp_path)
+    monkeypatch.setattr(commands, "ensure", lambda *sets: python)
+    monkeypatch.setattr(commands, "in_container", lambda: inside)
+    monkeypatch.setattr(
+        commands, "run", lambda command, **options: commands_run.append(command) or 0
+    )
+    assert commands.lab() == 0
+    assert ("--allow-root" in commands_run[-1]) == inside
+
+
+def test_a_container_is_known_by_its_marks(monkeypatch):
+    monkeypatch.setattr(commands.Path, "exists", lambda path: False)
+    monkeypatch.delenv("container", raising=False)
+    assert not commands.in_container()
+    monkeypatch.setenv("container", "podman")
+    assert commands.in_container()
+
+
+def test_the_actions_of_ci_are_pinned_by_commit():
+    """A tag can be moved to another commit, a commit cannot be changed."""
+    text = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    used = re.findall(r"uses: (.*)", text)
+    pinned = re.compile(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+")
+    assert len(used) == 4
+    assert [line for line in used if not pinned.fullmatch(line)] == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason=".ci/run is a script for bash")
+@pytest.mark.parametrize(("code", "found"), [(0, True), (1, False), (None, False)])
+def test_only_a_browser_that_starts_counts(tmp_path, code, found):
+    """Ubuntu's chromium asks for a snap and ends with an error."""
+    script = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    function = re.search(r"^has_browser\(\) \{.*?^\}", script, re.S | re.M)[0]
+    if code is not None:
+        stub = tmp_path / "chromium-browser"
+        stub.write_text(f"#!/bin/sh\nexit {code}\n")
+        stub.chmod(0o755)
+    bash = shutil.which("bash")
+    done = subprocess.run(
+        [bash, "-c", function + "\nhas_browser"], env={"PATH": str(tmp_path)}
+    )
+    assert (done.returncode == 0) == found
 
 
 def test_an_unknown_task_is_answered_with_the_list(capsys):

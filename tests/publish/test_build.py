@@ -1,5 +1,6 @@
 """The command: what it refuses, and that the tests here can fail."""
 
+import shutil
 import subprocess
 import sys
 
@@ -8,6 +9,8 @@ import pytest
 
 from publish import assets
 from publish.__main__ import ROOT, main
+from publish.browser import find_browser
+from publish.errors import PublishError
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import axe_violations, bad_images, load_axe, raw_markup
 
@@ -107,6 +110,16 @@ def test_a_missing_browser_is_said(publish, monkeypatch, capsys):
     monkeypatch.setenv("PGM_BROWSER", "no-such-browser")
     assert publish("handouts") == 1
     assert "PGM_BROWSER names 'no-such-browser'" in capsys.readouterr().err
+
+
+def test_a_downloaded_browser_comes_before_the_stub_of_ubuntu(monkeypatch):
+    there = {"/cache/chrome", "chromium-browser"}
+    monkeypatch.setattr(shutil, "which", lambda name: name if name in there else None)
+    assert find_browser("/cache/chrome") == "/cache/chrome"
+    assert find_browser() == "chromium-browser"
+    there.clear()
+    with pytest.raises(PublishError, match="playwright install chromium"):
+        find_browser("/cache/chrome")
 
 
 def test_a_missing_package_is_said(publish, monkeypatch, capsys):
