@@ -1,13 +1,12 @@
-"""Text files written whole or not at all, several of them together."""
+"""Text files written whole or not at all, and their names as one may show them."""
 
+import contextlib
 import itertools
 import os
 import re
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-
-from pgm_lab.bundle._text import printable
 
 _LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
 _HOUR = 3600.0  # seconds; nothing is written for so long
@@ -82,11 +81,13 @@ def refuse_existing(*paths: Path) -> None:
 def clear(folders: Sequence[Path]) -> list[Path]:
     """Remove what killed runs left half written in some folders, and return it."""
     left = []
-    for path in sorted({one for folder in folders for one in folder.iterdir()}):
-        found = _LEFT.fullmatch(path.name)
-        if found and not _running(int(found[1]), path):
-            path.unlink(missing_ok=True)
-            left.append(path)
+    for folder in dict.fromkeys(folders):
+        with contextlib.suppress(OSError):  # not ours to remove
+            for path in sorted(folder.iterdir()):
+                found = _LEFT.fullmatch(path.name)
+                if found and not _running(int(found[1]), path):
+                    path.unlink()
+                    left.append(path)
     return left
 
 
@@ -105,3 +106,11 @@ def _running(process: int, path: Path) -> bool:
     except OSError:  # of another user
         return True
     return True
+
+
+def printable(name: object) -> str:
+    """Return a name without what a terminal would take for a command."""
+    return "".join(
+        one if one.isprintable() else one.encode("unicode_escape").decode("ascii")
+        for one in str(name)
+    )
