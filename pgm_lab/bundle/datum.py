@@ -28,7 +28,6 @@ MOTIONS = (
     "rotation about Z",
     "scale",
 )
-NEGLIGIBLE = 1e-9
 
 
 @dataclass(frozen=True)
