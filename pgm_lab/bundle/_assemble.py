@@ -60,6 +60,10 @@ def assemble(
     of_bars = problem.bars(state)
     v_bars = np.zeros(0) if of_bars is None else of_bars[1]
     share_bars = bars_redundancy(reduced, Q, bars[:, 3])
+    if not redundancy:  # no observation is controlled: what is not 0 is rounding
+        share, testable, share_control, share_bars = (
+            np.zeros_like(one) for one in (share, testable, share_control, share_bars)
+        )
     return Bundle(
         network=network,
         estimate=problem.estimate,

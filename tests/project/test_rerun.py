@@ -31,7 +31,7 @@ def reread(cells: list[tuple[str, str]]) -> list[str]:
 
 
 def _reads_and_binds(tree: ast.Module) -> tuple[set[str], set[str]]:
-    """Names that a cell reads before it binds them, or in a function; those it binds."""
+    """Names that a cell reads before it binds them, or in functions; those it binds."""
     reads: set[str] = set()
     bound: set[str] = set()
 
