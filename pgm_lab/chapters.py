@@ -2,7 +2,7 @@
 
 from IPython.display import publish_display_data
 
-from pgm_lab import datasets
+from pgm_lab import _validate, datasets
 
 HEADER = ("", "chapter", "asks", "sources", "minutes")
 
@@ -34,6 +34,8 @@ def markdown(folder: str = "") -> str:
     >>> print(markdown("notebooks/").splitlines()[2])
     | 0 | [Start here](notebooks/00_start_here.ipynb) | How ... work? | all four | 15 |
     """
+    if not isinstance(folder, str):
+        raise ValueError(f"folder must be a text; got {_validate.shown(folder)}")
     lines = [HEADER, ["---"] * len(HEADER)]
     for row in _ready():
         title = f"[{row['title']}]({folder}{row['notebook']}.ipynb)"

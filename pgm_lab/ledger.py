@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from pgm_lab import datasets, plot
+from pgm_lab import _validate, datasets, plot
 
 VERDICTS = {
     "reproduced": (plot.BLUE, "white"),
@@ -52,6 +52,10 @@ def verdicts(
     >>> verdicts("1", places=["Metode, GSD"])[0]["verdict"]
     'corrected'
     """
+    if chapter is not None:
+        _validate.text(chapter, "chapter")
+    if places is not None:
+        places = _validate.texts(places, "places")
     found = [r for r in datasets.rows("audit") if chapter in (None, r["chapter"])]
     if not found:
         raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
@@ -59,7 +63,8 @@ def verdicts(
         return found
     missing = set(places) - {row["place"] for row in found}
     if missing:
-        raise ValueError(f"the ledger has no such place: {', '.join(sorted(missing))}")
+        names = ", ".join(sorted(missing))
+        raise ValueError(f"the ledger has no such place: {names} (in `places`)")
     return [row for row in found if row["place"] in places]
 
 
@@ -88,6 +93,7 @@ def code(equation: str) -> list[str]:
     >>> code("M 2.38")
     ['pgm_lab.orientation.coplanarity.by_image']
     """
+    _validate.text(equation, "equation")
     rows = [row for row in verdicts() if equation in equations(row)]
     if not rows:
         raise ValueError(
@@ -106,6 +112,7 @@ def equations(row: dict[str, str]) -> list[str]:
     >>> equations(verdicts("5", places=["(2.41), (2.42)"])[0])
     ['M 2.41', 'M 2.42']
     """
+    (row,) = _rows([row], "source", "place", "kind", name="row")
     if row["kind"] != "equation":
         return []
     numbers: list[str] = []
@@ -134,6 +141,9 @@ def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> Non
     causes : bool
         Show the causes of corrections in a last column.
     """
+    causes = _validate.flag(causes, "causes")
+    shown = ("source", "place", "printed", "obtained", "verdict")
+    rows = _rows(rows, *shown, *["cause"] * causes)
     header = ["source", "printed", "what we get", "verdict"]
     cells = [
         [f"{r['source']}, {r['place']}", r["printed"], r["obtained"], r["verdict"]]
@@ -185,7 +195,21 @@ def summary(rows: list[dict[str, str]]) -> str:
     return "; ".join(lines) + "."
 
 
+def _rows(rows: list[dict[str, str]], *columns: str, name: str = "rows") -> list:
+    """Refuse what are no rows of the ledger with texts in these columns."""
+    rows = _validate.several(rows, name, dict)
+    for row in rows:
+        if not all(isinstance(row.get(column), str) for column in columns):
+            raise ValueError(
+                f"{name} must be of the ledger, as `verdicts` gives them: with texts in"
+                f" {', '.join(columns)}"
+            )
+    return rows
+
+
 def _by_year(rows: list[dict[str, str]]) -> list[str]:
+    if not _rows(rows, "source", "verdict"):
+        raise ValueError("rows must be one or more")
     return sorted({row["source"] for row in rows}, key=lambda source: source[-4:])
 
 

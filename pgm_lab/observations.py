@@ -156,9 +156,22 @@ def from_matches(
     """
     chosen = _validate.point_list(left_points, "left_points")
     n = len(chosen)
-    names = tuple(range(n)) if points is None else tuple(points)
+    given = range(n) if points is None else _validate.several(points, "points")
+    names = tuple(given)
+    for name in (left, *names):
+        if not isinstance(name, Hashable) or name is None:
+            raise ValueError(
+                "left and points must be names such as texts or numbers;"
+                f" got {_validate.shown(name)}"
+            )
     if len(names) != n or len(set(names)) != n:
         raise ValueError(f"points must be {n} different names; got {len(names)}")
+    for match in _validate.mapping(matches, "matches").values():
+        if not isinstance(match, ncc.Match | lsm.Match):
+            raise ValueError(
+                "matches must be results of ncc.match or lsm.match; got"
+                f" {_validate.shown(match)}"
+            )
     if left in matches:
         raise ValueError(f"photo {left!r} is the left one: it has no match with itself")
     share = _validate.number(left_share, "left_share")

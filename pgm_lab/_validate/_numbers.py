@@ -26,6 +26,12 @@ def real(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as a float array, in which NaN and infinity may stand."""
     if type(values) is np.ndarray and values.dtype == float:
         return values
+    with np.errstate(over="ignore"):  # infinity says it
+        return np.asarray(numeric(values, name), dtype=float)
+
+
+def numeric(values: ArrayLike, name: str) -> np.ndarray:
+    """Return `values` as an array of real numbers of their own type."""
     try:
         masked = np.ma.is_masked(values) or (
             isinstance(values, list | tuple) and any(map(np.ma.is_masked, values))
@@ -41,15 +47,15 @@ def real(values: ArrayLike, name: str) -> np.ndarray:
         raise ValueError(f"{name} must be real numbers; got complex ones")
     if array.dtype.kind not in "fiub":
         raise ValueError(f"{name} must be numbers; got {shown(values)}")
-    with np.errstate(over="ignore"):  # infinity says it
-        return np.asarray(array, dtype=float)
+    return array
 
 
 def _of_objects(array: np.ndarray) -> np.ndarray:
     """Array of objects that are all real numbers as an array of floats."""
     if not all(isinstance(one, numbers.Real | np.bool_) for one in array.flat):
         return array
-    return np.array([float(one) for one in array.flat]).reshape(array.shape)
+    whole = all(isinstance(one, numbers.Integral) for one in array.flat)
+    return array.astype(np.int64 if whole and array.size else float)
 
 
 def shown(value: object) -> str:
@@ -122,7 +128,7 @@ def whole(value: ArrayLike, name: str, least: int, most: int = MOST) -> int:
         )
     if as_number > most:
         raise ValueError(f"{name} must be at most {most}; got {as_number:g}")
-    return int(as_number)
+    return int(value) if isinstance(value, numbers.Integral) else int(as_number)
 
 
 def window(size: int, name: str, smallest: int = 3) -> int:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab._validate._numbers import finite, positive
+from pgm_lab._validate._numbers import finite, numeric, positive
 
 
 def points(values: ArrayLike, dimension: int, name: str) -> np.ndarray:
@@ -21,6 +21,51 @@ def points(values: ArrayLike, dimension: int, name: str) -> np.ndarray:
             f" got shape {array.shape}"
         )
     return array
+
+
+def one_point(values: ArrayLike, dimension: int, name: str) -> np.ndarray:
+    """Return one point (dimension,)."""
+    array = points(values, dimension, name)
+    if array.ndim != 1:
+        raise ValueError(
+            f"{name} must have shape ({dimension},), one only; got {array.shape}"
+        )
+    return array
+
+
+def of_shape(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> np.ndarray:
+    """Return finite numbers in this shape; None stands for any length."""
+    array = finite(values, name)
+    fits = len(shape) == array.ndim and all(
+        wanted in (None, n) for wanted, n in zip(shape, array.shape)
+    )
+    if not fits:
+        text = ", ".join("n" if n is None else str(n) for n in shape)
+        comma = "," if len(shape) == 1 else ""
+        raise ValueError(
+            f"{name} must have shape ({text}{comma}); got shape {array.shape}"
+        )
+    return array
+
+
+def indices(
+    values: ArrayLike, size: int, name: str, length: int | None = None
+) -> np.ndarray:
+    """Return `values` as indices (length,) from 0 to size - 1."""
+    array = numeric(values, name)
+    whole = not array.size or array.dtype.kind in "iu"
+    if array.ndim != 1 or not whole or length not in (None, len(array)):
+        raise ValueError(
+            f"{name} must be whole numbers in one row"
+            + (f" of {length}" if length is not None else "")
+            + f"; got shape {array.shape} of {array.dtype}"
+        )
+    if array.size and (array.min() < 0 or array.max() >= size):
+        raise ValueError(
+            f"{name} must be indices from 0 to {size - 1}; got {array.min()} to"
+            f" {array.max()}. Numbers in a file often count from 1"
+        )
+    return array.astype(int)
 
 
 def point_list(values: ArrayLike, name: str, n: int | None = None) -> np.ndarray:

@@ -67,7 +67,7 @@ class Model:
             raise ValueError(
                 f"{name} must return two arrays: values and their Jacobian"
             )
-        values, jacobian = (np.asarray(part, dtype=float) for part in answer)
+        values, jacobian = (_validate.real(part, name) for part in answer)
         values = np.atleast_1d(values)
         shape = (len(x), values.shape[-1], x.shape[-1])
         lead = () if self.single else shape[:1]
@@ -126,6 +126,9 @@ def model(
         P = _flat(_inverse_covariance(covariance, n), "covariance", lead, n, n)
     else:
         raise ValueError("give weights or covariance, not both")
+    args = tuple(_validate.several(args, "args"))
+    for arg in args:
+        _validate.real(arg, "args")
     args = tuple(_flat_argument(arg, lead) if lead else arg for arg in args)
     return Model(function, constraints, args, observations, P, single=not lead)
 

@@ -116,6 +116,11 @@ def adjust(
     >>> found.redundancy_numbers.round(3)
     array([0.833, 0.833, 0.333])
     """
+    _validate.function(function, "function")
+    if constraints is not None:
+        _validate.function(constraints, "constraints")
+    line_search = _validate.flag(line_search, "line_search")
+    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     start = _validate.finite(start, "start")
     if start.ndim == 0 or start.shape[-1] == 0:
         raise ValueError(
@@ -124,7 +129,7 @@ def adjust(
     *lead, u = start.shape
     names = normal.parameter_names(names, u)
     sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
-    tolerance = float(_validate.positive(tolerance, "tolerance", "sd of a parameter"))
+    tolerance = _validate.positive_number(tolerance, "tolerance", "parameter's sd")
     model = _model.model(
         function, start, observations, weights, covariance, constraints, args
     )

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pgm_lab import _validate
+
 # A parameter whose variance the others inflate more than this is not determined: normal
 # equations in double precision hold about 16 digits, and these are 12 of them.
 INFLATION_LIMIT = 1e12
@@ -194,6 +196,7 @@ def parameter_names(names: Sequence[str] | None, u: int) -> Sequence[str]:
     """Return the names of u parameters, or make some up."""
     if names is None:
         return [f"x{i + 1}" for i in range(u)]
+    names = _validate.texts(names, "names")
     if len(names) != u:
         raise ValueError(f"names has {len(names)} entries for {u} parameters")
     return names

@@ -1,6 +1,6 @@
 """Arguments of a network: checked, and brought into the shapes that it keeps."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -24,24 +24,21 @@ def table(
     return array.copy()
 
 
+def given(values: ArrayLike | None) -> bool:
+    """Whether there is any value; what cannot be counted is refused later."""
+    try:
+        return values is not None and np.size(values) > 0
+    except Exception:  # whatever the conversion of a stranger's object raises
+        return True
+
+
 def indices(
     values: ArrayLike, size: int, name: str, length: int | None = None
 ) -> np.ndarray:
-    """Return `values` as indices from 0 to size - 1."""
-    array = np.asarray(values if np.size(values) else np.zeros(0, int))
-    whole = np.issubdtype(array.dtype, np.integer)
-    if array.ndim != 1 or not whole or length not in (None, len(array)):
-        raise ValueError(
-            f"{name} must be whole numbers in one row"
-            + (f" of {length}" if length is not None else "")
-            + f"; got shape {array.shape} of {array.dtype}"
-        )
-    if array.size and (array.min() < 0 or array.max() >= size):
-        raise ValueError(
-            f"{name} must be indices from 0 to {size - 1}; got {array.min()} to"
-            f" {array.max()}. Numbers in a file often count from 1"
-        )
-    return array.astype(int)
+    """Return `values` as indices from 0 to size - 1; none if they are empty."""
+    none = isinstance(values, np.ndarray | list | tuple) and not given(values)
+    some = np.zeros(0, int) if none else values
+    return _validate.indices(some, size, name, length)
 
 
 def accuracy(
@@ -51,10 +48,9 @@ def accuracy(
 
     An empty sigma was not given.
     """
-    given = sigma is not None and np.size(sigma) > 0
+    stated = given(sigma)
     if covariance is None:
-        stated = SIGMA if sigma is None or not np.size(sigma) else sigma
-        values = _validate.finite(stated, "sigma")
+        values = _validate.finite(SIGMA if not stated else sigma, "sigma")
         _validate.refuse(
             np.atleast_1d(values <= 0),
             "sigma{} must be positive standard deviations; to leave an observation out,"
@@ -64,9 +60,10 @@ def accuracy(
     C = _validate.covariances(covariance, "covariance", singular=False)
     C = broadcast(C, (k, 2, 2), "covariance")
     sd = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
-    if not given:
+    if not stated:
         return sd, C
-    if not np.allclose(broadcast(np.asarray(sigma), (k, 2), "sigma"), sd, 1e-9, 0):
+    values = _validate.finite(sigma, "sigma")
+    if not np.allclose(broadcast(values, (k, 2), "sigma"), sd, 1e-9, 0):
         raise ValueError(
             "sigma and covariance say different things: give one of them, and None for"
             " the other"
@@ -75,9 +72,9 @@ def accuracy(
 
 
 def broadcast(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
-    """Return `values` in this shape."""
+    """Return a copy of `values` in this shape: the caller may change his own."""
     try:
-        return np.broadcast_to(values, shape)
+        return np.broadcast_to(values, shape).copy()
     except ValueError:
         what = "one matrix (2, 2)" if name == "covariance" else "one number"
         raise ValueError(
@@ -96,7 +93,7 @@ def control(
     if len(np.unique(index)) != len(index):
         raise ValueError("control has a point twice")
     coordinates = table(coordinates, 3, "control", len(index))
-    sigma = np.asarray(sigma, dtype=float)
+    sigma = _validate.real(sigma, "control sigma")
     if np.any(np.isnan(sigma)) or np.any(sigma < 0):
         raise ValueError(
             "control must have sigmas above 0, 0 to hold a coordinate, or inf to leave"
@@ -123,9 +120,13 @@ def _parts(values: tuple, number: int, name: str) -> tuple:
 
 def scale_bars(values: ArrayLike, points: np.ndarray) -> np.ndarray:
     """Return scale bars (s, 4)."""
-    bars = np.reshape(values, (-1, 4)) if np.size(values) else np.zeros((0, 4))
-    bars = _validate.finite(bars, "scale_bars")
+    rows = _validate.finite(values, "scale_bars") if given(values) else np.zeros((0, 4))
+    bars = _validate.of_shape(rows, (None, 4), "scale_bars").copy()
     ends = bars[:, :2]
+    if np.any(np.abs(ends) > len(points)):
+        raise ValueError(
+            f"the points of scale_bars must be indices from 0 to {len(points) - 1}"
+        )
     whole = ends.astype(int)
     indices(whole.ravel(), len(points), "the points of scale_bars")
     if np.any(ends != np.round(ends)) or np.any(ends[:, 0] == ends[:, 1]):
@@ -142,16 +143,19 @@ def scale_bars(values: ArrayLike, points: np.ndarray) -> np.ndarray:
 
 def names(values: Sequence | None, size: int, what: str) -> tuple:
     """Return names, 1, 2, ... where there are none."""
-    given = range(1, size + 1) if values is None or not len(values) else values
-    if len(given) != size or len(set(given)) != size:
-        raise ValueError(f"{what} must be {size} different names; got {len(given)}")
-    return tuple(given)
+    named = [] if values is None else _validate.several(values, what)
+    named = named or list(range(1, size + 1))
+    if not all(isinstance(name, Hashable) for name in named):
+        raise ValueError(f"{what} must be names such as texts or numbers")
+    if len(named) != size or len(set(named)) != size:
+        raise ValueError(f"{what} must be {size} different names; got {len(named)}")
+    return tuple(named)
 
 
 def camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndarray:
     """Return the camera (m,) of each photo; the first one where nothing is said."""
-    given = np.zeros(m, int) if values is None or not np.size(values) else values
-    camera = indices(given, cameras, "camera", m)
+    of_photo = values if given(values) else np.zeros(m, int)
+    camera = indices(of_photo, cameras, "camera", m)
     _validate.refuse(
         ~np.isin(np.arange(cameras), camera),
         "cameras{} take no photo: leave them out, or correct `camera`, the camera of"

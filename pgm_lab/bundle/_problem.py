@@ -36,8 +36,10 @@ class Problem:
         cls, network: Network, estimate: Sequence[str], datum: str | None
     ) -> "Problem":
         """Check the names of interior parameters and datum, and sort the rays."""
-        estimate = (estimate,) if isinstance(estimate, str) else tuple(estimate)
-        for name in estimate:
+        _validate.instance(network, Network, "network")
+        if isinstance(estimate, str):
+            estimate = (estimate,)
+        for name in _validate.several(estimate, "estimate"):
             _validate.choice(name, "estimate", PARAMETERS)
         estimated = [i for i, name in enumerate(PARAMETERS) if name in estimate]
         datum = choose(network, datum)

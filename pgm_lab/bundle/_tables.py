@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pgm_lab import _validate
 from pgm_lab.camera import Camera
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def read(
         if not isinstance(table, Mapping) or not table:
             raise ValueError(f"{name} must be a mapping of names, with one or more")
     found = _read_rows(
-        [tuple(row) for row in observations],
+        _rows(observations, "observations"),
         _Places(photos, "photos"),
         _Places(points, "points"),
     )
@@ -55,20 +56,23 @@ def roles(
 ) -> dict[str, Any]:
     """What is known of the points, by their names."""
     places = _Places(points, "points")
-    bars = [tuple(bar) for bar in scale_bars]
+    bars = _rows(scale_bars, "scale_bars")
     if any(len(bar) != 4 for bar in bars):
         raise ValueError("scale_bars must be rows (point, point, distance, sigma)")
     found: dict[str, Any] = {
         "fixed": places.of(fixed, "fixed"),
         "scale_bars": [
-            (*places.of(bar[:2], f"scale_bars, row {i}"), *bar[2:])
+            (
+                *places.of(bar[:2], f"scale_bars, row {i}"),
+                *_validate.of_shape(bar[2:], (2,), f"scale_bars, row {i}"),
+            )
             for i, bar in enumerate(bars)
         ],
     }
-    if control:
+    if control is not None and _validate.mapping(control, "control"):
         values = _numbers(control, 6, "control", finite=False)
         found["control"] = places.of(control, "control"), values[:, :3], values[:, 3:]
-    if check:
+    if check is not None and _validate.mapping(check, "check"):
         found["check"] = places.of(check, "check"), _numbers(check, 3, "check")
     if datum_points is not None:
         found["datum_points"] = places.of(datum_points, "datum_points")
@@ -84,17 +88,19 @@ class _Places:
 
     def of(self, names: Iterable, where: str) -> np.ndarray:
         """Return the places of names; `where` they stand is for the message."""
-        return np.array([self.one(name, where) for name in names], int)
+        listed = _validate.several(names, where)
+        return np.array([self.one(name, where) for name in listed], int)
 
     def one(self, name: Any, where: str) -> int:
         """Return the place of one name."""
         try:
             return self.place[name]
-        except (KeyError, TypeError):
+        except Exception:  # no such name, or none that can be one
             some = ", ".join(map(repr, list(self.place)[:5]))
             more = ", ..." if len(self.place) > 5 else ""
             raise ValueError(
-                f"{where}: {name!r} is not in {self.name}, which has {some}{more}"
+                f"{where}: {_validate.shown(name)} is not in {self.name}, which has"
+                f" {some}{more}"
             ) from None
 
 
@@ -110,26 +116,35 @@ def _read_rows(rows: list[tuple], photos: _Places, points: _Places) -> dict[str,
         "point": np.array(
             [points.one(row[1], f"observations, row {i}") for i, row in enumerate(rows)]
         ),
-        "xy": [row[2:4] for row in rows],
+        "xy": _validate.finite([row[2:4] for row in rows], "observations (x, y)"),
     }
     if kinds == {6}:
-        found["sigma"] = [row[4:] for row in rows]
+        sigma = [row[4:] for row in rows]
+        found["sigma"] = _validate.finite(sigma, "observations (sx, sy)")
     if kinds == {5}:
-        if {np.shape(row[4]) for row in rows} != {(2, 2)}:
+        C = [_validate.finite(row[4], "observations (covariance)") for row in rows]
+        if {one.shape for one in C} != {(2, 2)}:
             raise ValueError(f"{ROWS}; a covariance has shape (2, 2)")
-        found["covariance"] = [row[4] for row in rows]
+        found["covariance"] = np.array(C)
     return found
+
+
+def _rows(values: Iterable, name: str) -> list[tuple]:
+    """Rows of a table; as tuples, whatever they were."""
+    several = _validate.several
+    return [tuple(several(row, f"{name}, a row")) for row in several(values, name)]
 
 
 def _numbers(
     table: Mapping, columns: int, name: str, finite: bool = True
 ) -> np.ndarray:
     """Return the values of a table as rows of so many numbers."""
-    for key, row in table.items():
-        if np.shape(row) != (columns,) or (finite and not np.all(np.isfinite(row))):
+    rows = {k: _validate.real(row, f"{name}, {k!r}") for k, row in table.items()}
+    for key, row in rows.items():
+        if row.shape != (columns,) or (finite and not np.all(np.isfinite(row))):
             kind = "finite numbers" if finite else "numbers"
             raise ValueError(f"{name}, {key!r}: {columns} {kind} are needed; got {row}")
-    return np.array(list(table.values()), dtype=float)
+    return np.array(list(rows.values()))
 
 
 def _camera_of_photos(
@@ -139,6 +154,7 @@ def _camera_of_photos(
         if len(cameras) > 1:
             raise ValueError("camera must name the camera of each photo: {photo: name}")
         return np.zeros(len(photos), int)
+    _validate.mapping(camera, "camera")
     if missing := [name for name in photos if name not in camera]:
         raise ValueError(f"camera says nothing of photo {missing[0]!r}")
     return _Places(cameras, "cameras").of((camera[name] for name in photos), "camera")

@@ -82,6 +82,8 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
            [0., 0., 2.],
            [0., 2., 0.]])
     """
+    positions = _validate.points(positions, 3, "positions")
+    centre = _validate.one_point(centre, 3, "centre")
     arms = _validate.points(positions, 3, "positions") - centre
     return G(arms).reshape(-1, 3, 7).transpose(2, 0, 1)
 
@@ -143,12 +145,11 @@ def is_controlled(network: Network) -> bool:
 
 def choose(network: Network, datum: str | None) -> str:
     """The datum asked for, or the natural one of the network."""
+    if datum is not None:
+        datum = _validate.choice(datum, "datum", DATUMS)
     controlled = is_controlled(network)
     if datum is None:
         return "fixed" if controlled else "inner"
-    if datum not in DATUMS:
-        words = ", ".join(repr(word) for word in DATUMS)
-        raise ValueError(f"datum must be one of {words}, or None; got {datum!r}")
     if datum in ("inner", "photos") and controlled:
         raise ValueError(
             f"datum={datum!r} is for networks without control: control points fix the"

@@ -43,6 +43,7 @@ def radial(camera: Camera, image: ArrayLike) -> np.ndarray:
     >>> radial(Camera(35.0, K1=1e-4), [3.0, 4.0])
     array([0.0075, 0.01  ])
     """
+    _validate.instance(camera, Camera, "camera")
     xy = _validate.points(image, 2, "image")
     r2 = np.sum(xy**2, axis=-1, keepdims=True)
     return xy * (camera.K1 * r2 + camera.K2 * r2**2 + camera.K3 * r2**3)
@@ -78,6 +79,7 @@ def decentring(camera: Camera, image: ArrayLike) -> np.ndarray:
     >>> decentring(Camera(35.0, P1=1e-4), [3.0, 4.0])
     array([0.0043, 0.0024])
     """
+    _validate.instance(camera, Camera, "camera")
     x, y = np.moveaxis(_validate.points(image, 2, "image"), -1, 0)
     r2, P1, P2 = x**2 + y**2, camera.P1, camera.P2
     dx = P1 * (r2 + 2 * x**2) + 2 * P2 * x * y
@@ -113,6 +115,7 @@ def affinity(camera: Camera, image: ArrayLike) -> np.ndarray:
     >>> affinity(Camera(35.0, b1=1e-3, b2=2e-3), [3.0, 4.0])
     array([0.011, 0.   ])
     """
+    _validate.instance(camera, Camera, "camera")
     x, y = np.moveaxis(_validate.points(image, 2, "image"), -1, 0)
     return np.stack([camera.b1 * x + camera.b2 * y, np.zeros_like(x)], axis=-1)
 
@@ -161,8 +164,10 @@ def profile(
     >>> print(f"{1000 * distortion[0]:.1f} +- {1000 * sd[0]:.1f} micrometres")
     8.5 +- 1.1 micrometres
     """
+    _validate.instance(result, Bundle, "result")
+    camera = _validate.whole(camera, "camera", 0, len(result.cameras) - 1)
     names = PARAMETERS_OF[_validate.choice(kind, "kind", tuple(PARAMETERS_OF))]
-    r = _validate.finite(r, "r")[:, None]
+    r = _validate.of_shape(r, (None,), "r")[:, None]
     lens = result.cameras[camera]
     if kind == "radial":
         by_parameters = r ** (3, 5, 7)
@@ -182,6 +187,8 @@ def profile(
 
 def places(result: Bundle, camera: int) -> dict[str, int]:
     """Row of each estimated interior parameter of a camera in the covariance."""
+    _validate.instance(result, Bundle, "result")
+    camera = _validate.whole(camera, "camera", 0, len(result.cameras) - 1)
     return {
         one.parameter: i
         for i, one in enumerate(result.unknowns)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pgm_lab._validate import several
 from pgm_lab.bundle import _arguments, _tables
 from pgm_lab.camera import Camera
 
@@ -119,7 +120,8 @@ class Network:
     def __post_init__(self) -> None:
         """Check everything, and bring it into the shapes that are kept."""
         given = self.cameras
-        cameras = (given,) if isinstance(given, Camera) else tuple(given)
+        one = isinstance(given, Camera)
+        cameras = (given,) if one else tuple(several(given, "cameras", Camera))
         if not cameras or len({one.lens for one in cameras}) != 1:
             raise ValueError(
                 "cameras must be one Camera or several with the same lens direction;"

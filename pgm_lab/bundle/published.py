@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from pgm_lab import datasets
+from pgm_lab import _validate, datasets
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import Camera
 
@@ -42,9 +42,10 @@ def network(photos: Collection[int] | None = None) -> Network:
     whole = Network(camera, data.exteriors, data.object_points, *image)
     if photos is None:
         return whole
-    m, numbers = len(data.exteriors), np.unique(list(photos))
+    m = len(data.exteriors)
+    numbers = np.unique(_validate.real(_validate.several(photos, "photos"), "photos"))
     if not np.isin(numbers, np.arange(m) + 1).all():
         raise ValueError(
             f"photos must be numbers from 1 to {m}; got {numbers.tolist()}"
         )
-    return whole.only(numbers - 1)
+    return whole.only(numbers.astype(int) - 1)

@@ -91,7 +91,9 @@ def adjust(
     """
     problem = Problem.of(network, estimate, datum)
     sigma0_prior = _validate.standard_deviation(sigma0_prior, "sigma0_prior")
-    tolerance = float(_validate.positive(tolerance, "tolerance", "sd of an unknown"))
+    line_search = _validate.flag(line_search, "line_search")
+    progress = _validate.flag(progress, "progress")
+    tolerance = _validate.positive_number(tolerance, "tolerance", "sd of an unknown")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     state = problem.start
     refuse.check_counts(network)

@@ -132,6 +132,7 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     array([[0.1, 0. ],
            [5.1, 1. ]])
     """
+    _validate.instance(camera, Camera, "camera")
     exterior = _validate.points(exterior, 6, "exterior")
     points = _validate.points(points, 3, "points")
     _validate.broadcast(exterior=exterior, points=points)
@@ -174,6 +175,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     >>> ideal(Camera(35.0, x0=0.5, K1=1e-4), [10.5, 0.0])
     array([10.1,  0. ])
     """
+    _validate.instance(camera, Camera, "camera")
     reduced = _validate.points(measured, 2, "measured") - camera.interior[1:3]
     if camera.lens == "backward":
         return reduced + imaging.distortion(camera.interior[3:], reduced)
@@ -204,6 +206,7 @@ def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     >>> measured(Camera(35.0, x0=0.5, K1=1e-4), [10.1, 0.0])
     array([10.5,  0. ])
     """
+    _validate.instance(camera, Camera, "camera")
     image = _validate.points(ideal, 2, "ideal")
     if camera.lens == "backward":
         image = _undistort(camera, image, "ideal")
@@ -274,7 +277,7 @@ def collinearity(
     interior, lens = _interior(camera, lens, exterior)
     named = {"exterior": exterior, "points": points, "measured": measured}
     _validate.broadcast(camera=interior, **named)
-    wrt = (wrt,) if isinstance(wrt, str) else tuple(wrt)
+    wrt = (wrt,) if isinstance(wrt, str) else tuple(_validate.several(wrt, "wrt"))
     for name in wrt:
         _validate.choice(name, "wrt", BLOCKS)
     v, depth, by = imaging.misclosure(interior, exterior, points, measured, lens, wrt)
@@ -295,11 +298,12 @@ def _interior(
     camera: Camera | Sequence[Camera] | np.ndarray, lens: str, exterior: np.ndarray
 ) -> tuple[np.ndarray, str]:
     """Interior parameters (..., 10) that broadcast, and the direction of the lens."""
+    _validate.choice(lens, "lens", LENSES)
     if isinstance(camera, Camera):
         return camera.interior, camera.lens
     if isinstance(camera, np.ndarray):
-        _validate.choice(lens, "lens", LENSES)
         return _validate.points(camera, 10, "camera"), lens
+    camera = _validate.several(camera, "camera", Camera)
     n, lenses = len(camera), [one.lens for one in camera]
     if len(set(lenses)) != 1 or exterior.shape[:-1][:1] != (n,):
         raise ValueError(

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pgm_lab import _validate
+
 
 def rows(name: str) -> list[dict[str, str]]:
     """Rows of a CSV file in ``data/``, or of a folder of them, as dictionaries.
@@ -28,6 +30,7 @@ def rows(name: str) -> list[dict[str, str]]:
     >>> sorted({row["verdict"] for row in rows("audit")})
     ['corrected', 'not derivable', 'reproduced']
     """
+    _validate.text(name, "name")
     if (folder() / name).is_dir():
         files = sorted((folder() / name).glob("*.csv"))
         return [row for file in files for row in rows(f"{name}/{file.name}")]

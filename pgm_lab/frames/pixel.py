@@ -120,6 +120,7 @@ def pixel_to_photo(
            [-1.e-06,  9.e-06]])
     """
     pixels = _validate.points(pixels, 2, "pixels")
+    check_size = _validate.flag(check_size, "check_size")
     if check_size:
         _validate.not_exchanged(_validate.image_size(image_size), pixels)
     xc, yc = image_centre(image_size)

@@ -103,6 +103,7 @@ def centroid(
     g = _windows(window)
     ring = _ring(g.shape[-2:])
     threshold = _validate.number(threshold, "threshold")
+    dark = _validate.flag(dark, "dark")
     if threshold < 0:
         raise ValueError(f"threshold must not be negative; got {threshold}")
     if background is None:

@@ -72,6 +72,9 @@ def resample(
     image = _validate.image(image, least=2)
     points = _validate.points(points, 2, "points")
     method = _validate.choice(method, "method", METHODS)
+    nan = isinstance(outside, np.floating | float) and np.isnan(outside)
+    if outside is not None and not nan:
+        outside = _validate.number(outside, "outside")
     far_corner = np.array(image.shape[::-1]) - 1
     x, y = np.moveaxis(points, -1, 0)
     beyond = (x < 0) | (y < 0) | (x > far_corner[0]) | (y > far_corner[1])

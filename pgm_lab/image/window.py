@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pgm_lab import _validate
+
 
 def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
     """Square window around a pixel.
@@ -32,9 +34,12 @@ def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
            [ 6,  7,  8],
            [11, 12, 13]])
     """
-    if size < 1 or size % 2 == 0:
-        raise ValueError(f"size must be odd, so that a pixel is the middle; got {size}")
-    column, row = np.floor(np.asarray(centre, dtype=float) + 0.5).astype(int)
+    _validate.image(image)
+    size = _validate.window(size, "size", 1)
+    centre = _validate.one_point(centre, 2, "centre")
+    far = max(np.shape(image)) + size  # outside as any place beyond
+    column, row = np.floor(np.clip(centre, -far, far) + 0.5).astype(int)
+    image = np.asarray(image)
     top, left = row - size // 2, column - size // 2
     window = image[max(top, 0) : top + size, max(left, 0) : left + size]
     if window.shape != (size, size):

@@ -129,7 +129,9 @@ def match(
     singular
     """
     left, right = _validate.image(left, "left"), _validate.image(right, "right", 2)
-    defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in defects}
+    iterations = _validate.whole(iterations, "iterations", 1)
+    named = _validate.texts(defects, "defects")
+    defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in named}
     left_points = _validate.point_list(left_points, "left_points")
     start = _validate.point_list(start, "start", len(left_points))
     x, y, template = _windows(left, left_points, _validate.window(window, "window"))

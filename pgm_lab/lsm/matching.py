@@ -148,13 +148,14 @@ def match(
     converged 3
     """
     window = _validate.window(window, "window", 5)
+    radiometric = _validate.flag(radiometric, "radiometric")
     half = window // 2
     left = _validate.image(left, "left", window)
     right = _validate.image(right, "right", window)
     left_points = _validate.point_list(left_points, "left_points")
     n = len(left_points)
     right_points = _validate.point_list(right_points, "right_points", n)
-    tolerance = float(_validate.positive(tolerance, "tolerance", "px"))
+    tolerance = _validate.positive_number(tolerance, "tolerance", "px")
     if not 0 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)

@@ -74,8 +74,9 @@ def cramer_rao(
         raise ValueError(
             f"gradients must be {(*grey.shape, 2)}, as grey; got {gradients.shape}"
         )
-    sigma = float(_validate.positive(sigma, "sigma", "grey values"))
-    gain = float(_validate.positive(gain, "gain", "right over left"))
+    radiometric = _validate.flag(radiometric, "radiometric")
+    sigma = _validate.positive_number(sigma, "sigma", "grey values")
+    gain = _validate.positive_number(gain, "gain", "right over left")
     turn = np.eye(2) if shape is None else _validate.finite(shape, "shape")
     if turn.shape[-2:] != (2, 2):
         raise ValueError(f"shape must be (..., 2, 2); got {turn.shape}")

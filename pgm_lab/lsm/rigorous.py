@@ -81,6 +81,7 @@ def adjust(
     ((1, 441), 433)
     """
     window = _validate.window(window, "window", 5)
+    radiometric = _validate.flag(radiometric, "radiometric")
     half = window // 2
     left = _validate.image(left, "left", window)
     right = _validate.image(right, "right", window)
@@ -92,7 +93,8 @@ def adjust(
             f" got {start.shape}"
         )
     _, x, y = window_grid(half)
-    pixels = np.rint(left_points).astype(int)
+    line_search = _validate.flag(line_search, "line_search")
+    pixels = np.rint(np.clip(left_points, -1, max(left.shape))).astype(int)
     columns, rows = pixels[:, :1] + x.astype(int), pixels[:, 1:] + y.astype(int)
     inside = (pixels >= half) & (pixels < np.array(left.shape[::-1]) - half)
     _validate.refuse(

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
+from pgm_lab import _validate
+
 # A window with this much less energy than all that is summed up with it is doubtful
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
@@ -96,8 +98,8 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
 
 def image(values: ArrayLike, name: str) -> np.ndarray:
     """Return `values` as an array (..., rows, columns) of finite grey values."""
-    array = np.asarray(values)
-    if array.ndim < 2 or not array.size or array.dtype.kind not in "buif":
+    array = _validate.numeric(values, name)
+    if array.ndim < 2 or not array.size:
         raise ValueError(
             f"{name} must be an array (rows, columns) of grey values, real numbers; got"
             f" shape {array.shape}, {array.dtype}. For a colour image, take one channel"

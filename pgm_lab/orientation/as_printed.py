@@ -7,7 +7,7 @@ For the trial of the printed formulas. Nothing here is for use in a computation:
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import camera, rotation
+from pgm_lab import _validate, camera, rotation
 
 STEP = 1e-5  # of the finite differences: in radians, and as a share of the distance
 
@@ -42,7 +42,9 @@ def coefficients(f: float, exterior: ArrayLike, point: ArrayLike) -> np.ndarray:
     >>> np.argwhere(np.abs(off) > 1e-6) + 1  # here b23 alone, whose sign is wrong
     array([[2, 3]])
     """
-    exterior = np.asarray(exterior, dtype=float)
+    f = _validate.positive_number(f, "f", "mm")
+    exterior = _validate.one_point(exterior, 6, "exterior")
+    point = _validate.one_point(point, 3, "point")
     m = rotation.matrix(*exterior[3:])
     dX, dY, dZ = d = point - exterior[:3]
     r, s, q = m @ d
@@ -90,8 +92,11 @@ def moved_by_each(f: float, exterior: ArrayLike, point: ArrayLike) -> np.ndarray
     array([[0.5, 0. , 0. ],
            [0. , 0.5, 0. ]])
     """
+    f = _validate.positive_number(f, "f", "mm")
+    exterior = _validate.one_point(exterior, 6, "exterior")
+    point = _validate.one_point(point, 3, "point")
     one = camera.Camera(f)
-    unknown = np.concatenate([np.asarray(exterior, dtype=float), point])
+    unknown = np.concatenate([exterior, point])
     # The error falls with the square of the step, rounding grows with its inverse
     step = np.diag(STEP * np.repeat([1.0, np.linalg.norm(unknown[:3])], [3, 3]))
     step = np.insert(step, 0, np.zeros((3, 6)), axis=1)

@@ -171,7 +171,7 @@ def _observations(
     exteriors: np.ndarray, image_points: ArrayLike, seen: ArrayLike | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Image points, zero where not seen, and which photo sees which point."""
-    image_points = np.asarray(image_points, dtype=float)
+    image_points = _validate.real(image_points, "image_points")
     p = len(exteriors)
     if exteriors.ndim != 2 or p < 2:
         raise ValueError(
@@ -188,6 +188,7 @@ def _observations(
         return _validate.finite(image_points, "image_points"), np.ones(
             image_points.shape[:-1], bool
         )
+    _validate.real(seen, "seen")
     seen = np.asarray(seen)
     if seen.dtype != bool or seen.shape != image_points.shape[:-1]:
         raise ValueError(
@@ -199,7 +200,10 @@ def _observations(
 
 
 def _cameras(cameras: Camera | Sequence[Camera], p: int) -> list[Camera]:
-    photos = [cameras] * p if isinstance(cameras, Camera) else list(cameras)
+    if isinstance(cameras, Camera):
+        photos = [cameras] * p
+    else:
+        photos = _validate.several(cameras, "cameras", Camera)
     if len(photos) != p:
         raise ValueError(f"{len(photos)} cameras for {p} photos: one for each, or one")
     if len({camera.lens for camera in photos}) > 1:

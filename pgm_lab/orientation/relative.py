@@ -153,6 +153,8 @@ def relative(
     >>> print(f"bx = {exchanged.exterior[0]:g}")
     bx = -1
     """
+    _validate.instance(camera_left, Camera, "camera_left")
+    _validate.instance(camera_right, Camera, "camera_right")
     left, right = _rays(camera_left, camera_right, left_points, right_points)
     bx = 1.0 if base is None else _validate.number(base, "base")
     if bx == 0:

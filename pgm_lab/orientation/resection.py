@@ -119,13 +119,15 @@ def resect(
     ('converged', [40.0, 30.0, 120.0, 0.1, -0.05, 1.5])
     """
     image_points, object_points = _observations(image_points, object_points)
+    _validate.instance(camera, Camera, "camera")
     sigma = _validate.standard_deviation(sigma)
     n = len(image_points)
     if three_points.on_a_line(object_points):
         return _nothing(n, "points on a line")
     centres, M = _closed_form(camera, image_points, object_points)
     if start is not None:
-        start = _validate.points(start, 6, "start").reshape(6)
+        start = _validate.points(start, 6, "start")
+        start = _validate.one_point(start.squeeze(), 6, "start")
         centres = np.concatenate([centres, start[None, :3]])
         M = np.concatenate([M, rotation.matrix(*start[3:])[None]])
     if not len(centres):

@@ -5,6 +5,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 """
 
 from pgm_lab.plot import bundle, matching, matrices, network, space, studies, village
+from pgm_lab.plot._pixel import pixel_on_ground
 from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import (
     BLACK,
@@ -19,7 +20,6 @@ from pgm_lab.plot.basic import (
     YELLOW,
     error_ellipse,
     frame,
-    pixel_on_ground,
     show,
     table,
 )

@@ -13,13 +13,12 @@ from IPython.display import publish_display_data
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
-from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import ArrayLike
 from PIL import Image
 from scipy.stats import chi2
 
-from pgm_lab.datasets import Orthophoto
+from pgm_lab import _validate
+from pgm_lab.plot import _doors
 
 # The palette of Okabe and Ito (2008), told apart in all common kinds of colour vision.
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -70,7 +69,11 @@ def show(fig: Figure, alt: str, dpi: int = 130, colours: int | None = None) -> N
     ValueError
         If the text is missing.
     """
-    if not alt.strip():
+    _validate.instance(fig, Figure, "fig")
+    dpi = _validate.whole(dpi, "dpi", 1, 1200)
+    if colours is not None:
+        colours = _validate.whole(colours, "colours", 2, 256)
+    if not isinstance(alt, str) or not alt.strip():
         raise ValueError("alt must say in words what the figure shows")
     buffer = io.BytesIO()
     fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
@@ -108,7 +111,10 @@ def table(
     ValueError
         If a row has another length than the header.
     """
-    cells = [[str(cell) for cell in row] for row in rows]
+    header = _validate.texts(header, "header")
+    _validate.text(caption, "caption")
+    several = _validate.several(rows, "rows")
+    cells = [[_cell(one) for one in _validate.several(r, "rows")] for r in several]
     for number, row in enumerate(cells):
         if len(row) != len(header):
             raise ValueError(
@@ -117,6 +123,13 @@ def table(
     content = header, cells, caption
     page, plain = _html_table(*content), _text_table(*content)
     publish_display_data({"text/html": page, "text/plain": plain})
+
+
+def _cell(value: object) -> str:
+    try:
+        return str(value)
+    except Exception:  # of a stranger's object
+        raise ValueError("rows has a cell that cannot be written as text") from None
 
 
 def _html_table(header: Sequence[str], cells: list[list[str]], caption: str) -> str:
@@ -183,11 +196,17 @@ def error_ellipse(
     -------
     matplotlib.patches.Ellipse
     """
-    variance, axes = np.linalg.eigh(np.asarray(covariance, dtype=float))
+    _doors.axes(ax)
+    x, y = _validate.one_point(position, 2, "position")
+    C = _validate.covariances(covariance, "covariance")
+    C = _validate.of_shape(C, (2, 2), "covariance")
+    probability = _validate.probability(probability, "probability")
+    magnify = _validate.positive_number(magnify, "magnify", "a factor")
+    variance, axes = np.linalg.eigh(C)
+    variance = np.maximum(variance, 0.0)  # but for rounding
     width, height = 2 * magnify * np.sqrt(variance * chi2.ppf(probability, df=2))
     angle = np.degrees(np.arctan2(axes[1, 0], axes[0, 0]))
     style = {"fill": False, "color": RED, "linewidth": 2.2} | style
-    x, y = np.asarray(position, dtype=float)
     ellipse = Ellipse((x, y), width, height, angle=angle, **style)
     ax.add_patch(ellipse)
     return ellipse
@@ -214,85 +233,15 @@ def frame(
     color : str
         Colour of the frame.
     """
+    _doors.axes(ax)
+    x0, y0 = _validate.one_point(origin, 2, "origin")
+    x_end = _validate.one_point(x_end, 2, "x_end")
+    y_end = _validate.one_point(y_end, 2, "y_end")
+    names = tuple(_validate.texts(names, "names", 2))
+    _doors.colour(color, "color")
     look: Look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
     text: Look = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
-    x0, y0 = np.asarray(origin, dtype=float)
-    for name, end in zip(names, (x_end, y_end)):
-        x, y = np.asarray(end, dtype=float)
+    for name, (x, y) in zip(names, (x_end, y_end)):
         ax.annotate("", (x, y), (x0, y0), arrowprops=look | {"color": color})
         ax.annotate(name, (x, y), xytext=(9, 0), color=color, **text)
     ax.plot(x0, y0, "o", color=color, markersize=12)
-
-
-def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
-    """Draw a camera above a real orthophoto, and the rays of one pixel.
-
-    The camera is drawn far too large, and its pixels are, or they could not be seen.
-
-    Parameters
-    ----------
-    ortho : datasets.Orthophoto
-        What lies on the ground.
-    height : float
-        Flying height in m.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    side = ortho.grey.shape[0] * ortho.gsd / 2
-    scale = 0.3  # of the image, large enough to be seen and to hold the whole ground
-    image_height = height * (1 - scale)
-    centre = np.array([0.0, 0.0, height])
-    lines = np.linspace(-side, side, 9) * scale
-    pixel = np.array([[5, 1], [6, 1], [6, 2], [5, 2]])
-    image = np.column_stack([lines[pixel], np.full(4, image_height)])
-    ground = centre + (image - centre) / scale
-
-    fig = plt.figure(figsize=(10, 6.6), layout="none")
-    where = (-0.25, -0.2, 1.5, 1.5)
-    ax: Any = fig.add_axes(where, projection="3d", computed_zorder=False)
-    ax.set_proj_type("ortho")
-    azimuth = -62
-    ax.view_init(elev=20, azim=azimuth)
-    _lay_out(ax, ortho, side, 0.0, pixels=192, zorder=1)
-    _lay_out(ax, ortho, side * scale, image_height, pixels=48, zorder=4)
-    for at in lines:
-        for x, y in ((lines[[0, -1]], [at, at]), ([at, at], lines[[0, -1]])):
-            ax.plot(x, y, image_height, color="white", linewidth=0.8, zorder=5)
-    ax.add_collection3d(Poly3DCollection([image], color=RED, zorder=6))
-    ax.add_collection3d(Poly3DCollection([ground], color=RED, alpha=0.75, zorder=2))
-    for top, bottom in zip(image, ground, strict=True):
-        ax.plot(*zip(top, bottom, strict=True), color=RED, linewidth=1.6, zorder=3)
-        ax.plot(*zip(centre, top, strict=True), color=RED, linewidth=1.6, zorder=7)
-    ax.plot(*centre, "o", color=BLACK, markersize=10, zorder=8)
-    # Straight to the left as the reader sees it, so that heights compare
-    left = np.array([np.sin(np.radians(azimuth)), -np.cos(np.radians(azimuth))])
-    bars = ("H", 0.0, 1.33 * side), ("c", image_height, 0.46 * side)
-    for name, low, distance in bars:
-        x, y = distance * left
-        ax.plot([x, x], [y, y], [low, height], "-_", color=BLACK, markersize=13)
-        x, y = (distance + 5) * left
-        ax.text(x, y, (low + height) / 2, name, fontsize=21, ha="right", va="center")
-    ax.text(*(centre + (6, 0, 3)), "perspective centre", fontsize=17)
-    ax.text(side * scale + 9, 6, image_height, "image", fontsize=17)
-    label = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 3}
-    at = ground[1] + (5, -2, 0)
-    ax.text(*at, "GSD", fontsize=21, color=RED, weight="bold", bbox=label, zorder=9)
-    ax.set(xlim=(-side, side), ylim=(-side, side), zlim=(0, height))
-    ax.set_box_aspect((2 * side, 2 * side, height), zoom=0.93)
-    ax.set_axis_off()
-    return fig
-
-
-def _lay_out(
-    ax: Axes3D, ortho: Orthophoto, side: float, height: float, pixels: int, zorder: int
-) -> None:
-    """Lay the orthophoto, averaged to pixels x pixels, on a plane at a height."""
-    n = ortho.grey.shape[0] // pixels
-    blocks = ortho.grey[: n * pixels, : n * pixels].reshape(pixels, n, pixels, n)
-    colour = plt.get_cmap("gray")(blocks.mean(axis=(1, 3)) / 255)
-    x, y = np.meshgrid(*2 * [np.linspace(-side, side, pixels + 1)])
-    z = np.full_like(x, height)
-    options: Look = {"rstride": 1, "cstride": 1, "shade": False, "antialiased": False}
-    ax.plot_surface(x, -y, z, facecolors=colour, zorder=zorder, **options)

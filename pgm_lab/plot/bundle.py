@@ -18,7 +18,7 @@ from pgm_lab.adjustment import outliers
 from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.plot import basic
+from pgm_lab.plot import _doors, basic
 from pgm_lab.plot._style import UM
 from pgm_lab.plot.basic import Look
 
@@ -54,7 +54,11 @@ def lens_curve(
     -------
     matplotlib.figure.Figure
     """
+    camera = _doors.bundle(result, camera)
+    decentring = _validate.flag(decentring, "decentring")
     confidence = _validate.probability(confidence, "confidence")
+    if r_max is not None:
+        r_max = _validate.positive_number(r_max, "r_max", "mm")
     network, lens = result.network, result.cameras[camera]
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
@@ -123,6 +127,11 @@ def residual_vectors(
     ValueError
         If a photo has no observations.
     """
+    _doors.bundle(result)
+    if critical is not None:
+        critical = _validate.positive_number(critical, "critical", "in deviations")
+    if magnify is not None:
+        magnify = _validate.positive_number(magnify, "magnify", "a factor")
     network = result.network
     v = UM * result.residuals  # computed - observed
     critical = critical_value(result) if critical is None else critical
@@ -134,7 +143,8 @@ def residual_vectors(
     if photo is None:
         shown = np.sort(np.argsort(-rms, kind="stable")[:MOST_PHOTOS])
     else:
-        shown = np.atleast_1d(photo)
+        photos = [photo] if isinstance(photo, int | np.integer) else photo
+        shown = _validate.indices(photos, m, "photo")
         _validate.refuse(
             count[shown] == 0, "photo{} has no observations: nothing to draw"
         )
@@ -218,6 +228,9 @@ def standardized_histogram(result: Bundle, critical: float | None = None) -> Fig
     -------
     matplotlib.figure.Figure
     """
+    _doors.bundle(result)
+    if critical is not None:
+        critical = _validate.positive_number(critical, "critical", "in deviations")
     network, w, test = result.network, result.standardized, result.residual_test
     distribution = outliers.distribution(test, result.redundancy)
     critical = critical_value(result) if critical is None else critical

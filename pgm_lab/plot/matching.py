@@ -12,8 +12,9 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
 
+from pgm_lab import _validate
 from pgm_lab.image import cut, resample
-from pgm_lab.plot import basic
+from pgm_lab.plot import _doors, basic
 from pgm_lab.plot.basic import Look
 
 
@@ -31,11 +32,13 @@ def draw_window(
     **style
         Handed to `imshow`.
     """
-    column, row = np.floor(np.asarray(centre, dtype=float) + 0.5)
-    half = size / 2
+    _doors.axes(ax)
+    window = cut(image, centre, size)
+    column, row = np.floor(_validate.one_point(centre, 2, "centre") + 0.5)
+    half = int(size) / 2
     extent = (column - half, column + half, row + half, row - half)
     style = {"cmap": "gray"} | style
-    ax.imshow(cut(image, centre, size), extent=extent, **style)
+    ax.imshow(window, extent=extent, **style)
     ax.grid(False)
 
 
@@ -57,7 +60,10 @@ def outline(
     **style
         Handed to `matplotlib.patches.Rectangle`.
     """
-    x, y = np.asarray(centre, dtype=float) - size / 2
+    _doors.axes(ax)
+    _doors.colour(color, "color")
+    size = _validate.positive_number(size, "size", "px")
+    x, y = _validate.one_point(centre, 2, "centre") - size / 2
     style = {"fill": False, "linewidth": 2.5} | style
     square = Rectangle((x, y), size, size, edgecolor=color, **style)
     ax.add_patch(square)
@@ -72,6 +78,7 @@ def shifts(r: np.ndarray) -> np.ndarray:
     >>> shifts(np.zeros((3, 3)))
     array([-1,  0,  1])
     """
+    r = _doors.square_map(r)
     return np.arange(len(r)) - len(r) // 2
 
 
@@ -83,6 +90,9 @@ def draw_map(ax: Axes, r: np.ndarray, lowest: float = -0.5) -> AxesImage:
     matplotlib.image.AxesImage
         For a colour bar.
     """
+    _doors.axes(ax)
+    r = _doors.square_map(r)
+    lowest = _lowest(lowest)
     half = len(r) / 2
     extent = (-half, half, half, -half)
     ax.grid(False)
@@ -110,6 +120,12 @@ def draw_surface(
     (int, int)
         Shift (columns, rows) of the summit from the middle.
     """
+    _doors.axes_in_space(ax)
+    r = _doors.square_map(r)
+    if len(r) < 2:
+        raise ValueError("r must have two rows or more, to be a landscape")
+    lowest = _lowest(lowest)
+    label = _validate.flag(label, "label")
     d = shifts(r)
     x, y = np.meshgrid(d, d)
     look = {"cmap": "cividis", "vmin": -0.5, "vmax": 1}
@@ -167,9 +183,12 @@ def film_strip(
     ValueError
         If the window leaves the left photo, or parameters and notes do not fit.
     """
-    left, right = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    trail = np.asarray(parameters, dtype=float)
-    if trail.shape != (len(notes), 8):
+    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
+    point = tuple(_validate.one_point(point, 2, "point"))
+    window = _validate.window(window, "window")
+    notes = _validate.texts(notes, "notes")
+    trail = _validate.finite(parameters, "parameters")
+    if trail.shape != (len(notes), 8) or not notes:
         raise ValueError(
             f"parameters must have shape ({len(notes)}, 8), as there are notes;"
             f" got {trail.shape}"
@@ -237,3 +256,9 @@ def _photo(
     view = 1.75 * edge
     ax.set(xlim=(centre[0] - view, centre[0] + view))
     ax.set(ylim=(centre[1] + view, centre[1] - view))
+
+
+def _lowest(value: float) -> float:
+    if (lowest := _validate.number(value, "lowest")) < 1:
+        return lowest
+    raise ValueError(f"lowest must lie below 1, the best correlation; got {lowest:g}")

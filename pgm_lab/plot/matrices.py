@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.bundle.lens import places
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.plot import basic
+from pgm_lab.plot import _doors, basic
 from pgm_lab.plot._style import SERIES, symbol
 from pgm_lab.plot.basic import Look
 
+MOST = 1000  # photos or points: more blocks nobody could see
 EXTERIOR = ("$X_0$", "$Y_0$", "$Z_0$", r"$\omega$", r"$\varphi$", r"$\kappa$")
 COLORS = {
     "interior": basic.BLUE,
@@ -55,8 +56,10 @@ def normal_blocks(
         orientation, exteriors (6 a photo), points (3 each), border. Kinds are the
         keys of `COLORS`.
     """
-    photo, point = np.asarray(photo, dtype=int), np.asarray(point, dtype=int)
-    m, n = photo.max() + 1, point.max() + 1
+    interior = _validate.whole(interior, "interior", 0, 10**4)
+    border = _validate.whole(border, "border", 0, 10**4)
+    eliminated = _validate.flag(eliminated, "eliminated")
+    photo, point, m, n = _rays(photo, point)
     seen = np.zeros((m, n), dtype=bool)
     seen[photo, point] = True
     first = interior + 6 * m  # of the points
@@ -103,7 +106,9 @@ def normal_matrix(
     -------
     matplotlib.figure.Figure
     """
-    m, n = np.max(photo) + 1, np.max(point) + 1
+    interior = _validate.whole(interior, "interior", 0, 10**4)
+    border = _validate.whole(border, "border", 0, 10**4)
+    photo, point, m, n = _rays(photo, point)
     groups = [(f"interior {interior}", interior), (f"{m} × 6 photos", 6 * m)]
     groups += [(f"{n} × 3 points", 3 * n), (f"G {border}", border)]
     groups = [group for group in groups if group[1]]
@@ -129,6 +134,17 @@ def normal_matrix(
     ax.set_ylim(1.01 * size, -0.09 * size)
     ax.set_axis_off()
     return fig
+
+
+def _rays(
+    photo: ArrayLike, point: ArrayLike
+) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """Photo and point of each ray, and how many there are of both."""
+    photo = _validate.indices(photo, MOST, "photo")
+    point = _validate.indices(point, MOST, "point", len(photo))
+    if not len(photo):
+        raise ValueError("photo and point must hold one ray or more")
+    return photo, point, int(photo.max()) + 1, int(point.max()) + 1
 
 
 def _blocks(
@@ -180,6 +196,7 @@ def correlation_matrix(result: Bundle, camera: int = 0) -> Figure:
     -------
     matplotlib.figure.Figure
     """
+    camera = _doors.bundle(result, camera)
     place = places(result, camera)
     names, rows = [symbol(name) for name in place], list(place.values())
     u = len(result.interior_names)
@@ -234,12 +251,20 @@ def spectrum(
     -------
     matplotlib.figure.Figure
     """
-    tolerances = tolerances or {}
+    values = _validate.mapping(values, "values")
+    limits = {} if tolerances is None else _validate.mapping(tolerances, "tolerances")
+    if not 0 < len(values) <= len(SERIES):
+        raise ValueError(f"values must be 1 to {len(SERIES)} matrices")
     fig, ax = plt.subplots(figsize=(11, 5.8))
     ax.set_yscale("log")
     for (name, s), (color, mark) in zip(values.items(), SERIES):
-        s = -np.sort(-_validate.finite(s, name))
-        tolerance = tolerances.get(name, 0.0)
+        s = -np.sort(-_validate.of_shape(s, (None,), f"values, {name}"))
+        tolerance = limits.get(name, 0.0)
+        tolerance = _validate.not_negative(
+            tolerance, f"tolerances, {name}", "as values"
+        )
+        if not np.any(s > 0):
+            raise ValueError(f"values, {name}: no singular value is above zero")
         number, kept = np.arange(1, len(s) + 1), s > tolerance
         look: Look = {"color": color, "marker": mark, "linestyle": "", "markersize": 6}
         label = f"{name}: {kept.sum()} of {len(s)} kept" if tolerance else name

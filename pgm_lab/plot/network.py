@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, bundle
 from pgm_lab._rounding import round_number
-from pgm_lab.plot import basic, space
+from pgm_lab.plot import _doors, basic, space
 from pgm_lab.plot._style import best_view, fill, screen, together
 from pgm_lab.plot.basic import Look
 
@@ -50,6 +50,13 @@ def seven_motions(
     matplotlib.figure.Figure
     """
     exteriors, points = _network(exteriors, points)
+    _doors.view(view)
+    if not len(exteriors) or not len(points):
+        raise ValueError("exteriors and points must be one or more")
+    if size is not None:
+        size = _validate.positive_number(size, "size", "object units")
+    if len(points) < 2:
+        raise ValueError("points must be two or more, to be seen in space")
     positions = np.concatenate([exteriors[:, :3], points])
     reach = np.ptp(positions, axis=0).max()
     size = 0.13 * reach if size is None else size
@@ -61,7 +68,7 @@ def seven_motions(
     lengths = np.linalg.norm(everything, axis=2).max(axis=1)
     steps = 0.24 * reach * everything / lengths[:, None, None]
     room = np.concatenate([positions, *(positions + steps)])
-    view = view or best_view(exteriors[:, :3], points)
+    view = best_view(exteriors[:, :3], points) if view is None else tuple(view)
     for number, (name, step) in enumerate(zip(MOTIONS, steps)):
         # Shifts above, rotations below, the scale at their right in the middle
         row, column = divmod(number, 3) if number < 6 else (0.5, 3)
@@ -127,12 +134,19 @@ def network_3d(
     ValueError
         If the shapes do not fit.
     """
+    names = _validate.flag(names, "names")
+    _doors.view(view)
+    _validate.text(unit, "unit")
+    if size is not None:
+        size = _validate.positive_number(size, "size", "object units")
+    if factor is not None:
+        factor = _validate.positive_number(factor, "factor", "of the ellipsoids")
     exteriors, points = _network(exteriors, points)
     positions = np.concatenate([exteriors[:, :3], points])
     reach = np.ptp(positions, axis=0).max()
     size = 0.1 * reach if size is None else size
     fig = plt.figure(figsize=(11, 7.4), layout="none")
-    view = view or best_view(exteriors[:, :3], points)
+    view = best_view(exteriors[:, :3], points) if view is None else tuple(view)
     ax = space.space(fig, view=view)
     drawn = [points]
     for exterior, name in zip(exteriors, together(exteriors[:, :3], 0.4 * size)):
@@ -150,12 +164,9 @@ def network_3d(
         f"{len(exteriors)} photos, " * bool(len(exteriors)) + f"{len(points)} points"
     )
     if covariance_points is not None:
-        C = _validate.finite(covariance_points, "covariance_points")
-        if C.shape != (len(points), 3, 3):
-            raise ValueError(
-                f"covariance_points must have shape ({len(points)}, 3, 3), as there are"
-                f" points; got {C.shape}"
-            )
+        shape = len(points), 3, 3
+        C = _validate.of_shape(covariance_points, shape, "covariance_points")
+        _refuse_no_covariance(C, "covariance_points")
         longest = np.sqrt(np.linalg.eigvalsh(C)[:, -1])
         if factor is None:
             factor = round_number(0.06 * reach / longest.max())
@@ -185,6 +196,13 @@ def ellipsoids(
     -------
     ndarray (k, n, 2 n, 3)
     """
+    positions = _validate.of_shape(positions, (None, 3), "positions")
+    shape = len(positions), 3, 3
+    covariances = _validate.of_shape(covariances, shape, "covariances")
+    _refuse_no_covariance(covariances, "covariances")
+    factor = _validate.positive_number(factor, "factor", "of the ellipsoids")
+    n = _validate.whole(n, "n", 2, 1000)
+    _validate.size("n", len(positions), n, 2 * n, 3)
     latitude = np.linspace(-np.pi / 2, np.pi / 2, n)[:, None]
     longitude = np.linspace(0, 2 * np.pi, 2 * n)[None]
     sphere = np.stack(
@@ -239,3 +257,15 @@ def _scale_bar(ax: Axes3D, drawn: np.ndarray, unit: str) -> np.ndarray:
 def _network(exteriors: ArrayLike, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     exteriors = _validate.points(exteriors, 6, "exteriors").reshape(-1, 6)
     return exteriors, _validate.points(points, 3, "points").reshape(-1, 3)
+
+
+def _refuse_no_covariance(C: np.ndarray, name: str) -> None:
+    """Refuse matrices that are not symmetric or have no positive variance."""
+    _validate.refuse(
+        np.any(np.abs(C - C.swapaxes(1, 2)) > 1e-9 * np.abs(C).max(initial=0), (1, 2)),
+        name + "{} is not symmetric, as each covariance is",
+    )
+    _validate.refuse(
+        np.linalg.eigvalsh(C)[:, -1] <= 0,
+        name + "{} is no covariance: it has no positive variance",
+    )

@@ -14,8 +14,8 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import ArrayLike
 
-from pgm_lab import rotation
-from pgm_lab.plot import _horizon, basic
+from pgm_lab import _validate, rotation
+from pgm_lab.plot import _doors, _ground, _horizon, basic
 
 AXES = (basic.RED, basic.GREEN, basic.BLUE)  # x, y, z
 # Drawings may reach beyond their axes, which makes room for large ones
@@ -50,8 +50,16 @@ def space(
     -------
     Axes3D
     """
+    _validate.instance(fig, Figure, "fig")
+    _doors.view(view)
+    zoom = _validate.positive_number(zoom, "zoom", "a factor")
     # What is drawn later lies on top: matplotlib's own guess hides cameras
-    ax = fig.add_subplot(where, projection="3d", computed_zorder=False)
+    try:
+        ax = fig.add_subplot(where, projection="3d", computed_zorder=False)
+    except Exception:  # whatever matplotlib makes of a stranger's object
+        raise ValueError(
+            f"where must be a place as for add_subplot; got {_validate.shown(where)}"
+        ) from None
     ax.set_proj_type("ortho")
     ax.view_init(elev=view[0], azim=view[1])
     ax.set_box_aspect((1, 1, 1), zoom=zoom)
@@ -61,7 +69,11 @@ def space(
 
 def fit(ax: Axes3D, points: ArrayLike, zoom: float = 1.0) -> None:
     """Show all points (..., 3), with one scale on all three axes."""
-    points = np.reshape(points, (-1, 3))
+    _doors.axes_in_space(ax)
+    zoom = _validate.positive_number(zoom, "zoom", "a factor")
+    points = _validate.points(points, 3, "points").reshape(-1, 3)
+    if not len(points):
+        raise ValueError("points must be one or more")
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 1e-9 * np.ptp(points) + 1e-12)
     for name, a, b in zip("xyz", low, low + size):
@@ -88,8 +100,9 @@ def frustum(
     ndarray (4, 3)
         Lower left, lower right, upper right, upper left corner.
     """
-    exterior = np.asarray(exterior, dtype=float)
-    width, height = np.array(form) / 2
+    exterior = _validate.one_point(exterior, 6, "exterior")
+    size = _validate.positive_number(size, "size", "object units")
+    width, height = _doors.form(form) / 2
     corners = np.array(
         [(-width, -height), (width, -height), (width, height), (-width, height)]
     )
@@ -138,7 +151,13 @@ def draw_camera(
     ndarray (k, 3)
         All points drawn, for `fit`.
     """
-    exterior = np.asarray(exterior, dtype=float)
+    _doors.axes_in_space(ax)
+    exterior = _validate.one_point(exterior, 6, "exterior")
+    _doors.colour(color, "color")
+    if not isinstance(name, str):
+        raise ValueError(f"name must be a text; got {_validate.shown(name)}")
+    axes = _validate.flag(axes, "axes")
+    fontsize = _validate.positive_number(fontsize, "fontsize", "points")
     centre, corners = exterior[:3], frustum(exterior, size, form)
     rays = np.stack(np.broadcast_arrays(centre, corners), axis=1)
     thin = {"linewidths": 1.5, "zorder": 3} | FREE
@@ -173,8 +192,12 @@ def draw_axes(
     ndarray (3, 3)
         The tips.
     """
-    M = np.eye(3) if M is None else np.asarray(M, dtype=float)
-    origin = np.asarray(origin, dtype=float)
+    _doors.axes_in_space(ax)
+    length = _validate.positive_number(length, "length", "object units")
+    fontsize = _validate.positive_number(fontsize, "fontsize", "points")
+    names = _validate.texts(names, "names", 3)
+    M = np.eye(3) if M is None else _validate.of_shape(M, (3, 3), "M")
+    origin = _validate.one_point(origin, 3, "origin")
     for row, color, name in zip(M, AXES, names):
         arrow = {"color": color, "linewidth": 2.4, "arrow_length_ratio": 0.22}
         ax.quiver(*origin, *(length * row), zorder=4, **FREE, **arrow)
@@ -188,6 +211,12 @@ def draw_faces(ax: Axes3D, faces: Faces, alpha: float = 1.0) -> np.ndarray:
 
     What lies on the ground, at Z = 0, is drawn first: seen from above it hides nothing.
     """
+    _doors.axes_in_space(ax)
+    alpha = _validate.number(alpha, "alpha")
+    if not 0 <= alpha <= 1:
+        raise ValueError(f"alpha must lie between 0 and 1; got {alpha:g}")
+    if not (faces := _doors.faces(faces)):
+        raise ValueError("faces must be one polygon or more")
     look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha, "zorder": 1}
     on_ground = [face for face in faces if not face[0][:, 2].any()]
     for part in (on_ground, [face for face in faces if face[0][:, 2].any()]):
@@ -230,12 +259,17 @@ def draw_photo(
     ValueError
         If there is ground, but the camera does not stand above it.
     """
-    exterior = np.asarray(exterior, dtype=float)
+    _doors.axes(ax)
+    exterior = _validate.one_point(exterior, 6, "exterior")
+    faces = _doors.faces(faces)
+    c = _validate.positive_number(c, "c", "units of the axes")
+    form = _doors.form(form)
     M = rotation.matrix(*exterior[3:])
-    half = c * np.array(form) / 2
+    half = c * form / 2
     ax.set_facecolor(SKY_COLOR)
     if ground is not None:
-        _draw_ground(ax, exterior, M, c, half, ground)
+        _doors.colour(ground, "ground")
+        _ground.draw_ground(ax, exterior, M, c, half, ground)
     seen = []
     for polygon, color in faces:
         distance = np.linalg.norm(polygon.mean(axis=0) - exterior[:3])
@@ -251,40 +285,8 @@ def draw_photo(
     ax.add_collection(PolyCollection(polygons, linewidths=0.4, **look), autolim=False)
     ax.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]))
     ax.set(aspect="equal", xticks=(), yticks=())
-    _draw_photo_axes(ax, c)
+    _ground.draw_photo_axes(ax, c, AXES)
     for spine in ax.spines.values():
         spine.set(visible=True, linewidth=1.5)
     ax.spines["top"].set_linewidth(4.5)  # the bar of `draw_camera`
     ax.grid(False)
-
-
-def _draw_ground(
-    ax: Axes,
-    exterior: np.ndarray,
-    M: np.ndarray,
-    c: float,
-    half: np.ndarray,
-    color: str,
-) -> None:
-    """Fill the photo below the horizon, and write the directions on it."""
-    if exterior[2] <= 0:
-        raise ValueError(
-            "with ground, the camera must stand above it, exterior[2] > 0; got"
-            f" {exterior[2]}"
-        )
-    corners = half * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-    land = _horizon.ground(M, c, corners)
-    ax.add_collection(PolyCollection([land], facecolors=color), autolim=False)
-    for name, at in _horizon.directions(M, c):
-        if np.all(np.abs(at) < 0.92 * half):
-            ax.text(*at, name, fontsize=13, ha="center", va="center", zorder=3)
-
-
-def _draw_photo_axes(ax: Axes, c: float) -> None:
-    """Draw the principal point, and x to the right, y up from there."""
-    ax.plot(0, 0, "+", color=basic.BLACK, markersize=14, markeredgewidth=2)
-    for name, tip, color in zip("xy", 0.16 * c * np.eye(2), AXES):
-        arrow = {"arrowstyle": "-|>", "color": color, "linewidth": 2}
-        ax.annotate("", tip, (0, 0), arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
-        middle = {"ha": "center", "va": "center"}
-        ax.text(*(1.25 * tip), name, color=color, fontsize=13, **middle)

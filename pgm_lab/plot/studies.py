@@ -35,8 +35,14 @@ def residuals_by_photo(
     ValueError
         If the solutions have not the same number of photos.
     """
-    series = _same_length(rms, "rms")
+    series = _same_length(_validate.mapping(rms, "rms"), "rms")
+    for name, values in series.items():
+        _validate.positive(values, f"rms, {name}", "mm")
     m = len(next(iter(series.values())))
+    given = range(1, m + 1) if photo_names is None else photo_names
+    names = [str(name) for name in _validate.several(given, "photo_names")]
+    if len(names) != m:
+        raise ValueError(f"photo_names must be {m} names; got {len(names)}")
     fig, ax = plt.subplots(figsize=(11, 5.4))
     width = 0.8 / len(series)
     hatches = ("", "//", "..", "xx", "\\\\", "++", "--")
@@ -50,8 +56,7 @@ def residuals_by_photo(
     ax.set(yscale="log", ylim=(floor, 1.3 * everything.max()))
     plain(ax.yaxis, (1,))
     ax.set(xlabel="photo", ylabel="RMS of the residuals (µm)")
-    names = map(str, photo_names or range(1, m + 1))
-    ax.set_xticks(range(m), list(names))
+    ax.set_xticks(range(m), names)
     ax.grid(False, axis="x")
     ax.tick_params(axis="x", length=0)
     ax.legend(loc="upper center", ncols=len(series), bbox_to_anchor=(0.5, 1.13))
@@ -87,10 +92,12 @@ def predicted_against_sampled(
     ValueError
         If the numbers of parameters differ.
     """
+    names = _validate.texts(names, "names")
+    samples = _validate.whole(samples, "samples", 2)
     if not isinstance(sampled, Mapping):
         sampled = {"sampled": sampled}
     series = _same_length({"predicted": predicted} | dict(sampled), "sampled", names)
-    predicted = series.pop("predicted")
+    predicted = _validate.positive(series.pop("predicted"), "predicted", "its unit")
     low, high = np.sqrt(chi2.ppf((0.025, 0.975), samples - 1) / (samples - 1))
     fig, ax = plt.subplots(figsize=(11, 5.4))
     ax.axhspan(low, high, color=basic.GREY, alpha=0.25, label="95 %, if it holds")
@@ -142,8 +149,12 @@ def size_study(
     ValueError
         If the lists have not the same length.
     """
+    labels = _validate.texts(labels, "labels")
+    seconds = _validate.mapping(seconds, "seconds")
     columns = {"rays": rays} | dict(seconds) | {"megabytes": megabytes}
     series = _same_length(columns, "rays, seconds and megabytes", labels)
+    for name, values in series.items():
+        _validate.positive(values, name, "to be drawn by its logarithm")
     rays, megabytes = series.pop("rays"), series.pop("megabytes")
     fig, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8))
     for (name, values), (color, mark) in zip(series.items(), SERIES):
@@ -164,7 +175,12 @@ def size_study(
 def _same_length(
     series: Mapping[str, ArrayLike], name: str, names: Sequence[str] | None = None
 ) -> dict[str, np.ndarray]:
-    arrays = {key: _validate.finite(values, key) for key, values in series.items()}
+    arrays = {}
+    for key, values in series.items():
+        where = key if isinstance(key, str) and key in name else f"{name}, {key}"
+        arrays[key] = _validate.finite(values, where)
+    if not 0 < len(arrays) <= len(SERIES) + 2:
+        raise ValueError(f"{name} must hold 1 to {len(SERIES)} lists")
     shapes = {key: values.shape for key, values in arrays.items()}
     lengths = set(shapes.values()) | ({(len(names),)} if names is not None else set())
     if len(lengths) != 1 or any(len(shape) != 1 for shape in lengths):

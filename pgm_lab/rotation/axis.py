@@ -40,6 +40,7 @@ def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarra
            [-0.96, -0.28,  0.  ],
            [ 0.  ,  0.  ,  1.  ]])
     """
+    tolerance = _validate.not_negative(tolerance, "tolerance", "of the length")
     q = _validate.finite(quaternion, "quaternion")
     if q.ndim == 0 or q.shape[-1] != 4:
         raise ValueError(

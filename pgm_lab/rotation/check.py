@@ -95,6 +95,7 @@ def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 def rotation(M: ArrayLike, tolerance: float, name: str = "M") -> np.ndarray:
     """M as a float array, if all its matrices are rotations."""
     M = _square(M, name)
+    tolerance = _validate.not_negative(tolerance, "tolerance", "of elements of M")
     size = defect(M)
     if np.any(size > tolerance):
         raise ValueError(

@@ -84,7 +84,8 @@ def derivatives(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarra
            [ 0.,  0.,  0.]])
     """
     M = matrix(omega, phi, kappa)
-    sk, ck = np.sin(kappa)[..., None], np.cos(kappa)[..., None]
+    kappa = _validate.finite(kappa, "kappa")[..., None]
+    sk, ck = np.sin(kappa), np.cos(kappa)
     dM = np.zeros((*M.shape[:-2], 3, 3, 3))
     # By omega: M_omega stands to the right, so columns change places
     dM[..., 0, :, 1], dM[..., 0, :, 2] = -M[..., 2], M[..., 1]
@@ -187,6 +188,7 @@ def is_gimbal(
     >>> print(is_gimbal(matrix(0.3, np.pi / 2, 0.1)))
     True
     """
+    cosine = _validate.not_negative(cosine, "cosine", "of phi")
     M = check.rotation(M, tolerance)
     return np.hypot(M[..., 0, 0], M[..., 1, 0]) < cosine
 

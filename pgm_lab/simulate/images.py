@@ -61,10 +61,13 @@ def target(
     200.0
     """
     centre = _validate.points(centre, 2, "centre")
-    diameter = float(_validate.positive(diameter, "diameter", "px"))
-    if _validate.number(blur, "blur") < 0.3:
+    diameter = _validate.positive_number(diameter, "diameter", "px")
+    if (blur := _validate.number(blur, "blur")) < 0.3:
         raise ValueError(f"blur must be at least 0.3 px to be exact; got {blur}")
-    rows, columns = shape
+    rows, columns = image_shape(shape)
+    foreground = _validate.number(foreground, "foreground")
+    background = _validate.number(background, "background")
+    _validate.size("shape", centre.size, 5 * rows, 5 * columns)
     nodes = _NODES / 2
     x = (np.arange(columns)[:, None] + nodes).ravel() - centre[..., None, 0]
     y = (np.arange(rows)[:, None] + nodes).ravel() - centre[..., None, 1]
@@ -101,11 +104,42 @@ def photograph(
     ndarray
         Noisy grey values as floats.
 
+    Raises
+    ------
+    ValueError
+        If an argument is no such number, or the noise is negative.
+
     Examples
     --------
     >>> photograph([100.0, 300.0], noise=0.0, seed=1, bits=8)
     array([100., 255.])
     """
-    image = np.asarray(image, dtype=float)
-    noisy = image + np.random.default_rng(seed).normal(0.0, noise, image.shape)
-    return noisy if bits is None else np.clip(np.round(noisy), 0, 2**bits - 1)
+    image = _validate.finite(image, "image")
+    noise = _validate.not_negative(noise, "noise", "grey values")
+    noisy = image + generator(seed).normal(0.0, noise, image.shape)
+    if bits is None:
+        return noisy
+    bits = _validate.whole(bits, "bits", 1, 32)
+    return np.clip(np.round(noisy), 0, 2**bits - 1)
+
+
+def image_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return (rows, columns) of an image that is not too large."""
+    size = _validate.positive(shape, "shape", "px")
+    if size.shape != (2,) or np.any(size != np.round(size)):
+        raise ValueError(
+            "shape must be (rows, columns), whole numbers; got"
+            f" {_validate.shown(shape)}"
+        )
+    rows, columns = int(size[0]), int(size[1])
+    _validate.size("shape", rows, columns)
+    return rows, columns
+
+
+def generator(seed: int | Sequence[int]) -> np.random.Generator:
+    """Return random numbers from a seed: a whole number, not negative, or several."""
+    if isinstance(seed, list | tuple):
+        return np.random.default_rng(
+            [_validate.whole(s, "seed", 0, 2**63) for s in seed]
+        )
+    return np.random.default_rng(_validate.whole(seed, "seed", 0, 2**63))

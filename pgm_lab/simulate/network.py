@@ -118,12 +118,17 @@ def network(
     >>> len(large.xy) / 2000
     3.4
     """
+    _validate.instance(lens, camera.Camera, "lens")
+    _validate.instance(rng, np.random.Generator, "rng")
+    flags = {"convergent": convergent, "rolled": rolled, "flat": flat, "block": block}
+    for name, value in flags.items():
+        _validate.flag(value, name)
     photos = _validate.whole(photos, "photos", 2)
     points = _validate.whole(points, "points", 1)
-    distance = float(_validate.positive(distance, "distance", "unit of the object"))
+    _validate.size("the points in all photos", photos, points)
+    distance = _validate.positive_number(distance, "distance", "unit of the object")
     size = _validate.pair(image_size, "image_size", "mm")
-    if not (sigma := _validate.number(sigma, "sigma")) >= 0:
-        raise ValueError(f"sigma must not be negative (mm); got {sigma}")
+    sigma = _validate.not_negative(sigma, "sigma", "mm")
     if rays is None and block:
         raise ValueError(
             "a block needs a value for rays: no point lies in all of its photos"

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from pgm_lab import _validate
-from pgm_lab.simulate.images import photograph
+from pgm_lab.simulate.images import image_shape, photograph
 from pgm_lab.simulate.texture import Texture
 
 
@@ -68,10 +68,11 @@ def texture_pair(
     >>> bool(np.allclose(right[2:, 3:], left[:-2, :-3]))
     True
     """
-    rows, columns = _shape(shape)
-    sigma = _validate.number(sigma, "sigma")
-    if sigma < 0:
-        raise ValueError(f"sigma must not be negative; got {sigma}")
+    _validate.instance(texture, Texture, "texture")
+    rows, columns = image_shape(shape)
+    _validate.size("shape and waves", max(rows, columns), len(texture.phases))
+    sigma = _validate.not_negative(sigma, "sigma", "grey values")
+    seed = _validate.whole(seed, "seed", 0, 2**63)
     gain, offset = _validate.number(gain, "gain"), _validate.number(offset, "offset")
     bits = _bits(dtype)
     right = gain * _image(_warped(texture, affine), rows, columns) + offset
@@ -118,17 +119,15 @@ def _warped(texture: Texture, affine: ArrayLike) -> Texture:
     return Texture(frequencies, texture.amplitudes, phases, texture.mean)
 
 
-def _shape(shape: tuple[int, int]) -> tuple[int, int]:
-    size = _validate.positive(shape, "shape", "px")
-    if size.shape != (2,) or np.any(size != np.round(size)):
-        raise ValueError(f"shape must be (rows, columns), whole numbers; got {shape}")
-    return int(size[0]), int(size[1])
-
-
 def _bits(dtype: DTypeLike | None) -> int | None:
-    kind = np.dtype(dtype)
+    try:
+        kind = np.dtype(dtype)
+    except Exception:  # whatever NumPy makes of a stranger's object
+        kind = np.dtype(object)
     if kind not in (np.uint8, np.uint16, np.float64):
-        raise ValueError(f"dtype must be uint8, uint16 or float (None); got {dtype}")
+        raise ValueError(
+            f"dtype must be uint8, uint16 or float (None); got {_validate.shown(dtype)}"
+        )
     return None if kind == np.float64 else 8 * kind.itemsize
 
 

@@ -2,7 +2,11 @@
 
 import numpy as np
 
-from pgm_lab import camera, rotation
+from pgm_lab import _validate, camera, rotation
+from pgm_lab.camera import Camera
+
+TRIES = 1000  # hundreds of times what an ordinary lens needs
+MOST = 10**6  # points of a photo
 
 
 def rotations(rng: np.random.Generator, n: int) -> np.ndarray:
@@ -13,6 +17,8 @@ def rotations(rng: np.random.Generator, n: int) -> np.ndarray:
     >>> rotations(np.random.default_rng(1), 4).shape
     (4, 3, 3)
     """
+    _validate.instance(rng, np.random.Generator, "rng")
+    n = _validate.whole(n, "n", 1, MOST)
     q = rng.normal(size=(n, 4))
     return rotation.from_quaternion(q / np.linalg.norm(q, axis=1, keepdims=True))
 
@@ -55,7 +61,8 @@ def control_photo(
     >>> np.allclose(image, camera.project(camera.Camera(35.0), exterior, points))
     True
     """
-    while True:
+    n, flat, sigma = _checked(lens, n, rng, flat, sigma)
+    for _ in range(TRIES):
         turn, M = rotations(rng, 2)
         points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5] @ turn
         centre = M.T @ [*rng.uniform(-10, 10, 2), rng.uniform(80, 200)]
@@ -66,6 +73,7 @@ def control_photo(
         image = camera.project(lens, exterior, points)
         if np.abs(image).max() < 20:
             return exterior, points, image + sigma * rng.normal(size=image.shape)
+    raise ValueError(_does_not_fit(lens, n))
 
 
 def pair(
@@ -107,7 +115,8 @@ def pair(
     >>> print(truth[0], left.shape, right.shape)
     1.0 (6, 2) (6, 2)
     """
-    while True:
+    n, flat, sigma = _checked(lens, n, rng, flat, sigma)
+    for _ in range(TRIES):
         angles = [*rng.uniform(-0.5, 0.5, 2), rng.uniform(-np.pi, np.pi)]
         exterior = np.array([1.0, *rng.uniform(-0.5, 0.5, 2), *angles])
         distance = rng.uniform(1.5, 4)
@@ -122,6 +131,25 @@ def pair(
         if np.abs(image).max() < 20:
             left, right = image + sigma * rng.normal(size=image.shape)
             return exterior, left, right
+    raise ValueError(_does_not_fit(lens, n))
+
+
+def _checked(
+    lens: Camera, n: int, rng: np.random.Generator, flat: bool, sigma: float
+) -> tuple[int, bool, float]:
+    _validate.instance(lens, Camera, "lens")
+    _validate.instance(rng, np.random.Generator, "rng")
+    n = _validate.whole(n, "n", 1, MOST)
+    flat = _validate.flag(flat, "flat")
+    return n, flat, _validate.not_negative(sigma, "sigma", "mm")
+
+
+def _does_not_fit(lens: Camera, n: int) -> str:
+    return (
+        f"lens and n: in {TRIES} tries no photo showed all {n} points within 20 mm of"
+        f" its centre with c = {lens.c:g} mm; take a shorter principal distance, less"
+        " distortion or fewer points"
+    )
 
 
 def rough(
@@ -151,6 +179,12 @@ def rough(
     >>> print(np.linalg.norm(start[:3] - [0, 0, 10]).round(6))
     5.0
     """
+    _validate.instance(rng, np.random.Generator, "rng")
+    exterior = _validate.one_point(exterior, 6, "exterior")
+    degrees = _validate.number(degrees, "degrees")
+    share = _validate.number(share, "share")
+    if not -180 < degrees < 180:
+        raise ValueError(f"degrees must lie between -180 and 180; got {degrees:g}")
     axis, aside = rng.normal(size=(2, 3))
     vector = 2 * np.tan(np.radians(degrees) / 2) * axis / np.linalg.norm(axis)
     M = rotation.from_rodrigues(vector) @ rotation.matrix(*exterior[3:])

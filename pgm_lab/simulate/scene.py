@@ -57,9 +57,11 @@ def on_relief(
     >>> bool(np.allclose(X[:, 2], grey_values(hills, X[:, :2])))
     True
     """
-    exterior = _validate.points(exterior, 6, "exterior")
+    _validate.instance(lens, Camera, "lens")
+    _validate.instance(relief, Texture, "relief")
+    exterior = _validate.one_point(exterior, 6, "exterior")
     image_points = _validate.points(image_points, 2, "image_points")
-    cell = float(_validate.positive(cell, "cell", "object units"))
+    cell = _validate.positive_number(cell, "cell", "object units")
     c = np.full((*image_points.shape[:-1], 1), -lens.c)
     u = np.concatenate([ideal(lens, image_points), c], axis=-1)
     ray = u @ imaging.attitude(exterior)  # M^T u, row by row
@@ -128,6 +130,11 @@ def relief_photo(
     >>> relief_photo(Camera(5.0), photo, hills, texture(), (40, 30), 0.05).shape
     (30, 40)
     """
+    _validate.instance(texture, Texture, "texture")
+    _validate.size("image_size", *map(int, _validate.image_size(image_size)))
+    cell = _validate.positive_number(cell, "cell", "object units")
+    sigma = _validate.not_negative(sigma, "sigma", "grey values")
+    seed = _validate.whole(seed, "seed", 0, 2**63)
     columns, rows = _validate.image_size(image_size).astype(int)
     pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
     photo = frames.pixel_to_photo(pixels, image_size, pixel_size)

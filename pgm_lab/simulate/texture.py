@@ -36,6 +36,21 @@ class Texture:
     phases: np.ndarray
     mean: float
 
+    def __post_init__(self) -> None:
+        """Check the numbers, and keep copies."""
+        frequencies = _validate.of_shape(self.frequencies, (None, 2), "frequencies")
+        m = len(frequencies)
+        kept = {
+            "frequencies": frequencies.copy(),
+            "amplitudes": _validate.of_shape(
+                self.amplitudes, (m,), "amplitudes"
+            ).copy(),
+            "phases": _validate.of_shape(self.phases, (m,), "phases").copy(),
+            "mean": _validate.number(self.mean, "mean"),
+        }
+        for name, values in kept.items():
+            object.__setattr__(self, name, values)
+
 
 def texture(
     cutoff: float = 0.2,
@@ -86,9 +101,10 @@ def texture(
         raise ValueError(
             f"cutoff must lie between 0 and 0.5 cycles per pixel; got {cutoff}"
         )
-    contrast = float(_validate.positive(contrast, "contrast", "grey values"))
-    waves = _validate.whole(waves, "waves", least=1)
-    rng = np.random.default_rng(seed)
+    contrast = _validate.positive_number(contrast, "contrast", "grey values")
+    mean = _validate.number(mean, "mean")
+    waves = _validate.whole(waves, "waves", 1, 10**6)
+    rng = np.random.default_rng(_validate.whole(seed, "seed", 0, 2**63))
     radius = cutoff * np.sqrt(rng.uniform(size=waves))  # the root: evenly by area
     direction, phases = rng.uniform(0, 2 * np.pi, (2, waves))
     frequencies = np.stack(
@@ -96,7 +112,7 @@ def texture(
     )
     # A cosine of amplitude a has the variance a^2 / 2
     amplitudes = np.full(waves, contrast * np.sqrt(2 / waves))
-    return Texture(frequencies, amplitudes, phases, _validate.number(mean, "mean"))
+    return Texture(frequencies, amplitudes, phases, mean)
 
 
 def grey_values(texture: Texture, points: ArrayLike) -> np.ndarray:
@@ -123,6 +139,7 @@ def grey_values(texture: Texture, points: ArrayLike) -> np.ndarray:
     >>> grey_values(wave, [(0, 0), (1, 0), (2, 7)]).round(6)
     array([110., 100.,  90.])
     """
+    _validate.instance(texture, Texture, "texture")
     points = _validate.points(points, 2, "points")
 
     def values(phase: np.ndarray) -> np.ndarray:
@@ -158,6 +175,7 @@ def grey_gradients(texture: Texture, points: ArrayLike) -> np.ndarray:
     >>> grey_gradients(wave, (1, 0)).round(2)
     array([-15.71,   0.  ])
     """
+    _validate.instance(texture, Texture, "texture")
     points = _validate.points(points, 2, "points")
     factors = -2 * np.pi * texture.amplitudes[:, None] * texture.frequencies
 

@@ -1,13 +1,12 @@
 """The lens in its parts, and its curve with the standard deviation."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from pgm_lab import bundle
 from pgm_lab.bundle import lens
 from pgm_lab.camera import PARAMETERS, Camera, imaging
+from tests.stand_in import stand_in
 
 LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6, 1e-4, -3e-4)
 
@@ -29,7 +28,7 @@ def result(cameras=(LENS,), estimate=PARAMETERS, seed=1, **other):
         covariance_interior=covariance,
         sd_interior=np.sqrt(np.diag(covariance)),
     )
-    return SimpleNamespace(**whole | other)
+    return stand_in(bundle.Bundle, **whole | other)
 
 
 def displacement(camera, r, angle):
@@ -85,8 +84,7 @@ def test_standard_deviation_of_the_profile_is_that_of_simulated_lenses(kind):
     rng = np.random.default_rng(2)
     simulated = []
     for interior in rng.multivariate_normal(LENS.interior, C, 4000, tol=1e-6):
-        camera = SimpleNamespace(**dict(zip(PARAMETERS, interior)))
-        other = SimpleNamespace(**vars(adjusted) | {"cameras": (camera,)})
+        other = result((Camera(*interior),))
         simulated.append(lens.profile(other, r, kind)[0])
     # 4000 samples know a standard deviation to 1.1 %: allow four times as much
     np.testing.assert_allclose(np.std(simulated, axis=0), 1e-2 * sd, rtol=0.045)

@@ -79,7 +79,10 @@ def test_several_cameras_by_name():
         ({"observations": []}, "got rows of no columns"),
         ({"observations": [*ROWS, ("A", "gate", 1, 2, C)]}, r"rows of \[4, 5\] col"),
         ({"observations": [("A", 7, 0, 0, 0.001)]}, r"has shape \(2, 2\)"),
-        ({"observations": [("A", 7, np.nan, 0)]}, r"xy\[0, 0\] is not a finite"),
+        (
+            {"observations": [("A", 7, np.nan, 0)]},
+            r"observations \(x, y\)\[0, 0\] is not a finite",
+        ),
         ({"photos": {}}, "photos must be a mapping"),
         ({"points": POINTS | {7: (1, 2)}}, "points, 7: 3 finite numbers are needed"),
         ({"fixed": ["door"]}, "fixed: 'door' is not in points"),

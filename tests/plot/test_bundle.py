@@ -11,6 +11,7 @@ from scipy.stats import beta, norm, t
 from pgm_lab import _rounding, bundle, datasets, plot
 from pgm_lab.camera import PARAMETERS, Camera
 from pgm_lab.plot import _style
+from tests.stand_in import stand_in
 
 LENS = Camera(30.0, 0.2, -0.1, 2e-5, -3e-7, 2e-9, 3e-6, -4e-6)
 
@@ -60,7 +61,7 @@ def result(
         redundancy=40,
         residual_test="tau",
     )
-    return SimpleNamespace(**whole | other)
+    return stand_in(bundle.Bundle, **whole | other)
 
 
 def head(ax):

@@ -70,7 +70,7 @@ def test_every_parameter_needs_a_name():
 
 def test_time_and_memory_stand_over_the_rays_of_their_network():
     seconds = {"pgm_lab": [0.01, 0.7, 2.0], "another": [0.003, 1.4, 4.0]}
-    fig = plot.studies.size_study([450, 8e4, 2e5], seconds, [3, 140, 330], "abc")
+    fig = plot.studies.size_study([450, 8e4, 2e5], seconds, [3, 140, 330], list("abc"))
     left, right = fig.axes
     drawn = {line.get_label(): line.get_xydata().T for line in left.lines}
     assert set(drawn) == set(seconds)
@@ -89,4 +89,4 @@ def test_time_and_memory_stand_over_the_rays_of_their_network():
 
 def test_every_network_needs_its_time():
     with pytest.raises(ValueError, match="seconds and megabytes must hold lists"):
-        plot.studies.size_study([450, 900], {"a": [1.0]}, [1.0, 2.0], "ab")
+        plot.studies.size_study([450, 900], {"a": [1.0]}, [1.0, 2.0], ["a", "b"])

@@ -1,0 +1,507 @@
+"""Good arguments of every public function, small, so that bad ones can be made of them.
+
+A function or an argument that is missing here fails `test_bad_input`. What has a
+default that is not None needs no entry.
+"""
+
+import copy
+import inspect
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from pgm_lab import bundle, camera, datasets, image, ledger, lsm, ncc, simulate
+from pgm_lab import observations as road
+from pgm_lab.adjustment import adjust
+from pgm_lab.orientation import absolute
+from pgm_lab.plot import space
+
+LENS = camera.Camera(35.0, 0.1, -0.1, K1=1e-5)
+PHOTO = (10.0, 5.0, 100.0, 0.02, -0.01, 0.3)
+NEXT = (30.0, 6.0, 101.0, -0.02, 0.01, 0.2)
+POINTS = np.array([(20.0, 2, 4), (12, 9, 8), (3, 14, -6), (25, -8, 1), (14, 4, -9)])
+MATRIX = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+GREY = simulate.grey_values(
+    simulate.texture(seed=1), np.stack(np.meshgrid(np.arange(48), np.arange(44)), -1)
+)
+SPOT = simulate.target((10.25, 9.5), diameter=8)
+UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
+
+
+@cache
+def net():
+    return simulate.network(LENS, 4, 12, np.random.default_rng(1))
+
+
+@cache
+def network():
+    n = net()
+    return bundle.Network(n.camera, n.exteriors, n.points, n.photo, n.point, n.xy)
+
+
+@cache
+def adjusted():
+    return bundle.adjust(network(), ("c", "K1"))
+
+
+@cache
+def matches():
+    chosen = np.array([(20.0, 20.0), (26, 22)])
+    found = ncc.match(GREY, GREY, chosen, template=11, search=21)
+    return chosen, {"B": lsm.match(GREY, GREY, chosen, found.points, window=11)}
+
+
+@cache
+def axes():
+    return plt.figure(figsize=(2, 2)).add_subplot()
+
+
+@cache
+def axes_in_space():
+    return space.space(plt.figure(figsize=(2, 2)))
+
+
+@cache
+def folder():
+    place = Path(tempfile.mkdtemp(prefix="good-arguments-"))
+    return place, bundle.write(network(), place)
+
+
+def bordered():
+    """A normal matrix of five points, bordered by their inner constraints."""
+    return bundle.dense.bordered(np.eye(15), bundle.dense.G(POINTS))
+
+
+def line(x, at):
+    """Observation equations of a straight line, for `adjust`."""
+    A = np.stack([np.ones_like(at), at], axis=-1)
+    return A @ x, A
+
+
+def to_one(x, at):
+    """A condition between the unknowns of a line: they add up to 1.5."""
+    return np.array([x.sum() - 1.5]), np.ones((1, 2))
+
+
+@cache
+def ray_blocks():
+    n = network()
+    return bundle.dense.derivatives(
+        n.interior[0], n.exteriors, n.points, n.photo, n.point, n.xy
+    )
+
+
+@cache
+def dense_matrix():
+    n = network()
+    v, A1, A3, A2 = ray_blocks()
+    m, k = len(n.exteriors), len(n.points)
+    return bundle.dense.design(A1, A3, A2, n.photo, n.point, m, k)
+
+
+def rng():
+    return np.random.default_rng(1)
+
+
+def rays():
+    n = network()
+    return dict(
+        interior=n.interior[0],
+        exteriors=n.exteriors,
+        points=n.points,
+        photo=n.photo,
+        point=n.point,
+        xy=n.xy,
+    )
+
+
+def exterior_and_image():
+    points = POINTS
+    return points, camera.project(LENS, PHOTO, points)
+
+
+def stereo():
+    return np.array([camera.project(LENS, p, POINTS) for p in (PHOTO, NEXT)])
+
+
+def relative_pair():
+    truth, left, right = simulate.pair(camera.Camera(35.0), 8, rng())
+    return truth[1:], left, right
+
+
+def line_fit(**more):
+    at = np.array([0.0, 1, 2, 3])
+    return (
+        dict(
+            function=line,
+            start=np.zeros(2),
+            observations=np.array([0.5, 1.5, 2.6, 3.4]),
+            args=(at,),
+        )
+        | more
+    )
+
+
+EYE = {"M": MATRIX}
+ANGLES = {"omega": 0.5, "phi": 0.25, "kappa": -0.5}
+PIXELS = {"image_size": (40, 30), "pixel_size": 0.5}
+INTEREST = {"left": GREY, "right": GREY, "left_points": [(20, 20), (26, 22)]}
+SCENE = {
+    "lens": camera.Camera(5.0),
+    "exterior": (5.0, 5, 100, 0.02, -0.01, 0.3),
+    "relief": simulate.texture(0.01, contrast=3.0, mean=10.0, waves=20),
+}
+PHOTOS = {"lens": LENS, "n": 5, "rng": rng()}
+SIZES = {"photo": [0, 0, 1], "point": [0, 1, 1]}
+NET = np.array([[4.0, 1, 0], [1, 3, 1], [0, 1, 5]])
+STATION = {"exterior": (0.0, 0, 50, 0.5, 0.25, -0.5)}
+FACES = [(np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0)]), "red")]
+
+
+def in_network():
+    n = net()
+    return dict(
+        cameras=n.camera,
+        exteriors=n.exteriors,
+        points=n.points,
+        photo=n.photo,
+        point=n.point,
+        xy=n.xy,
+        sigma=np.full(2, 0.002),
+        camera=np.zeros(4, int),
+        fixed=np.array([3]),
+        control=(np.array([0, 1]), n.points[:2], np.full((2, 3), 0.5)),
+        check=(np.array([2]), n.points[2:3]),
+        datum_points=np.array([4, 5, 6]),
+        scale_bars=np.array([(7.0, 8, 120, 0.5)]),
+        photo_names=("a", "b", "c", "d"),
+        point_names=tuple("abcdefghijkl"),
+        covariance=None,
+    )
+
+
+def tables():
+    n = net()
+    rows = zip(n.photo.tolist(), n.point.tolist(), *n.xy.T.tolist())
+    return dict(
+        cameras={"k": LENS},
+        photos={i: tuple(e) for i, e in enumerate(n.exteriors.tolist())},
+        points={i: tuple(p) for i, p in enumerate(n.points.tolist())},
+        observations=list(rows),
+        camera={i: "k" for i in range(4)},
+        fixed=[3],
+        control={0: (*n.points[0].tolist(), 0.5, 0.5, 0.5)},
+        check={2: tuple(n.points[2].tolist())},
+        datum_points=[4, 5, 6],
+        scale_bars=[(7, 8, 120.0, 0.5)],
+    )
+
+
+FUNCTIONS = {
+    "adjustment.adjust": lambda: line_fit(
+        weights=np.ones(4), parameter_weights=np.ones(2), parameter_values=np.zeros(2),
+        covariance=None, sigma0_prior=1.0, constraints=to_one, names=["a", "b"],
+    ),
+    "adjustment.RankDefect": None,
+    "adjustment.Adjustment.global_test": lambda: dict(
+        self=adjust(**line_fit(sigma0_prior=1.0))
+    ),
+    "bundle.adjust": lambda: dict(network=network(), estimate=("c",), datum="inner",
+                                  sigma0_prior=1.0, max_iterations=20),
+    "bundle.correlations": lambda: dict(result=adjusted()),
+    "bundle.critical_value": lambda: dict(result=adjusted()),
+    "bundle.motions": lambda: dict(positions=POINTS),
+    "bundle.read": lambda: dict(
+        zip(("interior", "exterior", "points", "image"), folder()[1]), sigma=0.001
+    ),
+    "bundle.reliability": lambda: dict(result=adjusted()),
+    "bundle.significance": lambda: dict(result=adjusted()),
+    "bundle.snoop": lambda: dict(network=network(), estimate=("c",), datum="inner",
+                                 sigma0_prior=1.0),
+    "bundle.write": lambda: dict(
+        network=network(), folder=folder()[0] / "again", overwrite=True
+    ),
+    "bundle.Network": in_network,
+    "bundle.Network.of": tables,
+    "bundle.Network.without": lambda: dict(self=network(), rays=[0, 1]),
+    "bundle.Network.only": lambda: dict(self=network(), photos=[0, 1, 2]),
+    "bundle.dense.derivatives": rays,
+    "bundle.dense.design": lambda: dict(
+        zip(("A1", "A3", "A2"), ray_blocks()[1:]),
+        photo=network().photo, point=network().point, m=4, n=12,
+        camera=np.zeros(4, int),
+    ),
+    "bundle.dense.normal_matrix": lambda: dict(A=np.eye(4, 3), sigma=np.full(4, 0.5)),
+    "bundle.dense.G": lambda: dict(points=POINTS),
+    "bundle.dense.bordered": lambda: dict(
+        N=np.eye(21), G=bundle.dense.G(POINTS)
+    ),
+    "bundle.dense.scaled": lambda: dict(N=bordered()),
+    "bundle.dense.inverse": lambda: dict(N=bordered()),
+    "bundle.dense.solve": lambda: dict(N=bordered(), t=np.ones(15)),
+    "bundle.lens.radial": lambda: dict(camera=LENS, image=UP),
+    "bundle.lens.decentring": lambda: dict(camera=LENS, image=UP),
+    "bundle.lens.affinity": lambda: dict(camera=LENS, image=UP),
+    "bundle.lens.profile": lambda: dict(result=adjusted(), r=[0.0, 5, 10]),
+    "bundle.lens.places": lambda: dict(result=adjusted(), camera=0),
+    "bundle.published.network": lambda: dict(photos=[1, 4, 7]),
+    "camera.Camera": lambda: dict(c=35.0),
+    "camera.collinearity": lambda: dict(
+        camera=LENS, exterior=PHOTO, points=POINTS, measured=UP
+    ),
+    "camera.ideal": lambda: dict(camera=LENS, measured=UP),
+    "camera.measured": lambda: dict(camera=LENS, ideal=UP),
+    "camera.project": lambda: dict(camera=LENS, exterior=PHOTO, points=POINTS),
+    "chapters.table": dict,
+    "chapters.markdown": dict,
+    "chapters.to_come": dict,
+    "checks.near": lambda: dict(answer=UP, expected=UP),
+    "checks.first_slip": lambda: dict(
+        answer=2.0, slips=[(-4.0, "the sign"), (2.0, "a factor")], otherwise="no idea"
+    ),
+    "checks.question": lambda: dict(number="1.2", choice=_right("1.2")),
+    "checks.questions": lambda: dict(chapter="1", choices=_all_right("1")),
+    "datasets.rows": lambda: dict(name="chapters.csv"),
+    "datasets.files.columns": None,
+    "frames.image_centre": lambda: dict(image_size=(40, 30)),
+    "frames.pixel_to_photo": lambda: dict(
+        pixels=UP, **PIXELS, covariance=np.tile(np.eye(2), (5, 1, 1))
+    ),
+    "frames.photo_to_pixel": lambda: dict(
+        photo=UP, **PIXELS, covariance=np.tile(np.eye(2), (5, 1, 1))
+    ),
+    "frames.pixel_size_from_sensor": lambda: dict(
+        sensor_size=(24.0, 18.0), image_size=(40, 30)
+    ),
+    "frames.interior_matrix": lambda: dict(c=35.0),
+    "frames.scale_number": lambda: dict(flying_height=110.0, principal_distance=24.0),
+    "frames.ground_sampling_distance": lambda: dict(
+        pixel_size=0.5, flying_height=110.0, principal_distance=24.0
+    ),
+    "frames.flying_height": lambda: dict(
+        gsd=20.0, pixel_size=0.5, principal_distance=24.0
+    ),
+    "image.centroid": lambda: dict(window=SPOT, background=40.0, sigma=1.0),
+    "image.statistics": lambda: dict(image=GREY),
+    "image.histogram": lambda: dict(image=GREY.round().astype(np.uint8)),
+    "image.equalize": lambda: dict(image=GREY.round().astype(np.uint8)),
+    "image.gradient": lambda: dict(image=GREY),
+    "image.pyramid": lambda: dict(image=GREY, levels=2),
+    "image.resample": lambda: dict(image=GREY, points=[(3.5, 4), (5, 6)], outside=1.0),
+    "image.cut": lambda: dict(image=GREY, centre=(20.0, 20), size=5),
+    "ledger.verdicts": lambda: dict(chapter="1", places=["Metode, GSD"]),
+    "ledger.code": lambda: dict(equation="M 2.38"),
+    "ledger.equations": lambda: dict(row=ledger.verdicts("5")[0]),
+    "ledger.table": lambda: dict(rows=ledger.verdicts("1"), caption="Verdicts"),
+    "ledger.figure": lambda: dict(rows=ledger.verdicts("1")),
+    "ledger.summary": lambda: dict(rows=ledger.verdicts("1")),
+    "lsm.match": lambda: INTEREST | dict(
+        right_points=[(20.0, 20), (26, 22)], window=11, shape=np.eye(2)
+    ),
+    "lsm.adjust": lambda: dict(
+        left=GREY, right=GREY, left_points=[(20.0, 20)],
+        parameters=[(20.25, 1, 0, 20, 0, 1, 0, 1)], window=11,
+    ),
+    "lsm.cramer_rao": lambda: dict(
+        grey=GREY[:11, :11],
+        gradients=np.stack(image.gradient(GREY), -1)[:11, :11], sigma=1.0,
+        shape=np.eye(2),
+    ),
+    "lsm.defects.match": lambda: INTEREST | dict(
+        start=[(20.0, 20), (26, 22)], window=11
+    ),
+    "ncc.match": lambda: dict(
+        left=GREY, right=GREY, points=[(20, 20), (26, 22)], start=[(20, 20), (26, 22)],
+        template=11, search=21, refine="parabola",
+    ),
+    "ncc.correlation": lambda: dict(a=GREY[:11, :11], b=GREY[3:14, :11]),
+    "ncc.regression": lambda: dict(a=GREY[:11, :11], b=GREY[3:14, :11]),
+    "ncc.correlation_map": lambda: dict(template=GREY[:5, :5], search=GREY[:11, :11]),
+    "observations.from_matches": lambda: dict(
+        zip(("left_points", "matches"), matches()),
+        **{"image_size": (48, 44), "pixel_size": 0.5, "left": "A"}, points=["p", "q"],
+    ),
+    "observations.Observations.common": None,
+    "orientation.absolute": lambda: dict(
+        source=POINTS, target=2 * POINTS + 7, sigma=0.5
+    ),
+    "orientation.Absolute.apply": lambda: dict(
+        self=absolute(POINTS, 2 * POINTS + 7 + UP[:, :1] / 8), points=POINTS
+    ),
+    "orientation.Absolute.apply_covariance": lambda: dict(
+        self=absolute(POINTS, 2 * POINTS + 7 + UP[:, :1] / 8), points=POINTS
+    ),
+    "orientation.intersect": lambda: dict(
+        cameras=[LENS, LENS], exteriors=[PHOTO, NEXT], image_points=stereo(),
+        seen=np.ones((2, 5), bool), sigma=0.5,
+    ),
+    "orientation.relative": lambda: dict(
+        zip(("start", "left_points", "right_points"), relative_pair()),
+        camera_left=camera.Camera(35.0), camera_right=camera.Camera(35.0),
+        base=1.0, sigma=0.5,
+    ),
+    "orientation.resect": lambda: dict(
+        zip(("object_points", "image_points"), exterior_and_image()),
+        camera=LENS, start=PHOTO, sigma=0.5,
+    ),
+    "orientation.scale_factors": lambda: dict(
+        left_exterior=PHOTO, right_exterior=NEXT,
+        left_rays=[(1.0, 2, -35)], right_rays=[(-6.0, 2, -35)],
+    ),
+    "orientation.as_printed.coefficients": lambda: dict(f=50.0, point=POINTS[0])
+    | STATION,
+    "orientation.as_printed.moved_by_each": lambda: dict(f=50.0, point=POINTS[0])
+    | STATION,
+    "plot.show": lambda: dict(fig=plt.figure(figsize=(1, 1)), alt="Nothing", colours=8),
+    "plot.table": lambda: dict(header=["a", "b"], rows=[["1", "2"]], caption="Two"),
+    "plot.error_ellipse": lambda: dict(
+        ax=axes(), position=(1.0, 2), covariance=[[4.0, 1], [1, 2]]
+    ),
+    "plot.frame": lambda: dict(
+        ax=axes(), origin=(0.0, 0), x_end=(1.0, 0), y_end=(0.0, 1)
+    ),
+    "plot.pixel_on_ground": lambda: dict(ortho=datasets.yellowstone()),
+    "plot.bundle.lens_curve": lambda: dict(result=adjusted(), r_max=10.0),
+    "plot.bundle.residual_vectors": lambda: dict(
+        result=adjusted(), photo=1, magnify=100.0
+    ),
+    "plot.bundle.standardized_histogram": lambda: dict(result=adjusted()),
+    "plot.matching.draw_window": lambda: dict(
+        ax=axes(), image=GREY, centre=(20.0, 20), size=5
+    ),
+    "plot.matching.outline": lambda: dict(ax=axes(), centre=(20.0, 20), size=5.0),
+    "plot.matching.shifts": lambda: dict(r=np.eye(3)),
+    "plot.matching.draw_map": lambda: dict(ax=axes(), r=np.eye(3)),
+    "plot.matching.draw_surface": lambda: dict(ax=axes_in_space(), r=np.eye(3) / 2),
+    "plot.matching.film_strip": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), window=5,
+        parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
+    ),
+    "plot.matrices.normal_blocks": lambda: dict(SIZES),
+    "plot.matrices.normal_matrix": lambda: dict(SIZES),
+    "plot.matrices.correlation_matrix": lambda: dict(result=adjusted()),
+    "plot.matrices.spectrum": lambda: dict(
+        values={"N": [5.0, 2, 0.5]}, tolerances={"N": 1.0}
+    ),
+    "plot.network.seven_motions": lambda: dict(
+        exteriors=[PHOTO, NEXT], points=POINTS, view=(20.0, 30.0), size=5.0
+    ),
+    "plot.network.network_3d": lambda: dict(
+        exteriors=[PHOTO, NEXT], points=POINTS,
+        covariance_points=np.tile(np.eye(3), (5, 1, 1)), factor=2.0,
+        view=(20.0, 30.0), size=5.0,
+    ),
+    "plot.network.ellipsoids": lambda: dict(
+        positions=POINTS[:2], covariances=np.tile(np.eye(3), (2, 1, 1))
+    ),
+    "plot.space.space": lambda: dict(fig=plt.figure(figsize=(1, 1))),
+    "plot.space.fit": lambda: dict(ax=axes_in_space(), points=POINTS),
+    "plot.space.frustum": lambda: dict(STATION),
+    "plot.space.draw_camera": lambda: dict(ax=axes_in_space(), **STATION),
+    "plot.space.draw_axes": lambda: dict(
+        ax=axes_in_space(), origin=(0.0, 1, 2), M=MATRIX
+    ),
+    "plot.space.draw_faces": lambda: dict(ax=axes_in_space(), faces=FACES),
+    "plot.space.draw_photo": lambda: dict(ax=axes(), faces=FACES, **STATION),
+    "plot.space.village": dict,
+    "plot.studies.residuals_by_photo": lambda: dict(
+        rms={"a": [1.0, 2], "b": [2.0, 3]}, photo_names=["p", "q"]
+    ),
+    "plot.studies.predicted_against_sampled": lambda: dict(
+        predicted=[1.0, 2], sampled={"a": [1.5, 2]}, names=["c", "x0"], samples=20
+    ),
+    "plot.studies.size_study": lambda: dict(
+        rays=[10.0, 100], seconds={"a": [1.0, 2]}, megabytes=[1.0, 2],
+        labels=["s", "t"],
+    ),
+    "rotation.matrix": lambda: dict(ANGLES),
+    "rotation.derivatives": lambda: dict(ANGLES),
+    "rotation.small_angle": lambda: dict(ANGLES),
+    "rotation.angles": lambda: dict(EYE),
+    "rotation.is_gimbal": lambda: dict(EYE),
+    "rotation.from_tilt_azimuth_swing": lambda: dict(
+        tilt=0.5, azimuth=0.25, swing=0.125
+    ),
+    "rotation.to_tilt_azimuth_swing": lambda: dict(
+        M=np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    ),
+    "rotation.from_quaternion": lambda: dict(quaternion=(1.0, 0, 0, 0)),
+    "rotation.to_quaternion": lambda: dict(EYE),
+    "rotation.from_rodrigues": lambda: dict(vector=(0.5, 0.25, 0.125)),
+    "rotation.to_rodrigues": lambda: dict(EYE),
+    "rotation.angle_between": lambda: dict(first=MATRIX, second=np.eye(3)),
+    "rotation.defect": lambda: dict(EYE),
+    "rotation.nearest": lambda: dict(EYE),
+    "rotation.best_fit": lambda: dict(product=NET),
+    "simulate.Texture": lambda: dict(
+        frequencies=np.array([(0.25, 0.0)]), amplitudes=np.array([10.0]),
+        phases=np.zeros(1), mean=100.0,
+    ),
+    "simulate.control_photo": lambda: dict(PHOTOS),
+    "simulate.pair": lambda: dict(PHOTOS),
+    "simulate.rotations": lambda: dict(rng=rng(), n=4),
+    "simulate.rough": lambda: dict(
+        exterior=(0.0, 0, 10, 0, 0, 0), rng=rng(), degrees=30.0, share=0.5
+    ),
+    "simulate.network": lambda: dict(
+        lens=LENS, photos=4, points=6, rng=rng(), rays=3.0
+    ),
+    "simulate.on_relief": lambda: SCENE | dict(image_points=[(0.0, 0), (1, 1.5)]),
+    "simulate.relief_photo": lambda: SCENE | dict(
+        texture=simulate.texture(waves=20), image_size=(4, 3), pixel_size=0.5
+    ),
+    "simulate.photograph": lambda: dict(image=GREY[:3, :3], noise=1.0, seed=1, bits=8),
+    "simulate.target": lambda: dict(centre=(10.25, 9.5)),
+    "simulate.shrunk_pair": lambda: dict(image=GREY, shift=(1, 2), factor=2),
+    "simulate.texture": lambda: dict(waves=20),
+    "simulate.texture_pair": lambda: dict(
+        texture=simulate.texture(waves=20), shape=(6, 8),
+        affine=(3.0, 1, 0, 2, 0, 1), dtype=np.uint8,
+    ),
+    "simulate.grey_values": lambda: dict(texture=simulate.texture(waves=9), points=UP),
+    "simulate.grey_gradients": lambda: dict(
+        texture=simulate.texture(waves=9), points=UP
+    ),
+}  # fmt: skip
+
+
+def _right(number):
+    rows = datasets.rows("questions")
+    rows = [row for row in rows if row["question"] == number]
+    return next(row["choice"] for row in rows if row["right"] == "yes")
+
+
+def _all_right(chapter):
+    number, letters = 1, ""
+    known = {row["question"] for row in datasets.rows("questions")}
+    while f"{chapter}.{number}" in known:
+        letters += _right(f"{chapter}.{number}")
+        number += 1
+    return letters
+
+
+def fresh(arguments):
+    """Copies of arguments that a call may change."""
+    kinds = np.ndarray | np.random.Generator | list | dict | tuple
+    return {
+        name: copy.deepcopy(one) if isinstance(one, kinds) else one
+        for name, one in arguments.items()
+    }
+
+
+def of(name, function):
+    """Good arguments of a function, with its defaults."""
+    given = FUNCTIONS[name]()
+    defaults = {
+        key: one.default
+        for key, one in inspect.signature(function).parameters.items()
+        if one.default is not one.empty and isinstance(one.default, _PLAIN)
+    }
+    return defaults | given
+
+
+_PLAIN = bool | int | float | str | tuple | list
+_ = road

@@ -1,0 +1,322 @@
+"""No public function accepts a bad argument, hangs, warns or fails from deep inside.
+
+The bad arguments are made from the signatures, `bad_arguments` says how. Whatever a
+function does not take ends in an error of ours that names the argument.
+"""
+
+import _thread
+import dataclasses
+import importlib
+import inspect
+import linecache
+import pkgutil
+import re
+import threading
+import warnings
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import pgm_lab
+from tests import bad_arguments, good_arguments
+from tests.bad_arguments import MAY, REFUSE, RIGHT
+from tests.good_arguments import FUNCTIONS
+
+HOME = str(Path(pgm_lab.__file__).parent)
+LONGEST = 20.0  # seconds of one call; the longest takes a tenth of one
+
+
+def modules():
+    """Modules that are open: rooms, what they export, and what stands alone."""
+    names = ["pgm_lab." + one.name for one in pkgutil.iter_modules(pgm_lab.__path__)]
+    rooms = [name for name in names if not name.startswith("pgm_lab._")]
+    for name in rooms:
+        room = importlib.import_module(name)
+        yield room
+        inside = getattr(room, "__all__", None)
+        if inside is None and hasattr(room, "__path__"):
+            inside = [one.name for one in pkgutil.iter_modules(room.__path__)]
+            for one in inside:
+                importlib.import_module(f"{name}.{one}")
+        for one in inside or ():
+            if inspect.ismodule(getattr(room, one)):
+                yield getattr(room, one)
+
+
+def public():
+    """Public functions, and classes by their constructors and methods, by name."""
+    found = {}
+    for module in modules():
+        own = [n for n, one in vars(module).items() if not n.startswith("_")
+               and getattr(one, "__module__", None) == module.__name__]  # fmt: skip
+        for name in getattr(module, "__all__", own):
+            one = getattr(module, name)
+            full = f"{module.__name__}.{name}".removeprefix("pgm_lab.")
+            if inspect.isclass(one):
+                found[full] = one
+                found |= methods(full, one)
+            elif callable(one):
+                found[full] = one
+    return found
+
+
+def methods(full, one):
+    return {
+        f"{full}.{name}": getattr(one, name)
+        for name, method in vars(one).items()
+        if not name.startswith("_")
+        and isinstance(method, classmethod | type(public))
+        and bad_arguments.parameters(getattr(one, name))
+    }
+
+
+PUBLIC = public()
+# A function makes these; nobody else need construct one
+RESULTS = {
+    name
+    for name, one in PUBLIC.items()
+    if inspect.isclass(one)
+    and name not in ("bundle.Network", "camera.Camera", "simulate.Texture")
+}
+CHECKS = {name for name in PUBLIC if name.startswith("checks.chapter")}
+# Steps that take what another step made
+EXCEPT = {
+    "report.html": "tests/report",
+    "report.text": "tests/report",
+}
+CALLED = [name for name in PUBLIC if name in FUNCTIONS and FUNCTIONS[name]]
+# What would be bad elsewhere, but is meant here: (function, argument) -> labels
+MEANT = {
+    ("image.resample", "outside"): ("NaN", "NaN of NumPy"),  # marks what is outside
+    ("image.equalize", "image"): ("objects", "list"),  # the type says the grey values
+    ("image.histogram", "image"): ("objects", "list"),
+    ("simulate.photograph", "seed"): ("two numbers", "empty"),  # seeds may be several
+    # what it means, the function alone knows that takes it
+    ("adjustment.adjust", "args"): {
+        "ragged",
+        "one NaN",
+        "all NaN",
+        "one inf",
+        "all inf",
+        "one -inf",
+        "all -inf",
+    },
+}
+
+
+# A name may be anything that can stand in a table, a text may be any text
+NAMES = {
+    "left", "points", "photo_names", "point_names", "names", "rows",
+    "labels", "notes", "caption", "alt", "unit", "name", "header", "folder",
+    "otherwise", "wanted",
+}  # fmt: skip
+A_NAME = {
+    "text", "text of a number", "text of NumPy", "bytes", "object", "list of texts",
+    "object that raises", "beyond floats", "complex", "function", "type", "date",
+    "time", "number", "NaN", "no such word", "empty",
+}  # fmt: skip
+# Their right calls take long: what may be taken is tried with one argument only
+SLOW = ("plot.", "orientation.relative", "ledger.figure")
+
+
+def is_meant(full, name, label):
+    """Whether what is bad elsewhere is meant here."""
+    last = label.rpartition(": ")[2]
+    of_names = name in NAMES and last in A_NAME
+    return of_names or label in MEANT.get((full, name), ())
+
+
+class Hangs(Exception):
+    pass
+
+
+@contextmanager
+def no_longer_than(seconds):
+    """Interrupt what takes longer."""
+    timer = threading.Timer(seconds, _thread.interrupt_main)
+    timer.start()
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise Hangs from None
+    finally:
+        timer.cancel()
+
+
+def call(function, arguments):
+    """Call a function; return (what came, its error, a complaint)."""
+    before = {name: _frozen(one) for name, one in arguments.items()}
+    result = error = complaint = None
+    positional = [arguments.pop("self")] if "self" in arguments else []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            result = function(*positional, **arguments)
+        except Hangs:
+            complaint = "hangs"
+        except Warning as warning:
+            complaint = f"warns: {type(warning).__name__}: {warning}"
+        except BaseException as raised:
+            if isinstance(raised, KeyboardInterrupt):
+                raise
+            error = raised
+    changed = [n for n, one in arguments.items() if _frozen(one) != before[n]]
+    if changed:
+        complaint = f"changes {', '.join(changed)}"
+    return result, error, complaint
+
+
+def _frozen(value):
+    """What an argument holds, if it can be changed."""
+    if isinstance(value, np.ma.MaskedArray):
+        return value.data.tobytes(), np.ma.getmaskarray(value).tobytes()
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        return value.tobytes()
+    return None
+
+
+def ours(error):
+    """Whether an error was raised on purpose, by a line of the package."""
+    trace = error.__traceback__
+    while trace.tb_next:
+        trace = trace.tb_next
+    place = trace.tb_frame.f_code.co_filename
+    line = linecache.getline(place, trace.tb_lineno).strip()
+    named = isinstance(error, ValueError | TypeError | OSError | AssertionError)
+    return named and place.startswith(HOME) and line.startswith("raise")
+
+
+def text_of(error):
+    try:
+        return f"{type(error).__name__}: {error}"
+    except Exception:
+        return type(error).__name__
+
+
+def complaint_of(function, arguments, name, verdict, expected=None):
+    """What is wrong with a call that has one bad argument, or None."""
+    result, error, complaint = call(function, arguments)
+    if complaint:
+        return complaint
+    if error is None:
+        if verdict == REFUSE:
+            return "accepted"
+        if verdict == RIGHT and not same(result, expected):
+            return "wrong result"
+        return None
+    text = text_of(error)
+    if not ours(error):
+        return f"deep {text[:150]}"
+    if verdict == RIGHT:
+        return f"refused: {text[:150]}"
+    if verdict == REFUSE and not re.search(rf"(?<![A-Za-z]){name}(?![a-z])", text):
+        return f"does not name it: {text[:150]}"
+    return None
+
+
+def same(a, b):
+    """Whether two results are the same but for rounding."""
+    if dataclasses.is_dataclass(a) and type(a) is type(b):
+        return all(
+            same(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a)
+        )
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, float | int | np.number | np.ndarray) and not isinstance(a, bool):
+        a, b = np.asarray(a), np.asarray(b)
+        if a.dtype.kind in "fiuc":
+            return a.shape == b.shape and np.allclose(a, b, 1e-6, 1e-9, equal_nan=True)
+        return a.shape == b.shape and bool(np.all(a == b))
+    return True  # figures and the like are looked at elsewhere
+
+
+def test_every_public_function_has_good_arguments():
+    known = set(FUNCTIONS) | RESULTS | set(EXCEPT) | CHECKS
+    missing = sorted(set(PUBLIC) - known)
+    assert missing == [], "add good arguments to tests/good_arguments.py"
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    yield
+    plt.close("all")
+    good_arguments.axes.cache_clear()
+    good_arguments.axes_in_space.cache_clear()
+
+
+def failures(full):
+    """Calls, and those that fail: (argument, label, complaint)."""
+    function = PUBLIC[full]
+    good = good_arguments.of(full, function)
+    found, calls, tried = [], 0, set()
+    expected, error, complaint = call(function, good_arguments.fresh(good))
+    if error or complaint:
+        return 1, [("all good", "", complaint or text_of(error))]
+    for name, one in bad_arguments.parameters(function).items():
+        if name not in good:
+            found.append((name, "", "has no good value"))
+            continue
+        for label, bad, verdict in bad_arguments.of(
+            good[name], one.annotation, one.default
+        ):
+            if is_meant(full, name, label):
+                verdict = MAY
+            if verdict != REFUSE and full.startswith(SLOW):
+                if label in tried:
+                    continue
+                tried.add(label)
+            calls += 1
+            arguments = good_arguments.fresh(good) | {name: bad}
+            try:
+                with no_longer_than(LONGEST):
+                    wrong = complaint_of(function, arguments, name, verdict, expected)
+            except Hangs:
+                wrong = "hangs"
+            plt.close("all")
+            if wrong:
+                found.append((name, label, wrong))
+    return calls, found
+
+
+@pytest.mark.parametrize("full", CALLED)
+def test_bad_arguments_end_in_an_error_that_names_them(full):
+    calls, found = failures(full)
+    assert found == [], "\n".join(map(str, found))
+
+
+def failures_of_check(full):
+    function = PUBLIC[full]
+    found, calls = [], 0
+    for name in bad_arguments.parameters(function):
+        takes_function = name == "function"
+        bads = bad_arguments.readers() if takes_function else bad_arguments.answers()
+        for label, bad, verdict in bads:
+            calls += 1
+            arguments = good_check(full) | {name: bad}
+            with no_longer_than(LONGEST):
+                result, error, complaint = call(function, arguments)
+            plt.close("all")
+            if complaint is None and error is None and verdict == REFUSE:
+                complaint = "accepted"
+            if error is not None and not (
+                isinstance(error, pgm_lab.checks.CheckFailed) and ours(error)
+            ):
+                complaint = f"leaks {text_of(error)[:150]}"
+            if complaint:
+                found.append((name, label, complaint))
+    return calls, found
+
+
+def good_check(full):
+    if full == "checks.chapter6.largest_difference":
+        return dict(photo=1, unknown="kappa", unit="rad", moved_um=1.0)
+    return {}
+
+
+@pytest.mark.parametrize("full", sorted(CHECKS))
+def test_a_check_names_what_fails_and_never_leaks(full):
+    calls, found = failures_of_check(full)
+    assert found == [], "\n".join(map(str, found))
