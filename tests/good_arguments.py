@@ -6,15 +6,12 @@ default that is not None needs no entry.
 
 import copy
 import inspect
-import tempfile
 from functools import cache
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from pgm_lab import bundle, camera, datasets, image, ledger, lsm, ncc, simulate
-from pgm_lab import observations as road
 from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import absolute
 from pgm_lab.plot import space
@@ -62,12 +59,6 @@ def axes():
 @cache
 def axes_in_space():
     return space.space(plt.figure(figsize=(2, 2)))
-
-
-@cache
-def folder():
-    place = Path(tempfile.mkdtemp(prefix="good-arguments-"))
-    return place, bundle.write(network(), place)
 
 
 def bordered():
@@ -205,25 +196,20 @@ FUNCTIONS = {
         weights=np.ones(4), parameter_weights=np.ones(2), parameter_values=np.zeros(2),
         covariance=None, sigma0_prior=1.0, constraints=to_one, names=["a", "b"],
     ),
-    "adjustment.RankDefect": None,
     "adjustment.Adjustment.global_test": lambda: dict(
         self=adjust(**line_fit(sigma0_prior=1.0))
     ),
+    "adjustment.critical_tau": lambda: dict(alpha=0.001, redundancy=20),
+    "adjustment.critical_w": lambda: dict(alpha=0.001),
     "bundle.adjust": lambda: dict(network=network(), estimate=("c",), datum="inner",
                                   sigma0_prior=1.0, max_iterations=20),
     "bundle.correlations": lambda: dict(result=adjusted()),
     "bundle.critical_value": lambda: dict(result=adjusted()),
     "bundle.motions": lambda: dict(positions=POINTS),
-    "bundle.read": lambda: dict(
-        zip(("interior", "exterior", "points", "image"), folder()[1]), sigma=0.001
-    ),
     "bundle.reliability": lambda: dict(result=adjusted()),
     "bundle.significance": lambda: dict(result=adjusted()),
     "bundle.snoop": lambda: dict(network=network(), estimate=("c",), datum="inner",
                                  sigma0_prior=1.0),
-    "bundle.write": lambda: dict(
-        network=network(), folder=folder()[0] / "again", overwrite=True
-    ),
     "bundle.Network": in_network,
     "bundle.Network.of": tables,
     "bundle.Network.without": lambda: dict(self=network(), rays=[0, 1]),
@@ -255,17 +241,12 @@ FUNCTIONS = {
     "camera.ideal": lambda: dict(camera=LENS, measured=UP),
     "camera.measured": lambda: dict(camera=LENS, ideal=UP),
     "camera.project": lambda: dict(camera=LENS, exterior=PHOTO, points=POINTS),
-    "chapters.table": dict,
     "chapters.markdown": dict,
-    "chapters.to_come": dict,
     "checks.near": lambda: dict(answer=UP, expected=UP),
-    "checks.first_slip": lambda: dict(
-        answer=2.0, slips=[(-4.0, "the sign"), (2.0, "a factor")], otherwise="no idea"
-    ),
+    "checks.chapter6.rescaled": lambda: dict(N=NET),
     "checks.question": lambda: dict(number="1.2", choice=_right("1.2")),
     "checks.questions": lambda: dict(chapter="1", choices=_all_right("1")),
     "datasets.rows": lambda: dict(name="chapters.csv"),
-    "datasets.files.columns": None,
     "frames.image_centre": lambda: dict(image_size=(40, 30)),
     "frames.pixel_to_photo": lambda: dict(
         pixels=UP, **PIXELS, covariance=np.tile(np.eye(2), (5, 1, 1))
@@ -324,7 +305,6 @@ FUNCTIONS = {
         zip(("left_points", "matches"), matches()),
         **{"image_size": (48, 44), "pixel_size": 0.5, "left": "A"}, points=["p", "q"],
     ),
-    "observations.Observations.common": None,
     "orientation.absolute": lambda: dict(
         source=POINTS, target=2 * POINTS + 7, sigma=0.5
     ),
@@ -406,7 +386,7 @@ FUNCTIONS = {
     ),
     "plot.space.draw_faces": lambda: dict(ax=axes_in_space(), faces=FACES),
     "plot.space.draw_photo": lambda: dict(ax=axes(), faces=FACES, **STATION),
-    "plot.space.village": dict,
+    "plot.village.surroundings": dict,
     "plot.studies.residuals_by_photo": lambda: dict(
         rms={"a": [1.0, 2], "b": [2.0, 3]}, photo_names=["p", "q"]
     ),
@@ -504,4 +484,3 @@ def of(name, function):
 
 
 _PLAIN = bool | int | float | str | tuple | list
-_ = road

@@ -11,14 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import datasets
-
-
-class CheckFailed(AssertionError):
-    """An answer is wrong or missing; notebooks show the message without a traceback."""
-
-    def _render_traceback_(self) -> list[str]:
-        return [f"✗ {self}"]
+from pgm_lab import _validate
+from pgm_lab.checks._failed import CheckFailed as CheckFailed
+from pgm_lab.checks._questions import question as question
+from pgm_lab.checks._questions import questions as questions
 
 
 def answer_of(function: Callable, *arguments: Any) -> Any:
@@ -36,8 +32,9 @@ def answer_of(function: Callable, *arguments: Any) -> Any:
     try:
         answer = function(*copies)
     except Exception as error:
+        said = f": {error}" if isinstance(error.args, tuple) and str(error) else ""
         raise CheckFailed(
-            f"{name} stopped with {type(error).__name__}: {error}"
+            f"{name} stopped with {type(error).__name__}{said}"
         ) from error
     if answer is None or answer is ...:
         raise CheckFailed(f"{name} returns nothing yet. Your turn!")
@@ -66,18 +63,34 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     answer = answer_of(function, *arguments)
     must = f"{getattr(function, '__name__', 'your function')} must return"
     try:
-        array = np.asarray(answer, dtype=float)
-    except (TypeError, ValueError):
-        if isinstance(answer, tuple | list) and any(map(np.ndim, answer)):
-            shapes = ", ".join(str(np.shape(part)) for part in answer)
+        array = _validate.real(answer, "the answer")
+    except ValueError:
+        if shapes := _shapes(answer):
             raise CheckFailed(
                 f"{must} shape {shape} here; got parts of shapes {shapes}"
             ) from None
-        raise CheckFailed(f"{must} numbers, not {type(answer).__name__}") from None
+        kind = "" if "must be numbers" in str(error) else f" ({error})"
+        raise CheckFailed(
+            f"{must} numbers, not {type(answer).__name__}{kind}"
+        ) from None
     if array.shape != shape:
         tip = _turned(shape) if array.shape == shape[::-1] else ""
         raise CheckFailed(f"{must} shape {shape} here; got {array.shape}{tip}")
+    if not np.all(np.isfinite(array)):
+        what = "NaN" if np.isnan(array).any() else "infinity"
+        raise CheckFailed(
+            f"{must} finite numbers here; got {what}: look for a division"
+        )
     return array
+
+
+def _shapes(answer: object) -> str:
+    """Shapes of the parts of an answer that do not make one array; "" if none has."""
+    try:
+        shapes = [np.shape(part) for part in answer]  # type: ignore[attr-defined]
+    except Exception:  # no parts, or parts without a shape
+        return ""
+    return ", ".join(map(str, shapes)) if len(set(shapes)) > 1 else ""
 
 
 def _turned(shape: tuple[int, ...]) -> str:
@@ -117,8 +130,8 @@ def numbers(
     if answer is ... or answer is None:
         raise CheckFailed(f"{name} is still empty. Your turn!")
     try:
-        array = np.asarray(answer, dtype=float)
-    except (TypeError, ValueError):
+        array = _validate.finite(answer, name)
+    except ValueError:
         raise CheckFailed(f"{name} must be {wanted}") from None
     if array.shape != shape:
         got = f"; got {array.shape}" if array.shape else ""
@@ -156,8 +169,18 @@ def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
 
 def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> bool:
     """True if all numbers agree to a tolerance relative to the largest of them."""
-    scale = max(1.0, float(np.max(np.abs(expected))))
-    return bool(np.all(np.abs(np.subtract(answer, expected)) <= tolerance * scale))
+    found = _validate.real(answer, "answer")
+    wanted = _validate.real(expected, "expected")
+    tolerance = _validate.not_negative(tolerance, "tolerance", "of the largest number")
+    try:
+        np.broadcast_shapes(found.shape, wanted.shape)
+    except ValueError:
+        raise ValueError(
+            "answer and expected must have shapes that fit; got"
+            f" {found.shape} and {wanted.shape}"
+        ) from None
+    scale = max(1.0, float(np.max(np.abs(wanted), initial=0.0)))
+    return bool(np.all(np.abs(found - wanted) <= tolerance * scale))
 
 
 def first_slip(
@@ -232,63 +255,3 @@ def compare(
     if explains(right):
         return True, ""
     return False, next((h for h, wrong in slips.items() if explains(wrong)), otherwise)
-
-
-def question(number: str, choice: str) -> None:
-    """Answer a quick question; the feedback says why a choice is right or wrong.
-
-    Parameters
-    ----------
-    number : str
-        Number of the question, for example "1.2".
-    choice : str
-        Letter of the choice.
-
-    Raises
-    ------
-    CheckFailed
-        If the choice is wrong or missing.
-    ValueError
-        If there is no such question.
-    """
-    rows = datasets.rows("questions")
-    choices = {row["choice"]: row for row in rows if row["question"] == number}
-    if not choices:
-        raise ValueError(f"there is no question {number} in data/questions")
-    letter = choice.strip().lower() if isinstance(choice, str) else ""
-    if letter not in choices:
-        raise CheckFailed(f"question {number}: choose one of {', '.join(choices)}.")
-    row = choices[letter]
-    if row["right"] != "yes":
-        raise CheckFailed(f"question {number}: {row['feedback']}")
-    print(f"✓ question {number}: {row['feedback']}")
-
-
-def questions(chapter: str, choices: Iterable[str]) -> None:
-    """Answer the quick questions of a chapter; each choice gets its feedback.
-
-    Parameters
-    ----------
-    chapter : str
-        Number of the chapter, for example "1".
-    choices : iterable of str
-        A letter for each question, in their order.
-
-    Raises
-    ------
-    CheckFailed
-        If a choice is wrong or missing, after all questions were looked at.
-    """
-    known = {row["question"] for row in datasets.rows("questions")}
-    wanted = sum(number.startswith(f"{chapter}.") for number in known)
-    choices = list(choices)
-    if len(choices) != wanted:
-        raise CheckFailed(f"give {wanted} letters, one for each question.")
-    failed = []
-    for number, choice in enumerate(choices, start=1):
-        try:
-            question(f"{chapter}.{number}", choice)
-        except CheckFailed as wrong:
-            failed.append(str(wrong))
-    if failed:
-        raise CheckFailed("\n✗ ".join(failed))

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab import rotation
+from pgm_lab import _validate, rotation
 from pgm_lab.checks import CheckFailed, answer_of, call, first_slip, near, report
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants
@@ -18,8 +18,8 @@ def wrong_elements(answer: object) -> None:
         raise CheckFailed("wrong is still empty. Your turn!")
 
     try:
-        found = np.asarray(answer, dtype=float)
-    except (TypeError, ValueError):
+        found = _validate.finite(answer, "wrong")
+    except ValueError:
         found = np.empty(0)
     if found.ndim != 2 or found.shape[1] != 2:
         raise CheckFailed("wrong must be a list of pairs such as [(3, 2)]")
@@ -274,8 +274,9 @@ def _unit_hint(
 ) -> str:
     """What is wrong with one answer, or nothing."""
     answer = answer_of(function, attitude, printed)
-    if answer not in ("degrees", "radians"):
-        return f'the answer must be "degrees" or "radians", not {answer!r}'
+    if not isinstance(answer, str) or answer not in ("degrees", "radians"):
+        got = _validate.shown(answer)
+        return f'the answer must be "degrees" or "radians", not {got}'
     if answer == name:
         return ""
     return (

@@ -22,7 +22,11 @@ def misprints(names: Iterable[str]) -> None:
         names = names.ravel()
     elif not isinstance(names, Iterable):
         names = ()
-    names = {str(name).strip().lower().replace("_", "") for name in names}
+    try:
+        names = [str(name) for name in names]
+    except Exception:  # of a stranger's object
+        names = []
+    names = {name.strip().lower().replace("_", "") for name in names}
     if not names - {""}:
         raise CheckFailed(
             'misprinted is still empty: it must be a list of names such as "b11"'

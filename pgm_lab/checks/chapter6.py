@@ -4,8 +4,16 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from pgm_lab import bundle, datasets
-from pgm_lab.checks import CheckFailed, call, compare, first_slip, near, report
+from pgm_lab import _validate, bundle, datasets
+from pgm_lab.checks import (
+    CheckFailed,
+    call,
+    compare,
+    first_slip,
+    near,
+    numbers,
+    report,
+)
 
 # Rays, photos, points, parameters, held control points
 _NETWORKS = (
@@ -195,10 +203,10 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     difference = np.abs(data.published_exteriors - data.exteriors)
     row, column = np.unravel_index(difference.argmax(), difference.shape)
     unknowns = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
-    if not unit:
-        raise CheckFailed("the unit is still empty. Your turn!")
-    if not isinstance(moved_um, int | float | np.number) or not np.isfinite(moved_um):
-        raise CheckFailed("moved_um is not a number")
+    if not isinstance(unit, str) or not isinstance(unknown, str) or not unit:
+        raise CheckFailed("unknown and unit must be texts, and not empty. Your turn!")
+    photo = int(numbers("photo", photo))
+    moved_um = float(numbers("moved_um", moved_um))
     if moved_um == 0:
         raise CheckFailed("moved_um is still 0. Your turn!")
     radius = 10.0  # mm
@@ -265,6 +273,9 @@ def unit_diagonal(function: Callable) -> None:
 
 def rescaled(N: np.ndarray) -> np.ndarray:
     """N with ones on its diagonal, whatever its units are: the answer of 6.5."""
+    N = _validate.of_shape(N, (None, None), "N")
+    if N.shape[0] != N.shape[1] or np.any(np.diagonal(N) <= 0):
+        raise ValueError("N must be square, with a diagonal above zero")
     return N / np.outer(_roots(N), _roots(N))
 
 
@@ -275,9 +286,9 @@ def _roots(N: np.ndarray) -> np.ndarray:
 def five_photos(photos: Collection[int]) -> None:
     """Exercise 6.6: five of the nine photos that determine c well."""
     try:
-        chosen = sorted({int(number) for number in photos})
-    except (TypeError, ValueError) as error:
-        raise CheckFailed("photos must be five numbers from 1 to 9") from error
+        chosen = sorted({_validate.whole(number, "photos", 1) for number in photos})
+    except Exception:  # whatever a stranger's object raises
+        raise CheckFailed("photos must be five numbers from 1 to 9") from None
     if len(chosen) != 5 or chosen[0] < 1 or chosen[-1] > 9:
         raise CheckFailed("photos must be five different numbers from 1 to 9")
     if chosen == [1, 2, 3, 4, 5]:
