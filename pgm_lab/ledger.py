@@ -199,7 +199,8 @@ def _rows(rows: list[dict[str, str]], *columns: str, name: str = "rows") -> list
     """Refuse what are no rows of the ledger with texts in these columns."""
     rows = _validate.several(rows, name, dict)
     for row in rows:
-        if not all(isinstance(row.get(column), str) for column in columns):
+        texts = all(isinstance(text, str) for text in row.values())
+        if not texts or not row.keys() >= set(columns):
             raise ValueError(
                 f"{name} must be of the ledger, as `verdicts` gives them: with texts in"
                 f" {', '.join(columns)}"

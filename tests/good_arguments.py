@@ -346,9 +346,11 @@ FUNCTIONS = {
     "plot.pixel_on_ground": lambda: dict(ortho=datasets.yellowstone()),
     "plot.bundle.lens_curve": lambda: dict(result=adjusted(), r_max=10.0),
     "plot.bundle.residual_vectors": lambda: dict(
-        result=adjusted(), photo=1, magnify=100.0
+        result=adjusted(), photo=1, magnify=100.0, critical=3.0
     ),
-    "plot.bundle.standardized_histogram": lambda: dict(result=adjusted()),
+    "plot.bundle.standardized_histogram": lambda: dict(
+        result=adjusted(), critical=3.0
+    ),
     "plot.matching.draw_window": lambda: dict(
         ax=axes(), image=GREY, centre=(20.0, 20), size=5
     ),

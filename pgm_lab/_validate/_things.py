@@ -37,13 +37,10 @@ def several(values: Any, name: str, kind: type | None = None) -> list:
     """Return the members of a sequence, all of one kind; a text is none."""
     what = "values" if kind is None else WORDS.get(kind, f"{kind.__name__}s")
     try:
-        members = [] if isinstance(values, str | bytes) else list(values)
+        members = None if isinstance(values, str | bytes | Mapping) else list(values)
     except Exception:  # whatever the iteration of a stranger's object raises
-        members = [values]
-        kind = kind or type(None)
-    if isinstance(values, str | bytes) or not all(
-        isinstance(one, kind or object) for one in members
-    ):
+        members = None
+    if members is None or not all(isinstance(one, kind or object) for one in members):
         raise ValueError(f"{name} must be a sequence of {what}; got {shown(values)}")
     return members
 

@@ -71,9 +71,13 @@ def roles(
     }
     if control is not None and _validate.mapping(control, "control"):
         values = _numbers(control, 6, "control", finite=False)
-        found["control"] = places.of(control, "control"), values[:, :3], values[:, 3:]
+        found["control"] = (
+            places.of(list(control), "control"),
+            values[:, :3],
+            values[:, 3:],
+        )
     if check is not None and _validate.mapping(check, "check"):
-        found["check"] = places.of(check, "check"), _numbers(check, 3, "check")
+        found["check"] = places.of(list(check), "check"), _numbers(check, 3, "check")
     if datum_points is not None:
         found["datum_points"] = places.of(datum_points, "datum_points")
     return found
@@ -89,6 +93,7 @@ class _Places:
     def of(self, names: Iterable, where: str) -> np.ndarray:
         """Return the places of names; `where` they stand is for the message."""
         listed = _validate.several(names, where)
+        listed = [None if isinstance(one, complex) else one for one in listed]
         return np.array([self.one(name, where) for name in listed], int)
 
     def one(self, name: Any, where: str) -> int:

@@ -222,6 +222,10 @@ def scaled(N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     The unknowns get ones on the diagonal, the columns of G the length one.
     """
     N = _square(N, "N")
+    if len(N) < 8 or np.any(np.diagonal(N)[:-7] <= 0) or not N[:-7, -7:].any(0).all():
+        raise ValueError(
+            "N must be bordered by seven constraints, with a diagonal above zero"
+        )
     s = np.ones(len(N))
     s[:-7] = 1 / np.sqrt(np.diagonal(N)[:-7])
     s[-7:] = 1 / np.linalg.norm(s[:-7, None] * N[:-7, -7:], axis=0)
@@ -231,7 +235,10 @@ def scaled(N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def inverse(N: np.ndarray) -> np.ndarray:
     """Invert a bordered N, scaled first: its upper left block holds the cofactors."""
     balanced, s = scaled(N)
-    return np.linalg.inv(balanced) * s * s[:, None]
+    try:
+        return np.linalg.inv(balanced) * s * s[:, None]
+    except np.linalg.LinAlgError:
+        raise ValueError("N is singular: it leaves an unknown undetermined") from None
 
 
 def solve(N: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

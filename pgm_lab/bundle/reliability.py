@@ -75,7 +75,8 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
     ----------
     Baarda 1968, "A testing procedure for use in geodetic networks"; Foerstner 1985.
     """
-    delta0 = float(_validate.positive(delta0, "delta0", "no unit"))
+    _validate.instance(result, Bundle, "result")
+    delta0 = _validate.positive_number(delta0, "delta0", "no unit")
     r = result.testable
     controlled = r > UNCONTROLLED
     r = np.where(controlled, r, 1.0)
@@ -113,6 +114,7 @@ def critical_value(result: Bundle, alpha: float = 0.001) -> float:
     ----------
     `adjustment.critical_w` and `adjustment.critical_tau`, with their sources.
     """
+    _validate.instance(result, Bundle, "result")
     if result.residual_test == "w":
         return critical_w(alpha)
     return float(critical_tau(result.redundancy, alpha))
@@ -134,6 +136,8 @@ def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, flo
     list of (name, name, correlation)
         The largest first.
     """
+    limit = _validate.number(limit, "limit")
+    _validate.instance(result, Bundle, "result")
     r = np.triu(result.correlation, 1)
     rows, columns = np.nonzero(np.abs(r) > limit)
     order = np.argsort(-np.abs(r[rows, columns]), kind="stable")
@@ -166,6 +170,7 @@ def significance(result: Bundle, alpha: float = 0.05) -> list[Significance]:
     ----------
     Fraser 1997, "Digital camera self-calibration".
     """
+    _validate.instance(result, Bundle, "result")
     alpha = _validate.probability(alpha, "alpha")
     found = []
     u = len(result.estimate)

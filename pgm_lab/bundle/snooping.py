@@ -123,6 +123,7 @@ def snoop(
     >>> len(snoop(published.network()).removed)
     8
     """
+    _validate.instance(network, Network, "network")
     alpha = _validate.probability(alpha, "alpha")
     most = _validate.whole(most, "most", 0)
     rays = np.arange(len(network.xy))

@@ -234,10 +234,10 @@ def _rays(
 
 def _image_points(points: ArrayLike, name: str) -> np.ndarray:
     points = _validate.points(points, 2, name)
-    if points.ndim != 2 or len(points) < 5:
+    if points.ndim != 2 or len(points) < 5 or not np.ptp(points, axis=0).any():
         raise ValueError(
-            f"{name} must have shape (n, 2) with five or more points; got"
-            f" {points.shape}"
+            f"{name} must have shape (n, 2) with five or more points, not all at one"
+            f" place; got {points.shape}"
         )
     return points
 

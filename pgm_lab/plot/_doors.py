@@ -28,10 +28,12 @@ def colour(value: Any, name: str) -> None:
         raise ValueError(f"{name} must be a colour; got {_validate.shown(value)}")
 
 
-def view(value: ArrayLike | None) -> None:
-    """Refuse what is no (elevation, azimuth) in degrees."""
-    if value is not None:
-        _validate.one_point(value, 2, "view")
+def view(value: ArrayLike | None) -> tuple[float, float] | None:
+    """Return (elevation, azimuth) in degrees, or None where nothing is said."""
+    if value is None:
+        return None
+    elevation, azimuth = _validate.one_point(value, 2, "view").tolist()
+    return elevation, azimuth
 
 
 def form(value: ArrayLike) -> np.ndarray:

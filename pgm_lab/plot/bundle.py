@@ -143,8 +143,11 @@ def residual_vectors(
     if photo is None:
         shown = np.sort(np.argsort(-rms, kind="stable")[:MOST_PHOTOS])
     else:
-        photos = [photo] if isinstance(photo, int | np.integer) else photo
+        one = not isinstance(photo, list | tuple | range | np.ndarray)
+        photos = [_validate.whole(photo, "photo", 0, m - 1)] if one else photo
         shown = _validate.indices(photos, m, "photo")
+        if not len(shown):
+            raise ValueError("photo must be one index or more")
         _validate.refuse(
             count[shown] == 0, "photo{} has no observations: nothing to draw"
         )

@@ -33,7 +33,7 @@ def draw_window(
         Handed to `imshow`.
     """
     _doors.axes(ax)
-    window = cut(image, centre, size)
+    window = cut(_validate.image(image), centre, size)
     column, row = np.floor(_validate.one_point(centre, 2, "centre") + 0.5)
     half = int(size) / 2
     extent = (column - half, column + half, row + half, row - half)

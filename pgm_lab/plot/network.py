@@ -50,7 +50,7 @@ def seven_motions(
     matplotlib.figure.Figure
     """
     exteriors, points = _network(exteriors, points)
-    _doors.view(view)
+    view = _doors.view(view)
     if not len(exteriors) or not len(points):
         raise ValueError("exteriors and points must be one or more")
     if size is not None:
@@ -68,7 +68,7 @@ def seven_motions(
     lengths = np.linalg.norm(everything, axis=2).max(axis=1)
     steps = 0.24 * reach * everything / lengths[:, None, None]
     room = np.concatenate([positions, *(positions + steps)])
-    view = best_view(exteriors[:, :3], points) if view is None else tuple(view)
+    view = best_view(exteriors[:, :3], points) if view is None else view
     for number, (name, step) in enumerate(zip(MOTIONS, steps)):
         # Shifts above, rotations below, the scale at their right in the middle
         row, column = divmod(number, 3) if number < 6 else (0.5, 3)
@@ -135,7 +135,7 @@ def network_3d(
         If the shapes do not fit.
     """
     names = _validate.flag(names, "names")
-    _doors.view(view)
+    view = _doors.view(view)
     _validate.text(unit, "unit")
     if size is not None:
         size = _validate.positive_number(size, "size", "object units")
@@ -146,7 +146,7 @@ def network_3d(
     reach = np.ptp(positions, axis=0).max()
     size = 0.1 * reach if size is None else size
     fig = plt.figure(figsize=(11, 7.4), layout="none")
-    view = best_view(exteriors[:, :3], points) if view is None else tuple(view)
+    view = best_view(exteriors[:, :3], points) if view is None else view
     ax = space.space(fig, view=view)
     drawn = [points]
     for exterior, name in zip(exteriors, together(exteriors[:, :3], 0.4 * size)):

@@ -51,7 +51,7 @@ def space(
     Axes3D
     """
     _validate.instance(fig, Figure, "fig")
-    _doors.view(view)
+    elevation, azimuth = _validate.one_point(view, 2, "view").tolist()
     zoom = _validate.positive_number(zoom, "zoom", "a factor")
     # What is drawn later lies on top: matplotlib's own guess hides cameras
     try:
@@ -61,7 +61,7 @@ def space(
             f"where must be a place as for add_subplot; got {_validate.shown(where)}"
         ) from None
     ax.set_proj_type("ortho")
-    ax.view_init(elev=view[0], azim=view[1])
+    ax.view_init(elev=elevation, azim=azimuth)
     ax.set_box_aspect((1, 1, 1), zoom=zoom)
     ax.set_axis_off()
     return ax
@@ -154,6 +154,7 @@ def draw_camera(
     _doors.axes_in_space(ax)
     exterior = _validate.one_point(exterior, 6, "exterior")
     _doors.colour(color, "color")
+    size = _validate.positive_number(size, "size", "object units")
     if not isinstance(name, str):
         raise ValueError(f"name must be a text; got {_validate.shown(name)}")
     axes = _validate.flag(axes, "axes")

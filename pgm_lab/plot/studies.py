@@ -40,9 +40,10 @@ def residuals_by_photo(
         _validate.positive(values, f"rms, {name}", "mm")
     m = len(next(iter(series.values())))
     given = range(1, m + 1) if photo_names is None else photo_names
-    names = [str(name) for name in _validate.several(given, "photo_names")]
-    if len(names) != m:
-        raise ValueError(f"photo_names must be {m} names; got {len(names)}")
+    given = _validate.several(given, "photo_names")
+    if len(given) != m or not all(isinstance(one, str | int) for one in given):
+        raise ValueError(f"photo_names must be {m} texts or numbers; got {len(given)}")
+    names = list(map(str, given))
     fig, ax = plt.subplots(figsize=(11, 5.4))
     width = 0.8 / len(series)
     hatches = ("", "//", "..", "xx", "\\\\", "++", "--")
@@ -177,7 +178,7 @@ def _same_length(
 ) -> dict[str, np.ndarray]:
     arrays = {}
     for key, values in series.items():
-        where = key if isinstance(key, str) and key in name else f"{name}, {key}"
+        where = key if key in ("predicted", "rays", "megabytes") else f"{name}, {key}"
         arrays[key] = _validate.finite(values, where)
     if not 0 < len(arrays) <= len(SERIES) + 2:
         raise ValueError(f"{name} must hold 1 to {len(SERIES)} lists")
