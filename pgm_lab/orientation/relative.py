@@ -217,8 +217,7 @@ def _rays(
     )
     if left.shape != right.shape:
         raise ValueError(
-            f"left_points and right_points must pair up; got {len(left)} and"
-            f" {len(right)} points"
+            f"left_points, right_points must pair up; got {len(left)} and {len(right)}"
         )
     sizes = (extents(rays[:, :2]) for rays in (left, right))
     if all(width <= LINE * length for length, width in sizes):
@@ -227,10 +226,9 @@ def _rays(
             " turn about such a line. Add points off the line"
         )
     _, first = np.unique(np.hstack([left, right]), axis=0, return_index=True)
-    if len(first) < len(left):
-        again = np.setdiff1d(np.arange(len(left)), first)[0]
+    if len(again := np.setdiff1d(np.arange(len(left)), first)):
         raise ValueError(
-            f"point {again} is given twice, and would control itself: leave it out once"
+            f"point {again[0]} is given twice, and would control itself: leave one out"
         )
     return left, right
 
@@ -239,8 +237,7 @@ def _image_points(points: ArrayLike, name: str) -> np.ndarray:
     points = _validate.points(points, 2, name)
     if points.ndim != 2 or len(points) < 5:
         raise ValueError(
-            f"{name} must have shape (n, 2) with five or more points; got"
-            f" {points.shape}"
+            f"{name} must have shape (n, 2), five or more points; got {points.shape}"
         )
     return points
 
