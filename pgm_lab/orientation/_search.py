@@ -71,11 +71,6 @@ def models(
     base, R = _converged(base, R, left[some], right[some], ITERATIONS[1], last)
     if len(left) > len(some):
         base, R = _converged(base, R, left, right, ITERATIONS[2], last)
-    if not len(base):
-        raise ValueError(
-            "no model was found: the points do not determine the five unknowns. Are"
-            " they spread over the common area, and in the same order in both photos?"
-        )
     return base, R
 
 
@@ -177,6 +172,11 @@ def _first_that_differ(
     count: int,
 ) -> Models:
     """So many models that differ, those with the points on one side first."""
+    if not len(base):
+        raise ValueError(
+            "no model was found: the points do not determine the five unknowns. Are"
+            " they spread over the common area, and in the same order in both photos?"
+        )
     model = _model.intersect(base, R, left, right)
     # In front of both cameras or, if the base has the wrong sign, behind both
     one_side = np.mean(model.in_front | model.behind_both, axis=-1) > 0.5

@@ -111,7 +111,7 @@ def intersect(
     image, seen = image_points.reshape(p, -1, 2), seen.reshape(p, -1)
     directions = rays(photos, exteriors, image)
     angle = angle_between_rays(directions, seen)
-    status = _first_look(exteriors, seen, angle)
+    status = _first_look(exteriors, seen, directions)
     good = np.flatnonzero(status == "intersected")
     start = nearest_point(exteriors[:, :3], directions[:, good], seen[:, good])
     interior = np.array([camera.interior for camera in photos])
@@ -224,14 +224,17 @@ def _refuse_same_photos(exteriors: np.ndarray, image_points: np.ndarray) -> None
 
 
 def _first_look(
-    exteriors: np.ndarray, seen: np.ndarray, angle: np.ndarray
+    exteriors: np.ndarray, seen: np.ndarray, directions: np.ndarray
 ) -> np.ndarray:
     """Statuses that can be told before a point is computed."""
     first = np.argmax(seen, axis=0)
     elsewhere = np.any(exteriors[:, None, :3] != exteriors[first, :3], axis=-1)
-    status = np.full(len(angle), "intersected", dtype="<U19")
-    # Antiparallel rays, too, meet only at infinity
-    status[np.sin(angle) < PARALLEL] = "parallel rays"
+    status = np.full(len(first), "intersected", dtype="<U19")
+    # The sine, since antiparallel rays, too, meet only at infinity; of all rays, since
+    # a third one may tell where
+    reference = np.take_along_axis(directions, first[None, :, None], axis=0)
+    sine = np.linalg.norm(np.cross(reference, directions), axis=-1)
+    status[np.max(np.where(seen, sine, 0), axis=0) < PARALLEL] = "parallel rays"
     status[~np.any(seen & elsewhere, axis=0)] = "no base"
     status[seen.sum(axis=0) < 2] = "one ray"
     return status

@@ -105,13 +105,11 @@ def relative(
     left_points, right_points : array_like (n, 2)
         Measured image coordinates of the same points in mm; five or more.
     base : float, optional
-        bx, which sets the unit of the model: positive if the right station lies on the
-        positive x side of the left photo. When missing, bx is 1 or -1, whichever has
-        the points in front of both cameras.
+        bx, in the unit of the model: positive if the right station lies on the positive
+        x side of the left photo. When missing, 1 or -1: with the points in front.
     start : array_like (5,), optional
         Rough values of by, bz (in the unit of the base), omega, phi, kappa: 30 degrees
-        and half the base off will do. Without them models are searched all around,
-        which takes ten times as long.
+        and half the base off will do. The search without them takes ten times as long.
     sigma : float, optional
         Standard deviation of an image coordinate in mm, known beforehand; it holds for
         coordinates freed from lens distortion.
@@ -124,8 +122,8 @@ def relative(
     ------
     ValueError
         If shapes do not fit, numbers are not finite, there are fewer than five points,
-        they lie on a line or have no parallax, the given base has the wrong sign, or
-        the points do not determine the five unknowns.
+        a point is given twice, they lie on a line or have no parallax, the given base
+        has the wrong sign, or the points do not determine the five unknowns.
 
     Notes
     -----
@@ -133,8 +131,7 @@ def relative(
     or an approximation: see `coplanarity.distances`.
 
     Of points in one plane the base and its opposite may both have a model in front of
-    the cameras, with different rotations. Then the status is "several solutions", and a
-    base of the right sign may decide.
+    the cameras: the status is "several solutions", and the sign of `base` may decide.
 
     References
     ----------
@@ -220,14 +217,18 @@ def _rays(
     )
     if left.shape != right.shape:
         raise ValueError(
-            f"left_points and right_points must pair up; got {len(left)} and"
-            f" {len(right)} points"
+            f"left_points, right_points must pair up; got {len(left)} and {len(right)}"
         )
     sizes = (extents(rays[:, :2]) for rays in (left, right))
     if all(width <= LINE * length for length, width in sizes):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
             " turn about such a line. Add points off the line"
+        )
+    _, first = np.unique(np.hstack([left, right]), axis=0, return_index=True)
+    if len(again := np.setdiff1d(np.arange(len(left)), first)):
+        raise ValueError(
+            f"point {again[0]} is given twice, and would control itself: leave one out"
         )
     return left, right
 
@@ -253,8 +254,7 @@ def _rotation_alone(left: np.ndarray, right: np.ndarray) -> float:
     if rms <= NO_PARALLAX * c:
         raise ValueError(
             "left_points and right_points differ by a rotation only (or not at all):"
-            " without a base there is no parallax and no model. Is it the same photo"
-            " twice?"
+            " without a base there is no parallax and no model. The same photo twice?"
         )
     return rms
 

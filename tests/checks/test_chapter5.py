@@ -187,7 +187,7 @@ def test_rays_of_a_line_have_no_sign():
             r"a factor is missing, and your base is 10\^3 times too large",
         ),
         (lambda *a: 0.0, "does not follow"),
-        (lambda *a: np.nan, "does not follow"),
+        (lambda *a: np.nan, "got NaN: look for a division"),
         (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "twice the ground, and"),
         (lambda h, c, s, w: base(h, c, s, w) * w, "does not follow"),
     ],

@@ -227,6 +227,52 @@ def test_a_point_behind_a_camera_is_named():
     assert found.status == "behind a camera" and np.all(np.isnan(found.points))
 
 
+def perspective(photo, point, c=50.0):
+    """Image of a point on the line through the perspective centre, before or behind."""
+    U, V, W = rotation.matrix(*photo[3:]) @ (point - photo[:3])
+    return -c * U / W, -c * V / W
+
+
+@pytest.mark.parametrize("behind", [0, 1, 2])
+def test_a_point_behind_one_of_its_cameras_is_named(behind):
+    # Two photos from above, one from below that looks down as well, away from the point
+    photos = PHOTOS[:3].copy()
+    photos[behind, 2] *= -1
+    point = np.array([5.0, 8.0, 3.0])
+    image = np.array([perspective(photo, point) for photo in photos])
+    found = intersect(PLAIN, photos, image)
+    assert found.status == "behind a camera" and np.all(np.isnan(found.points))
+    # A photo that does not show the point may look where it likes
+    seen = np.arange(3) != behind
+    found = intersect(PLAIN, photos, image, seen=seen)
+    assert found.status == "intersected"
+    np.testing.assert_allclose(found.points, point, rtol=0, atol=1e-11)
+
+
+def test_antiparallel_rays_are_parallel():
+    # Two cameras face each other, 60 apart, and both look straight ahead
+    photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, -100, np.pi, 0, 0]])
+    for off in (0, 1e-9, 1e-7):
+        found = intersect(PLAIN, photos, [[0.0, 0.0], [off, 0.0]])
+        assert found.status == "parallel rays" and np.all(np.isnan(found.points))
+        assert found.angle == pytest.approx(np.pi, abs=1e-8)
+
+
+def test_a_third_ray_tells_where_antiparallel_rays_end():
+    # Two cameras look at each other along one line; the third sees the point from aside
+    photos = np.array(
+        [
+            [0.0, 0, 100, 0, 0, 0],
+            [0, 0, -100, np.pi, 0, 0],
+            [100, 0, 7, 0, np.pi / 2, 0],
+        ]
+    )
+    for order in ([0, 1, 2], [0, 2, 1], [2, 1, 0]):
+        found = intersect(PLAIN, photos[order], np.zeros((3, 2)))
+        assert found.status == "intersected"
+        np.testing.assert_allclose(found.points, (0, 0, 7), rtol=0, atol=1e-11)
+
+
 def test_rays_from_one_place_have_no_base():
     photos = PHOTOS[[0, 0, 1]].copy()
     photos[1, 3:] += 0.05
@@ -282,6 +328,23 @@ def test_nearest_point_and_angle_of_two_skew_rays():
     seen = np.full((2, 1), True)
     np.testing.assert_allclose(nearest_point(centres, directions, seen), [[5, 0, 1]])
     np.testing.assert_allclose(angle_between_rays(directions, seen), [np.pi / 2])
+
+
+def test_angle_is_that_of_the_photos_that_show_the_point():
+    turn = np.radians([0, 20, 35, 80])
+    directions = np.stack([np.sin(turn), 0 * turn, -np.cos(turn)], axis=1)
+    directions = np.repeat(directions[:, None], 4, axis=1)
+    seen = np.array([[1, 1, 0, 1], [1, 1, 1, 1], [1, 0, 1, 0], [1, 0, 0, 0]], bool)
+    found = np.degrees(angle_between_rays(directions, seen))
+    np.testing.assert_allclose(found, (80, 20, 15, 20), rtol=0, atol=1e-9)
+    # And so in an intersection: nothing is known of where the others look
+    points, image = scene(2, PHOTOS, PLAIN)
+    seen = np.array([[1, 1], [1, 0], [0, 1], [0, 0]], bool)
+    found = intersect(PLAIN, PHOTOS, image, seen=seen)
+    d = points - PHOTOS[:, None, :3]
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    expected = np.arccos([d[0, 0] @ d[1, 0], d[0, 1] @ d[2, 1]])
+    np.testing.assert_allclose(found.angle, expected, rtol=1e-9)
 
 
 def test_rays_point_from_the_camera_to_the_points():

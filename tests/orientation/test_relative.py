@@ -468,6 +468,7 @@ TURNED = project(
     [0, 0, 0, 0.1, 0.2, 0.3],
     np.insert(RELOR[:, :2], 2, -152.113, axis=1),
 )
+TWICE, THREE, FOUR = [0, 1, 2, 3, 4, 5, 1], [0, 1, 2] * 2, [0, 1, 2, 3] * 2
 BAD = [
     ({"left_points": RELOR[:4, :2], "right_points": RELOR[:4, 2:]}, "five or more"),
     ({"left_points": RELOR[:5, :2]}, "pair up; got 5 and 6"),
@@ -482,6 +483,19 @@ BAD = [
     ({"right_points": TURNED}, "differ by a rotation only"),
     ({"left_points": LINE, "right_points": LINE - (9, 0)}, "lie on lines"),
     ({"left_points": 0 * LINE, "right_points": 0 * LINE + 1}, "lie on lines"),
+    (
+        {"left_points": RELOR[TWICE, :2], "right_points": RELOR[TWICE, 2:]},
+        "point 6 is given twice",
+    ),
+    # Three and four points, each twice: they do not determine five unknowns
+    (
+        {"left_points": RELOR[THREE, :2], "right_points": RELOR[THREE, 2:]},
+        "point 3 is given twice",
+    ),
+    (
+        {"left_points": RELOR[FOUR, :2], "right_points": RELOR[FOUR, 2:]},
+        "point 4 is given twice",
+    ),
     ({"base": 0.0}, "base must not be 0"),
     ({"base": np.nan}, "base is not a finite number"),
     ({"base": [1.0, 2.0]}, "base must be one number"),
@@ -621,3 +635,35 @@ def test_residuals_belong_to_coordinates_freed_from_the_lens():
         free = ideal(cameras[i], images[i])
         computed = project(Camera(cameras[i].c), exterior, found.points)
         np.testing.assert_allclose(found.residuals[i], computed - free, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [3, 4])
+@pytest.mark.parametrize("apart", [1e-12, 1e-9, 1e-6])
+def test_points_given_nearly_twice_are_no_model(count, apart):
+    """Three or four points do not become enough if each is measured once more."""
+    rng = np.random.default_rng(12)
+    measured = np.tile(pair(rng, count)[2], (1, 3, 1))
+    left, right = measured + apart * rng.normal(size=measured.shape)
+    with pytest.raises(ValueError, match="no model was found|normal matrix has rank"):
+        relative(*CAMERAS, left, right)
+
+
+@pytest.mark.parametrize("in_line", [0, 1])
+def test_points_on_a_line_in_one_photo_only_are_enough(in_line):
+    """A plane through one station: the other photo shows that it is no line."""
+    rng = np.random.default_rng(13)
+    right = convergent(rng)
+    depth = rng.uniform(60, 120, 12)
+    along = rng.uniform(-0.5, 0.5, 12)
+    points = depth[:, None] * np.column_stack([along, 0.2 * along, -np.ones(12)])
+    photos = np.array([ORIGIN, right])
+    images = [project(c, e, points) for c, e in zip(CAMERAS, photos, strict=True)]
+    line, other = (np.linalg.svd(x - x.mean(axis=0))[1] for x in images)
+    assert line[1] < 1e-12 * line[0] and other[1] > 0.01 * other[0]
+    order = [0, 1] if in_line == 0 else [1, 0]
+    found = relative(*(CAMERAS[i] for i in order), *(images[i] for i in order))
+    # Points in one plane: a second model may fit as well
+    assert found.status in ("converged", "several solutions") and found.sigma0 < 1e-9
+    M = rotation.matrix(*right[3:]) if in_line == 0 else rotation.matrix(*right[3:]).T
+    off = rotation.matrix(*found.solutions[:, 3:].T) - M
+    assert np.abs(off).max(axis=(1, 2)).min() < 1e-8

@@ -309,6 +309,24 @@ def test_a_camera_that_looks_away_is_no_solution():
     np.testing.assert_allclose(found.exterior, truth, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("n", [4, 6])
+def test_points_on_both_sides_of_the_camera_are_no_solution(n):
+    """The lines through the perspective centre fit exactly, half of them backwards."""
+    rng = np.random.default_rng(3)
+    ground = rng.uniform(-40, 40, (n, 3))
+    ground[:, 2] = np.where(np.arange(n) % 2, 60, -60) + rng.uniform(-15, 15, n)
+    amid = np.array([3.0, -2, 1, 0.05, -0.1, 0.3])
+    U, V, W = rotation.matrix(*amid[3:]) @ (ground - amid[:3]).T
+    assert np.any(W > 0) and np.any(W < 0)
+    image = np.column_stack([-50 * U / W, -50 * V / W])
+    found = resect(Camera(50.0), image, ground, start=amid)
+    # What is found instead has all points in front, and does not fit
+    assert found.sigma0 > 1
+    for exterior in found.solutions:
+        depth = -rotation.matrix(*exterior[3:])[2] @ (ground - exterior[:3]).T
+        assert np.all(depth > 0)
+
+
 def test_gimbal_lock_is_named_and_the_place_still_found():
     rng = np.random.default_rng(3)
     points = rng.uniform(-20, 20, (6, 3))
