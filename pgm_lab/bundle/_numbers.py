@@ -6,6 +6,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from pgm_lab._files import printable
 from pgm_lab.bundle import _text
 
 Source = str | os.PathLike
@@ -64,7 +65,7 @@ class Table(NamedTuple):
 def fail(path: Path, line: int | None, reason: str) -> NoReturn:
     """Raise a ValueError that names the file, the line and the reason."""
     place = "" if line is None else f", line {line}"
-    raise ValueError(f"{_text.printable(path)}{place}: {reason}")
+    raise ValueError(f"{printable(path)}{place}: {reason}")
 
 
 def read_table(

@@ -6,6 +6,8 @@ import re
 import stat
 from pathlib import Path
 
+from pgm_lab._files import printable
+
 # float() would take nan, 1_000 and Arabic digits too; Fortran writes 1.5D-3
 ODD = re.compile(r"[^-+.0-9eEdD ]")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
@@ -64,14 +66,6 @@ def hint(row: list[str], place: int, ids: int, first: bool) -> str:
             f" {digits[0] if digits else 1}, for example, in every file"
         )
     return ""
-
-
-def printable(name: object) -> str:
-    """Return a name without what a terminal would take for a command."""
-    return "".join(
-        one if one.isprintable() else one.encode("unicode_escape").decode("ascii")
-        for one in str(name)
-    )
 
 
 def _read(path: Path) -> str:

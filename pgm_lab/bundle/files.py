@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pgm_lab import _validate
-from pgm_lab.bundle import _numbers, _save
+from pgm_lab import _files, _validate
+from pgm_lab._files import printable
+from pgm_lab.bundle import _numbers
 from pgm_lab.bundle._numbers import Source, Table
-from pgm_lab.bundle._text import printable
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
 
@@ -234,7 +234,7 @@ def write(
         )
         for path, (heading, rows) in zip(paths, contents)
     }
-    _save.save(texts, overwrite=overwrite)
+    _files.save(texts, overwrite=overwrite)
     return paths
 
 

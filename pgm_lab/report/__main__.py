@@ -9,9 +9,8 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
-from pgm_lab import bundle, report
-from pgm_lab.bundle import _save
-from pgm_lab.bundle._text import printable
+from pgm_lab import _files, bundle, report
+from pgm_lab._files import printable
 from pgm_lab.report._input import doubt
 from pgm_lab.report._options import check_reports, parser
 
@@ -73,9 +72,9 @@ def _run(options: argparse.Namespace) -> None:
         path: WRITERS[path.suffix.lower()](found, about=about)
         for path in options.report
     }
-    for left in _save.clear([path.parent for path in pages]):
+    for left in _files.clear([path.parent for path in pages]):
         print(f"removed {printable(left)}, left by a run that broke", file=sys.stderr)
-    _save.save(pages, overwrite=options.force)
+    _files.save(pages, overwrite=options.force)
     if hasattr(sys.stdout, "reconfigure"):  # a console without µ shows a ? for it
         sys.stdout.reconfigure(errors="replace")
     print(report.text(found, about=about, short=True), flush=True)

@@ -7,7 +7,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import NoReturn
 
-from pgm_lab.bundle._text import printable
+from pgm_lab._files import printable
 from pgm_lab.camera import LENSES, PARAMETERS
 
 FORMATS = (".html", ".htm", ".txt")

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pgm_lab import bundle
-from pgm_lab.bundle import _save, _text
+from pgm_lab import _files, bundle
+from pgm_lab.bundle import _text
 from pgm_lab.camera import Camera
 from tests.networks import real
 
@@ -322,7 +322,7 @@ def test_all_four_files_are_replaced_or_none(
     old = files(tmp_path)
     (tmp_path / NAMES[2]).unlink()  # one that was not there
     before = {path: path.read_bytes() for path in old if path.exists()}
-    original, calls = getattr(_save.Path, step), []
+    original, calls = getattr(_files.Path, step), []
 
     def fails(self, *arguments, **options):
         if self.suffix == ".part" and arguments[:1] != ("r",):
@@ -331,7 +331,7 @@ def test_all_four_files_are_replaced_or_none(
                 raise error
         return original(self, *arguments, **options)
 
-    monkeypatch.setattr(_save.Path, step, fails)
+    monkeypatch.setattr(_files.Path, step, fails)
     with pytest.raises(type(error)):
         bundle.write(muliawan, tmp_path, overwrite=True)
     monkeypatch.undo()

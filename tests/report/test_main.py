@@ -1,14 +1,15 @@
 """The command line of the bundle adjustment: exit codes, messages, files it leaves."""
 
 import os
+import re
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, report
-from pgm_lab.bundle import _save
+from pgm_lab import _files, bundle, datasets, report
+from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import __main__ as command
 from tests.networks import real
 
@@ -241,7 +242,7 @@ def test_nothing_half_written_is_left(
     else:
         name = "open" if failure == "writing" else "replace"
         nth = 2 if failure == "the second" else 1
-        monkeypatch.setattr(_save.Path, name, broken(name, full, nth))
+        monkeypatch.setattr(_files.Path, name, broken(name, full, nth))
     new = reports / "r.html"
     assert run(*files, "--report", old, "--report", new, "--force") == 1
     said = {"disk full": "No space left", "interrupted": "interrupted"}[how]
@@ -256,7 +257,7 @@ def test_nothing_half_written_is_left(
 
 def broken(name, full, nth):
     """Return a method of Path that breaks off at the n-th new file."""
-    original = getattr(_save.Path, name)
+    original = getattr(_files.Path, name)
     calls = []
 
     def method(self, *arguments, **options):
@@ -280,16 +281,17 @@ def test_who_ends_the_program_while_it_writes_leaves_nothing(
 ):
     code = """
 import os, signal, sys
-from pgm_lab.bundle import _save
+from pgm_lab import _files
+from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import __main__ as command
 command.WRITERS[".html"] = lambda *_, **__: "page"
-replace, calls = _save.Path.replace, []
+replace, calls = _files.Path.replace, []
 def killed(self, target):
     calls.append(target)
     if len(calls) == 2:  # the first report has its name already
         os.kill(os.getpid(), signal.{0})
     return replace(self, target)
-_save.Path.replace = killed
+_files.Path.replace = killed
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 sys.exit(command.main(sys.argv[1:]))
 """
@@ -434,3 +436,41 @@ def test_the_help_names_the_columns_of_each_file(capsys):
     for columns in ("photo omega phi kappa XL YL ZL", "point photo x y sx sy"):
         assert columns in text
     assert "scale bars and several cameras have no place in the files" in text
+
+
+def test_the_sample_gives_what_another_program_found(reports, capsys):
+    """As the README calls it; JAICOV adjusted the same network."""
+    readme = (datasets.folder().parent / "README.md").read_text(encoding="utf-8")
+    (call,) = re.findall(r"-m pgm_lab\.report (data/sample.*)", readme)
+    words = call.replace("data/", f"{datasets.folder().as_posix()}/").split()
+    words[-1] = str(reports / words[-1])
+    assert run(*words) == 0
+    output = capsys.readouterr()
+    data = datasets.jaicov_9x50()
+    assert f"redundancy {data.redundancy}" in output.out and output.err == ""
+    for name, value in zip(PARAMETERS[:3], data.adjusted_interior):
+        shown = re.search(rf"^{name} +(-?[0-9.]+)", output.out, re.M)[1]
+        assert float(shown) == pytest.approx(value, abs=5.1e-5)
+    assert os.listdir(reports) == ["report.html"]
+
+
+def test_the_sample_is_the_network_of_the_tables():
+    data = datasets.jaicov_9x50()
+    files = [datasets.folder() / "sample" / name for name in bundle.files.NAMES]
+    network = bundle.read(*files, lens="forward")
+    for name in ("exteriors", "points", "photo", "point", "xy", "sigma"):
+        assert np.array_equal(getattr(network, name), getattr(data, name)), name
+    assert np.array_equal(network.interior[0], data.interior)
+    readme = (datasets.folder() / "README.md").read_text(encoding="utf-8")
+    assert all(f"`sample/{path.name}`" in readme for path in files)
+
+
+def test_the_readme_names_the_columns_of_the_four_files():
+    readme = (datasets.folder().parent / "README.md").read_text(encoding="utf-8")
+    for columns in (
+        PARAMETERS,
+        bundle.files.EXTERIOR,
+        bundle.files.POINT,
+        bundle.files.RAY,
+    ):
+        assert f"| {', '.join(columns)}" in readme

@@ -1,4 +1,4 @@
-"""Text files written whole or not at all, several of them together."""
+"""Text files written whole or not at all, and their names as one may show them."""
 
 import itertools
 import os
@@ -6,8 +6,6 @@ import re
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-
-from pgm_lab.bundle._text import printable
 
 _LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
 _HOUR = 3600.0  # seconds; nothing is written for so long
@@ -105,3 +103,11 @@ def _running(process: int, path: Path) -> bool:
     except OSError:  # of another user
         return True
     return True
+
+
+def printable(name: object) -> str:
+    """Return a name without what a terminal would take for a command."""
+    return "".join(
+        one if one.isprintable() else one.encode("unicode_escape").decode("ascii")
+        for one in str(name)
+    )
