@@ -1,5 +1,6 @@
 """Text files written whole or not at all, and their names as one may show them."""
 
+import contextlib
 import itertools
 import os
 import re
@@ -80,11 +81,13 @@ def refuse_existing(*paths: Path) -> None:
 def clear(folders: Sequence[Path]) -> list[Path]:
     """Remove what killed runs left half written in some folders, and return it."""
     left = []
-    for path in sorted({one for folder in folders for one in folder.iterdir()}):
-        found = _LEFT.fullmatch(path.name)
-        if found and not _running(int(found[1]), path):
-            path.unlink(missing_ok=True)
-            left.append(path)
+    for folder in dict.fromkeys(folders):
+        with contextlib.suppress(OSError):  # not ours to remove
+            for path in sorted(folder.iterdir()):
+                found = _LEFT.fullmatch(path.name)
+                if found and not _running(int(found[1]), path):
+                    path.unlink()
+                    left.append(path)
     return left
 
 
