@@ -64,12 +64,15 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
     ----------
     result : Bundle
     delta0 : float
-        Non-centrality: 4.13 finds an error with probability 80 per cent when one test
-        in a thousand is a false alarm.
+        Non-centrality of Baarda's w: 4.13 finds an error with probability 80 per cent
+        when one test in a thousand is a false alarm.
 
     Returns
     -------
     Reliability
+        By the sigma0 that was stated, or else the estimated one. For Pope's tau it
+        holds as far as the redundancy is large: with a small one tau finds only much
+        larger errors, since they enlarge sigma0 too.
 
     References
     ----------

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pgm_lab._rounding import plain
+from pgm_lab.adjustment.outliers import NAMES
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
@@ -123,15 +124,17 @@ def _times(ratio: float) -> str:
 
 def snooping(found: Snooping) -> str:
     """Say what data snooping did, and why it stopped."""
+    test = NAMES[found.result.residual_test]
+    tested = f"Residuals were tested by {test}, its limit is {found.critical:.2f}."
     if not found.removed:
-        return f"Data snooping took nothing out: {found.stopped.rstrip('.')}."
+        return f"Data snooping took nothing out: {found.stopped.rstrip('.')}. {tested}"
     rays = count(len(found.removed), "ray")
     before, after = (plain(one.sigma0, 3) for one in (found.before, found.result))
     return (
         f"Data snooping took out {rays}, one at a time, and sigma0 went from"
         f" {before} to {after}. It stopped with: {found.stopped.rstrip('.')}."
-        " What was taken out is listed below: look there for the cause before you"
-        " accept it."
+        f" {tested} What was taken out is listed below: look there for the cause before"
+        " you accept it."
     )
 
 

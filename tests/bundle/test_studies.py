@@ -136,7 +136,7 @@ def test_predicted_standard_deviations_are_those_of_2000_networks():
 
 def test_most_faultless_networks_have_a_residual_that_data_snooping_takes_out():
     rows = by("precision", "quantity")
-    quiet = rows["networks with all residuals below 3.29",]
+    quiet = rows["networks with all |w| below 3.29",]
     assert 33 < float(quiet["inside_percent"]) < 43
     assert quiet["expected_percent"] == "40.6"
 
@@ -149,7 +149,7 @@ def test_the_script_still_says_what_the_table_of_precision_does():
         same_numbers(new, old, ("predicted_sd", "expected_percent"), 0.005)
         if new["ratio"]:
             assert float(new["ratio"]) == pytest.approx(1, abs=0.45)
-        if new["quantity"] in ("points", "standardised residuals"):
+        if new["quantity"] in ("points", "standardised residuals, w"):
             assert float(new["ratio"]) == pytest.approx(1, abs=0.05)
         if new["quantity"] in ("points", "ellipsoids of points", "angles"):
             assert float(new["inside_percent"]) == pytest.approx(95, abs=2.5)

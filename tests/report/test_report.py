@@ -638,3 +638,5 @@ def test_the_limit_of_the_network_of_2013_is_that_of_tau_for_693(network):
     )
     assert said in " ".join(text.split())
     assert re.search(r"step +point +photo +tau x +tau y", text)
+    tested = "Residuals were tested by Pope's tau, its limit is 3.28."
+    assert tested in " ".join(text.split())

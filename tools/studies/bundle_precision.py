@@ -32,7 +32,7 @@ CONTROL_COLUMNS = (
     *("points_error_mm", "points_sd_mm", "largest_w", "control_residual_mm"),
 )
 NETWORKS = 2000
-ALARM = 3.29  # what a standardised residual exceeds once in a thousand
+ALARM = 3.29  # what Baarda's w exceeds once in a thousand
 CORNERS = np.array([0, 9, 30, 39])  # of the object: control points
 MM = ("mm", "mm^-2", "mm^-4", "mm^-6", "mm^-1")
 UNITS = [MM[i] for i in (0, 0, 0, 1, 2, 3, 4, 4)] + ["1", "1"]
@@ -129,12 +129,12 @@ def precision(networks: int = NETWORKS) -> list[tuple]:
     w = collected("standardized")
     within = np.abs(w) < stats.norm.ppf(0.975)
     one = np.array(1.0)
-    title = "standardised residuals"
+    title = "standardised residuals, w"  # Baarda: sigma0 = 1 is given
     rows.append((title, "1", networks, *described(w, one, within, w**2)))
     for title, quiet, expected in (
-        (f"residuals below {ALARM}", np.abs(w) < ALARM, 99.9),
+        (f"|w| below {ALARM}", np.abs(w) < ALARM, 99.9),
         (
-            f"networks with all residuals below {ALARM}",
+            f"networks with all |w| below {ALARM}",
             np.all(np.abs(w) < ALARM, axis=(1, 2)),
             100 * 0.999 ** w[0].size,  # if they were independent
         ),
