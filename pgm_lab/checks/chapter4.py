@@ -214,7 +214,8 @@ def angles(function: Callable) -> None:
              if not near(answers[:, k], expected[:, k])]  # fmt: skip
     verb = "is" if len(wrong) == 1 else "are"
     hint = first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not recovered")
-    if near(np.exp(1j * answers), np.exp(1j * expected)):
+    directions = [np.stack([np.cos(a), np.sin(a)]) for a in (answers, expected)]
+    if near(*directions):
         hint = (
             f"right but for full turns: {' and '.join(wrong)} {verb} not between"
             " -180 and 180 degrees; let arctan2 decide"

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.patheffects import withStroke
 
 from pgm_lab.plot import _horizon
 from pgm_lab.plot.basic import BLACK
@@ -25,9 +26,9 @@ def draw_ground(
     corners = half * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
     land = _horizon.ground(M, c, corners)
     ax.add_collection(PolyCollection([land], facecolors=color), autolim=False)
-    for name, at in _horizon.directions(M, c):
-        if np.all(np.abs(at) < 0.92 * half):
-            ax.text(*at, name, fontsize=13, ha="center", va="center", zorder=3)
+    for name, (x, y) in _horizon.directions(M, c):
+        if abs(x) < 0.92 * half[0] and abs(y) < 0.92 * half[1]:
+            ax.text(x, y, name, fontsize=13, ha="center", va="center", zorder=3)
 
 
 def draw_photo_axes(ax: Axes, c: float, colors: tuple[str, ...]) -> None:
@@ -36,5 +37,7 @@ def draw_photo_axes(ax: Axes, c: float, colors: tuple[str, ...]) -> None:
     for name, tip, color in zip("xy", 0.16 * c * np.eye(2), colors):
         arrow = {"arrowstyle": "-|>", "color": color, "linewidth": 2}
         ax.annotate("", tip, (0, 0), arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
-        middle = {"ha": "center", "va": "center"}
-        ax.text(*(1.25 * tip), name, color=color, fontsize=13, **middle)
+        x, y = 1.25 * tip
+        text = ax.text(x, y, name, color=color, fontsize=13, ha="center", va="center")
+        # Legible before trees and houses too
+        text.set_path_effects([withStroke(linewidth=3, foreground="white")])
