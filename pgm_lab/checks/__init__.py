@@ -64,7 +64,7 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     must = f"{getattr(function, '__name__', 'your function')} must return"
     try:
         array = _validate.real(answer, "the answer")
-    except ValueError:
+    except ValueError as error:
         if shapes := _shapes(answer):
             raise CheckFailed(
                 f"{must} shape {shape} here; got parts of shapes {shapes}"
