@@ -1,11 +1,15 @@
 """Exercise feedback of chapter 5: right answers pass, each slip is named."""
 
+from pathlib import Path
+
+import nbformat
 import numpy as np
 import pytest
 
 from pgm_lab import camera, datasets, orientation, rotation
 from pgm_lab.checks import CheckFailed, chapter5
 
+NOTEBOOK = Path(__file__).parents[2] / "notebooks" / "05_intersection.ipynb"
 F = 35.0
 RIGHT = datasets.bani2010_intersection()["exterior"][1]
 LEFT = datasets.bani2010_intersection()["exterior"][0]
@@ -207,3 +211,17 @@ def test_base_agrees_with_the_covariance_of_an_intersection():
     found = orientation.intersect(one, pair, images, sigma=sigma / 1000)
     # The point is 1 m high: H is 0.1 % less, its square 0.2 %
     assert found.covariance[0, 2, 2] ** 0.5 == pytest.approx(wanted, rel=0.003)
+
+
+def test_what_stands_around_exercise_5_1_does_not_answer_it():
+    """From the start of the chapter to the next section after the check."""
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    sources = [cell.source for cell in notebook.cells]
+    check = next(i for i, text in enumerate(sources) if "chapter5.misprints(" in text)
+    after = next(
+        i for i, text in enumerate(sources) if i > check and text.startswith("## ")
+    )
+    shown = " ".join(sources[:after]).replace("{", "").replace("}", "")
+    assert "Resection" in sources[after]
+    for name in ("b13", "b_13", "b22", "b_22", "b23", "b_23", "salah cetak", "four of"):
+        assert name not in shown.lower(), name
