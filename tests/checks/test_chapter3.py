@@ -67,7 +67,7 @@ def test_every_pixel_of_the_window_is_as_good_as_its_corners():
     [
         (..., "still empty"),
         (None, "still empty"),
-        ("1049", "does not follow"),
+        ("1049", "must be one number"),
         ((1.0, 2.0), "must be one number"),
         (PRINTED_ROW, "that is the printed row"),
         (ROW - START[1], "that is the correction"),
