@@ -214,8 +214,8 @@ def angles(function: Callable) -> None:
              if not near(answers[:, k], expected[:, k])]  # fmt: skip
     verb = "is" if len(wrong) == 1 else "are"
     hint = first_slip(answers, slips, f"{' and '.join(wrong)} {verb} not recovered")
-    directions = [np.stack([np.cos(a), np.sin(a)]) for a in (answers, expected)]
-    if near(*directions):
+    found, wanted = (np.stack([np.cos(a), np.sin(a)]) for a in (answers, expected))
+    if near(found, wanted):
         hint = (
             f"right but for full turns: {' and '.join(wrong)} {verb} not between"
             " -180 and 180 degrees; let arctan2 decide"
