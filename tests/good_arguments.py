@@ -387,7 +387,9 @@ FUNCTIONS = {
         ax=axes_in_space(), origin=(0.0, 1, 2), M=MATRIX
     ),
     "plot.space.draw_faces": lambda: dict(ax=axes_in_space(), faces=FACES),
-    "plot.space.draw_photo": lambda: dict(ax=axes(), faces=FACES, **STATION),
+    "plot.space.draw_photo": lambda: dict(
+        ax=axes(), faces=FACES, ground="green", **STATION
+    ),
     "plot.village.surroundings": dict,
     "plot.studies.residuals_by_photo": lambda: dict(
         rms={"a": [1.0, 2], "b": [2.0, 3]}, photo_names=["p", "q"]

@@ -100,6 +100,8 @@ EXCEPT = {
     "report.text": "tests/report",
     "bundle.read": "tests/bundle/test_files.py",
     "bundle.write": "tests/bundle/test_files.py",
+    "bundle.defects.adjust": "tests/bundle/test_defects.py",
+    "bundle.defects.network": "tests/bundle/test_defects.py",
     "plot.interact": "tests/plot/test_sliders.py",
 }
 # For the authors of checks alone: what a reader hands over is tried by the checks
@@ -142,6 +144,7 @@ NAMES = {
     "left", "points", "photo_names", "point_names", "names", "rows",
     "labels", "notes", "caption", "alt", "unit", "name", "header", "folder",
     "otherwise", "wanted",
+    "row",
 }  # fmt: skip
 A_NAME = {
     "text", "text of a number", "text of NumPy", "bytes", "object", "list of texts",

@@ -140,7 +140,8 @@ def solve(
     right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
     solution = np.einsum("...ij,...j->...i", inverse, right)
     dx, correlates = solution[..., :u] * scale, solution[..., u:] * rows
-    cofactor = cofactor * scale[..., :, None] * scale[..., None, :]
+    with np.errstate(over="ignore"):  # of what is next to undetermined
+        cofactor = cofactor * scale[..., :, None] * scale[..., None, :]
     return dx, cofactor, correlates, ~determined
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from pgm_lab import _validate, camera, rotation
 from pgm_lab.camera import Camera
 
-TRIES = 1000  # hundreds of times what an ordinary lens needs
+TRIES = 10_000  # some seconds; thirty points and 35 mm need a tenth of them
 MOST = 10**6  # points of a photo
 
 

@@ -1,0 +1,104 @@
+"""Single cases of bad input that the systematic test does not make."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import bundle, checks, lsm, ncc, simulate
+from pgm_lab.camera import Camera
+from pgm_lab.checks import chapter4
+from pgm_lab.simulate import photos
+from tests.good_arguments import GREY, in_network
+
+
+def test_a_lens_that_shows_too_little_ends_the_search_for_a_pair(monkeypatch):
+    assert photos.TRIES <= 10_000
+    monkeypatch.setattr(photos, "TRIES", 50)
+    for make in (simulate.pair, simulate.control_photo):
+        with pytest.raises(ValueError, match="in 50 tries.* 40 points.*c = 180 mm"):
+            make(Camera(180.0), 40, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize(
+    ("call", "limit"),
+    [
+        (lambda n: simulate.rotations(np.random.default_rng(1), n), "at most 1000000"),
+        (lambda n: simulate.texture(waves=n), "at most 1000000"),
+        (lambda n: simulate.target((1, 1), shape=(n, n)), "the limit is 100000000"),
+        (
+            lambda n: simulate.network(Camera(35.0), 4, n, np.random.default_rng(1)),
+            "at most 100000000",
+        ),
+        (
+            lambda n: simulate.network(
+                Camera(35.0), n // 10**7, 10**8, np.random.default_rng(1)
+            ),
+            "the limit is 100000000",
+        ),
+    ],
+)
+def test_a_huge_size_is_refused_with_the_limit(call, limit):
+    with pytest.raises(ValueError, match=limit):
+        call(10**12)
+
+
+@pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int16, np.int64])
+def test_a_small_integer_type_does_not_overflow(kind):
+    points = [(20.0, 20.0)]
+    small = lsm.match(GREY, GREY, points, points, kind(21))
+    usual = lsm.match(GREY, GREY, points, points, 21)
+    assert small.redundancy == usual.redundancy == 21**2 - 8
+    image = simulate.photograph([300.0], 0.0, seed=1, bits=kind(8))
+    assert image.tolist() == [255.0]
+    found = ncc.match(GREY, GREY, points, template=kind(11), search=kind(21))
+    np.testing.assert_allclose(found.points, points, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["sigma", "scale_bars", "exteriors", "points", "xy"])
+def test_a_network_keeps_no_array_of_the_caller(name):
+    given = in_network()
+    given["sigma"] = np.full((len(given["xy"]), 2), 0.002)
+    network = bundle.Network(**given)
+    before = getattr(network, name).copy()
+    given[name][:] += 1
+    np.testing.assert_array_equal(getattr(network, name), before)
+
+
+def test_a_network_keeps_no_control_sigma_and_no_covariance_of_the_caller():
+    given = in_network()
+    index, coordinates, sigma = given["control"]
+    covariance = np.tile(np.eye(2) * 1e-6, (len(given["xy"]), 1, 1))
+    given |= {"sigma": None, "covariance": covariance}
+    network = bundle.Network(**given)
+    for array in (index, coordinates, sigma, covariance):
+        array += 1
+    np.testing.assert_array_equal(network.control[0], index - 1)
+    np.testing.assert_array_equal(network.control[1], coordinates - 1)
+    np.testing.assert_array_equal(network.control[2], sigma - 1)
+    np.testing.assert_allclose(network.covariance, covariance - 1, atol=1e-12)
+
+
+def test_a_network_cannot_be_changed_through_one_sigma_for_all():
+    sigma = np.array([0.001, 0.002])
+    network = bundle.Network(**in_network() | {"sigma": sigma})
+    sigma[:] = 9
+    np.testing.assert_array_equal(network.sigma[0], [0.001, 0.002])
+
+
+def test_a_function_that_returns_NaN_is_told_so():
+    def my_matrix(omega, phi, kappa):
+        return np.full((3, 3), np.nan)
+
+    with pytest.raises(
+        checks.CheckFailed, match="my_matrix must return finite numbers"
+    ):
+        chapter4.matrix(my_matrix)
+
+
+def test_masked_numbers_are_refused_only_where_something_is_masked():
+    image = np.ma.masked_array(GREY)
+    points = [(20.0, 20.0)]
+    found = ncc.match(image, image, points, template=11, search=21)
+    assert found.status.tolist() == ["matched"]
+    image[3, 3] = np.ma.masked
+    with pytest.raises(ValueError, match="left has masked values"):
+        ncc.match(image, image, points, template=11, search=21)
