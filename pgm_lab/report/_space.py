@@ -49,8 +49,8 @@ def stations(result: Bundle) -> Iterator[tuple[Figure, str]]:
     words = (
         f"The network in space: {count(len(centres), 'projection centre')} as squares,"
         f" and {count(len(points), 'object point')} as dots. In object units {spans}."
-        f" The centres lie {plain(_distance(centres, points), 3)} from the middle of the"
-        " points on average; the numbers stand in the tables of photos and points."
+        f" The centres lie {plain(_distance(centres, points), 3)} from the middle of"
+        " the points on average; the numbers stand in the tables of photos and points."
     )
     yield figure, words
 
