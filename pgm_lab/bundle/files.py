@@ -112,7 +112,10 @@ def read(
     if camera.c < NEAREST:
         pixels = "is c in metres? Millimetres are expected"
     else:
-        pixels = "millimetres from the middle of the photo are expected, not pixels"
+        pixels = (
+            "millimetres from the middle of the photo are expected, not pixels or"
+            " micrometres"
+        )
     pixels = f"x = {{}}, y = {{}} lies too far out for c = {camera.c:g} mm: {pixels}"
     reduced = xy - camera.interior[1:3]
     rays.refuse(np.hypot(*reduced.T) > FARTHEST * camera.c, pixels, *xy.T)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
 from pgm_lab import plot, rotation
+from pgm_lab._rounding import fixed, plain
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.report._words import count
 
@@ -40,14 +41,16 @@ def stations(result: Bundle) -> Iterator[tuple[Figure, str]]:
     plot.space.fit(ax, np.concatenate(drawn), zoom=0.85)
     _axes(ax)
     figure.legend(loc="upper right")
+    decimals = 2 - np.floor(np.log10(np.max(high - low)))
     spans = "; ".join(
-        f"{axis} from {a:.4g} to {b:.4g}" for axis, a, b in zip("XYZ", low, high)
+        f"{axis} from {' to '.join(fixed(np.array(ends), decimals))}"
+        for axis, *ends in zip("XYZ", low, high)
     )
     words = (
         f"The network in space: {count(len(centres), 'projection centre')} as squares,"
         f" and {count(len(points), 'object point')} as dots. In object units {spans}."
-        f" The centres lie {_distance(centres, points):.4g} from the middle of the"
-        " points on average; the numbers stand in the tables of photos and points."
+        f" The centres lie {plain(_distance(centres, points), 3)} from the middle of"
+        " the points on average; the numbers stand in the tables of photos and points."
     )
     yield figure, words
 

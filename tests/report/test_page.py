@@ -101,7 +101,17 @@ def test_stations_and_points_are_drawn_in_space(result):
     names = {text.get_text() for text in ax.texts}
     assert {"1, 2", "3, 4, 5", "6", "7", "8, 9"} == names  # close ones together
     assert "9 projection centres as squares" in words and "50 object points" in words
-    assert "Y from -0.1174 to 1751" in words
+    assert "Y from 0 to 1751" in words
+    plt.close(figure)
+
+
+def test_coordinates_of_a_national_system_are_told_apart(result):
+    exteriors = result.exteriors.copy()
+    exteriors[:, :3] += 5e6
+    figure, words = stations(
+        replace(result, points=result.points + 5e6, exteriors=exteriors)
+    )
+    assert "Y from 5000000 to 5001751" in words
     plt.close(figure)
 
 
