@@ -7,7 +7,7 @@ from scipy import stats
 from pgm_lab.adjustment import adjust, critical_tau, critical_w
 from pgm_lab.adjustment.outliers import NAMES, distribution, residual_test
 
-BAD = [0, 1, -0.001, 5, np.nan, np.inf, None, "a thousandth", [0.1, 0.2], 0.05j]
+BAD = [0, 1, -0.001, 5, np.nan, np.inf, None, "0.05", [0.1, 0.2], 0.05j]
 
 
 def test_the_limit_of_w_is_the_one_of_the_tables():

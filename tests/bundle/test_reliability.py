@@ -241,7 +241,7 @@ def test_without_redundancy_parameters_are_tested_by_the_normal_distribution():
     assert one.p == pytest.approx(2 * stats.norm.sf(abs(one.t)))
 
 
-BAD = [0, 1, -1, 5, np.nan, np.inf, None, "a thousandth", [0.1, 0.2], 0.05j]
+BAD = [0, 1, -1, 5, np.nan, np.inf, None, "0.05", [0.1, 0.2], 0.05j]
 
 
 @pytest.mark.parametrize("alpha", BAD)
@@ -299,3 +299,12 @@ def test_a_thousand_millionth_of_control_is_none(r, hides):
     numbers[3, 1] = r
     limits = bundle.reliability(replace(found, testable=numbers))
     assert np.isinf(limits.internal[3, 1]) == np.isinf(limits.external[3, 1]) == hides
+
+
+def test_a_wrong_alpha_is_refused_before_the_work(monkeypatch):
+    def adjusted(*_, **__):
+        raise AssertionError("adjusted first")
+
+    monkeypatch.setattr("pgm_lab.bundle.snooping.adjust", adjusted)
+    with pytest.raises(ValueError, match="alpha"):
+        bundle.snoop(small(), alpha=5)

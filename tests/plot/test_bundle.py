@@ -241,7 +241,8 @@ def test_histogram_says_which_test_it_shows_and_takes_its_limit_and_its_curve():
     density = np.abs(x) / 6 * beta(0.5, 2.5).pdf(np.minimum(x**2 / 6, 1))
     np.testing.assert_allclose(y, 72 * 0.25 * density, rtol=1e-9, atol=1e-12)
     assert ax.lines[0].get_label() == "distribution of τ"
-    adjusted.residual_test, adjusted.sigma0_prior = "w", 1.0
+    shown = adjusted.standardized
+    adjusted = result(redundancy=6, residual_test="w", standardized=shown)
     (ax,) = plot.bundle.standardized_histogram(adjusted).axes
     assert ax.texts[0].get_text().startswith("0 of 72 beyond ±3.29")
     assert ax.get_xlabel() == "standardised residual, Baarda's w (no unit)"
@@ -258,7 +259,8 @@ def test_red_residuals_are_beyond_the_limit_of_their_own_test():
     adjusted.standardized[17] = (0.1, -2.4)  # beyond 2.33 of tau, not 3.29 of w
     fig = plot.bundle.residual_vectors(adjusted)
     assert fig.get_suptitle().endswith("; red: |τ| > 2.33")
-    adjusted.residual_test = "w"
+    shown = adjusted.standardized
+    adjusted = result(redundancy=6, residual_test="w", standardized=shown)
     assert "red" not in plot.bundle.residual_vectors(adjusted).get_suptitle()
     fig = plot.bundle.residual_vectors(adjusted, critical=2.35)
     assert fig.get_suptitle().endswith("; red: |w| > 2.35")
