@@ -91,9 +91,7 @@ def run_tests(folder: Path, tests: list[str], output: Path) -> None:
     for name in list(sys.modules):  # of the project, not of the copy
         if name.split(".")[0] in COPIED:
             del sys.modules[name]
-    # No bytecode: a mutation may be as long, and as young, as what it replaces.
-    sys.dont_write_bytecode = True
-    os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    os.environ["PYTHONPATH"] = str(folder)
     sys.path.insert(0, str(folder))
     os.chdir(folder)
     with (
@@ -106,6 +104,17 @@ def run_tests(folder: Path, tests: list[str], output: Path) -> None:
         options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "-p", "no:benchmark"]
         code = pytest.main([*options, *tests])
     sys.exit(int(code))
+
+
+def changed(path: Path, text: bytes) -> None:
+    """Write a module, and remove its bytecode.
+
+    Its time and size do not tell: a mutation may be as long, and as young, as what it
+    replaces. The bytecode of all others, and of the tests, saves most of the time.
+    """
+    path.write_bytes(text)
+    for compiled in (path.parent / "__pycache__").glob(f"{path.stem}.*"):
+        compiled.unlink()
 
 
 def verdict(tests: list[str], folder: Path, seconds: float | None) -> str:
@@ -162,14 +171,14 @@ def tried(
         for row, text in zip(rows, texts, strict=True):
             start, path = time.perf_counter(), folder / row["file"]
             kept = path.read_bytes()
-            path.write_text(text, encoding="utf-8", newline="\n")
+            changed(path, text.encode())
             for some in stages(row):
                 answer = verdict(some, folder, seconds)
                 if answer != "survived":
                     break
             noticed = answer == "killed"
             found[row["number"]] = answer, killer(output) if noticed else ""
-            path.write_bytes(kept)
+            changed(path, kept)
             took = f"{time.perf_counter() - start:.0f} s"
             what = row.get("breaks") or f"{row['kind']}: {row['after']}"
             line = f"{row['number']:>3} {answer}, {took}: {row['file']}, {what}"

@@ -342,3 +342,28 @@ def test_folder_outside_a_clone_says_how_to_install(monkeypatch, tmp_path):
     monkeypatch.setattr(files, "__file__", str(tmp_path / "a" / "b" / "c.py"))
     with pytest.raises(FileNotFoundError, match=r"pip install -e \."):
         datasets.folder()
+
+
+@pytest.mark.parametrize(
+    ("field", "file"),
+    [
+        ("sigma", "image_points"),
+        ("exteriors", "exterior_approx"),
+        ("object_points", "object_points_approx"),
+        ("published_exteriors", "published_exterior"),
+        ("published_exteriors_sd", "published_exterior_sd"),
+        ("published_exterior_differences", "published_exterior_difference"),
+        ("published_object_points", "published_object_points"),
+        ("published_object_points_sd", "published_object_points_sd"),
+        ("published_object_point_differences", "published_object_points_difference"),
+    ],
+)
+def test_each_table_of_muliawan2013_is_that_of_its_file(field, file):
+    found = getattr(datasets.muliawan2013(), field)
+    rows = datasets.rows(f"muliawan2013_{file}.csv")
+    wanted = ("X_mm", "Y_mm", "Z_mm", "XL_mm", "YL_mm", "ZL_mm", "sx_mm", "sy_mm")
+    wanted += ("omega_rad", "phi_rad", "kappa_rad")
+    names = [name for name in wanted if name in rows[0]]
+    np.testing.assert_array_equal(
+        found, [[float(row[name]) for name in names] for row in rows]
+    )
