@@ -2,6 +2,7 @@
 
 import math
 import numbers
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 MOST = 10**8  # numbers in an array that a function makes: 800 MB
 
 
-def finite(values: ArrayLike, name: str) -> np.ndarray:
+def finite(values: Any, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
     array = real(values, name)
     if not np.all(np.isfinite(array)):
@@ -22,7 +23,7 @@ def finite(values: ArrayLike, name: str) -> np.ndarray:
     return array
 
 
-def real(values: ArrayLike, name: str) -> np.ndarray:
+def real(values: Any, name: str) -> np.ndarray:
     """Return `values` as a float array, in which NaN and infinity may stand."""
     if type(values) is np.ndarray and values.dtype == float:
         return values
@@ -30,7 +31,7 @@ def real(values: ArrayLike, name: str) -> np.ndarray:
         return np.asarray(numeric(values, name), dtype=float)
 
 
-def numeric(values: ArrayLike, name: str) -> np.ndarray:
+def numeric(values: Any, name: str) -> np.ndarray:
     """Return `values` as an array of real numbers of their own type."""
     try:
         masked = np.ma.is_masked(values) or (
@@ -67,7 +68,7 @@ def shown(value: object) -> str:
     return text if 0 < len(text) <= 60 else f"a {type(value).__name__}"
 
 
-def number(value: ArrayLike, name: str) -> float:
+def number(value: Any, name: str) -> float:
     """Return `value` as one finite float."""
     if isinstance(value, float) and math.isfinite(value):
         return float(value)
@@ -119,7 +120,7 @@ def standard_deviation(sigma: ArrayLike | None, name: str = "sigma") -> float | 
     return value
 
 
-def whole(value: ArrayLike, name: str, least: int, most: int = MOST) -> int:
+def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
     """Return `value` as one whole number from `least` to `most`."""
     as_number = number(value, name)
     if as_number != round(as_number) or as_number < least:

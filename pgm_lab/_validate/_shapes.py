@@ -1,5 +1,7 @@
 """Arrays of a certain shape: points, images, covariances."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -48,9 +50,7 @@ def of_shape(values: ArrayLike, shape: tuple[int | None, ...], name: str) -> np.
     return array
 
 
-def indices(
-    values: ArrayLike, size: int, name: str, length: int | None = None
-) -> np.ndarray:
+def indices(values: Any, size: int, name: str, length: int | None = None) -> np.ndarray:
     """Return `values` as indices (length,) from 0 to size - 1."""
     array = numeric(values, name)
     whole = not array.size or array.dtype.kind in "iu"

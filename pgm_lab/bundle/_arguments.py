@@ -33,7 +33,7 @@ def given(values: ArrayLike | None) -> bool:
 
 
 def indices(
-    values: ArrayLike, size: int, name: str, length: int | None = None
+    values: ArrayLike | None, size: int, name: str, length: int | None = None
 ) -> np.ndarray:
     """Return `values` as indices from 0 to size - 1; none if they are empty."""
     none = isinstance(values, np.ndarray | list | tuple) and not given(values)

@@ -237,11 +237,11 @@ def frame(
     x0, y0 = _validate.one_point(origin, 2, "origin")
     x_end = _validate.one_point(x_end, 2, "x_end")
     y_end = _validate.one_point(y_end, 2, "y_end")
-    names = tuple(_validate.texts(names, "names", 2))
+    tips = zip(_validate.texts(names, "names", 2), (x_end, y_end))
     _doors.colour(color, "color")
     look: Look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
     text: Look = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
-    for name, (x, y) in zip(names, (x_end, y_end)):
+    for name, (x, y) in tips:
         ax.annotate("", (x, y), (x0, y0), arrowprops=look | {"color": color})
         ax.annotate(name, (x, y), xytext=(9, 0), color=color, **text)
     ax.plot(x0, y0, "o", color=color, markersize=12)

@@ -63,9 +63,9 @@ def normal_blocks(
     seen = np.zeros((m, n), dtype=bool)
     seen[photo, point] = True
     first = interior + 6 * m  # of the points
-    blocks = [(0, 0, interior, interior, "interior")] if interior else []
+    blocks: list = [(0, 0, interior, interior, "interior")] if interior else []
     exteriors = interior + 6 * np.arange(m)
-    mirrored = [(0, at, interior, 6, "interior") for at in exteriors if interior]
+    mirrored: list = [(0, at, interior, 6, "interior") for at in exteriors if interior]
     if eliminated:
         common = seen.astype(int) @ seen.T > 0
         for i, j in np.argwhere(common):

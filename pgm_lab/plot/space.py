@@ -264,9 +264,8 @@ def draw_photo(
     exterior = _validate.one_point(exterior, 6, "exterior")
     faces = _doors.faces(faces)
     c = _validate.positive_number(c, "c", "units of the axes")
-    form = _doors.form(form)
     M = rotation.matrix(*exterior[3:])
-    half = c * form / 2
+    half = c * _doors.form(form) / 2
     ax.set_facecolor(SKY_COLOR)
     if ground is not None:
         _doors.colour(ground, "ground")
