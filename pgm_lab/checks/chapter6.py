@@ -4,16 +4,8 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from pgm_lab import _validate, bundle, datasets
-from pgm_lab.checks import (
-    CheckFailed,
-    call,
-    compare,
-    first_slip,
-    near,
-    numbers,
-    report,
-)
+from pgm_lab import _validate, bundle, checks, datasets
+from pgm_lab.checks import CheckFailed, call, compare, first_slip, near, report
 
 # Rays, photos, points, parameters, held control points
 _NETWORKS = (
@@ -205,8 +197,11 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     unknowns = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
     if not isinstance(unit, str) or not isinstance(unknown, str) or not unit:
         raise CheckFailed("unknown and unit must be texts, and not empty. Your turn!")
-    photo = int(numbers("photo", photo))
-    moved_um = float(numbers("moved_um", moved_um))
+    photo = int(checks.numbers("photo", photo))
+    try:
+        moved_um = _validate.number(moved_um, "moved_um")
+    except ValueError:
+        raise CheckFailed("moved_um is not a number") from None
     if moved_um == 0:
         raise CheckFailed("moved_um is still 0. Your turn!")
     radius = 10.0  # mm
@@ -286,7 +281,7 @@ def _roots(N: np.ndarray) -> np.ndarray:
 def five_photos(photos: Collection[int]) -> None:
     """Exercise 6.6: five of the nine photos that determine c well."""
     try:
-        chosen = sorted({_validate.whole(number, "photos", 1) for number in photos})
+        chosen = sorted({_validate.whole(number, "photos", -99) for number in photos})
     except Exception:  # whatever a stranger's object raises
         raise CheckFailed("photos must be five numbers from 1 to 9") from None
     if len(chosen) != 5 or chosen[0] < 1 or chosen[-1] > 9:
