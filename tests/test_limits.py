@@ -3,14 +3,16 @@
 import dataclasses
 import importlib
 import pkgutil
+from inspect import signature
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pgm_lab
-from pgm_lab import bundle, image, ncc, rotation
+from pgm_lab import bundle, image, ncc, rotation, simulate
 from pgm_lab.bundle import refuse
+from pgm_lab.camera import Camera
 from pgm_lab.ncc import _match
 from tests.networks import real
 
@@ -158,3 +160,10 @@ def test_search_windows_beyond_the_edge_repeat_the_last_row_and_column():
 def test_grey_values_of_8_bits_are_counted_in_256_bins():
     counts, edges = image.histogram(np.arange(256, dtype=np.uint8).reshape(16, 16))
     assert np.array_equal(counts, np.ones(256)) and len(edges) == 257
+
+
+def test_what_is_not_said_is_no_distortion_and_a_level_of_5_per_cent():
+    assert Camera(30.0).interior.tolist() == [30.0] + 9 * [0.0]
+    assert signature(bundle.significance).parameters["alpha"].default == 0.05
+    for rendered in (simulate.scene.ground_points, simulate.scene.relief_photo):
+        assert signature(rendered).parameters["cell"].default == 1.0
