@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import pgm_lab
-from pgm_lab import bundle, image, ncc, rotation, simulate
+from pgm_lab import bundle, image, ncc, rotation
 from pgm_lab.bundle import refuse
 from pgm_lab.camera import Camera
 from pgm_lab.ncc import _match
+from pgm_lab.simulate import scene
 from tests.networks import real
 
 
@@ -165,5 +166,5 @@ def test_grey_values_of_8_bits_are_counted_in_256_bins():
 def test_what_is_not_said_is_no_distortion_and_a_level_of_5_per_cent():
     assert Camera(30.0).interior.tolist() == [30.0] + 9 * [0.0]
     assert signature(bundle.significance).parameters["alpha"].default == 0.05
-    for rendered in (simulate.scene.ground_points, simulate.scene.relief_photo):
+    for rendered in (scene.on_relief, scene.relief_photo):
         assert signature(rendered).parameters["cell"].default == 1.0
