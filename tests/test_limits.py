@@ -3,14 +3,18 @@
 import dataclasses
 import importlib
 import pkgutil
+from inspect import signature
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pgm_lab
-from pgm_lab import bundle, ncc, rotation
+from pgm_lab import bundle, image, ncc, rotation
 from pgm_lab.bundle import refuse
+from pgm_lab.camera import Camera
+from pgm_lab.ncc import _match
+from pgm_lab.simulate import scene
 from tests.networks import real
 
 
@@ -109,12 +113,12 @@ def test_a_covariance_leaves_every_direction_an_error():
 
 
 def test_the_smallest_template_has_three_pixels():
-    image = np.random.default_rng(5).uniform(size=(30, 30))
-    found = ncc.match(image, image, [[15, 15]], [[15, 15]], template=3, search=9)
+    photo = np.random.default_rng(5).uniform(size=(30, 30))
+    found = ncc.match(photo, photo, [[15, 15]], [[15, 15]], template=3, search=9)
     assert found.r == pytest.approx([1.0])
     for size in (1, 2, 4):
         with pytest.raises(ValueError, match="odd number of pixels, at least 3"):
-            ncc.match(image, image, [[15, 15]], [[15, 15]], template=size, search=9)
+            ncc.match(photo, photo, [[15, 15]], [[15, 15]], template=size, search=9)
 
 
 def test_a_photo_is_at_the_gimbal_lock_within_a_millionth():
@@ -143,3 +147,24 @@ def test_a_mirrored_object_fits_more_than_twice_as_well_as_its_mirror_image(time
         )
     )
     assert (told is not None) == (times > 2)
+
+
+def test_search_windows_beyond_the_edge_repeat_the_last_row_and_column():
+    photo = np.random.default_rng(9).uniform(size=(12, 9))
+    centres = np.array([[0, 0], [8, 11], [4, 6], [0, 11]])
+    found = _match._windows_and_beyond(photo, centres, 7)
+    padded = np.pad(photo, 3, mode="edge")
+    wanted = [padded[row : row + 7, column : column + 7] for column, row in centres]
+    np.testing.assert_array_equal(found, wanted)
+
+
+def test_grey_values_of_8_bits_are_counted_in_256_bins():
+    counts, edges = image.histogram(np.arange(256, dtype=np.uint8).reshape(16, 16))
+    assert np.array_equal(counts, np.ones(256)) and len(edges) == 257
+
+
+def test_what_is_not_said_is_no_distortion_and_a_level_of_5_per_cent():
+    assert Camera(30.0).interior.tolist() == [30.0] + 9 * [0.0]
+    assert signature(bundle.significance).parameters["alpha"].default == 0.05
+    for rendered in (scene.on_relief, scene.relief_photo):
+        assert signature(rendered).parameters["cell"].default == 1.0

@@ -1,4 +1,4 @@
-"""Faults are drawn evenly over the lines of the package, and found again by their line."""
+"""Faults are drawn evenly over the lines, and found again when these have moved."""
 
 import csv
 from collections import Counter

@@ -1,0 +1,66 @@
+"""Windows are followed as far as they may go, and bad arguments are named."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from pgm_lab import lsm, simulate
+from pgm_lab.lsm import defects, matching, rigorous
+
+
+def window(column=30.0, row=20.0, affine=(1.0, 0.0, 0.0, 1.0)):
+    a1, a2, b1, b2 = affine
+    return np.array([[[column, a1, a2], [row, b1, b2]]])
+
+
+@pytest.mark.parametrize("half", [5, 10, 40])
+def test_a_window_is_lost_beyond_half_its_size(half):
+    start = window()[:, :, 0]
+    for move in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+        for part, lost in ((0.99, False), (1.01, True)):
+            at = start[0] + half * part * np.array(move)
+            assert matching._lost(window(*at), start, half)[0] == lost
+
+
+@pytest.mark.parametrize(
+    ("affine", "lost"),
+    [
+        ((1.99, 0, 0, 2.0), False),
+        ((2.01, 0, 0, 2.0), True),
+        ((0.51, 0, 0, 0.5), False),
+        ((0.49, 0, 0, 0.5), True),
+        ((-1.0, 0, 0, 1.0), True),
+        ((1.0, 1.9, 0, 1.0), False),
+        ((1.0, 2.1, 0, 1.0), True),
+    ],
+)
+def test_a_window_is_lost_four_times_as_large_or_small_mirrored_or_stretched(
+    affine, lost
+):
+    assert matching._lost(window(affine=affine), window()[:, :, 0], 10)[0] == lost
+
+
+def test_a_window_may_reach_to_the_last_pixels_of_the_right_photo():
+    left, right = simulate.texture_pair(
+        simulate.texture(seed=1), (60, 60), (3.25, 1, 0, -1.5, 0, 1)
+    )
+    start = [(33.25, 1, 0, 26.5, 0, 1, 0, 1)]  # columns to 43.25, rows to 36.5
+
+    def status(rows, columns):
+        return lsm.adjust(left, right[:rows, :columns], [(30, 28)], start).status[0]
+
+    assert status(38, 45) == "converged"
+    assert status(37, 45) != "converged" and status(38, 44) != "converged"
+
+
+def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():
+    rng = np.random.default_rng(2)
+    grey, gradients = rng.uniform(size=(21, 21)), rng.normal(size=(21, 21, 2))
+    of = lsm.cramer_rao(grey, gradients, 1.0)
+    assert np.array_equal(of, lsm.cramer_rao(grey, gradients, 1.0, gain=1.0))
+    for match in (lsm.match, rigorous.adjust, defects.match):
+        assert inspect.signature(match).parameters["window"].default == 21
+    bad = np.where(grey == grey.max(), np.nan, grey)
+    with pytest.raises(ValueError, match="grey.* is not a finite number"):
+        lsm.cramer_rao(bad, gradients, 1.0)
