@@ -52,11 +52,11 @@ def _page(exporter: HTMLExporter, path: Path, prepared, files: dict) -> str:
     except ValueError as error:
         raise PublishError(f"{path.name}, {error}") from error
     page = embed_images(page, path.parent)
-    _refuse_problems(path, notebook, page, _scripts(files))
+    _refuse_problems(path, notebook, page, own_scripts(files))
     return page
 
 
-def _scripts(files: dict) -> list[str]:
+def own_scripts(files: dict) -> list[str]:
     """Return the texts of all scripts that a page of ours may hold."""
     own = [path.read_text(encoding="utf-8") for path in TEMPLATES.rglob("*.js")]
     return own + [text for name, text in files.items() if name.endswith("_js")]

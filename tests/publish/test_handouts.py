@@ -5,8 +5,9 @@ import re
 import pytest
 from pypdf import PdfReader
 
+from publish import assets
 from publish.browser import offline_context
-from publish.page import handout_page
+from publish.page import handout_page, own_scripts
 from publish.prepare import for_handouts, title
 from publish.selfcontained import problems
 from publish.student import slide_type, tags
@@ -162,4 +163,5 @@ def test_no_notes_and_no_solutions(words, page, notebook):
 
 
 def test_the_page_is_self_contained(chapter):
-    assert problems(handout_page(chapter)) == []
+    scripts = own_scripts(assets.handout_assets())
+    assert problems(handout_page(chapter), scripts) == []

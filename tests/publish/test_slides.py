@@ -4,7 +4,9 @@ import nbformat
 import pytest
 from bs4 import BeautifulSoup
 
+from publish import assets
 from publish.browser import offline_context
+from publish.page import own_scripts
 from publish.prepare import title
 from publish.selfcontained import problems
 from tests.publish.example import example, text
@@ -40,7 +42,8 @@ def content(notebook) -> list:
 
 
 def test_the_file_is_self_contained(slides_file):
-    assert problems(slides_file.read_text(encoding="utf-8")) == []
+    page = slides_file.read_text(encoding="utf-8")
+    assert problems(page, own_scripts(assets.slides_assets())) == []
 
 
 def test_nothing_is_fetched_and_nothing_fails(slides, slides_file):
