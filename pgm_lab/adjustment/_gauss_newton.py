@@ -17,7 +17,7 @@ class State(NamedTuple):
     A: np.ndarray
     c: np.ndarray
     C: np.ndarray
-    phi: np.ndarray  # v'Pv
+    phi: np.ndarray  # vᵀPv
 
     @classmethod
     def at(cls, model: Model, x: np.ndarray) -> "State":
@@ -37,7 +37,7 @@ class State(NamedTuple):
         return np.isfinite(self.phi) & np.isfinite(self.c).all(axis=-1)
 
     def merit(self, penalty: np.ndarray) -> np.ndarray:
-        """What the line search lowers: v'Pv, with a penalty on open constraints."""
+        """What the line search lowers: vᵀPv, with a penalty on open constraints."""
         return self.phi + penalty * np.abs(self.c).sum(axis=-1)
 
 
@@ -73,7 +73,7 @@ def iterate(
         sigma = sigma0_prior or np.sqrt(here.phi / np.maximum(redundancy[k], 1))
         change = _in_standard_deviations(dx, Q, sigma)
 
-        decrease = np.einsum("mu,muw,mw->m", dx, N, dx)  # of v'Pv, were f linear
+        decrease = np.einsum("mu,muw,mw->m", dx, N, dx)  # of vᵀPv, were f linear
         # An exact penalty: heavy enough that a step towards the constraints pays
         penalty = 4 * np.max(np.abs(correlates), axis=-1, initial=0)
         rounding = _rounding(here.x, N, level[k])
@@ -86,7 +86,7 @@ def iterate(
 
         # Without errors in the observations the standard deviations fall to zero: then
         # the end is reached when a step changes nothing above the rounding of numbers.
-        # A step that only closes constraints, such as a change of datum, lowers no v'Pv
+        # A step that only closes constraints, such as a change of datum, lowers no vᵀPv
         closed = np.all(np.abs(here.c) <= closing, axis=-1)
         converged = (change <= tolerance) | ((decrease <= rounding**2) & closed)
         moved = step > 0
@@ -104,7 +104,7 @@ def iterate(
 
 
 def _normal_equations(model: Model, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """N = A'PA and n = -A'Pv of (M 2.76), whose f is -v."""
+    """N = AᵀPA and n = -AᵀPv of (M 2.76), whose f is -v."""
     PA = model.weighted(state.A)
     N = np.swapaxes(state.A, -1, -2) @ PA
     return N, -np.einsum("mnu,mn->mu", PA, state.v)

@@ -93,7 +93,7 @@ class Model:
         return P[..., None] * matrix if P.ndim == 2 else P @ matrix
 
     def objective(self, v: np.ndarray) -> np.ndarray:
-        """Return v'Pv of each problem; not finite where a residual is not."""
+        """Return vᵀPv of each problem; not finite where a residual is not."""
         with np.errstate(invalid="ignore", over="ignore"):
             return np.einsum("mn,mn->m", v, self.weighted(v[..., None])[..., 0])
 

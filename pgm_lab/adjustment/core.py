@@ -1,6 +1,6 @@
 """Least squares adjustment in the Gauss-Markov model: one core for the whole workbook.
 
-Observation equations ``l + v = f(x)`` with ``v'Pv`` least; v = computed - observed. One
+Observation equations ``l + v = f(x)`` with ``vᵀPv`` least; v = computed - observed. One
 problem or a stack of thousands is the same call: leading axes count the problems.
 """
 
@@ -43,8 +43,8 @@ def adjust(
 ) -> Adjustment:
     """Adjust observations by least squares, one problem or a stack of them.
 
-    Each iteration solves the normal equations ``A'PA dx = -A'Pv``, column by column
-    scaled, and halves the step until v'Pv falls. It ends when no parameter changes by
+    Each iteration solves the normal equations ``AᵀPA dx = -AᵀPv``, column by column
+    scaled, and halves the step until vᵀPv falls. It ends when no parameter changes by
     more than `tolerance` of its standard deviation.
 
     Parameters

@@ -86,7 +86,7 @@ def solve(
     constraint: np.ndarray | None = None,
     misclosure: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Solve ``N dx + C'k = n``, ``C dx = -c`` by column scaling and inversion.
+    """Solve ``N dx + Cᵀk = n``, ``C dx = -c`` by column scaling and inversion.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ class History:
     Attributes
     ----------
     objective : ndarray (iterations + 1, ...)
-        v'Pv at the start and after each iteration.
+        vᵀPv at the start and after each iteration.
     step : ndarray (iterations, ...)
         Step length: 1 for a full Gauss-Newton step, 0 when the problem had stopped.
     change : ndarray (iterations, ...)
@@ -65,7 +65,7 @@ class Adjustment:
     residuals : ndarray (..., n)
         v = computed - observed.
     sigma0 : ndarray (...)
-        Standard deviation of unit weight, sqrt(v'Pv / redundancy); NaN if the
+        Standard deviation of unit weight, sqrt(vᵀPv / redundancy); NaN if the
         redundancy is 0.
     redundancy : ndarray (...) of int
         Observations and weighted parameters, minus unknowns, plus constraints.
@@ -78,7 +78,7 @@ class Adjustment:
     parameter_residuals, parameter_redundancy_numbers : ndarray (..., u)
         The same for the weighted parameters; 0 for free ones.
     status : ndarray (...) of str
-        "converged"; "too many iterations"; "diverged": no step lowers v'Pv, or values
+        "converged"; "too many iterations"; "diverged": no step lowers vᵀPv, or values
         are not finite; "singular": the normal matrix (then results are NaN).
     iterations : ndarray (...) of int
         Number of iterations.
@@ -188,7 +188,7 @@ def residual_statistics(
     Returns
     -------
     redundancy_numbers : ndarray (m, n)
-        Diagonal of Qvv P = 1 - A Q A' P.
+        Diagonal of Qvv P = 1 - A Q Aᵀ P.
     standardized : ndarray (m, n)
         Pv over the square roots of the diagonal of P Qvv P, for sigma0 = 1; the same as
         v / sigma_v when the weights are a diagonal.

@@ -34,7 +34,7 @@ def assemble(
     move : Motions
         The motions that the observations leave free.
     phi : float
-        v'Pv.
+        vᵀPv.
     """
     network, rays = problem.network, problem.rays
     R = constraint(network, problem.datum, move) if move.number else None

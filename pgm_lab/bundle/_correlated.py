@@ -1,7 +1,7 @@
 """What changes when x and y of a ray are correlated: P has blocks of 2 x 2.
 
 Divided by sigma, a ray's coordinates have the covariance R of ones and the correlation
-rho, and R = L L' with L = ((1, 0), (rho, s)), s^2 = 1 - rho^2. Observation equations
+rho, and R = L Lᵀ with L = ((1, 0), (rho, s)), s^2 = 1 - rho^2. Observation equations
 times L^-1 have P = 1 like all others, and nothing else of the adjustment notices. What
 is said of a single coordinate afterwards needs the way back.
 
@@ -31,7 +31,7 @@ def shares(
     Parameters
     ----------
     H : ndarray (2, k)
-        Diagonal of A Q A' of the whitened equations.
+        Diagonal of A Q Aᵀ of the whitened equations.
     across : ndarray (k,)
         Its element between the two rows of a ray.
     rho : ndarray (k,)
@@ -39,9 +39,9 @@ def shares(
     Returns
     -------
     redundancy_numbers : ndarray (2, k)
-        Diagonal of Qvv P = 1 - L A Q A' L^-1.
+        Diagonal of Qvv P = 1 - L A Q Aᵀ L^-1.
     testable : ndarray (2, k)
-        (P Qvv P)_ii / P_ii, with P Qvv P = L^-T (1 - A Q A') L^-1.
+        (P Qvv P)_ii / P_ii, with P Qvv P = L^-T (1 - A Q Aᵀ) L^-1.
     """
     s = np.sqrt(1 - rho**2)
     redundancy_numbers = 1 - H + np.array([across, -across]) * rho / s

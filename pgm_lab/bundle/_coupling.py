@@ -2,7 +2,7 @@
 
 A small network has it as a matrix, with zeros where a photo does not see a point: what
 is done with it is a matrix product. In a large one almost everything would be zero, and
-only the blocks of the rays are held; W Z' is then a sum over pairs of rays. Numbers are
+only the blocks of the rays are held; W Zᵀ is then a sum over pairs of rays. Numbers are
 the same to rounding.
 """
 
@@ -23,16 +23,16 @@ class Coupling(Protocol):
 
     @property
     def times_W(self) -> np.ndarray:
-        """W Z' (U + 6 m, U + 6 m)."""
+        """W Zᵀ (U + 6 m, U + 6 m)."""
 
     def times_points(self, R: np.ndarray) -> np.ndarray:
-        """Z R' (U + 6 m, q) for a matrix R (q, 3, n) of the points."""
+        """Z Rᵀ (U + 6 m, q) for a matrix R (q, 3, n) of the points."""
 
     def times_kept(self, B: np.ndarray) -> np.ndarray:
-        """(Z'B)' (q, 3, n) for a matrix B (U + 6 m, q) of the kept unknowns."""
+        """(ZᵀB)' (q, 3, n) for a matrix B (U + 6 m, q) of the kept unknowns."""
 
     def propagate(self, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks Z'QZ (3, 3, n) of the points, and what the rays need of QZ.
+        """Blocks ZᵀQZ (3, 3, n) of the points, and what the rays need of QZ.
 
         That is (6 + u, 3, k): the rows of the unknowns of a ray's photo, the columns
         of its point.
@@ -126,7 +126,7 @@ class ByRays:
         return np.triu(product) + np.triu(product, 1).T
 
     def _between_photos(self) -> np.ndarray:
-        """Part of W Z' between each photo and the later ones: (6 m, 6 m)."""
+        """Part of W Zᵀ between each photo and the later ones: (6 m, 6 m)."""
         photo, m = self.rays.photo, len(self.rays.photos)
         blocks = np.zeros((6, 6, m * m))
         for a, b in _in_portions(*self.rays.pairs):

@@ -106,7 +106,7 @@ class Problem:
         return B * ~self.held, distance - bars[:, 2], bars[:, 3]
 
     def objective(self, state: State, v: np.ndarray) -> float:
-        """V'Pv of everything observed; v (2, k) of the rays is over sigma already."""
+        """VᵀPv of everything observed; v (2, k) of the rays is over sigma already."""
         phi = np.vdot(v, v) + np.sum(self.control_weight * self.control(state) ** 2)
         if (bars := self.bars(state)) is not None:
             phi += np.sum((bars[1] / bars[2]) ** 2)

@@ -3,7 +3,7 @@
 Of the inverse of the whole normal matrix only the part of the kept unknowns, Q = S^-1,
 is a full matrix. With Z = W V^-1 the rest follows for each ray and point:
 
-    Q(kept, point) = -QZ,    Q(point, point) = V^-1 + Z'QZ
+    Q(kept, point) = -QZ,    Q(point, point) = V^-1 + ZᵀQZ
 """
 
 from dataclasses import dataclass
@@ -73,8 +73,8 @@ def cofactors(
 def bars_redundancy(reduced: Reduced, Q: np.ndarray, sigma: np.ndarray) -> np.ndarray:
     """Redundancy numbers (s,) of scale bars.
 
-    They are 1 - (B Q B') / sigma^2; since K^-1 = sigma^2 + B V^-1 B', this is sigma^2
-    times the diagonal of K - K F'QF K.
+    They are 1 - (B Q Bᵀ) / sigma^2; since K^-1 = sigma^2 + B V^-1 Bᵀ, this is sigma^2
+    times the diagonal of K - K FᵀQF K.
     """
     if reduced.bars is None:
         return np.zeros(0)
@@ -85,7 +85,7 @@ def bars_redundancy(reduced: Reduced, Q: np.ndarray, sigma: np.ndarray) -> np.nd
 def _with_bars(
     rays: Rays, reduced: Reduced, Q: np.ndarray, points: np.ndarray, QZ: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Put V^-1 - C K C' in the place of V^-1, and Z - F K C' in that of Z."""
+    """Put V^-1 - C K Cᵀ in the place of V^-1, and Z - F K Cᵀ in that of Z."""
     assert reduced.bars is not None
     C, K = reduced.bars.C, reduced.bars.K
     QFK = Q @ reduced.bars.F @ K
@@ -104,7 +104,7 @@ def _of_rays(
     points: np.ndarray,
     QZ: np.ndarray,
 ) -> np.ndarray:
-    """Diagonal of A Q A' (2, k), or of A Q B' with other equations; in any datum."""
+    """Diagonal of A Q Aᵀ (2, k), or of A Q Bᵀ with other equations; in any datum."""
     of_points = points.take(rays.point, axis=-1)
     by_point = np.einsum("irk,ijk->jrk", eq.point, of_points)
     by_point -= 2 * np.einsum("ark,ajk->jrk", eq.camera, QZ)
@@ -128,7 +128,7 @@ def _in_datum(
     """S-transformation of the cofactors: x - H t with the motions t = R x.
 
     With Q(t, x) and Q(t, t) by propagation, the new cofactors of x are
-    Q - H Q(t, x) - Q(x, t) H' + H Q(t, t) H'.
+    Q - H Q(t, x) - Q(x, t) Hᵀ + H Q(t, t) Hᵀ.
     """
     R, R_points = constraint.kept, constraint.points
     H, H_points = move.kept, move.points

@@ -131,7 +131,7 @@ def design(
 
 
 def normal_matrix(A: np.ndarray, sigma: ArrayLike) -> np.ndarray:
-    """Normal matrix A'PA with P = 1 / sigma^2; singular without a datum.
+    """Normal matrix AᵀPA with P = 1 / sigma^2; singular without a datum.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def bordered(N: np.ndarray, G: np.ndarray) -> np.ndarray:
 
 
 def scaled(N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bring a bordered N to columns of one size: the matrix N s s', and s.
+    """Bring a bordered N to columns of one size: the matrix N s sᵀ, and s.
 
     The unknowns get ones on the diagonal, the columns of G the length one.
     """
@@ -249,7 +249,7 @@ def solve(N: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     N : ndarray (u + 7, u + 7)
         As from `bordered`.
     t : ndarray (u,)
-        Right-hand side -A'Pv.
+        Right-hand side -AᵀPv.
 
     Returns
     -------

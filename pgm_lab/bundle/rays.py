@@ -221,7 +221,7 @@ def equations(
     k = len(rays.photo)
     A = np.empty((10 + len(estimated), 2, k))
     for some in (slice(i, i + RAYS_AT_ONCE) for i in range(0, k, RAYS_AT_ONCE)):
-        with np.errstate(all="ignore"):  # a step too far is refused by its v'Pv
+        with np.errstate(all="ignore"):  # a step too far is refused by its vᵀPv
             v, _, by = imaging.equations(
                 interior,
                 state.exteriors,

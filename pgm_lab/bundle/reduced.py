@@ -4,7 +4,7 @@ The points hang together only through the photos: their part V of the normal mat
 (M 2.90) consists of blocks of 3 x 3. Eliminated point by point they leave the reduced
 normal equations of the kept unknowns, interior and exterior orientations:
 
-    S = N - W V^-1 W',    S dx = n - W V^-1 n_p,    dx_p = V^-1 (n_p - W' dx)
+    S = N - W V^-1 Wᵀ,    S dx = n - W V^-1 n_p,    dx_p = V^-1 (n_p - Wᵀ dx)
 
 Brown 1976; Triggs et al. 2000, section 6.1 (the Schur complement).
 """
@@ -20,16 +20,16 @@ from pgm_lab.bundle.rays import Equations, Rays, by_photo
 
 @dataclass(frozen=True)
 class Bars:
-    """Scale bars B, which add B'PB to V.
+    """Scale bars B, which add BᵀPB to V.
 
-    With C = V^-1 B' and F = Z B' the inverse becomes V^-1 - C K C', and W times it
-    Z - F K C'.
+    With C = V^-1 Bᵀ and F = Z Bᵀ the inverse becomes V^-1 - C K Cᵀ, and W times it
+    Z - F K Cᵀ.
 
     Attributes
     ----------
     C : ndarray (s, 3, n)
     K : ndarray (s, s)
-        (P^-1 + B V^-1 B')^-1.
+        (P^-1 + B V^-1 Bᵀ)^-1.
     F : ndarray (U + 6 m, s)
     """
 
@@ -129,7 +129,7 @@ def _of_photos(rays: Rays, eq: Equations) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _with_bars(reduced: Reduced, bars: tuple[np.ndarray, ...]) -> Reduced:
-    """Add scale bars, which join two points: V + B'PB by the Woodbury identity."""
+    """Add scale bars, which join two points: V + BᵀPB by the Woodbury identity."""
     B, v, sigma = bars
     C = np.einsum("ijn,sjn->sin", reduced.V_inverse, B)
     K = np.linalg.inv(np.diag(sigma**2) + flat(B) @ flat(C).T)
@@ -156,7 +156,7 @@ def points_alone(reduced: Reduced) -> np.ndarray:
 
 
 def times_kept(reduced: Reduced, B: np.ndarray) -> np.ndarray:
-    """(Z'B)' for a matrix B (U + 6 m, q) of the kept unknowns: (q, 3, n)."""
+    """(ZᵀB)' for a matrix B (U + 6 m, q) of the kept unknowns: (q, 3, n)."""
     product = reduced.Z.times_kept(B)
     if (bars := reduced.bars) is not None:
         product -= np.einsum("sin,sq->qin", bars.C, bars.K @ bars.F.T @ B)
@@ -164,7 +164,7 @@ def times_kept(reduced: Reduced, B: np.ndarray) -> np.ndarray:
 
 
 def times_points(reduced: Reduced, R: np.ndarray) -> np.ndarray:
-    """Z R' for a matrix R (q, 3, n) of the points: (U + 6 m, q)."""
+    """Z Rᵀ for a matrix R (q, 3, n) of the points: (U + 6 m, q)."""
     product = reduced.Z.times_points(R)
     if (bars := reduced.bars) is not None:
         product -= bars.F @ bars.K @ (flat(bars.C) @ flat(R).T)

@@ -206,7 +206,7 @@ def mirrored_image(result: Bundle) -> str | None:
 def mirrored_object(result: Bundle) -> str | None:
     """Say that the adjusted points are a mirror image of their start values.
 
-    Of all rotations R and scales, v'v of the start values is least by the singular
+    Of all rotations R and scales, vᵀv of the start values is least by the singular
     values s of their product with the adjusted points; the last counts negative if the
     best R would be a reflection (Umeyama 1991).
     """

@@ -54,7 +54,7 @@ class Bundle:
         (X0, Y0, Z0, omega, phi, kappa), object units and radians.
     points : ndarray (n, 3)
     sigma0 : float
-        Standard deviation of unit weight, sqrt(v'Pv / redundancy), no unit; NaN if the
+        Standard deviation of unit weight, sqrt(vᵀPv / redundancy), no unit; NaN if the
         redundancy is 0.
     sigma0_prior : float or None
     redundancy : int
@@ -88,10 +88,10 @@ class Bundle:
     covariance_points : ndarray (n, 3, 3)
         0 for held coordinates.
     status : str
-        "converged", "too many iterations", or "diverged": no step lowers v'Pv.
+        "converged", "too many iterations", or "diverged": no step lowers vᵀPv.
     iterations : int
     history : pgm_lab.adjustment.History
-        v'Pv, step length, and a bound of the largest change of an unknown in units of
+        vᵀPv, step length, and a bound of the largest change of an unknown in units of
         its standard deviation, in each iteration.
     """
 

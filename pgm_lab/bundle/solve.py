@@ -164,7 +164,7 @@ def _factor(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
 
-    S has no value for a motion; E E' gives it one, since the columns of E are the
+    S has no value for a motion; E Eᵀ gives it one, since the columns of E are the
     motions. The solution does not notice, and the inverse is one of the generalised
     ones: they differ only by motions, which the S-transformation takes away.
     """
@@ -202,9 +202,9 @@ def _line_search(
     slack: float,
     wanted: bool,
 ) -> tuple[float, tuple[State, Equations, float] | None]:
-    """Halve the step until v'Pv falls enough: the step, and what is there.
+    """Halve the step until vᵀPv falls enough: the step, and what is there.
 
-    It is 0, and there is nothing, if v'Pv never falls.
+    It is 0, and there is nothing, if vᵀPv never falls.
     """
     step = 1.0
     while step >= SMALLEST_STEP:

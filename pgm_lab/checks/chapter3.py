@@ -184,7 +184,7 @@ def precision(function: Callable) -> None:
     hint = first_slip(
         answers[:, 1] / expected[:, 1],
         [(wrong / expected[:, 1], text) for wrong, text in of_sd],
-        "it does not follow from S0 and the inverse of J'J",
+        "it does not follow from S0 and the inverse of JᵀJ",
         1e-9,
     )
     good = near(answers[:, 1] / expected[:, 1], 1.0)

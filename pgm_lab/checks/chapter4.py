@@ -74,7 +74,7 @@ def matrix(function: Callable) -> None:
     report(
         "my_matrix",
         [
-            ("lengths and angles are kept", rigid, "M M' is not the unit matrix"),
+            ("lengths and angles are kept", rigid, "M Mᵀ is not the unit matrix"),
             (
                 "it is M_kappa M_phi M_omega",
                 near(answers, expected),

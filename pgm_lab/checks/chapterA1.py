@@ -61,9 +61,9 @@ def heights(function: Callable) -> None:
         ),
         "the sign is reversed": lambda A, p, d: -_solve(A, p, d),
     }
-    otherwise = "v'Pv is not least: look at the normal equations"
+    otherwise = "vᵀPv is not least: look at the normal equations"
     right, hint = compare(function, _nets(), _solve, slips, otherwise)
-    report("my_adjust", [("v'Pv is least in three nets", right, hint)])
+    report("my_adjust", [("vᵀPv is least in three nets", right, hint)])
 
 
 def sigma0(function: Callable) -> None:

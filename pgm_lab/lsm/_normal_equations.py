@@ -42,7 +42,7 @@ class Templates:
 
 @dataclass(frozen=True)
 class Solution:
-    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), v'v (m,), and sums with B.
+    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), vᵀv (m,), and sums with B.
 
     `sums` (m, u) are the products of B with the rows of the templates, `square` (m,)
     with itself, `total` (m,) with one.

@@ -27,7 +27,7 @@ DEFECTS = {
     "h1 without grey value": "the column of h1 is 1, as (B 2.17) prints it",
     "diagonal grid": "only the pixels of the diagonal are transformed",
     "six parameters": "no h0 and h1",
-    "S0 of the listing": "root of V'V divided by r, instead of the root of V'V / r",
+    "S0 of the listing": "root of VᵀV divided by r, instead of the root of VᵀV / r",
 }
 PROGRAM = (
     *("uncentred", "rounded", "integer gradients", "or"),
@@ -51,10 +51,10 @@ class Match:
     sigma0 : ndarray (n,)
         Standard deviation of the grey values, S0 of the last step.
     condition : ndarray (n,)
-        Condition number of A'A in the first step.
+        Condition number of AᵀA in the first step.
     iterations : ndarray (n,) of int
     status : ndarray (n,) of str
-        "converged"; "not converged" after the last iteration allowed; "singular": A'A
+        "converged"; "not converged" after the last iteration allowed; "singular": AᵀA
         has no inverse; "outside the image".
     """
 
@@ -242,7 +242,7 @@ def _design(
 
 
 def _solved(A: np.ndarray, L: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """X (B 2.14a), NaN where A'A is singular, V (B 2.14c), and the condition of A'A."""
+    """X (B 2.14a), NaN where AᵀA is singular, V (B 2.14c), and the condition of AᵀA."""
     N = A.swapaxes(-1, -2) @ A
     condition = np.linalg.cond(N)
     regular = (condition < 1 / np.finfo(float).eps)[:, None]

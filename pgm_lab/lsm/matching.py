@@ -27,7 +27,7 @@ class Match:
         Their covariance in square pixels; NaN unless converged.
     sigma0 : ndarray (n,)
         Standard deviation of a grey value of the left image minus h0 + h1 times one of
-        the right: sqrt(v'v / redundancy), freed from the smoothing that interpolation
+        the right: sqrt(vᵀv / redundancy), freed from the smoothing that interpolation
         does to noise.
     parameters : ndarray (n, 8)
         (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), with x and y counted

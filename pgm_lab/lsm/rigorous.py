@@ -26,7 +26,7 @@ def adjust(
     """Adjust (B 2.10) with derivatives (B 2.11), both from the resampled right window.
 
     This is the definition that `match` is tested against: every iteration interpolates
-    the grey values and both gradients of the right window, and v'v falls to its
+    the grey values and both gradients of the right window, and vᵀv falls to its
     minimum. It is some fifty times slower and returns all that an adjustment has to
     say, such as residuals and redundancy numbers of each grey value.
 

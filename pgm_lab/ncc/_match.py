@@ -97,7 +97,7 @@ def match(
     -----
     The covariance follows from the curvature K of the map at its peak, the gradients g
     of the template and the noise that 1 - r indicates (n pixels, equal white noise in
-    both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g g') / sum((t - mean)^2). For
+    both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g gᵀ) / sum((t - mean)^2). For
     whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
     two errors without noise, which stay in the position: the offset that it finds for
     the template in its own image, and pixel locking, as predicted from the curvature of

@@ -34,7 +34,7 @@ def paraboloid(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Top of the paraboloid through 3 x 3 values, its covariance, and ridges.
 
-    r = r0 + D x - x' K x / 2 with central differences for D and K.
+    r = r0 + D x - xᵀ K x / 2 with central differences for D and K.
     """
     k, rows, columns = maps.shape
     row, column = np.clip(row, 1, rows - 2), np.clip(column, 1, columns - 2)

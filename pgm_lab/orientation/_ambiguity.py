@@ -9,12 +9,12 @@ KNOWN = 0.999
 def largest_objective(
     least: float, redundancy: int, sigma: float | None, level: float
 ) -> float:
-    """Sum of squares v'v up to which a solution fits as well as the one with the least.
+    """Sum of squares vᵀv up to which a solution fits as well as the one with the least.
 
     Parameters
     ----------
     least : float
-        v'v of the best solution.
+        vᵀv of the best solution.
     redundancy : int
         Redundancy of both, at least 1.
     sigma : float or None

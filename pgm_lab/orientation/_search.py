@@ -25,7 +25,7 @@ KEPT_OF_FEW = (216, 30, 20)
 # Models are the same when rotation and base direction differ by less (radians).
 SAME_MODEL = 1e-3
 
-# v'Pv of two models differ by chance less than this quantile of their ratio.
+# vᵀPv of two models differ by chance less than this quantile of their ratio.
 LEVEL = 0.999
 
 # The base has the wrong sign if models with all points behind both cameras fit so many

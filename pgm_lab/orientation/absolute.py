@@ -21,7 +21,7 @@ LINE = 1e-6
 # Extent over size of coordinates below which points differ by their rounding alone.
 SAME = 1e-12
 
-# A mirrored fit must be this much better in v'Pv before it is believed. Points in a
+# A mirrored fit must be this much better in vᵀPv before it is believed. Points in a
 # plane fit a mirror equally well, and errors then decide which fits a little better.
 MIRROR = 30.0
 
@@ -249,7 +249,7 @@ def _closed_form(
     source_squares, target_squares = (p @ (points**2).sum(axis=1) for points in (s, t))
     scale = D.sum() / source_squares
     if D[2] < 0:
-        # v'Pv of the best rotation and of the best reflection
+        # vᵀPv of the best rotation and of the best reflection
         rotated, mirrored = (
             target_squares - np.array([D.sum(), np.abs(D).sum()]) ** 2 / source_squares
         )

@@ -144,7 +144,7 @@ def distances(
 ) -> Coplanarity:
     """Distance of each pair of image points from the surface of coplanar ones.
 
-    The corrections v are least in v'v under F(l + v) = 0, so they are parallel to the
+    The corrections v are least in vᵀv under F(l + v) = 0, so they are parallel to the
     gradient of F in l + v. When a parameter p changes, the surface moves by
     dF/dp / |dF/dl| at that foot point: the derivative of the distance. Hence a
     Gauss-Markov adjustment of the distances is that of the conditions (M 2.37), which

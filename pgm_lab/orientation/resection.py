@@ -18,7 +18,7 @@ WEAK = 1e6
 # unless the best start is not much better.
 STARTS = 12
 HOPELESS = 1e-3
-# v'v of two solutions differ by chance less than this quantile of their ratio.
+# vᵀv of two solutions differ by chance less than this quantile of their ratio.
 LEVEL = 0.99
 # Distance between two solutions, as a share of that to the points, that makes them one.
 SAME = 1e-5

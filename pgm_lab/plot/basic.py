@@ -132,10 +132,14 @@ def _cell(value: object) -> str:
         raise ValueError("rows has a cell that cannot be written as text") from None
 
 
+WORDS = ' class="text" style="text-align: left"'
+
+
 def _html_table(header: Sequence[str], cells: list[list[str]], caption: str) -> str:
-    # Numbers stand to the right, below each other; words to the left.
+    # Numbers stand to the right, below each other; words to the left, and say so
+    # themselves: JupyterLab sets all cells to the right.
     columns = zip(*cells) if cells else [()] * len(header)
-    kinds = ["" if all(map(_is_number, c)) else ' class="text"' for c in columns]
+    kinds = ["" if all(map(_is_number, c)) else WORDS for c in columns]
 
     def row(texts: Sequence[str], first: str, other: str) -> str:
         tags = [first, *[other] * (len(texts) - 1)]

@@ -70,7 +70,7 @@ def to_quaternion(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     M : array_like (..., 3, 3)
         Rotation matrices, object space into image space.
     tolerance : float
-        Largest |M M' - I| that is accepted.
+        Largest |M Mᵀ - I| that is accepted.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def to_rodrigues(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     M : array_like (..., 3, 3)
         Rotation matrices, object space into image space.
     tolerance : float
-        Largest |M M' - I| that is accepted.
+        Largest |M Mᵀ - I| that is accepted.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from pgm_lab import _validate
 
 
 def defect(M: ArrayLike) -> np.ndarray | float:
-    """Largest element of |M M' - I|: how far a matrix is from being orthogonal.
+    """Largest element of |M Mᵀ - I|: how far a matrix is from being orthogonal.
 
     A reflection has no defect either; its determinant is -1.
 
@@ -66,7 +66,7 @@ def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         Least sum of |t - R s|^2 among the rotations.
     singular : ndarray (..., 3)
         Singular values of the product, the largest first; their sum is that of all
-        t' R s. The last is negative if a reflection would come nearer.
+        tᵀ R s. The last is negative if a reflection would come nearer.
 
     Raises
     ------

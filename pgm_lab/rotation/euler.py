@@ -126,7 +126,7 @@ def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     M : array_like (..., 3, 3)
         Rotation matrices, object space into image space.
     tolerance : float
-        Largest |M M' - I| that is accepted; printed matrices need more.
+        Largest |M Mᵀ - I| that is accepted; printed matrices need more.
 
     Returns
     -------
@@ -170,7 +170,7 @@ def is_gimbal(
     M : array_like (..., 3, 3)
         Rotation matrices, object space into image space.
     tolerance : float
-        Largest |M M' - I| that is accepted.
+        Largest |M Mᵀ - I| that is accepted.
     cosine : float
         Limit of cos(phi).
 
@@ -246,7 +246,7 @@ def to_tilt_azimuth_swing(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     M : array_like (..., 3, 3)
         Rotation matrices, object space into image space.
     tolerance : float
-        Largest |M M' - I| that is accepted.
+        Largest |M Mᵀ - I| that is accepted.
 
     Returns
     -------

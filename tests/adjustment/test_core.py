@@ -137,7 +137,7 @@ def test_weight_three_counts_like_three_equal_observations():
     np.testing.assert_allclose(once.x, often.x, **ROUNDING)
     np.testing.assert_allclose(once.cofactor, often.cofactor, **ROUNDING)
     assert (once.redundancy, often.redundancy) == (6, 9)
-    # the same v'Pv, spread over another redundancy
+    # the same vᵀPv, spread over another redundancy
     assert np.isclose(6 * once.sigma0**2, 9 * often.sigma0**2, rtol=1e-10)
 
 
@@ -308,7 +308,7 @@ def test_nonlinear_constraint_gives_the_minimum_that_slsqp_finds(start):
 
 def test_a_constraint_that_only_changes_the_datum_is_closed_to_the_end():
     # Ratios leave the scale free; the constraint sets it, far from the start value. The
-    # start fits the observations without error: v'Pv does not tell what is missing.
+    # start fits the observations without error: vᵀPv does not tell what is missing.
     def ratio(x):
         one = np.array([[1 / x[1], -x[0] / x[1] ** 2]])
         return np.full(2, x[0] / x[1]), np.repeat(one, 2, axis=0)
@@ -709,7 +709,7 @@ def test_nonlinear_fit_agrees_with_scipy(seed):
         ftol=1e-15,
         gtol=1e-15,
     )
-    # where v'Pv is flat to rounding, 1e-16, lies within 1e-8 of a standard deviation
+    # where vᵀPv is flat to rounding, 1e-16, lies within 1e-8 of a standard deviation
     assert np.all(np.abs(found.x - other.x) < 1e-7 * found.sd)
     np.testing.assert_allclose(found.residuals, other.fun * sigma, atol=1e-8)
     Q = np.linalg.inv(other.jac.T @ other.jac)

@@ -49,7 +49,7 @@ def test_a_variance_that_constraints_deflate_to_rounding_is_zero(variance, fixed
 
 @pytest.mark.parametrize("halvings, arrives", [(20, True), (21, False)])
 def test_a_step_is_halved_twenty_times_and_no_more(halvings, arrives):
-    # derivatives too small by as much: only the shortest step lowers v'Pv
+    # derivatives too small by as much: only the shortest step lowers vᵀPv
     def short(x):
         return x, np.full((1, 1), 2.0**-halvings)
 
@@ -60,7 +60,7 @@ def test_a_step_is_halved_twenty_times_and_no_more(halvings, arrives):
 
 
 def falls(share):
-    """Equation whose full step lowers v'Pv by this share, and half of it by more."""
+    """Equation whose full step lowers vᵀPv by this share, and half of it by more."""
     heights = [1.0, 0.1, np.sqrt(1 - share)]
 
     def function(x):
@@ -71,7 +71,7 @@ def falls(share):
 
 @pytest.mark.parametrize("share, step", [(1.9e-4, 0.5), (2.1e-4, 1.0)])
 def test_a_step_must_bring_a_ten_thousandth_of_what_it_promises(share, step):
-    # v'Pv / 2 is what is promised for the full step: 2e-4 of v'Pv
+    # vᵀPv / 2 is what is promised for the full step: 2e-4 of vᵀPv
     found = adjust(falls(share), [0.0], [0.0], max_iterations=1)
     assert found.history.step[0] == step
 

@@ -100,8 +100,8 @@ def test_slip_in_the_wrong_elements_is_named(answer, hint):
         (product(signs=(-1, -1, 1)), "the turn by omega and phi alone"),
         (product("yxz"), "each turn alone is right, their product is not"),
         (product(unit=np.radians), "radians already"),
-        (lambda o, p, k: 2 * product()(o, p, k), "M M' is not the unit matrix"),
-        (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "M M' is not the unit"),
+        (lambda o, p, k: 2 * product()(o, p, k), "M Mᵀ is not the unit matrix"),
+        (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "M Mᵀ is not the unit"),
         (lambda o, p, k: None, "returns nothing yet"),
     ],
 )

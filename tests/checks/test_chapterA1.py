@@ -84,7 +84,7 @@ def test_slip_in_the_design_matrix_is_named(answer, hint):
             lambda A, p, d: np.linalg.solve(A.T @ np.diag(p) @ A, A.T @ d),
             "left-hand side",
         ),
-        (lambda A, p, d: heights(A, p, d) + 1e-6, "v'Pv is not least"),
+        (lambda A, p, d: heights(A, p, d) + 1e-6, "vᵀPv is not least"),
         (lambda A, p, d: heights(A, p, d)[:1], "must return shape"),
         (lambda A, p, d: None, "returns nothing yet"),
     ],

@@ -164,7 +164,7 @@ def test_the_dense_adjustment_finds_the_minimum_and_says_how_good_it_is():
     np.testing.assert_allclose(
         found.sigma0**2 * 433, (found.residuals**2).sum(axis=1), rtol=1e-9
     )
-    # At the minimum of v'v no parameter can be moved to a smaller one
+    # At the minimum of vᵀv no parameter can be moved to a smaller one
     for k in range(8):
         for sign in (-1, 1):
             x = found.x + 0
@@ -186,7 +186,7 @@ def test_the_dense_adjustment_names_windows_that_leave_an_image():
 
 @pytest.mark.parametrize("radiometric", [True, False])
 def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiometric):
-    """At whole pixels interpolation leaves the noise as it is: sigma0^2 = v'v / r."""
+    """At whole pixels interpolation leaves the noise as it is: sigma0^2 = vᵀv / r."""
     half = 5
     left, right = simulate.texture_pair(
         SOFT, (60, 60), (0, 1, 0, 0, 0, 1), sigma=2.0, gain=1.0, seed=3

@@ -49,7 +49,7 @@ def test_sigma0_is_the_noise_of_a_grey_value_difference(sample):
 
     Interpolation correlates neighbouring residuals, so that the scatter of sigma0 from
     point to point is measured, not taken from chi square. To one per cent: what the
-    noise in the gradients adds to v'v is of that order.
+    noise in the gradients adds to vᵀv is of that order.
     """
     sigma, _, _, sigma0, _ = sample
     variance = sigma0**2 / (sigma**2 * (1 + 1.08**-2))
