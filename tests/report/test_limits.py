@@ -156,3 +156,26 @@ def test_snooping_shows_sigma0_with_each_ray_that_it_took_out():
     assert first.sigma0 == bundle.adjust(network).sigma0
     again = bundle.adjust(network.without([first.ray]))
     assert second.sigma0 == pytest.approx(again.sigma0, rel=1e-9)
+
+
+PAIRS = {
+    "Within the camera: c with x0 (0.950)": [(0, 1)],
+    "Between camera and photos: 2 pairs, led by": [(0, 10), (2, 17)],
+    "Between photos: one pair, led by": [(12, 20)],
+}
+
+
+@pytest.mark.parametrize("shown", [[0], [1], [2], [0, 1], [1, 2], [0, 1, 2]])
+def test_each_kind_of_correlation_is_told_and_no_other(good, shown):
+    """Of parameters of the camera, of these and photos, and of photos alone."""
+    covariance = good.covariance.copy()
+    for k in shown:
+        for i, j in list(PAIRS.values())[k]:
+            covariance[i, j] = covariance[j, i] = 0.95e-30
+    ((title, words),) = _findings.findings(replace(good, covariance=covariance))
+    assert title == "Correlations above 0.9"
+    for k, (head, pairs) in enumerate(PAIRS.items()):
+        assert (head in words) == (k in shown)
+        if k in shown:
+            one, other = (good.names[i] for i in pairs[0])
+            assert f"{one} with {other} (0.950)" in words

@@ -65,3 +65,17 @@ def test_what_shows_no_ground_is_refused(changes, message):
     arguments = dict(exterior=EXTERIOR, image_points=(0, 0), relief=HILLS, cell=CELL)
     with pytest.raises(ValueError, match=message):
         simulate.on_relief(LENS, **(arguments | changes))
+
+
+def test_without_a_cell_the_texture_is_in_object_units():
+    texture = simulate.texture(0.2, waves=50)
+    hills = simulate.texture(0.01, contrast=4.0, mean=8.0, waves=20, seed=5)
+    lens, size, pixel = camera.Camera(4.0), (5, 3), 0.2
+    grey = simulate.relief_photo(lens, EXTERIOR, hills, texture, size, pixel)
+    columns, rows = np.meshgrid(np.arange(5), np.arange(3))
+    photo = frames.pixel_to_photo(np.stack([columns, rows], axis=-1), size, pixel)
+    X = simulate.on_relief(lens, EXTERIOR, photo, hills)
+    heights = simulate.grey_values(hills, X[..., :2])
+    np.testing.assert_allclose(X[..., 2], heights, rtol=0, atol=1e-6)
+    expected = simulate.grey_values(texture, X[..., :2])
+    np.testing.assert_allclose(grey, expected, rtol=0, atol=1e-6)
