@@ -267,3 +267,27 @@ def test_a_model_that_is_not_determined_is_blamed_on_a_base_across(
     with pytest.raises(error, match=words) as told:
         _fitted(np.array([1.0, 0, -1 / cosine]), UPRIGHT, *few, None)
     assert told.type is error
+
+
+def test_a_base_keeps_its_sign_if_as_many_points_lie_before_as_behind():
+    _, left, right = stereo()
+    crossed = left.copy(), right.copy()
+    for mine, other in zip(crossed, (right, left), strict=True):
+        mine[::2] = other[::2]  # every other point in the wrong photo
+    base = np.array([[1.0, 0.1, 0.05], [-1.0, -0.1, -0.05]])
+    kept, _ = _search.in_front(base, np.array([UPRIGHT, UPRIGHT]), *crossed)
+    np.testing.assert_array_equal(kept, base)
+    # One more before, or behind, decides
+    for more in (left, right), (right, left):
+        pair = (np.vstack([u, one[:1]]) for u, one in zip(crossed, more, strict=True))
+        sign = 1 if more[0] is left else -1
+        found, _ = _search.in_front(base, np.array([UPRIGHT, UPRIGHT]), *pair)
+        np.testing.assert_array_equal(found, sign * base[[0, 0]])
+
+
+def test_three_rays_that_no_place_has_are_no_solution():
+    # The middle one of three points nearly on a line is seen far aside of the others
+    points = [[-10.0, 0, 0], [0, 1, 0], [10, 0, 0]]
+    found = resect(CAMERA, [[0.0, 0], [30, 0], [1, 0]], points)
+    assert found.status == "no solution" and len(found.solutions) == 0
+    assert np.all(np.isnan(found.exterior))
