@@ -128,7 +128,7 @@ def whole(value: Any, name: str, least: int, most: int = MOST) -> int:
             f"{name} must be a whole number, at least {least}; got {as_number:g}"
         )
     if as_number > most:
-        raise ValueError(f"{name} must be at most {most}; got {as_number:g}")
+        raise ValueError(f"{name} must be at most {most}; got {as_number:.16g}")
     return int(value) if isinstance(value, numbers.Integral) else int(as_number)
 
 

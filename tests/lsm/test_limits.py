@@ -64,3 +64,15 @@ def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():
     bad = np.where(grey == grey.max(), np.nan, grey)
     with pytest.raises(ValueError, match="grey.* is not a finite number"):
         lsm.cramer_rao(bad, gradients, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("off", "status"), [(5.0, "converged"), (12.0, "diverged"), (13.0, "diverged")]
+)
+def test_a_match_may_lie_half_a_window_from_its_start_to_each_side(off, status):
+    y, x = np.mgrid[:120, :120.0]
+    hill = np.exp(-((x - 60) ** 2 + (y - 60) ** 2) / (2 * 30**2))
+    photo = 100 * hill + 60 * np.exp(-((x - 75) ** 2 + (y - 50) ** 2) / (2 * 20**2))
+    start = 60 + off * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    found = lsm.match(photo, photo, np.full((4, 2), 60.0), start, window=21)
+    assert found.status.tolist() == 4 * [status]

@@ -188,3 +188,12 @@ def test_what_makes_no_sense_is_named(wrong, says):
     arguments = {"lens": LENSES[0], "photos": 4, "points": 5, "rng": rng(), **wrong}
     with pytest.raises(ValueError, match=says):
         simulate.network(**arguments)
+
+
+@pytest.mark.parametrize("photos", [9, 40])
+def test_parallel_photos_of_one_object_stand_within_a_fifth_of_its_width(photos):
+    net = simulate.network(LENSES[0], photos, 20, rng(), 3, convergent=False)
+    aside = np.linalg.norm(net.exteriors[:, :2], axis=1)
+    width = 24 * np.median(net.exteriors[:, 2]) / 35
+    assert aside.max() < 0.25 * width  # errors of pointing and place included
+    assert np.mean(aside**2) == pytest.approx((0.2 * width) ** 2 / 2, rel=0.3)
