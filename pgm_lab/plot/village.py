@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pgm_lab import _validate
 from pgm_lab.plot import basic
 
 GROUND = "#D3E3C2"  # of the fields around the meadow, to the horizon
@@ -36,6 +37,7 @@ def surroundings(reach: int = 12) -> list[Face]:
     `reach` counts the fields to each side; they give the ground a scale and a direction
     as far as the eye can tell. In a drawing in space they would leave no room.
     """
+    reach = _validate.whole(reach, "reach", 6, 200)
     field = 12.0 * np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) - (6, 6, 0)
     places = range(-reach, reach + 1)
     dark = [(i, j) for i in places for j in places if (i + j) % 2]
