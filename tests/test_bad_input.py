@@ -27,6 +27,7 @@ from tests.bad_arguments import MAY, REFUSE, RIGHT
 from tests.good_arguments import FUNCTIONS
 
 HOME = str(Path(pgm_lab.__file__).parent)
+MEMORY = 8 * 2**30  # bytes of addresses
 LONGEST = 20.0  # seconds of one call; the longest takes a tenth of one
 
 
@@ -287,6 +288,24 @@ def test_a_new_public_function_is_found(monkeypatch):
     new.__module__ = "pgm_lab.observations"
     monkeypatch.setattr(pgm_lab.observations, "new", new, raising=False)
     assert set(public()) - set(PUBLIC) == {"observations.new"}
+
+
+@pytest.fixture(autouse=True)
+def memory():
+    """Let a size that nobody refused end this test, and not the machine."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        yield
+        return
+    now = resource.getrlimit(resource.RLIMIT_AS)
+    try:
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, now[1]))
+    except (OSError, ValueError):  # macOS refuses
+        yield
+        return
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, now)
 
 
 @pytest.fixture(autouse=True)
