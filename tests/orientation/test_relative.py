@@ -482,7 +482,7 @@ BAD = [
     ({"right_points": RELOR[:, :2]}, "differ by a rotation only"),
     ({"right_points": TURNED}, "differ by a rotation only"),
     ({"left_points": LINE, "right_points": LINE - (9, 0)}, "lie on lines"),
-    ({"left_points": 0 * LINE, "right_points": 0 * LINE + 1}, "lie on lines"),
+    ({"left_points": 0 * LINE, "right_points": 0 * LINE + 1}, "not all at one place"),
     (
         {"left_points": RELOR[TWICE, :2], "right_points": RELOR[TWICE, 2:]},
         "point 6 is given twice",
