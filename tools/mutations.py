@@ -134,8 +134,11 @@ def verdict(tests: list[str], folder: Path, seconds: float | None) -> str:
 
 def stages(row: dict[str, str]) -> list[list[str]]:
     """Lists of tests, to be run one after the other until one notices."""
-    columns = ("killer", "tests", "others")
-    return [row[name].split(" ") for name in columns if row.get(name)]
+    # The killer is one test, whose name may hold spaces
+    found = [[row["killer"]]] if row.get("killer") else []
+    return found + [
+        row[name].split(" ") for name in ("tests", "others") if row.get(name)
+    ]
 
 
 def killer(output: Path) -> str:

@@ -115,6 +115,10 @@ def distribution(test: str, redundancy: int) -> stats.rv_continuous:
     ValueError
         If there is no such test, or no distribution of tau.
 
+    References
+    ----------
+    Baarda 1968 for w, Pope 1976 for tau, as `critical_w` and `critical_tau`.
+
     Examples
     --------
     >>> print(f"{2 * distribution('tau', 4).sf(critical_tau(4)):.4f}")

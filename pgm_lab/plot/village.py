@@ -16,6 +16,11 @@ def village() -> list[Face]:
     No symmetry hides a wrong rotation: the house stands in the south-west, a tall tree
     in the north-east, a small one in the south-east; a road runs west to east, and in
     the north-west an arrow and the letter N are painted on the grass.
+
+    Returns
+    -------
+    list of (ndarray (k, 3), str)
+        Polygons (X, Y, Z) in metres, Z up from the grass, and their colours.
     """
     faces = []
     for column in range(-6, 6):
@@ -34,8 +39,23 @@ def village() -> list[Face]:
 def surroundings(reach: int = 12) -> list[Face]:
     """Fields of 12 m x 12 m around the meadow, and the road that goes on, for a photo.
 
-    `reach` counts the fields to each side; they give the ground a scale and a direction
-    as far as the eye can tell. In a drawing in space they would leave no room.
+    They give the ground a scale and a direction as far as the eye can tell. In a
+    drawing in space they would leave no room.
+
+    Parameters
+    ----------
+    reach : int
+        Fields to each side, 6 to 200.
+
+    Returns
+    -------
+    list of (ndarray (k, 3), str)
+        Polygons (X, Y, Z) in metres in the frame of `village`, and their colours.
+
+    Raises
+    ------
+    ValueError
+        If reach is no whole number from 6 to 200.
     """
     reach = _validate.whole(reach, "reach", 6, 200)
     field = 12.0 * np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) - (6, 6, 0)

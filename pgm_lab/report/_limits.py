@@ -43,7 +43,7 @@ def _of_residuals(result: Bundle) -> str:
     cause = (
         "It is divided by the sigma0 stated before, so its limit is that of the normal"
         " distribution (Baarda)."
-        if result.sigma0_prior is not None
+        if result.residual_test == "w"
         else "It is divided by the estimated sigma0, so its limit is that of Pope's tau"
         f" with the redundancy {result.redundancy}; the larger that is, the nearer the"
         " limit comes to 3.29, that of the normal distribution."

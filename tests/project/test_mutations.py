@@ -98,3 +98,9 @@ def test_every_mutation_names_tests_that_exist_and_breaks_one_line():
     for row in rows:
         assert row["breaks"] and "\n" not in row["old"]
         assert all((mutations.ROOT / name).exists() for name in row["tests"].split())
+
+
+def test_the_killer_is_one_test_though_its_name_holds_spaces():
+    row = {"killer": "a.py::test[no folder]", "tests": "a.py b.py", "others": ""}
+    assert mutations.stages(row) == [["a.py::test[no folder]"], ["a.py", "b.py"]]
+    assert mutations.stages(row | {"killer": ""}) == [["a.py", "b.py"]]
