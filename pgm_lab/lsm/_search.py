@@ -1,69 +1,95 @@
-"""The right image, ready to be resampled around the points that are matched."""
+"""The parts of an image around the points that are matched, ready to be resampled."""
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _fine
 
 LARGEST = 32_766  # px, what cv2.remap can address
+SPLINE = -1  # besides OpenCV's names
+# Methods of resampling, from rough to fine, and the pixels to each side they rest on
+METHODS = {cv2.INTER_LINEAR: 1, cv2.INTER_LANCZOS4: 4, SPLINE: _fine.REACH}
 
 
 @dataclass(frozen=True)
-class Search:
-    """Part of the right image around the start points, ready to be resampled."""
+class Parts:
+    """The image around m windows: the parts stand below each other in one array.
+
+    `grey` holds grey values in single precision, or the coefficients of a spline;
+    `corner` (m, 2) takes columns and rows of the image to those of the array.
+    """
 
     grey: np.ndarray
-    coefficients: np.ndarray
     corner: np.ndarray
-    shape: tuple[int, int]
+    method: int
 
     @classmethod
     def of(
-        cls, image: np.ndarray, mean: float, centres: np.ndarray, reach: int
-    ) -> "Search":
-        """Prepare an image around the centres (n, 2), as far as windows may reach."""
-        part, corner = crop(image, centres, reach + _fine.REACH)
-        if max(part.shape) > LARGEST:
-            raise ValueError(
-                f"the points extend over {part.shape[1]} x {part.shape[0]} px of the"
-                f" right image; match at most {LARGEST} px at a time"
-            )
-        part = part - mean
-        fine = _fine.coefficients(part)
-        return cls(part.astype(np.float32), fine, corner, image.shape)
+        cls,
+        image: np.ndarray,
+        means: np.ndarray,
+        T: np.ndarray,
+        k: np.ndarray,
+        reach: float,
+        method: int,
+    ) -> "Parts":
+        """Prepare the windows k of T (m, 2, 3), as far as `reach`, less their means."""
+        pixels = np.rint(T[k, :, 0]).astype(int)
+        margin = int(np.ceil(reach + 0.5)) + METHODS[method]
+        size = 2 * margin + 1
+        grey = cut(image, pixels, margin) - means[k, None, None]
+        grey = grey.astype(np.float32).reshape(-1, size)
+        corner = np.full((len(T), 2), np.nan)
+        corner[k] = pixels - margin
+        corner[k, 1] -= np.arange(len(k)) * size
+        return cls(
+            _fine.coefficients(grey) if method == SPLINE else grey, corner, method
+        )
 
-    def bilinear(self, X: np.ndarray) -> np.ndarray:
-        """Grey values at X (m, 2, k), quick and rough."""
-        return self._remapped(X, cv2.INTER_LINEAR)
+    def at(self, X: np.ndarray, k: np.ndarray) -> np.ndarray:
+        """Grey values at X (j, 2, pixels) of the windows k (j,).
 
-    def lanczos(self, X: np.ndarray) -> np.ndarray:
-        """Grey values at X (m, 2, k); OpenCV 4 rounds X to 1/32 px."""
-        return self._remapped(X, cv2.INTER_LANCZOS4)
-
-    def _remapped(self, X: np.ndarray, method: int) -> np.ndarray:
-        x, y = np.moveaxis(X - self.corner[:, None], 1, 0).astype(np.float32)
-        grey = cv2.remap(self.grey, x, y, method)
-        return grey.astype(float)
-
-    def fine(self, X: np.ndarray) -> np.ndarray:
-        """Grey values at X (m, 2, k), good to a thousandth of the contrast."""
-        x, y = np.moveaxis(X - self.corner[:, None], 1, 0)
-        return _fine.sample(self.coefficients, x, y)
+        The spline is good to a thousandth of the contrast; the others are quick, and
+        OpenCV 4 rounds X to 1/32 px for them.
+        """
+        x, y = np.moveaxis(X - self.corner[k, :, None], 1, 0)
+        if self.method == SPLINE:
+            return _fine.sample(self.grey, x, y)
+        x, y = x.astype(np.float32), y.astype(np.float32)
+        return cv2.remap(self.grey, x, y, self.method).astype(float)
 
 
-def crop(
-    image: np.ndarray, centres: np.ndarray, margin: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Part of an image around all centres (n, 2), and the pixel of its corner."""
-    if not len(centres):
-        centres = np.zeros((1, 2))
-    first = np.maximum(np.floor(centres.min(axis=0)).astype(int) - margin, 0)
-    end = np.ceil(centres.max(axis=0)).astype(int) + margin + 1
-    return image[first[1] : end[1], first[0] : end[0]], first
+def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
+    """Parts (m, size, size) of an image, as far to each side of the pixels (m, 2).
+
+    Beyond its edge the image is mirrored, as the filters of `_fine` do.
+    """
+    size, shape = 2 * reach + 1, np.array(image.shape[::-1])
+    found = np.empty((len(pixels), size, size))
+    inside = np.all((pixels >= reach) & (pixels + reach < shape), axis=1)
+    if inside.any():
+        column, row = pixels[inside].T - reach
+        found[inside] = sliding_window_view(image, (size, size))[row, column]
+    beside = np.arange(-reach, reach + 1)
+    column, row = (
+        _mirrored(pixels[~inside, axis, None] + beside, n)
+        for axis, n in enumerate(shape)
+    )
+    found[~inside] = image[row[:, :, None], column[:, None, :]]
+    return found
+
+
+def _mirrored(index: np.ndarray, n: int) -> np.ndarray:
+    """Indices below n of a row of n pixels, mirrored at its first and its last one."""
+    if n == 1:
+        return np.zeros_like(index)
+    index = np.abs(index) % (2 * n - 2)
+    return np.minimum(index, 2 * n - 2 - index)
 
 
 def start(points: np.ndarray, shape: ArrayLike | None) -> np.ndarray:

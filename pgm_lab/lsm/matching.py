@@ -7,10 +7,12 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _fine, _normal_equations
-from pgm_lab.lsm._search import Search, crop, start
+from pgm_lab.lsm._search import LARGEST, METHODS, Parts, cut, start
 
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
+PATIENCE = 4  # iterations before the derivatives of both windows are used
+SLACK = 1.0  # px that a window may move before its part is prepared anew
 STATUS = "<U25"
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
 
@@ -168,30 +170,27 @@ def match(
     windows[..., 0] = pixels
     status[_outside(windows, half, left.shape)] = "template leaves the image"
     usable = np.flatnonzero(status == "too many iterations")
-    # Counted from their mean, grey values keep more digits
-    means = left.mean(), (right if radiometric else left).mean()
-    part, corner = crop(left, pixels[usable], half + _fine.REACH)
-    part = part - means[0]
-    gradients = _fine.gradient(part)
-    search = Search.of(right, means[1], T[usable, :, 0], (1 + STRETCH) * half)
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, r = np.full((2, n), np.nan)
     iterations = np.zeros(n, int)
-    for first in range(0, len(usable), CHUNK):
-        k = usable[first : first + CHUNK]
-        template = _normal_equations.templates(
-            part, gradients, pixels[k] - corner, half, radiometric
-        )
+    largest = 2 * (STRETCH * half + max(METHODS.values()) + 3) + 1
+    chunk = min(CHUNK, LARGEST // largest)
+    for first in range(0, len(usable), chunk):
+        k = usable[first : first + chunk]
+        template, means = _template(left, pixels[k], half, radiometric)
+        if radiometric:
+            here = np.rint(T[k, :, 0]).astype(int)
+            means[:, 1] = cut(right, here, half).mean(axis=(1, 2))
         T_k, found, iterations[k], status[k] = _iterate(
-            template, search, T[k], half, tolerance, max_iterations
+            template, right, means[:, 1], T[k], half, tolerance, max_iterations
         )
         good = np.flatnonzero(status[k] == "converged")
         template, found = template.part(good), found.part(good)
         Q, s, singular = _normal_equations.precision(template, T_k[good], found)
         k = k[good]
         parameters[k], covariance[k] = _of_left_point(
-            T_k[good], found.h, Q, left_points[k] - pixels[k], means
+            T_k[good], found.h, Q, left_points[k] - pixels[k], means[good]
         )
         sigma0[k], r[k] = s, _normal_equations.correlation(template, found)
         status[k[singular]] = "singular"
@@ -211,9 +210,28 @@ def match(
     )
 
 
+def _template(
+    image: np.ndarray, pixels: np.ndarray, half: int, radiometric: bool
+) -> tuple[_normal_equations.Templates, np.ndarray]:
+    """Left windows around pixels (m, 2), and (m, 2) the mean of each, twice.
+
+    Counted from their mean, grey values keep more digits.
+    """
+    grey = cut(image, pixels, half + _fine.REACH)
+    means = grey.mean(axis=(1, 2))
+    m, size, _ = grey.shape
+    grey = (grey - means[:, None, None]).reshape(-1, size)
+    middle = np.stack([np.zeros(m, int), np.arange(m) * size], axis=1) + size // 2
+    template = _normal_equations.templates(
+        grey, _fine.gradient(grey), middle, half, radiometric
+    )
+    return template, np.stack([means, means], axis=1)
+
+
 def _iterate(
     template: _normal_equations.Templates,
-    search: Search,
+    image: np.ndarray,
+    means: np.ndarray,
     T: np.ndarray,
     half: int,
     tolerance: float,
@@ -225,31 +243,47 @@ def _iterate(
     status[template.singular] = "singular"
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
-    active = np.flatnonzero(~template.singular)
-    for resample, goal in zip(
-        (search.bilinear, search.lanczos, search.fine),
-        (*COARSE, tolerance),
-        strict=True,
-    ):
-        k, arrived = active[iterations[active] < max_iterations], []
+
+    def stage(k: np.ndarray, method: int, goal: float) -> tuple[np.ndarray, np.ndarray]:
+        """Iterate the points k; return which arrived, and which moved by `SLACK`."""
+        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
+        parts = Parts.of(image, means, T, k, reach + SLACK, method)
+        k, arrived, away = k[iterations[k] < max_iterations], [k[:0]], [k[:0]]
         while len(k):
-            found = _normal_equations.solve(template.part(k), resample(T[k] @ grid))
+            B = parts.at(T[k] @ grid, k)
+            found = _normal_equations.solve(template.part(k), B)
             last.put(k, found)
-            dT = T[k][:, :, 1:] @ found.q
+            q, slow = found.q, iterations[k] >= PATIENCE
+            if slow.any():
+                q[slow] = _normal_equations.step_of_both(
+                    template.part(k[slow]), B[slow], found.h[slow, 1]
+                )
+            dT = T[k][:, :, 1:] @ q
             T[k] += dT
             iterations[k] += 1
             moved = np.abs(dT) @ [1, half, half]
             lost = _lost(T[k], first[k], half)
             status[k[lost]] = "diverged"
             status[k[np.isnan(found.vv)]] = "singular"
-            gone = ~lost & _outside(T[k], half, search.shape)
+            gone = ~lost & _outside(T[k], half, image.shape)
             status[k[gone]] = "left the image"
             going = ~lost & ~gone
             there = going & (moved.max(axis=1) <= goal)
             arrived.append(k[there])
-            k = k[going & ~there & (iterations[k] < max_iterations)]
-        active = np.sort(np.concatenate([*arrived, active[:0]]))
-    status[active] = "converged"
+            going &= ~there & (iterations[k] < max_iterations)
+            far = (np.abs(T[k] - before[k]) @ [1, half, half]).max(axis=1) > SLACK
+            away.append(k[going & far])
+            k = k[going & ~far]
+        return np.sort(np.concatenate(arrived)), np.sort(np.concatenate(away))
+
+    k = np.flatnonzero(~template.singular)
+    for method, goal in zip(METHODS, (*COARSE, tolerance), strict=True):
+        arrived = [k[:0]]
+        while len(k):
+            there, k = stage(k, method, goal)
+            arrived.append(there)
+        k = np.sort(np.concatenate(arrived))
+    status[k] = "converged"
     return T, last, iterations, status
 
 
@@ -274,7 +308,7 @@ def _of_left_point(
     h: np.ndarray,
     Q: np.ndarray,
     offset: np.ndarray,
-    means: tuple[float, float],
+    means: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (m, 8) and covariance counted from the point, not from its pixel."""
     parameters = np.concatenate([T.reshape(-1, 6), h], axis=1)
@@ -282,8 +316,9 @@ def _of_left_point(
     P = np.zeros((len(T), 8, Q.shape[-1]))
     P[:, :6, :6] = np.kron(T[:, :, 1:], np.eye(3))
     if Q.shape[-1] == 8:
-        P[:, 6:, 6:] = np.array([[1.0, -means[1]], [0.0, 1.0]])
-    parameters[:, 6] += means[0] - h[:, 1] * means[1]
+        P[:, 6, 6] = P[:, 7, 7] = 1
+        P[:, 6, 7] = -means[:, 1]
+    parameters[:, 6] += means[:, 0] - h[:, 1] * means[:, 1]
     x, y = offset.T
     for values in (parameters, P):
         for a in (0, 3):
