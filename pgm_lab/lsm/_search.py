@@ -37,15 +37,16 @@ class Parts:
         k: np.ndarray,
         reach: float,
         method: int,
+        blur: float = 0.0,
     ) -> "Parts":
         """Prepare the windows k of T (m, 2, 3), as far as `reach`, less their means."""
         pixels = np.rint(T[k, :, 0]).astype(int)
-        margin = int(np.ceil(reach + 0.5)) + METHODS[method]
-        size = 2 * margin + 1
-        grey = cut(image, pixels, margin) - means[k, None, None]
-        grey = grey.astype(np.float32).reshape(-1, size)
+        beside = int(np.ceil(reach + 0.5)) + METHODS[method] + margin(blur)
+        size = 2 * beside + 1
+        grey = cut(image, pixels, beside) - means[k, None, None]
+        grey = blurred(grey.astype(np.float32).reshape(-1, size), blur)
         corner = np.full((len(T), 2), np.nan)
-        corner[k] = pixels - margin
+        corner[k] = pixels - beside
         corner[k, 1] -= np.arange(len(k)) * size
         return cls(
             _fine.coefficients(grey) if method == SPLINE else grey, corner, method
@@ -82,6 +83,17 @@ def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
     )
     found[~inside] = image[row[:, :, None], column[:, None, :]]
     return found
+
+
+def margin(blur: float) -> int:
+    """Pixels to each side that a blurred grey value rests on."""
+    return int(np.ceil(3 * blur))
+
+
+def blurred(grey: np.ndarray, blur: float) -> np.ndarray:
+    """Grey values under a Gaussian of standard deviation `blur`; as they are if 0."""
+    size = 2 * margin(blur) + 1
+    return cv2.GaussianBlur(grey, (size, size), blur) if blur else grey
 
 
 def _mirrored(index: np.ndarray, n: int) -> np.ndarray:

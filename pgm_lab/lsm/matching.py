@@ -6,15 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.lsm import _fine, _normal_equations
-from pgm_lab.lsm._search import LARGEST, METHODS, Parts, cut, start
-
-CHUNK = 128  # points: their windows stay in the cache
-STRETCH = 3  # half windows that a corner may lie from the middle along x or y
-PATIENCE = 4  # iterations before the derivatives of both windows are used
-SLACK = 1.0  # px that a window may move before its part is prepared anew
-STATUS = "<U25"
-COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
+from pgm_lab.lsm import _iteration
+from pgm_lab.lsm._search import start
 
 
 @dataclass(frozen=True)
@@ -164,37 +157,26 @@ def match(
     # Far outside is outside; larger numbers do not fit whole pixels
     pixels = np.rint(np.clip(left_points, -1, max(left.shape))).astype(int)
     T = start(right_points, shape)
-    status = np.full(n, "too many iterations", dtype=STATUS)
-    status[_outside(T, half, right.shape)] = "left the image"
+    status = np.full(n, "too many iterations", dtype=_iteration.STATUS)
+    status[_iteration.outside(T, half, right.shape)] = "left the image"
     windows = np.zeros_like(T) + np.eye(2, 3, 1)
     windows[..., 0] = pixels
-    status[_outside(windows, half, left.shape)] = "template leaves the image"
+    status[_iteration.outside(windows, half, left.shape)] = "template leaves the image"
     usable = np.flatnonzero(status == "too many iterations")
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, r = np.full((2, n), np.nan)
     iterations = np.zeros(n, int)
-    largest = 2 * (STRETCH * half + max(METHODS.values()) + 3) + 1
-    chunk = min(CHUNK, LARGEST // largest)
+    settings = _iteration.Settings(
+        half, radiometric, threshold, tolerance, max_iterations
+    )
+    chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):
         k = usable[first : first + chunk]
-        template, means = _template(left, pixels[k], half, radiometric)
-        if radiometric:
-            here = np.rint(T[k, :, 0]).astype(int)
-            means[:, 1] = cut(right, here, half).mean(axis=(1, 2))
-        T_k, found, iterations[k], status[k] = _iterate(
-            template, right, means[:, 1], T[k], half, tolerance, max_iterations
-        )
-        good = np.flatnonzero(status[k] == "converged")
-        template, found = template.part(good), found.part(good)
-        Q, s, singular = _normal_equations.precision(template, T_k[good], found)
-        k = k[good]
-        parameters[k], covariance[k] = _of_left_point(
-            T_k[good], found.h, Q, left_points[k] - pixels[k], means[good]
-        )
-        sigma0[k], r[k] = s, _normal_equations.correlation(template, found)
-        status[k[singular]] = "singular"
-        status[k[np.abs(r[k]) < threshold]] = "below threshold"
+        found = _iteration.find(left, right, pixels[k], T[k], settings)
+        parameters[k], covariance[k] = _of_left_point(found, left_points[k] - pixels[k])
+        sigma0[k], r[k] = found.sigma0, found.r
+        iterations[k], status[k] = found.iterations, found.status
     for values in (parameters, covariance, sigma0, r):
         values[status != "converged"] = np.nan
     return Match(
@@ -210,115 +192,20 @@ def match(
     )
 
 
-def _template(
-    image: np.ndarray, pixels: np.ndarray, half: int, radiometric: bool
-) -> tuple[_normal_equations.Templates, np.ndarray]:
-    """Left windows around pixels (m, 2), and (m, 2) the mean of each, twice.
-
-    Counted from their mean, grey values keep more digits.
-    """
-    grey = cut(image, pixels, half + _fine.REACH)
-    means = grey.mean(axis=(1, 2))
-    m, size, _ = grey.shape
-    grey = (grey - means[:, None, None]).reshape(-1, size)
-    middle = np.stack([np.zeros(m, int), np.arange(m) * size], axis=1) + size // 2
-    template = _normal_equations.templates(
-        grey, _fine.gradient(grey), middle, half, radiometric
-    )
-    return template, np.stack([means, means], axis=1)
-
-
-def _iterate(
-    template: _normal_equations.Templates,
-    image: np.ndarray,
-    means: np.ndarray,
-    T: np.ndarray,
-    half: int,
-    tolerance: float,
-    max_iterations: int,
-) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray, np.ndarray]:
-    """Iterate from the transformations T (m, 2, 3), resampling more and more finely."""
-    first, grid = T[:, :, 0].copy(), _normal_equations.window_grid(half)
-    status = np.full(len(T), "too many iterations", dtype=STATUS)
-    status[template.singular] = "singular"
-    iterations = np.zeros(len(T), int)
-    last = _normal_equations.Solution.blank(template)
-
-    def stage(k: np.ndarray, method: int, goal: float) -> tuple[np.ndarray, np.ndarray]:
-        """Iterate the points k; return which arrived, and which moved by `SLACK`."""
-        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
-        parts = Parts.of(image, means, T, k, reach + SLACK, method)
-        k, arrived, away = k[iterations[k] < max_iterations], [k[:0]], [k[:0]]
-        while len(k):
-            B = parts.at(T[k] @ grid, k)
-            found = _normal_equations.solve(template.part(k), B)
-            last.put(k, found)
-            q, slow = found.q, iterations[k] >= PATIENCE
-            if slow.any():
-                q[slow] = _normal_equations.step_of_both(
-                    template.part(k[slow]), B[slow], found.h[slow, 1]
-                )
-            dT = T[k][:, :, 1:] @ q
-            T[k] += dT
-            iterations[k] += 1
-            moved = np.abs(dT) @ [1, half, half]
-            lost = _lost(T[k], first[k], half)
-            status[k[lost]] = "diverged"
-            status[k[np.isnan(found.vv)]] = "singular"
-            gone = ~lost & _outside(T[k], half, image.shape)
-            status[k[gone]] = "left the image"
-            going = ~lost & ~gone
-            there = going & (moved.max(axis=1) <= goal)
-            arrived.append(k[there])
-            going &= ~there & (iterations[k] < max_iterations)
-            far = (np.abs(T[k] - before[k]) @ [1, half, half]).max(axis=1) > SLACK
-            away.append(k[going & far])
-            k = k[going & ~far]
-        return np.sort(np.concatenate(arrived)), np.sort(np.concatenate(away))
-
-    k = np.flatnonzero(~template.singular)
-    for method, goal in zip(METHODS, (*COARSE, tolerance), strict=True):
-        arrived = [k[:0]]
-        while len(k):
-            there, k = stage(k, method, goal)
-            arrived.append(there)
-        k = np.sort(np.concatenate(arrived))
-    status[k] = "converged"
-    return T, last, iterations, status
-
-
-def _outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarray:
-    """Whether a corner of the transformed window lies outside the pixel centres."""
-    reach = half * np.abs(T[:, :, 1:]).sum(axis=2)
-    last = np.array(image_shape[::-1]) - 1
-    centre = T[:, :, 0]
-    return np.any((centre - reach < 0) | (centre + reach > last), axis=1)
-
-
-def _lost(T: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
-    """Whether a window drifted too far, or became too large, too small, or mirrored."""
-    area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
-    near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
-    reach = np.abs(T[:, :, 1:]).sum(axis=2).max(axis=1)
-    return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
-
-
 def _of_left_point(
-    T: np.ndarray,
-    h: np.ndarray,
-    Q: np.ndarray,
-    offset: np.ndarray,
-    means: np.ndarray,
+    found: _iteration.Found, offset: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parameters (m, 8) and covariance counted from the point, not from its pixel."""
+    T, h, Q = found.T, found.h, found.Q
+    left_mean, right_mean = found.means.T
     parameters = np.concatenate([T.reshape(-1, 6), h], axis=1)
     # Derivatives of the eight parameters by (q, h0, h1)
     P = np.zeros((len(T), 8, Q.shape[-1]))
     P[:, :6, :6] = np.kron(T[:, :, 1:], np.eye(3))
     if Q.shape[-1] == 8:
         P[:, 6, 6] = P[:, 7, 7] = 1
-        P[:, 6, 7] = -means[:, 1]
-    parameters[:, 6] += means[:, 0] - h[:, 1] * means[:, 1]
+        P[:, 6, 7] = -right_mean
+    parameters[:, 6] += left_mean - h[:, 1] * right_mean
     x, y = offset.T
     for values in (parameters, P):
         for a in (0, 3):

@@ -1,0 +1,242 @@
+"""The iteration of least squares matching, for some points at a time.
+
+Nothing here is checked: that is done in `matching`.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm._search import LARGEST, METHODS, Parts, blurred, cut, margin
+
+CHUNK = 128  # points: their windows stay in the cache
+STRETCH = 3  # half windows that a corner may lie from the middle along x or y
+STATUS = "<U25"
+COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
+PATIENCE = 4  # iterations before the derivatives of both windows are used
+SLACK = 1.0  # px that a window may move before its part is prepared anew
+BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
+BLURRED = 0.3  # px, where the blurred images have done their part
+# What a start from blurred images may mend
+LOST = "diverged", "too many iterations", "below threshold", "left the image"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What `match` was asked for."""
+
+    half: int
+    radiometric: bool
+    threshold: float
+    tolerance: float
+    max_iterations: int
+
+
+@dataclass(frozen=True)
+class Found:
+    """Transformations T (m, 2, 3) and all that goes with them; NaN where not converged.
+
+    `h` (m, 2) and Q (m, u, u), the covariance of (q, h0, h1), belong to grey values
+    less their `means` (m, 2), left and right.
+    """
+
+    T: np.ndarray
+    h: np.ndarray
+    Q: np.ndarray
+    means: np.ndarray
+    sigma0: np.ndarray
+    r: np.ndarray
+    iterations: np.ndarray
+    status: np.ndarray
+
+    def part(self, k: np.ndarray) -> "Found":
+        """Take the points k."""
+        return Found(*(values[k] for values in vars(self).values()))
+
+    def put(self, k: np.ndarray, other: "Found") -> None:
+        """Overwrite the points k."""
+        for name, values in vars(other).items():
+            getattr(self, name)[k] = values
+
+
+def at_once(half: int) -> int:
+    """Points whose windows OpenCV can address in one array, and the cache can hold."""
+    size = 2 * (STRETCH * half + max(METHODS.values()) + margin(BLUR) + 3) + 1
+    return max(1, min(CHUNK, LARGEST // size))
+
+
+def find(
+    left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
+) -> Found:
+    """Match the windows around left pixels (m, 2), from the transformations T.
+
+    A second attempt is made, where the first failed, from what blurred images tell:
+    there the texture is longer, and draws a window in from farther away.
+    """
+    found = attempt(left, right, pixels, T, s)
+    k = np.flatnonzero(np.isin(found.status, LOST))
+    if not len(k):
+        return found
+    start, arrived, n = from_afar(left, right, pixels[k], T[k], s)
+    found.iterations[k] += n
+    k, start = k[arrived], start[arrived]
+    if not len(k):
+        return found
+    again = attempt(left, right, pixels[k], start, s)
+    again.iterations[:] += found.iterations[k]
+    better = again.status == "converged"
+    found.put(k[better], again.part(better))
+    return found
+
+
+def attempt(
+    left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
+) -> Found:
+    """Match the windows once, and say how precisely."""
+    template, means = _windows(left, right, pixels, T, s)
+    goals = zip(METHODS, (*COARSE, s.tolerance), strict=True)
+    T, last, iterations, status = _iterate(
+        template, right, means[:, 1], T, s, list(goals)
+    )
+    good = np.flatnonzero(status == "converged")
+    template, last = template.part(good), last.part(good)
+    Q, sigma0, singular = _normal_equations.precision(template, T[good], last)
+    r = _normal_equations.correlation(template, last)
+    status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
+    # Grey values that are all the same have no correlation: nothing was matched
+    status[good[singular | np.isnan(r)]] = "singular"
+    found = Found(
+        T,
+        np.full((len(T), 2), np.nan),
+        np.full((len(T), *Q.shape[1:]), np.nan),
+        means,
+        *np.full((2, len(T)), np.nan),
+        iterations,
+        status,
+    )
+    found.h[good], found.Q[good], found.sigma0[good], found.r[good] = (
+        last.h,
+        Q,
+        sigma0,
+        r,
+    )
+    return found
+
+
+def from_afar(
+    left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Transformations (m, 2, 3) from blurred images, if they arrived, iterations."""
+    template, means = _windows(left, right, pixels, T, s, BLUR)
+    goals = [(cv2.INTER_LINEAR, BLURRED)]
+    T, _, iterations, status = _iterate(template, right, means[:, 1], T, s, goals, BLUR)
+    return T, status == "converged", iterations
+
+
+def _windows(
+    left: np.ndarray,
+    right: np.ndarray,
+    pixels: np.ndarray,
+    T: np.ndarray,
+    s: Settings,
+    blur: float = 0.0,
+) -> tuple[_normal_equations.Templates, np.ndarray]:
+    """Left windows around pixels (m, 2), and the means (m, 2) of both windows.
+
+    Counted from their mean, grey values keep more digits.
+    """
+    grey = cut(left, pixels, s.half + _fine.REACH + margin(blur))
+    means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
+    if s.radiometric:
+        here = np.rint(T[:, :, 0]).astype(int)
+        means[:, 1] = cut(right, here, s.half).mean(axis=(1, 2))
+    grey -= means[:, 0, None, None]
+    m, size, _ = grey.shape
+    stack = blurred(grey.reshape(-1, size), blur)
+    middle = np.stack([np.zeros(m, int), np.arange(m) * size], axis=1) + size // 2
+    template = _normal_equations.templates(
+        stack, _fine.gradient(stack), middle, s.half, s.radiometric
+    )
+    return template, means
+
+
+def _iterate(
+    template: _normal_equations.Templates,
+    image: np.ndarray,
+    means: np.ndarray,
+    T: np.ndarray,
+    s: Settings,
+    goals: list[tuple[int, float]],
+    blur: float = 0.0,
+) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray, np.ndarray]:
+    """Iterate from T (m, 2, 3), by one method of resampling to its goal, then the next.
+
+    Returns the transformations, the last solution, the numbers of iterations, and a
+    status: "converged" where the last goal was reached.
+    """
+    T, first, half = T.copy(), T[:, :, 0].copy(), s.half
+    grid = _normal_equations.window_grid(half)
+    status = np.full(len(T), "too many iterations", dtype=STATUS)
+    status[template.singular] = "singular"
+    iterations = np.zeros(len(T), int)
+    last = _normal_equations.Solution.blank(template)
+
+    def stage(k: np.ndarray, method: int, goal: float) -> tuple[np.ndarray, np.ndarray]:
+        """Iterate the points k; return which arrived, and which moved by `SLACK`."""
+        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
+        parts = Parts.of(image, means, T, k, reach + SLACK, method, blur)
+        k, arrived, away = k[iterations[k] < s.max_iterations], [k[:0]], [k[:0]]
+        while len(k):
+            B = parts.at(T[k] @ grid, k)
+            found = _normal_equations.solve(template.part(k), B)
+            last.put(k, found)
+            q, slow = found.q, iterations[k] >= PATIENCE
+            if slow.any():
+                q[slow] = _normal_equations.step_of_both(
+                    template.part(k[slow]), B[slow], found.h[slow, 1]
+                )
+            dT = T[k][:, :, 1:] @ q
+            T[k] += dT
+            iterations[k] += 1
+            moved = (np.abs(dT) @ [1, half, half]).max(axis=1)
+            lost = _lost(T[k], first[k], half)
+            status[k[lost]] = "diverged"
+            status[k[np.isnan(found.vv)]] = "singular"
+            gone = ~lost & outside(T[k], half, image.shape)
+            status[k[gone]] = "left the image"
+            going = ~lost & ~gone
+            there = going & (moved <= goal)
+            arrived.append(k[there])
+            going &= ~there & (iterations[k] < s.max_iterations)
+            far = (np.abs(T[k] - before[k]) @ [1, half, half]).max(axis=1) > SLACK
+            away.append(k[going & far])
+            k = k[going & ~far]
+        return np.sort(np.concatenate(arrived)), np.sort(np.concatenate(away))
+
+    k = np.flatnonzero(~template.singular)
+    for method, goal in goals:
+        arrived = [k[:0]]
+        while len(k):
+            there, k = stage(k, method, goal)
+            arrived.append(there)
+        k = np.sort(np.concatenate(arrived))
+    status[k] = "converged"
+    return T, last, iterations, status
+
+
+def outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarray:
+    """Whether a corner of the transformed window lies outside the pixel centres."""
+    reach = half * np.abs(T[:, :, 1:]).sum(axis=2)
+    last = np.array(image_shape[::-1]) - 1
+    centre = T[:, :, 0]
+    return np.any((centre - reach < 0) | (centre + reach > last), axis=1)
+
+
+def _lost(T: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
+    """Whether a window drifted too far, or became too large, too small, or mirrored."""
+    area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
+    near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
+    reach = np.abs(T[:, :, 1:]).sum(axis=2).max(axis=1)
+    return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
