@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, frames, lsm, ncc
 
-ACCEPTED = ("matched", "converged")  # statuses of ncc and of lsm
-
 
 @dataclass(frozen=True, eq=False)
 class Observations:
@@ -189,8 +187,8 @@ def from_matches(
                 f"the match with photo {photo!r} has {len(match.status)} points, but"
                 f" left_points has {n}"
             )
-        good = np.flatnonzero(np.isin(match.status, ACCEPTED))
-        lost = Counter(s for s in match.status.tolist() if s not in ACCEPTED)
+        good = np.flatnonzero(match.accepted)
+        lost = Counter(match.status[~match.accepted].tolist())
         dropped |= {(photo, status): number for status, number in lost.items()}
         photos += [photo] * len(good)
         rays.append(good)

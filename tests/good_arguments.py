@@ -48,7 +48,7 @@ def adjusted():
 def matches():
     chosen = np.array([(20.0, 20.0), (26, 22)])
     found = ncc.match(GREY, GREY, chosen, template=11, search=21)
-    return chosen, {"B": lsm.match(GREY, GREY, chosen, found.points, window=11)}
+    return chosen, {"B": lsm.match(GREY, GREY, chosen, found.points, template=11)}
 
 
 @cache
@@ -139,7 +139,7 @@ def line_fit(**more):
 EYE = {"M": MATRIX}
 ANGLES = {"omega": 0.5, "phi": 0.25, "kappa": -0.5}
 PIXELS = {"image_size": (40, 30), "pixel_size": 0.5}
-INTEREST = {"left": GREY, "right": GREY, "left_points": [(20, 20), (26, 22)]}
+INTEREST = {"left": GREY, "right": GREY, "points": [(20, 20), (26, 22)]}
 SCENE = {
     "lens": camera.Camera(5.0),
     "exterior": (5.0, 5, 100, 0.02, -0.01, 0.3),
@@ -280,11 +280,11 @@ FUNCTIONS = {
     "ledger.figure": lambda: dict(rows=ledger.verdicts("1")),
     "ledger.summary": lambda: dict(rows=ledger.verdicts("1")),
     "lsm.match": lambda: INTEREST | dict(
-        right_points=[(20.0, 20), (26, 22)], window=11, shape=np.eye(2)
+        start=[(20.0, 20), (26, 22)], template=11, shape=np.eye(2)
     ),
     "lsm.adjust": lambda: dict(
-        left=GREY, right=GREY, left_points=[(20.0, 20)],
-        parameters=[(20.25, 1, 0, 20, 0, 1, 0, 1)], window=11,
+        left=GREY, right=GREY, points=[(20.0, 20)],
+        parameters=[(20.25, 1, 0, 20, 0, 1, 0, 1)], template=11,
     ),
     "lsm.cramer_rao": lambda: dict(
         grey=GREY[:11, :11],
@@ -292,7 +292,7 @@ FUNCTIONS = {
         shape=np.eye(2),
     ),
     "lsm.defects.match": lambda: INTEREST | dict(
-        start=[(20.0, 20), (26, 22)], window=11
+        start=[(20.0, 20), (26, 22)], template=11
     ),
     "ncc.match": lambda: dict(
         left=GREY, right=GREY, points=[(20, 20), (26, 22)], start=[(20, 20), (26, 22)],

@@ -41,7 +41,7 @@ def of(found, **changes):
 def test_only_accepted_matches_become_rays_and_the_others_are_counted():
     found = matches()
     for name, match in found.items():
-        assert np.all(match.converged), name
+        assert np.all(match.accepted), name
     status = found["B"].status.copy()
     status[[0, 1]], status[2] = "diverged", "below threshold"
     bad = replace(found["B"], status=status)
@@ -117,7 +117,7 @@ def test_ncc_and_lsm_go_side_by_side():
     )
     coarse = ncc.match(left, right, POINTS, search=41, refine="parabola")
     seen = of({"B": found["B"], "C": coarse})
-    assert seen.photo.count("C") == np.sum(coarse.status == "matched") > 40
+    assert seen.photo.count("C") == np.sum(coarse.status == "accepted") > 40
 
 
 @pytest.mark.parametrize(

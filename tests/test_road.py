@@ -63,7 +63,7 @@ def walk(grey):
         coarse = ncc.match(
             grey["A"], grey[name], CHOSEN, CHOSEN - [shift, 0], search=71
         )
-        assert np.all(coarse.status == "matched")
+        assert np.all(coarse.status == "accepted")
         matches[name] = lsm.match(grey["A"], grey[name], CHOSEN, coarse.points)
     seen = observations.from_matches(CHOSEN, matches, SIZE, PIXEL, left="A")
     names, (a, b, c) = seen.common("A", "B", "C")

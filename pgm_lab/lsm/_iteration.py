@@ -13,14 +13,15 @@ from pgm_lab.lsm._search import LARGEST, METHODS, Parts, blurred, cut, margin
 
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
-STATUS = "<U25"
+STATUS = "<U40"
+UNDETERMINED = "position not determined"
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
 PATIENCE = 4  # iterations before the derivatives of both windows are used
 SLACK = 1.0  # px that a window may move before its part is prepared anew
 BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
 BLURRED = 0.3  # px, where the blurred images have done their part
 # What a start from blurred images may mend
-LOST = "diverged", "too many iterations", "below threshold", "left the image"
+LOST = "diverged", "too many iterations", "below threshold", "window leaves the image"
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def find(
         return found
     again = attempt(left, right, pixels[k], start, s)
     again.iterations[:] += found.iterations[k]
-    better = again.status == "converged"
+    better = again.status == "accepted"
     found.put(k[better], again.part(better))
     return found
 
@@ -100,13 +101,14 @@ def attempt(
     T, last, iterations, status = _iterate(
         template, right, means[:, 1], T, s, list(goals)
     )
-    good = np.flatnonzero(status == "converged")
+    good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
     Q, sigma0, singular = _normal_equations.precision(template, T[good], last)
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
+    status[good[singular]] = UNDETERMINED
     # Grey values that are all the same have no correlation: nothing was matched
-    status[good[singular | np.isnan(r)]] = "singular"
+    status[good[np.isnan(r)]] = "flat window"
     found = Found(
         T,
         np.full((len(T), 2), np.nan),
@@ -132,7 +134,7 @@ def from_afar(
     template, means = _windows(left, right, pixels, T, s, BLUR)
     goals = [(cv2.INTER_LINEAR, BLURRED)]
     T, _, iterations, status = _iterate(template, right, means[:, 1], T, s, goals, BLUR)
-    return T, status == "converged", iterations
+    return T, status == "accepted", iterations
 
 
 def _windows(
@@ -174,12 +176,13 @@ def _iterate(
     """Iterate from T (m, 2, 3), by one method of resampling to its goal, then the next.
 
     Returns the transformations, the last solution, the numbers of iterations, and a
-    status: "converged" where the last goal was reached.
+    status: "accepted" where the last goal was reached.
     """
     T, first, half = T.copy(), T[:, :, 0].copy(), s.half
     grid = _normal_equations.window_grid(half)
     status = np.full(len(T), "too many iterations", dtype=STATUS)
-    status[template.singular] = "singular"
+    status[template.singular] = UNDETERMINED
+    status[template.flat] = "flat template"
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
 
@@ -203,9 +206,9 @@ def _iterate(
             moved = (np.abs(dT) @ [1, half, half]).max(axis=1)
             lost = _lost(T[k], first[k], half)
             status[k[lost]] = "diverged"
-            status[k[np.isnan(found.vv)]] = "singular"
+            status[k[np.isnan(found.vv)]] = "flat window"
             gone = ~lost & outside(T[k], half, image.shape)
-            status[k[gone]] = "left the image"
+            status[k[gone]] = "window leaves the image"
             going = ~lost & ~gone
             there = going & (moved <= goal)
             arrived.append(k[there])
@@ -222,7 +225,7 @@ def _iterate(
             there, k = stage(k, method, goal)
             arrived.append(there)
         k = np.sort(np.concatenate(arrived))
-    status[k] = "converged"
+    status[k] = "accepted"
     return T, last, iterations, status
 
 

@@ -24,7 +24,8 @@ class Templates:
     """Left windows of m points, k pixels each, and what they alone determine.
 
     `rows` (m, u, k) holds G, then 1 if h0 is estimated, then A; `gram` their products;
-    `Q` the inverse of the normal matrix without h1, and `a` its solution for A.
+    `Q` the inverse of the normal matrix without h1, and `a` its solution for A; `flat`
+    marks windows whose grey values are all the same.
     """
 
     rows: np.ndarray
@@ -32,6 +33,7 @@ class Templates:
     Q: np.ndarray
     a: np.ndarray
     singular: np.ndarray
+    flat: np.ndarray
 
     def part(self, k: np.ndarray) -> "Templates":
         """Take the points k, in ascending order: all of them are not copied."""
@@ -101,7 +103,8 @@ def templates(
     a, Q, _, singular = normal.solve(gram[:, :-1, :-1], gram[:, :-1, -1])
     # Where all lines run one way, the derivative along them is rounding
     singular |= _weakest_gradient(gram) <= FLAT * gram[:, -1, -1]
-    return Templates(rows, gram, Q, a, singular)
+    flat = np.ptp(rows[:, -1], axis=1) == 0
+    return Templates(rows, gram, Q, a, singular | flat, flat)
 
 
 def solve(left: Templates, B: np.ndarray) -> Solution:

@@ -104,7 +104,7 @@ def _mirrored(index: np.ndarray, n: int) -> np.ndarray:
     return np.minimum(index, 2 * n - 2 - index)
 
 
-def start(points: np.ndarray, shape: ArrayLike | None) -> np.ndarray:
+def transformations(points: np.ndarray, shape: ArrayLike | None) -> np.ndarray:
     """Transformations (n, 2, 3) that the first iteration starts from."""
     T = np.zeros((len(points), 2, 3))
     T[:, :, 0] = points

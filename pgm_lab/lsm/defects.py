@@ -68,10 +68,10 @@ class Match:
 def match(
     left: ArrayLike,
     right: ArrayLike,
-    left_points: ArrayLike,
+    points: ArrayLike,
     start: ArrayLike,
     defects: Iterable[str] = (),
-    window: int = 21,
+    template: int = 21,
     iterations: int = 30,
 ) -> Match:
     """Match points by least squares, with the defects that are asked for.
@@ -80,15 +80,15 @@ def match(
     ----------
     left, right : array_like (rows, columns)
         Grey values.
-    left_points : array_like (n, 2)
+    points : array_like (n, 2)
         (column, row) of pixels in the left image: whole numbers.
     start : array_like (n, 2)
         Where they lie in the right image, to a pixel or so.
     defects : iterable of str
         Names out of `DEFECTS`; `PROGRAM` has those of the printed program. Without any
         the matching is correct.
-    window : int
-        Side of the window in pixels, odd.
+    template : int
+        Pixels across the template, the window of the left image, odd.
     iterations : int
         How many steps at most.
 
@@ -132,10 +132,10 @@ def match(
     iterations = _validate.whole(iterations, "iterations", 1)
     named = _validate.texts(defects, "defects")
     defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in named}
-    left_points = _validate.point_list(left_points, "left_points")
-    start = _validate.point_list(start, "start", len(left_points))
-    x, y, template = _windows(left, left_points, _validate.window(window, "window"))
-    origin = left_points if "uncentred" in defects else np.zeros_like(left_points)
+    points = _validate.point_list(points, "points")
+    start = _validate.point_list(start, "start", len(points))
+    x, y, grey = _windows(left, points, _validate.window(template, "template"))
+    origin = points if "uncentred" in defects else np.zeros_like(points)
     x, y = x + origin[:, :1], y + origin[:, 1:]
     n, u = len(start), 6 if "six parameters" in defects else 8
     p = np.tile([0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0], (n, 1))
@@ -149,7 +149,7 @@ def match(
             break
         g, gx, gy = _resampled(right, _transformed(p, x, y, defects), defects)
         h0, h1 = p[:, 6:7], p[:, 7:8]
-        L = template - (h0 + h1 * g)
+        L = grey - (h0 + h1 * g)
         if step == 0 or "first gradients" not in defects:
             A = _design(h1 * gx, h1 * gy, g, x, y, defects)[..., :u]
         inside = np.all(np.isfinite(A.sum(axis=-1) + L), axis=-1)
@@ -169,15 +169,15 @@ def match(
 
 
 def _windows(
-    image: np.ndarray, centres: np.ndarray, window: int
+    image: np.ndarray, centres: np.ndarray, size: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y from the centre of the window, and grey values (n, pixels)."""
-    half = window // 2
+    half = size // 2
     far = np.array(image.shape[::-1]) - 1 - half
     outside = np.any((centres < half) | (centres > far))
     if outside or np.any(centres != np.round(centres)):
         raise ValueError(
-            f"left_points must be whole numbers, {half} px or more from the border of"
+            f"points must be whole numbers, {half} px or more from the border of"
             " the left image"
         )
     y, x = (part.ravel() for part in np.mgrid[-half : half + 1, -half : half + 1])

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _iteration
-from pgm_lab.lsm._search import start
+from pgm_lab.lsm._search import transformations
 
 
 @dataclass(frozen=True)
@@ -17,9 +17,9 @@ class Match:
     Attributes
     ----------
     points : ndarray (n, 2)
-        Points in the right image, (column, row) in pixels; NaN unless converged.
+        Points in the right image, (column, row) in pixels; NaN unless accepted.
     covariance : ndarray (n, 2, 2)
-        Their covariance in square pixels; NaN unless converged.
+        Their covariance in square pixels; NaN unless accepted.
     sigma0 : ndarray (n,)
         Standard deviation of a grey value of the left image minus h0 + h1 times one of
         the right: sqrt(vᵀv / redundancy), freed from the smoothing that interpolation
@@ -39,10 +39,11 @@ class Match:
     iterations : ndarray (n,) of int
         Iterations, coarse and fine.
     status : ndarray (n,) of str
-        "converged"; "template leaves the image"; "left the image" (the right window
-        did, at the start or later); "singular" (no texture, or lines that all run one
-        way); "diverged" (moved by more than half a window or took an impossible shape);
-        "too many iterations"; "below threshold" (it converged, but to something else).
+        "accepted"; "template leaves the image"; "window leaves the image" (the right
+        window did, at the start or later); "flat template"; "flat window"; "position
+        not determined" (lines that all run one way); "diverged" (moved by more than
+        half a window or took an impossible shape); "too many iterations"; "below
+        threshold" (it converged, but to something else).
     """
 
     points: np.ndarray
@@ -56,17 +57,17 @@ class Match:
     status: np.ndarray
 
     @property
-    def converged(self) -> np.ndarray:
-        """Whether the status is "converged": ndarray (n,) of bool."""
-        return self.status == "converged"
+    def accepted(self) -> np.ndarray:
+        """Whether the status is "accepted": ndarray (n,) of bool."""
+        return self.status == "accepted"
 
 
 def match(
     left: ArrayLike,
     right: ArrayLike,
-    left_points: ArrayLike,
-    right_points: ArrayLike,
-    window: int = 21,
+    points: ArrayLike,
+    start: ArrayLike | None = None,
+    template: int = 21,
     *,
     radiometric: bool = True,
     shape: ArrayLike | None = None,
@@ -86,14 +87,14 @@ def match(
     ----------
     left, right : array_like (rows, columns)
         Grey values, 8 or 16 bit or float.
-    left_points : array_like (n, 2)
+    points : array_like (n, 2)
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
-    right_points : array_like (n, 2)
-        Where they are in the right image: to half the shortest wave of the texture,
+    start : array_like (n, 2), optional
+        Where they are in the right image, or at `points` when missing: to half the shortest wave of the texture,
         two pixels where it is soft and one where it is sharp.
-    window : int
-        Pixels across the window, odd, at least 5.
+    template : int
+        Pixels across the template, the window of the left image, odd, at least 5.
     radiometric : bool
         False leaves h0 = 0 and h1 = 1.
     shape : array_like (2, 2) or (n, 2, 2), optional
@@ -140,25 +141,25 @@ def match(
     >>> bool(np.abs(found.points[0] - truth).max() < 0.02)
     True
     >>> print(found.status[0], found.iterations[0])
-    converged 3
+    accepted 3
     """
-    window = _validate.window(window, "window", 5)
+    template = _validate.window(template, "template", 5)
     radiometric = _validate.flag(radiometric, "radiometric")
-    half = window // 2
-    left = _validate.image(left, "left", window)
-    right = _validate.image(right, "right", window)
-    left_points = _validate.point_list(left_points, "left_points")
-    n = len(left_points)
-    right_points = _validate.point_list(right_points, "right_points", n)
+    half = template // 2
+    left = _validate.image(left, "left", template)
+    right = _validate.image(right, "right", template)
+    points = _validate.point_list(points, "points")
+    n = len(points)
+    start = _validate.point_list(points if start is None else start, "start", n)
     tolerance = _validate.positive_number(tolerance, "tolerance", "px")
     if not 0 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     # Far outside is outside; larger numbers do not fit whole pixels
-    pixels = np.rint(np.clip(left_points, -1, max(left.shape))).astype(int)
-    T = start(right_points, shape)
+    pixels = np.rint(np.clip(points, -1, max(left.shape))).astype(int)
+    T = transformations(start, shape)
     status = np.full(n, "too many iterations", dtype=_iteration.STATUS)
-    status[_iteration.outside(T, half, right.shape)] = "left the image"
+    status[_iteration.outside(T, half, right.shape)] = "window leaves the image"
     windows = np.zeros_like(T) + np.eye(2, 3, 1)
     windows[..., 0] = pixels
     status[_iteration.outside(windows, half, left.shape)] = "template leaves the image"
@@ -174,11 +175,11 @@ def match(
     for first in range(0, len(usable), chunk):
         k = usable[first : first + chunk]
         found = _iteration.find(left, right, pixels[k], T[k], settings)
-        parameters[k], covariance[k] = _of_left_point(found, left_points[k] - pixels[k])
+        parameters[k], covariance[k] = _of_left_point(found, points[k] - pixels[k])
         sigma0[k], r[k] = found.sigma0, found.r
         iterations[k], status[k] = found.iterations, found.status
     for values in (parameters, covariance, sigma0, r):
-        values[status != "converged"] = np.nan
+        values[status != "accepted"] = np.nan
     return Match(
         points=parameters[:, [0, 3]],
         covariance=covariance[:, [[0], [3]], [[0, 3]]],
@@ -186,7 +187,7 @@ def match(
         parameters=parameters,
         parameter_covariance=covariance,
         r=r,
-        redundancy=window**2 - u,
+        redundancy=template**2 - u,
         iterations=iterations,
         status=status,
     )

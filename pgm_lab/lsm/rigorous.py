@@ -15,9 +15,9 @@ NAMES = ("a0", "a1", "a2", "b0", "b1", "b2", "h0", "h1")
 def adjust(
     left: ArrayLike,
     right: ArrayLike,
-    left_points: ArrayLike,
+    points: ArrayLike,
     parameters: ArrayLike,
-    window: int = 21,
+    template: int = 21,
     *,
     radiometric: bool = True,
     line_search: bool = True,
@@ -34,13 +34,13 @@ def adjust(
     ----------
     left, right : array_like (rows, columns)
         Grey values.
-    left_points : array_like (n, 2)
+    points : array_like (n, 2)
         Points in the left image, (column, row) in pixels.
     parameters : array_like (n, 8)
         Start values (a0, a1, a2, b0, b1, b2, h0, h1), as `Match.parameters`: the point
         in the right image is (a0, b0), and x, y count from the left point.
-    window : int
-        Pixels across the window, odd, at least 5.
+    template : int
+        Pixels across the template, the window of the left image, odd, at least 5.
     radiometric : bool
         False holds h0 = 0 and h1 = 1, whatever the start values say.
     line_search, max_iterations
@@ -80,25 +80,25 @@ def adjust(
     >>> found.residuals.shape, int(found.redundancy[0])
     ((1, 441), 433)
     """
-    window = _validate.window(window, "window", 5)
+    template = _validate.window(template, "template", 5)
     radiometric = _validate.flag(radiometric, "radiometric")
-    half = window // 2
-    left = _validate.image(left, "left", window)
-    right = _validate.image(right, "right", window)
-    left_points = _validate.point_list(left_points, "left_points")
+    half = template // 2
+    left = _validate.image(left, "left", template)
+    right = _validate.image(right, "right", template)
+    points = _validate.point_list(points, "points")
     start = _validate.finite(parameters, "parameters")
-    if start.shape != (len(left_points), 8):
+    if start.shape != (len(points), 8):
         raise ValueError(
-            f"parameters must be {(len(left_points), 8)}, one row {NAMES} per point;"
+            f"parameters must be {(len(points), 8)}, one row {NAMES} per point;"
             f" got {start.shape}"
         )
     _, x, y = window_grid(half)
     line_search = _validate.flag(line_search, "line_search")
-    pixels = np.rint(np.clip(left_points, -1, max(left.shape))).astype(int)
+    pixels = np.rint(np.clip(points, -1, max(left.shape))).astype(int)
     columns, rows = pixels[:, :1] + x.astype(int), pixels[:, 1:] + y.astype(int)
     inside = (pixels >= half) & (pixels < np.array(left.shape[::-1]) - half)
     _validate.refuse(
-        ~inside.all(axis=1), "the windows of left_points {} leave the left image"
+        ~inside.all(axis=1), "the windows of points {} leave the left image"
     )
     mean = right.mean()
     fine = _fine.coefficients(right - mean)
@@ -126,7 +126,7 @@ def adjust(
         grey_values,
         start[:, :u],
         left[rows, columns],
-        args=(left_points - pixels,),
+        args=(points - pixels,),
         names=NAMES[:u],
         line_search=line_search,
         max_iterations=max_iterations,

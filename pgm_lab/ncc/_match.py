@@ -30,12 +30,12 @@ class Match:
         not itself a neighbour of the first); -1 where there is no other peak, NaN
         where there is no map.
     covariance : ndarray (n, 2, 2)
-        Of the position, in square pixels; NaN unless the status is "matched".
+        Of the position, in square pixels; NaN unless the status is "accepted".
     status : ndarray (n,) of str
-        "matched"; "template leaves the image"; "search window leaves the image": no
+        "accepted"; "template leaves the image"; "window leaves the image": no
         position of the template in it lies in the image; "flat template"; "flat search
         window"; "peak on the edge of the image": the match may lie beyond; "peak on the
-        border of the search window": enlarge it, or improve the start; "below
+        border of the search": enlarge it, or improve the start; "below
         threshold"; "ambiguous": the second peak is almost as high; "ridge instead of a
         peak": the position along an edge is not determined, not even to a pixel;
         "another point from the right": the way back from the right image ends elsewhere
@@ -47,6 +47,11 @@ class Match:
     second: np.ndarray
     covariance: np.ndarray
     status: np.ndarray
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Whether the status is "accepted": ndarray (n,) of bool."""
+        return self.status == "accepted"
 
 
 def match(
@@ -142,7 +147,7 @@ def match(
            [55.25, 51.  ],
            [  nan,   nan]])
     >>> found.status[[0, 2]]
-    array(['matched', 'template leaves the image'], dtype='<U40')
+    array(['accepted', 'template leaves the image'], dtype='<U40')
     """
     left, right = image(left, "left"), image(right, "right")
     for name, grey in (("left", left), ("right", right)):
@@ -162,22 +167,20 @@ def match(
     distance = _validate.positive_number(distance, "distance", "px")
 
     cut, centre = np.floor(points + 0.5), np.floor(start + 0.5)
-    status = np.full(len(points), "matched", dtype="<U40")
-    status[~_overlaps(centre, search, template, right)] = (
-        "search window leaves the image"
-    )
+    status = np.full(len(points), "accepted", dtype="<U40")
+    status[~_overlaps(centre, search, template, right)] = "window leaves the image"
     status[~_inside(cut, template, left)] = "template leaves the image"
     r, second = np.full((2, len(points)), np.nan)
     found = np.full((len(points), 2), np.nan)
     covariance = np.full((len(points), 2, 2), np.nan)
 
-    todo = np.flatnonzero(status == "matched")
+    todo = np.flatnonzero(status == "accepted")
     for part in (todo[some] for some in chunks(len(todo), math.prod(search))):
         templates = _windows(left, cut[part], (template, template))
         searches = _windows(right, centre[part], search)
-        status[part[flat(searches)]] = "flat search window"
+        status[part[flat(searches)]] = "flat window"
         status[part[flat(templates)]] = "flat template"
-        good = status[part] == "matched"
+        good = status[part] == "accepted"
         part, templates = part[good], templates[good]
         if not len(part):
             continue
@@ -200,14 +203,14 @@ def match(
         middle = np.array(maps.shape[:0:-1]) // 2
         found[part] = np.stack([column, row], axis=1) - middle + step
         covariance[part] = Q
-        status[part[ridge]] = "ridge instead of a peak"
+        status[part[ridge]] = "position not determined"
         status[part[second[part] > ratio * r[part]]] = "ambiguous"
         status[part[r[part] < threshold]] = "below threshold"
-        status[part[border]] = "peak on the border of the search window"
+        status[part[border]] = "peak on the border of the search"
         status[part[edge]] = "peak on the edge of the image"
     found += centre + (points - cut)
     if back is not None:
-        k = np.flatnonzero(status == "matched")
+        k = np.flatnonzero(status == "accepted")
         home = match(
             right, left, found[k], points[k], template, search, -1.0, 1.0, refine
         )
@@ -215,7 +218,7 @@ def match(
         status[k[~(gone <= _validate.positive_number(back, "back", "px"))]] = (
             "another point from the right"
         )
-    covariance[status != "matched"] = np.nan
+    covariance[status != "accepted"] = np.nan
     return Match(found, r, second, covariance, status)
 
 

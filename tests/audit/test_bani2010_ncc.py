@@ -190,7 +190,7 @@ def test_whole_pixels_are_good_to_half_a_pixel_and_a_parabola_to_hundredths():
         pair = simulate.texture_pair(texture, (240, 240), affine, sigma=2.0, seed=k)
         for refine, found in errors.items():
             matched = ncc.match(*pair, points, search=31, refine=refine)
-            assert set(matched.status) == {"matched"}
+            assert set(matched.status) == {"accepted"}
             found.append(matched.points - points - shift)
     rms = {refine: np.sqrt(np.mean(np.square(e))) for refine, e in errors.items()}
     assert rms[None] == pytest.approx(0.289, abs=0.01)

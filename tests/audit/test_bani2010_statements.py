@@ -148,7 +148,7 @@ def test_h0_and_h1_bring_the_errors_from_ten_times_the_bound_to_the_bound():
     rms = {}
     for radiometric in (True, False):
         m = lsm.match(left, right, points, points + (2, -2), radiometric=radiometric)
-        error = (m.points - points - (2.3, -1.6))[m.converged]
+        error = (m.points - points - (2.3, -1.6))[m.accepted]
         rms[radiometric] = np.sqrt(np.mean(error**2))
     assert rms[False] > 5 * rms[True] and rms[True] < 0.0035
 

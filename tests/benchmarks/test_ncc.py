@@ -89,7 +89,7 @@ MATCH = "2000 points, 21 in 51"
 def test_match(benchmark):
     left, right, points = scene()
     found = benchmark(ncc.match, left, right, points)
-    assert set(found.status) == {"matched"}
+    assert set(found.status) == {"accepted"}
     np.testing.assert_array_equal(found.points, points + [-5, 3])
 
 

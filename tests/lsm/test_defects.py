@@ -144,8 +144,8 @@ def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
     ("change", "message"),
     [
         ({"defects": ["centred"]}, "defects must be one of"),
-        ({"left_points": [(40.5, 40)]}, "left_points must be whole numbers"),
-        ({"left_points": [(5, 40)]}, "10 px or more from the border"),
+        ({"points": [(40.5, 40)]}, "points must be whole numbers"),
+        ({"points": [(5, 40)]}, "10 px or more from the border"),
         ({"start": [(40, 40), (41, 41)]}, r"start must have shape \(1, 2\)"),
         ({"window": 20}, "window must be an odd number"),
         ({"left": np.zeros((3, 3, 3))}, "left must have shape"),
@@ -153,7 +153,7 @@ def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
 )
 def test_bad_input_is_refused_with_its_name(change, message):
     left, right = images()
-    good = dict(left=left, right=right, left_points=[(40, 40)], start=[(42, 39)])
+    good = dict(left=left, right=right, points=[(40, 40)], start=[(42, 39)])
     with pytest.raises(ValueError, match=message):
         match(**(good | change))
 

@@ -20,7 +20,7 @@ def test_a_window_is_lost_beyond_half_its_size(half):
     for move in ((1, 0), (0, 1), (-1, 0), (0, -1)):
         for part, lost in ((0.99, False), (1.01, True)):
             at = start[0] + half * part * np.array(move)
-            assert matching._lost(window(*at), start, half)[0] == lost
+            assert _iteration._lost(window(*at), start, half)[0] == lost
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_a_window_is_lost_beyond_half_its_size(half):
 def test_a_window_is_lost_four_times_as_large_or_small_mirrored_or_stretched(
     affine, lost
 ):
-    assert matching._lost(window(affine=affine), window()[:, :, 0], 10)[0] == lost
+    assert _iteration._lost(window(affine=affine), window()[:, :, 0], 10)[0] == lost
 
 
 def test_a_window_may_reach_to_the_last_pixels_of_the_right_photo():
@@ -50,8 +50,8 @@ def test_a_window_may_reach_to_the_last_pixels_of_the_right_photo():
     def status(rows, columns):
         return lsm.adjust(left, right[:rows, :columns], [(30, 28)], start).status[0]
 
-    assert status(38, 45) == "converged"
-    assert status(37, 45) != "converged" and status(38, 44) != "converged"
+    assert status(38, 45) == "accepted"
+    assert status(37, 45) != "accepted" and status(38, 44) != "accepted"
 
 
 def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():
@@ -67,12 +67,12 @@ def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():
 
 
 @pytest.mark.parametrize(
-    ("off", "status"), [(5.0, "converged"), (12.0, "diverged"), (13.0, "diverged")]
+    ("off", "status"), [(5.0, "accepted"), (12.0, "diverged"), (13.0, "diverged")]
 )
 def test_a_match_may_lie_half_a_window_from_its_start_to_each_side(off, status):
     y, x = np.mgrid[:120, :120.0]
     hill = np.exp(-((x - 60) ** 2 + (y - 60) ** 2) / (2 * 30**2))
     photo = 100 * hill + 60 * np.exp(-((x - 75) ** 2 + (y - 50) ** 2) / (2 * 20**2))
     start = 60 + off * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
-    found = lsm.match(photo, photo, np.full((4, 2), 60.0), start, window=21)
+    found = lsm.match(photo, photo, np.full((4, 2), 60.0), start, template=21)
     assert found.status.tolist() == 4 * [status]

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations, matching
+from pgm_lab.lsm import _fine, _iteration, _normal_equations
 
 AFFINE = (3.3, 1.015, 0.02, -2.2, -0.025, 0.99)
 SOFT = simulate.texture(0.2, seed=4)
@@ -41,7 +41,7 @@ def test_without_noise_the_truth_is_found_at_points_between_the_pixels(cutoff, l
     points = spread(40)
     truth = transformed(points)
     found = lsm.match(left, right, points, truth + 0.4)
-    assert found.converged.all()
+    assert found.accepted.all()
     np.testing.assert_allclose(found.points, truth, rtol=0, atol=largest)
     a0, a1, a2, b0, b1, b2 = AFFINE
     shape = found.parameters[:, [1, 2, 4, 5]]
@@ -103,7 +103,7 @@ def test_16_bit_images_match_like_their_grey_values():
     whole = lsm.match(left, right, points, start)
     words = lsm.match(left.astype(np.uint16), right.astype(np.uint16), points, start)
     np.testing.assert_array_equal(words.points, whole.points)
-    assert words.converged.all()
+    assert words.accepted.all()
 
 
 def test_a_point_does_not_feel_what_it_is_matched_together_with():
@@ -132,7 +132,7 @@ def test_a_fast_match_equals_the_dense_adjustment_within_its_precision():
     points = spread(60)
     fast = lsm.match(left, right, points, np.rint(transformed(points)))
     dense = lsm.adjust(left, right, points, fast.parameters)
-    assert set(dense.status) == {"converged"}
+    assert set(dense.status) == {"accepted"}
     sd = np.sqrt(np.diagonal(fast.parameter_covariance, axis1=1, axis2=2))
     # They weigh noisy gradients of the left or of the right image: at sigma 1 and
     # gradients of 25 that moves the result by a few per cent of its precision.
@@ -188,7 +188,7 @@ def test_without_radiometric_parameters_equal_images_match_as_well():
     points = spread(30)
     truth = transformed(points)
     found = lsm.match(left, right, points, np.rint(truth), radiometric=False)
-    assert found.converged.all()
+    assert found.accepted.all()
     assert found.redundancy == 435
     np.testing.assert_array_equal(found.parameters[:, 6:], np.tile([0, 1], (30, 1)))
     assert np.all(found.parameter_covariance[:, 6:] == 0)
@@ -209,8 +209,8 @@ def test_a_turned_image_needs_a_start_shape():
     found = lsm.match(left, right, points, np.rint(truth), shape=turn)
     np.testing.assert_allclose(found.points, truth, rtol=0, atol=2e-4)
     found = lsm.match(left, right, points, np.rint(truth), shape=[turn, turn])
-    assert found.converged.all()
-    assert not lsm.match(left, right, points, np.rint(truth)).converged.any()
+    assert found.accepted.all()
+    assert not lsm.match(left, right, points, np.rint(truth)).accepted.any()
 
 
 def test_an_enlarged_window_is_resampled_out_to_its_corners():
@@ -231,10 +231,10 @@ def test_impossible_windows_are_lost():
     T[3, :, 1:] *= 0.4  # shrunk to less than a quarter of its area
     T[4, 0, 1] = -1.0  # mirrored
     T[5, 0, 0] = np.nan
-    lost = matching._lost(T, np.zeros((6, 2)), 10)
+    lost = _iteration._lost(T, np.zeros((6, 2)), 10)
     assert lost.tolist() == [False] + [True] * 5
     T[2, 0, 1], T[2, 1, 2] = 2.2, 2.2  # more than four times its area
-    assert matching._lost(T, np.zeros((6, 2)), 10)[2]
+    assert _iteration._lost(T, np.zeros((6, 2)), 10)[2]
 
 
 def test_each_misfortune_of_a_point_has_its_name():
@@ -248,14 +248,14 @@ def test_each_misfortune_of_a_point_has_its_name():
     start[3] = (168, 60)
     found = lsm.match(left, right, points, start)
     assert found.status.tolist() == [
-        "singular",
-        "singular",
+        "flat template",
+        "position not determined",
         "template leaves the image",
-        "left the image",
-        "singular",
-        "converged",
+        "window leaves the image",
+        "flat window",
+        "accepted",
     ]
-    bad = ~found.converged
+    bad = ~found.accepted
     for name in ("points", "covariance", "sigma0", "parameters", "r"):
         values = getattr(found, name)
         assert np.isnan(values[bad]).all()
@@ -267,7 +267,7 @@ def test_what_is_not_alike_is_below_the_threshold():
     points = spread(40)
     start = transformed(points)
     plain = lsm.match(left, right, points, start)
-    assert plain.converged.all()
+    assert plain.accepted.all()
     middle = np.median(plain.r)
     strict = lsm.match(left, right, points, start, threshold=middle)
     assert np.all((strict.status == "below threshold") == (plain.r < middle))
@@ -281,7 +281,7 @@ def test_a_window_that_wanders_is_stopped_and_named():
     points = spread(100, margin=25)
     far = points + np.array([7.0, -6.0])
     found = lsm.match(left, right, points, far)
-    assert not found.converged.any()
+    assert not found.accepted.any()
     assert {"too many iterations", "diverged"} & set(found.status)
     once = lsm.match(left, right, points, points + 1.0, max_iterations=1)
     assert set(once.status) == {"too many iterations"}
@@ -292,7 +292,7 @@ def test_a_window_that_leaves_the_image_on_its_way_is_named():
     left, right = pair((-14.0, 1, 0, 0, 0, 1))
     # The true place, column 9, is too near to the border for the window; the start not
     found = lsm.match(left, right, [(23, 80)], [(10.2, 80)])
-    assert found.status[0] == "left the image"
+    assert found.status[0] == "window leaves the image"
 
 
 def test_noise_is_not_taken_for_a_match():
@@ -300,7 +300,7 @@ def test_noise_is_not_taken_for_a_match():
     left, right = rng.normal(100, 2, (2, 120, 120))
     points = rng.uniform(30, 90, (50, 2))
     found = lsm.match(left, right, points, points)
-    assert not found.converged.any()
+    assert not found.accepted.any()
     for name in ("points", "covariance", "sigma0", "parameters", "r"):
         assert np.isnan(getattr(found, name)).all()
 
@@ -310,19 +310,19 @@ def test_no_points_give_no_matches():
     found = lsm.match(left, right, np.empty((0, 2)), np.empty((0, 2)))
     assert found.points.shape == (0, 2)
     assert found.covariance.shape == (0, 2, 2)
-    assert found.converged.shape == (0,)
+    assert found.accepted.shape == (0,)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (dict(window=20), "odd number"),
-        (dict(window=3), "at least 5"),
+        (dict(template=20), "odd number"),
+        (dict(template=3), "at least 5"),
         (dict(left=np.zeros((40, 40, 3))), "colour"),
         (dict(right=np.full((40, 40), np.nan)), "not a finite number"),
         (dict(left=np.zeros((10, 40))), "at least 21 x 21"),
-        (dict(right_points=[(20, 20), (3, 4)]), "right_points must have shape"),
-        (dict(left_points=[(np.nan, 20)]), "left_points"),
+        (dict(start=[(20, 20), (3, 4)]), "start must have shape"),
+        (dict(points=[(np.nan, 20)]), "points"),
         (dict(shape=np.zeros((3, 2, 2))), "shape must be"),
         (dict(tolerance=0), "tolerance must be positive"),
         (dict(threshold=1.5), "threshold must lie between 0 and 1"),
@@ -332,8 +332,8 @@ def test_no_points_give_no_matches():
 )
 def test_bad_input_is_refused_with_a_reason(change, message):
     image = np.random.default_rng(0).normal(size=(40, 40))
-    given = dict(left=image, right=image, left_points=[(20, 20)], window=21)
-    given = given | dict(right_points=[(20, 20)]) | change
+    given = dict(left=image, right=image, points=[(20, 20)], template=21)
+    given = given | dict(start=[(20, 20)]) | change
     with pytest.raises(ValueError, match=message):
         lsm.match(**given)
 
@@ -365,7 +365,7 @@ def test_the_byte_order_of_an_image_changes_no_match(dtype):
         lsm.match(left.astype(kind), right.astype(kind), points, start)
         for kind in (dtype, native)
     )
-    assert found.converged.all()
+    assert found.accepted.all()
     np.testing.assert_array_equal(found.points, expected.points)
     np.testing.assert_array_equal(found.covariance, expected.covariance)
 
@@ -377,7 +377,7 @@ def test_a_window_of_any_type_of_number_is_the_same_window(kind):
     points = spread(2)
     start = transformed(points)
     found = lsm.match(left, right, points, start, kind(21), max_iterations=kind(9))
-    assert found.redundancy == 21**2 - 8 and found.converged.all()
+    assert found.redundancy == 21**2 - 8 and found.accepted.all()
     p = np.tile([0, 1, 0, 0, 0, 1, 0, 1.0], (2, 1))
     p[:, [0, 3]] = start
     dense = lsm.adjust(left, right, points, p, kind(21))
@@ -396,7 +396,7 @@ def test_a_window_may_reach_to_the_outermost_pixel_centres_and_no_farther(
     edge = np.where(side > 0, high, np.where(side < 0, low, (low + high) / 2))
     T = np.tile(np.eye(2, 3, 1) * stretch, (2, 1, 1))
     T[:, :, 0] = edge - 1e-9 * side, edge + 1e-3 * side
-    outside = matching._outside(T, half, (rows, columns))
+    outside = _iteration.outside(T, half, (rows, columns))
     np.testing.assert_array_equal(outside, [False, True])
 
 
@@ -406,7 +406,7 @@ def test_a_start_half_a_pixel_too_near_the_border_has_left_the_image():
     for start, out in (([10.0, 60.0], False), ([9.5, 60.0], True)):
         found = lsm.match(left, right, points, [start], 21, max_iterations=1)
         assert (found.iterations[0] == 0) == out
-        assert (found.status[0] == "left the image") == out or not out
+        assert (found.status[0] == "window leaves the image") == out or not out
 
 
 def test_a_match_whose_covariance_is_singular_is_none(monkeypatch):
@@ -421,7 +421,7 @@ def test_a_match_whose_covariance_is_singular_is_none(monkeypatch):
     left, right = pair()
     points = spread(4)
     found = lsm.match(left, right, points, transformed(points))
-    np.testing.assert_array_equal(found.converged, [False, True, True, True])
-    assert found.status[0] == "singular"
+    np.testing.assert_array_equal(found.accepted, [False, True, True, True])
+    assert found.status[0] == "position not determined"
     for values in (found.points, found.covariance, found.sigma0, found.parameters):
         assert np.isnan(values[0]).all() and np.isfinite(values[1:]).all()

@@ -178,7 +178,7 @@ def test_the_dense_adjustment_names_windows_that_leave_an_image():
     p = np.array([[30, 1, 0, 30, 0, 1, 0, 1.0], [55, 1, 0, 30, 0, 1, 0, 1.0]])
     found = lsm.adjust(left, right, [(30, 30), (30, 30)], p)
     assert found.status.tolist() == ["converged", "diverged"]
-    with pytest.raises(ValueError, match=r"left_points \[1\] leave the left image"):
+    with pytest.raises(ValueError, match=r"points \[1\] leave the left image"):
         lsm.adjust(left, right, [(30, 30), (4, 30)], p)
     with pytest.raises(ValueError, match="parameters must be"):
         lsm.adjust(left, right, [(30, 30)], p)
@@ -243,12 +243,12 @@ def test_without_radiometric_parameters_the_covariance_is_as_promised():
         )
         found = lsm.match(left, right, points, points + (2, -2), 11, radiometric=False)
         assert found.redundancy == 11**2 - 6
-        assert not found.parameter_covariance[found.converged][:, 6:].any()
+        assert not found.parameter_covariance[found.accepted][:, 6:].any()
         np.testing.assert_array_equal(
-            found.parameters[found.converged][:, 6:], [[0, 1]] * found.converged.sum()
+            found.parameters[found.accepted][:, 6:], [[0, 1]] * found.accepted.sum()
         )
-        errors.append((found.points - points - (2.3, -1.6))[found.converged])
-        predicted.append(found.covariance[found.converged])
+        errors.append((found.points - points - (2.3, -1.6))[found.accepted])
+        predicted.append(found.covariance[found.accepted])
     e, C = np.concatenate(errors), np.concatenate(predicted)
     distance = np.einsum("ni,nij,nj->n", e, np.linalg.inv(C), e)
     # Chi square with two degrees of freedom: mean 2, standard deviation 2

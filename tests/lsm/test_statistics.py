@@ -25,7 +25,7 @@ def sample(request):
         scene = lsm_scene.scene(lsm_scene.SOFT, seed)
         left, right = scene.images(request.param, seed=seed)
         found = lsm.match(left, right, scene.points, scene.start)
-        assert np.all(found.converged)
+        assert np.all(found.accepted)
         parts.append((found.points - scene.truth, found.covariance, found.sigma0))
     return request.param, *map(np.concatenate, zip(*parts)), found.redundancy
 
@@ -71,8 +71,8 @@ def test_with_poor_contrast_the_noise_in_the_gradients_counts():
     points = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
     truth = points @ np.reshape(affine, (2, 3))[:, 1:].T + (affine[0], affine[3])
     found = lsm.match(left, right, points, np.rint(truth))
-    assert found.converged.mean() > 0.995
-    good = found.converged
+    assert found.accepted.mean() > 0.995
+    good = found.accepted
     error = (found.points - truth)[good]
     z2 = np.einsum("ni,nij,nj->n", error, np.linalg.inv(found.covariance[good]), error)
     # Five standard deviations of the mean of so many chi squares with two degrees

@@ -88,7 +88,7 @@ def held(scene: lsm_scene.Scene, gain: float, offset: float) -> np.ndarray:
 def summary(parts: list[tuple], variance: float, gain: float) -> tuple:
     """Numbers of a row, from results, errors and bounds for a noise of one."""
     status = np.concatenate([found.status for found, *_ in parts])
-    good = status == "converged"
+    good = status == "accepted"
     names, counts = np.unique(status[~good], return_counts=True)
     trouble = names[counts.argmax()] if len(names) else ""
     counted = len(good), f"{good.mean():.4f}"

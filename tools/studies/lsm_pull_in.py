@@ -44,7 +44,7 @@ def pull_in(
     for error in errors:
         found = lsm.match(left, right, points, truth + error * away, window)
         near = np.hypot(*(found.points - truth).T) < ARRIVED
-        false = found.converged & ~near
+        false = found.accepted & ~near
         share = f"{near.mean():.3f}", f"{false.mean():.3f}"
         table.append((kind, window, f"{error:.2f}", n, *share))
     return table
@@ -66,7 +66,7 @@ def windows(kind: str, sizes: Iterable[int] = SIZES, seeds: int = 2) -> list[tup
                 found = lsm.match(*pair, scene.points, scene.start, window)
                 times.append(time.process_time() - started)
             error, bound = found.points - scene.truth, scene.bound(window)
-            good.append(found.converged)
+            good.append(found.accepted)
             e2.append(error**2)
             b2.append(np.diagonal(bound, axis1=1, axis2=2))
             z2.append(lsm_scene.squared(error, bound))

@@ -85,13 +85,13 @@ def summary(
     )
     error = found.points - truth
     far = np.hypot(*error.T) > FALSE
-    good = found.converged & ~far
+    good = found.accepted & ~far
     error, C = error[good], found.covariance[good]
     z2 = lsm_scene.squared(error, C)
     sd = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
     return (
-        *(len(points), f"{found.converged.mean():.4f}"),
-        f"{np.mean(found.converged & far):.4f}",
+        *(len(points), f"{found.accepted.mean():.4f}"),
+        f"{np.mean(found.accepted & far):.4f}",
         *(f"{mean:.4f}" for mean in error.mean(axis=0)),
         f"{np.sqrt(np.mean(error.var(axis=0))):.4f}",
         f"{np.sqrt(np.mean(error**2)):.4f}",

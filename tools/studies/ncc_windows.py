@@ -96,7 +96,7 @@ def row(scene: tuple, template: int, reach: int) -> list[float]:
     seconds = (time.thread_time() - began) / len(points)
     error = found.points - truth
     right_one = np.abs(error).max(axis=1) <= 1  # False where NaN
-    matched = found.status == "matched"
+    matched = found.accepted
     good = matched & right_one
     return [
         np.mean(right_one),

@@ -1,0 +1,104 @@
+"""The result of matching two photos, and the words that say what became of a point."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# What `ncc.match`, `lsm.match` and `matching.match` say of a point, and what helps
+STATUSES = {
+    "accepted": ("found", ""),
+    "template leaves the image": (
+        "the template reaches beyond the left photo",
+        "take a point farther inside, or a smaller template",
+    ),
+    "window leaves the image": (
+        "what is sought lies beyond the right photo, or too near to its edge",
+        "improve the start; perhaps the right photo does not show the point",
+    ),
+    "no data in the template": (
+        "the template touches pixels that are masked, NaN or infinite",
+        "take another point, or a smaller template",
+    ),
+    "no data in the window": (
+        "all that is searched in the right photo touches pixels without data",
+        "take another point, or a smaller template",
+    ),
+    "flat template": ("all grey values are the same", "take a point with texture"),
+    "flat window": (
+        "all grey values of the right window are the same, as where it is saturated",
+        "take another point, or a photo that is less exposed",
+    ),
+    "position not determined": (
+        "all lines run one way: the position along them could be any",
+        "take a corner, or a larger template",
+    ),
+    "peak on the edge of the image": (
+        "the best place touches the edge of the right photo: the match may lie beyond",
+        "take another point",
+    ),
+    "peak on the border of the search": (
+        "the best place lies at the border of what was searched",
+        "enlarge the search, or improve the start",
+    ),
+    "below threshold": (
+        "nothing that was found is alike enough",
+        "improve the start; perhaps the right photo does not show the point",
+    ),
+    "ambiguous": (
+        "a second place is almost as much alike",
+        "take a larger template, or search less, along the epipolar line",
+    ),
+    "another point from the right": (
+        "sought from the right, another point of the left photo is the best",
+        "perhaps only one of the photos sees the point",
+    ),
+    "diverged": (
+        "the window moved too far from its start, or took an impossible shape",
+        "improve the start, or give its shape",
+    ),
+    "too many iterations": (
+        "the window had not come to rest after the last iteration",
+        "take a larger template, or give its shape",
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """Result of `match` for n points.
+
+    Attributes
+    ----------
+    chosen : ndarray (n, 2)
+        Points in the left photo, (column, row) in pixels: as given, or as picked.
+    points : ndarray (n, 2)
+        Points in the right photo; NaN unless accepted.
+    covariance : ndarray (n, 2, 2)
+        Their covariance in square pixels; NaN unless accepted.
+    shape : ndarray (n, 2, 2)
+        ((a1, a2), (b1, b2)): how the window is turned, scaled and sheared from left to
+        right; NaN unless accepted.
+    r : ndarray (n,)
+        Correlation coefficient of the two windows; NaN where nothing was compared.
+    quality : ndarray (n,)
+        Between 0 and 1, see `match`; NaN unless accepted.
+    status : ndarray (n,) of str
+        "accepted", or what went wrong first: the words of `STATUSES`.
+    left_size, right_size : (int, int)
+        Columns and rows of the photos in pixels.
+    """
+
+    chosen: np.ndarray
+    points: np.ndarray
+    covariance: np.ndarray
+    shape: np.ndarray
+    r: np.ndarray
+    quality: np.ndarray
+    status: np.ndarray
+    left_size: tuple[int, int]
+    right_size: tuple[int, int]
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Whether the status is "accepted": ndarray (n,) of bool."""
+        return self.status == "accepted"
