@@ -33,6 +33,7 @@ class Settings:
     threshold: float
     tolerance: float
     max_iterations: int
+    noise: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def attempt(
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
-    Q, sigma0, singular = _normal_equations.precision(template, T[good], last)
+    Q, sigma0, singular = _normal_equations.precision(template, T[good], last, s.noise)
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
     status[good[singular]] = UNDETERMINED

@@ -159,39 +159,50 @@ def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
 
 
 def precision(
-    left: Templates, T: np.ndarray, found: Solution
+    left: Templates,
+    T: np.ndarray,
+    found: Solution,
+    noise: tuple[float, float] = (1.0, 1.0),
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where N is singular.
 
-    The design matrix is made of noisy grey values: N is too large by E sigma^2 on the
-    average, and the covariance is (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the
-    second order in E: what is left between two photos is not all noise, and the whole
-    series would reject good matches.
+    The noise of the left image to that of the right one is as `noise` says. The design
+    matrix is made of noisy grey values: on the average N is too large by S, the noise
+    that is in its columns, and AᵀL varies by S times the variance that the other image
+    adds to a residual. With N0 = N - S the covariance is
+    N0^-1 (variance N0 + other S) N0^-1, here to the second order in S: what is left
+    between two photos is not all noise, and the whole series would reject good matches.
     """
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6
     half = (round(k**0.5) - 1) // 2
     gain = _noise_gain(T, half)
-    h1 = found.h[:, 1]
+    # What the noise of each image does to a residual, in parts of vᵀv / (k - u)
+    of_left, of_right = noise[0] ** 2, (noise[1] * found.h[:, 1]) ** 2
     # Interpolation averages noise, but not what the derivatives pick out of it
-    variance = found.vv / (k - u) * (1 + h1**2) / (1 + h1**2 * gain)
-    pixel = (variance / (1 + h1**2))[:, None]
+    part = found.vv / (k - u) / (of_left + of_right * gain)
+    of_left, of_right = part * of_left, part * of_right
+    variance = of_left + of_right
     N = np.empty((len(T), u, u))
     m = left.a.shape[1]
     N[:, :m, :m] = left.gram[:, :m, :m]
     if u > m:
         N[:, :m, m] = N[:, m, :m] = found.sums[:, :m]
         N[:, m, m] = found.square
-    # E is diagonal: sums over a window of x, of y and of xy are zero
+    # S is diagonal: sums over a window of x, of y and of xy are zero
     squares = _fine.DERIVATIVE @ _fine.DERIVATIVE * (window_grid(half) ** 2).sum(axis=1)
-    E = np.zeros((len(T), u))
-    E[:, :3] = E[:, 3:6] = squares
+    S, other = np.zeros((2, len(T), u))
+    S[:, :3] = S[:, 3:6] = of_left[:, None] * squares
+    other[:, :6] = of_right[:, None]
     if u > m:
-        E[:, m] = gain * k
-    _, Q, _, singular = normal.solve(N, np.zeros(E.shape))
-    QE = Q * (pixel * E)[:, None]
-    covariance = Q + 2 * QE @ Q + 3 * QE @ QE @ Q
-    return variance[:, None, None] * covariance, np.sqrt(variance), singular
+        S[:, m] = part * noise[1] ** 2 * gain * k
+        other[:, m] = of_left
+    _, Q, _, singular = normal.solve(N, np.zeros(S.shape))
+    QS = Q * S[:, None]
+    QSQ, QR = QS @ Q, Q * (S * other)[:, None]
+    covariance = variance[:, None, None] * (Q + QSQ + QS @ QSQ)
+    covariance += QR @ Q + QS @ QR @ Q + QR @ QSQ
+    return covariance, np.sqrt(variance), singular
 
 
 def _noise_gain(T: np.ndarray, half: int) -> np.ndarray:

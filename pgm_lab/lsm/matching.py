@@ -74,6 +74,7 @@ def match(
     threshold: float = 0.7,
     tolerance: float = 0.02,
     max_iterations: int = 20,
+    noise: ArrayLike = (1.0, 1.0),
 ) -> Match:
     """Match windows around points of the left image in the right one.
 
@@ -91,8 +92,8 @@ def match(
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
     start : array_like (n, 2), optional
-        Where they are in the right image, or at `points` when missing: to half the shortest wave of the texture,
-        two pixels where it is soft and one where it is sharp.
+        Where they are in the right image, to a quarter of the template or so; at
+        `points` when missing.
     template : int
         Pixels across the template, the window of the left image, odd, at least 5.
     radiometric : bool
@@ -107,6 +108,9 @@ def match(
         third in images with much aliasing or noise.
     max_iterations : int
         Most iterations for a point.
+    noise : array_like (2,)
+        Standard deviations of a grey value in the left and in the right image. Only
+        their ratio is used: how large they are is seen from the residuals.
 
     Returns
     -------
@@ -121,7 +125,10 @@ def match(
 
     Notes
     -----
-    The covariance is that of least squares with equal white noise in both images. It
+    The covariance is that of least squares with white noise, equal in both images
+    unless `noise` says otherwise. Where the texture is weak and only one image is noisy
+    that matters: the derivatives of the left window hold the noise of the left image
+    alone, and the predicted standard deviation may be wrong by a factor of two. It
     allows for the noise in the gradients and for what interpolation takes from the
     noise. It does not account for windows that are not related by (B 2.7) to (B 2.9),
     as at the edge of a roof, for aliasing, or for noise that neighbouring pixels share.
@@ -169,7 +176,7 @@ def match(
     sigma0, r = np.full((2, n), np.nan)
     iterations = np.zeros(n, int)
     settings = _iteration.Settings(
-        half, radiometric, threshold, tolerance, max_iterations
+        half, radiometric, threshold, tolerance, max_iterations, _noise(noise)
     )
     chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):
@@ -191,6 +198,18 @@ def match(
         iterations=iterations,
         status=status,
     )
+
+
+def _noise(noise: ArrayLike) -> tuple[float, float]:
+    """Standard deviations of the left and right grey values, up to a factor."""
+    array = _validate.of_shape(noise, (2,), "noise")
+    if np.any(array < 0) or not np.any(array > 0):
+        raise ValueError(
+            "noise must be the standard deviations of the left and of the right grey"
+            f" values, not negative and not both zero; got {array.tolist()}"
+        )
+    left, right = array / array.max()
+    return float(left), float(right)
 
 
 def _of_left_point(

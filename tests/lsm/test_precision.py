@@ -221,8 +221,11 @@ def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiome
         E = np.diag([*E, 0, len(x)][:u] if radiometric else E)
         pixel = vv / r / (1 + h1**2)
         N, Q = A.T @ A, np.linalg.inv(A.T @ A)
+        # The other image adds its noise to each residual that a noisy column multiplies
+        other = pixel * np.diag([*6 * [h1**2], 0, 1][:u])
         more = np.linalg.inv(N - pixel * E)
-        whole = vv / r * more @ N @ more  # `precision` takes the first three terms
+        middle = vv / r * (N - pixel * E) + other @ (pixel * E)
+        whole = more @ middle @ more  # `precision` takes the first three terms
         first = vv / r * Q
         assert C[k].shape == (u, u)
         at = np.ix_([0, 3], [0, 3])
