@@ -21,7 +21,10 @@ SLACK = 1.0  # px that a window may move before its part is prepared anew
 BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
 BLURRED = 0.3  # px, where the blurred images have done their part
 # What a start from blurred images may mend
-LOST = "diverged", "too many iterations", "below threshold", "window leaves the image"
+LOST = (
+    *("diverged", "too many iterations", "below threshold"),
+    *("window leaves the image", "no data in the window"),
+)
 
 
 @dataclass(frozen=True)
@@ -97,10 +100,10 @@ def attempt(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
     """Match the windows once, and say how precisely."""
-    template, means = _windows(left, right, pixels, T, s)
+    template, means, status = _windows(left, right, pixels, T, s)
     goals = zip(METHODS, (*COARSE, s.tolerance), strict=True)
-    T, last, iterations, status = _iterate(
-        template, right, means[:, 1], T, s, list(goals)
+    T, last, iterations = _iterate(
+        template, right, means[:, 1], T, s, list(goals), status
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
@@ -132,9 +135,9 @@ def from_afar(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transformations (m, 2, 3) from blurred images, if they arrived, iterations."""
-    template, means = _windows(left, right, pixels, T, s, BLUR)
+    template, means, status = _windows(left, right, pixels, T, s, BLUR)
     goals = [(cv2.INTER_LINEAR, BLURRED)]
-    T, _, iterations, status = _iterate(template, right, means[:, 1], T, s, goals, BLUR)
+    T, _, iterations = _iterate(template, right, means[:, 1], T, s, goals, status, BLUR)
     return T, status == "accepted", iterations
 
 
@@ -145,24 +148,41 @@ def _windows(
     T: np.ndarray,
     s: Settings,
     blur: float = 0.0,
-) -> tuple[_normal_equations.Templates, np.ndarray]:
-    """Left windows around pixels (m, 2), and the means (m, 2) of both windows.
+) -> tuple[_normal_equations.Templates, np.ndarray, np.ndarray]:
+    """Left windows around pixels (m, 2), means (m, 2) of both windows, and statuses.
 
-    Counted from their mean, grey values keep more digits.
+    Counted from their mean, grey values keep more digits. The status is that of a
+    template that cannot be matched; "too many iterations" of all others, for now.
     """
     grey = cut(left, pixels, s.half + _fine.REACH + margin(blur))
     means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
+    no_data = np.isnan(means[:, 0])
     if s.radiometric:
         here = np.rint(T[:, :, 0]).astype(int)
-        means[:, 1] = cut(right, here, s.half).mean(axis=(1, 2))
+        means[:, 1] = _means_of_data(cut(right, here, s.half))
     grey -= means[:, 0, None, None]
+    grey[no_data] = 0
     m, size, _ = grey.shape
     stack = blurred(grey.reshape(-1, size), blur)
     middle = np.stack([np.zeros(m, int), np.arange(m) * size], axis=1) + size // 2
     template = _normal_equations.templates(
         stack, _fine.gradient(stack), middle, s.half, s.radiometric
     )
-    return template, means
+    status = np.full(m, "too many iterations", dtype=STATUS)
+    status[template.singular] = UNDETERMINED
+    status[template.flat] = "flat template"
+    status[no_data] = "no data in the template"
+    return template, means, status
+
+
+def _means_of_data(windows: np.ndarray) -> np.ndarray:
+    """Means (m,) of the grey values of windows (m, rows, columns) that are not NaN."""
+    means = windows.mean(axis=(1, 2))
+    k = np.flatnonzero(np.isnan(means))
+    known = ~np.isnan(windows[k])
+    n = np.maximum(known.sum(axis=(1, 2)), 1)
+    means[k] = windows[k].sum(axis=(1, 2), where=known) / n
+    return means
 
 
 def _iterate(
@@ -172,18 +192,16 @@ def _iterate(
     T: np.ndarray,
     s: Settings,
     goals: list[tuple[int, float]],
+    status: np.ndarray,
     blur: float = 0.0,
-) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray]:
     """Iterate from T (m, 2, 3), by one method of resampling to its goal, then the next.
 
-    Returns the transformations, the last solution, the numbers of iterations, and a
-    status: "accepted" where the last goal was reached.
+    Returns the transformations, the last solution and the numbers of iterations. The
+    status becomes "accepted" where the last goal was reached.
     """
     T, first, half = T.copy(), T[:, :, 0].copy(), s.half
     grid = _normal_equations.window_grid(half)
-    status = np.full(len(T), "too many iterations", dtype=STATUS)
-    status[template.singular] = UNDETERMINED
-    status[template.flat] = "flat template"
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
 
@@ -208,6 +226,7 @@ def _iterate(
             lost = _lost(T[k], first[k], half)
             status[k[lost]] = "diverged"
             status[k[np.isnan(found.vv)]] = "flat window"
+            status[k[np.isnan(found.total)]] = "no data in the window"
             gone = ~lost & outside(T[k], half, image.shape)
             status[k[gone]] = "window leaves the image"
             going = ~lost & ~gone
@@ -227,7 +246,7 @@ def _iterate(
             arrived.append(there)
         k = np.sort(np.concatenate(arrived))
     status[k] = "accepted"
-    return T, last, iterations, status
+    return T, last, iterations
 
 
 def outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarray:

@@ -13,7 +13,8 @@ from pgm_lab.lsm import _fine
 LARGEST = 32_766  # px, what cv2.remap can address
 SPLINE = -1  # besides OpenCV's names
 # Methods of resampling, from rough to fine, and the pixels to each side they rest on
-METHODS = {cv2.INTER_LINEAR: 1, cv2.INTER_LANCZOS4: 4, SPLINE: _fine.REACH}
+# (the spline takes coefficients up to a pixel away)
+METHODS = {cv2.INTER_LINEAR: 1, cv2.INTER_LANCZOS4: 4, SPLINE: _fine.REACH + 1}
 
 
 @dataclass(frozen=True)
@@ -68,20 +69,35 @@ class Parts:
 def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
     """Parts (m, size, size) of an image, as far to each side of the pixels (m, 2).
 
-    Beyond its edge the image is mirrored, as the filters of `_fine` do.
+    Beyond its edge the image is mirrored, as the filters of `_fine` do. Pixels that are
+    masked, NaN or infinite become NaN: what rests on them is NaN too.
     """
     size, shape = 2 * reach + 1, np.array(image.shape[::-1])
     found = np.empty((len(pixels), size, size))
+    grey, mask = np.ma.getdata(image), np.ma.getmask(image)
     inside = np.all((pixels >= reach) & (pixels + reach < shape), axis=1)
-    if inside.any():
-        column, row = pixels[inside].T - reach
-        found[inside] = sliding_window_view(image, (size, size))[row, column]
+    column, row = pixels[inside].T - reach
     beside = np.arange(-reach, reach + 1)
-    column, row = (
+    columns, rows = (
         _mirrored(pixels[~inside, axis, None] + beside, n)
         for axis, n in enumerate(shape)
     )
-    found[~inside] = image[row[:, :, None], column[:, None, :]]
+    mirrored = rows[:, :, None], columns[:, None, :]
+
+    def parts(values: np.ndarray, into: np.ndarray) -> None:
+        if inside.any():
+            into[inside] = sliding_window_view(values, (size, size))[row, column]
+        if not inside.all():
+            into[~inside] = values[mirrored]
+
+    with np.errstate(over="ignore"):  # of long doubles: infinity says it
+        parts(grey, found)
+    if grey.dtype.kind == "f":
+        found[~np.isfinite(found)] = np.nan
+    if mask is not np.ma.nomask:
+        masked = np.empty(found.shape, bool)
+        parts(mask, masked)
+        found[masked] = np.nan
     return found
 
 

@@ -153,8 +153,8 @@ def match(
     template = _validate.window(template, "template", 5)
     radiometric = _validate.flag(radiometric, "radiometric")
     half = template // 2
-    left = _validate.image(left, "left", template)
-    right = _validate.image(right, "right", template)
+    left = _validate.grey_image(left, "left", template)
+    right = _validate.grey_image(right, "right", template)
     points = _validate.point_list(points, "points")
     n = len(points)
     start = _validate.point_list(points if start is None else start, "start", n)
