@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from pgm_lab.matching._field import Field
 
-PIXELS = 1.5e6  # of the reduced photo that features are sought in
+PIXELS = 1e6  # of the reduced photo that features are sought in
 FEATURES = 6000  # in a photo
 RATIO = 0.8  # of the distances to the nearest and the second nearest (Lowe 2004)
 FEWEST = 12  # features that fit together

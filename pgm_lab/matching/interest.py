@@ -85,10 +85,11 @@ def pick(
     points, texture = points[good], texture[good]
     order = np.argsort(-texture, kind="stable")
     points = points[order]
-    chosen = points[:0]
-    while len(chosen) < number and space >= cell:
+    space = max(space, cell)
+    chosen = _spread(points, space)
+    while len(chosen) < number and space > cell:
+        space = max(space / FINER, cell)
         chosen = _spread(points, space)
-        space /= FINER
     return chosen[:number].astype(float)
 
 

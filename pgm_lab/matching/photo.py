@@ -79,7 +79,7 @@ def _from_file(path: Path, name: str) -> np.ndarray:
     data = _bytes(path, name)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            warnings.simplefilter("ignore")  # of large photos, and odd EXIF
             with Image.open(io.BytesIO(data)) as image:
                 return _from_pillow(image, name, data)
     except Image.DecompressionBombError:
@@ -124,9 +124,7 @@ def _from_pillow(image: Image.Image, name: str, data: bytes = b"") -> np.ndarray
     image.load()  # whatever is damaged raises here
     values = _values(image)
     if sixteen and image.mode not in DEEP and data:  # colours, cut to 8 bits by Pillow
-        coded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-        if coded is not None and coded.dtype == np.uint16:
-            values = coded if coded.ndim == 2 else _rgb(coded)
+        values = _deep_colours(data, values)
     return _upright(values, image.getexif().get(ORIENTATION, 1))
 
 
@@ -145,10 +143,15 @@ def _values(image: Image.Image) -> np.ndarray:
     return np.asarray(image.convert("RGB"))
 
 
-def _rgb(coded: np.ndarray) -> np.ndarray:
-    """Pixels of OpenCV, whose channels are blue, green, red, with red first."""
-    order = [2, 1, 0, 3][: coded.shape[2]]
-    return coded[..., order]
+def _deep_colours(data: bytes, values: np.ndarray) -> np.ndarray:
+    """Pixels with 16 bits, where OpenCV can read them; else the `values` with 8 bits."""
+    try:
+        coded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        return values
+    if coded is None or coded.dtype != np.uint16 or coded.shape != values.shape:
+        return values
+    return coded[..., [2, 1, 0, 3][: coded.shape[2]]]  # from blue, green, red
 
 
 def _upright(values: np.ndarray, orientation: int) -> np.ndarray:
