@@ -9,13 +9,14 @@ import cv2
 import numpy as np
 
 from pgm_lab.lsm import _fine, _normal_equations
-from pgm_lab.lsm._search import LARGEST, METHODS, Parts, blurred, cut, margin
+from pgm_lab.lsm._search import AROUND, LARGEST, METHODS, Parts, blurred, cut, margin
 
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U40"
 UNDETERMINED = "position not determined"
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
+FAILED = -1
 PATIENCE = 3  # iterations before the derivatives of both windows are used
 SLACK = 1.0  # px that a window may move before its part is prepared anew
 BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
@@ -68,7 +69,7 @@ class Found:
 
 def at_once(half: int) -> int:
     """Points whose windows OpenCV can address in one array, and the cache can hold."""
-    size = 2 * (STRETCH * half + max(METHODS.values()) + margin(BLUR) + 3) + 1
+    size = 2 * (STRETCH * half + AROUND + margin(BLUR) + 3) + 1
     return max(1, min(CHUNK, LARGEST // size))
 
 
@@ -205,48 +206,49 @@ def _iterate(
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
 
-    def stage(k: np.ndarray, method: int, goal: float) -> tuple[np.ndarray, np.ndarray]:
-        """Iterate the points k; return which arrived, and which moved by `SLACK`."""
-        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
-        parts = Parts.of(image, means, T, k, reach + SLACK, method, blur)
-        k, arrived, away = k[iterations[k] < s.max_iterations], [k[:0]], [k[:0]]
-        while len(k):
-            B = parts.at(T[k] @ grid, k)
-            found = _normal_equations.solve(template.part(k), B)
-            last.put(k, found)
-            q, slow = found.q, iterations[k] >= PATIENCE
-            if slow.any():
-                q[slow] = _normal_equations.step_of_both(
-                    template.part(k[slow]), B[slow], found.h[slow, 1]
-                )
-            dT = T[k][:, :, 1:] @ q
-            T[k] += dT
-            iterations[k] += 1
-            moved = (np.abs(dT) @ [1, half, half]).max(axis=1)
-            lost = _lost(T[k], first[k], half)
-            status[k[lost]] = "diverged"
-            status[k[np.isnan(found.vv)]] = "flat window"
-            status[k[np.isnan(found.total)]] = "no data in the window"
-            gone = ~lost & outside(T[k], half, image.shape)
-            status[k[gone]] = "window leaves the image"
-            going = ~lost & ~gone
-            there = going & (moved <= goal)
-            arrived.append(k[there])
-            going &= ~there & (iterations[k] < s.max_iterations)
-            far = (np.abs(T[k] - before[k]) @ [1, half, half]).max(axis=1) > SLACK
-            away.append(k[going & far])
-            k = k[going & ~far]
-        return np.sort(np.concatenate(arrived)), np.sort(np.concatenate(away))
+    level = np.where(template.singular, FAILED, 0)  # goals that a point has reached
 
-    k = np.flatnonzero(~template.singular)
-    for method, goal in goals:
-        arrived = [k[:0]]
-        while len(k):
-            there, k = stage(k, method, goal)
-            arrived.append(there)
-        k = np.sort(np.concatenate(arrived))
-    status[k] = "accepted"
+    def step(parts: Parts, k: np.ndarray, method: int, goal: float) -> None:
+        """Iterate the points k once."""
+        B = parts.at(T[k] @ grid, k, method)
+        found = _normal_equations.solve(template.part(k), B)
+        last.put(k, found)
+        q, slow = found.q, iterations[k] >= PATIENCE
+        if slow.any():
+            q[slow] = _normal_equations.step_of_both(
+                template.part(k[slow]), B[slow], found.h[slow, 1]
+            )
+        dT = T[k][:, :, 1:] @ q
+        T[k] += dT
+        iterations[k] += 1
+        lost = _lost(T[k], first[k], half)
+        status[k[lost]] = "diverged"
+        status[k[np.isnan(found.vv)]] = "flat window"
+        status[k[np.isnan(found.total)]] = "no data in the window"
+        gone = ~lost & outside(T[k], half, image.shape)
+        status[k[gone]] = "window leaves the image"
+        level[k[_farthest(dT, half) <= goal]] += 1
+        level[k[lost | gone]] = FAILED
+
+    def going() -> np.ndarray:
+        unfinished = (level != FAILED) & (level < len(goals))
+        return unfinished & (iterations < s.max_iterations)
+
+    while len(k := np.flatnonzero(going())):
+        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
+        parts = Parts.of(image, means, T, k, reach + SLACK, blur)
+        for n, (method, goal) in enumerate(goals):
+            while np.any(
+                now := going() & (level == n) & (_farthest(T - before, half) <= SLACK)
+            ):
+                step(parts, np.flatnonzero(now), method, goal)
+    status[level == len(goals)] = "accepted"
     return T, last, iterations
+
+
+def _farthest(dT: np.ndarray, half: int) -> np.ndarray:
+    """Pixels (m,) that the change dT (m, 2, 3) may move a corner along x or y."""
+    return (np.abs(dT) @ [1, half, half]).max(axis=1)
 
 
 def outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarray:

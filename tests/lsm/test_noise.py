@@ -42,7 +42,7 @@ def test_errors_are_as_predicted_where_the_ratio_of_the_noise_is_said(scene, sig
 def test_without_the_ratio_noise_of_the_right_image_alone_is_overrated(scene):
     """It is not in the derivatives, which are of the left image."""
     z = matches(scene, (0.0, 2.8))
-    assert np.sqrt(np.mean(z**2)) < 0.75
+    assert np.sqrt(np.mean(z**2)) < 0.85
 
 
 def test_only_the_ratio_of_the_noise_counts_and_equal_is_the_default():
