@@ -5,26 +5,6 @@ Only what the windows reach is looked at: the time is one of points, not of pixe
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import ArrayLike
-
-from pgm_lab import _validate
-
-Image = tuple[np.ndarray, np.ndarray | None]  # grey values, and True where masked
-
-
-def image(values: ArrayLike, name: str) -> Image:
-    """Return one grey image (rows, columns) as it is stored, and its mask, if any."""
-    mask = np.ma.getmask(values)
-    grey = _validate.numeric(
-        np.ma.getdata(values) if mask is not False else values, name
-    )
-    if grey.ndim != 2 or not grey.size:
-        raise ValueError(
-            f"{name} must be one image (rows, columns) of grey values, real numbers;"
-            f" got shape {grey.shape}, {grey.dtype}. For a colour image, take one"
-            " channel or the mean of all"
-        )
-    return grey, None if mask is np.ma.nomask else np.asarray(mask)
 
 
 def inside(centre: np.ndarray, size: int, shape: tuple[int, ...]) -> np.ndarray:
@@ -34,7 +14,7 @@ def inside(centre: np.ndarray, size: int, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def windows(
-    image: Image, centre: np.ndarray, size: tuple[int, int]
+    image: np.ndarray, centre: np.ndarray, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Copies (n, rows, columns) of the windows around the centres, and what they lack.
 
@@ -42,9 +22,9 @@ def windows(
     masked, NaN or infinite are True in the second array (None if there are none), and
     get the lowest grey value of their window, which does no harm to the sums.
     """
-    grey, mask = image
-    cut = _cut(grey, centre, size)
-    missing = None if mask is None else _cut(mask, centre, size)
+    masked = np.ma.getmask(image) is not np.ma.nomask
+    cut = _cut(np.ma.getdata(image), centre, size)
+    missing = _cut(np.ma.getmaskarray(image), centre, size) if masked else None
     if cut.dtype.kind == "f":
         if cut.dtype.itemsize > 8:  # what double precision cannot hold gets infinite
             with np.errstate(over="ignore"):

@@ -1,14 +1,14 @@
 """From points to their matches: cut, correlate, take the highest peak, judge it."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pgm_lab.ncc import _search
-from pgm_lab.ncc._cut import Image, inside, touching, windows
+from pgm_lab.ncc._cut import inside, touching, windows
 from pgm_lab.ncc._map import chunks, flat, surfaces
 from pgm_lab.ncc._peak import paraboloid, peaks, systematic_errors
 
@@ -46,13 +46,13 @@ class Pairs:
         """Some of the pairs."""
         if some.all():
             return self
-        every = (getattr(self, field.name) for field in fields(self))
-        return type(self)(*(None if one is None else one[some] for one in every))
+        arrays = {k: v[some] for k, v in vars(self).items() if v is not None}
+        return replace(self, **arrays)
 
 
 def find(
-    left: Image,
-    right: Image,
+    left: np.ndarray,
+    right: np.ndarray,
     points: np.ndarray,
     start: np.ndarray,
     lines: np.ndarray | None,
@@ -67,10 +67,10 @@ def find(
         start = _search.foot(start, lines)
     centre = np.floor(start + 0.5)
     status = np.full(len(points), "accepted", dtype="<U40")
-    status[~_search.overlaps(centre, s.search, right[0].shape, s.template)] = (
+    status[~_search.overlaps(centre, s.search, right.shape, s.template)] = (
         "window leaves the image"
     )
-    status[~inside(whole, s.template, left[0].shape)] = "template leaves the image"
+    status[~inside(whole, s.template, left.shape)] = "template leaves the image"
     r, second = np.full((2, len(points)), np.nan)
     found = np.full((len(points), 2), np.nan)
     covariance = np.full((len(points), 2, 2), np.nan)
@@ -91,8 +91,8 @@ def find(
 
 
 def _pairs(
-    left: Image,
-    right: Image,
+    left: np.ndarray,
+    right: np.ndarray,
     whole: np.ndarray,
     centre: np.ndarray,
     lines: np.ndarray | None,
@@ -108,7 +108,7 @@ def _pairs(
     template, absent = windows(left, whole, (s.template, s.template))
     window, missing = windows(right, centre, size)
     column, row = _search.positions(centre, size, s.template)
-    searched = _search.within(column, row, s.template, right[0].shape)
+    searched = _search.within(column, row, s.template, right.shape)
     if lines is not None:
         near = _search.near(column, row, lines, s.distance)
         rim = _search.rim(near.shape)
@@ -136,7 +136,7 @@ def _status_of_windows(pairs: Pairs) -> np.ndarray:
 
 
 def _matched(
-    left: Image, right: Image, pairs: Pairs, s: Settings
+    left: np.ndarray, right: np.ndarray, pairs: Pairs, s: Settings
 ) -> tuple[np.ndarray, ...]:
     """Position, r, second, covariance and status of pairs that have maps."""
     maps = surfaces(pairs.template, pairs.window)
@@ -148,7 +148,7 @@ def _matched(
     )
     middle = np.array(maps.shape[:0:-1]) // 2
     place = pairs.centre + np.stack([column, row], axis=1) - middle
-    edge = ~inside(place, s.template + 2, right[0].shape)
+    edge = ~inside(place, s.template + 2, right.shape)
     if pairs.unknown is not None:
         edge |= _search.beside(pairs.unknown, row, column)
     if pairs.past is None:
@@ -184,7 +184,7 @@ def _matched(
     return place + step, r, second, Q, status
 
 
-def _surroundings(left: Image, pairs: Pairs) -> np.ndarray:
+def _surroundings(left: np.ndarray, pairs: Pairs) -> np.ndarray:
     """The templates with one pixel more on each side, repeated where there is none."""
     size = pairs.template.shape[1] + 2
     wider, missing = windows(left, pairs.whole, (size, size))

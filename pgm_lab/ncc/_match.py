@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.ncc import _search
-from pgm_lab.ncc._cut import image
 from pgm_lab.ncc._find import Settings, find
 
 
@@ -29,14 +28,16 @@ class Match:
     covariance : ndarray (n, 2, 2)
         Of the position, in square pixels; NaN unless the status is "accepted".
     status : ndarray (n,) of str
-        "accepted"; "template leaves the image"; "window leaves the image": no
-        position of the template in it lies in the image; "flat template"; "flat search
-        window"; "peak on the edge of the image": the match may lie beyond; "peak on the
-        border of the search": enlarge it, or improve the start; "below
-        threshold"; "ambiguous": the second peak is almost as high; "ridge instead of a
-        peak": the position along an edge is not determined, not even to a pixel;
-        "another point from the right": the way back from the right image ends elsewhere
-        (with `back`). The first of these that holds.
+        "accepted", or the first of these that holds: "template leaves the image";
+        "window leaves the image": no position that is searched lies in the right image;
+        "no data in the template"; "no data in the window": all positions that are
+        searched touch pixels that are masked, NaN or infinite; "flat template"; "flat
+        window"; "peak on the edge of the image": beside it the template would leave the
+        image, or touch pixels without data, and the match may lie there; "peak on the
+        border of the search": enlarge it, or improve the start; "below threshold";
+        "ambiguous": the second peak is almost as high; "position not determined": the
+        peak is a ridge, along which the match may lie a pixel off, or more; "another
+        point from the right": the way back from the right image ends elsewhere.
     """
 
     points: np.ndarray
@@ -75,7 +76,9 @@ def match(
     Parameters
     ----------
     left, right : array_like (rows, columns)
-        Grey values, 8 or 16 bit or float.
+        Grey values, 8 or 16 bit or float. Pixels without data may be masked, NaN or
+        infinite: templates that touch them get a status, and in the right image all
+        positions are searched that do not touch them.
     points : array_like (n, 2)
         (column, row) in the left image. The template lies around the nearest whole
         pixel; the fraction that was rounded off is added to the result.
@@ -98,14 +101,20 @@ def match(
         few hundredths of a pixel, more with finer texture; the bias of least squares
         matching is much smaller.
     lines : array_like (n, 3), optional
-        An epipolar line a column + b row + c = 0 in the right image for each point:
-        only positions near it are searched.
+        An epipolar line a column + b row + c = 0 in the right image for each point. The
+        search window lies around the place on it that is nearest to the start, and only
+        what is near the line is searched. Where an edge of the photo crosses the line,
+        the match is where they meet, and its covariance allows for an error of the
+        line up to `distance`.
     distance : float
-        Largest distance from its line, in pixels.
+        Largest distance from its line, in pixels, at least 0.5.
     back : float, optional
-        If given, what was matched is sought again in the left image, from the right,
-        and has to come back to its point within so many pixels: 1 is usual. Most of
-        what only one of the photos sees does not.
+        If given, what was matched is sought again in the left image, from the right
+        (along a parallel to its line), and has to come back to its point within so many
+        pixels: 1 is usual. Most of what only one of the photos sees does not.
+    noise : array_like (2,)
+        Standard deviations of a grey value in the left and in the right image. Only
+        their ratio is used: how large they are is seen from r.
 
     Returns
     -------
@@ -115,14 +124,28 @@ def match(
     Raises
     ------
     ValueError
-        If an image, a point or a parameter is not what is described here, or a grey
-        value is not finite.
+        If an image, a point or a parameter is not what is described here.
 
     Notes
     -----
-    The covariance follows from the curvature K of the map at its peak, the gradients g
-    of the template and the noise that 1 - r indicates (n pixels, equal white noise in
-    both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g gᵀ) / sum((t - mean)^2). For
+    Where the rows of both photos are epipolar lines (the normal case of stereo), many
+    points are best found with small templates, each along its row, and with the way
+    back; `start` is in the middle of the parallaxes, `columns` wide enough for all::
+
+        row = points[:, 1]
+        match(left, right, points, start, 9, (11, columns), 0.7, 0.95, "parabola",
+              lines=np.column_stack([0 * row, 0 * row + 1, -row]), distance=0.5,
+              back=0.75)
+
+    On three pairs with known parallaxes this finds 0.97 to 1.2 times as many right
+    points as ``cv2.StereoBM`` with windows of 9 pixels, and fewer of them are wrong.
+
+    The covariance follows from the curvature K of the map at its peak and from white
+    noise that does not depend on the grey value, equal in both images unless `noise`
+    says otherwise: K^-1 S K^-1 with n S = (p (1 - q) + q (1 - p)) G + p q I / 2. n
+    counts the pixels, p and q are the shares of noise in the variances of the two
+    windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) / sum((t - mean)^2) of the
+    gradients g without noise: those of the window that has less of it, less p / 2. For
     whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
     two errors without noise, which stay in the position: the offset that it finds for
     the template in its own image, and pixel locking, as predicted from the curvature of
@@ -147,7 +170,8 @@ def match(
     >>> found.status[[0, 2]]
     array(['accepted', 'template leaves the image'], dtype='<U40')
     """
-    seen, other = image(left, "left"), image(right, "right")
+    left = _validate.grey_image(left, "left")
+    right = _validate.grey_image(right, "right")
     points = _validate.point_list(points, "points")
     if start is None:
         start = points
@@ -162,14 +186,14 @@ def match(
         *(_width(distance), _noise(noise)),
     )
     found, r, second, covariance, status = find(
-        seen, other, points, start, lines, settings
+        left, right, points, start, lines, settings
     )
     if back is not None:
         back = _validate.positive_number(back, "back", "px")
         k = np.flatnonzero(status == "accepted")
         if lines is not None:
             lines = _search.through(points, lines)[k]
-        home, *_ = find(other, seen, found[k], points[k], lines, settings)
+        home, *_ = find(right, left, found[k], points[k], lines, settings)
         returned = np.hypot(*(home - points[k]).T) <= back
         status[k[~returned]] = "another point from the right"
     covariance[status != "accepted"] = np.nan

@@ -42,8 +42,9 @@ def paraboloid(
 
     r = r0 + D x - xᵀ K x / 2 with central differences for D and K; `matched` are the
     windows of the right image at the peaks, `noise` says how noisy both images are.
-    On a ridge that crosses a line (its normal, the distance of the peak, the largest)
-    the top is sought on the line, whose direction (k, 2) is told; zero elsewhere.
+    Where a line (its normal, the distance of the peak, the largest) says more than the
+    photos, as where a ridge crosses it, the top is sought on the line, whose direction
+    (k, 2) is told; zero elsewhere.
     """
     k, rows, columns = maps.shape
     row, column = np.clip(row, 1, rows - 2), np.clip(column, 1, columns - 2)
@@ -63,10 +64,11 @@ def paraboloid(
     Q = inverse @ S @ inverse
     ridge |= ~_determined(step, Q)
     along = np.zeros((k, 2))
-    if line is not None and ridge.any():
+    if line is not None:
         normal, off, distance = line
         on, cov, u = _on_line(D, K, S, normal, off, distance)
-        crossed = ridge & _determined(on, cov)
+        better = np.trace(cov, axis1=1, axis2=2) < np.trace(Q, axis1=1, axis2=2)
+        crossed = _determined(on, cov) & (ridge | better)
         step[crossed], Q[crossed], along[crossed] = (
             on[crossed],
             cov[crossed],

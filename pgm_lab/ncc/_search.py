@@ -70,7 +70,8 @@ def within(
     """Positions (n, R, C) where the template lies in the image."""
     half = template // 2
     across = (column >= half) & (column + half < shape[1])
-    return across & (row >= half) & (row + half < shape[0])
+    down = (row >= half) & (row + half < shape[0])
+    return np.logical_and(across, down)
 
 
 def near(
@@ -78,7 +79,8 @@ def near(
 ) -> np.ndarray:
     """Positions (n, R, C) that are not farther from their lines than that."""
     a, b, c = lines.T[:, :, None, None]
-    return np.abs(a * column + b * row + c) <= distance
+    away = np.abs(a * column + b * row + c)
+    return np.asarray(away <= distance)
 
 
 def beside(marked: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -86,7 +88,7 @@ def beside(marked: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarra
     padded = np.pad(marked, ((0, 0), (1, 1), (1, 1)))
     n, around = np.arange(len(marked))[:, None, None], np.arange(3)
     rows, columns = row[:, None, None] + around[:, None], column[:, None, None] + around
-    return padded[n, rows, columns].any(axis=(1, 2))
+    return np.asarray(padded[n, rows, columns].any(axis=(1, 2)))
 
 
 def rim(size: tuple[int, ...]) -> np.ndarray:
