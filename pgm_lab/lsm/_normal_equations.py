@@ -44,7 +44,7 @@ class Templates:
 
 @dataclass(frozen=True)
 class Solution:
-    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), vᵀv (m,), and sums with B.
+    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), vᵀv (m,), B (m, k), and its sums.
 
     `sums` (m, u) are the products of B with the rows of the templates, `square` (m,)
     with itself, `total` (m,) with one.
@@ -53,6 +53,7 @@ class Solution:
     q: np.ndarray
     h: np.ndarray
     vv: np.ndarray
+    B: np.ndarray
     sums: np.ndarray
     square: np.ndarray
     total: np.ndarray
@@ -60,8 +61,8 @@ class Solution:
     @classmethod
     def blank(cls, left: Templates) -> "Solution":
         """Room for the solutions of all points, NaN for now."""
-        m, u, _ = left.rows.shape
-        shapes = (m, 2, 3), (m, 2), (m,), (m, u), (m,), (m,)
+        m, u, k = left.rows.shape
+        shapes = (m, 2, 3), (m, 2), (m,), (m, k), (m, u), (m,), (m,)
         return cls(*(np.full(shape, np.nan) for shape in shapes))
 
     def put(self, k: np.ndarray, other: "Solution") -> None:
@@ -130,7 +131,7 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
     q = left.a[:, :6] - h[:, 1:] * b[:, :6]
     vv = np.maximum(aa - 2 * h[:, 1] * ab + h[:, 1] ** 2 * bb, 0)
     q[np.isnan(bb)] = np.nan
-    return Solution(q.reshape(-1, 2, 3), h, vv, sums, square, B.sum(axis=1))
+    return Solution(q.reshape(-1, 2, 3), h, vv, B, sums, square, B.sum(axis=1))
 
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
