@@ -38,6 +38,7 @@ class Settings:
     tolerance: float
     max_iterations: int
     noise: tuple[float, float]
+    correlated: bool
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class Found:
     Q: np.ndarray
     means: np.ndarray
     sigma0: np.ndarray
+    effective_pixels: np.ndarray
     r: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
@@ -108,7 +110,9 @@ def attempt(
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
-    Q, sigma0, singular = _normal_equations.precision(template, T[good], last, s.noise)
+    Q, sigma0, pixels, singular = _normal_equations.precision(
+        template, T[good], last, s.noise, s.correlated
+    )
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
     status[good[singular]] = UNDETERMINED
@@ -119,16 +123,12 @@ def attempt(
         np.full((len(T), 2), np.nan),
         np.full((len(T), *Q.shape[1:]), np.nan),
         means,
-        *np.full((2, len(T)), np.nan),
+        *np.full((3, len(T)), np.nan),
         iterations,
         status,
     )
-    found.h[good], found.Q[good], found.sigma0[good], found.r[good] = (
-        last.h,
-        Q,
-        sigma0,
-        r,
-    )
+    found.h[good], found.Q[good], found.r[good] = last.h, Q, r
+    found.sigma0[good], found.effective_pixels[good] = sigma0, pixels
     return found
 
 
