@@ -53,9 +53,7 @@ def _run(options: argparse.Namespace) -> None:
         path: WRITERS[path.suffix.lower()](found, about=about)
         for path in options.report
     }
-    _command.finish(
-        pages, options.force, report.text(found, about=about, short=True)
-    )
+    _command.finish(pages, options.force, report.text(found, about=about, short=True))
 
 
 def _adjusted(
