@@ -111,6 +111,14 @@ class Match:
         """Whether the status is "accepted": ndarray (n,) of bool."""
         return self.status == "accepted"
 
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviation of a coordinate in pixels: ndarray (n,).
+
+        The root of the mean variance of column and row; NaN unless accepted.
+        """
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
         """Save all points as a table, with what became of each.
 

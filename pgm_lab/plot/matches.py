@@ -1,0 +1,235 @@
+"""Drawings of what `matching.match` found in two photos."""
+
+from collections import Counter
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import ConnectionPatch
+
+from pgm_lab import _validate, matching
+from pgm_lab._rounding import plain, round_number
+from pgm_lab.matching.photo import Photo
+from pgm_lab.plot import _style, basic
+from pgm_lab.plot.basic import Look
+
+SHARPEST = 1200  # pixels across a drawn photo; a figure shows no more of them
+BLANK = "#D9E4EC"  # where a photo has no data
+OTHERS = "other reasons"
+ACCEPTED = "accepted"
+
+
+def side_by_side(
+    left: Photo, right: Photo, found: matching.Match, lines: int = 12
+) -> Figure:
+    """Draw two photos with their matches, and in the left one what was not found.
+
+    Each status has a colour and a mark of its own. Lines join some matches, spread over
+    the photo, so that one can compare them by eye.
+
+    Parameters
+    ----------
+    left, right : as for `matching.read`
+        The photos; colours are drawn in grey.
+    found : matching.Match
+        What `matching.match` returned for them.
+    lines : int
+        How many matches are joined by lines; 0 for none.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If a photo has another size than the one that was matched.
+
+    Examples
+    --------
+    >>> from pgm_lab import simulate
+    >>> shift = (3.25, 1, 0, -1.5, 0, 1)
+    >>> grey = simulate.texture_pair(simulate.texture(seed=1), (90, 120), shift)
+    >>> found = matching.match(*grey, number=5)
+    >>> figure = side_by_side(*grey, found)
+    """
+    pair = _photo(left, "left", found, 0), _photo(right, "right", found, 1)
+    lines = _validate.whole(lines, "lines", 0)
+    wide = [grey.shape[1] / grey.shape[0] for grey in pair]  # at the same height
+    height = min(12 / sum(wide), 9.0)
+    fig, axes = plt.subplots(1, 2, figsize=(12, height + 1.4), width_ratios=wide)
+    for ax, grey, name in zip(axes, pair, ("left photo", "right photo")):
+        _show(ax, grey)
+        ax.set_title(name)
+    marks = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.7}
+    size = 7.0 if len(found.chosen) <= 300 else 4.0
+    handles = []
+    for status, which, (colour, mark) in _series(found.status):
+        look: Look = {"color": colour, "marker": mark, "markersize": size, **marks}
+        label = f"{status}: {np.sum(which)}"
+        handles += axes[0].plot(*found.chosen[which].T, label=label, **look)
+        if status == ACCEPTED:
+            axes[1].plot(*found.points[which].T, **look)
+    for i in _spread(found.chosen, found.accepted, lines):
+        for colour, thick in ((basic.BLACK, 2.2), (basic.YELLOW, 1.1)):
+            look = {"color": colour, "linewidth": thick}
+            ends: Look = {"axesA": axes[0], "axesB": axes[1], "coordsA": "data"}
+            line = ConnectionPatch(found.chosen[i], found.points[i], **ends, **look)
+            line.set_in_layout(False)
+            fig.add_artist(line)
+    if handles:
+        fig.legend(handles=handles, loc="outside lower center", ncols=3)
+    return fig
+
+
+def parallaxes(left: Photo, found: matching.Match) -> Figure:
+    """Draw how far each match lies from the point in the left photo.
+
+    The median is taken off: it says how the photos lie to each other, and what is left
+    shows relief, a turn or another scale, and matches that do not fit their neighbours.
+
+    Parameters
+    ----------
+    left : as for `matching.read`
+        The left photo.
+    found : matching.Match
+        What `matching.match` returned; at least one point must be accepted.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    grey = _photo(left, "left", found, 0)
+    at, shift = found.chosen[found.accepted], _shifts(found)
+    middle = np.median(shift, axis=0)
+    vectors = shift - middle
+    rows, columns = grey.shape
+    height = float(np.clip(10 * rows / columns, 3, 9))
+    fig, ax = plt.subplots(figsize=(10, height + 1.0))
+    _show(ax, grey)
+    longest = float(np.quantile(np.hypot(*vectors.T), 0.95))
+    unit = round_number(longest) if longest > 0 else 1.0
+    drawn = 0.08 * max(rows, columns) / unit  # pixels of the photo for each of parallax
+    look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / drawn}
+    # Twice: light below dark, to be seen on any ground
+    for colour, width in ((basic.YELLOW, 0.005), (basic.BLUE, 0.0025)):
+        arrows = ax.quiver(*at.T, *vectors.T, color=colour, width=width, **look)
+    ax.quiverkey(
+        arrows, 0.82, 1.03, unit, f"{unit:g} px", labelpos="E", color=basic.BLUE
+    )
+    dx, dy = (plain(one, 3) for one in middle)
+    ax.set_title(f"Parallaxes less their median ({dx}, {dy}) px")
+    return fig
+
+
+def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
+    """Draw how much alike the windows are, and how precise the accepted matches.
+
+    Parameters
+    ----------
+    found : matching.Match
+        What `matching.match` returned.
+    threshold : float, optional
+        Least r that was accepted, drawn as a limit.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    _validate.instance(found, matching.Match, "found")
+    if threshold is not None:
+        threshold = _validate.number(threshold, "threshold")
+    fig, (above, below) = plt.subplots(1, 2, figsize=(12, 4.4))
+    r = found.r[np.isfinite(found.r)]
+    edges = np.linspace(min(0.0, float(np.min(r, initial=0))), 1.0, 41)
+    good = found.accepted & np.isfinite(found.r)
+    bars: Look = {"edgecolor": "white", "linewidth": 0.6}
+    above.hist(r, list(edges), color=basic.ORANGE, label="not accepted", **bars)
+    above.hist(found.r[good], list(edges), color=basic.BLUE, label=ACCEPTED, **bars)
+    if threshold is not None:
+        limit = f"limit {plain(threshold)}"
+        above.axvline(threshold, color=basic.BLACK, linestyle="--", label=limit)
+    above.legend(loc="upper left")
+    above.set(xlabel="correlation coefficient r", ylabel="points")
+    sd = found.sd[np.isfinite(found.sd) & (found.sd > 0)]
+    if len(sd):
+        middle = float(np.median(sd))
+        low, high = min(sd.min(), middle / 2), max(sd.max(), 2 * middle)
+        edges = np.geomspace(0.99 * low, 1.01 * high, 31)
+        below.hist(sd, list(edges), color=basic.BLUE, **bars)
+        median = f"median {plain(middle)} px"
+        below.axvline(middle, color=basic.BLACK, linestyle="--", label=median)
+        below.set_xscale("log")
+        _style.plain(below.xaxis)
+        below.legend(loc="upper right")
+    below.set(xlabel="predicted standard deviation (px)", ylabel="accepted points")
+    return fig
+
+
+def _shifts(found: matching.Match) -> np.ndarray:
+    """Parallaxes (m, 2) of the accepted points, right less left, in pixels."""
+    if not np.any(found.accepted):
+        raise ValueError("found has no accepted match: there are no parallaxes to draw")
+    return (found.points - found.chosen)[found.accepted]
+
+
+def _photo(
+    photo: Photo, name: str, found: matching.Match, side: int
+) -> np.ndarray | np.ma.MaskedArray:
+    """Return the grey values of a photo, which must be the one that was matched."""
+    _validate.instance(found, matching.Match, "found")
+    grey = matching.read(photo, name, colour="grey")
+    size = (found.left_size, found.right_size)[side]
+    if grey.shape[::-1] != tuple(size):
+        raise ValueError(
+            f"{name} has {grey.shape[1]} x {grey.shape[0]} pixels, and the photo that"
+            f" was matched {size[0]} x {size[1]}: hand over the same photo"
+        )
+    return grey
+
+
+def _show(ax: Axes, grey: np.ndarray) -> None:
+    """Show a photo, as coarse as a figure is, with axes in its own pixels."""
+    rows, columns = grey.shape
+    n = -(-max(rows, columns) // SHARPEST)
+    high, wide = rows // n * n, columns // n * n
+    blocks = grey[:high, :wide].reshape(high // n, n, wide // n, n)
+    small = np.ma.masked_invalid(blocks.mean(axis=(1, 3)))
+    low, top = np.percentile(small.compressed(), [0.5, 99.5])
+    ax.set_facecolor(BLANK)
+    extent = (-0.5, wide - 0.5, high - 0.5, -0.5)
+    ax.imshow(small, cmap="gray", vmin=low, vmax=top, extent=extent)
+    ax.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+    ax.set(xlabel="columns (px)", ylabel="rows (px)")
+    ax.grid(False)
+
+
+def _series(status: np.ndarray) -> list[tuple[str, np.ndarray, tuple[str, str]]]:
+    """Each status, which points have it, and its colour and mark; accepted ones first.
+
+    The rarest are put together where there are more than marks.
+    """
+    first, *looks = _style.SERIES
+    found = [(ACCEPTED, status == ACCEPTED, first)]
+    others = Counter(status[status != ACCEPTED].tolist()).most_common()
+    if len(others) > len(looks):
+        others = others[: len(looks) - 1]
+        rest = ~np.isin(status, [ACCEPTED, *(word for word, _ in others)])
+        found.append((OTHERS, rest, looks[-1]))
+    pairs = zip(others, looks)
+    return found + [(word, status == word, look) for (word, _), look in pairs]
+
+
+def _spread(points: np.ndarray, usable: np.ndarray, most: int) -> list[int]:
+    """Indices of points that lie far apart, each the farthest from those before it."""
+    rest = np.flatnonzero(usable)
+    away = np.full(len(rest), np.inf)
+    chosen: list[int] = []
+    while len(chosen) < min(most, len(rest)) and away.max() > 0:
+        # the first: the nearest to the upper left corner
+        k = np.argmax(away) if chosen else np.argmin(points[rest].sum(axis=1))
+        chosen.append(int(rest[k]))
+        step = np.linalg.norm(points[rest] - points[rest[k]], axis=1)
+        away = np.minimum(away, step)
+    return chosen
