@@ -16,6 +16,8 @@ from pgm_lab.plot.basic import Look
 
 SHARPEST = 1200  # pixels across a drawn photo; a figure shows no more of them
 BLANK = "#D9E4EC"  # where a photo has no data
+ROUNDS = 30
+LEAST = 1e-3  # px; shorter remainders all weigh the same
 OTHERS = "other reasons"
 ACCEPTED = "accepted"
 
@@ -62,6 +64,7 @@ def side_by_side(
     for ax, grey, name in zip(axes, pair, ("left photo", "right photo")):
         _show(ax, grey)
         ax.set_title(name)
+    axes[1].set_ylabel("")
     marks = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.7}
     size = 7.0 if len(found.chosen) <= 300 else 4.0
     handles = []
@@ -84,10 +87,10 @@ def side_by_side(
 
 
 def parallaxes(left: Photo, found: matching.Match) -> Figure:
-    """Draw how far each match lies from the point in the left photo.
+    """Draw what is left of the parallaxes beside a common shift, turn, scale and shear.
 
-    The median is taken off: it says how the photos lie to each other, and what is left
-    shows relief, a turn or another scale, and matches that do not fit their neighbours.
+    That is relief, and matches that do not fit their neighbours. The common part is the
+    affine transformation from left to right that leaves the least sum of lengths.
 
     Parameters
     ----------
@@ -101,26 +104,80 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     matplotlib.figure.Figure
     """
     grey = _photo(left, "left", found, 0)
-    at, shift = found.chosen[found.accepted], _shifts(found)
-    middle = np.median(shift, axis=0)
-    vectors = shift - middle
+    if not np.any(found.accepted):
+        raise ValueError("found has no accepted match: there are no parallaxes to draw")
+    at, vectors = found.chosen[found.accepted], remainders(found)
+    length = np.hypot(*vectors.T)
     rows, columns = grey.shape
+    usual = max(float(np.quantile(length, 0.9)), 1e-3)
+    unit = round_number(usual)
+    magnify = 0.05 * max(rows, columns) / usual
+    # What is far longer would hide the others: it is drawn shorter, in red
+    far = length > 3 * usual
+    vectors = vectors * np.where(far, 3 * usual / np.maximum(length, usual), 1)[:, None]
     height = float(np.clip(10 * rows / columns, 3, 9))
     fig, ax = plt.subplots(figsize=(10, height + 1.0))
     _show(ax, grey)
-    longest = float(np.quantile(np.hypot(*vectors.T), 0.95))
-    unit = round_number(longest) if longest > 0 else 1.0
-    drawn = 0.08 * max(rows, columns) / unit  # pixels of the photo for each of parallax
-    look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / drawn}
-    # Twice: light below dark, to be seen on any ground
-    for colour, width in ((basic.YELLOW, 0.005), (basic.BLUE, 0.0025)):
-        arrows = ax.quiver(*at.T, *vectors.T, color=colour, width=width, **look)
-    ax.quiverkey(
-        arrows, 0.82, 1.03, unit, f"{unit:g} px", labelpos="E", color=basic.BLUE
-    )
-    dx, dy = (plain(one, 3) for one in middle)
-    ax.set_title(f"Parallaxes less their median ({dx}, {dy}) px")
+    look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / magnify}
+    for which, colour in ((far, basic.RED), (~far, basic.SKY)):
+        # Twice: light on dark, to be seen on any ground
+        for shade, width in ((basic.BLACK, 0.005), (colour, 0.0028)):
+            if np.any(which):
+                arrows = ax.quiver(
+                    *at[which].T, *vectors[which].T, color=shade, width=width, **look
+                )
+    ends = np.concatenate([at, at + magnify * vectors])
+    low, high = np.minimum(ends.min(axis=0), -0.5), ends.max(axis=0)
+    ax.set(xlim=(low[0], max(high[0], columns - 0.5)))
+    ax.set(ylim=(max(high[1], rows - 0.5), low[1]))
+    look = {"labelpos": "E", "coordinates": "axes", "labelcolor": basic.BLACK}
+    ax.quiverkey(arrows, 0.85, 1.04, unit, f"{unit:g} px", **look)
+    title = "Parallaxes less their affine part"
+    ax.set_title(f"{title}; red: longer" if np.any(far) else title)
     return fig
+
+
+def remainders(found: matching.Match) -> np.ndarray:
+    """What an affine transformation leaves of the parallaxes of the accepted points.
+
+    Parameters
+    ----------
+    found : matching.Match
+        What `matching.match` returned.
+
+    Returns
+    -------
+    ndarray (m, 2)
+        Right less transformed left point, in pixels. With fewer than three points, or
+        on one line, what is not determined stays as in the left photo.
+
+    Notes
+    -----
+    The sum of the lengths is made small by weights 1 / length, over and over; a few
+    wrong matches then count little (Weiszfeld 1937).
+
+    Examples
+    --------
+    >>> from pgm_lab import simulate
+    >>> shift = (3.25, 1, 0, -1.5, 0, 1)
+    >>> grey = simulate.texture_pair(simulate.texture(seed=1), (90, 120), shift)
+    >>> found = matching.match(*grey, [(40, 40), (70, 45), (60, 60), (50, 30)])
+    >>> bool(np.all(np.abs(remainders(found)) < 0.01))
+    True
+    """
+    _validate.instance(found, matching.Match, "found")
+    at = found.chosen[found.accepted]
+    shift = found.points[found.accepted] - at
+    if not len(at):
+        return shift
+    centred = (at - at.mean(axis=0)) / max(np.ptp(at), 1.0)
+    A = np.column_stack([np.ones(len(at)), centred])
+    w, v = np.ones(len(at)), shift
+    for _ in range(ROUNDS):
+        x = np.linalg.lstsq(w[:, None] * A, w[:, None] * shift, rcond=1e-9)[0]
+        v = shift - A @ x
+        w = np.maximum(np.hypot(*v.T), LEAST) ** -0.5
+    return v
 
 
 def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
@@ -142,7 +199,8 @@ def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
         threshold = _validate.number(threshold, "threshold")
     fig, (above, below) = plt.subplots(1, 2, figsize=(12, 4.4))
     r = found.r[np.isfinite(found.r)]
-    edges = np.linspace(min(0.0, float(np.min(r, initial=0))), 1.0, 41)
+    lowest = min(float(r.min(initial=0.9)), 1.0 if threshold is None else threshold)
+    edges = np.linspace(np.floor(20 * lowest - 0.5) / 20, 1.0, 41)
     good = found.accepted & np.isfinite(found.r)
     bars: Look = {"edgecolor": "white", "linewidth": 0.6}
     above.hist(r, list(edges), color=basic.ORANGE, label="not accepted", **bars)
@@ -165,13 +223,6 @@ def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
         below.legend(loc="upper right")
     below.set(xlabel="predicted standard deviation (px)", ylabel="accepted points")
     return fig
-
-
-def _shifts(found: matching.Match) -> np.ndarray:
-    """Parallaxes (m, 2) of the accepted points, right less left, in pixels."""
-    if not np.any(found.accepted):
-        raise ValueError("found has no accepted match: there are no parallaxes to draw")
-    return (found.points - found.chosen)[found.accepted]
 
 
 def _photo(

@@ -12,7 +12,7 @@ from pgm_lab._rounding import plain
 from pgm_lab.matching import Match
 from pgm_lab.report._figures import png
 from pgm_lab.report._layout import count
-from pgm_lab.report._match_findings import lost, parallaxes
+from pgm_lab.report._match_findings import lost
 
 LINES = 12
 
@@ -58,13 +58,11 @@ def _histograms(found: Match, threshold: float | None) -> Iterator[tuple[Figure,
 def _parallaxes(found: Match, left: Any) -> Iterator[tuple[Figure, str]]:
     if not np.any(found.accepted):
         return
-    shift = parallaxes(found)
-    length = np.hypot(*(shift - np.median(shift, axis=0)).T)
+    length = np.hypot(*plot.matches.remainders(found).T)
     words = (
-        "The left photo with an arrow at each match: how far it lies in the right photo"
-        f" from its place in the left one, less the median. Half of the arrows are"
+        "The left photo with an arrow at each match: what is left of its parallax when"
+        " a common shift, turn, scale and shear are taken off. Half of the arrows are"
         f" shorter than {plain(float(np.median(length)))} px, the longest is"
-        f" {plain(float(length.max()))} px; those that do not fit their neighbours may"
-        " be wrong."
+        f" {plain(float(length.max()))} px."
     )
     yield plot.matches.parallaxes(left, found), words

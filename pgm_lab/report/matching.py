@@ -173,8 +173,9 @@ def parallaxes(found: Match) -> str:
         f"From left to right photo a usual point moves by {plain(dx, 3)} columns and"
         f" {plain(dy, 3)} rows, and its window is turned by {angle:.1f} degrees"
         f" (clockwise if positive) and {plain(scale, 3)} times as large. These are"
-        " medians. The arrows show what is left of each parallax when the median is"
-        " taken off."
+        " medians. The arrows show what is left of the parallaxes when a common shift,"
+        " turn, scale and shear are taken off: relief, and matches that do not fit"
+        " their neighbours."
     )
 
 
