@@ -1,10 +1,12 @@
 """The command line: python -m pgm_lab.matching, from two photos to a report."""
 
 import argparse
+import re
 import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -41,7 +43,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     call = parser()
     options = call.parse_args(arguments)
     _check(call, options)
-    return _command.run(call.prog, lambda: _run(options), NO_MEMORY)
+    return _command.run(call.prog, lambda: _in_words_of_a_call(options), NO_MEMORY)
+
+
+def _in_words_of_a_call(options: argparse.Namespace) -> None:
+    """Run, and where an error names an argument of Python, name the option."""
+    try:
+        _run(options)
+    except ValueError as error:
+        words = re.sub(r'\b(colour|start)="(\w+)"', r"--\1 \2", str(error))
+        raise ValueError(words) from None
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -63,8 +74,8 @@ def _run(options: argparse.Namespace) -> None:
             columns = ("column", "row")
             points = _numbers.read_table(options.points, "points", columns, 0).values
         colour = options.colour or COLOURS[0]
-        left = _read(options.left, "left", colour)
-        right = _read(options.right, "right", colour)
+        left = matching.read(options.left, "left", colour=colour)
+        right = matching.read(options.right, "right", colour=colour)
         bar.update()
         bar.set_description(STEPS[1])
         found = matching.match(left, right, points, **settings)
@@ -72,7 +83,7 @@ def _run(options: argparse.Namespace) -> None:
         bar.update()
         bar.set_description(STEPS[2])
         about = f"From {printable(options.left.name)}, {printable(options.right.name)}."
-        words = {"settings": settings, "about": about}
+        words: dict[str, Any] = {"settings": settings, "about": about}
         # All of them before the first is written: nothing half done
         pages = {}
         for path in options.report:
@@ -87,15 +98,6 @@ def _run(options: argparse.Namespace) -> None:
         bar.update()
     short = report.text(found, **words, short=True)
     _command.finish(pages, options.force, short)
-
-
-def _read(path: Path, name: str, colour: str) -> np.ndarray:
-    """Read a photo; what is wrong with it is said in words of the command line."""
-    try:
-        return matching.read(path, name, colour=colour)
-    except ValueError as error:
-        words = str(error).replace('colour="grey"', "--colour grey")
-        raise ValueError(words) from None
 
 
 def _refuse_none(found: matching.Match) -> None:

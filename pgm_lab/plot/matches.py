@@ -119,13 +119,10 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     fig, ax = plt.subplots(figsize=(10, height + 1.0))
     _show(ax, grey)
     look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / magnify}
+    look |= {"edgecolor": basic.BLACK, "linewidth": 0.6, "width": 0.0035}
     for which, colour in ((far, basic.RED), (~far, basic.SKY)):
-        # Twice: light on dark, to be seen on any ground
-        for shade, width in ((basic.BLACK, 0.005), (colour, 0.0028)):
-            if np.any(which):
-                arrows = ax.quiver(
-                    *at[which].T, *vectors[which].T, color=shade, width=width, **look
-                )
+        if np.any(which):
+            arrows = ax.quiver(*at[which].T, *vectors[which].T, color=colour, **look)
     ends = np.concatenate([at, at + magnify * vectors])
     low, high = np.minimum(ends.min(axis=0), -0.5), ends.max(axis=0)
     ax.set(xlim=(low[0], max(high[0], columns - 0.5)))
@@ -133,7 +130,7 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     look = {"labelpos": "E", "coordinates": "axes", "labelcolor": basic.BLACK}
     ax.quiverkey(arrows, 0.85, 1.04, unit, f"{unit:g} px", **look)
     title = "Parallaxes less their affine part"
-    ax.set_title(f"{title}; red: longer" if np.any(far) else title)
+    ax.set_title(f"{title}; red ones are longer" if np.any(far) else title)
     return fig
 
 
@@ -264,12 +261,13 @@ def _series(status: np.ndarray) -> list[tuple[str, np.ndarray, tuple[str, str]]]
     first, *looks = _style.SERIES
     found = [(ACCEPTED, status == ACCEPTED, first)]
     others = Counter(status[status != ACCEPTED].tolist()).most_common()
-    if len(others) > len(looks):
-        others = others[: len(looks) - 1]
-        rest = ~np.isin(status, [ACCEPTED, *(word for word, _ in others)])
-        found.append((OTHERS, rest, looks[-1]))
-    pairs = zip(others, looks)
-    return found + [(word, status == word, look) for (word, _), look in pairs]
+    words = [word for word, _ in others]
+    if len(words) > len(looks):
+        words = words[: len(looks) - 1]
+    found += [(word, status == word, look) for word, look in zip(words, looks)]
+    if len(words) < len(others):
+        found.append((OTHERS, ~np.isin(status, [ACCEPTED, *words]), looks[-1]))
+    return found
 
 
 def _spread(points: np.ndarray, usable: np.ndarray, most: int) -> list[int]:

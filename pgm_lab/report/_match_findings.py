@@ -12,7 +12,7 @@ SMALL = 0.2  # of the left photo
 OFTEN = 0.2  # of the points
 TURNED, SCALED = 15.0, 1.25  # degrees, times
 ODD = 1.5  # times longer or shorter than in the other windows
-WEAK = 0.2  # px
+WEAK, COARSE = 0.2, 1.0  # px, for a usual and for a single point
 STILL = 0.02  # px
 ASIDE = 0.1  # of the width of the left photo
 
@@ -65,6 +65,16 @@ def lost(found: Match) -> list[tuple[str, int]]:
     words, numbers = np.unique(found.status[~found.accepted], return_counts=True)
     order = np.argsort(-numbers, kind="stable")
     return [(str(words[i]), int(numbers[i])) for i in order]
+
+
+def reasons(found: Match) -> list[Finding]:
+    """List what became of the points, in words."""
+    said = [Finding("accepted", f"{np.sum(found.accepted)} points")]
+    for status, number in lost(found):
+        meaning, help = STATUSES[status]
+        words = f"{count(number, 'point')}: {meaning}. What helps: {help}."
+        said.append(Finding(status, words))
+    return said
 
 
 def _still(found: Match) -> Finding | None:
@@ -180,13 +190,22 @@ def _imprecise(found: Match) -> Finding | None:
     if not np.any(found.accepted):
         return None
     sd = float(np.median(found.sd[found.accepted]))
-    if sd <= WEAK:
+    if sd > WEAK:
+        return Finding(
+            "Imprecise matches",
+            f"A usual match has a standard deviation of {plain(sd)} px. The photos are"
+            " blurred or noisy, or their texture is weak: sharper photos, corners in"
+            " place of soft ground, or a larger template help.",
+        )
+    weak = np.flatnonzero(found.accepted & (found.sd > COARSE))
+    if not len(weak):
         return None
+    have = "has" if len(weak) == 1 else "have"
     return Finding(
-        "Imprecise matches",
-        f"A usual match has a standard deviation of {plain(sd)} px. The photos are"
-        " blurred or noisy, or their texture is weak: sharper photos, corners in place"
-        " of soft ground, or a larger template help.",
+        "Imprecise points",
+        f"{count(len(weak), 'point').capitalize()} {have} a standard deviation above"
+        f" {COARSE:g} px: {listed(weak)}. Take them with the weight that it gives them,"
+        " or leave them out.",
     )
 
 
@@ -235,6 +254,7 @@ def limits() -> list[str]:
         f" single shape is odd if a length differs by more than {ODD:g} times from what"
         " the median shape of all windows makes of it.",
         f"A usual standard deviation above {WEAK:g} px is called imprecise: good"
-        " texture gives a few hundredths. A parallax below"
+        f" texture gives a few hundredths. A single one above {COARSE:g} px is hardly a"
+        " measurement. A parallax below"
         f" {STILL:g} px is not told from none.",
     ]

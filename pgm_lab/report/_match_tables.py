@@ -53,7 +53,13 @@ def points(found: Match) -> Table:
         fixed(found.quality[:n], 2),
         list(map(str, found.status[:n])),
     ]
-    header = ("point", "left column", "left row", "right column", "right row")
+    header: tuple[str, ...] = (
+        "point",
+        "left column",
+        "left row",
+        "right column",
+        "right row",
+    )
     header += ("sd column", "sd row", "r", "quality", "status")
     caption = "Points in pixels, columns to the right and rows down, from 0"
     if n < len(found.chosen):

@@ -126,10 +126,10 @@ def sections(
     parts = [
         Section("Summary", (summary(found), *([about] if about else []))),
         Section("What to look at first", words, findings, (), ("photos",)),
-        Section("Found and lost", tables=[_match_tables.statuses(found)]),
     ]
-    if short:
-        return parts
+    if short:  # a table of sentences is too wide for a terminal
+        return [*parts, Section("Found and lost", (), _match_findings.reasons(found))]
+    parts.append(Section("Found and lost", tables=[_match_tables.statuses(found)]))
     if np.any(found.accepted):
         parts.append(Section("Precision", (precision(),), figures=("histograms",)))
         moved = (parallaxes(found),)
