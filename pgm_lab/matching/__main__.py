@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import _command, _numbers, matching
+from pgm_lab import _command, _numbers, matching, observations
 from pgm_lab._command import REPORTS, Output, Parser
 from pgm_lab._files import printable
 from pgm_lab.matching.pair import STARTS
 from pgm_lab.matching.photo import COLOURS
 from pgm_lab.report import matching as report
-from pgm_lab.report._match_tables import SETTINGS, as_csv, as_image_file
+from pgm_lab.report._match_tables import SETTINGS
 
 TABLES = (".csv", ".txt")
 STEPS = "reading", "matching", "reporting"
@@ -92,12 +92,25 @@ def _run(options: argparse.Namespace) -> None:
             else:
                 pages[path] = report.html(found, left, right, **words)
         if options.csv is not None:
-            pages[options.csv] = as_csv(found)
+            pages[options.csv] = found.csv()
         if options.image_csv is not None:
-            pages[options.image_csv] = as_image_file(found, options.pixel_size)
+            pages[options.image_csv] = _image_file(found, options.pixel_size)
         bar.update()
     short = report.text(found, **words, short=True)
     _command.finish(pages, options.force, short)
+
+
+def _image_file(found: matching.Match, pixel_size: float) -> str:
+    """Return the accepted points as photos 1 and 2 of a bundle."""
+    if found.left_size != found.right_size:
+        raise ValueError(
+            f"the photos have {found.left_size} and {found.right_size} pixels, and an"
+            " image file is of one camera: leave out --image-csv"
+        )
+    seen = observations.from_matches(
+        found.chosen, {2: found}, found.left_size, pixel_size, left=1
+    )
+    return seen.csv()
 
 
 def _refuse_none(found: matching.Match) -> None:

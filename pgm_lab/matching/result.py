@@ -156,6 +156,10 @@ class Match:
         1,4.0,4.0,,,,,,,,template leaves the image
         """
         overwrite = _validate.flag(overwrite, "overwrite")
+        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
         C = self.covariance
         numbers = np.column_stack(
             [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
@@ -166,4 +170,4 @@ class Match:
             # repr has the fewest digits that are read as the same number again
             written = ("" if np.isnan(one) else repr(one) for one in row)
             lines.append(",".join([str(i), *written, str(status)]))
-        _files.save({_files.place(path): "\n".join([*lines, ""])}, overwrite=overwrite)
+        return "\n".join([*lines, ""])

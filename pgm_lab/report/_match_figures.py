@@ -33,7 +33,7 @@ def pictures(
 def _photos(found: Match, left: Any, right: Any) -> Iterator[tuple[Figure, str]]:
     m = int(np.sum(found.accepted))
     words = (
-        f"The two photos side by side, with {count(m, 'match')} marked in both, some of"
+        f"The two photos side by side, with {count(m, 'point')} marked in both, some of"
         " them joined by lines."
     )
     if reasons := lost(found):

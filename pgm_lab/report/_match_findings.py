@@ -85,7 +85,7 @@ def _still(found: Match) -> Finding | None:
         return None
     return Finding(
         "No parallax",
-        f"Between the photos a usual point moved by {plain(length)} px only. Is it the"
+        f"Between the photos a usual point moved by less than {STILL:g} px. Is it the"
         " same photo twice? Photos from one and the same place show no depth.",
     )
 

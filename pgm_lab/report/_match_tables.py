@@ -1,12 +1,12 @@
 """The numbers of a matching as tables of words, rounded by their precision."""
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from pgm_lab import matching, observations
+from pgm_lab import matching
 from pgm_lab._rounding import fixed, rounded
 from pgm_lab.matching import STATUSES, Match
 from pgm_lab.report._layout import Table
@@ -87,48 +87,3 @@ def _shown(value: object) -> str:
     if isinstance(value, tuple):
         return " x ".join(map(str, value))
     return "-" if value is None else str(value)
-
-
-def as_csv(found: Match) -> str:
-    """Return all points with all that is known of them, as CSV."""
-    C = found.covariance
-    columns = (
-        found.status,
-        *found.chosen.T,
-        *found.points.T,
-        C[:, 0, 0],
-        C[:, 0, 1],
-        C[:, 1, 1],
-        found.r,
-        found.quality,
-    )
-    header = (
-        "point,status,left_column,left_row,right_column,right_row,"
-        "variance_column,covariance,variance_row,r,quality"
-    )
-    return _lines(header, enumerate(zip(*(column.tolist() for column in columns))))
-
-
-def as_image_file(found: Match, pixel_size: float) -> str:
-    """Return accepted points as the image file of a bundle, of photos 1 and 2."""
-    if found.left_size != found.right_size:
-        raise ValueError(
-            f"the photos have {found.left_size} and {found.right_size} pixels, and the"
-            " image file of a bundle is of one camera: leave out --image-csv"
-        )
-    seen = observations.from_matches(
-        found.chosen, {2: found}, found.left_size, pixel_size, left=1
-    )
-    sd = np.sqrt(np.diagonal(seen.covariance, axis1=1, axis2=2))
-    rows = zip(seen.point, zip(seen.photo, *seen.xy.T.tolist(), *sd.T.tolist()))
-    return _lines("% point, photo, x, y, sx, sy; mm", rows)
-
-
-def _lines(header: str, rows: Iterable[tuple[object, tuple]]) -> str:
-    """Join rows with commas; nothing stands for NaN."""
-    lines = [header]
-    for name, values in rows:
-        # repr has the fewest digits that are read as the same number again
-        cells = ("" if v != v else v if isinstance(v, str) else repr(v) for v in values)
-        lines.append(",".join([str(name), *cells]))
-    return "\n".join(lines) + "\n"

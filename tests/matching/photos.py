@@ -16,16 +16,17 @@ def pair():
     return [np.clip(np.round(one), 0, 255).astype(np.uint8) for one in both]
 
 
-def save(folder, left=None, right=None):
-    """Return two files of photos; those of `pair` where none is given."""
-    given = [one if other is None else other for one, other in zip(pair(), (left, right))]
+def save(folder):
+    """Return the photos of `pair` as two files."""
     paths = [folder / "left.png", folder / "right.png"]
-    for path, photo in zip(paths, given):
+    for path, photo in zip(paths, pair()):
         Image.fromarray(photo).save(path)
     return paths
 
 
-def result(n=40, status=None, shift=(-30.0, 1.0), shape=None, size=SIZE, sd=0.04, **more):
+def result(
+    n=40, status=None, shift=(-30.0, 1.0), shape=None, size=SIZE, sd=0.04, **more
+):
     """A Match of n points on a grid, all accepted unless a status says otherwise."""
     columns = int(np.ceil(np.sqrt(n)))
     place = np.stack(np.divmod(np.arange(n), columns)[::-1], axis=1) + 0.5

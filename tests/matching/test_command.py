@@ -1,6 +1,5 @@
 """The command line of a matching: exit codes, messages, files it leaves."""
 
-import csv
 import functools
 import os
 import re
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pgm_lab import _files, matching
+from pgm_lab import _files, matching, observations
 from pgm_lab.matching import __main__ as command
 from pgm_lab.report import matching as report
 from tests.matching import photos
@@ -94,16 +93,7 @@ def test_the_short_report_is_printed_and_the_long_ones_written(files, reports, c
     assert output.out == report.text(found, about=about, short=True) + "\n"
     assert text.read_text(encoding="utf-8") == report.text(found, **words)
     assert html.read_text(encoding="utf-8") == report.html(found, *files, **words)
-    with table.open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert [row["status"] for row in rows] == found.status.tolist()
-    for name, values in (
-        ("left_column", found.chosen[:, 0]),
-        ("right_row", found.points[:, 1]),
-        ("variance_row", found.covariance[:, 1, 1]),
-        ("r", found.r),
-    ):
-        np.testing.assert_array_equal([float(row[name] or "nan") for row in rows], values)
+    assert table.read_text(encoding="utf-8") == found.csv()
     assert sorted(os.listdir(reports)) == ["a.html", "all.csv", "b.TXT"]
 
 
@@ -125,6 +115,27 @@ runpy.run_module("pgm_lab.matching", run_name="__main__", alter_sys=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(b"Image matching") and done.stderr == b""
     assert os.listdir(reports) == ["r.html"]
+
+
+def test_the_image_file_is_what_a_bundle_reads(files, reports, capsys):
+    path = reports / "image.txt"
+    call = ("--number", 20, "--image-csv", path, "--pixel-size", 0.005)
+    assert run(*files, *call) == 0
+    found = matching.match(*files, number=20)
+    seen = observations.from_matches(
+        found.chosen, {2: found}, photos.SIZE, 0.005, left=1
+    )
+    rows = np.loadtxt(path, delimiter=",", comments="%")
+    np.testing.assert_array_equal(rows[:, :2].T, (seen.point, seen.photo))
+    np.testing.assert_array_equal(rows[:, 2:4], seen.xy)
+
+
+def test_photos_of_two_sizes_make_no_image_file(files, reports, capsys):
+    Image.fromarray(photos.pair()[1][:-5]).save(files[1])
+    outputs = ("--report", reports / "r.txt", "--image-csv", reports / "i.txt")
+    message = ended(capsys, *files, *outputs, "--pixel-size", 0.005, "--number", 9)
+    assert "(240, 200) and (240, 195) pixels" in message and "--image-csv" in message
+    assert os.listdir(reports) == []
 
 
 def test_the_options_reach_the_matching(files, tmp_path, monkeypatch, capsys):
@@ -250,7 +261,7 @@ def test_a_copy_of_the_photo_is_matched_and_called_the_same_photo(files, capsys)
     files[1].write_bytes(files[0].read_bytes())
     assert run(*files, "--number", 20) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "No parallax: Between the photos a usual point moved by 0 px" in said
+    assert "No parallax: Between the photos a usual point moved by less than" in said
     assert "Is it the same photo twice?" in said
 
 
