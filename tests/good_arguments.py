@@ -421,10 +421,6 @@ FUNCTIONS = {
         rays=[10.0, 100], seconds={"a": [1.0, 2]}, megabytes=[1.0, 2],
         labels=["s", "t"],
     ),
-    "report.matching.html": lambda: dict(
-        found=matched(), left=GREY, right=GREY, settings={"number": 9}
-    ),
-    "report.matching.text": lambda: dict(found=matched(), settings={"number": 9}),
     "rotation.matrix": lambda: dict(ANGLES),
     "rotation.derivatives": lambda: dict(ANGLES),
     "rotation.small_angle": lambda: dict(ANGLES),

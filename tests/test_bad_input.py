@@ -99,6 +99,8 @@ CHECKS = {n for n in PUBLIC if n.startswith("checks.chapter") and n not in FUNCT
 EXCEPT = {
     "report.html": "tests/report",
     "report.text": "tests/report",
+    "report.matching.html": "tests/matching/test_page.py",
+    "report.matching.text": "tests/matching/test_page.py",
     "bundle.read": "tests/bundle/test_files.py",
     "bundle.write": "tests/bundle/test_files.py",
     "bundle.defects.adjust": "tests/bundle/test_defects.py",

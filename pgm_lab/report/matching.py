@@ -102,6 +102,7 @@ def text(
     '5 of 5 points were found;'
     """
     given = _given(found, settings, about)
+    short = _validate.flag(short, "short")
     return as_text(TITLE, sections(found, given, about, short))
 
 
