@@ -63,7 +63,7 @@ def matches():
 
 @cache
 def matched():
-    chosen = np.array([(20.0, 20.0), (26, 22), (22, 26)])
+    chosen, _ = matches()
     return matching.match(GREY, GREY, chosen, start=chosen, template=11, search=15)
 
 
