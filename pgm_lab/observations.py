@@ -90,13 +90,16 @@ class Observations:
             If it cannot be written; an old one stays.
         """
         overwrite = _validate.flag(overwrite, "overwrite")
+        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
         points, photos = _ids(self.point, "points"), _ids(self.photo, "photos")
         sigma = np.sqrt(self.covariance[:, [0, 1], [0, 1]])
         rows = zip(points, photos, *self.xy.T.tolist(), *sigma.T.tolist())
         # repr has the fewest digits that are read as the same number again
         lines = [",".join(map(repr, row)) for row in rows]
-        text = "\n".join([f"% {', '.join(COLUMNS)}; mm", *lines, ""])
-        _files.save({_files.place(path): text}, overwrite=overwrite)
+        return "\n".join([f"% {', '.join(COLUMNS)}; mm", *lines, ""])
 
     def __str__(self) -> str:
         """Say how many points each photo shows, and what was dropped and why."""

@@ -111,6 +111,14 @@ class Match:
         """Whether the status is "accepted": ndarray (n,) of bool."""
         return self.status == "accepted"
 
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviation of a coordinate in pixels: ndarray (n,).
+
+        The root of the mean variance of column and row; NaN unless accepted.
+        """
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
         """Save all points as a table, with what became of each.
 
@@ -148,6 +156,10 @@ class Match:
         1,4.0,4.0,,,,,,,,template leaves the image
         """
         overwrite = _validate.flag(overwrite, "overwrite")
+        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
         C = self.covariance
         numbers = np.column_stack(
             [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
@@ -158,4 +170,4 @@ class Match:
             # repr has the fewest digits that are read as the same number again
             written = ("" if np.isnan(one) else repr(one) for one in row)
             lines.append(",".join([str(i), *written, str(status)]))
-        _files.save({_files.place(path): "\n".join([*lines, ""])}, overwrite=overwrite)
+        return "\n".join([*lines, ""])
