@@ -140,7 +140,8 @@ def match(
     found[k], covariance[k] = fine.points, fine.covariance
     shapes = np.full((len(points), 2, 2), np.nan)
     shapes[k] = fine.parameters[:, [1, 2, 4, 5]].reshape(-1, 2, 2)
-    q = quality(r)
+    q = np.full(len(points), np.nan)
+    q[k] = quality(left, right, points[k], fine, template)
     status[(status == "accepted") & (q < least_quality)] = "below threshold"
     for values in (found, covariance, shapes, q):
         values[status != "accepted"] = np.nan
