@@ -38,6 +38,7 @@ class Settings:
     tolerance: float
     max_iterations: int
     noise: tuple[float, float]
+    correlated: bool
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class Found:
     Q: np.ndarray
     means: np.ndarray
     sigma0: np.ndarray
+    effective_pixels: np.ndarray
     r: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
@@ -108,11 +110,15 @@ def attempt(
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
-    Q, sigma0, singular = _normal_equations.precision(template, T[good], last, s.noise)
-    # Saturated pixels have no noise: they say nothing of how large it is
-    u, pixels_each = Q.shape[1], template.rows.shape[2]
-    more = (pixels_each - u) / (textured[good] - u)
-    Q, sigma0 = more[:, None, None] * Q, np.sqrt(more) * sigma0
+    Q, sigma0, worth, singular = _normal_equations.precision(
+        template, T[good], last, s.noise, s.correlated
+    )
+    # Saturated pixels have no noise: they do not tell how large it is in the others
+    k, u = template.rows.shape[2], Q.shape[1]
+    n = textured[good]
+    most = np.where(n < k, k * (n - u) / (k - u), np.inf)
+    Q *= np.maximum(worth / most, 1)[:, None, None]
+    worth = np.minimum(worth, most)
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
     status[good[singular]] = UNDETERMINED
@@ -123,16 +129,12 @@ def attempt(
         np.full((len(T), 2), np.nan),
         np.full((len(T), *Q.shape[1:]), np.nan),
         means,
-        *np.full((2, len(T)), np.nan),
+        *np.full((3, len(T)), np.nan),
         iterations,
         status,
     )
-    found.h[good], found.Q[good], found.sigma0[good], found.r[good] = (
-        last.h,
-        Q,
-        sigma0,
-        r,
-    )
+    found.h[good], found.Q[good], found.r[good] = last.h, Q, r
+    found.sigma0[good], found.effective_pixels[good] = sigma0, worth
     return found
 
 

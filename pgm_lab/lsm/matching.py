@@ -24,6 +24,10 @@ class Match:
         Standard deviation of a grey value of the left image minus h0 + h1 times one of
         the right: sqrt(vᵀv / redundancy), freed from the smoothing that interpolation
         does to noise.
+    effective_pixels : ndarray (n,)
+        Pixels with white noise of sigma0 that would give the covariance: fewer than the
+        template has where neighbouring residuals are alike, or where they are larger on
+        strong texture. The whole number without `correlated`.
     parameters : ndarray (n, 8)
         (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), with x and y counted
         from the left point.
@@ -49,6 +53,7 @@ class Match:
     points: np.ndarray
     covariance: np.ndarray
     sigma0: np.ndarray
+    effective_pixels: np.ndarray
     parameters: np.ndarray
     parameter_covariance: np.ndarray
     r: np.ndarray
@@ -75,6 +80,7 @@ def match(
     tolerance: float = 0.02,
     max_iterations: int = 20,
     noise: ArrayLike = (1.0, 1.0),
+    correlated: bool = True,
 ) -> Match:
     """Match windows around points of the left image in the right one.
 
@@ -111,6 +117,8 @@ def match(
     noise : array_like (2,)
         Standard deviations of a grey value in the left and in the right image. Only
         their ratio is used: how large they are is seen from the residuals.
+    correlated : bool
+        False takes the noise for white, as the textbook does.
 
     Returns
     -------
@@ -161,6 +169,7 @@ def match(
     tolerance = _validate.positive_number(tolerance, "tolerance", "px")
     if not 0 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
+    correlated = _validate.flag(correlated, "correlated")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     # Far outside is outside; larger numbers do not fit whole pixels
     pixels = np.rint(np.clip(points, -1, max(left.shape))).astype(int)
@@ -173,10 +182,16 @@ def match(
     usable = np.flatnonzero(status == "too many iterations")
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
-    sigma0, r = np.full((2, n), np.nan)
+    sigma0, effective_pixels, r = np.full((3, n), np.nan)
     iterations = np.zeros(n, int)
     settings = _iteration.Settings(
-        half, radiometric, threshold, tolerance, max_iterations, _noise(noise)
+        half,
+        radiometric,
+        threshold,
+        tolerance,
+        max_iterations,
+        _noise(noise),
+        correlated,
     )
     chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):
@@ -184,13 +199,15 @@ def match(
         found = _iteration.find(left, right, pixels[k], T[k], settings)
         parameters[k], covariance[k] = _of_left_point(found, points[k] - pixels[k])
         sigma0[k], r[k] = found.sigma0, found.r
+        effective_pixels[k] = found.effective_pixels
         iterations[k], status[k] = found.iterations, found.status
-    for values in (parameters, covariance, sigma0, r):
+    for values in (parameters, covariance, sigma0, effective_pixels, r):
         values[status != "accepted"] = np.nan
     return Match(
         points=parameters[:, [0, 3]],
         covariance=covariance[:, [[0], [3]], [[0, 3]]],
         sigma0=sigma0,
+        effective_pixels=effective_pixels,
         parameters=parameters,
         parameter_covariance=covariance,
         r=r,

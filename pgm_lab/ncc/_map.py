@@ -18,7 +18,8 @@ from pgm_lab import _validate
 # even in double precision: of its 16 digits the variance has lost 8
 FAINT = 1e-8
 CHUNK = 2**16  # grey values that are worked on at a time: what a cache holds
-LARGE = 2**15  # grey values of a search window, above which two dimensions are quicker
+LARGE = 2**15  # grey values of a search window, above which blocks are quicker
+BLOCK = 160  # rows and columns of a block
 
 # Work memory of each thread: to fetch it anew in each call would take longer than the
 # transforms. Nothing is remembered in it from one call to the next.
@@ -74,12 +75,17 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
             f"template {size} is larger than search {(H, W)}, both (rows, columns)."
             " Take a smaller template, or swap the two arguments"
         )
+    both = template.ndim == search.ndim == 2
+    if both and template.dtype == search.dtype == np.uint8 and search.size <= 2**14:
+        r = _from_whole_sums(template, search)
+        if r is not None:
+            return r
     if np.any(flat(template)):
         raise ValueError(
             "template is flat: all its grey values are equal, and no correlation is"
             " defined. Take a larger template, or one with texture"
         )
-    if template.ndim == search.ndim == 2:
+    if both:
         return surfaces(template[None], search[None])[0]
     try:
         leading = np.broadcast_shapes(template.shape[:-2], search.shape[:-2])
@@ -128,16 +134,91 @@ def chunks(n: int, size: int) -> list[slice]:
     return [slice(i, i + at_once) for i in range(0, n, at_once)]
 
 
+def _from_whole_sums(template: np.ndarray, search: np.ndarray) -> np.ndarray | None:
+    """The map of 8 bit grey values from sums in whole numbers; None if in doubt.
+
+    OpenCV transforms in single or in double precision, as the machine has it. No number
+    it comes upon is above the product of the two norms, so that up to 2^22 no rounding
+    is above 1/8; and as the sums are whole numbers, all roundings together show in
+    their fractions. If none is above 1/4, the nearest whole numbers are the sums.
+    """
+    n, (h, w) = template.size, template.shape
+    t, s = (
+        np.subtract(g, round(cv2.mean(g)[0]), dtype="f4") for g in (template, search)
+    )
+    t_squares, t_total = cv2.norm(t, cv2.NORM_L2SQR), cv2.sumElems(t)[0]
+    ssd_t = n * t_squares - t_total**2
+    if not 0 < ssd_t or t_squares * cv2.norm(s, cv2.NORM_L2SQR) > 2.0**44:
+        return None
+    products = cv2.matchTemplate(s, t, cv2.TM_CCORR)
+    whole = np.rint(products)
+    if cv2.norm(products, whole, cv2.NORM_INF) > 1 / 4:
+        return None
+    running = np.array(cv2.integral2(s, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F))
+    rows = running[:, h:] - running[:, :-h]
+    total, squares = rows[:, :, w:] - rows[:, :, :-w]
+    r = np.multiply(whole, n, dtype=float)
+    r -= t_total * total
+    squares *= n
+    squares -= total * total
+    np.maximum(squares, 1.0, out=squares)  # of flat windows, whose r is 0
+    squares *= ssd_t
+    r /= np.sqrt(squares, out=squares)
+    np.minimum(r, 1.0, out=r)  # where rounding would go beyond by the last digit
+    return np.maximum(r, -1.0, out=r)
+
+
 def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     """Correlation maps of templates (k, h, w), none flat, in searches (k, H, W)."""
     t = centred(templates)
-    s = centred(searches, _work("grey", searches.shape))
     t -= _means(t)  # again, since the first mean was rounded
     t /= np.sqrt(np.einsum("kij,kij->k", t, t))[:, None, None]
-    r = _covariances(t, s)
-    ssd = _sums_of_squares(s, t.shape[1:])
+    if len(t) == 1 or searches[0].size > LARGE:
+        r = np.empty((len(t), *np.subtract(searches.shape, templates.shape)[1:] + 1))
+        for one in zip(t, searches, r, strict=True):
+            _in_blocks(*one)
+        return r
+    s = centred(searches, _work("grey", searches.shape))
+    return _normalized(_covariances(t, s), t, s, searches)
+
+
+def _in_blocks(t: np.ndarray, search: np.ndarray, r: np.ndarray) -> None:
+    """Fill the map r of one template, in blocks so small that a cache holds them.
+
+    The blocks overlap by the template, so that each position lies in one of them.
+    """
+    h, w = t.shape
+    rows, columns = _length(r.shape[0], h), _length(r.shape[1], w)
+    spectrum = _spectrum("template", t, (rows + h - 1, columns + w - 1))
+    for i in range(0, r.shape[0], rows):
+        for j in range(0, r.shape[1], columns):
+            block = search[None, i : i + rows + h - 1, j : j + columns + w - 1]
+            s = centred(block, _work("grey", block.shape))
+            c = _covariance(spectrum, s[0], t.shape)
+            part = r[None, i : i + rows, j : j + columns]
+            _normalized(c, t[None], s, block, out=part)
+
+
+def _length(n: int, size: int) -> int:
+    """How many of n positions a block takes along one axis, for a template of `size`.
+
+    The transforms of a block cost least per position where it is four templates long
+    or, if these are small, 160 grey values.
+    """
+    return math.ceil(n / math.ceil(n / (max(BLOCK, 4 * size) - size)))
+
+
+def _normalized(
+    r: np.ndarray,
+    t: np.ndarray,
+    s: np.ndarray,
+    searches: np.ndarray,
+    out: np.ndarray | None = None,
+) -> np.ndarray:
+    """Correlations from the covariances r of the centred windows s; r is used up."""
+    ssd, energy = _sums_of_squares(s, t.shape[1:])
     # The running sums, and their rounding errors, have grown to the energy of the stack
-    faint = ssd <= FAINT * np.vdot(s, s)
+    faint = ssd <= FAINT * energy
     if faint.any():
         ssd[faint] = np.inf
         r /= np.sqrt(ssd, out=ssd)
@@ -145,7 +226,7 @@ def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     else:
         r /= np.sqrt(ssd, out=ssd)
     np.minimum(r, 1.0, out=r)  # where rounding would go beyond by the last digit
-    return np.maximum(r, -1.0)  # a copy: r lies in work memory
+    return np.maximum(r, -1.0, out=out)  # r lies in work memory, the result does not
 
 
 def _work(name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -201,8 +282,6 @@ def _covariances(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     two rows holds the map, and OpenCV transforms all rows of a stack in one call.
     """
     (k, h, w), (H, W) = t.shape, s.shape[1:]
-    if H * W > LARGE:
-        return np.stack([_one_covariance(*pair) for pair in zip(t, s, strict=True)])
     rows = _work("rows", (2 * k, cv2.getOptimalDFTSize(H * W)))
     rows[:k, : H * W] = s.reshape(k, -1)
     rows[:k, H * W :] = 0
@@ -217,22 +296,33 @@ def _covariances(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     return maps.reshape(k, H - h + 1, W)[:, :, : W - w + 1]
 
 
-def _one_covariance(t: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """The same for one large window, in two dimensions."""
-    (h, w), (H, W) = t.shape, s.shape
-    spectra = []
-    for values in (s, t):
-        padded = np.zeros((cv2.getOptimalDFTSize(H), cv2.getOptimalDFTSize(W)))
-        padded[: values.shape[0], : values.shape[1]] = values
-        spectra.append(cv2.dft(padded, nonzeroRows=values.shape[0]))
-    product = cv2.mulSpectrums(spectra[0], spectra[1], 0, conjB=True)
+def _spectrum(name: str, values: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Transform of values, padded with zeros to at least `size`."""
+    rows, columns = values.shape
+    padded = _work(name, tuple(map(cv2.getOptimalDFTSize, size)))
+    padded[:rows, :columns] = values
+    padded[:rows, columns:] = 0
+    padded[rows:] = 0
+    return cv2.dft(padded, padded, nonzeroRows=rows)
+
+
+def _covariance(
+    template: np.ndarray, s: np.ndarray, size: tuple[int, int]
+) -> np.ndarray:
+    """The same for one block (1, rows, columns), from the spectrum of its template."""
+    rows, columns = np.subtract(s.shape, size) + 1
+    product = _spectrum("block", s, template.shape)
+    cv2.mulSpectrums(product, template, 0, product, conjB=True)
     inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
-    product = cv2.dft(product, flags=inverse, nonzeroRows=H - h + 1)
-    return product[: H - h + 1, : W - w + 1]
+    cv2.dft(product, product, flags=inverse, nonzeroRows=rows)
+    return product[None, :rows, :columns]
 
 
-def _sums_of_squares(s: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Sum of squares of each window about its mean; the stack as one tall image."""
+def _sums_of_squares(s: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, float]:
+    """Sum of squares of each window about its mean, and that of all grey values.
+
+    The stack is summed up as one tall image.
+    """
     (k, H, W), (h, w) = s.shape, size
     running = _work("sums", (2, k * H + 1, W + 1))
     cv2.integral2(s.reshape(k * H, W), running[0], running[1], cv2.CV_64F, cv2.CV_64F)
@@ -243,7 +333,7 @@ def _sums_of_squares(s: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     total, squares = np.subtract(rows[..., w:], rows[..., :-w], out=windows)
     total *= total
     total /= h * w
-    return np.subtract(squares, total, out=squares)
+    return np.subtract(squares, total, out=squares), running[1, -1, -1]
 
 
 def _by_definition(

@@ -130,7 +130,9 @@ def test_a_point_does_not_feel_what_it_is_matched_together_with():
 def test_a_fast_match_equals_the_dense_adjustment_within_its_precision():
     left, right = pair(gain=1.08, offset=4, sigma=1.0)
     points = spread(60)
-    fast = lsm.match(left, right, points, np.rint(transformed(points)))
+    fast = lsm.match(
+        left, right, points, np.rint(transformed(points)), correlated=False
+    )
     dense = lsm.adjust(left, right, points, fast.parameters)
     assert set(dense.status) == {"converged"}
     sd = np.sqrt(np.diagonal(fast.parameter_covariance, axis1=1, axis2=2))
@@ -439,9 +441,9 @@ def test_a_match_whose_covariance_is_singular_is_none(monkeypatch):
     precision = _normal_equations.precision
 
     def singular_first(*given):
-        Q, sigma0, singular = precision(*given)
+        Q, sigma0, pixels, singular = precision(*given)
         singular[0] = True
-        return Q, sigma0, singular
+        return Q, sigma0, pixels, singular
 
     monkeypatch.setattr(_normal_equations, "precision", singular_first)
     left, right = pair()

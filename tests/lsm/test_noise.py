@@ -33,9 +33,11 @@ def matches(scene, sigma, **options):
 def test_errors_are_as_predicted_where_the_ratio_of_the_noise_is_said(scene, sigma):
     """Half of what the derivatives hold is noise: known to the second order, 15 %.
 
-    2200 errors give their root mean square to 1.5 per cent.
+    2200 errors give their root mean square to 1.5 per cent. Noise of the right image
+    makes h1 too small; the texture that this leaves in the residuals is taken for
+    correlated noise by default.
     """
-    z = matches(scene, sigma, noise=sigma)
+    z = matches(scene, sigma, noise=sigma, correlated=False)
     assert np.sqrt(np.mean(z**2)) == pytest.approx(1.06, abs=0.09)
 
 

@@ -202,7 +202,10 @@ def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiome
     found = _normal_equations.solve(template, B)
     T = np.zeros((2, 2, 3)) + np.eye(2, 3, 1)
     T[:, :, 0] = pixels
-    C, sigma0, singular = _normal_equations.precision(template, T, found)
+    C, sigma0, pixels, singular = _normal_equations.precision(
+        template, T, found, correlated=False
+    )
+    np.testing.assert_array_equal(pixels, 121)
     assert not singular.any()
     _, x, y = _normal_equations.window_grid(half)
     u = 8 if radiometric else 6
