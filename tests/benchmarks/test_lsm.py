@@ -61,8 +61,8 @@ def ecc(left, right, points, start, iterations, epsilon, blur):
     return found
 
 
-# 1000 windows of 21 x 21 fill half of 900 x 900. The whole part of the image that the
-# points lie in is prepared for interpolation, so that sparse points cost more each.
+# 1000 windows of 21 x 21 fill half of 900 x 900. Only what the windows reach is fetched
+# from the image and prepared for interpolation.
 @pytest.mark.benchmark(**CPU)
 @pytest.mark.parametrize("size", [900, 2000, 4000])
 def test_match(benchmark, size):
@@ -110,6 +110,57 @@ def test_opencv_ecc_8_bit(benchmark):
     start = scene.start, *ECC["as it comes"]
     found = benchmark(ecc, left, right, scene.points, *start)
     assert np.mean(np.abs(found - scene.truth) < 1) > 0.9
+
+
+LARGE = 8000
+KINDS = [np.uint8, np.float32, np.float64]
+
+
+def fifty_in_a_large_image(kind):
+    """Left and right image, points and starts."""
+    scene = scattered(900, n=50)
+    images = []
+    for part in scene.images(1.0):
+        image = np.zeros((LARGE, LARGE), kind)
+        image[4000:4900, 4000:4900] = part.clip(0, 255)
+        images.append(image)
+    return *images, scene.points + 4000, scene.start + 4000
+
+
+def by_hand(left, right, points, start, half=40):
+    """Windows cut by the caller, below each other in two small images."""
+    size = 2 * half + 1
+    small = [
+        np.concatenate(
+            [
+                image[y - half : y + half + 1, x - half : x + half + 1]
+                for x, y in at.astype(int)
+            ]
+        )
+        for image, at in ((left, points), (right, start))
+    ]
+    middles = np.array([(half, half + i * size) for i in range(len(points))], float)
+    found = lsm.match(*small, middles, middles, WINDOW)
+    return found.points - middles + start
+
+
+@pytest.mark.benchmark(**CPU)
+@pytest.mark.parametrize("kind", KINDS)
+def test_match_in_a_large_image(benchmark, kind):
+    benchmark.group = f"50 points in {LARGE} x {LARGE} pixels, {np.dtype(kind).name}"
+    given = fifty_in_a_large_image(kind)
+    found = benchmark(lsm.match, *given, WINDOW)
+    assert np.all(found.accepted)
+    np.testing.assert_allclose(found.points, by_hand(*given), rtol=0, atol=1e-6)
+
+
+@pytest.mark.benchmark(**CPU)
+@pytest.mark.parametrize("kind", KINDS)
+def test_windows_cut_by_hand(benchmark, kind):
+    """The aim is a ratio of at most two."""
+    benchmark.group = f"50 points in {LARGE} x {LARGE} pixels, {np.dtype(kind).name}"
+    found = benchmark(by_hand, *fifty_in_a_large_image(kind))
+    assert np.isfinite(found).all()
 
 
 @pytest.mark.parametrize(
