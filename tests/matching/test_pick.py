@@ -72,9 +72,10 @@ def test_no_template_touches_what_has_no_data():
     masked = np.ma.array(GREY, mask=mask)
     points = pick(masked, 200)
     np.testing.assert_array_equal(points, pick(holes, 200))
-    assert len(points) == 200
-    for point in points:
-        assert not image.cut(mask, point, 21).any()
+    assert len(points) > 150
+    status = lsm.match(masked, masked, points).status
+    assert not np.any(status == "no data in the template")
+    assert np.mean(status == "accepted") > 0.98
     np.testing.assert_array_equal(pick(np.ma.array(GREY), 50), pick(GREY, 50))
 
 
