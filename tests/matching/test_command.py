@@ -349,6 +349,7 @@ def test_existing_files_are_replaced_only_by_force(files, reports, quick, capsys
         assert path.read_text() == "mine"
         assert run(*files, option, path, "--force") == 0
         assert path.read_text(encoding="utf-8") != "mine"
+        capsys.readouterr()
 
 
 def test_a_photo_is_never_replaced_and_no_output_by_another(files, reports, capsys):
