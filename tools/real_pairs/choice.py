@@ -52,7 +52,8 @@ def smooth(pair: Stereo, number: int, template: int) -> np.ndarray:
     window = np.ones((template, template), np.uint8)
     step = cv2.dilate(known, window) - cv2.erode(known, window)
     column, row = points.astype(int).T
-    return points[step[row, column] < 3]
+    seen = ~np.isnan(pair.disparity[row, column])
+    return points[seen & (step[row, column] < 3)]
 
 
 def distance(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
