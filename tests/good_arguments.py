@@ -336,6 +336,7 @@ FUNCTIONS = {
     "ncc.match": lambda: dict(
         left=GREY, right=GREY, points=[(20, 20), (26, 22)], start=[(20, 20), (26, 22)],
         template=11, search=21, refine="parabola",
+        lines=[(0, 1, -20.0), (0, 1, -22.0)], back=1.0,
     ),
     "ncc.correlation": lambda: dict(a=GREY[:11, :11], b=GREY[3:14, :11]),
     "ncc.regression": lambda: dict(a=GREY[:11, :11], b=GREY[3:14, :11]),

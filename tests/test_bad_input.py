@@ -123,6 +123,9 @@ CALLED = [name for name in PUBLIC if name in FUNCTIONS and name not in EXCEPT]
 NO_NAMES = {"None", *(f"{i}: None" for i in range(3))}
 LACKING = {"one masked", "one NaN", "one inf", "one -inf"}  # a photo may lack pixels
 MEANT = {
+    ("ncc.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("ncc.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("ncc.match", "search"): {"two numbers"},  # rows and columns
     ("plot.matches.side_by_side", "left"): LACKING,
     ("plot.matches.side_by_side", "right"): LACKING,
     ("plot.matches.parallaxes", "left"): LACKING,
