@@ -45,6 +45,17 @@ def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
             part.unlink(missing_ok=True)
 
 
+def place(path: str | os.PathLike) -> Path:
+    """Return the path of a file to be written, in a folder that is made if missing."""
+    if not isinstance(path, str | os.PathLike) or not str(path).strip():
+        raise ValueError(f"path must be the name of a file; got {path!r:.60}")
+    file = Path(path)
+    if file.is_dir():
+        raise IsADirectoryError(f"{printable(file)}: this is a folder; name a file")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    return file
+
+
 def _replace_all(parts: Mapping[Path, Path]) -> None:
     """Rename each part to its path, or leave all paths as they are."""
     aside = {path: _beside(path, "old") for path in parts if os.path.lexists(path)}

@@ -1,9 +1,11 @@
 """Matches become image observations: photo coordinates with their covariances.
 
-The step from chapters 2 and 3 to chapters 5 and 6: what `ncc.match` and `lsm.match`
-have found goes in one call to what `bundle.Network.of` takes.
+The step from chapters 2 and 3 to chapters 5 and 6: what `ncc.match`, `lsm.match` and
+`matching.match` have found goes in one call to what `bundle.Network.of` takes, or into
+a file that `bundle.read` takes.
 """
 
+import os
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, frames, lsm, ncc
+from pgm_lab import _files, _validate, frames, lsm, matching, ncc
+
+Match = ncc.Match | lsm.Match | matching.Match
+COLUMNS = ("point", "photo", "x", "y", "sx", "sy")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +68,39 @@ class Observations:
         names = tuple(p for p in where[0] if all(p in rows for rows in where))
         return names, self.xy[[[rows[p] for p in names] for rows in where]]
 
+    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
+        """Save the observations as the table of image coordinates of `bundle.read`.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of comma-separated values: point, photo, x, y, sx, sy in mm. It has
+            no place for the correlation of x and y; `rows` have it.
+        overwrite : bool
+            Whether a file of this name may be replaced.
+
+        Raises
+        ------
+        ValueError
+            If the names of photos or points are not whole numbers, as the bundle's
+            files want them.
+        FileExistsError
+            If the file is there already.
+        OSError
+            If it cannot be written; an old one stays.
+        """
+        overwrite = _validate.flag(overwrite, "overwrite")
+        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
+        points, photos = _ids(self.point, "points"), _ids(self.photo, "photos")
+        sigma = np.sqrt(self.covariance[:, [0, 1], [0, 1]])
+        rows = zip(points, photos, *self.xy.T.tolist(), *sigma.T.tolist())
+        # repr has the fewest digits that are read as the same number again
+        lines = [",".join(map(repr, row)) for row in rows]
+        return "\n".join([f"% {', '.join(COLUMNS)}; mm", *lines, ""])
+
     def __str__(self) -> str:
         """Say how many points each photo shows, and what was dropped and why."""
         lines = []
@@ -75,7 +113,7 @@ class Observations:
 
 def from_matches(
     left_points: ArrayLike,
-    matches: Mapping[Hashable, ncc.Match | lsm.Match],
+    matches: Mapping[Hashable, Match],
     image_size: ArrayLike,
     pixel_size: ArrayLike,
     *,
@@ -92,8 +130,9 @@ def from_matches(
     ----------
     left_points : array_like (n, 2)
         (column, row) in pixels, which were matched.
-    matches : mapping {name of the right photo: ncc.Match or lsm.Match}
-        Each of the same n points.
+    matches : mapping {name of the right photo: Match}
+        Results of `ncc.match`, `lsm.match` or `matching.match`, each of the same n
+        points.
     image_size : (columns, rows)
         Of all photos, in pixels.
     pixel_size : float or (x, y)
@@ -165,9 +204,9 @@ def from_matches(
     if len(names) != n or len(set(names)) != n:
         raise ValueError(f"points must be {n} different names; got {len(names)}")
     for match in _validate.mapping(matches, "matches").values():
-        if not isinstance(match, ncc.Match | lsm.Match):
+        if not isinstance(match, Match):
             raise ValueError(
-                "matches must be results of ncc.match or lsm.match; got"
+                "matches must be results of ncc.match, lsm.match or matching.match; got"
                 f" {_validate.shown(match)}"
             )
     if left in matches:
@@ -187,6 +226,8 @@ def from_matches(
                 f"the match with photo {photo!r} has {len(match.status)} points, but"
                 f" left_points has {n}"
             )
+        if isinstance(match, matching.Match):
+            _refuse_others(match, photo, chosen, image_size)
         good = np.flatnonzero(match.accepted)
         lost = Counter(match.status[~match.accepted].tolist())
         dropped |= {(photo, status): number for status, number in lost.items()}
@@ -207,10 +248,47 @@ def from_matches(
     return Observations((*[left] * len(good), *photos), point, xy, C, dropped)
 
 
-def _in_left_photo(match: ncc.Match | lsm.Match, good: np.ndarray) -> np.ndarray:
+def _in_left_photo(match: Match, good: np.ndarray) -> np.ndarray:
     """Covariances (m, 2, 2) of matches, turned into pixels of the left photo."""
     C = match.covariance[good]
     if isinstance(match, ncc.Match):
         return C
-    J = np.linalg.inv(match.parameters[good][:, [[1, 2], [4, 5]]])
+    if isinstance(match, matching.Match):
+        shape = match.shape[good]
+    else:
+        shape = match.parameters[good][:, [[1, 2], [4, 5]]]
+    J = np.linalg.inv(shape)
     return J @ C @ np.swapaxes(J, 1, 2)
+
+
+def _refuse_others(
+    match: matching.Match, photo: Hashable, chosen: np.ndarray, image_size: ArrayLike
+) -> None:
+    """Refuse a match of other points, or of photos of another size."""
+    if not np.array_equal(match.chosen, chosen):
+        raise ValueError(
+            f"the match with photo {photo!r} is of other points than left_points: give"
+            " the same points to each match"
+        )
+    size = tuple(_validate.image_size(image_size).astype(int).tolist())
+    for side in (match.left_size, match.right_size):
+        if side != size:
+            raise ValueError(
+                f"photo {photo!r} was matched with photos of {match.left_size} and"
+                f" {match.right_size} (columns, rows), but image_size is {size}: all"
+                " photos must have the same size"
+            )
+
+
+def _ids(names: Sequence[Hashable], what: str) -> list[int]:
+    """Names as whole numbers."""
+    try:
+        ids = [int(str(name)) for name in names]
+    except ValueError:
+        raise ValueError(
+            f"names of {what} must be whole numbers to be saved, as the bundle's files"
+            f" have them; got {', '.join(map(repr, names[:5]))}"
+        ) from None
+    if len(set(ids)) != len(set(names)):
+        raise ValueError(f"two names of {what} are the same whole number")
+    return ids

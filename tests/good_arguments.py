@@ -11,7 +11,17 @@ from functools import cache
 import matplotlib.pyplot as plt
 import numpy as np
 
-from pgm_lab import bundle, camera, datasets, image, ledger, lsm, ncc, simulate
+from pgm_lab import (
+    bundle,
+    camera,
+    datasets,
+    image,
+    ledger,
+    lsm,
+    matching,
+    ncc,
+    simulate,
+)
 from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import absolute
 from pgm_lab.plot import space
@@ -49,6 +59,12 @@ def matches():
     chosen = np.array([(20.0, 20.0), (26, 22)])
     found = ncc.match(GREY, GREY, chosen, template=11, search=21)
     return chosen, {"B": lsm.match(GREY, GREY, chosen, found.points, template=11)}
+
+
+@cache
+def matched():
+    chosen, _ = matches()
+    return matching.match(GREY, GREY, chosen, start=chosen, template=11, search=15)
 
 
 @cache
@@ -362,6 +378,10 @@ FUNCTIONS = {
         left=GREY, right=GREY, point=(20, 20), window=5,
         parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
     ),
+    "plot.matches.side_by_side": lambda: dict(left=GREY, right=GREY, found=matched()),
+    "plot.matches.parallaxes": lambda: dict(left=GREY, found=matched()),
+    "plot.matches.histograms": lambda: dict(found=matched(), threshold=0.7),
+    "plot.matches.remainders": lambda: dict(found=matched()),
     "plot.matrices.normal_blocks": lambda: dict(SIZES),
     "plot.matrices.normal_matrix": lambda: dict(SIZES),
     "plot.matrices.correlation_matrix": lambda: dict(result=adjusted()),

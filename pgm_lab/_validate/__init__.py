@@ -23,6 +23,7 @@ from pgm_lab._validate._numbers import (
 from pgm_lab._validate._shapes import (
     broadcast,
     covariances,
+    grey_image,
     image,
     image_size,
     indices,
@@ -52,6 +53,7 @@ __all__ = [
     "finite",
     "flag",
     "function",
+    "grey_image",
     "image",
     "image_size",
     "indices",

@@ -113,6 +113,23 @@ def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
 def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
     """Return one grey image as a float array (rows, columns), finite throughout."""
     array = finite(values, name)
+    _rows_and_columns(array, name, least)
+    return array
+
+
+def grey_image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
+    """Return one grey image (rows, columns) as it is: neither converted nor copied.
+
+    A masked array remains one; NaN and infinity may stand in it. No grey value is
+    looked at, so that a large image costs nothing where nobody needs it.
+    """
+    masked = isinstance(values, np.ma.MaskedArray)
+    array = numeric(np.ma.getdata(values) if masked else values, name)
+    _rows_and_columns(array, name, least)
+    return np.ma.array(array, mask=np.ma.getmask(values)) if masked else array
+
+
+def _rows_and_columns(array: np.ndarray, name: str, least: int) -> None:
     if array.ndim != 2:
         raise ValueError(
             f"{name} must have shape (rows, columns); got shape {array.shape}."
@@ -122,7 +139,6 @@ def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
         raise ValueError(
             f"{name} must have at least {least} x {least} pixels; got {array.shape}"
         )
-    return array
 
 
 def covariances(values: ArrayLike, name: str, *, singular: bool = True) -> np.ndarray:

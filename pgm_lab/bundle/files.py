@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _files, _numbers, _validate
 from pgm_lab._files import printable
-from pgm_lab.bundle import _numbers
-from pgm_lab.bundle._numbers import Source, Table
+from pgm_lab._numbers import Source, Table
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
 

@@ -9,19 +9,23 @@ import cv2
 import numpy as np
 
 from pgm_lab.lsm import _fine, _normal_equations
-from pgm_lab.lsm._search import LARGEST, METHODS, Parts, blurred, cut, margin
+from pgm_lab.lsm._search import AROUND, LARGEST, METHODS, Parts, blurred, cut, margin
 
 CHUNK = 128  # points: their windows stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U40"
 UNDETERMINED = "position not determined"
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
-PATIENCE = 4  # iterations before the derivatives of both windows are used
+FAILED = -1
+PATIENCE = 3  # iterations before the derivatives of both windows are used
 SLACK = 1.0  # px that a window may move before its part is prepared anew
 BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
 BLURRED = 0.3  # px, where the blurred images have done their part
 # What a start from blurred images may mend
-LOST = "diverged", "too many iterations", "below threshold", "window leaves the image"
+LOST = (
+    *("diverged", "too many iterations", "below threshold"),
+    *("window leaves the image", "no data in the window"),
+)
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,8 @@ class Settings:
     threshold: float
     tolerance: float
     max_iterations: int
+    noise: tuple[float, float]
+    correlated: bool
 
 
 @dataclass(frozen=True)
@@ -48,6 +54,7 @@ class Found:
     Q: np.ndarray
     means: np.ndarray
     sigma0: np.ndarray
+    effective_pixels: np.ndarray
     r: np.ndarray
     iterations: np.ndarray
     status: np.ndarray
@@ -64,7 +71,7 @@ class Found:
 
 def at_once(half: int) -> int:
     """Points whose windows OpenCV can address in one array, and the cache can hold."""
-    size = 2 * (STRETCH * half + max(METHODS.values()) + margin(BLUR) + 3) + 1
+    size = 2 * (STRETCH * half + AROUND + margin(BLUR) + 3) + 1
     return max(1, min(CHUNK, LARGEST // size))
 
 
@@ -96,14 +103,16 @@ def attempt(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
     """Match the windows once, and say how precisely."""
-    template, means = _windows(left, right, pixels, T, s)
+    template, means, status = _windows(left, right, pixels, T, s)
     goals = zip(METHODS, (*COARSE, s.tolerance), strict=True)
-    T, last, iterations, status = _iterate(
-        template, right, means[:, 1], T, s, list(goals)
+    T, last, iterations = _iterate(
+        template, right, means[:, 1], T, s, list(goals), status
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
-    Q, sigma0, singular = _normal_equations.precision(template, T[good], last)
+    Q, sigma0, pixels, singular = _normal_equations.precision(
+        template, T[good], last, s.noise, s.correlated
+    )
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
     status[good[singular]] = UNDETERMINED
@@ -114,16 +123,12 @@ def attempt(
         np.full((len(T), 2), np.nan),
         np.full((len(T), *Q.shape[1:]), np.nan),
         means,
-        *np.full((2, len(T)), np.nan),
+        *np.full((3, len(T)), np.nan),
         iterations,
         status,
     )
-    found.h[good], found.Q[good], found.sigma0[good], found.r[good] = (
-        last.h,
-        Q,
-        sigma0,
-        r,
-    )
+    found.h[good], found.Q[good], found.r[good] = last.h, Q, r
+    found.sigma0[good], found.effective_pixels[good] = sigma0, pixels
     return found
 
 
@@ -131,9 +136,9 @@ def from_afar(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transformations (m, 2, 3) from blurred images, if they arrived, iterations."""
-    template, means = _windows(left, right, pixels, T, s, BLUR)
+    template, means, status = _windows(left, right, pixels, T, s, BLUR)
     goals = [(cv2.INTER_LINEAR, BLURRED)]
-    T, _, iterations, status = _iterate(template, right, means[:, 1], T, s, goals, BLUR)
+    T, _, iterations = _iterate(template, right, means[:, 1], T, s, goals, status, BLUR)
     return T, status == "accepted", iterations
 
 
@@ -144,24 +149,41 @@ def _windows(
     T: np.ndarray,
     s: Settings,
     blur: float = 0.0,
-) -> tuple[_normal_equations.Templates, np.ndarray]:
-    """Left windows around pixels (m, 2), and the means (m, 2) of both windows.
+) -> tuple[_normal_equations.Templates, np.ndarray, np.ndarray]:
+    """Left windows around pixels (m, 2), means (m, 2) of both windows, and statuses.
 
-    Counted from their mean, grey values keep more digits.
+    Counted from their mean, grey values keep more digits. The status is that of a
+    template that cannot be matched; "too many iterations" of all others, for now.
     """
     grey = cut(left, pixels, s.half + _fine.REACH + margin(blur))
     means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
+    no_data = np.isnan(means[:, 0])
     if s.radiometric:
         here = np.rint(T[:, :, 0]).astype(int)
-        means[:, 1] = cut(right, here, s.half).mean(axis=(1, 2))
+        means[:, 1] = _means_of_data(cut(right, here, s.half))
     grey -= means[:, 0, None, None]
+    grey[no_data] = 0
     m, size, _ = grey.shape
     stack = blurred(grey.reshape(-1, size), blur)
     middle = np.stack([np.zeros(m, int), np.arange(m) * size], axis=1) + size // 2
     template = _normal_equations.templates(
         stack, _fine.gradient(stack), middle, s.half, s.radiometric
     )
-    return template, means
+    status = np.full(m, "too many iterations", dtype=STATUS)
+    status[template.singular] = UNDETERMINED
+    status[template.flat] = "flat template"
+    status[no_data] = "no data in the template"
+    return template, means, status
+
+
+def _means_of_data(windows: np.ndarray) -> np.ndarray:
+    """Means (m,) of the grey values of windows (m, rows, columns) that are not NaN."""
+    means = windows.mean(axis=(1, 2))
+    k = np.flatnonzero(np.isnan(means))
+    known = ~np.isnan(windows[k])
+    n = np.maximum(known.sum(axis=(1, 2)), 1)
+    means[k] = windows[k].sum(axis=(1, 2), where=known) / n
+    return means
 
 
 def _iterate(
@@ -171,62 +193,62 @@ def _iterate(
     T: np.ndarray,
     s: Settings,
     goals: list[tuple[int, float]],
+    status: np.ndarray,
     blur: float = 0.0,
-) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray]:
     """Iterate from T (m, 2, 3), by one method of resampling to its goal, then the next.
 
-    Returns the transformations, the last solution, the numbers of iterations, and a
-    status: "accepted" where the last goal was reached.
+    Returns the transformations, the last solution and the numbers of iterations. The
+    status becomes "accepted" where the last goal was reached.
     """
     T, first, half = T.copy(), T[:, :, 0].copy(), s.half
     grid = _normal_equations.window_grid(half)
-    status = np.full(len(T), "too many iterations", dtype=STATUS)
-    status[template.singular] = UNDETERMINED
-    status[template.flat] = "flat template"
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
 
-    def stage(k: np.ndarray, method: int, goal: float) -> tuple[np.ndarray, np.ndarray]:
-        """Iterate the points k; return which arrived, and which moved by `SLACK`."""
-        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
-        parts = Parts.of(image, means, T, k, reach + SLACK, method, blur)
-        k, arrived, away = k[iterations[k] < s.max_iterations], [k[:0]], [k[:0]]
-        while len(k):
-            B = parts.at(T[k] @ grid, k)
-            found = _normal_equations.solve(template.part(k), B)
-            last.put(k, found)
-            q, slow = found.q, iterations[k] >= PATIENCE
-            if slow.any():
-                q[slow] = _normal_equations.step_of_both(
-                    template.part(k[slow]), B[slow], found.h[slow, 1]
-                )
-            dT = T[k][:, :, 1:] @ q
-            T[k] += dT
-            iterations[k] += 1
-            moved = (np.abs(dT) @ [1, half, half]).max(axis=1)
-            lost = _lost(T[k], first[k], half)
-            status[k[lost]] = "diverged"
-            status[k[np.isnan(found.vv)]] = "flat window"
-            gone = ~lost & outside(T[k], half, image.shape)
-            status[k[gone]] = "window leaves the image"
-            going = ~lost & ~gone
-            there = going & (moved <= goal)
-            arrived.append(k[there])
-            going &= ~there & (iterations[k] < s.max_iterations)
-            far = (np.abs(T[k] - before[k]) @ [1, half, half]).max(axis=1) > SLACK
-            away.append(k[going & far])
-            k = k[going & ~far]
-        return np.sort(np.concatenate(arrived)), np.sort(np.concatenate(away))
+    level = np.where(template.singular, FAILED, 0)  # goals that a point has reached
 
-    k = np.flatnonzero(~template.singular)
-    for method, goal in goals:
-        arrived = [k[:0]]
-        while len(k):
-            there, k = stage(k, method, goal)
-            arrived.append(there)
-        k = np.sort(np.concatenate(arrived))
-    status[k] = "accepted"
-    return T, last, iterations, status
+    def step(parts: Parts, k: np.ndarray, method: int, goal: float) -> None:
+        """Iterate the points k once."""
+        B = parts.at(T[k] @ grid, k, method)
+        found = _normal_equations.solve(template.part(k), B)
+        last.put(k, found)
+        q, slow = found.q, iterations[k] >= PATIENCE
+        if slow.any():
+            q[slow] = _normal_equations.step_of_both(
+                template.part(k[slow]), B[slow], found.h[slow, 1]
+            )
+        dT = T[k][:, :, 1:] @ q
+        T[k] += dT
+        iterations[k] += 1
+        lost = _lost(T[k], first[k], half)
+        status[k[lost]] = "diverged"
+        status[k[np.isnan(found.vv)]] = "flat window"
+        status[k[np.isnan(found.total)]] = "no data in the window"
+        gone = ~lost & outside(T[k], half, image.shape)
+        status[k[gone]] = "window leaves the image"
+        level[k[_farthest(dT, half) <= goal]] += 1
+        level[k[lost | gone]] = FAILED
+
+    def going() -> np.ndarray:
+        unfinished = (level != FAILED) & (level < len(goals))
+        return unfinished & (iterations < s.max_iterations)
+
+    while len(k := np.flatnonzero(going())):
+        before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
+        parts = Parts.of(image, means, T, k, reach + SLACK, blur)
+        for n, (method, goal) in enumerate(goals):
+            while np.any(
+                now := going() & (level == n) & (_farthest(T - before, half) <= SLACK)
+            ):
+                step(parts, np.flatnonzero(now), method, goal)
+    status[level == len(goals)] = "accepted"
+    return T, last, iterations
+
+
+def _farthest(dT: np.ndarray, half: int) -> np.ndarray:
+    """Pixels (m,) that the change dT (m, 2, 3) may move a corner along x or y."""
+    return (np.abs(dT) @ [1, half, half]).max(axis=1)
 
 
 def outside(T: np.ndarray, half: int, image_shape: tuple[int, ...]) -> np.ndarray:

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pgm_lab.adjustment import normal
-from pgm_lab.lsm import _fine
+from pgm_lab.lsm import _correlated, _fine
 
 # Share of its sum of squares below which what is left of a window is rounding
 FLAT = 1e-13
+BLOCK = 16  # points whose windows stay in the nearest cache
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Templates:
 
 @dataclass(frozen=True)
 class Solution:
-    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), vᵀv (m,), and sums with B.
+    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), vᵀv (m,), B (m, k), and its sums.
 
     `sums` (m, u) are the products of B with the rows of the templates, `square` (m,)
     with itself, `total` (m,) with one.
@@ -53,6 +54,7 @@ class Solution:
     q: np.ndarray
     h: np.ndarray
     vv: np.ndarray
+    B: np.ndarray
     sums: np.ndarray
     square: np.ndarray
     total: np.ndarray
@@ -60,8 +62,8 @@ class Solution:
     @classmethod
     def blank(cls, left: Templates) -> "Solution":
         """Room for the solutions of all points, NaN for now."""
-        m, u, _ = left.rows.shape
-        shapes = (m, 2, 3), (m, 2), (m,), (m, u), (m,), (m,)
+        m, u, k = left.rows.shape
+        shapes = (m, 2, 3), (m, 2), (m,), (m, k), (m, u), (m,), (m,)
         return cls(*(np.full(shape, np.nan) for shape in shapes))
 
     def put(self, k: np.ndarray, other: "Solution") -> None:
@@ -130,7 +132,7 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
     q = left.a[:, :6] - h[:, 1:] * b[:, :6]
     vv = np.maximum(aa - 2 * h[:, 1] * ab + h[:, 1] ** 2 * bb, 0)
     q[np.isnan(bb)] = np.nan
-    return Solution(q.reshape(-1, 2, 3), h, vv, sums, square, B.sum(axis=1))
+    return Solution(q.reshape(-1, 2, 3), h, vv, B, sums, square, B.sum(axis=1))
 
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
@@ -159,39 +161,75 @@ def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
 
 
 def precision(
-    left: Templates, T: np.ndarray, found: Solution
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Covariance (m, u, u) of (q, h0, h1), sigma0 (m,), and where N is singular.
+    left: Templates,
+    T: np.ndarray,
+    found: Solution,
+    noise: tuple[float, float] = (1.0, 1.0),
+    correlated: bool = True,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Covariance (m, u, u) of (q, h0, h1), sigma0 and effective pixels (m,), and where
+    N is singular.
 
-    The design matrix is made of noisy grey values: N is too large by E sigma^2 on the
-    average, and the covariance is (N - E sigma^2)^-1 N (N - E sigma^2)^-1, here to the
-    second order in E: what is left between two photos is not all noise, and the whole
-    series would reject good matches.
+    The noise of the left image to that of the right one is as `noise` says. The design
+    matrix is made of noisy grey values: on the average N is too large by S, the noise
+    that is in its columns, and AᵀL varies by S times the variance that the other image
+    adds to a residual. With N0 = N - S the covariance is
+    N0^-1 (variance N0 + other S) N0^-1, here to the second order in S: what is left
+    between two photos is not all noise, and the whole series would reject good matches.
     """
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6
     half = (round(k**0.5) - 1) // 2
     gain = _noise_gain(T, half)
-    h1 = found.h[:, 1]
+    # What the noise of each image does to a residual, in parts of vᵀv / (k - u)
+    of_left, of_right = noise[0] ** 2, (noise[1] * found.h[:, 1]) ** 2
     # Interpolation averages noise, but not what the derivatives pick out of it
-    variance = found.vv / (k - u) * (1 + h1**2) / (1 + h1**2 * gain)
-    pixel = (variance / (1 + h1**2))[:, None]
+    interpolated = of_left + of_right * gain
+    kept = interpolated / (of_left + of_right)
+    part = found.vv / (k - u) / interpolated
+    of_left, of_right = part * of_left, part * of_right
+    variance = of_left + of_right
     N = np.empty((len(T), u, u))
     m = left.a.shape[1]
     N[:, :m, :m] = left.gram[:, :m, :m]
     if u > m:
         N[:, :m, m] = N[:, m, :m] = found.sums[:, :m]
         N[:, m, m] = found.square
-    # E is diagonal: sums over a window of x, of y and of xy are zero
+    # S is diagonal: sums over a window of x, of y and of xy are zero
     squares = _fine.DERIVATIVE @ _fine.DERIVATIVE * (window_grid(half) ** 2).sum(axis=1)
-    E = np.zeros((len(T), u))
-    E[:, :3] = E[:, 3:6] = squares
+    S, other = np.zeros((2, len(T), u))
+    S[:, :3] = S[:, 3:6] = of_left[:, None] * squares
+    other[:, :6] = of_right[:, None]
     if u > m:
-        E[:, m] = gain * k
-    _, Q, _, singular = normal.solve(N, np.zeros(E.shape))
-    QE = Q * (pixel * E)[:, None]
-    covariance = Q + 2 * QE @ Q + 3 * QE @ QE @ Q
-    return variance[:, None, None] * covariance, np.sqrt(variance), singular
+        S[:, m] = part * noise[1] ** 2 * gain * k
+        other[:, m] = of_left
+    _, Q, _, singular = normal.solve(N, np.zeros(S.shape))
+    QS = Q * S[:, None]
+    QSQ, QR = QS @ Q, Q * (S * other)[:, None]
+    covariance = variance[:, None, None] * (Q + QSQ + QS @ QSQ)
+    covariance += QR @ Q + QS @ QR @ Q + QR @ QSQ
+    pixels = np.full(len(T), float(k))
+    if correlated:
+        for first in range(0, len(T), BLOCK):
+            block = np.s_[first : first + BLOCK]
+            design, v = _observation_equations(left, found, block)
+            pixels[block] = _correlated.effective_pixels(
+                design, Q[block], v, kept[block]
+            )
+        covariance *= (k / pixels)[:, None, None]
+    return covariance, np.sqrt(variance), pixels, singular
+
+
+def _observation_equations(
+    left: Templates, found: Solution, block: slice
+) -> tuple[np.ndarray, np.ndarray]:
+    """Design matrix (m, u, k) of (q, h0, h1), a row per parameter, and residuals."""
+    rows, B, q = left.rows[block], found.B[block], found.q[block].reshape(-1, 1, 6)
+    h0, h1 = found.h[block].T[..., None]
+    v = rows[:, -1] - h0 - h1 * B - (q @ rows[:, :6])[:, 0]
+    if rows.shape[1] == 7:
+        return rows[:, :6], v
+    return np.concatenate([rows[:, :7], B[:, None]], axis=1), v
 
 
 def _noise_gain(T: np.ndarray, half: int) -> np.ndarray:

@@ -24,6 +24,10 @@ class Match:
         Standard deviation of a grey value of the left image minus h0 + h1 times one of
         the right: sqrt(vᵀv / redundancy), freed from the smoothing that interpolation
         does to noise.
+    effective_pixels : ndarray (n,)
+        Pixels with white noise of sigma0 that would give the covariance: fewer than the
+        template has where neighbouring residuals are alike, or where they are larger on
+        strong texture. The whole number without `correlated`.
     parameters : ndarray (n, 8)
         (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), with x and y counted
         from the left point.
@@ -49,6 +53,7 @@ class Match:
     points: np.ndarray
     covariance: np.ndarray
     sigma0: np.ndarray
+    effective_pixels: np.ndarray
     parameters: np.ndarray
     parameter_covariance: np.ndarray
     r: np.ndarray
@@ -74,6 +79,8 @@ def match(
     threshold: float = 0.7,
     tolerance: float = 0.02,
     max_iterations: int = 20,
+    noise: ArrayLike = (1.0, 1.0),
+    correlated: bool = True,
 ) -> Match:
     """Match windows around points of the left image in the right one.
 
@@ -91,8 +98,8 @@ def match(
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
     start : array_like (n, 2), optional
-        Where they are in the right image, or at `points` when missing: to half the shortest wave of the texture,
-        two pixels where it is soft and one where it is sharp.
+        Where they are in the right image, to a quarter of the template or so; at
+        `points` when missing.
     template : int
         Pixels across the template, the window of the left image, odd, at least 5.
     radiometric : bool
@@ -107,6 +114,11 @@ def match(
         third in images with much aliasing or noise.
     max_iterations : int
         Most iterations for a point.
+    noise : array_like (2,)
+        Standard deviations of a grey value in the left and in the right image. Only
+        their ratio is used: how large they are is seen from the residuals.
+    correlated : bool
+        False takes the noise for white, as the textbook does.
 
     Returns
     -------
@@ -121,7 +133,10 @@ def match(
 
     Notes
     -----
-    The covariance is that of least squares with equal white noise in both images. It
+    The covariance is that of least squares with white noise, equal in both images
+    unless `noise` says otherwise. Where the texture is weak and only one image is noisy
+    that matters: the derivatives of the left window hold the noise of the left image
+    alone, and the predicted standard deviation may be wrong by a factor of two. It
     allows for the noise in the gradients and for what interpolation takes from the
     noise. It does not account for windows that are not related by (B 2.7) to (B 2.9),
     as at the edge of a roof, for aliasing, or for noise that neighbouring pixels share.
@@ -146,14 +161,15 @@ def match(
     template = _validate.window(template, "template", 5)
     radiometric = _validate.flag(radiometric, "radiometric")
     half = template // 2
-    left = _validate.image(left, "left", template)
-    right = _validate.image(right, "right", template)
+    left = _validate.grey_image(left, "left", template)
+    right = _validate.grey_image(right, "right", template)
     points = _validate.point_list(points, "points")
     n = len(points)
     start = _validate.point_list(points if start is None else start, "start", n)
     tolerance = _validate.positive_number(tolerance, "tolerance", "px")
     if not 0 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
+    correlated = _validate.flag(correlated, "correlated")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     # Far outside is outside; larger numbers do not fit whole pixels
     pixels = np.rint(np.clip(points, -1, max(left.shape))).astype(int)
@@ -166,10 +182,10 @@ def match(
     usable = np.flatnonzero(status == "too many iterations")
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
-    sigma0, r = np.full((2, n), np.nan)
+    sigma0, effective_pixels, r = np.full((3, n), np.nan)
     iterations = np.zeros(n, int)
     settings = _iteration.Settings(
-        half, radiometric, threshold, tolerance, max_iterations
+        half, radiometric, threshold, tolerance, max_iterations, _noise(noise), correlated
     )
     chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):
@@ -177,13 +193,15 @@ def match(
         found = _iteration.find(left, right, pixels[k], T[k], settings)
         parameters[k], covariance[k] = _of_left_point(found, points[k] - pixels[k])
         sigma0[k], r[k] = found.sigma0, found.r
+        effective_pixels[k] = found.effective_pixels
         iterations[k], status[k] = found.iterations, found.status
-    for values in (parameters, covariance, sigma0, r):
+    for values in (parameters, covariance, sigma0, effective_pixels, r):
         values[status != "accepted"] = np.nan
     return Match(
         points=parameters[:, [0, 3]],
         covariance=covariance[:, [[0], [3]], [[0, 3]]],
         sigma0=sigma0,
+        effective_pixels=effective_pixels,
         parameters=parameters,
         parameter_covariance=covariance,
         r=r,
@@ -191,6 +209,18 @@ def match(
         iterations=iterations,
         status=status,
     )
+
+
+def _noise(noise: ArrayLike) -> tuple[float, float]:
+    """Standard deviations of the left and right grey values, up to a factor."""
+    array = _validate.of_shape(noise, (2,), "noise")
+    if np.any(array < 0) or not np.any(array > 0):
+        raise ValueError(
+            "noise must be the standard deviations of the left and of the right grey"
+            f" values, not negative and not both zero; got {array.tolist()}"
+        )
+    left, right = array / array.max()
+    return float(left), float(right)
 
 
 def _of_left_point(

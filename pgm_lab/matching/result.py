@@ -1,8 +1,16 @@
 """The result of matching two photos, and the words that say what became of a point."""
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
+
+from pgm_lab import _files, _validate
+
+COLUMNS = (
+    *("point", "left column", "left row", "right column", "right row"),
+    *("variance column", "covariance", "variance row", "r", "quality", "status"),
+)
 
 # What `ncc.match`, `lsm.match` and `matching.match` say of a point, and what helps
 STATUSES = {
@@ -102,3 +110,64 @@ class Match:
     def accepted(self) -> np.ndarray:
         """Whether the status is "accepted": ndarray (n,) of bool."""
         return self.status == "accepted"
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviation of a coordinate in pixels: ndarray (n,).
+
+        The root of the mean variance of column and row; NaN unless accepted.
+        """
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
+    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
+        """Save all points as a table, with what became of each.
+
+        For the bundle, `observations.from_matches` turns matches into observations,
+        which can be saved too.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of comma-separated values (CSV): the number of the point from 0, its
+            positions in pixels, the covariance of the right one in square pixels, r,
+            quality and status. What a point has not is left empty.
+        overwrite : bool
+            Whether a file of this name may be replaced.
+
+        Raises
+        ------
+        FileExistsError
+            If the file is there already.
+        OSError
+            If it cannot be written; an old one stays.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from pgm_lab import matching, simulate
+        >>> pair = simulate.texture_pair(
+        ...     simulate.texture(seed=1), (120, 160), (3.5, 1, 0, -2.25, 0, 1)
+        ... )
+        >>> found = matching.match(*pair, [(60, 50), (4, 4)], start=[(64, 48), (7, 2)])
+        >>> with TemporaryDirectory() as folder:
+        ...     found.save(Path(folder) / "found.csv")
+        ...     rows = (Path(folder) / "found.csv").read_text().splitlines()
+        >>> print(rows[2])
+        1,4.0,4.0,,,,,,,,template leaves the image
+        """
+        overwrite = _validate.flag(overwrite, "overwrite")
+        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
+        C = self.covariance
+        numbers = np.column_stack(
+            [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
+             self.quality]
+        )  # fmt: skip
+        lines = [",".join(COLUMNS)]
+        for i, (row, status) in enumerate(zip(numbers.tolist(), self.status)):
+            # repr has the fewest digits that are read as the same number again
+            written = ("" if np.isnan(one) else repr(one) for one in row)
+            lines.append(",".join([str(i), *written, str(status)]))
+        return "\n".join([*lines, ""])

@@ -1,17 +1,13 @@
 """Many points of the left image found in the right one by normalized correlation."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.ncc._map import chunks, flat, image, surfaces
-from pgm_lab.ncc._peak import paraboloid, peaks, systematic_errors
-
-NOWHERE = -2.0  # below every correlation: not searched
+from pgm_lab.ncc import _search
+from pgm_lab.ncc._find import Settings, find
 
 
 @dataclass(frozen=True)
@@ -32,14 +28,16 @@ class Match:
     covariance : ndarray (n, 2, 2)
         Of the position, in square pixels; NaN unless the status is "accepted".
     status : ndarray (n,) of str
-        "accepted"; "template leaves the image"; "window leaves the image": no
-        position of the template in it lies in the image; "flat template"; "flat search
-        window"; "peak on the edge of the image": the match may lie beyond; "peak on the
-        border of the search": enlarge it, or improve the start; "below
-        threshold"; "ambiguous": the second peak is almost as high; "ridge instead of a
-        peak": the position along an edge is not determined, not even to a pixel;
-        "another point from the right": the way back from the right image ends elsewhere
-        (with `back`). The first of these that holds.
+        "accepted", or the first of these that holds: "template leaves the image";
+        "window leaves the image": no position that is searched lies in the right image;
+        "no data in the template"; "no data in the window": all positions that are
+        searched touch pixels that are masked, NaN or infinite; "flat template"; "flat
+        window"; "peak on the edge of the image": beside it the template would leave the
+        image, or touch pixels without data, and the match may lie there; "peak on the
+        border of the search": enlarge it, or improve the start; "below threshold";
+        "ambiguous": the second peak is almost as high; "position not determined": the
+        peak is a ridge, along which the match may lie a pixel off, or more; "another
+        point from the right": the way back from the right image ends elsewhere.
     """
 
     points: np.ndarray
@@ -68,6 +66,7 @@ def match(
     lines: ArrayLike | None = None,
     distance: float = 1.5,
     back: float | None = None,
+    noise: ArrayLike = (1.0, 1.0),
 ) -> Match:
     """Find points of the left image in the right one, all in one call.
 
@@ -77,7 +76,9 @@ def match(
     Parameters
     ----------
     left, right : array_like (rows, columns)
-        Grey values, 8 or 16 bit or float.
+        Grey values, 8 or 16 bit or float. Pixels without data may be masked, NaN or
+        infinite: templates that touch them get a status, and in the right image all
+        positions are searched that do not touch them.
     points : array_like (n, 2)
         (column, row) in the left image. The template lies around the nearest whole
         pixel; the fraction that was rounded off is added to the result.
@@ -100,14 +101,20 @@ def match(
         few hundredths of a pixel, more with finer texture; the bias of least squares
         matching is much smaller.
     lines : array_like (n, 3), optional
-        An epipolar line a column + b row + c = 0 in the right image for each point:
-        only positions near it are searched.
+        An epipolar line a column + b row + c = 0 in the right image for each point. The
+        search window lies around the place on it that is nearest to the start, and only
+        what is near the line is searched. Where an edge of the photo crosses the line,
+        the match is where they meet, and its covariance allows for an error of the
+        line up to `distance`.
     distance : float
-        Largest distance from its line, in pixels.
+        Largest distance from its line, in pixels, at least 0.5.
     back : float, optional
-        If given, what was matched is sought again in the left image, from the right,
-        and has to come back to its point within so many pixels: 1 is usual. Most of
-        what only one of the photos sees does not.
+        If given, what was matched is sought again in the left image, from the right
+        (along a parallel to its line), and has to come back to its point within so many
+        pixels: 1 is usual. Most of what only one of the photos sees does not.
+    noise : array_like (2,)
+        Standard deviations of a grey value in the left and in the right image. Only
+        their ratio is used: how large they are is seen from r.
 
     Returns
     -------
@@ -117,14 +124,28 @@ def match(
     Raises
     ------
     ValueError
-        If an image, a point or a parameter is not what is described here, or a grey
-        value is not finite.
+        If an image, a point or a parameter is not what is described here.
 
     Notes
     -----
-    The covariance follows from the curvature K of the map at its peak, the gradients g
-    of the template and the noise that 1 - r indicates (n pixels, equal white noise in
-    both images): K^-1 G K^-1 2 (1 - r) / n with G = sum(g gᵀ) / sum((t - mean)^2). For
+    Where the rows of both photos are epipolar lines (the normal case of stereo), many
+    points are best found with small templates, each along its row, and with the way
+    back; `start` is in the middle of the parallaxes, `columns` wide enough for all::
+
+        row = points[:, 1]
+        match(left, right, points, start, 9, (11, columns), 0.7, 0.95, "parabola",
+              lines=np.column_stack([0 * row, 0 * row + 1, -row]), distance=0.5,
+              back=0.75)
+
+    On three pairs with known parallaxes this finds 0.97 to 1.2 times as many right
+    points as ``cv2.StereoBM`` with windows of 9 pixels, and fewer of them are wrong.
+
+    The covariance follows from the curvature K of the map at its peak and from white
+    noise that does not depend on the grey value, equal in both images unless `noise`
+    says otherwise: K^-1 S K^-1 with n S = (p (1 - q) + q (1 - p)) G + p q I / 2. n
+    counts the pixels, p and q are the shares of noise in the variances of the two
+    windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) / sum((t - mean)^2) of the
+    gradients g without noise: those of the window that has less of it, less p / 2. For
     whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
     two errors without noise, which stay in the position: the offset that it finds for
     the template in its own image, and pixel locking, as predicted from the curvature of
@@ -149,91 +170,34 @@ def match(
     >>> found.status[[0, 2]]
     array(['accepted', 'template leaves the image'], dtype='<U40')
     """
-    left, right = image(left, "left"), image(right, "right")
-    for name, grey in (("left", left), ("right", right)):
-        if grey.ndim != 2:
-            raise ValueError(
-                f"{name} must be one image (rows, columns); got {grey.shape}"
-            )
+    left = _validate.grey_image(left, "left")
+    right = _validate.grey_image(right, "right")
     points = _validate.point_list(points, "points")
     if start is None:
         start = points
     start = _validate.point_list(start, "start", len(points))
     template = _validate.window(template, "template")
-    search = _search_size(search, template)
+    search = _search.size(search, template)
     _check(threshold, ratio, refine)
     if lines is not None:
-        lines = _lines(lines, len(points))
-    distance = _validate.positive_number(distance, "distance", "px")
-
-    cut, centre = np.floor(points + 0.5), np.floor(start + 0.5)
-    status = np.full(len(points), "accepted", dtype="<U40")
-    status[~_overlaps(centre, search, template, right)] = "window leaves the image"
-    status[~_inside(cut, template, left)] = "template leaves the image"
-    r, second = np.full((2, len(points)), np.nan)
-    found = np.full((len(points), 2), np.nan)
-    covariance = np.full((len(points), 2, 2), np.nan)
-
-    todo = np.flatnonzero(status == "accepted")
-    for part in (todo[some] for some in chunks(len(todo), math.prod(search))):
-        templates = _windows(left, cut[part], (template, template))
-        searches = _windows(right, centre[part], search)
-        status[part[flat(searches)]] = "flat window"
-        status[part[flat(templates)]] = "flat template"
-        good = status[part] == "accepted"
-        part, templates = part[good], templates[good]
-        if not len(part):
-            continue
-        maps = surfaces(templates, searches[good])
-        beyond = _beyond(centre[part], search, template, right)
-        maps[beyond] = NOWHERE
-        row, column, r[part], second[part] = peaks(
-            maps if lines is None else _near(maps, lines[part], centre[part], distance)
-        )
-        border = _on_border(row, column, maps.shape)
-        edge = _beside(beyond, row, column)
-        step, Q, ridge = paraboloid(maps, row, column, templates)
-        step[border | edge | ridge | (refine is None)] = 0.0
-        if refine is None:
-            Q += np.eye(2) / 12
-        else:
-            wider = _windows(left, cut[part], (template + 2, template + 2))
-            for error in systematic_errors(templates, wider, step):
-                Q += error[:, :, None] * error[:, None, :]
-        middle = np.array(maps.shape[:0:-1]) // 2
-        found[part] = np.stack([column, row], axis=1) - middle + step
-        covariance[part] = Q
-        status[part[ridge]] = "position not determined"
-        status[part[second[part] > ratio * r[part]]] = "ambiguous"
-        status[part[r[part] < threshold]] = "below threshold"
-        status[part[border]] = "peak on the border of the search"
-        status[part[edge]] = "peak on the edge of the image"
-    found += centre + (points - cut)
+        lines = _search.normal_form(lines, len(points))
+    settings = Settings(
+        *(template, search, threshold, ratio, refine),
+        *(_width(distance), _noise(noise)),
+    )
+    found, r, second, covariance, status = find(
+        left, right, points, start, lines, settings
+    )
     if back is not None:
+        back = _validate.positive_number(back, "back", "px")
         k = np.flatnonzero(status == "accepted")
-        home = match(
-            right, left, found[k], points[k], template, search, -1.0, 1.0, refine
-        )
-        gone = np.hypot(*(home.points - points[k]).T)
-        status[k[~(gone <= _validate.positive_number(back, "back", "px"))]] = (
-            "another point from the right"
-        )
+        if lines is not None:
+            lines = _search.through(points, lines)[k]
+        home, *_ = find(right, left, found[k], points[k], lines, settings)
+        returned = np.hypot(*(home - points[k]).T) <= back
+        status[k[~returned]] = "another point from the right"
     covariance[status != "accepted"] = np.nan
     return Match(found, r, second, covariance, status)
-
-
-def _search_size(search: int | tuple[int, int], template: int) -> tuple[int, int]:
-    """Rows and columns of the search window."""
-    given = search if isinstance(search, tuple | list) else (search, search)
-    if len(given) != 2:
-        raise ValueError(f"search must be one number or (rows, columns); got {search}")
-    rows, columns = (_validate.window(size, "search") for size in given)
-    if min(rows, columns) < template + 2:
-        raise ValueError(
-            f"search must be at least template + 2 = {template + 2}, or there is"
-            f" nothing to search; got {search}"
-        )
-    return rows, columns
 
 
 def _check(threshold: float, ratio: float, refine: str | None) -> None:
@@ -245,91 +209,23 @@ def _check(threshold: float, ratio: float, refine: str | None) -> None:
         _validate.choice(refine, "refine", ("parabola",))
 
 
-def _lines(lines: ArrayLike, n: int) -> np.ndarray:
-    """Lines (n, 3) with normals of length one."""
-    array = _validate.finite(lines, "lines")
-    if array.shape != (n, 3):
+def _width(distance: float) -> float:
+    """Half the width of the band that is searched along a line."""
+    if _validate.number(distance, "distance") < 0.5:
         raise ValueError(
-            f"lines must have shape ({n}, 3), one (a, b, c) a point; got {array.shape}"
+            "distance must be at least 0.5 px, or a line could run between two rows of"
+            f" pixels; got {distance:g}"
         )
-    length = np.hypot(array[:, 0], array[:, 1])
-    _validate.refuse(length == 0, "lines {} have a = b = 0: they are no lines")
-    return array / length[:, None]
+    return float(distance)
 
 
-def _inside(centre: np.ndarray, size: int, image: np.ndarray) -> np.ndarray:
-    """Whether a window of that size around each centre lies in the image."""
-    half = size // 2
-    last = np.array(image.shape[::-1]) - 1
-    return np.all((centre >= half) & (centre + half <= last), axis=1)
-
-
-def _overlaps(
-    centre: np.ndarray, search: tuple[int, int], template: int, image: np.ndarray
-) -> np.ndarray:
-    """Whether the template fits into what the image and each search window share."""
-    half, size = np.array(search[::-1]) // 2, np.array(image.shape[::-1])
-    first, end = np.maximum(centre - half, 0), np.minimum(centre + half + 1, size)
-    return np.all(end - first >= template, axis=1)
-
-
-def _beyond(
-    centre: np.ndarray, search: tuple[int, int], template: int, image: np.ndarray
-) -> np.ndarray:
-    """Positions (n, rows, columns) of a map where the template leaves the image."""
-    outside = []
-    for axis, size in enumerate(search):
-        first = centre[:, 1 - axis, None] - size // 2 + np.arange(size - template + 1)
-        outside.append((first < 0) | (first + template > image.shape[axis]))
-    return outside[0][:, :, None] | outside[1][:, None, :]
-
-
-def _near(
-    maps: np.ndarray, lines: np.ndarray, centre: np.ndarray, distance: float
-) -> np.ndarray:
-    """Correlation maps, with what is far from its line put out of the search."""
-    _, rows, columns = maps.shape
-    column = centre[:, :1] - columns // 2 + np.arange(columns)
-    row = centre[:, 1:] - rows // 2 + np.arange(rows)
-    a, b, c = lines.T[:, :, None, None]
-    off = np.abs(a * column[:, None, :] + b * row[:, :, None] + c) > distance
-    return np.where(off, NOWHERE, maps)
-
-
-def _on_border(
-    row: np.ndarray, column: np.ndarray, shape: tuple[int, ...]
-) -> np.ndarray:
-    """Whether a position is at the border of a map (n, rows, columns)."""
-    _, rows, columns = shape
-    return (row == 0) | (column == 0) | (row == rows - 1) | (column == columns - 1)
-
-
-def _beside(beyond: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """Whether one of the eight neighbours of a position is marked."""
-    padded = np.pad(beyond, ((0, 0), (1, 1), (1, 1)))
-    around = np.arange(3)
-    n = np.arange(len(beyond))[:, None, None]
-    neighbours = padded[
-        n, row[:, None, None] + around[:, None], column[:, None, None] + around
-    ]
-    return neighbours.any(axis=(1, 2))
-
-
-def _windows(
-    image: np.ndarray, centre: np.ndarray, size: tuple[int, int]
-) -> np.ndarray:
-    """Copies of the windows around the centres, (n, rows, columns).
-
-    Beyond the edge of the image its last row or column is repeated.
-    """
-    half = np.array(size[::-1]) // 2
-    n = (len(centre), *size)
-    inside = np.all((centre >= half) & (centre + half < image.shape[::-1]), axis=1)
-    if inside.all():
-        column, row = (centre - half).astype(int).T
-        return sliding_window_view(image, size)[row, column] if n[0] else np.empty(n)
-    rows, columns = image.shape
-    column = centre[:, :1].astype(int) + np.arange(size[1]) - half[0]
-    row = centre[:, 1:].astype(int) + np.arange(size[0]) - half[1]
-    row, column = np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)
-    return image[row[:, :, None], column[:, None, :]]
+def _noise(noise: ArrayLike) -> tuple[float, float]:
+    """Standard deviations of the left and right grey values, up to a factor."""
+    array = _validate.of_shape(noise, (2,), "noise")
+    if np.any(array < 0) or not np.any(array > 0):
+        raise ValueError(
+            "noise must be the standard deviations of the left and of the right grey"
+            f" values, not negative and not both zero; got {array.tolist()}"
+        )
+    left, right = array / array.max()
+    return float(left), float(right)

@@ -30,11 +30,21 @@ def peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def paraboloid(
-    maps: np.ndarray, row: np.ndarray, column: np.ndarray, templates: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Top of the paraboloid through 3 x 3 values, its covariance, and ridges.
+    maps: np.ndarray,
+    row: np.ndarray,
+    column: np.ndarray,
+    templates: np.ndarray,
+    matched: np.ndarray,
+    noise: tuple[float, float],
+    line: tuple[np.ndarray, np.ndarray, float] | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Top of the paraboloid through 3 x 3 values, its covariance, ridges, directions.
 
-    r = r0 + D x - xᵀ K x / 2 with central differences for D and K.
+    r = r0 + D x - xᵀ K x / 2 with central differences for D and K; `matched` are the
+    windows of the right image at the peaks, `noise` says how noisy both images are.
+    Where a line (its normal, the distance of the peak, the largest) says more than the
+    photos, as where a ridge crosses it, the top is sought on the line, whose direction
+    (k, 2) is told; zero elsewhere.
     """
     k, rows, columns = maps.shape
     row, column = np.clip(row, 1, rows - 2), np.clip(column, 1, columns - 2)
@@ -45,24 +55,112 @@ def paraboloid(
         column[:, None, None] + beside,
     ]
     step, D, K, ridge = _top(r)
-    ridge |= np.abs(step).max(axis=1) > 1  # the top is not at this peak
     r0 = r[:, 1, 1]
     # The paraboloid may rise above 1, and then would tell of less than no noise
     top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
+    top[ridge] = r0[ridge]
+    S = _covariance_of_slope(templates, matched, top, noise)
+    inverse = np.linalg.inv(_solvable(K, ridge))
+    Q = inverse @ S @ inverse
+    ridge |= ~_determined(step, Q)
+    along = np.zeros((k, 2))
+    if line is not None:
+        normal, off, distance = line
+        on, cov, u = _on_line(D, K, S, normal, off, distance)
+        better = np.trace(cov, axis1=1, axis2=2) < np.trace(Q, axis1=1, axis2=2)
+        crossed = _determined(on, cov) & (ridge | better)
+        step[crossed], Q[crossed], along[crossed] = (
+            on[crossed],
+            cov[crossed],
+            u[crossed],
+        )
+        ridge &= ~crossed
+    return step, Q, ridge, along
 
-    t = centred(templates)
-    gx = (t[:, 1:-1, 2:] - t[:, 1:-1, :-2]) / 2
-    gy = (t[:, 2:, 1:-1] - t[:, :-2, 1:-1]) / 2
+
+def _determined(step: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Whether the top is at this peak, and known to a pixel."""
+    near = np.abs(step).max(axis=1) <= 1
+    return near & (np.trace(Q, axis1=1, axis2=2) <= 1)
+
+
+def _on_line(
+    D: np.ndarray,
+    K: np.ndarray,
+    S: np.ndarray,
+    normal: np.ndarray,
+    off: np.ndarray,
+    distance: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Highest place on a line that runs past the peak, its covariance, its direction.
+
+    x = u s - n d with the distance d of the peak: uᵀ(D - K x) = 0. The error of the
+    line, anything up to the largest distance, has the variance distance^2 / 3.
+    """
+    u = np.stack([normal[:, 1], -normal[:, 0]], axis=1)
+    uD = np.sum(u * D, axis=1)
+    uKu = np.einsum("ki,kij,kj->k", u, K, u)
+    uKn = np.einsum("ki,kij,kj->k", u, K, normal)
+    uSu = np.einsum("ki,kij,kj->k", u, S, u)
+    uKu = np.maximum(uKu, 1e-9)  # no top: what follows is far off, and not accepted
+    s = (uD + off * uKn) / uKu
+    m = normal - (uKn / uKu)[:, None] * u
+    Q = (uSu / uKu**2)[:, None, None] * u[:, :, None] * u[:, None, :]
+    Q += distance**2 / 3 * m[:, :, None] * m[:, None, :]
+    return s[:, None] * u - off[:, None] * normal, Q, u
+
+
+def _covariance_of_slope(
+    templates: np.ndarray,
+    matched: np.ndarray,
+    r: np.ndarray,
+    noise: tuple[float, float],
+) -> np.ndarray:
+    """Covariance (k, 2, 2) of D, from white noise in both windows.
+
+    p and q are the shares of noise in the variances of the left and the right window.
+    """
+    h = templates.shape[1]
+    both = centred(np.concatenate([templates, matched], axis=1))  # to one scale
+    left, right = both[:, :h], both[:, h:]
+    p, q = _shares(left.var(axis=(1, 2)), right.var(axis=(1, 2)), r, noise)
+    # The gradients of the window with less noise, without what noise adds to them
+    less = p <= q
+    share = np.where(less, p, q)[:, None, None]
+    G = _gradients(np.where(less[:, None, None], left, right)) - share / 2 * np.eye(2)
+    G = _at_least(G, share[:, 0, 0] / np.sqrt(2 * left[0].size)) / (1 - share)
+    p, q = p[:, None, None], q[:, None, None]
+    return (G * (p * (1 - q) + q * (1 - p)) + p * q / 2 * np.eye(2)) / left[0].size
+
+
+def _shares(
+    left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shares p, q of noise in the variances of two windows: (1 - p)(1 - q) = r^2."""
+    a, b = noise[0] ** 2 / left, noise[1] ** 2 / right
+    c = 1 - np.maximum(r, 0.1) ** 2
+    x = 2 * c / (a + b + np.sqrt((a - b) ** 2 + 4 * a * b * (1 - c)))
+    return a * x, b * x
+
+
+def _gradients(windows: np.ndarray) -> np.ndarray:
+    """Mean of g gᵀ over each window, over its variance."""
+    k = len(windows)
+    gx = (windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2]) / 2
+    gy = (windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1]) / 2
     g = np.stack([gx.reshape(k, -1), gy.reshape(k, -1)], axis=1)
-    G = g @ g.swapaxes(1, 2) / g.shape[2] / t.var(axis=(1, 2))[:, None, None]
-    inverse = np.linalg.inv(K)
-    noise = 2 * (1 - top) / t[0].size
-    Q = inverse @ G @ inverse * noise[:, None, None]
-    return step, Q, ridge | (np.trace(Q, axis1=1, axis2=2) > 1)
+    return g @ g.swapaxes(1, 2) / g.shape[2] / windows.var(axis=(1, 2))[:, None, None]
+
+
+def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:
+    """Symmetric matrices, with their eigenvalues raised to what is given."""
+    values, vectors = np.linalg.eigh(G)
+    values = np.maximum(values, smallest[:, None])
+    return vectors * values[:, None] @ vectors.swapaxes(1, 2)
 
 
 def systematic_errors(
-    templates: np.ndarray, wider: np.ndarray, step: np.ndarray
+    templates: np.ndarray, wider: np.ndarray, step: np.ndarray, along: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Errors of the paraboloid without noise, in pixels: two vectors each.
 
@@ -71,8 +169,9 @@ def systematic_errors(
     enter and leave the window: its offset is the first error. The second is pixel
     locking: of a wave of w radians per pixel the top is found at
     tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
+    Where the top was sought `along` a line, both lie on it.
     """
-    offset, _, K, _ = _top(surfaces(templates, wider))
+    offset, D, K, _ = _top(surfaces(templates, wider))
     t = centred(templates)
     inner = t[:, 1:-1, 1:-1]
     second = (
@@ -80,8 +179,14 @@ def systematic_errors(
         t[:, :-2, 1:-1] - 2 * inner + t[:, 2:, 1:-1],
     )
     bend = np.stack([np.mean(d * d, axis=(1, 2)) for d in second], axis=1)
-    w2 = bend / np.diagonal(K, axis1=1, axis2=2) / t.var(axis=(1, 2))[:, None]
+    curvature = np.maximum(np.diagonal(K, axis1=1, axis2=2), 1e-9)
+    w2 = bend / curvature / t.var(axis=(1, 2))[:, None]
     locking = -w2 / 12 * step * (1 - 4 * step**2)
+    on_line = np.flatnonzero(along.any(axis=1))
+    u = along[on_line]
+    uKu = np.einsum("ki,kij,kj->k", u, K[on_line], u)
+    offset[on_line] = u * (np.sum(u * D[on_line], axis=1) / uKu)[:, None]
+    locking[on_line] = u * np.sum(u * locking[on_line], axis=1)[:, None]
     # A top further off than a pixel would have been called a ridge
     return np.clip(offset, -1, 1), np.clip(locking, -1, 1)
 
@@ -95,5 +200,8 @@ def _top(r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
     Kxy = (r[:, 0, 2] + r[:, 2, 0] - r[:, 0, 0] - r[:, 2, 2]) / 4
     K = np.stack([Kxx, Kxy, Kxy, Kyy], axis=1).reshape(-1, 2, 2)
     ridge = Kxx * Kyy - Kxy**2 <= 1e-6 * (Kxx + Kyy) ** 2
-    K[ridge] = np.eye(2)
-    return np.linalg.solve(K, D[..., None])[..., 0], D, K, ridge
+    return np.linalg.solve(_solvable(K, ridge), D[..., None])[..., 0], D, K, ridge
+
+
+def _solvable(K: np.ndarray, ridge: np.ndarray) -> np.ndarray:
+    return np.where(ridge[:, None, None], np.eye(2), K)

@@ -1,10 +1,20 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `village` (what they see), `matching`, `bundle`, `network`, `matrices`, `studies`.
+3-D), `village` (what they see), `matching`, `matches` (of two photos), `bundle`,
+`network`, `matrices`, `studies`.
 """
 
-from pgm_lab.plot import bundle, matching, matrices, network, space, studies, village
+from pgm_lab.plot import (
+    bundle,
+    matches,
+    matching,
+    matrices,
+    network,
+    space,
+    studies,
+    village,
+)
 from pgm_lab.plot._pixel import pixel_on_ground
 from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import (
@@ -39,6 +49,7 @@ __all__ = [
     "error_ellipse",
     "frame",
     "interact",
+    "matches",
     "matching",
     "matrices",
     "network",

@@ -1,9 +1,11 @@
-"""The report of a bundle adjustment: words, tables, figures, and a command line.
+"""Reports: words, tables and figures of a bundle adjustment, and of a matching.
 
-`python -m pgm_lab.report` makes a report from four text files.
+`python -m pgm_lab.report` makes one of a bundle from four text files, and `python -m
+pgm_lab.matching` one of a matching from two photos.
 """
 
+from pgm_lab.report import matching
 from pgm_lab.report._page import html
 from pgm_lab.report._text import text
 
-__all__ = ["html", "text"]
+__all__ = ["html", "matching", "text"]

@@ -1,20 +1,15 @@
 """The command line: python -m pgm_lab.report, from four text files to a report."""
 
 import argparse
-import contextlib
 import os
-import signal
 import sys
-import threading
-from collections.abc import Iterator, Sequence
-from typing import NoReturn
+from collections.abc import Sequence
 
-from pgm_lab import _files, bundle, report
+from pgm_lab import _command, bundle, report
 from pgm_lab._files import printable
 from pgm_lab.report._input import doubt
 from pgm_lab.report._options import check_reports, parser
 
-DONE, FAILED = 0, 1  # argparse itself ends with 2 when it is called wrongly
 WRITERS = {
     ".html": report.html,
     ".htm": report.html,
@@ -43,22 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     call = parser()
     options = call.parse_args(arguments)
     check_reports(call, options)
-    try:
-        with _interruptible():
-            _run(options)
-    except MemoryError:
-        message = "there is not enough memory for this network: adjust parts of it"
-    except BrokenPipeError:  # who reads the output, as `head` does, has seen enough
-        _close_output()
-        return DONE
-    except (ValueError, OSError, ArithmeticError) as error:
-        message = printable(error)
-    except KeyboardInterrupt:
-        message = "interrupted"
-    else:
-        return DONE
-    print(f"{call.prog}: {message}", file=sys.stderr)
-    return FAILED
+    no_memory = "there is not enough memory for this network: adjust parts of it"
+    return _command.run(call.prog, lambda: _run(options), no_memory)
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -72,12 +53,7 @@ def _run(options: argparse.Namespace) -> None:
         path: WRITERS[path.suffix.lower()](found, about=about)
         for path in options.report
     }
-    for left in _files.clear([path.parent for path in pages]):
-        print(f"removed {printable(left)}, left by a run that broke", file=sys.stderr)
-    _files.save(pages, overwrite=options.force)
-    if hasattr(sys.stdout, "reconfigure"):  # a console without µ shows a ? for it
-        sys.stdout.reconfigure(errors="replace")
-    print(report.text(found, about=about, short=True), flush=True)
+    _command.finish(pages, options.force, report.text(found, about=about, short=True))
 
 
 def _adjusted(
@@ -126,34 +102,6 @@ def _refuse_too_large(network: bundle.Network) -> None:
             f" equations, and this machine has {memory / 1e9:.0f} GB: adjust parts of"
             " the network"
         )
-
-
-@contextlib.contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let what ends a program, as `kill` does, undo what is half done."""
-
-    def interrupt(*_: object) -> NoReturn:
-        raise KeyboardInterrupt
-
-    ends = []
-    if threading.current_thread() is threading.main_thread():
-        there = [n for n in ("SIGTERM", "SIGHUP") if hasattr(signal, n)]
-        ends = [signal.Signals[name] for name in there]
-    # nohup has SIGHUP ignored: that stays
-    ends = [end for end in ends if signal.getsignal(end) == signal.SIG_DFL]
-    for end in ends:
-        signal.signal(end, interrupt)
-    try:
-        yield
-    finally:
-        for end in ends:
-            signal.signal(end, signal.SIG_DFL)
-
-
-def _close_output() -> None:
-    """Leave nothing for Python to complain about when it flushes at the end."""
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

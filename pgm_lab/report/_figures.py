@@ -12,9 +12,10 @@ from pgm_lab import plot
 from pgm_lab._rounding import round_number
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.plot.basic import Look
+from pgm_lab.report._layout import count, listed
 from pgm_lab.report._misfit import suspected
 from pgm_lab.report._space import stations
-from pgm_lab.report._words import UM, count, listed
+from pgm_lab.report._words import UM
 
 DPI = 100
 DENSE = 400  # rays a photo: more vectors than a small picture can show
@@ -31,10 +32,11 @@ def pictures(name: str, result: Bundle) -> list[tuple[str, str]]:
     }
     draw = kinds[name]
     with plt.rc_context(plot.STYLE):
-        return [(_png(figure), words) for figure, words in draw(result)]
+        return [(png(figure), words) for figure, words in draw(result)]
 
 
-def _png(figure: Figure) -> str:
+def png(figure: Figure) -> str:
+    """Return a figure as PNG in base64, and close it."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
     plt.close(figure)

@@ -7,14 +7,9 @@ from pgm_lab.bundle.refuse import LOOKING, mirrored_image, mirrored_object
 from pgm_lab.bundle.reliability import correlations, significance
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.report._input import COORDINATES, changed_c, doubt
+from pgm_lab.report._layout import NUMBERS, Finding, count, listed
 from pgm_lab.report._misfit import ALPHA, blunders, control, gross, ray, sigma0
-from pgm_lab.report._words import (
-    NUMBERS,
-    UM,
-    Finding,
-    count,
-    listed,
-)
+from pgm_lab.report._words import UM
 
 CORRELATED = 0.9
 HARDLY = 0.1  # redundancy number below which nine tenths of a blunder stay hidden

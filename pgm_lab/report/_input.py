@@ -12,7 +12,8 @@ from pgm_lab._rounding import plain
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.camera import imaging
-from pgm_lab.report._words import UM, Finding
+from pgm_lab.report._layout import Finding
+from pgm_lab.report._words import UM
 
 COORDINATES = "Image coordinates"
 

@@ -3,7 +3,8 @@
 from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.report import _findings, _input, _misfit
-from pgm_lab.report._words import NUMBERS, UM
+from pgm_lab.report._layout import NUMBERS
+from pgm_lab.report._words import UM
 
 
 def limits(result: Bundle) -> list[str]:

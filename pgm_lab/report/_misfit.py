@@ -10,7 +10,8 @@ from pgm_lab.bundle.datum import is_controlled
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.report._words import Finding, count, listed, observations
+from pgm_lab.report._layout import Finding, count, listed
+from pgm_lab.report._words import observations
 
 ALPHA = 0.05  # probability of calling a right model wrong
 IN_UM = 0.01  # sigma0 below this share of what was stated: 1 µm given as 1 mm is 0.001

@@ -1,74 +1,18 @@
 """What the command line takes, and what is wrong with it before any work is done."""
 
 import argparse
-import os
-import stat
-from itertools import combinations
 from pathlib import Path
-from typing import NoReturn
 
-from pgm_lab._files import printable
+from pgm_lab import _command
+from pgm_lab._command import REPORTS, Parser
 from pgm_lab.camera import LENSES, PARAMETERS
-
-FORMATS = (".html", ".htm", ".txt")
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose messages hold nothing that a terminal would obey."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the usage and the message, and end with 2."""
-        super().error(printable(message))
 
 
 def check_reports(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse before the work what would go wrong after it."""
-    for path in options.report:
-        if wrong := _wrong(path, options.force):
-            parser.error(f"--report {path}: {wrong}")
+    reports = [_command.Output("--report", one, REPORTS) for one in options.report]
     inputs = [options.interior, options.exterior, options.points, options.image]
-    for path in options.report:
-        if same := [one for one in inputs if _same(one, path)]:
-            parser.error(f"--report {path}: this is the input {same[0]}")
-    for one, other in combinations(options.report, 2):
-        if _same(one, other):
-            parser.error(f"--report {other}: another report, {one}, is the same file")
-
-
-def _wrong(path: Path, force: bool) -> str:
-    """Say why a report cannot be written there."""
-    if path.suffix.lower() not in FORMATS:
-        return f"the name must end in {', '.join(FORMATS)}"
-    try:
-        if not stat.S_ISDIR(os.stat(path.parent).st_mode):
-            return f"{path.parent} is not a folder"
-        there = os.lstat(path)
-    except FileNotFoundError:
-        there = None
-        if not os.path.lexists(path.parent):
-            return f"there is no folder {path.parent}"
-    except OSError as error:  # too long a name, a circle of links
-        return f"no file can have this name ({error.strerror})"
-    if not os.access(path.parent, os.W_OK):
-        return f"nothing may be written into the folder {path.parent}"
-    if there and not (stat.S_ISREG(there.st_mode) or stat.S_ISLNK(there.st_mode)):
-        return "it is there already and is not a file: choose another name"
-    if there and not force:
-        return "it exists already; --force replaces it"
-    return ""
-
-
-def _same(one: Path, other: Path) -> bool:
-    """Whether two names are of one file, or would be where case does not count."""
-    try:
-        return os.path.samefile(one, other)
-    except OSError:  # one of them is not there
-        pass
-    try:
-        folder = os.path.samefile(one.parent, other.parent)
-    except OSError:
-        return False
-    return folder and one.name.casefold() == other.name.casefold()
+    _command.check_outputs(parser, reports, inputs, options.force)
 
 
 def parser() -> Parser:
@@ -93,17 +37,7 @@ def parser() -> Parser:
         ("image", "measured: point photo x y sx sy (mm)"),
     ):
         found.add_argument(name, type=Path, help=columns)
-    found.add_argument(
-        "--report",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="write the whole report, as .html or .txt; may be given several times",
-    )
-    found.add_argument(
-        "--force", action="store_true", help="replace reports that exist already"
-    )
+    _command.add_outputs(found)
     found.add_argument(
         "--estimate",
         type=_parameters,
@@ -128,7 +62,7 @@ def parser() -> Parser:
     )
     found.add_argument(
         "--sigma",
-        type=_positive,
+        type=_command.positive,
         metavar="MM",
         help="standard deviation of all image coordinates, in place of sx and sy",
     )
@@ -143,16 +77,3 @@ def _parameters(words: str) -> tuple[str, ...]:
                 f"{name!r} is not one of {','.join(PARAMETERS)}"
             )
     return names
-
-
-def _positive(word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
-        hint = ""
-        if "," in word:
-            hint = "; a decimal needs a point"
-        raise argparse.ArgumentTypeError(f"{word!r} is not a number above zero{hint}")
-    return value

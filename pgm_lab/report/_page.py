@@ -1,13 +1,9 @@
 """The report of a bundle adjustment as one HTML page, figures included."""
 
-import jinja2
-
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
-from pgm_lab.report._text import is_number, sections
-from pgm_lab.report._typeset import typesetter
-
-TALL = 25  # rows of a table that is scrolled in a frame of its own
+from pgm_lab.report._layout import as_html
+from pgm_lab.report._text import sections
 
 
 def html(found: Bundle | Snooping, *, about: str = "") -> str:
@@ -41,17 +37,9 @@ def html(found: Bundle | Snooping, *, about: str = "") -> str:
 
     result = found.result if isinstance(found, Snooping) else found
     names = {*result.network.photo_names, *result.network.point_names}
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("pgm_lab.report"),  # the folder templates
-        autoescape=True,
-        trim_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters["typeset"] = typesetter(names | {about} - {""})
-    return environment.get_template("page.html.j2").render(
-        title="Bundle adjustment",
-        sections=sections(found, about, short=False),
-        pictures=lambda name: _figures.pictures(name, result),
-        left=lambda table: [not is_number(cells) for cells in zip(*table.rows)],
-        tall=TALL,
+    return as_html(
+        "Bundle adjustment",
+        sections(found, about, short=False),
+        lambda name: _figures.pictures(name, result),
+        names | {about} - {""},
     )

@@ -10,7 +10,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from pgm_lab import plot, rotation
 from pgm_lab._rounding import fixed, plain
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.report._words import count
+from pgm_lab.report._layout import count
 
 MOST_CAMERAS = 60  # drawn with their photo planes; more would cover the points
 MOST_NAMES = 30

@@ -1,8 +1,5 @@
 """The numbers of a bundle adjustment as tables of words, rounded by their precision."""
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
 
 from pgm_lab._rounding import fixed, round_number, rounded, scientific, two_digits
@@ -12,19 +9,12 @@ from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import PARAMETERS
+from pgm_lab.report._layout import Table
 from pgm_lab.report._misfit import suspected
 from pgm_lab.report._words import UM
 
 UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
 MOST = 25  # rows of suspected blunders
-
-
-class Table(NamedTuple):
-    """Cells as they are shown; the first column names the rows."""
-
-    caption: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
 
 
 def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:

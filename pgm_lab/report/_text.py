@@ -1,29 +1,11 @@
 """The report of a bundle adjustment: its sections, and the same as plain text."""
 
-import re
-import textwrap
-from collections.abc import Sequence
-from typing import NamedTuple
-
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.report import _findings, _tables, _words
 from pgm_lab.report._input import doubt
+from pgm_lab.report._layout import Section, as_text
 from pgm_lab.report._limits import limits
-from pgm_lab.report._tables import Table
-
-WIDTH = 88
-NUMBER = re.compile(r"[-+<]?\d+(\.\d+)?(e[-+]\d+)?")
-
-
-class Section(NamedTuple):
-    """A part of the report."""
-
-    title: str
-    paragraphs: Sequence[str] = ()
-    findings: Sequence[_words.Finding] = ()
-    tables: Sequence[Table] = ()
-    figures: Sequence[str] = ()  # the functions of `page` that draw them
 
 
 def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> str:
@@ -56,14 +38,7 @@ def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> s
     >>> report.splitlines()[3][:55]
     '9 photos of 50 points, taken with one camera: 450 rays.'
     """
-    title = "Bundle adjustment"
-    parts = [title, "=" * len(title), ""]
-    for number, section in enumerate(sections(found, about, short)):
-        if number:
-            heading = f"{number}  {section.title}"
-            parts += ["", heading, "-" * len(heading), ""]
-        parts += ["\n\n".join(_blocks(section)), ""]
-    return "\n".join(parts)
+    return as_text("Bundle adjustment", sections(found, about, short))
 
 
 def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]:
@@ -99,35 +74,3 @@ def sections(found: Bundle | Snooping, about: str, short: bool) -> list[Section]
         parts.append(Section("Limits", limits(result)))
         parts.append(Section("Conventions", _words.conventions(result)))
     return parts
-
-
-def _blocks(section: Section) -> list[str]:
-    wrap = textwrap.TextWrapper(WIDTH, break_long_words=False)
-    items = textwrap.TextWrapper(
-        WIDTH, initial_indent="- ", subsequent_indent="  ", break_long_words=False
-    )
-    return [
-        *map(wrap.fill, section.paragraphs),
-        *(items.fill(f"{one.title}: {one.words}") for one in section.findings),
-        *map(_text_table, section.tables),
-    ]
-
-
-def _text_table(table: Table) -> str:
-    """Lay out a table: words to the left, numbers to the right."""
-    columns = list(zip(table.header, *table.rows))
-    widths = [max(map(len, column)) for column in columns]
-    left = [not is_number(column[1:]) for column in columns]
-    lines = [textwrap.fill(table.caption, WIDTH), ""]
-    for row in (table.header, *table.rows):
-        cells = (
-            cell.ljust(width) if words else cell.rjust(width)
-            for cell, width, words in zip(row, widths, left)
-        )
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)
-
-
-def is_number(cells: Sequence[str]) -> bool:
-    """Whether a column holds numbers, but for "-" and "held"."""
-    return all(cell in ("-", "held") or NUMBER.fullmatch(cell) for cell in cells)

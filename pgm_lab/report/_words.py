@@ -1,7 +1,6 @@
 """A bundle adjustment in words: what was done, how well it fits, what it means."""
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,37 +9,14 @@ from pgm_lab.adjustment.outliers import NAMES
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
+from pgm_lab.report._layout import NUMBERS, Finding, count, listed
 
 UM = 1e3  # micrometres in a millimetre
-LONGEST = 8  # names in a list before "and 12 more"
 
 LEAST = (
     " There are no more control coordinates than the datum needs: an error moves,"
     " turns or scales the whole network, and no residual shows it."
 )
-NUMBERS = "no one two three four five six seven eight nine ten eleven twelve".split()
-
-
-class Finding(NamedTuple):
-    """Something the reader should know before the numbers are used."""
-
-    title: str
-    words: str
-
-
-def count(number: int, noun: str) -> str:
-    """Return "no ray", "one ray", "450 rays"."""
-    word = NUMBERS[number] if number <= 1 else f"{number}"
-    return f"{word} {noun}{'s' if number > 1 else ''}"
-
-
-def listed(words: Iterable[object]) -> str:
-    """Join words with commas, and count those beyond the first few."""
-    names = [str(word) for word in words]
-    if len(names) > LONGEST:
-        return f"{', '.join(names[:LONGEST])} and {len(names) - LONGEST} more"
-    *before, last = names
-    return f"{', '.join(before)} and {last}" if before else last
 
 
 def summary(result: Bundle, wrong: Finding | None = None) -> str:

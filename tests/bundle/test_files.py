@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pgm_lab import _files, bundle
-from pgm_lab.bundle import _text
+from pgm_lab import _files, _text, bundle
 from pgm_lab.camera import Camera
 from tests.networks import real
 

@@ -147,7 +147,7 @@ def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
         ({"points": [(40.5, 40)]}, "points must be whole numbers"),
         ({"points": [(5, 40)]}, "10 px or more from the border"),
         ({"start": [(40, 40), (41, 41)]}, r"start must have shape \(1, 2\)"),
-        ({"window": 20}, "window must be an odd number"),
+        ({"template": 20}, "template must be an odd number"),
         ({"left": np.zeros((3, 3, 3))}, "left must have shape"),
     ],
 )

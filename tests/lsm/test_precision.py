@@ -202,7 +202,10 @@ def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiome
     found = _normal_equations.solve(template, B)
     T = np.zeros((2, 2, 3)) + np.eye(2, 3, 1)
     T[:, :, 0] = pixels
-    C, sigma0, singular = _normal_equations.precision(template, T, found)
+    C, sigma0, pixels, singular = _normal_equations.precision(
+        template, T, found, correlated=False
+    )
+    np.testing.assert_array_equal(pixels, 121)
     assert not singular.any()
     _, x, y = _normal_equations.window_grid(half)
     u = 8 if radiometric else 6
@@ -221,8 +224,11 @@ def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiome
         E = np.diag([*E, 0, len(x)][:u] if radiometric else E)
         pixel = vv / r / (1 + h1**2)
         N, Q = A.T @ A, np.linalg.inv(A.T @ A)
+        # The other image adds its noise to each residual that a noisy column multiplies
+        other = pixel * np.diag([*6 * [h1**2], 0, 1][:u])
         more = np.linalg.inv(N - pixel * E)
-        whole = vv / r * more @ N @ more  # `precision` takes the first three terms
+        middle = vv / r * (N - pixel * E) + other @ (pixel * E)
+        whole = more @ middle @ more  # `precision` takes the first three terms
         first = vv / r * Q
         assert C[k].shape == (u, u)
         at = np.ix_([0, 3], [0, 3])

@@ -598,10 +598,12 @@ def test_template_and_search_window_that_leave_the_image(noise):
     found = ncc.match(left, right, points, [(80, 70)] * 7, search=31)
     leaves = found.status == "template leaves the image"
     np.testing.assert_array_equal(leaves, [0, 1, 0, 1, 0, 1, 1])
-    start = [(15, 60), (14, 60), (80, 134), (80, 135), (144, 60), (145, 60), (1e9, 60)]
+    # Of a window of 31 that reaches 21 pixels into the image one position is left
+    start = [(5, 60), (4, 60), (80, 144), (80, 145), (154, 60), (155, 60), (1e9, 60)]
     found = ncc.match(left, right, [(80, 70)] * 7, start, search=31)
     leaves = found.status == "window leaves the image"
     np.testing.assert_array_equal(leaves, [0, 1, 0, 1, 0, 1, 1])
+    np.testing.assert_array_equal(found.points[[0, 2, 4], [0, 1, 0]], (10, 139, 149))
     for values in (found.points[leaves], found.r[leaves], found.second[leaves]):
         assert np.all(np.isnan(values))
 
@@ -708,8 +710,16 @@ def test_no_points_are_no_trouble(noise):
         ({"threshold": 1.5}, "threshold must lie between"),
         ({"ratio": 0}, "ratio must be above 0"),
         ({"refine": "cubic"}, "refine must be one of"),
-        ({"left": np.full((99, 99), np.nan)}, "left has grey values that are NaN"),
-        ({"right": np.zeros((99, 99, 3))}, "right must be one image"),
+        ({"left": np.zeros((99, 0))}, "left must have at least 1 x 1 pixels"),
+        ({"right": np.zeros((99, 99, 3))}, "right must have shape .rows, columns."),
+        ({"search": (31, 21)}, "at least template . 2"),
+        ({"search": (31, 31, 31)}, "one number or .rows, columns."),
+        ({"lines": [(0, 1)]}, r"lines must have shape .1, 3."),
+        ({"lines": [(0, 0, 1)]}, r"lines.0. have a = b = 0"),
+        ({"distance": 0.4}, "distance must be at least 0.5 px"),
+        ({"back": 0}, "back must be positive"),
+        ({"noise": (0, 0)}, "noise must be the standard deviations"),
+        ({"noise": (-1, 1)}, "noise must be the standard deviations"),
     ],
 )
 def test_match_refuses(noise, change, message):

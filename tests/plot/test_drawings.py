@@ -13,14 +13,17 @@ from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from scipy.stats import chi2
 
-from pgm_lab import bundle, datasets, plot, rotation
+from pgm_lab import bundle, datasets, matching, plot, rotation
 from pgm_lab.plot import _pixel
 from pgm_lab.report import _figures
+from tests.matching import photos
 from tests.networks import real
 from tests.plot import test_film as film
 
 EXTERIOR = np.array([1.0, -2.0, 7.0, 0.3, -0.2, 0.8])
 PHOTO, POINT = np.divmod(np.arange(450), 50)
+STATUS = ["accepted"] * 45 + [*matching.STATUSES]
+MATCHED = photos.result(60, STATUS, shift=(-5.0, 1.0))
 SECONDS = {"one": [0.01, 0.7], "another": [0.003, 1.4]}
 
 
@@ -57,6 +60,9 @@ FLAT = {
     "size_study": lambda _: plot.studies.size_study(
         [450, 8e4], SECONDS, [3, 140], ["a", "b"]
     ),
+    "side_by_side": lambda _: plot.matches.side_by_side(*photos.pair(), MATCHED),
+    "parallaxes": lambda _: plot.matches.parallaxes(photos.pair()[0], MATCHED),
+    "histograms": lambda _: plot.matches.histograms(MATCHED, threshold=0.7),
     "mean residuals of a report": lambda r: _figures.mean_residuals(r)[0],
 }
 IN_SPACE = {

@@ -195,7 +195,7 @@ def test_an_input_is_never_replaced(files, reports, capsys):
     message = refused(capsys, *files, "--report", files[2], "--force")
     assert f"this is the input {files[2]}" in message
     report = ["--report", reports / "r.html"]
-    assert "another report" in refused(capsys, *files, *report, *report)
+    assert "another output" in refused(capsys, *files, *report, *report)
     assert open(files[2]).read() == before
 
 

@@ -6,8 +6,8 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from pgm_lab import _text
 from pgm_lab._files import printable
-from pgm_lab.bundle import _text
 
 Source = str | os.PathLike
 

@@ -1,0 +1,169 @@
+"""Points of a photo that can be matched well: texture in all directions, spread out."""
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from pgm_lab import _validate
+
+STRIP = 4_000_000  # pixels at a time
+FINER = 1.2  # by which the cells shrink until there are points enough
+
+
+def pick(
+    image: ArrayLike,
+    number: int,
+    template: int = 21,
+    *,
+    margin: int | None = None,
+    least: float = 0.01,
+) -> np.ndarray:
+    """Pick points whose templates have texture, spread over the photo.
+
+    Of each cell of a grid the best point is taken. Of two that are closer than half a
+    cell the better one stays; the cells are as large as they can be to give so many.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values, 8 or 16 bit or float; masked or NaN where there are none.
+    number : int
+        How many points.
+    template : int
+        Pixels across the template that is matched around each point, odd.
+    margin : int, optional
+        Pixels from the edge of the photo to a point, at least template // 2, which is
+        the default.
+    least : float
+        Smallest texture, as a share of that of the best points (the 95th percentile of
+        all cells); between 0 and 1.
+
+    Returns
+    -------
+    ndarray (m, 2)
+        (column, row), whole pixels, the best first. Fewer than `number` where the photo
+        has no more texture; perhaps none.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not what is described here, or the photo is smaller than a
+        template.
+
+    Notes
+    -----
+    Texture is the smaller eigenvalue of the matrix of the products of both gradients,
+    summed over the template: the inverse of the larger variance that a match can have
+    (Foerstner and Guelch 1987; Shi and Tomasi 1994).
+
+    Examples
+    --------
+    >>> from pgm_lab import datasets
+    >>> points = pick(datasets.yellowstone().grey, 100)
+    >>> len(points), points.min() >= 10, points.max() <= 1525
+    (100, np.True_, np.True_)
+    """
+    grey, mask = _image(image, "image")
+    number = _validate.whole(number, "number", 1)
+    template = _validate.window(template, "template")
+    half = template // 2
+    margin = half if margin is None else _validate.whole(margin, "margin", half)
+    if not 0 <= _validate.number(least, "least") < 1:
+        raise ValueError(f"least must be at least 0 and below 1; got {least}")
+    if min(grey.shape) < template:
+        raise ValueError(
+            f"image must have at least {template} x {template} pixels, the template;"
+            f" got {grey.shape}"
+        )
+    space = np.sqrt(grey.size / number)  # between points, if all were textured
+    cell = max(2, half, int(space / 4))
+    points, texture = _best_of_cells(grey, mask, template, margin, cell)
+    if not len(points):
+        return np.zeros((0, 2))
+    good = texture >= max(least * np.percentile(texture, 95), np.finfo(float).tiny)
+    points, texture = points[good], texture[good]
+    order = np.argsort(-texture, kind="stable")
+    points = points[order]
+    space = max(space, cell)
+    chosen = _spread(points, space)
+    while len(chosen) < number and space > cell:
+        space = max(space / FINER, cell)
+        chosen = _spread(points, space)
+    return chosen[:number].astype(float)
+
+
+def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]:
+    """Grey values in their own type, and where there are none."""
+    mask: np.ndarray | None = None
+    if isinstance(values, np.ma.MaskedArray):
+        mask = np.ma.getmaskarray(values) if np.any(values.mask) else None
+        values = np.ma.getdata(values)
+    grey = _validate.numeric(values, name)
+    if grey.ndim != 2 or not grey.size:
+        raise ValueError(
+            f"{name} must have shape (rows, columns); got shape {grey.shape}."
+            ' matching.read(..., colour="grey") turns colours into grey'
+        )
+    if grey.dtype not in (np.uint8, np.uint16, np.float32, np.float64):
+        grey = grey.astype(float)
+    if grey.dtype.kind == "f" and not np.isfinite(grey).all():
+        bad = ~np.isfinite(grey)
+        mask = bad if mask is None else mask | bad
+    return grey, mask
+
+
+def _best_of_cells(
+    grey: np.ndarray, mask: np.ndarray | None, template: int, margin: int, cell: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Best point (m, 2) of each square cell, and its texture (m,); strip by strip."""
+    rows, columns = grey.shape
+    border = template // 2 + 2  # what the texture of a pixel rests on
+    at_once = max(1, STRIP // (columns * cell)) * cell
+    points, texture = [], []
+    for top in range(0, rows, at_once):
+        first, end = max(0, top - border), min(rows, top + at_once + border)
+        part = _texture(
+            grey[first:end], None if mask is None else mask[first:end], template
+        )
+        row = np.arange(first, end)
+        part[(row < margin) | (row >= rows - margin)] = 0
+        part[:, :margin] = part[:, columns - margin :] = 0
+        part = part[top - first : top - first + at_once]
+        high, wide = (-n % cell for n in part.shape)
+        part = np.pad(part, ((0, high), (0, wide)))
+        wide = part.shape[1] // cell
+        of_cells = part.reshape(-1, cell, wide, cell).swapaxes(1, 2)
+        cells = of_cells.reshape(-1, wide, cell * cell)
+        best = cells.argmax(axis=2)
+        i, j = np.indices(best.shape)
+        points.append(
+            np.stack(
+                [j * cell + best % cell, top + i * cell + best // cell], -1
+            ).reshape(-1, 2)
+        )
+        texture.append(cells.max(axis=2).ravel())
+    return np.concatenate(points), np.concatenate(texture)
+
+
+def _texture(grey: np.ndarray, mask: np.ndarray | None, template: int) -> np.ndarray:
+    """The smaller eigenvalue for the template around each pixel; 0 without data."""
+    if mask is not None and mask.all():
+        return np.zeros(grey.shape, np.float32)
+    values = grey.astype(np.float32)
+    if mask is not None:
+        values[mask] = values[~mask].mean()
+    found = cv2.cornerMinEigenVal(values, template, ksize=3)
+    if mask is not None:
+        around = np.ones((template + 2, template + 2), np.uint8)
+        found[cv2.dilate(mask.astype(np.uint8), around) > 0] = 0
+    return found
+
+
+def _spread(points: np.ndarray, space: float) -> np.ndarray:
+    """The first points of each cell, without those that stand close to an earlier."""
+    cell = np.floor(points / space).astype(np.int64)
+    _, first = np.unique(cell, axis=0, return_index=True)
+    some = points[np.sort(first)]
+    close = cKDTree(some).query_pairs(space / 2, output_type="ndarray")
+    return np.delete(some, np.unique(close.max(axis=1)), axis=0) if len(close) else some

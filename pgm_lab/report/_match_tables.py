@@ -1,0 +1,89 @@
+"""The numbers of a matching as tables of words, rounded by their precision."""
+
+import inspect
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pgm_lab import matching
+from pgm_lab._rounding import fixed, rounded
+from pgm_lab.matching import STATUSES, Match
+from pgm_lab.report._layout import Table
+
+MOST = 200  # rows of points
+
+# What the settings of `matching.match` mean, for the command line and the report
+SETTINGS = {
+    "number": "how many points to pick, where the texture is good and spread",
+    "template": "pixels across the template, the window of the left photo; odd",
+    "start": "how start values are found: by features, or from coarse to fine",
+    "search": "pixels across the search window of the right photo; odd",
+    "colour": "what becomes of colours: refuse them, or turn them into grey values",
+    "threshold": "least correlation r of the two windows",
+    "ratio": "a second place with a higher share of r makes a match ambiguous",
+    "back": "pixels that a point may miss when it is sought back from the right",
+    "least_quality": "least quality of a match, from 0 to 1; more keeps fewer, better",
+}
+
+
+def statuses(found: Match) -> Table:
+    """Return how many points have which status, what it means and what helps."""
+    words, numbers = np.unique(found.status, return_counts=True)
+    of_status = dict(zip(words.tolist(), numbers.tolist()))
+    rows = [
+        (status, str(of_status[status]), meaning, help or "-")
+        for status, (meaning, help) in STATUSES.items()
+        if status in of_status
+    ]
+    header = ("status", "points", "what it means", "what helps")
+    return Table("What became of the points", header, rows)
+
+
+def points(found: Match) -> Table:
+    """Return the first points, left and right, with their precision."""
+    n = min(MOST, len(found.chosen))
+    sd = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))
+    columns = [
+        [str(i) for i in range(n)],
+        *(fixed(one, 2) for one in found.chosen[:n].T),
+        *(rounded(one, found.sd)[:n] for one in found.points.T),
+        *(rounded(one, found.sd)[:n] for one in sd.T),
+        fixed(found.r[:n], 3),
+        fixed(found.quality[:n], 2),
+        list(map(str, found.status[:n])),
+    ]
+    header: tuple[str, ...] = (
+        "point",
+        "left column",
+        "left row",
+        "right column",
+        "right row",
+    )
+    header += ("sd column", "sd row", "r", "quality", "status")
+    caption = "Points in pixels, columns to the right and rows down, from 0"
+    if n < len(found.chosen):
+        caption += f": the first {n} of {len(found.chosen)}"
+    return Table(caption, header, list(zip(*columns)))
+
+
+def values(given: Mapping[str, object]) -> dict[str, Any]:
+    """Return what was asked of `matching.match`, its defaults among it."""
+    known = inspect.signature(matching.match).parameters
+    return {
+        name: given.get(name, known[name].default) for name in SETTINGS if name in known
+    }
+
+
+def settings(given: Mapping[str, object]) -> Table:
+    """Return what was asked of `matching.match`, and what it means."""
+    rows = [
+        (name, _shown(value), SETTINGS[name]) for name, value in values(given).items()
+    ]
+    return Table("Settings", ("setting", "value", "what it is"), rows)
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, tuple):
+        return " x ".join(map(str, value))
+    return "-" if value is None else str(value)
