@@ -103,16 +103,22 @@ def attempt(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
     """Match the windows once, and say how precisely."""
-    template, means, status = _windows(left, right, pixels, T, s)
+    template, means, textured, status = _windows(left, right, pixels, T, s)
     goals = zip(METHODS, (*COARSE, s.tolerance), strict=True)
     T, last, iterations = _iterate(
         template, right, means[:, 1], T, s, list(goals), status
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
-    Q, sigma0, pixels, singular = _normal_equations.precision(
+    Q, sigma0, worth, singular = _normal_equations.precision(
         template, T[good], last, s.noise, s.correlated
     )
+    # Saturated pixels have no noise: they do not tell how large it is in the others
+    k, u = template.rows.shape[2], Q.shape[1]
+    n = textured[good]
+    most = np.where(n < k, k * (n - u) / (k - u), np.inf)
+    Q *= np.maximum(worth / most, 1)[:, None, None]
+    worth = np.minimum(worth, most)
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
     status[good[singular]] = UNDETERMINED
@@ -128,7 +134,7 @@ def attempt(
         status,
     )
     found.h[good], found.Q[good], found.r[good] = last.h, Q, r
-    found.sigma0[good], found.effective_pixels[good] = sigma0, pixels
+    found.sigma0[good], found.effective_pixels[good] = sigma0, worth
     return found
 
 
@@ -136,7 +142,7 @@ def from_afar(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transformations (m, 2, 3) from blurred images, if they arrived, iterations."""
-    template, means, status = _windows(left, right, pixels, T, s, BLUR)
+    template, means, _, status = _windows(left, right, pixels, T, s, BLUR)
     goals = [(cv2.INTER_LINEAR, BLURRED)]
     T, _, iterations = _iterate(template, right, means[:, 1], T, s, goals, status, BLUR)
     return T, status == "accepted", iterations
@@ -149,11 +155,12 @@ def _windows(
     T: np.ndarray,
     s: Settings,
     blur: float = 0.0,
-) -> tuple[_normal_equations.Templates, np.ndarray, np.ndarray]:
-    """Left windows around pixels (m, 2), means (m, 2) of both windows, and statuses.
+) -> tuple[_normal_equations.Templates, np.ndarray, np.ndarray, np.ndarray]:
+    """Left windows around pixels (m, 2), and what is known of them before they move.
 
-    Counted from their mean, grey values keep more digits. The status is that of a
-    template that cannot be matched; "too many iterations" of all others, for now.
+    That is the means (m, 2) of both windows (counted from them, grey values keep more
+    digits), how many pixels have texture, and a status, which is that of a template
+    that cannot be matched; "too many iterations" of all others, for now.
     """
     grey = cut(left, pixels, s.half + _fine.REACH + margin(blur))
     means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
@@ -171,9 +178,27 @@ def _windows(
     )
     status = np.full(m, "too many iterations", dtype=STATUS)
     status[template.singular] = UNDETERMINED
-    status[template.flat] = "flat template"
+    textured = _textured(template.rows[:, -1].reshape(m, 2 * s.half + 1, -1))
+    few = textured < 2 * (8 if s.radiometric else 6)
+    status[template.flat | few] = "flat template"
     status[no_data] = "no data in the template"
-    return template, means, status
+    return template, means, textured, status
+
+
+def _textured(grey: np.ndarray) -> np.ndarray:
+    """How many pixels of windows (m, w, w) do not lie inside a saturated area.
+
+    Inside are those as bright as the brightest or as dark as the darkest one, and their
+    neighbours too.
+    """
+    inside = np.zeros(grey.shape, bool)
+    for extreme in (grey.max(axis=(1, 2)), grey.min(axis=(1, 2))):
+        same = np.pad(
+            grey == extreme[:, None, None], ((0, 0), (1, 1), (1, 1)), constant_values=1
+        )
+        across = same[:, 1:-1, :-2] & same[:, 1:-1, 2:]
+        inside |= same[:, 1:-1, 1:-1] & across & same[:, :-2, 1:-1] & same[:, 2:, 1:-1]
+    return grey[0].size - inside.sum(axis=(1, 2))
 
 
 def _means_of_data(windows: np.ndarray) -> np.ndarray:
@@ -206,7 +231,8 @@ def _iterate(
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
 
-    level = np.where(template.singular, FAILED, 0)  # goals that a point has reached
+    usable = status == "too many iterations"
+    level = np.where(usable, 0, FAILED)  # goals that a point has reached
 
     def step(parts: Parts, k: np.ndarray, method: int, goal: float) -> None:
         """Iterate the points k once."""

@@ -123,7 +123,9 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
     aa = AA - np.einsum("mi,mi->m", DA, left.a)
     ab = AB - np.einsum("mi,mi->m", DB, left.a)
     bb = square - np.einsum("mi,mi->m", DB, b)
-    bb[bb <= FLAT * square] = np.nan
+    total = B.sum(axis=1)
+    spread = square - total**2 / B.shape[1]
+    bb[np.minimum(bb, spread) <= FLAT * square] = np.nan
     h = np.zeros((len(B), 2))
     h[:, 1] = 1
     if left.a.shape[1] == 7:
@@ -132,7 +134,7 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
     q = left.a[:, :6] - h[:, 1:] * b[:, :6]
     vv = np.maximum(aa - 2 * h[:, 1] * ab + h[:, 1] ** 2 * bb, 0)
     q[np.isnan(bb)] = np.nan
-    return Solution(q.reshape(-1, 2, 3), h, vv, B, sums, square, B.sum(axis=1))
+    return Solution(q.reshape(-1, 2, 3), h, vv, B, sums, square, total)
 
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
@@ -247,10 +249,14 @@ def _weakest_gradient(N: np.ndarray) -> np.ndarray:
 
 
 def correlation(left: Templates, found: Solution) -> np.ndarray:
-    """Correlation coefficient (B 2.6f), in its computing form (B 2.6a) to (B 2.6c)."""
+    """Correlation coefficient (B 2.6f), in its computing form (B 2.6a) to (B 2.6c).
+
+    NaN where a window is flat.
+    """
     *_, k = left.rows.shape
     total = left.rows[:, -1].sum(axis=1)
     xx = left.gram[:, -1, -1] - total**2 / k
     yy = found.square - found.total**2 / k
     xy = found.sums[:, -1] - total * found.total / k
-    return xy / np.sqrt(xx * yy)
+    both = xx * yy
+    return xy / np.sqrt(np.where(both > 0, both, np.nan))

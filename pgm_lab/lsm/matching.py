@@ -185,7 +185,13 @@ def match(
     sigma0, effective_pixels, r = np.full((3, n), np.nan)
     iterations = np.zeros(n, int)
     settings = _iteration.Settings(
-        half, radiometric, threshold, tolerance, max_iterations, _noise(noise), correlated
+        half,
+        radiometric,
+        threshold,
+        tolerance,
+        max_iterations,
+        _noise(noise),
+        correlated,
     )
     chunk = _iteration.at_once(half)
     for first in range(0, len(usable), chunk):
