@@ -143,7 +143,9 @@ def _from_whole_sums(template: np.ndarray, search: np.ndarray) -> np.ndarray | N
     their fractions. If none is above 1/4, the nearest whole numbers are the sums.
     """
     n, (h, w) = template.size, template.shape
-    t, s = (np.subtract(g, round(cv2.mean(g)[0]), dtype="f4") for g in (template, search))
+    t, s = (
+        np.subtract(g, round(cv2.mean(g)[0]), dtype="f4") for g in (template, search)
+    )
     t_squares, t_total = cv2.norm(t, cv2.NORM_L2SQR), cv2.sumElems(t)[0]
     ssd_t = n * t_squares - t_total**2
     if not 0 < ssd_t or t_squares * cv2.norm(s, cv2.NORM_L2SQR) > 2.0**44:
@@ -316,9 +318,7 @@ def _covariance(
     return product[None, :rows, :columns]
 
 
-def _sums_of_squares(
-    s: np.ndarray, size: tuple[int, int]
-) -> tuple[np.ndarray, float]:
+def _sums_of_squares(s: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, float]:
     """Sum of squares of each window about its mean, and that of all grey values.
 
     The stack is summed up as one tall image.
