@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pgm_lab.ncc._map import centred, surfaces
+from pgm_lab.ncc._map import surfaces
+from pgm_lab.ncc._sums import centred
 
 
 def peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
