@@ -99,8 +99,8 @@ def _doubtful(found: Match) -> Finding | None:
         f"{count(len(points), 'match').capitalize()} of {np.sum(found.accepted)} {have}"
         f" a quality below {q}: {listed(points)}. The parts of such a window do not"
         " agree where it belongs, as at an edge in depth, where it sees two surfaces."
-        f" Keep those above only: --quality {q} on the command line, least_quality={q}"
-        " in Python.",
+        " Some are wrong, others right all the same. To keep only those above, give"
+        f" --quality {q} on the command line, or least_quality={q} in Python.",
     )
 
 
@@ -270,7 +270,8 @@ def limits() -> list[str]:
         " has five unknowns and each match gives one equation; so are fewer than half"
         " of the points.",
         f"A match is doubtful below a quality of {RECOMMENDED_QUALITY:g}: on photos of"
-        " known depth that limit was found to leave out most of the wrong ones.",
+        " known depth that limit left out most of the wrong ones, and about a fifth of"
+        " the right ones.",
         f"Matches lie in one part if the middle nine tenths of their columns and rows"
         f" span less than {100 * SMALL:.0f} % of the left photo. Ambiguous points are"
         f" many from {100 * OFTEN:.0f} % on. Both are choices, no tests.",
