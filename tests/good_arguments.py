@@ -6,7 +6,9 @@ default that is not None needs no entry.
 
 import copy
 import inspect
+import tempfile
 from functools import cache
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -20,6 +22,7 @@ from pgm_lab import (
     lsm,
     matching,
     ncc,
+    observations,
     simulate,
 )
 from pgm_lab.adjustment import adjust
@@ -65,6 +68,16 @@ def matches():
 def matched():
     chosen, _ = matches()
     return matching.match(GREY, GREY, chosen, start=chosen, template=11, search=15)
+
+
+@cache
+def observed():
+    chosen, found = matches()
+    return observations.from_matches(chosen, {2: found["B"]}, (48, 44), 0.5, left=1)
+
+
+def new_file():
+    return Path(tempfile.mkdtemp()) / "new.csv"
 
 
 @cache
@@ -310,9 +323,20 @@ FUNCTIONS = {
     "lsm.defects.match": lambda: INTEREST | dict(
         start=[(20.0, 20), (26, 22)], template=11
     ),
+    "matching.match": lambda: INTEREST | dict(
+        start=[(20.0, 20), (26, 22)], shape=np.eye(2), template=11, search=15,
+        number=2, back=1.5, least_quality=0.0,
+    ),
+    "matching.Match.save": lambda: dict(self=matched(), path=new_file()),
+    "matching.pick": lambda: dict(image=GREY, number=3, template=11, margin=8),
+    "matching.read": lambda: dict(photo=GREY, name="left"),
+    "observations.Observations.save": lambda: dict(
+        self=observed(), path=new_file(), overwrite=True
+    ),
     "ncc.match": lambda: dict(
         left=GREY, right=GREY, points=[(20, 20), (26, 22)], start=[(20, 20), (26, 22)],
         template=11, search=21, refine="parabola",
+        lines=[(0, 1, -20.0), (0, 1, -22.0)], back=1.0,
     ),
     "ncc.correlation": lambda: dict(a=GREY[:11, :11], b=GREY[3:14, :11]),
     "ncc.regression": lambda: dict(a=GREY[:11, :11], b=GREY[3:14, :11]),

@@ -37,62 +37,72 @@ def effective_pixels(
     v = v * np.sqrt((k - u) / np.where(vv > 0, vv, 1))[:, None]
     design, v = _spaced(design, k), _spaced(v[:, None], k)
     influence = Q.astype(np.float32) @ design
-    alike, chance = _neighbours(design, influence, v, k)
-    larger, chance_larger = _where_texture_is_strong(design, influence, v)
+    position = influence[:, POSITION]
+    c, s = _covariances(design, influence, v, k)
+    g, n = _sums(position, position, k)
+    alike = (c * g).sum(axis=0) / g[0]
+    weight = (position**2).sum(axis=1)
+    larger = _where_texture_is_strong(design, influence, v, weight, c[0], s)
+    # With white noise c(d) scatters by c(0)^2 / n(d) (Bartlett 1946), v^2 by 2
+    chance = (2 * g[1:] ** 2 / n[1:]).sum(axis=0) / g[0] ** 2
+    chance += 2 * (weight**2).sum(axis=1) / weight.sum(axis=1) ** 2
     excess = alike * larger * gain - 1
-    factor = 1 + excess**3 / (excess**2 + chance + chance_larger)
+    factor = 1 + excess**3 / (excess**2 + chance)
     return np.where(vv > 0, k / np.clip(factor, 1 / LARGEST, k / u), k)
 
 
-def _neighbours(
+def _covariances(
     design: np.ndarray, influence: np.ndarray, v: np.ndarray, k: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Variance (m,) of position if neighbours are alike, over that if they are not.
-
-    With c(d), the covariance of two residuals that lie d apart, the variance of a
-    parameter is the sum of c(d) times the products of its influence function with
-    itself, moved by d.
+    """Covariances c (lags, m) of two residuals, the first their variance, and s (m,).
 
     The adjustment has taken u dimensions from the residuals, those that the texture
-    occupies: with the projector H = Q G^T G on them, E(v v^T) = (I - H) C (I - H). Let
+    occupies: with the projector H = G Q G^T on them, E(v v^T) = (I - H) C (I - H). Let
     s be the mean variance there, and h(d) the sum of all elements of H for pixels d
     apart. Then the products of n(d) pairs of residuals add up to n(d) c(d) - s h(d),
     and s is the mean of c(d) with the weights h(d): both follow from each other.
-
-    Also returns the variance of the result with white noise, where c(d) scatters by
-    c(0)^2 / n(d) (Bartlett 1946).
     """
-    position, width, u = influence[:, POSITION], round(k**0.5), design.shape[1]
-    vv, h, g, n = np.empty((4, 1 + len(LAGS), len(v)))
-    for i, (x, y) in enumerate(((0, 0), *LAGS)):
-        shift = y * (width + REACH) + x
-        vv[i] = _product(v, v, shift)
-        h[i] = _product(influence, design, shift)
-        g[i] = _product(position, position, shift)
-        n[i] = (width - abs(x)) * (width - y)
-    for products in (vv, h, g, n):
-        products[1:] *= 2  # -x, -y
+    u = design.shape[1]
+    vv, n = _sums(v, v, k)
+    h, _ = _sums(influence, design, k)
     s = (vv * h / n).sum(axis=0) / (u - (h * h / n).sum(axis=0))
-    c = (vv + s * h) / n
-    g /= g[0]
-    return (c * g).sum(axis=0), (2 * g[1:] ** 2 / n[1:]).sum(axis=0)
+    return (vv + s * h) / n, s
 
 
 def _where_texture_is_strong(
-    design: np.ndarray, influence: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+    design: np.ndarray,
+    influence: np.ndarray,
+    v: np.ndarray,
+    weight: np.ndarray,
+    variance: np.ndarray,
+    s: np.ndarray,
+) -> np.ndarray:
     """Variance (m,) of position by each pixel's residual, over that by their mean.
 
     The squares of the residuals, with the squared influence of their pixels for
-    weights, over what white noise would leave of them, 1 - H (White 1980). Also its
-    variance with white noise.
+    weights (White 1980), over what the adjustment leaves of their variance; of a pixel
+    that is taken whole, nothing can be said.
     """
-    weight = (influence[:, POSITION] ** 2).sum(axis=1)
-    left = 1 - np.einsum("mik,mik->mk", influence, design)
+    H = np.einsum("mik,mik->mk", influence, design)
+    left = variance[:, None] - s[:, None] * H
+    left = np.maximum(left, variance[:, None] / 2)
     found = np.einsum("mk,mk->m", weight, v[:, 0] ** 2)
-    expected = np.einsum("mk,mk->m", weight, left)
-    chance = 2 * (weight**2).sum(axis=1) / weight.sum(axis=1) ** 2
-    return found / expected, chance
+    return found / np.einsum("mk,mk->m", weight, left)
+
+
+def _sums(a: np.ndarray, b: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Sums (lags, m) of a (m, i, k) times b moved by each lag and by its opposite.
+
+    First those without a move. Also the numbers (lags, 1) of pairs of pixels.
+    """
+    width = round(k**0.5)
+    sums, n = [np.vecdot(a, b).sum(axis=1)], [k]
+    for x, y in LAGS:
+        shift = y * (width + REACH) + x
+        pairs = np.vecdot(a[..., : a.shape[-1] - shift], b[..., shift:])
+        sums.append(2 * pairs.sum(axis=1))
+        n.append(2 * (width - abs(x)) * (width - y))
+    return np.array(sums), np.array(n, float)[:, None]
 
 
 def _spaced(rows: np.ndarray, k: int) -> np.ndarray:
@@ -101,8 +111,3 @@ def _spaced(rows: np.ndarray, k: int) -> np.ndarray:
     spaced = np.zeros((*rows.shape[:-1], width, width + REACH), np.float32)
     spaced[..., :width] = rows.reshape(*rows.shape[:-1], width, width)
     return spaced.reshape(*rows.shape[:-1], -1)
-
-
-def _product(a: np.ndarray, b: np.ndarray, shift: int) -> np.ndarray:
-    """Sums (m,) of a (m, i, k) times b, moved by `shift` pixels."""
-    return np.vecdot(a[..., : a.shape[-1] - shift], b[..., shift:]).sum(axis=1)

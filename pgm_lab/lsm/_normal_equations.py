@@ -17,7 +17,7 @@ from pgm_lab.lsm import _correlated, _fine
 
 # Share of its sum of squares below which what is left of a window is rounding
 FLAT = 1e-13
-BLOCK = 16  # points whose windows stay in the nearest cache
+BLOCK = 16_000  # pixels of windows that stay in the nearest cache
 
 
 @dataclass(frozen=True)
@@ -169,8 +169,7 @@ def precision(
     noise: tuple[float, float] = (1.0, 1.0),
     correlated: bool = True,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Covariance (m, u, u) of (q, h0, h1), sigma0 and effective pixels (m,), and where
-    N is singular.
+    """Covariance (m, u, u) of (q, h0, h1), sigma0, effective pixels, N singular (m,).
 
     The noise of the left image to that of the right one is as `noise` says. The design
     matrix is made of noisy grey values: on the average N is too large by S, the noise
@@ -212,8 +211,9 @@ def precision(
     covariance += QR @ Q + QS @ QR @ Q + QR @ QSQ
     pixels = np.full(len(T), float(k))
     if correlated:
-        for first in range(0, len(T), BLOCK):
-            block = np.s_[first : first + BLOCK]
+        points = max(1, BLOCK // k)
+        for first in range(0, len(T), points):
+            block = np.s_[first : first + points]
             design, v = _observation_equations(left, found, block)
             pixels[block] = _correlated.effective_pixels(
                 design, Q[block], v, kept[block]
@@ -231,7 +231,7 @@ def _observation_equations(
     v = rows[:, -1] - h0 - h1 * B - (q @ rows[:, :6])[:, 0]
     if rows.shape[1] == 7:
         return rows[:, :6], v
-    return np.concatenate([rows[:, :7], B[:, None]], axis=1), v
+    return np.concatenate([rows[:, :7], B[:, None]], axis=1, dtype=np.float32), v
 
 
 def _noise_gain(T: np.ndarray, half: int) -> np.ndarray:

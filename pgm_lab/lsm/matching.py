@@ -138,12 +138,18 @@ def match(
     that matters: the derivatives of the left window hold the noise of the left image
     alone, and the predicted standard deviation may be wrong by a factor of two. It
     allows for the noise in the gradients and for what interpolation takes from the
-    noise. It does not account for windows that are not related by (B 2.7) to (B 2.9),
-    as at the edge of a roof, for aliasing, or for noise that neighbouring pixels share.
+    noise.
+
+    Residuals that are alike up to two pixels apart, or larger where the texture is
+    strong, count as fewer pixels: `effective_pixels`. Within a window, how alike two
+    residuals are is taken to depend only on how the two pixels lie to each other, and
+    one factor serves the whole covariance. What moves a window without leaving such
+    residuals is not accounted for: a part of the aliasing, a curved surface.
 
     References
     ----------
     Bani 2010, (B 2.7) to (B 2.20), where (B 2.20b) has a sign turned; Gruen 1985.
+    White 1980 and Newey and West 1987, for the covariance of correlated residuals.
 
     Examples
     --------

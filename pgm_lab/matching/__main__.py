@@ -17,6 +17,7 @@ from pgm_lab._files import printable
 from pgm_lab.matching.pair import STARTS
 from pgm_lab.matching.photo import COLOURS
 from pgm_lab.report import matching as report
+from pgm_lab.report._match_findings import advice
 from pgm_lab.report._match_tables import SETTINGS
 
 TABLES = (".csv", ".txt")
@@ -69,16 +70,16 @@ def _run(options: argparse.Namespace) -> None:
     watched = sys.stderr.isatty()
     with tqdm(total=len(STEPS), disable=not watched, leave=False, unit="step") as bar:
         bar.set_description(STEPS[0])
-        points = None
         if options.points is not None:
             columns = ("column", "row")
-            points = _numbers.read_table(options.points, "points", columns, 0).values
+            table = _numbers.read_table(options.points, "points", columns, 0)
+            settings["points"] = table.values
         colour = options.colour or COLOURS[0]
         left = matching.read(options.left, "left", colour=colour)
         right = matching.read(options.right, "right", colour=colour)
         bar.update()
         bar.set_description(STEPS[1])
-        found = matching.match(left, right, points, **settings)
+        found = matching.match(left, right, **settings)
         _refuse_none(found)
         bar.update()
         bar.set_description(STEPS[2])
@@ -117,11 +118,9 @@ def _refuse_none(found: matching.Match) -> None:
     if np.any(found.accepted):
         return
     status, number = Counter(found.status.tolist()).most_common(1)[0]
-    meaning, help = matching.STATUSES[status]
     raise ValueError(
         f"none of {len(found.chosen)} points was found; most often ({number}) the"
-        f' reason is "{status}": {meaning}. What helps: {help}. Do both photos show the'
-        " same?"
+        f' reason is "{status}": {advice(status)} Do both photos show the same?'
     )
 
 

@@ -62,8 +62,9 @@ def eight_bit(image: np.ndarray) -> np.ndarray:
         return values
     good = values[~mask] if np.ndim(mask) else values
     low, high = np.percentile(good.ravel()[:: max(1, good.size // 10**6)], [0.1, 99.9])
-    span = max(high - low, 1e-9 * max(abs(low), abs(high)), np.finfo(float).tiny)
-    grey = np.clip((values.astype(np.float32) - low) * (255 / span), 0, 255)
+    if not high > low:
+        return np.zeros(values.shape, np.uint8)
+    grey = np.clip((values - low) * (255 / (high - low)), 0, 255)
     if np.ndim(mask):
         grey[mask] = grey[~mask].mean()
     return np.rint(grey).astype(np.uint8)

@@ -44,6 +44,11 @@ class Field:
         weight = 1 / (1 + (distance / reach) ** 2)
         return self._affine(points, near, shape[0], weight)
 
+    def width(self, shape: np.ndarray) -> float:
+        """How far from its line a point may lie, in pixels of the left photo."""
+        scale = np.sqrt(np.abs(np.linalg.det(shape)))
+        return max(1.0, 2 * self.noise / float(np.median(scale))) if len(scale) else 1.0
+
     def lines(self, points: np.ndarray) -> np.ndarray | None:
         """Epipolar lines (n, 3) in the right photo, if there is one a point."""
         if self.F is None:

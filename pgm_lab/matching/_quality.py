@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, lsm
 
 RECOMMENDED = 0.5  # quality below which a match is better left out
-DOUBTFUL = 0.75  # px between the answers where the quality is 1/2
+DOUBTFUL = 0.85  # px between the answers where the quality is 1/2
 SHARE = 3 / 7  # of the template's width: where most wrong matches were noticed
 LEAST, SMALLEST = 5, 7  # px across: narrower windows disagree by their noise alone
 
@@ -42,8 +42,8 @@ def quality(
     Returns
     -------
     ndarray (n,)
-        1 / (1 + (d / 0.75 px)^2): 1 where four small windows agree with the template,
-        1/2 where they miss it by 0.75 px, 0 where two or more were not found; NaN
+        1 / (1 + (d / 0.85 px)^2): 1 where four small windows agree with the template,
+        1/2 where they miss it by 0.85 px, 0 where two or more were not found; NaN
         unless the match is accepted.
 
     Raises

@@ -1,11 +1,9 @@
 """Two photos in, conjugate points out: starts, correlation, least squares."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, lsm
+from pgm_lab import _validate, lsm, ncc
 from pgm_lab.matching import _features, _pyramid
 from pgm_lab.matching._correlate import correlate
 from pgm_lab.matching._field import Field
@@ -15,7 +13,9 @@ from pgm_lab.matching.photo import Photo, read
 from pgm_lab.matching.result import Match
 
 STARTS = {"features": _features.field, "pyramid": _pyramid.field}
-MOVED = 3.0  # px: farther from the best correlation least squares went to another place
+SMALLEST = 5  # px across a template
+ALIKE = 0.5  # correlation of windows that are turned nearly as they should be
+MOVED = 3.0  # px: farther from where correlation was best is another place
 LATTICE = 64  # places along a photo where it is asked whether the other one shows them
 
 
@@ -48,30 +48,31 @@ def match(
         (column, row) in the left photo, in pixels; default: `number` points that `pick`
         chooses in what both photos show.
     number : int
-        How many points to pick.
+        How many points to pick. There may be fewer, where the texture ends.
     template : int
         Pixels across the window of the left photo, odd, at least 5.
     start : {"features", "pyramid"} or array_like (n, 2)
-        Where to search in the right photo. "features": as features of SIFT tell, under
-        any turn and change of scale. "pyramid": by correlation from coarse to fine, for
-        photos that differ by a shift and little else. Or the positions themselves.
+        Where to search in the right photo. "features": where features of SIFT say,
+        under any turn and change of scale. "pyramid": by correlation from coarse to
+        fine, for photos that differ by a shift and little else. Or the positions.
     shape : array_like (2, 2) or (n, 2, 2), optional
         With positions: ((a1, a2), (b1, b2)), how the windows are turned and scaled from
-        left to right; default: not at all.
+        left to right; the identity when missing.
     search : int
-        Pixels across the search window, odd, counted in the left photo; along the
-        epipolar line where the features tell one.
+        Pixels across the search window, odd, at least template + 2, counted in the left
+        photo. Only along the epipolar line where the features tell one.
     colour : {"refuse", "grey"}
         What to do with colours, see `read`.
     threshold : float
-        Smallest correlation r of the two windows.
+        Smallest correlation r of the two windows, between 0 and 1.
     ratio : float
-        A match is ambiguous if a second place has a higher share of its r than this.
+        A match is ambiguous if a second place reaches this share of its correlation;
+        with 1 none is.
     back : float or None
-        How many pixels from its point a match may end that is sought again in the left
-        photo, from the right; None does not ask.
+        A match is sought again in the left photo, from the right, and has to end within
+        so many pixels from its point; None does not ask.
     least_quality : float
-        Matches of less quality are "below threshold".
+        Matches of a lower quality, between 0 and 1, are "below threshold".
 
     Returns
     -------
@@ -83,7 +84,18 @@ def match(
         If a file cannot be read.
     ValueError
         If a photo or an argument is not what is described here, or too few features fit
-        together.
+        together to tell the start values.
+
+    Notes
+    -----
+    A fundamental matrix, or a plane where that explains as much, sorts out the features
+    that fit together (MAGSAC). The position and shape at a point come from an affine
+    transformation of the features near to it, and a right window of that shape is
+    resampled before correlation.
+
+    References
+    ----------
+    Lowe 2004; Barath et al. 2020, MAGSAC++; Gruen 1985.
 
     Examples
     --------
@@ -98,57 +110,60 @@ def match(
     """
     left = read(left, "left", colour=colour)
     right = read(right, "right", colour=colour)
-    template = _validate.window(template, "template", 5)
+    template = _validate.window(template, "template", SMALLEST)
+    for name, photo in (("left", left), ("right", right)):
+        if min(photo.shape) < template:
+            raise ValueError(
+                f"{name} must have at least {template} x {template} pixels, the"
+                f" template; got {photo.shape} (rows, columns)"
+            )
     number = _validate.whole(number, "number", 1)
+    threshold = _share(threshold, "threshold")
+    least_quality = _share(least_quality, "least_quality")
+    search = _validate.window(search, "search", template + 2)
     if points is not None:
         points = _validate.point_list(points, "points")
-    field = None
+    lines, near = None, {}
     if isinstance(start, str):
-        _validate.choice(start, "start", tuple(STARTS))
-        field = STARTS[start](left, right)
-    if points is None:
-        if field is None:
-            raise ValueError("start holds positions, but there are no points to them")
-        points = pick(_common(left, right, field, template), number, template)
-    lines = None
-    if field is not None:
-        start, shape = field.at(points)
-        lines = field.lines(points)
-    start = _validate.point_list(start, "start", len(points))
-    shape = _shapes(shape, len(points))
-    limits: dict[str, Any] = dict(threshold=min(threshold, 0.5), ratio=ratio, back=back)
-    if field is not None and lines is not None:
-        limits["distance"] = 2 * field.noise
+        if shape is not None:
+            raise ValueError(
+                "shape belongs to start values of your own: give positions as start, or"
+                f" leave shape out; start={start!r} finds it"
+            )
+        field = STARTS[_validate.choice(start, "start", tuple(STARTS))](left, right)
+        if points is None:
+            points = _picked(left, right, field, number, template)
+        where, shapes = field.at(points)
+        lines, near = field.lines(points), {"distance": field.width(shapes)}
+    elif points is None:
+        raise ValueError("points must be given where start holds their positions")
+    else:
+        where = _validate.point_list(start, "start", len(points))
+        shapes = _shapes(shape, len(points))
     coarse = correlate(
-        left, right, points, start, shape, template, search, lines, **limits
-    )
-    status, r = coarse.status.copy(), coarse.r.copy()
+        left, right, points, where, shapes, template, search, lines,
+        threshold=min(threshold, ALIKE), ratio=ratio, back=back, **near,
+    )  # fmt: skip
     k = np.flatnonzero(coarse.accepted)
     fine = lsm.match(
-        left, right, points[k], coarse.points[k], template, shape=shape[k],
-        threshold=threshold,
+        left, right, points[k], coarse.points[k], template,
+        shape=shapes[k], threshold=threshold,
     )  # fmt: skip
-    status[k] = fine.status
-    r[k] = fine.r
-    moved = np.linalg.norm(fine.points - coarse.points[k], axis=1)
-    scale = np.sqrt(np.abs(np.linalg.det(shape[k])))
-    status[k[moved > MOVED * np.maximum(scale, 1)]] = "diverged"
-    found, covariance = (
-        np.full((len(points), 2), np.nan),
-        np.full((len(points), 2, 2), np.nan),
-    )
-    found[k], covariance[k] = fine.points, fine.covariance
-    shapes = np.full((len(points), 2, 2), np.nan)
-    shapes[k] = fine.parameters[:, [1, 2, 4, 5]].reshape(-1, 2, 2)
-    q = np.full(len(points), np.nan)
-    q[k] = quality(left, right, points[k], fine, template)
-    status[(status == "accepted") & (q < least_quality)] = "below threshold"
-    for values in (found, covariance, shapes, q):
-        values[status != "accepted"] = np.nan
-    return Match(
-        points, found, covariance, shapes, r, q, status,
-        left.shape[::-1], right.shape[::-1],
-    )  # fmt: skip
+    good = quality(left, right, points[k], fine, template)
+    sizes = _size(left), _size(right)
+    return _put_together(points, coarse, k, fine, good, least_quality, sizes)
+
+
+def _size(photo: np.ndarray) -> tuple[int, int]:
+    rows, columns = photo.shape
+    return columns, rows
+
+
+def _share(value: float, name: str) -> float:
+    """A number from 0 to 1."""
+    if not 0 <= _validate.number(value, name) <= 1:
+        raise ValueError(f"{name} must lie between 0 and 1; got {value}")
+    return float(value)
 
 
 def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
@@ -162,20 +177,54 @@ def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
     return np.broadcast_to(shape, (n, 2, 2))
 
 
-def _common(
-    left: np.ndarray, right: np.ndarray, field: Field, template: int
-) -> np.ma.MaskedArray:
-    """The left photo, masked where the right one does not show it."""
+def _picked(
+    left: np.ndarray, right: np.ndarray, field: Field, number: int, template: int
+) -> np.ndarray:
+    """Points with texture in what both photos show."""
     rows, columns = left.shape
     x, y = (np.linspace(0, n - 1, LATTICE) for n in (columns, rows))
     lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     there, shape = field.at(lattice)
-    margin = template * np.abs(shape).sum(axis=2) / 2
-    size = np.array(right.shape[::-1])
-    seen = np.all((there >= margin) & (there <= size - 1 - margin), axis=1)
-    column = np.rint(np.arange(columns) * (LATTICE - 1) / max(1, columns - 1)).astype(
-        int
+    reach = template / 2 * np.abs(shape).sum(axis=2)
+    last = np.array(right.shape[::-1]) - 1
+    seen = np.all((there >= reach) & (there + reach <= last), axis=1)
+    column, row = (
+        np.rint(np.linspace(0, LATTICE - 1, n)).astype(int) for n in (columns, rows)
     )
-    row = np.rint(np.arange(rows) * (LATTICE - 1) / max(1, rows - 1)).astype(int)
     unseen = ~seen.reshape(LATTICE, LATTICE)[row[:, None], column]
-    return np.ma.array(left, mask=np.ma.getmask(left) | unseen)
+    mask = np.ma.getmask(left) | unseen
+    points = pick(np.ma.array(np.ma.getdata(left), mask=mask), number, template)
+    if not len(points):
+        raise ValueError(
+            "there is no texture in what both photos show: give points, or a smaller"
+            " template"
+        )
+    return points
+
+
+def _put_together(
+    points: np.ndarray,
+    coarse: ncc.Match,
+    k: np.ndarray,
+    fine: lsm.Match,
+    good: np.ndarray,
+    least_quality: float,
+    sizes: tuple[tuple[int, int], tuple[int, int]],
+) -> Match:
+    """What correlation, and least squares for the points k, say of all points."""
+    n = len(points)
+    status, r = coarse.status.copy(), coarse.r.copy()
+    found, covariance = np.full((n, 2), np.nan), np.full((n, 2, 2), np.nan)
+    shape, q = np.full((n, 2, 2), np.nan), np.full(n, np.nan)
+    status[k], found[k], covariance[k] = fine.status, fine.points, fine.covariance
+    shape[k], q[k] = fine.parameters[:, [[1, 2], [4, 5]]], good
+    r[k] = np.where(np.isnan(fine.r), r[k], fine.r)
+    moved = np.hypot(*(found - coarse.points).T)
+    scale = np.sqrt(
+        np.abs(shape[:, 0, 0] * shape[:, 1, 1] - shape[:, 0, 1] * shape[:, 1, 0])
+    )
+    status[moved > MOVED * np.maximum(scale, 1)] = "diverged"
+    status[(status == "accepted") & ~(q >= least_quality)] = "below threshold"
+    for values in (found, covariance, shape, q):
+        values[status != "accepted"] = np.nan
+    return Match(points, found, covariance, shape, r, q, status, *sizes)

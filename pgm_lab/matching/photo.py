@@ -144,7 +144,7 @@ def _values(image: Image.Image) -> np.ndarray:
 
 
 def _deep_colours(data: bytes, values: np.ndarray) -> np.ndarray:
-    """Pixels with 16 bits, where OpenCV can read them; else the `values` with 8 bits."""
+    """Pixels with 16 bits, where OpenCV can read them; else `values`, with 8."""
     try:
         coded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:

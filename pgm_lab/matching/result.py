@@ -150,9 +150,9 @@ class Match:
         ... )
         >>> found = matching.match(*pair, [(60, 50), (4, 4)], start=[(64, 48), (7, 2)])
         >>> with TemporaryDirectory() as folder:
-        ...     found.save(Path(folder) / "found.csv")
-        ...     rows = (Path(folder) / "found.csv").read_text().splitlines()
-        >>> print(rows[2])
+        ...     found.save(f"{folder}/found.csv")
+        ...     with open(f"{folder}/found.csv") as file:
+        ...         print(file.read().splitlines()[-1])
         1,4.0,4.0,,,,,,,,template leaves the image
         """
         overwrite = _validate.flag(overwrite, "overwrite")

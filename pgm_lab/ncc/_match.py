@@ -140,19 +140,20 @@ def match(
     On three pairs with known parallaxes this finds 0.97 to 1.2 times as many right
     points as ``cv2.StereoBM`` with windows of 9 pixels, and fewer of them are wrong.
 
-    The covariance follows from the curvature K of the map at its peak and from white
-    noise that does not depend on the grey value, equal in both images unless `noise`
-    says otherwise: K^-1 S K^-1 with n S = (p (1 - q) + q (1 - p)) G + p q I / 2. n
-    counts the pixels, p and q are the shares of noise in the variances of the two
+    The covariance is K^-1 S K^-1 with the curvature K of the map at its peak and the
+    covariance S of its slope, from white noise that does not depend on the grey value,
+    equal in both images unless `noise` says otherwise. Of n pixels, n S = (p (1 - q) +
+    q (1 - p)) G + p q I, with the shares p and q of noise in the variances of the two
     windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) / sum((t - mean)^2) of the
-    gradients g without noise: those of the window that has less of it, less p / 2. For
-    whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of its
-    two errors without noise, which stay in the position: the offset that it finds for
-    the template in its own image, and pixel locking, as predicted from the curvature of
-    the template. Over random shifts of texture up to 0.35 cycles/px the RMS error is
-    0.85 to 1.1 of what is predicted; at single shifts of sharp texture, where pixel
-    locking is largest, up to twice. The covariance does not account for mismatches, or
-    for windows that differ in more than noise and shift.
+    gradients g of the window that has less noise, less what noise adds to them. To it
+    is added what the noise of the pixels that enter and leave the right window does.
+    For whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of
+    its two errors without noise, which stay in the position: the offset that it finds
+    for the template in its own image, and pixel locking, as predicted from the
+    curvature of the template. Over random shifts of texture up to 0.35 cycles/px the
+    RMS error is 0.85 to 1.1 of what is predicted; at single shifts of sharp texture,
+    where pixel locking is largest, up to twice. The covariance does not account for
+    mismatches, or for windows that differ in more than noise and shift.
 
     References
     ----------

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pgm_lab.ncc._map import centred, surfaces
+from pgm_lab.ncc._map import surfaces
+from pgm_lab.ncc._sums import centred
 
 
 def peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -130,7 +131,22 @@ def _covariance_of_slope(
     G = _gradients(np.where(less[:, None, None], left, right)) - share / 2 * np.eye(2)
     G = _at_least(G, share[:, 0, 0] / np.sqrt(2 * left[0].size)) / (1 - share)
     p, q = p[:, None, None], q[:, None, None]
-    return (G * (p * (1 - q) + q * (1 - p)) + p * q / 2 * np.eye(2)) / left[0].size
+    n, w = left[0].size, left.shape[2]
+    # Noise times noise: p q / 2 in D, and as much again, by simulation, through K
+    S = G * (p * (1 - q) + q * (1 - p)) + p * q * np.eye(2)
+    # What enters and leaves the right window changes its norm: noise does, and, since
+    # noise is in the norm but not in the product, so do the grey values themselves
+    S += (1 - p) * q**2 * (q + (1 - q) / 2) / w * np.eye(2)
+    d = q[:, :, 0] / 2 * _one_sided(left)
+    return S / n + d[:, :, None] * d[:, None, :]
+
+
+def _one_sided(windows: np.ndarray) -> np.ndarray:
+    """Squares in the last less the first column, and row, over those in the window."""
+    squares = np.square(windows - windows.mean(axis=(1, 2), keepdims=True))
+    columns, rows = squares.sum(axis=1), squares.sum(axis=2)
+    more = np.stack([columns[:, -1] - columns[:, 0], rows[:, -1] - rows[:, 0]], axis=1)
+    return more / squares.sum(axis=(1, 2))[:, None]
 
 
 def _shares(

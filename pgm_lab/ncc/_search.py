@@ -10,7 +10,10 @@ def size(search: int | tuple[int, int], template: int) -> tuple[int, int]:
     """Rows and columns of the search window."""
     given = search if isinstance(search, tuple | list) else (search, search)
     if len(given) != 2:
-        raise ValueError(f"search must be one number or (rows, columns); got {search}")
+        raise ValueError(
+            "search must be one number or (rows, columns); got"
+            f" {_validate.shown(search)}"
+        )
     rows, columns = (_validate.window(one, "search") for one in given)
     if min(rows, columns) < template + 2:
         raise ValueError(

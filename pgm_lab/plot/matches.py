@@ -65,6 +65,8 @@ def side_by_side(
         _show(ax, grey)
         ax.set_title(name)
     axes[1].set_ylabel("")
+    if found.left_size == found.right_size:  # lines would cross the numbers
+        axes[1].tick_params(labelleft=False)
     marks = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.7}
     size = 7.0 if len(found.chosen) <= 300 else 4.0
     handles = []

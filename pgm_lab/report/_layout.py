@@ -12,6 +12,7 @@ from pgm_lab.report._typeset import typesetter
 WIDTH = 88
 NUMBER = re.compile(r"[-+<]?\d+(\.\d+)?(e[-+]\d+)?")
 TALL = 25  # rows of a table that is scrolled in a frame of its own
+LONG = 24  # characters in a cell that may be broken into lines
 LONGEST = 8  # names in a list before "and 12 more"
 NUMBERS = "no one two three four five six seven eight nine ten eleven twelve".split()
 
@@ -44,7 +45,8 @@ class Section(NamedTuple):
 def count(number: int, noun: str) -> str:
     """Return "no ray", "one ray", "450 rays"."""
     word = NUMBERS[number] if number <= 1 else f"{number}"
-    return f"{word} {noun}{'s' if number > 1 else ''}"
+    plural = "es" if noun.endswith("ch") else "s"
+    return f"{word} {noun}{plural if number > 1 else ''}"
 
 
 def listed(words: Iterable[object]) -> str:
@@ -123,4 +125,5 @@ def as_html(
         pictures=pictures,
         left=lambda table: [not is_number(cells) for cells in zip(*table.rows)],
         tall=TALL,
+        long=LONG,
     )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pgm_lab._rounding import plain
-from pgm_lab.matching import STATUSES, Match
+from pgm_lab.matching import RECOMMENDED_QUALITY, STATUSES, Match
 from pgm_lab.report._layout import NUMBERS, Finding, count, listed
 
 FEW = 12  # matches
@@ -31,6 +31,7 @@ def findings(found: Match) -> list[Finding]:
     checks = (
         _still,
         _few,
+        _doubtful,
         _crowded,
         _ambiguous,
         _mirrored,
@@ -71,10 +72,36 @@ def reasons(found: Match) -> list[Finding]:
     """List what became of the points, in words."""
     said = [Finding("accepted", f"{np.sum(found.accepted)} points")]
     for status, number in lost(found):
-        meaning, help = STATUSES[status]
-        words = f"{count(number, 'point')}: {meaning}. What helps: {help}."
+        words = f"{count(number, 'point')}: {advice(status)}"
         said.append(Finding(status, words))
     return said
+
+
+def advice(status: str) -> str:
+    """Say what a status means, and what helps."""
+    meaning, help = STATUSES[status]
+    return f"{meaning}. {help[:1].upper()}{help[1:]}."
+
+
+def doubtful(found: Match) -> np.ndarray:
+    """Indices of accepted points whose quality is below the recommended one."""
+    return np.flatnonzero(found.accepted & (found.quality < RECOMMENDED_QUALITY))
+
+
+def _doubtful(found: Match) -> Finding | None:
+    points = doubtful(found)
+    if not len(points):
+        return None
+    have = "has" if len(points) == 1 else "have"
+    q = f"{RECOMMENDED_QUALITY:g}"
+    return Finding(
+        "Doubtful matches",
+        f"{count(len(points), 'match').capitalize()} of {np.sum(found.accepted)} {have}"
+        f" a quality below {q}: {listed(points)}. The parts of such a window do not"
+        " agree where it belongs, as at an edge in depth, where it sees two surfaces."
+        " Some are wrong, others right all the same. To keep only those above, give"
+        f" --quality {q} on the command line, or least_quality={q} in Python.",
+    )
 
 
 def _still(found: Match) -> Finding | None:
@@ -97,11 +124,7 @@ def _few(found: Match) -> Finding | None:
     words = f"{count(m, 'point').capitalize()} of {n} found."
     if reasons := lost(found):
         status, number = reasons[0]
-        meaning, help = STATUSES[status]
-        words += (
-            f' Most often the reason is "{status}" ({number}): {meaning}. What helps:'
-            f" {help}."
-        )
+        words += f' Most often the reason is "{status}" ({number}): {advice(status)}'
     return Finding("Few matches", words)
 
 
@@ -204,8 +227,8 @@ def _imprecise(found: Match) -> Finding | None:
     return Finding(
         "Imprecise points",
         f"{count(len(weak), 'point').capitalize()} {have} a standard deviation above"
-        f" {COARSE:g} px: {listed(weak)}. Take them with the weight that it gives them,"
-        " or leave them out.",
+        f" {COARSE:g} px: {listed(weak)}. Give such a point the weight that follows"
+        " from it, or leave it out.",
     )
 
 
@@ -246,6 +269,9 @@ def limits() -> list[str]:
         f"Fewer than {NUMBERS[FEW]} matches are called few, as a relative orientation"
         " has five unknowns and each match gives one equation; so are fewer than half"
         " of the points.",
+        f"A match is doubtful below a quality of {RECOMMENDED_QUALITY:g}: on photos of"
+        " known depth that limit left out most of the wrong ones, and about a fifth of"
+        " the right ones.",
         f"Matches lie in one part if the middle nine tenths of their columns and rows"
         f" span less than {100 * SMALL:.0f} % of the left photo. Ambiguous points are"
         f" many from {100 * OFTEN:.0f} % on. Both are choices, no tests.",

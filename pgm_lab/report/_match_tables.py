@@ -15,6 +15,7 @@ MOST = 200  # rows of points
 
 # What the settings of `matching.match` mean, for the command line and the report
 SETTINGS = {
+    "points": "where the points are in the left photo",
     "number": "how many points to pick, where the texture is good and spread",
     "template": "pixels across the template, the window of the left photo; odd",
     "start": "how start values are found: by features, or from coarse to fine",
@@ -70,9 +71,10 @@ def points(found: Match) -> Table:
 def values(given: Mapping[str, object]) -> dict[str, Any]:
     """Return what was asked of `matching.match`, its defaults among it."""
     known = inspect.signature(matching.match).parameters
-    return {
-        name: given.get(name, known[name].default) for name in SETTINGS if name in known
-    }
+    asked = {name: known[name].default for name in SETTINGS} | given
+    # Points are given, or picked: so many
+    asked.pop("points" if asked["points"] is None else "number")
+    return {name: asked[name] for name in SETTINGS if name in asked}
 
 
 def settings(given: Mapping[str, object]) -> Table:
@@ -84,6 +86,6 @@ def settings(given: Mapping[str, object]) -> Table:
 
 
 def _shown(value: object) -> str:
-    if isinstance(value, tuple):
-        return " x ".join(map(str, value))
-    return "-" if value is None else str(value)
+    if value is None:
+        return "-"
+    return str(value) if isinstance(value, str | float | int) else "given"

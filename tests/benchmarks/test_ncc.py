@@ -12,7 +12,16 @@ import pytest
 
 from pgm_lab import ncc
 
-SIZES = [(21, 51), (21, 201), (51, 501), (201, 201), (21, 23)]
+SIZES = [(21, 51), (31, 51), (21, 101), (21, 201), (51, 501), (51, 1000), (201, 201)]
+SIZES += [(11, 21), (21, 23)]
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    yield
+    cv2.setNumThreads(before)
 
 
 def image(size):

@@ -1,12 +1,14 @@
 """Noise that neighbouring pixels share, and what it does to the predicted precision."""
 
+import csv
+
 import cv2
 import numpy as np
 import pytest
 
 from pgm_lab import lsm
 from pgm_lab.lsm import _correlated
-from tools.studies import lsm_scene
+from tools.studies import lsm_correlated, lsm_scene
 
 SIZES = 11, 21, 31
 
@@ -66,13 +68,14 @@ def test_white_noise_is_left_alone(texture, sigma, contrast, template):
 @pytest.mark.parametrize("template", SIZES)
 @pytest.mark.parametrize("blur", [0.6, 1.0])
 def test_errors_are_as_predicted_where_neighbours_share_their_noise(blur, template):
-    """White noise was said to give 0.6 to 0.45 of the errors that there are.
+    """White noise predicts half of the errors that there are.
 
-    Windows of 11 pixels hold hardly more than the adjustment takes: 15 per cent.
+    A window of 11 pixels holds some twenty waves of a soft texture, and eight are taken
+    by the adjustment: 20 per cent.
     """
     found, error = matched(lsm_scene.SOFT, template, blur=blur)
     assert over_predicted(found, error) == pytest.approx(
-        1, abs=0.15 if template == 11 else 0.1
+        1, abs=0.2 if template == 11 else 0.1
     )
     plain, _ = matched(lsm_scene.SOFT, template, blur=blur, correlated=False)
     assert over_predicted(plain, error) > 1.5
@@ -80,3 +83,79 @@ def test_errors_are_as_predicted_where_neighbours_share_their_noise(blur, templa
     # Sharp texture: the noise is blurred, and its frequencies are not
     found, error = matched(lsm_scene.SHARP, template, blur=blur)
     assert 0.75 < over_predicted(found, error) < 1.05
+
+
+def test_a_window_across_a_depth_edge_is_worth_fewer_pixels_but_never_nonsense():
+    """Half of the right window is a different texture: residuals like outliers."""
+    scene = lsm_scene.scene(lsm_scene.SOFT, 3, size=300)
+    other = lsm_scene.scene(lsm_scene.SOFT, 4, size=300)
+    left, right = scene.images(1.0)
+    _, behind = other.images(1.0)
+    x, y = scene.truth.T
+    points, start = scene.points[x > 200], scene.start[x > 200]
+    for column in np.unique(start[:, 0]):
+        right[:, int(column) + 4 : int(column) + 13] = behind[
+            :, int(column) + 4 : int(column) + 13
+        ]
+    found = lsm.match(left, right, points, start, threshold=0.3)
+    good = found.accepted
+    assert good.sum() > 10
+    assert np.all(np.linalg.eigvalsh(found.covariance[good]) > 0)
+    assert np.all(
+        (found.effective_pixels[good] >= 8) & (found.effective_pixels[good] <= 882)
+    )
+    assert np.median(found.effective_pixels[good]) < 441 / 2
+
+
+def test_equal_images_and_few_parameters_are_no_trouble():
+    image = lsm_scene.scene(lsm_scene.SOFT, 2, size=100).images(0.0)[0]
+    points = [(40, 45), (60, 50)]
+    for options in ({}, {"radiometric": False}, {"template": 5}):
+        found = lsm.match(image, image, points, **options)
+        assert found.accepted.all() and np.isfinite(found.effective_pixels).all()
+        assert np.isfinite(found.covariance).all()
+
+
+def test_sums_over_lags_count_each_pair_of_pixels_twice():
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 3, 2, 7, 7))
+    spaced = [_correlated._spaced(c.reshape(3, 2, 49), 49) for c in (a, b)]
+    found, n = _correlated._sums(*spaced, 49)
+    at = np.stack(np.mgrid[:7, :7][::-1], axis=-1).reshape(-1, 2)
+    apart = at[None] - at[:, None]
+    a, b = a.reshape(3, 2, 49), b.reshape(3, 2, 49)
+    for k, lag in enumerate(((0, 0), *_correlated.LAGS)):
+        pairs = np.all(apart == lag, axis=-1)
+        twice = 2 if k else 1
+        assert n[k, 0] == twice * pairs.sum()
+        expected = twice * np.einsum("mip,miq,pq->m", a, b, pairs)
+        np.testing.assert_allclose(found[k], expected, rtol=1e-4, atol=1e-4)
+
+
+def table():
+    """The rows of the table that the script wrote."""
+    with lsm_correlated.TABLE.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_script_still_says_what_the_table_of_cameras_does():
+    *_, new = lsm_correlated.rows("all and sharpened", templates=(21,))
+    old = next(
+        row
+        for row in table()
+        if (row["camera"], row["template"]) == ("all and sharpened", "21")
+    )
+    assert list(old) == list(lsm_correlated.COLUMNS)
+    numbers = [float(old[name]) for name in lsm_correlated.COLUMNS[1:]]
+    # Another version of OpenCV may compress or interpolate colours a little differently
+    np.testing.assert_allclose(np.array(new[1:], float), numbers, rtol=0.05)
+
+
+def test_errors_of_photos_are_at_most_a_fifth_larger_than_predicted():
+    """From 21 pixels; each row has 121 windows or more, which give it to 7 per cent."""
+    for row in table():
+        assert 0.9 < float(row["median_z"]) < (1.25 if row["template"] == "11" else 1.2)
+        if row["camera"] == "white noise":
+            assert float(row["median_z"]) == pytest.approx(
+                float(row["white_median_z"]), rel=0.05
+            )

@@ -39,7 +39,7 @@ def result(
         "covariance": np.tile(sd**2 * np.eye(2), (n, 1, 1)),
         "shape": np.tile(np.eye(2) if shape is None else shape, (n, 1, 1)),
         "r": np.linspace(0.8, 0.99, n),
-        "quality": np.linspace(0.5, 0.9, n),
+        "quality": np.linspace(0.6, 0.9, n),
     } | more
     for name in ("points", "covariance", "shape", "quality"):
         values[name] = np.array(values[name], float)

@@ -43,9 +43,9 @@ def no_match(monkeypatch, found, asked=None):
     """Have the command find what is given, and note what was asked."""
 
     @functools.wraps(matching.match)
-    def match(left, right, points, **options):
+    def match(left, right, **options):
         if asked is not None:
-            asked.update(options, points=points, shapes=(left.shape, right.shape))
+            asked.update(options, shapes=(left.shape, right.shape))
         return found
 
     monkeypatch.setattr(matching, "match", match)
@@ -155,7 +155,7 @@ def test_the_options_reach_the_matching(files, tmp_path, monkeypatch, capsys):
 
 
 def test_every_setting_is_an_argument_of_the_function_and_an_option():
-    known = set(matching.match.__kwdefaults__)
+    known = set(matching.match.__kwdefaults__) | {"points"}
     assert set(command.SETTINGS) == known - {"shape"}  # a matrix for each point
     text = command.parser().format_help()
     for name in command.SETTINGS:
@@ -272,7 +272,7 @@ def test_without_any_match_the_commonest_reason_is_said(
     no_match(monkeypatch, photos.result(3, status))
     message = ended(capsys, *files, "--report", reports / "r.html")
     assert 'none of 3 points was found; most often (2) the reason is "ambig' in message
-    assert "What helps: take a larger template" in message
+    assert "Take a larger template" in message
     assert os.listdir(reports) == []
 
 
@@ -349,6 +349,7 @@ def test_existing_files_are_replaced_only_by_force(files, reports, quick, capsys
         assert path.read_text() == "mine"
         assert run(*files, option, path, "--force") == 0
         assert path.read_text(encoding="utf-8") != "mine"
+        capsys.readouterr()
 
 
 def test_a_photo_is_never_replaced_and_no_output_by_another(files, reports, capsys):

@@ -50,7 +50,7 @@ def test_the_page_holds_the_numbers_of_the_result(page):
     cells = [re.findall(r">([^<]*)</td>", row) for _, row in rows]
     assert [int(number) for number, _ in rows] == list(range(40))
     assert cells[0] == [
-        *("17.00", "14.00", "−13.000", "15.000", "0.040", "0.040", "0.800", "0.50"),
+        *("17.00", "14.00", "−13.000", "15.000", "0.040", "0.040", "0.800", "0.60"),
         "accepted",
     ]
     assert cells[-1][2:6] == ["-"] * 4 and cells[-1][-1] == "below threshold"
@@ -80,7 +80,12 @@ def test_settings_are_those_given_and_the_defaults_of_the_others():
     defaults = matching.match.__kwdefaults__
     for name, value in (*given.items(), ("search", defaults["search"])):
         assert re.search(rf"^{name} +{value} ", text, re.MULTILINE)
-    with pytest.raises(ValueError, match="settings: a name must be one of 'number', "):
+    assert not re.search("^points ", text, re.MULTILINE)
+    given = {"points": np.zeros((40, 2))}
+    text = report.matching.text(photos.result(), settings=given)
+    assert re.search("^points +given ", text, re.MULTILINE)
+    assert not re.search("^number ", text, re.MULTILINE)
+    with pytest.raises(ValueError, match="settings: a name must be one of 'points', "):
         report.matching.text(photos.result(), settings={"windows": 31})
 
 
@@ -107,10 +112,20 @@ def test_few_matches():
     assert words.startswith(
         '19 points of 40 found. Most often the reason is "ambiguous"'
     )
-    assert STATUSES["ambiguous"][1] in words
+    assert STATUSES["ambiguous"][0] in words and "Take a larger template" in words
     assert said(photos.result(40, MIXED), "Few matches") == ""
     assert said(photos.result(11), "Few matches") == "11 points of 11 found."
     assert said(photos.result(12), "Few matches") == ""
+
+
+def test_doubtful_matches_are_those_of_little_quality():
+    found = photos.result(status=MIXED)
+    found.quality[[3, 12]] = matching.RECOMMENDED_QUALITY - 0.01, 0
+    found.quality[4] = matching.RECOMMENDED_QUALITY
+    words = said(found, "Doubtful matches")
+    assert words.startswith("2 matches of 30 have a quality below 0.5: 3 and 12. The")
+    assert "--quality 0.5 " in words and "least_quality=0.5 " in words
+    assert said(photos.result(), "Doubtful matches") == ""
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from scipy import stats
 from skimage.feature import match_template
 
 from pgm_lab import image, ncc, simulate
-from pgm_lab.ncc import _peak
+from pgm_lab.ncc import _map, _peak
 
 RNG = np.random.default_rng(2)
 TEXTURE = simulate.texture(0.2, seed=4)
@@ -233,6 +233,97 @@ def test_large_search_windows_go_another_way_to_the_same_numbers(dtype):
     r = ncc.correlation_map(template, search)
     np.testing.assert_allclose(r, by_definition(template, search), atol=ROUNDING)
     assert np.all(r[:30] == 0)
+
+
+def whole_map(template, search):
+    """The map of 8 bit grey values, all sums in whole numbers of 64 bits."""
+    t, n = template.astype(np.int64), template.size
+    s = sliding_window_view(search.astype(np.int64), t.shape)
+    total = s.sum(axis=(2, 3))
+    covariance = n * np.einsum("ijkl,kl->ij", s, t) - total * t.sum()
+    variance = n * np.einsum("ijkl,ijkl->ij", s, s) - total**2
+    norms = np.sqrt(n * np.sum(t * t) - t.sum() ** 2) * np.sqrt(variance)
+    return np.divide(covariance, norms, out=np.zeros(norms.shape), where=norms > 0)
+
+
+def eight_bit(kind, rng, size):
+    """Search windows of 8 bit, also such that no photo comes near to."""
+    i, j = np.indices((size, size))
+    grey = rng.integers(0, 256, (size, size))
+    if kind == "texture":
+        grey = cv2.GaussianBlur(grey.astype(float), (0, 0), 1.5)
+    if kind == "one grey value of contrast":
+        grey = 250 + (grey < 128)
+    if kind == "one grey value, once":
+        grey = np.where((i == size // 2) & (j == size // 3), 251, 250)
+    if kind == "saturated":
+        grey = np.clip(3 * grey - 100, 0, 255)
+        grey[: size // 2] = 255
+    if kind == "black and white":
+        grey = np.where(grey < 128, 0, 255)
+    if kind == "stripes":
+        grey = np.where(j // 3 % 2, 255, 0)
+    if kind == "faint beside a step":
+        grey = np.where(j < size // 2, 250 + (grey < 128), grey // 200)
+    return grey.astype(np.uint8)
+
+
+EIGHT_BIT = (
+    *("noise", "texture", "one grey value of contrast", "one grey value, once"),
+    *("saturated", "black and white", "stripes", "faint beside a step"),
+)
+
+
+@pytest.mark.parametrize(
+    ("width", "size"), [(3, 9), (11, 51), (21, 23), (21, 51), (31, 63)]
+)
+@pytest.mark.parametrize("kind", EIGHT_BIT)
+def test_map_of_8_bit_is_that_of_whole_numbers(kind, width, size):
+    search = eight_bit(kind, np.random.default_rng(size), size)
+    top, left = size // 2 - width // 2, size // 3 - width // 3
+    template = search[top : top + width, left : left + width]
+    r = ncc.correlation_map(template, search)
+    np.testing.assert_allclose(r, whole_map(template, search), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("error", [0.2, 0.3, 0.9, 1.0, 5.3])
+def test_sums_that_opencv_did_not_get_whole_are_not_taken(error, monkeypatch):
+    """Whatever the precision of its transforms: their fractions tell the error."""
+    search = eight_bit("texture", RNG, 51)
+    template = search[10:31, 12:33]
+    truth, exact = whole_map(template, search), cv2.matchTemplate
+
+    def in_low_precision(*args):
+        sums = exact(*args)
+        noise = np.random.default_rng(1).uniform(-error, error, sums.shape)
+        return sums + noise.astype(np.float32)
+
+    monkeypatch.setattr(cv2, "matchTemplate", in_low_precision)
+    taken = _map._from_whole_sums(template, search) is not None
+    assert taken == (error < 0.25)
+    r = ncc.correlation_map(template, search)
+    np.testing.assert_allclose(r, truth, rtol=0, atol=1e-12)
+
+
+def test_single_precision_is_not_asked_for_what_it_cannot_hold():
+    """Norms so large that the fractions of the sums would be lost."""
+    search = eight_bit("black and white", RNG, 50)
+    for width, taken in ((5, True), (21, False)):
+        template = search[5 : 5 + width, 7 : 7 + width]
+        assert (_map._from_whole_sums(template, search) is not None) == taken
+        r = ncc.correlation_map(template, search)
+        np.testing.assert_allclose(r, whole_map(template, search), atol=1e-12)
+
+
+def test_a_large_map_is_put_together_from_blocks():
+    """Three blocks by four, the last ones smaller; contrasts differ between them."""
+    search = RNG.integers(0, 2000, (330, 470)).astype(np.uint16)
+    search[:, :200] += 60000
+    search[200:, 300:] = 7
+    template = search[100:121, 190:205]
+    r = ncc.correlation_map(template, search)
+    truth = by_definition(template, search)
+    np.testing.assert_allclose(r, truth, rtol=0, atol=ROUNDING)
 
 
 def test_map_of_a_stack_is_the_stack_of_maps():

@@ -1,25 +1,37 @@
-"""The HTML report of a bundle adjustment, as a reader's browser shows it."""
+"""The HTML reports, of a bundle and of a matching, as a reader's browser shows them."""
 
 import pytest
 
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle, datasets, matching
 from pgm_lab.camera import Camera
 from pgm_lab.report import html
+from pgm_lab.report.matching import html as matching_html
 from publish.browser import offline_context
 from publish.selfcontained import problems
+from tests.matching import photos
 from tests.publish.look import axe_violations, bad_images, load_axe
 
 
-@pytest.fixture(scope="module")
-def report(tmp_path_factory):
+def of_bundle():
     """The network of 2013 with its blunders, so that there is something to warn of."""
     data = datasets.muliawan2013()
     rays = data.photo, data.point, data.xy, data.sigma
     camera = Camera(*data.interior)
     network = bundle.Network(camera, data.exteriors, data.object_points, *rays)
+    return html(bundle.adjust(network), about="Nine photos of 2013.")
+
+
+def of_matching():
+    """A matching of which there is much to warn, with every status."""
+    status = ["accepted"] * 9 + [*matching.STATUSES] * 2
+    found = photos.result(len(status), status, shift=(30.0, 1.0), sd=0.3)
+    return matching_html(found, *photos.pair(), about="Two photos of a test.")
+
+
+@pytest.fixture(scope="module", params=[of_bundle, of_matching])
+def report(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
-    page = html(bundle.adjust(network), about="Nine photos of 2013.")
-    path.write_text(page, encoding="utf-8")
+    path.write_text(request.param(), encoding="utf-8")
     return path
 
 

@@ -1,0 +1,94 @@
+"""Precision of `ncc.match` where one image is noisier, by Monte Carlo."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import ncc, simulate
+
+POINTS = np.stack(np.meshgrid(*2 * [np.arange(30, 270, 24)]), -1).reshape(-1, 2)
+
+
+def pair(cutoff, contrast, noise, gain, seed, shift):
+    """A texture of this contrast, moved, in the right image with a gain, and noise."""
+    rng = np.random.default_rng(seed)
+    images = simulate.texture_pair(
+        simulate.texture(cutoff, seed=seed),
+        (300, 300),
+        (shift[0], 1, 0, shift[1], 0, 1),
+    )
+    scale = contrast / images[0].std()
+    return tuple(
+        factor * scale * grey + rng.normal(0, sigma, grey.shape)
+        for grey, factor, sigma in zip(images, (1, gain), noise, strict=True)
+    )
+
+
+def ratio(cutoff, contrast, noise, stated, gain=1.0, times=5):
+    """RMS error over what is predicted."""
+    errors, predicted = [], []
+    rng = np.random.default_rng(1)
+    for seed in range(times):
+        shift = rng.uniform(-0.5, 0.5, 2)
+        images = pair(cutoff, contrast, noise, gain, seed, shift)
+        found = ncc.match(
+            *(*images, POINTS, None, 21, 31, 0.3, 1, "parabola"), noise=stated
+        )
+        good = found.accepted
+        assert good.mean() > 0.9
+        errors.append((found.points - POINTS - shift)[good])
+        predicted.append(np.diagonal(found.covariance, axis1=1, axis2=2)[good])
+    return np.sqrt(
+        np.mean(np.square(np.concatenate(errors))) / np.mean(np.concatenate(predicted))
+    )
+
+
+@pytest.mark.parametrize(
+    ("cutoff", "contrast"), [(0.1, 10), (0.1, 30), (0.2, 10), (0.2, 30)]
+)
+@pytest.mark.parametrize("noise", [(8, 0), (0, 8), (8, 2), (8, 8)])
+def test_with_the_noise_of_both_images_the_error_is_as_predicted(
+    cutoff, contrast, noise
+):
+    """To 15 per cent; where the noise of both is as large as the texture itself, by
+    which its peaks are no longer those of the texture, up to 1.6 times."""
+    much = cutoff == 0.1 and contrast == 10 and noise == (8, 8)
+    assert 0.85 < ratio(cutoff, contrast, noise, noise) < (1.6 if much else 1.15)
+
+
+def test_weak_texture_and_noise_on_the_left_alone():
+    """Taken for the noise of both, it is predicted more than twice as large: the
+    gradients of the left window are those of its noise."""
+    assert ratio(0.1, 10, (8, 0), (1, 0)) > 0.85
+    assert ratio(0.1, 10, (8, 0), (1, 1)) < 0.6
+
+
+def test_the_noise_counts_in_the_grey_values_of_each_image():
+    for noise in ((8, 0), (4, 8)):
+        assert 0.85 < ratio(0.1, 20, noise, noise, gain=2.0) < 1.15
+
+
+def test_only_the_ratio_of_the_noise_is_used():
+    images = pair(0.2, 30, (8, 4), 1, 1, (0.2, 0.1))
+    found = [
+        ncc.match(*images, POINTS, search=31, refine="parabola", noise=noise)
+        for noise in ((2, 1), (1e6, 5e5), [8.0, 4.0])
+    ]
+    for other in found[1:]:
+        np.testing.assert_allclose(other.covariance, found[0].covariance, rtol=1e-9)
+    default, equal = (
+        ncc.match(*images, POINTS, search=31, refine="parabola", **stated)
+        for stated in ({}, {"noise": (3, 3)})
+    )
+    np.testing.assert_array_equal(default.covariance, equal.covariance)
+
+
+@pytest.mark.parametrize("noise", [(1, 0), (0, 1), (1, 1)])
+def test_shares_of_noise_make_the_correlation(noise):
+    """(1 - p)(1 - q) = r^2, p : q as the noise to the variances, none above 1."""
+    rng = np.random.default_rng(1)
+    left, right = rng.uniform(1, 1e4, (2, 50))
+    r = rng.uniform(0.2, 1, 50)
+    p, q = ncc._peak._shares(left, right, r, noise)
+    np.testing.assert_allclose((1 - p) * (1 - q), r**2, rtol=1e-9)
+    np.testing.assert_allclose(p * left * noise[1] ** 2, q * right * noise[0] ** 2)
+    assert np.all((p >= 0) & (q >= 0) & (p < 1) & (q < 1))
