@@ -124,18 +124,15 @@ def attempt(
     status[good[singular]] = UNDETERMINED
     # Grey values that are all the same have no correlation: nothing was matched
     status[good[np.isnan(r)]] = "flat window"
-    found = Found(
-        T,
-        np.full((len(T), 2), np.nan),
-        np.full((len(T), *Q.shape[1:]), np.nan),
-        means,
-        *np.full((3, len(T)), np.nan),
-        iterations,
-        status,
-    )
-    found.h[good], found.Q[good], found.r[good] = last.h, Q, r
-    found.sigma0[good], found.effective_pixels[good] = sigma0, worth
-    return found
+
+    def of_all(values: np.ndarray) -> np.ndarray:
+        """The values of the points that arrived, and NaN for the others."""
+        found = np.full((len(T), *values.shape[1:]), np.nan)
+        found[good] = values
+        return found
+
+    h, Q, sigma0, worth, r = map(of_all, (last.h, Q, sigma0, worth, r))
+    return Found(T, h, Q, means, sigma0, worth, r, iterations, status)
 
 
 def from_afar(

@@ -104,7 +104,7 @@ def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
         found[~np.isfinite(found)] = np.nan
     if mask is not np.ma.nomask:
         masked = np.empty(found.shape, bool)
-        parts(mask, masked)
+        parts(np.asarray(mask), masked)
         found[masked] = np.nan
     return found
 

@@ -27,7 +27,8 @@ class Match:
     effective_pixels : ndarray (n,)
         Pixels with white noise of sigma0 that would give the covariance: fewer than the
         template has where neighbouring residuals are alike, or where they are larger on
-        strong texture. The whole number without `correlated`.
+        strong texture. The whole number without `correlated`, less what is saturated:
+        pixels without noise do not tell how large it is elsewhere.
     parameters : ndarray (n, 8)
         (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), with x and y counted
         from the left point.
@@ -44,10 +45,12 @@ class Match:
         Iterations, coarse and fine.
     status : ndarray (n,) of str
         "accepted"; "template leaves the image"; "window leaves the image" (the right
-        window did, at the start or later); "flat template"; "flat window"; "position
-        not determined" (lines that all run one way); "diverged" (moved by more than
-        half a window or took an impossible shape); "too many iterations"; "below
-        threshold" (it converged, but to something else).
+        window did, at the start or later); "no data in the template"; "no data in the
+        window" (the same); "flat template" (or so saturated that fewer than twice as
+        many pixels as parameters are left); "flat window"; "position not determined"
+        (lines that all run one way); "diverged" (moved by more than half a window or
+        took an impossible shape); "too many iterations"; "below threshold" (it
+        converged, but to something else).
     """
 
     points: np.ndarray
@@ -90,10 +93,18 @@ def match(
     is differentiated, once and on its own pixels, and only grey values are
     interpolated: quickly at first, then by a cubic spline on a doubled grid.
 
+    Where the left window is sharper than the right one, or both are aliased, the left
+    derivatives overrate what a step changes, and the iteration creeps or circles: from
+    the fourth iteration on the mean of the derivatives of both windows is used. What
+    has not come to rest then is tried again from where images blurred by three pixels
+    take it.
+
     Parameters
     ----------
     left, right : array_like (rows, columns)
-        Grey values, 8 or 16 bit or float.
+        Grey values, 8 or 16 bit or float. Pixels may be masked (`numpy.ma`), NaN or
+        infinite: points whose windows rest on them get a status. Only what the windows
+        reach is fetched, so that the size of an image costs nothing.
     points : array_like (n, 2)
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
@@ -113,7 +124,7 @@ def match(
         pixels. What is left then is a hundredth of it where (B 2.10) holds, and up to a
         third in images with much aliasing or noise.
     max_iterations : int
-        Most iterations for a point.
+        Most iterations for a point; as many again in a second attempt.
     noise : array_like (2,)
         Standard deviations of a grey value in the left and in the right image. Only
         their ratio is used: how large they are is seen from the residuals.
@@ -127,9 +138,9 @@ def match(
     Raises
     ------
     ValueError
-        If an image is not two-dimensional, is smaller than the window or not finite,
-        the window is even or below 5, or the points do not fit together. What happens
-        to a single point is told by its status.
+        If an image is not two-dimensional or is smaller than the window, the window is
+        even or below 5, or the points do not fit together. What happens to a single
+        point is told by its status.
 
     Notes
     -----
@@ -148,7 +159,8 @@ def match(
 
     References
     ----------
-    Bani 2010, (B 2.7) to (B 2.20), where (B 2.20b) has a sign turned; Gruen 1985.
+    Bani 2010, (B 2.7) to (B 2.20), where (B 2.20b) has a sign turned; Gruen 1985;
+    Benhimane and Malis 2004 for the mean of both derivatives.
     White 1980 and Newey and West 1987, for the covariance of correlated residuals.
 
     Examples
