@@ -138,7 +138,9 @@ def match(
               back=0.75)
 
     On three pairs with known parallaxes this finds 0.97 to 1.2 times as many right
-    points as ``cv2.StereoBM`` with windows of 9 pixels, and fewer of them are wrong.
+    points as ``cv2.StereoBM`` with windows of 9 to 21 pixels, and fewer of them are
+    wrong. Without `lines`, a search of three rows would lose up to a fifth of the
+    points, whose peaks lie on its border.
 
     The covariance is K^-1 S K^-1 with the curvature K of the map at its peak and the
     covariance S of its slope, from white noise that does not depend on the grey value,

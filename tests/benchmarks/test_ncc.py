@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import ncc
+from tests.ncc import test_stereo
 
 SIZES = [(21, 51), (31, 51), (21, 101), (21, 201), (51, 501), (51, 1000), (201, 201)]
 SIZES += [(11, 21), (21, 23)]
@@ -117,3 +118,25 @@ def test_match_opencv(benchmark):
         return found
 
     np.testing.assert_array_equal(benchmark(loop), points + [-5, 3])
+
+
+ROWS = "4000 points along rows, parallaxes up to 80 px"
+
+
+@pytest.mark.benchmark(group=ROWS)
+def test_match_along_rows(benchmark):
+    """Not for its time: of a few points. StereoBM computes all pixels of the image."""
+    left, right, points, truth = test_stereo.stereo(4000)
+    found = benchmark.pedantic(test_stereo.along_rows, (left, right, points), rounds=2)
+    parallax = points[:, 0] - found.points[:, 0]
+    assert test_stereo.shares(parallax, found.accepted, truth)[0] > 0.68
+
+
+@pytest.mark.benchmark(group=ROWS)
+def test_match_along_rows_opencv(benchmark):
+    left, right, points, truth = test_stereo.stereo(4000)
+    peer = cv2.StereoBM_create(test_stereo.LARGEST, 11)
+    disparity = benchmark.pedantic(peer.compute, (left, right), rounds=2)
+    column, row = points.astype(int).T
+    parallax = disparity[row, column] / 16
+    assert test_stereo.shares(parallax, parallax > 0, truth)[0] < 0.75
