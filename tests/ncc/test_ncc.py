@@ -1,5 +1,6 @@
 """Normalized cross correlation against its definition, other programs and the truth."""
 
+import itertools
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 
@@ -286,6 +287,15 @@ def test_map_of_8_bit_is_that_of_whole_numbers(kind, width, size):
     np.testing.assert_allclose(r, whole_map(template, search), rtol=0, atol=1e-12)
 
 
+def test_no_rounding_takes_r_beyond_one():
+    for _ in range(300):
+        search = RNG.integers(0, 60, (12, 13), dtype=np.uint8)
+        r = ncc.correlation_map(search[2:9, 3:9], search)
+        assert 1 - 1e-14 < r[2, 3] <= 1
+        r = ncc.correlation_map(search[2:9, 3:9], 99 - search)
+        assert -1 <= r[2, 3] < -1 + 1e-14
+
+
 @pytest.mark.parametrize("error", [0.2, 0.3, 0.9, 1.0, 5.3])
 def test_sums_that_opencv_did_not_get_whole_are_not_taken(error, monkeypatch):
     """Whatever the precision of its transforms: their fractions tell the error."""
@@ -350,8 +360,8 @@ def test_maps_stay_what_they_are_while_others_are_made():
 
 def test_small_and_large_windows_in_turn():
     """Whatever the work memory holds from the call before."""
-    for size in (40, 90, 12, 60, 33):
-        search = RNG.integers(0, 256, (size, size + 1)).astype(np.uint8)
+    for size, dtype in itertools.product((40, 90, 12, 60, 33), (np.uint8, np.uint16)):
+        search = RNG.integers(0, 256, (size, size + 1)).astype(dtype)
         template = search[2:9, 3:9]
         r = ncc.correlation_map(template, search)
         truth = by_definition(template, search)
