@@ -74,8 +74,7 @@ def test_no_template_touches_what_has_no_data():
     np.testing.assert_array_equal(points, pick(holes, 200))
     assert len(points) > 150
     status = lsm.match(masked, masked, points).status
-    assert not np.any(status == "no data in the template")
-    assert np.mean(status == "accepted") > 0.98
+    assert not {"no data in the template", "no data in the window"} & set(status)
     np.testing.assert_array_equal(pick(np.ma.array(GREY), 50), pick(GREY, 50))
 
 
