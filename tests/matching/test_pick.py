@@ -130,6 +130,7 @@ def test_any_photo_gives_points_in_it(size, number, template, seed):
         ((GREY, 5, 20), "template must be an odd number"),
         ((GREY[:9], 5, 21), "image must have at least 21 x 21 pixels"),
         ((np.zeros((9, 9, 3)), 5), "image must have shape"),
+        ((np.full((30, 30), np.nan), 5), "image has no data"),
     ],
 )
 def test_bad_arguments_are_named(arguments, message):
