@@ -126,6 +126,9 @@ MEANT = {
     ("ncc.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "search"): {"two numbers"},  # rows and columns
+    ("matching.match", "left"): LACKING,
+    ("matching.match", "right"): LACKING,
+    ("matching.pick", "image"): LACKING,
     ("plot.matches.side_by_side", "left"): LACKING,
     ("plot.matches.side_by_side", "right"): LACKING,
     ("plot.matches.parallaxes", "left"): LACKING,

@@ -3,9 +3,9 @@
 import cv2
 import numpy as np
 
-SOFT = (
-    1.2  # pixels of the right photo for one of the left: from here on they are blurred
-)
+# Pixels of the right photo for one of the left: from where on they are blurred, and
+# from where on no more
+SOFT, MOST = 1.2, 10.0
 
 
 def canvas(
@@ -64,7 +64,7 @@ def _floats(part: np.ndarray) -> np.ndarray:
 
 def _softened(part: np.ndarray, shape: np.ndarray) -> np.ndarray:
     """The part without detail that the left photo is too coarse for."""
-    scale = np.sqrt(abs(np.linalg.det(shape)))
+    scale = min(np.sqrt(abs(np.linalg.det(shape))), MOST)
     if scale < SOFT:
         return part
     return cv2.GaussianBlur(part, (0, 0), 0.5 * np.sqrt(scale**2 - 1))

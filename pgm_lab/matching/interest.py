@@ -111,6 +111,8 @@ def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]
     if grey.dtype.kind == "f" and not np.isfinite(grey).all():
         bad = ~np.isfinite(grey)
         mask = bad if mask is None else mask | bad
+    if mask is not None and mask.all():
+        raise ValueError(f"{name} has no data: all pixels are masked, NaN or infinite")
     return grey, mask
 
 

@@ -14,6 +14,7 @@ from pgm_lab.matching.result import Match
 
 STARTS = {"features": _features.field, "pyramid": _pyramid.field}
 SMALLEST = 5  # px across a template
+LARGEST = 10.0  # scale from left to right
 ALIKE = 0.5  # correlation of windows that are turned nearly as they should be
 MOVED = 3.0  # px: farther from where correlation was best is another place
 LATTICE = 64  # places along a photo where it is asked whether the other one shows them
@@ -173,6 +174,11 @@ def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
         raise ValueError(
             "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
             f" (2, 2) or ({n}, 2, 2); got {shape.shape}"
+        )
+    if np.any(np.abs(shape) > LARGEST) or np.any(np.abs(np.linalg.det(shape)) < 1e-2):
+        raise ValueError(
+            f"shape must scale by 0.1 to {LARGEST:g}, and not to a line; got"
+            f" {shape.reshape(-1, 2, 2)[0].tolist()}"
         )
     return np.broadcast_to(shape, (n, 2, 2))
 

@@ -223,6 +223,8 @@ def test_each_status_of_the_steps_is_explained(module):
         ({"points": None, "start": [(1, 2)]}, "points"),
         ({"shape": np.eye(2)}, "shape"),
         ({"start": [(1, 2)] * 2, "shape": np.eye(3)}, "shape must be"),
+        ({"start": [(1, 2)] * 2, "shape": 99 * np.eye(2)}, "shape must scale by"),
+        ({"start": [(1, 2)] * 2, "shape": np.ones((2, 2))}, "shape must scale by"),
         ({"search": 21}, "search must be"),
         ({"template": 4}, "template must be an odd number"),
         ({"threshold": 2}, "threshold must lie"),

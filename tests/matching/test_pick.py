@@ -74,8 +74,7 @@ def test_no_template_touches_what_has_no_data():
     np.testing.assert_array_equal(points, pick(holes, 200))
     assert len(points) > 150
     status = lsm.match(masked, masked, points).status
-    assert not np.any(status == "no data in the template")
-    assert np.mean(status == "accepted") > 0.98
+    assert not {"no data in the template", "no data in the window"} & set(status)
     np.testing.assert_array_equal(pick(np.ma.array(GREY), 50), pick(GREY, 50))
 
 
@@ -131,6 +130,7 @@ def test_any_photo_gives_points_in_it(size, number, template, seed):
         ((GREY, 5, 20), "template must be an odd number"),
         ((GREY[:9], 5, 21), "image must have at least 21 x 21 pixels"),
         ((np.zeros((9, 9, 3)), 5), "image must have shape"),
+        ((np.full((30, 30), np.nan), 5), "image has no data"),
     ],
 )
 def test_bad_arguments_are_named(arguments, message):
