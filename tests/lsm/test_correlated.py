@@ -159,3 +159,17 @@ def test_errors_of_photos_are_at_most_a_fifth_larger_than_predicted():
             assert float(row["median_z"]) == pytest.approx(
                 float(row["white_median_z"]), rel=0.05
             )
+
+
+def test_a_window_is_worth_its_parameters_at_least_and_twice_its_pixels_at_most():
+    """Residuals as smooth as the texture and only where it is; differences of noise."""
+    y, x = np.mgrid[-7:8, -7:8].reshape(2, -1)
+    bump = np.exp(-(x**2 + y**2) / 8.0)
+    rows = [bump, x * bump, y * bump, x * y, x * y * bump, x**2 * bump]
+    design = np.array([rows])
+    Q = np.linalg.inv(design @ np.swapaxes(design, 1, 2))
+    noise = np.random.default_rng(2).normal(size=(16, 16))
+    rough = np.diff(np.diff(noise, axis=0), axis=1).ravel()
+    for v, expected in ((bump, 6), (rough, 2 * 225)):
+        found = _correlated.effective_pixels(design, Q, v[None], np.ones(1))
+        np.testing.assert_allclose(found, expected)
