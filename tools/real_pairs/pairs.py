@@ -148,7 +148,8 @@ def graffiti(folder: Path) -> list[Warped]:
     path = find(folder, "H1to3p.xml")
     if not photos or path is None:
         return []
-    H = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ).getNode("H13").mat()
+    stored = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    H = stored.getNode("H13").mat()
     return [Warped("graffiti", *photos, H)]
 
 

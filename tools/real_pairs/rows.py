@@ -185,15 +185,17 @@ def rows_like_stereobm(folder: Path) -> Iterator[Row]:
         points, truth = (v[~np.isnan(truth[:, 0])] for v in (points, truth))
         most = pair.most + 16 - pair.most % 16
         column, row = points.astype(int).T
-        for size in (11, 21):
+        for size in (9, 15):
             block = cv2.StereoBM.create(most, size).compute(pair.left, pair.right)
             d = block[row, column] / 16
             theirs = np.where(d > 0, np.abs(d - (points - truth)[:, 0]), np.nan)
             width = most + size + 1 - (most + size) % 2
             found = ncc.match(
                 *(pair.left, pair.right, points, points - (most // 2, 0), size),
-                *((size + 2, width), 0.7, 1.0, "parabola"),
-                back=1.0,
+                *((size + 2, width), 0.7, 0.95, "parabola"),
+                lines=np.stack([0 * row, 0 * row + 1, -row], axis=1),
+                distance=0.5,
+                back=0.75,
             )
             ours = np.where(found.accepted, distance(found.points, truth), np.nan)
             right, wrong = (
