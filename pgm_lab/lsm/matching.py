@@ -95,7 +95,7 @@ def match(
 
     Where the left window is sharper than the right one, or both are aliased, the left
     derivatives overrate what a step changes, and the iteration creeps or circles: from
-    the fourth iteration on the mean of the derivatives of both windows is used. What
+    the fifth iteration on the mean of the derivatives of both windows is used. What
     has not come to rest then is tried again from where images blurred by three pixels
     take it.
 
@@ -109,8 +109,8 @@ def match(
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
     start : array_like (n, 2), optional
-        Where they are in the right image, to a quarter of the template or so; at
-        `points` when missing.
+        Where they are in the right image, to three pixels or so with a template of 21;
+        at `points` when missing.
     template : int
         Pixels across the template, the window of the left image, odd, at least 5.
     radiometric : bool

@@ -104,7 +104,7 @@ def write() -> None:
                 row
                 for kind in TEXTURES
                 for window in (11, 21, 31)
-                for row in pull_in(kind, window, errors)
+                for row in pull_in(kind, window, errors, 300 if window == 31 else 1000)
             ],
         ),
     ):
