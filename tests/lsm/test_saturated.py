@@ -30,7 +30,7 @@ def test_black_photos_with_a_few_bright_pixels_promise_no_more_than_they_hold(
 ):
     """Without heed of it 2e-5 px were predicted, wrong by six.
 
-    Where the photos are cut off they do not fit (B 2.10), so that some errors are large.
+    Where photos are cut off they do not fit (B 2.10), so that some errors are large.
     """
     left, right, points, truth = scene
     images = eight_bit(left, high=limit), eight_bit(right, high=limit)
