@@ -124,11 +124,15 @@ def _covariance_of_slope(
     h = templates.shape[1]
     both = centred(np.concatenate([templates, matched], axis=1))  # to one scale
     left, right = both[:, :h], both[:, h:]
-    p, q = _shares(left.var(axis=(1, 2)), right.var(axis=(1, 2)), r, noise)
+    for window in (left, right):
+        window -= window.mean(axis=(1, 2), keepdims=True)
+    squares = (np.einsum("kij,kij->k", one, one) for one in (left, right))
+    p, q = _shares(*squares, r, noise)
     # The gradients of the window with less noise, without what noise adds to them
     less = p <= q
     share = np.where(less, p, q)[:, None, None]
-    G = _gradients(np.where(less[:, None, None], left, right)) - share / 2 * np.eye(2)
+    clean = left if less.all() else np.where(less[:, None, None], left, right)
+    G = _gradients(clean) - share / 2 * np.eye(2)
     G = _at_least(G, share[:, 0, 0] / np.sqrt(2 * left[0].size)) / (1 - share)
     p, q = p[:, None, None], q[:, None, None]
     n, w = left[0].size, left.shape[2]
@@ -143,10 +147,11 @@ def _covariance_of_slope(
 
 def _one_sided(windows: np.ndarray) -> np.ndarray:
     """Squares in the last less the first column, and row, over those in the window."""
-    squares = np.square(windows - windows.mean(axis=(1, 2), keepdims=True))
-    columns, rows = squares.sum(axis=1), squares.sum(axis=2)
-    more = np.stack([columns[:, -1] - columns[:, 0], rows[:, -1] - rows[:, 0]], axis=1)
-    return more / squares.sum(axis=(1, 2))[:, None]
+    first, last = (
+        np.stack([np.sum(windows[:, :, i] ** 2, 1), np.sum(windows[:, i] ** 2, 1)], 1)
+        for i in (0, -1)
+    )
+    return (last - first) / np.einsum("kij,kij->k", windows, windows)[:, None]
 
 
 def _shares(
@@ -160,12 +165,13 @@ def _shares(
 
 
 def _gradients(windows: np.ndarray) -> np.ndarray:
-    """Mean of g gᵀ over each window, over its variance."""
+    """Mean of g gᵀ over each window without its mean, over its variance."""
     k = len(windows)
     gx = (windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2]) / 2
     gy = (windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1]) / 2
     g = np.stack([gx.reshape(k, -1), gy.reshape(k, -1)], axis=1)
-    return g @ g.swapaxes(1, 2) / g.shape[2] / windows.var(axis=(1, 2))[:, None, None]
+    variance = np.einsum("kij,kij->k", windows, windows) / windows[0].size
+    return g @ g.swapaxes(1, 2) / g.shape[2] / variance[:, None, None]
 
 
 def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:
