@@ -7,7 +7,7 @@ from pgm_lab import _validate, lsm, ncc
 from pgm_lab.matching import _features, _pyramid
 from pgm_lab.matching._correlate import correlate
 from pgm_lab.matching._field import Field
-from pgm_lab.matching._quality import quality
+from pgm_lab.matching._quality import RECOMMENDED, quality
 from pgm_lab.matching.interest import pick
 from pgm_lab.matching.photo import Photo, read
 from pgm_lab.matching.result import Match
@@ -34,7 +34,7 @@ def match(
     threshold: float = 0.7,
     ratio: float = 0.9,
     back: float | None = 1.0,
-    least_quality: float = 0.0,
+    least_quality: float = RECOMMENDED,
 ) -> Match:
     """Find points of the left photo in the right one, to a small part of a pixel.
 
@@ -73,7 +73,9 @@ def match(
         A match is sought again in the left photo, from the right, and has to end within
         so many pixels from its point; None does not ask.
     least_quality : float
-        Matches of a lower quality, between 0 and 1, are "below threshold".
+        Between 0 and 1: small windows inside the template, matched alone, have to end
+        where the template did. At a depth edge they do not, while r is high. A lower
+        limit keeps more matches, and more wrong ones: 0 keeps all.
 
     Returns
     -------
@@ -230,7 +232,8 @@ def _put_together(
         np.abs(shape[:, 0, 0] * shape[:, 1, 1] - shape[:, 0, 1] * shape[:, 1, 0])
     )
     status[moved > MOVED * np.maximum(scale, 1)] = "diverged"
-    status[(status == "accepted") & ~(q >= least_quality)] = "below threshold"
-    for values in (found, covariance, shape, q):
+    q[status != "accepted"] = np.nan
+    status[q < least_quality] = "parts disagree"
+    for values in (found, covariance, shape):
         values[status != "accepted"] = np.nan
     return Match(points, found, covariance, shape, r, q, status, *sizes)

@@ -41,7 +41,7 @@ STATUSES = {
         "take a corner, or a larger template",
     ),
     "peak on the edge of the image": (
-        "the best place touches the edge of the right photo: the match may lie beyond",
+        "the best place touches the edge of the right photo, or pixels without data",
         "take another point",
     ),
     "peak on the border of the search": (
@@ -59,6 +59,10 @@ STATUSES = {
     "another point from the right": (
         "sought from the right, another point of the left photo is the best",
         "perhaps only one of the photos sees the point",
+    ),
+    "parts disagree": (
+        "small windows inside the template fit better elsewhere, as at a depth edge",
+        "take a smaller template, or another point",
     ),
     "diverged": (
         "the window moved too far from its start, or took an impossible shape",
@@ -89,7 +93,7 @@ class Match:
     r : ndarray (n,)
         Correlation coefficient of the two windows; NaN where nothing was compared.
     quality : ndarray (n,)
-        Between 0 and 1, see `match`; NaN unless accepted.
+        Between 0 and 1, see `match`; NaN unless accepted, or "parts disagree".
     status : ndarray (n,) of str
         "accepted", or what went wrong first: the words of `STATUSES`.
     left_size, right_size : (int, int)

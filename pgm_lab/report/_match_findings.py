@@ -99,8 +99,8 @@ def _doubtful(found: Match) -> Finding | None:
         f"{count(len(points), 'match').capitalize()} of {np.sum(found.accepted)} {have}"
         f" a quality below {q}: {listed(points)}. The parts of such a window do not"
         " agree where it belongs, as at an edge in depth, where it sees two surfaces."
-        " Some are wrong, others right all the same. To keep only those above, give"
-        f" --quality {q} on the command line, or least_quality={q} in Python.",
+        " Some are wrong, others right all the same. To keep only those above, leave"
+        " --quality out on the command line, or least_quality in Python.",
     )
 
 

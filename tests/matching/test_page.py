@@ -124,7 +124,7 @@ def test_doubtful_matches_are_those_of_little_quality():
     found.quality[4] = matching.RECOMMENDED_QUALITY
     words = said(found, "Doubtful matches")
     assert words.startswith("2 matches of 30 have a quality below 0.5: 3 and 12. The")
-    assert "--quality 0.5 " in words and "least_quality=0.5 " in words
+    assert "leave --quality out" in words and "least_quality in Python" in words
     assert said(photos.result(), "Doubtful matches") == ""
 
 
