@@ -329,6 +329,9 @@ FUNCTIONS = {
     ),
     "matching.Match.save": lambda: dict(self=matched(), path=new_file()),
     "matching.pick": lambda: dict(image=GREY, number=3, template=11, margin=8),
+    "matching.quality": lambda: dict(
+        left=GREY, right=GREY, points=matches()[0], found=matches()[1]["B"], template=11
+    ),
     "matching.read": lambda: dict(photo=GREY, name="left"),
     "observations.Observations.save": lambda: dict(
         self=observed(), path=new_file(), overwrite=True

@@ -126,6 +126,10 @@ MEANT = {
     ("ncc.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "search"): {"two numbers"},  # rows and columns
+    ("lsm.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("lsm.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("matching.quality", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("matching.quality", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("matching.match", "left"): LACKING,
     ("matching.match", "right"): LACKING,
     ("matching.pick", "image"): LACKING,

@@ -70,6 +70,7 @@ def quality(
     [1.]
     """
     template = _validate.window(template, "template", LEAST)
+    _validate.instance(found, lsm.Match, "found")
     points = _validate.point_list(points, "points", len(found.points))
     answer = np.full(len(points), np.nan)
     k = np.flatnonzero(found.accepted)

@@ -61,7 +61,7 @@ def html(
     threshold = _match_tables.values(given).get("threshold")
     return as_html(
         TITLE,
-        sections(found, given, about, short=False),
+        _sections(found, given, about, short=False),
         lambda name: _match_figures.pictures(name, found, left, right, threshold),
         {about} - {""},
     )
@@ -103,7 +103,7 @@ def text(
     """
     given = _given(found, settings, about)
     short = _validate.flag(short, "short")
-    return as_text(TITLE, sections(found, given, about, short))
+    return as_text(TITLE, _sections(found, given, about, short))
 
 
 def _given(
@@ -118,32 +118,32 @@ def _given(
     return given
 
 
-def sections(
+def _sections(
     found: Match, given: Mapping[str, object], about: str, short: bool
 ) -> list[Section]:
     """Collect the report, the summary first; what is empty is left out."""
     findings = _match_findings.findings(found)
     words = [] if findings else ["Nothing to warn of."]
     parts = [
-        Section("Summary", (summary(found), *([about] if about else []))),
+        Section("Summary", (_summary(found), *([about] if about else []))),
         Section("What to look at first", words, findings, (), ("photos",)),
     ]
     if short:  # a table of sentences is too wide for a terminal
         return [*parts, Section("Found and lost", (), _match_findings.reasons(found))]
     parts.append(Section("Found and lost", tables=[_match_tables.statuses(found)]))
     if np.any(found.accepted):
-        parts.append(Section("Precision", (precision(),), figures=("histograms",)))
-        moved = (parallaxes(found),)
+        parts.append(Section("Precision", (_precision(),), figures=("histograms",)))
+        moved = (_parallaxes(found),)
         parts.append(Section("Parallaxes", moved, figures=("parallaxes",)))
     parts += [
         Section("Points", tables=[_match_tables.points(found)]),
-        Section("How it was computed", steps(), (), [_match_tables.settings(given)]),
+        Section("How it was computed", _steps(), (), [_match_tables.settings(given)]),
         Section("Limits", _match_findings.limits()),
     ]
     return parts
 
 
-def summary(found: Match) -> str:
+def _summary(found: Match) -> str:
     """Say in short how many points were found, and how well."""
     n, good = len(found.chosen), found.accepted
     if not np.any(good):
@@ -155,7 +155,7 @@ def summary(found: Match) -> str:
     )
 
 
-def precision() -> str:
+def _precision() -> str:
     """Say what r and the standard deviation mean."""
     return (
         "r is the correlation coefficient of the two windows after matching: 1 if they"
@@ -166,7 +166,7 @@ def precision() -> str:
     )
 
 
-def parallaxes(found: Match) -> str:
+def _parallaxes(found: Match) -> str:
     """Say how the right photo lies to the left one."""
     dx, dy = np.median(_match_findings.parallaxes(found), axis=0)
     angle, scale = _match_findings.turn_and_scale(_match_findings.shape(found))
@@ -180,7 +180,7 @@ def parallaxes(found: Match) -> str:
     )
 
 
-def steps() -> tuple[str, ...]:
+def _steps() -> tuple[str, ...]:
     """Say how a point was matched."""
     return (
         "For each point a start value in the right photo and a start shape of its"
