@@ -11,14 +11,15 @@ import numpy as np
 from pgm_lab.lsm import _fine, _normal_equations
 from pgm_lab.lsm._search import AROUND, LARGEST, METHODS, Parts, blurred, cut, margin
 
-CHUNK = 128  # points: their windows stay in the cache
+CHUNK = 128  # points at a time, or more if their windows have so many pixels in all:
+PIXELS = CHUNK * 21**2  # then they stay in the cache
 STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 STATUS = "<U40"
 UNDETERMINED = "position not determined"
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
 FAILED = -1
 PATIENCE = 4  # iterations before the derivatives of both windows are used
-SLACK = 1.0  # px that a window may move before its part is prepared anew
+SLACK = 1.0  # px a window may move before its part is cut anew; then twice as much
 BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
 BLURRED = 0.3  # px, where the blurred images have done their part
 # What a start from blurred images may mend
@@ -71,8 +72,8 @@ class Found:
 
 def at_once(half: int) -> int:
     """Points whose windows OpenCV can address in one array, and the cache can hold."""
-    size = 2 * (STRETCH * half + AROUND + margin(BLUR) + 3) + 1
-    return max(1, min(CHUNK, LARGEST // size))
+    size = 2 * ((STRETCH + 1) * half + AROUND + margin(BLUR) + 2) + 1
+    return max(1, min(max(CHUNK, PIXELS // (2 * half + 1) ** 2), LARGEST // size))
 
 
 def find(
@@ -257,14 +258,16 @@ def _iterate(
         unfinished = (level != FAILED) & (level < len(goals))
         return unfinished & (iterations < s.max_iterations)
 
+    slack = SLACK
     while len(k := np.flatnonzero(going())):
         before, reach = T.copy(), half * np.abs(T[k][:, :, 1:]).sum(axis=2).max()
-        parts = Parts.of(image, means, T, k, reach + SLACK, blur)
+        parts = Parts.of(image, means, T, k, reach + slack, blur)
         for n, (method, goal) in enumerate(goals):
             while np.any(
-                now := going() & (level == n) & (_farthest(T - before, half) <= SLACK)
+                now := going() & (level == n) & (_farthest(T - before, half) <= slack)
             ):
                 step(parts, np.flatnonzero(now), method, goal)
+        slack = min(2 * slack, half)
     status[level == len(goals)] = "accepted"
     return T, last, iterations
 

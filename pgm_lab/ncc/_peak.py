@@ -126,8 +126,8 @@ def _covariance_of_slope(
     left, right = both[:, :h], both[:, h:]
     for window in (left, right):
         window -= window.mean(axis=(1, 2), keepdims=True)
-    squares = (np.einsum("kij,kij->k", one, one) for one in (left, right))
-    p, q = _shares(*squares, r, noise)
+    of_left, of_right = (np.einsum("kij,kij->k", one, one) for one in (left, right))
+    p, q = _shares(of_left, of_right, r, noise)
     # The gradients of the window with less noise, without what noise adds to them
     less = p <= q
     share = np.where(less, p, q)[:, None, None]

@@ -71,7 +71,7 @@ def points(found: Match) -> Table:
 def values(given: Mapping[str, object]) -> dict[str, Any]:
     """Return what was asked of `matching.match`, its defaults among it."""
     known = inspect.signature(matching.match).parameters
-    asked = {name: known[name].default for name in SETTINGS} | given
+    asked = {name: known[name].default for name in SETTINGS} | dict(given)
     # Points are given, or picked: so many
     asked.pop("points" if asked["points"] is None else "number")
     return {name: asked[name] for name in SETTINGS if name in asked}
