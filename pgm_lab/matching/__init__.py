@@ -7,4 +7,12 @@ from pgm_lab.matching.pair import match
 from pgm_lab.matching.photo import read
 from pgm_lab.matching.result import STATUSES, Match
 
-__all__ = ["RECOMMENDED_QUALITY", "STATUSES", "Match", "match", "pick", "quality", "read"]
+__all__ = [
+    "RECOMMENDED_QUALITY",
+    "STATUSES",
+    "Match",
+    "match",
+    "pick",
+    "quality",
+    "read",
+]
