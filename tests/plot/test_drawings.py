@@ -23,7 +23,7 @@ from tests.plot import test_film as film
 EXTERIOR = np.array([1.0, -2.0, 7.0, 0.3, -0.2, 0.8])
 PHOTO, POINT = np.divmod(np.arange(450), 50)
 STATUS = ["accepted"] * 45 + [*matching.STATUSES]
-MATCHED = photos.result(60, STATUS, shift=(-5.0, 1.0))
+MATCHED = photos.result(len(STATUS), STATUS, shift=(-5.0, 1.0))
 SECONDS = {"one": [0.01, 0.7], "another": [0.003, 1.4]}
 
 
