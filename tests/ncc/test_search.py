@@ -425,3 +425,32 @@ def test_a_line_beyond_the_image_leaves_nothing_to_search(noise):
     found = ncc.match(*noise, [(40, 40)], None, 9, 21, lines=[(0, 1, -2)])
     assert list(found.status) == ["window leaves the image"]  # rows 0.5 to 3.5
     assert np.all(np.isnan(found.points))
+
+
+def test_the_way_back_follows_the_line_of_the_left_image():
+    left = np.random.default_rng(8).integers(0, 256, (90, 100)).astype(np.uint8)
+    right = np.roll(left, (6, -5), axis=(0, 1))
+    points = np.random.default_rng(9).uniform(30, 60, (20, 2)).round()
+    # Six rows lower in the right image than in the left one
+    lines = np.column_stack([np.zeros(20), np.ones(20), -(points[:, 1] + 6)])
+    start = points + (0, 6)
+    found = ncc.match(
+        left, right, points, start, 9, (11, 31), lines=lines, distance=0.5, back=1
+    )
+    assert found.accepted.all()
+    np.testing.assert_array_equal(found.points, points + (-5, 6))
+
+
+def test_a_fraction_of_a_point_stays_on_its_line():
+    rng = np.random.default_rng(5)
+    steps = cv2.GaussianBlur(rng.normal(0, 60, (1, 100)), (1, 7), 0) + 128
+    left = np.tile(steps, (90, 1))
+    right = np.roll(left, -5, axis=1)
+    points = np.column_stack([np.arange(30.0, 60, 3), np.full(10, 40.4)])
+    lines = np.tile([0.0, 1.0, -40.4], (10, 1))
+    found = ncc.match(
+        left, right, points, points - (5, 0), 9, (11, 31), -1, 1, "parabola",
+        lines=lines, distance=0.5,
+    )  # fmt: skip
+    # All edges run down: where a match lies along them, the line alone says
+    np.testing.assert_allclose(found.points[:, 1], 40.4, rtol=0, atol=1e-6)
