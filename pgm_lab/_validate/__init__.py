@@ -27,12 +27,14 @@ from pgm_lab._validate._shapes import (
     image,
     image_size,
     indices,
+    noise_ratio,
     not_exchanged,
     of_shape,
     one_point,
     point_list,
     points,
     refuse,
+    window_shapes,
 )
 from pgm_lab._validate._things import (
     choice,
@@ -59,6 +61,7 @@ __all__ = [
     "indices",
     "instance",
     "mapping",
+    "noise_ratio",
     "not_exchanged",
     "of_shape",
     "one_point",
@@ -81,4 +84,5 @@ __all__ = [
     "texts",
     "whole",
     "window",
+    "window_shapes",
 ]

@@ -188,3 +188,26 @@ def refuse(bad: np.ndarray, message: str) -> None:
         named = ", ".join(str(i[0] if len(i) == 1 else i) for i in first)
         more = f", ... ({np.sum(bad)} in all)" if np.sum(bad) > len(first) else ""
         raise ValueError(message.format(f"[{named}{more}]" if np.ndim(bad) else ""))
+
+
+def noise_ratio(noise: ArrayLike) -> tuple[float, float]:
+    """Return standard deviations of left and right grey values, the larger as one."""
+    array = of_shape(noise, (2,), "noise")
+    if np.any(array < 0) or not np.any(array > 0):
+        raise ValueError(
+            "noise must be the standard deviations of the left and of the right grey"
+            f" values, not negative and not both zero; got {array.tolist()}"
+        )
+    left, right = array / array.max()
+    return float(left), float(right)
+
+
+def window_shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
+    """Return ((a1, a2), (b1, b2)) of n windows (n, 2, 2); the identity when missing."""
+    array = np.eye(2) if shape is None else finite(shape, "shape")
+    if array.shape not in ((2, 2), (n, 2, 2)):
+        raise ValueError(
+            "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
+            f" (2, 2) or ({n}, 2, 2); got {array.shape}"
+        )
+    return np.broadcast_to(array, (n, 2, 2))

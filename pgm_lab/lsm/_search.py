@@ -132,11 +132,5 @@ def transformations(points: np.ndarray, shape: ArrayLike | None) -> np.ndarray:
     """Transformations (n, 2, 3) that the first iteration starts from."""
     T = np.zeros((len(points), 2, 3))
     T[:, :, 0] = points
-    shape = np.eye(2) if shape is None else _validate.finite(shape, "shape")
-    if shape.shape not in ((2, 2), (len(points), 2, 2)):
-        raise ValueError(
-            "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
-            f" (2, 2) or ({len(points)}, 2, 2); got {shape.shape}"
-        )
-    T[:, :, 1:] = shape
+    T[:, :, 1:] = _validate.window_shapes(shape, len(points))
     return T

@@ -208,7 +208,7 @@ def match(
         threshold,
         tolerance,
         max_iterations,
-        _noise(noise),
+        _validate.noise_ratio(noise),
         correlated,
     )
     chunk = _iteration.at_once(half)
@@ -233,18 +233,6 @@ def match(
         iterations=iterations,
         status=status,
     )
-
-
-def _noise(noise: ArrayLike) -> tuple[float, float]:
-    """Standard deviations of the left and right grey values, up to a factor."""
-    array = _validate.of_shape(noise, (2,), "noise")
-    if np.any(array < 0) or not np.any(array > 0):
-        raise ValueError(
-            "noise must be the standard deviations of the left and of the right grey"
-            f" values, not negative and not both zero; got {array.tolist()}"
-        )
-    left, right = array / array.max()
-    return float(left), float(right)
 
 
 def _of_left_point(

@@ -171,18 +171,13 @@ def _share(value: float, name: str) -> float:
 
 def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
     """Shapes (n, 2, 2), the same for all if one is given."""
-    shape = np.eye(2) if shape is None else _validate.finite(shape, "shape")
-    if shape.shape not in ((2, 2), (n, 2, 2)):
-        raise ValueError(
-            "shape must be ((a1, a2), (b1, b2)), one for all points or one for each,"
-            f" (2, 2) or ({n}, 2, 2); got {shape.shape}"
-        )
-    if np.any(np.abs(shape) > LARGEST) or np.any(np.abs(np.linalg.det(shape)) < 1e-2):
+    shapes = _validate.window_shapes(shape, n)
+    if np.any(np.abs(shapes) > LARGEST) or np.any(np.abs(np.linalg.det(shapes)) < 1e-2):
         raise ValueError(
             f"shape must scale by 0.1 to {LARGEST:g}, and not to a line; got"
-            f" {shape.reshape(-1, 2, 2)[0].tolist()}"
+            f" {shapes[0].tolist()}"
         )
-    return np.broadcast_to(shape, (n, 2, 2))
+    return shapes
 
 
 def _picked(

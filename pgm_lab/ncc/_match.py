@@ -186,7 +186,7 @@ def match(
         lines = _search.normal_form(lines, len(points))
     settings = Settings(
         *(template, search, threshold, ratio, refine),
-        *(_width(distance), _noise(noise)),
+        *(_width(distance), _validate.noise_ratio(noise)),
     )
     found, r, second, covariance, status = find(
         left, right, points, start, lines, settings
@@ -220,15 +220,3 @@ def _width(distance: float) -> float:
             f" pixels; got {distance:g}"
         )
     return float(distance)
-
-
-def _noise(noise: ArrayLike) -> tuple[float, float]:
-    """Standard deviations of the left and right grey values, up to a factor."""
-    array = _validate.of_shape(noise, (2,), "noise")
-    if np.any(array < 0) or not np.any(array > 0):
-        raise ValueError(
-            "noise must be the standard deviations of the left and of the right grey"
-            f" values, not negative and not both zero; got {array.tolist()}"
-        )
-    left, right = array / array.max()
-    return float(left), float(right)
