@@ -25,7 +25,7 @@ ATTRIBUTES = {
     "a": {"href"},
     "col": {"span"},
     "colgroup": {"span"},
-    "details": {"open"},
+    "details": {"open", "name"},
     "img": {"src", "alt", "width", "height"},
     "li": {"value"},
     "meta": {"charset", "name", "content"},

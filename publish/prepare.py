@@ -6,15 +6,21 @@ from nbformat import NotebookNode
 
 from publish.student import PLACEHOLDER, blank_solutions, slide_type, tags
 
+# "## What is a pixel? · 8 min": what a section takes a reader who works alone
+MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
+
 
 def for_slides(notebook: NotebookNode) -> NotebookNode:
-    """Return the notebook without solutions, checks and skipped cells."""
+    """Return the notebook without what is only for reading or for working alone."""
     result = _unsolved(notebook)
     result.cells = [
         cell
         for cell in result.cells
-        if slide_type(cell) != "skip" and "check" not in tags(cell)
+        if slide_type(cell) != "skip" and not {"check", "write"} & set(tags(cell))
     ]
+    for cell in result.cells:
+        # A lecture has its own minutes; those of the heading are a reader's.
+        cell.source = MINUTES.sub(r"\1", cell.source)
     return result
 
 
@@ -25,6 +31,9 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
     for cell in result.cells:
         # The template that both share leaves out what slides skip; paper does not.
         cell.metadata.pop("slideshow", None)
+        # What is folded to be read later is open on paper; a prediction stays closed.
+        if {"derive", "why"} & set(tags(cell)):
+            cell.source = cell.source.replace("<details>", "<details open>")
     return result
 
 
@@ -40,7 +49,11 @@ def title(notebook: NotebookNode) -> str:
 def _unsolved(notebook: NotebookNode) -> NotebookNode:
     """Blank the solutions, and clear the outputs that would give them away."""
     result = blank_solutions(notebook)
-    result.cells = [cell for cell in result.cells if cell.source.strip()]
+    result.cells = [
+        cell
+        for cell in result.cells
+        if cell.source.strip() and "claims" not in tags(cell)
+    ]
     for cell in result.cells:
         if PLACEHOLDER in cell.source or "check" in tags(cell):
             cell.outputs = []

@@ -35,9 +35,9 @@ def slide_type(cell: NotebookNode) -> str:
 def student_copy(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook as a student gets it: nothing solved, nothing run.
 
-    Solution blocks become a placeholder, cells tagged ``solution`` and the lecturer's
-    notes go, and cells tagged ``check`` may fail without stopping *Run All*. The input
-    is not changed.
+    Solution blocks become a placeholder, cells tagged ``solution`` or ``claims`` and
+    the lecturer's notes go, and cells tagged ``check`` may fail without stopping *Run
+    All*. The input is not changed.
 
     Raises
     ------
@@ -45,7 +45,11 @@ def student_copy(notebook: NotebookNode) -> NotebookNode:
         If a solution marker stands alone or outside a code cell.
     """
     result = blank_solutions(notebook)
-    result.cells = [cell for cell in result.cells if slide_type(cell) != "notes"]
+    result.cells = [
+        cell
+        for cell in result.cells
+        if slide_type(cell) != "notes" and "claims" not in tags(cell)
+    ]
     result.metadata.pop("pgm_lab", None)
     for cell in result.cells:
         if cell.cell_type != "code":

@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.checks._failed import CheckFailed as CheckFailed
+from pgm_lab.checks._own import keep as keep
+from pgm_lab.checks._own import own as own
+from pgm_lab.checks._predict import predict as predict
 from pgm_lab.checks._questions import question as question
 from pgm_lab.checks._questions import questions as questions
 

@@ -11,8 +11,16 @@ function overflow(slide) {
   );
 }
 
-// A slide that is too full gets smaller figures, then less air, then smaller text.
+// What opens on a slide has to fit, too; of the choices of a prediction one is open.
 function fit(slide) {
+  const folded = slide.querySelectorAll("details:not([open])");
+  folded.forEach((one) => { one.open = true; });
+  shrink(slide);
+  folded.forEach((one) => { one.open = false; });
+}
+
+// A slide that is too full gets smaller figures, then less air, then smaller text.
+function shrink(slide) {
   for (const image of slide.querySelectorAll("img")) {
     const height = image.clientHeight - (slide.scrollHeight - slide.clientHeight);
     if (height < image.clientHeight) {

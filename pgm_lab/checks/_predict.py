@@ -1,0 +1,74 @@
+"""Predictions: the reader clicks a choice, and only then sees what follows."""
+
+from html import escape
+
+from IPython.display import publish_display_data
+
+from pgm_lab import _validate, datasets
+
+# What the cell shows after the choices waits until one of them is open. Nothing here
+# needs a kernel. JupyterLab and pages made from it name an output .jp-..., our slides
+# and handouts .html; there the place is kept, so that a slide need not grow. On paper
+# nothing opens, and so nothing waits. A viewer that ignores styles shows all at once.
+STYLE = """\
+.pgm-predict summary { cursor: pointer; }
+.pgm-predict p { margin: 0.3em 0 0.3em 1.1em; }
+@media screen {
+  .jp-OutputArea:has(.pgm-predict):not(:has(.pgm-predict [open]))
+    .jp-OutputArea-child:has(.pgm-predict) ~ .jp-OutputArea-child { display: none; }
+  .cell:has(.pgm-predict):not(:has(.pgm-predict [open]))
+    .html:has(.pgm-predict) ~ * { visibility: hidden; }
+}"""
+
+
+def predict(number: str) -> None:
+    """Show the choices of a prediction; what the cell shows next waits for a click.
+
+    Each choice opens to a sentence on it. A figure that the same cell draws afterwards
+    appears once a choice is open, also in a page or a slide without a kernel.
+
+    Parameters
+    ----------
+    number : str
+        Number of the prediction in ``data/predictions``, for example "2.1".
+
+    Raises
+    ------
+    ValueError
+        If there is no such prediction.
+
+    Examples
+    --------
+    >>> predict("2.1")
+    Choose: 1: they count as equal
+            0.6: the gain stays
+            near 0: every grey value has changed
+    """
+    choices = choices_of(number)
+    plain = "\n        ".join(row["choice"] for row in choices)
+    publish_display_data(
+        {"text/html": page(number, choices), "text/plain": f"Choose: {plain}"}
+    )
+
+
+def choices_of(number: str) -> list[dict[str, str]]:
+    """Return the rows of a prediction, one a choice."""
+    _validate.text(number, "number")
+    rows = datasets.rows("predictions")
+    found = [row for row in rows if row["prediction"] == number]
+    if not found:
+        raise ValueError(f"number: there is no prediction {number} in data/predictions")
+    return found
+
+
+def page(number: str, choices: list[dict[str, str]]) -> str:
+    """Write the choices in HTML; those of one name close each other."""
+    name = f"predict-{escape(number)}"
+    folded = [
+        f'<details name="{name}"><summary>{escape(row["choice"], quote=False)}'
+        f"</summary><p>{'✓' if row['right'] == 'yes' else '✗'} "
+        f"{escape(row['feedback'], quote=False)}</p></details>"
+        for row in choices
+    ]
+    lines = [f"<style>\n{STYLE}\n</style>", "<p>Click your choice:</p>", *folded]
+    return '<div class="pgm-predict">\n' + "\n".join(lines) + "\n</div>"
