@@ -2,7 +2,7 @@
 # Arguments: make test ARGS="-k frames"; another Python: make test PYTHON=python3.12
 
 PYTHON ?= python3
-TASKS = lab test test-oldest test-publish notebooks slides handouts student \
+TASKS = lab test test-oldest test-publish chapter notebooks slides handouts student \
 	requirements benchmark mutations house
 
 .PHONY: help $(TASKS)

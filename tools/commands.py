@@ -88,6 +88,12 @@ def test_publish(*arguments: str) -> int:
     return run([*command, *arguments], settings(python))
 
 
+def chapter(*arguments: str) -> int:
+    """Begin a chapter: NUMBER name, for example 9 cloud_shadows."""
+    python = ensure(".venv", "main")
+    return run([python, "-m", "tools.chapter", *arguments], settings(python))
+
+
 def notebooks(*names: str) -> int:
     """Execute every notebook, or the named ones, and store the outputs."""
     python = ensure(".venv", "main")
@@ -145,6 +151,7 @@ TASKS = {
     "test": test,
     "test-oldest": test_oldest,
     "test-publish": test_publish,
+    "chapter": chapter,
     "notebooks": notebooks,
     "slides": slides,
     "handouts": handouts,

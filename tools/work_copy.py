@@ -18,6 +18,13 @@ from publish.student import student_copy
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ".originals.json"
+PROGRAM = "my_pgm.py"  # where there is one, `checks.keep` puts functions into it
+FIRST_LINES = '''"""My photogrammetric program: what I wrote and its check accepted.
+
+A check that passes puts its function here as it was typed; when it passes again, the
+new one takes the place of the old. Nothing else changes this file.
+"""
+'''
 DAMAGED = (
     "{path} is damaged. It remembers which copies you were given; without it changed "
     "chapters are not offered. Delete it to be offered the current ones. Your "
@@ -56,6 +63,12 @@ def update(source_dir: Path, work_dir: Path) -> list[str]:
         return [DAMAGED.format(path=work_dir / RECORD), *lines]
     write_record(work_dir, current)
     return lines
+
+
+def begin_program(work_dir: Path) -> None:
+    """Give the reader an empty program, unless there is one."""
+    if not (work_dir / PROGRAM).exists():
+        write(work_dir / PROGRAM, FIRST_LINES)
 
 
 def give(name: str, text: str, work_dir: Path) -> str:
@@ -149,6 +162,7 @@ def main() -> int:
     """Update work/ and say what is new in it."""
     try:
         lines = update(ROOT / "notebooks", ROOT / "work")
+        begin_program(ROOT / "work")
     except (OSError, ValueError) as error:
         print(f"Your copies in work/ could not be made: {error}", file=sys.stderr)
         return 1
