@@ -15,4 +15,7 @@ def pytest_collection_modifyitems(items):
 
 def is_long(path):
     """Whether the tests of a file need a kernel for more than ten seconds."""
-    return path.suffix == ".ipynb" or path.name == "test_student.py"
+    return path.suffix == ".ipynb" or path.name in (
+        "test_student.py",
+        "test_chapter.py",
+    )

@@ -57,7 +57,7 @@ class Section:
 
 
 def sections(notebook: NotebookNode) -> list[Section]:
-    """Return the student's copy by sections; the head ends where the first minutes are."""
+    """Return the student's copy by sections; the head ends where minutes begin."""
     found = [Section(HEAD, None, [])]
     for cell in student_copy(notebook).cells:
         heading = SECTION.search(cell.source) if cell.cell_type == "markdown" else None
@@ -191,7 +191,12 @@ def code_problems(notebook: NotebookNode, every: list[NotebookNode]) -> list[str
         if re.search(r"^\s*assert\b", cell.source, re.MULTILINE):
             found.append(f"{name(cell)} asserts: put it into the cell of claims")
         if ("checks.predict(" in cell.source) != ("predict" in tags(cell)):
-            found.append(f"{name(cell)}: checks.predict and the tag predict belong")
+            found.append(f"{name(cell)}: checks.predict goes with the tag predict")
+        if "predict" in tags(cell) and "plot.show(" in cell.source:
+            found.append(
+                f"{name(cell)} spells out its alt text, which tells the answer: let a"
+                " function of pgm_lab.plot show the figure"
+            )
     for cell, after in zip(every, [*every[1:], None]):
         if "exercise" in tags(cell) and (after is None or "check" not in tags(after)):
             found.append(f"{name(cell)} is an exercise, and no check follows it")

@@ -12,7 +12,7 @@ from pgm_lab import _validate, datasets
 # nothing opens, and so nothing waits. A viewer that ignores styles shows all at once.
 STYLE = """\
 .pgm-predict summary { cursor: pointer; }
-.pgm-predict p { margin: 0.3em 0 0.3em 1.1em; }
+.pgm-predict details p { margin: 0.3em 0 0.3em 1.1em; }
 @media screen {
   .jp-OutputArea:has(.pgm-predict):not(:has(.pgm-predict [open]))
     .jp-OutputArea-child:has(.pgm-predict) ~ .jp-OutputArea-child { display: none; }
@@ -70,5 +70,5 @@ def page(number: str, choices: list[dict[str, str]]) -> str:
         f"{escape(row['feedback'], quote=False)}</p></details>"
         for row in choices
     ]
-    lines = [f"<style>\n{STYLE}\n</style>", "<p>Click your choice:</p>", *folded]
+    lines = [f"<style>\n{STYLE}\n</style>", "<p>Choose one:</p>", *folded]
     return '<div class="pgm-predict">\n' + "\n".join(lines) + "\n</div>"

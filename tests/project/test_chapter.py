@@ -1,0 +1,151 @@
+"""The skeleton of a chapter passes the tests at once, and a reader can work in it."""
+
+import nbformat
+import pytest
+from jupyter_client.manager import start_new_kernel
+
+from publish.student import tags
+from tests import trial
+from tools import chapter, work_copy
+from tools.notebooks import KERNEL, client
+
+SOLUTION = '''def ground_size(pixel_mm, height_m, c_mm):
+    """Mine."""
+    return pixel_mm / c_mm * height_m  # the rays'''
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    """A copy of the project with a lesson and a case that the command made."""
+    folder = tmp_path_factory.mktemp("project")
+    trial.lesson(folder)
+    return folder
+
+
+def test_the_tests_pass_at_once(begun):
+    """Those that look at what the command wrote or changed."""
+    form, stored = (
+        f"tests/project/test_{name}.py::test_" for name in ("form", "notebooks")
+    )
+    chosen = [
+        f"{form}no_lesson_and_no_case_has_a_problem",
+        f"{form}each_lesson_has_its_case_and_the_names_say_which_is_which",
+        f"{form}each_prediction_has_one_right_choice_and_a_sentence_on_each",
+        f"{stored}stored_notebook_has_no_problem",
+        "tests/checks/test_chapter97.py",
+        "tests/project/test_chapters.py",
+        "tests/project/test_rerun.py::test_each_cell_can_be_run_again_after_all",
+        "tests/project/test_house.py::test_the_map_in_docs_is_current",
+        "notebooks/97_trial.ipynb",
+        "notebooks/97_case_trial.ipynb",
+        "notebooks/00_start_here.ipynb",
+    ]
+    result = trial.run(begun, "pytest", "--nbval", "-q", "-p", "no:xdist", *chosen)
+    assert result.returncode == 0, result.stdout[-4000:]
+    assert not (begun / "notebooks" / "my_pgm.py").exists()
+
+
+def test_what_was_written_is_well_formed(begun):
+    files = [
+        *(begun / "pgm_lab" / "checks").glob("chapter97.py"),
+        *(begun / "tests" / "checks").glob("test_chapter97.py"),
+        *(begun / "notebooks").glob("97_*.ipynb"),
+    ]
+    assert len(files) == 4
+    for command in (["check"], ["format", "--check"]):
+        result = trial.run(begun, "ruff", *command, *map(str, files))
+        assert result.returncode == 0, result.stdout
+    for path in files:
+        text = path.read_text(encoding="utf-8")
+        left = [word for word in ("NUMBER", "FILE", "LOWER", "TITLE") if word in text]
+        assert left == [], path.name
+
+
+def test_the_tables_list_it_and_its_case(begun):
+    table = (begun / "data" / "chapters.csv").read_text(encoding="utf-8").splitlines()
+    before = (chapter.TABLE).read_text(encoding="utf-8").splitlines()
+    assert table[: len(before)] == before
+    assert table[-2:] == [
+        "97,97_trial,Trial,,Which question does this chapter answer?,,18,0,lesson",
+        "97c,97_case_trial,Trial: the case,,What do the printed numbers prove?,,30,0,"
+        "case",
+    ]
+    readme = (begun / "README.md").read_text(encoding="utf-8")
+    assert "| 97 | [Trial](notebooks/97_trial.ipynb)" in readme
+
+
+@pytest.mark.parametrize(
+    ("number", "name", "why"),
+    [
+        ("97", "trial", "chapter 97 exists already: .*97_trial"),
+        ("97", "another", "chapter 97 exists already: .*checks/chapter97.py"),
+        ("0", "start", "chapter 0 exists already: 00_start_here"),
+        ("x", "trial", "the number must be like 9 or A3; got 'x'"),
+        ("98", "Wrong name", "the name must be like cloud_shadows; got 'Wrong name'"),
+    ],
+)
+def test_what_exists_or_cannot_be_named_is_refused(
+    begun, monkeypatch, number, name, why
+):
+    def never(path, text):
+        raise AssertionError(f"{path} was written")
+
+    monkeypatch.setattr(chapter, "ROOT", begun)
+    monkeypatch.setattr(chapter, "write", never)
+    with pytest.raises(ValueError, match=why):
+        chapter.begin(number, name)
+
+
+@pytest.fixture
+def work(begun, tmp_path, monkeypatch):
+    """The reader's folder, as `lab` makes it, with the package of the copy."""
+    monkeypatch.setenv("PYTHONPATH", str(begun))
+    folder = tmp_path / "work"
+    work_copy.update(begun / "notebooks", folder)
+    work_copy.begin_program(folder)
+    return folder
+
+
+def test_a_reader_works_through_the_lesson(work):
+    """Unsolved, solved, and with a slip afterwards, in one kernel."""
+    program = work / "my_pgm.py"
+    manager, _ = start_new_kernel(kernel_name=KERNEL["name"], cwd=str(work))
+    try:
+        printed, errors = run_all(work, manager)
+        assert errors == ["ground_size returns nothing yet. Your turn!"]
+        assert "ground_size: the book's own. Yours takes its place" in printed
+        assert program.read_text(encoding="utf-8") == work_copy.FIRST_LINES
+
+        printed, errors = run_all(work, manager, SOLUTION)
+        assert errors == []
+        assert "✓ ground_size is a part of your program now, my_pgm.py." in printed
+        assert "ground_size: yours, from my_pgm.py." in printed
+        kept = work_copy.FIRST_LINES + "\n\n" + SOLUTION + "\n"
+        assert program.read_text(encoding="utf-8") == kept
+
+        printed, errors = run_all(work, manager, SOLUTION.replace("*", "+"))
+        assert len(errors) == 1 and "two triangles" in errors[0]
+        assert "ground_size: yours, from my_pgm.py." in printed
+        assert program.read_text(encoding="utf-8") == kept
+    finally:
+        manager.shutdown_kernel(now=True)
+
+
+def run_all(work, kernel, solution=None):
+    """Run the reader's lesson; return what it prints, and the errors it shows."""
+    lesson = nbformat.read(work / "97_trial.ipynb", as_version=4)
+    if solution:
+        (cell,) = [c for c in lesson.cells if "exercise" in tags(c)]
+        cell.source = solution
+    client(lesson, work, kernel).execute()
+    outputs = [o for cell in lesson.cells for o in cell.get("outputs", [])]
+    errors = [o.evalue for o in outputs if o.output_type == "error"]
+    return "".join(o.text for o in outputs if o.output_type == "stream"), errors
+
+
+def test_the_student_s_copy_has_the_derivations_but_not_the_claims(work):
+    text = (work / "97_trial.ipynb").read_text(encoding="utf-8")
+    for there in ("Derive it: why are the triangles", "Why: the answer", "Your reason"):
+        assert there in text
+    for gone in ("One assertion for each", "A good answer says", "SOLUTION", "notes"):
+        assert gone not in text

@@ -1,0 +1,40 @@
+"""A small copy of the project in which the command began a chapter: 97, a trial."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from tools.environment import ROOT
+
+FOLDERS = ("pgm_lab", "data", "notebooks", "tools", "publish", "tests", "docs")
+FILES = ("README.md", "pyproject.toml", "conftest.py")
+SKIPPED = shutil.ignore_patterns("__pycache__", "results", "*.pyc")
+
+
+def project(folder: Path) -> Path:
+    """Copy what a chapter touches."""
+    for name in FOLDERS:
+        shutil.copytree(ROOT / name, folder / name, ignore=SKIPPED)
+    for name in FILES:
+        shutil.copy(ROOT / name, folder / name)
+    return folder
+
+
+def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
+    """Run a module of Python in the copy, which has its own package."""
+    return subprocess.run(
+        [sys.executable, "-m", *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(folder), "PYTHONUTF8": "1"},
+        capture_output=True,
+        text=True,
+    )
+
+
+def lesson(folder: Path) -> Path:
+    """Make the copy and begin chapter 97 in it; return the lesson."""
+    result = run(project(folder), "tools.chapter", "97", "trial")
+    assert result.returncode == 0, result.stdout + result.stderr
+    return folder / "notebooks" / "97_trial.ipynb"
