@@ -24,14 +24,12 @@ def begun(tmp_path_factory):
 
 def test_the_tests_pass_at_once(begun):
     """Those that look at what the command wrote or changed."""
-    form, stored = (
-        f"tests/project/test_{name}.py::test_" for name in ("form", "notebooks")
-    )
+    form = "tests/project/test_form.py::test_"
     chosen = [
         f"{form}no_lesson_and_no_case_has_a_problem",
         f"{form}each_lesson_has_its_case_and_the_names_say_which_is_which",
         f"{form}each_prediction_has_one_right_choice_and_a_sentence_on_each",
-        f"{stored}stored_notebook_has_no_problem",
+        "tests/project/test_notebooks.py::test_stored_notebook_has_no_problem",
         "tests/checks/test_chapter97.py",
         "tests/project/test_chapters.py",
         "tests/project/test_rerun.py::test_each_cell_can_be_run_again_after_all",
@@ -84,9 +82,7 @@ def test_the_tables_list_it_and_its_case(begun):
         ("98", "Wrong name", "the name must be like cloud_shadows; got 'Wrong name'"),
     ],
 )
-def test_what_exists_or_cannot_be_named_is_refused(
-    begun, monkeypatch, number, name, why
-):
+def test_what_cannot_be_begun_is_refused(begun, monkeypatch, number, name, why):
     def never(path, text):
         raise AssertionError(f"{path} was written")
 

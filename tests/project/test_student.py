@@ -81,6 +81,14 @@ def test_the_notes_go_with_their_answers_and_the_instructor_keeps_them():
     assert "Key: 1 b." in nbformat.writes(instructor_copy(solved))
 
 
+def test_the_claims_are_proven_for_the_lecturer_only():
+    solved = notebook()
+    claims = new_code_cell("assert double(3) == 6", metadata={"tags": ["claims"]})
+    solved.cells.append(claims)
+    assert "double(3)" not in nbformat.writes(student_copy(solved))
+    assert "double(3)" in nbformat.writes(instructor_copy(solved))
+
+
 def test_the_input_is_not_changed_and_the_instructor_keeps_all():
     source = notebook()
     before = copy.deepcopy(source)

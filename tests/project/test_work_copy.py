@@ -8,6 +8,7 @@ import nbformat
 import pytest
 from nbformat import v4
 
+from pgm_lab.checks import _program
 from tools import work_copy
 from tools.work_copy import RECORD, update
 
@@ -41,6 +42,16 @@ def test_the_first_run_gives_copies_without_solutions(folders):
     assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
     copy = nbformat.read(work / "01_one.ipynb", as_version=4)
     assert copy.cells[0].source == "x = 1\npass  # your code here"
+
+
+def test_the_reader_s_program_is_begun_once(tmp_path):
+    work_copy.begin_program(tmp_path)
+    program = tmp_path / "my_pgm.py"
+    assert program.read_text(encoding="utf-8") == work_copy.FIRST_LINES
+    assert work_copy.PROGRAM == _program.FILE
+    program.write_text("x = 1\n", encoding="utf-8")
+    work_copy.begin_program(tmp_path)
+    assert program.read_text(encoding="utf-8") == "x = 1\n"
 
 
 def test_a_second_run_says_and_does_nothing(folders):
