@@ -9,6 +9,7 @@ import nbformat
 import pytest
 
 from publish.browser import offline_context, open_browser
+from tests import trial
 from tests.publish.example import example
 from tests.publish.watch import Watched, published
 
@@ -30,9 +31,17 @@ def watched(browser):
     context.close()
 
 
-@pytest.fixture(scope="session", params=["example", *CHAPTERS])
+@pytest.fixture(scope="session")
+def lesson(tmp_path_factory) -> Path:
+    """The lesson that the skeleton makes."""
+    return trial.lesson(tmp_path_factory.mktemp("project"))
+
+
+@pytest.fixture(scope="session", params=["example", "lesson", *CHAPTERS])
 def chapter(request, tmp_path_factory) -> Path:
-    """Each real notebook, and one made here that has a bit of everything."""
+    """Each real notebook, the skeleton's, and one that has a bit of everything."""
+    if request.param == "lesson":
+        return request.getfixturevalue("lesson")
     if request.param != "example":
         return CHAPTERS[request.param]
     path = tmp_path_factory.mktemp("notebooks") / "01_example.ipynb"

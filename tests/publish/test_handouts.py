@@ -54,7 +54,8 @@ def shown_code(notebook) -> list[str]:
     return [
         cell.source
         for cell in for_handouts(notebook).cells
-        if cell.cell_type == "code" and "hide-input" not in tags(cell)
+        if cell.cell_type == "code"
+        and not {"hide-input", "draw", "predict"} & set(tags(cell))
     ]
 
 

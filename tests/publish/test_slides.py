@@ -32,7 +32,8 @@ def shown(notebook) -> list:
         cell
         for cell in notebook.cells
         if kind(cell) != "skip"
-        and not {"check", "solution"} & set(cell.metadata.get("tags", []))
+        and not {"check", "solution", "write", "claims"}
+        & set(cell.metadata.get("tags", []))
     ]
 
 
