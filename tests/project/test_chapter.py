@@ -27,7 +27,7 @@ def test_the_tests_pass_at_once(begun):
     form = "tests/project/test_form.py::test_"
     chosen = [
         f"{form}no_lesson_and_no_case_has_a_problem",
-        f"{form}each_lesson_has_its_case_and_the_names_say_which_is_which",
+        f"{form}the_names_say_which_is_a_lesson_and_which_a_case",
         f"{form}each_prediction_has_one_right_choice_and_a_sentence_on_each",
         "tests/project/test_notebooks.py::test_stored_notebook_has_no_problem",
         "tests/checks/test_chapter97.py",

@@ -20,7 +20,7 @@ def test_no_lesson_and_no_case_has_a_problem():
         assert form.problems(notebook, kind) == [], name
 
 
-def test_each_lesson_has_its_case_and_the_names_say_which_is_which():
+def test_the_names_say_which_is_a_lesson_and_which_a_case():
     for name, kind in form.kinds().items():
         assert kind in form.LIMITS
         assert ("_case_" in name) == (kind == "case")

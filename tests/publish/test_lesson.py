@@ -3,11 +3,14 @@
 import nbformat
 import pytest
 from nbconvert import HTMLExporter
+from nbformat.v4 import new_output
 
+from pgm_lab.checks._predict import page as choices_page
 from publish.browser import offline_context
 from publish.page import handout_page
 from publish.prepare import for_handouts, for_slides
 from publish.student import student_copy, tags
+from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import overflow
 from tests.publish.watch import each_slide, published
 
@@ -54,6 +57,26 @@ def test_with_the_keyboard_too(slides):
     slides.keyboard.press("Enter")
     assert slides.locator(WAITING).is_visible()
     assert slides.evaluate("Reveal.getIndices()") == at
+
+
+def test_a_slide_is_laid_out_for_what_opens_on_it(watched, tmp_path):
+    """A figure below the choices gives way to the longest sentence."""
+    long = "A sentence that takes a line of the slide, more or less, and so on. " * 4
+    rows = [{"choice": "yes", "right": "yes", "feedback": long}] * 3
+    choices = new_output("display_data", data={"text/html": choices_page("1.1", rows)})
+    cells = [
+        text("## Predict", "slide"),
+        code("predict(); draw()", choices, figure_output(), tags=("predict",)),
+    ]
+    nbformat.write(example(*cells), tmp_path / "01_example.ipynb")
+    path = published("slides", tmp_path / "01_example.ipynb", tmp_path / "build")
+    watched.page.goto(path.as_uri())
+    watched.wait()
+    *_, _ = each_slide(watched.page)  # the last one
+    assert watched.page.locator("[open]").count() == 0
+    for k in range(3):
+        watched.page.locator(".pgm-predict summary").nth(k).click()
+        assert overflow(watched.page) <= 0
 
 
 @pytest.fixture(params=[True, False], ids=["run", "student"])
