@@ -27,7 +27,7 @@ class Limits:
     minutes: int
 
 
-LIMITS = {"lesson": Limits(60, 2200, 60), "case": Limits(45, 1650, 45)}
+LIMITS = {"lesson": Limits(60, 2200, 60), "case": Limits(80, 3000, 45)}
 FOLDED = 0.1  # of the lines of code
 SHOWN_LINES = 15  # of a cell that is read; what the reader writes may be longer
 WORDS_A_MINUTE = 200  # nobody reads a textbook faster
