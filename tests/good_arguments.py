@@ -488,6 +488,10 @@ FUNCTIONS = {
     ),
     "simulate.photograph": lambda: dict(image=GREY[:3, :3], noise=1.0, seed=1, bits=8),
     "simulate.target": lambda: dict(centre=(10.25, 9.5)),
+    "simulate.ortho_pair": lambda: dict(
+        scene=GREY + 10, shift=(1, 2), factor=2, blur=0.5, haze=0.2, changed=0.5,
+        dtype=np.uint16,
+    ),
     "simulate.shrunk_pair": lambda: dict(image=GREY, shift=(1, 2), factor=2),
     "simulate.texture": lambda: dict(waves=20),
     "simulate.texture_pair": lambda: dict(

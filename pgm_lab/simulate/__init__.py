@@ -2,6 +2,7 @@
 
 from pgm_lab.simulate.images import photograph, target
 from pgm_lab.simulate.network import KnownNetwork, network
+from pgm_lab.simulate.ortho import OrthoPair, ortho_pair
 from pgm_lab.simulate.pairs import shrunk_pair, texture_pair
 from pgm_lab.simulate.photos import control_photo, pair, rotations, rough
 from pgm_lab.simulate.scene import on_relief, relief_photo
@@ -14,12 +15,14 @@ from pgm_lab.simulate.texture import (
 
 __all__ = [
     "KnownNetwork",
+    "OrthoPair",
     "Texture",
     "control_photo",
     "grey_gradients",
     "grey_values",
     "network",
     "on_relief",
+    "ortho_pair",
     "pair",
     "photograph",
     "relief_photo",

@@ -74,7 +74,7 @@ def texture_pair(
     sigma = _validate.not_negative(sigma, "sigma", "grey values")
     seed = _validate.whole(seed, "seed", 0, 2**63)
     gain, offset = _validate.number(gain, "gain"), _validate.number(offset, "offset")
-    bits = _bits(dtype)
+    bits = bits_of(dtype)
     right = gain * _image(_warped(texture, affine), rows, columns) + offset
     left = _image(texture, rows, columns)
     return (
@@ -119,7 +119,8 @@ def _warped(texture: Texture, affine: ArrayLike) -> Texture:
     return Texture(frequencies, texture.amplitudes, phases, texture.mean)
 
 
-def _bits(dtype: DTypeLike | None) -> int | None:
+def bits_of(dtype: DTypeLike | None) -> int | None:
+    """Bits of a data type of grey values; None for float."""
     try:
         kind = np.dtype(dtype)
     except Exception:  # whatever NumPy makes of a stranger's object
