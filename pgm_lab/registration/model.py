@@ -107,8 +107,11 @@ class Model:
             If points are not (..., 2) or not finite.
         """
         points = _validate.points(points, 2, "points")
-        A = _design(self.kind, points - self.centre)
-        return points + self.offset + A @ self.parameters
+        parameters = self.parameters.reshape(2, -1)
+        places = points + (self.offset + parameters[:, 0])
+        if self.kind == "affine":
+            places += (points - self.centre) @ parameters[:, 1:].T
+        return places
 
 
 def fit(
