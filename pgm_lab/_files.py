@@ -1,11 +1,11 @@
-"""Text files written whole or not at all, and their names as one may show them."""
+"""Files written whole or not at all, and their names as one may show them."""
 
 import contextlib
 import itertools
 import os
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 _LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
@@ -43,6 +43,27 @@ def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def written_whole(path: Path, *, overwrite: bool = False) -> Iterator[Path]:
+    """Give the name of a file to write, which takes its place when all went well.
+
+    Raises
+    ------
+    FileExistsError
+        If the file is there already, and may not be replaced.
+    """
+    if not overwrite:
+        refuse_existing(path)
+    part = _beside(path, "part")
+    try:
+        yield part
+        if not overwrite:
+            refuse_existing(path)  # somebody may have been faster
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def place(path: str | os.PathLike) -> Path:
