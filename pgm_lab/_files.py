@@ -8,6 +8,8 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 _LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
 _HOUR = 3600.0  # seconds; nothing is written for so long
 _counter = itertools.count()
@@ -64,6 +66,19 @@ def written_whole(path: Path, *, overwrite: bool = False) -> Iterator[Path]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def table(columns: Sequence[str], numbers: np.ndarray, words: np.ndarray) -> str:
+    """Return comma-separated values: a number from 0, numbers (n, m), a word (n,).
+
+    What is NaN is left empty.
+    """
+    lines = [",".join(columns)]
+    for i, (row, word) in enumerate(zip(numbers.tolist(), words)):
+        # repr has the fewest digits that are read as the same number again
+        written = ("" if np.isnan(one) else repr(one) for one in row)
+        lines.append(",".join([str(i), *written, str(word)]))
+    return "\n".join([*lines, ""])
 
 
 def place(path: str | os.PathLike) -> Path:

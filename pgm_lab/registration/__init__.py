@@ -7,12 +7,13 @@ says how far two maps' pixels lie apart.
 """
 
 from pgm_lab.registration.accuracy import Accuracy, accuracy
-from pgm_lab.registration.chips import Registration, register
+from pgm_lab.registration.chips import register
 from pgm_lab.registration.grids import offset
 from pgm_lab.registration.model import Model, fit
 from pgm_lab.registration.points import grid, pick, read_points
 from pgm_lab.registration.raster import Raster, read, write
 from pgm_lab.registration.resampling import resample
+from pgm_lab.registration.result import Registration
 
 __all__ = [
     "Accuracy",

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.adjustment import Adjustment, adjust
 from pgm_lab.adjustment.result import residual_statistics
-from pgm_lab.registration.chips import Registration
+from pgm_lab.registration.result import Registration
 
 NAMES = {"shift": ("a0", "b0"), "affine": ("a0", "a1", "a2", "b0", "b1", "b2")}
 # Half of all residuals are not longer than this many standard deviations of one
