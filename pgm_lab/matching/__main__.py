@@ -17,8 +17,8 @@ from pgm_lab._files import printable
 from pgm_lab.matching.pair import STARTS
 from pgm_lab.matching.photo import COLOURS
 from pgm_lab.report import matching as report
-from pgm_lab.report._match_findings import advice
 from pgm_lab.report._match_tables import SETTINGS
+from pgm_lab.report._statuses import advice
 
 TABLES = (".csv", ".txt")
 STEPS = "reading", "matching", "reporting"
