@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _files, _numbers, _validate
 
 COLUMNS = (
     *("point", "left column", "left row", "right column", "right row"),
@@ -169,9 +169,4 @@ class Match:
             [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
              self.quality]
         )  # fmt: skip
-        lines = [",".join(COLUMNS)]
-        for i, (row, status) in enumerate(zip(numbers.tolist(), self.status)):
-            # repr has the fewest digits that are read as the same number again
-            written = ("" if np.isnan(one) else repr(one) for one in row)
-            lines.append(",".join([str(i), *written, str(status)]))
-        return "\n".join([*lines, ""])
+        return _numbers.written(COLUMNS, numbers, self.status)
