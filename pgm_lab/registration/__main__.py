@@ -182,7 +182,7 @@ def _none(found: registration.Registration) -> str:
     (status, number), *_ = lost(found)
     return (
         f"none of {len(found.points)} points was accepted; most often ({number}) the"
-        f' reason is "{say(status)}": {say(advice(status))} Do both images show the'
+        f' reason is "{say(status)}": {advice(status, say)} Do both images show the'
         " same place, in the same band, neither turned nor scaled? Are they farther"
         " apart than --radius? --offset COLUMNS ROWS says where to begin"
     )

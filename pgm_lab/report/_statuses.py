@@ -43,14 +43,14 @@ def reasons(found: Found, say: Callable[[str], str] = str) -> list[Finding]:
     """List what became of the points, in words; `say` puts a sentence into others."""
     said = [Finding("accepted", f"{np.sum(found.accepted)} points")]
     for status, number in lost(found):
-        words = f"{count(number, 'point')}: {say(advice(status))}"
+        words = f"{count(number, 'point')}: {advice(status, say)}"
         said.append(Finding(say(status), words))
     return said
 
 
-def advice(status: str) -> str:
+def advice(status: str, say: Callable[[str], str] = str) -> str:
     """Say what a status means, and what helps."""
-    meaning, help = STATUSES[status]
+    meaning, help = map(say, STATUSES[status])
     return f"{meaning}. {help[:1].upper()}{help[1:]}."
 
 
@@ -63,7 +63,7 @@ def few(found: Found, least: int, say: Callable[[str], str] = str) -> str:
     if reasons := lost(found):
         status, number = reasons[0]
         words += f' Most often the reason is "{say(status)}" ({number}):'
-        words += f" {say(advice(status))}"
+        words += f" {advice(status, say)}"
     return words
 
 
