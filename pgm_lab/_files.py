@@ -8,15 +8,13 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 _LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
 _HOUR = 3600.0  # seconds; nothing is written for so long
 _counter = itertools.count()
 
 
-def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
-    """Write text files: all of them, or none of them and the old ones stay.
+def save(files: Mapping[Path, str | bytes], *, overwrite: bool = False) -> None:
+    """Write texts, or bytes as they are: all, or none and the old files stay.
 
     Each is written beside its place first. Then the old ones are put aside, which needs
     no room on the disk, and the new ones renamed; whatever fails or interrupts is
@@ -30,14 +28,19 @@ def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
         If one cannot be written.
     """
     if not overwrite:
-        refuse_existing(*texts)
-    parts = {path: _beside(path, "part") for path in texts}
+        refuse_existing(*files)
+    parts = {path: _beside(path, "part") for path in files}
     try:
         for path, part in parts.items():
-            with part.open("x", encoding="utf-8", newline="\n") as file:
-                file.write(texts[path])
+            content = files[path]
+            if isinstance(content, bytes):
+                with part.open("xb") as file:
+                    file.write(content)
+            else:
+                with part.open("x", encoding="utf-8", newline="\n") as text:
+                    text.write(content)
         if not overwrite:
-            refuse_existing(*texts)  # somebody may have been faster
+            refuse_existing(*files)  # somebody may have been faster
         if len(parts) == 1:
             part.replace(path)
         else:
@@ -66,19 +69,6 @@ def written_whole(path: Path, *, overwrite: bool = False) -> Iterator[Path]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
-
-
-def table(columns: Sequence[str], numbers: np.ndarray, words: np.ndarray) -> str:
-    """Return comma-separated values: a number from 0, numbers (n, m), a word (n,).
-
-    What is NaN is left empty.
-    """
-    lines = [",".join(columns)]
-    for i, (row, word) in enumerate(zip(numbers.tolist(), words)):
-        # repr has the fewest digits that are read as the same number again
-        written = ("" if np.isnan(one) else repr(one) for one in row)
-        lines.append(",".join([str(i), *written, str(word)]))
-    return "\n".join([*lines, ""])
 
 
 def place(path: str | os.PathLike) -> Path:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _files, _numbers, _validate
 
 COLUMNS = (
     *("point", "left column", "left row", "right column", "right row"),
@@ -178,4 +178,4 @@ class Match:
             [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
              self.quality]
         )  # fmt: skip
-        return _files.table(COLUMNS, numbers, self.status)
+        return _numbers.written(COLUMNS, numbers, self.status)

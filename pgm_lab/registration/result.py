@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _files, _numbers, _validate
 from pgm_lab.matching import STATUSES
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
@@ -153,4 +153,4 @@ class Registration:
             [self.points, self.dx, self.dy, self.r, self.second, C[:, 0, 0],
              C[:, 0, 1], C[:, 1, 1]]
         )  # fmt: skip
-        return _files.table(COLUMNS, numbers, self.status)
+        return _numbers.written(COLUMNS, numbers, self.status)
