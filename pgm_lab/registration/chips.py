@@ -97,9 +97,10 @@ def register(
         1 - R^2 = max(median(1 - r^2), min((1 - r^2) V) / V)
 
     in either image: what sampling loses, and what noise hides. It changed if R would
-    have been accepted, but its signal-to-noise ratio r^2 : (1 - r^2) is less than a
-    quarter of that of R. A field that was ploughed does so, a cloud with texture, and
-    what moved farther than the radius; not what is flat in one of the images.
+    have been accepted, but less than half of V is explained, and the signal-to-noise
+    ratio r^2 : (1 - r^2) is below a quarter of that of R. A field that was ploughed
+    does so, a cloud with texture, and what moved farther than the radius; not what is
+    flat in one of the images. At least five chips have to be accepted.
 
     Averaging over the pixel leaves an alias of what is too fine for it, most of it in
     the high frequencies, and that does not move with the rest. In a real 16 bit image
