@@ -12,7 +12,7 @@ from pgm_lab.matching import photo
 if TYPE_CHECKING:
     from pgm_lab.registration.raster import Raster
 
-INSTALL = "pip install pgm_lab[geo]"
+INSTALL = "pip install rasterio"
 # libjpeg goes on with grey where a file was cut off; an error is better.
 STRICT = {"GDAL_ERROR_ON_LIBJPEG_WARNING": True}
 NO_MAP = "no georeference: shifts are in pixels only"

@@ -149,7 +149,8 @@ def read(
     ----------
     path : str or path
         GeoTIFF and whatever else GDAL reads, if rasterio is installed
-        (``pip install pgm_lab[geo]``); else an image without georeference, such as PNG.
+        (the extra geo, or
+        ``pip install rasterio``); else an image without georeference, such as PNG.
     band : int, optional
         Number of the band, from 1; not needed if there is one only.
     nodata : float, optional
