@@ -178,7 +178,11 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     if len(d) > 2:
         ellipses.append(("as they scatter", np.cov(v.T), basic.PURPLE, "-"))
     for name, covariance, colour, line in ellipses:
-        look: Look = {"color": colour, "linestyle": line, "label": f"90 % of them, {name}"}
+        look: Look = {
+            "color": colour,
+            "linestyle": line,
+            "label": f"90 % of them, {name}",
+        }
         basic.error_ellipse(near, (0, 0), covariance, SHARE, **look)
     reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
     reach = max(reach, 1e-3)

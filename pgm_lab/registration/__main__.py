@@ -260,7 +260,7 @@ def parser() -> Parser:
         "radius": {"type": _command.whole, "metavar": "PX"},
         "refine": {"choices": tuple(REFINE), "default": "lsm"},
         "threshold": {"type": _command.share, "metavar": "R"},
-        "offset": {"type": float, "nargs": 2, "metavar": ("COLUMNS", "ROWS")},
+        "offset": {"type": _command.number, "nargs": 2, "metavar": ("COLUMNS", "ROWS")},
     }
     for name, kind in kinds.items():
         found.add_argument(f"--{name}", help=SETTINGS[name], **kind)
@@ -275,7 +275,10 @@ def parser() -> Parser:
         "--band", type=_command.whole, metavar="N", help="band to read, from 1"
     )
     found.add_argument(
-        "--nodata", type=float, metavar="VALUE", help="grey value that is no data"
+        "--nodata",
+        type=_command.number,
+        metavar="VALUE",
+        help="grey value that is no data",
     )
     found.add_argument(
         "--pixel-size",
