@@ -144,8 +144,8 @@ def test_points_may_be_map_coordinates(on_map, tmp_path, monkeypatch, capsys):
     asked = {}
     no_match(monkeypatch, images.result(2), asked)
     points = tmp_path / "points.csv"
-    points.write_text("x,y\n700303,9319397\n700603,9319697\n")
-    assert run(*on_map, "--points", points) == 0
+    points.write_text("% x, y\n700303, 9319397\n700603, 9319697\n")
+    assert run(*on_map, "--map-points", points) == 0
     np.testing.assert_allclose(asked["points"], [(50, 100), (100, 50)])
     np.testing.assert_allclose(asked["offset"], (-20, -10))
 
@@ -155,7 +155,7 @@ def test_the_options_reach_the_registration(files, tmp_path, monkeypatch, capsys
     no_match(monkeypatch, images.result(2), asked)
     options = "--chip 31 --radius 5 --refine parabola --threshold 0.8 --offset 4 -3.5"
     chosen = tmp_path / "points.csv"
-    chosen.write_text("column,row\n100.5,80\n120,90.25\n")
+    chosen.write_text("% column, row\n100.5,80\n120,90.25\n")
     assert run(*files, *options.split(), "--points", chosen) == 0
     np.testing.assert_array_equal(asked.pop("points"), [(100.5, 80), (120, 90.25)])
     np.testing.assert_array_equal(asked.pop("offset"), (4, -3.5))
@@ -228,7 +228,7 @@ def test_a_bad_image_ends_with_1_and_one_line_and_leaves_nothing(
     outputs = ("--report", reports / "r.html", "--csv", reports / "r.csv")
     assert words in ended(capsys, *files, "--number", 20, *outputs)
     points = reports.parent / "points.csv"
-    points.write_text("column,row\n100,80\n120,90\n")
+    points.write_text("% column, row\n100,80\n120,90\n")
     assert words in ended(capsys, *files, "--points", points, *outputs)
     assert os.listdir(reports) == []
 
@@ -315,9 +315,9 @@ def test_a_pixel_size_that_the_file_states_is_not_given_again(on_map, capsys):
 @rasterio
 def test_map_coordinates_need_a_map(files, tmp_path, capsys):
     points = tmp_path / "points.csv"
-    points.write_text("x,y\n700303,9319397\n")
-    message = ended(capsys, *files, "--points", points)
-    assert "no georeference; give the points as column,row" in message
+    points.write_text("700303 9319397\n")
+    message = ended(capsys, *files, "--map-points", points)
+    assert "reference.png has no georeference" in message
 
 
 def test_without_rasterio_no_image_is_promised(files, reports, capsys, monkeypatch):
@@ -335,11 +335,12 @@ def test_without_rasterio_a_geotiff_says_how_to_get_it(on_map, capsys, monkeypat
 # ------------------------------------------------------------------- points as text
 
 POINTS = {
-    "no heading": ("10,20\n", "its first line must name the columns column,row"),
-    "not a number": ("column,row\n10,20\n30,x\n", "line 3"),
-    "empty": ("", "its first line must name"),
-    "none": ("column,row\n", "there are no points"),
-    "a picture": ("column\x89PNG\0\n", "no text"),
+    "a heading": ("column,row\n10,20\n", "line 1: 'column' is not a number; a heading"),
+    "not a number": ("10 20\n30 x\n", "line 2: 'x' is not a number"),
+    "three columns": ("1 10 20\n", "3 column(s), where points have 2: column row"),
+    "empty": ("", "the file is empty"),
+    "no numbers": ("% column row\n", "the file holds no numbers"),
+    "a picture": ("\x89PNG\0\n", "this is not text"),
 }
 
 
@@ -369,6 +370,7 @@ def test_missing_points_end_with_1(files, tmp_path, capsys):
         (["--resampled", "r.png"], "the name must end in .tif, .tiff"),
         (["--points", "p.csv", "--number", "9"], "not allowed with argument --points"),
         (["--grid", "9", "--number", "9"], "not allowed with argument"),
+        (["--points", "p", "--map-points", "q"], "not allowed with argument"),
         (["--number", "0"], "'0' is not a whole number from 1"),
         (["--chip", "20"], "'20' is even"),
         (["--radius", "x"], "'x' is not a whole number"),
