@@ -160,7 +160,7 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     radius = _validate.whole(radius, "radius", 1)
     d = np.column_stack([found.dx, found.dy])[good]
     mean, C = d.mean(axis=0), np.mean(found.covariance[good], axis=0)
-    fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 6.4))
+    fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 7))
     reach = max(radius + 0.5, 1.05 * float(np.abs(d).max()))
     dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
     dots |= {"alpha": 0.6, "markersize": 6, "markeredgewidth": 0}
@@ -174,11 +174,15 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     whole.set_title("In the search window")
     v = d - mean
     near.plot(*v.T, **dots)
-    ellipses = [("predicted", C, basic.ORANGE, "--")]
+    ellipses = [("as predicted", C, basic.ORANGE, "--")]
     if len(d) > 2:
-        ellipses.append(("of the shifts", np.cov(v.T), basic.RED, "-"))
+        ellipses.append(("as they scatter", np.cov(v.T), basic.PURPLE, "-"))
     for name, covariance, colour, line in ellipses:
-        look: Look = {"color": colour, "linestyle": line, "label": f"90 %, {name}"}
+        look: Look = {
+            "color": colour,
+            "linestyle": line,
+            "label": f"90 % of them, {name}",
+        }
         basic.error_ellipse(near, (0, 0), covariance, SHARE, **look)
     reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
     reach = max(reach, 1e-3)
@@ -188,7 +192,7 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
         ax.set(xlabel="dx (px)", ylabel="dy (px)", aspect="equal")
         ax.xaxis.set_major_locator(plt.MaxNLocator(5))
         ax.yaxis.set_major_locator(plt.MaxNLocator(5))
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    fig.legend(loc="outside lower center", ncols=3)
     return fig
 
 

@@ -134,7 +134,9 @@ def _settings(options: argparse.Namespace, pair: Pair) -> dict[str, Any]:
     settings = {name: value for name, value in asked.items() if value is not None}
     settings |= {"refine": REFINE[options.refine], "offset": pair.offset}
     if options.points is not None:
-        points = registration.read_points(options.points, pair.reference)
+        return {"points": registration.read_points(options.points), **settings}
+    if options.map_points is not None:
+        points = registration.read_points(options.map_points, pair.reference)
         return {"points": points, **settings}
     if options.grid is not None:
         return {"grid": options.grid, **settings}
@@ -216,7 +218,8 @@ def _resampled(pair: Pair, model: registration.Model | None, path: Path) -> byte
 def _check(call: Parser, options: argparse.Namespace) -> None:
     """Refuse before the work what would go wrong after it."""
     inputs = [options.reference, options.sensed]
-    inputs += [] if options.points is None else [options.points]
+    given = options.points, options.map_points
+    inputs += [path for path in given if path is not None]
     outputs = [Output("--report", path, REPORTS) for path in options.report]
     if options.csv is not None:
         outputs.append(Output("--csv", options.csv, TABLES))
@@ -243,8 +246,13 @@ def parser() -> Parser:
         "--points",
         type=Path,
         metavar="FILE",
-        help="points of the reference image, as CSV whose first line is column,row or,"
-        " on the map, x,y",
+        help="points of the reference image: column row, one a line",
+    )
+    where.add_argument(
+        "--map-points",
+        type=Path,
+        metavar="FILE",
+        help="the same as x y on its map",
     )
     where.add_argument(
         "--grid", type=_command.whole, metavar="STEP", help=SETTINGS["grid"]
@@ -260,7 +268,7 @@ def parser() -> Parser:
         "radius": {"type": _command.whole, "metavar": "PX"},
         "refine": {"choices": tuple(REFINE), "default": "lsm"},
         "threshold": {"type": _command.share, "metavar": "R"},
-        "offset": {"type": float, "nargs": 2, "metavar": ("COLUMNS", "ROWS")},
+        "offset": {"type": _command.number, "nargs": 2, "metavar": ("COLUMNS", "ROWS")},
     }
     for name, kind in kinds.items():
         found.add_argument(f"--{name}", help=SETTINGS[name], **kind)
@@ -275,7 +283,10 @@ def parser() -> Parser:
         "--band", type=_command.whole, metavar="N", help="band to read, from 1"
     )
     found.add_argument(
-        "--nodata", type=float, metavar="VALUE", help="grey value that is no data"
+        "--nodata",
+        type=_command.number,
+        metavar="VALUE",
+        help="grey value that is no data",
     )
     found.add_argument(
         "--pixel-size",

@@ -14,7 +14,7 @@ from pgm_lab.report._layout import count
 from pgm_lab.report._registration_case import Case, say
 from pgm_lab.report._statuses import lost
 
-PART = 150  # pixels across what the overlay shows
+PART = 80  # pixels across what the overlay shows
 
 
 def pictures(name: str, case: Case) -> list[tuple[str, str]]:
