@@ -1,4 +1,4 @@
-"""Pairs of ortho images with known truth, and chips, for the experiments of chapter 7."""
+"""Pairs of ortho images with known truth for the experiments of chapter 7."""
 
 import csv
 from collections.abc import Iterable, Sequence

@@ -5,8 +5,8 @@ data/results/chapter7_precision.csv and chapter7_null.csv in a few minutes;
 tests/registration/test_studies.py repeats a part.
 
 Repeated with new noise, a shift scatters (`sampled`) about a mean that need not be the
-truth (`bias`, RMS over the chips): an alias, or a bias of the parabola, comes again each
-time. `predicted_over_sampled` compares with the scatter alone, `predicted_over_rms`
+truth (`bias`, RMS over the chips): an alias, or a bias of the parabola, comes each
+time anew. `predicted_over_sampled` compares with the scatter alone, `predicted_over_rms`
 with the whole error.
 
 The null pair: two scenes of one pass, each processed by itself. A shift d of the one
@@ -20,10 +20,10 @@ from collections.abc import Iterator
 import numpy as np
 from scipy import ndimage
 
-from pgm_lab import datasets, registration
+from pgm_lab import datasets, registration, simulate
 from tools.studies import registration_pairs as pairs
 
-REPEATS = 100
+REPEATS = 60
 CASES = [((2, 1), 4), ((1, 1), 2), ((1, 2), 3)]  # shift in the scene's pixels, factor
 COLUMNS = (
     *("blur", "factor", "fraction_x", "fraction_y", "noise", "method", "chips"),
@@ -40,16 +40,18 @@ def row(
     repeats: int = REPEATS,
 ) -> tuple:  # fmt: skip
     """Row of the table: one ground, noise drawn anew `repeats` times."""
-    points = None
+    clean = simulate.ortho_pair(pairs.scene(), shift, factor, blur=blur)
+    ground = clean.reference, pairs.GAIN * clean.sensed
+    points = pairs.picked(clean.reference)
     error, variance = [], []
     for seed in range(repeats):
-        pair = pairs.pair(shift, factor, blur, seed=seed, sigma=noise)
-        points = pairs.picked(pair.reference) if points is None else points
-        found = registration.register(
-            pair.reference, pair.sensed, points, refine=method
+        images = (
+            simulate.photograph(grey, noise, [7, seed, k], 16).astype(np.uint16)
+            for k, grey in enumerate(ground)
         )
+        found = registration.register(*images, points, refine=method)
         # What was not accepted has no variance
-        shifts = np.column_stack([found.dx, found.dy]) - pair.shift
+        shifts = np.column_stack([found.dx, found.dy]) - clean.shift
         shifts[~found.accepted] = np.nan
         error.append(shifts)
         variance.append(np.diagonal(found.covariance, axis1=1, axis2=2))

@@ -1,8 +1,8 @@
 """Is r accuracy? Chips accepted by r, and by other tests, right ones and wrong ones.
 
-``python -m tools.studies.registration_r`` writes data/results/chapter7_tests.csv and
-chapter7_r_and_error.csv within a minute; tests/registration/test_studies.py repeats a
-part.
+``python -m tools.studies.registration_r`` writes data/results/chapter7_tests.csv,
+chapter7_r_and_error.csv and chapter7_beyond.csv within a minute;
+tests/registration/test_studies.py repeats a part.
 
 Chips 21 x 21 side by side, radius 3, refined by a parabola. A chip is wrong by more
 than 1 px, in column or row. Tests: r at least, the second peak over the first at most,
@@ -51,6 +51,11 @@ COLUMNS = (
 CORRELATIONS = (
     *("condition", "which", "chips", "median_r", "median_shift", "median_error"),
     *("rank_r_shift", "rank_r_error"),
+)
+
+FAR = (
+    *("blur", "shift_x", "which", "chips", "r_07", "r_08", "r_09"),
+    *("border", "accepted"),
 )
 
 
@@ -165,6 +170,30 @@ def correlations(condition: str) -> Iterator[tuple]:
             yield (condition, which, k.sum(), *map(number, (*medians, *ranks)))
 
 
+def beyond() -> Iterator[tuple]:
+    """Rows of the third table: shifts that the radius does not reach."""
+    for blur in (pairs.ALIASED, pairs.BAND_LIMITED, 1.2):
+        for shift in (7, 8, 9, 10, 12):
+            pair = pairs.pair((shift, 1), FACTOR, blur, seed=1)
+            for kind, choose in (("side by side", pairs.on_grid), ("picked", most)):
+                points = choose(pair.reference)
+                found = registration.register(
+                    pair.reference, pair.sensed, points, refine="parabola"
+                )
+                r = found.r[np.isfinite(found.r)]
+                border = found.status == "peak on the border of the search"
+                yield (
+                    *(blur, f"{shift / FACTOR:.1f}", kind, len(r)),
+                    *(f"{np.mean(r >= limit):.3f}" for limit in (0.7, 0.8, 0.9)),
+                    *(f"{np.mean(border):.3f}", f"{found.accepted.mean():.3f}"),
+                )
+
+
+def most(reference: np.ndarray) -> np.ndarray:
+    """Two hundred chips on crossings."""
+    return pairs.picked(reference, 200)
+
+
 def share(these: np.ndarray, of: np.ndarray) -> str:
     """Share of `these` among `of`; empty if there are none."""
     return f"{np.mean(these[of]):.4f}" if of.any() else ""
@@ -176,10 +205,11 @@ def number(value: float) -> str:
 
 
 def write() -> None:
-    """Write both tables."""
+    """Write the tables."""
     pairs.write("tests", COLUMNS, (row for c in CONDITIONS for row in rows(c)))
     both = (row for c in CONDITIONS for row in correlations(c))
     pairs.write("r_and_error", CORRELATIONS, both)
+    pairs.write("beyond", FAR, beyond())
 
 
 if __name__ == "__main__":
