@@ -49,7 +49,7 @@ def changed(
         noise[some] = unlike[some] * _variances(image, at[some], chip)
         with np.errstate(divide="ignore", invalid="ignore"):
             share = noise[near].min(axis=1) / _variances(image, at[k], chip)
-        expected = np.maximum(expected, share)  # NaN where the image is flat
+        expected = np.fmin(np.maximum(expected, share), 1)  # 1 where it is flat
     far = (1 - unlike[k]) * expected < unlike[k] * (1 - expected) / FAR
     lost[k] = far & (1 - expected >= max(threshold, 0) ** 2)
     return lost
