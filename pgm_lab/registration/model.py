@@ -1,6 +1,6 @@
 """One transformation for a whole image, from many shifts with blunders among them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,10 +65,10 @@ class Model:
     covariance: np.ndarray
     sigma0: float
     redundancy: int
-    residuals: np.ndarray
-    redundancy_numbers: np.ndarray
-    standardized: np.ndarray
-    used: np.ndarray
+    residuals: np.ndarray = field(repr=False)
+    redundancy_numbers: np.ndarray = field(repr=False)
+    standardized: np.ndarray = field(repr=False)
+    used: np.ndarray = field(repr=False)
     centre: np.ndarray
     offset: np.ndarray
 
