@@ -306,6 +306,20 @@ def test_no_data_gets_a_value_that_no_pixel_has(tmp_path, rasterio):
     assert not (tmp_path / "b.tif").exists()
 
 
+@pytest.mark.parametrize(
+    "parts, message",
+    [
+        ((GREY, NOWHERE[1:]), r"mask must be True or False for each pixel, \(20, 30\)"),
+        ((GREY, NOWHERE.astype(int)), "mask must be True or False"),
+        ((GREY[0], NOWHERE[0]), "grey must have shape"),
+        ((GREY, NOWHERE, np.eye(3)), r"transform must have shape \(2, 3\)"),
+    ],
+)
+def test_parts_that_do_not_fit_together(parts, message):
+    with pytest.raises(ValueError, match=message):
+        Raster(*parts)
+
+
 def test_other_pixels_in_the_same_place():
     again = on_map().with_values(np.ma.masked_less(GREY / 2, 3))
     assert np.array_equal(again.transform, UTM) and again.crs == "EPSG:32748"
