@@ -23,6 +23,7 @@ from pgm_lab import (
     matching,
     ncc,
     observations,
+    registration,
     simulate,
 )
 from pgm_lab.adjustment import adjust
@@ -68,6 +69,17 @@ def matches():
 def matched():
     chosen, _ = matches()
     return matching.match(GREY, GREY, chosen, start=chosen, template=11, search=15)
+
+
+@cache
+def registered():
+    chosen = registration.grid(GREY.shape, 8, 10)
+    return registration.register(GREY, GREY, chosen, chip=11, refine="lsm")
+
+
+def raster():
+    transform = np.array([[2.0, 0, 100], [0, -2, 500]])
+    return registration.Raster(GREY, np.zeros(GREY.shape, bool), transform)
 
 
 @cache
@@ -449,6 +461,27 @@ FUNCTIONS = {
     "plot.studies.size_study": lambda: dict(
         rays=[10.0, 100], seconds={"a": [1.0, 2]}, megabytes=[1.0, 2],
         labels=["s", "t"],
+    ),
+    "registration.accuracy": lambda: dict(dx=[0.5, -0.25, 0.1], dy=[0.0, 1.0, 0.2]),
+    "registration.Accuracy.times": lambda: dict(
+        self=registration.accuracy([0.5, -0.25], [0.0, 1.0]), pixel_size=(2.0, 3.0)
+    ),
+    "registration.fit": lambda: dict(found=registered(), offset=(1.0, 2.0)),
+    "registration.grid": lambda: dict(shape=(48, 44), step=5),
+    "registration.Model.apply": lambda: dict(
+        self=registration.fit(registered()), points=[(1.0, 2), (3, 4)]
+    ),
+    "registration.offset": lambda: dict(reference=raster(), sensed=raster()),
+    "registration.pick": lambda: dict(
+        image=GREY, number=3, chip=11, sensed=GREY, offset=(0.5, 1.0)
+    ),
+    "registration.Raster.map": lambda: dict(self=raster(), pixels=[(1.0, 2), (3, 4)]),
+    "registration.Raster.pixels": lambda: dict(
+        self=raster(), map_points=[(1.0, 2), (3, 4)]
+    ),
+    "registration.Raster.with_values": lambda: dict(self=raster(), values=GREY),
+    "registration.resample": lambda: dict(
+        sensed=GREY, model=registration.fit(registered()), shape=(40, 50)
     ),
     "registration.register": lambda: dict(
         reference=GREY, sensed=GREY, points=[(20, 20), (26, 22)], chip=11,

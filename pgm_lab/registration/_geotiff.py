@@ -36,6 +36,8 @@ def read(path: Path, name: str, band: int | None) -> dict:
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(path) as file:
                 number = _band(file, name, band)
+                if file.driver == "PNG":  # GDAL takes 0 for what was cut off
+                    photo.pixels(path, name)
                 grey = file.read(number)
                 mask = file.read_masks(number) == 0
                 return _fields(file, number, grey, mask, name)

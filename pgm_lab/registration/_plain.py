@@ -1,6 +1,7 @@
 """Images without georeference, and the choice of how an image is written."""
 
 import os
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,8 +49,10 @@ def read(path: Path, name: str, band: int | None) -> dict:
 def _tags(path: Path) -> set[int]:
     """Numbers of the tags of a TIFF; none of any other file."""
     try:
-        with Image.open(path) as image:
-            return set(getattr(image, "tag_v2", ()))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as image:
+                return set(getattr(image, "tag_v2", ()))
     except Exception:  # whatever is wrong, reading the pixels says it
         return set()
 

@@ -1,6 +1,6 @@
 """One transformation for a whole image, from many shifts with blunders among them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,10 +65,10 @@ class Model:
     covariance: np.ndarray
     sigma0: float
     redundancy: int
-    residuals: np.ndarray
-    redundancy_numbers: np.ndarray
-    standardized: np.ndarray
-    used: np.ndarray
+    residuals: np.ndarray = field(repr=False)
+    redundancy_numbers: np.ndarray = field(repr=False)
+    standardized: np.ndarray = field(repr=False)
+    used: np.ndarray = field(repr=False)
     centre: np.ndarray
     offset: np.ndarray
 
@@ -240,14 +240,9 @@ def _least_median(A: np.ndarray, shifts: np.ndarray, fewest: int) -> np.ndarray:
     return models[np.argmin(np.partition(lengths, middle, axis=0)[middle])]
 
 
-def _length(A: np.ndarray, shifts: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lengths of the residuals (n,) in predicted standard deviations."""
-    return np.linalg.norm(A @ x - shifts, axis=1)
-
-
 def _agree(A: np.ndarray, shifts: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Whether a point is no blunder (n,), by the median of all residuals."""
-    length = _length(A, shifts, x)
+    length = np.linalg.norm(A @ x - shifts, axis=1)  # in predicted standard deviations
     return length <= LIMIT * max(1.0, np.median(length) / CIRCULAR_SD)
 
 

@@ -50,6 +50,17 @@ class Raster:
     path: str | None = None
     remark: str = ""
 
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit together."""
+        grey = _validate.grey_image(self.grey, "grey")
+        if np.shape(self.mask) != grey.shape or np.asarray(self.mask).dtype != bool:
+            raise ValueError(
+                f"mask must be True or False for each pixel, {grey.shape}; got shape"
+                f" {np.shape(self.mask)}"
+            )
+        if self.transform is not None:
+            _validate.of_shape(self.transform, (2, 3), "transform")
+
     @property
     def values(self) -> np.ndarray | np.ma.MaskedArray:
         """Grey values, masked where there is no data, as `register` takes them."""

@@ -136,7 +136,7 @@ def _touches(holes: np.ndarray, places: np.ndarray, method: str) -> np.ndarray:
         first, many = np.floor(places).astype(int) - 1, 4
     across = np.clip(first[:, 0] + np.arange(many)[:, None], 0, holes.shape[1] - 1)
     down = np.clip(first[:, 1] + np.arange(many)[:, None], 0, holes.shape[0] - 1)
-    return holes[down[:, None], across[None]].any(axis=(0, 1))
+    return np.any(holes[down[:, None], across[None]], axis=(0, 1))
 
 
 def _in_type(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
@@ -144,6 +144,6 @@ def _in_type(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
     if dtype.kind == "f":
         return values.astype(dtype)
     if dtype.kind == "b":
-        return (values > 0.5).astype(bool)
+        return np.round(values).astype(bool)
     limits = np.iinfo(dtype)
     return np.clip(np.round(values), limits.min, limits.max).astype(dtype)
