@@ -23,6 +23,7 @@ from pgm_lab import (
     matching,
     ncc,
     observations,
+    registration,
     simulate,
 )
 from pgm_lab.adjustment import adjust
@@ -68,6 +69,12 @@ def matches():
 def matched():
     chosen, _ = matches()
     return matching.match(GREY, GREY, chosen, start=chosen, template=11, search=15)
+
+
+@cache
+def registered():
+    chosen, _ = matches()
+    return registration.register(GREY, GREY, chosen, chip=11, refine="lsm")
 
 
 @cache
@@ -427,6 +434,14 @@ FUNCTIONS = {
     ),
     "plot.network.ellipsoids": lambda: dict(
         positions=POINTS[:2], covariances=np.tile(np.eye(3), (2, 1, 1))
+    ),
+    "plot.registration.fringes": lambda: dict(reference=GREY, images={"other": GREY}),
+    "plot.registration.shifts": lambda: dict(
+        reference=GREY, found=registered(), vectors=np.ones((2, 2)), say=str
+    ),
+    "plot.registration.scatter": lambda: dict(found=registered()),
+    "plot.registration.similarity": lambda: dict(
+        found=registered(), errors=np.ones((2, 2))
     ),
     "plot.space.space": lambda: dict(fig=plt.figure(figsize=(1, 1))),
     "plot.space.fit": lambda: dict(ax=axes_in_space(), points=POINTS),
