@@ -440,6 +440,14 @@ FUNCTIONS = {
     "plot.network.ellipsoids": lambda: dict(
         positions=POINTS[:2], covariances=np.tile(np.eye(3), (2, 1, 1))
     ),
+    "plot.registration.fringes": lambda: dict(reference=GREY, images={"other": GREY}),
+    "plot.registration.shifts": lambda: dict(
+        reference=GREY, found=registered(), vectors=np.ones((2, 2)), say=str
+    ),
+    "plot.registration.scatter": lambda: dict(found=registered()),
+    "plot.registration.similarity": lambda: dict(
+        found=registered(), errors=np.ones((2, 2))
+    ),
     "plot.space.space": lambda: dict(fig=plt.figure(figsize=(1, 1))),
     "plot.space.fit": lambda: dict(ax=axes_in_space(), points=POINTS),
     "plot.space.frustum": lambda: dict(STATION),

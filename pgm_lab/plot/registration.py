@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
+from pgm_lab import _validate, matching
 from pgm_lab._rounding import plain
 from pgm_lab.plot import _photo, _style, basic
 from pgm_lab.plot.basic import Look
@@ -67,10 +67,8 @@ def fringes(
 
 
 def _grey(image: ArrayLike, name: str) -> np.ma.MaskedArray:
-    grey = np.ma.masked_invalid(np.ma.asarray(image).astype(float))
-    if grey.ndim != 2:
-        raise ValueError(f"{name} must have shape (rows, columns); got {grey.shape}")
-    return grey
+    """Grey values of a part of an image, masked where there are none."""
+    return np.ma.asarray(matching.read(image, name, colour="grey").astype(float))
 
 
 def _two_colours(one: np.ma.MaskedArray, other: np.ma.MaskedArray) -> np.ndarray:

@@ -25,6 +25,7 @@ from pgm_lab.report._statuses import advice, lost
 NUMBER = 100  # points that are picked
 RASTERS = (".tif", ".tiff")
 STEPS = "reading", "registering", "resampling", "reporting"
+NUMBERS = "chip", "radius", "threshold", "largest_sd", "smooth"
 REFINE = {"none": None, "parabola": "parabola", "lsm": "lsm"}
 NO_MEMORY = (
     "there is not enough memory for these images: cut out the part that both show, or"
@@ -67,6 +68,7 @@ def _in_words_of_a_call(options: argparse.Namespace) -> None:
         _run(options)
     except (ValueError, ImportError) as error:
         words = re.sub(r"\b(band|nodata)=", r"--\1 ", str(error))
+        words = words.replace("in offset=(column, row)", "by --offset COLUMN ROW")
         raise ValueError(words) from None
 
 
@@ -130,9 +132,11 @@ def _read(options: argparse.Namespace) -> Pair:
 
 def _settings(options: argparse.Namespace, pair: Pair) -> dict[str, Any]:
     """What the registration is asked for, points among it."""
-    asked = {name: getattr(options, name) for name in ("chip", "radius", "threshold")}
+    asked = {name: getattr(options, name) for name in NUMBERS}
     settings = {name: value for name, value in asked.items() if value is not None}
-    settings |= {"refine": REFINE[options.refine], "offset": pair.offset}
+    settings["refine"] = REFINE[options.refine]
+    if options.offset is not None or pair.reference.transform is not None:
+        settings["offset"] = pair.offset
     if options.points is not None:
         return {"points": registration.read_points(options.points), **settings}
     if options.map_points is not None:
@@ -186,7 +190,7 @@ def _none(found: registration.Registration) -> str:
         f"none of {len(found.points)} points was accepted; most often ({number}) the"
         f' reason is "{say(status)}": {advice(status, say)} Do both images show the'
         " same place, in the same band, neither turned nor scaled? Are they farther"
-        " apart than --radius? --offset COLUMNS ROWS says where to begin"
+        " apart than --radius? --offset COLUMN ROW says where to begin"
     )
 
 
@@ -268,10 +272,13 @@ def parser() -> Parser:
         "radius": {"type": _command.whole, "metavar": "PX"},
         "refine": {"choices": tuple(REFINE), "default": "lsm"},
         "threshold": {"type": _command.share, "metavar": "R"},
-        "offset": {"type": _command.number, "nargs": 2, "metavar": ("COLUMNS", "ROWS")},
+        "largest_sd": {"type": _command.positive, "metavar": "PX"},
+        "smooth": {"type": _command.number, "metavar": "PX"},
+        "offset": {"type": _command.number, "nargs": 2, "metavar": ("COLUMN", "ROW")},
     }
     for name, kind in kinds.items():
-        found.add_argument(f"--{name}", help=SETTINGS[name], **kind)
+        option = "--" + name.replace("_", "-")
+        found.add_argument(option, dest=name, help=SETTINGS[name], **kind)
     found.add_argument(
         "--model",
         choices=tuple(NAMES),

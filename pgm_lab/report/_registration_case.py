@@ -9,9 +9,11 @@ import numpy as np
 from pgm_lab._rounding import fixed, plain
 from pgm_lab.registration import Model, Raster, Registration
 
-# What all points may be off together, in px, by how they were refined: alias, pixel
-# locking, or the rounding to whole pixels. Their scatter does not show it.
-COMMON = {None: 1 / np.sqrt(12), "parabola": 0.03, "lsm": 0.02}
+# What all points may be off together, in px, by how they were refined: rounding, pixel
+# locking, alias, two resamplings. Their scatter does not show it. As a real scene gave
+# it, averaged down 2 to 4 times, and two scenes of one pass, each resampled by itself.
+COMMON = {None: 1 / np.sqrt(12), "parabola": 0.05, "lsm": 0.01}
+UNSMOOTHED = 0.03  # the same of "lsm", where the alias was left
 WORDS = (
     ("the right window", "the window of the sensed image"),
     ("the right photo", "the sensed image"),
@@ -68,6 +70,12 @@ class Case:
         return columns, rows
 
     @property
+    def offset(self) -> np.ndarray:
+        """Column and row of the reference image's first pixel in the sensed one."""
+        given = self.asked["offset"]
+        return np.zeros(2) if given is None else np.asarray(given, float)
+
+    @property
     def radius(self) -> int:
         """How far was searched, in pixels."""
         return int(self.asked["radius"])
@@ -97,9 +105,11 @@ class Case:
         scatter = np.sqrt(np.pi / 2) * max(a.spread_x, a.spread_y)
         predicted = float(np.median(self.found.sd[good]))
         own = max(scatter, predicted) / np.sqrt(a.n)
-        if self.asked["refine"] is None:  # rounded, perhaps all of them alike
+        refine = self.asked["refine"]
+        if refine is None:  # rounded, perhaps all of them alike
             return float(max(own, COMMON[None]))
-        return float(np.hypot(own, COMMON[self.asked["refine"]]))
+        left = refine == "lsm" and self.asked["smooth"] == 0
+        return float(np.hypot(own, UNSMOOTHED if left else COMMON[refine]))
 
     @cached_property
     def errors(self) -> np.ndarray:

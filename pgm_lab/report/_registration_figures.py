@@ -38,9 +38,13 @@ def _overlay(case: Case) -> Iterator[tuple[Figure, str]]:
     images = {"before": _before(case, first, shape)}
     words = (
         "A part of both images in two colours: the reference image in orange, the"
-        " sensed one in blue, grey where they agree. Before, coloured fringes along the"
-        f" edges show the shift of {plain(float(np.hypot(*case.shift)))} px"
+        " sensed one in blue, grey where they agree"
     )
+    if np.any(case.found.accepted) and case.agrees:
+        shift = plain(float(np.hypot(*case.shift)))
+        words += (
+            f". Before, a shift of {shift} px makes coloured fringes along the edges"
+        )
     if case.model is not None and case.agrees:
         # The same model, in the pixels of this part
         of_part = replace(
@@ -69,7 +73,7 @@ def _part(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 def _before(case: Case, first: np.ndarray, shape: tuple[int, int]) -> np.ma.MaskedArray:
     """The sensed image in the pixels of a part, moved by whole pixels only."""
-    start = first + np.round(case.asked["offset"]).astype(int)
+    start = first + np.round(case.offset).astype(int)
     rows, columns = shape
     inside = np.ma.masked_all(shape, float)
     left, top = np.maximum(-start, 0)

@@ -33,7 +33,6 @@ def findings(case: Case) -> list[Finding]:
         _noise,
         _blunders,
         _whole,
-        _corners,
     )
     said = (check(case) for check in checks)
     return [one for one in said if one is not None]
@@ -88,7 +87,7 @@ def _far(case: Case) -> Finding | None:
     far = float(np.abs(case.shift).max())
     if far <= FAR * case.radius:
         return None
-    a, b = np.round(case.shift + case.asked["offset"]).astype(int)
+    a, b = np.round(case.shift + case.offset).astype(int)
     return Finding(
         "A shift beyond half the radius",
         f"The common shift of {plain(far)} px is more than half the radius of"
@@ -185,19 +184,6 @@ def _whole(case: Case) -> Finding | None:
         " rounded to the same side. A mean of them is no better than a third of a"
         " pixel, however many there are. Least squares matching (--refine lsm) goes"
         " between the pixels.",
-    )
-
-
-def _corners(case: Case) -> Finding | None:
-    one, other = case.reference, case.sensed
-    if one.transform is not None or one.grey.shape == other.grey.shape:
-        return None
-    (a, b), (c, d) = case.size, other.grey.shape[::-1]
-    return Finding(
-        "Different sizes",
-        f"The images have {a} x {b} and {c} x {d} px and no place on a map: their upper"
-        " left pixels were laid onto each other. If they begin at different places, say"
-        " so by --offset.",
     )
 
 

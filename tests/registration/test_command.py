@@ -24,6 +24,9 @@ run, ended, refused = CALL.run, CALL.ended, CALL.refused
 rasterio = pytest.mark.skipif(not _geotiff.installed(), reason="needs rasterio")
 
 
+PLACE = "column", "row"
+
+
 @pytest.fixture
 def files(tmp_path):
     """Two images, in a folder with a space in its name."""
@@ -82,17 +85,13 @@ def test_the_short_report_is_printed_and_the_long_ones_written(files, reports, c
     np.testing.assert_allclose(mean, images.SHIFT, atol=0.02)
     about = "Reference image reference.png, sensed image sensed.png."
     words = {"settings": {"number": 20, "chip": 15, "refine": "lsm"}, "about": about}
-    words["settings"]["offset"] = np.zeros(2)
     words |= {"model": registration.fit(found), "pixel_size": 6.0}
     both = [registration.read(path) for path in files]
     assert output.err == ""  # no bar where nobody watches
     assert output.out == report.text(found, *both, **words, short=True) + "\n"
     assert text.read_text(encoding="utf-8") == report.text(found, *both, **words)
     assert html.read_text(encoding="utf-8") == report.html(found, *both, **words)
-    rows = list(csv.DictReader(io.StringIO(table.read_text(encoding="utf-8"))))
-    assert [float(row["dx"]) for row in rows] == found.dx.tolist()
-    assert [row["status"] for row in rows] == found.status.tolist()
-    assert {row["x"] for row in rows} == {""}  # not on a map
+    assert table.read_text(encoding="utf-8") == found.csv()
     assert sorted(os.listdir(reports)) == ["a.html", "all.csv", "b.TXT"]
 
 
@@ -128,8 +127,10 @@ def test_images_on_the_map_are_compared_there_and_resampled(on_map, reports, cap
     rows = list(csv.DictReader(io.StringIO(table.read_text(encoding="utf-8"))))
     x, y = images.CORNER
     for row in rows:
-        assert float(row["x"]) == x + (float(row["column"]) + 0.5) * images.SIZE
-        assert float(row["y"]) == y - (float(row["row"]) + 0.5) * images.SIZE
+        column, down = (float(row[f"{one} in the reference (px)"]) for one in PLACE)
+        assert float(row["x on the map"]) == x + (column + 0.5) * images.SIZE
+        assert float(row["y on the map"]) == y - (down + 0.5) * images.SIZE
+    assert {row["status"] for row in rows} >= {"accepted"}
     reference, new = registration.read(on_map[0]), registration.read(again)
     np.testing.assert_array_equal(new.transform, reference.transform)
     assert new.grey.shape == reference.grey.shape and new.crs == reference.crs
@@ -154,6 +155,7 @@ def test_the_options_reach_the_registration(files, tmp_path, monkeypatch, capsys
     asked = {}
     no_match(monkeypatch, images.result(2), asked)
     options = "--chip 31 --radius 5 --refine parabola --threshold 0.8 --offset 4 -3.5"
+    options += " --largest-sd 0.3 --smooth 0.5"
     chosen = tmp_path / "points.csv"
     chosen.write_text("% column, row\n100.5,80\n120,90.25\n")
     assert run(*files, *options.split(), "--points", chosen) == 0
@@ -161,6 +163,7 @@ def test_the_options_reach_the_registration(files, tmp_path, monkeypatch, capsys
     np.testing.assert_array_equal(asked.pop("offset"), (4, -3.5))
     assert asked == {
         "chip": 31, "radius": 5, "refine": "parabola", "threshold": 0.8,
+        "largest_sd": 0.3, "smooth": 0.5,
         "shapes": ((160, 200), (160, 200)),
     }  # fmt: skip
     assert run(*files, "--grid", 40, "--chip", 11, "--refine", "none") == 0
@@ -187,7 +190,7 @@ def test_band_and_no_data_reach_the_reading(files, quick, monkeypatch, capsys):
 def test_every_option_is_described_and_every_setting_an_option():
     text = command.parser().format_help()
     for name in set(command.SETTINGS) - {"ratio"}:
-        assert f"--{name}" in text
+        assert f"--{name.replace('_', '-')}" in text
 
 
 def test_an_affine_model_is_fitted_where_asked(files, reports, capsys):
@@ -240,7 +243,7 @@ def test_two_scenes_of_different_places_are_not_registered(files, reports, capsy
         image(part)(path)
     message = ended(capsys, *files, "--report", reports / "r.html")
     assert "none of 100 points was accepted; most often (" in message
-    for words in ("same place", "same band", "--radius", "--offset COLUMNS ROWS"):
+    for words in ("same place", "same band", "--radius", "--offset COLUMN ROW"):
         assert words in message
     assert os.listdir(reports) == []
 
@@ -253,6 +256,17 @@ def test_a_shift_beyond_the_radius_is_found_from_an_offset(files, capsys):
     assert "Are they farther apart than --radius?" in message
     assert run(*files, "--offset", 0, 10) == 0
     assert "2.00 px lower" in " ".join(capsys.readouterr().out.split())
+
+
+def test_images_of_two_sizes_need_an_offset(files, capsys):
+    values = images.pair()[1]
+    image(values[10:, 20:].copy())(files[1])
+    message = ended(capsys, *files)
+    assert (
+        "(160, 200) and (150, 180)" in message and "by --offset COLUMN ROW" in message
+    )
+    assert run(*files, "--offset", -20, -10) == 0
+    assert "1.25 px farther to the right" in " ".join(capsys.readouterr().out.split())
 
 
 def test_an_image_that_lacks_data_in_part_is_registered_elsewhere(files, capsys):
