@@ -9,7 +9,7 @@ frequency. To first order its share in the slope of the correlation is proportio
 sin(2 pi s): the mean error draws towards whole pixels, most at a quarter, and vanishes
 at a half. What alias and ground have in common in a chip is a matter of chance, and by
 how much it changes is |1 - exp(2 pi i s)| = 2 |sin(pi s)|: the scatter is largest at a
-half.
+half. Smoothing both images takes the high frequencies, where most of the alias is.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,11 @@ from tools.studies import registration_pairs as pairs
 
 FACTORS = (4, 6, 8)
 BLURS = (pairs.ALIASED, 0.5, pairs.BAND_LIMITED)
-METHODS = ("parabola", "lsm")
+METHODS = {
+    "parabola": {"refine": "parabola"},
+    "lsm": {"refine": "lsm", "smooth": 0.0},
+    "lsm, smoothed": {"refine": "lsm"},
+}
 COLUMNS = (
     *("factor", "blur", "method", "fraction", "chips", "accepted"),
     *("mean", "spread", "mean_y"),
@@ -33,10 +37,8 @@ def rows(factor: int, blur: float, step: int = 1) -> Iterator[tuple]:
     for part in range(0, factor, step):
         pair = pairs.pair((part, 0), factor, blur, seed=part, sigma=1.0)
         points = pairs.picked(pair.reference)
-        for method in METHODS:
-            found = registration.register(
-                pair.reference, pair.sensed, points, refine=method
-            )
+        for method, how in METHODS.items():
+            found = registration.register(pair.reference, pair.sensed, points, **how)
             good = found.accepted
             x, y = found.dx[good] - pair.shift[0], found.dy[good] - pair.shift[1]
             yield (

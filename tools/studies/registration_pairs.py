@@ -53,7 +53,8 @@ def on_grid(reference: np.ndarray, step: int = CHIP) -> np.ndarray:
 
 
 def write(name: str, columns: Sequence[str], rows: Iterable[Sequence]) -> None:
-    """Write a table of chapter 7."""
+    """Write a table of chapter 7, once all its rows are there."""
+    rows = list(rows)
     with (RESULTS / f"chapter7_{name}.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)

@@ -5,9 +5,9 @@ data/results/chapter7_precision.csv and chapter7_null.csv in a few minutes;
 tests/registration/test_studies.py repeats a part.
 
 Repeated with new noise, a shift scatters (`sampled`) about a mean that need not be the
-truth (`bias`, RMS over the chips): an alias, or a bias of the parabola, comes each
-time anew. `predicted_over_sampled` compares with the scatter alone, `predicted_over_rms`
-with the whole error.
+truth (`bias`, RMS over the chips): an alias, or a bias of the parabola, is the same
+each time. `predicted_over_sampled` compares with the scatter alone, and
+`predicted_over_rms` with the whole error.
 
 The null pair: two scenes of one pass, each processed by itself. A shift d of the one
 makes their grey values differ by -d times the gradient. Solved for d over the whole

@@ -35,7 +35,7 @@ CONDITIONS = {
     "beyond the radius": ("Landsat", BEYOND, pairs.ALIASED, {}),
     "beyond, band-limited": ("Landsat", BEYOND, pairs.BAND_LIMITED, {}),
     "canals": ("canals", INSIDE, pairs.BAND_LIMITED, {}),
-    "plantation": ("plantation", INSIDE, pairs.BAND_LIMITED, {}),
+    "plantation": ("plantation", (2, -2), pairs.BAND_LIMITED, {}),
 }
 TESTS = {
     "r": (0.6, 0.7, 0.8, 0.9, 0.95),
@@ -78,12 +78,12 @@ class Chips:
 
 
 def ground(kind: str) -> np.ndarray:
-    """Scene: as it is, or a hundredth of it with parallel canals or rows of trees."""
+    """Scene: as it is, or a fiftieth of its contrast under canals or rows of trees."""
     scene = pairs.scene().astype(float)
     if kind == "Landsat":
         return scene
     y, x = np.indices(scene.shape)
-    weak = 7000 + 0.05 * (scene - scene.mean())
+    weak = 7000 + 0.02 * (scene - scene.mean())
     if kind == "canals":  # along 1 : 2, at random distances
         profile = simulate.photograph(np.zeros(4000), 800.0, seed=7)
         return weak + profile[(x + 2 * y) // 8]
