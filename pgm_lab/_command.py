@@ -17,6 +17,7 @@ from pgm_lab._files import printable
 
 DONE, FAILED = 0, 1  # argparse itself ends with 2 when it is called wrongly
 REPORTS = (".html", ".htm", ".txt")
+TABLES = (".csv", ".txt")
 
 
 class Parser(argparse.ArgumentParser):
@@ -50,6 +51,16 @@ def add_outputs(parser: Parser) -> None:
     )
 
 
+def add_csv(parser: Parser) -> None:
+    """Add the option --csv."""
+    parser.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help="write all points, whatever became of them",
+    )
+
+
 def positive(word: str) -> float:
     """Read a number above zero."""
     try:
@@ -59,6 +70,35 @@ def positive(word: str) -> float:
     if not 0 < value < float("inf"):
         hint = "; a decimal needs a point" if "," in word else ""
         raise argparse.ArgumentTypeError(f"{word!r} is not a number above zero{hint}")
+    return value
+
+
+def whole(word: str) -> int:
+    """Read a whole number above zero."""
+    if not word.isdecimal() or not 0 < int(word) < 10**6:
+        raise argparse.ArgumentTypeError(
+            f"{word!r} is not a whole number from 1 to 999999"
+        )
+    return int(word)
+
+
+def odd(word: str) -> int:
+    """Read how many pixels a window is across."""
+    if (value := whole(word)) % 2 == 0:
+        raise argparse.ArgumentTypeError(
+            f"{word!r} is even: a window with a middle needs an odd number of pixels"
+        )
+    return value
+
+
+def share(word: str) -> float:
+    """Read a number from 0 to 1."""
+    try:
+        value = float(word)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"{word!r} is not a number from 0 to 1")
     return value
 
 
@@ -143,7 +183,7 @@ def run(program: str, work: Callable[[], None], no_memory: str) -> int:
     return FAILED
 
 
-def finish(pages: Mapping[Path, str], force: bool, short: str) -> None:
+def finish(pages: Mapping[Path, str | bytes], force: bool, short: str) -> None:
     """Write all files or none, and print the short report."""
     for left in _files.clear([path.parent for path in pages]):
         print(f"removed {printable(left)}, left by a run that broke", file=sys.stderr)

@@ -1,11 +1,11 @@
-"""Text files written whole or not at all, and their names as one may show them."""
+"""Files written whole or not at all, and their names as one may show them."""
 
 import contextlib
 import itertools
 import os
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 _LEFT = re.compile(r"\.pgm_lab-(\d+)-\d+\.part")
@@ -13,8 +13,8 @@ _HOUR = 3600.0  # seconds; nothing is written for so long
 _counter = itertools.count()
 
 
-def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
-    """Write text files: all of them, or none of them and the old ones stay.
+def save(files: Mapping[Path, str | bytes], *, overwrite: bool = False) -> None:
+    """Write texts, or bytes as they are: all, or none and the old files stay.
 
     Each is written beside its place first. Then the old ones are put aside, which needs
     no room on the disk, and the new ones renamed; whatever fails or interrupts is
@@ -28,14 +28,19 @@ def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
         If one cannot be written.
     """
     if not overwrite:
-        refuse_existing(*texts)
-    parts = {path: _beside(path, "part") for path in texts}
+        refuse_existing(*files)
+    parts = {path: _beside(path, "part") for path in files}
     try:
         for path, part in parts.items():
-            with part.open("x", encoding="utf-8", newline="\n") as file:
-                file.write(texts[path])
+            content = files[path]
+            if isinstance(content, bytes):
+                with part.open("xb") as file:
+                    file.write(content)
+            else:
+                with part.open("x", encoding="utf-8", newline="\n") as text:
+                    text.write(content)
         if not overwrite:
-            refuse_existing(*texts)  # somebody may have been faster
+            refuse_existing(*files)  # somebody may have been faster
         if len(parts) == 1:
             part.replace(path)
         else:
@@ -43,6 +48,27 @@ def save(texts: Mapping[Path, str], *, overwrite: bool = False) -> None:
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def written_whole(path: Path, *, overwrite: bool = False) -> Iterator[Path]:
+    """Give the name of a file to write, which takes its place when all went well.
+
+    Raises
+    ------
+    FileExistsError
+        If the file is there already, and may not be replaced.
+    """
+    if not overwrite:
+        refuse_existing(path)
+    part = _beside(path, "part")
+    try:
+        yield part
+        if not overwrite:
+            refuse_existing(path)  # somebody may have been faster
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def place(path: str | os.PathLike) -> Path:

@@ -1,6 +1,7 @@
-"""Tables of numbers in text files: read, with the line of every error."""
+"""Tables of numbers in text files: read, with the line of every error, and written."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -113,6 +114,16 @@ def read_table(
         if ids == 2:
             fail(content.path, content.line[0], reason)
     return table
+
+
+def written(columns: Sequence[str], numbers: np.ndarray, words: np.ndarray) -> str:
+    """Return rows of numbers as CSV, with an id from 0 before and a word behind."""
+    lines = [",".join(columns)]
+    for i, (row, word) in enumerate(zip(numbers.tolist(), words)):
+        # repr has the fewest digits that are read as the same number again
+        cells = ("" if np.isnan(one) else repr(one) for one in row)
+        lines.append(",".join([str(i), *cells, str(word)]))
+    return "\n".join([*lines, ""])
 
 
 def read_numbers(path: Source, ids: int = 0) -> Content:

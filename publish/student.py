@@ -17,6 +17,13 @@ import nbformat
 from nbformat import NotebookNode
 
 PLACEHOLDER = "pass  # your code here"
+PROGRAM = "my_pgm.py"  # where there is one, `checks.keep` puts functions into it
+FIRST_LINES = '''"""My photogrammetric program: what I wrote and its check accepted.
+
+A check that passes puts its function here as it was typed; when it passes again, the
+new one takes the place of the old. Nothing else changes this file.
+"""
+'''
 
 # Lenient on purpose: a marker in another spelling must not give a solution away.
 _MARKER = re.compile(r"^(\s*)#+\s*(BEGIN|END)\s+SOLUTION\b", re.IGNORECASE)
@@ -114,7 +121,11 @@ def name(cell: NotebookNode) -> str:
 
 
 def write_copies(notebooks: Iterable[Path], build: Path) -> list[Path]:
-    """Write ``build/student`` and ``build/instructor`` copies; return their paths."""
+    """Write ``build/student`` and ``build/instructor`` copies; return their paths.
+
+    With the students' copies goes an empty program, into which `checks.keep` puts what
+    they write. It is written anew: one that grew there would give solutions away.
+    """
     written = []
     for path in notebooks:
         notebook = nbformat.read(path, as_version=4)
@@ -130,4 +141,6 @@ def write_copies(notebooks: Iterable[Path], build: Path) -> list[Path]:
             target.parent.mkdir(parents=True, exist_ok=True)
             nbformat.write(result, target)
             written.append(target)
-    return written
+    program = Path(build) / "student" / PROGRAM
+    program.write_text(FIRST_LINES, encoding="utf-8", newline="\n")
+    return [*written, program]

@@ -450,6 +450,10 @@ FUNCTIONS = {
         rays=[10.0, 100], seconds={"a": [1.0, 2]}, megabytes=[1.0, 2],
         labels=["s", "t"],
     ),
+    "registration.register": lambda: dict(
+        reference=GREY, sensed=GREY, points=[(20, 20), (26, 22)], chip=11,
+        refine="lsm", largest_sd=0.5, offset=(0.0, 0.0), nodata=0.0,
+    ),
     "rotation.matrix": lambda: dict(ANGLES),
     "rotation.derivatives": lambda: dict(ANGLES),
     "rotation.small_angle": lambda: dict(ANGLES),

@@ -14,17 +14,10 @@ from pathlib import Path
 
 import nbformat
 
-from publish.student import student_copy
+from publish.student import FIRST_LINES, PROGRAM, student_copy
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ".originals.json"
-PROGRAM = "my_pgm.py"  # where there is one, `checks.keep` puts functions into it
-FIRST_LINES = '''"""My photogrammetric program: what I wrote and its check accepted.
-
-A check that passes puts its function here as it was typed; when it passes again, the
-new one takes the place of the old. Nothing else changes this file.
-"""
-'''
 DAMAGED = (
     "{path} is damaged. It remembers which copies you were given; without it changed "
     "chapters are not offered. Delete it to be offered the current ones. Your "

@@ -143,6 +143,14 @@ def window(size: int, name: str, smallest: int = 3) -> int:
     return whole(size, name, smallest, 10**4 + 1)
 
 
+def smoothing(smooth: float) -> float:
+    """Return the standard deviation of a Gaussian in pixels, or 0 for none."""
+    value = number(smooth, "smooth")
+    if value != 0 and not 0.3 <= value <= 3:
+        raise ValueError(f"smooth must be 0, or from 0.3 to 3 px; got {value:g}")
+    return value
+
+
 def size(name: str, *counts: int) -> None:
     """Refuse an array of so many numbers before it is made."""
     if math.prod(counts) > MOST:

@@ -35,7 +35,10 @@ def keep(function: Callable) -> None:
     """
     imports, sources = _program.parts(function)
     if not Path(FILE).is_file():
-        print(f"({function.__name__} is kept in your own copy only, in work/{FILE}.)")
+        print(
+            f"({function.__name__} goes into your program, {FILE}, where there is one"
+            " beside the notebook, as in work/. An empty file begins it.)"
+        )
         return
     before = Path(FILE).read_text(encoding="utf-8")
     after = _program.joined(before, imports, sources)

@@ -9,16 +9,22 @@ from pgm_lab import _validate, datasets
 # What the cell shows after the choices waits until one of them is open. Nothing here
 # needs a kernel. JupyterLab and pages made from it name an output .jp-..., our slides
 # and handouts .html; there the place is kept, so that a slide need not grow. On paper
-# nothing opens, and so nothing waits. A viewer that ignores styles shows all at once.
+# nothing opens, and so nothing waits. Where styles are dropped, as JupyterLab drops
+# them in the stored outputs of a notebook that it does not trust, or where an output
+# has other names, all is shown at once, and with it a line that says so.
 STYLE = """\
 .pgm-predict summary { cursor: pointer; }
 .pgm-predict details p { margin: 0.3em 0 0.3em 1.1em; }
+.jp-OutputArea .pgm-shown, .cell .pgm-shown { display: none; }
 @media screen {
   .jp-OutputArea:has(.pgm-predict):not(:has(.pgm-predict [open]))
     .jp-OutputArea-child:has(.pgm-predict) ~ .jp-OutputArea-child { display: none; }
   .cell:has(.pgm-predict):not(:has(.pgm-predict [open]))
     .html:has(.pgm-predict) ~ * { visibility: hidden; }
 }"""
+
+
+SHOWN = "Choose before you read on: this viewer shows what follows at once."
 
 
 def predict(number: str) -> None:
@@ -70,5 +76,6 @@ def page(number: str, choices: list[dict[str, str]]) -> str:
         f"{escape(row['feedback'], quote=False)}</p></details>"
         for row in choices
     ]
-    lines = [f"<style>\n{STYLE}\n</style>", "<p>Choose one:</p>", *folded]
+    shown = f'<p class="pgm-shown">{SHOWN}</p>'
+    lines = [f"<style>\n{STYLE}\n</style>", "<p>Choose one:</p>", *folded, shown]
     return '<div class="pgm-predict">\n' + "\n".join(lines) + "\n</div>"

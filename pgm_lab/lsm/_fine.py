@@ -84,6 +84,19 @@ def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.interp(x % 1, at, GAIN) * np.interp(y % 1, at, GAIN)
 
 
+def derivative_gain(smooth: float) -> float:
+    """Variance of `gradient` over that of a pixel, for white noise smoothed before.
+
+    Smoothed by a Gaussian of this standard deviation in pixels; 0 is not smoothed.
+    """
+    if not smooth:
+        return float(DERIVATIVE @ DERIVATIVE)
+    reach = np.arange(-np.ceil(4 * smooth), np.ceil(4 * smooth) + 1)
+    gauss = np.exp(-(reach**2) / (2 * smooth**2))
+    both = np.convolve(DERIVATIVE, gauss)
+    return float(both @ both / (gauss @ gauss))
+
+
 def _filter(image: np.ndarray, kernel: np.ndarray) -> np.ndarray:
     # An even kernel finds the value half a pixel after its anchor
     rows, columns = kernel.shape

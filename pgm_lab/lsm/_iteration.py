@@ -40,6 +40,7 @@ class Settings:
     max_iterations: int
     noise: tuple[float, float]
     correlated: bool
+    smooth: float
 
 
 @dataclass(frozen=True)
@@ -104,15 +105,15 @@ def attempt(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
     """Match the windows once, and say how precisely."""
-    template, means, textured, status = _windows(left, right, pixels, T, s)
+    template, means, textured, status = _windows(left, right, pixels, T, s, s.smooth)
     goals = zip(METHODS, (*COARSE, s.tolerance), strict=True)
     T, last, iterations = _iterate(
-        template, right, means[:, 1], T, s, list(goals), status
+        template, right, means[:, 1], T, s, list(goals), status, s.smooth
     )
     good = np.flatnonzero(status == "accepted")
     template, last = template.part(good), last.part(good)
     Q, sigma0, worth, singular = _normal_equations.precision(
-        template, T[good], last, s.noise, s.correlated
+        template, T[good], last, s.noise, s.correlated, s.smooth
     )
     # Saturated pixels have no noise: they do not tell how large it is in the others
     k, u = template.rows.shape[2], Q.shape[1]

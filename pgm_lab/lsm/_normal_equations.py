@@ -168,6 +168,7 @@ def precision(
     found: Solution,
     noise: tuple[float, float] = (1.0, 1.0),
     correlated: bool = True,
+    smooth: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Covariance (m, u, u) of (q, h0, h1), sigma0, effective pixels, N singular (m,).
 
@@ -181,7 +182,8 @@ def precision(
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6
     half = (round(k**0.5) - 1) // 2
-    gain = _noise_gain(T, half)
+    # Noise that was smoothed before is interpolated without a loss
+    gain = np.ones(len(T)) if smooth else _noise_gain(T, half)
     # What the noise of each image does to a residual, in parts of vᵀv / (k - u)
     of_left, of_right = noise[0] ** 2, (noise[1] * found.h[:, 1]) ** 2
     # Interpolation averages noise, but not what the derivatives pick out of it
@@ -197,7 +199,7 @@ def precision(
         N[:, :m, m] = N[:, m, :m] = found.sums[:, :m]
         N[:, m, m] = found.square
     # S is diagonal: sums over a window of x, of y and of xy are zero
-    squares = _fine.DERIVATIVE @ _fine.DERIVATIVE * (window_grid(half) ** 2).sum(axis=1)
+    squares = _fine.derivative_gain(smooth) * (window_grid(half) ** 2).sum(axis=1)
     S, other = np.zeros((2, len(T), u))
     S[:, :3] = S[:, 3:6] = of_left[:, None] * squares
     other[:, :6] = of_right[:, None]

@@ -12,15 +12,14 @@ import numpy as np
 from tqdm import tqdm
 
 from pgm_lab import _command, _numbers, matching, observations
-from pgm_lab._command import REPORTS, Output, Parser
+from pgm_lab._command import REPORTS, TABLES, Output, Parser
 from pgm_lab._files import printable
 from pgm_lab.matching.pair import STARTS
 from pgm_lab.matching.photo import COLOURS
 from pgm_lab.report import matching as report
-from pgm_lab.report._match_findings import advice
 from pgm_lab.report._match_tables import SETTINGS
+from pgm_lab.report._statuses import advice
 
-TABLES = (".csv", ".txt")
 STEPS = "reading", "matching", "reporting"
 NO_MEMORY = (
     "there is not enough memory for these photos: cut out the part that both show"
@@ -157,26 +156,21 @@ def parser() -> Parser:
         help="points to match: column row, one a line; picked when missing",
     )
     kinds: dict[str, dict] = {
-        "number": {"type": _whole, "metavar": "N"},
-        "template": {"type": _odd, "metavar": "PX"},
+        "number": {"type": _command.whole, "metavar": "N"},
+        "template": {"type": _command.odd, "metavar": "PX"},
         "start": {"choices": tuple(STARTS)},
-        "search": {"type": _odd, "metavar": "PX"},
+        "search": {"type": _command.odd, "metavar": "PX"},
         "colour": {"choices": COLOURS},
-        "threshold": {"type": _share, "metavar": "R"},
-        "ratio": {"type": _share, "metavar": "SHARE"},
+        "threshold": {"type": _command.share, "metavar": "R"},
+        "ratio": {"type": _command.share, "metavar": "SHARE"},
         "back": {"type": _command.positive, "metavar": "PX"},
-        "least_quality": {"type": _share, "metavar": "Q"},
+        "least_quality": {"type": _command.share, "metavar": "Q"},
     }
     for name, kind in kinds.items():
         option = "--" + name.removeprefix("least_")
         found.add_argument(option, dest=name, help=SETTINGS[name], **kind)
     _command.add_outputs(found)
-    found.add_argument(
-        "--csv",
-        type=Path,
-        metavar="FILE",
-        help="write all points, whatever became of them",
-    )
+    _command.add_csv(found)
     found.add_argument(
         "--image-csv",
         type=Path,
@@ -190,32 +184,6 @@ def parser() -> Parser:
         help="size of a pixel, for --image-csv",
     )
     return found
-
-
-def _whole(word: str) -> int:
-    if not word.isdecimal() or not 0 < int(word) < 10**6:
-        raise argparse.ArgumentTypeError(
-            f"{word!r} is not a whole number from 1 to 999999"
-        )
-    return int(word)
-
-
-def _odd(word: str) -> int:
-    if (value := _whole(word)) % 2 == 0:
-        raise argparse.ArgumentTypeError(
-            f"{word!r} is even: a window with a middle needs an odd number of pixels"
-        )
-    return value
-
-
-def _share(word: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"{word!r} is not a number from 0 to 1")
-    return value
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def read(
     colour = _validate.choice(colour, "colour", COLOURS)
     if isinstance(photo, str | os.PathLike):
         name = f"{name}, {printable(photo)}"
-        values = _from_file(Path(photo), name)
+        values = pixels(photo, name)
     elif isinstance(photo, Image.Image):
         values = _from_pillow(photo, name)
     else:
@@ -74,8 +74,8 @@ def read(
     return _grey(values, name, colour)
 
 
-def _from_file(path: Path, name: str) -> np.ndarray:
-    """Pixels of an image file, as the camera was held."""
+def pixels(path: str | os.PathLike, name: str) -> np.ndarray:
+    """Return the pixels of an image file, all channels, as the camera was held."""
     data = _bytes(path, name)
     try:
         with warnings.catch_warnings():
@@ -99,23 +99,37 @@ def _from_file(path: Path, name: str) -> np.ndarray:
         ) from None
 
 
-def _bytes(path: Path, name: str) -> bytes:
-    """Content of a file that holds something."""
+def regular(path: str | os.PathLike, name: str) -> Path:
+    """Return the path of a file that is there, is no folder, and is not empty."""
+    if not isinstance(path, str | os.PathLike) or not str(path).strip():
+        raise ValueError(f"{name}: this must be the name of a file; got {path!r:.60}")
     try:
-        mode = os.stat(path).st_mode
-        data = path.read_bytes() if stat.S_ISREG(mode) else b""
+        state = os.stat(path)
     except FileNotFoundError:
         raise FileNotFoundError(f"{name}: there is no such file") from None
     except (OSError, ValueError) as error:  # no permission, a name with a null in it
-        reason = getattr(error, "strerror", None) or error
-        raise OSError(f"{name}: it cannot be read ({reason})") from None
-    if stat.S_ISDIR(mode):
+        raise _unreadable(error, name) from None
+    if stat.S_ISDIR(state.st_mode):
         raise IsADirectoryError(f"{name}: this is a folder, not a photo")
-    if not stat.S_ISREG(mode):
+    if not stat.S_ISREG(state.st_mode):
         raise OSError(f"{name}: this is a pipe or a device; save the photo as a file")
-    if not data:
-        raise ValueError(f"{name}: the file is empty; copy the photo again")
-    return data
+    if not state.st_size:
+        raise ValueError(f"{name}: the file is empty; copy it again")
+    return Path(path)
+
+
+def _bytes(path: str | os.PathLike, name: str) -> bytes:
+    """Content of a file that holds something."""
+    file = regular(path, name)
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise _unreadable(error, name) from None
+
+
+def _unreadable(error: OSError | ValueError, name: str) -> OSError:
+    reason = getattr(error, "strerror", None) or error
+    return OSError(f"{name}: it cannot be read ({reason})")
 
 
 def _from_pillow(image: Image.Image, name: str, data: bytes = b"") -> np.ndarray:
@@ -189,7 +203,7 @@ def _grey(values: np.ndarray, name: str, colour: str) -> np.ndarray:
         )
     if not values.size:
         raise ValueError(f"{name} has no pixels: its shape is {values.shape}")
-    values = _native(values)
+    values = native(values)
     if values.ndim == 3:
         mask = mask.any(axis=2) if np.ndim(mask) else mask
         if values.shape[2] == 4:
@@ -202,8 +216,8 @@ def _grey(values: np.ndarray, name: str, colour: str) -> np.ndarray:
     return np.ma.array(values, mask=mask) if np.any(mask) else values
 
 
-def _native(values: np.ndarray) -> np.ndarray:
-    """Numbers in the order of this machine, in a type that OpenCV takes too."""
+def native(values: np.ndarray) -> np.ndarray:
+    """Return numbers in the order of this machine, in a type that OpenCV takes too."""
     kind, size = values.dtype.kind, values.dtype.itemsize
     if kind == "b":
         return values.astype(np.uint8)

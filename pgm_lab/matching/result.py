@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _files, _numbers, _validate
 
 COLUMNS = (
     *("point", "left column", "left row", "right column", "right row"),
     *("variance column", "covariance", "variance row", "r", "quality", "status"),
 )
 
-# What `ncc.match`, `lsm.match` and `matching.match` say of a point, and what helps
+# What `ncc`, `lsm`, `matching` and `registration` say of a point, and what helps
 STATUSES = {
     "accepted": ("found", ""),
     "template leaves the image": (
@@ -52,6 +52,11 @@ STATUSES = {
         "nothing that was found is alike enough",
         "improve the start; perhaps the right photo does not show the point",
     ),
+    "changed": (
+        "textured in both photos, but matched by nothing that was searched: r is far"
+        " below what the neighbours reach",
+        "perhaps a field was ploughed, or a cloud hides it: leave it out",
+    ),
     "ambiguous": (
         "a second place is almost as much alike",
         "take a larger template, or search less, along the epipolar line",
@@ -67,6 +72,10 @@ STATUSES = {
     "diverged": (
         "the window moved too far from its start, or took an impossible shape",
         "improve the start, or give its shape",
+    ),
+    "not precise enough": (
+        "the predicted standard deviation is larger than was allowed",
+        "take a point with more texture, or a larger template",
     ),
     "too many iterations": (
         "the window had not come to rest after the last iteration",
@@ -169,9 +178,4 @@ class Match:
             [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
              self.quality]
         )  # fmt: skip
-        lines = [",".join(COLUMNS)]
-        for i, (row, status) in enumerate(zip(numbers.tolist(), self.status)):
-            # repr has the fewest digits that are read as the same number again
-            written = ("" if np.isnan(one) else repr(one) for one in row)
-            lines.append(",".join([str(i), *written, str(status)]))
-        return "\n".join([*lines, ""])
+        return _numbers.written(COLUMNS, numbers, self.status)

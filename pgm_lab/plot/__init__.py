@@ -2,7 +2,7 @@
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `bundle`,
-`network`, `matrices`, `studies`, `fifty` (the case of chapter 7).
+`network`, `matrices`, `registration`, `studies`, `fifty` (the case of chapter 7).
 """
 
 from pgm_lab.plot import (
@@ -12,6 +12,7 @@ from pgm_lab.plot import (
     matching,
     matrices,
     network,
+    registration,
     space,
     studies,
     village,
@@ -56,6 +57,7 @@ __all__ = [
     "matrices",
     "network",
     "pixel_on_ground",
+    "registration",
     "show",
     "space",
     "studies",

@@ -1,25 +1,19 @@
 """Drawings of what `matching.match` found in two photos."""
 
-from collections import Counter
-
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import ConnectionPatch
 
 from pgm_lab import _validate, matching
-from pgm_lab._rounding import plain, round_number
+from pgm_lab._rounding import plain
 from pgm_lab.matching.photo import Photo
-from pgm_lab.plot import _style, basic
+from pgm_lab.plot import _photo, _style, basic
+from pgm_lab.plot._photo import ACCEPTED
 from pgm_lab.plot.basic import Look
 
-SHARPEST = 1200  # pixels across a drawn photo; a figure shows no more of them
-BLANK = "#D9E4EC"  # where a photo has no data
 ROUNDS = 30
 LEAST = 1e-3  # px; shorter remainders all weigh the same
-OTHERS = "other reasons"
-ACCEPTED = "accepted"
 
 
 def side_by_side(
@@ -56,13 +50,13 @@ def side_by_side(
     >>> found = matching.match(*grey, number=5)
     >>> figure = side_by_side(*grey, found)
     """
-    pair = _photo(left, "left", found, 0), _photo(right, "right", found, 1)
+    pair = _same(left, "left", found, 0), _same(right, "right", found, 1)
     lines = _validate.whole(lines, "lines", 0)
     wide = [grey.shape[1] / grey.shape[0] for grey in pair]  # at the same height
     height = min(12 / sum(wide), 9.0)
     fig, axes = plt.subplots(1, 2, figsize=(12, height + 1.4), width_ratios=wide)
     for ax, grey, name in zip(axes, pair, ("left photo", "right photo")):
-        _show(ax, grey)
+        _photo.show(ax, grey)
         ax.set_title(name)
     axes[1].set_ylabel("")
     if found.left_size == found.right_size:  # lines would cross the numbers
@@ -70,7 +64,7 @@ def side_by_side(
     marks = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.7}
     size = 7.0 if len(found.chosen) <= 300 else 4.0
     handles = []
-    for status, which, (colour, mark) in _series(found.status):
+    for status, which, (colour, mark) in _photo.series(found.status):
         look: Look = {"color": colour, "marker": mark, "markersize": size, **marks}
         label = f"{status}: {np.sum(which)}"
         handles += axes[0].plot(*found.chosen[which].T, label=label, **look)
@@ -105,35 +99,11 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    grey = _photo(left, "left", found, 0)
+    grey = _same(left, "left", found, 0)
     if not np.any(found.accepted):
         raise ValueError("found has no accepted match: there are no parallaxes to draw")
     at, vectors = found.chosen[found.accepted], remainders(found)
-    length = np.hypot(*vectors.T)
-    rows, columns = grey.shape
-    usual = max(float(np.quantile(length, 0.9)), 1e-3)
-    unit = round_number(usual)
-    magnify = 0.05 * max(rows, columns) / usual
-    # What is far longer would hide the others: it is drawn shorter, in red
-    far = length > 3 * usual
-    vectors = vectors * np.where(far, 3 * usual / np.maximum(length, usual), 1)[:, None]
-    height = float(np.clip(10 * rows / columns, 3, 9))
-    fig, ax = plt.subplots(figsize=(10, height + 1.0))
-    _show(ax, grey)
-    look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / magnify}
-    look |= {"edgecolor": basic.BLACK, "linewidth": 0.6, "width": 0.0035}
-    for which, colour in ((far, basic.RED), (~far, basic.SKY)):
-        if np.any(which):
-            arrows = ax.quiver(*at[which].T, *vectors[which].T, color=colour, **look)
-    ends = np.concatenate([at, at + magnify * vectors])
-    low, high = np.minimum(ends.min(axis=0), -0.5), ends.max(axis=0)
-    ax.set(xlim=(low[0], max(high[0], columns - 0.5)))
-    ax.set(ylim=(max(high[1], rows - 0.5), low[1]))
-    look = {"labelpos": "E", "coordinates": "axes", "labelcolor": basic.BLACK}
-    ax.quiverkey(arrows, 0.85, 1.04, unit, f"{unit:g} px", **look)
-    title = "Parallaxes less their affine part"
-    ax.set_title(f"{title}; red ones are longer" if np.any(far) else title)
-    return fig
+    return _photo.arrows(grey, at, vectors, "Parallaxes less their affine part")
 
 
 def remainders(found: matching.Match) -> np.ndarray:
@@ -224,7 +194,7 @@ def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
     return fig
 
 
-def _photo(
+def _same(
     photo: Photo, name: str, found: matching.Match, side: int
 ) -> np.ndarray | np.ma.MaskedArray:
     """Return the grey values of a photo, which must be the one that was matched."""
@@ -237,39 +207,6 @@ def _photo(
             f" was matched {size[0]} x {size[1]}: hand over the same photo"
         )
     return grey
-
-
-def _show(ax: Axes, grey: np.ndarray) -> None:
-    """Show a photo, as coarse as a figure is, with axes in its own pixels."""
-    rows, columns = grey.shape
-    n = -(-max(rows, columns) // SHARPEST)
-    high, wide = rows // n * n, columns // n * n
-    blocks = grey[:high, :wide].reshape(high // n, n, wide // n, n)
-    small = np.ma.masked_invalid(blocks.mean(axis=(1, 3)))
-    low, top = np.percentile(small.compressed(), [0.5, 99.5])
-    ax.set_facecolor(BLANK)
-    extent = (-0.5, wide - 0.5, high - 0.5, -0.5)
-    ax.imshow(small, cmap="gray", vmin=low, vmax=top, extent=extent)
-    ax.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
-    ax.set(xlabel="columns (px)", ylabel="rows (px)")
-    ax.grid(False)
-
-
-def _series(status: np.ndarray) -> list[tuple[str, np.ndarray, tuple[str, str]]]:
-    """Each status, which points have it, and its colour and mark; accepted ones first.
-
-    The rarest are put together where there are more than marks.
-    """
-    first, *looks = _style.SERIES
-    found = [(ACCEPTED, status == ACCEPTED, first)]
-    others = Counter(status[status != ACCEPTED].tolist()).most_common()
-    words = [word for word, _ in others]
-    if len(words) > len(looks):
-        words = words[: len(looks) - 1]
-    found += [(word, status == word, look) for word, look in zip(words, looks)]
-    if len(words) < len(others):
-        found.append((OTHERS, ~np.isin(status, [ACCEPTED, *words]), looks[-1]))
-    return found
 
 
 def _spread(points: np.ndarray, usable: np.ndarray, most: int) -> list[int]:

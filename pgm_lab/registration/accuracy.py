@@ -1,6 +1,6 @@
 """Shifts summed up: RMSE, circular error, and what a few blunders cannot change."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -9,7 +9,10 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 
 ROBUST_SD = 1.4826  # sd of a normal distribution over its median absolute deviation
-CIRCULAR_SD = 1.1774  # median of the radius over the sd of a coordinate
+# Errors of x and y that are normal, with sigma each and mean 0, have RMSE_T = sqrt(2)
+# sigma. They are longer than R with probability exp(-R^2 / (2 sigma^2)), which is one
+# tenth at R = sigma sqrt(2 ln 10).
+CE90_OF_RMSE = np.sqrt(np.log(10))  # 1.5174
 
 
 @dataclass(frozen=True)
@@ -22,53 +25,150 @@ class Accuracy:
         Number of shifts.
     mean_x, mean_y : float
         Mean shift.
+    sd_x, sd_y : float
+        Standard deviation of a shift about the mean; NaN of one shift alone.
+    sd_mean_x, sd_mean_y : float
+        Standard deviation of the mean: sd over the root of n; NaN of one shift alone.
     rmse_x, rmse_y, rmse_t : float
-        Root mean squares of the shifts, and of both together (Br 2-4).
+        Root mean squares of the shifts, and of both together (Br 2-4). A mean shift is
+        in them: RMSE^2 = mean^2 + (n - 1) / n sd^2.
+    sd_rmse_t : float
+        Standard deviation of RMSE_T; NaN of one shift alone.
     ce90 : float
-        Circular error: nine tenths of the shifts are not longer.
+        Circular error: the length that nine tenths of the shifts do not exceed,
+        counted (the quantile 0.9, interpolated). A tenth of blunders do not change it.
+    ce90_normal : float
+        What it would be if the shifts were normal, alike in x and y, without a mean:
+        1.5174 times RMSE_T. Far from `ce90`, they are not.
     median_x, median_y : float
         Median shift, which a few blunders hardly move.
     spread_x, spread_y : float
         Robust standard deviation about the median: 1.4826 times the median absolute
         deviation.
+    robust_rmse_t : float
+        RMSE_T from medians and spreads, for shifts with blunders among them.
+    shifts : ndarray (n, 2)
+        The shifts (dx, dy) themselves.
     """
 
     n: int
     mean_x: float
     mean_y: float
+    sd_x: float
+    sd_y: float
+    sd_mean_x: float
+    sd_mean_y: float
     rmse_x: float
     rmse_y: float
     rmse_t: float
+    sd_rmse_t: float
     ce90: float
+    ce90_normal: float
     median_x: float
     median_y: float
     spread_x: float
     spread_y: float
+    robust_rmse_t: float
+    shifts: np.ndarray = field(repr=False, compare=False)
 
-    def times(self, pixel_size: float) -> Self:
-        """Return the same in metres, from pixels of this size in metres."""
-        size = _validate.positive_number(pixel_size, "pixel_size", "m")
-        names = [f.name for f in fields(self) if f.name != "n"]
-        return replace(self, **{name: getattr(self, name) * size for name in names})
+    def times(self, pixel_size: ArrayLike) -> Self:
+        """Return the same in metres.
+
+        Parameters
+        ----------
+        pixel_size : array_like () or (2,)
+            Of a pixel, or (across, down), in metres.
+
+        Returns
+        -------
+        Accuracy
+
+        Raises
+        ------
+        ValueError
+            If pixel_size is not one positive number or two.
+
+        Examples
+        --------
+        >>> f"{accuracy([0.0, 2], [1.0, 1]).times(6).rmse_t:.2f} m"
+        '10.39 m'
+        """
+        size = _validate.pair(pixel_size, "pixel_size", "m")
+        return type(self)(**_summed_up(*(self.shifts * size).T))
 
 
 def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
-    """Sum up shifts by their means, root mean squares and quantiles (Br 2-4)."""
+    """Sum up shifts by their means, root mean squares and quantiles.
+
+    Parameters
+    ----------
+    dx, dy : array_like (n,)
+        Shifts, sensed minus reference, in pixels or metres; at least one.
+
+    Returns
+    -------
+    Accuracy
+        In the same unit.
+
+    Raises
+    ------
+    ValueError
+        If dx and dy are not two lists of finite numbers of the same length.
+
+    Notes
+    -----
+    The standard deviations of the mean and of RMSE_T are those of independent shifts.
+    RMSE_T^2 is the mean of n squared lengths q, so that sd(RMSE_T) = sd(q) / (2 RMSE_T
+    sqrt(n)); no distribution of the shifts is assumed.
+
+    References
+    ----------
+    Brahmantara 2015, (Br 2) to (Br 4); Greenwalt and Shultz 1962, the circular error.
+
+    Examples
+    --------
+    >>> found = accuracy([0.1, -0.1, 0.3, 0.1], [0.0, 0.2, 0.0, -0.2])
+    >>> f"{found.mean_x:.2f} +- {found.sd_mean_x:.2f}, RMSE_T {found.rmse_t:.3f}"
+    '0.10 +- 0.08, RMSE_T 0.224'
+    """
     dx, dy = _validate.finite(dx, "dx"), _validate.finite(dy, "dy")
     if dx.ndim != 1 or dx.shape != dy.shape or not len(dx):
         raise ValueError(
             "dx and dy must be two lists of the same length, with at least one shift;"
             f" got shapes {dx.shape} and {dy.shape}"
         )
-    x, y = np.median(dx), np.median(dy)
-    rmse_x, rmse_y = np.sqrt(np.mean(dx**2)), np.sqrt(np.mean(dy**2))
-    return Accuracy(
-        len(dx),
-        *map(
-            float,
-            (dx.mean(), dy.mean(), rmse_x, rmse_y, np.hypot(rmse_x, rmse_y),
-             np.quantile(np.hypot(dx, dy), 0.9), x, y,
-             ROBUST_SD * np.median(np.abs(dx - x)),
-             ROBUST_SD * np.median(np.abs(dy - y))),
-        ),
-    )  # fmt: skip
+    return Accuracy(**_summed_up(dx, dy))
+
+
+def _summed_up(dx: np.ndarray, dy: np.ndarray) -> dict:
+    """Values of an Accuracy, by name."""
+    shifts = np.stack([dx, dy], axis=1)
+    n = len(shifts)
+    mean = shifts.mean(axis=0)
+    rmse = np.sqrt(np.mean(shifts**2, axis=0))  # (Br 2), (Br 3)
+    rmse_t = np.hypot(*rmse)  # (Br 4)
+    length = np.hypot(dx, dy)
+    sd, sd_of_q = np.full(2, np.nan), np.nan
+    if n > 1:
+        sd = shifts.std(axis=0, ddof=1)
+        sd_of_q = np.std(length**2, ddof=1)
+    median = np.median(shifts, axis=0)
+    spread = ROBUST_SD * np.median(np.abs(shifts - median), axis=0)
+    numbers = {
+        **_of_both("mean", mean),
+        **_of_both("sd", sd),
+        **_of_both("sd_mean", sd / np.sqrt(n)),
+        **_of_both("rmse", rmse),
+        "rmse_t": rmse_t,
+        "sd_rmse_t": sd_of_q / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_q,
+        "ce90": np.quantile(length, 0.9),
+        "ce90_normal": CE90_OF_RMSE * rmse_t,
+        **_of_both("median", median),
+        **_of_both("spread", spread),
+        "robust_rmse_t": np.sqrt(np.sum(median**2 + spread**2)),
+    }
+    return {k: float(v) for k, v in numbers.items()} | {"n": n, "shifts": shifts}
+
+
+def _of_both(name: str, values: np.ndarray) -> dict:
+    return {f"{name}_x": values[0], f"{name}_y": values[1]}

@@ -12,7 +12,7 @@ from pgm_lab._rounding import plain
 from pgm_lab.matching import Match
 from pgm_lab.report._figures import png
 from pgm_lab.report._layout import count
-from pgm_lab.report._match_findings import lost
+from pgm_lab.report._statuses import lost
 
 LINES = 12
 

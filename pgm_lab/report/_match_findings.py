@@ -3,12 +3,12 @@
 import numpy as np
 
 from pgm_lab._rounding import plain
-from pgm_lab.matching import RECOMMENDED_QUALITY, STATUSES, Match
+from pgm_lab.matching import RECOMMENDED_QUALITY, Match
+from pgm_lab.report import _statuses
 from pgm_lab.report._layout import NUMBERS, Finding, count, listed
+from pgm_lab.report._statuses import SMALL
 
 FEW = 12  # matches
-HALF = 0.5  # of the points
-SMALL = 0.2  # of the left photo
 OFTEN = 0.2  # of the points
 TURNED, SCALED = 15.0, 1.25  # degrees, times
 ODD = 1.5  # times longer or shorter than in the other windows
@@ -17,13 +17,6 @@ STILL = 0.02  # px
 ASIDE = 0.1  # of the width of the left photo
 
 AMBIGUOUS = "ambiguous", "another point from the right"
-PLACES = np.array(
-    [
-        ["at the upper left", "at the top", "at the upper right"],
-        ["at the left", "in the middle", "at the right"],
-        ["at the lower left", "at the bottom", "at the lower right"],
-    ]
-)
 
 
 def findings(found: Match) -> list[Finding]:
@@ -61,28 +54,6 @@ def parallaxes(found: Match) -> np.ndarray:
     return (found.points - found.chosen)[found.accepted]
 
 
-def lost(found: Match) -> list[tuple[str, int]]:
-    """Reasons for which points were not accepted, the most frequent first."""
-    words, numbers = np.unique(found.status[~found.accepted], return_counts=True)
-    order = np.argsort(-numbers, kind="stable")
-    return [(str(words[i]), int(numbers[i])) for i in order]
-
-
-def reasons(found: Match) -> list[Finding]:
-    """List what became of the points, in words."""
-    said = [Finding("accepted", f"{np.sum(found.accepted)} points")]
-    for status, number in lost(found):
-        words = f"{count(number, 'point')}: {advice(status)}"
-        said.append(Finding(status, words))
-    return said
-
-
-def advice(status: str) -> str:
-    """Say what a status means, and what helps."""
-    meaning, help = STATUSES[status]
-    return f"{meaning}. {help[:1].upper()}{help[1:]}."
-
-
 def doubtful(found: Match) -> np.ndarray:
     """Indices of accepted points whose quality is below the recommended one."""
     return np.flatnonzero(found.accepted & (found.quality < RECOMMENDED_QUALITY))
@@ -118,32 +89,20 @@ def _still(found: Match) -> Finding | None:
 
 
 def _few(found: Match) -> Finding | None:
-    n, m = len(found.chosen), int(np.sum(found.accepted))
-    if m >= FEW and m >= HALF * n:
-        return None
-    words = f"{count(m, 'point').capitalize()} of {n} found."
-    if reasons := lost(found):
-        status, number = reasons[0]
-        words += f' Most often the reason is "{status}" ({number}): {advice(status)}'
-    return Finding("Few matches", words)
+    words = _statuses.few(found, FEW)
+    return Finding("Few matches", words) if words else None
 
 
 def _crowded(found: Match) -> Finding | None:
-    at, size = found.chosen[found.accepted], np.array(found.left_size)
-    if len(at) < 2:
+    where = _statuses.crowded(found.chosen[found.accepted], found.left_size)
+    if where is None:
         return None
-    # the middle nine tenths of columns and of rows: single ones do not count
-    low, high = np.quantile(at, [0.05, 0.95], axis=0)
-    share = float(np.prod((high - low) / (0.9 * size)))
-    if share >= SMALL:
-        return None
-    third = np.clip((3 * np.median(at, axis=0) / size).astype(int), 0, 2)
+    share, place = where
     return Finding(
         "Matches in one part of the photo",
-        f"Nearly all matches lie within {100 * share:.0f} % of the left photo,"
-        f" {PLACES[third[1], third[0]]}. What is computed from them, such as the"
-        " orientation, is uncertain elsewhere: choose points over all that both photos"
-        " show.",
+        f"Nearly all matches lie within {100 * share:.0f} % of the left photo, {place}."
+        " What is computed from them, such as the orientation, is uncertain elsewhere:"
+        " choose points over all that both photos show.",
     )
 
 

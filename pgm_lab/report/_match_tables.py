@@ -1,6 +1,5 @@
 """The numbers of a matching as tables of words, rounded by their precision."""
 
-import inspect
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,10 +7,10 @@ import numpy as np
 
 from pgm_lab import matching
 from pgm_lab._rounding import fixed, rounded
-from pgm_lab.matching import STATUSES, Match
+from pgm_lab.matching import Match
+from pgm_lab.report import _settings
 from pgm_lab.report._layout import Table
-
-MOST = 200  # rows of points
+from pgm_lab.report._statuses import MOST, first_rows
 
 # What the settings of `matching.match` mean, for the command line and the report
 SETTINGS = {
@@ -26,19 +25,6 @@ SETTINGS = {
     "back": "pixels that a point may miss when it is sought back from the right",
     "least_quality": "least quality of a match, from 0 to 1; more keeps fewer, better",
 }
-
-
-def statuses(found: Match) -> Table:
-    """Return how many points have which status, what it means and what helps."""
-    words, numbers = np.unique(found.status, return_counts=True)
-    of_status = dict(zip(words.tolist(), numbers.tolist()))
-    rows = [
-        (status, str(of_status[status]), meaning, help or "-")
-        for status, (meaning, help) in STATUSES.items()
-        if status in of_status
-    ]
-    header = ("status", "points", "what it means", "what helps")
-    return Table("What became of the points", header, rows)
 
 
 def points(found: Match) -> Table:
@@ -63,29 +49,13 @@ def points(found: Match) -> Table:
     )
     header += ("sd column", "sd row", "r", "quality", "status")
     caption = "Points in pixels, columns to the right and rows down, from 0"
-    if n < len(found.chosen):
-        caption += f": the first {n} of {len(found.chosen)}"
+    caption = first_rows(caption, len(found.chosen))
     return Table(caption, header, list(zip(*columns)))
 
 
 def values(given: Mapping[str, object]) -> dict[str, Any]:
     """Return what was asked of `matching.match`, its defaults among it."""
-    known = inspect.signature(matching.match).parameters
-    asked = {name: known[name].default for name in SETTINGS} | dict(given)
+    asked = _settings.values(matching.match, given, SETTINGS)
     # Points are given, or picked: so many
     asked.pop("points" if asked["points"] is None else "number")
-    return {name: asked[name] for name in SETTINGS if name in asked}
-
-
-def settings(given: Mapping[str, object]) -> Table:
-    """Return what was asked of `matching.match`, and what it means."""
-    rows = [
-        (name, _shown(value), SETTINGS[name]) for name, value in values(given).items()
-    ]
-    return Table("Settings", ("setting", "value", "what it is"), rows)
-
-
-def _shown(value: object) -> str:
-    if value is None:
-        return "-"
-    return str(value) if isinstance(value, str | float | int) else "given"
+    return asked

@@ -8,8 +8,8 @@ import numpy as np
 from pgm_lab import _validate
 from pgm_lab._rounding import plain
 from pgm_lab.matching import Match
-from pgm_lab.report import _match_findings, _match_tables
-from pgm_lab.report._layout import Section, as_html, as_text
+from pgm_lab.report import _match_findings, _match_tables, _settings, _statuses
+from pgm_lab.report._layout import Section, Table, as_html, as_text
 
 TITLE = "Image matching"
 
@@ -110,12 +110,7 @@ def _given(
     found: Match, settings: Mapping[str, object] | None, about: str
 ) -> Mapping[str, object]:
     _validate.instance(found, Match, "found")
-    if not isinstance(about, str):
-        raise ValueError(f"about must be a text; got {_validate.shown(about)}")
-    given = {} if settings is None else _validate.mapping(settings, "settings")
-    for name in given:
-        _validate.choice(name, "settings: a name", tuple(_match_tables.SETTINGS))
-    return given
+    return _settings.given(settings, about, _match_tables.SETTINGS)
 
 
 def _sections(
@@ -129,18 +124,22 @@ def _sections(
         Section("What to look at first", words, findings, (), ("photos",)),
     ]
     if short:  # a table of sentences is too wide for a terminal
-        return [*parts, Section("Found and lost", (), _match_findings.reasons(found))]
-    parts.append(Section("Found and lost", tables=[_match_tables.statuses(found)]))
+        return [*parts, Section("Found and lost", (), _statuses.reasons(found))]
+    parts.append(Section("Found and lost", tables=[_statuses.statuses(found)]))
     if np.any(found.accepted):
         parts.append(Section("Precision", (_precision(),), figures=("histograms",)))
         moved = (_parallaxes(found),)
         parts.append(Section("Parallaxes", moved, figures=("parallaxes",)))
     parts += [
         Section("Points", tables=[_match_tables.points(found)]),
-        Section("How it was computed", _steps(), (), [_match_tables.settings(given)]),
+        Section("How it was computed", _steps(), (), [_asked(given)]),
         Section("Limits", _match_findings.limits()),
     ]
     return parts
+
+
+def _asked(given: Mapping[str, object]) -> Table:
+    return _settings.table(_match_tables.values(given), _match_tables.SETTINGS)
 
 
 def _summary(found: Match) -> str:

@@ -156,7 +156,7 @@ def test_without_a_file_nothing_is_read_or_written(tmp_path, monkeypatch, capsys
     assert checks.own("mean_shift", max) is max
     assert list(tmp_path.iterdir()) == []
     said = capsys.readouterr().out
-    assert "kept in your own copy only, in work/my_pgm.py" in said
+    assert "mean_shift goes into your program, my_pgm.py, where there is one" in said
     assert "mean_shift: the book's own. Yours takes its place" in said
 
 

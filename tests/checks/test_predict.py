@@ -37,6 +37,16 @@ def test_where_there_is_no_page_the_feedback_is_not_told(shown):
     assert "0.6: the gain stays" in plain and "contrast" not in plain
 
 
+def test_a_viewer_that_hides_nothing_is_told(shown):
+    """Without the style the line is there; with it, only where nothing waits."""
+    page = shown("2.1")["text/html"]
+    style = re.search("<style>.*</style>", page, re.DOTALL)[0]
+    assert _predict.SHOWN in page.replace(style, "")
+    for waits in (".jp-OutputArea", ".cell"):
+        assert f"{waits}:has(.pgm-predict):not(:has(.pgm-predict [open]))" in style
+        assert f"{waits} .pgm-shown" in style
+
+
 def test_it_is_the_same_in_every_run(shown):
     assert shown("2.1") == shown("2.1")
 

@@ -26,7 +26,7 @@ PACKAGES = {
 
 # Where what is imported has to be asked for: the extras on top of the dependencies.
 PLACES = {
-    "pgm_lab": [],
+    "pgm_lab": ["geo"],
     "notebooks": [],
     "tools": ["test", "dev"],
     "publish": ["publish"],

@@ -131,10 +131,24 @@ def test_the_copies_are_written_and_the_original_stays(tmp_path):
     assert [p.relative_to(tmp_path).as_posix() for p in written] == [
         "build/student/01_double.ipynb",
         "build/instructor/01_double.ipynb",
+        "build/student/my_pgm.py",
     ]
     assert path.read_bytes() == before
     solved = nbformat.read(written[1], as_version=4)
     assert solved == nbformat.read(path, as_version=4)
+
+
+def test_the_program_beside_the_copies_is_empty_whatever_a_lecturer_tried(tmp_path):
+    path = tmp_path / "01_double.ipynb"
+    nbformat.write(notebook(), path)
+    program = write_copies([path], tmp_path / "build")[-1]
+    empty = program.read_text(encoding="utf-8")
+    program.write_text(empty + "def double(x):\n    return 2 * x\n", encoding="utf-8")
+    write_copies([path], tmp_path / "build")
+    assert program.read_text(encoding="utf-8") == empty
+    assert list((tmp_path / "build" / "instructor").iterdir()) == [
+        tmp_path / "build" / "instructor" / "01_double.ipynb"
+    ], "what is shown as solved reads no program"
 
 
 # Figures are put together but not painted: nobody looks at those of a copy, and nbval

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import nbformat
 import pytest
@@ -146,4 +147,5 @@ def test_the_command_line(tmp_path):
     result = subprocess.run(
         command + folders, cwd=ROOT, capture_output=True, text=True, check=True
     )
-    assert len(result.stdout.splitlines()) == 2
+    written = [Path(line).name for line in result.stdout.splitlines()]
+    assert written == ["01_example.ipynb", "01_example.ipynb", "my_pgm.py"]

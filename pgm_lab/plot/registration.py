@@ -1,0 +1,249 @@
+"""Drawings of two images that were registered."""
+
+from collections.abc import Callable, Mapping
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab._rounding import plain
+from pgm_lab.plot import _photo, _style, basic
+from pgm_lab.plot.basic import Look
+from pgm_lab.registration import Registration
+
+SHARE = 0.9  # of the shifts within the circle and the ellipses
+LEAST = 1e-4  # px; what is shorter is drawn as long
+
+
+def fringes(
+    reference: ArrayLike,
+    images: Mapping[str, ArrayLike],
+    corner: ArrayLike = (0.0, 0.0),
+) -> Figure:
+    """Draw a part of the reference image and others in two colours, laid over it.
+
+    Grey where both are equally bright; orange where the reference image is brighter,
+    blue where the other one is. A fringe along the edges is a shift.
+
+    Parameters
+    ----------
+    reference : array_like (rows, columns)
+        A part of the reference image; masked or NaN where it has no data.
+    images : mapping {title: array_like (rows, columns)}
+        The same part of other images, in the pixels of the reference image, such as the
+        sensed one before and after resampling.
+    corner : array_like (2,)
+        (column, row) of the first pixel of the part, for the axes.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    first = _grey(reference, "reference")
+    images = _validate.mapping(images, "images")
+    if not images:
+        raise ValueError("images must hold at least one image")
+    left, top = _validate.one_point(corner, 2, "corner") - 0.5
+    rows, columns = first.shape
+    extent = (left, left + columns, top + rows, top)
+    wide = 6.0 * len(images)
+    fig, axes = plt.subplots(1, len(images), figsize=(wide, 6.6), squeeze=False)
+    for ax, (title, image) in zip(axes.flat, images.items()):
+        other = _grey(image, f"images: {title}")
+        if other.shape != first.shape:
+            raise ValueError(
+                f"images: {title} must have as many pixels as the reference image,"
+                f" {first.shape} (rows, columns); got {other.shape}"
+            )
+        ax.set_facecolor(_photo.BLANK)
+        ax.imshow(_two_colours(first, other), extent=extent, interpolation="nearest")
+        ax.set(xlabel="columns (px)", ylabel="rows (px)")
+        ax.set_title(title)
+        ax.grid(False)
+    return fig
+
+
+def _grey(image: ArrayLike, name: str) -> np.ma.MaskedArray:
+    grey = np.ma.masked_invalid(np.ma.asarray(image).astype(float))
+    if grey.ndim != 2:
+        raise ValueError(f"{name} must have shape (rows, columns); got {grey.shape}")
+    return grey
+
+
+def _two_colours(one: np.ma.MaskedArray, other: np.ma.MaskedArray) -> np.ndarray:
+    """Red is the one, blue the other and green their mean; clear without data."""
+    a, b = _stretched(one), _stretched(other)
+    seen = ~(np.ma.getmaskarray(one) | np.ma.getmaskarray(other))
+    return np.stack([a, (a + b) / 2, b, seen], axis=-1)
+
+
+def _stretched(grey: np.ma.MaskedArray) -> np.ndarray:
+    """Grey values from 0 to 1, with the same share of black and white in each image."""
+    values = grey.compressed()
+    if not len(values):
+        return np.zeros(grey.shape)
+    low, high = np.percentile(values, [1, 99])
+    return np.clip((grey.filled(low) - low) / max(high - low, 1e-9), 0, 1)
+
+
+def shifts(
+    reference: ArrayLike,
+    found: Registration,
+    vectors: ArrayLike | None = None,
+    title: str = "Shifts, sensed minus reference",
+    *,
+    say: Callable[[str], str] = str,
+) -> Figure:
+    """Draw the reference image with an arrow at each accepted point: its shift.
+
+    Points that were not accepted have a mark by their status.
+
+    Parameters
+    ----------
+    reference : array_like (rows, columns)
+        The reference image.
+    found : Registration
+        What `registration.register` returned; at least one point must be accepted.
+    vectors : array_like (n, 2), optional
+        What to draw in place of the shifts, such as what a model leaves of them, in
+        pixels; only those of accepted points are drawn.
+    title : str
+        What the arrows are.
+    say : function
+        Puts a status into other words.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    good = _some(found)
+    grey = _grey(reference, "reference")
+    if vectors is None:
+        vectors = np.column_stack([found.dx, found.dy])
+    arrows = _of_points(vectors, good, "vectors")
+    title = _validate.text(title, "title")
+    say = _validate.function(say, "say")
+    fig = _photo.arrows(grey, found.points[good], arrows[good], title)
+    marks: Look = {"linestyle": "none", "markeredgecolor": "white", "markersize": 8}
+    handles = []
+    for status, which, (colour, mark) in _photo.series(found.status)[1:]:
+        look = marks | {"color": colour, "marker": mark}
+        label = f"{say(status)}: {np.sum(which)}"
+        handles += fig.axes[0].plot(*found.points[which].T, label=label, **look)
+    if handles:
+        fig.legend(handles=handles, loc="outside lower center", ncols=2)
+    return fig
+
+
+def scatter(found: Registration, radius: int = 3) -> Figure:
+    """Draw the accepted shifts: in the search window, and about their mean.
+
+    The circle about zero holds nine tenths of them (CE90). Of the ellipses about the
+    mean one has the covariance that the chips predict, the other that of the shifts;
+    if the shifts are normal, either holds nine tenths of them.
+
+    Parameters
+    ----------
+    found : Registration
+        What `registration.register` returned; at least one point must be accepted.
+    radius : int
+        How far was searched, in pixels.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    good = _some(found)
+    radius = _validate.whole(radius, "radius", 1)
+    d = np.column_stack([found.dx, found.dy])[good]
+    mean, C = d.mean(axis=0), np.mean(found.covariance[good], axis=0)
+    fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 6.4))
+    reach = max(radius + 0.5, 1.05 * float(np.abs(d).max()))
+    dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
+    dots |= {"alpha": 0.6, "markersize": 6, "markeredgewidth": 0}
+    whole.plot(*d.T, **dots)
+    edge: Look = {"fill": False, "linewidth": 2.4}
+    label = f"CE90 = {plain(found.ce90)} px"
+    whole.add_patch(Circle((0, 0), found.ce90, color=basic.RED, label=label, **edge))
+    whole.plot(*mean, "P", color=basic.BLACK, markersize=11, label="mean")
+    whole.plot(0, 0, "+", color=basic.BLACK, markersize=15, label="no shift")
+    whole.set(xlim=(-reach, reach), ylim=(reach, -reach))
+    whole.set_title("In the search window")
+    v = d - mean
+    near.plot(*v.T, **dots)
+    ellipses = [("predicted", C, basic.ORANGE, "--")]
+    if len(d) > 2:
+        ellipses.append(("of the shifts", np.cov(v.T), basic.RED, "-"))
+    for name, covariance, colour, line in ellipses:
+        look: Look = {"color": colour, "linestyle": line, "label": f"90 %, {name}"}
+        basic.error_ellipse(near, (0, 0), covariance, SHARE, **look)
+    reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
+    reach = max(reach, 1e-3)
+    near.set(xlim=(-reach, reach), ylim=(reach, -reach))
+    near.set_title("About the mean shift")
+    for ax in (whole, near):
+        ax.set(xlabel="dx (px)", ylabel="dy (px)", aspect="equal")
+        ax.xaxis.set_major_locator(plt.MaxNLocator(5))
+        ax.yaxis.set_major_locator(plt.MaxNLocator(5))
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    return fig
+
+
+def similarity(found: Registration, errors: ArrayLike) -> Figure:
+    """Draw if r, and the predicted standard deviation, tell how far off a shift is.
+
+    Parameters
+    ----------
+    found : Registration
+        What `registration.register` returned; at least one point must be accepted.
+    errors : array_like (n, 2)
+        How far each shift is off, in pixels, such as the residuals of a model; only
+        those of accepted points are drawn.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    good = _some(found)
+    errors = _of_points(errors, good, "errors")
+    off = np.maximum(np.hypot(*errors[good].T), LEAST)
+    fig, (by_r, by_sd) = plt.subplots(1, 2, figsize=(12, 5), sharey=True)
+    dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
+    dots |= {"alpha": 0.6, "markersize": 7, "markeredgewidth": 0}
+    by_r.semilogy(found.r[good], off, **dots)
+    by_r.set(xlabel="correlation coefficient r", ylabel="off by (px)")
+    sd = np.maximum(found.sd[good], LEAST)
+    by_sd.loglog(sd, off, **dots)
+    ends = np.array([sd.min() / 1.5, sd.max() * 1.5])
+    # Nine tenths of normal errors are not longer than 2.146 of their sd
+    limit = np.sqrt(2 * np.log(10)) * ends
+    line: Look = {"color": basic.RED, "linestyle": "--"}
+    by_sd.plot(ends, limit, label="90 % below, as predicted", **line)
+    by_sd.set(xlabel="predicted standard deviation (px)")
+    by_sd.legend(loc="upper left")
+    _style.plain(by_sd.xaxis)
+    _style.plain(by_r.yaxis, (1,))
+    return fig
+
+
+def _some(found: Registration) -> np.ndarray:
+    _validate.instance(found, Registration, "found")
+    if not np.any(found.accepted):
+        raise ValueError("found has no accepted point: there are no shifts to draw")
+    return found.accepted
+
+
+def _of_points(values: ArrayLike, good: np.ndarray, name: str) -> np.ndarray:
+    """Vectors (n, 2), finite at the accepted points."""
+    vectors = _validate.real(values, name)
+    if vectors.shape != (len(good), 2):
+        raise ValueError(
+            f"{name} must have shape ({len(good)}, 2), as there are points; got"
+            f" {vectors.shape}"
+        )
+    if not np.all(np.isfinite(vectors[good])):
+        raise ValueError(f"{name} must be finite at the accepted points")
+    return vectors

@@ -1,0 +1,185 @@
+"""Points of the reference image: on a grid, where texture is good, or from a file."""
+
+import os
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _numbers, _validate, matching
+from pgm_lab._files import printable
+from pgm_lab.matching import photo
+from pgm_lab.registration._plain import without_data
+from pgm_lab.registration.raster import Raster
+
+
+def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
+    """Points on a square grid in the middle of an image.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        (rows, columns) of the reference image.
+    step : int
+        Pixels from one point to the next.
+    margin : int
+        Pixels from the edge to a point, at least: chip // 2 + radius keeps the chip,
+        and where it is searched, inside the image.
+
+    Returns
+    -------
+    ndarray (n, 2)
+        (column, row), whole pixels, row by row.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not what is described here, or no pixel is left.
+
+    Examples
+    --------
+    >>> grid((100, 160), 50, 20)
+    array([[ 29.,  24.],
+           [ 79.,  24.],
+           [129.,  24.],
+           [ 29.,  74.],
+           [ 79.,  74.],
+           [129.,  74.]])
+    """
+    rows, columns = (
+        _validate.whole(n, "shape", 1) for n in _validate.of_shape(shape, (2,), "shape")
+    )
+    step = _validate.whole(step, "step", 1)
+    margin = _validate.whole(margin, "margin", 0)
+    if min(rows, columns) <= 2 * margin:
+        raise ValueError(
+            f"an image of {rows} x {columns} pixels has none that are {margin} px from"
+            " its edge (margin)"
+        )
+    many = [(n - 2 * margin - 1) // step + 1 for n in (columns, rows)]
+    _validate.size("step", *many, 2)
+    x, y = (
+        step * np.arange(m) + (n - 1 - step * (m - 1)) // 2
+        for m, n in zip(many, (columns, rows))
+    )
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(float)
+
+
+def pick(
+    image: ArrayLike,
+    number: int,
+    chip: int = 21,
+    radius: int = 3,
+    *,
+    sensed: ArrayLike | None = None,
+    offset: ArrayLike = (0.0, 0.0),
+) -> np.ndarray:
+    """Pick points whose chips have texture, spread over the reference image.
+
+    Texture is the smaller eigenvalue of the gradient matrix, as in `matching.pick`.
+
+    Parameters
+    ----------
+    image : array_like (rows, columns)
+        Grey values of the reference image, 8 or 16 bit or float; masked or NaN where
+        there are none.
+    number : int
+        How many points.
+    chip : int
+        Pixels across a chip, odd.
+    radius : int
+        Pixels that `register` searches to each side.
+    sensed : array_like (rows, columns), optional
+        The sensed image: no point is picked where it has no data within the radius.
+    offset : array_like (2,)
+        As `register` takes it: column and row in the sensed image less those in the
+        reference, about.
+
+    Returns
+    -------
+    ndarray (m, 2)
+        (column, row), whole pixels, the best first; fewer than `number` where the
+        images have no more in common, or no more texture; perhaps none.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not what is described here, or the image is too small.
+
+    Examples
+    --------
+    >>> from pgm_lab.datasets import landsat_pair
+    >>> one, other = landsat_pair()
+    >>> points = pick(one.grey, 50, sensed=other.grey)
+    >>> len(points), points.min() >= 13
+    (50, np.True_)
+    """
+    image = _validate.grey_image(image, "image")
+    chip = _validate.window(chip, "chip")
+    radius = _validate.whole(radius, "radius", 0)
+    offset = _validate.of_shape(offset, (2,), "offset")
+    if sensed is not None:
+        sensed = _validate.grey_image(sensed, "sensed")
+        mask = without_data(image) | _not_seen(image.shape, sensed, radius, offset)
+        if mask.all():
+            return np.zeros((0, 2))
+        image = np.ma.array(np.ma.getdata(image), mask=mask)
+    return matching.pick(image, number, chip, margin=chip // 2 + radius)
+
+
+def _not_seen(
+    shape: tuple[int, ...], sensed: np.ndarray, radius: int, offset: np.ndarray
+) -> np.ndarray:
+    """Where the sensed image has no data within the radius, in reference pixels."""
+    seen = np.zeros(shape, bool)
+    across, down = np.round(np.clip(offset, -(2**31), 2**31)).astype(int)
+    left, top = max(0, -across), max(0, -down)
+    right = min(shape[1], sensed.shape[1] - across)
+    bottom = min(shape[0], sensed.shape[0] - down)
+    if left < right and top < bottom:
+        part = np.s_[top + down : bottom + down, left + across : right + across]
+        seen[top:bottom, left:right] = ~without_data(sensed[part])
+    around = np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)
+    return cv2.dilate((~seen).astype(np.uint8), around) > 0
+
+
+def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.ndarray:
+    """Read points of the reference image from a text file.
+
+    Parameters
+    ----------
+    path : str or path
+        Two numbers a line, with a blank or a comma between them: column and row of a
+        point, whole numbers at pixel centres.
+    raster : Raster, optional
+        The reference image: then the numbers are x and y on its map.
+
+    Returns
+    -------
+    ndarray (n, 2)
+        (column, row), in pixels.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If a line is not two numbers, or the raster has no georeference.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "points.csv")
+    ...     _ = file.write_text("12, 34.5")
+    ...     points = read_points(file)
+    >>> points
+    array([[12. , 34.5]])
+    """
+    file = photo.regular(path, f"points, {printable(path)}")
+    names = ("column", "row") if raster is None else ("x", "y")
+    points = _numbers.read_table(file, "points", names, 0).values
+    if raster is None:
+        return points
+    return _validate.instance(raster, Raster, "raster").pixels(points)
