@@ -170,7 +170,8 @@ def r_and_shift(r: ArrayLike, shift: ArrayLike, error: ArrayLike) -> None:
         ax.set(xlabel="r", ylabel=name, ylim=(-0.2, None))
     axes[0].set_title("As in figure 3.1")
     axes[1].set_title("With the truth")
-    axes[1].legend(loc="upper right")
+    handles = axes[1].get_legend_handles_labels()
+    fig.legend(*handles, loc="outside lower center", ncols=2)
     basic.show(
         fig,
         "Two scatter plots over r. Left the length of the shift, right the distance"
