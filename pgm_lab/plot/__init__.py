@@ -2,11 +2,12 @@
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `bundle`,
-`network`, `matrices`, `registration`, `studies`.
+`network`, `matrices`, `registration`, `studies`, `fifty` (the case of chapter 7).
 """
 
 from pgm_lab.plot import (
     bundle,
+    fifty,
     matches,
     matching,
     matrices,
@@ -48,6 +49,7 @@ __all__ = [
     "YELLOW",
     "bundle",
     "error_ellipse",
+    "fifty",
     "frame",
     "interact",
     "matches",

