@@ -1,0 +1,212 @@
+"""Figures of two images that do not lie on each other: changes, fringes, a way to measure."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from ipywidgets import IntSlider
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.plot import basic
+from pgm_lab.plot._overlay import grey_levels, overlay
+from pgm_lab.plot._sliders import interact
+
+REACH = 4  # px that the sliders go to each side
+
+
+def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Figure:
+    """Draw two images side by side, and where their grey values differ.
+
+    Parameters
+    ----------
+    reference, sensed : array_like (rows, columns)
+        Grey values; masked or NaN where there are none.
+    limit : float
+        Pixels that differ by more grey values than this count as changed.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    one, other = _alike(reference, sensed)
+    limit = _validate.not_negative(limit, "limit", "grey values")
+    tall = one.shape[0] > 0.8 * one.shape[1]
+    fig = plt.figure(figsize=(11, 4.4 if tall else 6.4))
+    names = ("reference", "sensed", "changed")
+    grid = [["reference", "sensed", "changed"]]
+    if not tall:  # two small ones above one large
+        grid = [["reference", "changed", "changed"], ["sensed", "changed", "changed"]]
+    axes = fig.subplot_mosaic(grid)
+    for name, image in zip(names, (one, other)):
+        axes[name].imshow(grey_levels(image, name), vmin=0, vmax=1)
+        axes[name].set_title(f"{name} image")
+    changed = np.abs(other - one) > limit
+    share = 100 * changed.sum() / max(1, np.isfinite(other - one).sum())
+    axes["changed"].imshow(changed, cmap="binary", interpolation="nearest")
+    axes["changed"].set_title(f"changed: {share:.0f} % of the land")
+    for ax in axes.values():
+        ax.set(xticks=[], yticks=[])
+        ax.grid(False)
+    for side in ("top", "right"):
+        axes["changed"].spines[side].set_visible(True)
+    return fig
+
+
+def two_colours(
+    reference: ArrayLike, sensed: ArrayLike, centre: ArrayLike, size: int = 61
+) -> None:
+    """Show both images laid on each other in two colours, whole and a part enlarged.
+
+    Parameters
+    ----------
+    reference, sensed : array_like (rows, columns)
+        Grey values.
+    centre : array_like (2,)
+        (column, row) of the part.
+    size : int
+        Pixels across the part, odd.
+    """
+    one, other = _alike(reference, sensed)
+    window, extent = _part(one.shape, centre, size)
+    fig, axes = plt.subplots(1, 2, figsize=(11, 4.8), width_ratios=(1.45, 1))
+    overlay(one, other, ax=axes[0])
+    overlay(one[window], other[window], ax=axes[1])
+    axes[1].images[0].set_extent(extent)
+    left, right, bottom, top = extent
+    frame = {"edgecolor": basic.ORANGE, "fill": False, "linewidth": 3}
+    corner = (left, top)
+    axes[0].add_patch(plt.Rectangle(corner, right - left, bottom - top, **frame))
+    axes[0].set_title("green: reference, magenta: sensed")
+    axes[1].set_title("enlarged, the orange square")
+    basic.show(
+        fig,
+        "Both images laid on each other, the reference in green and the sensed one in"
+        " magenta. The fields are grey, so both show the same. Along every edge of a"
+        " field runs a narrow fringe, green on one side and magenta on the other.",
+        dpi=100,
+        colours=160,
+    )
+
+
+def before_and_after(
+    reference: ArrayLike, sensed: ArrayLike, again: ArrayLike, limit: float = 300.0
+) -> None:
+    """Show what counts as changed, before and after the sensed image was resampled.
+
+    Parameters
+    ----------
+    reference, sensed, again : array_like (rows, columns)
+        Grey values, `again` those of the sensed image in the pixels of the reference;
+        masked or NaN where there are none.
+    limit : float
+        As for `changes`.
+    """
+    limit = _validate.not_negative(limit, "limit", "grey values")
+    fig, axes = plt.subplots(1, 2, figsize=(10.6, 5.7))
+    shares = []
+    for ax, image, name in zip(axes, (sensed, again), ("before", "after")):
+        one, other = _alike(reference, image)
+        changed = np.abs(other - one) > limit
+        shares.append(100 * changed.sum() / max(1, np.isfinite(other - one).sum()))
+        ax.imshow(changed, cmap="binary", interpolation="nearest")
+        ax.set(xticks=[], yticks=[], title=f"{name}: {shares[-1]:.0f} % changed")
+        ax.grid(False)
+        ax.spines[["top", "right"]].set_visible(True)
+    basic.show(
+        fig,
+        f"Two maps of change. Before, {shares[0]:.0f} % of the land is black, every"
+        f" street and every edge of a field. After, {shares[1]:.0f} %: what is left"
+        " are a dozen tilted squares, sharp on an almost empty ground.",
+        dpi=100,
+        colours=8,
+    )
+
+
+def by_hand(
+    reference: ArrayLike, sensed: ArrayLike, centre: ArrayLike, size: int = 25
+) -> None:
+    """Show a part of both images with a line a pixel, and sliders that draw one back.
+
+    Parameters
+    ----------
+    reference, sensed : array_like (rows, columns)
+        Grey values.
+    centre : array_like (2,)
+        (column, row) of the part, at least `size` / 2 + 4 pixels from the edge.
+    size : int
+        Pixels across the part, odd.
+    """
+    one, other = _alike(reference, sensed)
+    window, extent = _part(one.shape, centre, size)
+    _part(one.shape, centre, size + 2 * REACH)  # room for the sliders
+    rows, columns = window
+
+    def draw(dx: int, dy: int) -> None:
+        moved = other[_moved(rows, dy), _moved(columns, dx)]
+        fig, ax = plt.subplots(figsize=(8.2, 7.4))
+        overlay(one[window], moved, ax=ax)
+        ax.images[0].set_extent(extent)
+        _line_a_pixel(ax, extent)
+        drawn = f"sensed image drawn back by {dx} columns and {dy} rows"
+        ax.set_title(f"green: reference, magenta: sensed\n{drawn}")
+        basic.show(
+            fig,
+            f"A part of both images of {size} by {size} pixels, with a thin line"
+            f" between any two pixels; {drawn}.",
+            dpi=90,
+            colours=96,
+        )
+
+    look = {"min": -REACH, "max": REACH, "continuous_update": False}
+    dx = IntSlider(0, description="columns", **look)
+    interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
+
+
+def _alike(reference: ArrayLike, sensed: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Both images as grey values with NaN where there are none, of the same shape."""
+    both = []
+    for image, name in ((reference, "reference"), (sensed, "sensed")):
+        grey = _validate.grey_image(image, name)
+        mask = np.ma.getmaskarray(grey)  # type: ignore[no-untyped-call]
+        both.append(np.where(mask, np.nan, np.ma.getdata(grey).astype(float)))
+    if both[0].shape != both[1].shape:
+        raise ValueError(
+            f"reference has shape {both[0].shape} and sensed {both[1].shape}; cut or"
+            " resample one of them, so that both have the same pixels"
+        )
+    return both[0], both[1]
+
+
+def _part(
+    shape: tuple[int, ...], centre: ArrayLike, size: int
+) -> tuple[tuple[slice, slice], tuple[float, float, float, float]]:
+    """Rows and columns of a square part, and its (left, right, bottom, top) edges."""
+    size = _validate.window(size, "size", 1)
+    far = max(shape) + size
+    x, y = np.clip(np.floor(_validate.one_point(centre, 2, "centre") + 0.5), -far, far)
+    left, top = int(x) - size // 2, int(y) - size // 2
+    if min(left, top) < 0 or left + size > shape[1] or top + size > shape[0]:
+        raise ValueError(
+            f"the part of {size} x {size} pixels around the centre ({x:.0f}, {y:.0f})"
+            f" leaves the image of {shape[0]} rows and {shape[1]} columns"
+        )
+    edges = (left - 0.5, left + size - 0.5, top + size - 0.5, top - 0.5)
+    return (slice(top, top + size), slice(left, left + size)), edges
+
+
+def _moved(part: slice, step: int) -> slice:
+    return slice(part.start + step, part.stop + step)
+
+
+def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
+    """Draw a thin line between pixels, and name every fifth."""
+    left, right, bottom, top = extent
+    look = {"color": "white", "linewidth": 0.6, "alpha": 0.55}
+    for x in np.arange(left, right + 0.1):
+        ax.axvline(x, **look)
+    for y in np.arange(top, bottom + 0.1):
+        ax.axhline(y, **look)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MultipleLocator(5))

@@ -1,0 +1,212 @@
+"""Figures of the shifts of many chips: around the truth, in circles, on trial."""
+
+from collections.abc import Mapping
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.plot import basic
+from pgm_lab.registration import rmse
+
+WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
+SHOWN = 0.5  # px to each side of the truth
+
+
+def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
+    """Show the shifts that several methods found, like darts around the bull's eye.
+
+    Parameters
+    ----------
+    methods : mapping of str to array_like (n, 2)
+        (dx, dy) in pixels, by the name of the method.
+    truth : array_like (2,)
+        The true shift in pixels.
+    """
+    clouds = _clouds(methods)
+    x, y = _validate.one_point(truth, 2, "truth")
+    size = (3.9 * max(2, len(clouds)), 4.8)
+    fig, axes = plt.subplots(1, len(clouds), figsize=size, squeeze=False)
+    said = []
+    for ax, (name, cloud) in zip(axes[0], clouds.items()):
+        middle = np.median(cloud, axis=0)
+        ax.axhline(y, color=basic.GREEN, linewidth=2.5)
+        ax.axvline(x, color=basic.GREEN, linewidth=2.5, label="truth")
+        whole = {"mfc": "none", "markersize": 24, "mew": 2.2, "label": "whole pixel"}
+        ax.plot(*np.round((x, y)), "s", color=basic.BLACK, **whole)
+        ax.plot(*cloud.T, "o", color=basic.BLUE, alpha=0.45, ms=9, label="one chip")
+        ax.plot(*middle, "X", color=basic.RED, markersize=15, label="median")
+        ax.set(xlim=(x - SHOWN, x + SHOWN), ylim=(y + SHOWN, y - SHOWN), aspect="equal")
+        off = float(np.hypot(*(middle - (x, y))))
+        ax.set(title=f"{name}:\nmedian off by {off:.2f} px", xlabel="dx (px)")
+        said.append(f"{name} {off:.2f} px")
+    axes[0, 0].set_ylabel("dy (px)")
+    handles = axes[0, 0].get_legend_handles_labels()
+    fig.legend(*handles, loc="outside lower center", ncols=4)
+    basic.show(
+        fig,
+        "The shifts of all chips around the true shift, one panel for each method. The"
+        f" median misses the truth by: {', '.join(said)}.",
+        dpi=100,
+        colours=128,
+    )
+
+
+def circles(dx: ArrayLike, dy: ArrayLike) -> Figure:
+    """Draw errors in a plane, with the circles of RMSE_T and of nine tenths (CE90).
+
+    Parameters
+    ----------
+    dx, dy : array_like (n,)
+        Errors in pixels or metres.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    _, _, total = rmse(dx, dy)
+    x, y = _validate.finite(dx, "dx"), _validate.finite(dy, "dy")
+    ninety = float(np.quantile(np.hypot(x, y), 0.9))
+    far = 1.05 * max(float(np.hypot(x, y).max()), total)
+    fig, ax = plt.subplots(figsize=(8.6, 6.4))
+    ax.plot(x, y, "o", color=basic.GREY, alpha=0.5, markersize=4, label="one error")
+    for radius, colour, line, name in (
+        (total, basic.RED, "-", "RMSE$_T$"),
+        (ninety, basic.BLUE, "--", "CE90"),
+    ):
+        look = {"fill": False, "edgecolor": colour, "linewidth": 3.5, "linestyle": line}
+        ax.add_patch(Circle((0, 0), radius, label=f"radius {name} = {radius:.2f}", **look))
+    ax.set(xlim=(-far, far), ylim=(far, -far), aspect="equal")
+    ax.set(xlabel="error in x (px)", ylabel="error in y (px)")
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return fig
+
+
+def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> None:
+    """Show what a search reports of shifts that grow beyond its radius, and with what r.
+
+    Parameters
+    ----------
+    true, found : array_like (n,)
+        Shifts of n chips along one axis, in pixels.
+    r : array_like (n,)
+        Correlation at the peak of each.
+    radius : int
+        Of the search, in pixels.
+    """
+    true, found, r = _lists(true=true, found=found, r=r)
+    radius = _validate.whole(radius, "radius", 1)
+    wrong = np.abs(found - true) > WRONG
+    fig, axes = plt.subplots(1, 2, figsize=(11.5, 4.9))
+    end = max(float(true.max()), radius + 1.0)
+    axes[0].plot((0, end), (0, end), color=basic.GREEN, label="as it should be")
+    axes[0].axhline(radius, color=basic.BLACK, linestyle=":", label="end of the search")
+    axes[0].set(xlabel="true dx (px)", ylabel="reported dx (px)", ylim=(-radius - 1, end))
+    axes[1].axhline(0.8, color=basic.BLACK, linestyle=":", label="threshold 0.8")
+    axes[1].set(xlabel="true dx (px)", ylabel="r at the peak", ylim=(-0.1, 1.03))
+    for chosen, mark, colour, name in _kinds(wrong):
+        look = {"color": colour, "linestyle": "none", "markersize": 6, "alpha": 0.55}
+        axes[0].plot(true[chosen], found[chosen], mark, **look)
+        axes[1].plot(true[chosen], r[chosen], mark, label=name, **look)
+    axes[0].legend(loc="lower left")
+    axes[1].legend(loc="lower left", markerscale=1.6)
+    passed = int(np.sum(wrong & (r >= 0.8)))
+    basic.show(
+        fig,
+        "Left, reported against true shift: on the diagonal up to the radius, and from"
+        " there on level, for no larger answer exists. Right, r against the true shift:"
+        f" it falls slowly; {passed} of {wrong.sum()} wrong chips stay above 0.8.",
+        dpi=100,
+        colours=128,
+    )
+
+
+def trial(
+    error: ArrayLike, r: ArrayLike, tests: Mapping[str, ArrayLike], limit: float = 0.8
+) -> Figure:
+    """Draw r against the error of chips, and what tests accept at every threshold.
+
+    Parameters
+    ----------
+    error : array_like (n,)
+        Length of each chip's error in pixels.
+    r : array_like (n,)
+        Its correlation.
+    tests : mapping of str to array_like (n,)
+        The larger, the more a test trusts a chip; NaN: not at all. By their names.
+    limit : float
+        Threshold of r to be marked.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    error, r = _lists(error=error, r=r)
+    limit = _validate.number(limit, "limit")
+    wrong = error > WRONG
+    if wrong.all() or not wrong.any():
+        raise ValueError("error must have chips within a pixel and chips beyond it")
+    fig, axes = plt.subplots(1, 2, figsize=(12, 5.4), width_ratios=(1, 1.05))
+    for chosen, mark, colour, name in _kinds(wrong):
+        look = {"color": colour, "linestyle": "none", "markersize": 5, "alpha": 0.5}
+        axes[0].semilogy(r[chosen], error[chosen], mark, label=name, **look)
+    axes[0].axvline(limit, color=basic.BLACK, linestyle=":")
+    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 30, None))
+    axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes[0].legend(loc="lower left", markerscale=2)
+    styles = [(basic.BLUE, "-"), (basic.RED, "--"), (basic.PURPLE, "-.")]
+    for (name, score), (colour, line) in zip(_tests(tests, len(r)).items(), styles):
+        order = np.unique(score)[::-1]
+        steps = [[np.mean(score[k] >= t) for t in order] for k in (wrong, ~wrong)]
+        curve = 100 * np.hstack([np.zeros((2, 1)), steps])
+        axes[1].plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
+    share = [100 * np.mean(r[k] >= limit) for k in (wrong, ~wrong)]
+    axes[1].plot(*share, "o", color=basic.BLUE, markersize=14)
+    axes[1].annotate(f"r ≥ {limit:g}", share, (16, -8), textcoords="offset points",
+                     fontsize=16, color=basic.BLUE)  # fmt: skip
+    axes[1].set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
+    axes[1].set(xlim=(-1, 31), ylim=(-2, 102))
+    axes[1].legend(loc="lower right")
+    return fig
+
+
+def _kinds(wrong: np.ndarray) -> tuple[tuple[np.ndarray, str, str, str], ...]:
+    """Right and wrong chips, with mark, colour and name."""
+    return (
+        (~wrong, "o", basic.SKY, "right within 1 px"),
+        (wrong, "X", basic.RED, "wrong"),
+    )
+
+
+def _clouds(methods: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Shifts (n, 2) by the name of the method."""
+    methods = _validate.mapping(methods, "methods")
+    found = {}
+    for name, shifts in methods.items():
+        _validate.text(name, "methods: a name")
+        cloud = _validate.of_shape(shifts, (None, 2), f"methods: {name}")
+        found[name] = cloud
+    return found
+
+
+def _lists(**lists: ArrayLike) -> list[np.ndarray]:
+    """Lists of the same length."""
+    arrays = [_validate.finite(values, name) for name, values in lists.items()]
+    if any(a.ndim != 1 or a.shape != arrays[0].shape or not a.size for a in arrays):
+        raise ValueError(f"{', '.join(lists)} must be lists of the same length")
+    return arrays
+
+
+def _tests(tests: Mapping[str, ArrayLike], n: int) -> dict[str, np.ndarray]:
+    """Scores (n,) by the name of the test; what has none comes last."""
+    found = {}
+    for name, score in _validate.mapping(tests, "tests").items():
+        _validate.text(name, "tests: a name")
+        values = _validate.real(score, f"tests: {name}")
+        if values.shape != (n,):
+            raise ValueError(f"tests: {name} must have one number for each chip")
+        found[name] = np.where(np.isfinite(values), values, -np.inf)
+    return found
