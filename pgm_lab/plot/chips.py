@@ -120,6 +120,7 @@ def map_of_r(r: ArrayLike) -> Figure:
     """
     fig, ax = plt.subplots(figsize=(7.4, 6.6))
     table_of_r(ax, r, numbers=True)
+    ax.set_title("r for every shift of one chip")
     return fig
 
 
