@@ -152,7 +152,7 @@ def trial(
         look = {"color": colour, "linestyle": "none", "markersize": 5, "alpha": 0.5}
         axes[0].semilogy(r[chosen], error[chosen], mark, label=name, **look)
     axes[0].axvline(limit, color=basic.BLACK, linestyle=":")
-    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 30, None))
+    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 12, None))
     axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes[0].legend(loc="lower left", markerscale=2)
     styles = [(basic.BLUE, "-"), (basic.RED, "--"), (basic.PURPLE, "-.")]
