@@ -39,6 +39,7 @@ GREY = simulate.grey_values(
     simulate.texture(seed=1), np.stack(np.meshgrid(np.arange(48), np.arange(44)), -1)
 )
 SPOT = simulate.target((10.25, 9.5), diameter=8)
+ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
 UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
 
 
@@ -418,6 +419,40 @@ FUNCTIONS = {
     "plot.matching.film_strip": lambda: dict(
         left=GREY, right=GREY, point=(20, 20), window=5,
         parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
+    ),
+    "plot.overlay": lambda: dict(reference=GREY, sensed=GREY),
+    "plot.fringe.changes": lambda: dict(reference=GREY, sensed=GREY),
+    "plot.fringe.two_colours": lambda: dict(
+        reference=GREY, sensed=GREY, centre=(20.0, 20), size=21
+    ),
+    "plot.fringe.by_hand": lambda: dict(
+        reference=GREY, sensed=GREY, centre=(20.0, 20), size=9
+    ),
+    "plot.fringe.before_and_after": lambda: dict(
+        reference=GREY, sensed=GREY, again=GREY
+    ),
+    "plot.chips.search": lambda: dict(ONE_CHIP),
+    "plot.chips.table_of_r": lambda: dict(ax=axes(), r=np.eye(3)),
+    "plot.chips.map_of_r": lambda: dict(r=np.eye(3)),
+    "plot.chips.places": lambda: dict(image=GREY, points=[(20.0, 20), (25, 18)]),
+    "plot.chips.parabola": lambda: dict(r_left=0.5, r_middle=0.9, r_right=0.7),
+    "plot.shifts.darts": lambda: dict(
+        methods={"a": np.ones((3, 2))}, truth=(1.25, -0.75)
+    ),
+    "plot.shifts.circles": lambda: dict(dx=[0.1, -0.3, 0.2], dy=[0.3, 0.1, -0.1]),
+    "plot.shifts.beyond": lambda: dict(
+        true=[0.0, 2, 5], found=[0.0, 2, 3], r=[0.9, 0.9, 0.8]
+    ),
+    "plot.shifts.trial": lambda: dict(
+        error=[0.1, 0.2, 5], r=[0.9, 0.7, 0.6], tests={"r": np.array([0.9, 0.7, 0.6])}
+    ),
+    "registration.best_shift": lambda: dict(ONE_CHIP),
+    "registration.peak_of_parabola": lambda: dict(
+        r_left=0.5, r_middle=0.9, r_right=0.7
+    ),
+    "registration.rmse": lambda: dict(dx=[0.1, -0.3, 0.2], dy=[0.3, 0.1, -0.1]),
+    "registration.chip_shifts": lambda: dict(
+        reference=GREY, sensed=GREY, points=[(20.0, 20), (25, 18)], chip=9
     ),
     "plot.matches.side_by_side": lambda: dict(left=GREY, right=GREY, found=matched()),
     "plot.matches.parallaxes": lambda: dict(left=GREY, found=matched()),

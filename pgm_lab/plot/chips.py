@@ -120,6 +120,7 @@ def map_of_r(r: ArrayLike) -> Figure:
     """
     fig, ax = plt.subplots(figsize=(7.4, 6.6))
     table_of_r(ax, r, numbers=True)
+    ax.set_title("r for every shift of one chip")
     return fig
 
 
@@ -178,5 +179,5 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
         ax.annotate(name, (x, r), (-12, 6), **look)
     ax.set(ylim=(min(r_left, r_right) - 0.35 * span, height + 0.25 * span))
     ax.set(xlabel="t, shift from the highest whole pixel (px)", ylabel="r", xticks=(-1, 0, 1))
-    ax.legend(loc="lower center")
+    ax.legend(loc="upper right")
     return fig

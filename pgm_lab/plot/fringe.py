@@ -33,7 +33,7 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
     one, other = _alike(reference, sensed)
     limit = _validate.not_negative(limit, "limit", "grey values")
     tall = one.shape[0] > 0.8 * one.shape[1]
-    fig = plt.figure(figsize=(11, 4.4 if tall else 6.4))
+    fig = plt.figure(figsize=(11, 4.4))
     names = ("reference", "sensed", "changed")
     grid = [["reference", "sensed", "changed"]]
     if not tall:  # two small ones above one large

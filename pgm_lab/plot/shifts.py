@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 
@@ -55,23 +54,19 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
     )
 
 
-def circles(dx: ArrayLike, dy: ArrayLike) -> Figure:
-    """Draw errors in a plane, with the circles of RMSE_T and of nine tenths (CE90).
+def circles(dx: ArrayLike, dy: ArrayLike) -> None:
+    """Show errors in a plane, with the circles of RMSE_T and of nine tenths (CE90).
 
     Parameters
     ----------
     dx, dy : array_like (n,)
-        Errors in pixels or metres.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+        Errors in pixels.
     """
     _, _, total = rmse(dx, dy)
     x, y = _validate.finite(dx, "dx"), _validate.finite(dy, "dy")
     ninety = float(np.quantile(np.hypot(x, y), 0.9))
     far = 1.05 * max(float(np.hypot(x, y).max()), total)
-    fig, ax = plt.subplots(figsize=(8.6, 6.4))
+    fig, ax = plt.subplots(figsize=(9.6, 5.6))
     ax.plot(x, y, "o", color=basic.GREY, alpha=0.5, markersize=4, label="one error")
     for radius, colour, line, name in (
         (total, basic.RED, "-", "RMSE$_T$"),
@@ -82,7 +77,14 @@ def circles(dx: ArrayLike, dy: ArrayLike) -> Figure:
     ax.set(xlim=(-far, far), ylim=(far, -far), aspect="equal")
     ax.set(xlabel="error in x (px)", ylabel="error in y (px)")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return fig
+    basic.show(
+        fig,
+        f"{x.size} errors in a plane, thickest in the middle. A solid circle with the"
+        f" radius RMSE_T, {total:.2f}, and a larger dashed one with the radius CE90,"
+        f" {ninety:.2f}, that holds nine tenths of them.",
+        dpi=90,
+        colours=64,
+    )
 
 
 def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> None:
@@ -126,8 +128,8 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
 
 def trial(
     error: ArrayLike, r: ArrayLike, tests: Mapping[str, ArrayLike], limit: float = 0.8
-) -> Figure:
-    """Draw r against the error of chips, and what tests accept at every threshold.
+) -> None:
+    """Show r against the error of chips, and what tests accept at every threshold.
 
     Parameters
     ----------
@@ -139,10 +141,6 @@ def trial(
         The larger, the more a test trusts a chip; NaN: not at all. By their names.
     limit : float
         Threshold of r to be marked.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     error, r = _lists(error=error, r=r)
     limit = _validate.number(limit, "limit")
@@ -154,7 +152,7 @@ def trial(
         look = {"color": colour, "linestyle": "none", "markersize": 5, "alpha": 0.5}
         axes[0].semilogy(r[chosen], error[chosen], mark, label=name, **look)
     axes[0].axvline(limit, color=basic.BLACK, linestyle=":")
-    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 30, None))
+    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 12, None))
     axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes[0].legend(loc="lower left", markerscale=2)
     styles = [(basic.BLUE, "-"), (basic.RED, "--"), (basic.PURPLE, "-.")]
@@ -170,7 +168,14 @@ def trial(
     axes[1].set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
     axes[1].set(xlim=(-1, 31), ylim=(-2, 102))
     axes[1].legend(loc="lower right")
-    return fig
+    basic.show(
+        fig,
+        "Left, r against error: the right chips have all values of r. Right, receiver"
+        f" operating curves of {', '.join(tests)}. At r ≥ {limit:g} pass"
+        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips.",
+        dpi=90,
+        colours=96,
+    )
 
 
 def _kinds(wrong: np.ndarray) -> tuple[tuple[np.ndarray, str, str, str], ...]:
