@@ -2,9 +2,8 @@
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
-`chips`, `shifts`, `registration` (of two ortho images), `bundle`, `network`, `matrices`,
-`studies`,
-`fifty` (the case of chapter 7).
+`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `bundle`, `network`,
+`matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
