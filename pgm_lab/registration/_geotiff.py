@@ -171,10 +171,10 @@ def _free_value(raster: "Raster") -> float:
     if grey.dtype.kind == "f":
         return np.nan
     limits = np.iinfo(grey.dtype)
-    values = np.unique(grey[~raster.mask])
+    values = grey[~raster.mask]
     stated = [] if raster.nodata is None else [raster.nodata]
     for one in (*stated, 0, limits.max, limits.min):
-        if limits.min <= one <= limits.max and one not in values:
+        if limits.min <= one <= limits.max and not np.any(values == one):
             return one
     gaps = np.setdiff1d(np.arange(limits.min, limits.max + 1), values)
     if not len(gaps):
