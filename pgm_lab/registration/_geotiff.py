@@ -1,6 +1,5 @@
 """GeoTIFF and what else GDAL reads, through rasterio where that is installed."""
 
-import importlib.util
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,15 +14,17 @@ if TYPE_CHECKING:
 INSTALL = "pip install rasterio"
 # libjpeg goes on with grey where a file was cut off; an error is better.
 STRICT = {"GDAL_ERROR_ON_LIBJPEG_WARNING": True}
+MOST = 10**9  # pixels of an image
 NO_MAP = "no georeference: shifts are in pixels only"
 
 
 def installed() -> bool:
     """Whether rasterio can be imported."""
     try:
-        return importlib.util.find_spec("rasterio") is not None
-    except ValueError:  # taken out of sys.modules by hand
+        import rasterio  # noqa: F401
+    except ImportError:
         return False
+    return True
 
 
 def read(path: Path, name: str, band: int | None) -> dict:
@@ -38,6 +39,11 @@ def read(path: Path, name: str, band: int | None) -> dict:
                 number = _band(file, name, band)
                 if file.driver == "PNG":  # GDAL takes 0 for what was cut off
                     photo.pixels(path, name)
+                if file.width * file.height > MOST:
+                    raise ValueError(
+                        f"{name}: {file.height} x {file.width} pixels are too many to"
+                        " be read at once; cut out the part that both images show"
+                    )
                 grey = file.read(number)
                 mask = file.read_masks(number) == 0
                 return _fields(file, number, grey, mask, name)

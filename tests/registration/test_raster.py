@@ -361,6 +361,18 @@ def test_files_that_are_no_images(tmp_path, kind, what, request):
     assert "\n" not in str(caught.value)
 
 
+def test_more_pixels_than_fit_into_memory(tmp_path, rasterio):
+    """A file of a few bytes may claim them: no block of it was ever written."""
+    profile = dict(driver="GTiff", count=1, dtype="uint8", sparse_ok=True)
+    path = tmp_path / "a.tif"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rasterio.open(path, "w", width=100_000, height=100_000, **profile).close()
+    assert path.stat().st_size < 10_000_000
+    with pytest.raises(ValueError, match="100000 x 100000 pixels are too many"):
+        read(path)
+
+
 def test_a_folder_is_no_image(tmp_path):
     with pytest.raises(IsADirectoryError, match="this is a folder"):
         read(tmp_path)
