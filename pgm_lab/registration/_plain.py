@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -65,6 +66,7 @@ def without_data(values: np.ndarray) -> np.ndarray:
 
 def write(path: str | os.PathLike, raster: "Raster", overwrite: bool) -> Path:
     """Write a Raster in the format that the name of the file says."""
+    raster = replace(raster, grey=photo.native(raster.grey))
     file = _files.place(path)
     name, kind = _files.printable(file), file.suffix.lower()
     if kind not in (".tif", ".tiff", ".png"):

@@ -7,10 +7,10 @@ from scipy import ndimage
 from pgm_lab import _validate
 from pgm_lab.image import resample as grey_between
 from pgm_lab.image.resampling import METHODS
+from pgm_lab.registration._geotiff import MOST
 from pgm_lab.registration._plain import without_data
 from pgm_lab.registration.model import Model
 
-MOST = 10**9  # pixels of an image
 STRIP = 1_000_000  # pixels at a time
 # Pixels around a place that its grey value rests on. Of a spline these are all, but
 # the share of a pixel falls to 0.27 of its neighbour's (0.43 of the quintic spline's).

@@ -1,6 +1,7 @@
 """Files with their place on the map: written by rasterio and read by us, and back."""
 
 import os
+import subprocess
 import sys
 import warnings
 from dataclasses import replace
@@ -116,6 +117,16 @@ def test_types(tmp_path, rasterio, dtype):
     if kept:
         again = read(write(tmp_path / "b.tif", found))
         assert again.grey.dtype == dtype and np.array_equal(again.grey, grey)
+
+
+@pytest.mark.parametrize(
+    "dtype, kept",
+    [("bool", "uint8"), (">u2", "uint16"), ("float16", "float32"), ("i8", "float64")],
+)
+def test_types_that_no_file_has_become_the_next(tmp_path, rasterio, dtype, kept):
+    grey = (GREY % 2).astype(dtype)
+    found = read(write(tmp_path / "a.tif", Raster(grey, NOWHERE)))
+    assert found.grey.dtype == kept and np.array_equal(found.grey, grey)
 
 
 def test_complex_values_are_refused(tmp_path):
@@ -350,6 +361,18 @@ def test_files_that_are_no_images(tmp_path, kind, what, request):
     assert "\n" not in str(caught.value)
 
 
+def test_more_pixels_than_fit_into_memory(tmp_path, rasterio):
+    """A file of a few bytes may claim them: no block of it was ever written."""
+    profile = dict(driver="GTiff", count=1, dtype="uint8", sparse_ok=True)
+    path = tmp_path / "a.tif"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rasterio.open(path, "w", width=100_000, height=100_000, **profile).close()
+    assert path.stat().st_size < 10_000_000
+    with pytest.raises(ValueError, match="100000 x 100000 pixels are too many"):
+        read(path)
+
+
 def test_a_folder_is_no_image(tmp_path):
     with pytest.raises(IsADirectoryError, match="this is a folder"):
         read(tmp_path)
@@ -367,6 +390,32 @@ def test_a_file_that_was_cut_off(tmp_path, kind, suffix, request):
     path.write_bytes(data[: len(data) // 2])
     with pytest.raises(ValueError, match="damaged|not an image"):
         read(path)
+
+
+FULL = """
+import resource, signal, sys
+import numpy as np
+from pgm_lab.registration import Raster, write
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+grey = np.random.default_rng(1).integers(0, 60000, (500, 500)).astype(np.uint16)
+try:
+    write(sys.argv[1], Raster(grey, np.zeros(grey.shape, bool)), overwrite=True)
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such limit on Windows")
+@pytest.mark.parametrize("suffix", [".tif", ".png"])
+def test_a_full_disk_leaves_the_old_file(tmp_path, suffix, rasterio):
+    """A process whose files may not have more than 200,000 bytes."""
+    path = write(tmp_path / f"a{suffix}", Raster(GREY, NOWHERE))
+    command = [sys.executable, "-c", FULL, path]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert "it cannot be written" in done.stdout, done.stderr
+    assert np.array_equal(read(path).grey, GREY)
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 @pytest.mark.skipif(os.name == "nt" or not hasattr(os, "geteuid"), reason="rights")
