@@ -184,10 +184,8 @@ def _remark(case: Case) -> list[str]:
     """Say why there are no metres."""
     if case.pixel_size is not None:
         return []
-    return [
-        "The size of a pixel on the ground is not known, and lengths are in pixels only"
-        + (f": {case.reference.remark}." if case.reference.remark else ".")
-    ]
+    reason = case.reference.remark or "the size of a pixel on the ground is not known"
+    return [f"Not in metres: {reason}."]
 
 
 def _accuracy(case: Case) -> list[str]:
