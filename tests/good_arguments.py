@@ -479,7 +479,9 @@ FUNCTIONS = {
     "plot.registration.shifts": lambda: dict(
         reference=GREY, found=registered(), vectors=np.ones((2, 2)), say=str
     ),
-    "plot.registration.scatter": lambda: dict(found=registered()),
+    "plot.registration.scatter": lambda: dict(
+        found=registered(), errors=np.ones((2, 2))
+    ),
     "plot.registration.similarity": lambda: dict(
         found=registered(), errors=np.ones((2, 2))
     ),

@@ -136,12 +136,14 @@ def shifts(
     return fig
 
 
-def scatter(found: Registration, radius: int = 3) -> Figure:
-    """Draw the accepted shifts: in the search window, and about their mean.
+def scatter(
+    found: Registration, radius: int = 3, errors: ArrayLike | None = None
+) -> Figure:
+    """Draw the accepted shifts: in the search window, and about their mean or a model.
 
-    The circle about zero holds nine tenths of them (CE90). Of the ellipses about the
-    mean one has the covariance that the chips predict, the other that of the shifts;
-    if the shifts are normal, either holds nine tenths of them.
+    The circle about zero holds nine tenths of them (CE90). Of the two ellipses one has
+    the covariance that the chips predict, the other that of the shifts; if they are
+    normal, either holds nine tenths of them.
 
     Parameters
     ----------
@@ -149,6 +151,9 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
         What `registration.register` returned; at least one point must be accepted.
     radius : int
         How far was searched, in pixels.
+    errors : array_like (n, 2), optional
+        How far each shift is off, in pixels, such as the residuals of a model; those
+        from the mean shift when missing. Only those of accepted points are drawn.
 
     Returns
     -------
@@ -170,7 +175,7 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     whole.plot(0, 0, "+", color=basic.BLACK, markersize=15, label="no shift")
     whole.set(xlim=(-reach, reach), ylim=(reach, -reach))
     whole.set_title("In the search window")
-    v = d - mean
+    v = d - mean if errors is None else _of_points(errors, good, "errors")[good]
     near.plot(*v.T, **dots)
     ellipses = [("as predicted", C, basic.ORANGE, "--")]
     if len(d) > 2:
@@ -185,9 +190,9 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
     reach = max(reach, 1e-3)
     near.set(xlim=(-reach, reach), ylim=(reach, -reach))
-    near.set_title("About the mean shift")
-    for ax in (whole, near):
-        ax.set(xlabel="dx (px)", ylabel="dy (px)", aspect="equal")
+    near.set_title("Off the mean shift" if errors is None else "Off the model")
+    for ax, off in ((whole, ""), (near, " off by")):
+        ax.set(xlabel=f"dx{off} (px)", ylabel=f"dy{off} (px)", aspect="equal")
         ax.xaxis.set_major_locator(plt.MaxNLocator(5))
         ax.yaxis.set_major_locator(plt.MaxNLocator(5))
     fig.legend(loc="outside lower center", ncols=3)

@@ -40,7 +40,7 @@ def _overlay(case: Case) -> Iterator[tuple[Figure, str]]:
         "A part of both images in two colours: the reference image in orange, the"
         " sensed one in blue, grey where they agree"
     )
-    if np.any(case.found.accepted) and case.agrees:
+    if case.agrees:
         shift = plain(float(np.hypot(*case.shift)))
         words += (
             f". Before, a shift of {shift} px makes coloured fringes along the edges"
@@ -115,20 +115,23 @@ def _shifts(case: Case) -> Iterator[tuple[Figure, str]]:
 
 def _scatter(case: Case) -> Iterator[tuple[Figure, str]]:
     a = case.found.accuracy
+    off = "their mean" if case.model is None else "the model"
     words = (
-        f"The accepted shifts as points, dx to the right and dy down. To the left in"
-        f" the search window, with the circle of CE90 about zero, {plain(a.ce90)} px:"
-        " it holds nine tenths of them. To the right about their mean, with the ellipse"
-        " that nine tenths should lie in as predicted, and the one of the shifts."
+        "The accepted shifts as points, dx to the right and dy down. To the left in the"
+        f" search window, with the circle of CE90 about zero, {plain(a.ce90)} px: it"
+        f" holds nine tenths of them. To the right how far each is off {off}, with the"
+        " ellipse that nine tenths should lie in as predicted, and with that of the"
+        " shifts."
     )
-    yield plot.registration.scatter(case.found, case.radius), words
+    errors = None if case.model is None else -case.errors  # observed less computed
+    yield plot.registration.scatter(case.found, case.radius, errors), words
 
 
 def _similarity(case: Case) -> Iterator[tuple[Figure, str]]:
-    off = "the model" if case.model is not None else "the median shift"
+    off = "their median" if case.model is None else "the model"
+    points = count(int(np.sum(case.found.accepted)), "accepted point")
     words = (
-        f"How far {count(int(np.sum(case.found.accepted)), 'accepted point')} are off"
-        f" {off}: over their r, and over their predicted standard deviation, with the"
-        " line that nine tenths should lie below."
+        f"How far {points} are off {off}: over their r, and over their predicted"
+        " standard deviation, with the line that nine tenths should lie below."
     )
     yield plot.registration.similarity(case.found, case.errors), words

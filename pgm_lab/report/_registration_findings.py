@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from pgm_lab import registration
 from pgm_lab._rounding import plain
 from pgm_lab.report import _statuses
 from pgm_lab.report._layout import NUMBERS, Finding, count, listed
-from pgm_lab.report._registration_case import COMMON, Case, say
+from pgm_lab.report._registration_case import COMMON, FEW, Case, say
 from pgm_lab.report._statuses import SMALL
 
-FEW = 12  # points
 BORDER = 0.1  # of the points
 CHANGED = 0.2  # of the points
 FAR = 0.5  # of the radius
@@ -82,7 +80,7 @@ def _border(case: Case) -> Finding | None:
 
 
 def _far(case: Case) -> Finding | None:
-    if not np.any(case.found.accepted) or not case.agrees:
+    if not case.agrees:
         return None
     far = float(np.abs(case.shift).max())
     if far <= FAR * case.radius:
@@ -124,12 +122,8 @@ def _crowded(case: Case) -> Finding | None:
 
 
 def _trend(case: Case) -> Finding | None:
-    model = case.model
-    if model is None or model.kind != "shift" or not case.agrees:
-        return None
-    try:
-        affine = registration.fit(case.found, "affine", offset=model.offset)
-    except ValueError:  # too few points, or all on one line
+    affine = case.affine
+    if affine is None or affine is case.model or not case.agrees:
         return None
     a1, a2, b1, b2 = affine.parameters[[1, 2, 4, 5]]
     half = np.ptp(case.found.points[affine.used], axis=0) / 2
@@ -148,6 +142,8 @@ def _trend(case: Case) -> Finding | None:
 
 def _noise(case: Case) -> Finding | None:
     if case.model is None or case.model.sigma0 <= NOISE or not case.agrees:
+        return None
+    if _trend(case) is not None:  # that is why
         return None
     return Finding(
         "More scatter than predicted",

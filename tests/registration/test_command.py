@@ -343,7 +343,7 @@ def test_without_rasterio_no_image_is_promised(files, reports, capsys, monkeypat
 @rasterio
 def test_without_rasterio_a_geotiff_says_how_to_get_it(on_map, capsys, monkeypatch):
     monkeypatch.setattr(_geotiff, "installed", lambda: False)
-    assert "pip install pgm_lab[geo]" in ended(capsys, *on_map)
+    assert _geotiff.INSTALL in ended(capsys, *on_map)
 
 
 # ------------------------------------------------------------------- points as text

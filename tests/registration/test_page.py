@@ -101,7 +101,7 @@ def test_accuracies_are_those_that_anybody_computes(found):
     pixels_only = text(found)
     assert float(line(pixels_only, "RMSE_x")[0]) == pytest.approx(rmse[0], abs=6e-4)
     assert line(pixels_only, "RMSE_x")[1] == "root"
-    assert "lengths are in pixels only" in " ".join(pixels_only.split())
+    assert "Not in metres: the size of a pixel" in " ".join(pixels_only.split())
 
 
 def test_ce90_of_normal_errors_is_1_517_times_their_rmse():
@@ -117,7 +117,7 @@ def test_what_resampling_leaves_is_the_scatter():
     d = np.column_stack([found.dx, found.dy])
     left = np.sqrt(np.mean(np.sum((d - d.mean(axis=0)) ** 2, axis=1)))
     words = " ".join(text(found).split())
-    assert f"removes; {left:.3f} px would be left" in words
+    assert f"removes it; {left:.3f} px would be left" in words
     assert "would be left" not in text(images.result(shift=(0, 0), scatter=0.1))
 
 
@@ -270,6 +270,8 @@ def test_shifts_that_are_spread_like_chance_are_no_shift():
     found = images.result(30, dx=lot[0, :30], dy=lot[1, :30])
     assert "guesses reaches 1.4 px" in said(found, "Shifts that do not agree")
     assert "No common shift was found: 30 of 30 points" in first(found)
+    few = images.result(5, dx=lot[0, :5], dy=lot[1, :5])  # an affine one fits nearly
+    assert said(few, "Shifts that do not agree")
     assert said(images.result(scatter=0.3), "Shifts that do not agree") == ""
 
 
@@ -332,7 +334,15 @@ def test_a_shift_that_changes_is_seen_where_one_shift_was_fitted():
     assert float(re.search(r"up to ([\d.]+) px", words)[1]) == pytest.approx(
         0.002 * np.ptp(x) / 2, rel=0.2
     )
+    model = registration.fit(turned)
+    assert model.sigma0 > 3 and not said(
+        turned, "More scatter than predicted", model=model
+    )
     assert said(turned, title, model=registration.fit(turned, "affine")) == ""
+    far = images.result(dx=found.dx - 0.02 * y, dy=found.dy + 0.02 * x)
+    model = registration.fit(far)
+    assert "up to 1." in said(far, title, model=model)  # and no chance
+    assert said(far, "Shifts that do not agree", model=model) == ""
     assert said(found, title, model=registration.fit(found)) == ""
 
 
@@ -448,6 +458,10 @@ def test_the_circle_holds_nine_tenths_of_the_shifts(close):
     assert own.width == pytest.approx(2 * 0.2 * np.sqrt(2 * np.log(10)), rel=0.15)
     x, y = near.lines[0].get_xydata().T
     np.testing.assert_allclose(x, found.dx - found.dx.mean())
+    model = registration.fit(found)
+    _, off = plot.registration.scatter(found, 3, -model.residuals).axes
+    x, _ = off.lines[0].get_xdata(), off.lines[0].get_ydata()
+    np.testing.assert_allclose(x, found.dx - model.parameters[0])
     assert whole.yaxis_inverted() and near.yaxis_inverted()  # rows count down
 
 
