@@ -38,6 +38,7 @@ MATRIX = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 GREY = simulate.grey_values(
     simulate.texture(seed=1), np.stack(np.meshgrid(np.arange(48), np.arange(44)), -1)
 )
+ORTHO = datasets.yellowstone().grey[:60, :60]
 SPOT = simulate.target((10.25, 9.5), diameter=8)
 ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
 UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
@@ -408,6 +409,20 @@ FUNCTIONS = {
     ),
     "plot.bundle.standardized_histogram": lambda: dict(
         result=adjusted(), critical=3.0
+    ),
+    "plot.fifty.on_the_grid": lambda: dict(sets={"A": [(2.0, 1), (2, 2)]}),
+    "plot.fifty.sums": lambda: dict(drawn=[380.0, 400, 420], printed=286.0),
+    "plot.fifty.beyond": lambda: dict(
+        true=[0.0, 3, 4], reported=[0.0, 3, 3], reached=[1.0, 1, 0.8]
+    ),
+    "plot.fifty.r_and_shift": lambda: dict(
+        r=[0.9, 0.5], shift=[2.2, 4.2], error=[0.1, 3.0]
+    ),
+    "plot.fifty.both_ways": lambda: dict(
+        there=[(0.01, 0.02)], back=[(-0.01, -0.02)], sd=0.001
+    ),
+    "plot.fifty.chips": lambda: dict(
+        reference=ORTHO, sensed=ORTHO, points=[(30.0, 28)], shifts=[(1.0, -1)]
     ),
     "plot.matching.draw_window": lambda: dict(
         ax=axes(), image=GREY, centre=(20.0, 20), size=5

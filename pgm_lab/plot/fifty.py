@@ -79,7 +79,7 @@ def sums(drawn: ArrayLike, printed: float) -> None:
     ax.hist(drawn, bins=60, color=basic.SKY, edgecolor="white", linewidth=0.5)
     ax.axvline(printed, color=basic.RED, linewidth=3.5)
     top = ax.get_ylim()[1]
-    look = {"va": "top", "fontsize": 17, "color": basic.RED}
+    look: basic.Look = {"va": "top", "fontsize": 17, "color": basic.RED}
     ax.text(printed, 0.97 * top, f" the paper: {printed:.0f}", **look)
     ax.set(xlabel="sum of the squared shifts (px²)", yticks=[])
     ax.set(ylabel="how often")

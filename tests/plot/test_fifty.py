@@ -1,0 +1,88 @@
+"""Figures of the case of the fifty shifts: they show what they get, in words too."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import datasets, plot
+from pgm_lab.plot import basic
+
+GROUND = datasets.yellowstone().grey[:90, :90]
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Figures and texts that were shown."""
+    shown = []
+    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: shown.append((fig, alt)))
+    return shown
+
+
+def test_a_disc_lies_at_its_shift_and_the_cross_at_the_mean(figures):
+    plot.fifty.on_the_grid({"one": [(2, 1)] * 3 + [(2, -3)], "other": [(0, 0)]})
+    fig, alt = figures[0]
+    discs = fig.axes[0].collections[0]
+    assert discs.get_offsets().tolist() == [[2, -3], [2, 1]]
+    assert discs.get_sizes()[0] < discs.get_sizes()[1]
+    (mean,) = fig.axes[0].lines
+    assert mean.get_xydata().tolist() == [[2, 0]]
+    assert fig.axes[0].yaxis_inverted()  # rows count downwards
+    assert "one: RMSE_T 2.6458 px, mean shift 2.00 px long" in alt
+
+
+def test_a_sum_is_marked_where_it_lies(figures):
+    plot.fifty.sums([380, 400, 420, 440], 390)
+    fig, alt = figures[0]
+    assert fig.axes[0].lines[0].get_xdata()[0] == 390
+    assert "mean 410" in alt and "0.25000" in alt
+
+
+def test_a_reported_shift_stands_over_the_true_one(figures):
+    plot.fifty.beyond([0, 3, 4], [0, 3, 3.1], [1, 1, 0.84])
+    fig, alt = figures[0]
+    assert fig.axes[0].lines[1].get_xydata()[-1].tolist() == [4, 3.1]
+    assert fig.axes[1].lines[0].get_xydata()[-1].tolist() == [4, 0.84]
+    assert "4 px: 3.10 px, 84%" in alt
+
+
+def test_a_match_counts_as_wrong_from_one_pixel_on(figures):
+    plot.fifty.r_and_shift([0.9, 0.8, 0.4], [2, 2, 3], [0.0, 0.99, 1.0])
+    fig, alt = figures[0]
+    for ax, column in zip(fig.axes, ([2, 2], [0.0, 0.99])):
+        assert ax.lines[0].get_ydata().tolist() == column
+    assert "1 of 3" in alt and "r is 0.40, of the right ones 0.85" in alt
+
+
+def test_without_a_wrong_match_no_median_is_named(figures):
+    plot.fifty.r_and_shift([0.9], [2], [0.0])
+    assert "their median r is none" in figures[0][1]
+
+
+def test_the_predicted_circle_holds_95_per_cent(figures):
+    plot.fifty.both_ways([(0.004, 0.01)], [(-0.004, -0.01)], 0.001)
+    fig, alt = figures[0]
+    radius = fig.axes[0].patches[0].get_radius()
+    assert 1 - np.exp(-((radius / 0.001) ** 2) / 2) == pytest.approx(0.95, abs=0.001)
+    assert "(+0.0040, +0.0100) and (-0.0040, -0.0100)" in alt
+
+
+def test_a_chip_is_drawn_with_the_sensed_image_moved_back(figures):
+    sensed = np.roll(GROUND, (-2, 3), axis=(0, 1))
+    plot.fifty.chips(GROUND, sensed, [(44, 40)], [(3, -2)])
+    (fig, _), here = figures[0], GROUND[40 - 25 : 40 + 26, 44 - 25 : 44 + 26]
+    one, other, both = (ax.images[0].get_array() for ax in fig.axes)
+    np.testing.assert_array_equal(one, other)
+    assert np.corrcoef(one.ravel(), here.ravel())[0, 1] > 0.98
+    assert np.ptp(both, axis=2).max() == 0  # alike everywhere: grey
+    corner = fig.axes[0].patches[0].get_xy()
+    assert corner == (25 - 10.5, 25 - 10.5)
+
+
+@pytest.mark.parametrize("point", [(20, 40), (40, 20), (70, 40), (40, 70)])
+def test_a_chip_near_the_edge_is_named(point):
+    with pytest.raises(ValueError, match=r"leaves the \w+ image of 90 columns"):
+        plot.fifty.chips(GROUND, GROUND, [point], [(0, 0)])
+
+
+def test_more_than_four_chips_are_refused():
+    with pytest.raises(ValueError, match="one to four; got 5"):
+        plot.fifty.chips(GROUND, GROUND, [(44, 44)] * 5, [(0, 0)] * 5)
