@@ -435,7 +435,7 @@ FUNCTIONS = {
         left=GREY, right=GREY, point=(20, 20), window=5,
         parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
     ),
-    "plot.overlay": lambda: dict(reference=GREY, sensed=GREY),
+    "plot.overlay": lambda: dict(reference=GREY, sensed=GREY, ax=axes()),
     "plot.fringe.changes": lambda: dict(reference=GREY, sensed=GREY),
     "plot.fringe.two_colours": lambda: dict(
         reference=GREY, sensed=GREY, centre=(20.0, 20), size=21

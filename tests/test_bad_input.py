@@ -148,6 +148,15 @@ MEANT = {
     ("registration.register", "reference"): LACKING
     | {"all NaN", "all inf", "all -inf"},
     ("registration.register", "sensed"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("plot.shifts.trial", "tests"): {  # NaN: the test does not trust the chip
+        f"r: {many} {what}"
+        for many in ("one", "all")
+        for what in ("NaN", "inf", "-inf")
+    },
+    ("plot.overlay", "reference"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("plot.overlay", "sensed"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("plot.fringe.before_and_after", "again"): LACKING
+    | {"all NaN", "all inf", "all -inf"},
     ("plot.matches.side_by_side", "left"): LACKING,
     ("plot.matches.side_by_side", "right"): LACKING,
     ("plot.matches.parallaxes", "left"): LACKING,

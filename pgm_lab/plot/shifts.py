@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
+from pgm_lab.plot.basic import Look
 from pgm_lab.registration import rmse
 
 WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
@@ -34,7 +35,12 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
         middle = np.median(cloud, axis=0)
         ax.axhline(y, color=basic.GREEN, linewidth=2.5)
         ax.axvline(x, color=basic.GREEN, linewidth=2.5, label="truth")
-        whole = {"mfc": "none", "markersize": 24, "mew": 2.2, "label": "whole pixel"}
+        whole: Look = {
+            "mfc": "none",
+            "markersize": 24,
+            "mew": 2.2,
+            "label": "whole pixel",
+        }
         ax.plot(*np.round((x, y)), "s", color=basic.BLACK, **whole)
         ax.plot(*cloud.T, "o", color=basic.BLUE, alpha=0.45, ms=9, label="one chip")
         ax.plot(*middle, "X", color=basic.RED, markersize=15, label="median")
@@ -72,8 +78,15 @@ def circles(dx: ArrayLike, dy: ArrayLike) -> None:
         (total, basic.RED, "-", "RMSE$_T$"),
         (ninety, basic.BLUE, "--", "CE90"),
     ):
-        look = {"fill": False, "edgecolor": colour, "linewidth": 3.5, "linestyle": line}
-        ax.add_patch(Circle((0, 0), radius, label=f"radius {name} = {radius:.2f}", **look))
+        look: Look = {
+            "fill": False,
+            "edgecolor": colour,
+            "linewidth": 3.5,
+            "linestyle": line,
+        }
+        ax.add_patch(
+            Circle((0, 0), radius, label=f"radius {name} = {radius:.2f}", **look)
+        )
     ax.set(xlim=(-far, far), ylim=(far, -far), aspect="equal")
     ax.set(xlabel="error in x (px)", ylabel="error in y (px)")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -88,7 +101,7 @@ def circles(dx: ArrayLike, dy: ArrayLike) -> None:
 
 
 def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> None:
-    """Show what a search reports of shifts that grow beyond its radius, and with what r.
+    """Show what a search reports of shifts beyond its radius, and with what r.
 
     Parameters
     ----------
@@ -106,11 +119,18 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
     end = max(float(true.max()), radius + 1.0)
     axes[0].plot((0, end), (0, end), color=basic.GREEN, label="as it should be")
     axes[0].axhline(radius, color=basic.BLACK, linestyle=":", label="end of the search")
-    axes[0].set(xlabel="true dx (px)", ylabel="reported dx (px)", ylim=(-radius - 1, end))
+    axes[0].set(
+        xlabel="true dx (px)", ylabel="reported dx (px)", ylim=(-radius - 1, end)
+    )
     axes[1].axhline(0.8, color=basic.BLACK, linestyle=":", label="threshold 0.8")
     axes[1].set(xlabel="true dx (px)", ylabel="r at the peak", ylim=(-0.1, 1.03))
     for chosen, mark, colour, name in _kinds(wrong):
-        look = {"color": colour, "linestyle": "none", "markersize": 6, "alpha": 0.55}
+        look: Look = {
+            "color": colour,
+            "linestyle": "none",
+            "markersize": 6,
+            "alpha": 0.55,
+        }
         axes[0].plot(true[chosen], found[chosen], mark, **look)
         axes[1].plot(true[chosen], r[chosen], mark, label=name, **look)
     axes[0].legend(loc="lower left")
@@ -149,7 +169,12 @@ def trial(
         raise ValueError("error must have chips within a pixel and chips beyond it")
     fig, axes = plt.subplots(1, 2, figsize=(12, 5.4), width_ratios=(1, 1.05))
     for chosen, mark, colour, name in _kinds(wrong):
-        look = {"color": colour, "linestyle": "none", "markersize": 5, "alpha": 0.5}
+        look: Look = {
+            "color": colour,
+            "linestyle": "none",
+            "markersize": 5,
+            "alpha": 0.5,
+        }
         axes[0].semilogy(r[chosen], error[chosen], mark, label=name, **look)
     axes[0].axvline(limit, color=basic.BLACK, linestyle=":")
     axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 12, None))

@@ -77,9 +77,7 @@ def test_a_slip_by_hand_is_named(answer, hint):
         chapter7.fringe(answer)
 
 
-@pytest.mark.parametrize(
-    "function", [loop, at_once, left_out, registration.best_shift]
-)
+@pytest.mark.parametrize("function", [loop, at_once, left_out, registration.best_shift])
 def test_a_right_search_passes(function, capsys):
     chapter7.best_shift(function)
     assert capsys.readouterr().out.count("✓") == 1
@@ -235,8 +233,10 @@ def test_a_right_peak_passes(capsys):
     chapter7.peak_of_parabola(registration.peak_of_parabola)
     chapter7.peak_of_parabola(peak)
     chapter7.peak_of_parabola(
-        lambda a, b, c: -np.polyfit([-1, 0, 1], [a, b, c], 2)[1]
-        / (2 * np.polyfit([-1, 0, 1], [a, b, c], 2)[0])
+        lambda a, b, c: (
+            -np.polyfit([-1, 0, 1], [a, b, c], 2)[1]
+            / (2 * np.polyfit([-1, 0, 1], [a, b, c], 2)[0])
+        )
     )
     assert capsys.readouterr().out.count("✓") == 3
 
@@ -266,7 +266,9 @@ def shifts(reference, sensed, points, chip, radius, part=lambda r, i, j: None):
         dx, dy, r = loop(reference, sensed, point, chip, radius)
         i, j = dy + radius, dx + radius
         if 0 < i < 2 * radius and 0 < j < 2 * radius:
-            rows.append((dx + peak(*r[i, j - 1 : j + 2]), dy + peak(*r[i - 1 : i + 2, j])))
+            rows.append(
+                (dx + peak(*r[i, j - 1 : j + 2]), dy + peak(*r[i - 1 : i + 2, j]))
+            )
         else:
             rows.append((np.nan, np.nan))
     return rows
