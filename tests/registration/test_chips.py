@@ -1,4 +1,4 @@
-"""Chips found by Pearson's correlation, against others who compute it, and what fails."""
+"""Chips found by Pearson's correlation, against other programs, and what fails."""
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ TEXTURE = simulate.texture(0.3, contrast=30.0, seed=5)
 
 
 def moved(image, dx, dy):
-    """The image as a sensor sees it whose ground lies (dx, dy) farther right and down."""
+    """The image with all that it shows (dx, dy) farther right and down."""
     return np.roll(image, (dy, dx), axis=(0, 1))
 
 
