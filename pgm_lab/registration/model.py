@@ -172,7 +172,8 @@ def fit(
     >>> from pgm_lab.datasets import landsat
     >>> from pgm_lab.registration import grid, register
     >>> image = landsat().grey[:300, :300]
-    >>> found = register(image, image[2:, 1:], grid((290, 290), 40, 20), refine="lsm")
+    >>> moved = np.roll(image, (-2, -1), axis=(0, 1))
+    >>> found = register(image, moved, grid(image.shape, 40, 20), refine="lsm")
     >>> print(fit(found).parameters.round(3))
     [-1. -2.]
     """

@@ -58,8 +58,8 @@ def resample(
     >>> from pgm_lab.datasets import landsat
     >>> from pgm_lab.registration import fit, grid, register
     >>> image = landsat().grey[:300, :300]
-    >>> moved = image[2:, 1:]
-    >>> found = register(image, moved, grid((290, 290), 40, 20), refine="lsm")
+    >>> moved = np.roll(image, (-2, -1), axis=(0, 1))
+    >>> found = register(image, moved, grid(image.shape, 40, 20), refine="lsm")
     >>> again = resample(moved, fit(found), image.shape)
     >>> again.shape, again.dtype, abs(again.astype(float) - image).mean() < 1
     ((300, 300), dtype('uint16'), np.True_)

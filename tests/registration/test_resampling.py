@@ -157,7 +157,7 @@ def test_after_warping_a_real_image_the_fringe_is_gone():
     row, column = np.mgrid[:290, :290]
     places = np.stack([column, row], axis=-1) + (1.3, 1.6)
     sensed = np.round(image.resample(reference, places)).astype(np.uint16)
-    before, after = warp_and_look_again(reference, sensed)
+    before, after = warp_and_look_again(reference[:290, :290], sensed)
     assert after.rmse_t < 0.02 * before.rmse_t
     assert after.robust_rmse_t < 0.01 * before.robust_rmse_t
 
