@@ -45,7 +45,7 @@ def one(name, **keys):
 
 
 def numbers(rows, column):
-    return np.array([float(row[column]) for row in rows])
+    return np.array([float(row[column]) for row in rows if row[column]])
 
 
 def same(name, row, keys, last=1):
