@@ -18,4 +18,5 @@ def is_long(path):
     return path.suffix == ".ipynb" or path.name in (
         "test_student.py",
         "test_chapter.py",
+        "test_lab.py",
     )

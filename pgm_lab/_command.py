@@ -61,15 +61,24 @@ def add_csv(parser: Parser) -> None:
     )
 
 
+def number(word: str) -> float:
+    """Read a finite number."""
+    return _number(word, "a number", -float("inf"))
+
+
 def positive(word: str) -> float:
     """Read a number above zero."""
+    return _number(word, "a number above zero", 0.0)
+
+
+def _number(word: str, what: str, above: float) -> float:
     try:
         value = float(word)
     except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
+        value = float("nan")
+    if not above < value < float("inf"):
         hint = "; a decimal needs a point" if "," in word else ""
-        raise argparse.ArgumentTypeError(f"{word!r} is not a number above zero{hint}")
+        raise argparse.ArgumentTypeError(f"{word!r} is not {what}{hint}")
     return value
 
 

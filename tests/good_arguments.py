@@ -23,6 +23,7 @@ from pgm_lab import (
     matching,
     ncc,
     observations,
+    registration,
     simulate,
 )
 from pgm_lab.adjustment import adjust
@@ -39,6 +40,7 @@ GREY = simulate.grey_values(
 )
 ORTHO = datasets.yellowstone().grey[:60, :60]
 SPOT = simulate.target((10.25, 9.5), diameter=8)
+ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
 UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
 
 
@@ -69,6 +71,17 @@ def matches():
 def matched():
     chosen, _ = matches()
     return matching.match(GREY, GREY, chosen, start=chosen, template=11, search=15)
+
+
+@cache
+def registered():
+    chosen = registration.grid(GREY.shape, 8, 10)
+    return registration.register(GREY, GREY, chosen, chip=11, refine="lsm")
+
+
+def raster():
+    transform = np.array([[2.0, 0, 100], [0, -2, 500]])
+    return registration.Raster(GREY, np.zeros(GREY.shape, bool), transform)
 
 
 @cache
@@ -422,6 +435,40 @@ FUNCTIONS = {
         left=GREY, right=GREY, point=(20, 20), window=5,
         parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
     ),
+    "plot.overlay": lambda: dict(reference=GREY, sensed=GREY, ax=axes()),
+    "plot.fringe.changes": lambda: dict(reference=GREY, sensed=GREY),
+    "plot.fringe.two_colours": lambda: dict(
+        reference=GREY, sensed=GREY, centre=(20.0, 20), size=21
+    ),
+    "plot.fringe.by_hand": lambda: dict(
+        reference=GREY, sensed=GREY, centre=(20.0, 20), size=9
+    ),
+    "plot.fringe.before_and_after": lambda: dict(
+        reference=GREY, sensed=GREY, again=GREY
+    ),
+    "plot.chips.search": lambda: dict(ONE_CHIP),
+    "plot.chips.table_of_r": lambda: dict(ax=axes(), r=np.eye(3)),
+    "plot.chips.map_of_r": lambda: dict(r=np.eye(3)),
+    "plot.chips.places": lambda: dict(image=GREY, points=[(20.0, 20), (25, 18)]),
+    "plot.chips.parabola": lambda: dict(r_left=0.5, r_middle=0.9, r_right=0.7),
+    "plot.shifts.darts": lambda: dict(
+        methods={"a": np.ones((3, 2))}, truth=(1.25, -0.75)
+    ),
+    "plot.shifts.circles": lambda: dict(dx=[0.1, -0.3, 0.2], dy=[0.3, 0.1, -0.1]),
+    "plot.shifts.beyond": lambda: dict(
+        true=[0.0, 2, 5], found=[0.0, 2, 3], r=[0.9, 0.9, 0.8]
+    ),
+    "plot.shifts.trial": lambda: dict(
+        error=[0.1, 0.2, 5], r=[0.9, 0.7, 0.6], tests={"r": np.array([0.9, 0.7, 0.6])}
+    ),
+    "registration.best_shift": lambda: dict(ONE_CHIP),
+    "registration.peak_of_parabola": lambda: dict(
+        r_left=0.5, r_middle=0.9, r_right=0.7
+    ),
+    "registration.rmse": lambda: dict(dx=[0.1, -0.3, 0.2], dy=[0.3, 0.1, -0.1]),
+    "registration.chip_shifts": lambda: dict(
+        reference=GREY, sensed=GREY, points=[(20.0, 20), (25, 18)], chip=9
+    ),
     "plot.matches.side_by_side": lambda: dict(left=GREY, right=GREY, found=matched()),
     "plot.matches.parallaxes": lambda: dict(left=GREY, found=matched()),
     "plot.matches.histograms": lambda: dict(found=matched(), threshold=0.7),
@@ -442,6 +489,16 @@ FUNCTIONS = {
     ),
     "plot.network.ellipsoids": lambda: dict(
         positions=POINTS[:2], covariances=np.tile(np.eye(3), (2, 1, 1))
+    ),
+    "plot.registration.fringes": lambda: dict(reference=GREY, images={"other": GREY}),
+    "plot.registration.shifts": lambda: dict(
+        reference=GREY, found=registered(), vectors=np.ones((2, 2)), say=str
+    ),
+    "plot.registration.scatter": lambda: dict(
+        found=registered(), errors=np.ones((2, 2))
+    ),
+    "plot.registration.similarity": lambda: dict(
+        found=registered(), errors=np.ones((2, 2))
     ),
     "plot.space.space": lambda: dict(fig=plt.figure(figsize=(1, 1))),
     "plot.space.fit": lambda: dict(ax=axes_in_space(), points=POINTS),
@@ -464,6 +521,27 @@ FUNCTIONS = {
     "plot.studies.size_study": lambda: dict(
         rays=[10.0, 100], seconds={"a": [1.0, 2]}, megabytes=[1.0, 2],
         labels=["s", "t"],
+    ),
+    "registration.accuracy": lambda: dict(dx=[0.5, -0.25, 0.1], dy=[0.0, 1.0, 0.2]),
+    "registration.Accuracy.times": lambda: dict(
+        self=registration.accuracy([0.5, -0.25], [0.0, 1.0]), pixel_size=(2.0, 3.0)
+    ),
+    "registration.fit": lambda: dict(found=registered(), offset=(1.0, 2.0)),
+    "registration.grid": lambda: dict(shape=(48, 44), step=5),
+    "registration.Model.apply": lambda: dict(
+        self=registration.fit(registered()), points=[(1.0, 2), (3, 4)]
+    ),
+    "registration.offset": lambda: dict(reference=raster(), sensed=raster()),
+    "registration.pick": lambda: dict(
+        image=GREY, number=3, chip=11, sensed=GREY, offset=(0.5, 1.0)
+    ),
+    "registration.Raster.map": lambda: dict(self=raster(), pixels=[(1.0, 2), (3, 4)]),
+    "registration.Raster.pixels": lambda: dict(
+        self=raster(), map_points=[(1.0, 2), (3, 4)]
+    ),
+    "registration.Raster.with_values": lambda: dict(self=raster(), values=GREY),
+    "registration.resample": lambda: dict(
+        sensed=GREY, model=registration.fit(registered()), shape=(40, 50)
     ),
     "registration.register": lambda: dict(
         reference=GREY, sensed=GREY, points=[(20, 20), (26, 22)], chip=11,

@@ -3,21 +3,30 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
-from scipy import ndimage
 
 from pgm_lab import registration
 from pgm_lab._validate import real
-from pgm_lab.checks import CheckFailed, answer_of, call, compare, near, numbers, report
-from pgm_lab.checks import first_slip as slip_of
+from pgm_lab.checks import (
+    CheckFailed,
+    answer_of,
+    call,
+    compare,
+    first_slip,
+    near,
+    numbers,
+    report,
+)
+from pgm_lab.checks._chip import (
+    SCENE,
+    SEARCHES,
+    judge_maps,
+    keeps_inside,
+    map_of,
+    moved,
+    search_of,
+)
 
 SHIFT = np.array([2.0, -1.0])  # of the two images of the first section
-SCENE = ndimage.gaussian_filter(np.random.default_rng(7).normal(0, 100, (84, 96)), 1.2)
-SEARCHES = [  # point, chip, radius, shift of the sensed image
-    ((38, 47), 9, 3, (2, -1)),
-    ((51, 40), 7, 4, (-3, -2)),
-    ((44, 36), 11, 2, (0, 1)),
-]
 CLOUDS = [
     (np.array([1.0, 1, 1, 1]), np.array([-1.0, -1, -1, -1])),
     (np.array([0.4, -1.2, 2.1, 0.3, 0.9]), np.array([-0.8, 1.5, 0.2, -2.2, 0.6])),
@@ -34,10 +43,10 @@ def fringe(answer: object) -> None:
         (SHIFT * (1, -1), "rows are counted downwards: look at the sign of the rows"),
         (SHIFT * (-1, 1), "look at the sign of the columns: is magenta to the right?"),
         (30 * SHIFT, "those are metres: give pixels"),
-        ((0, 0), "the fringe has a width: count the pixels across it"),
+        (np.zeros(2), "the fringe has a width: count the pixels across it"),
     ]
     otherwise = "count the pixels across the fringe of an upright and of a level edge"
-    hint = next((h for wrong, h in slips if np.allclose(found, wrong)), otherwise)
+    hint = next((h for wrong, h in slips if near(found, wrong)), otherwise)
     good = bool(np.all(np.abs(found - SHIFT) <= 0.5))
     report("measured", [("within half a pixel", good, hint)])
 
@@ -46,12 +55,12 @@ def best_shift(function: Callable[..., object]) -> None:
     """Check the search for one chip: the whole map, and the shift of its peak."""
     maps, shifts, wanted = [], [], []
     for point, chip, radius, shift in SEARCHES:
-        sensed = _moved(shift)
-        dx, dy, r = _search_of(function, SCENE, sensed, point, chip, radius)
+        sensed = moved(shift)
+        dx, dy, r = search_of(function, SCENE, sensed, point, chip, radius)
         maps.append(r)
         shifts.append((dx, dy))
-        wanted.append(_map(SCENE, sensed, point, chip, radius))
-    right, hint = _judge_maps(maps, wanted)
+        wanted.append(map_of(SCENE, sensed, point, chip, radius))
+    right, hint = judge_maps(maps, wanted)
     found, true = np.array(shifts), np.array([s for *_, s in SEARCHES])
     radii = np.array([[radius] for _, _, radius, _ in SEARCHES])
     flat = np.array([[r.argmax() % len(r), r.argmax() // len(r)] for r in wanted])
@@ -60,14 +69,17 @@ def best_shift(function: Callable[..., object]) -> None:
         (true[:, ::-1], "dx and dy are exchanged: the second index of r is the column"),
         (-true[:, ::-1], "dx and dy are exchanged, and the sign is reversed"),
         (flat, "that is the place in the map: which place has the shift 0?"),
-        (flat[:, ::-1], "that is (row, column) in the map: which place has the shift 0?"),
+        (
+            flat[:, ::-1],
+            "that is (row, column) in the map: which place has the shift 0?",
+        ),
         (true + np.array([p for p, *_ in SEARCHES]), "that is a place in the image"),
         (true + 1, "it is off by one: the shifts run from −radius to +radius"),
         (true - 1, "it is off by one: the shifts run from −radius to +radius"),
         (-radii + 0 * true, "that is the first place of the map, not the highest"),
     ]
     otherwise = "dx and dy are not the shift of the highest r in your map"
-    where = slip_of(found, slips, otherwise)
+    where = first_slip(found, slips, otherwise)
     report(
         "best_shift",
         [
@@ -75,7 +87,7 @@ def best_shift(function: Callable[..., object]) -> None:
             ("the shift of the highest", near(found, true) or not right, where),
             (
                 "no answer where a window leaves the image",
-                _keeps_inside(function),
+                keeps_inside(function),
                 "near the edge of the image it answers for windows that are not whole",
             ),
         ],
@@ -152,11 +164,15 @@ def peak_of_parabola(function: Callable[..., object]) -> None:
         ((left - right) / 2, "that is the slope: how strongly is the parabola bent?"),
         (0.9 + 0 * top, "that is the height of the peak: its place is asked for"),
     ]
-    hint = slip_of(found, slips, "the peak of an exact parabola is not found")
+    hint = first_slip(found, slips, "the peak of an exact parabola is not found")
     report(
         "peak_of_parabola",
         [
-            ("equal neighbours give 0", near(even, 0.0), "equal neighbours must give 0"),
+            (
+                "equal neighbours give 0",
+                near(even, 0.0),
+                "equal neighbours must give 0",
+            ),
             ("exact for parabolas", near(found, top), hint),
         ],
     )
@@ -166,7 +182,7 @@ def chip_shifts(function: Callable[..., object]) -> None:
     """Check the shifts of many chips, refined, and NaN at the border of the search."""
     chip, radius = 11, 3
     points = np.array([(30, 40), (52, 33), (61, 58), (40, 62)])
-    inside = _moved((1.3, -0.6))
+    inside = moved((1.3, -0.6))
     right = registration.chip_shifts(SCENE, inside, points, chip, radius)
     found = call(function, SCENE, inside, points, chip, radius, shape=right.shape)
     whole = np.round(right)
@@ -179,7 +195,10 @@ def chip_shifts(function: Callable[..., object]) -> None:
             whole + (right - whole)[:, ::-1],
             "across and down are exchanged: a row of r holds the shifts in x",
         ),
-        (right + points, "those are places in the sensed image: the shift is asked for"),
+        (
+            right + points,
+            "those are places in the sensed image: the shift is asked for",
+        ),
         (np.broadcast_to(right[0], right.shape), "every chip has a shift of its own"),
         (np.broadcast_to(right[-1], right.shape), "every chip has a shift of its own"),
     ]
@@ -190,7 +209,7 @@ def chip_shifts(function: Callable[..., object]) -> None:
             (
                 "whole pixels plus the peak, in x and in y",
                 near(found, right, 1e-6),
-                slip_of(found, slips, otherwise),
+                first_slip(found, slips, otherwise),
             ),
             *_at_the_border(function, points, chip, radius),
         ],
@@ -204,127 +223,11 @@ def _at_the_border(
     hint = "a peak on the border of the search is no shift: leave its row NaN"
     found = []
     for shift in ((3, 0), (-3, 1), (0, 3), (1, -3)):
+        sensed = moved(shift)
         try:
-            answer = real(answer_of(function, SCENE, _moved(shift), points, chip, radius),
-                          "the answer")  # fmt: skip
+            answer = answer_of(function, SCENE, sensed, points, chip, radius)
+            found.append(bool(np.isnan(real(answer, "the answer")).all()))
         except (CheckFailed, ValueError):
             hint = "it stops where the peak lies on the border of the search"
             return [("NaN on the border", False, hint)]
-        found.append(bool(np.isnan(answer).all()))
     return [("NaN where the peak lies on the border of the search", all(found), hint)]
-
-
-def _moved(shift: tuple[float, float]) -> np.ndarray:
-    """The scene with every point moved by (columns, rows)."""
-    return ndimage.shift(SCENE, shift[::-1], order=3, mode="mirror")
-
-
-def _search_of(
-    function: Callable[..., object], *arguments: object
-) -> tuple[float, float, np.ndarray]:
-    """What the reader's search returns: two whole numbers and a square map."""
-    radius = int(arguments[-1])  # type: ignore[call-overload]
-    answer = answer_of(function, *arguments)
-    try:
-        dx, dy, r = answer
-        found = np.array([float(dx), float(dy)])
-        r = real(r, "r")
-    except (TypeError, ValueError):
-        raise CheckFailed("best_shift must return three things: dx, dy and r") from None
-    n = 2 * radius + 1
-    if r.shape != (n, n):
-        raise CheckFailed(
-            f"best_shift: with radius {radius} the map r must have shape ({n}, {n});"
-            f" got {r.shape}"
-        )
-    return found[0], found[1], r
-
-
-def _judge_maps(maps: list[np.ndarray], wanted: list[np.ndarray]) -> tuple[bool, str]:
-    """Whether all maps are right, and the hint to the slip that explains them."""
-
-    def all_near(others: list[np.ndarray]) -> bool:
-        return all(near(r, other, 1e-7) for r, other in zip(maps, others))
-
-    if all_near(wanted):
-        return True, ""
-    cases = [(p, c, k, _moved(s)) for p, c, k, s in SEARCHES]
-    slips = {
-        "rows come first: r[i, j] belongs to the row i and the column j": [
-            r.T for r in wanted
-        ],
-        "the windows move the wrong way: dx is added to the column, dy to the row": [
-            r[::-1, ::-1] for r in wanted
-        ],
-        "point is (column, row), and an image is indexed [row, column]": [
-            _map(SCENE, s, p[::-1], c, k) for p, c, k, s in cases
-        ],
-        "the chip is cut out of the reference image, the windows out of the sensed": [
-            _map(s, SCENE, p, c, k) for p, c, k, s in cases
-        ],
-        "both windows come from the reference image": [
-            _map(SCENE, SCENE, p, c, k) for p, c, k, s in cases
-        ],
-        "the chip moves along: it stays in its place in the reference image": [
-            np.array([[_r(SCENE, s, p, (i, j), (i, j), c) for i in range(-k, k + 1)]
-                      for j in range(-k, k + 1)])
-            for p, c, k, s in cases
-        ],
-        "the map is still zero at most places: fill it for every dy and dx": [
-            r * (r == r.max()) for r in wanted
-        ],
-    }  # fmt: skip
-    otherwise = "r is not the correlation of the chip with the window of each shift"
-    if not any(np.any(r) for r in maps):
-        return False, "the map is still zero: fill it for every dy and dx"
-    return False, next((h for h, others in slips.items() if all_near(others)), otherwise)
-
-
-def _map(
-    reference: np.ndarray,
-    sensed: np.ndarray,
-    point: tuple[int, ...],
-    chip: int,
-    radius: int,
-) -> np.ndarray:
-    """All correlations of a search at once: another way than the loop's."""
-    x, y = point
-    half, room = chip // 2, chip // 2 + radius
-    t = reference[y - half : y + half + 1, x - half : x + half + 1]
-    area = sensed[y - room : y + room + 1, x - room : x + room + 1]
-    windows = sliding_window_view(area, t.shape)
-    w, t = windows - windows.mean(axis=(2, 3), keepdims=True), t - t.mean()
-    r = np.einsum("ijkl,kl->ij", w, t)
-    return r / np.sqrt(np.einsum("ijkl,ijkl->ij", w, w) * np.sum(t * t))
-
-
-def _r(
-    reference: np.ndarray,
-    sensed: np.ndarray,
-    point: tuple[int, int],
-    one: tuple[int, int],
-    other: tuple[int, int],
-    chip: int,
-) -> float:
-    """Correlation of two windows, each moved from the point by itself."""
-    half, flat = chip // 2, []
-    for image, (dx, dy) in ((reference, one), (sensed, other)):
-        x, y = point[0] + dx, point[1] + dy
-        flat.append(image[y - half : y + half + 1, x - half : x + half + 1].ravel())
-    return float(np.corrcoef(flat)[0, 1])
-
-
-def _keeps_inside(function: Callable[..., object]) -> bool:
-    """Whether a search near the edge stops, or leaves out what is outside."""
-    step = np.arange(-3, 4)
-    for x, y in ((5, 40), (40, 5), (90, 40), (40, 79)):
-        whole_x = (x + step >= 4) & (x + step < SCENE.shape[1] - 4)
-        whole_y = (y + step >= 4) & (y + step < SCENE.shape[0] - 4)
-        try:
-            _, _, r = answer_of(function, SCENE, SCENE, (x, y), 9, 3)
-            left_out = real(r, "r")[~(whole_y[:, None] & whole_x)]
-        except (CheckFailed, IndexError, TypeError, ValueError):
-            continue
-        if len(np.unique(left_out[np.isfinite(left_out)])) > 1:
-            return False
-    return True

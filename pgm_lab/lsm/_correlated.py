@@ -13,20 +13,26 @@ position than with white noise. Nothing is checked: that is done in `matching`.
 import numpy as np
 
 # Distances (x, y) in pixels at which residuals are compared, with their opposites
-LAGS = (1, 0), (0, 1), (1, 1), (-1, 1), (2, 0), (0, 2)
-REACH = 2
+Lags = tuple[tuple[int, int], ...]
+LAGS: Lags = (1, 0), (0, 1), (1, 1), (-1, 1), (2, 0), (0, 2)
+DECAY = 3  # standard deviations of a Gaussian, up to which what it smoothed is alike
 POSITION = [0, 3]  # rows of a0 and b0 in the design matrix
 LARGEST = 2.0  # effective pixels over pixels: noise that the texture is blind for
 
 
 def effective_pixels(
-    design: np.ndarray, Q: np.ndarray, v: np.ndarray, gain: np.ndarray
+    design: np.ndarray,
+    Q: np.ndarray,
+    v: np.ndarray,
+    gain: np.ndarray,
+    smooth: float = 0.0,
 ) -> np.ndarray:
     """Independent pixels (m,) that would determine the position as well.
 
     From the design (m, u, k), the inverse Q (m, u, u) of its normal matrix, and the
     residuals v (m, k), row by row of square windows; white noise, when it is
-    interpolated, keeps the share `gain` (m,) of its variance in v.
+    interpolated, keeps the share `gain` (m,) of its variance in v. If the images were
+    smoothed before, by `smooth` px, residuals farther apart are alike, too.
 
     White noise also shows some correlation, by chance. A factor that differs from one
     by no more than its standard deviation is halved, and a large one is believed.
@@ -35,11 +41,12 @@ def effective_pixels(
     # In single precision, for speed: sums of squares near one need no more
     vv = np.einsum("mk,mk->m", v, v)
     v = v * np.sqrt((k - u) / np.where(vv > 0, vv, 1))[:, None]
-    design, v = _spaced(design, k), _spaced(v[:, None], k)
+    lags = _lags(smooth, round(k**0.5))
+    design, v = _spaced(design, k, lags), _spaced(v[:, None], k, lags)
     influence = Q.astype(np.float32) @ design
     position = influence[:, POSITION]
-    c, s = _covariances(design, influence, v, k)
-    g, n = _sums(position, position, k)
+    c, s = _covariances(design, influence, v, k, lags)
+    g, n = _sums(position, position, k, lags)
     alike = (c * g).sum(axis=0) / g[0]
     weight = (position**2).sum(axis=1)
     larger = _where_texture_is_strong(design, influence, v, weight, c[0], s)
@@ -51,8 +58,22 @@ def effective_pixels(
     return np.where(vv > 0, k / np.clip(factor, 1 / LARGEST, k / u), k)
 
 
+def _lags(smooth: float, width: int) -> Lags:
+    """Distances at which residuals of smoothed images are compared, in such windows."""
+    if not smooth:
+        return LAGS
+    most = min(DECAY * smooth, width // 2)
+    whole = range(-int(most), int(most) + 1)
+    half = ((x, y) for x in whole for y in whole if (y, x) > (0, 0))
+    return tuple((x, y) for x, y in half if x * x + y * y <= most**2)
+
+
+def _reach(lags: Lags) -> int:
+    return max(max(abs(x), y) for x, y in lags)
+
+
 def _covariances(
-    design: np.ndarray, influence: np.ndarray, v: np.ndarray, k: int
+    design: np.ndarray, influence: np.ndarray, v: np.ndarray, k: int, lags: Lags
 ) -> tuple[np.ndarray, np.ndarray]:
     """Covariances c (lags, m) of two residuals, the first their variance, and s (m,).
 
@@ -63,8 +84,8 @@ def _covariances(
     and s is the mean of c(d) with the weights h(d): both follow from each other.
     """
     u = design.shape[1]
-    vv, n = _sums(v, v, k)
-    h, _ = _sums(influence, design, k)
+    vv, n = _sums(v, v, k, lags)
+    h, _ = _sums(influence, design, k, lags)
     s = (vv * h / n).sum(axis=0) / (u - (h * h / n).sum(axis=0))
     return (vv + s * h) / n, s
 
@@ -90,24 +111,26 @@ def _where_texture_is_strong(
     return found / np.einsum("mk,mk->m", weight, left)
 
 
-def _sums(a: np.ndarray, b: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+def _sums(
+    a: np.ndarray, b: np.ndarray, k: int, lags: Lags = LAGS
+) -> tuple[np.ndarray, np.ndarray]:
     """Sums (lags, m) of a (m, i, k) times b moved by each lag and by its opposite.
 
     First those without a move. Also the numbers (lags, 1) of pairs of pixels.
     """
     width = round(k**0.5)
     sums, n = [np.vecdot(a, b).sum(axis=1)], [k]
-    for x, y in LAGS:
-        shift = y * (width + REACH) + x
+    for x, y in lags:
+        shift = y * (width + _reach(lags)) + x
         pairs = np.vecdot(a[..., : a.shape[-1] - shift], b[..., shift:])
         sums.append(2 * pairs.sum(axis=1))
         n.append(2 * (width - abs(x)) * (width - y))
     return np.array(sums), np.array(n, float)[:, None]
 
 
-def _spaced(rows: np.ndarray, k: int) -> np.ndarray:
+def _spaced(rows: np.ndarray, k: int, lags: Lags = LAGS) -> np.ndarray:
     """Windows (..., k) with zeros after each row: no shift leads into another row."""
     width = round(k**0.5)
-    spaced = np.zeros((*rows.shape[:-1], width, width + REACH), np.float32)
+    spaced = np.zeros((*rows.shape[:-1], width, width + _reach(lags)), np.float32)
     spaced[..., :width] = rows.reshape(*rows.shape[:-1], width, width)
     return spaced.reshape(*rows.shape[:-1], -1)

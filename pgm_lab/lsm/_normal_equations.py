@@ -218,7 +218,7 @@ def precision(
             block = np.s_[first : first + points]
             design, v = _observation_equations(left, found, block)
             pixels[block] = _correlated.effective_pixels(
-                design, Q[block], v, kept[block]
+                design, Q[block], v, kept[block], smooth
             )
         covariance *= (k / pixels)[:, None, None]
     return covariance, np.sqrt(variance), pixels, singular

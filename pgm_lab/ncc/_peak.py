@@ -122,7 +122,9 @@ def _covariance_of_slope(
     p and q are the shares of noise in the variances of the left and the right window.
     """
     h = templates.shape[1]
-    both = centred(np.concatenate([templates, matched], axis=1))  # to one scale
+    both = np.concatenate([templates, matched], axis=1)
+    small = both.dtype.kind in "ui" and both.dtype.itemsize < 4
+    both = both.astype(float) if small else centred(both)  # to one scale
     left, right = both[:, :h], both[:, h:]
     for window in (left, right):
         window -= window.mean(axis=(1, 2), keepdims=True)
@@ -166,12 +168,16 @@ def _shares(
 
 def _gradients(windows: np.ndarray) -> np.ndarray:
     """Mean of g gᵀ over each window without its mean, over its variance."""
-    k = len(windows)
-    gx = (windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2]) / 2
-    gy = (windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1]) / 2
-    g = np.stack([gx.reshape(k, -1), gy.reshape(k, -1)], axis=1)
+    twice = (
+        windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2],
+        windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1],
+    )
     variance = np.einsum("kij,kij->k", windows, windows) / windows[0].size
-    return g @ g.swapaxes(1, 2) / g.shape[2] / variance[:, None, None]
+    G = np.empty((len(windows), 2, 2))
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        products = np.einsum("kij,kij->k", twice[i], twice[j])
+        G[:, i, j] = G[:, j, i] = products / (4 * twice[0][0].size * variance)
+    return G
 
 
 def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:

@@ -1,22 +1,27 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `village` (what they see), `matching`, `matches` (of two photos), `bundle`,
-`network`, `matrices`, `registration`, `studies`, `fifty` (the case of chapter 7).
+3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
+`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `bundle`, `network`,
+`matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
     bundle,
+    chips,
     fifty,
+    fringe,
     matches,
     matching,
     matrices,
     network,
     registration,
+    shifts,
     space,
     studies,
     village,
 )
+from pgm_lab.plot._overlay import overlay
 from pgm_lab.plot._pixel import pixel_on_ground
 from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import (
@@ -48,16 +53,20 @@ __all__ = [
     "STYLE",
     "YELLOW",
     "bundle",
+    "chips",
     "error_ellipse",
     "fifty",
     "frame",
+    "fringe",
     "interact",
     "matches",
     "matching",
     "matrices",
     "network",
+    "overlay",
     "pixel_on_ground",
     "registration",
+    "shifts",
     "show",
     "space",
     "studies",

@@ -1,7 +1,5 @@
 """Two images of one place laid on each other in two colours."""
 
-from typing import Any
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -83,11 +81,12 @@ def composite(
 
 def grey_levels(image: ArrayLike, name: str) -> np.ndarray:
     """Grey values from 0 to 1, a few at both ends beyond; NaN where there are none."""
-    grey = np.ma.getdata(_validate.grey_image(image, name)).astype(float)
-    grey = np.where(np.ma.getmaskarray(image), np.nan, grey)  # type: ignore[no-untyped-call]
+    grey = _validate.grey_image(image, name)
+    mask = np.ma.getmaskarray(grey)
+    grey = np.where(mask, np.nan, np.ma.getdata(grey).astype(float))
     known = grey[np.isfinite(grey)]
     if not known.size:
         return np.full(grey.shape, np.nan)
     dark, bright = np.quantile(known, (DARK, BRIGHT))
-    span: Any = bright - dark if bright > dark else 1.0
-    return np.clip((grey - dark) / span, 0.0, 1.0)
+    span = bright - dark if bright > dark else 1.0
+    return np.asarray(np.clip((grey - dark) / span, 0.0, 1.0))

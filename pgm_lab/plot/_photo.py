@@ -73,6 +73,6 @@ def arrows(grey: np.ndarray, at: np.ndarray, vectors: np.ndarray, title: str) ->
     ax.set(xlim=(low[0], max(high[0], columns - 0.5)))
     ax.set(ylim=(max(high[1], rows - 0.5), low[1]))
     look = {"labelpos": "E", "coordinates": "axes", "labelcolor": basic.BLACK}
-    ax.quiverkey(drawn, 0.85, 1.04, unit, f"{unit:g} px", **look)
+    ax.quiverkey(drawn, 0.85, 1 + 0.16 / height, unit, f"{unit:g} px", **look)
     ax.set_title(f"{title}; red ones are longer" if np.any(far) else title)
     return fig

@@ -1,7 +1,5 @@
 """Figures of registration by chips: the search, its map, where the chips lie."""
 
-from typing import Any
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,15 +9,21 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.plot import _doors, basic
 from pgm_lab.plot._overlay import grey_levels
+from pgm_lab.plot.basic import Look
 from pgm_lab.plot.matching import outline
 from pgm_lab.registration import best_shift, peak_of_parabola
 
-LABEL: dict[str, Any] = {
+LABEL: Look = {
     "fontsize": 15,
     "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.88, "pad": 3},
 }
-ARROW: dict[str, Any] = {"arrowstyle": "-|>", "linewidth": 2.4}
-RANGE: dict[str, Any] = {"arrowstyle": "<->", "linewidth": 3.0, "shrinkA": 0, "shrinkB": 0}
+ARROW: Look = {"arrowstyle": "-|>", "linewidth": 2.4}
+RANGE: Look = {
+    "arrowstyle": "<->",
+    "linewidth": 3.0,
+    "shrinkA": 0,
+    "shrinkB": 0,
+}
 
 
 def search(
@@ -55,19 +59,23 @@ def search(
     outline(right, (x, y), chip, basic.ORANGE, linewidth=3, linestyle=":")
     outline(right, (x + dx, y + dy), chip, basic.ORANGE, linewidth=4)
     right.text(x - room, y - room - 1, "search window", va="bottom", **LABEL)
-    right.annotate("", (x - room, y), (x - half, y), arrowprops=RANGE | {"color": basic.BLUE})
+    right.annotate(
+        "", (x - room, y), (x - half, y), arrowprops=RANGE | {"color": basic.BLUE}
+    )
     right.text(x - half + 0.6, y, f"radius {radius}", va="center", **LABEL)
     look = ARROW | {"color": basic.ORANGE, "linewidth": 4, "shrinkA": 0, "shrinkB": 0}
     below = y + 0.55 * half
     right.annotate("", (x + dx, below + dy), (x, below), arrowprops=look)
     right.text(x + max(dx, 0) + 0.8, below, "shift", va="center", **LABEL)
-    right.text(x + room, y + room + 1, "chip at its best place", ha="right", va="top", **LABEL)
+    right.text(
+        x + room, y + room + 1, "chip at its best place", ha="right", va="top", **LABEL
+    )
     table_of_r(axes[2], r)
     axes[2].set_title("r for every shift")
     basic.show(
         fig,
-        f"Left, the reference image with a square chip of {chip} by {chip} pixels around"
-        f" a point. Middle, the sensed image with a search window that reaches {radius}"
+        f"Left, the reference image with a chip of {chip} by {chip} pixels around a"
+        f" point. Middle, the sensed image with a search window that reaches {radius}"
         " pixels farther to each side; in it the chip at its best place, and an arrow,"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
         f" {len(r)} by {len(r)} squares, the highest framed.",
@@ -96,14 +104,16 @@ def table_of_r(ax: Axes, r: ArrayLike, numbers: bool = False) -> None:
     ax.imshow(r, extent=(-half, half, half, -half), cmap="cividis", vmin=low, vmax=1)
     ax.grid(False)
     ax.set(xlabel="dx, columns (px)", ylabel="dy, rows (px)")
-    step = np.arange(len(r)) - len(r) // 2
+    step = [k - len(r) // 2 for k in range(len(r))]
     ax.set(xticks=step, yticks=step)
     row, column = np.unravel_index(r.argmax(), r.shape)
-    outline(ax, (step[column], step[row]), 1, basic.RED, linewidth=4)
+    outline(ax, (step[int(column)], step[int(row)]), 1, basic.RED, linewidth=4)
     for (i, j), value in np.ndenumerate(r if numbers else r[:0]):
         ink = "black" if value > 0.45 * (1 + low) else "white"
         text = f"{value:.2f}".replace("-", "−")
-        ax.text(step[j], step[i], text, ha="center", va="center", color=ink, fontsize=14)
+        ax.text(
+            step[j], step[i], text, ha="center", va="center", color=ink, fontsize=14
+        )
 
 
 def map_of_r(r: ArrayLike) -> Figure:
@@ -120,6 +130,7 @@ def map_of_r(r: ArrayLike) -> Figure:
     """
     fig, ax = plt.subplots(figsize=(7.4, 6.6))
     table_of_r(ax, r, numbers=True)
+    ax.set_title("r for every shift of one chip")
     return fig
 
 
@@ -139,6 +150,7 @@ def places(image: ArrayLike, points: ArrayLike, chip: int = 21) -> Figure:
     -------
     matplotlib.figure.Figure
     """
+    image = _validate.image(image)
     points = _validate.point_list(points, "points")
     chip = _validate.window(chip, "chip", 1)
     fig, ax = plt.subplots(figsize=(8.6, 8.2))
@@ -170,13 +182,19 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     fig, ax = plt.subplots(figsize=(10, 5))
     ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
     ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)
-    ax.vlines(top, 0, height, color=basic.RED, linestyle="--", label=f"peak, t = {top:.2f} px")
+    ax.vlines(
+        top, 0, height, color=basic.RED, linestyle="--", label=f"peak, t = {top:.2f} px"
+    )
     ax.plot(top, height, "X", color=basic.RED, markersize=15)
     names = ("$r_{left}$", "$r_{middle}$", "$r_{right}$")
     for x, r, name in zip((-1, 0, 1), (r_left, r_middle, r_right), names):
-        look = {"textcoords": "offset points", "fontsize": 18, "ha": "right"}
-        ax.annotate(name, (x, r), (-12, 6), **look)
+        text: Look = {"textcoords": "offset points", "fontsize": 18, "ha": "right"}
+        ax.annotate(name, (x, r), (-12, 6), **text)
     ax.set(ylim=(min(r_left, r_right) - 0.35 * span, height + 0.25 * span))
-    ax.set(xlabel="t, shift from the highest whole pixel (px)", ylabel="r", xticks=(-1, 0, 1))
-    ax.legend(loc="lower center")
+    ax.set(
+        xlabel="t, shift from the highest whole pixel (px)",
+        ylabel="r",
+        xticks=(-1, 0, 1),
+    )
+    ax.legend(loc="upper right")
     return fig

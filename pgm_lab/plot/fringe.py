@@ -1,4 +1,4 @@
-"""Figures of two images that do not lie on each other: changes, fringes, a way to measure."""
+"""Figures of two images that do not lie on each other: changes, and their fringe."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,6 +12,7 @@ from pgm_lab import _validate
 from pgm_lab.plot import basic
 from pgm_lab.plot._overlay import grey_levels, overlay
 from pgm_lab.plot._sliders import interact
+from pgm_lab.plot.basic import Look
 
 REACH = 4  # px that the sliders go to each side
 
@@ -22,7 +23,7 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
     Parameters
     ----------
     reference, sensed : array_like (rows, columns)
-        Grey values; masked or NaN where there are none.
+        Grey values.
     limit : float
         Pixels that differ by more grey values than this count as changed.
 
@@ -33,24 +34,22 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
     one, other = _alike(reference, sensed)
     limit = _validate.not_negative(limit, "limit", "grey values")
     tall = one.shape[0] > 0.8 * one.shape[1]
-    fig = plt.figure(figsize=(11, 4.4 if tall else 6.4))
-    names = ("reference", "sensed", "changed")
-    grid = [["reference", "sensed", "changed"]]
-    if not tall:  # two small ones above one large
-        grid = [["reference", "changed", "changed"], ["sensed", "changed", "changed"]]
-    axes = fig.subplot_mosaic(grid)
+    fig = plt.figure(figsize=(11, 4.4))
+    names = ("reference", "sensed")
+    # Side by side, or two small ones beside a large one
+    axes = fig.subplot_mosaic("rsc" if tall else "rcc;scc")
     for name, image in zip(names, (one, other)):
-        axes[name].imshow(grey_levels(image, name), vmin=0, vmax=1)
-        axes[name].set_title(f"{name} image")
+        axes[name[0]].imshow(grey_levels(image, name), vmin=0, vmax=1)
+        axes[name[0]].set_title(f"{name} image")
     changed = np.abs(other - one) > limit
-    share = 100 * changed.sum() / max(1, np.isfinite(other - one).sum())
-    axes["changed"].imshow(changed, cmap="binary", interpolation="nearest")
-    axes["changed"].set_title(f"changed: {share:.0f} % of the land")
+    share = 100 * changed.mean()
+    axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
+    axes["c"].set_title(f"changed: {share:.0f} % of the land")
     for ax in axes.values():
         ax.set(xticks=[], yticks=[])
         ax.grid(False)
     for side in ("top", "right"):
-        axes["changed"].spines[side].set_visible(True)
+        axes["c"].spines[side].set_visible(True)
     return fig
 
 
@@ -75,7 +74,7 @@ def two_colours(
     overlay(one[window], other[window], ax=axes[1])
     axes[1].images[0].set_extent(extent)
     left, right, bottom, top = extent
-    frame = {"edgecolor": basic.ORANGE, "fill": False, "linewidth": 3}
+    frame: Look = {"edgecolor": basic.ORANGE, "fill": False, "linewidth": 3}
     corner = (left, top)
     axes[0].add_patch(plt.Rectangle(corner, right - left, bottom - top, **frame))
     axes[0].set_title("green: reference, magenta: sensed")
@@ -97,17 +96,19 @@ def before_and_after(
 
     Parameters
     ----------
-    reference, sensed, again : array_like (rows, columns)
-        Grey values, `again` those of the sensed image in the pixels of the reference;
-        masked or NaN where there are none.
+    reference, sensed : array_like (rows, columns)
+        Grey values.
+    again : array_like (rows, columns)
+        Those of the sensed image in the pixels of the reference; masked or NaN where
+        there are none.
     limit : float
         As for `changes`.
     """
     limit = _validate.not_negative(limit, "limit", "grey values")
+    pairs = _alike(reference, sensed), _alike(reference, again, "again")
     fig, axes = plt.subplots(1, 2, figsize=(10.6, 5.7))
     shares = []
-    for ax, image, name in zip(axes, (sensed, again), ("before", "after")):
-        one, other = _alike(reference, image)
+    for ax, (one, other), name in zip(axes, pairs, ("before", "after")):
         changed = np.abs(other - one) > limit
         shares.append(100 * changed.sum() / max(1, np.isfinite(other - one).sum()))
         ax.imshow(changed, cmap="binary", interpolation="nearest")
@@ -159,24 +160,28 @@ def by_hand(
             colours=96,
         )
 
-    look = {"min": -REACH, "max": REACH, "continuous_update": False}
+    look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
     dx = IntSlider(0, description="columns", **look)
     interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
 
 
-def _alike(reference: ArrayLike, sensed: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Both images as grey values with NaN where there are none, of the same shape."""
-    both = []
-    for image, name in ((reference, "reference"), (sensed, "sensed")):
-        grey = _validate.grey_image(image, name)
-        mask = np.ma.getmaskarray(grey)  # type: ignore[no-untyped-call]
-        both.append(np.where(mask, np.nan, np.ma.getdata(grey).astype(float)))
-    if both[0].shape != both[1].shape:
+def _alike(
+    reference: ArrayLike, sensed: ArrayLike, name: str = "sensed"
+) -> tuple[np.ndarray, np.ndarray]:
+    """Both images, of the same shape; float, with NaN where `again` has no data."""
+    one = _validate.image(reference, "reference").astype(float)
+    if name == "again":
+        grey = _validate.grey_image(sensed, name)
+        mask = np.ma.getmaskarray(grey)
+        other = np.where(mask, np.nan, np.ma.getdata(grey).astype(float))
+    else:
+        other = _validate.image(sensed, name).astype(float)
+    if one.shape != other.shape:
         raise ValueError(
-            f"reference has shape {both[0].shape} and sensed {both[1].shape}; cut or"
+            f"reference has shape {one.shape} and {name} {other.shape}; cut or"
             " resample one of them, so that both have the same pixels"
         )
-    return both[0], both[1]
+    return one, other
 
 
 def _part(
@@ -203,7 +208,7 @@ def _moved(part: slice, step: int) -> slice:
 def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
     """Draw a thin line between pixels, and name every fifth."""
     left, right, bottom, top = extent
-    look = {"color": "white", "linewidth": 0.6, "alpha": 0.55}
+    look: Look = {"color": "white", "linewidth": 0.6, "alpha": 0.55}
     for x in np.arange(left, right + 0.1):
         ax.axvline(x, **look)
     for y in np.arange(top, bottom + 0.1):

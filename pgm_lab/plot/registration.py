@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
+from pgm_lab import _validate, matching
 from pgm_lab._rounding import plain
 from pgm_lab.plot import _photo, _style, basic
 from pgm_lab.plot.basic import Look
@@ -67,10 +67,8 @@ def fringes(
 
 
 def _grey(image: ArrayLike, name: str) -> np.ma.MaskedArray:
-    grey = np.ma.masked_invalid(np.ma.asarray(image).astype(float))
-    if grey.ndim != 2:
-        raise ValueError(f"{name} must have shape (rows, columns); got {grey.shape}")
-    return grey
+    """Grey values of a part of an image, masked where there are none."""
+    return np.ma.asarray(matching.read(image, name, colour="grey").astype(float))
 
 
 def _two_colours(one: np.ma.MaskedArray, other: np.ma.MaskedArray) -> np.ndarray:
@@ -138,12 +136,14 @@ def shifts(
     return fig
 
 
-def scatter(found: Registration, radius: int = 3) -> Figure:
-    """Draw the accepted shifts: in the search window, and about their mean.
+def scatter(
+    found: Registration, radius: int = 3, errors: ArrayLike | None = None
+) -> Figure:
+    """Draw the accepted shifts: in the search window, and about their mean or a model.
 
-    The circle about zero holds nine tenths of them (CE90). Of the ellipses about the
-    mean one has the covariance that the chips predict, the other that of the shifts;
-    if the shifts are normal, either holds nine tenths of them.
+    The circle about zero holds nine tenths of them (CE90). Of the two ellipses one has
+    the covariance that the chips predict, the other that of the shifts; if they are
+    normal, either holds nine tenths of them.
 
     Parameters
     ----------
@@ -151,6 +151,9 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
         What `registration.register` returned; at least one point must be accepted.
     radius : int
         How far was searched, in pixels.
+    errors : array_like (n, 2), optional
+        How far each shift is off, in pixels, such as the residuals of a model; those
+        from the mean shift when missing. Only those of accepted points are drawn.
 
     Returns
     -------
@@ -160,7 +163,7 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     radius = _validate.whole(radius, "radius", 1)
     d = np.column_stack([found.dx, found.dy])[good]
     mean, C = d.mean(axis=0), np.mean(found.covariance[good], axis=0)
-    fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 6.4))
+    fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 7))
     reach = max(radius + 0.5, 1.05 * float(np.abs(d).max()))
     dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
     dots |= {"alpha": 0.6, "markersize": 6, "markeredgewidth": 0}
@@ -172,23 +175,27 @@ def scatter(found: Registration, radius: int = 3) -> Figure:
     whole.plot(0, 0, "+", color=basic.BLACK, markersize=15, label="no shift")
     whole.set(xlim=(-reach, reach), ylim=(reach, -reach))
     whole.set_title("In the search window")
-    v = d - mean
+    v = d - mean if errors is None else _of_points(errors, good, "errors")[good]
     near.plot(*v.T, **dots)
-    ellipses = [("predicted", C, basic.ORANGE, "--")]
+    ellipses = [("as predicted", C, basic.ORANGE, "--")]
     if len(d) > 2:
-        ellipses.append(("of the shifts", np.cov(v.T), basic.RED, "-"))
+        ellipses.append(("as they scatter", np.cov(v.T), basic.PURPLE, "-"))
     for name, covariance, colour, line in ellipses:
-        look: Look = {"color": colour, "linestyle": line, "label": f"90 %, {name}"}
+        look: Look = {
+            "color": colour,
+            "linestyle": line,
+            "label": f"90 % of them, {name}",
+        }
         basic.error_ellipse(near, (0, 0), covariance, SHARE, **look)
     reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
     reach = max(reach, 1e-3)
     near.set(xlim=(-reach, reach), ylim=(reach, -reach))
-    near.set_title("About the mean shift")
-    for ax in (whole, near):
-        ax.set(xlabel="dx (px)", ylabel="dy (px)", aspect="equal")
+    near.set_title("Off the mean shift" if errors is None else "Off the model")
+    for ax, off in ((whole, ""), (near, " off by")):
+        ax.set(xlabel=f"dx{off} (px)", ylabel=f"dy{off} (px)", aspect="equal")
         ax.xaxis.set_major_locator(plt.MaxNLocator(5))
         ax.yaxis.set_major_locator(plt.MaxNLocator(5))
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+    fig.legend(loc="outside lower center", ncols=3)
     return fig
 
 

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
+from pgm_lab.plot.basic import Look
 from pgm_lab.registration import rmse
 
 WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
@@ -35,7 +35,12 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
         middle = np.median(cloud, axis=0)
         ax.axhline(y, color=basic.GREEN, linewidth=2.5)
         ax.axvline(x, color=basic.GREEN, linewidth=2.5, label="truth")
-        whole = {"mfc": "none", "markersize": 24, "mew": 2.2, "label": "whole pixel"}
+        whole: Look = {
+            "mfc": "none",
+            "markersize": 24,
+            "mew": 2.2,
+            "label": "whole pixel",
+        }
         ax.plot(*np.round((x, y)), "s", color=basic.BLACK, **whole)
         ax.plot(*cloud.T, "o", color=basic.BLUE, alpha=0.45, ms=9, label="one chip")
         ax.plot(*middle, "X", color=basic.RED, markersize=15, label="median")
@@ -55,38 +60,48 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
     )
 
 
-def circles(dx: ArrayLike, dy: ArrayLike) -> Figure:
-    """Draw errors in a plane, with the circles of RMSE_T and of nine tenths (CE90).
+def circles(dx: ArrayLike, dy: ArrayLike) -> None:
+    """Show errors in a plane, with the circles of RMSE_T and of nine tenths (CE90).
 
     Parameters
     ----------
     dx, dy : array_like (n,)
-        Errors in pixels or metres.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+        Errors in pixels.
     """
     _, _, total = rmse(dx, dy)
     x, y = _validate.finite(dx, "dx"), _validate.finite(dy, "dy")
     ninety = float(np.quantile(np.hypot(x, y), 0.9))
     far = 1.05 * max(float(np.hypot(x, y).max()), total)
-    fig, ax = plt.subplots(figsize=(8.6, 6.4))
+    fig, ax = plt.subplots(figsize=(9.6, 5.6))
     ax.plot(x, y, "o", color=basic.GREY, alpha=0.5, markersize=4, label="one error")
     for radius, colour, line, name in (
         (total, basic.RED, "-", "RMSE$_T$"),
         (ninety, basic.BLUE, "--", "CE90"),
     ):
-        look = {"fill": False, "edgecolor": colour, "linewidth": 3.5, "linestyle": line}
-        ax.add_patch(Circle((0, 0), radius, label=f"radius {name} = {radius:.2f}", **look))
+        look: Look = {
+            "fill": False,
+            "edgecolor": colour,
+            "linewidth": 3.5,
+            "linestyle": line,
+        }
+        ax.add_patch(
+            Circle((0, 0), radius, label=f"radius {name} = {radius:.2f}", **look)
+        )
     ax.set(xlim=(-far, far), ylim=(far, -far), aspect="equal")
     ax.set(xlabel="error in x (px)", ylabel="error in y (px)")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return fig
+    basic.show(
+        fig,
+        f"{x.size} errors in a plane, thickest in the middle. A solid circle with the"
+        f" radius RMSE_T, {total:.2f}, and a larger dashed one with the radius CE90,"
+        f" {ninety:.2f}, that holds nine tenths of them.",
+        dpi=90,
+        colours=64,
+    )
 
 
 def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> None:
-    """Show what a search reports of shifts that grow beyond its radius, and with what r.
+    """Show what a search reports of shifts beyond its radius, and with what r.
 
     Parameters
     ----------
@@ -104,11 +119,18 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
     end = max(float(true.max()), radius + 1.0)
     axes[0].plot((0, end), (0, end), color=basic.GREEN, label="as it should be")
     axes[0].axhline(radius, color=basic.BLACK, linestyle=":", label="end of the search")
-    axes[0].set(xlabel="true dx (px)", ylabel="reported dx (px)", ylim=(-radius - 1, end))
+    axes[0].set(
+        xlabel="true dx (px)", ylabel="reported dx (px)", ylim=(-radius - 1, end)
+    )
     axes[1].axhline(0.8, color=basic.BLACK, linestyle=":", label="threshold 0.8")
     axes[1].set(xlabel="true dx (px)", ylabel="r at the peak", ylim=(-0.1, 1.03))
     for chosen, mark, colour, name in _kinds(wrong):
-        look = {"color": colour, "linestyle": "none", "markersize": 6, "alpha": 0.55}
+        look: Look = {
+            "color": colour,
+            "linestyle": "none",
+            "markersize": 6,
+            "alpha": 0.55,
+        }
         axes[0].plot(true[chosen], found[chosen], mark, **look)
         axes[1].plot(true[chosen], r[chosen], mark, label=name, **look)
     axes[0].legend(loc="lower left")
@@ -126,8 +148,8 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
 
 def trial(
     error: ArrayLike, r: ArrayLike, tests: Mapping[str, ArrayLike], limit: float = 0.8
-) -> Figure:
-    """Draw r against the error of chips, and what tests accept at every threshold.
+) -> None:
+    """Show r against the error of chips, and what tests accept at every threshold.
 
     Parameters
     ----------
@@ -139,10 +161,6 @@ def trial(
         The larger, the more a test trusts a chip; NaN: not at all. By their names.
     limit : float
         Threshold of r to be marked.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     error, r = _lists(error=error, r=r)
     limit = _validate.number(limit, "limit")
@@ -151,10 +169,15 @@ def trial(
         raise ValueError("error must have chips within a pixel and chips beyond it")
     fig, axes = plt.subplots(1, 2, figsize=(12, 5.4), width_ratios=(1, 1.05))
     for chosen, mark, colour, name in _kinds(wrong):
-        look = {"color": colour, "linestyle": "none", "markersize": 5, "alpha": 0.5}
+        look: Look = {
+            "color": colour,
+            "linestyle": "none",
+            "markersize": 5,
+            "alpha": 0.5,
+        }
         axes[0].semilogy(r[chosen], error[chosen], mark, label=name, **look)
     axes[0].axvline(limit, color=basic.BLACK, linestyle=":")
-    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 30, None))
+    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 12, None))
     axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes[0].legend(loc="lower left", markerscale=2)
     styles = [(basic.BLUE, "-"), (basic.RED, "--"), (basic.PURPLE, "-.")]
@@ -170,7 +193,14 @@ def trial(
     axes[1].set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
     axes[1].set(xlim=(-1, 31), ylim=(-2, 102))
     axes[1].legend(loc="lower right")
-    return fig
+    basic.show(
+        fig,
+        "Left, r against error: the right chips have all values of r. Right, receiver"
+        f" operating curves of {', '.join(tests)}. At r ≥ {limit:g} pass"
+        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips.",
+        dpi=90,
+        colours=96,
+    )
 
 
 def _kinds(wrong: np.ndarray) -> tuple[tuple[np.ndarray, str, str, str], ...]:

@@ -25,6 +25,7 @@ from pgm_lab.report._statuses import advice, lost
 NUMBER = 100  # points that are picked
 RASTERS = (".tif", ".tiff")
 STEPS = "reading", "registering", "resampling", "reporting"
+NUMBERS = "chip", "radius", "threshold", "largest_sd", "smooth"
 REFINE = {"none": None, "parabola": "parabola", "lsm": "lsm"}
 NO_MEMORY = (
     "there is not enough memory for these images: cut out the part that both show, or"
@@ -67,6 +68,7 @@ def _in_words_of_a_call(options: argparse.Namespace) -> None:
         _run(options)
     except (ValueError, ImportError) as error:
         words = re.sub(r"\b(band|nodata)=", r"--\1 ", str(error))
+        words = words.replace("in offset=(column, row)", "by --offset COLUMN ROW")
         raise ValueError(words) from None
 
 
@@ -130,11 +132,15 @@ def _read(options: argparse.Namespace) -> Pair:
 
 def _settings(options: argparse.Namespace, pair: Pair) -> dict[str, Any]:
     """What the registration is asked for, points among it."""
-    asked = {name: getattr(options, name) for name in ("chip", "radius", "threshold")}
+    asked = {name: getattr(options, name) for name in NUMBERS}
     settings = {name: value for name, value in asked.items() if value is not None}
-    settings |= {"refine": REFINE[options.refine], "offset": pair.offset}
+    settings["refine"] = REFINE[options.refine]
+    if options.offset is not None or pair.reference.transform is not None:
+        settings["offset"] = pair.offset
     if options.points is not None:
-        points = registration.read_points(options.points, pair.reference)
+        return {"points": registration.read_points(options.points), **settings}
+    if options.map_points is not None:
+        points = registration.read_points(options.map_points, pair.reference)
         return {"points": points, **settings}
     if options.grid is not None:
         return {"grid": options.grid, **settings}
@@ -184,7 +190,7 @@ def _none(found: registration.Registration) -> str:
         f"none of {len(found.points)} points was accepted; most often ({number}) the"
         f' reason is "{say(status)}": {advice(status, say)} Do both images show the'
         " same place, in the same band, neither turned nor scaled? Are they farther"
-        " apart than --radius? --offset COLUMNS ROWS says where to begin"
+        " apart than --radius? --offset COLUMN ROW says where to begin"
     )
 
 
@@ -216,7 +222,8 @@ def _resampled(pair: Pair, model: registration.Model | None, path: Path) -> byte
 def _check(call: Parser, options: argparse.Namespace) -> None:
     """Refuse before the work what would go wrong after it."""
     inputs = [options.reference, options.sensed]
-    inputs += [] if options.points is None else [options.points]
+    given = options.points, options.map_points
+    inputs += [path for path in given if path is not None]
     outputs = [Output("--report", path, REPORTS) for path in options.report]
     if options.csv is not None:
         outputs.append(Output("--csv", options.csv, TABLES))
@@ -243,8 +250,13 @@ def parser() -> Parser:
         "--points",
         type=Path,
         metavar="FILE",
-        help="points of the reference image, as CSV whose first line is column,row or,"
-        " on the map, x,y",
+        help="points of the reference image: column row, one a line",
+    )
+    where.add_argument(
+        "--map-points",
+        type=Path,
+        metavar="FILE",
+        help="the same as x y on its map",
     )
     where.add_argument(
         "--grid", type=_command.whole, metavar="STEP", help=SETTINGS["grid"]
@@ -260,10 +272,13 @@ def parser() -> Parser:
         "radius": {"type": _command.whole, "metavar": "PX"},
         "refine": {"choices": tuple(REFINE), "default": "lsm"},
         "threshold": {"type": _command.share, "metavar": "R"},
-        "offset": {"type": float, "nargs": 2, "metavar": ("COLUMNS", "ROWS")},
+        "largest_sd": {"type": _command.positive, "metavar": "PX"},
+        "smooth": {"type": _command.number, "metavar": "PX"},
+        "offset": {"type": _command.number, "nargs": 2, "metavar": ("COLUMN", "ROW")},
     }
     for name, kind in kinds.items():
-        found.add_argument(f"--{name}", help=SETTINGS[name], **kind)
+        option = "--" + name.replace("_", "-")
+        found.add_argument(option, dest=name, help=SETTINGS[name], **kind)
     found.add_argument(
         "--model",
         choices=tuple(NAMES),
@@ -275,7 +290,10 @@ def parser() -> Parser:
         "--band", type=_command.whole, metavar="N", help="band to read, from 1"
     )
     found.add_argument(
-        "--nodata", type=float, metavar="VALUE", help="grey value that is no data"
+        "--nodata",
+        type=_command.number,
+        metavar="VALUE",
+        help="grey value that is no data",
     )
     found.add_argument(
         "--pixel-size",

@@ -9,6 +9,7 @@ from pgm_lab import ncc
 NEIGHBOURS = 8  # accepted chips around one, that it is compared with
 LEAST = 5  # accepted chips, below which nobody can say what is usual
 FAR = 4.0  # times smaller than expected is the signal-to-noise ratio of what changed
+HALF = 0.5  # of the variance
 CHUNK = 2000  # chips at a time
 
 
@@ -30,28 +31,27 @@ def changed(
         1 - R^2 = max(median(1 - r^2), min((1 - r^2) V) / V),
 
     the larger of what both images say. It changed if R would have been accepted, but
-    its signal-to-noise ratio r^2 : (1 - r^2) is less than a quarter of that of R. What
-    is flat in one of the images has nothing to tell a change by.
+    less than half of V is explained, and the signal-to-noise ratio r^2 : (1 - r^2) is
+    below a quarter of that of R. What is flat in an image cannot tell of a change.
     """
     lost = np.zeros(len(points), bool)
     accepted = np.flatnonzero(status == "accepted")
     if len(accepted) < LEAST:
         return lost
-    k = np.flatnonzero(np.isfinite(found.r))
     unlike = 1 - np.maximum(found.r, 0) ** 2
-    among = min(NEIGHBOURS + 1, len(accepted))
+    k = np.flatnonzero(unlike > HALF)  # not NaN, where nothing was compared
+    among = min(NEIGHBOURS, len(accepted))
     near = accepted[cKDTree(points[accepted]).query(points[k], among)[1]]
-    itself = near == k[:, None]
-    expected = np.nanmedian(np.where(itself, np.nan, unlike[near]), axis=1)
+    expected = np.median(unlike[near], axis=1)
     for image, at in ((reference, points), (sensed, found.points)):
-        V = np.full(len(points), np.nan)
-        V[k] = _variances(image, at[k], chip)
-        noise = np.nanmin(np.where(itself, np.nan, (unlike * V)[near]), axis=1)
+        some = np.unique(near)
+        noise = np.zeros(len(points))
+        noise[some] = unlike[some] * _variances(image, at[some], chip)
         with np.errstate(divide="ignore", invalid="ignore"):
-            expected = np.fmax(expected, noise / V[k])
-    # r^2 : (1 - r^2) is the ratio of signal to noise
-    less = (1 - unlike[k]) * expected < unlike[k] * (1 - expected) / FAR
-    lost[k] = (1 - expected >= max(threshold, 0) ** 2) & less
+            share = noise[near].min(axis=1) / _variances(image, at[k], chip)
+        expected = np.fmin(np.maximum(expected, share), 1)  # 1 where it is flat
+    far = (1 - unlike[k]) * expected < unlike[k] * (1 - expected) / FAR
+    lost[k] = far & (1 - expected >= max(threshold, 0) ** 2)
     return lost
 
 

@@ -1,6 +1,5 @@
 """GeoTIFF and what else GDAL reads, through rasterio where that is installed."""
 
-import importlib.util
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,18 +11,20 @@ from pgm_lab.matching import photo
 if TYPE_CHECKING:
     from pgm_lab.registration.raster import Raster
 
-INSTALL = "pip install pgm_lab[geo]"
+INSTALL = "pip install rasterio"
 # libjpeg goes on with grey where a file was cut off; an error is better.
 STRICT = {"GDAL_ERROR_ON_LIBJPEG_WARNING": True}
+MOST = 10**9  # pixels of an image
 NO_MAP = "no georeference: shifts are in pixels only"
 
 
 def installed() -> bool:
     """Whether rasterio can be imported."""
     try:
-        return importlib.util.find_spec("rasterio") is not None
-    except ValueError:  # taken out of sys.modules by hand
+        import rasterio  # noqa: F401
+    except ImportError:
         return False
+    return True
 
 
 def read(path: Path, name: str, band: int | None) -> dict:
@@ -36,6 +37,13 @@ def read(path: Path, name: str, band: int | None) -> dict:
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(path) as file:
                 number = _band(file, name, band)
+                if file.driver == "PNG":  # GDAL takes 0 for what was cut off
+                    photo.pixels(path, name)
+                if file.width * file.height > MOST:
+                    raise ValueError(
+                        f"{name}: {file.height} x {file.width} pixels are too many to"
+                        " be read at once; cut out the part that both images show"
+                    )
                 grey = file.read(number)
                 mask = file.read_masks(number) == 0
                 return _fields(file, number, grey, mask, name)
@@ -169,10 +177,10 @@ def _free_value(raster: "Raster") -> float:
     if grey.dtype.kind == "f":
         return np.nan
     limits = np.iinfo(grey.dtype)
-    values = np.unique(grey[~raster.mask])
+    values = grey[~raster.mask]
     stated = [] if raster.nodata is None else [raster.nodata]
     for one in (*stated, 0, limits.max, limits.min):
-        if limits.min <= one <= limits.max and one not in values:
+        if limits.min <= one <= limits.max and not np.any(values == one):
             return one
     gaps = np.setdiff1d(np.arange(limits.min, limits.max + 1), values)
     if not len(gaps):

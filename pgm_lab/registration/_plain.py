@@ -1,6 +1,8 @@
 """Images without georeference, and the choice of how an image is written."""
 
 import os
+import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,8 +50,10 @@ def read(path: Path, name: str, band: int | None) -> dict:
 def _tags(path: Path) -> set[int]:
     """Numbers of the tags of a TIFF; none of any other file."""
     try:
-        with Image.open(path) as image:
-            return set(getattr(image, "tag_v2", ()))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as image:
+                return set(getattr(image, "tag_v2", ()))
     except Exception:  # whatever is wrong, reading the pixels says it
         return set()
 
@@ -62,6 +66,7 @@ def without_data(values: np.ndarray) -> np.ndarray:
 
 def write(path: str | os.PathLike, raster: "Raster", overwrite: bool) -> Path:
     """Write a Raster in the format that the name of the file says."""
+    raster = replace(raster, grey=photo.native(raster.grey))
     file = _files.place(path)
     name, kind = _files.printable(file), file.suffix.lower()
     if kind not in (".tif", ".tiff", ".png"):

@@ -1,12 +1,12 @@
 """One transformation for a whole image, from many shifts with blunders among them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.adjustment import Adjustment, adjust
+from pgm_lab.adjustment import UNCONTROLLED, Adjustment, adjust
 from pgm_lab.adjustment.result import residual_statistics
 from pgm_lab.registration.result import Registration
 
@@ -19,6 +19,7 @@ LIMIT = np.sqrt(-2 * np.log(ALPHA))  # 3.72 standard deviations, in two dimensio
 DRAWS = 500  # of the fewest points that fix the model
 LOOKED_AT = 2000  # points that a draw is judged by
 ROUNDS = 50
+SINGULAR = 1e12  # condition of the equations of points on one line
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +65,10 @@ class Model:
     covariance: np.ndarray
     sigma0: float
     redundancy: int
-    residuals: np.ndarray
-    redundancy_numbers: np.ndarray
-    standardized: np.ndarray
-    used: np.ndarray
+    residuals: np.ndarray = field(repr=False)
+    redundancy_numbers: np.ndarray = field(repr=False)
+    standardized: np.ndarray = field(repr=False)
+    used: np.ndarray = field(repr=False)
     centre: np.ndarray
     offset: np.ndarray
 
@@ -145,8 +146,8 @@ def fit(
     Raises
     ------
     ValueError
-        If fewer than two points were accepted (four for "affine"), or all that agree
-        lie on one line and the model is affine.
+        If fewer than two points were accepted (four for "affine"), or all that agree,
+        or all but one, lie on one line and the model is affine.
 
     Notes
     -----
@@ -228,28 +229,20 @@ def _least_median(A: np.ndarray, shifts: np.ndarray, fewest: int) -> np.ndarray:
     """Parameters through a few points, with the smallest median residual."""
     n, _, u = A.shape
     random = np.random.default_rng(1)
-    draws = np.stack([random.choice(n, fewest, replace=False) for _ in range(DRAWS)])
+    draws = random.integers(n, size=(DRAWS, fewest))
     some = random.choice(n, min(n, LOOKED_AT), replace=False)
     N, l = A[draws].reshape(-1, u, u), shifts[draws].reshape(-1, u)  # noqa: E741
-    fixed = np.linalg.cond(N) < 1 / np.finfo(float).eps
+    fixed = np.linalg.cond(N) < SINGULAR  # not the same point twice, nor on one line
     models = np.linalg.solve(N[fixed], l[fixed, :, None])[..., 0]
-    # Of n residuals `fewest` may be zero because the model goes through them.
+    lengths = np.linalg.norm(A[some] @ models.T - shifts[some, :, None], axis=1)
+    # Of all residuals `fewest` may be zero because the model goes through them.
     middle = len(some) // 2 + (fewest + 1) // 2 - 1
-    median = [
-        np.partition(_length(A[some], shifts[some], model), middle)[middle]
-        for model in models
-    ]
-    return models[np.argmin(median)]
-
-
-def _length(A: np.ndarray, shifts: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Lengths of the residuals (n,) in predicted standard deviations."""
-    return np.linalg.norm(A @ x - shifts, axis=1)
+    return models[np.argmin(np.partition(lengths, middle, axis=0)[middle])]
 
 
 def _agree(A: np.ndarray, shifts: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Whether a point is no blunder (n,), by the median of all residuals."""
-    length = _length(A, shifts, x)
+    length = np.linalg.norm(A @ x - shifts, axis=1)  # in predicted standard deviations
     return length <= LIMIT * max(1.0, np.median(length) / CIRCULAR_SD)
 
 
@@ -281,6 +274,13 @@ def _model(
     numbers[used], w = residual_statistics(
         A[good], residuals[used], weights, adjusted.cofactor[None]
     )
+    if (alone := numbers[used].sum(axis=1) <= UNCONTROLLED).any():
+        column, row = found.points[used][alone][0]
+        raise ValueError(
+            f"the point ({column:g}, {row:g}) alone fixes a part of the affine"
+            " transformation: all others lie on one line. Take more points beside it,"
+            " or fit a 'shift'"
+        )
     sigma0 = float(adjusted.sigma0)
     tau[used] = w / (sigma0 if sigma0 > 0 else np.inf)
     return Model(

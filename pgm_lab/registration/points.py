@@ -120,8 +120,9 @@ def pick(
     offset = _validate.of_shape(offset, (2,), "offset")
     if sensed is not None:
         sensed = _validate.grey_image(sensed, "sensed")
-        mask = without_data(image) | _not_seen(image.shape, sensed, radius, offset)
-        if mask.all():
+        none = without_data(image)
+        mask = none | _not_seen(image.shape, sensed, radius, offset)
+        if mask.all() and not none.all():
             return np.zeros((0, 2))
         image = np.ma.array(np.ma.getdata(image), mask=mask)
     return matching.pick(image, number, chip, margin=chip // 2 + radius)

@@ -50,6 +50,17 @@ class Raster:
     path: str | None = None
     remark: str = ""
 
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit together."""
+        grey = _validate.grey_image(self.grey, "grey")
+        if np.shape(self.mask) != grey.shape or np.asarray(self.mask).dtype != bool:
+            raise ValueError(
+                f"mask must be True or False for each pixel, {grey.shape}; got shape"
+                f" {np.shape(self.mask)}"
+            )
+        if self.transform is not None:
+            _validate.of_shape(self.transform, (2, 3), "transform")
+
     @property
     def values(self) -> np.ndarray | np.ma.MaskedArray:
         """Grey values, masked where there is no data, as `register` takes them."""
@@ -149,7 +160,8 @@ def read(
     ----------
     path : str or path
         GeoTIFF and whatever else GDAL reads, if rasterio is installed
-        (``pip install pgm_lab[geo]``); else an image without georeference, such as PNG.
+        (the extra geo, or
+        ``pip install rasterio``); else an image without georeference, such as PNG.
     band : int, optional
         Number of the band, from 1; not needed if there is one only.
     nodata : float, optional

@@ -7,10 +7,10 @@ from scipy import ndimage
 from pgm_lab import _validate
 from pgm_lab.image import resample as grey_between
 from pgm_lab.image.resampling import METHODS
+from pgm_lab.registration._geotiff import MOST
 from pgm_lab.registration._plain import without_data
 from pgm_lab.registration.model import Model
 
-MOST = 10**9  # pixels of an image
 STRIP = 1_000_000  # pixels at a time
 # Pixels around a place that its grey value rests on. Of a spline these are all, but
 # the share of a pixel falls to 0.27 of its neighbour's (0.43 of the quintic spline's).
@@ -136,7 +136,7 @@ def _touches(holes: np.ndarray, places: np.ndarray, method: str) -> np.ndarray:
         first, many = np.floor(places).astype(int) - 1, 4
     across = np.clip(first[:, 0] + np.arange(many)[:, None], 0, holes.shape[1] - 1)
     down = np.clip(first[:, 1] + np.arange(many)[:, None], 0, holes.shape[0] - 1)
-    return holes[down[:, None], across[None]].any(axis=(0, 1))
+    return np.any(holes[down[:, None], across[None]], axis=(0, 1))
 
 
 def _in_type(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
@@ -144,6 +144,6 @@ def _in_type(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
     if dtype.kind == "f":
         return values.astype(dtype)
     if dtype.kind == "b":
-        return (values > 0.5).astype(bool)
+        return np.round(values).astype(bool)
     limits = np.iinfo(dtype)
     return np.clip(np.round(values), limits.min, limits.max).astype(dtype)

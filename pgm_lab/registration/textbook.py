@@ -58,6 +58,7 @@ def best_shift(
     reference = _validate.image(reference, "reference")
     sensed = _validate.image(sensed, "sensed")
     x, y = _validate.one_point(point, 2, "point")
+    chip = _validate.window(chip, "chip", 3)
     radius = _validate.whole(radius, "radius", 0)
     _validate.size("radius", 2 * radius + 1, 2 * radius + 1)
     target = cut(reference, (x, y), chip)

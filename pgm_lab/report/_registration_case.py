@@ -7,11 +7,15 @@ from typing import Any
 import numpy as np
 
 from pgm_lab._rounding import fixed, plain
-from pgm_lab.registration import Model, Raster, Registration
+from pgm_lab.registration import Model, Raster, Registration, fit
+from pgm_lab.registration.accuracy import ROBUST_SD
 
-# What all points may be off together, in px, by how they were refined: alias, pixel
-# locking, or the rounding to whole pixels. Their scatter does not show it.
-COMMON = {None: 1 / np.sqrt(12), "parabola": 0.03, "lsm": 0.02}
+# What all points may be off together, in px, by how they were refined: rounding, pixel
+# locking, alias, two resamplings. Their scatter does not show it. As a real scene gave
+# it, averaged down 2 to 4 times, and two scenes of one pass, each resampled by itself.
+COMMON = {None: 1 / np.sqrt(12), "parabola": 0.05, "lsm": 0.01}
+FEW = 12  # points
+UNSMOOTHED = 0.03  # the same of "lsm", where the alias was left
 WORDS = (
     ("the right window", "the window of the sensed image"),
     ("the right photo", "the sensed image"),
@@ -68,6 +72,12 @@ class Case:
         return columns, rows
 
     @property
+    def offset(self) -> np.ndarray:
+        """Column and row of the reference image's first pixel in the sensed one."""
+        given = self.asked["offset"]
+        return np.zeros(2) if given is None else np.asarray(given, float)
+
+    @property
     def radius(self) -> int:
         """How far was searched, in pixels."""
         return int(self.asked["radius"])
@@ -97,9 +107,11 @@ class Case:
         scatter = np.sqrt(np.pi / 2) * max(a.spread_x, a.spread_y)
         predicted = float(np.median(self.found.sd[good]))
         own = max(scatter, predicted) / np.sqrt(a.n)
-        if self.asked["refine"] is None:  # rounded, perhaps all of them alike
+        refine = self.asked["refine"]
+        if refine is None:  # rounded, perhaps all of them alike
             return float(max(own, COMMON[None]))
-        return float(np.hypot(own, COMMON[self.asked["refine"]]))
+        left = refine == "lsm" and self.asked["smooth"] == 0
+        return float(np.hypot(own, UNSMOOTHED if left else COMMON[refine]))
 
     @cached_property
     def errors(self) -> np.ndarray:
@@ -119,11 +131,29 @@ class Case:
         return float(np.sqrt(((2 * self.radius - 1) ** 2 - 1) / 12))
 
     @cached_property
+    def affine(self) -> Model | None:
+        """The shifts as a shift, scales, turn and shear; None if that is left open."""
+        if self.model is not None and self.model.kind == "affine":
+            return self.model
+        try:
+            return fit(self.found, "affine", offset=self.offset)
+        except ValueError:  # too few points, or all on one line
+            return None
+
+    @cached_property
     def agrees(self) -> bool:
-        """Whether the shifts tell one thing, or are spread as if by chance."""
-        v = self.errors[self.found.accepted]
-        spread = 1.4826 * np.median(np.abs(v), axis=0).max()
-        return len(v) < 3 or self.chance == 0 or bool(spread < self.chance / 2)
+        """Whether the shifts tell one thing, or are spread as if by chance.
+
+        An affine transformation is tried too; through a few points it always goes.
+        """
+        good = self.found.accepted
+        if np.sum(good) < 3 or self.chance == 0:
+            return bool(np.any(good))
+        found = [self.errors]
+        if np.sum(good) >= FEW and self.affine is not None:
+            found.append(self.affine.residuals)
+        spreads = [ROBUST_SD * np.median(np.abs(v[good]), axis=0).max() for v in found]
+        return bool(min(spreads) < self.chance / 2)
 
     def length(self, x: float, decimals: float, axis: int) -> str:
         """Write a length in pixels, and in metres where a pixel's size is known."""
@@ -180,17 +210,20 @@ def scatter(case: Case) -> str:
         f" {_total(case, a.rmse_t)}, and nine tenths of the shifts are not longer than"
         f" {_total(case, a.ce90)} (CE90)."
     )
-    left = without_mean(case)
+    left = _left(case)
     if a.n > 2 and left < 0.5 * a.rmse_t:
         words += (
-            f" Most of that is the common shift, which resampling removes;"
+            f" Most of that is systematic, and resampling removes it;"
             f" {_total(case, left)} would be left."
         )
     return words
 
 
-def without_mean(case: Case) -> float:
-    """RMSE_T of the shifts less their mean, in pixels."""
+def _left(case: Case) -> float:
+    """RMSE_T of the shifts less the model, or less their mean, in pixels."""
+    if case.model is not None:
+        v = case.model.residuals[case.found.accepted]
+        return float(np.sqrt(np.mean(np.sum(v**2, axis=1))))
     a = case.found.accuracy
     return float(np.sqrt(max(a.rmse_t**2 - a.mean_x**2 - a.mean_y**2, 0.0)))
 

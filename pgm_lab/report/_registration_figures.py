@@ -14,7 +14,7 @@ from pgm_lab.report._layout import count
 from pgm_lab.report._registration_case import Case, say
 from pgm_lab.report._statuses import lost
 
-PART = 150  # pixels across what the overlay shows
+PART = 80  # pixels across what the overlay shows
 
 
 def pictures(name: str, case: Case) -> list[tuple[str, str]]:
@@ -38,9 +38,13 @@ def _overlay(case: Case) -> Iterator[tuple[Figure, str]]:
     images = {"before": _before(case, first, shape)}
     words = (
         "A part of both images in two colours: the reference image in orange, the"
-        " sensed one in blue, grey where they agree. Before, coloured fringes along the"
-        f" edges show the shift of {plain(float(np.hypot(*case.shift)))} px"
+        " sensed one in blue, grey where they agree"
     )
+    if case.agrees:
+        shift = plain(float(np.hypot(*case.shift)))
+        words += (
+            f". Before, a shift of {shift} px makes coloured fringes along the edges"
+        )
     if case.model is not None and case.agrees:
         # The same model, in the pixels of this part
         of_part = replace(
@@ -69,7 +73,7 @@ def _part(case: Case) -> tuple[np.ndarray, np.ndarray]:
 
 def _before(case: Case, first: np.ndarray, shape: tuple[int, int]) -> np.ma.MaskedArray:
     """The sensed image in the pixels of a part, moved by whole pixels only."""
-    start = first + np.round(case.asked["offset"]).astype(int)
+    start = first + np.round(case.offset).astype(int)
     rows, columns = shape
     inside = np.ma.masked_all(shape, float)
     left, top = np.maximum(-start, 0)
@@ -111,20 +115,23 @@ def _shifts(case: Case) -> Iterator[tuple[Figure, str]]:
 
 def _scatter(case: Case) -> Iterator[tuple[Figure, str]]:
     a = case.found.accuracy
+    off = "their mean" if case.model is None else "the model"
     words = (
-        f"The accepted shifts as points, dx to the right and dy down. To the left in"
-        f" the search window, with the circle of CE90 about zero, {plain(a.ce90)} px:"
-        " it holds nine tenths of them. To the right about their mean, with the ellipse"
-        " that nine tenths should lie in as predicted, and the one of the shifts."
+        "The accepted shifts as points, dx to the right and dy down. To the left in the"
+        f" search window, with the circle of CE90 about zero, {plain(a.ce90)} px: it"
+        f" holds nine tenths of them. To the right how far each is off {off}, with the"
+        " ellipse that nine tenths should lie in as predicted, and with that of the"
+        " shifts."
     )
-    yield plot.registration.scatter(case.found, case.radius), words
+    errors = None if case.model is None else -case.errors  # observed less computed
+    yield plot.registration.scatter(case.found, case.radius, errors), words
 
 
 def _similarity(case: Case) -> Iterator[tuple[Figure, str]]:
-    off = "the model" if case.model is not None else "the median shift"
+    off = "their median" if case.model is None else "the model"
+    points = count(int(np.sum(case.found.accepted)), "accepted point")
     words = (
-        f"How far {count(int(np.sum(case.found.accepted)), 'accepted point')} are off"
-        f" {off}: over their r, and over their predicted standard deviation, with the"
-        " line that nine tenths should lie below."
+        f"How far {points} are off {off}: over their r, and over their predicted"
+        " standard deviation, with the line that nine tenths should lie below."
     )
     yield plot.registration.similarity(case.found, case.errors), words

@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from pgm_lab import registration
 from pgm_lab._rounding import plain
 from pgm_lab.report import _statuses
 from pgm_lab.report._layout import NUMBERS, Finding, count, listed
-from pgm_lab.report._registration_case import COMMON, Case, say
+from pgm_lab.report._registration_case import COMMON, FEW, Case, say
 from pgm_lab.report._statuses import SMALL
 
-FEW = 12  # points
 BORDER = 0.1  # of the points
 CHANGED = 0.2  # of the points
 FAR = 0.5  # of the radius
@@ -33,7 +31,6 @@ def findings(case: Case) -> list[Finding]:
         _noise,
         _blunders,
         _whole,
-        _corners,
     )
     said = (check(case) for check in checks)
     return [one for one in said if one is not None]
@@ -83,12 +80,12 @@ def _border(case: Case) -> Finding | None:
 
 
 def _far(case: Case) -> Finding | None:
-    if not np.any(case.found.accepted) or not case.agrees:
+    if not case.agrees:
         return None
     far = float(np.abs(case.shift).max())
     if far <= FAR * case.radius:
         return None
-    a, b = np.round(case.shift + case.asked["offset"]).astype(int)
+    a, b = np.round(case.shift + case.offset).astype(int)
     return Finding(
         "A shift beyond half the radius",
         f"The common shift of {plain(far)} px is more than half the radius of"
@@ -125,12 +122,8 @@ def _crowded(case: Case) -> Finding | None:
 
 
 def _trend(case: Case) -> Finding | None:
-    model = case.model
-    if model is None or model.kind != "shift" or not case.agrees:
-        return None
-    try:
-        affine = registration.fit(case.found, "affine", offset=model.offset)
-    except ValueError:  # too few points, or all on one line
+    affine = case.affine
+    if affine is None or affine is case.model or not case.agrees:
         return None
     a1, a2, b1, b2 = affine.parameters[[1, 2, 4, 5]]
     half = np.ptp(case.found.points[affine.used], axis=0) / 2
@@ -149,6 +142,8 @@ def _trend(case: Case) -> Finding | None:
 
 def _noise(case: Case) -> Finding | None:
     if case.model is None or case.model.sigma0 <= NOISE or not case.agrees:
+        return None
+    if _trend(case) is not None:  # that is why
         return None
     return Finding(
         "More scatter than predicted",
@@ -185,19 +180,6 @@ def _whole(case: Case) -> Finding | None:
         " rounded to the same side. A mean of them is no better than a third of a"
         " pixel, however many there are. Least squares matching (--refine lsm) goes"
         " between the pixels.",
-    )
-
-
-def _corners(case: Case) -> Finding | None:
-    one, other = case.reference, case.sensed
-    if one.transform is not None or one.grey.shape == other.grey.shape:
-        return None
-    (a, b), (c, d) = case.size, other.grey.shape[::-1]
-    return Finding(
-        "Different sizes",
-        f"The images have {a} x {b} and {c} x {d} px and no place on a map: their upper"
-        " left pixels were laid onto each other. If they begin at different places, say"
-        " so by --offset.",
     )
 
 

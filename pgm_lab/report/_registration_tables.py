@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from pgm_lab import _numbers
 from pgm_lab._rounding import fixed, rounded, scientific
 from pgm_lab.registration import Accuracy, Model, Raster, Registration
 from pgm_lab.report._layout import Table
@@ -22,12 +21,10 @@ SETTINGS = {
     " squares matching",
     "threshold": "least correlation r of the chip and what is found",
     "ratio": "a second place with a higher share of r makes a point ambiguous",
-    "offset": "columns and rows by which the sensed image is ahead, about",
+    "largest_sd": "largest predicted standard deviation of a shift, in pixels",
+    "smooth": "standard deviation in pixels of the Gaussian that takes the alias away",
+    "offset": "column and row of the reference image's first pixel in the sensed one",
 }
-CSV = (
-    *("point", "column", "row", "x", "y", "dx", "dy"),
-    *("variance dx", "covariance", "variance dy", "r", "second", "status"),
-)
 
 
 def accuracy(case: Case) -> Table:
@@ -42,6 +39,7 @@ def accuracy(case: Case) -> Table:
         _row("RMSE_y", "rmse_y", a, metres, "the same of dy"),
         _row("RMSE_T", "rmse_t", a, metres, "of both: root of RMSE_x^2 + RMSE_y^2"),
         _row("CE90", "ce90", a, metres, "nine tenths of the shifts are not longer"),
+        _row("CE90 if normal", "ce90_normal", a, metres, "1.517 times RMSE_T"),
         _row("median dx", "median_x", a, metres, "a few blunders hardly move it"),
         _row("median dy", "median_y", a, metres, "the same of dy"),
         _row("spread dx", "spread_x", a, metres, "robust standard deviation of dx"),
@@ -97,13 +95,13 @@ def points(case: Case) -> Table:
 
 
 def csv(found: Registration, reference: Raster) -> str:
-    """Return all points with every digit; x and y are map coordinates, if known."""
-    C = found.covariance
-    on_map = np.full((len(found.points), 2), np.nan)
-    if reference.transform is not None:
-        on_map = reference.map(found.points)
-    numbers = np.column_stack(
-        [found.points, on_map, found.dx, found.dy, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1],
-         found.r, found.second]
-    )  # fmt: skip
-    return _numbers.written(CSV, numbers, found.status)
+    """Return all points with every digit, with their map coordinates if known."""
+    if reference.transform is None:
+        return found.csv()
+    head, *rows = found.csv().splitlines()
+    on_map = [f"{x!r},{y!r}" for x, y in reference.map(found.points).tolist()]
+    lines = []
+    for row, place in zip((head, *rows), ("x on the map,y on the map", *on_map)):
+        *at, rest = row.split(",", 3)  # behind number, column and row
+        lines.append(",".join([*at, place, rest]))
+    return "\n".join([*lines, ""])

@@ -58,10 +58,11 @@ def html(
     Examples
     --------
     >>> from pgm_lab.datasets import landsat
-    >>> image = landsat().grey[:200, :200]
-    >>> points = registration.pick(image, 9)
-    >>> found = registration.register(image, image[2:, 1:], points, refine="lsm")
-    >>> html(found, image, image[2:, 1:]).splitlines()[0]
+    >>> scene = landsat().grey
+    >>> pair = scene[:200, :200], scene[2:202, 1:201]
+    >>> points = registration.pick(pair[0], 9)
+    >>> found = registration.register(*pair, points, refine="lsm")
+    >>> html(found, *pair).splitlines()[0]
     '<!DOCTYPE html>'
     """
     from pgm_lab.report import _registration_figures  # matplotlib only when needed
@@ -103,10 +104,11 @@ def text(
     Examples
     --------
     >>> from pgm_lab.datasets import landsat
-    >>> image = landsat().grey[:200, :200]
-    >>> points = registration.pick(image, 9)
-    >>> found = registration.register(image, image[2:, 1:], points, refine="lsm")
-    >>> print(text(found, image, image[2:, 1:], short=True).splitlines()[3][:61])
+    >>> scene = landsat().grey
+    >>> pair = scene[:200, :200], scene[2:202, 1:201]
+    >>> points = registration.pick(pair[0], 9)
+    >>> found = registration.register(*pair, points, refine="lsm")
+    >>> print(text(found, *pair, short=True).splitlines()[3][:61])
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
     case = _case(found, reference, sensed, model, pixel_size, settings, about)
@@ -184,10 +186,8 @@ def _remark(case: Case) -> list[str]:
     """Say why there are no metres."""
     if case.pixel_size is not None:
         return []
-    return [
-        "The size of a pixel on the ground is not known, and lengths are in pixels only"
-        + (f": {case.reference.remark}." if case.reference.remark else ".")
-    ]
+    reason = case.reference.remark or "the size of a pixel on the ground is not known"
+    return [f"Not in metres: {reason}."]
 
 
 def _accuracy(case: Case) -> list[str]:

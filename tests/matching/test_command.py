@@ -3,10 +3,8 @@
 import functools
 import os
 import re
-import struct
 import subprocess
 import sys
-import zlib
 
 import numpy as np
 import pytest
@@ -15,7 +13,11 @@ from PIL import Image
 from pgm_lab import _files, matching, observations
 from pgm_lab.matching import __main__ as command
 from pgm_lab.report import matching as report
+from tests.calls import HOW, Call, break_, huge_header, image, tiff, truncated_jpeg
 from tests.matching import photos
+
+CALL = Call(command.main, "python -m pgm_lab.matching")
+run, ended, refused = CALL.run, CALL.ended, CALL.refused
 
 
 @pytest.fixture
@@ -50,30 +52,6 @@ def no_match(monkeypatch, found, asked=None):
 
     monkeypatch.setattr(matching, "match", match)
     return found
-
-
-def run(*arguments):
-    return command.main([str(one) for one in arguments])
-
-
-def ended(capsys, *arguments):
-    """Return the one line with which the command fails."""
-    assert run(*arguments) == 1
-    output = capsys.readouterr()
-    assert output.out == "" and "Traceback" not in output.err
-    (message,) = output.err.splitlines()
-    assert message.isprintable() and len(message) < 700
-    assert message.startswith("python -m pgm_lab.matching: ")
-    return message
-
-
-def refused(capsys, *arguments):
-    """Return what a wrong call says; it ends with 2 and prints nothing else."""
-    with pytest.raises(SystemExit) as end:
-        run(*arguments)
-    output = capsys.readouterr()
-    assert end.value.code == 2 and output.out == "" and "Traceback" not in output.err
-    return " ".join(output.err.split())
 
 
 # ------------------------------------------------------------------- a good run
@@ -176,35 +154,10 @@ def test_colours_are_refused_in_words_of_the_command_and_taken_where_asked(
 # ------------------------------------------------------------- photos that are none
 
 
-def chunk(kind, data):
-    whole = kind + data
-    return struct.pack(">I", len(data)) + whole + struct.pack(">I", zlib.crc32(whole))
-
-
-def huge_header():
-    """A PNG that says it has 60000 x 60000 pixels, and holds hardly any."""
-    head = struct.pack(">IIBBBBB", 60000, 60000, 8, 0, 0, 0, 0)
-    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"\0" * 99))
-    return b"\x89PNG\r\n\x1a\n" + body + chunk(b"IEND", b"")
-
-
-def truncated_jpeg(path):
-    Image.fromarray(photos.pair()[1]).save(path, "JPEG")
-    path.write_bytes(path.read_bytes()[:3000])
-
-
 def grey_noise(seed):
     """What shows nothing that another photo shows."""
     rng = np.random.default_rng(seed)
     return rng.integers(0, 255, photos.SIZE[::-1], np.uint8)
-
-
-def image(values):
-    return lambda path: Image.fromarray(values).save(path, "PNG")
-
-
-def tiff(values):
-    return lambda path: Image.fromarray(values).save(path, "TIFF")
 
 
 BAD = {
@@ -371,47 +324,18 @@ def test_a_folder_that_may_not_be_written_is_named_before_the_work(
 # ------------------------------------------------------------- what goes wrong later
 
 
-@pytest.mark.parametrize("how", ["disk full", "interrupted", "memory"])
+@pytest.mark.parametrize("how", HOW)
 @pytest.mark.parametrize("where", ["matching", "drawing", "writing", "renaming"])
 def test_nothing_half_written_is_left(
     files, reports, quick, capsys, monkeypatch, where, how
 ):
     """An older report stays as it was."""
-    raised = {
-        "disk full": OSError(28, "No space left on device"),
-        "interrupted": KeyboardInterrupt(),
-        "memory": MemoryError(),
-    }[how]
-
-    def fails(*_, **__):
-        raise raised
-
     old = reports / "r.txt"
     old.write_text("old")
-    if where == "matching":
-        monkeypatch.setattr(matching, "match", fails)
-    elif where == "drawing":
-        monkeypatch.setattr(command.report, "html", fails)
-    else:
-        name = "open" if where == "writing" else "replace"
-        original = getattr(_files.Path, name)
-
-        def method(self, *arguments, **options):
-            if self.suffix == ".part" and arguments[:1] != ("r",):
-                if name == "open":
-                    with original(self, *arguments, **options) as file:
-                        file.write("<!DOC")
-                fails()
-            return original(self, *arguments, **options)
-
-        monkeypatch.setattr(_files.Path, name, method)
+    functions = {"matching": (matching, "match"), "drawing": (command.report, "html")}
+    break_(monkeypatch, where, how, functions)
     outputs = ("--report", old, "--report", reports / "r.html", "--force")
-    said = {
-        "disk full": "No space left",
-        "interrupted": "interrupted",
-        "memory": "not enough memory for these photos",
-    }[how]
-    assert said in ended(capsys, *files, *outputs)
+    assert HOW[how][1] in ended(capsys, *files, *outputs)
     assert os.listdir(reports) == ["r.txt"] and old.read_text() == "old"
 
 

@@ -18,25 +18,36 @@ SOLUTION = '''def ground_size(pixel_mm, height_m, c_mm):
 def begun(tmp_path_factory):
     """A copy of the project with a lesson and a case that the command made."""
     folder = tmp_path_factory.mktemp("project")
-    trial.lesson(folder)
+    trial.begun(folder)
     return folder
+
+
+EACH = [
+    "tests/project/test_form.py::test_no_lesson_and_no_case_has_a_problem",
+    "tests/project/test_notebooks.py::test_stored_notebook_has_no_problem",
+    "tests/project/test_chapters.py::"
+    "test_title_and_minutes_are_those_at_the_head_of_the_notebook",
+    "tests/project/test_rerun.py::test_each_cell_can_be_run_again_after_all",
+]
+ONCE = [
+    "tests/project/test_form.py::test_the_names_say_which_is_a_lesson_and_which_a_case",
+    "tests/project/test_form.py::"
+    "test_each_prediction_has_one_right_choice_and_a_sentence_on_each",
+    "tests/project/test_notebooks.py::test_stored_notebook_has_no_problem[00_start_here]",
+    "tests/project/test_chapters.py::test_the_table_in_readme_is_current",
+    "tests/project/test_chapters.py::test_every_notebook_is_listed_once",
+    "tests/project/test_house.py::test_the_map_in_docs_is_current",
+    "tests/checks/test_chapter97.py",
+]
 
 
 def test_the_tests_pass_at_once(begun):
     """Those that look at what the command wrote or changed."""
-    form = "tests/project/test_form.py::test_"
+    pair = ["97_trial", "97_case_trial"]
     chosen = [
-        f"{form}no_lesson_and_no_case_has_a_problem",
-        f"{form}the_names_say_which_is_a_lesson_and_which_a_case",
-        f"{form}each_prediction_has_one_right_choice_and_a_sentence_on_each",
-        "tests/project/test_notebooks.py::test_stored_notebook_has_no_problem",
-        "tests/checks/test_chapter97.py",
-        "tests/project/test_chapters.py",
-        "tests/project/test_rerun.py::test_each_cell_can_be_run_again_after_all",
-        "tests/project/test_house.py::test_the_map_in_docs_is_current",
-        "notebooks/97_trial.ipynb",
-        "notebooks/97_case_trial.ipynb",
-        "notebooks/00_start_here.ipynb",
+        *ONCE,
+        *(f"{test}[{name}]" for test in EACH for name in pair),
+        *(f"notebooks/{name}.ipynb" for name in pair),
     ]
     result = trial.run(begun, "pytest", "--nbval", "-q", "-p", "no:xdist", *chosen)
     assert result.returncode == 0, result.stdout[-4000:]
@@ -125,6 +136,8 @@ def test_a_reader_works_through_the_lesson(work):
         assert program.read_text(encoding="utf-8") == kept
     finally:
         manager.shutdown_kernel(now=True)
+    alone = "import my_pgm; print(my_pgm.ground_size(0.004, 120, 8))"
+    assert trial.run(work, "-c", alone).stdout.startswith("0.06")
 
 
 def run_all(work, kernel, solution=None):

@@ -14,10 +14,10 @@ from tools.notebooks import FOLDER
 WORDS = {"NUMBER": "7", "FILE": "07", "TITLE": "A trial", "QUESTION": "Does it run?"}
 
 
-def test_no_lesson_and_no_case_has_a_problem():
-    for name, kind in form.kinds().items():
-        notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
-        assert form.problems(notebook, kind) == [], name
+@pytest.mark.parametrize(("name", "kind"), form.kinds().items(), ids=list(form.kinds()))
+def test_no_lesson_and_no_case_has_a_problem(name, kind):
+    notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+    assert form.problems(notebook, kind) == []
 
 
 def test_the_names_say_which_is_a_lesson_and_which_a_case():

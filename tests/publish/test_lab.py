@@ -1,0 +1,160 @@
+"""A reader's copy in JupyterLab: Run All, predictions that wait, and trust.
+
+JupyterLab drops styles from the stored outputs of a notebook that it does not trust:
+one that was neither run nor saved on this machine. A reader's copy stores no outputs.
+"""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+
+import nbformat
+import pytest
+
+from publish.student import PROGRAM
+from tools import work_copy
+
+LOADED = 60_000  # ms that JupyterLab may take to open
+RUN = 120_000  # ms that all cells of the lesson may take
+
+
+@pytest.fixture(scope="module")
+def work(lesson, tmp_path_factory):
+    """The folder that the lab opens, and in it the solved original under a name."""
+    folder = tmp_path_factory.mktemp("lab") / "work"
+    work_copy.update(lesson.parent, folder)
+    work_copy.begin_program(folder)
+    shutil.copy(lesson, folder / "original.ipynb")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def address(work, lesson):
+    """A JupyterLab that knows no settings and no signatures of this machine."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    private = work.parent / "private"
+    folders = ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR",
+               "JUPYTERLAB_SETTINGS_DIR", "JUPYTERLAB_WORKSPACES_DIR",
+               "IPYTHONDIR")  # fmt: skip
+    private_folders = {name: str(private / name.lower()) for name in folders}
+    options = ["--no-browser", "--ip=127.0.0.1", f"--port={port}", "--allow-root"]
+    with open(work.parent / "log.txt", "w") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "jupyterlab", *options,
+             "--IdentityProvider.token=", "--LabApp.news_url=None"],
+            cwd=work, stdout=log, stderr=log,
+            env=os.environ | private_folders | {"PYTHONPATH": str(lesson.parents[1])},
+        )  # fmt: skip
+    try:
+        url = f"http://127.0.0.1:{port}"
+        wait_for(f"{url}/api/status", process)
+        yield url
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def wait_for(url, process):
+    """Wait until the server answers."""
+    for _ in range(300):
+        assert process.poll() is None, "JupyterLab does not start"
+        try:
+            return urllib.request.urlopen(url, timeout=2).close()
+        except OSError:
+            time.sleep(0.2)
+    raise AssertionError("JupyterLab does not answer")
+
+
+@pytest.fixture(scope="module")
+def lab(browser, address):
+    """A function that opens a notebook of the folder; only this machine is reached."""
+    context = browser.new_context(viewport={"width": 1280, "height": 1000})
+    page = context.new_page()
+    context.route(
+        "**/*",
+        lambda route: (
+            route.continue_()
+            if route.request.url.startswith((address, "data:", "blob:"))
+            else route.abort()
+        ),
+    )
+
+    def opened(name):
+        page.goto(f"{address}/lab/tree/{name}.ipynb?reset")
+        page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=LOADED)
+        page.get_by_text("| Idle").wait_for(timeout=LOADED)  # its kernel has started
+        return page
+
+    yield opened
+    context.close()
+
+
+def run_all(page, path):
+    """Run all cells from the menu, and save until the last of them is stored as run."""
+    page.get_by_role("menuitem", name="Run", exact=True).click()
+    page.get_by_text("Run All Cells", exact=True).click()
+    for _ in range(RUN // 500):
+        page.wait_for_timeout(500)
+        page.keyboard.press("Control+s")
+        stored = nbformat.read(path, as_version=4)
+        code = [cell for cell in stored.cells if cell.cell_type == "code"]
+        if code[-1].execution_count and code[-1].outputs:
+            return stored
+    raise AssertionError("the last cell was not run")
+
+
+def prediction(page):
+    """Scroll to the prediction; return the outputs of its cell."""
+    area = page.locator(".jp-OutputArea", has=page.locator(".pgm-predict"))
+    panel = page.locator(".jp-WindowedPanel-outer")
+    for _ in range(60):
+        if area.count():
+            break
+        panel.evaluate("panel => panel.scrollBy(0, 400)")
+        page.wait_for_timeout(100)
+    area.first.scroll_into_view_if_needed()
+    return area.first
+
+
+def assert_it_waits(area):
+    """The result is hidden until a choice is open, and one choice closes the other."""
+    result = area.locator(".jp-OutputArea-child").nth(1)
+    assert not result.is_visible()
+    assert not area.locator(".pgm-shown").is_visible()
+    for k in range(2):
+        area.locator("summary").nth(k).click()
+        result.wait_for(state="visible")
+        assert area.locator("details[open]").count() == 1
+
+
+def test_run_all_of_an_unsolved_copy_and_its_prediction(lab, work):
+    page = lab("97_trial")
+    stored = run_all(page, work / "97_trial.ipynb")
+    outputs = [o for cell in stored.cells for o in cell.get("outputs", [])]
+    failed = [o for o in outputs if o.output_type == "error"]
+    assert ["".join(one.traceback) for one in failed] == [
+        "✗ ground_size returns nothing yet. Your turn!"
+    ]
+    (using,) = [cell for cell in stored.cells if "checks.own" in cell.source]
+    assert using.outputs[0].text.startswith("ground_size: the book's own.")
+    assert (work / PROGRAM).read_text(encoding="utf-8") == work_copy.FIRST_LINES
+    assert_it_waits(prediction(page))
+    # Opened again, it is trusted, because this machine made its outputs.
+    assert_it_waits(prediction(lab("97_trial")))
+
+
+def test_a_notebook_that_is_not_trusted_says_that_nothing_waits(lab):
+    area = prediction(lab("original"))
+    assert area.locator("style").count() == 0, "if it is kept, all is well without this"
+    assert area.locator(".pgm-shown").is_visible()
+    assert area.locator(".jp-OutputArea-child").nth(1).is_visible()
+    sentence = area.locator("details p").first
+    assert not sentence.is_visible()
+    area.locator("summary").first.click()
+    assert sentence.is_visible()

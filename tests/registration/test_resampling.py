@@ -1,0 +1,174 @@
+"""The sensed image on the reference's pixels: known shifts undone, no data kept out."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import image, simulate
+from pgm_lab.datasets import landsat
+from pgm_lab.registration import Model, fit, grid, pick, register, resample, resampling
+
+TEXTURE = simulate.texture(seed=3)
+SHAPE = (150, 180)
+
+
+def scene(shift=(0.0, 0.0), matrix=((1, 0), (0, 1)), shape=SHAPE):
+    """An image whose pixel p shows what is at matrix (p - shift); grey values exact."""
+    row, column = np.mgrid[: shape[0], : shape[1]]
+    places = np.stack([column, row], axis=-1) - shift
+    return simulate.grey_values(TEXTURE, places @ np.linalg.inv(matrix).T)
+
+
+def model(parameters, kind="shift", offset=(0.0, 0.0), centre=(0.0, 0.0)):
+    u = len(parameters)
+    none = np.zeros((0, 2))
+    return Model(
+        kind, np.array(parameters, float), np.eye(u), 1.0, 10, none, none, none,
+        np.zeros(0, bool), np.array(centre, float), np.array(offset, float),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "method, error", [("bilinear", 0.12), ("cubic", 0.02), ("spline3", 0.003)]
+)
+def test_a_known_shift_is_undone(method, error):
+    """To what interpolation leaves of this texture, in its standard deviations.
+
+    It has waves up to 0.2 cycles/px. Midway between two pixels bilinear interpolation
+    leaves cos(pi f) of a wave, 0.81 there and more of the longer ones.
+    """
+    shift = (2.4, -1.7)
+    again = resample(scene(shift), model(shift), SHAPE, method=method)
+    inside = ~again.mask
+    assert inside.mean() > 0.95
+    off = (again - scene())[5:-5, 5:-5]
+    assert np.sqrt(np.mean(off**2)) < error * scene().std()
+
+
+def test_an_affine_transformation_is_undone():
+    matrix = np.array([(1.02, 0.03), (-0.02, 0.99)])
+    sensed = scene((3.0, 2.0), matrix)
+    parameters = (3.0, 0.02, 0.03, 2.0, -0.02, -0.01)
+    again = resample(sensed, model(parameters, "affine"), SHAPE)
+    off = (again - scene())[25:-25, 25:-25]  # clear of the sensed image's edges
+    assert np.sqrt(np.mean(off**2)) < 0.003 * scene().std()
+
+
+def test_whole_pixels_come_back_as_they_are_and_the_rest_is_masked():
+    sensed = np.round(scene() * 100).astype(np.uint16)
+    again = resample(sensed, model((5, -3)), SHAPE)
+    assert again.dtype == np.uint16
+    assert np.array_equal(again[3:, :-5], sensed[:-3, 5:])
+    assert again.mask[:3].all() and again.mask[:, -5:].all()
+    assert not again.mask[3:, :-5].any() and not again.data[again.mask].any()
+
+
+def test_the_offset_of_the_images_counts():
+    sensed = np.round(scene() * 100).astype(np.uint16)
+    by_offset = resample(sensed, model((0, 0), offset=(5, -3)), SHAPE)
+    assert np.ma.allequal(by_offset, resample(sensed, model((5, -3)), SHAPE))
+
+
+def test_strips_and_pieces_change_nothing(monkeypatch):
+    """Against the spline through the whole image, in strips of five rows."""
+    monkeypatch.setattr(resampling, "STRIP", 5 * SHAPE[1])
+    parameters = (3.3, 0.01, 0.02, 1.2, -0.015, 0.01)
+    turned = model(parameters, "affine")
+    again = resample(scene(), turned, SHAPE)
+    row, column = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    places = turned.apply(np.stack([column, row], axis=-1))
+    whole = image.resample(scene(), places, outside=np.nan)
+    assert np.array_equal(again.mask, np.isnan(whole))
+    assert np.abs(again - whole).max() < 1e-8 * scene().std()
+
+
+@pytest.mark.parametrize("kind", ["masked", "nan"])
+@pytest.mark.parametrize(
+    "method, reach", [("nearest", 0), ("bilinear", 1), ("cubic", 2), ("spline3", 2)]
+)
+def test_no_data_stays_no_data_and_spoils_nothing(kind, method, reach):
+    sensed, hole = scene(), np.s_[60:80, 70:100]
+    if kind == "masked":
+        holed = np.ma.array(sensed.copy())
+        holed[hole] = np.ma.masked
+        holed.data[hole] = 1e6
+    else:
+        holed = sensed.copy()
+        holed[hole] = np.nan
+    moved = model((0.25, 0.25))
+    again = resample(holed, moved, SHAPE, method=method)
+    full = resample(sensed, moved, SHAPE, method=method)
+    wrong = again.mask & ~full.mask
+    rows, columns = np.nonzero(wrong)
+    before, behind = {0: (0, 0), 1: (1, 0), 2: (2, 1)}[reach]
+    assert (rows.min(), rows.max()) == (60 - before, 79 + behind)
+    assert (columns.min(), columns.max()) == (70 - before, 99 + behind)
+    assert wrong.sum() == (20 + before + behind) * (30 + before + behind)
+    assert np.abs(again - full).max() < (0.05 if method == "spline3" else 1e-9) * (
+        sensed.std()
+    )
+
+
+def test_nothing_but_no_data_is_masked_whole():
+    assert resample(np.full(SHAPE, np.nan), model((0.5, 0)), SHAPE).mask.all()
+    assert resample(scene(), model((1000, 0)), SHAPE).mask.all()
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "float32", "float64"])
+def test_the_type_is_kept_rounded_and_clipped(dtype):
+    """A spline swings beyond 0 and the highest value at a sharp edge."""
+    sharp = np.zeros((40, 40), dtype)
+    sharp[:, 20:] = 1 if dtype.startswith("f") else np.iinfo(dtype).max
+    again = resample(sharp, model((0.5, 0)), (40, 39))
+    assert again.dtype == dtype and not again.mask.any()
+    swings = resample(sharp.astype(float), model((0.5, 0)), (40, 39)).data
+    assert swings.min() < 0 and swings.max() > sharp.max()
+    if dtype.startswith("f"):
+        assert again.data == pytest.approx(swings, abs=1e-6)
+    else:
+        limits = np.iinfo(dtype)
+        expected = np.clip(np.round(swings), limits.min, limits.max)
+        assert np.array_equal(again.data, expected)
+
+
+def test_the_reference_may_have_another_size():
+    assert resample(scene(), model((0.5, 0.5)), (20, 400)).shape == (20, 400)
+
+
+def warp_and_look_again(reference, sensed):
+    points = pick(reference, 60, sensed=sensed)
+    before = register(reference, sensed, points, refine="lsm")
+    again = resample(sensed, fit(before), reference.shape)
+    after = register(reference, again, points, refine="lsm")
+    assert min(before.accepted.mean(), after.accepted.mean()) > 0.8
+    return before.accuracy, after.accuracy
+
+
+def test_after_warping_the_fringe_is_gone():
+    """Where both images are exact, what is left is a thousandth of the shift."""
+    big = (300, 320)
+    before, after = warp_and_look_again(scene(shape=big), scene((1.3, 1.6), shape=big))
+    assert before.rmse_t == pytest.approx(np.hypot(1.3, 1.6), rel=1e-3)
+    assert after.rmse_t < 1e-3 * before.rmse_t
+
+
+def test_after_warping_a_real_image_the_fringe_is_gone():
+    """Landsat is sharp: each interpolation moves it by some hundredths of a pixel."""
+    reference = landsat().grey[:300, :300]
+    row, column = np.mgrid[:290, :290]
+    places = np.stack([column, row], axis=-1) + (1.3, 1.6)
+    sensed = np.round(image.resample(reference, places)).astype(np.uint16)
+    before, after = warp_and_look_again(reference, sensed)
+    assert after.rmse_t < 0.02 * before.rmse_t
+    assert after.robust_rmse_t < 0.01 * before.robust_rmse_t
+
+
+@pytest.mark.parametrize("shape", [(0, 5), (5,), (10**6, 10**6), (5.5, 5)])
+def test_shapes_that_are_none(shape):
+    with pytest.raises(ValueError, match="shape"):
+        resample(scene(), model((0, 0)), shape)
+
+
+def test_a_grid_of_points_serves_as_well():
+    reference = landsat().grey[:200, :200]
+    found = register(reference, reference, grid(reference.shape, 30), refine="lsm")
+    assert np.ma.allequal(resample(reference, fit(found), (200, 200)), reference)
