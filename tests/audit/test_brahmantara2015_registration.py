@@ -462,6 +462,14 @@ def test_a_larger_standard_deviation_does_not_make_a_match_safer(scene, points):
     assert spread["r"] / spread["cosine"] > 50
     assert right["r"] == right["(1 + r) / 2"] == right["cosine"] == 1
     assert spread["product"] > 1e8 and right["product"] < 0.6
+    # Within one measure it says something, but less than the highest value itself
+    (study,) = (
+        row
+        for row in datasets.rows("results/chapter7_spread.csv")
+        if (row["condition"], row["measure"]) == ("changed fields", "Pearson r")
+    )
+    assert 0.5 < float(study["area"]) == pytest.approx(0.8, abs=0.05)
+    assert float(study["area_highest"]) == pytest.approx(0.9, abs=0.05)
     # What makes Pearson safer is that an offset does not touch it
     sensed = moved(0.9 * scene - 5000 + noise, shift)
     right, _ = successes(scene, points, sensed, shift)
