@@ -241,6 +241,8 @@ def test_the_headline_never_knows_more_than_all_points_share():
             images.result(400, scatter=1e-6, sd=1e-6), settings={"refine": refine}
         )
         assert of.known == pytest.approx(least, rel=1e-3)
+    left = case(images.result(400, scatter=1e-6), settings=LSM | {"smooth": 0.0})
+    assert left.known == pytest.approx(0.03, rel=0.01)
     found = images.result(25, scatter=0.5, sd=0.01)
     robust = 1.4826 * np.median(np.abs(found.dx - np.median(found.dx)))
     assert case(found).known >= robust / 5
