@@ -79,8 +79,7 @@ def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
     Parameters
     ----------
     r_left, r_middle, r_right : float
-        Correlation at the shifts -1, 0 and 1; the middle one higher than the mean of
-        the others.
+        Correlation at the shifts -1, 0 and 1; the middle one is the highest.
 
     Returns
     -------
@@ -90,7 +89,7 @@ def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
     Raises
     ------
     ValueError
-        If the three do not form a hill.
+        If the middle one is not the highest.
 
     Examples
     --------
@@ -104,8 +103,11 @@ def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
         )
     )  # fmt: skip
     curvature = 2 * middle - left - right
-    if not curvature > 0:
-        raise ValueError("r_middle must be higher than the mean of r_left and r_right")
+    if middle < max(left, right) or not curvature > 0:
+        raise ValueError(
+            "r_middle must be higher than r_left and r_right, to be the top of a hill;"
+            f" got {left:g}, {middle:g}, {right:g}"
+        )
     return (right - left) / (2 * curvature)
 
 

@@ -1,0 +1,88 @@
+"""Figures of chips and their shifts: marks stand where the numbers say."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from IPython.utils.capture import capture_output
+
+from pgm_lab import plot, simulate
+
+GREY = simulate.grey_values(
+    simulate.texture(seed=1), np.stack(np.meshgrid(np.arange(48), np.arange(44)), -1)
+)
+R = np.array([[0.1, 0.2, 0.1], [0.3, 0.5, 0.9], [0.2, 0.4, 0.6]])
+
+
+def alt_of(draw, *arguments, **named):
+    with capture_output() as seen:
+        draw(*arguments, **named)
+    # Without a kernel, what would be shown is printed
+    return seen.outputs[-1].data["text/plain"] if seen.outputs else seen.stdout
+
+
+def test_the_search_says_which_shift_it_found():
+    moved = np.roll(GREY, (1, -2), axis=(0, 1))
+    alt = alt_of(plot.chips.search, GREY, moved, (22, 20), 9, 3)
+    assert "the shift (-2, 1)" in alt and "7 by 7" in alt
+
+
+def test_the_highest_r_is_framed_at_its_shift():
+    fig = plot.chips.map_of_r(R)
+    (frame,) = fig.axes[0].patches
+    assert frame.get_xy() == (0.5, -0.5)  # dx = 1, dy = 0
+    assert sorted(t.get_text() for t in fig.axes[0].texts)[-1] == "0.90"
+    plt.close(fig)
+
+
+def test_each_chip_has_its_square():
+    fig = plot.chips.places(GREY, [(20, 20), (30, 12)], 9)
+    corners = [square.get_xy() for square in fig.axes[0].patches]
+    assert np.allclose(corners, [(15.5, 15.5), (25.5, 7.5)])
+    plt.close(fig)
+
+
+def test_the_parabola_goes_through_the_three_values_and_its_peak_is_marked():
+    fig = plot.chips.parabola(0.5, 0.9, 0.7)
+    curve, dots, cross = fig.axes[0].lines
+    x, y = curve.get_data()
+    assert np.allclose(np.interp(dots.get_xdata(), x, y), dots.get_ydata(), atol=1e-4)
+    assert np.isclose(cross.get_xdata()[0], 1 / 6) and cross.get_ydata()[0] >= y.max()
+    plt.close(fig)
+
+
+def test_darts_say_how_far_each_median_is_off():
+    methods = {
+        "one": np.tile([1.0, -1.0], (5, 1)),
+        "other": np.tile([1.25, -0.75], (3, 1)),
+    }
+    alt = alt_of(plot.shifts.darts, methods, (1.25, -0.75))
+    assert "one 0.35 px, other 0.00 px" in alt
+
+
+def test_circles_say_both_radii():
+    dx, dy = np.random.default_rng(1).normal(0, 1, (2, 5000))
+    alt = alt_of(plot.shifts.circles, dx, dy)
+    total = np.hypot(np.sqrt(np.mean(dx**2)), np.sqrt(np.mean(dy**2)))
+    assert f"RMSE_T, {total:.2f}" in alt
+    assert f"CE90, {np.quantile(np.hypot(dx, dy), 0.9):.2f}" in alt
+
+
+def test_beyond_the_radius_counts_the_wrong_that_keep_a_high_r():
+    alt = alt_of(
+        plot.shifts.beyond, [0.0, 4.5, 5, 6], [0.0, 3, 3, 3], [1, 0.9, 0.85, 0.3]
+    )
+    assert "2 of 3 wrong chips stay above 0.8" in alt
+
+
+def test_a_trial_says_what_a_threshold_lets_pass():
+    error, r = np.array([0.1, 0.2, 0.3, 5, 9]), np.array([0.9, 0.85, 0.4, 0.82, 0.1])
+    alt = alt_of(plot.shifts.trial, error, r, {"r": r, "other": -error})
+    assert "67 per cent of the right and 50 of the wrong" in alt
+
+
+def test_a_trial_needs_right_and_wrong_chips():
+    for error in ([0.1, 0.2], [3.0, 4.0]):
+        with pytest.raises(ValueError, match="chips within a pixel and chips beyond"):
+            plot.shifts.trial(error, [0.9, 0.8], {"r": [0.9, 0.8]})
+    with pytest.raises(ValueError, match="one number for each chip"):
+        plot.shifts.trial([0.1, 3.0], [0.9, 0.8], {"r": [0.9]})
