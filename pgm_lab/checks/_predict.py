@@ -6,24 +6,25 @@ from IPython.display import publish_display_data
 
 from pgm_lab import _validate, datasets
 
-# What the cell shows after the choices waits until one of them is open. Nothing here
-# needs a kernel. JupyterLab and pages made from it name an output .jp-..., our slides
-# and handouts .html; there the place is kept, so that a slide need not grow. On paper
-# nothing opens, and so nothing waits. Where styles are dropped, as JupyterLab drops
-# them in the stored outputs of a notebook that it does not trust, or where an output
-# has other names, all is shown at once, and with it a line that says so.
+# What the cell shows after the choices waits until one of them is open, and so does a
+# text without heading right below the cell; of several predictions in one cell, each
+# waits for the one before. Nothing here needs a kernel. JupyterLab and pages made from
+# it name an output .jp-..., our slides and handouts .html; there the place is kept, so
+# that a slide need not grow. On paper nothing opens, and so nothing waits. Where styles
+# are dropped, as JupyterLab drops them in the stored outputs of a notebook that it does
+# not trust, or where an output has other names, all is shown at once, and with it a
+# line that says so.
 STYLE = """\
 .pgm-predict summary { cursor: pointer; }
 .pgm-predict details p { margin: 0.3em 0 0.3em 1.1em; }
 .jp-OutputArea .pgm-shown, .cell .pgm-shown { display: none; }
 @media screen {
-  .jp-OutputArea:has(.pgm-predict):not(:has(.pgm-predict [open]))
-    .jp-OutputArea-child:has(.pgm-predict) ~ .jp-OutputArea-child { display: none; }
-  .cell:has(.pgm-predict):not(:has(.pgm-predict [open]))
-    .html:has(.pgm-predict) ~ * { visibility: hidden; }
+  .jp-OutputArea-child:has(.pgm-predict):not(:has(.pgm-predict [open]))
+    ~ .jp-OutputArea-child,
+  .jp-Cell:has(.pgm-predict):not(:has(.pgm-predict [open]))
+    + .jp-MarkdownCell:not(:has(h1, h2, h3)) { display: none; }
+  .html:has(.pgm-predict):not(:has(.pgm-predict [open])) ~ * { visibility: hidden; }
 }"""
-
-
 SHOWN = "Choose before you read on: this viewer shows what follows at once."
 
 

@@ -42,9 +42,12 @@ def test_a_viewer_that_hides_nothing_is_told(shown):
     page = shown("2.1")["text/html"]
     style = re.search("<style>.*</style>", page, re.DOTALL)[0]
     assert _predict.SHOWN in page.replace(style, "")
-    for waits in (".jp-OutputArea", ".cell"):
+    for shown_in, waits in (
+        (".jp-OutputArea", ".jp-OutputArea-child"),
+        (".cell", ".html"),
+    ):
         assert f"{waits}:has(.pgm-predict):not(:has(.pgm-predict [open]))" in style
-        assert f"{waits} .pgm-shown" in style
+        assert f"{shown_in} .pgm-shown" in style
 
 
 def test_it_is_the_same_in_every_run(shown):

@@ -7,7 +7,7 @@ from nbformat.v4 import new_output
 
 from pgm_lab.checks._predict import page as choices_page
 from publish.browser import offline_context
-from publish.page import handout_page
+from publish.page import handout_page, slides_page
 from publish.prepare import for_handouts, for_slides
 from publish.student import student_copy, tags
 from tests.publish.example import code, example, figure_output, text
@@ -59,24 +59,125 @@ def test_with_the_keyboard_too(slides):
     assert slides.evaluate("Reveal.getIndices()") == at
 
 
-def test_a_slide_is_laid_out_for_what_opens_on_it(watched, tmp_path):
-    """A figure below the choices gives way to the longest sentence."""
-    long = "A sentence that takes a line of the slide, more or less, and so on. " * 4
-    rows = [{"choice": "yes", "right": "yes", "feedback": long}] * 3
-    choices = new_output("display_data", data={"text/html": choices_page("1.1", rows)})
-    cells = [
-        text("## Predict", "slide"),
-        code("predict(); draw()", choices, figure_output(), tags=("predict",)),
+def choices(number, sentence="Yes."):
+    """What a prediction with three choices shows."""
+    rows = [{"choice": "yes", "right": "yes", "feedback": sentence}] * 3
+    return new_output("display_data", data={"text/html": choices_page(number, rows)})
+
+
+LONG = "A sentence that takes a line of the slide, more or less, and so on. " * 4
+PREDICTED = code("predict()", choices("1.1", LONG), figure_output(), tags=("predict",))
+WHY = f"<details><summary>Why?</summary>\n\n{LONG}{LONG}\n\n</details>"
+
+
+@pytest.fixture
+def last_slide(watched, tmp_path):
+    """A function that puts cells on a slide and shows it."""
+
+    def shown(*cells):
+        cells = [text("## Predict", "slide"), *cells]
+        nbformat.write(example(*cells), tmp_path / "01_example.ipynb")
+        page = slides_page(tmp_path / "01_example.ipynb")
+        (tmp_path / "slides.html").write_text(page, encoding="utf-8")
+        watched.page.goto((tmp_path / "slides.html").as_uri())
+        watched.wait()
+        *_, _ = each_slide(watched.page)  # the last one
+        return watched.page
+
+    return shown
+
+
+def test_a_slide_is_laid_out_for_what_opens_on_it(last_slide):
+    """A figure beside the choices, and two answers of which one is open at a time."""
+    page = last_slide(PREDICTED, text(WHY), text(WHY))
+    assert page.locator(".present [open]").count() == 0
+    for choice in range(3):
+        page.locator(".pgm-predict summary").nth(choice).click()
+        for answer in range(2):
+            page.locator(".present .text summary").nth(answer).click()
+            assert page.locator(".present [open]").count() == 2
+            assert overflow(page) <= 0
+
+
+def test_a_slide_is_laid_out_for_the_tallest_of_its_choices(last_slide):
+    short = choices("1.2").data["text/html"].split("</details>")
+    long = choices("1.2", LONG * 2).data["text/html"].split("</details>")
+    mixed = "</details>".join([long[0], *short[1:]])
+    output = new_output("display_data", data={"text/html": mixed})
+    slide = last_slide(code("predict()", output, tags=("predict",)), text(LONG))
+    slide.locator(".pgm-predict summary").first.click()
+    assert overflow(slide) <= 0
+
+
+def test_on_a_slide_the_result_stands_beside_the_choices(last_slide):
+    page = last_slide(PREDICTED, text("The answer."))
+    page.locator(".pgm-predict summary").first.click()
+    picture, choice = (
+        page.locator(f".cell:has(.pgm-predict) {what}").first.bounding_box()
+        for what in ("img", ".pgm-predict")
+    )
+    assert picture["x"] > choice["x"] + choice["width"]
+    assert abs(picture["y"] - choice["y"]) < 20 and picture["width"] > 600
+
+
+def test_on_a_slide_the_text_below_waits_too(last_slide):
+    page = last_slide(PREDICTED, text("The answer."), text("More.", "fragment"))
+    page.evaluate("Reveal.configure({ fragments: false })")
+    answers = [
+        page.get_by_text(words, exact=True) for words in ("The answer.", "More.")
     ]
-    nbformat.write(example(*cells), tmp_path / "01_example.ipynb")
-    path = published("slides", tmp_path / "01_example.ipynb", tmp_path / "build")
-    watched.page.goto(path.as_uri())
-    watched.wait()
-    *_, _ = each_slide(watched.page)  # the last one
-    assert watched.page.locator("[open]").count() == 0
-    for k in range(3):
-        watched.page.locator(".pgm-predict summary").nth(k).click()
-        assert overflow(watched.page) <= 0
+    assert not any(answer.is_visible() for answer in answers)
+    page.locator(".pgm-predict summary").nth(1).click()
+    assert all(answer.is_visible() for answer in answers)
+
+
+SEVERAL = code(
+    "predict()",
+    choices("1.1"),
+    new_output("stream", text="The second question\n"),
+    choices("1.2"),
+    new_output("stream", text="The end\n"),
+    tags=("predict",),
+)
+
+
+def assert_one_at_a_time(page):
+    asked = [
+        page.locator("pre", has_text=words)
+        for words in ("The second question", "The end")
+    ]
+    questions = page.locator(".pgm-predict")
+    assert not asked[0].is_visible() and not questions.nth(1).is_visible()
+    questions.nth(0).locator("summary").first.click()
+    assert asked[0].is_visible() and not asked[1].is_visible()
+    questions.nth(1).locator("summary").first.click()
+    assert asked[1].is_visible()
+
+
+def test_of_several_predictions_in_a_cell_each_waits_for_the_one_before(
+    last_slide, browser
+):
+    assert_one_at_a_time(last_slide(SEVERAL))
+    page = offline_context(browser).new_page()
+    html, _ = HTMLExporter().from_notebook_node(example(SEVERAL))
+    page.set_content(html, wait_until="domcontentloaded")
+    assert_one_at_a_time(page)
+    page.context.close()
+
+
+def test_in_a_page_the_text_right_below_waits_but_not_a_heading(browser):
+    page = offline_context(browser).new_page()
+    again = code("predict()", choices("1.2"), tags=("predict",))
+    below = [text("The answer."), again, text("### What comes next")]
+    cells = [PREDICTED, *below]
+    html, _ = HTMLExporter().from_notebook_node(example(*cells))
+    page.set_content(html, wait_until="domcontentloaded")
+    answer = page.get_by_text("The answer.", exact=True)
+    assert not answer.is_visible()
+    assert page.get_by_role("heading", name="What comes next").is_visible()
+    page.locator(".pgm-predict summary").first.click()
+    assert answer.is_visible()
+    page.context.close()
 
 
 @pytest.fixture(params=[True, False], ids=["run", "student"])

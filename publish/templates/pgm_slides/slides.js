@@ -11,12 +11,28 @@ function overflow(slide) {
   );
 }
 
-// What opens on a slide has to fit, too; of the choices of a prediction one is open.
-function fit(slide) {
-  const folded = slide.querySelectorAll("details:not([open])");
-  folded.forEach((one) => { one.open = true; });
+// What opens on a slide has to fit, too. Of the choices of a prediction one is open at
+// a time, and of the other folds of a slide as well: the tallest of each is laid out.
+function fit(slide, number) {
+  const folds = [...slide.querySelectorAll("details")];
+  for (const fold of folds) {
+    fold.name ||= `folds-${number}`;
+  }
+  for (const group of new Set(folds.map((fold) => fold.name))) {
+    tallest(folds.filter((fold) => fold.name === group)).open = true;
+  }
   shrink(slide);
-  folded.forEach((one) => { one.open = false; });
+  for (const fold of folds) {
+    fold.open = false;
+  }
+}
+
+function tallest(folds) {
+  const heights = folds.map((fold) => {
+    fold.open = true; // which closes the others of its name
+    return fold.offsetHeight;
+  });
+  return folds[heights.indexOf(Math.max(...heights))];
 }
 
 // A slide that is too full gets smaller figures, then less air, then smaller text.
