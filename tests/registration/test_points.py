@@ -57,11 +57,11 @@ def in_sensed(points, offset, shape):
     return (x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])
 
 
+@pytest.mark.parametrize("chip, radius", [(21, 4), (11, 16)])
 @pytest.mark.parametrize("offset", [(0, 0), (-40, 25), (60.4, -30.4)])
-def test_points_are_picked_where_both_images_have_data(offset):
+def test_points_are_picked_where_both_images_have_data(offset, chip, radius):
     sensed = np.ma.array(GREY[:200, :300].copy(), mask=False)
     sensed[80:120, 100:150] = np.ma.masked
-    chip, radius = 21, 4
     points = pick(GREY, 200, chip, radius, sensed=sensed, offset=offset)
     assert len(points) > 50
     reach = chip // 2 + radius
