@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, matching
 from pgm_lab._rounding import plain
 from pgm_lab.plot import _photo, _style, basic
+from pgm_lab.plot._overlay import composite
 from pgm_lab.plot.basic import Look
 from pgm_lab.registration import Registration
 
@@ -25,8 +26,9 @@ def fringes(
 ) -> Figure:
     """Draw a part of the reference image and others in two colours, laid over it.
 
-    Grey where both are equally bright; orange where the reference image is brighter,
-    blue where the other one is. A fringe along the edges is a shift.
+    Grey where both are equally bright; green where the reference image is brighter,
+    magenta where the other one is; white where one has no data. A fringe along the
+    edges is a shift.
 
     Parameters
     ----------
@@ -58,8 +60,7 @@ def fringes(
                 f"images: {title} must have as many pixels as the reference image,"
                 f" {first.shape} (rows, columns); got {other.shape}"
             )
-        ax.set_facecolor(_photo.BLANK)
-        ax.imshow(_two_colours(first, other), extent=extent, interpolation="nearest")
+        ax.imshow(composite(first, other), extent=extent, interpolation="nearest")
         ax.set(xlabel="columns (px)", ylabel="rows (px)")
         ax.set_title(title)
         ax.grid(False)
@@ -69,22 +70,6 @@ def fringes(
 def _grey(image: ArrayLike, name: str) -> np.ma.MaskedArray:
     """Grey values of a part of an image, masked where there are none."""
     return np.ma.asarray(matching.read(image, name, colour="grey").astype(float))
-
-
-def _two_colours(one: np.ma.MaskedArray, other: np.ma.MaskedArray) -> np.ndarray:
-    """Red is the one, blue the other and green their mean; clear without data."""
-    a, b = _stretched(one), _stretched(other)
-    seen = ~(np.ma.getmaskarray(one) | np.ma.getmaskarray(other))
-    return np.stack([a, (a + b) / 2, b, seen], axis=-1)
-
-
-def _stretched(grey: np.ma.MaskedArray) -> np.ndarray:
-    """Grey values from 0 to 1, with the same share of black and white in each image."""
-    values = grey.compressed()
-    if not len(values):
-        return np.zeros(grey.shape)
-    low, high = np.percentile(values, [1, 99])
-    return np.clip((grey.filled(low) - low) / max(high - low, 1e-9), 0, 1)
 
 
 def shifts(

@@ -37,8 +37,8 @@ def _overlay(case: Case) -> Iterator[tuple[Figure, str]]:
     reference = case.reference.values[first[1] : last[1], first[0] : last[0]]
     images = {"before": _before(case, first, shape)}
     words = (
-        "A part of both images in two colours: the reference image in orange, the"
-        " sensed one in blue, grey where they agree"
+        "A part of both images in two colours: the reference image in green, the"
+        " sensed one in magenta, grey where they agree"
     )
     if case.agrees:
         shift = plain(float(np.hypot(*case.shift)))
