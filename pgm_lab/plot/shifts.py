@@ -167,7 +167,7 @@ def trial(
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
         raise ValueError("error must have chips within a pixel and chips beyond it")
-    fig, axes = plt.subplots(1, 2, figsize=(12, 5.4), width_ratios=(1, 1.05))
+    fig, axes = plt.subplots(1, 2, figsize=(12, 4.9), width_ratios=(1, 1.05))
     for chosen, mark, colour, name in _kinds(wrong):
         look: Look = {
             "color": colour,
