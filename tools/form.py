@@ -82,8 +82,9 @@ def lecture(notebook: NotebookNode) -> dict[str, int | None]:
         if heading and MINUTES.search(heading[1]):
             place = MINUTES.sub("", heading[1])
             found[place] = None
-        if slide_type(cell) == "notes" and (minutes := NOTE.match(cell.source)):
-            found[place] = (found.get(place) or 0) + int(minutes[1])
+        minutes = NOTE.match(cell.source) if slide_type(cell) == "notes" else None
+        if minutes and place in found:  # not in the head, whose note is on the whole
+            found[place] = (found[place] or 0) + int(minutes[1])
     return found
 
 
