@@ -2,7 +2,9 @@
 
 `python -m tools.form` prints the counts of every notebook, and what is wrong with those
 that `data/chapters.csv` calls a lesson or a case; `python -m tools.form 02` judges the
-named one as a lesson, whatever it is yet. Counted is what a student's copy holds.
+named one as a lesson, whatever it is yet. Counted is what a student's copy holds: all
+text cells but the derivations. The choices of a prediction and their sentences are not
+among the words; tests/project/test_form.py keeps them short.
 """
 
 import re
@@ -14,7 +16,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from pgm_lab import datasets
-from publish.student import name, student_copy, tags
+from publish.student import name, slide_type, student_copy, tags
 from tools.notebooks import FOLDER
 
 
@@ -31,9 +33,11 @@ LIMITS = {"lesson": Limits(60, 2200, 60), "case": Limits(80, 3000, 45)}
 FOLDED = 0.1  # of the lines of code
 SHOWN_LINES = 15  # of a cell that is read; what the reader writes may be longer
 WORDS_A_MINUTE = 200  # nobody reads a textbook faster
+LECTURE = 45  # minutes, the sum of those that the lecturer's notes begin with
 
 SECTION = re.compile(r"^## (.*)$", re.MULTILINE)
 MINUTES = re.compile(r" · (\d+) min$")
+NOTE = re.compile(r"(\d+) minutes?\b")  # at the beginning of a note
 TOTAL = re.compile(r"About \*\*(\d+) minutes\*\*")
 DETAILS = re.compile(
     r"<details>\s*<summary>[^<]+</summary>\n\n.*\n\n</details>", re.DOTALL
@@ -69,6 +73,21 @@ def sections(notebook: NotebookNode) -> list[Section]:
     return found
 
 
+def lecture(notebook: NotebookNode) -> dict[str, int | None]:
+    """Return the minutes that the lecturer's notes give each section, None for none."""
+    found: dict[str, int | None] = {}
+    place = HEAD
+    for cell in notebook.cells:
+        heading = SECTION.search(cell.source) if cell.cell_type == "markdown" else None
+        if heading and MINUTES.search(heading[1]):
+            place = MINUTES.sub("", heading[1])
+            found[place] = None
+        minutes = NOTE.match(cell.source) if slide_type(cell) == "notes" else None
+        if minutes and place in found:  # not in the head, whose note is on the whole
+            found[place] = (found[place] or 0) + int(minutes[1])
+    return found
+
+
 def words(text: str) -> int:
     """Count the words of a text; a formula counts as one."""
     text = re.sub(r"\$\$.*?\$\$|\$[^$]*\$", " formula ", text, flags=re.DOTALL)
@@ -93,7 +112,7 @@ def code(parts: list[Section]) -> list[NotebookNode]:
 
 
 def counts(notebook: NotebookNode) -> dict[str, int]:
-    """Return cells, words, lines of code, folded lines and minutes of a notebook."""
+    """Return cells, words, lines, folded lines, minutes and minutes of a lecture."""
     parts = sections(notebook)
     every = code(parts)
     return {
@@ -102,6 +121,7 @@ def counts(notebook: NotebookNode) -> dict[str, int]:
         "lines": sum(map(lines, every)),
         "folded": sum(lines(cell) for cell in every if is_folded(cell)),
         "minutes": sum(one.minutes or 0 for one in parts),
+        "lecture": sum(minutes or 0 for minutes in lecture(notebook).values()),
     }
 
 
@@ -127,7 +147,7 @@ def problems(notebook: NotebookNode, kind: str) -> list[str]:
         *code_problems(notebook, code(parts)),
         *folded_texts(parts),
         *claims_problems(notebook),
-        *(missing(code(parts), parts) if kind == "lesson" else []),
+        *(only_lesson_problems(notebook, parts) if kind == "lesson" else []),
     ]
 
 
@@ -222,13 +242,27 @@ def claims_problems(notebook: NotebookNode) -> list[str]:
     return [f"{len(places)} cells of claims; there must be one, at the very end"]
 
 
-def missing(every: list[NotebookNode], parts: list[Section]) -> list[str]:
-    """Say which part of the form a lesson lacks altogether."""
+def only_lesson_problems(notebook: NotebookNode, parts: list[Section]) -> list[str]:
+    """Say which part of the form a lesson lacks, and whether it makes a lecture."""
     used = {tag for one in parts for cell in one.cells for tag in tags(cell)}
     wanted = ("predict", "derive", "why", "exercise", "check")
     found = [f"no cell is tagged {tag}" for tag in wanted if tag not in used]
-    if not any("checks.keep(" in cell.source for cell in every):
+    if not any("checks.keep(" in cell.source for cell in code(parts)):
         found.append("no check keeps the reader's function: checks.keep(function)")
+    given = lecture(notebook)
+    found += [
+        f"section {place!r} has no note that begins with its minutes in a lecture, 0 if"
+        " it is left out: 5 minutes."
+        for place, minutes in given.items()
+        if minutes is None
+    ]
+    whole = sum(minutes or 0 for minutes in given.values())
+    if whole > LECTURE:
+        longest = max(given, key=lambda place: given[place] or 0)
+        found.append(
+            f"the notes give a lecture of {whole} minutes, {whole - LECTURE} too many;"
+            f" most are in {longest!r}: {given[longest]}"
+        )
     return found
 
 
@@ -241,14 +275,16 @@ def kinds() -> dict[str, str]:
 def main(names: list[str]) -> int:
     """Print the counts; return 1 if a notebook of this form has a problem."""
     form, failed = kinds(), False
-    print(f"{'':40} cells words lines folded minutes")
+    print(f"{'':40} cells words lines folded minutes lecture")
     for path in sorted(FOLDER.glob("*.ipynb")):
         named = any(path.stem.startswith(Path(n).stem) for n in names)
         if names and not named:
             continue
         notebook = nbformat.read(path, as_version=4)
         count = counts(notebook)
-        numbers = "".join(f"{n:{w}}" for n, w in zip(count.values(), (6, 6, 6, 7, 8)))
+        numbers = "".join(
+            f"{n:{w}}" for n, w in zip(count.values(), (6, 6, 6, 7, 8, 8))
+        )
         print(f"{path.stem:40}{numbers}")
         if kind := form.get(path.stem, "lesson" if named else ""):
             found = problems(notebook, kind)

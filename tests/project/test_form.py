@@ -32,6 +32,9 @@ def test_each_prediction_has_one_right_choice_and_a_sentence_on_each():
         found.setdefault(row["prediction"], []).append(row)
         assert row["right"] in ("yes", "no")
         assert row["feedback"].endswith((".", "!")), row
+        assert form.words(row["choice"]) <= 15 and form.words(row["feedback"]) <= 40, (
+            row
+        )
     for number, rows in found.items():
         assert 2 <= len(rows) <= 5, number
         assert [row["right"] for row in rows].count("yes") == 1, number
@@ -171,6 +174,11 @@ BREAKS = [
     (drop("predict"), "no cell is tagged predict"),
     (drop("derive"), "no cell is tagged derive"),
     (drop("why"), "no cell is tagged why"),
+    (replace("10 minutes, 4", "4"), rf"section {SECTION} has no note that begins with"),
+    (
+        replace("2 minutes. Ask", "36 minutes. Ask"),
+        "a lecture of 46 minutes, 1 too many; most are in 'What you have now': 36",
+    ),
     (replace("\nchecks.keep(ground_size)", ""), "no check keeps the reader's function"),
 ]
 
