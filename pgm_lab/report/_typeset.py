@@ -18,10 +18,10 @@ RULES: tuple[tuple[str, Callable[[re.Match], str]], ...] = (
     (r"_(omega|phi|kappa)\b", lambda found: f"<sub>{GREEK[found[1]]}</sub>"),
     (r"\b(sigma|omega|phi|kappa|tau)\b", lambda found: GREEK[found[1]]),
     (
-        r"(?<![\w.])([KP][123]|[ab][012]|[xyXYZ]0)(?![\w.])",
+        r"(?<![\w.])([KP][123]|[ab][012]|[xyXYZ]0)(?!\w|\.\w)",
         lambda found: f"{found[1][0]}<sub>{found[1][1]}</sub>",
     ),
-    (r"\bRMSE_([xyT])(?![\w.])", lambda found: f"RMSE<sub>{found[1]}</sub>"),
+    (r"\bRMSE_([xyT])(?!\w|\.\w)", lambda found: f"RMSE<sub>{found[1]}</sub>"),
     (r"(?<=[\w)])\^(-?\d+)", lambda found: f"<sup>{_minus(found[1])}</sup>"),
     (
         r"(?<=\d)e([-+])0*(\d+)\b",

@@ -197,8 +197,8 @@ def _accuracy(case: Case) -> list[str]:
     words = [
         "A shift is the place in the sensed image less the place in the reference"
         f" image: dx counts to the {right}, dy {down}. The mean shift is systematic,"
-        " and laying the image anew removes it; the spread about it stays. RMSE_x,"
-        " RMSE_y and RMSE_T contain both."
+        " and resampling removes it; the spread about it stays. RMSE_x, RMSE_y"
+        " and RMSE_T contain both."
     ]
     ratio = "" if a.rmse_t == 0 else f" Here it is {a.ce90 / a.rmse_t:.2f} times."
     words.append(

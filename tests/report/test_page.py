@@ -28,6 +28,8 @@ def result():
     "text, html",
     [
         ("K1 r^3", "K<sub>1</sub> r<sup>3</sup>"),
+        ("dx = a0, dy = b0.", "dx = a<sub>0</sub>, dy = b<sub>0</sub>."),
+        ("b0.txt", "b0.txt"),
         ("mm^-2", "mm<sup>−2</sup>"),
         ("sigma0^2 = v'Pv", "σ<sub>0</sub><sup>2</sup> = v<sup>T</sup>Pv"),
         ("a sigma0_prior", "a sigma0_prior"),
