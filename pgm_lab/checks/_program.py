@@ -88,9 +88,12 @@ def import_of(name: str, value: Any) -> str:
     original = getattr(value, "__name__", "")
     if home in ("", None, "__main__") or not original:
         return ""
-    if getattr(sys.modules.get(home), original, None) is not value:
+    # From where a reader would take it: pgm_lab.ncc rather than pgm_lab.ncc._windows
+    rooms = [*itertools.accumulate(home.split("."), "{}.{}".format)]
+    known = [r for r in rooms if getattr(sys.modules.get(r), original, None) is value]
+    if not known:
         return ""
-    line = f"from {home} import {original}"
+    line = f"from {known[0]} import {original}"
     return line if original == name else f"{line} as {name}"
 
 
@@ -111,7 +114,7 @@ def joined(text: str, imports: list[str], sources: dict[str, str]) -> str:
     lines = text.splitlines()
     for name, node in sorted(bound.items(), key=lambda pair: -pair[1].lineno):
         first = min([node.lineno, *(d.lineno for d in decorators(node))])
-        place = slice(first - 1, node.end_lineno)
+        place = slice(first - 1, last_line(node, lines))
         if name in sources and isinstance(node, ast.FunctionDef):
             lines[place] = sources.pop(name).splitlines()
         elif name in sources and is_import(node) and len(names_bound(node)) == 1:
@@ -132,6 +135,19 @@ def joined(text: str, imports: list[str], sources: dict[str, str]) -> str:
         lines[end:end] = [*gap, *wanted.values()]
     whole = ["\n".join(lines).strip("\n"), *sources.values()]
     return "\n\n\n".join(part for part in whole if part) + "\n"
+
+
+def last_line(node: ast.stmt, lines: list[str]) -> int:
+    """Return the number of a function's last line, its comments at the end included."""
+    end = node.end_lineno or 0
+    for number, line in enumerate(lines[end:], start=end + 1):
+        if isinstance(node, ast.FunctionDef) and line.lstrip().startswith("#"):
+            if line[0] == "#":
+                break
+            end = number
+        elif line.strip():
+            break
+    return end
 
 
 def parsed(text: str) -> ast.Module:

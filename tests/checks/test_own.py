@@ -90,6 +90,25 @@ def test_decorators_are_replaced_with_their_function(program):
     assert text.count("@twice") == 1 and "x + 1" in text and callable(space)
 
 
+def test_a_comment_at_the_end_of_a_function_is_a_part_of_it(program):
+    checks.keep(typed(MEAN + "\n\n    # of all\n    # chips"))
+    checks.keep(typed("def root(x):\n    return x**0.5"))
+    program.write_text(program.read_text().replace("def root", "# mine\ndef root"))
+    before = program.read_text()
+    checks.keep(typed(MEAN + "\n\n    # of all\n    # chips"))
+    assert program.read_text() == before
+    checks.keep(typed(MEAN))
+    assert program.read_text() == before.replace("\n\n    # of all\n    # chips", "")
+
+
+def test_an_import_names_the_room_and_no_part_of_it(program):
+    from pgm_lab.ncc import correlation
+
+    same = typed("def same(a):\n    return correlation(a, a)", correlation=correlation)
+    checks.keep(same)
+    assert "\nfrom pgm_lab.ncc import correlation\n" in program.read_text()
+
+
 def test_what_the_notebook_alone_has_is_named(program):
     uses = typed("def far(x):\n    return [x - y for y in chips]", chips=[1.0])
     with pytest.raises(CheckFailed, match="is right, but it uses `chips` of this"):

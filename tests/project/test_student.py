@@ -1,6 +1,9 @@
 """Student copies: nothing given away, and an unsolved chapter still runs."""
 
 import copy
+import re
+import subprocess
+import sys
 
 import nbformat
 import pytest
@@ -9,6 +12,8 @@ from nbclient.exceptions import CellExecutionError
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
 from publish.student import (
+    FIRST_LINES,
+    PROGRAM,
     instructor_copy,
     student_copy,
     tags,
@@ -181,7 +186,10 @@ def kernel():
 
 def run(unsolved: nbformat.NotebookNode, kernel: KernelManager) -> None:
     """Run every cell; a cell may fail only if it is tagged `raises-exception`."""
-    forget = "%reset -f\nimport matplotlib\nmatplotlib.rcdefaults()\ndel matplotlib"
+    forget = (
+        f"%reset -f\n%cd -q {FOLDER}\n"
+        "import matplotlib\nmatplotlib.rcdefaults()\ndel matplotlib"
+    )
     client(new_notebook(cells=[new_code_cell(forget)]), FOLDER, kernel).execute()
     client(unsolved, FOLDER, kernel).execute()
 
@@ -212,3 +220,31 @@ def test_an_unsolved_chapter_runs_to_its_end(path, kernel):
             if output.output_type == "error":
                 assert "check" in tags(cell)
                 assert output.ename == "CheckFailed", "a check must say what is missing"
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for p in NOTEBOOKS if "checks.keep(" in p.read_text(encoding="utf-8")],
+    ids=lambda path: path.stem,
+)
+def test_a_solved_lesson_makes_a_program_that_runs_by_itself(path, kernel, tmp_path):
+    """In a reader's folder; what comes after uses the program, and the claims hold."""
+    (tmp_path / PROGRAM).write_text(FIRST_LINES, encoding="utf-8")
+    solved = nbformat.read(path, as_version=4)
+    code = "\n".join(c.source for c in solved.cells if c.cell_type == "code")
+    solved.cells.insert(0, new_code_cell(f"%cd -q {tmp_path}"))
+    run(solved, kernel)
+    outputs = [o for cell in solved.cells for o in cell.get("outputs", [])]
+    printed = "".join(o.text for o in outputs if o.output_type == "stream")
+    kept = re.findall(r"checks\.keep\((\w+)\)", code)
+    for name in kept:
+        assert f"✓ {name} is a part of your program now" in printed
+    used = set(re.findall(r"checks\.own\(\"(\w+)\"", code)) & set(kept)
+    assert used, "no later cell takes a function of the reader's"
+    for name in used:
+        assert f"{name}: yours, from {PROGRAM}." in printed
+    program = (tmp_path / PROGRAM).read_text(encoding="utf-8")
+    for name in kept:
+        assert program.count(f"def {name}(") == 1
+    alone = f"from my_pgm import {', '.join(kept)}"
+    subprocess.run([sys.executable, "-c", alone], cwd=tmp_path, check=True)
