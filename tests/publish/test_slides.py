@@ -79,11 +79,20 @@ def test_formulas_are_typeset(slides, notebook):
 
 
 def test_formulas_have_their_size(slides):
+    """Those in a fold, and those that wait for a prediction, once it is open."""
     for number in each_slide(slides.page):
         heights = slides.page.evaluate(
             """() => [...Reveal.getCurrentSlide().querySelectorAll("mjx-container")]
                 .filter((formula) => !formula.closest("aside"))
-                .map((formula) => formula.getBoundingClientRect().height)"""
+                .map((formula) => {
+                    const slide = formula.closest("section");
+                    const choice = slide.querySelector(".pgm-predict details");
+                    const folds = [choice, formula.closest("details")].filter(Boolean);
+                    folds.forEach((fold) => { fold.open = true; });
+                    const { height } = formula.getBoundingClientRect();
+                    folds.forEach((fold) => { fold.open = false; });
+                    return height;
+                })"""
         )
         assert all(height > 5 for height in heights), f"slide {number}"
 
