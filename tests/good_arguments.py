@@ -492,13 +492,13 @@ FUNCTIONS = {
     ),
     "plot.registration.fringes": lambda: dict(reference=GREY, images={"other": GREY}),
     "plot.registration.shifts": lambda: dict(
-        reference=GREY, found=registered(), vectors=np.ones((12, 2)), say=str
+        reference=GREY, found=registered(), vectors=np.ones((2, 2)), say=str
     ),
     "plot.registration.scatter": lambda: dict(
-        found=registered(), errors=np.ones((12, 2))
+        found=registered(), errors=np.ones((2, 2))
     ),
     "plot.registration.similarity": lambda: dict(
-        found=registered(), errors=np.ones((12, 2))
+        found=registered(), errors=np.ones((2, 2))
     ),
     "plot.space.space": lambda: dict(fig=plt.figure(figsize=(1, 1))),
     "plot.space.fit": lambda: dict(ax=axes_in_space(), points=POINTS),

@@ -31,7 +31,8 @@ FAINT = 1e-8
 LARGE = 2**15  # grey values of a search window, above which blocks are quicker
 SMALL = 2**14  # up to which whole sums are
 BLOCK = 160  # rows and columns of a block
-AT_ONCE = 256  # small windows, or the calls would take as long as their work
+TINY = 2**10  # grey values of a search window, up to which calls cost more than work
+AT_ONCE = 256  # such windows at a time
 
 
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
@@ -139,7 +140,7 @@ def flat(windows: np.ndarray) -> np.ndarray:
 
 def chunks(n: int, size: int) -> list[slice]:
     """Slices of n windows of `size` grey values, to be worked on one after another."""
-    at_once = max(1, CHUNK // size, min(AT_ONCE, 4 * CHUNK // size))
+    at_once = max(1, CHUNK // size, AT_ONCE if size <= TINY else 0)
     return [slice(i, i + at_once) for i in range(0, n, at_once)]
 
 

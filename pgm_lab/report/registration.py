@@ -15,6 +15,7 @@ from pgm_lab.report._registration_case import Case, headline, say, scatter
 
 TITLE = "Image registration"
 RATIO = np.sqrt(np.log(10))  # CE90 over RMSE_T of equal normal errors: 1.517
+ROUNDING = 0.28  # px; the sd of a whole pixel is 1 / sqrt(12), or more
 
 
 def html(
@@ -40,8 +41,8 @@ def html(
     pixel_size : float, optional
         Of the reference image in metres, where the image itself does not say it.
     settings : mapping {name: value}, optional
-        Arguments that `registration.register` was given; the report shows the defaults
-        of the others.
+        Arguments that `registration.register` was given, `refine` among them if it was;
+        the report shows the defaults of the others.
     about : str
         A sentence for the head of the report: the place, the files, the date.
 
@@ -62,7 +63,7 @@ def html(
     >>> pair = scene[:200, :200], scene[2:202, 1:201]
     >>> points = registration.pick(pair[0], 9)
     >>> found = registration.register(*pair, points, refine="lsm")
-    >>> html(found, *pair).splitlines()[0]
+    >>> html(found, *pair, settings={"refine": "lsm"}).splitlines()[0]
     '<!DOCTYPE html>'
     """
     from pgm_lab.report import _registration_figures  # matplotlib only when needed
@@ -108,7 +109,8 @@ def text(
     >>> pair = scene[:200, :200], scene[2:202, 1:201]
     >>> points = registration.pick(pair[0], 9)
     >>> found = registration.register(*pair, points, refine="lsm")
-    >>> print(text(found, *pair, short=True).splitlines()[3][:61])
+    >>> words = text(found, *pair, settings={"refine": "lsm"}, short=True)
+    >>> print(words.splitlines()[3][:61])
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
     case = _case(found, reference, sensed, model, pixel_size, settings, about)
@@ -135,6 +137,12 @@ def _case(
             )
     given = _settings.given(settings, about, _tables.SETTINGS)
     asked = _settings.values(registration.register, given, _tables.SETTINGS)
+    sd = found.sd[found.accepted]
+    if asked["refine"] is None and np.any(sd < ROUNDING):
+        raise ValueError(
+            "settings must say how the shifts were refined, for example"
+            " {'refine': 'lsm'}: those of found are known better than whole pixels"
+        )
     one = _raster(reference, "reference")
     size = one.pixel_size
     if size is None and pixel_size is not None:
