@@ -167,6 +167,7 @@ def test_the_options_reach_the_registration(files, tmp_path, monkeypatch, capsys
         "largest_sd": 0.3, "smooth": 0.5,
         "shapes": ((160, 200), (160, 200)),
     }  # fmt: skip
+    no_match(monkeypatch, images.result(2, sd=0.289), asked)
     assert run(*files, "--grid", 4, "--chip", 11, "--refine", "none") == 0
     assert asked["refine"] is None
     steps = np.unique(np.diff(np.unique(asked["points"][:, 0])))
