@@ -189,6 +189,31 @@ def peak_of_parabola(function: Callable[..., object]) -> None:
     )
 
 
+def border(answer: object, dx: np.ndarray, dy: np.ndarray, radius: int) -> None:
+    """Check which whole-pixel shifts lie on the border of the search."""
+    if answer is ... or answer is None:
+        raise CheckFailed("border is still empty. Your turn!")
+    found = np.asarray(answer)
+    if found.dtype != bool or found.shape != np.shape(dx):
+        raise CheckFailed(
+            f"border must be {len(dx)} times True or False, one for each chip: compare"
+            " the arrays dx and dy with the radius"
+        )
+    at_x, at_y = np.abs(dx) == radius, np.abs(dy) == radius
+    slips = [
+        (at_x, "a peak may also lie on the upper or the lower border"),
+        (at_y, "a peak may also lie on the left or the right border"),
+        (at_x & at_y, "those are the corners alone: one of the two is enough"),
+        ((dx == radius) | (dy == radius), "the search has two more sides, at −radius"),
+        ((dx == radius), "the search has four sides"),
+        (~(at_x | at_y), "it is the other way round: True on the border"),
+    ]
+    otherwise = "dx or dy is as far from 0 as the search goes, and no farther"
+    hint = next((h for s, h in slips if np.array_equal(found, s)), otherwise)
+    good = np.array_equal(found, at_x | at_y)
+    report("border", [("all four sides of the search", good, hint)])
+
+
 def chip_shifts(function: Callable[..., object]) -> None:
     """Check the shifts of many chips, refined, and NaN at the border of the search."""
     chip, radius = 11, 3

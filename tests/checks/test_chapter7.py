@@ -355,3 +355,33 @@ def without_its_parts(reference, sensed, points, chip, radius):
 def test_a_slip_of_the_shifts_is_named(slip, hint):
     with pytest.raises(CheckFailed, match=hint):
         chapter7.chip_shifts(slip)
+
+
+DX = np.array([3.0, 0, -3, 1, 0, 3, 2])
+DY = np.array([0.0, 3, 1, -3, 0, -3, -2])
+
+
+def test_the_right_border_passes_as_array_and_as_list(capsys):
+    right = np.maximum(np.abs(DX), np.abs(DY)) >= 3
+    for answer in (right, right.tolist()):
+        chapter7.border(answer, DX, DY, 3)
+    assert capsys.readouterr().out.count("✓") == 2
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (..., "still empty"),
+        ([1, 2], "True or False"),
+        (np.abs(DX) == 3, "upper or the lower"),
+        (np.abs(DY) == 3, "left or the right"),
+        ((np.abs(DX) == 3) & (np.abs(DY) == 3), "corners alone"),
+        ((DX == 3) | (DY == 3), "two more sides"),
+        (DX == 3, "four sides"),
+        (np.maximum(np.abs(DX), np.abs(DY)) < 3, "other way round"),
+        (np.maximum(np.abs(DX), np.abs(DY)) >= 2, "no farther"),
+    ],
+)
+def test_a_slip_of_the_border_is_named(answer, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter7.border(answer, DX, DY, 3)
