@@ -191,15 +191,16 @@ def trial(
         ax.plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
     share = [100 * np.mean(r[k] >= limit) for k in (wrong, ~wrong)]
     kept = [100 * np.mean(accepted[k]) for k in (wrong, ~wrong)]
-    for at, mark, colour, name in (
-        (share, "o", basic.BLUE, f"r ≥ {limit:g}"),
-        (kept, "*", basic.BLACK, "all tests of register"),
+    for at, mark, colour, name, text_at in (
+        (share, "o", basic.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
+        (kept, "*", basic.BLACK, "all tests of register", (2.0, 101)),
     ):
         ax.plot(*at, mark, color=colour, markersize=18, clip_on=False, zorder=5)
-        ax.annotate(f"{name}: {at[1]:.0f} %, {at[0]:.1f} %", at, (18, -22),
-                    textcoords="offset points", fontsize=16, color=colour)  # fmt: skip
+        text = f"{name}: {at[1]:.0f} % of the right, {at[0]:.1f} % of the wrong"
+        line = {"arrowstyle": "-", "color": colour}
+        ax.annotate(text, at, text_at, color=colour, fontsize=15, arrowprops=line)
     ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
-    ax.set(xlim=(0, 25), ylim=(min(50, *share[1:], *kept[1:]) - 2, 101))
+    ax.set(xlim=(0, 25), ylim=(min(50, *share[1:], *kept[1:]) - 8, 106))
     ax.legend(loc="lower right")
     basic.show(
         fig,
