@@ -174,11 +174,8 @@ def trial(
     limit : float
         Threshold of r to be marked.
     """
-    error, r = _lists(error=error, r=r)
+    error, r, kept_by_all = _lists(error=error, r=r, accepted=accepted)
     limit = _validate.number(limit, "limit")
-    accepted = np.asarray(accepted)
-    if accepted.dtype != bool or accepted.shape != error.shape:
-        raise ValueError("accepted must have True or False for each chip")
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
         raise ValueError("error must have chips within a pixel and chips beyond it")
@@ -190,15 +187,17 @@ def trial(
         curve = 100 * np.hstack([np.zeros((2, 1)), steps])
         ax.plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
     share = [100 * np.mean(r[k] >= limit) for k in (wrong, ~wrong)]
-    kept = [100 * np.mean(accepted[k]) for k in (wrong, ~wrong)]
+    kept = [100 * np.mean(kept_by_all[k] > 0) for k in (wrong, ~wrong)]
     for at, mark, colour, name, text_at in (
         (share, "o", basic.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
         (kept, "*", basic.BLACK, "all tests of register", (2.0, 101)),
     ):
         ax.plot(*at, mark, color=colour, markersize=18, clip_on=False, zorder=5)
         text = f"{name}: {at[1]:.0f} % of the right, {at[0]:.1f} % of the wrong"
-        line = {"arrowstyle": "-", "color": colour}
-        ax.annotate(text, at, text_at, color=colour, fontsize=15, arrowprops=line)
+        thread: Look = {"arrowstyle": "-", "color": colour}
+        ax.annotate(
+            text, tuple(at), text_at, color=colour, fontsize=15, arrowprops=thread
+        )
     ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
     ax.set(xlim=(0, 25), ylim=(min(50, *share[1:], *kept[1:]) - 8, 106))
     ax.legend(loc="lower right")
