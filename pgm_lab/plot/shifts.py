@@ -175,6 +175,8 @@ def trial(
         Threshold of r to be marked.
     """
     error, r, kept_by_all = _lists(error=error, r=r, accepted=accepted)
+    if np.asarray(accepted).dtype != bool:
+        raise ValueError("accepted must have True or False for each chip")
     limit = _validate.number(limit, "limit")
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
