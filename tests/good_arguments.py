@@ -459,7 +459,8 @@ FUNCTIONS = {
         true=[0.0, 2, 5], found=[0.0, 2, 3], r=[0.9, 0.9, 0.8]
     ),
     "plot.shifts.trial": lambda: dict(
-        error=[0.1, 0.2, 5], r=[0.9, 0.7, 0.6], tests={"r": np.array([0.9, 0.7, 0.6])}
+        error=[0.1, 0.2, 5], r=[0.9, 0.7, 0.6], tests={"r": np.array([0.9, 0.7, 0.6])},
+        accepted=np.array([True, True, False]),
     ),
     "registration.best_shift": lambda: dict(ONE_CHIP),
     "registration.peak_of_parabola": lambda: dict(

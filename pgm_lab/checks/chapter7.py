@@ -68,10 +68,10 @@ def best_shift(function: Callable[..., object]) -> None:
         (-true, "the sign is reversed: sensed minus reference"),
         (true[:, ::-1], "dx and dy are exchanged: the second index of r is the column"),
         (-true[:, ::-1], "dx and dy are exchanged, and the sign is reversed"),
-        (flat, "that is the place in the map: which place has the shift 0?"),
+        (flat, "that is the place in the map: the shift 0 lies in its middle"),
         (
             flat[:, ::-1],
-            "that is (row, column) in the map: which place has the shift 0?",
+            "that is (row, column) in the map: the shift 0 lies in its middle",
         ),
         (true + np.array([p for p, *_ in SEARCHES]), "that is a place in the image"),
         (true + 1, "it is off by one: the shifts run from −radius to +radius"),
@@ -138,6 +138,17 @@ def rmse(function: Callable[..., object]) -> None:
         "the root of RMSE_T is missing": total(lambda x, y: x**2 + y**2),
         "RMSE_T is missing: x or y is returned twice": total(lambda x, y: y),
     }
+    slips |= {
+        "RMSE_x and RMSE_y are exchanged: dx gives the first": lambda dx, dy: right(
+            dx, dy
+        )[[1, 0, 2]],
+        "RMSE_T comes last: RMSE_x, RMSE_y, RMSE_T": lambda dx, dy: right(dx, dy)[
+            [2, 0, 1]
+        ],
+        "square each shift first, and sum then": both(
+            lambda d: np.sqrt(np.sum(d) ** 2 / len(d))
+        ),
+    }
     otherwise = "the three do not follow from (Br 2) to (Br 4)"
     holds, hint = compare(function, CLOUDS, right, slips, otherwise)
     report("rmse", [("(Br 2) to (Br 4), with the mean shift in it", holds, hint)])
@@ -178,10 +189,35 @@ def peak_of_parabola(function: Callable[..., object]) -> None:
     )
 
 
+def border(answer: object, dx: np.ndarray, dy: np.ndarray, radius: int) -> None:
+    """Check which whole-pixel shifts lie on the border of the search."""
+    if answer is ... or answer is None:
+        raise CheckFailed("border is still empty. Your turn!")
+    found = np.asarray(answer)
+    if found.dtype != bool or found.shape != np.shape(dx):
+        raise CheckFailed(
+            f"border must be {len(dx)} times True or False, one for each chip: compare"
+            " the arrays dx and dy with the radius"
+        )
+    at_x, at_y = np.abs(dx) == radius, np.abs(dy) == radius
+    slips = [
+        (at_x, "a peak may also lie on the upper or the lower border"),
+        (at_y, "a peak may also lie on the left or the right border"),
+        (at_x & at_y, "those are the corners alone: one of the two is enough"),
+        ((dx == radius) | (dy == radius), "the search has two more sides, at −radius"),
+        ((dx == radius), "the search has four sides"),
+        (~(at_x | at_y), "it is the other way round: True on the border"),
+    ]
+    otherwise = "dx or dy is as far from 0 as the search goes, and no farther"
+    hint = next((h for s, h in slips if np.array_equal(found, s)), otherwise)
+    good = np.array_equal(found, at_x | at_y)
+    report("border", [("all four sides of the search", good, hint)])
+
+
 def chip_shifts(function: Callable[..., object]) -> None:
     """Check the shifts of many chips, refined, and NaN at the border of the search."""
     chip, radius = 11, 3
-    points = np.array([(30, 40), (52, 33), (61, 58), (40, 62)])
+    points = np.array([(30, 40), (58, 33), (32, 62), (61, 58)])
     inside = moved((1.3, -0.6))
     right = registration.chip_shifts(SCENE, inside, points, chip, radius)
     try:
@@ -190,8 +226,8 @@ def chip_shifts(function: Callable[..., object]) -> None:
         if "NoneType" not in str(failed):
             raise
         raise CheckFailed(
-            "chip_shifts got nothing from a function that it uses: solve exercises 7.2"
-            " and 7.4 first"
+            "chip_shifts got nothing from a function that it uses: do exercises 7.2 and"
+            " 7.4 first"
         ) from None
     whole = np.round(right)
     slips = [
@@ -227,15 +263,27 @@ def chip_shifts(function: Callable[..., object]) -> None:
 def _at_the_border(
     function: Callable[..., object], points: np.ndarray, chip: int, radius: int
 ) -> list[tuple[str, bool, str]]:
-    """Whether a peak on the border of the search becomes NaN, on all four sides."""
-    hint = "a peak on the border of the search is no shift: leave its row NaN"
-    found = []
-    for shift in ((3, 0), (-3, 1), (0, 3), (1, -3)):
-        sensed = moved(shift)
-        try:
-            answer = answer_of(function, SCENE, sensed, points, chip, radius)
-            found.append(bool(np.isnan(real(answer, "the answer")).all()))
-        except (CheckFailed, ValueError):
-            hint = "it stops where the peak lies on the border of the search"
-            return [("NaN on the border", False, hint)]
-    return [("NaN where the peak lies on the border of the search", all(found), hint)]
+    """Whether a peak on the border becomes NaN, on all four sides, and no other."""
+
+    def nan_at(sensed: np.ndarray) -> np.ndarray:
+        answer = answer_of(function, SCENE, sensed, points, chip, radius)
+        return np.isnan(real(answer, "the answer")).all(axis=-1)
+
+    claim = "NaN where the peak lies on the border of the search, and only there"
+    left = np.arange(SCENE.shape[1]) < 46
+    inside = moved((1.8, -2.2))  # the peak one pixel from the border
+    try:
+        for shift in ((3, 0), (-3, 1), (0, 3), (1, -3)):
+            if not nan_at(moved(shift)).all():
+                hint = "a peak on the border of the search is no shift: leave its"
+                return [(claim, False, f"{hint} row NaN")]
+        if nan_at(inside).any():
+            hint = "a peak one pixel inside the border has both its neighbours: keep it"
+            return [(claim, False, hint)]
+        mixed = nan_at(np.where(left, moved((3, 0)), inside))
+    except (CheckFailed, ValueError):
+        hint = "it stops where the peak lies on the border of the search"
+        return [(claim, False, hint)]
+    good = np.array_equal(mixed, left[points[:, 0]])
+    hint = "after a chip on the border, the chips that follow must still be measured"
+    return [(claim, good, hint)]

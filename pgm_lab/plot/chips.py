@@ -43,7 +43,7 @@ def search(
     dx, dy, r = best_shift(reference, sensed, point, chip, radius)
     x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
     half, room = chip / 2, chip / 2 + radius
-    fig, axes = plt.subplots(1, 3, figsize=(12, 5), width_ratios=(1, 1, 0.78))
+    fig, axes = plt.subplots(1, 3, figsize=(14, 5.2), width_ratios=(0.86, 0.86, 1))
     for ax, image, name in zip(axes, (reference, sensed), ("reference", "sensed")):
         ax.imshow(grey_levels(image, name), vmin=0, vmax=1)
         far = room + 5
@@ -58,7 +58,9 @@ def search(
     outline(right, (x, y), 2 * room, basic.SKY, linewidth=4)
     outline(right, (x, y), chip, basic.ORANGE, linewidth=3, linestyle=":")
     outline(right, (x + dx, y + dy), chip, basic.ORANGE, linewidth=4)
-    right.text(x - room, y - room - 1, "search window", va="bottom", **LABEL)
+    right.text(
+        x, y - room - 1, "blue: search window", ha="center", va="bottom", **LABEL
+    )
     right.annotate(
         "", (x - room, y), (x - half, y), arrowprops=RANGE | {"color": basic.BLUE}
     )
@@ -68,9 +70,17 @@ def search(
     right.annotate("", (x + dx, below + dy), (x, below), arrowprops=look)
     right.text(x + max(dx, 0) + 0.8, below, "shift", va="center", **LABEL)
     right.text(
-        x + room, y + room + 1, "chip at its best place", ha="right", va="top", **LABEL
+        x,
+        y + room + 0.4,
+        "orange: chip at its best place\n(dotted: at the same place)",
+        ha="center",
+        va="top",
+        **LABEL | {"fontsize": 13},
     )
-    table_of_r(axes[2], r)
+    table_of_r(axes[2], r, numbers=True)
+    close = [
+        f"({j - radius}, {i - radius})" for i, j in np.argwhere(r >= r.max() - 0.1)
+    ]
     axes[2].set_title("r for every shift")
     basic.show(
         fig,
@@ -78,7 +88,9 @@ def search(
         f" point. Middle, the sensed image with a search window that reaches {radius}"
         " pixels farther to each side; in it the chip at its best place, and an arrow,"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
-        f" {len(r)} by {len(r)} squares, the highest framed.",
+        f" {len(r)} by {len(r)} squares with their numbers, the highest, {r.max():.2f},"
+        f" framed. Within 0.1 of it are the shifts {', '.join(close)}; the lowest r is"
+        f" {r.min():.2f}.",
         dpi=100,
         colours=128,
     )
@@ -158,7 +170,9 @@ def places(image: ArrayLike, points: ArrayLike, chip: int = 21) -> Figure:
     ax.grid(False)
     for point in points:
         outline(ax, point, chip, basic.ORANGE, linewidth=2.2)
-    ax.set(xlabel="column (px)", ylabel="row (px)")
+    ax.set_xlabel("column (px)", fontsize=20)
+    ax.set_ylabel("row (px)", fontsize=20)
+    ax.tick_params(labelsize=18)
     return fig
 
 
@@ -182,9 +196,7 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     fig, ax = plt.subplots(figsize=(10, 5))
     ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
     ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)
-    ax.vlines(
-        top, 0, height, color=basic.RED, linestyle="--", label=f"peak, t = {top:.2f} px"
-    )
+    ax.vlines(top, 0, height, color=basic.RED, linestyle="--", label="peak, at t")
     ax.plot(top, height, "X", color=basic.RED, markersize=15)
     names = ("$r_{left}$", "$r_{middle}$", "$r_{right}$")
     for x, r, name in zip((-1, 0, 1), (r_left, r_middle, r_right), names):

@@ -44,7 +44,9 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
     changed = np.abs(other - one) > limit
     share = 100 * changed.mean()
     axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
-    axes["c"].set_title(f"changed: {share:.0f} % of the land")
+    axes["c"].set_title(
+        f"black: differ by more than {limit:g} grey values, {share:.0f} %"
+    )
     for ax in axes.values():
         ax.set(xticks=[], yticks=[])
         ax.grid(False)
@@ -56,7 +58,7 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
 def two_colours(
     reference: ArrayLike, sensed: ArrayLike, centre: ArrayLike, size: int = 61
 ) -> None:
-    """Show both images laid on each other in two colours, whole and a part enlarged.
+    """Show a part of both images laid on each other in two colours, and as difference.
 
     Parameters
     ----------
@@ -69,21 +71,22 @@ def two_colours(
     """
     one, other = _alike(reference, sensed)
     window, extent = _part(one.shape, centre, size)
-    fig, axes = plt.subplots(1, 2, figsize=(11, 4.8), width_ratios=(1.45, 1))
-    overlay(one, other, ax=axes[0])
-    overlay(one[window], other[window], ax=axes[1])
-    axes[1].images[0].set_extent(extent)
-    left, right, bottom, top = extent
-    frame: Look = {"edgecolor": basic.ORANGE, "fill": False, "linewidth": 3}
-    corner = (left, top)
-    axes[0].add_patch(plt.Rectangle(corner, right - left, bottom - top, **frame))
+    fig, axes = plt.subplots(1, 2, figsize=(11, 5.4))
+    overlay(one[window], other[window], ax=axes[0])
+    axes[0].images[0].set_extent(extent)
     axes[0].set_title("green: reference, magenta: sensed")
-    axes[1].set_title("enlarged, the orange square")
+    change = (other - one)[window]
+    far = max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
+    axes[1].imshow(change, extent=extent, cmap="gray", vmin=-far, vmax=far)
+    axes[1].set(title="sensed − reference, in grey", xlabel="column (px)", yticks=[])
+    axes[1].grid(False)
     basic.show(
         fig,
-        "Both images laid on each other, the reference in green and the sensed one in"
-        " magenta. The fields are grey, so both show the same. Along every edge of a"
-        " field runs a narrow fringe, green on one side and magenta on the other.",
+        "A part of both images, one on the other, the reference in green and the sensed"
+        " one in magenta. The fields are grey, so both show the same. Along every edge"
+        " of a field runs a narrow fringe, green on one side and magenta on the other."
+        " Beside it the difference: level grey in the fields, a white or a black line"
+        " along their edges.",
         dpi=100,
         colours=160,
     )
@@ -117,9 +120,9 @@ def before_and_after(
         ax.spines[["top", "right"]].set_visible(True)
     basic.show(
         fig,
-        f"Two maps of change. Before, {shares[0]:.0f} % of the land is black, every"
-        f" street and every edge of a field. After, {shares[1]:.0f} %: what is left"
-        " are a dozen tilted squares, sharp on an almost empty ground.",
+        f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
+        f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
+        " what is left are tilted squares, whole fields, on an almost empty ground.",
         dpi=100,
         colours=8,
     )

@@ -42,13 +42,14 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
             "label": "whole pixel",
         }
         ax.plot(*np.round((x, y)), "s", color=basic.BLACK, **whole)
-        ax.plot(*cloud.T, "o", color=basic.BLUE, alpha=0.45, ms=9, label="one chip")
-        ax.plot(*middle, "X", color=basic.RED, markersize=15, label="median")
+        ax.plot(*cloud.T, "o", color=basic.SKY, alpha=0.45, ms=9, label="one chip")
+        cross: Look = {"mec": "white", "markersize": 17, "label": "median"}
+        ax.plot(*middle, "X", color=basic.BLACK, **cross)
         ax.set(xlim=(x - SHOWN, x + SHOWN), ylim=(y + SHOWN, y - SHOWN), aspect="equal")
         off = float(np.hypot(*(middle - (x, y))))
-        ax.set(title=f"{name}:\nmedian off by {off:.2f} px", xlabel="dx (px)")
-        said.append(f"{name} {off:.2f} px")
-    axes[0, 0].set_ylabel("dy (px)")
+        ax.set(title=f"{name}:\nmedian off by {off:.3f} px", xlabel="dx (px)")
+        said.append(f"{name} {off:.3f} px")
+    axes[0, 0].set_ylabel("dy (px), downwards")
     handles = axes[0, 0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=4)
     basic.show(
@@ -73,7 +74,9 @@ def circles(dx: ArrayLike, dy: ArrayLike) -> None:
     ninety = float(np.quantile(np.hypot(x, y), 0.9))
     far = 1.05 * max(float(np.hypot(x, y).max()), total)
     fig, ax = plt.subplots(figsize=(9.6, 5.6))
-    ax.plot(x, y, "o", color=basic.GREY, alpha=0.5, markersize=4, label="one error")
+    ax.plot(
+        x, y, "o", color=basic.GREY, alpha=0.5, markersize=4, label="error of one chip"
+    )
     for radius, colour, line, name in (
         (total, basic.RED, "-", "RMSE$_T$"),
         (ninety, basic.BLUE, "--", "CE90"),
@@ -87,14 +90,14 @@ def circles(dx: ArrayLike, dy: ArrayLike) -> None:
         ax.add_patch(
             Circle((0, 0), radius, label=f"radius {name} = {radius:.2f}", **look)
         )
-    ax.set(xlim=(-far, far), ylim=(far, -far), aspect="equal")
+    ax.set(xlim=(-far, far), ylim=(-far, far), aspect="equal")
     ax.set(xlabel="error in x (px)", ylabel="error in y (px)")
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     basic.show(
         fig,
-        f"{x.size} errors in a plane, thickest in the middle. A solid circle with the"
-        f" radius RMSE_T, {total:.2f}, and a larger dashed one with the radius CE90,"
-        f" {ninety:.2f}, that holds nine tenths of them.",
+        f"Errors of {x.size} chips in a plane, thickest in the middle. A solid circle"
+        f" with the radius RMSE_T, {total:.2f}, and a larger dashed one with the radius"
+        f" CE90, {ninety:.2f}, that holds nine tenths of them.",
         dpi=90,
         colours=64,
     )
@@ -133,9 +136,12 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
         }
         axes[0].plot(true[chosen], found[chosen], mark, **look)
         axes[1].plot(true[chosen], r[chosen], mark, label=name, **look)
+    stuck = int(np.sum(wrong & (np.abs(found) == radius)))
+    axes[0].set_title(f"{stuck} of {wrong.sum()} wrong ones: {radius} px")
     axes[0].legend(loc="lower left")
     axes[1].legend(loc="lower left", markerscale=1.6)
     passed = int(np.sum(wrong & (r >= 0.8)))
+    axes[1].set_title(f"{passed} of {wrong.sum()} wrong ones: r ≥ 0.8")
     basic.show(
         fig,
         "Left, reported against true shift: on the diagonal up to the radius, and from"
@@ -147,9 +153,13 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
 
 
 def trial(
-    error: ArrayLike, r: ArrayLike, tests: Mapping[str, ArrayLike], limit: float = 0.8
+    error: ArrayLike,
+    r: ArrayLike,
+    tests: Mapping[str, ArrayLike],
+    accepted: ArrayLike,
+    limit: float = 0.8,
 ) -> None:
-    """Show r against the error of chips, and what tests accept at every threshold.
+    """Show what tests accept of right and of wrong chips, at every threshold.
 
     Parameters
     ----------
@@ -159,45 +169,46 @@ def trial(
         Its correlation.
     tests : mapping of str to array_like (n,)
         The larger, the more a test trusts a chip; NaN: not at all. By their names.
+    accepted : array_like (n,) of bool
+        What all tests of `register` together accept.
     limit : float
         Threshold of r to be marked.
     """
-    error, r = _lists(error=error, r=r)
+    error, r, kept_by_all = _lists(error=error, r=r, accepted=accepted)
+    if np.asarray(accepted).dtype != bool:
+        raise ValueError("accepted must have True or False for each chip")
     limit = _validate.number(limit, "limit")
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
         raise ValueError("error must have chips within a pixel and chips beyond it")
-    fig, axes = plt.subplots(1, 2, figsize=(12, 4.9), width_ratios=(1, 1.05))
-    for chosen, mark, colour, name in _kinds(wrong):
-        look: Look = {
-            "color": colour,
-            "linestyle": "none",
-            "markersize": 5,
-            "alpha": 0.5,
-        }
-        axes[0].semilogy(r[chosen], error[chosen], mark, label=name, **look)
-    axes[0].axvline(limit, color=basic.BLACK, linestyle=":")
-    axes[0].set(xlabel="r", ylabel="error (px)", ylim=(error.min() / 12, None))
-    axes[0].yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes[0].legend(loc="lower left", markerscale=2)
-    styles = [(basic.BLUE, "-"), (basic.RED, "--"), (basic.PURPLE, "-.")]
+    fig, ax = plt.subplots(figsize=(10, 5.4))
+    styles = [(basic.BLUE, "-"), (basic.ORANGE, "--"), (basic.PURPLE, "-.")]
     for (name, score), (colour, line) in zip(_tests(tests, len(r)).items(), styles):
         order = np.unique(score)[::-1]
         steps = [[np.mean(score[k] >= t) for t in order] for k in (wrong, ~wrong)]
         curve = 100 * np.hstack([np.zeros((2, 1)), steps])
-        axes[1].plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
+        ax.plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
     share = [100 * np.mean(r[k] >= limit) for k in (wrong, ~wrong)]
-    axes[1].plot(*share, "o", color=basic.BLUE, markersize=14)
-    axes[1].annotate(f"r ≥ {limit:g}", share, (16, -8), textcoords="offset points",
-                     fontsize=16, color=basic.BLUE)  # fmt: skip
-    axes[1].set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
-    axes[1].set(xlim=(-1, 31), ylim=(-2, 102))
-    axes[1].legend(loc="lower right")
+    kept = [100 * np.mean(kept_by_all[k] > 0) for k in (wrong, ~wrong)]
+    for at, mark, colour, name, text_at in (
+        (share, "o", basic.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
+        (kept, "*", basic.BLACK, "all tests of register", (2.0, 101)),
+    ):
+        ax.plot(*at, mark, color=colour, markersize=18, clip_on=False, zorder=5)
+        text = f"{name}: {at[1]:.0f} % of the right, {at[0]:.1f} % of the wrong"
+        thread: Look = {"arrowstyle": "-", "color": colour}
+        ax.annotate(
+            text, tuple(at), text_at, color=colour, fontsize=15, arrowprops=thread
+        )
+    ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
+    ax.set(xlim=(0, 25), ylim=(min(50, *share[1:], *kept[1:]) - 8, 106))
+    ax.legend(loc="lower right")
     basic.show(
         fig,
-        "Left, r against error: the right chips have all values of r. Right, receiver"
-        f" operating curves of {', '.join(tests)}. At r ≥ {limit:g} pass"
-        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips.",
+        f"Receiver operating characteristic curves of {' and of '.join(tests)}: right"
+        f" against wrong chips that a threshold accepts. At r ≥ {limit:g} pass"
+        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips;"
+        f" all tests of register together pass {kept[1]:.0f} and {kept[0]:.1f}.",
         dpi=90,
         colours=96,
     )

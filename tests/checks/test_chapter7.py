@@ -129,6 +129,13 @@ def empty(reference, sensed, point, chip, radius):
     return 0, 0, np.zeros((2 * radius + 1, 2 * radius + 1))
 
 
+def short_range(reference, sensed, point, chip, radius):
+    """`range(-radius, radius)`: the last shift is never reached."""
+    dx, dy, r = loop(reference, sensed, point, chip, radius)
+    r[-1], r[:, -1] = 0, 0
+    return dx, dy, r
+
+
 def fixed_radius(reference, sensed, point, chip, radius):
     return loop(reference, sensed, point, chip, 3)
 
@@ -168,6 +175,7 @@ def wrapped(reference, sensed, point, chip, radius):
         (one_image, "both windows"),
         (moving_chip, "moves along"),
         (empty, "still zero"),
+        (short_range, "last row and column"),
         (fixed_radius, "with radius 4"),
         (fixed_chip, "not the correlation"),
         (wrapped, "near the edge"),
@@ -216,6 +224,9 @@ def root(d):
         ),
         (lambda dx, dy: (root(dx), root(dy), root(dx) ** 2 + root(dy) ** 2), "root of"),
         (lambda dx, dy: (root(dx), root(dy), root(dy)), "missing"),
+        (lambda dx, dy: (root(dy), root(dx), np.hypot(root(dx), root(dy))), "exchang"),
+        (lambda dx, dy: (np.hypot(root(dx), root(dy)), root(dx), root(dy)), "last"),
+        (three(lambda d: np.sqrt(np.sum(d) ** 2 / len(d))), "sum then"),
         (lambda dx, dy: (root(dx), root(dy)), "shape"),
         (lambda dx, dy: (0, 0, 0), "do not follow"),
     ],
@@ -296,6 +307,20 @@ def with_border(reference, sensed, points, chip, radius):
     return np.where(np.isfinite(found), found, searched)
 
 
+def nan_inside_the_border(reference, sensed, points, chip, radius):
+    """`abs(dx) < radius - 1` for `abs(dx) < radius`."""
+    found = np.array(shifts(reference, sensed, points, chip, radius))
+    near_it = np.abs(np.round(found)).max(axis=1, keepdims=True) >= radius - 1
+    return np.where(near_it, np.nan, found)
+
+
+def ends_at_the_border(reference, sensed, points, chip, radius):
+    """`break` for `continue`."""
+    found = np.array(shifts(reference, sensed, points, chip, radius))
+    found[np.isnan(found).cumsum(axis=0) > 0] = np.nan
+    return found
+
+
 def stops_at_the_border(reference, sensed, points, chip, radius):
     found = np.array(shifts(reference, sensed, points, chip, radius))
     if np.isnan(found).any():
@@ -322,9 +347,41 @@ def without_its_parts(reference, sensed, points, chip, radius):
         (altered(lambda f, p: f * np.nan), "finite numbers"),
         (across_and_down_exchanged, "across and down"),
         (with_border, "leave its row NaN"),
+        (nan_inside_the_border, "both its neighbours"),
+        (ends_at_the_border, "that follow"),
         (stops_at_the_border, "it stops"),
     ],
 )
 def test_a_slip_of_the_shifts_is_named(slip, hint):
     with pytest.raises(CheckFailed, match=hint):
         chapter7.chip_shifts(slip)
+
+
+DX = np.array([3.0, 0, -3, 1, 0, 3, 2])
+DY = np.array([0.0, 3, 1, -3, 0, -3, -2])
+
+
+def test_the_right_border_passes_as_array_and_as_list(capsys):
+    right = np.maximum(np.abs(DX), np.abs(DY)) >= 3
+    for answer in (right, right.tolist()):
+        chapter7.border(answer, DX, DY, 3)
+    assert capsys.readouterr().out.count("✓") == 2
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (..., "still empty"),
+        ([1, 2], "True or False"),
+        (np.abs(DX) == 3, "upper or the lower"),
+        (np.abs(DY) == 3, "left or the right"),
+        ((np.abs(DX) == 3) & (np.abs(DY) == 3), "corners alone"),
+        ((DX == 3) | (DY == 3), "two more sides"),
+        (DX == 3, "four sides"),
+        (np.maximum(np.abs(DX), np.abs(DY)) < 3, "other way round"),
+        (np.maximum(np.abs(DX), np.abs(DY)) >= 2, "no farther"),
+    ],
+)
+def test_a_slip_of_the_border_is_named(answer, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter7.border(answer, DX, DY, 3)

@@ -24,6 +24,7 @@ def test_the_search_says_which_shift_it_found():
     moved = np.roll(GREY, (1, -2), axis=(0, 1))
     alt = alt_of(plot.chips.search, GREY, moved, (22, 20), 9, 3)
     assert "the shift (-2, 1)" in alt and "7 by 7" in alt
+    assert "Within 0.1 of it are the shifts" in alt
 
 
 def test_the_highest_r_is_framed_at_its_shift():
@@ -56,7 +57,7 @@ def test_darts_say_how_far_each_median_is_off():
         "other": np.tile([1.25, -0.75], (3, 1)),
     }
     alt = alt_of(plot.shifts.darts, methods, (1.25, -0.75))
-    assert "one 0.35 px, other 0.00 px" in alt
+    assert "one 0.354 px, other 0.000 px" in alt
 
 
 def test_circles_say_both_radii():
@@ -76,13 +77,15 @@ def test_beyond_the_radius_counts_the_wrong_that_keep_a_high_r():
 
 def test_a_trial_says_what_a_threshold_lets_pass():
     error, r = np.array([0.1, 0.2, 0.3, 5, 9]), np.array([0.9, 0.85, 0.4, 0.82, 0.1])
-    alt = alt_of(plot.shifts.trial, error, r, {"r": r, "other": -error})
+    tests, accepted = {"r": r, "other": -error}, error < 0.25
+    alt = alt_of(plot.shifts.trial, error, r, tests, accepted)
     assert "67 per cent of the right and 50 of the wrong" in alt
+    assert "together pass 67 and 0.0" in alt
 
 
 def test_a_trial_needs_right_and_wrong_chips():
     for error in ([0.1, 0.2], [3.0, 4.0]):
         with pytest.raises(ValueError, match="chips within a pixel and chips beyond"):
-            plot.shifts.trial(error, [0.9, 0.8], {"r": [0.9, 0.8]})
+            plot.shifts.trial(error, [0.9, 0.8], {"r": [0.9, 0.8]}, [True, False])
     with pytest.raises(ValueError, match="one number for each chip"):
-        plot.shifts.trial([0.1, 3.0], [0.9, 0.8], {"r": [0.9]})
+        plot.shifts.trial([0.1, 3.0], [0.9, 0.8], {"r": [0.9]}, [True, False])
