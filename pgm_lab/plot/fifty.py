@@ -129,16 +129,7 @@ def beyond(true: ArrayLike, reported: ArrayLike, reached: ArrayLike) -> None:
     reached : array_like (n,)
         Share of the chips, from 0 to 1, whose r reaches the lowest of the paper.
     """
-    true, reported, reached = (
-        _validate.of_shape(values, (None,), name)
-        for values, name in (
-            (true, "true"),
-            (reported, "reported"),
-            (reached, "reached"),
-        )
-    )
-    if not len(true) == len(reported) == len(reached) or not len(true):
-        raise ValueError("true, reported and reached must be lists of one length")
+    true, reported, reached = _lists(true=true, reported=reported, reached=reached)
     fig, (ax, beside) = plt.subplots(1, 2, figsize=(11, 4.6))
     ax.plot(true, true, "--", color=basic.GREY, label="truth")
     ax.plot(true, reported, "o-", color=basic.BLUE, label="reported")
@@ -176,12 +167,7 @@ def r_and_shift(r: ArrayLike, shift: ArrayLike, error: ArrayLike) -> None:
     error : array_like (n,)
         Distances from the true shift in pixels.
     """
-    r, shift, error = (
-        _validate.of_shape(values, (None,), name)
-        for values, name in ((r, "r"), (shift, "shift"), (error, "error"))
-    )
-    if not len(r) == len(shift) == len(error) or not len(r):
-        raise ValueError("r, shift and error must be lists of one length")
+    r, shift, error = _lists(r=r, shift=shift, error=error)
     wrong = error >= 1
     fig, axes = plt.subplots(1, 2, figsize=(11, 4.8), sharex=True)
     look: basic.Look = {"linestyle": "none", "markersize": 8, "alpha": 0.45}
@@ -299,6 +285,15 @@ def _sets(sets: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     }
     if not found or not all(len(shifts) for shifts in found.values()):
         raise ValueError("sets must hold one set of shifts or more, none of them empty")
+    return found
+
+
+def _lists(**lists: ArrayLike) -> list[np.ndarray]:
+    """Lists of one length, by the names of the arguments."""
+    found = [_validate.of_shape(one, (None,), name) for name, one in lists.items()]
+    if len({len(one) for one in found}) != 1 or not len(found[0]):
+        *names, last = lists
+        raise ValueError(f"{', '.join(names)} and {last} must be lists of one length")
     return found
 
 
