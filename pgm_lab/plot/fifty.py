@@ -90,13 +90,12 @@ def sums(drawn: Mapping[str, ArrayLike], printed: float) -> None:
     fig, ax = plt.subplots(figsize=(10, 4.8))
     low = min(values.min() for values in draws.values())
     high = max(values.max() for values in draws.values())
-    # Ten whole numbers a bin, all bins alike: the sums are whole
-    bins = np.arange(np.floor(low) - 0.5, high + 10, 10)
+    bins = np.arange(np.floor(low) - 0.5, high + 10, 10)  # ten whole sums in each
     looks = ((basic.SKY, ""), (basic.ORANGE, "//"))
     said = []
     for (name, values), (colour, hatch) in zip(draws.items(), looks):
         weights = np.full(len(values), 100 / len(values))
-        ax.hist(values, bins, weights=weights, color=colour, hatch=hatch, label=name)
+        ax.hist(values, bins.tolist(), weights=weights, color=colour, hatch=hatch, label=name)
         less = float(np.mean(values <= printed))
         said.append(
             f"{name}: mean {values.mean():.0f}, standard deviation {values.std():.0f},"
@@ -176,11 +175,10 @@ def r_and_shift(r: ArrayLike, shift: ArrayLike, error: ArrayLike) -> None:
     kinds = ((~wrong, "o", basic.BLUE, "right"), (wrong, "X", basic.RED, "wrong"))
     for which, mark, colour, label in kinds:
         axes[1].plot(r[which], error[which], mark, color=colour, label=label, **look)
-    names = ("length of the shift (px)", "error of the match (px)")
-    for ax, name in zip(axes, names):
-        ax.set(xlabel="r", ylabel=name, ylim=(-0.2, None))
-    axes[0].set_title("As in figure 3.1")
-    axes[1].set_title("With the truth")
+    axes[0].set(title="As in figure 3.1", ylabel="length of the shift (px)")
+    axes[1].set(title="With the truth", ylabel="error of the match (px)")
+    for ax in axes:
+        ax.set(xlabel="r", ylim=(-0.2, None))
     handles = axes[1].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2)
     basic.show(
