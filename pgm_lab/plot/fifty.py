@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
-from pgm_lab.plot._ground import AROUND, around
+from pgm_lab.plot._around import AROUND, around
 from pgm_lab.plot._overlay import composite, grey_levels
 from pgm_lab.plot.matching import outline
 from pgm_lab.registration import accuracy
@@ -95,7 +95,14 @@ def sums(drawn: Mapping[str, ArrayLike], printed: float) -> None:
     said = []
     for (name, values), (colour, hatch) in zip(draws.items(), looks):
         weights = np.full(len(values), 100 / len(values))
-        ax.hist(values, bins.tolist(), weights=weights, color=colour, hatch=hatch, label=name)
+        ax.hist(
+            values,
+            bins.tolist(),
+            weights=weights,
+            color=colour,
+            hatch=hatch,
+            label=name,
+        )
         less = float(np.mean(values <= printed))
         said.append(
             f"{name}: mean {values.mean():.0f}, standard deviation {values.std():.0f},"
