@@ -9,12 +9,18 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
+from pgm_lab.plot._around import AROUND, around
 from pgm_lab.plot._overlay import composite, grey_levels
 from pgm_lab.plot.matching import outline
 from pgm_lab.registration import accuracy
 
 SQUARE = 21  # px, the chip of the paper
-AROUND = 51  # px of ground that is drawn with it
+
+_TURNS = np.resize([(1, 1), (-1, -1), (1, -1), (-1, 1)], (50, 2))
+_ALIKE = np.array([(2, 1)] * 38 + [(2, 2)] * 12)
+_FEW = np.array([(3, 3)] * 15 + [(2, 2)] * 2 + [(0, 0)] * 33)
+# Three sets of fifty whole shifts (dx, dy) with one sum of squares, 286
+SUSPECTS = {"A": _ALIKE, "B": _TURNS * _ALIKE, "C": _TURNS * _FEW}
 
 
 def on_the_grid(sets: Mapping[str, ArrayLike], radius: int = 3) -> None:
@@ -29,66 +35,89 @@ def on_the_grid(sets: Mapping[str, ArrayLike], radius: int = 3) -> None:
     """
     radius = _validate.whole(radius, "radius", 1, 50)
     found = _sets(sets)
-    size = (4.1 * max(2, len(found)), 5.2)
-    fig, axes = plt.subplots(1, len(found), figsize=size, squeeze=False)
+    across = (4.1 * max(1.6, len(found)), 5.6)
+    fig, axes = plt.subplots(1, len(found), figsize=across, squeeze=False)
     said = []
     for ax, (name, shifts) in zip(axes[0], found.items()):
         places, counts = np.unique(shifts, axis=0, return_counts=True)
-        share = counts / counts.max()
-        ax.scatter(*places.T, s=520 * share + 40, color=basic.SKY, edgecolor=basic.BLUE)
-        if len(places) <= 12:
-            for place, count in zip(places, counts):
-                where = {"xytext": (8, 8), "textcoords": "offset points"}
-                ax.annotate(str(count), place, fontsize=15, **where)
-        outline(ax, (0, 0), 2 * radius + 0.9, basic.GREY, linestyle="--")
+        size = 620 * counts / counts.max() + 330
+        ax.scatter(*places.T, s=size, color=basic.SKY, edgecolor=basic.BLUE)
+        for place, count in zip(places, counts):
+            ax.annotate(str(count), place, fontsize=14, ha="center", va="center")
+        outline(ax, (0, 0), 2 * radius + 1.3, basic.GREY, linestyle="--")
         mean = shifts.mean(axis=0)
-        ax.plot(*mean, "X", color=basic.RED, markersize=13, markeredgecolor="white")
+        ring: basic.Look = {"markersize": 38, "markerfacecolor": "none"}
+        ax.plot(*mean, "o", markeredgecolor=basic.RED, markeredgewidth=3, **ring)
         rmse = accuracy(*shifts.T).rmse_t
-        reach = max(radius, np.abs(shifts).max()) + 0.75
+        reach = max(radius, np.abs(shifts).max()) + 0.85
         ax.set(xlim=(-reach, reach), ylim=(reach, -reach), aspect="equal")
-        ax.set(xlabel="dx (px)", title=f"{name}\nRMSE$_T$ {rmse:.4f} px")
+        ax.set_xlabel("dx (px)")
+        at = ", ".join(f"{m:.2f}".replace("-", "−") for m in mean + 0.0)
+        ax.set_title(f"{name}: RMSE$_T$ {rmse:.2f} px\nmean ({at}) px")
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_major_locator(MultipleLocator(max(1, round(reach / 4))))
         far = float(np.hypot(*mean))
-        said.append(f"{name}: RMSE_T {rmse:.4f} px, mean shift {far:.2f} px long")
+        said.append(f"{name}: RMSE_T {rmse:.2f} px, mean shift {far:.2f} px long")
     axes[0, 0].set_ylabel("dy (px)")
     basic.show(
         fig,
-        f"Shifts as discs on the grid of whole pixels, the larger the more chips, with"
-        f" the mean as a cross and the search as a dashed square. {'; '.join(said)}.",
+        f"Shifts as discs on the grid of whole pixels, with the number of chips in"
+        " them, the mean as a ring and the search as a dashed square."
+        f" {'; '.join(said)}.",
         dpi=100,
         colours=64,
     )
 
 
-def sums(drawn: ArrayLike, printed: float) -> None:
+def sums(drawn: Mapping[str, ArrayLike], printed: float) -> None:
     """Show sums of squares that were drawn at random, and the one that is printed.
 
     Parameters
     ----------
-    drawn : array_like (n,)
-        Sums of the squared shifts of a set of chips, in square pixels.
+    drawn : mapping of str to array_like (n,)
+        Whole sums of the squared shifts of a set of chips, in square pixels, by the
+        name of the draw; one or two.
     printed : float
         The published one.
     """
-    drawn = _validate.finite(drawn, "drawn")
-    if drawn.ndim != 1 or not len(drawn):
-        raise ValueError(f"drawn must be a list of sums; got shape {drawn.shape}")
+    draws = {
+        name: _validate.of_shape(values, (None,), f"drawn, {name}")
+        for name, values in _validate.mapping(drawn, "drawn").items()
+    }
+    if not 1 <= len(draws) <= 2 or not all(len(values) for values in draws.values()):
+        raise ValueError("drawn must hold one or two lists of sums, none of them empty")
     printed = _validate.number(printed, "printed")
-    fig, ax = plt.subplots(figsize=(10, 4.4))
-    ax.hist(drawn, bins=60, color=basic.SKY, edgecolor="white", linewidth=0.5)
+    fig, ax = plt.subplots(figsize=(10, 4.8))
+    low = min(values.min() for values in draws.values())
+    high = max(values.max() for values in draws.values())
+    bins = np.arange(np.floor(low) - 0.5, high + 10, 10)  # ten whole sums in each
+    looks = ((basic.SKY, ""), (basic.ORANGE, "//"))
+    said = []
+    for (name, values), (colour, hatch) in zip(draws.items(), looks):
+        weights = np.full(len(values), 100 / len(values))
+        ax.hist(
+            values,
+            bins.tolist(),
+            weights=weights,
+            color=colour,
+            hatch=hatch,
+            label=name,
+        )
+        less = float(np.mean(values <= printed))
+        said.append(
+            f"{name}: mean {values.mean():.0f}, standard deviation {values.std():.0f},"
+            f" a share of {less:.5f} is not larger"
+        )
     ax.axvline(printed, color=basic.RED, linewidth=3.5)
-    top = ax.get_ylim()[1]
+    ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
     look: basic.Look = {"va": "top", "fontsize": 17, "color": basic.RED}
-    ax.text(printed, 0.97 * top, f" the paper: {printed:.0f}", **look)
-    ax.set(xlabel="sum of the squared shifts (px²)", yticks=[])
-    ax.set(ylabel="how often")
-    less = float(np.mean(drawn <= printed))
+    ax.text(printed, 0.97 * ax.get_ylim()[1], f" the paper: {printed:.0f}", **look)
+    ax.set(xlabel="sum of the squared shifts (px²)", ylabel="sets of fifty (%)")
+    ax.legend(loc="upper right")
     basic.show(
         fig,
-        f"A histogram of sums drawn at random: mean {drawn.mean():.0f}, standard"
-        f" deviation {drawn.std():.0f}. The printed sum {printed:.0f} is marked; a"
-        f" share of {less:.5f} is not larger.",
+        f"Histograms of sums drawn at random; the printed sum {printed:.0f} is marked."
+        f" {'; '.join(said)}.",
         dpi=100,
         colours=64,
     )
@@ -106,16 +135,7 @@ def beyond(true: ArrayLike, reported: ArrayLike, reached: ArrayLike) -> None:
     reached : array_like (n,)
         Share of the chips, from 0 to 1, whose r reaches the lowest of the paper.
     """
-    true, reported, reached = (
-        _validate.of_shape(values, (None,), name)
-        for values, name in (
-            (true, "true"),
-            (reported, "reported"),
-            (reached, "reached"),
-        )
-    )
-    if not len(true) == len(reported) == len(reached) or not len(true):
-        raise ValueError("true, reported and reached must be lists of one length")
+    true, reported, reached = _lists(true=true, reported=reported, reached=reached)
     fig, (ax, beside) = plt.subplots(1, 2, figsize=(11, 4.6))
     ax.plot(true, true, "--", color=basic.GREY, label="truth")
     ax.plot(true, reported, "o-", color=basic.BLUE, label="reported")
@@ -125,7 +145,7 @@ def beyond(true: ArrayLike, reported: ArrayLike, reached: ArrayLike) -> None:
     ax.legend(loc="upper left")
     beside.plot(true, reached, "s-", color=basic.RED)
     beside.axvspan(3.5, max(true.max(), 3.6), **zone)
-    beside.set(xlabel="true shift (px)", ylim=(-0.04, 1.08))
+    beside.set(xlabel="true shift (px)", ylim=(-0.04, 1.08), ylabel="share of chips")
     beside.set_title("Chips with r ≥ 0.585")
     beside.yaxis.set_major_formatter(PercentFormatter(1))
     said = (
@@ -153,24 +173,19 @@ def r_and_shift(r: ArrayLike, shift: ArrayLike, error: ArrayLike) -> None:
     error : array_like (n,)
         Distances from the true shift in pixels.
     """
-    r, shift, error = (
-        _validate.of_shape(values, (None,), name)
-        for values, name in ((r, "r"), (shift, "shift"), (error, "error"))
-    )
-    if not len(r) == len(shift) == len(error) or not len(r):
-        raise ValueError("r, shift and error must be lists of one length")
+    r, shift, error = _lists(r=r, shift=shift, error=error)
     wrong = error >= 1
     fig, axes = plt.subplots(1, 2, figsize=(11, 4.8), sharex=True)
-    names = ("length of the shift (px)", "error of the match (px)")
-    for ax, values, name in zip(axes, (shift, error), names):
-        look = {"linestyle": "none", "markersize": 8}
-        kinds = ((~wrong, "o", basic.BLUE, "right"), (wrong, "X", basic.RED, "wrong"))
-        for which, mark, colour, label in kinds:
-            look |= {"marker": mark, "color": colour, "alpha": 0.6}
-            ax.plot(r[which], values[which], label=label, **look)
-        ax.set(xlabel="r", ylabel=name, ylim=(-0.2, None))
-    axes[0].set_title("As in figure 3.1")
-    axes[1].set_title("With the truth")
+    look: basic.Look = {"linestyle": "none", "markersize": 8, "alpha": 0.45}
+    # The paper does not know which are wrong, so the left picture does not show it
+    axes[0].plot(r, shift, "o", color=basic.GREY, **look)
+    kinds = ((~wrong, "o", basic.BLUE, "right"), (wrong, "X", basic.RED, "wrong"))
+    for which, mark, colour, label in kinds:
+        axes[1].plot(r[which], error[which], mark, color=colour, label=label, **look)
+    axes[0].set(title="As in figure 3.1", ylabel="length of the shift (px)")
+    axes[1].set(title="With the truth", ylabel="error of the match (px)")
+    for ax in axes:
+        ax.set(xlabel="r", ylim=(-0.2, None))
     handles = axes[1].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2)
     basic.show(
@@ -197,7 +212,7 @@ def both_ways(there: ArrayLike, back: ArrayLike, sd: float) -> None:
     found = _sets({"there": there, "back": back})
     sd = _validate.positive_number(sd, "sd", "px")
     fig, ax = plt.subplots(figsize=(8, 6.4))
-    marks = (("o", basic.BLUE, "row 077 to 078"), ("^", basic.RED, "exchanged"))
+    marks = (("o", basic.BLUE, "first to second"), ("^", basic.RED, "exchanged"))
     means = []
     for shifts, (mark, colour, label) in zip(found.values(), marks):
         ax.plot(*shifts.T, mark, color=colour, alpha=0.4, markersize=8, label=label)
@@ -243,10 +258,10 @@ def chips(
     fig, axes = plt.subplots(
         *(len(points), 3), figsize=(10.5, 3.75 * len(points)), squeeze=False
     )
-    for row, at, shift, letter in zip(axes, points, shifts, "ABCD"):
+    for row, at, shift, letter in zip(axes, points, shifts, "PQRS"):
         here, there = (
-            _around(one, at, "reference"),
-            _around(other, at + shift, "sensed"),
+            around(one, at, "reference"),
+            around(other, at + shift, "sensed"),
         )
         row[0].imshow(grey_levels(here, "reference"), vmin=0, vmax=1)
         row[1].imshow(grey_levels(there, "sensed"), vmin=0, vmax=1)
@@ -263,8 +278,7 @@ def chips(
         f"{len(points)} chips of 21 by 21 pixels in an orange frame, with 15 pixels of"
         " ground around them: in the reference image, in the sensed image at the place"
         " that was found, and both in green and magenta, where what is alike is grey.",
-        dpi=90,
-        colours=160,
+        dpi=90,  # all colours: a palette would tint the grey
     )
 
 
@@ -279,17 +293,13 @@ def _sets(sets: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     return found
 
 
-def _around(image: np.ndarray, at: np.ndarray, name: str) -> np.ndarray:
-    """The ground around a place, or what is wrong with it."""
-    x, y = np.floor(np.clip(at, -AROUND, max(image.shape) + AROUND) + 0.5).astype(int)
-    half = AROUND // 2
-    left, top = x - half, y - half
-    if min(left, top) < 0 or x + half >= image.shape[1] or y + half >= image.shape[0]:
-        raise ValueError(
-            f"points: what lies around ({x}, {y}) leaves the {name} image of"
-            f" {image.shape[1]} columns and {image.shape[0]} rows"
-        )
-    return image[top : top + AROUND, left : left + AROUND]
+def _lists(**lists: ArrayLike) -> list[np.ndarray]:
+    """Lists of one length, by the names of the arguments."""
+    found = [_validate.of_shape(one, (None,), name) for name, one in lists.items()]
+    if len({len(one) for one in found}) != 1 or not len(found[0]):
+        *names, last = lists
+        raise ValueError(f"{', '.join(names)} and {last} must be lists of one length")
+    return found
 
 
 def _median(values: np.ndarray) -> str:

@@ -17,7 +17,7 @@ def figures(monkeypatch):
     return shown
 
 
-def test_a_disc_lies_at_its_shift_and_the_cross_at_the_mean(figures):
+def test_a_disc_lies_at_its_shift_and_the_ring_at_the_mean(figures):
     plot.fifty.on_the_grid({"one": [(2, 1)] * 3 + [(2, -3)], "other": [(0, 0)]})
     fig, alt = figures[0]
     discs = fig.axes[0].collections[0]
@@ -26,14 +26,32 @@ def test_a_disc_lies_at_its_shift_and_the_cross_at_the_mean(figures):
     (mean,) = fig.axes[0].lines
     assert mean.get_xydata().tolist() == [[2, 0]]
     assert fig.axes[0].yaxis_inverted()  # rows count downwards
-    assert "one: RMSE_T 2.6458 px, mean shift 2.00 px long" in alt
+    assert [text.get_text() for text in fig.axes[0].texts] == ["1", "3"]
+    assert "mean (2.00, 0.00) px" in fig.axes[0].get_title()
+    assert "one: RMSE_T 2.65 px, mean shift 2.00 px long" in alt
+
+
+def test_the_suspects_print_one_rmse_and_differ_in_what_they_hide():
+    for shifts in plot.fifty.SUSPECTS.values():
+        assert shifts.shape == (50, 2) and (shifts**2).sum() == 286
+        assert np.abs(shifts).max() <= 3
+    means = [np.hypot(*s.mean(axis=0)) for s in plot.fifty.SUSPECTS.values()]
+    assert means == pytest.approx([2.353, 0, 0.063], abs=0.001)
 
 
 def test_a_sum_is_marked_where_it_lies(figures):
-    plot.fifty.sums([380, 400, 420, 440], 390)
+    plot.fifty.sums({"one": [380, 400, 420, 440], "other": [600, 610]}, 390)
     fig, alt = figures[0]
     assert fig.axes[0].lines[0].get_xdata()[0] == 390
-    assert "mean 410" in alt and "0.25000" in alt
+    assert "one: mean 410" in alt and "0.25000" in alt and "other: mean 605" in alt
+    for bars in fig.axes[0].containers:
+        assert sum(bar.get_height() for bar in bars) == pytest.approx(100)  # %
+
+
+@pytest.mark.parametrize("drawn", [{}, {"one": []}, dict.fromkeys("abc", [1])])
+def test_no_draws_or_too_many_are_refused(drawn):
+    with pytest.raises(ValueError, match="drawn must"):
+        plot.fifty.sums(drawn, 286)
 
 
 def test_a_reported_shift_stands_over_the_true_one(figures):
@@ -47,8 +65,9 @@ def test_a_reported_shift_stands_over_the_true_one(figures):
 def test_a_match_counts_as_wrong_from_one_pixel_on(figures):
     plot.fifty.r_and_shift([0.9, 0.8, 0.4], [2, 2, 3], [0.0, 0.99, 1.0])
     fig, alt = figures[0]
-    for ax, column in zip(fig.axes, ([2, 2], [0.0, 0.99])):
-        assert ax.lines[0].get_ydata().tolist() == column
+    (untold,) = fig.axes[0].lines  # as in the paper, which does not know the truth
+    assert untold.get_ydata().tolist() == [2, 2, 3]
+    assert fig.axes[1].lines[0].get_ydata().tolist() == [0.0, 0.99]
     assert "1 of 3" in alt and "r is 0.40, of the right ones 0.85" in alt
 
 
