@@ -133,6 +133,7 @@ MEANT = {
     ("ncc.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "search"): {"two numbers"},  # rows and columns
+    ("image.cut", "image"): LACKING,  # outside the window
     ("lsm.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("lsm.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("matching.quality", "left"): LACKING | {"all NaN", "all inf", "all -inf"},

@@ -25,7 +25,7 @@ def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
     Raises
     ------
     ValueError
-        If the size is even or the window leaves the image.
+        If the size is even, the window leaves the image, or a grey value in it is NaN.
 
     Examples
     --------
@@ -34,12 +34,11 @@ def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
            [ 6,  7,  8],
            [11, 12, 13]])
     """
-    _validate.image(image)
+    image = _validate.grey_image(image)
     size = _validate.window(size, "size", 1)
     centre = _validate.one_point(centre, 2, "centre")
     far = max(np.shape(image)) + size  # outside as any place beyond
     column, row = np.floor(np.clip(centre, -far, far) + 0.5).astype(int)
-    image = np.asarray(image)
     top, left = row - size // 2, column - size // 2
     window = image[max(top, 0) : top + size, max(left, 0) : left + size]
     if window.shape != (size, size):
@@ -47,4 +46,5 @@ def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
             f"a window of {size} x {size} around (column, row) ({column}, {row}) leaves"
             f" the image of {image.shape} (rows, columns); take a smaller one"
         )
-    return window
+    _validate.finite(window, "image, in the window,")  # the rest of it may be large
+    return np.asarray(window)

@@ -207,3 +207,14 @@ def test_whole_target_in_strong_noise_is_not_called_cut():
 def test_bad_input_says_what_was_expected(arguments, message):
     with pytest.raises(ValueError, match=message):
         image.centroid(**arguments)
+
+
+@pytest.mark.parametrize("lacking", [np.nan, np.inf, np.ma.masked])
+def test_a_window_with_no_data_in_it_is_refused_and_another_is_cut(lacking):
+    grey = np.ma.array(np.arange(200.0).reshape(10, 20), mask=np.zeros((10, 20), bool))
+    grey[2, 3] = lacking
+    np.testing.assert_array_equal(
+        image.cut(grey, (12, 5), 3), np.ma.getdata(grey)[4:7, 11:14]
+    )
+    with pytest.raises(ValueError, match="image, in the window"):
+        image.cut(grey, (4, 3), 3)
