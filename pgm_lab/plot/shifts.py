@@ -188,8 +188,8 @@ def trial(
         steps = [[np.mean(score[k] >= t) for t in order] for k in (wrong, ~wrong)]
         curve = 100 * np.hstack([np.zeros((2, 1)), steps])
         ax.plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
-    share = [100 * np.mean(r[k] >= limit) for k in (wrong, ~wrong)]
-    kept = [100 * np.mean(kept_by_all[k] > 0) for k in (wrong, ~wrong)]
+    share = [100 * float(np.mean(r[k] >= limit)) for k in (wrong, ~wrong)]
+    kept = [100 * float(np.mean(kept_by_all[k] > 0)) for k in (wrong, ~wrong)]
     for at, mark, colour, name, text_at in (
         (share, "o", basic.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
         (kept, "*", basic.BLACK, "all tests of register", (2.0, 101)),
@@ -198,10 +198,10 @@ def trial(
         text = f"{name}: {at[1]:.0f} % of the right, {at[0]:.1f} % of the wrong"
         thread: Look = {"arrowstyle": "-", "color": colour}
         ax.annotate(
-            text, tuple(at), text_at, color=colour, fontsize=15, arrowprops=thread
+            text, (at[0], at[1]), text_at, color=colour, fontsize=15, arrowprops=thread
         )
     ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
-    ax.set(xlim=(0, 25), ylim=(min(50, *share[1:], *kept[1:]) - 8, 106))
+    ax.set(xlim=(0, 25), ylim=(min(50, share[1], kept[1]) - 8, 106))
     ax.legend(loc="lower right")
     basic.show(
         fig,
