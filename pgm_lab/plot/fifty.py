@@ -94,15 +94,9 @@ def sums(drawn: Mapping[str, ArrayLike], printed: float) -> None:
     looks = ((basic.SKY, ""), (basic.ORANGE, "//"))
     said = []
     for (name, values), (colour, hatch) in zip(draws.items(), looks):
+        look: basic.Look = {"color": colour, "hatch": hatch, "label": name}
         weights = np.full(len(values), 100 / len(values))
-        ax.hist(
-            values,
-            bins.tolist(),
-            weights=weights,
-            color=colour,
-            hatch=hatch,
-            label=name,
-        )
+        ax.hist(values, bins.tolist(), weights=weights, **look)
         less = float(np.mean(values <= printed))
         said.append(
             f"{name}: mean {values.mean():.0f}, standard deviation {values.std():.0f},"
@@ -110,8 +104,8 @@ def sums(drawn: Mapping[str, ArrayLike], printed: float) -> None:
         )
     ax.axvline(printed, color=basic.RED, linewidth=3.5)
     ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
-    look: basic.Look = {"va": "top", "fontsize": 17, "color": basic.RED}
-    ax.text(printed, 0.97 * ax.get_ylim()[1], f" the paper: {printed:.0f}", **look)
+    top: basic.Look = {"va": "top", "fontsize": 17, "color": basic.RED}
+    ax.text(printed, 0.97 * ax.get_ylim()[1], f" the paper: {printed:.0f}", **top)
     ax.set(xlabel="sum of the squared shifts (px²)", ylabel="sets of fifty (%)")
     ax.legend(loc="upper right")
     basic.show(
