@@ -34,7 +34,7 @@ def interact(draw: Callable[..., object], **sliders: ValueWidget) -> None:
     >>> from ipywidgets import IntSlider
     >>> interact(lambda size: print(size, "px"), size=IntSlider(21, 3, 61))
     IntSlider(value=21, max=61, min=3)
-    {'text/plain': '21 px'}
+    ...21 px...
     """
     if not callable(draw):
         raise ValueError(f"draw must be a function of the sliders, not {draw!r}")
