@@ -114,6 +114,9 @@ def register(
     there is noise, and within a fifth with the alias; that of "parabola" is half as
     large as the errors with the alias.
 
+    Where the texture is very weak and the noise large, chips were seen that are off by
+    more than their predicted standard deviation tells; a larger chip helps.
+
     Not accounted for: what all chips agree on. Shadows that moved, or an error of each
     image of its own, give shifts that are precise, and not those of the ground; and
     whether the reference image is right no comparison tells.
