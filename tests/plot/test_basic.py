@@ -32,6 +32,22 @@ def test_figure_carries_its_alt_text_and_is_closed(published):
     assert not plt.fignum_exists(fig.number)
 
 
+def test_with_a_figure_goes_the_size_of_its_smallest_writing(published):
+    fig, ax = plt.subplots()
+    ax.imshow(np.eye(4))
+    ax.scatter([0, 1], [1, 0])
+    ax.tick_params(labelsize=11)
+    ax.set_title("large", fontsize=20)
+    ax.text(1, 1, "$x^2$", fontsize=9.5)  # the raised 2 counts as the formula does
+    ax.text(1, 1, "not drawn", fontsize=3, visible=False)
+    ax.text(1, 1, "", fontsize=2)
+    hidden = fig.add_axes((0.7, 0.7, 0.2, 0.2))
+    hidden.tick_params(labelsize=4)
+    hidden.set_axis_off()
+    plot.show(fig, "Sizes.")
+    assert published[0][1]["image/png"]["label"] == 9.5
+
+
 def test_few_colours_make_a_photo_smaller_and_keep_its_rare_colours(published):
     photo = np.random.default_rng(1).integers(0, 256, (60, 60))
     for colours in (None, 64):
