@@ -82,7 +82,7 @@ def test_oldest(*arguments: str) -> int:
 
 
 def test_publish(*arguments: str) -> int:
-    """Test slides and handouts in a real browser, with its network cut."""
+    """Test slides, handouts and site in a real browser, with its network cut."""
     python = ensure(".venv", "main", "publish")
     command = [python, "-m", "pytest", "tests/publish", *in_parallel()]
     return run([*command, *arguments], settings(python))
@@ -101,7 +101,7 @@ def notebooks(*names: str) -> int:
 
 
 def slides(*names: str) -> int:
-    """Make the slides, one self-contained HTML file a chapter, in build/slides."""
+    """Make the slides for lecturers and for students, one HTML file each."""
     return run([ensure(".venv", "main", "publish"), "-m", "publish", "slides", *names])
 
 
@@ -109,6 +109,11 @@ def handouts(*names: str) -> int:
     """Make the handouts, one PDF a chapter, in build/handouts."""
     python = ensure(".venv", "main", "publish")
     return run([python, "-m", "publish", "handouts", *names])
+
+
+def site() -> int:
+    """Make the website, in build/site; it needs no server and no network."""
+    return run([ensure(".venv", "main", "publish"), "-m", "publish", "site"])
 
 
 def student(*names: str) -> int:
@@ -155,6 +160,7 @@ TASKS = {
     "notebooks": notebooks,
     "slides": slides,
     "handouts": handouts,
+    "site": site,
     "student": student,
     "requirements": requirements,
     "benchmark": benchmark,
