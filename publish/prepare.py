@@ -1,27 +1,53 @@
 """What of a notebook goes into the slides and into the handouts."""
 
 import re
+from typing import Literal
 
 from nbformat import NotebookNode
 
+from publish import questions
 from publish.student import PLACEHOLDER, blank_solutions, slide_type, tags
 
 # "## What is a pixel? · 8 min": what a section takes a reader who works alone
 MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
+HEADING = re.compile(r"#+ .*\n*")  # the first line of a text
+
+Audience = Literal["lecturer", "student"]
 
 
-def for_slides(notebook: NotebookNode) -> NotebookNode:
-    """Return the notebook without what is only for reading or for working alone."""
+def for_slides(notebook: NotebookNode, audience: Audience) -> NotebookNode:
+    """Return the notebook without what is only for reading or for working alone.
+
+    The lecturer's slides have notes and the answers to the quick questions; in the
+    students' there is neither, also out of sight.
+    """
+    lecturer = audience == "lecturer"
     result = _unsolved(notebook)
-    result.cells = [
-        cell
-        for cell in result.cells
-        if slide_type(cell) != "skip" and not {"check", "write"} & set(tags(cell))
-    ]
+    cells = []
     for cell in result.cells:
         # A lecture has its own minutes; those of the heading are a reader's.
         cell.source = MINUTES.sub(r"\1", cell.source)
+        kind = slide_type(cell)
+        read_alone = kind == "skip" or {"check", "write"} & set(tags(cell))
+        if asked := questions.slides(cell, key=lecturer):
+            cells += asked
+        elif not read_alone and (lecturer or kind != "notes"):
+            cells += titled(cell)
+    result.cells = cells
     return result
+
+
+def titled(cell: NotebookNode) -> list[NotebookNode]:
+    """Return the cell with the heading that it has on slides alone, if it has one."""
+    heading = cell.metadata.get("slideshow", {}).get("title")
+    if not heading:
+        return [cell]
+    if cell.cell_type == "markdown":
+        cell.source = f"### {heading}\n\n{HEADING.sub('', cell.source.lstrip())}"
+        return [cell]
+    kind = cell.metadata.pop("slideshow")["slide_type"]
+    above = questions.made(cell, f"### {heading}", kind)
+    return [above, cell]
 
 
 def for_handouts(notebook: NotebookNode) -> NotebookNode:
