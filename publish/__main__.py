@@ -46,12 +46,15 @@ def choose(folder: Path, names: list[str]) -> list[Path]:
 
 
 def slides(notebooks: list[Path], build: Path):
-    """Write ``build/slides/*.html``; yield each path as it is done."""
+    """Write ``build/slides/lecturer`` and ``student``; yield each path when done."""
+    from publish import wording
     from publish.page import slides_page
 
     for notebook in notebooks:
-        page = slides_page(notebook).encode("utf-8")
-        yield _write(build / "slides" / f"{notebook.stem}.html", page)
+        for audience in ("lecturer", "student"):
+            page = slides_page(notebook, audience).encode("utf-8")
+            yield _write(build / "slides" / audience / f"{notebook.stem}.html", page)
+    wording.check(notebooks)
 
 
 def handouts(notebooks: list[Path], build: Path):

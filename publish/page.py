@@ -2,6 +2,7 @@
 
 import copy
 import re
+from functools import partial
 from pathlib import Path
 
 import nbformat
@@ -10,7 +11,7 @@ from nbconvert import HTMLExporter, SlidesExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
 
-from publish import assets, prepare
+from publish import assets, deck, prepare
 from publish.errors import PublishError
 from publish.selfcontained import embed_images, problems
 from publish.student import name
@@ -18,12 +19,25 @@ from publish.student import name
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def slides_page(path: Path) -> str:
-    """Return the slides of a notebook as one self-contained HTML page."""
+def slides_page(path: Path, audience: prepare.Audience = "lecturer") -> str:
+    """Return the slides of a notebook as one self-contained HTML page.
+
+    Parameters
+    ----------
+    path : Path
+        An executed notebook.
+    audience : "lecturer" or "student"
+        Notes, their window and the answers to the quick questions are the lecturer's.
+    """
     exporter = SlidesExporter(
         template_name="pgm_slides", extra_template_basedirs=[str(TEMPLATES)]
     )
-    return _page(exporter, path, prepare.for_slides, assets.slides_assets())
+    files = assets.slides_assets()
+    if audience == "student":
+        del files["notes_js"]
+    stem = Path(path).stem
+    prepared = partial(prepare.for_slides, audience=audience, stem=stem)
+    return _page(exporter, path, prepared, files)
 
 
 def handout_page(path: Path) -> str:
@@ -88,10 +102,10 @@ def _refuse_problems(
     path: Path, notebook: NotebookNode, page: str, scripts: list[str]
 ) -> None:
     cells = {cell.get("id"): cell for cell in notebook.cells}
-    lines = [
-        (f"{name(cells[cell])}: " if cell in cells else "") + text
-        for cell, text in problems(page, scripts)
-    ]
+    lines = []
+    for cell, text in problems(page, scripts):
+        origin = cells.get(deck.origin(cell or ""))
+        lines.append((f"{name(origin)}: " if origin else "") + text)
     if lines:
         raise PublishError(
             "\n  ".join([f"{path.name} cannot be published:", *lines])

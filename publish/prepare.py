@@ -1,27 +1,75 @@
 """What of a notebook goes into the slides and into the handouts."""
 
 import re
+from typing import Literal
 
 from nbformat import NotebookNode
 
+from publish import deck, pace, questions, verdicts
 from publish.student import PLACEHOLDER, blank_solutions, slide_type, tags
 
 # "## What is a pixel? · 8 min": what a section takes a reader who works alone
 MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
+HEADING = re.compile(r"#+ .*\n*")  # the first line of a text
+
+Audience = Literal["lecturer", "student"]
 
 
-def for_slides(notebook: NotebookNode) -> NotebookNode:
-    """Return the notebook without what is only for reading or for working alone."""
+def for_slides(
+    notebook: NotebookNode, audience: Audience, stem: str = ""
+) -> NotebookNode:
+    """Return the notebook as slides: without what is for reading or working alone.
+
+    The lecturer's slides have notes and the answers to the quick questions; in the
+    students' there is neither, also out of sight. Both have the same pace and break.
+
+    Parameters
+    ----------
+    notebook : NotebookNode
+        The executed notebook; it is not changed.
+    audience : "lecturer" or "student"
+        Whose slides.
+    stem : str
+        Name of the file, by which a lesson finds its case.
+    """
     result = _unsolved(notebook)
+    cells = []
+    for cell in result.cells:
+        asked = questions.slides(cell, key=audience == "lecturer")
+        read_alone = {"check", "write"} & set(tags(cell)) or slide_type(cell) == "skip"
+        cells += asked or ([] if read_alone else [cell])
+    parts = pace.sections(notebook, cells)
+    pace.keep_time(parts)
+    pace.add_break(parts, notebook, stem)
     result.cells = [
         cell
-        for cell in result.cells
-        if slide_type(cell) != "skip" and not {"check", "write"} & set(tags(cell))
+        for part in parts
+        for slide in part.slides
+        for cell in _finished(slide)
+        if audience == "lecturer" or slide_type(cell) != "notes"
     ]
-    for cell in result.cells:
-        # A lecture has its own minutes; those of the heading are a reader's.
-        cell.source = MINUTES.sub(r"\1", cell.source)
     return result
+
+
+def _finished(slide: list[NotebookNode]) -> list[NotebookNode]:
+    """Return a slide with its title, without a reader's minutes, verdicts on cards."""
+    for cell in slide:
+        cell.source = MINUTES.sub(r"\1", cell.source)
+    return verdicts.as_cards(titled(slide[0]) + slide[1:])
+
+
+def titled(cell: NotebookNode) -> list[NotebookNode]:
+    """Return a slide's first cell with the heading that it has on slides alone."""
+    slideshow = cell.metadata.get("slideshow", {})
+    if "title" not in slideshow:
+        return [cell]
+    heading = f"### {slideshow['title']}"
+    if cell.cell_type == "markdown":
+        cell.source = f"{heading}\n\n{HEADING.sub('', cell.source.lstrip(), count=1)}"
+        return [cell]
+    above = deck.made(cell, heading, slide_type(cell))
+    above.metadata.slideshow = cell.metadata.pop("slideshow")
+    return [above, cell]
 
 
 def for_handouts(notebook: NotebookNode) -> NotebookNode:

@@ -55,8 +55,19 @@ def notebook(chapter):
 
 
 @pytest.fixture(scope="session")
-def slides_file(chapter, tmp_path_factory) -> Path:
+def decks(chapter, tmp_path_factory) -> list[Path]:
+    """The lecturer's slides and the students', by the command."""
     return published("slides", chapter, tmp_path_factory.mktemp("build"))
+
+
+@pytest.fixture(scope="session")
+def slides_file(decks) -> Path:
+    return decks[0]
+
+
+@pytest.fixture(scope="session")
+def student_file(decks) -> Path:
+    return decks[1]
 
 
 @pytest.fixture(scope="session")
@@ -74,4 +85,5 @@ def slides(browser, slides_file):
 @pytest.fixture(scope="session")
 def handout_file(chapter, tmp_path_factory):
     """The PDF, printed by a browser of its own as the command does it."""
-    return published("handouts", chapter, tmp_path_factory.mktemp("build"))
+    (written,) = published("handouts", chapter, tmp_path_factory.mktemp("build"))
+    return written

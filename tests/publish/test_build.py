@@ -68,7 +68,9 @@ def test_text_that_cannot_be_published_is_refused(source, complaint, publish, ca
 
 def test_a_solution_is_not_given_away_by_its_output(publish, tmp_path):
     assert publish("slides") == 0
-    page = (tmp_path / "build/slides/01_example.html").read_text(encoding="utf-8")
+    page = (tmp_path / "build/slides/lecturer/01_example.html").read_text(
+        encoding="utf-8"
+    )
     assert "your code here" in page
     assert "secret" not in page
     assert "[2143.5 1423.5]" not in page
@@ -80,7 +82,9 @@ def test_a_picture_beside_the_notebook_is_put_into_the_file(publish, tmp_path):
         '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
     )
     assert publish("slides", text("![A map](<a map.svg>)")) == 0
-    page = (tmp_path / "build/slides/01_example.html").read_text(encoding="utf-8")
+    page = (tmp_path / "build/slides/lecturer/01_example.html").read_text(
+        encoding="utf-8"
+    )
     assert 'alt="A map" src="data:image/svg+xml;base64,' in page
 
 

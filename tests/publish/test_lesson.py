@@ -22,7 +22,7 @@ def slides(browser, lesson, tmp_path_factory):
     """The slides, at the one with the prediction."""
     context = offline_context(browser, viewport={"width": 1280, "height": 720})
     page = context.new_page()
-    path = published("slides", lesson, tmp_path_factory.mktemp("build"))
+    path, _ = published("slides", lesson, tmp_path_factory.mktemp("build"))
     page.goto(path.as_uri())
     page.wait_for_function("document.documentElement.dataset.ready")
     for _ in each_slide(page):
@@ -228,7 +228,8 @@ def test_on_paper_all_is_open_but_the_answers_to_the_prediction(browser, lesson)
 
 def test_minutes_claims_and_the_reader_s_own_words_are_not_projected(lesson):
     notebook = nbformat.read(lesson, as_version=4)
-    on_slides, on_paper = for_slides(notebook), for_handouts(notebook)
+    on_slides = for_slides(notebook, "student")
+    on_paper = for_handouts(notebook)
     text = nbformat.writes(on_slides)
     assert "## What you have now\\n" in text and "4 min" not in text
     assert "## What you have now · 4 min\\n" in nbformat.writes(on_paper)

@@ -209,7 +209,7 @@ def test_a_picture_outside_the_folder_stays_there(refused, tmp_path, name):
 
 
 def test_a_comment_of_the_author_is_dropped(refused):
-    code, _, (page,) = refused("One.\n\n<!-- not for the class -->\n\nTwo.")
+    code, _, (page, _) = refused("One.\n\n<!-- not for the class -->\n\nTwo.")
     assert code == 0
     assert "not for the class" not in page
 

@@ -32,16 +32,15 @@ class Watched:
         self.page.wait_for_function("document.documentElement.dataset.ready")
 
 
-def published(what: str, chapter: Path, build: Path) -> Path:
-    """Publish one chapter by the command; return what it wrote."""
+def published(what: str, chapter: Path, build: Path) -> list[Path]:
+    """Publish one chapter by the command; return what it wrote, in its order."""
     before = chapter.read_bytes()
     command = [sys.executable, "-m", "publish", what, chapter.stem]
     folders = ["--notebooks", str(chapter.parent), "--build", str(build)]
     result = subprocess.run(command + folders, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     assert chapter.read_bytes() == before, "publishing changed the notebook"
-    (written,) = (build / what).iterdir()
-    return written
+    return [Path(line) for line in result.stdout.splitlines()]
 
 
 def each_slide(page):

@@ -1,0 +1,95 @@
+"""The quick questions of a chapter as slides: students get no answers, lecturers do."""
+
+import re
+from dataclasses import dataclass
+from html import escape
+
+from bs4 import BeautifulSoup
+from nbformat import NotebookNode
+
+from pgm_lab import datasets
+from publish import deck
+from publish.student import slide_type, tags
+
+# The check of an older chapter, whose questions are a text: checks.questions("A1", ...)
+CHECKED = re.compile(r"checks\.questions\(\s*[\"'](\w+)[\"']")
+
+Text = tuple[str, str]  # a source and its slide type
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One choice of a question, and the sentence that answers it."""
+
+    text: str
+    right: bool
+    sentence: str
+
+
+def slides(cell: NotebookNode, key: bool) -> list[NotebookNode]:
+    """Return the slides that a cell of quick questions becomes, else nothing.
+
+    A lesson asks them in a cell tagged ``predict`` that slides skip, each with a
+    printed line and its choices: one a slide. An older chapter has them on a slide and
+    checks the letters: there the answers follow on a slide of the lecturer's.
+
+    Parameters
+    ----------
+    cell : NotebookNode
+        An executed cell.
+    key : bool
+        Whether the answers go with the questions.
+    """
+    if "predict" in tags(cell) and slide_type(cell) == "skip":
+        texts = [text for one in _asked(cell) for text in _one_a_slide(*one, key)]
+    else:
+        chapter = CHECKED.search(cell.source) if "check" in tags(cell) else None
+        texts = _answers(chapter[1]) if chapter and key else []
+    return [
+        deck.made(cell, *text, number, tag="question")
+        for number, text in enumerate(texts)
+    ]
+
+
+def _asked(cell: NotebookNode) -> list[tuple[str, list[Choice]]]:
+    """Return the questions that a cell prints, each with the choices below it."""
+    found, printed = [], ""
+    for output in cell.get("outputs", []):
+        if output.output_type == "stream":
+            printed = output.text.strip()
+            continue
+        soup = BeautifulSoup(output.get("data", {}).get("text/html", ""), "html.parser")
+        folded = soup.select(".pgm-predict details")
+        if printed and folded:
+            found.append((printed, [_choice(one) for one in folded]))
+        printed = ""
+    return found
+
+
+def _choice(folded) -> Choice:
+    mark, _, sentence = folded.p.get_text().partition(" ")
+    return Choice(folded.summary.get_text(), mark == "✓", sentence)
+
+
+def _one_a_slide(question: str, choices: list[Choice], key: bool) -> list[Text]:
+    listed = "\n".join(f"<li>{escape(one.text)}</li>" for one in choices)
+    asked = f'### {escape(question)}\n\n<ol class="choices" type="A">\n{listed}\n</ol>'
+    answers = [
+        f"> **✓ {letter}.** {escape(one.sentence)}"
+        for letter, one in zip("ABCDE", choices)
+        if one.right
+    ]
+    return [(asked, "subslide"), *((text, "fragment") for text in answers if key)]
+
+
+def _answers(chapter: str) -> list[Text]:
+    right = [
+        row
+        for row in datasets.rows("questions")
+        if row["question"].startswith(f"{chapter}.") and row["right"] == "yes"
+    ]
+    lines = [
+        f"{number}. **({row['choice']})** {escape(row['feedback'])}"
+        for number, row in enumerate(right, start=1)
+    ]
+    return [("### The answers", "subslide"), *((line, "fragment") for line in lines)]
