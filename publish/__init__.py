@@ -1,4 +1,5 @@
 """Slides, handouts and student copies, made from the notebooks alone.
 
-Run ``python -m publish slides|handouts|student [NAME ...]`` in the project folder.
+Run ``python -m publish slides|handouts|student|sizes [NAME ...]`` in the folder of the
+project.
 """

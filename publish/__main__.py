@@ -1,4 +1,4 @@
-"""Command line: ``python -m publish slides|handouts|student [NAME ...]``."""
+"""Command line: ``python -m publish slides|handouts|student|sizes [NAME ...]``."""
 
 import argparse
 import sys
@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 def main(arguments: list[str] | None = None) -> int:
     """Publish and say what was written; return 1 if something was wrong."""
     parser = argparse.ArgumentParser(prog="python -m publish", description=__doc__)
-    parser.add_argument("what", choices=["slides", "handouts", "student"])
+    parser.add_argument("what", choices=list(PUBLISHERS))
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help="01 or 01_pixel_to_photo; all if none"
     )
@@ -47,14 +47,16 @@ def choose(folder: Path, names: list[str]) -> list[Path]:
 
 def slides(notebooks: list[Path], build: Path):
     """Write ``build/slides/lecturer`` and ``student``; yield each path when done."""
-    from publish import wording
+    from publish import legible, wording
     from publish.page import slides_page
 
     for notebook in notebooks:
         for audience in ("lecturer", "student"):
             page = slides_page(notebook, audience).encode("utf-8")
             yield _write(build / "slides" / audience / f"{notebook.stem}.html", page)
+    # All are written before any is refused, since a small label is best looked at.
     wording.check(notebooks)
+    legible.check(build / "slides" / "lecturer", notebooks)
 
 
 def handouts(notebooks: list[Path], build: Path):
@@ -84,13 +86,25 @@ def student(notebooks: list[Path], build: Path):
     yield from write_copies(notebooks, build)
 
 
+def sizes(notebooks: list[Path], build: Path):
+    """Yield the lines of a table: what is small, large or too much on each slide."""
+    from publish.legible import report
+
+    yield from report(notebooks)
+
+
 def _write(target: Path, content: bytes) -> Path:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(content)
     return target
 
 
-PUBLISHERS = {"slides": slides, "handouts": handouts, "student": student}
+PUBLISHERS = {
+    "slides": slides,
+    "handouts": handouts,
+    "student": student,
+    "sizes": sizes,
+}
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -1,0 +1,184 @@
+"""Measure in the browser what a hall can read of the slides.
+
+A slide is 1280 x 720 px, which reveal.js scales to the screen. A row of `measure` is
+one thing on one slide: the smallest writing in a figure, a size of text, an overflow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page, ViewportSize
+
+SIZE: ViewportSize = {"width": 1280, "height": 720}
+AT_LEAST = {"figure label": 18.0, "text": 20.0, "code": 20.0}  # px of 720
+# An enlargement is by how much a picture exceeds its own pixels at 1080 lines.
+AT_MOST = {
+    "lines of code": 18.0,
+    "enlargement": 1.0,
+    "overflow": 0.0,
+    "no heading": 0.0,
+}
+ROUNDING = 0.05
+SCRIPT = Path(__file__).with_suffix(".js")
+
+# Every fragment is shown; a slide is measured while it is the present one.
+_SLIDES = (
+    "() => { Reveal.configure({ fragments: false }); return Reveal.getTotalSlides() }"
+)
+_SLIDE = """([index, measure]) => {
+    const slide = Reveal.getSlides()[index];
+    const { h, v } = Reveal.getIndices(slide);
+    Reveal.slide(h, v);
+    return eval(measure)(slide);
+}"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing on one slide, and what it may be at the least or at the most.
+
+    Attributes
+    ----------
+    slide : int
+        Number of the slide, from 1.
+    title : str
+        Its heading.
+    kind : str
+        figure label, text, code (px); lines of code, enlargement, overflow, no heading.
+    what : str
+        The alternative text of a figure, or the first words of a text.
+    value : float or None
+        What was measured; None for a figure that does not say how large its labels are.
+    """
+
+    slide: int
+    title: str
+    kind: str
+    what: str
+    value: float | None
+
+    @property
+    def limit(self) -> float:
+        """The least or the most that it may be."""
+        return (AT_LEAST | AT_MOST)[self.kind]
+
+    @property
+    def good(self) -> bool:
+        """Whether it keeps the limit; what is not known does not."""
+        if self.value is None:
+            return False
+        if self.kind in AT_LEAST:
+            return self.value >= self.limit - ROUNDING
+        return self.value <= self.limit + (ROUNDING if self.kind == "overflow" else 0)
+
+    def __str__(self) -> str:
+        """Say in a sentence what was measured, and where."""
+        place = f"slide {self.slide} ({self.title!r})"
+        what = f" {self.what!r}" if self.what else ""
+        if self.value is None:
+            return (
+                f"{place}: it is not known how large the labels of the figure{what} are"
+            )
+        said = {
+            "figure label": f"the labels of the figure{what} are {self.value:.1f} px "
+            f"high, less than {self.limit:.0f}",
+            "text": f"the text{what} is {self.value:.1f} px high, less than "
+            f"{self.limit:.0f}",
+            "code": f"the code{what} is {self.value:.1f} px high, less than "
+            f"{self.limit:.0f}",
+            "lines of code": f"{self.value:.0f} lines of code, more than "
+            f"{self.limit:.0f}",
+            "enlargement": f"at 1080 lines the figure{what} is enlarged "
+            f"{self.value:.2f} times beyond its pixels",
+            "overflow": f"{self.value:.0f} px stick out of the slide",
+            "no heading": f"it begins with{what}, not with a heading",
+        }
+        return f"{place}: {said[self.kind]}"
+
+
+def measure(page: Page) -> list[Row]:
+    """Go through a deck that is open in the browser; return what is on its slides.
+
+    Every fragment is shown, and every fold. The figures of a prediction are measured
+    as they stand beside its choices.
+
+    Parameters
+    ----------
+    page : playwright.sync_api.Page
+        The page, ready. Its window is made 1280 x 720, its fragments stay shown.
+
+    Returns
+    -------
+    list of Row
+        Slide by slide. Texts of one size on one slide are one row.
+    """
+    page.set_viewport_size(SIZE)
+    script = SCRIPT.read_text(encoding="utf-8")
+    found: dict[tuple, Row] = {}
+    for index in range(page.evaluate(_SLIDES)):
+        slide = page.evaluate(_SLIDE, [index, script])
+        title = " ".join(slide["title"].split())
+        for kind, what, value in slide["rows"]:
+            what = _short(what)
+            row = Row(index + 1, title, kind, what, value)
+            same = value if kind in ("text", "code") else what
+            found.setdefault((index, kind, same), row)
+    return list(found.values())
+
+
+def problems(rows: Iterable[Row]) -> list[Row]:
+    """Return the rows that do not keep their limits."""
+    return [row for row in rows if not row.good]
+
+
+def table(rows: list[Row]) -> Iterator[str]:
+    """Write a line a slide: the smallest of each kind, and the worst enlargement."""
+    yield "slide  label   text   code  lines  enlarged  title"
+    for number in sorted({row.slide for row in rows}):
+        own = [row for row in rows if row.slide == number]
+        cells = [
+            f"{number:5d}",
+            *(f"{_extreme(own, kind, min):>5}" for kind in AT_LEAST),
+            f"{_extreme(own, 'lines of code', max, 0):>5}",
+            f"{_extreme(own, 'enlargement', max, 2):>8}",
+            own[0].title[:44],
+        ]
+        over = max((row.value or 0 for row in own if row.kind == "overflow"), default=0)
+        yield "  ".join(cells) + (f"  OVERFLOW {over:.0f} px" if over else "")
+
+
+def summary(rows: list[Row]) -> Iterator[str]:
+    """Count what is too small or too much."""
+    labels = [row.value for row in rows if row.kind == "figure label"]
+    known = [label for label in labels if label is not None]
+    under = (
+        f"{sum(v < px - ROUNDING for v in known)} under {px}" for px in (18, 14, 12)
+    )
+    yield (
+        f"{len(labels)} figures, labels: {', '.join(under)} px, "
+        f"{len(labels) - len(known)} not known"
+    )
+    for kind in ("text", "code"):
+        small = {r.slide for r in problems(rows) if r.kind == kind}
+        yield f"slides with {kind} under {AT_LEAST[kind]:.0f} px: {len(small)}"
+    for kind in AT_MOST:
+        yield f"{kind}: {sum(row.kind == kind for row in problems(rows))}"
+
+
+def _extreme(rows: list[Row], kind: str, best: Callable, digits: int = 1) -> str:
+    values = [row.value for row in rows if row.kind == kind]
+    if not values:
+        return ""
+    known = [value for value in values if value is not None]
+    return f"{best(known):.{digits}f}" if len(known) == len(values) else "?"
+
+
+def _short(text: str) -> str:
+    """Return the first words of a text."""
+    text = " ".join(text.split())
+    return text if len(text) <= 50 else text[:50].rsplit(" ", 1)[0] + " …"
