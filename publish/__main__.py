@@ -1,4 +1,4 @@
-"""Command line: ``python -m publish slides|handouts|student [NAME ...]``."""
+"""Command line: ``python -m publish slides|handouts|student|site [NAME ...]``."""
 
 import argparse
 import sys
@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 def main(arguments: list[str] | None = None) -> int:
     """Publish and say what was written; return 1 if something was wrong."""
     parser = argparse.ArgumentParser(prog="python -m publish", description=__doc__)
-    parser.add_argument("what", choices=["slides", "handouts", "student"])
+    parser.add_argument("what", choices=["slides", "handouts", "student", "site"])
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help="01 or 01_pixel_to_photo; all if none"
     )
@@ -81,13 +81,25 @@ def student(notebooks: list[Path], build: Path):
     yield from write_copies(notebooks, build)
 
 
+def site(notebooks: list[Path], build: Path):
+    """Write the site into ``build/site``; yield its first page."""
+    try:
+        from publish.site.build import build as build_site
+    except ModuleNotFoundError as error:
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what publishing needs with: pip install -e ".[publish]"'
+        ) from error
+    yield build_site(notebooks, build)
+
+
 def _write(target: Path, content: bytes) -> Path:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(content)
     return target
 
 
-PUBLISHERS = {"slides": slides, "handouts": handouts, "student": student}
+PUBLISHERS = {"slides": slides, "handouts": handouts, "student": student, "site": site}
 
 if __name__ == "__main__":
     sys.exit(main())
