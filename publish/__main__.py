@@ -1,4 +1,4 @@
-"""Command line: ``python -m publish slides|handouts|student|sizes [NAME ...]``."""
+"""Command line: ``python -m publish WHAT [NAME ...]``."""
 
 import argparse
 import sys
@@ -93,6 +93,18 @@ def sizes(notebooks: list[Path], build: Path):
     yield from report(notebooks)
 
 
+def site(notebooks: list[Path], build: Path):
+    """Write the site into ``build/site``; yield its first page."""
+    try:
+        from publish.site.build import build as build_site
+    except ModuleNotFoundError as error:
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what publishing needs with: pip install -e ".[publish]"'
+        ) from error
+    yield build_site(notebooks, build)
+
+
 def _write(target: Path, content: bytes) -> Path:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(content)
@@ -104,6 +116,7 @@ PUBLISHERS = {
     "handouts": handouts,
     "student": student,
     "sizes": sizes,
+    "site": site,
 }
 
 if __name__ == "__main__":
