@@ -212,5 +212,3 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("doctree-resolved", fill)
     app.connect("html-page-context", add_files)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
-
-
