@@ -16,7 +16,6 @@ from tools import form
 
 HEADING = re.compile(r"^#{1,6} .*\S", re.MULTILINE)
 FENCED = re.compile(r"```.*?```|`[^`]*`", re.DOTALL)
-ASKS = re.compile(r"\*\*(Predict|Why\?)")
 
 # A slide has no cells, and no place but itself to point to.
 OF_A_NOTEBOOK = re.compile(
@@ -123,16 +122,27 @@ def _answers(slide: list[NotebookNode]) -> Iterator[str]:
     """Say what answers a question of the same slide at once.
 
     What follows a question waits: as a fragment, folded, or behind the choices of a
-    prediction.
+    prediction. A cell that shows nothing need not.
     """
     asked, waits = "", False
     for cell in _shown(slide):
+        folded = cell.source.lstrip().startswith("<details>")
         if "predict" in tags(cell) or slide_type(cell) == "fragment":
             waits = True
-        folded = cell.source.lstrip().startswith("<details>")
-        if asked and not waits and not folded:
+        unseen = "hide-input" in tags(cell) and not cell.outputs
+        if asked and not (waits or folded or unseen):
             first = cell.source.strip().partition("\n")[0]
-            yield f"shows {first[:50]!r} at once with the question {asked!r}"
-        question = ASKS.search(cell.source) if cell.cell_type == "markdown" else None
-        if question:
-            asked, waits = cell.source[question.start() :][:50], False
+            yield f"shows {first[:50]!r} at once with the question {asked[:50]!r}"
+            asked = ""
+        if cell.cell_type == "markdown" and not folded and _asks(cell.source):
+            asked, waits = " ".join(_asks(cell.source).split()), False
+
+
+def _asks(text: str) -> str:
+    """Return the question that a text poses: a prediction, or its last sentence."""
+    text = HEADING.sub("", text).strip()
+    predict = text.find("**Predict")
+    if predict >= 0:
+        return text[predict:]
+    last = re.split(r"(?<=[.!?:]) |\n\n", text.rstrip("*_ "))[-1]
+    return last if last.endswith("?") else ""
