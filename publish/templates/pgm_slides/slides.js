@@ -78,7 +78,7 @@ window.afterTypesetting = async () => {
     slideNumber: "c/t",
     transition: "none",
     controlsTutorial: false,
-    plugins: window.RevealNotes ? [RevealNotes] : [],
+    plugins: [pgmViews, ...(window.RevealNotes ? [RevealNotes] : [])],
   });
   // reveal.js calls the whole page an application; it is a document with landmarks.
   document.querySelector(".reveal").removeAttribute("role");
