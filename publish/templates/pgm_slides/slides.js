@@ -80,7 +80,7 @@ window.afterTypesetting = async () => {
     controlsTutorial: false,
     // Slides without seconds take none, if any slide has some: the speaker's pace.
     ...(document.querySelector("section[data-timing]") && { defaultTiming: 0 }),
-    plugins: window.RevealNotes ? [RevealNotes] : [],
+    plugins: [pgmViews, ...(window.RevealNotes ? [RevealNotes] : [])],
   });
   // reveal.js calls the whole page an application; it is a document with landmarks.
   document.querySelector(".reveal").removeAttribute("role");
