@@ -450,13 +450,14 @@ FUNCTIONS = {
     ),
     "plot.chips.search": lambda: dict(ONE_CHIP),
     "plot.chips.table_of_r": lambda: dict(ax=axes(), r=np.eye(3)),
-    "plot.chips.map_of_r": lambda: dict(r=np.eye(3)),
+    "plot.chips.chip_and_map": lambda: dict(
+        reference=GREY, point=(20.0, 20), r=np.eye(3)
+    ),
     "plot.chips.places": lambda: dict(image=GREY, points=[(20.0, 20), (25, 18)]),
     "plot.chips.parabola": lambda: dict(r_left=0.5, r_middle=0.9, r_right=0.7),
     "plot.shifts.darts": lambda: dict(
         methods={"a": np.ones((3, 2))}, truth=(1.25, -0.75)
     ),
-    "plot.shifts.circles": lambda: dict(dx=[0.1, -0.3, 0.2], dy=[0.3, 0.1, -0.1]),
     "plot.shifts.beyond": lambda: dict(
         true=[0.0, 2, 5], found=[0.0, 2, 3], r=[0.9, 0.9, 0.8]
     ),

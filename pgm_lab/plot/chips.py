@@ -13,17 +13,13 @@ from pgm_lab.plot.basic import Look
 from pgm_lab.plot.matching import outline
 from pgm_lab.registration import best_shift, peak_of_parabola
 
+CHIP = 21  # px across, as in the paper
 LABEL: Look = {
-    "fontsize": 15,
-    "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.88, "pad": 3},
+    "fontsize": 14,
+    "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.88, "pad": 2},
 }
 ARROW: Look = {"arrowstyle": "-|>", "linewidth": 2.4}
-RANGE: Look = {
-    "arrowstyle": "<->",
-    "linewidth": 3.0,
-    "shrinkA": 0,
-    "shrinkB": 0,
-}
+EXACT: Look = {"shrinkA": 0, "shrinkB": 0, "mutation_scale": 12, "linewidth": 2.2}
 
 
 def search(
@@ -43,56 +39,89 @@ def search(
     dx, dy, r = best_shift(reference, sensed, point, chip, radius)
     x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
     half, room = chip / 2, chip / 2 + radius
-    fig, axes = plt.subplots(1, 3, figsize=(14, 5.2), width_ratios=(0.86, 0.86, 1))
+    panels: Look = {"width_ratios": (0.85, 0.85, 1), "layout": "compressed"}
+    fig, axes = plt.subplots(1, 3, figsize=(10, 4.1), **panels)
+    left, right, numbers = axes
     for ax, image, name in zip(axes, (reference, sensed), ("reference", "sensed")):
-        ax.imshow(grey_levels(image, name), vmin=0, vmax=1)
-        far = room + 5
-        ax.set(xlim=(x - far, x + far), ylim=(y + far, y - far), title=f"{name} image")
-        ax.set(xticks=[], yticks=[])
-        ax.grid(False)
-    left, right = axes[0], axes[1]
-    outline(left, (x, y), chip, basic.ORANGE, linewidth=4)
-    left.plot(x, y, "+", color=basic.ORANGE, markersize=22, markeredgewidth=3.5)
-    left.text(x - half, y - half - 1, f"chip, {chip} × {chip}", va="bottom", **LABEL)
-    left.annotate("point", (x, y), (x + 4, y + 6), arrowprops=ARROW, **LABEL)
-    outline(right, (x, y), 2 * room, basic.SKY, linewidth=4)
-    outline(right, (x, y), chip, basic.ORANGE, linewidth=3, linestyle=":")
-    outline(right, (x + dx, y + dy), chip, basic.ORANGE, linewidth=4)
-    right.text(
-        x, y - room - 1, "blue: search window", ha="center", va="bottom", **LABEL
-    )
-    right.annotate(
-        "", (x - room, y), (x - half, y), arrowprops=RANGE | {"color": basic.BLUE}
-    )
-    right.text(x - half + 0.6, y, f"radius {radius}", va="center", **LABEL)
-    look = ARROW | {"color": basic.ORANGE, "linewidth": 4, "shrinkA": 0, "shrinkB": 0}
-    below = y + 0.55 * half
-    right.annotate("", (x + dx, below + dy), (x, below), arrowprops=look)
-    right.text(x + max(dx, 0) + 0.8, below, "shift", va="center", **LABEL)
-    right.text(
-        x,
-        y + room + 0.4,
-        "orange: chip at its best place\n(dotted: at the same place)",
-        ha="center",
-        va="top",
-        **LABEL | {"fontsize": 13},
-    )
-    table_of_r(axes[2], r, numbers=True)
-    close = [
-        f"({j - radius}, {i - radius})" for i, j in np.argwhere(r >= r.max() - 0.1)
-    ]
-    axes[2].set_title("r for every shift")
+        _photo(ax, image, name, (x, y), room + 4)
+        ax.set_title(f"{name} image")
+    outline(left, (x, y), chip, basic.ORANGE, linewidth=3)
+    left.plot(x, y, "+", color=basic.ORANGE, markersize=18, markeredgewidth=3)
+    left.annotate("point", (x, y), (x + 2, y + 6), arrowprops=ARROW, **LABEL)
+    left.set_xlabel(f"solid: chip, {chip} × {chip} px", loc="left")
+    outline(right, (x, y), 2 * room, basic.SKY, linewidth=3, linestyle="--")
+    outline(right, (x, y), chip, basic.ORANGE, linewidth=2.5, linestyle=":")
+    outline(right, (x + dx, y + dy), chip, basic.ORANGE, linewidth=3)
+    look = EXACT | {"arrowstyle": "<->", "color": basic.BLUE}
+    right.annotate("", (x - room, y - 4), (x - half, y - 4), arrowprops=look)
+    right.text(x - half + 1, y - 4, f"radius {radius}", va="center", **LABEL)
+    look = EXACT | {"arrowstyle": "-|>", "color": basic.BLACK}
+    right.annotate("", (x + dx, y + 6 + dy), (x, y + 6), arrowprops=look)
+    right.text(x + max(dx, 0) + 1, y + 6, "shift", va="center", **LABEL)
+    words = "dashed: search window\ndotted: same place\nsolid: best place"
+    right.set_xlabel(words, loc="left")
+    table_of_r(numbers, r, numbers=True)
+    numbers.set_title("r for every shift")
     basic.show(
         fig,
         f"Left, the reference image with a chip of {chip} by {chip} pixels around a"
         f" point. Middle, the sensed image with a search window that reaches {radius}"
         " pixels farther to each side; in it the chip at its best place, and an arrow,"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
-        f" {len(r)} by {len(r)} squares with their numbers, the highest, {r.max():.2f},"
-        f" framed. Within 0.1 of it are the shifts {', '.join(close)}; the lowest r is"
-        f" {r.min():.2f}.",
-        dpi=100,
+        f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
         colours=128,
+    )
+
+
+def chip_and_map(reference: ArrayLike, point: ArrayLike, r: ArrayLike) -> None:
+    """Show a chip, and beside it what its search found: r for every shift.
+
+    Parameters
+    ----------
+    reference : array_like (rows, columns)
+        Grey values.
+    point : array_like (2,)
+        (column, row) of the chip's middle.
+    r : array_like (2 radius + 1, 2 radius + 1)
+        From `registration.best_shift`, of a chip of 21 pixels.
+    """
+    r = _doors.square_map(r)
+    x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
+    look: Look = {"width_ratios": (0.5, 1), "layout": "compressed"}
+    fig, (left, right) = plt.subplots(1, 2, figsize=(7, 4.2), **look)
+    _photo(left, reference, "reference", (x, y), CHIP / 2)
+    left.set_title("chip")
+    table_of_r(right, r, numbers=True)
+    right.set_title("r for every shift")
+    basic.show(
+        fig,
+        f"Left, a chip of {CHIP} by {CHIP} pixels. Right, r for every shift as a map of"
+        f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
+        colours=128,
+    )
+
+
+def _photo(
+    ax: Axes, image: ArrayLike, name: str, centre: tuple[float, float], far: float
+) -> None:
+    """Draw an image as far as this from a point, without numbers at its edges."""
+    x, y = centre
+    ax.imshow(grey_levels(image, name), vmin=0, vmax=1)
+    ax.set(xlim=(x - far, x + far), ylim=(y + far, y - far), xticks=[], yticks=[])
+    ax.grid(False)
+
+
+def _words(r: np.ndarray) -> str:
+    """What a map of r shows: its summit, what comes near to it, and the lowest."""
+    radius = len(r) // 2
+    row, column = np.unravel_index(r.argmax(), r.shape)
+    close = [
+        f"({j - radius}, {i - radius})" for i, j in np.argwhere(r >= r.max() - 0.1)
+    ]
+    return (
+        f"the highest, {r.max():.2f}, framed, at dx = {column - radius} and"
+        f" dy = {row - radius}. Within 0.1 of it are the shifts {', '.join(close)}; the"
+        f" lowest r is {r.min():.2f}."
     )
 
 
@@ -122,28 +151,13 @@ def table_of_r(ax: Axes, r: ArrayLike, numbers: bool = False) -> None:
     outline(ax, (step[int(column)], step[int(row)]), 1, basic.RED, linewidth=4)
     for (i, j), value in np.ndenumerate(r if numbers else r[:0]):
         ink = "black" if value > 0.45 * (1 + low) else "white"
-        text = f"{value:.2f}".replace("-", "−")
-        ax.text(
-            step[j], step[i], text, ha="center", va="center", color=ink, fontsize=14
-        )
+        middle: Look = {"ha": "center", "va": "center", "fontsize": 13}
+        ax.text(step[j], step[i], _short(value), color=ink, **middle)
 
 
-def map_of_r(r: ArrayLike) -> Figure:
-    """Draw the correlations of one search, with their numbers.
-
-    Parameters
-    ----------
-    r : array_like (2 radius + 1, 2 radius + 1)
-        From `registration.best_shift`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    fig, ax = plt.subplots(figsize=(7.4, 6.6))
-    table_of_r(ax, r, numbers=True)
-    ax.set_title("r for every shift of one chip")
-    return fig
+def _short(r: float) -> str:
+    """Two decimals without the zero before the point, as many books print r."""
+    return f"{r:.2f}".replace("-", "−").replace("0.", ".", 1)
 
 
 def places(image: ArrayLike, points: ArrayLike, chip: int = 21) -> Figure:
@@ -165,14 +179,12 @@ def places(image: ArrayLike, points: ArrayLike, chip: int = 21) -> Figure:
     image = _validate.image(image)
     points = _validate.point_list(points, "points")
     chip = _validate.window(chip, "chip", 1)
-    fig, ax = plt.subplots(figsize=(8.6, 8.2))
+    fig, ax = plt.subplots(figsize=(5.6, 5.2), layout="compressed")
     ax.imshow(grey_levels(image, "image"), vmin=0, vmax=1)
     ax.grid(False)
     for point in points:
-        outline(ax, point, chip, basic.ORANGE, linewidth=2.2)
-    ax.set_xlabel("column (px)", fontsize=20)
-    ax.set_ylabel("row (px)", fontsize=20)
-    ax.tick_params(labelsize=18)
+        outline(ax, point, chip, basic.ORANGE, linewidth=1.6)
+    ax.set(xlabel="column (px)", ylabel="row (px)")
     return fig
 
 
@@ -193,7 +205,7 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     t = np.linspace(-1.35, 1.35, 200)
     height = r_middle + slope * top + half * top**2
     span = height - min(r_left, r_right)
-    fig, ax = plt.subplots(figsize=(10, 5))
+    fig, ax = plt.subplots(figsize=(10, 4.2))
     ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
     ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)
     ax.vlines(top, 0, height, color=basic.RED, linestyle="--", label="peak, at t")

@@ -34,7 +34,7 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
     one, other = _alike(reference, sensed)
     limit = _validate.not_negative(limit, "limit", "grey values")
     tall = one.shape[0] > 0.8 * one.shape[1]
-    fig = plt.figure(figsize=(11, 4.4))
+    fig = plt.figure(figsize=(10, 4.1))
     names = ("reference", "sensed")
     # Side by side, or two small ones beside a large one
     axes = fig.subplot_mosaic("rsc" if tall else "rcc;scc")
@@ -71,14 +71,14 @@ def two_colours(
     """
     one, other = _alike(reference, sensed)
     window, extent = _part(one.shape, centre, size)
-    fig, axes = plt.subplots(1, 2, figsize=(11, 5.4))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4.1), layout="compressed")
     overlay(one[window], other[window], ax=axes[0])
     axes[0].images[0].set_extent(extent)
-    axes[0].set_title("green: reference, magenta: sensed")
+    axes[0].set_title("green: reference,\nmagenta: sensed")
     change = (other - one)[window]
-    far = max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
+    far = _far(change)
     axes[1].imshow(change, extent=extent, cmap="gray", vmin=-far, vmax=far)
-    axes[1].set(title="sensed − reference, in grey", xlabel="column (px)", yticks=[])
+    axes[1].set(title="sensed − reference,\nin grey", xlabel="column (px)", yticks=[])
     axes[1].grid(False)
     basic.show(
         fig,
@@ -87,7 +87,6 @@ def two_colours(
         " of a field runs a narrow fringe, green on one side and magenta on the other."
         " Beside it the difference: level grey in the fields, a white or a black line"
         " along their edges.",
-        dpi=100,
         colours=160,
     )
 
@@ -109,7 +108,7 @@ def before_and_after(
     """
     limit = _validate.not_negative(limit, "limit", "grey values")
     pairs = _alike(reference, sensed), _alike(reference, again, "again")
-    fig, axes = plt.subplots(1, 2, figsize=(10.6, 5.7))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="compressed")
     shares = []
     for ax, (one, other), name in zip(axes, pairs, ("before", "after")):
         changed = np.abs(other - one) > limit
@@ -123,7 +122,6 @@ def before_and_after(
         f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
         f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
         " what is left are tilted squares, whole fields, on an almost empty ground.",
-        dpi=100,
         colours=8,
     )
 
@@ -146,21 +144,30 @@ def by_hand(
     window, extent = _part(one.shape, centre, size)
     _part(one.shape, centre, size + 2 * REACH)  # room for the sliders
     rows, columns = window
+    panels: Look = {"sharey": True, "layout": "compressed"}
+    far = _far(other[window] - one[window])
 
     def draw(dx: int, dy: int) -> None:
         moved = other[_moved(rows, dy), _moved(columns, dx)]
-        fig, ax = plt.subplots(figsize=(8.2, 7.4))
-        overlay(one[window], moved, ax=ax)
-        ax.images[0].set_extent(extent)
-        _line_a_pixel(ax, extent)
+        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5), **panels)
+        overlay(one[window], moved, ax=left)
+        left.images[0].set_extent(extent)
+        change = moved - one[window]
+        look: Look = {"cmap": "gray", "vmin": -far, "vmax": far}
+        right.imshow(change, extent=extent, interpolation="nearest", **look)
+        right.grid(False)
+        for ax in (left, right):
+            _line_a_pixel(ax, extent)
+            ax.set(xlabel="column (px)")
+        left.set_title("green: reference, magenta: sensed")
+        right.set_title("sensed − reference, in grey")
         drawn = f"sensed image drawn back by {dx} columns and {dy} rows"
-        ax.set_title(f"green: reference, magenta: sensed\n{drawn}")
+        fig.suptitle(drawn)
         basic.show(
             fig,
-            f"A part of both images of {size} by {size} pixels, with a thin line"
-            f" between any two pixels; {drawn}.",
-            dpi=90,
-            colours=96,
+            f"A part of both images of {size} by {size} pixels, in two colours and as"
+            f" difference, with a thin line between any two pixels; {drawn}.",
+            colours=128,
         )
 
     look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
@@ -202,6 +209,11 @@ def _part(
         )
     edges = (left - 0.5, left + size - 0.5, top + size - 0.5, top - 0.5)
     return (slice(top, top + size), slice(left, left + size)), edges
+
+
+def _far(change: np.ndarray) -> float:
+    """Difference that is drawn white, and black with a minus; few are larger."""
+    return max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
 
 
 def _moved(part: slice, step: int) -> slice:

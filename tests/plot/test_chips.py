@@ -28,11 +28,38 @@ def test_the_search_says_which_shift_it_found():
 
 
 def test_the_highest_r_is_framed_at_its_shift():
-    fig = plot.chips.map_of_r(R)
-    (frame,) = fig.axes[0].patches
+    fig, ax = plt.subplots()
+    plot.chips.table_of_r(ax, R, numbers=True)
+    (frame,) = ax.patches
     assert frame.get_xy() == (0.5, -0.5)  # dx = 1, dy = 0
-    assert sorted(t.get_text() for t in fig.axes[0].texts)[-1] == "0.90"
+    assert sorted(t.get_text() for t in ax.texts)[-1] == ".90"
     plt.close(fig)
+
+
+def test_numbers_lose_the_zero_before_the_point_and_nothing_else():
+    fig, ax = plt.subplots()
+    plot.chips.table_of_r(ax, [[1, -0.05, 0.1], [0, 0.5, 0.9], [-1, 0.99, 0.004]], True)
+    written = [t.get_text() for t in ax.texts]
+    assert written == [
+        "1.00",
+        "−.05",
+        ".10",
+        ".00",
+        ".50",
+        ".90",
+        "−1.00",
+        ".99",
+        ".00",
+    ]
+    plt.close(fig)
+
+
+def test_a_chip_and_its_map_say_where_r_is_high():
+    alt = alt_of(plot.chips.chip_and_map, GREY, (22, 20), R)
+    assert "the highest, 0.90, framed, at dx = 1 and dy = 0" in alt
+    assert (
+        "Within 0.1 of it are the shifts (1, 0);" in alt and "lowest r is 0.10" in alt
+    )
 
 
 def test_each_chip_has_its_square():
@@ -58,14 +85,6 @@ def test_darts_say_how_far_each_median_is_off():
     }
     alt = alt_of(plot.shifts.darts, methods, (1.25, -0.75))
     assert "one 0.354 px, other 0.000 px" in alt
-
-
-def test_circles_say_both_radii():
-    dx, dy = np.random.default_rng(1).normal(0, 1, (2, 5000))
-    alt = alt_of(plot.shifts.circles, dx, dy)
-    total = np.hypot(np.sqrt(np.mean(dx**2)), np.sqrt(np.mean(dy**2)))
-    assert f"RMSE_T, {total:.2f}" in alt
-    assert f"CE90, {np.quantile(np.hypot(dx, dy), 0.9):.2f}" in alt
 
 
 def test_beyond_the_radius_counts_the_wrong_that_keep_a_high_r():
