@@ -1,32 +1,54 @@
-"""The plain way: `jupyter nbconvert --to slides` makes what `make slides` makes.
+"""The plain way: ``jupyter nbconvert --to slides`` makes what ``make slides`` makes.
 
-`jupyter_nbconvert_config.py` leads here, and the template `pgm_plain` writes the page.
+nbconvert looks for the template of slides, ``reveal``, in the folder where it is called
+before it takes its own. In the clone it finds the folder of that name, which leads here.
 """
 
 from pathlib import Path
 
+from nbconvert.nbconvertapp import NbConvertApp
+from nbconvert.preprocessors import Preprocessor
 from nbformat import NotebookNode
 
 from publish.errors import PublishError
 
 
-def lecture(notebook: NotebookNode, resources: dict) -> tuple[NotebookNode, dict]:
-    """Put the lecturer's slides of a notebook into `resources`, as a whole page.
+class Lecture(Preprocessor):
+    """Puts the lecturer's slides of a notebook, as it is saved, into the resources."""
 
-    A preprocessor of nbconvert. What is wrong ends the command with a sentence, which
-    also names what to install where the packages for publishing are missing.
-    """
-    metadata = resources["metadata"]
-    path = Path(metadata["path"], f"{metadata['name']}.ipynb")
+    def preprocess(
+        self, nb: NotebookNode, resources: dict
+    ) -> tuple[NotebookNode, dict]:
+        """Return the notebook unchanged, and the resources with the whole page.
+
+        Raises
+        ------
+        SystemExit
+            With a sentence, if packages are missing or the notebook cannot be shown.
+        PublishError
+            The same where a server, not the command, asked: that goes on.
+        """
+        metadata = resources["metadata"]
+        path = Path(metadata.get("path", ""), f"{metadata['name']}.ipynb")
+        try:
+            resources["page"] = _page(path)
+        except PublishError as error:
+            if not NbConvertApp.initialized():
+                raise
+            raise SystemExit(f"nbconvert: {error}") from error
+        return nb, resources
+
+
+def _page(path: Path) -> str:
+    """Return the page; whatever is wrong, what is raised says so in a sentence."""
     try:
         from publish.page import slides_page
 
-        resources["page"] = slides_page(path)
+        return slides_page(path)
     except ModuleNotFoundError as error:
-        raise SystemExit(
-            f"nbconvert: the Python package {error.name} is missing. "
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
             'Install what slides need with: pip install -e ".[publish]"'
         ) from error
-    except (PublishError, ValueError, OSError) as error:
-        raise SystemExit(f"nbconvert: {error}") from error
-    return notebook, resources
+    except (OSError, ValueError) as error:
+        raise PublishError(str(error)) from error
