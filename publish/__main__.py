@@ -1,4 +1,4 @@
-"""Command line: ``python -m publish slides|handouts|student|sizes [NAME ...]``."""
+"""Command line: ``python -m publish WHAT [NAME ...]``."""
 
 import argparse
 import sys
@@ -47,7 +47,7 @@ def choose(folder: Path, names: list[str]) -> list[Path]:
 
 def slides(notebooks: list[Path], build: Path):
     """Write ``build/slides/lecturer`` and ``student``; yield each path when done."""
-    from publish.legible import check
+    from publish import legible, wording
     from publish.page import slides_page
 
     for notebook in notebooks:
@@ -55,7 +55,8 @@ def slides(notebooks: list[Path], build: Path):
             page = slides_page(notebook, audience).encode("utf-8")
             yield _write(build / "slides" / audience / f"{notebook.stem}.html", page)
     # All are written before any is refused, since a small label is best looked at.
-    check(build / "slides" / "lecturer", notebooks)
+    wording.check(notebooks)
+    legible.check(build / "slides" / "lecturer", notebooks)
 
 
 def handouts(notebooks: list[Path], build: Path):
@@ -92,6 +93,18 @@ def sizes(notebooks: list[Path], build: Path):
     yield from report(notebooks)
 
 
+def site(notebooks: list[Path], build: Path):
+    """Write the site into ``build/site``; yield its first page."""
+    try:
+        from publish.site.build import build as build_site
+    except ModuleNotFoundError as error:
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what publishing needs with: pip install -e ".[publish]"'
+        ) from error
+    yield build_site(notebooks, build)
+
+
 def _write(target: Path, content: bytes) -> Path:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(content)
@@ -103,6 +116,7 @@ PUBLISHERS = {
     "handouts": handouts,
     "student": student,
     "sizes": sizes,
+    "site": site,
 }
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ ATTRIBUTES = {
     "li": {"value"},
     "meta": {"charset", "name", "content"},
     "ol": {"start", "type", "reversed"},
+    "section": {"data-timing"},  # seconds, for the speaker's view
     "style": {"type"},
     "table": {"border"},
     "td": {"colspan", "rowspan", "align", "valign", "headers"},

@@ -11,7 +11,7 @@ from nbconvert import HTMLExporter, SlidesExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
 
-from publish import assets, prepare, questions
+from publish import assets, deck, prepare
 from publish.errors import PublishError
 from publish.selfcontained import embed_images, problems
 from publish.student import name
@@ -35,7 +35,8 @@ def slides_page(path: Path, audience: prepare.Audience = "lecturer") -> str:
     files = assets.slides_assets()
     if audience == "student":
         del files["notes_js"]
-    prepared = partial(prepare.for_slides, audience=audience)
+    stem = Path(path).stem
+    prepared = partial(prepare.for_slides, audience=audience, stem=stem)
     return _page(exporter, path, prepared, files)
 
 
@@ -103,7 +104,7 @@ def _refuse_problems(
     cells = {cell.get("id"): cell for cell in notebook.cells}
     lines = []
     for cell, text in problems(page, scripts):
-        origin = cells.get((cell or "").split(questions.MADE)[0])
+        origin = cells.get(deck.origin(cell or ""))
         lines.append((f"{name(origin)}: " if origin else "") + text)
     if lines:
         raise PublishError(

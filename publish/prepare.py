@@ -5,7 +5,7 @@ from typing import Literal
 
 from nbformat import NotebookNode
 
-from publish import questions
+from publish import deck, pace, questions, verdicts
 from publish.student import PLACEHOLDER, blank_solutions, slide_type, tags
 
 # "## What is a pixel? · 8 min": what a section takes a reader who works alone
@@ -15,38 +15,60 @@ HEADING = re.compile(r"#+ .*\n*")  # the first line of a text
 Audience = Literal["lecturer", "student"]
 
 
-def for_slides(notebook: NotebookNode, audience: Audience) -> NotebookNode:
-    """Return the notebook without what is only for reading or for working alone.
+def for_slides(
+    notebook: NotebookNode, audience: Audience, stem: str = ""
+) -> NotebookNode:
+    """Return the notebook as slides: without what is for reading or working alone.
 
     The lecturer's slides have notes and the answers to the quick questions; in the
-    students' there is neither, also out of sight.
+    students' there is neither, also out of sight. Both have the same pace and break.
+
+    Parameters
+    ----------
+    notebook : NotebookNode
+        The executed notebook; it is not changed.
+    audience : "lecturer" or "student"
+        Whose slides.
+    stem : str
+        Name of the file, by which a lesson finds its case.
     """
-    lecturer = audience == "lecturer"
     result = _unsolved(notebook)
     cells = []
     for cell in result.cells:
-        # A lecture has its own minutes; those of the heading are a reader's.
-        cell.source = MINUTES.sub(r"\1", cell.source)
-        kind = slide_type(cell)
-        read_alone = kind == "skip" or {"check", "write"} & set(tags(cell))
-        if asked := questions.slides(cell, key=lecturer):
-            cells += asked
-        elif not read_alone and (lecturer or kind != "notes"):
-            cells += titled(cell)
-    result.cells = cells
+        asked = questions.slides(cell, key=audience == "lecturer")
+        read_alone = {"check", "write"} & set(tags(cell)) or slide_type(cell) == "skip"
+        cells += asked or ([] if read_alone else [cell])
+    parts = pace.sections(notebook, cells)
+    pace.keep_time(parts)
+    pace.add_break(parts, notebook, stem)
+    result.cells = [
+        cell
+        for part in parts
+        for slide in part.slides
+        for cell in _finished(slide)
+        if audience == "lecturer" or slide_type(cell) != "notes"
+    ]
     return result
 
 
+def _finished(slide: list[NotebookNode]) -> list[NotebookNode]:
+    """Return a slide with its title, without a reader's minutes, verdicts on cards."""
+    for cell in slide:
+        cell.source = MINUTES.sub(r"\1", cell.source)
+    return verdicts.as_cards(titled(slide[0]) + slide[1:])
+
+
 def titled(cell: NotebookNode) -> list[NotebookNode]:
-    """Return the cell with the heading that it has on slides alone, if it has one."""
-    heading = cell.metadata.get("slideshow", {}).get("title")
-    if not heading:
+    """Return a slide's first cell with the heading that it has on slides alone."""
+    slideshow = cell.metadata.get("slideshow", {})
+    if "title" not in slideshow:
         return [cell]
+    heading = f"### {slideshow['title']}"
     if cell.cell_type == "markdown":
-        cell.source = f"### {heading}\n\n{HEADING.sub('', cell.source.lstrip())}"
+        cell.source = f"{heading}\n\n{HEADING.sub('', cell.source.lstrip(), count=1)}"
         return [cell]
-    kind = cell.metadata.pop("slideshow")["slide_type"]
-    above = questions.made(cell, f"### {heading}", kind)
+    above = deck.made(cell, heading, slide_type(cell))
+    above.metadata.slideshow = cell.metadata.pop("slideshow")
     return [above, cell]
 
 

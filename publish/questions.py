@@ -6,14 +6,13 @@ from html import escape
 
 from bs4 import BeautifulSoup
 from nbformat import NotebookNode
-from nbformat.v4 import new_markdown_cell
 
 from pgm_lab import datasets
+from publish import deck
 from publish.student import slide_type, tags
 
 # The check of an older chapter, whose questions are a text: checks.questions("A1", ...)
 CHECKED = re.compile(r"checks\.questions\(\s*[\"'](\w+)[\"']")
-MADE = "--"  # in the id of a cell that only slides have
 
 Text = tuple[str, str]  # a source and its slide type
 
@@ -46,13 +45,10 @@ def slides(cell: NotebookNode, key: bool) -> list[NotebookNode]:
     else:
         chapter = CHECKED.search(cell.source) if "check" in tags(cell) else None
         texts = _answers(chapter[1]) if chapter and key else []
-    return [made(cell, *text, number) for number, text in enumerate(texts)]
-
-
-def made(cell: NotebookNode, source: str, slide: str, number: int = 0) -> NotebookNode:
-    """Return a text for slides alone; its id begins with that of its cell."""
-    metadata = {"slideshow": {"slide_type": slide}}
-    return new_markdown_cell(source, id=f"{cell.id}{MADE}{number}", metadata=metadata)
+    return [
+        deck.made(cell, *text, number, tag="question")
+        for number, text in enumerate(texts)
+    ]
 
 
 def _asked(cell: NotebookNode) -> list[tuple[str, list[Choice]]]:

@@ -179,10 +179,13 @@ def distances(
     g1, g2 = by_image(base, R, left, right)
     bend = _essential(base, R)[..., :2, :2]  # second derivatives by x', y' and x'', y''
     n1, n2 = g1, g2
-    for _ in range(FOOT_STEPS):
-        t = _way_to_surface(F, g1, g2, n1, n2, bend)[..., None]
-        n1, n2 = g1 - t * (n2 @ np.swapaxes(bend, -1, -2)), g2 - t * (n1 @ bend)
     t = _way_to_surface(F, g1, g2, n1, n2, bend)
+    for _ in range(FOOT_STEPS):
+        T, last = t[..., None], t
+        n1, n2 = g1 - T * (n2 @ np.swapaxes(bend, -1, -2)), g2 - T * (n1 @ bend)
+        t = _way_to_surface(F, g1, g2, n1, n2, bend)
+        if np.array_equal(t, last):
+            break  # further steps would change nothing
     slope = np.sqrt(np.sum(n1**2, axis=-1) + np.sum(n2**2, axis=-1))
     v1, v2 = -t[..., None] * n1, -t[..., None] * n2
     u1 = corrected(left, v1)

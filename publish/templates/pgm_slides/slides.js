@@ -78,7 +78,9 @@ window.afterTypesetting = async () => {
     slideNumber: "c/t",
     transition: "none",
     controlsTutorial: false,
-    plugins: window.RevealNotes ? [RevealNotes] : [],
+    // Slides without seconds take none, if any slide has some: the speaker's pace.
+    ...(document.querySelector("section[data-timing]") && { defaultTiming: 0 }),
+    plugins: [pgmViews, ...(window.RevealNotes ? [RevealNotes] : [])],
   });
   // reveal.js calls the whole page an application; it is a document with landmarks.
   document.querySelector(".reveal").removeAttribute("role");

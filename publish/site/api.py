@@ -1,0 +1,105 @@
+"""The reference: what is public in `pgm_lab`, a page a room.
+
+A name that a room offers stands on its page as ``room.name``, whatever module it is
+written in; what else a public module of the room holds follows under that module.
+"""
+
+import importlib
+import inspect
+import pkgutil
+from pathlib import Path
+from types import ModuleType
+
+import pgm_lab
+
+
+def write(folder: Path) -> list[str]:
+    """Write a page for each room of the package; return their names."""
+    target = folder / "reference"
+    target.mkdir()
+    pages = []
+    for room in rooms():
+        name = room.__name__.removeprefix("pgm_lab.")
+        (target / f"{name}.rst").write_text(page(room), encoding="utf-8")
+        pages.append(f"reference/{name}")
+    return pages
+
+
+def public_names() -> dict[str, str]:
+    """Return the page of each public function and class by its full name."""
+    return {
+        f"{module.__name__}.{name}": f"reference/{_room_of(module)}"
+        for room in rooms()
+        for module, names in contents(room).items()
+        for name in names
+    }
+
+
+def rooms() -> list[ModuleType]:
+    """Return the public modules and folders directly in the package."""
+    return _modules(pgm_lab)
+
+
+def contents(room: ModuleType) -> dict[ModuleType, list[str]]:
+    """Return the functions and classes of a room, each once, by the module to use."""
+    found: dict[ModuleType, list[str]] = {}
+    seen: set[object] = set()
+    for module in [room, *_modules(room)]:
+        found[module] = [
+            name
+            for name, thing in vars(module).items()
+            if _offers(module, name, thing) and thing not in seen
+        ]
+        seen |= {getattr(module, name) for name in found[module]}
+    return found
+
+
+def page(room: ModuleType) -> str:
+    """Write the page of a room for autodoc."""
+    parts = []
+    for module, names in contents(room).items():
+        title = module.__name__
+        parts.append(f"{title}\n{('=' if module is room else '-') * len(title)}")
+        parts.append(f".. automodule:: {title}")
+        parts += [_entry(module, name) for name in names]
+    return "\n\n".join(parts) + "\n"
+
+
+def _entry(module: ModuleType, name: str) -> str:
+    full = f"{module.__name__}.{name}"
+    thing = getattr(module, name)
+    if not inspect.isclass(thing):
+        return f".. autofunction:: {full}"
+    return f".. autoclass:: {full}\n   :members:\n   :exclude-members: {_fields(thing)}"
+
+
+def _fields(thing: type) -> str:
+    """Name the fields of a dataclass: its docstring has them under Attributes."""
+    return ", ".join(vars(thing).get("__annotations__", {})) or "__none__"
+
+
+def _offers(module: ModuleType, name: str, thing: object) -> bool:
+    """Whether a module says that a function or class is to be taken from it."""
+    documented = inspect.isfunction(thing) or inspect.isclass(thing)
+    if name.startswith("_") or not documented:
+        return False
+    home = thing.__module__
+    if hasattr(module, "__path__"):  # a room offers what it imports by name
+        listed = getattr(module, "__all__", None)
+        if listed is not None:
+            return name in listed
+        return home == module.__name__ or home.startswith(f"{module.__name__}._")
+    return home == module.__name__
+
+
+def _modules(package: ModuleType) -> list[ModuleType]:
+    names = pkgutil.iter_modules(getattr(package, "__path__", []))
+    return [
+        importlib.import_module(f"{package.__name__}.{info.name}")
+        for info in names
+        if not info.name.startswith("_")
+    ]
+
+
+def _room_of(module: ModuleType) -> str:
+    return module.__name__.split(".")[1]

@@ -1,0 +1,30 @@
+"""The guides: what README says on a reader's own network, photos and images."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SECTIONS = {
+    "network": "Your own network",
+    "photos": "Your own photos",
+    "images": "Your own images",
+}
+
+
+def write(folder: Path) -> list[str]:
+    """Write a page for each section of README; return their names."""
+    target = folder / "guides"
+    target.mkdir()
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for name, heading in SECTIONS.items():
+        text = f"# {heading}\n{section(readme, heading)}"
+        (target / f"{name}.md").write_text(text, encoding="utf-8")
+    return [f"guides/{name}" for name in SECTIONS]
+
+
+def section(text: str, heading: str) -> str:
+    """Return what stands below a heading of the second level, up to the next."""
+    found = re.search(rf"^## {re.escape(heading)}\n(.*?)(?=^## |\Z)", text, re.M | re.S)
+    if not found:
+        raise ValueError(f"README.md has no section {heading!r}")
+    return found[1]
