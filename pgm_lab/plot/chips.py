@@ -156,8 +156,9 @@ def table_of_r(ax: Axes, r: ArrayLike, numbers: bool = False) -> None:
 
 
 def _short(r: float) -> str:
-    """Two decimals without the zero before the point, as many books print r."""
-    return f"{r:.2f}".replace("-", "−").replace("0.", ".", 1)
+    """Two decimals behind the point alone, as many books print r; 1.0 has one."""
+    text = f"{r:.2f}".replace("-", "−")
+    return text.replace("0.", ".", 1) if "0." in text else text[:-1]
 
 
 def places(image: ArrayLike, points: ArrayLike, chip: int = 21) -> Figure:
@@ -205,14 +206,15 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     t = np.linspace(-1.35, 1.35, 200)
     height = r_middle + slope * top + half * top**2
     span = height - min(r_left, r_right)
-    fig, ax = plt.subplots(figsize=(10, 4.2))
+    fig, ax = plt.subplots(figsize=(10, 4))
+    ax.tick_params(labelsize=15)
     ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
     ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)
     ax.vlines(top, 0, height, color=basic.RED, linestyle="--", label="peak, at t")
     ax.plot(top, height, "X", color=basic.RED, markersize=15)
     names = ("$r_{left}$", "$r_{middle}$", "$r_{right}$")
     for x, r, name in zip((-1, 0, 1), (r_left, r_middle, r_right), names):
-        text: Look = {"textcoords": "offset points", "fontsize": 18, "ha": "right"}
+        text: Look = {"textcoords": "offset points", "fontsize": 19, "ha": "right"}
         ax.annotate(name, (x, r), (-12, 6), **text)
     ax.set(ylim=(min(r_left, r_right) - 0.35 * span, height + 0.25 * span))
     ax.set(
@@ -220,5 +222,5 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
         ylabel="r",
         xticks=(-1, 0, 1),
     )
-    ax.legend(loc="upper right")
+    ax.legend(loc="upper right", fontsize=15)
     return fig

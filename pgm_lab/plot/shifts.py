@@ -140,7 +140,8 @@ def trial(
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
         raise ValueError("error must have chips within a pixel and chips beyond it")
-    fig, ax = plt.subplots(figsize=(10, 4.4))
+    fig, ax = plt.subplots(figsize=(10, 4.1))
+    ax.tick_params(labelsize=15)
     styles = [(basic.BLUE, "-"), (basic.ORANGE, "--"), (basic.PURPLE, "-.")]
     for (name, score), (colour, line) in zip(_tests(tests, len(r)).items(), styles):
         order = np.unique(score)[::-1]
@@ -161,7 +162,7 @@ def trial(
         )
     ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
     ax.set(xlim=(0, 25), ylim=(min(50, share[1], kept[1]) - 8, 106))
-    ax.legend(loc="lower right")
+    ax.legend(loc="lower right", fontsize=15)
     basic.show(
         fig,
         f"Receiver operating characteristic curves of {' and of '.join(tests)}: right"
