@@ -1,20 +1,22 @@
 """The plain way: ``jupyter nbconvert --to slides`` makes what ``make slides`` makes.
 
-nbconvert looks for the template of slides, ``reveal``, in the folder where it is called
-before it takes its own. In the clone it finds the folder of that name, which leads here.
+``pip install -e .`` puts ``jupyter_nbconvert_config.json`` where Jupyter finds it in this
+environment, and that names `Lecture`. Jupyter reads no configuration from the folder
+where it is called. Notebooks of other projects get the slides of nbconvert, as ever.
 """
 
 from pathlib import Path
 
-from nbconvert.nbconvertapp import NbConvertApp
 from nbconvert.preprocessors import Preprocessor
 from nbformat import NotebookNode
 
 from publish.errors import PublishError
 
+TEMPLATES = Path(__file__).parent / "templates"
+
 
 class Lecture(Preprocessor):
-    """Puts the lecturer's slides of a notebook, as it is saved, into the resources."""
+    """Lets the exporter write the lecturer's slides, from the notebook as it is saved."""
 
     def preprocess(
         self, nb: NotebookNode, resources: dict
@@ -25,30 +27,25 @@ class Lecture(Preprocessor):
         ------
         SystemExit
             With a sentence, if packages are missing or the notebook cannot be shown.
-        PublishError
-            The same where a server, not the command, asked: that goes on.
         """
         metadata = resources["metadata"]
-        path = Path(metadata.get("path", ""), f"{metadata['name']}.ipynb")
+        path = Path(metadata.get("path", ""), f"{metadata['name']}.ipynb").resolve()
+        if not (path.parents[1] / "publish" / "plain.py").exists():
+            return nb, resources
+        self.parent.extra_template_basedirs = [str(TEMPLATES)]
+        self.parent.template_name = "pgm_plain"
         try:
-            resources["page"] = _page(path)
-        except PublishError as error:
-            if not NbConvertApp.initialized():
-                raise
+            return nb, resources | {"page": _page(path)}
+        except (PublishError, ValueError, OSError) as error:
             raise SystemExit(f"nbconvert: {error}") from error
-        return nb, resources
 
 
 def _page(path: Path) -> str:
-    """Return the page; whatever is wrong, what is raised says so in a sentence."""
     try:
         from publish.page import slides_page
-
-        return slides_page(path)
     except ModuleNotFoundError as error:
         raise PublishError(
             f"the Python package {error.name} is missing. "
             'Install what slides need with: pip install -e ".[publish]"'
         ) from error
-    except (OSError, ValueError) as error:
-        raise PublishError(str(error)) from error
+    return slides_page(path)
