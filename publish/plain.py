@@ -1,46 +1,51 @@
 """The plain way: ``jupyter nbconvert --to slides`` makes what ``make slides`` makes.
 
-``pip install -e .`` puts ``jupyter_nbconvert_config.json`` where Jupyter finds it in this
-environment, and that names `Lecture`. Jupyter reads no configuration from the folder
-where it is called. Notebooks of other projects get the slides of nbconvert, as ever.
+``reveal/index.html.j2`` runs this file, because nbconvert reads no configuration from
+the folder where it is called, but takes templates from there. It needs no installation,
+and no other format of nbconvert comes past it.
 """
 
+import sys
 from pathlib import Path
 
-from nbconvert.preprocessors import Preprocessor
-from nbformat import NotebookNode
+from nbconvert.nbconvertapp import NbConvertApp
 
-from publish.errors import PublishError
-
-TEMPLATES = Path(__file__).parent / "templates"
+ROOT = Path(__file__).resolve().parents[1]
 
 
-class Lecture(Preprocessor):
-    """Lets the exporter write the lecturer's slides, from the notebook as it is saved."""
+def page(metadata: dict[str, str]) -> str | None:
+    """Return the lecturer's slides of a notebook of this project, as it is saved.
 
-    def preprocess(
-        self, nb: NotebookNode, resources: dict
-    ) -> tuple[NotebookNode, dict]:
-        """Return the notebook unchanged, and the resources with the whole page.
+    Parameters
+    ----------
+    metadata : dict
+        Where nbconvert has the notebook from: its folder, "path", and its "name".
 
-        Raises
-        ------
-        SystemExit
-            With a sentence, if packages are missing or the notebook cannot be shown.
-        """
-        metadata = resources["metadata"]
-        path = Path(metadata.get("path", ""), f"{metadata['name']}.ipynb").resolve()
-        if not (path.parents[1] / "publish" / "plain.py").exists():
-            return nb, resources
-        self.parent.extra_template_basedirs = [str(TEMPLATES)]
-        self.parent.template_name = "pgm_plain"
-        try:
-            return nb, resources | {"page": _page(path)}
-        except (PublishError, ValueError, OSError) as error:
+    Returns
+    -------
+    str or None
+        The page; none if the notebook does not stand in ``notebooks/``.
+
+    Raises
+    ------
+    SystemExit
+        With a sentence, if packages are missing or the notebook cannot be published.
+    """
+    folder = Path(metadata.get("path", "")).resolve()
+    if folder != ROOT / "notebooks":
+        return None
+    try:
+        return _slides(folder / f"{metadata['name']}.ipynb")
+    except Exception as error:
+        if NbConvertApp.initialized():  # a command; a server has to live on
             raise SystemExit(f"nbconvert: {error}") from error
+        raise
 
 
-def _page(path: Path) -> str:
+def _slides(path: Path) -> str:
+    sys.path.insert(0, str(ROOT))
+    from publish.errors import PublishError
+
     try:
         from publish.page import slides_page
     except ModuleNotFoundError as error:
