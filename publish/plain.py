@@ -34,23 +34,20 @@ def page(metadata: dict[str, str]) -> str | None:
     folder = Path(metadata.get("path", "")).resolve()
     if folder != ROOT / "notebooks":
         return None
-    try:
-        return _slides(folder / f"{metadata['name']}.ipynb")
-    except Exception as error:
-        if NbConvertApp.initialized():  # a command; a server has to live on
-            raise SystemExit(f"nbconvert: {error}") from error
-        raise
-
-
-def _slides(path: Path) -> str:
     sys.path.insert(0, str(ROOT))
     from publish.errors import PublishError
 
     try:
         from publish.page import slides_page
+
+        return slides_page(folder / f"{metadata['name']}.ipynb")
     except ModuleNotFoundError as error:
-        raise PublishError(
+        problem = PublishError(
             f"the Python package {error.name} is missing. "
             'Install what slides need with: pip install -e ".[publish]"'
-        ) from error
-    return slides_page(path)
+        )
+    except (PublishError, ValueError, OSError) as error:
+        problem = error
+    if NbConvertApp.initialized():  # the command; a server has to live on
+        raise SystemExit(f"nbconvert: {problem}")
+    raise problem
