@@ -149,7 +149,7 @@ def by_hand(
 
     def draw(dx: int, dy: int) -> None:
         moved = other[_moved(rows, dy), _moved(columns, dx)]
-        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5), **panels)
+        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5.2), **panels)
         overlay(one[window], moved, ax=left)
         left.images[0].set_extent(extent)
         change = moved - one[window]
