@@ -1,32 +1,53 @@
-"""The plain way: `jupyter nbconvert --to slides` makes what `make slides` makes.
+"""The plain way: ``jupyter nbconvert --to slides`` makes what ``make slides`` makes.
 
-`jupyter_nbconvert_config.py` leads here, and the template `pgm_plain` writes the page.
+``reveal/index.html.j2`` runs this file, because nbconvert reads no configuration from
+the folder where it is called, but takes templates from there. It needs no installation,
+and no other format of nbconvert comes past it.
 """
 
+import sys
 from pathlib import Path
 
-from nbformat import NotebookNode
+from nbconvert.nbconvertapp import NbConvertApp
 
-from publish.errors import PublishError
+ROOT = Path(__file__).resolve().parents[1]
 
 
-def lecture(notebook: NotebookNode, resources: dict) -> tuple[NotebookNode, dict]:
-    """Put the lecturer's slides of a notebook into `resources`, as a whole page.
+def page(metadata: dict[str, str]) -> str | None:
+    """Return the lecturer's slides of a notebook of this project, as it is saved.
 
-    A preprocessor of nbconvert. What is wrong ends the command with a sentence, which
-    also names what to install where the packages for publishing are missing.
+    Parameters
+    ----------
+    metadata : dict
+        Where nbconvert has the notebook from: its folder, "path", and its "name".
+
+    Returns
+    -------
+    str or None
+        The page; none if the notebook does not stand in ``notebooks/``.
+
+    Raises
+    ------
+    SystemExit
+        With a sentence, if packages are missing or the notebook cannot be published.
     """
-    metadata = resources["metadata"]
-    path = Path(metadata["path"], f"{metadata['name']}.ipynb")
+    folder = Path(metadata.get("path", "")).resolve()
+    if folder != ROOT / "notebooks":
+        return None
+    sys.path.insert(0, str(ROOT))
+    from publish.errors import PublishError
+
     try:
         from publish.page import slides_page
 
-        resources["page"] = slides_page(path)
+        return slides_page(folder / f"{metadata['name']}.ipynb")
     except ModuleNotFoundError as error:
-        raise SystemExit(
-            f"nbconvert: the Python package {error.name} is missing. "
+        problem = PublishError(
+            f"the Python package {error.name} is missing. "
             'Install what slides need with: pip install -e ".[publish]"'
-        ) from error
+        )
     except (PublishError, ValueError, OSError) as error:
-        raise SystemExit(f"nbconvert: {error}") from error
-    return notebook, resources
+        problem = error
+    if NbConvertApp.initialized():  # the command; a server has to live on
+        raise SystemExit(f"nbconvert: {problem}")
+    raise problem
