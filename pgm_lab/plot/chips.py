@@ -39,8 +39,10 @@ def search(
     dx, dy, r = best_shift(reference, sensed, point, chip, radius)
     x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
     half, room = chip / 2, chip / 2 + radius
-    panels: Look = {"width_ratios": (0.85, 0.85, 1), "layout": "compressed"}
-    fig, axes = plt.subplots(1, 3, figsize=(10, 4.1), **panels)
+    panels: Look = {"width_ratios": (0.85, 0.85, 1), "wspace": 0.08}
+    fig, axes = plt.subplots(
+        1, 3, figsize=(10, 4.1), layout="compressed", gridspec_kw=panels
+    )
     left, right, numbers = axes
     for ax, image, name in zip(axes, (reference, sensed), ("reference", "sensed")):
         _photo(ax, image, name, (x, y), room + 4)
@@ -69,7 +71,6 @@ def search(
         " pixels farther to each side; in it the chip at its best place, and an arrow,"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
         f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
-        colours=128,
     )
 
 
@@ -87,8 +88,10 @@ def chip_and_map(reference: ArrayLike, point: ArrayLike, r: ArrayLike) -> None:
     """
     r = _doors.square_map(r)
     x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
-    look: Look = {"width_ratios": (0.5, 1), "layout": "compressed"}
-    fig, (left, right) = plt.subplots(1, 2, figsize=(7, 4.2), **look)
+    panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
+    fig, (left, right) = plt.subplots(
+        1, 2, figsize=(7, 4), layout="compressed", gridspec_kw=panels
+    )
     _photo(left, reference, "reference", (x, y), CHIP / 2)
     left.set_title("chip")
     table_of_r(right, r, numbers=True)
@@ -97,7 +100,6 @@ def chip_and_map(reference: ArrayLike, point: ArrayLike, r: ArrayLike) -> None:
         fig,
         f"Left, a chip of {CHIP} by {CHIP} pixels. Right, r for every shift as a map of"
         f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
-        colours=128,
     )
 
 

@@ -87,7 +87,6 @@ def two_colours(
         " of a field runs a narrow fringe, green on one side and magenta on the other."
         " Beside it the difference: level grey in the fields, a white or a black line"
         " along their edges.",
-        colours=160,
     )
 
 
@@ -149,7 +148,7 @@ def by_hand(
 
     def draw(dx: int, dy: int) -> None:
         moved = other[_moved(rows, dy), _moved(columns, dx)]
-        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5), **panels)
+        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5.2), **panels)
         overlay(one[window], moved, ax=left)
         left.images[0].set_extent(extent)
         change = moved - one[window]
@@ -167,7 +166,6 @@ def by_hand(
             fig,
             f"A part of both images of {size} by {size} pixels, in two colours and as"
             f" difference, with a thin line between any two pixels; {drawn}.",
-            colours=128,
         )
 
     look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
@@ -223,7 +221,7 @@ def _moved(part: slice, step: int) -> slice:
 def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
     """Draw a thin line between pixels, and name every fifth."""
     left, right, bottom, top = extent
-    look: Look = {"color": "white", "linewidth": 0.6, "alpha": 0.55}
+    look: Look = {"color": "0.7", "linewidth": 0.6, "alpha": 0.7}
     for x in np.arange(left, right + 0.1):
         ax.axvline(x, **look)
     for y in np.arange(top, bottom + 0.1):

@@ -79,7 +79,7 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
     true, found, r = _lists(true=true, found=found, r=r)
     radius = _validate.whole(radius, "radius", 1)
     wrong = np.abs(found - true) > WRONG
-    fig, axes = plt.subplots(1, 2, figsize=(7, 3.9))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.9), gridspec_kw={"wspace": 0.08})
     end = max(float(true.max()), radius + 1.0)
     axes[0].plot((0, end), (0, end), color=basic.GREEN, label="as it should be")
     axes[0].axhline(radius, color=basic.BLACK, linestyle=":", label="end of the search")
