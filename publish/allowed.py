@@ -51,7 +51,8 @@ FUNCTIONS = set(
     # numbers and texts
     "var calc min max clamp attr counter counters "
     # colours and gradients
-    "rgb rgba hsl hsla color-mix light-dark linear-gradient radial-gradient "
+    "rgb rgba hsl hsla color-mix light-dark linear-gradient "
+    "repeating-linear-gradient radial-gradient "
     # shapes, places and movements
     "inset circle polygon translate translatex translatey translatez translate3d "
     "scale scalex scaley rotate rotatex rotatey rotatez skew matrix perspective "

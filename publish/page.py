@@ -11,7 +11,7 @@ from nbconvert import HTMLExporter, SlidesExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
 
-from publish import assets, deck, prepare
+from publish import assets, deck, paper, prepare
 from publish.errors import PublishError
 from publish.selfcontained import embed_images, problems
 from publish.student import name
@@ -45,7 +45,7 @@ def handout_page(path: Path) -> str:
     exporter = HTMLExporter(
         template_name="pgm_handout", extra_template_basedirs=[str(TEMPLATES)]
     )
-    return _page(exporter, path, prepare.for_handouts, assets.handout_assets())
+    return _page(exporter, path, paper.for_handouts, assets.handout_assets())
 
 
 def _page(exporter: HTMLExporter, path: Path, prepared, files: dict) -> str:

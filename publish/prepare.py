@@ -1,4 +1,4 @@
-"""What of a notebook goes into the slides and into the handouts."""
+"""What of a notebook goes into the slides."""
 
 import re
 from typing import Literal
@@ -6,7 +6,7 @@ from typing import Literal
 from nbformat import NotebookNode
 
 from publish import deck, pace, questions, verdicts
-from publish.student import PLACEHOLDER, blank_solutions, slide_type, tags
+from publish.student import slide_type, tags, unsolved
 
 # "## What is a pixel? · 8 min": what a section takes a reader who works alone
 MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
@@ -32,7 +32,7 @@ def for_slides(
     stem : str
         Name of the file, by which a lesson finds its case.
     """
-    result = _unsolved(notebook)
+    result = unsolved(notebook)
     cells = []
     for cell in result.cells:
         asked = questions.slides(cell, key=audience == "lecturer")
@@ -72,19 +72,6 @@ def titled(cell: NotebookNode) -> list[NotebookNode]:
     return [above, cell]
 
 
-def for_handouts(notebook: NotebookNode) -> NotebookNode:
-    """Return the notebook without solutions and speaker notes."""
-    result = _unsolved(notebook)
-    result.cells = [cell for cell in result.cells if slide_type(cell) != "notes"]
-    for cell in result.cells:
-        # The template that both share leaves out what slides skip; paper does not.
-        cell.metadata.pop("slideshow", None)
-        # What is folded to be read later is open on paper; a prediction stays closed.
-        if {"derive", "why"} & set(tags(cell)):
-            cell.source = cell.source.replace("<details>", "<details open>")
-    return result
-
-
 def title(notebook: NotebookNode) -> str:
     """Return the first heading as plain text."""
     for cell in notebook.cells:
@@ -92,17 +79,3 @@ def title(notebook: NotebookNode) -> str:
         if cell.cell_type == "markdown" and heading:
             return re.sub(r"[*`$]|<[^>]*>", "", heading[1])
     return "Untitled"
-
-
-def _unsolved(notebook: NotebookNode) -> NotebookNode:
-    """Blank the solutions, and clear the outputs that would give them away."""
-    result = blank_solutions(notebook)
-    result.cells = [
-        cell
-        for cell in result.cells
-        if cell.source.strip() and "claims" not in tags(cell)
-    ]
-    for cell in result.cells:
-        if PLACEHOLDER in cell.source or "check" in tags(cell):
-            cell.outputs = []
-    return result

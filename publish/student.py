@@ -83,6 +83,20 @@ def blank_solutions(notebook: NotebookNode) -> NotebookNode:
     return result
 
 
+def unsolved(notebook: NotebookNode) -> NotebookNode:
+    """Return a copy to be read: solutions blank, and no output that gives them away."""
+    result = blank_solutions(notebook)
+    result.cells = [
+        cell
+        for cell in result.cells
+        if cell.source.strip() and "claims" not in tags(cell)
+    ]
+    for cell in result.cells:
+        if PLACEHOLDER in cell.source or "check" in tags(cell):
+            cell.outputs = []
+    return result
+
+
 def _blank(cell: NotebookNode) -> str:
     """Return the source of one cell with each solution block as a placeholder."""
     kept = []

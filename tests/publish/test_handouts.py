@@ -8,7 +8,8 @@ from pypdf import PdfReader
 from publish import assets
 from publish.browser import offline_context
 from publish.page import handout_page, own_scripts
-from publish.prepare import for_handouts, title
+from publish.paper import for_handouts
+from publish.prepare import title
 from publish.selfcontained import problems
 from publish.student import slide_type, tags
 from tests.publish.look import (

@@ -8,7 +8,8 @@ from nbformat.v4 import new_output
 from pgm_lab.checks._predict import page as choices_page
 from publish.browser import offline_context
 from publish.page import handout_page, slides_page
-from publish.prepare import for_handouts, for_slides
+from publish.paper import for_handouts
+from publish.prepare import for_slides
 from publish.student import student_copy, tags
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import overflow
