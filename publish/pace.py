@@ -1,6 +1,7 @@
 """The pace of a lecture, from the minutes that the lecturer's notes begin with."""
 
 from dataclasses import dataclass
+from html import escape
 from itertools import accumulate
 
 from nbformat import NotebookNode
@@ -80,7 +81,8 @@ def add_break(parts: list[Section], notebook: NotebookNode, stem: str) -> None:
     later = [one.title for one in parts[place + 1 :] if one.minutes]
     coming = later[:1] or _after_the_lecture(parts[place + 1 :], notebook, stem)
     if within[-1] >= SHORT and coming:
-        text = "### Break\n\nWhat comes next:\n\n" + "\n".join(f"- {c}" for c in coming)
+        comes = "".join(f"<li>{escape(one)}</li>" for one in coming)
+        text = f'### Break\n\nWhat comes next:\n\n<ul class="choices">{comes}</ul>'
         last = parts[place].slides[-1][-1]
         parts[place].slides.append([deck.made(last, text, "slide", tag="break")])
 
@@ -95,5 +97,5 @@ def _after_the_lecture(
     return [
         *(one.title for one in rest if one.title == QUESTIONS),
         *(["the exercises, each at its own pace"] if "exercise" in used else []),
-        *(f"*{row['title']}*" for row in rows if row["number"] == f"{number}c"),
+        *(row["title"] for row in rows if row["number"] == f"{number}c"),
     ]
