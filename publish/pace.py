@@ -8,7 +8,7 @@ from nbformat import NotebookNode
 
 from pgm_lab import datasets
 from publish import deck
-from publish.student import tags
+from publish.student import slide_type, tags
 from tools import form
 
 STEP = 5  # seconds: nobody keeps time more exactly
@@ -53,6 +53,20 @@ def keep_time(parts: list[Section]) -> None:
         weights = [1 + any("predict" in tags(c) for c in slide) for slide in one.slides]
         for slide, seconds in zip(one.slides, shares(60 * one.minutes, weights)):
             slide[0].metadata.slideshow["data"] = {"timing": seconds}
+
+
+def repeat_notes(parts: list[Section]) -> None:
+    """Put the note of a section, which says what to ask, on each of its slides.
+
+    In a notebook it ends the section, where a lecturer would see it too late.
+    """
+    for one in parts[1:]:
+        every = [cell for slide in one.slides for cell in slide]
+        notes = [cell for cell in every if slide_type(cell) == "notes"]
+        for note in filter(lambda note: form.NOTE.match(note.source), notes):
+            others = (slide for slide in one.slides if note not in slide)
+            for number, slide in enumerate(others):
+                slide.append(deck.made(note, note.source, "notes", number))
 
 
 def shares(whole: int, weights: list[int]) -> list[int]:

@@ -98,6 +98,14 @@ def test_minutes_of_a_section_are_seconds_of_its_slides():
     assert timings(found) == [0, 105, 105, 210]  # a prediction counts twice
 
 
+def test_the_note_of_a_section_is_on_each_of_its_slides():
+    found = slides(*lecture(10, 5), quick_questions())
+    notes = [[c.source for c in one if slide_type(c) == NOTE] for one in found]
+    first, second = ["10 minutes. Ask first."], ["5 minutes. Ask first."]
+    head = ["60 minutes with the exercises."]
+    assert notes == [head, first, first, second, second, []]
+
+
 @pytest.mark.parametrize("whole", [60, 420, 540])
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_seconds_sum_to_the_section(whole, number):
