@@ -1,13 +1,14 @@
 """The pace of a lecture, from the minutes that the lecturer's notes begin with."""
 
 from dataclasses import dataclass
+from html import escape
 from itertools import accumulate
 
 from nbformat import NotebookNode
 
 from pgm_lab import datasets
 from publish import deck
-from publish.student import tags
+from publish.student import slide_type, tags
 from tools import form
 
 STEP = 5  # seconds: nobody keeps time more exactly
@@ -54,6 +55,20 @@ def keep_time(parts: list[Section]) -> None:
             slide[0].metadata.slideshow["data"] = {"timing": seconds}
 
 
+def repeat_notes(parts: list[Section]) -> None:
+    """Put the note of a section, which says what to ask, on each of its slides.
+
+    In a notebook it ends the section, where a lecturer would see it too late.
+    """
+    for one in parts[1:]:
+        every = [cell for slide in one.slides for cell in slide]
+        notes = [cell for cell in every if slide_type(cell) == "notes"]
+        for note in filter(lambda note: form.NOTE.match(note.source), notes):
+            others = (slide for slide in one.slides if note not in slide)
+            for number, slide in enumerate(others):
+                slide.append(deck.made(note, note.source, "notes", number))
+
+
 def shares(whole: int, weights: list[int]) -> list[int]:
     """Divide seconds by weights, in steps of 5 s, so that they sum to the whole.
 
@@ -80,7 +95,8 @@ def add_break(parts: list[Section], notebook: NotebookNode, stem: str) -> None:
     later = [one.title for one in parts[place + 1 :] if one.minutes]
     coming = later[:1] or _after_the_lecture(parts[place + 1 :], notebook, stem)
     if within[-1] >= SHORT and coming:
-        text = "### Break\n\nWhat comes next:\n\n" + "\n".join(f"- {c}" for c in coming)
+        comes = "".join(f"<li>{escape(one)}</li>" for one in coming)
+        text = f'### Break\n\nWhat comes next:\n\n<ul class="choices">{comes}</ul>'
         last = parts[place].slides[-1][-1]
         parts[place].slides.append([deck.made(last, text, "slide", tag="break")])
 
@@ -95,5 +111,5 @@ def _after_the_lecture(
     return [
         *(one.title for one in rest if one.title == QUESTIONS),
         *(["the exercises, each at its own pace"] if "exercise" in used else []),
-        *(f"*{row['title']}*" for row in rows if row["number"] == f"{number}c"),
+        *(row["title"] for row in rows if row["number"] == f"{number}c"),
     ]

@@ -40,6 +40,7 @@ def for_slides(
         cells += asked or ([] if read_alone else [cell])
     parts = pace.sections(notebook, cells)
     pace.keep_time(parts)
+    pace.repeat_notes(parts)
     pace.add_break(parts, notebook, stem)
     result.cells = [
         cell

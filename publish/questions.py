@@ -41,13 +41,14 @@ def slides(cell: NotebookNode, key: bool) -> list[NotebookNode]:
         Whether the answers go with the questions.
     """
     if "predict" in tags(cell) and slide_type(cell) == "skip":
-        texts = [text for one in _asked(cell) for text in _one_a_slide(*one, key)]
+        texts = [text for one in _asked(cell) for text in _one_a_slide(*one)]
     else:
         chapter = CHECKED.search(cell.source) if "check" in tags(cell) else None
         texts = _answers(chapter[1]) if chapter and key else []
     return [
         deck.made(cell, *text, number, tag="question")
         for number, text in enumerate(texts)
+        if key or text[1] != "fragment"
     ]
 
 
@@ -71,7 +72,7 @@ def _choice(folded) -> Choice:
     return Choice(folded.summary.get_text(), mark == "✓", sentence)
 
 
-def _one_a_slide(question: str, choices: list[Choice], key: bool) -> list[Text]:
+def _one_a_slide(question: str, choices: list[Choice]) -> list[Text]:
     listed = "\n".join(f"<li>{escape(one.text)}</li>" for one in choices)
     asked = f'### {escape(question)}\n\n<ol class="choices" type="A">\n{listed}\n</ol>'
     answers = [
@@ -79,7 +80,7 @@ def _one_a_slide(question: str, choices: list[Choice], key: bool) -> list[Text]:
         for letter, one in zip("ABCDE", choices)
         if one.right
     ]
-    return [(asked, "subslide"), *((text, "fragment") for text in answers if key)]
+    return [(asked, "subslide"), *((text, "fragment") for text in answers)]
 
 
 def _answers(chapter: str) -> list[Text]:

@@ -63,9 +63,8 @@ def _with_cards(
     if second:
         heading = slide[0].source.partition("\n")[0].lstrip("# ") or "Verdicts"
         more.id, more.metadata.slideshow = f"{cell.id}{deck.MADE}cards", {}
-        more.outputs = [
-            copy.deepcopy(output) | {"data": {"text/html": cards(second, caption)}}
-        ]
+        more.outputs = [copy.deepcopy(output)]
+        more.outputs[0].data = {"text/html": cards(second, caption)}
         above = deck.made(cell, f"### {heading}, continued", "subslide", 1)
         result += [above, more, deck.made(cell, _in_full(second), "notes", 2)]
     return result
