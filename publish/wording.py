@@ -11,8 +11,8 @@ from nbformat import NotebookNode
 
 from publish import deck, prepare
 from publish.errors import PublishError
+from publish.legible import in_new_form
 from publish.student import slide_type, tags
-from tools import form
 
 HEADING = re.compile(r"^#{1,6} .*\S", re.MULTILINE)
 FENCED = re.compile(r"```.*?```|`[^`]*`", re.DOTALL)
@@ -63,12 +63,12 @@ def check(notebooks: list[Path]) -> None:
     PublishError
         If a notebook in the new form has a problem; it names each slide.
     """
-    new_form, refused = form.kinds(), []
+    refused = []
     for path in notebooks:
         notebook = nbformat.read(path, as_version=4)
         slides = prepare.for_slides(notebook, "lecturer", path.stem)
         for said in problems(slides.cells):
-            if path.stem in new_form:
+            if in_new_form(path):
                 refused.append(f"{path.name}, {said}")
             else:
                 print(f"publish: {path.name}, {said}", file=sys.stderr)

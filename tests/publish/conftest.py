@@ -1,4 +1,4 @@
-"""Publish every chapter once, and open it with the network cut.
+"""Make every deck once, and open it with the network cut.
 
 A missing browser or package is a failure here, not a reason to skip.
 """
@@ -9,9 +9,11 @@ import nbformat
 import pytest
 
 from publish.browser import offline_context, open_browser
+from publish.page import slides_page
+from publish.prepare import for_slides
 from tests import trial
-from tests.publish.example import example
-from tests.publish.watch import Watched, published
+from tests.publish.example import example, quick_questions
+from tests.publish.watch import Deck, Watched, published, written
 
 ROOT = Path(__file__).resolve().parents[2]
 CHAPTERS = {p.stem: p for p in sorted((ROOT / "notebooks").glob("[0-9A-Z]*.ipynb"))}
@@ -37,16 +39,19 @@ def lesson(tmp_path_factory) -> Path:
     return trial.lesson(tmp_path_factory.mktemp("project"))
 
 
-@pytest.fixture(scope="session", params=["example", "lesson", *CHAPTERS])
-def chapter(request, tmp_path_factory) -> Path:
-    """Each real notebook, the skeleton's, and one that has a bit of everything."""
-    if request.param == "lesson":
-        return request.getfixturevalue("lesson")
-    if request.param != "example":
-        return CHAPTERS[request.param]
+@pytest.fixture(scope="session")
+def small(tmp_path_factory) -> Path:
+    """A notebook that has a bit of everything."""
     path = tmp_path_factory.mktemp("notebooks") / "01_example.ipynb"
-    nbformat.write(example(), path)
+    nbformat.write(example(quick_questions()), path)
     return path
+
+
+@pytest.fixture(scope="session", params=["example", "lesson", *CHAPTERS])
+def chapter(request) -> Path:
+    """Each real notebook, the skeleton's, and one that has a bit of everything."""
+    made = {"example": "small", "lesson": "lesson"}.get(request.param)
+    return request.getfixturevalue(made) if made else CHAPTERS[request.param]
 
 
 @pytest.fixture(scope="session")
@@ -55,35 +60,38 @@ def notebook(chapter):
 
 
 @pytest.fixture(scope="session")
-def decks(chapter, tmp_path_factory) -> list[Path]:
-    """The lecturer's slides and the students', by the command."""
-    return published("slides", chapter, tmp_path_factory.mktemp("build"))
+def prepared(chapter, notebook) -> list:
+    """The cells of the lecturer's deck."""
+    return for_slides(notebook, "lecturer", chapter.stem).cells
 
 
 @pytest.fixture(scope="session")
-def slides_file(decks) -> Path:
-    return decks[0]
-
-
-@pytest.fixture(scope="session")
-def student_file(decks) -> Path:
-    return decks[1]
+def slides_file(chapter, tmp_path_factory) -> Path:
+    """The lecturer's deck; the students' is a part of it."""
+    return written(tmp_path_factory.mktemp("build"), slides_page(chapter))
 
 
 @pytest.fixture(scope="session")
 def slides(browser, slides_file):
-    """The slides in the browser, every fragment shown."""
+    """The slides in the browser, every fragment shown; each was looked at once."""
     context = offline_context(browser, viewport={"width": 1280, "height": 720})
-    watched = Watched(context)
-    watched.page.goto(slides_file.as_uri())
-    watched.wait()
-    watched.page.evaluate("Reveal.configure({ fragments: false })")
-    yield watched
+    yield Deck(context, slides_file)
+    context.close()
+
+
+@pytest.fixture(scope="session")
+def lesson_decks(browser, lesson, tmp_path_factory):
+    """The lecturer's and the students' deck of the skeleton's lesson."""
+    context = offline_context(browser, viewport={"width": 1280, "height": 720})
+    pages = [slides_page(lesson, audience) for audience in ("lecturer", "student")]
+    yield [
+        Deck(context, written(tmp_path_factory.mktemp("build"), page)) for page in pages
+    ]
     context.close()
 
 
 @pytest.fixture(scope="session")
 def handout_file(chapter, tmp_path_factory):
     """The PDF, printed by a browser of its own as the command does it."""
-    (written,) = published("handouts", chapter, tmp_path_factory.mktemp("build"))
-    return written
+    (pdf,) = published("handouts", chapter, tmp_path_factory.mktemp("build"))
+    return pdf

@@ -12,6 +12,8 @@ from nbformat.v4 import (
     new_output,
 )
 
+from pgm_lab.checks._predict import page
+
 matplotlib.use("Agg")
 from matplotlib.figure import Figure  # noqa: E402
 
@@ -118,6 +120,13 @@ def photo_to_pixel(photo, image_size, pixel_size):
 
 print(photo_to_pixel(np.zeros(2), (4288, 2848), 0.0055))"""
 
+QUESTION = "1. What is half of 12.19 µm?"
+ANSWER = "Nobody measures so well."
+CHOICES = [
+    {"choice": "12.68 µm", "right": "no", "feedback": "That is more, not half."},
+    {"choice": "6.10 µm", "right": "yes", "feedback": ANSWER},
+]
+
 NOTES = "Ask for a guess *before* running the cell: $y$ up or down?"
 
 
@@ -161,6 +170,15 @@ def text(source: str, slide: str = "-", tags: tuple = ()) -> NotebookNode:
     return new_markdown_cell(
         source,
         metadata={"slideshow": {"slide_type": slide}, "tags": list(tags)},
+    )
+
+
+def quick_questions() -> NotebookNode:
+    """Return a cell of quick questions, as a lesson has it at its end."""
+    asked = new_output("stream", name="stdout", text=QUESTION + "\n")
+    choices = new_output("display_data", data={"text/html": page("1.11", CHOICES)})
+    return code(
+        "checks.predict(number)", asked, choices, slide="skip", tags=["predict"]
     )
 
 

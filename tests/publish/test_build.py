@@ -12,6 +12,7 @@ from publish import assets
 from publish.__main__ import ROOT, main
 from publish.browser import find_browser
 from publish.errors import PublishError
+from publish.page import slides_page
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import axe_violations, bad_images, load_axe, raw_markup
 
@@ -66,25 +67,20 @@ def test_text_that_cannot_be_published_is_refused(source, complaint, publish, ca
     assert cell.id in message and complaint in message
 
 
-def test_a_solution_is_not_given_away_by_its_output(publish, tmp_path):
-    assert publish("slides") == 0
-    page = (tmp_path / "build/slides/lecturer/01_example.html").read_text(
-        encoding="utf-8"
-    )
+def test_a_solution_is_not_given_away_by_its_output(small):
+    page = slides_page(small, "student")
     assert "your code here" in page
     assert "secret" not in page
     assert "[2143.5 1423.5]" not in page
 
 
-def test_a_picture_beside_the_notebook_is_put_into_the_file(publish, tmp_path):
-    (tmp_path / "notebooks").mkdir()
-    (tmp_path / "notebooks" / "a map.svg").write_text(
+def test_a_picture_beside_the_notebook_is_put_into_the_file(tmp_path):
+    (tmp_path / "a map.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
     )
-    assert publish("slides", text("![A map](<a map.svg>)")) == 0
-    page = (tmp_path / "build/slides/lecturer/01_example.html").read_text(
-        encoding="utf-8"
-    )
+    notebook = example(text("![A map](<a map.svg>)"))
+    nbformat.write(notebook, tmp_path / "01_example.ipynb")
+    page = slides_page(tmp_path / "01_example.ipynb")
     assert 'alt="A map" src="data:image/svg+xml;base64,' in page
 
 

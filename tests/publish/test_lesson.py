@@ -12,24 +12,19 @@ from publish.prepare import for_handouts, for_slides
 from publish.student import student_copy, tags
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import overflow
-from tests.publish.watch import each_slide, published
+from tests.publish.watch import each_slide
 
 WAITING = ".html:has(.pgm-predict) ~ *"
 
 
 @pytest.fixture(scope="module")
-def slides(browser, lesson, tmp_path_factory):
+def slides(lesson_decks):
     """The slides, at the one with the prediction."""
-    context = offline_context(browser, viewport={"width": 1280, "height": 720})
-    page = context.new_page()
-    path, _ = published("slides", lesson, tmp_path_factory.mktemp("build"))
-    page.goto(path.as_uri())
-    page.wait_for_function("document.documentElement.dataset.ready")
+    page = lesson_decks[0].page
     for _ in each_slide(page):
         if page.locator("section section.present .pgm-predict").count():
             break
-    yield page
-    context.close()
+    return page
 
 
 def test_on_a_slide_what_follows_a_prediction_waits_for_a_click(slides):

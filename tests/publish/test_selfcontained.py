@@ -6,6 +6,7 @@ import nbformat
 import pytest
 
 from publish.__main__ import main
+from publish.page import slides_page
 from publish.selfcontained import embed_images, problems
 from tests.publish.example import example, text
 
@@ -208,10 +209,10 @@ def test_a_picture_outside_the_folder_stays_there(refused, tmp_path, name):
     assert base64.b64encode(secret.read_bytes()).decode() not in page
 
 
-def test_a_comment_of_the_author_is_dropped(refused):
-    code, _, (page, _) = refused("One.\n\n<!-- not for the class -->\n\nTwo.")
-    assert code == 0
-    assert "not for the class" not in page
+def test_a_comment_of_the_author_is_dropped(tmp_path):
+    said = text("One.\n\n<!-- not for the class -->\n\nTwo.", "slide")
+    nbformat.write(example(said), tmp_path / "01_example.ipynb")
+    assert "not for the class" not in slides_page(tmp_path / "01_example.ipynb")
 
 
 def test_a_script_is_ours_to_the_letter():

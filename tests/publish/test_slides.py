@@ -1,55 +1,48 @@
 """The slides of every chapter, as a lecturer without internet sees them."""
 
 import nbformat
-import pytest
 from bs4 import BeautifulSoup
 
-from publish import assets
+from publish import deck
 from publish.browser import offline_context
-from publish.page import own_scripts
+from publish.page import slides_page
 from publish.prepare import title
-from publish.selfcontained import problems
-from tests.publish.example import example, text
+from publish.student import slide_type
+from tests.publish.example import ANSWER, QUESTION, example, text
 from tests.publish.look import (
     axe_violations,
     bad_images,
     formulas,
     has_maths,
+    lay_out_all,
     load_axe,
-    overflow,
     raw_markup,
 )
-from tests.publish.watch import Watched, each_slide, published
+from tests.publish.watch import Deck, published, written
+from tools import form
+
+SHOW = """index => {
+    const { h, v } = Reveal.getIndices(Reveal.getSlides()[index]);
+    Reveal.slide(h, v);
+}"""
+# Seconds that the speaker's view gives until the end of the slide
+LEFT = """["hours", "minutes", "seconds"]
+    .map((unit) => document.querySelector(`.pacing .${unit}-value`).textContent)
+    .reduce((sum, text) => 60 * sum + Number(text.replace(":", "")), 0)"""
 
 
-def kind(cell) -> str:
-    return cell.metadata.get("slideshow", {}).get("slide_type", "-")
-
-
-def shown(notebook) -> list:
-    """List the cells that belong on slides, by the rules for authors."""
-    return [
-        cell
-        for cell in notebook.cells
-        if kind(cell) != "skip"
-        and not {"check", "solution", "write", "claims"}
-        & set(cell.metadata.get("tags", []))
-    ]
-
-
-def content(notebook) -> list:
-    """List the cells that the audience sees."""
-    return [cell for cell in shown(notebook) if kind(cell) != "notes"]
-
-
-def test_the_file_is_self_contained(slides_file):
-    page = slides_file.read_text(encoding="utf-8")
-    assert problems(page, own_scripts(assets.slides_assets())) == []
+def test_the_command_writes_two_decks(small, tmp_path):
+    """What it writes is what the tests here look at."""
+    build = tmp_path / "build"
+    paths = published("slides", small, build)
+    folders = [build / "slides" / audience for audience in ("lecturer", "student")]
+    assert paths == [folder / "01_example.html" for folder in folders]
+    for path, audience in zip(paths, ("lecturer", "student")):
+        assert path.read_text(encoding="utf-8") == slides_page(small, audience)
 
 
 def test_nothing_is_fetched_and_nothing_fails(slides, slides_file):
-    for _ in each_slide(slides.page):
-        pass
+    assert len(slides.looks) > 1
     assert slides.requests == [slides_file.as_uri()]
     assert slides.errors == []
 
@@ -62,85 +55,85 @@ def test_title_and_language(slides, notebook):
     assert slides.page.locator("header h1").text_content() == title(notebook)
 
 
-def test_as_many_slides_as_the_notebook_says(slides, notebook):
-    starts = [
-        cell for cell in content(notebook)[1:] if kind(cell) in ("slide", "subslide")
-    ]
-    expected = 1 + len(starts)
-    assert slides.page.evaluate("Reveal.getTotalSlides()") == expected
+def test_as_many_slides_as_the_notebook_says(slides, prepared):
+    expected = len(deck.slides(prepared))
+    assert len(slides.looks) == expected
     assert slides.page.locator(".slide-number").inner_text().endswith(f"/ {expected}")
 
 
-def test_formulas_are_typeset(slides, notebook):
+def test_formulas_are_typeset(slides, prepared):
     count, errors = formulas(slides.page)
     assert errors == 0
-    assert (count > 0) == has_maths(content(notebook))
+    assert (count > 0) == has_maths(c for c in prepared if slide_type(c) != "notes")
     assert raw_markup(slides.page) == []
+    small = [
+        n
+        for n, look in enumerate(slides.looks, 1)
+        if min(look["formulas"], default=9) <= 5
+    ]
+    assert small == []
 
 
-def test_formulas_have_their_size(slides):
-    """Those in a fold, and those that wait for a prediction, once it is open."""
-    for number in each_slide(slides.page):
-        heights = slides.page.evaluate(
-            """() => [...Reveal.getCurrentSlide().querySelectorAll("mjx-container")]
-                .filter((formula) => !formula.closest("aside"))
-                .map((formula) => {
-                    const slide = formula.closest("section");
-                    const choice = slide.querySelector(".pgm-predict details");
-                    const folds = [choice, formula.closest("details")].filter(Boolean);
-                    folds.forEach((fold) => { fold.open = true; });
-                    const { height } = formula.getBoundingClientRect();
-                    folds.forEach((fold) => { fold.open = false; });
-                    return height;
-                })"""
-        )
-        assert all(height > 5 for height in heights), f"slide {number}"
-
-
-def test_every_image_is_decoded_and_described(slides):
-    assert bad_images(slides.page) == []
-
-
-def test_figures_are_all_there(slides, notebook):
+def test_every_image_is_there_decoded_and_described(slides, prepared):
     figures = [
         output
-        for cell in shown(notebook)
+        for cell in prepared
         for output in cell.get("outputs", [])
         if "image/png" in output.get("data", {})
     ]
     assert slides.page.locator("figure img").count() == len(figures)
+    assert bad_images(slides.page) == []
 
 
 def test_every_slide_fits(slides):
-    too_full = {n: overflow(slides.page) for n in each_slide(slides.page)}
+    too_full = {n: look["overflow"] for n, look in enumerate(slides.looks, start=1)}
     assert {n: px for n, px in too_full.items() if px > 0} == {}
 
 
-def test_no_accessibility_violation_on_any_slide(slides):
-    load_axe(slides.page)
-    found = {n: axe_violations(slides.page) for n in each_slide(slides.page)}
-    assert {n: texts for n, texts in found.items() if texts} == {}
-
-
-def test_speaker_notes_are_kept_and_hidden(slides, notebook):
-    notes = [cell for cell in shown(notebook) if kind(cell) == "notes"]
-    asides = slides.page.locator("aside.notes")
-    assert asides.count() == len(notes)
-    assert all(asides.nth(i).is_hidden() for i in range(asides.count()))
+def test_speaker_notes_are_kept_and_hidden(slides, prepared):
+    notes = [cell for cell in prepared if slide_type(cell) == "notes"]
+    shown = "asides => asides.map((aside) => aside.checkVisibility())"
+    assert slides.page.locator("aside.notes").evaluate_all(shown) == [False] * len(
+        notes
+    )
     assert slides.page.locator(".fragment aside").count() == 0
 
 
 def test_no_solution_and_no_check_is_shown(slides_file, notebook):
     soup = BeautifulSoup(slides_file.read_text(encoding="utf-8"), "html.parser")
     assert "SOLUTION" not in soup.find("main").get_text()
-    cells = {element["data-cell"] for element in soup.select("[data-cell]")}
-    assert cells <= {cell.id for cell in shown(notebook)}
+    hidden = {"check", "solution", "write", "claims"}
+    shown = {element["data-cell"] for element in soup.select("[data-cell]")}
+    assert shown
+    assert not shown & {
+        cell.id
+        for cell in notebook.cells
+        if slide_type(cell) == "skip" or hidden & set(cell.metadata.get("tags", []))
+    }
 
 
-def test_the_keyboard_leads_through_all_slides(browser, slides_file):
-    context = offline_context(browser)
-    watched = Watched(context)
-    watched.page.goto(slides_file.as_uri())
+def test_no_accessibility_violation_on_any_slide(slides):
+    """The last test of a deck, since it leaves all slides laid out."""
+    load_axe(slides.page)
+    lay_out_all(slides.page)
+    assert axe_violations(slides.page) == []
+
+
+def test_a_violation_deep_in_a_deck_is_found(browser, tmp_path):
+    pale = text('## Pale\n\n<p style="color: #aaa">Who reads this?</p>', "slide")
+    nbformat.write(example(pale, text("## Last", "slide")), tmp_path / "01_pale.ipynb")
+    context = offline_context(browser, viewport={"width": 1280, "height": 720})
+    page = slides_page(tmp_path / "01_pale.ipynb")
+    deep = Deck(context, written(tmp_path, page)).page
+    load_axe(deep)
+    lay_out_all(deep)
+    (violation,) = axe_violations(deep)
+    context.close()
+    assert "color-contrast" in violation and "Who reads this?" in violation
+
+
+def test_the_keyboard_leads_through_all_slides(watched, lesson_decks):
+    watched.page.goto(lesson_decks[0].page.url)
     watched.wait()
     seen = []
     for _ in range(200):
@@ -148,44 +141,57 @@ def test_the_keyboard_leads_through_all_slides(browser, slides_file):
         if watched.page.evaluate("Reveal.getProgress()") == 1:
             break
         watched.page.keyboard.press("ArrowRight")
-    total = watched.page.evaluate("Reveal.getTotalSlides()")
-    context.close()
-    assert sorted(set(seen)) == list(range(total))
+    assert sorted(set(seen)) == list(range(len(lesson_decks[0].looks)))
 
 
-def test_the_speaker_view_opens_with_the_notes(browser, slides_file):
-    context = offline_context(browser)
-    watched = Watched(context)
-    watched.page.goto(slides_file.as_uri())
+def test_the_speaker_view_shows_the_notes_and_the_pace(watched, lesson_decks, lesson):
+    page = watched.page
+    page.goto(lesson_decks[0].page.url)
     watched.wait()
-    with watched.page.expect_popup() as popup:
-        watched.page.keyboard.press("s")
-    expected = watched.page.evaluate(
-        """() => [...Reveal.getCurrentSlide().querySelectorAll("aside.notes")]
-            .map((notes) => notes.textContent)"""
-    )
-    notes = popup.value.locator(".speaker-controls-notes .value")
-    notes.wait_for(state="attached")
-    popup.value.wait_for_function("document.querySelectorAll('iframe').length == 2")
-    if expected:
-        popup.value.wait_for_function(
-            "document.querySelector('.speaker-controls-notes .value').textContent"
-        )
-    shown_notes = " ".join(notes.text_content().split())
+    with page.expect_popup() as popup:
+        page.keyboard.press("s")
+    speaker = popup.value
+    speaker.wait_for_function("document.querySelectorAll('iframe').length == 2")
+    last = len(lesson_decks[0].looks) - 1
+    page.evaluate(SHOW, last)
+    # On the last slide what is left is the whole lecture, less the seconds since then.
+    minutes = form.lecture(nbformat.read(lesson, as_version=4))
+    whole = 60 * sum(minutes.values())
+    speaker.wait_for_function(LEFT + "> 0")
+    assert speaker.locator(".speaker-controls-time .pacing").is_visible()
+    assert whole - 60 <= speaker.evaluate(LEFT) <= whole
+    noted = page.locator("section:has(> aside.notes)").first
+    page.evaluate(SHOW, noted.evaluate("slide => Reveal.getSlides().indexOf(slide)"))
+    words = noted.locator("aside").first.text_content().split()
+    shown = speaker.locator(".speaker-controls-notes .value", has_text=words[0])
+    shown.wait_for()
+    assert " ".join(words) in " ".join(shown.text_content().split())
+
+
+def test_the_students_deck_is_the_lecturers_without_the_key(lesson_decks):
+    lecturer, student = lesson_decks
+    assert len(student.looks) == len(lecturer.looks)
+    assert student.errors == [] and len(student.requests) == 1
+    assert student.page.locator("aside.notes").count() == 0
+    assert student.page.evaluate("Reveal.getPlugin('notes') === undefined")
+    assert max(look["overflow"] for look in student.looks) <= 0
+
+
+def test_answers_and_notes_are_not_in_the_students_file(small):
+    """Not hidden either, where a curious reader would look."""
+    lecturer, student = (slides_page(small, who) for who in ("lecturer", "student"))
+    assert QUESTION in lecturer and QUESTION in student
+    for only in (ANSWER, "say where the coffee is", "speaker-controls-notes"):
+        assert only in lecturer and only not in student
+
+
+def test_a_slide_that_does_not_fit_is_found(browser, tmp_path):
+    full = text("## Too long\n\n" + "- one more line\n" * 40, "slide")
+    nbformat.write(example(full), tmp_path / "01_full.ipynb")
+    context = offline_context(browser, viewport={"width": 1280, "height": 720})
+    page = slides_page(tmp_path / "01_full.ipynb")
+    heights = [
+        look["overflow"] for look in Deck(context, written(tmp_path, page)).looks
+    ]
     context.close()
-    assert all(" ".join(note.split()) in shown_notes for note in expected)
-
-
-@pytest.fixture
-def too_full(tmp_path):
-    notebook = example(text("## Too long\n\n" + "- one more line\n" * 40, "slide"))
-    path = tmp_path / "01_full.ipynb"
-    nbformat.write(notebook, path)
-    return published("slides", path, tmp_path / "build")
-
-
-def test_a_slide_that_does_not_fit_is_found(watched, too_full):
-    watched.page.goto(too_full.as_uri())
-    watched.wait()
-    heights = [overflow(watched.page) for _ in each_slide(watched.page)]
     assert max(heights[:-1]) <= 0 < heights[-1]

@@ -6,6 +6,29 @@ from pathlib import Path
 
 from publish.__main__ import ROOT
 
+# What each slide has once it is shown: how far it sticks out, and its formulas. Those
+# in a fold, and those that wait for a prediction, are looked at once it is open.
+LOOK = """() => Reveal.getSlides().map((slide) => {
+    const { h, v } = Reveal.getIndices(slide);
+    Reveal.slide(h, v);
+    const formulas = [...slide.querySelectorAll("mjx-container")]
+        .filter((formula) => !formula.closest("aside"))
+        .map((formula) => {
+            const choice = slide.querySelector(".pgm-predict details");
+            const folds = [choice, formula.closest("details")].filter(Boolean);
+            folds.forEach((fold) => { fold.open = true; });
+            const { height } = formula.getBoundingClientRect();
+            folds.forEach((fold) => { fold.open = false; });
+            return height;
+        });
+    return {
+        first: slide.querySelector("h1, h2, h3, p, img, pre, table, li")?.tagName,
+        overflow: Math.max(slide.scrollHeight - slide.clientHeight,
+                           slide.scrollWidth - slide.clientWidth),
+        formulas,
+    };
+})"""
+
 
 class Watched:
     """A page, what it asked for beyond the file itself, and its errors."""
@@ -30,6 +53,25 @@ class Watched:
     def wait(self):
         """Wait until formulas are set and, in slides, reveal.js has started."""
         self.page.wait_for_function("document.documentElement.dataset.ready")
+
+
+class Deck(Watched):
+    """A deck that was walked through once with every fragment shown."""
+
+    def __init__(self, context, file: Path):
+        super().__init__(context)
+        self.page.goto(file.as_uri())
+        self.wait()
+        self.page.evaluate("Reveal.configure({ fragments: false })")
+        self.looks: list[dict] = self.page.evaluate(LOOK)
+        self.page.evaluate("Reveal.slide(0, 0)")
+
+
+def written(folder: Path, page: str) -> Path:
+    """Write a page into a folder; return its path."""
+    path = folder / "page.html"
+    path.write_text(page, encoding="utf-8")
+    return path
 
 
 def published(what: str, chapter: Path, build: Path) -> list[Path]:
