@@ -209,7 +209,7 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     t = np.linspace(-1.35, 1.35, 200)
     height = r_middle + slope * top + half * top**2
     span = height - min(r_left, r_right)
-    fig, ax = plt.subplots(figsize=(10, 4))
+    fig, ax = plt.subplots(figsize=(10, 3.4))
     ax.tick_params(labelsize=15)
     ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
     ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)
