@@ -19,6 +19,7 @@ LABEL: Look = {
     "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.88, "pad": 2},
 }
 ARROW: Look = {"arrowstyle": "-|>", "linewidth": 2.4}
+BAR = "|-|, widthA=0.4, widthB=0.4"
 EXACT: Look = {"shrinkA": 0, "shrinkB": 0, "mutation_scale": 12, "linewidth": 2.2}
 
 
@@ -54,7 +55,7 @@ def search(
     outline(right, (x, y), 2 * room, basic.SKY, linewidth=3, linestyle="--")
     outline(right, (x, y), chip, basic.ORANGE, linewidth=2.5, linestyle=":")
     outline(right, (x + dx, y + dy), chip, basic.ORANGE, linewidth=3)
-    look = EXACT | {"arrowstyle": "<->", "color": basic.BLUE}
+    look = EXACT | {"arrowstyle": BAR, "color": basic.BLUE}
     right.annotate("", (x - room, y - 4), (x - half, y - 4), arrowprops=look)
     right.text(x - half + 1, y - 4, f"radius {radius}", va="center", **LABEL)
     look = EXACT | {"arrowstyle": "-|>", "color": basic.BLACK}
@@ -86,7 +87,7 @@ def chip_and_map(reference: ArrayLike, point: ArrayLike, r: ArrayLike) -> None:
     r : array_like (2 radius + 1, 2 radius + 1)
         From `registration.best_shift`, of a chip of 21 pixels.
     """
-    r = _doors.square_map(r)
+    reference, r = _validate.image(reference, "reference"), _doors.square_map(r)
     x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
     panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
     fig, (left, right) = plt.subplots(
@@ -208,7 +209,7 @@ def parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     t = np.linspace(-1.35, 1.35, 200)
     height = r_middle + slope * top + half * top**2
     span = height - min(r_left, r_right)
-    fig, ax = plt.subplots(figsize=(10, 4))
+    fig, ax = plt.subplots(figsize=(10, 3.4))
     ax.tick_params(labelsize=15)
     ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
     ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)

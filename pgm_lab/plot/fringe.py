@@ -34,7 +34,7 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
     one, other = _alike(reference, sensed)
     limit = _validate.not_negative(limit, "limit", "grey values")
     tall = one.shape[0] > 0.8 * one.shape[1]
-    fig = plt.figure(figsize=(10, 4.1))
+    fig = plt.figure(figsize=(10, 4.1), layout="compressed")
     names = ("reference", "sensed")
     # Side by side, or two small ones beside a large one
     axes = fig.subplot_mosaic("rsc" if tall else "rcc;scc")
@@ -42,10 +42,10 @@ def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Fi
         axes[name[0]].imshow(grey_levels(image, name), vmin=0, vmax=1)
         axes[name[0]].set_title(f"{name} image")
     changed = np.abs(other - one) > limit
-    share = 100 * changed.mean()
+    share, gap = 100 * changed.mean(), "\n" if tall else " "
     axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
     axes["c"].set_title(
-        f"black: differ by more than {limit:g} grey values, {share:.0f} %"
+        f"black: differ by more{gap}than {limit:g} grey values, {share:.0f} %"
     )
     for ax in axes.values():
         ax.set(xticks=[], yticks=[])

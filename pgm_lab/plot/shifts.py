@@ -140,7 +140,7 @@ def trial(
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
         raise ValueError("error must have chips within a pixel and chips beyond it")
-    fig, ax = plt.subplots(figsize=(10, 4.1))
+    fig, ax = plt.subplots(figsize=(10, 3.7))
     ax.tick_params(labelsize=15)
     styles = [(basic.BLUE, "-"), (basic.ORANGE, "--"), (basic.PURPLE, "-.")]
     for (name, score), (colour, line) in zip(_tests(tests, len(r)).items(), styles):

@@ -50,7 +50,7 @@ def test_an_overlay_says_which_colour_is_which():
 
 def test_the_share_that_changed_stands_above_the_map():
     fig = plot.fringe.changes(EDGE, MOVED, limit=50)
-    titles = [ax.get_title() for ax in fig.axes]
+    titles = [ax.get_title().replace("\n", " ") for ax in fig.axes]
     assert f"black: differ by more than 50 grey values, {100 * 2 / 60:.0f} %" in titles
     plt.close(fig)
 

@@ -1,0 +1,49 @@
+"""Figures of registration on a slide: all of it is inside, and large enough to read."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from pgm_lab import plot, registration, simulate
+from pgm_lab.plot import _labels
+
+COLUMN, ROW = np.meshgrid(np.arange(60.0), np.arange(60.0))
+GREY = simulate.grey_values(simulate.texture(seed=1), np.stack([COLUMN, ROW], axis=-1))
+MOVED = np.roll(GREY, (-1, 2), axis=(0, 1))
+R = registration.best_shift(GREY, MOVED, (30, 30), 21, 3)[2]
+CLOUD = (1.25, -0.75) + np.random.default_rng(1).normal(0, 0.05, (50, 2))
+TRUE = np.linspace(0, 6, 60)
+FIGURES = {
+    "changes": lambda: plot.show(plot.fringe.changes(GREY, MOVED, 20), "a"),
+    "two_colours": lambda: plot.fringe.two_colours(GREY, MOVED, (30, 30), 41),
+    "by_hand": lambda: plot.fringe.by_hand(GREY, MOVED, (30, 30)),
+    "before_and_after": lambda: plot.fringe.before_and_after(GREY, MOVED, GREY),
+    "search": lambda: plot.chips.search(GREY, MOVED, (30, 30)),
+    "chip_and_map": lambda: plot.chips.chip_and_map(GREY, (30, 30), R),
+    "places": lambda: plot.show(plot.chips.places(GREY, [(30, 30)]), "a"),
+    "parabola": lambda: plot.show(plot.chips.parabola(0.5, 0.9, 0.7), "a"),
+    "darts": lambda: plot.shifts.darts(
+        {"whole pixels": CLOUD, "parabola": CLOUD, "least squares": CLOUD},
+        (1.25, -0.75),
+    ),
+    "beyond": lambda: plot.shifts.beyond(TRUE, np.minimum(TRUE, 3), 1 - TRUE / 9),
+    "trial": lambda: plot.shifts.trial(
+        TRUE, 1 - TRUE / 9, {"r": 1 - TRUE / 9}, TRUE < 0.9
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_nothing_sticks_out_and_all_can_be_read_from_the_last_row(name, monkeypatch):
+    drawn = []
+    close = plt.close
+    monkeypatch.setattr(plot.basic.plt, "close", drawn.append)
+    monkeypatch.setattr(plot.fringe, "interact", lambda draw, **_: draw(0, 0))
+    with plt.style.context(plot.STYLE):
+        FIGURES[name]()
+    (fig,) = drawn
+    used = fig.get_tightbbox()
+    width, height = fig.get_size_inches()
+    assert min(used.x0, used.y0) >= 0 and used.x1 <= width and used.y1 <= height
+    assert _labels.smallest(fig) >= 13
+    close(fig)
