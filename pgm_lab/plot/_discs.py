@@ -23,7 +23,7 @@ def grid_of_discs(ax: Axes, name: str, shifts: np.ndarray, radius: int) -> str:
         ax.annotate(str(count), place, fontsize=13, ha="center", va="center")
     outline(ax, (0, 0), 2 * radius + 1.4, basic.GREY, linestyle="--")
     mean = shifts.mean(axis=0)
-    ring: basic.Look = {"markersize": 29, "markerfacecolor": "none"}
+    ring: basic.Look = {"markersize": 42, "markerfacecolor": "none"}
     ax.plot(*mean, "o", markeredgecolor=basic.RED, markeredgewidth=3, **ring)
     rmse = accuracy(*shifts.T).rmse_t
     reach = max(radius, np.abs(shifts).max()) + 0.95
@@ -32,6 +32,6 @@ def grid_of_discs(ax: Axes, name: str, shifts: np.ndarray, radius: int) -> str:
     at = ", ".join(f"{m:.2f}".replace("-", "−") for m in mean + 0.0)
     ax.set_title(f"{name}: RMSE$_T$ {rmse:.2f} px\nmean ({at}) px", fontsize=13)
     for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MultipleLocator(max(1, round(reach / 4))))
+        axis.set_major_locator(MultipleLocator(radius))
     far = float(np.hypot(*mean))
     return f"{name}: RMSE_T {rmse:.2f} px, mean shift {far:.2f} px long"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import PercentFormatter
+from matplotlib.ticker import MultipleLocator, PercentFormatter
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
@@ -67,7 +67,7 @@ def sums(blind: ArrayLike, drawn: Mapping[str, ArrayLike], printed: float) -> No
     if not 1 <= len(draws) <= 2 or not all(len(values) for values in draws.values()):
         raise ValueError("drawn must hold one or two lists of sums, none of them empty")
     printed = _validate.number(printed, "printed")
-    shape: basic.Look = {"width_ratios": (0.8, 1)}
+    shape: basic.Look = {"width_ratios": (0.62, 1)}
     fig, (grid, ax) = plt.subplots(1, 2, figsize=(10, 3.7), gridspec_kw=shape)
     said = [grid_of_discs(grid, f"{len(shifts)} blind chips", shifts, 3)]
     grid.set_ylabel("dy (px)")
@@ -126,6 +126,8 @@ def beyond(true: ArrayLike, reported: ArrayLike, reached: ArrayLike) -> None:
     beside.set(xlabel="true shift (px)", ylim=(-0.04, 1.08), ylabel="share of chips")
     beside.set_title("Chips with r ≥ 0.585")
     beside.yaxis.set_major_formatter(PercentFormatter(1))
+    ax.xaxis.set_major_locator(MultipleLocator(2))
+    beside.xaxis.set_major_locator(MultipleLocator(2))
     said = (
         f"{t:g} px: {r:.2f} px, {s:.0%}" for t, r, s in zip(true, reported, reached)
     )
@@ -202,7 +204,8 @@ def both_ways(there: ArrayLike, back: ArrayLike, sd: float) -> None:
     ax.plot([], [], "o", mfc="none", color=basic.BLACK, label="predicted,\n95 %")
     ax.axhline(0, color=basic.GREY, linewidth=1)
     ax.axvline(0, color=basic.GREY, linewidth=1)
-    ax.set(xlabel="dx (px)", ylabel="dy (px)", aspect="equal")
+    ax.set(xlabel="dx (px)", ylabel="dy (px)")
+    ax.set_aspect("equal", adjustable="datalim")
     ax.invert_yaxis()
     fig.legend(loc="outside right center")
     said = " and ".join(f"({x:+.4f}, {y:+.4f})" for x, y in means)
