@@ -412,7 +412,7 @@ FUNCTIONS = {
     ),
     "plot.fifty.on_the_grid": lambda: dict(sets={"A": [(2.0, 1), (2, 2)]}),
     "plot.fifty.sums": lambda: dict(
-        drawn={"A": [380.0, 400, 420]}, printed=286.0
+        blind=[(2.0, 1), (-3, 3)], drawn={"A": [380.0, 400, 420]}, printed=286.0
     ),
     "plot.fifty.beyond": lambda: dict(
         true=[0.0, 3, 4], reported=[0.0, 3, 3], reached=[1.0, 1, 0.8]

@@ -40,18 +40,21 @@ def test_the_suspects_print_one_rmse_and_differ_in_what_they_hide():
 
 
 def test_a_sum_is_marked_where_it_lies(figures):
-    plot.fifty.sums({"one": [380, 400, 420, 440], "other": [600, 610]}, 390)
+    drawn = {"one": [380, 400, 420, 440], "other": [600, 610]}
+    plot.fifty.sums([(3, -3), (3, 1)], drawn, 390)
     fig, alt = figures[0]
-    assert fig.axes[0].lines[0].get_xdata()[0] == 390
+    grid, ax = fig.axes
+    assert grid.yaxis_inverted() and "2 blind chips" in grid.get_title()
+    assert ax.lines[0].get_xdata()[0] == 390
     assert "one: mean 410" in alt and "0.25000" in alt and "other: mean 605" in alt
-    for bars in fig.axes[0].containers:
+    for bars in ax.containers:
         assert sum(bar.get_height() for bar in bars) == pytest.approx(100)  # %
 
 
 @pytest.mark.parametrize("drawn", [{}, {"one": []}, dict.fromkeys("abc", [1])])
 def test_no_draws_or_too_many_are_refused(drawn):
     with pytest.raises(ValueError, match="drawn must"):
-        plot.fifty.sums(drawn, 286)
+        plot.fifty.sums([(0, 0)], drawn, 286)
 
 
 def test_a_reported_shift_stands_over_the_true_one(figures):
@@ -88,7 +91,9 @@ def test_a_chip_is_drawn_with_the_sensed_image_moved_back(figures):
     sensed = np.roll(GROUND, (-2, 3), axis=(0, 1))
     plot.fifty.chips(GROUND, sensed, [(44, 40)], [(3, -2)])
     (fig, _), here = figures[0], GROUND[40 - 25 : 40 + 26, 44 - 25 : 44 + 26]
-    one, other, both = (ax.images[0].get_array() for ax in fig.axes)
+    drawn = {ax.get_title(): ax.images[0].get_array() for ax in fig.axes}
+    one, other = drawn["reference"], drawn["sensed, back"]
+    both = drawn["P: both"]
     np.testing.assert_array_equal(one, other)
     assert np.corrcoef(one.ravel(), here.ravel())[0, 1] > 0.98
     assert np.ptp(both, axis=2).max() == 0  # alike everywhere: grey
