@@ -80,6 +80,7 @@ def test_a_students_deck_is_the_lecturers_without_notes_and_answers(name):
     taken = [cell for cell in lecturer if cell.id not in {one.id for one in student}]
     kept = [cell for cell in lecturer if cell.id in {one.id for one in student}]
     assert sources(kept) == sources(student)
+    assert not any(slide_type(cell) == NOTE for cell in student)
     assert all(slide_type(c) == NOTE or "question" in tags(c) for c in taken)
     answers = [
         c for c in taken if "question" in tags(c) and slide_type(c) == "fragment"
