@@ -2,6 +2,7 @@
 
 import copy
 import re
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -48,7 +49,7 @@ def handout_page(path: Path) -> str:
     return _page(exporter, path, paper.for_handouts, assets.handout_assets())
 
 
-def _page(exporter: HTMLExporter, path: Path, prepared, files: dict) -> str:
+def _page(exporter: HTMLExporter, path: Path, prepared: Callable, files: dict) -> str:
     """Convert and check; a picture without alt text or out of reach is an error."""
     exporter.register_filter("markdown2html", _markdown)
     path = Path(path)

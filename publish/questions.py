@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from html import escape
 
-from bs4 import BeautifulSoup
+from bs4 import BeautifulSoup, Tag
 from nbformat import NotebookNode
 
 from pgm_lab import datasets
@@ -67,7 +67,7 @@ def _asked(cell: NotebookNode) -> list[tuple[str, list[Choice]]]:
     return found
 
 
-def _choice(folded) -> Choice:
+def _choice(folded: Tag) -> Choice:
     mark, _, sentence = folded.p.get_text().partition(" ")
     return Choice(folded.summary.get_text(), mark == "✓", sentence)
 

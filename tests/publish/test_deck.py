@@ -80,6 +80,7 @@ def test_a_students_deck_is_the_lecturers_without_notes_and_answers(name):
     taken = [cell for cell in lecturer if cell.id not in {one.id for one in student}]
     kept = [cell for cell in lecturer if cell.id in {one.id for one in student}]
     assert sources(kept) == sources(student)
+    assert not any(slide_type(cell) == NOTE for cell in student)
     assert all(slide_type(c) == NOTE or "question" in tags(c) for c in taken)
     answers = [
         c for c in taken if "question" in tags(c) and slide_type(c) == "fragment"
@@ -157,9 +158,6 @@ def test_no_break_where_nothing_follows_or_little_went_before(minutes):
     assert breaks(slides(*lecture(*minutes))) == []
 
 
-# Titles
-
-
 def test_a_title_of_the_slides_takes_the_place_of_a_heading():
     one, two = (
         text("## Where? · 9 min\n\nThere.", "slide"),
@@ -219,9 +217,6 @@ def test_the_note_has_the_rest_of_the_verdicts():
     rows = ledger.verdicts("5")[:2]
     notes = [c.source for c in slides(*table(2))[0] if slide_type(c) == NOTE]
     assert all(row["obtained"][-30:] in notes[0] for row in rows)
-
-
-# Words
 
 
 def said(*cells) -> list[str]:
