@@ -15,6 +15,7 @@ from publish.browser import find_browser, named_browser, offline_context
 from publish.page import slides_page
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import code, example, figure_output, text
+from tests.publish.look import axe_violations, load_axe
 from tests.publish.watch import Watched
 
 CHOICES = [{"choice": f"choice {n}", "right": "yes", "feedback": f"Because {n}."}
@@ -182,6 +183,8 @@ def test_a_phone_gets_a_document(browser, deck):
         slides = page.locator(".slides > section > section")
         assert all(slide.is_visible() for slide in slides.all())
         assert page.locator(".slides [aria-hidden=true] p").count() == 0
+        load_axe(page)
+        assert axe_violations(page) == []
         for image in page.locator("figure img").all():
             if image.is_visible():
                 assert image.bounding_box()["width"] > 300
