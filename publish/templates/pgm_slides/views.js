@@ -7,6 +7,7 @@ const NARROW = 700; // CSS px; narrower than half of a lecturer's screen
 const ZOOMED = 1.4;
 const SMALLEST_READING = 18; // CSS px
 const TEXT_OF_A_SLIDE = 30; // px of 720
+const page = document.documentElement; // its size is the window's, also where pinched
 
 // How far the reader zoomed in. Most browsers measure the inside of the window in zoomed
 // pixels and the outside in those of the screen; panels beside the page take from the
@@ -15,32 +16,41 @@ const TEXT_OF_A_SLIDE = 30; // px of 720
 const atStart = { ratio: devicePixelRatio, width: innerWidth * devicePixelRatio };
 
 function zoom() {
-  const window_ = Math.min(outerWidth / innerWidth, outerHeight / innerHeight);
+  const outside = Math.min(outerWidth / page.clientWidth, outerHeight / page.clientHeight);
   const sameWindow = Math.abs(innerWidth * devicePixelRatio / atStart.width - 1) < 0.05;
-  return Math.max(1, window_, sameWindow ? devicePixelRatio / atStart.ratio : 1);
+  return Math.max(1, outside, sameWindow ? devicePixelRatio / atStart.ratio : 1);
 }
 
 function view() {
   // In the speaker's view the slides stand in small frames.
   if (window !== window.top) return "slides";
-  return document.documentElement.clientWidth < NARROW || zoom() >= ZOOMED ? "document" : "slides";
+  return page.clientWidth < NARROW || zoom() >= ZOOMED ? "document" : "slides";
 }
 
 // Text of the document is as much larger than that of the slides as the reader zoomed.
 function readingSize() {
-  const slide = Math.min(document.documentElement.clientWidth / 1280, innerHeight / 720) * TEXT_OF_A_SLIDE;
-  return Math.max(SMALLEST_READING, slide * zoom());
+  const scale = Math.min(page.clientWidth / 1280, page.clientHeight / 720);
+  return Math.max(SMALLEST_READING, TEXT_OF_A_SLIDE * scale * zoom());
 }
 
 window.pgmViews = {
   id: "pgm-views",
   init(reveal) {
-    const root = document.documentElement;
     const slides = document.querySelector(".slides");
-    const shown = () => (root.classList.contains("document") ? "document" : "slides");
+    const shown = () => (page.classList.contains("document") ? "document" : "slides");
+
+    // What scrolls in its box can be scrolled by the keyboard, too.
+    function focusBoxes() {
+      const boxes = slides.querySelectorAll("pre, table, mjx-container[display]");
+      for (const box of boxes) {
+        const fits = box.clientWidth > 0 && box.scrollWidth <= box.clientWidth;
+        if (fits || shown() === "slides") box.removeAttribute("tabindex");
+        else box.tabIndex = 0;
+      }
+    }
 
     function showDocument() {
-      root.classList.add("document");
+      page.classList.add("document");
       slides.dataset.preventSwipe = "";
       for (const slide of slides.querySelectorAll("section")) {
         slide.hidden = false;
@@ -53,7 +63,7 @@ window.pgmViews = {
       const read = reveal.getSlides().find(
         (slide) => slide.getBoundingClientRect().bottom > innerHeight / 3,
       );
-      root.classList.remove("document");
+      page.classList.remove("document");
       delete slides.dataset.preventSwipe;
       const { h, v } = reveal.getIndices(read);
       reveal.slide(h, v);
@@ -61,10 +71,12 @@ window.pgmViews = {
     }
 
     function adapt() {
-      root.style.setProperty("--reading", `${readingSize()}px`);
-      if (view() === shown()) return;
-      if (view() === "document") showDocument();
-      else showSlides();
+      page.style.setProperty("--reading", `${readingSize()}px`);
+      if (view() !== shown()) {
+        if (view() === "document") showDocument();
+        else showSlides();
+      }
+      focusBoxes();
     }
 
     Object.assign(reveal.getConfig(), {
@@ -73,7 +85,7 @@ window.pgmViews = {
       keyboardCondition: () => shown() === "slides",
     });
     // Its rules for paper are not for slides that were laid out already.
-    root.classList.add("print-pdf");
+    page.classList.add("print-pdf");
     reveal.on("ready", () => {
       adapt();
       window.addEventListener("resize", adapt);
