@@ -61,22 +61,29 @@ def slides(notebooks: list[Path], build: Path):
 
 def handouts(notebooks: list[Path], build: Path):
     """Write ``build/handouts/*.pdf``; yield each path as it is done."""
+    import nbformat
+
     from publish.page import handout_page
+    from publish.paper import for_handouts
 
     try:
         from publish.browser import open_browser
         from publish.handouts import print_pdf
+        from publish.printed import check
     except ModuleNotFoundError as error:
         raise PublishError(
             f"the Python package {error.name} is missing. "
             'Install what publishing needs with: pip install -e ".[publish]"'
         ) from error
 
-    pages = {notebook.stem: handout_page(notebook) for notebook in notebooks}
+    pages = {notebook: handout_page(notebook) for notebook in notebooks}
+    printed, prepared = {}, {}
     with open_browser() as browser:
-        for name, page in pages.items():
-            pdf = print_pdf(browser, page)
-            yield _write(build / "handouts" / f"{name}.pdf", pdf)
+        for path, page in pages.items():
+            printed[path] = print_pdf(browser, page)
+            prepared[path] = for_handouts(nbformat.read(path, as_version=4))
+            yield _write(build / "handouts" / f"{path.stem}.pdf", printed[path])
+    check(printed, prepared)
 
 
 def student(notebooks: list[Path], build: Path):

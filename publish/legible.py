@@ -4,12 +4,12 @@ A notebook in the new form, a lesson or a case in ``data/chapters.csv``, must ke
 limits of `publish.sizes`; of the others the list says what does not.
 """
 
-import csv
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+from publish.chapters import form_of
 from publish.errors import PublishError
 from publish.sizes import SIZE, Row, measure, problems, summary, table
 
@@ -56,7 +56,7 @@ def check(folder: Path, notebooks: list[Path]) -> None:
             return
         for notebook in notebooks:
             found = problems(meter.rows(folder / f"{notebook.stem}.html"))
-            if found and in_new_form(notebook):
+            if found and form_of(notebook):
                 refused += [f"{notebook.name}, {row}" for row in found]
             else:
                 for row in found:
@@ -87,16 +87,6 @@ def report(notebooks: list[Path]) -> Iterator[str]:
             every += rows
             yield from [f"# {notebook.stem}", *table(rows), ""]
     yield from summary(every)
-
-
-def in_new_form(notebook: Path) -> bool:
-    """Whether ``data/chapters.csv`` calls the notebook a lesson or a case."""
-    chapters = notebook.resolve().parents[1] / "data" / "chapters.csv"
-    if not chapters.is_file():
-        return False
-    with chapters.open(encoding="utf-8", newline="") as lines:
-        rows = {row["notebook"]: row["form"] for row in csv.DictReader(lines)}
-    return rows.get(notebook.stem, "") in ("lesson", "case")
 
 
 def _say(text: str) -> None:

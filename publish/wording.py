@@ -10,8 +10,8 @@ from bs4 import BeautifulSoup
 from nbformat import NotebookNode
 
 from publish import deck, prepare
+from publish.chapters import form_of
 from publish.errors import PublishError
-from publish.legible import in_new_form
 from publish.student import slide_type, tags
 
 HEADING = re.compile(r"^#{1,6} .*\S", re.MULTILINE)
@@ -68,7 +68,7 @@ def check(notebooks: list[Path]) -> None:
         notebook = nbformat.read(path, as_version=4)
         slides = prepare.for_slides(notebook, "lecturer", path.stem)
         for said in problems(slides.cells):
-            if in_new_form(path):
+            if form_of(path):
                 refused.append(f"{path.name}, {said}")
             else:
                 print(f"publish: {path.name}, {said}", file=sys.stderr)
