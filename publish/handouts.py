@@ -7,7 +7,7 @@ from playwright.sync_api import Browser
 from publish.browser import offline_context
 
 _FOOTER = """\
-<div style="width: 100%; margin: 0 16mm; display: flex; font: 8pt sans-serif;
+<div style="width: 100%; margin: 0 15mm; display: flex; font: 8pt sans-serif;
             color: #4d5761; justify-content: space-between">
   <span>{title}</span>
   <span><span class="pageNumber"></span> / <span class="totalPages"></span></span>
@@ -23,7 +23,7 @@ def print_pdf(browser: Browser, content: str) -> bytes:
         page.wait_for_function("document.documentElement.dataset.ready")
         return page.pdf(
             format="A4",
-            margin={"top": "14mm", "bottom": "17mm", "left": "16mm", "right": "16mm"},
+            margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
             print_background=True,
             display_header_footer=True,
             header_template="<span></span>",

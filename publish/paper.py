@@ -10,7 +10,7 @@ from publish.student import slide_type, tags, unsolved
 LONGEST_TABLE = 150  # rows; four pages
 LABEL = 7.5  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
-QUESTIONS = re.compile(r"^## Quick questions", re.MULTILINE)
+PREPARES = re.compile(r"import |from |plt\.style\.use\(")
 
 
 def for_handouts(notebook: NotebookNode) -> NotebookNode:
@@ -29,6 +29,7 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
         cell
         for cell in result.cells
         if slide_type(cell) != "notes" and "check" not in tags(cell)
+        if not _only_prepares(cell)
     ]
     for cell in result.cells:
         # The template that both share leaves out what slides skip; paper does not.
@@ -39,6 +40,13 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
             _shorten(output)
             _shrink(output)
     return result
+
+
+def _only_prepares(cell: NotebookNode) -> bool:
+    """Whether a cell imports and sets the style, and shows nothing."""
+    lines = [line for line in cell.source.splitlines() if line.strip()]
+    prepares = all(PREPARES.match(line) for line in lines)
+    return cell.cell_type == "code" and not cell.outputs and prepares
 
 
 def _shorten(output: NotebookNode) -> None:
