@@ -68,8 +68,9 @@ def _asked(cell: NotebookNode) -> list[tuple[str, list[Choice]]]:
 
 
 def _choice(folded: Tag) -> Choice:
-    mark, _, sentence = folded.p.get_text().partition(" ")
-    return Choice(folded.summary.get_text(), mark == "✓", sentence)
+    summary, answer = folded.find_all(["summary", "p"])
+    mark, _, sentence = answer.get_text().partition(" ")
+    return Choice(summary.get_text(), mark == "✓", sentence)
 
 
 def _one_a_slide(question: str, choices: list[Choice]) -> list[Text]:
