@@ -127,14 +127,14 @@ def test_on_paper_fragments_and_results_are_there_and_sentences_are_not(browser,
         assert len(pages) == page.evaluate("Reveal.getTotalSlides()")
         choices = page.locator(".pgm-predict details")
         page.emulate_media(media="print")
-        page.evaluate(
-            "document.querySelector('.pgm-predict details').setAttribute('open', '')"
-        )
         for waiting in page.locator(".fragment, .html:has(.pgm-predict) ~ *").all():
             assert waiting.evaluate(
                 "(e) => e.checkVisibility({ opacityProperty: true,"
                 " visibilityProperty: true }) && e.offsetHeight > 0"
             )
+        page.evaluate(
+            "document.querySelector('.pgm-predict details').setAttribute('open', '')"
+        )
         assert choices.count() > 1
         assert all(choice.is_visible() for choice in choices.all())
         sentences = page.locator(".pgm-predict details p").all()
