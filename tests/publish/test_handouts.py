@@ -164,6 +164,11 @@ def test_no_notes_and_no_solutions(words, page, notebook):
     assert page.locator("aside").count() == 0
 
 
+def test_nobody_is_asked_to_click_on_paper(words):
+    assert "double-click" not in words
+    assert "Chooseone:" not in words
+
+
 def test_the_page_is_self_contained(chapter):
     scripts = own_scripts(assets.handout_assets())
     assert problems(handout_page(chapter), scripts) == []
