@@ -282,7 +282,7 @@ def test_the_new_form_is_refused_and_the_old_is_listed(tmp_path, monkeypatch, ca
     bad = new_notebook(cells=[text("# Title", "slide"), text("Run this.", "slide")])
     for name in ("01_old", "02_new"):
         nbformat.write(bad, tmp_path / f"{name}.ipynb")
-    monkeypatch.setattr(wording, "in_new_form", lambda path: path.stem == "02_new")
+    monkeypatch.setattr(wording, "form_of", lambda path: path.stem == "02_new")
     folders = ["--notebooks", str(tmp_path), "--build", str(tmp_path / "build")]
     for name, code_ in (("01_old", 0), ("02_new", 1)):
         assert main(["slides", name, *folders]) == code_
