@@ -420,9 +420,6 @@ FUNCTIONS = {
     "plot.fifty.r_and_shift": lambda: dict(
         r=[0.9, 0.5], shift=[2.2, 4.2], error=[0.1, 3.0]
     ),
-    "plot.fifty.both_ways": lambda: dict(
-        there=[(0.01, 0.02)], back=[(-0.01, -0.02)], sd=0.001
-    ),
     "plot.fifty.chips": lambda: dict(
         reference=ORTHO, sensed=ORTHO, points=[(30.0, 28)], shifts=[(1.0, -1)]
     ),

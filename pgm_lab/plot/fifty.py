@@ -177,46 +177,6 @@ def r_and_shift(r: ArrayLike, shift: ArrayLike, error: ArrayLike) -> None:
     )
 
 
-def both_ways(there: ArrayLike, back: ArrayLike, sd: float) -> None:
-    """Show shifts from one image to the other, and with the two exchanged.
-
-    Parameters
-    ----------
-    there, back : array_like (n, 2), (m, 2)
-        (dx, dy) in pixels.
-    sd : float
-        Predicted standard deviation of a coordinate in pixels.
-    """
-    found = _sets({"there": there, "back": back})
-    sd = _validate.positive_number(sd, "sd", "px")
-    fig, ax = plt.subplots(figsize=(7, 3.3))
-    marks = (
-        ("o", basic.BLUE, basic.BLUE, "first to second"),
-        ("^", "none", basic.RED, "exchanged"),
-    )
-    means = []
-    for shifts, (mark, inside, edge, label) in zip(found.values(), marks):
-        look: basic.Look = {"markerfacecolor": inside, "markeredgecolor": edge}
-        ax.plot(*shifts.T, mark, alpha=0.6, markersize=7, label=label, **look)
-        means.append(shifts.mean(axis=0))
-    circle = plt.Circle((0, 0), 2.45 * sd, color=basic.BLACK, fill=False, linewidth=2.5)
-    ax.add_patch(circle)
-    ax.plot([], [], "o", mfc="none", color=basic.BLACK, label="predicted,\n95 %")
-    ax.axhline(0, color=basic.GREY, linewidth=1)
-    ax.axvline(0, color=basic.GREY, linewidth=1)
-    ax.set(xlabel="dx (px)", ylabel="dy (px)")
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.invert_yaxis()
-    fig.legend(loc="outside right center")
-    said = " and ".join(f"({x:+.4f}, {y:+.4f})" for x, y in means)
-    basic.show(
-        fig,
-        "Two clouds of shifts on opposite sides of zero, each far outside the small"
-        f" circle that is predicted around it; their means are {said} px.",
-        colours=64,
-    )
-
-
 def chips(
     reference: ArrayLike, sensed: ArrayLike, points: ArrayLike, shifts: ArrayLike
 ) -> None:

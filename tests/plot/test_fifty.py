@@ -79,14 +79,6 @@ def test_without_a_wrong_match_no_median_is_named(figures):
     assert "their median r is none" in figures[0][1]
 
 
-def test_the_predicted_circle_holds_95_per_cent(figures):
-    plot.fifty.both_ways([(0.004, 0.01)], [(-0.004, -0.01)], 0.001)
-    fig, alt = figures[0]
-    radius = fig.axes[0].patches[0].get_radius()
-    assert 1 - np.exp(-((radius / 0.001) ** 2) / 2) == pytest.approx(0.95, abs=0.001)
-    assert "(+0.0040, +0.0100) and (-0.0040, -0.0100)" in alt
-
-
 def test_a_chip_is_drawn_with_the_sensed_image_moved_back(figures):
     sensed = np.roll(GROUND, (-2, 3), axis=(0, 1))
     plot.fifty.chips(GROUND, sensed, [(44, 40)], [(3, -2)])
