@@ -7,8 +7,13 @@ written in; what else a public module of the room holds follows under that modul
 import importlib
 import inspect
 import pkgutil
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+
+from docutils import nodes
+from sphinx import addnodes
+from sphinx.application import Sphinx
 
 import pgm_lab
 
@@ -25,6 +30,7 @@ def write(folder: Path) -> list[str]:
     return pages
 
 
+@cache
 def public_names() -> dict[str, str]:
     """Return the page of each public function and class by its full name."""
     return {
@@ -51,16 +57,19 @@ def contents(room: ModuleType) -> dict[ModuleType, list[str]]:
             if _offers(module, name, thing) and thing not in seen
         ]
         seen |= {getattr(module, name) for name in found[module]}
-    return found
+    return {module: names for module, names in found.items() if names}
 
 
 def page(room: ModuleType) -> str:
     """Write the page of a room for autodoc."""
     parts = []
-    for module, names in contents(room).items():
+    every = {room: [], **contents(room)}
+    for module, names in every.items():
         title = module.__name__
         parts.append(f"{title}\n{('=' if module is room else '-') * len(title)}")
-        parts.append(f".. automodule:: {title}")
+        # A function may have the name of its module: then only the function is listed.
+        shadowed = not inspect.ismodule(getattr(room, title.rpartition(".")[2], module))
+        parts.append(f".. automodule:: {title}" + "\n   :no-index:" * shadowed)
         parts += [_entry(module, name) for name in names]
     return "\n\n".join(parts) + "\n"
 
@@ -103,3 +112,25 @@ def _modules(package: ModuleType) -> list[ModuleType]:
 
 def _room_of(module: ModuleType) -> str:
     return module.__name__.split(".")[1]
+
+
+def setup(app: Sphinx) -> None:
+    """Read the docstrings as they are meant."""
+    app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("doctree-read", keep_types)
+
+
+def keep_bars(app, what, name, thing, options, lines: list[str]) -> None:
+    """Keep |v|, which is a length here and a substitution in reStructuredText."""
+    in_example = False
+    for number, line in enumerate(lines):
+        in_example = bool(line.strip()) and (in_example or line.lstrip()[:3] == ">>>")
+        if not in_example:
+            lines[number] = line.replace("|", "\\|")
+
+
+def keep_types(app: Sphinx, tree: nodes.document) -> None:
+    """Keep the words of a type, "sequence of names", from becoming links."""
+    for link in list(tree.findall(addnodes.pending_xref)):
+        if link.get("refspecific") and link["reftarget"].islower():
+            link.replace_self(link.children)

@@ -42,10 +42,18 @@ def write_sources(chapters: Iterable[Path], source: Path) -> None:
 
 def _run_sphinx(source: Path, site: Path) -> None:
     """Run Sphinx; a warning of it is an error here."""
-    from sphinx.cmd.build import build_main
+    from sphinx.application import Sphinx
 
-    arguments = ["--quiet", "--keep-going"]
-    arguments += ["--conf-dir", str(Path(__file__).parent)]
-    arguments += ["--doctree-dir", str(source / ".doctrees")]
-    if build_main([*arguments, str(source), str(site)]):
+    app = Sphinx(
+        source,
+        Path(__file__).parent,
+        site,
+        source / ".doctrees",
+        "html",
+        confoverrides={"html_extra_path": [str(source / "files")]},
+        status=None,
+        warningiserror=False,
+    )
+    app.build()
+    if app.statuscode or app._warncount:
         raise PublishError("the site has the faults that stand above.")

@@ -14,8 +14,10 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "sphinx.ext.mathjax",
+    "publish.site.api",
+    "publish.site.links",
 ]
-exclude_patterns = [".doctrees"]
+exclude_patterns = [".doctrees", "files"]
 templates_path: list[str] = []
 
 # The notebooks are shown as they were stored.

@@ -1,6 +1,7 @@
 """The guides: what README says on a reader's own network, photos and images."""
 
 import re
+import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,6 +19,8 @@ def write(folder: Path) -> list[str]:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for name, heading in SECTIONS.items():
         text = f"# {heading}\n{section(readme, heading)}"
+        # The sample lies beside the pages, file by file.
+        text = text.replace("[data/sample](data/sample)", _sample(folder))
         (target / f"{name}.md").write_text(text, encoding="utf-8")
     return [f"guides/{name}" for name in SECTIONS]
 
@@ -28,3 +31,13 @@ def section(text: str, heading: str) -> str:
     if not found:
         raise ValueError(f"README.md has no section {heading!r}")
     return found[1]
+
+
+def _sample(folder: Path) -> str:
+    """Copy the sample network to the site; return links to its files."""
+    target = folder / "files" / "guides"
+    shutil.copytree(ROOT / "data" / "sample", target, dirs_exist_ok=True)
+    names = sorted(path.name for path in target.iterdir())
+    return "data/sample: " + ", ".join(
+        f'<a href="{name}" download>{name}</a>' for name in names
+    )
