@@ -57,7 +57,7 @@ Predict, look, and write your own program, step by step. \
 
 :::{{grid-item-card}} Lecturers
 See the [chapters](chapters/index) with their minutes, and the \
-[verdicts](verdicts) on what was printed, each with its proof.
+[verdicts](verdicts.md) on what was printed, each with its proof.
 :::
 
 :::{{grid-item-card}} Engineers
