@@ -18,7 +18,9 @@ def grid_of_discs(ax: Axes, name: str, shifts: np.ndarray, radius: int) -> str:
     """Draw shifts as discs on the grid, and say how long their mean is."""
     places, counts = np.unique(shifts, axis=0, return_counts=True)
     size = 230 * counts / counts.max() + 190
-    ax.scatter(*places.T, s=size, color="#C6E4F7", edgecolor=basic.BLUE)
+    ax.scatter(
+        places[:, 0], places[:, 1], s=size, color="#C6E4F7", edgecolor=basic.BLUE
+    )
     for place, count in zip(places, counts):
         ax.annotate(str(count), place, fontsize=13, ha="center", va="center")
     outline(ax, (0, 0), 2 * radius + 1.4, basic.GREY, linestyle="--")

@@ -198,7 +198,7 @@ def chips(
     if not 1 <= len(points) <= 4:
         raise ValueError(f"points must be one to four; got {len(points)}")
     fig = plt.figure(figsize=(5 * len(points), 3.35))
-    parts = np.atleast_1d(fig.subfigures(1, len(points)))
+    parts = fig.subfigures(1, len(points), squeeze=False)[0]
     for part, at, shift, letter in zip(parts, points, shifts, "PQRS"):
         here = around(one, at, "reference")
         there = around(other, at + shift, "sensed")
