@@ -16,6 +16,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "publish.site.api",
     "publish.site.links",
+    "publish.site.verdicts",
 ]
 exclude_patterns = [".doctrees", "files"]
 templates_path: list[str] = []
