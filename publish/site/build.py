@@ -62,7 +62,6 @@ def _run_sphinx(source: Path, site: Path) -> None:
         "html",
         confoverrides={"html_extra_path": [str(source / "files")]},
         status=None,
-        warningiserror=False,
     )
     app.build()
     if app.statuscode or app._warncount:

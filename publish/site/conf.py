@@ -33,10 +33,14 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
+# Pages opened as files may not read each other, and a summary would be read so.
+html_show_search_summary = False
+html_context = {"default_mode": "auto"}
 html_theme_options = {
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",
     "show_version_warning_banner": False,
+    "search_bar_text": "Search: a term, an equation (M 2.94), a function",
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],

@@ -41,9 +41,9 @@ ground was printed as 20 cm. What do you expect?
 
 <div class="pgm-waits">
 
-A wrong pixel size does not look wrong in any picture. It shows in each length and each \
-area that is measured by counting pixels: from 1000 m a pixel covers 31 per cent more \
-ground than printed. [Chapter 1](chapters/01_pixel_to_photo) works it out.
+A wrong pixel size does not look wrong in any picture. It shows in each length \
+and area that is measured by counting pixels: from 1000 m a pixel covers 31 per cent \
+more ground than printed. [Chapter 1](chapters/01_pixel_to_photo.ipynb) works it out.
 
 </div>
 
@@ -51,18 +51,19 @@ ground than printed. [Chapter 1](chapters/01_pixel_to_photo) works it out.
 :gutter: 3
 
 :::{{grid-item-card}} Students
-Predict, look, and write your own program, step by step. \
-[Start here](chapters/00_start_here), or look up a word in the [glossary](glossary).
+Predict, look, and write your own program, step by \
+step. [Start here](chapters/00_start_here.ipynb), or look up a word \
+in the [glossary](glossary.md).
 :::
 
 :::{{grid-item-card}} Lecturers
-See the [chapters](chapters/index) with their minutes, and the \
+See the [chapters](chapters/index.md) with their minutes, and the \
 [verdicts](verdicts.md) on what was printed, each with its proof.
 :::
 
 :::{{grid-item-card}} Engineers
-Try [your own network](guides/network), [photos](guides/photos) or \
-[images](guides/images), and find an equation in the [reference](reference/index).
+Try [your own network](guides/network.md), [photos](guides/photos.md) or \
+[images](guides/images.md), and find an equation in the [reference](reference/index.md).
 :::
 ::::
 
