@@ -100,7 +100,7 @@ class Layout {
       for (const arrangement of this.arrangements()) {
         const reads = this.apply({ text, ...arrangement });
         if (arrangement.first && reads >= LABEL) return;
-        if (reads > 1.03 * (best?.reads ?? 0)) best = { reads, text, ...arrangement };
+        if (reads > 1.05 * (best?.reads ?? 0)) best = { reads, text, ...arrangement };
       }
       if (best?.reads >= LABEL) break;
     }
@@ -177,7 +177,7 @@ class Layout {
     const width = words ? slide.clientWidth - words - GAP : holder.clientWidth;
     const used = words ? this.below() : slide.offsetHeight;
     slide.classList.remove("measuring");
-    return { width, height: slide.clientHeight - used };
+    return { width, height: slide.clientHeight - used - 1 }; // heights are rounded
   }
 
   zooms({ width, height }, row) {
