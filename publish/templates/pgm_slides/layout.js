@@ -7,13 +7,13 @@ const GAP = 28; // px between columns, and between figures side by side
 const NARROWEST = 320; // px: a column of text
 const UNKNOWN = 17; // px: labels of a picture that does not say how large they are
 
-// Text in per cent of 30 px, and whether there is less air. 67 per cent are 20 px.
+// Text in per cent of 30 px, whether there is less air, and the smallest text in px.
 const TEXT = [
-  [100, false], [100, true], [95, true], [90, true], [85, true], [80, true],
-  [75, true], [70, true], [67, true],
+  [100, false, 20], [100, true, 20], [95, true, 20], [90, true, 20], [85, true, 20],
+  [80, true, 20], [75, true, 20], [70, true, 20], [67, true, 20],
 ];
 // What does not fit even so is refused or listed; it must not be cut off in addition.
-const CRAMMED = [62, 57, 52, 47, 42, 37].map((size) => [size, true]);
+const CRAMMED = [19, 18, 17, 16, 15, 14, 12, 10].map((px) => [px / 0.3, true, px]);
 
 function overflow(slide) {
   return Math.max(
@@ -124,11 +124,11 @@ class Layout {
   }
 
   // Lay the slide out so; return the px of the smallest label, 0 if it does not fit.
-  apply({ text: [size, tight], words, row }) {
+  apply({ text: [size, tight, least], words, row }) {
     const { slide, figures } = this;
     slide.style.fontSize = `${size}%`;
     slide.classList.toggle("compact", tight);
-    slide.classList.toggle("crammed", size < TEXT.at(-1)[0]);
+    slide.style.setProperty("--least", `${least}px`);
     this.place(words, row);
     if (!figures.length) return overflow(slide) > 0 ? 0 : AMPLE;
     const zooms = this.zooms(this.room(words), row);
@@ -162,11 +162,10 @@ class Layout {
 
   // Where the text of the slide begins, below its heading.
   below() {
-    const { heading, slide } = this;
+    const { heading } = this;
     if (!heading) return 0;
-    const bottom = heading.getBoundingClientRect().bottom;
     const margin = parseFloat(getComputedStyle(heading).marginBottom);
-    return bottom - slide.getBoundingClientRect().top + margin;
+    return heading.offsetTop + heading.offsetHeight + margin;
   }
 
   // Width and height that the text leaves to the figures.
