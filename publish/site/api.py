@@ -164,4 +164,5 @@ def keep_types(app: Sphinx, tree: nodes.document) -> None:
     """Keep the words of a type, "sequence of names", from becoming links by chance."""
     for link in list(tree.findall(addnodes.pending_xref)):
         if link.get("refspecific") and "." not in link["reftarget"]:
-            link.replace_self(link.children)
+            told = link.next_node(addnodes.pending_xref_condition)
+            link.replace_self((told or link).children)

@@ -9,9 +9,9 @@ import nbformat
 import pytest
 
 from publish.browser import offline_context, open_browser
-from publish.site.build import build as build_site
 from publish.page import slides_page
 from publish.prepare import for_slides
+from publish.site.build import build as build_site
 from tests import trial
 from tests.publish.example import example, quick_questions
 from tests.publish.watch import Deck, Watched, published, written
