@@ -5,7 +5,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from publish.errors import PublishError
-from publish.site import api, glossary, guides, notebooks, sources, start, verdicts
+from publish.site import (
+    api,
+    equations,
+    glossary,
+    guides,
+    notebooks,
+    sources,
+    start,
+    verdicts,
+)
 
 
 def build(chapters: Iterable[Path], folder: Path) -> Path:
@@ -33,6 +42,7 @@ def write_sources(chapters: Iterable[Path], source: Path) -> None:
         "chapters": notebooks.write(list(chapters), source),
         "guides": guides.write(source),
         "verdicts": verdicts.write(source),
+        "equations": equations.write(source),
         "glossary": glossary.write(source),
         "reference": api.write(source),
         "sources": sources.write(source),
