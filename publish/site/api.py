@@ -84,7 +84,7 @@ def _entry(module: ModuleType, name: str) -> str:
     full = f"{module.__name__}.{name}"
     thing = getattr(module, name)
     cited = sorted(set(CITED.findall(inspect.getdoc(thing) or "")))
-    index = "".join(f".. index:: {equation}\n" for equation in cited)
+    index = "".join(f".. index:: ! {equation}\n" for equation in cited)
     if not inspect.isclass(thing):
         return f"{index}\n.. autofunction:: {full}"
     hidden = f":members:\n   :exclude-members: {_fields(thing)}"
