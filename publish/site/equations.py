@@ -77,6 +77,7 @@ def entry(cited: str, verdicts: list[Verdict]) -> str:
     number = cited.partition(" ")[2]
     if 2 * len(number) < len(title):  # too short for the search to take it for a title
         lines += [f".. index:: ({number})", ""]
+    lines += [".. rst-class:: equation", ""]
     lines.append(_heading(title, "~"))  # its anchor is m-2-94
     functions = dict.fromkeys(name for v in verdicts for name in v.functions)
     for name in functions:
