@@ -4,9 +4,12 @@ A name that a room offers stands on its page as ``room.name``, whatever module i
 written in; what else a public module of the room holds follows under that module.
 """
 
+import ast
 import importlib
 import inspect
 import pkgutil
+import re
+import textwrap
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -16,6 +19,9 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 import pgm_lab
+
+# (M 2.94) as docstrings cite it: an entry of the index is what a search finds first
+CITED = re.compile(r"\((?:M|B|H|Br) [\w.]+\)")
 
 
 def write(folder: Path) -> list[str]:
@@ -77,9 +83,12 @@ def page(room: ModuleType) -> str:
 def _entry(module: ModuleType, name: str) -> str:
     full = f"{module.__name__}.{name}"
     thing = getattr(module, name)
+    cited = sorted(set(CITED.findall(inspect.getdoc(thing) or "")))
+    index = "".join(f".. index:: {equation}\n" for equation in cited)
     if not inspect.isclass(thing):
-        return f".. autofunction:: {full}"
-    return f".. autoclass:: {full}\n   :members:\n   :exclude-members: {_fields(thing)}"
+        return f"{index}\n.. autofunction:: {full}"
+    hidden = f":members:\n   :exclude-members: {_fields(thing)}"
+    return f"{index}\n.. autoclass:: {full}\n   {hidden}"
 
 
 def _fields(thing: type) -> str:
@@ -117,7 +126,29 @@ def _room_of(module: ModuleType) -> str:
 def setup(app: Sphinx) -> None:
     """Read the docstrings as they are meant."""
     app.connect("autodoc-process-docstring", keep_bars)
+    app.connect("autodoc-process-signature", as_written)
     app.connect("doctree-read", keep_types)
+
+
+def as_written(app, what, name, thing, *_) -> tuple[str, str] | None:
+    """Write a signature as it stands in the source: ArrayLike, not all it may be."""
+    try:
+        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(thing))).body
+    except (OSError, TypeError, ValueError):
+        return None
+    written_in = vars(inspect.getmodule(thing))
+    for node in ast.walk(tree):
+        # The full name of a class of ours, so that it becomes a link.
+        meant = written_in.get(node.id) if isinstance(node, ast.Name) else None
+        if inspect.isclass(meant) and meant.__module__.startswith("pgm_lab."):
+            node.id = f"{meant.__module__}.{meant.__qualname__}"
+    if isinstance(tree, ast.FunctionDef):
+        returns = ast.unparse(tree.returns) if tree.returns else ""
+        if what == "method" and tree.args.args:
+            del tree.args.args[0]  # self or cls
+        return f"({ast.unparse(tree.args)})", returns
+    fields = [ast.unparse(line) for line in tree.body if type(line) is ast.AnnAssign]
+    return (f"({', '.join(fields)})", "") if fields else None
 
 
 def keep_bars(app, what, name, thing, options, lines: list[str]) -> None:
@@ -130,7 +161,8 @@ def keep_bars(app, what, name, thing, options, lines: list[str]) -> None:
 
 
 def keep_types(app: Sphinx, tree: nodes.document) -> None:
-    """Keep the words of a type, "sequence of names", from becoming links."""
+    """Keep the words of a type, "sequence of names", from becoming links by chance."""
     for link in list(tree.findall(addnodes.pending_xref)):
-        if link.get("refspecific") and link["reftarget"].islower():
-            link.replace_self(link.children)
+        if link.get("refspecific") and "." not in link["reftarget"]:
+            told = link.next_node(addnodes.pending_xref_condition)
+            link.replace_self((told or link).children)

@@ -23,6 +23,8 @@ templates_path: list[str] = []
 
 # The notebooks are shown as they were stored.
 nb_execution_mode = "off"
+nb_code_prompt_show = "Show the code"
+nb_code_prompt_hide = "Hide the code"
 nb_ipywidgets_js: dict[str, dict] = {}
 nb_render_markdown_format = "myst"
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "attrs_inline"]
@@ -36,6 +38,7 @@ html_copy_source = False
 # Pages opened as files may not read each other, and a summary would be read so.
 html_show_search_summary = False
 html_context = {"default_mode": "auto"}
+html_sidebars: dict[str, list[str]] = {"index": [], "glossary": [], "verdicts": []}
 html_theme_options = {
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",
@@ -55,6 +58,7 @@ mathjax_path = "tex-svg-full.js"
 mathjax3_config = {"options": {"enableMenu": False}}
 
 autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False

@@ -15,6 +15,7 @@ import nbformat
 from nbformat import NotebookNode
 from nbformat.v4 import new_markdown_cell, new_output
 
+from pgm_lab import datasets
 from publish.student import PLACEHOLDER, blank_solutions, name, slide_type, tags
 
 LEFT_OUT = {"claims", "write"}
@@ -27,6 +28,9 @@ STYLE = re.compile(r"<style>.*?</style>\s*", re.DOTALL)
 def write(chapters: list[Path], folder: Path) -> list[str]:
     """Write the notebooks as the site shows them; return the names of their pages."""
     (folder / "chapters").mkdir()
+    order = [row["notebook"] for row in datasets.rows("chapters.csv")]
+    known = {name: place for place, name in enumerate(order)}
+    chapters = sorted(chapters, key=lambda path: known.get(path.stem, len(known)))
     for path in chapters:
         page, figures = prepare(nbformat.read(path, as_version=4), path.stem)
         nbformat.write(page, folder / "chapters" / path.name)

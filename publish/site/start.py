@@ -27,11 +27,15 @@ html_theme.sidebar_secondary.remove: true
 From a pixel to a calibrated camera in notebooks and tested functions, with the \
 published numbers of four studies on trial.
 
+<div class="pgm-start"><div>
+
 ```{{image}} {picture}
 :alt: A camera above a real orthophoto; the rays of one pixel run from the \
 perspective centre through the image to a square on the ground, its GSD.
 :class: pgm-first
 ```
+
+</div><div>
 
 **How large is a pixel on the ground?** A camera flies H = 1000 m above a village. Its \
 lens has c = 24 mm, a pixel on its sensor is 5.49 µm wide. In 2020 the pixel on the \
@@ -45,7 +49,7 @@ A wrong pixel size does not look wrong in any picture. It shows in each length \
 and area that is measured by counting pixels: from 1000 m a pixel covers 31 per cent \
 more ground than printed. [Chapter 1](chapters/01_pixel_to_photo.ipynb) works it out.
 
-</div>
+</div></div></div>
 
 ::::{{grid}} 1 1 3 3
 :gutter: 3

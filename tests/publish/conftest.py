@@ -11,6 +11,7 @@ import pytest
 from publish.browser import offline_context, open_browser
 from publish.page import slides_page
 from publish.prepare import for_slides
+from publish.site.build import build as build_site
 from tests import trial
 from tests.publish.example import example, quick_questions
 from tests.publish.watch import Deck, Watched, published, written
@@ -95,3 +96,10 @@ def handout_file(chapter, tmp_path_factory):
     """The PDF, printed by a browser of its own as the command does it."""
     (pdf,) = published("handouts", chapter, tmp_path_factory.mktemp("build"))
     return pdf
+
+
+@pytest.fixture(scope="session")
+def site_folder(tmp_path_factory) -> Path:
+    """The site of all chapters."""
+    folder = tmp_path_factory.mktemp("build")
+    return build_site(CHAPTERS.values(), folder).parent
