@@ -84,7 +84,7 @@ def _entry(module: ModuleType, name: str) -> str:
     full = f"{module.__name__}.{name}"
     thing = getattr(module, name)
     cited = sorted(set(CITED.findall(inspect.getdoc(thing) or "")))
-    index = "".join(f".. index:: {equation}\n" for equation in cited)
+    index = "".join(f".. index:: ! {equation}\n" for equation in cited)
     if not inspect.isclass(thing):
         return f"{index}\n.. autofunction:: {full}"
     hidden = f":members:\n   :exclude-members: {_fields(thing)}"
@@ -163,6 +163,8 @@ def keep_bars(app, what, name, thing, options, lines: list[str]) -> None:
 def keep_types(app: Sphinx, tree: nodes.document) -> None:
     """Keep the words of a type, "sequence of names", from becoming links by chance."""
     for link in list(tree.findall(addnodes.pending_xref)):
-        if link.get("refspecific") and "." not in link["reftarget"]:
-            told = link.next_node(addnodes.pending_xref_condition)
-            link.replace_self((told or link).children)
+        # Those of role obj stand between backquotes, on purpose.
+        if link["refdomain"] == "py" and link["reftype"] != "obj":
+            if "." not in link["reftarget"]:
+                told = link.next_node(addnodes.pending_xref_condition)
+                link.replace_self((told or link).children)

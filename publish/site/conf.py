@@ -6,6 +6,7 @@ project = "pgm_lab"
 author = "the pgm_lab authors"
 copyright = "the pgm_lab authors; text and figures CC BY 4.0"
 language = "en"
+smartquotes = False  # text is found as it was written
 
 extensions = [
     "myst_nb",

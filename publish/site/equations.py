@@ -13,6 +13,7 @@ from publish.site.verdicts import Verdict, all_verdicts
 PAGE = "equations"
 
 TEXT = """\
+:html_theme.sidebar_primary.remove: true
 :html_theme.sidebar_secondary.remove: true
 
 The equation index
@@ -76,7 +77,8 @@ def entry(cited: str, verdicts: list[Verdict]) -> str:
     lines = []
     number = cited.partition(" ")[2]
     if 2 * len(number) < len(title):  # too short for the search to take it for a title
-        lines += [f".. index:: ({number})", ""]
+        lines += [f".. index:: ! ({number})", ""]
+    lines += [".. rst-class:: equation", ""]
     lines.append(_heading(title, "~"))  # its anchor is m-2-94
     functions = dict.fromkeys(name for v in verdicts for name in v.functions)
     for name in functions:

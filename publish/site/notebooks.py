@@ -61,7 +61,7 @@ def prepare(notebook: NotebookNode, stem: str) -> tuple[NotebookNode, dict[str, 
             continue
         waits = "predict" in tags(cell)
         if FOLDED & set(tags(cell)):
-            cell.metadata["tags"] = [*tags(cell), "hide-input"]
+            cell.metadata["tags"] = sorted({*tags(cell), "hide-input"})
         result.cells.append(cell)
         if PLACEHOLDER in cell.source:
             # What a picture shows is asked about; what is printed answers it.

@@ -81,6 +81,7 @@ def page(file: str, text: str) -> str:
     parts = [_heading(file, "="), f"From ``tests/audit/{file}``."]
     for block in blocks(text):
         if block.name:
+            parts.append(".. rst-class:: proof")
             parts.append(_heading(block.name, "-"))  # which makes the anchor
         code = textwrap.indent("\n".join(block.lines).strip("\n"), "   ")
         if code:

@@ -193,22 +193,17 @@ def chapter_pages(pages: set[str]) -> dict[str, str]:
 
 
 def add_files(app: Sphinx, page: str, *_: object) -> None:
-    """Give the page of the verdicts, and no other, its script and style."""
+    """Give the pages that prove, and no others, their style and script."""
+    if page in (PAGE, "equations") or page.startswith(sources.FOLDER):
+        app.add_css_file("ledger.css")
     if page == PAGE:
         app.add_js_file("verdicts.js", loading_method="defer")
-        app.add_css_file("verdicts.css")
-
-
-def serve_static(app: Sphinx) -> None:
-    """Let Sphinx copy script and style."""
-    app.config.html_static_path.append(str(HERE / "static"))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the table with Sphinx."""
     app.add_node(Table)
     app.add_directive("verdicts", Verdicts)
-    app.connect("builder-inited", serve_static)
     app.connect("doctree-resolved", fill)
     app.connect("html-page-context", add_files)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -46,8 +46,8 @@ def lay_out_all(page) -> None:
             position: static !important; transform: none !important; }
         .reveal .backgrounds { display: none !important; }
         .reveal .slides section { display: block !important; opacity: 1 !important;
-            position: static !important; transform: none !important;
-            visibility: visible !important; }
+            inset: auto !important; position: relative !important;
+            transform: none !important; visibility: visible !important; }
         """
     )
     page.evaluate(

@@ -36,6 +36,12 @@ function filter() {
     : "No verdict has all of that. Take one of the choices back, or write fewer words.";
 }
 
+function nothingChosen() {
+  for (const field of form.elements) {
+    if (field.name) field.value = "";
+  }
+}
+
 /** Keep the choice in the address, without a new entry in the history. */
 function remember() {
   const query = new URLSearchParams(chosen()).toString();
@@ -44,14 +50,14 @@ function remember() {
 
 /** Take the choice from the address. */
 function recall() {
-  form.reset();
+  nothingChosen();
   for (const [name, value] of new URLSearchParams(location.search)) {
     if (form.elements[name]) form.elements[name].value = value;
   }
   filter();
   const target = rows.find((row) => row.id === decodeURIComponent(location.hash.slice(1)));
   if (target?.hidden) {
-    form.reset(); // a link to a row shows it, whatever was chosen
+    nothingChosen(); // a link to a row shows it, whatever was chosen
     filter();
   }
   target?.scrollIntoView();

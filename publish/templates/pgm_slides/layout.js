@@ -25,6 +25,10 @@ function overflow(slide) {
 // What opens on a slide has to fit, too. Of the choices of a prediction one is open at
 // a time, and of the other folds of a slide as well: the tallest of each is laid out.
 function fit(slide, number) {
+  // A figure beside the text still appears when its place in the notebook says.
+  slide.querySelectorAll(".fragment").forEach((fragment, index) => {
+    fragment.dataset.fragmentIndex ??= index;
+  });
   const folds = [...slide.querySelectorAll("details")];
   for (const fold of folds) {
     fold.name ||= `folds-${number}`;

@@ -13,6 +13,7 @@ function prepareNotes(notes) {
 window.afterTypesetting = async () => {
   const images = [...document.images].map((image) => image.decode().catch(() => {}));
   await Promise.all(images);
+  document.querySelectorAll(".slides > section > section").forEach(fit);
   document.querySelectorAll("aside.notes").forEach(prepareNotes);
   // The heading of a slide comes right below the title, whatever its size.
   for (const heading of document.querySelectorAll(".slides h3")) {
@@ -33,8 +34,6 @@ window.afterTypesetting = async () => {
     ...(document.querySelector("section[data-timing]") && { defaultTiming: 0 }),
     plugins: [pgmViews, ...(window.RevealNotes ? [RevealNotes] : [])],
   });
-  // Only now, since fragments keep the order that reveal.js found when they move.
-  document.querySelectorAll(".slides > section > section").forEach(fit);
   // reveal.js calls the whole page an application; it is a document with landmarks.
   document.querySelector(".reveal").removeAttribute("role");
   const number = document.querySelector(".slide-number");

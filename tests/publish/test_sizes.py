@@ -1,0 +1,197 @@
+"""What a hall can read: small decks with known faults, and every real one."""
+
+import base64
+import io
+import subprocess
+import sys
+
+import nbformat
+import pytest
+from nbformat.v4 import new_output
+from PIL import Image
+
+from publish.__main__ import ROOT
+from publish.browser import offline_context
+from publish.chapters import form_of
+from publish.page import slides_page
+from publish.sizes import Row, measure, problems, summary, table
+from tests.publish.example import code, example, text
+from tests.publish.watch import Deck, written
+
+SENTENCE = "A sentence that takes about one line of a slide, more or less. "
+INCH = 96
+
+
+def picture(alt: str, width: float, height: float, dpi: int = 170, label=13):
+    """Return a grey figure of inches; `label` is the size of its writing in points."""
+    image = Image.new("L", (round(width * dpi), round(height * dpi)), 200)
+    buffer = io.BytesIO()
+    image.save(buffer, "png")
+    metadata = {"alt": alt, "width": width * INCH} | ({"label": label} if label else {})
+    return new_output(
+        "display_data",
+        data={"image/png": base64.b64encode(buffer.getvalue()).decode()},
+        metadata={"image/png": metadata},
+    )
+
+
+def figure(*outputs):
+    return code("show(figure, alt)", *outputs, tags=("hide-input",))
+
+
+def notebook(*cells):
+    made = example()
+    made.cells = [text("# 1 · Sizes", "slide"), *cells]
+    return made
+
+
+FAULTS = notebook(
+    text("## Small writing", "slide"),
+    figure(picture("tiny", 12, 3, label=8)),
+    text("## Few pixels", "slide"),
+    figure(picture("coarse", 10, 4, dpi=60)),
+    text("## Unknown", "slide"),
+    figure(picture("unlabelled", 10, 4, label=None)),
+    text("No heading here.", "slide"),
+    text("## Long code", "slide"),
+    code("\n".join(f"x_{n} = {n}" for n in range(19))),
+    text("## Far too much\n\n" + SENTENCE * 50, "slide"),
+    text("## Endless\n\n" + "- one more line\n" * 80, "slide"),
+    text("## As it should be", "slide"),
+    figure(picture("good", 10, 4)),
+    text("The errors $e^{x_2}$ grow with `distance`<sup>2</sup>."),
+)
+
+PLACES = notebook(
+    text("## Above", "slide"),
+    text("One line above a wide figure."),
+    figure(picture("wide", 10, 3.5)),
+    text("## Beside\n\n" + SENTENCE * 3, "slide"),
+    figure(picture("square", 8, 8)),
+    text("The last word.", "fragment"),
+    text("## Full", "slide"),
+    figure(picture("alone", 10, 4)),
+    text("## Two\n\nOne line.", "slide"),
+    figure(picture("left", 5, 5), picture("right", 5, 5)),
+)
+
+
+@pytest.fixture(scope="module")
+def opened(browser, tmp_path_factory):
+    """Open a notebook as a deck."""
+    context = offline_context(browser, viewport={"width": 1280, "height": 720})
+
+    def deck(made) -> Deck:
+        folder = tmp_path_factory.mktemp("sizes")
+        path = folder / "01_sizes.ipynb"
+        nbformat.write(made, path)
+        return Deck(context, written(folder, slides_page(path)))
+
+    yield deck
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def faults(opened) -> list[Row]:
+    return measure(opened(FAULTS).page)
+
+
+@pytest.fixture(scope="module")
+def places(opened) -> dict:
+    """Where each figure and its text are, in px of the slide."""
+    return opened(PLACES).page.evaluate(
+        """() => Object.fromEntries(Reveal.getSlides().flatMap((slide) => {
+            const { h, v } = Reveal.getIndices(slide);
+            Reveal.slide(h, v);
+            const box = (element) => element?.getBoundingClientRect().toJSON();
+            const text = box(slide.querySelector("p"));
+            return [...slide.querySelectorAll("img")].map(
+                (image) => [image.alt, { image: box(image), text }]);
+        }))"""
+    )
+
+
+def found(rows: list[Row], title: str) -> set[str]:
+    return {row.kind for row in problems(rows) if row.title == title}
+
+
+@pytest.mark.parametrize(
+    "title, kinds",
+    [
+        ("Small writing", {"figure label"}),
+        ("Few pixels", {"enlargement"}),
+        ("Unknown", {"figure label"}),
+        ("", {"no heading"}),
+        ("Long code", {"lines of code"}),
+        ("Far too much", {"text"}),
+        ("Endless", {"text", "overflow"}),
+        ("As it should be", set()),
+    ],
+)
+def test_each_fault_is_found_where_it_is(faults, title, kinds):
+    assert found(faults, title) == kinds
+
+
+def test_a_problem_names_its_slide_and_figure(faults):
+    said = [str(row) for row in problems(faults)]
+    assert any(
+        s.startswith("slide 2 ('Small writing')") and "'tiny'" in s for s in said
+    )
+    assert any("not known" in s and "'unlabelled'" in s for s in said)
+
+
+def test_a_label_is_as_large_as_its_figure_is_shown(faults):
+    (row,) = [r for r in faults if r.what == "good" and r.kind == "figure label"]
+    enlarged = [r for r in faults if r.what == "good" and r.kind == "enlargement"]
+    shown = enlarged[0].value * (1700 + 1) / 1.5
+    assert row.value == pytest.approx(13 * INCH / 72 * shown / 960, abs=0.1)
+
+
+def test_the_table_has_a_line_a_slide_and_a_count(faults):
+    assert len(list(table(faults))) == 1 + max(row.slide for row in faults)
+    assert "1 not known" in next(summary(faults))
+
+
+def test_text_stands_above_a_wide_figure(places):
+    assert places["wide"]["text"]["bottom"] <= places["wide"]["image"]["top"]
+
+
+def test_text_stands_beside_a_figure_that_leaves_no_height(places):
+    square = places["square"]
+    assert square["text"]["right"] < square["image"]["left"]
+    assert square["image"]["width"] / (8 * INCH) * 13 * INCH / 72 >= 11.5
+
+
+def test_a_figure_alone_fills_its_slide_up_to_its_pixels(places):
+    assert places["alone"]["image"]["width"] == pytest.approx(1700 / 1.5, abs=3)
+
+
+def test_two_figures_stand_side_by_side_where_that_makes_them_larger(places):
+    left, right = places["left"]["image"], places["right"]["image"]
+    assert left["right"] < right["left"] and left["top"] == right["top"]
+
+
+def test_all_that_is_not_small_fits(slides, chapter):
+    """Of the new form nothing is wrong; of the others nothing sticks out."""
+    wrong = problems(measure(slides.page))
+    if not form_of(chapter):
+        wrong = [row for row in wrong if row.kind == "overflow"]
+    assert [str(row) for row in wrong] == []
+
+
+@pytest.mark.parametrize("form, code_of_exit", [("lesson", 1), ("", 0)])
+def test_the_command_refuses_the_new_form_and_lists_the_old(
+    tmp_path, form, code_of_exit
+):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "notebooks").mkdir()
+    table = f"notebook,form\n01_sizes,{form}\n"
+    (tmp_path / "data" / "chapters.csv").write_text(table, encoding="utf-8")
+    small = notebook(text("## Small", "slide"), figure(picture("tiny", 12, 3, label=8)))
+    nbformat.write(small, tmp_path / "notebooks" / "01_sizes.ipynb")
+    folders = ["--notebooks", str(tmp_path / "notebooks"), "--build", str(tmp_path)]
+    command = [sys.executable, "-m", "publish", "slides", *folders]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert result.returncode == code_of_exit
+    assert "01_sizes.ipynb, slide 2 ('Small'): the labels" in result.stderr
+    assert (tmp_path / "slides" / "lecturer" / "01_sizes.html").is_file()
