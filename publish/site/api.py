@@ -84,7 +84,8 @@ def _entry(module: ModuleType, name: str) -> str:
     full = f"{module.__name__}.{name}"
     thing = getattr(module, name)
     cited = sorted(set(CITED.findall(inspect.getdoc(thing) or "")))
-    index = "".join(f".. index:: ! {equation}\n" for equation in cited)
+    # One directive: a list of definitions may carry one target.
+    index = f".. index:: ! {', ! '.join(cited)}\n" if cited else ""
     if not inspect.isclass(thing):
         return f"{index}\n.. autofunction:: {full}"
     hidden = f":members:\n   :exclude-members: {_fields(thing)}"
