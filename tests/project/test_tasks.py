@@ -233,12 +233,13 @@ def test_a_container_is_known_by_its_marks(monkeypatch):
     assert commands.in_container()
 
 
-def test_the_actions_of_ci_are_pinned_by_commit():
+def test_the_actions_of_the_workflows_are_pinned_by_commit():
     """A tag can be moved to another commit, a commit cannot be changed."""
-    text = (ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8")
+    files = (ROOT / ".github/workflows").glob("*.yml")
+    text = "".join(file.read_text(encoding="utf-8") for file in files)
     used = re.findall(r"uses: (.*)", text)
     pinned = re.compile(r"[\w-]+/[\w-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+")
-    assert len(used) == 4
+    assert len(used) == 8
     assert [line for line in used if not pinned.fullmatch(line)] == []
 
 
