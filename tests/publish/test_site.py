@@ -159,7 +159,7 @@ def served(site_folder):
 
 
 def search(page, address, words):
-    """Search as a reader does, from the head of the first page; return what is found."""
+    """Search as a reader does, from the head of the first page; list what is found."""
     page.goto(f"{address}/index.html")
     page.locator(".search-button__button:visible").click()
     page.locator("dialog[open] input[name=q]").fill(words)
