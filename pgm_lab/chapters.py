@@ -4,7 +4,7 @@ from IPython.display import publish_display_data
 
 from pgm_lab import _validate, datasets
 
-HEADER = ("", "chapter", "asks", "sources", "minutes")
+HEADER = ("no.", "chapter", "asks", "sources", "minutes")
 
 
 def table() -> None:

@@ -20,8 +20,8 @@ from sphinx.application import Sphinx
 
 import pgm_lab
 
-# (M 2.94) as docstrings cite it: an entry of the index is what a search finds first
-CITED = re.compile(r"\((?:M|B|H|Br) [\w.]+\)")
+# A listing of the source, and the link with which Sphinx leads back from it
+LISTING = re.compile(r'(id="([\w.]+)">\s*<a class="viewcode-back" href="[^"#]*#)[^"]*')
 
 
 def write(folder: Path) -> list[str]:
@@ -45,6 +45,28 @@ def public_names() -> dict[str, str]:
         for module, names in contents(room).items()
         for name in names
     }
+
+
+@cache
+def _names_of_things() -> dict[object, str]:
+    return {thing(name): name for name in public_names()}
+
+
+def public_name(name: str) -> str:
+    """Return the name under which the reference has a function or class.
+
+    Examples
+    --------
+    >>> public_name("pgm_lab.lsm.rigorous.adjust")
+    'pgm_lab.lsm.adjust'
+    """
+    return _names_of_things().get(thing(name), name)
+
+
+def thing(name: str) -> object:
+    """Return the function or class of a full name."""
+    module, _, last = name.rpartition(".")
+    return pkgutil.resolve_name(f"{module}:{last}")
 
 
 def rooms() -> list[ModuleType]:
@@ -83,13 +105,10 @@ def page(room: ModuleType) -> str:
 def _entry(module: ModuleType, name: str) -> str:
     full = f"{module.__name__}.{name}"
     thing = getattr(module, name)
-    cited = sorted(set(CITED.findall(inspect.getdoc(thing) or "")))
-    # One directive: a list of definitions may carry one target.
-    index = f".. index:: ! {', ! '.join(cited)}\n" if cited else ""
     if not inspect.isclass(thing):
-        return f"{index}\n.. autofunction:: {full}"
+        return f".. autofunction:: {full}"
     hidden = f":members:\n   :exclude-members: {_fields(thing)}"
-    return f"{index}\n.. autoclass:: {full}\n   {hidden}"
+    return f".. autoclass:: {full}\n   {hidden}"
 
 
 def _fields(thing: type) -> str:
@@ -129,6 +148,7 @@ def setup(app: Sphinx) -> None:
     app.connect("autodoc-process-docstring", keep_bars)
     app.connect("autodoc-process-signature", as_written)
     app.connect("doctree-read", keep_types)
+    app.connect("html-page-context", lead_back)
 
 
 def as_written(app, what, name, thing, *_) -> tuple[str, str] | None:
@@ -169,3 +189,16 @@ def keep_types(app: Sphinx, tree: nodes.document) -> None:
             if "." not in link["reftarget"]:
                 told = link.next_node(addnodes.pending_xref_condition)
                 link.replace_self((told or link).children)
+
+
+def lead_back(app: Sphinx, page: str, _template: str, context: dict, *_) -> None:
+    """Lead each listing back to its entry: Sphinx takes one room or module for all."""
+    if not page.startswith("_modules/pgm_lab/"):
+        return
+    module = page.removeprefix("_modules/").replace("/", ".")
+
+    def entry(listing: re.Match) -> str:
+        name, dot, member = listing[2].partition(".")
+        return f"{listing[1]}{public_name(f'{module}.{name}')}{dot}{member}"
+
+    context["body"] = LISTING.sub(entry, context["body"])

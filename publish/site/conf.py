@@ -34,6 +34,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "pgm_lab"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_show_sourcelink = False
 html_copy_source = False
 # Pages opened as files may not read each other, and a summary would be read so.

@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 from sphinx.application import Sphinx
 
 from pgm_lab import datasets, ledger
-from publish.site import sources
+from publish.site import api, sources
 
 HERE = Path(__file__).parent
 PAGE = "verdicts"
@@ -58,9 +58,9 @@ class Verdict:
 
     @cached_property
     def functions(self) -> list[str]:
-        """Full names of the functions that hold the equation."""
+        """Functions that hold the equation, by the names that the reference has."""
         named = self.row["code"].split("; ")
-        return [name for name in named if name and not name.startswith("-")]
+        return [api.public_name(n) for n in named if n and not n.startswith("-")]
 
     @cached_property
     def note(self) -> str:
