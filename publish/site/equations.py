@@ -74,11 +74,9 @@ def order(cited: str) -> list[tuple[int, str]]:
 def entry(cited: str, verdicts: list[Verdict]) -> str:
     """One equation: its functions with what they do, its verdicts with their proofs."""
     title = f"({cited})"
-    lines = []
     number = cited.partition(" ")[2]
-    if 2 * len(number) < len(title):  # too short for the search to take it for a title
-        lines += [f".. index:: ! ({number})", ""]
-    lines += [".. rst-class:: equation", ""]
+    # What the search finds first, with the letter of the source or without it.
+    lines = [f".. index:: ! {title}, ! ({number})", "", ".. rst-class:: equation", ""]
     lines.append(_heading(title, "~"))  # its anchor is m-2-94
     functions = dict.fromkeys(name for v in verdicts for name in v.functions)
     for name in functions:
