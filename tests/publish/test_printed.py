@@ -1,0 +1,101 @@
+"""What is wrong with a handout is read from its PDF, with the page."""
+
+import nbformat
+import pytest
+
+from publish import printed
+from publish.errors import PublishError
+from publish.handouts import print_pdf
+from tests.publish.example import code, text
+
+CHOICES = (
+    '<div class="pgm-predict"><details><summary>{}</summary></details>'
+    "<details><summary>Farther away</summary></details></div>"
+)
+NEXT = '<div style="break-before: page"></div>'
+FULL = '<p style="height: 150mm">A page that is well used.</p><p>Its last line.</p>'
+
+
+@pytest.fixture
+def pdf(browser):
+    """Return a function that prints the inner HTML of a page."""
+
+    def printer(body: str) -> bytes:
+        page = f'<!DOCTYPE html><html lang="en" data-ready="yes"><body>{body}</body>'
+        return print_pdf(browser, page)
+
+    return printer
+
+
+def asked() -> nbformat.NotebookNode:
+    """A notebook with a prediction and an exercise, as it is printed."""
+    data = {"text/html": CHOICES.format("On the truth")}
+    choices = nbformat.v4.new_output("display_data", data=data)
+    exercise = code("def mean(x):\n    pass  # your code here")
+    exercise.metadata.tags = ["exercise"]
+    return nbformat.v4.new_notebook(
+        cells=[
+            text("**Predict.** Where will the middle lie?"),
+            code('checks.predict("1.1")', choices),
+            text("### Exercise\n\nWrite the mean of some numbers."),
+            exercise,
+        ]
+    )
+
+
+QUESTION = "<p>Predict. Where will the middle lie?</p>"
+ANSWERS = "<p>On the truth</p><p>Farther away</p>"
+TASK = "<p>Exercise</p><p>Write the mean of some numbers.</p>"
+CELL = "<pre>def mean(x):\n    pass  # your code here</pre>"
+
+
+def test_a_handout_without_fault_has_none(pdf):
+    body = QUESTION + ANSWERS + FULL + NEXT + TASK + CELL
+    assert printed.faults(pdf(body), asked(), "lesson") == []
+
+
+@pytest.mark.parametrize(("form", "most"), [("lesson", 8), ("case", 6)])
+def test_too_many_pages_are_counted(pdf, form, most):
+    empty = nbformat.v4.new_notebook()
+    assert printed.faults(pdf(NEXT.join([FULL] * most)), empty, form) == []
+    longer = pdf(NEXT.join([FULL] * (most + 1)))
+    assert printed.faults(longer, empty, form) == [
+        f"it has {most + 1} pages, a {form} has {most}"
+    ]
+    assert printed.faults(longer, empty) == []
+
+
+def test_a_heading_alone_at_the_foot_is_named(pdf):
+    body = '<p style="height: 248mm">Text</p><h2>Alone</h2>' + NEXT + "<p>More</p>"
+    (fault,) = printed.faults(pdf(body), nbformat.v4.new_notebook())
+    assert fault == "page 1: the heading 'Alone' stands alone at its foot"
+
+
+def test_a_page_nearly_empty_is_named_but_the_last(pdf):
+    body = FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>"
+    (fault,) = printed.faults(pdf(body), nbformat.v4.new_notebook())
+    assert fault.startswith("page 2: only ")
+
+
+@pytest.mark.parametrize(
+    ("body", "what"),
+    [
+        (QUESTION + FULL + NEXT + ANSWERS + TASK + CELL, "question"),
+        (QUESTION + ANSWERS + TASK + FULL + NEXT + CELL, "exercise"),
+    ],
+)
+def test_what_belongs_together_and_is_divided_is_named(pdf, body, what):
+    (fault,) = printed.faults(pdf(body), asked())
+    assert fault.startswith(f"page 1: the {what} ")
+
+
+def test_a_lesson_is_refused_and_an_older_chapter_listed(tmp_path, pdf, capsys):
+    (tmp_path / "data").mkdir()
+    rows = "notebook,form\n01_old,\n09_new,lesson\n"
+    (tmp_path / "data" / "chapters.csv").write_text(rows, encoding="utf-8")
+    old, new = (tmp_path / "notebooks" / f"{n}.ipynb" for n in ("01_old", "09_new"))
+    poor = pdf(FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>")
+    printed.check({old: poor}, {old: nbformat.v4.new_notebook()})
+    assert "01_old.ipynb, page 2" in capsys.readouterr().err
+    with pytest.raises(PublishError, match="09_new.ipynb, page 2"):
+        printed.check({new: poor}, {new: nbformat.v4.new_notebook()})
