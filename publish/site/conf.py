@@ -40,7 +40,10 @@ html_copy_source = False
 # Pages opened as files may not read each other, and a summary would be read so.
 html_show_search_summary = False
 html_context = {"default_mode": "auto"}
-html_sidebars: dict[str, list[str]] = {"index": [], "glossary": [], "verdicts": []}
+# Pages without others below them
+html_sidebars: dict[str, list[str]] = {
+    page: [] for page in ("index", "glossary", "verdicts", "equations")
+}
 html_theme_options = {
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",

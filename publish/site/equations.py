@@ -13,7 +13,6 @@ from publish.site.verdicts import Verdict, all_verdicts
 PAGE = "equations"
 
 TEXT = """\
-:html_theme.sidebar_primary.remove: true
 :html_theme.sidebar_secondary.remove: true
 
 The equation index

@@ -62,12 +62,14 @@ in the [glossary](glossary.md).
 
 :::{{grid-item-card}} Lecturers
 See the [chapters](chapters/index.md) with their minutes, and the \
-[verdicts](verdicts.md) on what was printed, each with its proof.
+[verdicts](verdicts.md) on what was printed, each with its proof. In a clone \
+`make slides` and `make handouts` write a deck and a PDF of each chapter.
 :::
 
 :::{{grid-item-card}} Engineers
 Try [your own network](guides/network.md), [photos](guides/photos.md) or \
-[images](guides/images.md), and find an equation in the [reference](reference/index.md).
+[images](guides/images.md), and find an equation in the [index](/equations) or a \
+function in the [reference](reference/index.md).
 :::
 ::::
 
