@@ -19,6 +19,7 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 import pgm_lab
+from pgm_lab import ledger
 
 # A listing of the source, and the link with which Sphinx leads back from it
 LISTING = re.compile(r'(id="([\w.]+)">\s*<a class="viewcode-back" href="[^"#]*#)[^"]*')
@@ -127,7 +128,13 @@ def _offers(module: ModuleType, name: str, thing: object) -> bool:
         if listed is not None:
             return name in listed
         return home == module.__name__ or home.startswith(f"{module.__name__}._")
-    return home == module.__name__
+    return home == module.__name__ or f"{module.__name__}.{name}" in _in_ledger()
+
+
+@cache
+def _in_ledger() -> set[str]:
+    """Full names of the functions that hold a published equation."""
+    return {name for row in ledger.verdicts() for name in row["code"].split("; ")}
 
 
 def _modules(package: ModuleType) -> list[ModuleType]:

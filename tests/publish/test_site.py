@@ -177,7 +177,7 @@ FINDS = {
     "M 2.94": "equations.html#",
     "(M 2.94)": "equations.html#",
     "2.94": "equations.html#",
-    "test_2_5a_undoes_2_3a": "proofs/test_bani2010.html#test-2-5a-undoes-2-3a",
+    "test_2_5a_undoes_2_3a": "proofs/test_bani2010.html",
 }
 
 
