@@ -38,13 +38,18 @@ class Watched:
         self.errors: list[str] = []
         self.page = context.new_page()
         self.page.on("request", self._note)
-        self.page.on("requestfailed", lambda request: self.errors.append(request.url))
+        self.page.on("requestfailed", self._failed)
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("console", self._listen)
 
     def _note(self, request):
         if not request.url.startswith(("data:", "about:", "blob:")):
             self.requests.append(request.url)
+
+    def _failed(self, request):
+        # Leaving a page cuts off what it still loads, as its icon: that is no fault.
+        if request.failure != "net::ERR_ABORTED":
+            self.errors.append(request.url)
 
     def _listen(self, message):
         if message.type in ("error", "warning"):
