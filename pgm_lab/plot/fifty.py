@@ -134,7 +134,7 @@ def beyond(true: ArrayLike, reported: ArrayLike, reached: ArrayLike) -> None:
     basic.show(
         fig,
         "Left the reported RMSE_T against the true shift: equal up to 3 px, then it"
-        " stays near 3. Right the share of chips whose r reaches 0.585. True shift,"
+        " stays between 3 and 3.5. Right the share of chips whose r reaches 0.585. True shift,"
         f" reported, share: {'; '.join(said)}.",
         colours=64,
     )
