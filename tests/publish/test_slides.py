@@ -195,3 +195,23 @@ def test_a_slide_that_does_not_fit_is_found(browser, tmp_path):
     ]
     context.close()
     assert max(heights[:-1]) <= 0 < heights[-1]
+
+
+def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path):
+    page = watched.page
+    page.goto(written(tmp_path, slides_page(lesson)).as_uri())
+    watched.wait()
+    page.evaluate(
+        """() => {
+            const asked = document.querySelector(".slides .pgm-predict");
+            const { h, v } = Reveal.getIndices(asked.closest("section"));
+            Reveal.slide(h, v);
+        }"""
+    )
+    number = page.evaluate("Reveal.getSlidePastCount()")
+    page.keyboard.press("PageDown")
+    assert page.evaluate("Reveal.getSlidePastCount()") == number
+    opened = page.locator("section section.present .pgm-predict details[open]")
+    assert "✓" in opened.text_content()
+    page.keyboard.press("PageDown")
+    assert page.evaluate("Reveal.getSlidePastCount()") == number + 1

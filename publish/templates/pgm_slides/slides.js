@@ -10,6 +10,19 @@ function prepareNotes(notes) {
   }
 }
 
+// A presenter has one key to go on: it first opens the right choice of a prediction,
+// and with it the result. (`pgmViews` asks this before reveal.js takes a key.)
+const NEXT = ["ArrowRight", "ArrowDown", "PageDown", " ", "n"];
+
+function opensTheRightChoice(event) {
+  const choices = [...Reveal.getCurrentSlide().querySelectorAll(".pgm-predict details")];
+  const right = choices.find((choice) => choice.textContent.includes("✓"));
+  if (!right || right.open || event.shiftKey || !NEXT.includes(event.key)) return false;
+  right.open = true;
+  event.preventDefault();
+  return true;
+}
+
 window.afterTypesetting = async () => {
   const images = [...document.images].map((image) => image.decode().catch(() => {}));
   await Promise.all(images);

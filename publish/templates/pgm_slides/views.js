@@ -82,7 +82,8 @@ window.pgmViews = {
     Object.assign(reveal.getConfig(), {
       view: null, // none for print, whatever the address says: print.css serves all
       scrollActivationWidth: null,
-      keyboardCondition: () => shown() === "slides",
+      keyboardCondition: (event) =>
+        shown() === "slides" && !opensTheRightChoice(event),
     });
     // Its rules for paper are not for slides that were laid out already.
     page.classList.add("print-pdf");
