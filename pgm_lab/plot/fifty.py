@@ -134,8 +134,8 @@ def beyond(true: ArrayLike, reported: ArrayLike, reached: ArrayLike) -> None:
     basic.show(
         fig,
         "Left the reported RMSE_T against the true shift: equal up to 3 px, then it"
-        " stays between 3 and 3.5. Right the share of chips whose r reaches 0.585. True shift,"
-        f" reported, share: {'; '.join(said)}.",
+        " stays between 3 and 3.5. Right the share of chips whose r reaches 0.585."
+        f" True shift, reported, share: {'; '.join(said)}.",
         colours=64,
     )
 
