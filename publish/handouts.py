@@ -2,9 +2,16 @@
 
 import html
 
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page, PdfMargins
 
 from publish.browser import offline_context
+
+MARGINS: PdfMargins = {
+    "top": "12mm",
+    "bottom": "15mm",
+    "left": "15mm",
+    "right": "15mm",
+}
 
 _FOOTER = """\
 <div style="width: 100%; margin: 0 15mm; display: flex; font: 8pt sans-serif;
@@ -21,15 +28,20 @@ def print_pdf(browser: Browser, content: str) -> bytes:
         page = context.new_page()
         page.set_content(content)
         page.wait_for_function("document.documentElement.dataset.ready")
-        return page.pdf(
-            format="A4",
-            margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
-            print_background=True,
-            display_header_footer=True,
-            header_template="<span></span>",
-            footer_template=_FOOTER.format(title=html.escape(page.title())),
-            tagged=True,
-            outline=True,
-        )
+        return pdf_of(page)
     finally:
         context.close()
+
+
+def pdf_of(page: Page) -> bytes:
+    """Return the PDF of a page that is open and ready."""
+    return page.pdf(
+        format="A4",
+        margin=MARGINS,
+        print_background=True,
+        display_header_footer=True,
+        header_template="<span></span>",
+        footer_template=_FOOTER.format(title=html.escape(page.title())),
+        tagged=True,
+        outline=True,
+    )

@@ -4,19 +4,24 @@ import re
 
 from bs4 import BeautifulSoup
 from nbformat import NotebookNode
+from nbformat.v4 import new_markdown_cell
 
 from publish.student import slide_type, tags, unsolved
 
 LONGEST_TABLE = 150  # rows; four pages
 LABEL = 7.5  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
+OWN = re.compile(r"^\w+: the book's own\. .*\n?", re.MULTILINE)  # of checks.own
+HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
+SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
 PREPARES = re.compile(r"import |from |plt\.style\.use\(")
 
 
 def for_handouts(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook without solutions, checks and speaker notes, as printed.
 
-    What is folded to be read later is open on paper, a prediction stays closed; a
+    What is folded to be read later is open on paper, a prediction stays closed. The
+    answers stand at the end, so that a reader commits to one of their own before. A
     figure is as small as its writing allows; a very long table stays in the notebook.
 
     Parameters
@@ -36,10 +41,40 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
         cell.metadata.pop("slideshow", None)
         if {"derive", "why"} & set(tags(cell)):
             cell.source = cell.source.replace("<details>", "<details open>")
+        _leave_out_own(cell)
         for output in cell.get("outputs", []):
             _shorten(output)
             _shrink(output)
+    result.cells = _answers_last(result.cells)
     return result
+
+
+def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
+    """Collect the answers below a heading, each with its question or its section's."""
+    kept, answers, heading = [], [], ""
+    for cell in cells:
+        if "why" not in tags(cell):
+            kept.append(cell)
+            if cell.cell_type == "markdown":
+                heading = [heading, *HEADING.findall(cell.source)][-1]
+            continue
+        summary = SUMMARY.search(cell.source)
+        if summary and "?" not in summary[1]:
+            title = f"<summary>{re.sub('[*`]', '', heading)}</summary>"
+            cell.source = cell.source.replace(summary[0], title)
+        answers.append(cell)
+    if answers:
+        kept.append(new_markdown_cell("## Answers", id="answers"))
+    return kept + answers
+
+
+def _leave_out_own(cell: NotebookNode) -> None:
+    """Drop the lines that say whose function runs: nothing runs on paper."""
+    for output in cell.get("outputs", []):
+        if output.output_type == "stream":
+            output.text = OWN.sub("", output.text)
+    if "outputs" in cell:
+        cell.outputs = [output for output in cell.outputs if output.get("text", True)]
 
 
 def _only_prepares(cell: NotebookNode) -> bool:
@@ -65,4 +100,6 @@ def _shrink(output: NotebookNode) -> None:
     seen = output.get("metadata", {}).get("image/png", {})
     if "label" in seen and "width" in seen:
         scale = min(1.0, LABEL / seen["label"])
-        seen["width"] = max(seen["width"] * scale, NARROWEST / 25.4 * 96)
+        scale = max(scale, NARROWEST / 25.4 * 96 / seen["width"])
+        seen["width"] *= scale
+        seen["label"] *= scale

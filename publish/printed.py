@@ -6,22 +6,25 @@ A lesson and a case must have nothing of it; of the other notebooks it is listed
 import re
 import sys
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 
 import mistune
 from bs4 import BeautifulSoup
 from nbformat import NotebookNode
-from pypdf import PageObject, PdfReader
 
+from publish import tagged
 from publish.chapters import form_of
 from publish.errors import PublishError
 from publish.student import tags
 
 PAGES = {"lesson": 8, "case": 6}
-FOOTER = 48.0  # points from the lower edge of the paper: only the footer is below
-BELOW = 36.0  # points, three lines: what has to stand below a heading
+FOOTER = 42.0  # points: the lower margin, where only the footer is
 FILLED = 1 / 3  # of a page, except of the last
+AT_LEAST = {"text": 9.0, "heading": 9.0, "code": 7.5}  # points
+LABEL = 7.0  # points: the smallest writing in a figure
+ROUNDING = 0.05
+TEXTS = {"text", "heading", "code"}
+HEADING = re.compile(r"^#+ +(.+)$", re.MULTILINE)
 
 
 def check(printed: dict[Path, bytes], prepared: dict[Path, NotebookNode]) -> None:
@@ -65,115 +68,137 @@ def faults(pdf: bytes, notebook: NotebookNode, form: str = "") -> list[str]:
     form : str
         "lesson" or "case", whose pages are limited, or nothing.
     """
-    reader = PdfReader(BytesIO(pdf))
+    printed = tagged.read(pdf)
+    count = len(printed.heights)
     found = []
-    if len(reader.pages) > PAGES.get(form, len(reader.pages)):
-        found.append(f"it has {len(reader.pages)} pages, a {form} has {PAGES[form]}")
-    found += _lone_headings(reader, reader.outline)
-    for number, page in enumerate(reader.pages[:-1], start=1):
-        height = float(page.mediabox.height)
-        used = (height - lowest(page)) / height
+    if count > PAGES.get(form, count):
+        found.append(f"it has {count} pages, a {form} has {PAGES[form]}")
+    return [
+        *found,
+        *_lone_headings(printed.pieces),
+        *_empty(printed),
+        *_divided(printed.pieces, notebook),
+        *_small_writing(printed.pieces),
+        *_small_labels(printed.pieces, notebook),
+    ]
+
+
+def _lone_headings(pieces: list[tagged.Piece]) -> Iterator[str]:
+    """Name the headings whose text or figure is on another page."""
+    shown = [piece for piece in pieces if piece.kind]
+    following = shown[-1].page if shown else 0
+    alone: list[tagged.Piece] = []
+    for piece in reversed(shown):
+        if piece.kind != "heading":
+            following = piece.page
+        elif piece.page != following:
+            alone.insert(0, piece)
+    for piece in alone:
+        said = f"the heading {piece.text.strip()!r} stands alone at its foot"
+        yield f"page {piece.page}: {said}"
+
+
+def _empty(printed: tagged.Printed) -> Iterator[str]:
+    """Name the pages that are nearly empty; the last one may be.
+
+    Lines to write on are not counted. They are at most 14 mm of a page.
+    """
+    for number, height in enumerate(printed.heights[:-1], start=1):
+        bottoms = [p.bottom for p in printed.pieces if p.page == number]
+        lowest = min((b for b in bottoms if b > FOOTER), default=height)
+        used = (height - lowest) / height
         if used < FILLED:
-            found.append(f"page {number}: only {used:.0%} of it is used")
-    return found + list(_divided(reader, notebook))
+            yield f"page {number}: only {used:.0%} of it is used"
 
 
-def lowest(page: PageObject) -> float:
-    """Return the height of the lowest text or picture above the footer, in points."""
-    heights = [float(page.mediabox.height)]
-
-    def text(words, cm, tm, font, size):
-        if words.strip():
-            heights.append(tm[4] * cm[1] + tm[5] * cm[3] + cm[5])
-
-    def picture(operator, operands, cm, tm):
-        if operator == b"Do":
-            heights.append(min(cm[5], cm[5] + cm[3]))
-
-    page.extract_text(visitor_text=text, visitor_operand_before=picture)
-    return min(height for height in heights if height > FOOTER)
-
-
-def _lone_headings(reader: PdfReader, outline: list) -> Iterator[str]:
-    """Name the headings at the foot of a page."""
-    for entry in outline:
-        if isinstance(entry, list):
-            yield from _lone_headings(reader, entry)
-        elif float(entry.top) < FOOTER + BELOW:
-            number = reader.get_destination_page_number(entry) + 1
-            yield f"page {number}: the heading {entry.title!r} stands alone at its foot"
-
-
-def _divided(reader: PdfReader, notebook: NotebookNode) -> Iterator[str]:
+def _divided(pieces: list[tagged.Piece], notebook: NotebookNode) -> Iterator[str]:
     """Name the questions and exercises that are not on one page."""
-    pages = [plain(page.extract_text()) for page in reader.pages]
-    pictures = described(reader)
-    before = ""
+    shown = [(p.page, plain(p.text)) for p in pieces if p.kind in TEXTS]
+    letters = "".join(text for _, text in shown)
+    pages = [page for page, text in shown for _ in text]
+    end, heading, asked = 0, "", ""
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
-            before = BeautifulSoup(mistune.html(cell.source), "html.parser").get_text()
-            before = plain(re.sub(r"\$[^$]*\$", "", before))[-12:]
+            heading = ([heading] + HEADING.findall(cell.source))[-1]
+            asked = _last_words(cell.source)
             continue
-        parts, what = [before], ""
-        if "exercise" in tags(cell):
-            what, parts = "exercise", [before, *_ends(cell.source)]
-        choices = _choices(cell)
-        if len(choices) == 1:
-            what, parts = "question", [before, *map(plain, choices[0])]
-        where = [{n for n, page in enumerate(pages, 1) if p in page} for p in parts]
-        where += [pictures.get(alt, set()) for alt in _alts(cell) if choices]
-        if what and not set.intersection(*where):
-            number = min(min(places, default=0) for places in where)
-            yield f"page {number}: the {what} {before!r} is divided"
-        if what:
-            before = ""
+        what, words, alts = _together(cell)
+        if not what:
+            continue
+        name = f"the {what} under {heading!r}" if heading else f"the {what}"
+        # The words may also stand elsewhere: they count below those that ask for them.
+        asked_at = max(letters.find(asked, end), end)
+        found = letters.find(words, asked_at)
+        if found < 0:
+            yield f"{name} is not found on paper"
+            continue
+        begin, end = letters.rfind(asked, asked_at, found), found + len(words)
+        begin = found if begin < 0 else begin
+        where = set(pages[begin:end])
+        where |= {p.page for p in pieces if p.kind == "picture" and p.text in alts}
+        if len(where) > 1:
+            yield f"page {min(where)}: {name} is divided"
+        asked = ""
+
+
+def _together(cell: NotebookNode) -> tuple[str, str, list[str]]:
+    """Return what a cell of code is, its letters, and the figures of its result.
+
+    Nothing is said of several questions in one cell, the quick ones: they may go on
+    overleaf.
+    """
+    outputs = cell.get("outputs", [])
+    pages = [output.get("data", {}).get("text/html", "") for output in outputs]
+    soups = [BeautifulSoup(page, "html.parser") for page in pages]
+    asked = [soup.select(".pgm-predict summary") for soup in soups]
+    asked = [choices for choices in asked if choices]
+    if len(asked) == 1:
+        words = plain("".join(choice.get_text() for choice in asked[0]))
+        metadata = [output.get("metadata", {}) for output in outputs]
+        alts = [one.get("image/png", {}).get("alt") for one in metadata]
+        return "question", words, [alt for alt in alts if alt]
+    if "exercise" in tags(cell):
+        return "exercise", plain(cell.source), []
+    return "", "", []
+
+
+def _last_words(source: str) -> str:
+    """Return the last letters of a text, without its formulas."""
+    words = BeautifulSoup(str(mistune.html(source)), "html.parser").get_text()
+    return plain(re.sub(r"\$[^$]*\$", "", words))[-12:]
+
+
+def _small_writing(pieces: list[tagged.Piece]) -> Iterator[str]:
+    """Name the smallest text and code of each page that is hard to read."""
+    small: dict[tuple[int, str], tagged.Piece] = {}
+    for piece in pieces:
+        least = AT_LEAST.get(piece.kind, 0.0)
+        if piece.size < least - ROUNDING:
+            key = piece.page, piece.kind
+            small[key] = min(small.get(key, piece), piece, key=lambda p: p.size)
+    for (page, kind), piece in sorted(small.items()):
+        said = f"the {kind} {piece.text.strip()[:40]!r} is {piece.size:.1f} pt high"
+        yield f"page {page}: {said}, less than {AT_LEAST[kind]:g}"
+
+
+def _small_labels(pieces: list[tagged.Piece], notebook: NotebookNode) -> Iterator[str]:
+    """Name the figures whose smallest writing is hard to read."""
+    outputs = [o for cell in notebook.cells for o in cell.get("outputs", [])]
+    seen = [output.get("metadata", {}).get("image/png", {}) for output in outputs]
+    known = {one.get("alt"): one for one in seen if "label" in one and "width" in one}
+    for piece in pieces:
+        if piece.kind != "picture" or piece.text not in known:
+            continue
+        figure = known[piece.text]
+        label = figure["label"] * piece.size / (figure["width"] * 72 / 96)
+        if label < LABEL - ROUNDING:
+            said = (
+                f"the labels of the figure {piece.text[:50]!r} are {label:.1f} pt high"
+            )
+            yield f"page {piece.page}: {said}, less than {LABEL:g}"
 
 
 def plain(text: str) -> str:
     """Letters and digits alone: a PDF keeps no spaces of its own."""
     text = text.replace("\ufb01", "fi").replace("\ufb02", "fl").replace("\ufb00", "ff")
     return "".join(sign for sign in text.lower() if sign.isalnum() and sign.isascii())
-
-
-def _ends(source: str) -> list[str]:
-    """First and last line of a cell of code."""
-    lines = [plain(line.partition("#")[0])[:40] for line in source.splitlines()]
-    lines = [line for line in lines if line]
-    return [lines[0], lines[-1]]
-
-
-def _choices(cell: NotebookNode) -> list[list[str]]:
-    """Return the choices of each prediction that a cell shows."""
-    pages = [o.get("data", {}).get("text/html", "") for o in cell.get("outputs", [])]
-    soups = [BeautifulSoup(page, "html.parser") for page in pages]
-    found = [soup.select(".pgm-predict summary") for soup in soups]
-    return [[one.get_text() for one in several] for several in found if several]
-
-
-def _alts(cell: NotebookNode) -> list[str]:
-    outputs = cell.get("outputs", [])
-    found = [o.get("metadata", {}).get("image/png", {}).get("alt") for o in outputs]
-    return [alt for alt in found if alt]
-
-
-def described(reader: PdfReader) -> dict[str, set[int]]:
-    """Return the pages of each picture, by its description."""
-    numbers = {
-        page.indirect_reference.idnum: n for n, page in enumerate(reader.pages, 1)
-    }
-    found: dict[str, set[int]] = {}
-    for number in range(1, reader.trailer["/Size"]):
-        element = reader.get_object(number)
-        if not isinstance(element, dict) or "/Alt" not in element:
-            continue
-        kids = element.get("/K", [])
-        for holder in [element, *(kids if isinstance(kids, list) else [kids])]:
-            page = holder.raw_get("/Pg") if "/Pg" in _mapping(holder) else None
-            if page is not None:
-                found.setdefault(str(element["/Alt"]), set()).add(numbers[page.idnum])
-    return found
-
-
-def _mapping(holder) -> dict:
-    holder = holder.get_object() if hasattr(holder, "get_object") else holder
-    return holder if isinstance(holder, dict) else {}

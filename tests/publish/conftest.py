@@ -14,7 +14,7 @@ from publish.prepare import for_slides
 from publish.site.build import build as build_site
 from tests import trial
 from tests.publish.example import example, quick_questions
-from tests.publish.watch import Deck, Watched, published, written
+from tests.publish.watch import Deck, Watched, written
 
 ROOT = Path(__file__).resolve().parents[2]
 CHAPTERS = {p.stem: p for p in sorted((ROOT / "notebooks").glob("[0-9A-Z]*.ipynb"))}
@@ -89,13 +89,6 @@ def lesson_decks(browser, lesson, tmp_path_factory):
         Deck(context, written(tmp_path_factory.mktemp("build"), page)) for page in pages
     ]
     context.close()
-
-
-@pytest.fixture(scope="session")
-def handout_file(chapter, tmp_path_factory):
-    """The PDF, printed by a browser of its own as the command does it."""
-    (pdf,) = published("handouts", chapter, tmp_path_factory.mktemp("build"))
-    return pdf
 
 
 @pytest.fixture(scope="session")

@@ -1,17 +1,23 @@
 """The handouts of every chapter: A4, readable by machines, nothing cut off."""
 
 import re
+from io import BytesIO
 
 import pytest
+from nbformat.v4 import new_output
 from pypdf import PdfReader
 
 from publish import assets
 from publish.browser import offline_context
+from publish.chapters import form_of
+from publish.handouts import MARGINS, pdf_of
 from publish.page import handout_page, own_scripts
 from publish.paper import for_handouts
 from publish.prepare import title
+from publish.printed import faults
 from publish.selfcontained import problems
 from publish.student import slide_type, tags
+from tests.publish.example import code, example, text
 from tests.publish.look import (
     axe_violations,
     bad_images,
@@ -22,13 +28,44 @@ from tests.publish.look import (
 )
 from tests.publish.watch import Watched
 
+WHY = ("why",)
 A4 = (595.28, 841.89)  # points
-COLUMN = 642  # px: 210 mm less two margins of 20 mm
+SIDES = [float(MARGINS[side].removesuffix("mm")) for side in ("left", "right")]
+COLUMN = int((210 - sum(SIDES)) / 25.4 * 96)  # px
 
 
 @pytest.fixture(scope="module")
-def pdf(handout_file):
-    return PdfReader(handout_file)
+def built(chapter):
+    return handout_page(chapter)
+
+
+@pytest.fixture(scope="module")
+def page(browser, built):
+    """The page before printing, as wide as the column of text; leave it as it was."""
+    context = offline_context(browser, viewport={"width": COLUMN, "height": 900})
+    watched = Watched(context)
+    watched.page.emulate_media(media="print")
+    watched.page.set_content(built)
+    watched.wait()
+    yield watched.page
+    assert watched.errors == []
+    assert watched.requests == []
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def paper(notebook):
+    return for_handouts(notebook)
+
+
+@pytest.fixture(scope="module")
+def printed(page):
+    return pdf_of(page)
+
+
+@pytest.fixture(scope="module")
+def pdf(printed):
+    return PdfReader(BytesIO(printed))
 
 
 @pytest.fixture(scope="module")
@@ -37,27 +74,20 @@ def words(pdf):
     return "".join("".join(page.extract_text().split()) for page in pdf.pages)
 
 
-@pytest.fixture(scope="module")
-def page(browser, chapter):
-    """The page before printing, as wide as the column of text; leave it as it was."""
-    context = offline_context(browser, viewport={"width": COLUMN, "height": 900})
-    watched = Watched(context)
-    watched.page.emulate_media(media="print")
-    watched.page.set_content(handout_page(chapter))
-    watched.wait()
-    yield watched.page
-    assert watched.errors == []
-    assert watched.requests == []
-    context.close()
-
-
-def shown_code(notebook) -> list[str]:
+def shown_code(paper) -> list[str]:
     return [
         cell.source
-        for cell in for_handouts(notebook).cells
+        for cell in paper.cells
         if cell.cell_type == "code"
         and not {"hide-input", "draw", "predict"} & set(tags(cell))
     ]
+
+
+def test_a_lesson_and_a_case_are_fit_for_paper(chapter, printed, paper):
+    form = form_of(chapter)
+    found = faults(printed, paper, form)
+    assert not form or found == []
+    assert not [said for said in found if "not found" in said]
 
 
 def test_every_page_is_a4(pdf):
@@ -76,10 +106,10 @@ def test_the_pdf_is_tagged_and_has_title_language_and_outline(pdf, notebook):
     assert len(pdf.outline) > 0
 
 
-def test_every_figure_carries_its_text_into_the_pdf(pdf, notebook):
+def test_every_figure_carries_its_text_into_the_pdf(pdf, paper):
     alts = {
         output.metadata["image/png"]["alt"]
-        for cell in for_handouts(notebook).cells
+        for cell in paper.cells
         for output in cell.get("outputs", [])
         if "image/png" in output.get("data", {})
     }
@@ -91,10 +121,9 @@ def test_every_figure_carries_its_text_into_the_pdf(pdf, notebook):
     assert alts <= found
 
 
-def test_the_handout_holds_every_cell_but_the_notes(notebook, chapter):
-    page = handout_page(chapter)
-    for cell in for_handouts(notebook).cells:
-        assert f'data-cell="{cell.id}"' in page, cell.source[:40]
+def test_the_handout_holds_every_cell_but_the_notes(paper, built):
+    for cell in paper.cells:
+        assert f'data-cell="{cell.id}"' in built, cell.source[:40]
 
 
 def test_every_heading_is_printed_also_of_parts_that_slides_skip(words, notebook):
@@ -105,8 +134,8 @@ def test_every_heading_is_printed_also_of_parts_that_slides_skip(words, notebook
                 assert "".join(heading.split()) in words
 
 
-def test_the_longest_line_of_code_is_printed_to_its_end(words, notebook):
-    lines = [line for cell in shown_code(notebook) for line in cell.split("\n")]
+def test_the_longest_line_of_code_is_printed_to_its_end(words, paper):
+    lines = [line for cell in shown_code(paper) for line in cell.split("\n")]
     longest = max(lines, key=len, default="")
     assert "".join(longest.split())[-25:] in words
 
@@ -138,10 +167,10 @@ def test_a_line_that_is_cut_is_found(page):
     assert found != []
 
 
-def test_formulas_are_typeset(page, notebook):
+def test_formulas_are_typeset(page, paper):
     count, errors = formulas(page)
     assert errors == 0
-    assert (count > 0) == has_maths(for_handouts(notebook).cells)
+    assert (count > 0) == has_maths(paper.cells)
     assert raw_markup(page) == []
 
 
@@ -150,7 +179,7 @@ def test_every_image_is_decoded_and_described(page):
 
 
 def test_images_are_in_the_pdf(pdf, page):
-    images = sum(len(p.images) for p in pdf.pages)
+    images = sum(len(p.images.keys()) for p in pdf.pages)
     assert images >= page.locator("figure img").count()
 
 
@@ -169,6 +198,40 @@ def test_nobody_is_asked_to_click_on_paper(words):
     assert "Chooseone:" not in words
 
 
-def test_the_page_is_self_contained(chapter):
+def test_no_line_says_whose_function_runs(words):
+    assert ":thebook'sown." not in words
+
+
+def test_answers_stand_at_the_end(notebook, paper):
+    answers = [cell.id for cell in notebook.cells if "why" in tags(cell)]
+    last = [cell.id for cell in paper.cells[len(paper.cells) - len(answers) :]]
+    assert last == answers
+    assert ("answers" in [cell.id for cell in paper.cells]) == bool(answers)
+
+
+def test_an_answer_has_its_question_or_the_heading_above_it():
+    book = example(
+        text("## The edge · 3 min\n\nLook.\n\n### Along *it*"),
+        text("<details><summary>Why: the answer</summary>\n\nA\n</details>", tags=WHY),
+        text("Go on."),
+        text("<details><summary>Why so?</summary>\n\nB\n</details>", tags=WHY),
+    )
+    below, first, second = for_handouts(book).cells[-3:]
+    assert below.source == "## Answers"
+    assert "<details open><summary>Along it</summary>" in first.source
+    assert "<details open><summary>Why so?</summary>" in second.source
+
+
+def test_what_own_prints_is_left_out_and_the_rest_stays():
+    said = "mean: the book's own. Yours takes its place.\n"
+    printed = [
+        new_output("stream", name="stdout", text=t) for t in (said, said + "3\n")
+    ]
+    cells = for_handouts(example(*(code("mean(x)", one) for one in printed))).cells
+    assert cells[-2].outputs == []
+    assert cells[-1].outputs[0].text == "3\n"
+
+
+def test_the_page_is_self_contained(built):
     scripts = own_scripts(assets.handout_assets())
-    assert problems(handout_page(chapter), scripts) == []
+    assert problems(built, scripts) == []

@@ -3,10 +3,10 @@
 import nbformat
 import pytest
 
-from publish import printed
+from publish import paper, printed
 from publish.errors import PublishError
 from publish.handouts import print_pdf
-from tests.publish.example import code, text
+from tests.publish.example import code, figure_output, png, text
 
 CHOICES = (
     '<div class="pgm-predict"><details><summary>{}</summary></details>'
@@ -43,6 +43,15 @@ def asked() -> nbformat.NotebookNode:
     )
 
 
+def figure(width: int) -> str:
+    """A figure of so many px, with its description."""
+    return (
+        f'<figure><img alt="Residuals" style="width: {width}px" '
+        f'src="data:image/png;base64,{png()}"></figure>'
+    )
+
+
+EMPTY = nbformat.v4.new_notebook()
 QUESTION = "<p>Predict. Where will the middle lie?</p>"
 ANSWERS = "<p>On the truth</p><p>Farther away</p>"
 TASK = "<p>Exercise</p><p>Write the mean of some numbers.</p>"
@@ -56,24 +65,69 @@ def test_a_handout_without_fault_has_none(pdf):
 
 @pytest.mark.parametrize(("form", "most"), [("lesson", 8), ("case", 6)])
 def test_too_many_pages_are_counted(pdf, form, most):
-    empty = nbformat.v4.new_notebook()
-    assert printed.faults(pdf(NEXT.join([FULL] * most)), empty, form) == []
+    assert printed.faults(pdf(NEXT.join([FULL] * most)), EMPTY, form) == []
     longer = pdf(NEXT.join([FULL] * (most + 1)))
-    assert printed.faults(longer, empty, form) == [
+    assert printed.faults(longer, EMPTY, form) == [
         f"it has {most + 1} pages, a {form} has {most}"
     ]
-    assert printed.faults(longer, empty) == []
+    assert printed.faults(longer, EMPTY) == []
 
 
 def test_a_heading_alone_at_the_foot_is_named(pdf):
     body = '<p style="height: 248mm">Text</p><h2>Alone</h2>' + NEXT + "<p>More</p>"
-    (fault,) = printed.faults(pdf(body), nbformat.v4.new_notebook())
+    (fault,) = printed.faults(pdf(body), EMPTY)
     assert fault == "page 1: the heading 'Alone' stands alone at its foot"
+
+
+def test_a_heading_whose_text_is_overleaf_is_named_wherever_it_stands(pdf):
+    # Lines, and a heading above another, are not what it heads; nor is the footer.
+    body = FULL + "<h2>Over</h2><h3>Under</h3><hr>" + NEXT + "<p>More</p>"
+    assert printed.faults(pdf(body), EMPTY) == [
+        f"page 1: the heading {title!r} stands alone at its foot"
+        for title in ("Over", "Under")
+    ]
+
+
+def test_a_heading_with_one_line_or_a_figure_below_it_is_not_alone(pdf):
+    for below in ("<p>Text</p>", figure(40)):
+        foot = '<p style="height: 225mm">Text</p><h2>Not alone</h2>' + below
+        assert printed.faults(pdf(foot + NEXT + "<p>More</p>"), EMPTY) == []
+
+
+def test_small_text_and_code_are_named_but_not_the_footer(pdf):
+    sizes = (
+        "<p style='font-size: {}pt'>Words</p><pre style='font-size: {}pt'>x = 1</pre>"
+    )
+    assert printed.faults(pdf(sizes.format(9, 7.5)), EMPTY) == []
+    assert printed.faults(pdf(sizes.format(8.8, 7.2)), EMPTY) == [
+        "page 1: the code 'x = 1' is 7.2 pt high, less than 7.5",
+        "page 1: the text 'Words' is 8.8 pt high, less than 9",
+    ]
+
+
+def test_a_figure_with_small_labels_is_named(pdf):
+    shown = {"alt": "Residuals", "width": 400, "label": 14.0}
+    output = nbformat.v4.new_output(
+        "display_data", data={"image/png": ""}, metadata={"image/png": shown}
+    )
+    book = nbformat.v4.new_notebook(cells=[code("show(fig)", output)])
+    assert printed.faults(pdf(figure(210)), book) == []
+    assert printed.faults(pdf(FULL + NEXT + figure(180)), book) == [
+        "page 2: the labels of the figure 'Residuals' are 6.3 pt high, less than 7"
+    ]
+
+
+def test_a_figure_is_printed_no_smaller_than_its_labels_allow():
+    output = figure_output()
+    output.metadata["image/png"]["label"] = 15.0
+    last = paper.for_handouts(nbformat.v4.new_notebook(cells=[code("show()", output)]))
+    shown = last.cells[0].outputs[0].metadata["image/png"]
+    assert (shown.width, shown.label) == (400, 7.5)
 
 
 def test_a_page_nearly_empty_is_named_but_the_last(pdf):
     body = FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>"
-    (fault,) = printed.faults(pdf(body), nbformat.v4.new_notebook())
+    (fault,) = printed.faults(pdf(body), EMPTY)
     assert fault.startswith("page 2: only ")
 
 
@@ -81,6 +135,8 @@ def test_a_page_nearly_empty_is_named_but_the_last(pdf):
     ("body", "what"),
     [
         (QUESTION + FULL + NEXT + ANSWERS + TASK + CELL, "question"),
+        # The words of the first choice also stand above, and do not count.
+        (ANSWERS + QUESTION + FULL + NEXT + ANSWERS + TASK + CELL, "question"),
         (QUESTION + ANSWERS + TASK + FULL + NEXT + CELL, "exercise"),
     ],
 )
@@ -95,7 +151,7 @@ def test_a_lesson_is_refused_and_an_older_chapter_listed(tmp_path, pdf, capsys):
     (tmp_path / "data" / "chapters.csv").write_text(rows, encoding="utf-8")
     old, new = (tmp_path / "notebooks" / f"{n}.ipynb" for n in ("01_old", "09_new"))
     poor = pdf(FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>")
-    printed.check({old: poor}, {old: nbformat.v4.new_notebook()})
+    printed.check({old: poor}, {old: EMPTY})
     assert "01_old.ipynb, page 2" in capsys.readouterr().err
     with pytest.raises(PublishError, match="09_new.ipynb, page 2"):
-        printed.check({new: poor}, {new: nbformat.v4.new_notebook()})
+        printed.check({new: poor}, {new: EMPTY})
