@@ -11,6 +11,7 @@ from pgm_lab.camera.model import (
     measured,
     project,
 )
+from pgm_lab.camera.photo import Photo
 
 __all__ = [
     "BLOCKS",
@@ -18,6 +19,7 @@ __all__ = [
     "PARAMETERS",
     "Camera",
     "Collinearity",
+    "Photo",
     "collinearity",
     "ideal",
     "measured",

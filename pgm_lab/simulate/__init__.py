@@ -1,6 +1,8 @@
 """Images and photos with exactly known truth, for tests and experiments."""
 
+from pgm_lab.simulate.aerial import AerialPair, aerial_pair
 from pgm_lab.simulate.images import photograph, target
+from pgm_lab.simulate.landscape import Landscape, landscape
 from pgm_lab.simulate.network import KnownNetwork, network
 from pgm_lab.simulate.ortho import OrthoPair, ortho_pair
 from pgm_lab.simulate.pairs import shrunk_pair, texture_pair
@@ -14,12 +16,16 @@ from pgm_lab.simulate.texture import (
 )
 
 __all__ = [
+    "AerialPair",
     "KnownNetwork",
+    "Landscape",
     "OrthoPair",
     "Texture",
+    "aerial_pair",
     "control_photo",
     "grey_gradients",
     "grey_values",
+    "landscape",
     "network",
     "on_relief",
     "ortho_pair",

@@ -1,0 +1,31 @@
+"""Stereo plotting: from two oriented photos to points, a surface and a terrain.
+
+In the order of the work: `normal` makes the epipolar (normalised) pair, `parallax`
+checks it, `dense` matches it, `heights` intersects, `grid` makes the DSM, `terrain` the
+DTM, `quality` compares with truth, `save` writes files, `block` does it for many.
+"""
+
+from pgm_lab.orientation import scale_factors
+from pgm_lab.stereo.dense import STATUSES, DenseMatch, match_dense
+from pgm_lab.stereo.grid import Surface, surface
+from pgm_lab.stereo.heights import Points, intersect
+from pgm_lab.stereo.normal import NormalPair, epipolar_pair
+from pgm_lab.stereo.quality import Quality, quality
+from pgm_lab.stereo.terrain import Terrain, filter_terrain
+
+__all__ = [
+    "STATUSES",
+    "DenseMatch",
+    "NormalPair",
+    "Points",
+    "Quality",
+    "Surface",
+    "Terrain",
+    "epipolar_pair",
+    "filter_terrain",
+    "intersect",
+    "match_dense",
+    "quality",
+    "scale_factors",
+    "surface",
+]
