@@ -9,6 +9,15 @@ OPEN, BUILDING, TREE, WATER = 0, 1, 2, 3
 GRAIN = 512  # cells, side of the random field that roofs and crowns take theirs from
 
 
+def grain() -> np.ndarray:
+    """Random field (rows, columns) with a grain of one to four cells, sd about 1.4."""
+    white = np.random.default_rng(0).standard_normal((GRAIN, GRAIN), np.float32)
+    # The edges meet, so that it can be laid side by side
+    white = np.pad(white, 16, mode="wrap")
+    smooth = [cv2.GaussianBlur(white, (0, 0), sigma) for sigma in (0.8, 2.0)]
+    return sum(s / s.std() for s in smooth)[16:-16, 16:-16].copy()
+
+
 @dataclass(eq=False)
 class Site:
     """Layers of a landscape while it is built; see `Landscape`."""
@@ -21,10 +30,7 @@ class Site:
 
     def __post_init__(self) -> None:
         self.paved = np.zeros(self.dtm.shape, bool)
-        grain = np.random.default_rng(0).standard_normal((GRAIN, GRAIN), np.float32)
-        self.grain = sum(
-            g / g.std() for g in (cv2.GaussianBlur(grain, (0, 0), s) for s in (0.8, 2))
-        )
+        self.grain = grain()
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
         """Window of so many cells around a place, as far as it is inside."""
@@ -93,7 +99,7 @@ def pond(site: Site, row: float, column: float, radius: float) -> None:
 
 
 def house(site: Site, row: float, column: float, angle: float, rng) -> bool:  # type: ignore[no-untyped-def]
-    """A house with a gable roof or, larger, a flat one; False where there is no room."""
+    """A house with a gable roof or a flat one; False where there is no room."""
     flat = rng.random() < 0.3
     length, width = (
         (rng.uniform(14, 28), rng.uniform(10, 16))

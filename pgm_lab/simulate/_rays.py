@@ -3,9 +3,9 @@
 import numpy as np
 
 BLOCKS = (32, 8, 2)  # cells: rays go down by blocks as long as they are above all
-LONGEST = 5.0  # m, a step down of rays that hardly move sideways
+STEEP = 0.6  # m, the step down for each cell of rays that hardly move sideways
 CLOSE = 1e-4  # m between a ray and the surface where they meet
-ROUNDS = 60  # a halving every second round brings 5 m to less than CLOSE
+ROUNDS = 60  # a halving every third round brings a metre far below CLOSE
 
 
 def bilinear(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -49,7 +49,6 @@ class Surface:
         down: np.ndarray,
         column: np.ndarray,
         right: np.ndarray,
-        start: float,
     ) -> np.ndarray:
         """Heights (n,) where rays that come from above first meet the surface.
 
@@ -59,63 +58,78 @@ class Surface:
             Where the rays are at height 0, in cells.
         down, right : ndarray (n,)
             Cells that they move for each metre of height.
-        start : float
-            Height to start from, above the surface.
 
         Notes
         -----
         A ray goes down in steps of at most a block sideways while it stays above the
-        tops of the blocks around, with smaller blocks, and at last by a cell. The step
-        that ends below the surface is closed in on by turns of the false position and
-        halving.
+        tops of the blocks around, then with smaller blocks, and at last by a cell. The
+        step that ends below the surface is closed in on.
         """
-        z = np.full(row.shape, float(start))
-        sideways = np.maximum(np.abs(down), np.abs(right))
+        z = np.full(row.shape, float(self.z.max()) + 0.1)
+        level = 1 / np.maximum(np.maximum(np.abs(down), np.abs(right)), 1 / STEEP)
         for block, top in self.tops:
-            step = np.minimum(LONGEST, block / np.maximum(sideways, 1e-9))
+            step = block * level
             go = np.arange(z.size)
             while go.size:
                 low = z[go] - step[go]
-                middle = z[go] - step[go] / 2
-                r = (row[go] + middle * down[go]) // block
-                c = (column[go] + middle * right[go]) // block
-                r = np.clip(r, 0, top.shape[0] - 1).astype(np.intp)
-                c = np.clip(c, 0, top.shape[1] - 1).astype(np.intp)
+                middle = low + step[go] / 2
+                r = (row[go] + middle * down[go]).astype(np.int32) // block
+                c = (column[go] + middle * right[go]).astype(np.int32) // block
+                r = np.clip(r, 0, top.shape[0] - 1)
+                c = np.clip(c, 0, top.shape[1] - 1)
                 free = top[r, c] < low
                 go = go[free]
                 z[go] = low[free]
-        return self._close(row, down, column, right, z, np.minimum(LONGEST / 4, step))
+        return self._close(row, down, column, right, z, level)
 
-    def _close(self, row, down, column, right, z, step):  # type: ignore[no-untyped-def]
-        step = step / BLOCKS[-1]
-        go = np.arange(z.size)
+    def _close(
+        self,
+        row: np.ndarray,
+        down: np.ndarray,
+        column: np.ndarray,
+        right: np.ndarray,
+        high: np.ndarray,
+        step: np.ndarray,
+    ) -> np.ndarray:
+        """From above the surface down to it, by steps and then between the last two.
 
-        def above(height: np.ndarray) -> np.ndarray:
-            r, c = row[go] + height * down[go], column[go] + height * right[go]
-            return height - bilinear(self.z, r, c)
-
-        high, low = z.copy(), z.copy()
-        over = np.empty_like(z)
-        over[:] = above(z)
-        under = over.copy()
-        while go.size:  # down by a cell
+        Rays that are still on their way stand together in the arrays `high` (heights
+        above the surface, by `over`), `low` (below it, by `under`).
+        """
+        z = np.empty_like(high)
+        rays = row, down, column, right
+        low, over, under = z.copy(), self._above(high, *rays), z.copy()
+        go = np.arange(high.size)
+        while go.size:
             low[go] = high[go] - step[go]
-            under[go] = above(low[go])
+            under[go] = self._above(low[go], *(ray[go] for ray in rays))
             go = go[under[go] > 0]
             high[go], over[go] = low[go], under[go]
-        go = np.arange(z.size)
+        go = np.arange(high.size)
         for k in range(ROUNDS):
-            a, b = over[go], under[go]
-            share = 0.5 if k % 3 == 2 else np.clip(a / np.maximum(a - b, 1e-12), 0, 1)
-            z[go] = high[go] + share * (low[go] - high[go])
-            d = above(z[go])
-            up = d > 0
-            high[go[up]], over[go[up]] = z[go[up]], d[up]
-            low[go[~up]], under[go[~up]] = z[go[~up]], d[~up]
-            go = go[np.abs(d) > CLOSE]
-            if not go.size:
+            share = 0.5 if k % 3 == 2 else over / (over - under)
+            middle = high + share * (low - high)
+            d = self._above(middle, *rays)
+            z[go] = middle
+            far = np.abs(d) > CLOSE
+            if not far.any():
                 break
+            up = d > 0
+            high, over = np.where(up, middle, high)[far], np.where(up, d, over)[far]
+            low, under = np.where(up, low, middle)[far], np.where(up, under, d)[far]
+            go, rays = go[far], tuple(ray[far] for ray in rays)
         return z
+
+    def _above(
+        self,
+        z: np.ndarray,
+        row: np.ndarray,
+        down: np.ndarray,
+        column: np.ndarray,
+        right: np.ndarray,
+    ) -> np.ndarray:
+        """How far rays are above the surface where they have the height z."""
+        return z - bilinear(self.z, row + z * down, column + z * right)
 
 
 def _tops(z: np.ndarray, block: int) -> np.ndarray:
