@@ -2,10 +2,12 @@
 
 In the order of the work: `normal` makes the epipolar (normalised) pair, `parallax`
 checks it, `dense` matches it, `heights` intersects, `grid` makes the DSM, `terrain` the
-DTM, `quality` compares with truth, `save` writes files, `block` does it for many.
+DTM, `quality` compares with truth, `save` writes files, `block` does it for many. `textbook`
+has it in loops, as the lesson writes it.
 """
 
 from pgm_lab.orientation import scale_factors
+from pgm_lab.stereo import textbook
 from pgm_lab.stereo.dense import STATUSES, DenseMatch, match_dense
 from pgm_lab.stereo.grid import Surface, surface
 from pgm_lab.stereo.heights import Points, intersect
@@ -28,4 +30,5 @@ __all__ = [
     "quality",
     "scale_factors",
     "surface",
+    "textbook",
 ]
