@@ -1,4 +1,4 @@
-"""The floating mark: two marks, one in each photo, seen as one above or on the ground."""
+"""The floating mark: one mark in each photo, seen as one above or on the ground."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,4 @@
-"""Sketches of stereo: parallax and height, the epipolar plane, what a pixel is worth."""
+"""Sketches of stereo: parallax, the epipolar plane, what a pixel is worth."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -37,7 +37,7 @@ def sketch() -> None:
         side.plot((at - 1.5, at + 1.5), (H - c, H - c), color=basic.BLACK, lw=4)
         side.plot((at, at), (H, H - c), color=basic.BLACK, lw=1.2, ls=":")
         side.plot(at, H - c, "|", color=basic.BLACK, markersize=16)
-        for name, Z, colour, line in kinds:
+        for _, Z, colour, line in kinds:
             side.plot((at, X), (H, Z), color=colour, ls=line, lw=1.8)
             x = c * (X - at) / (H - Z)
             side.plot(at + x, H - c, "o", color=colour, markersize=9, zorder=4)
@@ -79,24 +79,24 @@ def plane() -> None:
     ax.add_patch(Polygon(triangle, facecolor=basic.YELLOW, alpha=0.35, zorder=0))
     normal = np.cross(O2 - O1, P - O1)
     turns = (np.radians((4.0, -6.0, 5.0)), np.radians((-5.0, 5.0, -8.0)))
-    for k, (O, turn) in enumerate(zip((O1, O2), turns)):
-        M = attitude(np.array([*O, *turn]))
+    for k, (centre, turn) in enumerate(zip((O1, O2), turns)):
+        M = attitude(np.array([*centre, *turn]))
         corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (1.25, 0.95)
-        quad = O + np.column_stack([corners, np.full(4, -c)]) @ M
+        quad = centre + np.column_stack([corners, np.full(4, -c)]) @ M
         ax.add_patch(
             Polygon(_flat(quad), facecolor="white", alpha=0.75, ec="0.25", lw=2)
         )
         a, b, w = M @ normal  # a x + b y - c w = 0 is the epipolar line
         x = np.array([-1.25, 1.25])
-        ends = O + np.column_stack([x, (c * w - a * x) / b, [-c, -c]]) @ M
+        ends = centre + np.column_stack([x, (c * w - a * x) / b, [-c, -c]]) @ M
         ax.plot(*_flat(ends).T, color=basic.GREEN, lw=3.5)
         points = [P] if k == 0 else [P, P + 0.17 * (O1 - P), P - 0.2 * (O1 - P)]
         for i, point in enumerate(points):
-            u = M @ (point - O)
-            image = O + (-c * u / u[2]) @ M
+            u = M @ (point - centre)
+            image = centre + (-c * u / u[2]) @ M
             main = i == 0
             style: Look = {"color": basic.BLACK if main else "0.45", "zorder": 3}
-            line = _flat(np.array([O, point])).T
+            line = _flat(np.array([centre, point])).T
             ax.plot(*line, ls="-" if main else ":", lw=2.2 if main else 1.8, **style)
             ax.plot(*_flat(image[None])[0], "o", ms=10 if main else 7, **style)
             if main:
@@ -140,11 +140,11 @@ def worth() -> None:
     tall = []
     for ax, B, name in zip(axes, (5.0, 2.5), ("base $B$", "base $B/2$")):
         X, e = B / 2, wide / 2
-        for O, sign in ((0.0, 1), (B, -1)):
-            ax.plot(O, H, "o", color=basic.BLACK)
+        for at in (0.0, B):
+            ax.plot(at, H, "o", color=basic.BLACK)
             for shift in (-e, e):
-                end = O + 1.18 * (X + shift - O)
-                ax.plot((O, end), (H, H - 1.18 * H), color=basic.BLUE, lw=1.3)
+                end = at + 1.18 * (X + shift - at)
+                ax.plot((at, end), (H, H - 1.18 * H), color=basic.BLUE, lw=1.3)
         rise = np.array([H - H * B / (B + wide), H - H * B / (B - wide)])
         diamond = [(X, rise[0]), (X + e, 0), (X, rise[1]), (X - e, 0)]
         ax.add_patch(Polygon(diamond, facecolor=basic.ORANGE, ec=basic.BLACK, zorder=3))

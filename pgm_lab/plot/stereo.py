@@ -59,9 +59,9 @@ def laid(pair: NormalPair, disparity: float) -> None:
     ax.grid(False)
     basic.show(
         fig,
-        "Both photos in two colours, laid on each other. Around the middle the ground is"
-        " grey and fits. Roofs and tree tops have green and magenta rims to their left"
-        " and right, and so has the ground where it is higher or lower.",
+        "Both photos in two colours, laid on each other. Around the middle the"
+        " ground is grey and fits. Roofs and tree tops have rims in both colours to their"
+        " left and right, and so has the ground where it is higher or lower.",
         colours=96,
     )
 
@@ -152,8 +152,8 @@ def y_parallaxes(cases: Mapping[str, ArrayLike]) -> None:
     ax.grid(axis="x")
     basic.show(
         fig,
-        "y parallaxes of matched points, a column of dots for each orientation, with the"
-        f" median as a bar. Medians: {'; '.join(said)}.",
+        "y parallaxes of matched points, a column of dots for each orientation, with"
+        f" the median as a bar. Medians: {'; '.join(said)}.",
         colours=64,
     )
 

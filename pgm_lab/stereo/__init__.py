@@ -2,8 +2,8 @@
 
 In the order of the work: `normal` makes the epipolar (normalised) pair, `parallax`
 checks it, `dense` matches it, `heights` intersects, `grid` makes the DSM, `terrain` the
-DTM, `quality` compares with truth, `save` writes files, `block` does it for many. `textbook`
-has it in loops, as the lesson writes it.
+DTM, `quality` compares with truth, `save` writes files, `block` does it for many.
+`textbook` has it in loops, as the lesson writes it.
 """
 
 from pgm_lab.orientation import scale_factors

@@ -1,6 +1,6 @@
 """Stereo plotting in loops and short formulas, as the lesson writes it: to be read.
 
-`epipolar.line`, `stereo.match_dense` and `stereo.intersect` do the same for every pixel.
+`epipolar.line`, `stereo.match_dense` and `stereo.intersect` do it for all pixels.
 """
 
 import cv2
