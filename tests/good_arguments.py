@@ -144,6 +144,11 @@ def normal_pair():
     return stereo_room.NormalPair(grey, grey, np.eye(3), stations, 24.0, 0.005, origin)
 
 
+def level_land():
+    flat = np.full((40, 40), 20.0, np.float32)
+    return simulate.Landscape(flat, flat, flat, flat, (-200.0, 200.0), 10.0)
+
+
 def oriented():
     return camera.Photo(GREY, LENS, PHOTO, 0.005)
 
@@ -605,6 +610,9 @@ FUNCTIONS = {
         base=(5.0, 0, 0), ray=(1.0, 2, -9), M=MATRIX, c=24.0
     ),
     "stereo.textbook.best_disparity": lambda: dict(
+        left=GREY, right=GREY, column=20, row=20, window=7, low=-5, high=5
+    ),
+    "stereo.textbook.along_row": lambda: dict(
         left=GREY, right=GREY, column=20, row=20, window=7, low=-5, high=5
     ),
     "stereo.textbook.sigma_height": lambda: dict(H=1e3, B=4e2, gsd=0.2, sigma_px=0.1),

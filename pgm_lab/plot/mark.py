@@ -72,7 +72,7 @@ def by_hand(
     """
     column, row = _place(pair, place)
     start = _validate.number(start, "start")
-    reach = _validate.positive(reach, "reach", "pixels")
+    reach = _validate.positive_number(reach, "reach", "pixels")
 
     def draw(disparity: float, colours: str) -> None:
         d = float(disparity)

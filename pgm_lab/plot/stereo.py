@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.camera.photo import Photo
-from pgm_lab.image import cut
-from pgm_lab.ncc import correlation
 from pgm_lab.plot import basic
 from pgm_lab.plot._overlay import composite, grey_levels
 from pgm_lab.plot.basic import Look
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import DenseMatch, NormalPair, Surface, Terrain
+from pgm_lab.stereo.textbook import along_row
 
 NAMES = ("left photo", "right photo")
 
@@ -34,8 +33,8 @@ def photos(left: Photo, right: Photo) -> Figure:
     matplotlib.figure.Figure
     """
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.2), layout="compressed")
-    for ax, photo, name in zip(axes, (left, right), NAMES):
-        _bare(ax, _photo(photo).grey, name)
+    for ax, photo, name in zip(axes, _both(left, right), NAMES):
+        _bare(ax, photo.grey, name)
     return fig
 
 
@@ -85,8 +84,8 @@ def epipolar_line(
     line = _validate.point_list(line, "line")
     places = _validate.point_list(places, "places")
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.4), layout="compressed")
-    for ax, photo, name in zip(axes, (left, right), NAMES):
-        _bare(ax, _photo(photo).grey, name)
+    for ax, photo, name in zip(axes, _both(left, right), NAMES):
+        _bare(ax, photo.grey, name)
     look: Look = {"ms": 20, "mew": 3, "color": basic.ORANGE}
     axes[0].plot(column, row, "+", **look)
     axes[1].autoscale(False)
@@ -118,7 +117,8 @@ def rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
     _validate.instance(pair, NormalPair, "pair")
     row = _validate.whole(row, "row", 0)
     fig, axes = plt.subplots(2, 2, figsize=(10, 6), layout="compressed")
-    images = _photo(left).grey, _photo(right).grey, pair.left, pair.right
+    one, other = _both(left, right)
+    images = one.grey, other.grey, pair.left, pair.right
     titles = [*NAMES, "left, normal case", "right, normal case"]
     for ax, image, title in zip(axes.ravel(), images, titles):
         _bare(ax, image, title)
@@ -175,13 +175,7 @@ def search(
     """
     _validate.instance(pair, NormalPair, "pair")
     column, row = np.round(_validate.one_point(place, 2, "place")).astype(int)
-    window = _validate.window(window, "window")
-    low, high = (int(_validate.number(d, "low and high")) for d in (low, high))
-    target = cut(pair.left, (column, row), window)
-    places = range(low, high + 1)
-    windows = [cut(pair.right, (column - d, row), window) for d in places]
-    r = np.array([correlation(target, other) for other in windows])
-    tried = low + np.arange(len(r))
+    tried, r = along_row(pair.left, pair.right, column, row, window, low, high)
     best = int(r.argmax())
     fig = plt.figure(figsize=(10, 4.8), layout="constrained")
     one, strip, curve = fig.subplot_mosaic(
@@ -267,6 +261,11 @@ def threshold(error: ArrayLike, r: ArrayLike, limit: float = 0.8) -> None:
     error, r = _validate.finite(error, "error"), _validate.finite(r, "r")
     limit = _validate.number(limit, "limit")
     wrong = np.abs(error) > 1
+    if error.ndim != 1 or error.shape != r.shape or wrong.all() or not wrong.any():
+        raise ValueError(
+            "error and r must be lists of the same length, with an error below a metre"
+            " and one above"
+        )
     at = np.linspace(-0.2, 1, 121)
     fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
     said = []
@@ -304,6 +303,8 @@ def errors(error: ArrayLike, sigma: float) -> None:
     """
     error = _validate.finite(error, "error").ravel()
     sigma = _validate.positive_number(sigma, "sigma", "m")
+    if not error.size:
+        raise ValueError("error must have at least one number")
     far = 6 * sigma
     nmad = 1.4826 * float(np.median(np.abs(error - np.median(error))))
     fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
@@ -400,9 +401,10 @@ def terrains(dsm: Surface, filtered: Mapping[str, Terrain], land: Landscape) -> 
     )
 
 
-def _photo(photo: Photo) -> Photo:
-    _validate.instance(photo, Photo, "a photo")
-    return photo
+def _both(left: Photo, right: Photo) -> tuple[Photo, Photo]:
+    _validate.instance(left, Photo, "left")
+    _validate.instance(right, Photo, "right")
+    return left, right
 
 
 def _bare(ax: Axes, image: np.ndarray, title: str) -> None:

@@ -101,6 +101,57 @@ def epipolar_line(
     return np.array([a, b, -c * w])
 
 
+def along_row(
+    left: ArrayLike,
+    right: ArrayLike,
+    column: int,
+    row: int,
+    window: int,
+    low: int,
+    high: int,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Correlation of a left window with every window of its row in the right image.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values of the normal pair.
+    column, row : int
+        Of the left pixel.
+    window : int
+        Pixels across the window, odd.
+    low, high : int
+        Least and greatest disparity that is tried, px.
+
+    Returns
+    -------
+    disparities : ndarray (high - low + 1,) of int
+    r : ndarray (high - low + 1,)
+
+    Raises
+    ------
+    ValueError
+        If a window leaves its image, or high is not above low.
+
+    References
+    ----------
+    Harintaka 2020, (H 1).
+    """
+    window = _validate.window(window, "window")
+    column, row = (
+        _validate.whole(value, name, -MOST)
+        for value, name in ((column, "column"), (row, "row"))
+    )
+    low = _validate.whole(low, "low", -MOST)
+    high = _validate.whole(high, "high", -MOST)
+    if not 0 < high - low <= MOST:
+        raise ValueError(f"high must be above low; got {low} and {high}")
+    target = _window(left, "left", column, row, window)
+    tried = np.arange(low, high + 1)
+    windows = (_window(right, "right", column - d, row, window) for d in tried)
+    return tried, np.array([correlation(target, other) for other in windows])
+
+
 def best_disparity(
     left: ArrayLike,
     right: ArrayLike,
@@ -114,14 +165,8 @@ def best_disparity(
 
     Parameters
     ----------
-    left, right : array_like (rows, columns)
-        Grey values of the normal pair.
-    column, row : int
-        Of the left pixel.
-    window : int
-        Pixels across the window, odd.
-    low, high : int
-        Least and greatest disparity that is tried, px.
+    left, right, column, row, window, low, high
+        As for `along_row`.
 
     Returns
     -------
@@ -144,23 +189,23 @@ def best_disparity(
     >>> round(d, 1), round(r, 2)
     (3.0, 1.0)
     """
-    left = _validate.grey_image(left, "left")
-    right = _validate.grey_image(right, "right")
-    low, high = (_validate.whole(d, "low and high", -MOST) for d in (low, high))
-    if high <= low:
-        raise ValueError(f"high must be above low; got {low} and {high}")
-    _validate.size("high - low", high - low, 1)
-    target = cut(left, (column, row), window)
-    tried = np.arange(low, high + 1)
-    r = np.array(
-        [correlation(target, cut(right, (column - d, row), window)) for d in tried]
-    )
+    tried, r = along_row(left, right, column, row, window, low, high)
     best = int(r.argmax())
     if best in (0, len(r) - 1):
         return float("nan"), float(r[best])
-    return float(tried[best] + peak_of_parabola(*r[best - 1 : best + 2])), float(
-        r[best]
-    )
+    peak = peak_of_parabola(*r[best - 1 : best + 2])
+    return float(tried[best] + peak), float(r[best])
+
+
+def _window(
+    image: ArrayLike, name: str, column: int, row: int, size: int
+) -> np.ndarray:
+    """Cut a window out of an image; the error names the image."""
+    grey = _validate.grey_image(image, name)
+    try:
+        return cut(grey, (column, row), size)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
 
 
 def sigma_height(H: float, B: float, gsd: float, sigma_px: float) -> float:
@@ -223,7 +268,6 @@ def row_points(
         If a window leaves its image.
     """
     _validate.instance(pair, NormalPair, "pair")
-    row = _validate.whole(row, "row", 0)
     columns = _validate.finite(columns, "columns").ravel()
     points = np.full((len(columns), 3), np.nan)
     for i, column in enumerate(columns):
