@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import ndimage
 
+from pgm_lab._validate import real
 from pgm_lab.checks import (
     CheckFailed,
     answer_of,
@@ -191,12 +192,12 @@ def _search(function: Callable[..., object], *case: float) -> tuple[float, float
     right = ndimage.shift(SCENE, (0, -shift), order=3, mode="mirror")
     answer = answer_of(function, SCENE, right, column, row, window, low, high)
     try:
-        d, r = (float(value) for value in answer)  # type: ignore[attr-defined]
-    except (TypeError, ValueError):
+        d, r = real(answer, "the answer").astype(float)
+    except Exception:  # whatever a stranger's object raises
         raise CheckFailed(
             "best_disparity must return two numbers: the disparity and r"
         ) from None
-    return d, r
+    return float(d), float(r)
 
 
 def sigma_height(function: Callable[..., object]) -> None:
@@ -240,8 +241,8 @@ def row_points(function: Callable[..., object]) -> None:
             " 8.4 first"
         ) from None
     try:
-        found = np.asarray(answer, float)
-    except (TypeError, ValueError):
+        found = real(answer, "the answer").astype(float)
+    except Exception:  # whatever a stranger's object raises
         found = np.empty(0)
     if found.shape != wanted.shape:
         raise CheckFailed(

@@ -59,8 +59,8 @@ def laid(pair: NormalPair, disparity: float) -> None:
     basic.show(
         fig,
         "Both photos in two colours, laid on each other. Around the middle the"
-        " ground is grey and fits. Roofs and tree tops have rims in both colours to their"
-        " left and right, and so has the ground where it is higher or lower.",
+        " ground is grey and fits. Roofs and tree tops have rims in both colours to"
+        " their left and right, and so has the ground where it is higher or lower.",
         colours=96,
     )
 
