@@ -192,7 +192,7 @@ def _search(function: Callable[..., object], *case: float) -> tuple[float, float
     right = ndimage.shift(SCENE, (0, -shift), order=3, mode="mirror")
     answer = answer_of(function, SCENE, right, column, row, window, low, high)
     try:
-        d, r = real(answer, "the answer").astype(float)
+        d, r = real(answer, "the answer").astype(float).reshape(2)
     except Exception:  # whatever a stranger's object raises
         raise CheckFailed(
             "best_disparity must return two numbers: the disparity and r"

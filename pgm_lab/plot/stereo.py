@@ -135,7 +135,7 @@ def y_parallaxes(cases: Mapping[str, ArrayLike]) -> None:
         y parallaxes in px, by the name of the orientation.
     """
     several = {
-        name: _validate.finite(values, f"cases: {name}").ravel()
+        name: _validate.of_shape(values, (None,), f"cases: {name}")
         for name, values in _validate.mapping(cases, "cases").items()
     }
     fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")

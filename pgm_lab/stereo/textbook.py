@@ -268,6 +268,7 @@ def row_points(
         If a window leaves its image.
     """
     _validate.instance(pair, NormalPair, "pair")
+    row = _validate.whole(row, "row", 0)
     columns = _validate.finite(columns, "columns").ravel()
     points = np.full((len(columns), 3), np.nan)
     for i, column in enumerate(columns):
