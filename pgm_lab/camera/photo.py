@@ -5,29 +5,39 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import frames
+from pgm_lab import _validate, frames
 from pgm_lab.camera.imaging import attitude
-from pgm_lab.camera.model import Camera, ideal, project
+from pgm_lab.camera.model import Camera, ideal, measured, project
 
 
 @dataclass(frozen=True, eq=False)
 class Photo:
     """Grey values of a photo, or of a part of it, with its orientation.
 
+    Pixels are (column, row) of `grey`, integers at pixel centres. Of two photos that
+    are oriented relative to each other alone, the left one has the exterior (0, 0, 0,
+    0, 0, 0) and the right one that of `orientation.relative`.
+
     Attributes
     ----------
     grey : ndarray (rows, columns)
-        Grey values.
+        Grey values, neither copied nor converted; NaN or masked where there are none.
     camera : Camera
         Interior orientation and lens, in mm.
     exterior : ndarray (6,)
-        (X0, Y0, Z0, omega, phi, kappa).
+        (X0, Y0, Z0, omega, phi, kappa); a copy, which cannot be written to.
     pixel_size : float
-        In mm.
+        Side of a pixel in mm.
     image_size : (columns, rows), optional
-        Of the whole sensor; that of `grey` when missing.
+        Of the whole photo; that of `grey` when missing.
     corner : (column, row)
-        Where pixel (0, 0) of `grey` lies on the sensor.
+        Where pixel (0, 0) of `grey` lies in the whole photo.
+
+    Raises
+    ------
+    ValueError
+        If a value is not what is described here, the image is in colour, or the part
+        does not lie inside the whole photo.
 
     Examples
     --------
@@ -43,26 +53,88 @@ class Photo:
     image_size: tuple[int, int] | None = None
     corner: tuple[int, int] = (0, 0)
 
+    def __post_init__(self) -> None:
+        grey = _validate.grey_image(self.grey, "grey")
+        _validate.instance(self.camera, Camera, "camera")
+        exterior = np.array(_validate.one_point(self.exterior, 6, "exterior"))
+        exterior.flags.writeable = False
+        pixel_size = _validate.positive_number(self.pixel_size, "pixel_size", "mm")
+        corner = _validate.of_shape(self.corner, (2,), "corner")
+        column, row = (_validate.whole(v, "corner", 0) for v in corner)
+        size = None
+        if self.image_size is not None:
+            columns, rows = (int(n) for n in _validate.image_size(self.image_size))
+            size = columns, rows
+        end = column + grey.shape[1], row + grey.shape[0]
+        whole = size or grey.shape[::-1]
+        if end[0] > whole[0] or end[1] > whole[1]:
+            raise ValueError(
+                f"grey from corner ({column}, {row}) to ({end[0]}, {end[1]}) does not"
+                f" lie inside an image_size of {whole[0]} columns and {whole[1]} rows."
+                " Both are (column, row) of the whole photo; grey.shape is (rows,"
+                " columns)"
+            )
+        own = {"grey": grey, "exterior": exterior, "pixel_size": pixel_size}
+        own |= {"image_size": size, "corner": (column, row)}
+        for name, value in own.items():
+            object.__setattr__(self, name, value)
+
     @property
     def sensor(self) -> tuple[int, int]:
-        """Columns and rows of the whole sensor."""
-        return self.image_size or self.grey.shape[::-1]
+        """Columns and rows of the whole photo."""
+        rows, columns = self.grey.shape
+        return self.image_size or (columns, rows)
 
     def to_photo(self, pixels: ArrayLike) -> np.ndarray:
-        """Photo coordinates (n, 2) in mm, as measured, of pixels of `grey`."""
-        moved = np.asarray(pixels, float) + self.corner
-        return frames.pixel_to_photo(moved, self.sensor, self.pixel_size)
+        """Photo coordinates (..., 2) in mm, as measured, of pixels of `grey`."""
+        moved = _validate.points(pixels, 2, "pixels") + self.corner
+        return frames.pixel_to_photo(
+            moved, self.sensor, self.pixel_size, check_size=False
+        )
 
     def to_pixel(self, photo: ArrayLike) -> np.ndarray:
-        """Pixels (n, 2) of `grey` of measured photo coordinates in mm."""
+        """Pixels (..., 2) of `grey` of measured photo coordinates in mm."""
         return frames.photo_to_pixel(photo, self.sensor, self.pixel_size) - self.corner
 
+    def ideal(self, pixels: ArrayLike) -> np.ndarray:
+        """Ideal coordinates (..., 2) in mm of pixels: freed from lens and x0, y0."""
+        return ideal(self.camera, self.to_photo(pixels))
+
+    def without_lens(self, pixels: ArrayLike) -> np.ndarray:
+        """Pixels (..., 2) where the same rays would fall without lens distortion."""
+        return self.to_pixel(self.ideal(pixels) + (self.camera.x0, self.camera.y0))
+
     def rays(self, pixels: ArrayLike) -> np.ndarray:
-        """Directions (n, 3) in object space, of length c and more, of pixels."""
-        xy = ideal(self.camera, self.to_photo(pixels))
+        """Directions (..., 3) in object space, of length c and more, of pixels."""
+        xy = self.ideal(pixels)
         image = np.concatenate([xy, np.full((*xy.shape[:-1], 1), -self.camera.c)], -1)
-        return image @ attitude(np.asarray(self.exterior, float))
+        return image @ attitude(self.exterior)
+
+    def of_rays(self, directions: ArrayLike) -> np.ndarray:
+        """Pixels (..., 2) of directions (..., 3) in object space: undoes `rays`.
+
+        Raises
+        ------
+        ValueError
+            If a direction does not lie in front of the camera.
+        """
+        u = _validate.points(directions, 3, "directions") @ attitude(self.exterior).T
+        _validate.refuse(
+            u[..., 2] >= 0, "directions{} do not lie in front of the camera"
+        )
+        return self.to_pixel(
+            measured(self.camera, -self.camera.c * u[..., :2] / u[..., 2:])
+        )
 
     def project(self, points: ArrayLike) -> np.ndarray:
-        """Pixels (n, 2) of `grey` that object points (n, 3) are imaged on."""
+        """Pixels (..., 2) of `grey` that object points (..., 3) are imaged on."""
         return self.to_pixel(project(self.camera, self.exterior, points))
+
+    def outline(self, n: int = 30) -> np.ndarray:
+        """Pixels (4 n, 2) along the edge of `grey`, n a side, in one turn."""
+        n = _validate.whole(n, "n", 1, 10**6)
+        t, o = np.arange(n) / n, np.zeros(n)
+        turn = [(t, o), (o + 1, t), (1 - t, o + 1), (o, 1 - t)]
+        rows, columns = self.grey.shape
+        edge = np.concatenate([np.stack(side, -1) for side in turn])
+        return edge * (columns, rows) - 0.5

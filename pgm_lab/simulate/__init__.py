@@ -1,6 +1,6 @@
 """Images and photos with exactly known truth, for tests and experiments."""
 
-from pgm_lab.simulate.aerial import AerialPair, aerial_pair
+from pgm_lab.simulate.aerial import AerialPair, aerial_block, aerial_pair
 from pgm_lab.simulate.images import photograph, target
 from pgm_lab.simulate.landscape import Landscape, landscape
 from pgm_lab.simulate.network import KnownNetwork, network
@@ -21,6 +21,7 @@ __all__ = [
     "Landscape",
     "OrthoPair",
     "Texture",
+    "aerial_block",
     "aerial_pair",
     "control_photo",
     "grey_gradients",

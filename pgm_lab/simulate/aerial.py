@@ -5,14 +5,23 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from pgm_lab.camera import Camera
+from pgm_lab import _validate
+from pgm_lab.camera import Camera, imaging
 from pgm_lab.camera.photo import Photo
+from pgm_lab.simulate._objects import TREE, grain
+from pgm_lab.simulate._rays import Surface
+from pgm_lab.simulate.images import generator
 from pgm_lab.simulate.landscape import Landscape, landscape
 
 # Harintaka (2020): f 24 mm, 1000 m above ground; a Nikon D2X has 4288 x 2848 pixels
 CAMERA = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
 SENSOR, PIXEL = (4288, 2848), 5.49e-3
 HEIGHT = 1000.0
+GSD = HEIGHT / CAMERA.c * PIXEL
+TOP = 65.0  # m, nothing in a landscape is higher: hills of 40 m, a tree on them
+OPTICS = 0.4, 0.35  # px, sd of the blur of the ground, and of the photo
+BAND = 48  # rows of a photo at a time
+IN_FRONT = 0.5  # m, a surface so much nearer along the ray hides a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,84 +46,336 @@ class AerialPair:
     hidden: tuple[np.ndarray, np.ndarray] = field(repr=False)
 
 
-def aerial_pair(part=(900, 650), *, overlap=0.6, sigma=2.0, seed=8) -> AerialPair:
-    """Two photos with the flight of Harintaka (2020), or the same part of both."""
-    gsd = HEIGHT / CAMERA.c * PIXEL
-    base = (1 - overlap) * SENSOR[0] * gsd
-    half = (np.array(part) / 2 + 260) * gsd
-    land = landscape((-half[0], -half[1], half[0], half[1]), seed=seed)
-    tilt = np.radians([(0.8, -1.1, 2.0), (-0.6, 0.9, -1.5)])
+def aerial_pair(
+    part: tuple[int, int] = (900, 650),
+    *,
+    overlap: float = 0.6,
+    sigma: float = 2.0,
+    seed: int = 8,
+    relief: float = 40.0,
+    cell: float = 0.15,
+    buildings: int | None = None,
+    trees: int | None = None,
+    water: bool = False,
+    camera: Camera = CAMERA,
+) -> AerialPair:
+    """Two photos with the flight of Harintaka (2020), or the same part of both.
+
+    The camera (f 24 mm, 4288 x 2848 pixels of 5.49 um, the lens of a non-metric
+    camera) flies 1000 m above the ground, so that a pixel is 0.229 m there, with small
+    tilts.
+
+    Parameters
+    ----------
+    part : (columns, rows)
+        Of the sensor, in pixels, around the ground in the middle of the overlap; (4288,
+        2848) is all of it. The base is that of whole photos.
+    overlap : float
+        Of two whole photos, 0.5 or more and below 1.
+    sigma : float
+        Standard deviation of the noise, in grey values.
+    seed : int
+        Of landscape and noise.
+    relief, cell, buildings, trees, water
+        As in `landscape`. Open fields, mixed ground and wood are the thirds, from west
+        to east, of the ground that both photos show.
+    camera : Camera
+        Another lens, or none.
+
+    Returns
+    -------
+    AerialPair
+
+    Raises
+    ------
+    ValueError
+        If a number is not as said.
+
+    Examples
+    --------
+    >>> pair = aerial_pair((120, 80))
+    >>> pair.left.grey.shape, pair.ground[0].shape
+    ((80, 120), (80, 120, 3))
+    """
+    part = _part(part)
+    overlap = _overlap(overlap, 0.5, "overlap")
+    base = (1 - overlap) * SENSOR[0] * GSD
+    tilts = np.radians([(0.8, -1.1, 2.0), (-0.6, 0.9, -1.5)])
     stations = [(-base / 2, 0, HEIGHT + 20), (base / 2, 3, HEIGHT + 24)]
-    photos, points = [], []
-    for k in (0, 1):
-        exterior = np.array([*stations[k], *tilt[k]])
-        blank = Photo(np.zeros((1, 1)), CAMERA, exterior, PIXEL, SENSOR)
-        middle = blank.project(np.array([0.0, 0.0, 20.0]))
-        corner = tuple(int(v) for v in np.round(middle - np.array(part) / 2))
-        photo, ground = photograph(
-            land, CAMERA, exterior, PIXEL, SENSOR, corner, part, sigma, seed + k
-        )
-        photos.append(photo)
-        points.append(ground)
-    hidden = tuple(_hidden(land, points[k], photos[1 - k]) for k in (0, 1))
-    return AerialPair(*photos, land, tuple(points), hidden)
+    frames = [
+        _frame(np.array([*s, *t]), camera, part, np.array([0.0, 0.0, relief / 2]))
+        for s, t in zip(stations, tilts, strict=True)
+    ]
+    boxes = np.array([_footprint(frame, part, relief) for frame in frames])
+    both = boxes[:, 0].max(), boxes[:, 2].min()
+    third = (both[1] - both[0]) / 3
+    land = landscape(
+        _around(boxes),
+        cell=cell,
+        relief=relief,
+        buildings=buildings,
+        trees=trees,
+        seed=seed,
+        borders=(both[0] + third, both[1] - third),
+        water=water,
+    )
+    (left, a), (right, b) = _taken(land, frames, part, sigma, seed)
+    hidden = hidden_from(a, right, b), hidden_from(b, left, a)
+    return AerialPair(left, right, land, (a, b), hidden)
+
+
+def aerial_block(
+    strips: int,
+    photos: int,
+    part: tuple[int, int] = (900, 650),
+    *,
+    overlap: float = 0.6,
+    sidelap: float = 0.3,
+    sigma: float = 2.0,
+    seed: int = 8,
+    relief: float = 40.0,
+    cell: float = 0.15,
+    buildings: int | None = None,
+    trees: int | None = None,
+    camera: Camera = CAMERA,
+) -> tuple[list[Photo], Landscape]:
+    """Strips of photos that overlap, of one landscape, flown as `aerial_pair`.
+
+    Parameters
+    ----------
+    strips, photos : int
+        How many strips, from north to south, and photos in each, from west to east.
+    part : (columns, rows)
+        The middle of the sensor is read out: the photos are so large, and overlap as
+        such. With less than the whole sensor, (4288, 2848), the base is shorter.
+    overlap, sidelap : float
+        Between the photos of a strip, 0.5 or more, and between strips, 0 or more.
+    sigma, seed, relief, cell, buildings, trees, camera
+        As in `aerial_pair`; stations and angles vary a little, too.
+
+    Returns
+    -------
+    photos : list of Photo
+        Strip by strip, each from west to east.
+    landscape : Landscape
+
+    Raises
+    ------
+    ValueError
+        If a number is not as said, or the landscape would have more than 10^8 cells.
+
+    Examples
+    --------
+    >>> photos, land = aerial_block(1, 2, (120, 80), cell=0.3)
+    >>> len(photos), photos[1].grey.shape
+    (2, (80, 120))
+    """
+    strips = _validate.whole(strips, "strips", 1, 1000)
+    count = _validate.whole(photos, "photos", 1, 1000)
+    part = _part(part)
+    overlap = _overlap(overlap, 0.5, "overlap")
+    sidelap = _overlap(sidelap, 0.0, "sidelap")
+    along, across = (
+        (1 - o) * n * GSD for o, n in zip((overlap, sidelap), part, strict=True)
+    )
+    rng = generator([seed, 1])
+    frames = []
+    for i in range(strips):
+        for j in range(count):
+            X = (j - (count - 1) / 2) * along
+            Y = ((strips - 1) / 2 - i) * across
+            shake = rng.normal(0, 0.004, 2) * (along, across)
+            Z = HEIGHT + relief / 2 + rng.normal(0, 1)
+            tilt = np.radians(rng.normal(0, 0.02, 3))
+            exterior = np.array([X + shake[0], Y + shake[1], Z, *tilt])
+            corner = tuple((np.array(SENSOR) - part) // 2)
+            frames.append(
+                Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, corner)
+            )
+    boxes = np.array([_footprint(frame, part, relief) for frame in frames])
+    land = landscape(
+        _around(boxes),
+        cell=cell,
+        relief=relief,
+        buildings=buildings,
+        trees=trees,
+        seed=seed,
+    )
+    return [photo for photo, _ in _taken(land, frames, part, sigma, seed)], land
 
 
 def photograph(
-    land, camera, exterior, pixel_size, image_size, corner, part, sigma=2.0, seed=0
-):
+    land: Landscape,
+    camera: Camera,
+    exterior: np.ndarray,
+    pixel_size: float,
+    image_size: tuple[int, int],
+    corner: tuple[int, int],
+    part: tuple[int, int],
+    sigma: float = 2.0,
+    seed: int = 0,
+) -> tuple[Photo, np.ndarray]:
     """Photo of a landscape, and the object point (rows, columns, 3) of each pixel."""
+    frame = Photo(np.zeros((1, 1)), camera, exterior, pixel_size, image_size, corner)
+    return next(_taken(land, [frame], part, sigma, seed))
+
+
+def _taken(land, frames, part, sigma, seed):  # type: ignore[no-untyped-def]
+    """Photo and object points of each frame, one after the other."""
+    sigma = _validate.not_negative(sigma, "sigma", "grey values")
+    surface = Surface(land.dsm)
+    blur = OPTICS[0] * GSD / land.cell
+    ground = cv2.GaussianBlur(land.grey, (0, 0), blur) if blur > 0.2 else land.grey
+    leaves = grain()
     columns, rows = part
-    blank = Photo(
-        np.zeros((rows, columns)), camera, exterior, pixel_size, image_size, corner
-    )
-    pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1)
-    u = blank.rays(pixels)
-    dx, dy = (u[..., :2] / u[..., 2:]).astype(np.float32).transpose(2, 0, 1)
-    X0, Y0, Z0 = exterior[:3]
-
-    def surface(z):
-        return land.at(land.dsm, X0 + (z - Z0) * dx, Y0 + (z - Z0) * dy)
-
-    # Down in steps until the ray is below the surface, then halve
-    step, low = 0.5, land.dsm.min() - 0.1
-    z = land.dsm.max() + 0.1
-    under = np.full((rows, columns), low, np.float32)
-    found = np.zeros((rows, columns), bool)
-    while z > low:
-        hit = ~found & (surface(z) >= z)
-        under[hit] = z
-        found |= hit
-        z -= step
-    above = under + step
-    for _ in range(12):
-        middle = (under + above) / 2
-        below = surface(middle) >= middle
-        under = np.where(below, middle, under)
-        above = np.where(below, above, middle)
-    Z = (under + above) / 2
-    X, Y = X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy
-    grey = land.at(land.grey, X, Y, cv2.INTER_CUBIC)
-    r2 = (blank.to_photo(pixels) ** 2).sum(-1) / camera.c**2
-    grey = grey * (1 - 0.6 * r2 + 0.2 * r2**2).clip(0.5, 1)
-    grey = grey + np.random.default_rng(seed).normal(0, sigma, grey.shape)
-    grey = np.clip(np.round(grey), 0, 255).astype(np.uint8)
-    photo = Photo(grey, camera, exterior, pixel_size, image_size, corner)
-    return photo, np.stack([X, Y, Z], -1)
-
-
-def _hidden(land, points, other: Photo):
-    """Where something stands between the points and the other station."""
-    X0, Y0, Z0 = other.exterior[:3]
-    hidden = np.zeros(points.shape[:2], bool)
-    top = land.dsm.max()
-    for rise in np.arange(0.3, top - land.dsm.min(), 0.5):
-        z = points[..., 2] + rise
-        t = rise / (Z0 - points[..., 2])
-        X, Y = (
-            points[..., i] + t * (other.exterior[i] - points[..., i]) for i in (0, 1)
+    for k, frame in enumerate(frames):
+        rng = generator([seed, 2, k])
+        grey = np.empty((rows, columns), np.float32)
+        points = np.empty((rows, columns, 3))
+        for a in range(0, rows, BAND):
+            b = min(a + BAND, rows)
+            pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(a, b)), -1)
+            points[a:b] = _meet(land, surface, frame, pixels)
+            X, Y = points[a:b, :, 0], points[a:b, :, 1]
+            light = _vignetting(frame, pixels)
+            seen = land.at(ground, X, Y, cv2.INTER_CUBIC)
+            grey[a:b] = seen * _foliage(land, leaves, points[a:b]) * light
+        grey = cv2.GaussianBlur(grey, (0, 0), OPTICS[1])
+        for a in range(0, rows, BAND):
+            band = grey[a : a + BAND]
+            band += sigma * rng.standard_normal(band.shape, np.float32)
+        seen = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+        exterior, size = frame.exterior, frame.pixel_size
+        yield (
+            Photo(seen, frame.camera, exterior, size, frame.image_size, frame.corner),
+            points,
         )
-        hidden |= land.at(land.dsm, X, Y) > z
-    pixels = other.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
-    size = np.array(other.grey.shape[::-1]) - 1
-    return hidden | ((pixels < 0) | (pixels > size)).any(-1)
+
+
+def _meet(land, surface, frame, pixels):  # type: ignore[no-untyped-def]
+    """Object points that pixels show: where their rays first meet the surface."""
+    u = frame.rays(pixels).reshape(-1, 3)
+    dx, dy = u[:, 0] / u[:, 2], u[:, 1] / u[:, 2]
+    X0, Y0, Z0 = frame.exterior[:3]
+    right, down = dx / land.cell, -dy / land.cell
+    column = (X0 - land.corner[0]) / land.cell - Z0 * right
+    row = (land.corner[1] - Y0) / land.cell - Z0 * down
+    Z = surface.meet(row, down, column, right)
+    return np.stack([X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy, Z], -1).reshape(
+        *pixels.shape[:-1], 3
+    )
+
+
+def _foliage(land, leaves, points):  # type: ignore[no-untyped-def]
+    """Share of the light that foliage sends back: a texture in space, not from above.
+
+    The side of a crown, a few cells wide from above, would be drawn out otherwise.
+    """
+    X, Y, Z = (points[..., i] for i in range(3))
+    tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
+    row = (0.8 * Z - Y) / land.cell % len(leaves)
+    column = (X + 0.5 * Z) / land.cell % len(leaves)
+    spots = cv2.remap(
+        leaves,
+        column.astype(np.float32),
+        row.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_WRAP,
+    )
+    return np.where(tree, np.clip(1 + 0.16 * spots, 0.6, 1.6), 1)
+
+
+def _vignetting(frame, pixels):  # type: ignore[no-untyped-def]
+    """Share of the light that reaches a pixel: less towards the corners."""
+    r2 = (frame.to_photo(pixels) ** 2).sum(-1) / frame.camera.c**2
+    return (1 - 0.6 * r2 + 0.2 * r2**2).clip(0.5, 1)
+
+
+def hidden_from(points: np.ndarray, other: Photo, ground: np.ndarray) -> np.ndarray:
+    """Whether another photo does not show object points.
+
+    Parameters
+    ----------
+    points : ndarray (rows, columns, 3)
+        In m.
+    other : Photo
+    ground : ndarray (rows, columns, 3)
+        Object points that the other photo shows.
+
+    Returns
+    -------
+    ndarray (rows, columns) of bool
+        True outside the other photo, and where all four pixels around the image of the
+        point show something clearly above it: the ray to the point met that before.
+    """
+    rows, columns = other.grey.shape
+    Z = ground[..., 2]
+    low = np.minimum(Z[:-1], Z[1:])
+    low = np.minimum(low[:, :-1], low[:, 1:])
+    hidden = np.ones(points.shape[:2], bool)
+    for a in range(0, len(points), BAND):
+        pixels = _about(other, points[a : a + BAND])
+        c, r = pixels[..., 0], pixels[..., 1]
+        inside = (c >= 0) & (r >= 0) & (c <= columns - 1) & (r <= rows - 1)
+        i = np.clip(r, 0, rows - 2).astype(int)
+        j = np.clip(c, 0, columns - 2).astype(int)
+        hidden[a : a + BAND] = ~inside | (
+            low[i, j] > points[a : a + BAND, :, 2] + IN_FRONT
+        )
+    return hidden
+
+
+def _about(photo: Photo, points: np.ndarray) -> np.ndarray:
+    """Pixels of points, to hundredths: `Photo.project` proves more, and takes longer.
+
+    What the lens displaces is put in again five times; each is ten times closer.
+    """
+    camera = photo.camera
+    ray = (points - photo.exterior[:3]) @ imaging.attitude(photo.exterior).T
+    xy = image = -camera.c * ray[..., :2] / ray[..., 2:]
+    lens = camera.interior[3:]
+    if camera.lens == "forward":
+        image = xy + imaging.distortion(lens, xy)
+    else:
+        for _ in range(5):
+            image = xy - imaging.distortion(lens, image)
+    return photo.to_pixel(image + camera.interior[1:3])
+
+
+def _frame(exterior, camera, part, middle):  # type: ignore[no-untyped-def]
+    """Photo without grey values, of the part of the sensor around a point's image."""
+    blank = Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR)
+    corner = np.round(blank.project(middle) - np.array(part) / 2).astype(int)
+    c, r = (int(v) for v in np.clip(corner, 0, np.array(SENSOR) - part))
+    return Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, (c, r))
+
+
+def _footprint(frame, part, relief):  # type: ignore[no-untyped-def]
+    """Least and most X and Y (4,) that a photo may show."""
+    edge = [np.linspace(0, n - 1, 9) for n in part]
+    u = frame.rays(np.stack(np.meshgrid(*edge), -1)).reshape(-1, 3)
+    down = -frame.exterior[2] / u[:, 2]
+    XY = frame.exterior[:2] + down[:, None] * u[:, :2]
+    return np.concatenate([XY.min(0), XY.max(0)])
+
+
+def _around(boxes: np.ndarray) -> tuple[float, float, float, float]:
+    """Box around boxes, with a margin."""
+    west, south = boxes[:, :2].min(0) - 4
+    east, north = boxes[:, 2:].max(0) + 4
+    return float(west), float(south), float(east), float(north)
+
+
+def _part(part):  # type: ignore[no-untyped-def]
+    columns, rows = (
+        _validate.whole(n, "part", 8, most)
+        for n, most in zip(_validate.of_shape(part, (2,), "part"), SENSOR, strict=True)
+    )
+    return columns, rows
+
+
+def _overlap(value: float, least: float, name: str) -> float:
+    one = _validate.number(value, name)
+    if not least <= one < 1:
+        raise ValueError(f"{name} must be from {least:g} to below 1; got {one:g}")
+    return one

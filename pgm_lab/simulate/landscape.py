@@ -4,11 +4,23 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from matplotlib import cbook
+from numpy.typing import ArrayLike
 
-from pgm_lab import datasets
+from pgm_lab import _validate
+from pgm_lab.simulate import _objects
+from pgm_lab.simulate._light import lighten
+from pgm_lab.simulate._objects import BUILDING, OPEN, TREE, WATER, Site
+from pgm_lab.simulate._rays import bilinear
+from pgm_lab.simulate._terrain import meadow, terrain
+from pgm_lab.simulate.images import generator
 
-OPEN, BUILDING, TREE = 0, 1, 2
+__all__ = ["BUILDING", "OPEN", "TREE", "WATER", "ZONES", "Landscape", "landscape"]
+
+ZONES = ("open", "mixed", "wood")
+HOUSES = (0.6, 9.0, 0.3)  # a hectare of each zone
+TREES = (3.0, 45.0, 330.0)
+FIELD = (42.0, 26.0)  # m
+HECTARE = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,16 +29,20 @@ class Landscape:
 
     Attributes
     ----------
-    grey : ndarray (rows, columns)
-        Grey values as seen from above.
-    dtm, dsm : ndarray (rows, columns)
-        Heights of the ground, and of what the sky sees, in m.
+    grey : ndarray (rows, columns) of float32
+        Grey values as seen from above, in the sun.
+    dtm, dsm : ndarray (rows, columns) of float32
+        Heights of the ground, and of what the sky sees, in m. Between the middles of
+        cells both are bilinear, so the wall of a house is a ramp as wide as a cell.
     kind : ndarray (rows, columns) of uint8
-        `OPEN`, `BUILDING` or `TREE`.
+        `OPEN`, `BUILDING`, `TREE` or `WATER`.
     corner : (X, Y)
         Middle of the cell in row 0 and column 0, in m; Y falls with the row.
     cell : float
         Side of a cell in m.
+    borders : (X, X)
+        Where open fields end and mixed ground begins, and where that ends and the wood
+        begins, in m.
     """
 
     grey: np.ndarray = field(repr=False)
@@ -35,99 +51,195 @@ class Landscape:
     kind: np.ndarray = field(repr=False)
     corner: tuple[float, float]
     cell: float
+    borders: tuple[float, float] = (-np.inf, np.inf)
 
-    def at(self, layer: np.ndarray, X, Y, how: int = cv2.INTER_LINEAR) -> np.ndarray:
-        """Values of a layer at (X, Y), float32, of the shape of X."""
-        column = ((X - self.corner[0]) / self.cell).astype(np.float32)
-        row = ((self.corner[1] - Y) / self.cell).astype(np.float32)
-        return cv2.remap(layer, column, row, how, borderMode=cv2.BORDER_REPLICATE)
+    def at(
+        self, layer: ArrayLike, X: ArrayLike, Y: ArrayLike, how: int = cv2.INTER_LINEAR
+    ) -> np.ndarray:
+        """Values of a layer at object points.
 
+        Parameters
+        ----------
+        layer : array_like (rows, columns)
+            One of the layers, or another in the same cells.
+        X, Y : array_like (...)
+            Object coordinates in m; outside, the layer goes on as at its edge.
+        how : int
+            `cv2.INTER_LINEAR`, exact to rounding; `cv2.INTER_NEAREST`; or another
+            interpolation of OpenCV, which places to a 32nd of a cell.
 
-def landscape(extent, *, cell=0.2, relief=40.0, buildings=25, trees=400, seed=8):
-    """Landscape over an extent (X least, Y least, X most, Y most) in m."""
-    rng = np.random.default_rng(seed)
-    xmin, ymin, xmax, ymax = extent
-    columns = int(np.ceil((xmax - xmin) / cell))
-    rows = int(np.ceil((ymax - ymin) / cell))
-    dtm = _ground(rows, columns, relief)
-    fine = _mosaic((int(rows * cell / 0.1), int(columns * cell / 0.1)), rng)
-    grey = cv2.resize(fine, (columns, rows), interpolation=cv2.INTER_AREA)
-    dsm, kind = dtm.copy(), np.zeros((rows, columns), np.uint8)
-    for _ in range(buildings):
-        _building(grey, dtm, dsm, kind, cell, rng)
-    for _ in range(trees):
-        _tree(grey, dtm, dsm, kind, cell, rng)
-    return Landscape(grey, dtm, dsm, kind, (xmin + cell / 2, ymax - cell / 2), cell)
+        Returns
+        -------
+        ndarray (...)
+        """
+        layer = np.asarray(layer)
+        column = (np.asarray(X, float) - self.corner[0]) / self.cell
+        row = (self.corner[1] - np.asarray(Y, float)) / self.cell
+        if how == cv2.INTER_LINEAR:
+            return bilinear(layer, row, column)
+        if how == cv2.INTER_NEAREST:
+            r = np.clip(np.rint(row), 0, layer.shape[0] - 1).astype(int)
+            c = np.clip(np.rint(column), 0, layer.shape[1] - 1).astype(int)
+            return layer[r, c]
+        maps = [np.atleast_2d(m).astype(np.float32) for m in (column, row)]
+        out = cv2.remap(layer, *maps, how, borderMode=cv2.BORDER_REPLICATE)
+        return out.reshape(row.shape)
 
-
-def _ground(rows, columns, relief):
-    with np.load(
-        cbook.get_sample_data("jacksboro_fault_dem.npz", asfileobj=False)
-    ) as d:
-        z = d["elevation"].astype(np.float32)
-    side = 60
-    part = z[140 : 140 + side, 150 : 150 + int(side * columns / rows) + 1]
-    smooth = cv2.GaussianBlur(part, (0, 0), 1.0)
-    dtm = cv2.resize(smooth, (columns, rows), interpolation=cv2.INTER_CUBIC)
-    return (dtm - dtm.min()) / np.ptp(dtm) * np.float32(relief)
-
-
-def _mosaic(shape, rng, overlap=192):
-    tile = datasets.yellowstone().grey.astype(np.float32)
-    n = tile.shape[0]
-    step = n - overlap
-    ramp = np.minimum(1, (np.arange(n) + 0.5) / overlap)
-    ramp = np.minimum(ramp, ramp[::-1])
-    w = np.outer(ramp, ramp).astype(np.float32)
-    mean = tile.mean()
-    total = np.zeros((shape[0] + 2 * n, shape[1] + 2 * n), np.float32)
-    weight = np.zeros_like(total)
-    for r in range(0, shape[0] + n, step):
-        for c in range(0, shape[1] + n, step):
-            t = np.rot90(tile, rng.integers(4))
-            if rng.integers(2):
-                t = t[:, ::-1]
-            t = (t - mean) * rng.uniform(0.8, 1.2) + rng.normal(0, 8)
-            total[r : r + n, c : c + n] += w * t
-            weight[r : r + n, c : c + n] += w**2
-    out = total / np.sqrt(np.maximum(weight, 1e-6)) + mean
-    h = n // 2
-    return np.clip(out[h : h + shape[0], h : h + shape[1]], 0, 255)
+    def zone(self, X: ArrayLike) -> np.ndarray:
+        """Index (...) into `ZONES` of object coordinates X (...) in m."""
+        return np.searchsorted(self.borders, np.asarray(X, float), side="right")
 
 
-def _building(grey, dtm, dsm, kind, cell, rng):
-    rows, columns = dtm.shape
-    w, length, h = rng.uniform(8, 14), rng.uniform(10, 24), rng.uniform(4, 12)
-    a = rng.uniform(0, np.pi)
-    c0, r0 = rng.uniform(0, columns), rng.uniform(0, rows)
-    box = cv2.boxPoints(((c0, r0), (w / cell, length / cell), np.degrees(a)))
-    mask = np.zeros(dtm.shape, np.uint8)
-    cv2.fillPoly(mask, [np.round(box).astype(int)], 1)
-    m = mask.astype(bool)
-    if not m.any():
-        return
-    dsm[m] = np.maximum(dsm[m], dtm[m].max() + h)
-    kind[m] = BUILDING
-    rough = cv2.GaussianBlur(rng.normal(0, 30, m.shape).astype(np.float32), (0, 0), 1.0)
-    grey[m] = 0.35 * (grey[m] - grey[m].mean()) + rng.uniform(90, 190) + rough[m]
+def landscape(
+    extent: tuple[float, float, float, float],
+    *,
+    cell: float = 0.15,
+    relief: float = 40.0,
+    buildings: int | None = None,
+    trees: int | None = None,
+    seed: int = 8,
+    borders: tuple[float, float] | None = None,
+    water: bool = False,
+) -> Landscape:
+    """Landscape with open fields, mixed ground and a wood, from west to east.
+
+    Its hills have the shape of a real elevation model, its meadows the texture of a
+    real orthophoto. Houses and trees stand on it, in the sun and with their shadows.
+
+    Parameters
+    ----------
+    extent : (X least, Y least, X most, Y most)
+        In m.
+    cell : float
+        Side of a cell in m, 0.05 to 1.
+    relief : float
+        Height of the highest ground above the lowest, in m.
+    buildings, trees : int, optional
+        How many are tried; some find no room. As many as suit the area when missing.
+    seed : int
+        Of all that is random: the same seed gives the same landscape.
+    borders : (X, X), optional
+        Where mixed ground and where the wood begin, in m; thirds of the extent when
+        missing.
+    water : bool
+        A pond without texture in the open fields, 12 m to 30 m long.
+
+    Returns
+    -------
+    Landscape
+
+    Raises
+    ------
+    ValueError
+        If a number is not as said, or the cells are more than 10^8.
+
+    Notes
+    -----
+    Elevation model: the Jacksboro fault of matplotlib's sample data, whose posts are
+    put 20 m apart and joined by a cubic spline. Ground: patches of
+    `datasets.yellowstone` without trees, quilted.
+
+    Examples
+    --------
+    >>> land = landscape((-30, -20, 30, 20), cell=0.5)
+    >>> land.dsm.shape, f"{land.dtm.max():.0f} m", bool((land.dsm >= land.dtm).all())
+    ((80, 120), '40 m', True)
+    """
+    west, south, east, north = _extent(extent)
+    cell = _validate.positive_number(cell, "cell", "m")
+    if not 0.05 <= cell <= 1:
+        raise ValueError(f"cell must be from 0.05 m to 1 m; got {cell:g}")
+    relief = _validate.not_negative(relief, "relief", "m")
+    shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
+    _validate.size("extent", *shape)
+    ends = _borders(borders, west, east)
+    rng = generator(seed)
+    X = west + cell * (np.arange(shape[1]) + 0.5)
+    Y = north - cell * (np.arange(shape[0]) + 0.5)
+    dtm = terrain(X, Y, relief)
+    site = Site(
+        meadow(shape, cell, rng), dtm, dtm.copy(), np.zeros(shape, np.uint8), cell
+    )
+    _draw_fields(site, X, Y, ends, rng)
+    if water:
+        radius = min(15.0, (north - south) / 8, max(6.0, (ends[0] - west) / 5))
+        place = (0.62 * shape[0], ((west + ends[0]) / 2 - west) / cell)
+        _objects.pond(site, *place, radius)
+    angles = _draw_road(site, X, Y, ends)
+    for n, densities, kind in ((buildings, HOUSES, BUILDING), (trees, TREES, TREE)):
+        for row, column in _places(n, densities, kind, X, Y, ends, rng):
+            if kind == TREE:
+                _objects.tree(site, row, column, rng)
+            else:
+                along = angles[int(column)] + rng.choice([0, np.pi / 2])
+                _objects.house(site, row, column, along + rng.normal(0, 0.08), rng)
+    grey = lighten(site.grey, site.dsm, cell)
+    corner = (float(X[0]), float(Y[0]))
+    return Landscape(grey, dtm, site.dsm, site.kind, corner, cell, ends)
 
 
-def _tree(grey, dtm, dsm, kind, cell, rng):
-    rows, columns = dtm.shape
-    rad, h = rng.uniform(1.5, 4), rng.uniform(5, 15)
-    c0, r0 = rng.uniform(0, columns), rng.uniform(0, rows)
-    k = int(np.ceil(rad / cell))
-    ra, rb = max(0, int(r0) - k), min(rows, int(r0) + k + 1)
-    ca, cb = max(0, int(c0) - k), min(columns, int(c0) + k + 1)
-    rr, cc = np.mgrid[ra:rb, ca:cb]
-    q = ((rr - r0) ** 2 + (cc - c0) ** 2) * cell**2 / rad**2
-    top = dtm[int(r0), int(c0)]
-    crown = top + h * (0.55 + 0.45 * np.sqrt(np.maximum(0, 1 - q)))
-    rough = cv2.GaussianBlur(rng.normal(0, 1.2, q.shape).astype(np.float32), (0, 0), 2)
-    crown = crown + 1.5 * rough
-    m = (q < 1) & (crown > dsm[ra:rb, ca:cb])
-    dsm[ra:rb, ca:cb][m] = crown[m]
-    kind[ra:rb, ca:cb][m] = TREE
-    g = grey[ra:rb, ca:cb]
-    light = 15 * (c0 - cc[m]) * cell / rad
-    g[m] = np.clip(70 + 0.5 * (g[m] - g[m].mean()) + light, 0, 255)
+def _extent(extent: tuple[float, float, float, float]) -> np.ndarray:
+    box = _validate.of_shape(extent, (4,), "extent")
+    if box[2] - box[0] < 2 or box[3] - box[1] < 2:
+        raise ValueError(
+            "extent must be (X least, Y least, X most, Y most), 2 m wide or more; got"
+            f" {box.tolist()}"
+        )
+    return box
+
+
+def _borders(borders, west, east):  # type: ignore[no-untyped-def]
+    if borders is None:
+        return float(west + (east - west) / 3), float(east - (east - west) / 3)
+    one, two = _validate.of_shape(borders, (2,), "borders")
+    if one > two:
+        raise ValueError(f"borders must rise from west to east; got {borders}")
+    return float(one), float(two)
+
+
+def _draw_fields(site: Site, X, Y, ends, rng) -> None:  # type: ignore[no-untyped-def]
+    """Fields where it is open; the floor of the wood is dark, between them gardens."""
+    wood = np.clip((X - ends[1]) / 12 + 0.5, 0, 1).astype(np.float32)
+    site.grey -= 30 * wood
+    rows, columns = site.dtm.shape
+    angle, cell = 0.25, site.cell
+    long, wide = FIELD
+    reach = int(np.hypot(rows, columns) * cell / min(FIELD) / 2) + 2
+    for i in range(-reach, reach + 1):
+        shift = rng.uniform(0, long)
+        for j in range(-reach, reach + 1):
+            u, v = j * long + shift, i * wide
+            column = columns / 2 + (u * np.cos(angle) - v * np.sin(angle)) / cell
+            row = rows / 2 + (u * np.sin(angle) + v * np.cos(angle)) / cell
+            if X[0] + column * cell < ends[0] and rng.random() < 0.9:
+                size = (long - 1.2, wide - 1.2)
+                _objects.field(site, row, column, angle, size, rng)
+
+
+def _draw_road(site: Site, X, Y, ends) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """A road from west to east, a track along the border; angles (columns,) of it."""
+    rows, columns = site.dtm.shape
+    middle, c = 0.42 * rows, np.arange(columns)
+    bend = min(18.0, 0.08 * rows * site.cell) / site.cell
+    wave = 2 * np.pi * site.cell / 240
+    row = middle + bend * np.sin(wave * c + 1)
+    _objects.road(site, row, c, 5.0)
+    r = np.arange(rows)
+    track = (ends[0] + 4 - X[0]) / site.cell + bend / 2 * np.sin(wave * r)
+    _objects.road(site, r, track, 2.6)
+    return np.arctan(bend * wave * np.cos(wave * c + 1))
+
+
+def _places(n, densities, kind, X, Y, ends, rng) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """Rows and columns (n, 2): uniform in each zone, as dense as said."""
+    edges = np.clip([X[0], *ends, X[-1]], X[0], X[-1])
+    expected = np.array(densities) * np.diff(edges) * (Y[0] - Y[-1]) / HECTARE
+    if n is None:
+        n = round(expected.sum())
+    n = _validate.whole(n, "buildings" if kind == BUILDING else "trees", 0, 10**6)
+    if n == 0 or expected.sum() == 0:
+        return np.empty((0, 2))
+    zone = rng.choice(3, n, p=expected / expected.sum())
+    x = edges[zone] + rng.random(n) * np.diff(edges)[zone]
+    cell = X[1] - X[0]
+    return np.stack([rng.random(n) * (len(Y) - 1), (x - X[0]) / cell], -1)
