@@ -26,6 +26,7 @@ from pgm_lab import (
     registration,
     simulate,
 )
+from pgm_lab import stereo as stereo_room
 from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import absolute
 from pgm_lab.plot import space
@@ -134,6 +135,22 @@ def dense_matrix():
     v, A1, A3, A2 = ray_blocks()
     m, k = len(n.exteriors), len(n.points)
     return bundle.dense.design(A1, A3, A2, n.photo, n.point, m, k)
+
+
+def normal_pair():
+    origin = np.array([(2.0, 0.0), (-4.0, 0.0)])
+    stations = np.array([(0.0, 0, 1000), (400.0, 0, 1000)])
+    grey = ORTHO.astype(float)
+    return stereo_room.NormalPair(grey, grey, np.eye(3), stations, 24.0, 0.005, origin)
+
+
+def level_land():
+    flat = np.full((40, 40), 20.0, np.float32)
+    return simulate.Landscape(flat, flat, flat, flat, (-200.0, 200.0), 10.0)
+
+
+def oriented():
+    return camera.Photo(GREY, LENS, PHOTO, 0.005)
 
 
 def rng():
@@ -435,6 +452,25 @@ FUNCTIONS = {
         parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
     ),
     "plot.overlay": lambda: dict(reference=GREY, sensed=GREY, ax=axes()),
+    "plot.mark.positions": lambda: dict(
+        pair=normal_pair(), place=(30.0, 30), disparities=[-1.0, 0, 1]
+    ),
+    "plot.mark.by_hand": lambda: dict(pair=normal_pair(), place=(30.0, 30)),
+    "plot.stereo.photos": lambda: dict(left=oriented(), right=oriented()),
+    "plot.stereo.laid": lambda: dict(pair=normal_pair(), disparity=2.0),
+    "plot.stereo.epipolar_line": lambda: dict(
+        left=oriented(), right=oriented(), pixel=(20.0, 20),
+        line=[(0.0, 10), (30, 11)], places=[(10.0, 10), (12, 10)],
+    ),
+    "plot.stereo.rows": lambda: dict(
+        left=oriented(), right=oriented(), pair=normal_pair(), row=10
+    ),
+    "plot.stereo.y_parallaxes": lambda: dict(cases={"a": [0.1, -0.1, 0.2]}),
+    "plot.stereo.search": lambda: dict(
+        pair=normal_pair(), place=(30.0, 30), window=7, low=-5, high=5
+    ),
+    "plot.stereo.threshold": lambda: dict(error=[0.1, 2.0, 0.2], r=[0.9, 0.5, 0.7]),
+    "plot.stereo.errors": lambda: dict(error=[0.1, -0.1, 0.0], sigma=0.1),
     "plot.fringe.changes": lambda: dict(reference=GREY, sensed=GREY),
     "plot.fringe.two_colours": lambda: dict(
         reference=GREY, sensed=GREY, centre=(20.0, 20), size=21
@@ -567,6 +603,23 @@ FUNCTIONS = {
     "rotation.defect": lambda: dict(EYE),
     "rotation.nearest": lambda: dict(EYE),
     "rotation.best_fit": lambda: dict(product=NET),
+    "stereo.textbook.model_point": lambda: dict(
+        x=1.0, y=2.0, parallax=8.0, base=400.0, c=24.0
+    ),
+    "stereo.textbook.epipolar_line": lambda: dict(
+        base=(5.0, 0, 0), ray=(1.0, 2, -9), M=MATRIX, c=24.0
+    ),
+    "stereo.textbook.best_disparity": lambda: dict(
+        left=GREY, right=GREY, column=20, row=20, window=7, low=-5, high=5
+    ),
+    "stereo.textbook.along_row": lambda: dict(
+        left=GREY, right=GREY, column=20, row=20, window=7, low=-5, high=5
+    ),
+    "stereo.textbook.sigma_height": lambda: dict(H=1e3, B=4e2, gsd=0.2, sigma_px=0.1),
+    "stereo.textbook.row_points": lambda: dict(
+        pair=normal_pair(), row=30, columns=[25, 30], window=7, low=-5, high=5
+    ),
+    "stereo.textbook.coarser": lambda: dict(pair=normal_pair()),
     "simulate.Texture": lambda: dict(
         frequencies=np.array([(0.25, 0.0)]), amplitudes=np.array([10.0]),
         phases=np.zeros(1), mean=100.0,

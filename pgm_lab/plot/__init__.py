@@ -2,8 +2,8 @@
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
-`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `bundle`, `network`,
-`matrices`, `studies`.
+`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
+`stereo` (of a stereo pair), `bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -11,13 +11,16 @@ from pgm_lab.plot import (
     chips,
     fifty,
     fringe,
+    mark,
     matches,
     matching,
     matrices,
     network,
+    parallax,
     registration,
     shifts,
     space,
+    stereo,
     studies,
     village,
 )
@@ -59,16 +62,19 @@ __all__ = [
     "frame",
     "fringe",
     "interact",
+    "mark",
     "matches",
     "matching",
     "matrices",
     "network",
     "overlay",
+    "parallax",
     "pixel_on_ground",
     "registration",
     "shifts",
     "show",
     "space",
+    "stereo",
     "studies",
     "table",
     "village",
