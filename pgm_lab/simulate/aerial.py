@@ -226,7 +226,7 @@ def _taken(land, frames, part, sigma, seed):  # type: ignore[no-untyped-def]
     surface = Surface(land.dsm)
     blur = OPTICS[0] * GSD / land.cell
     ground = cv2.GaussianBlur(land.grey, (0, 0), blur) if blur > 0.2 else land.grey
-    leaves = grain()
+    leaves = grain(1.2)
     columns, rows = part
     for k, frame in enumerate(frames):
         rng = generator([seed, 2, k])
@@ -273,8 +273,8 @@ def _foliage(land, leaves, points):  # type: ignore[no-untyped-def]
     """
     X, Y, Z = (points[..., i] for i in range(3))
     tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
-    row = (0.8 * Z - Y) / land.cell % len(leaves)
-    column = (X + 0.5 * Z) / land.cell % len(leaves)
+    row = (0.35 * Z - Y) / land.cell % len(leaves)
+    column = (X + 0.2 * Z) / land.cell % len(leaves)
     spots = cv2.remap(
         leaves,
         column.astype(np.float32),
@@ -282,7 +282,7 @@ def _foliage(land, leaves, points):  # type: ignore[no-untyped-def]
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_WRAP,
     )
-    return np.where(tree, np.clip(1 + 0.16 * spots, 0.6, 1.6), 1)
+    return np.where(tree, np.clip(1 + 0.16 * spots, 0.6, 1.5), 1)
 
 
 def _vignetting(frame, pixels):  # type: ignore[no-untyped-def]

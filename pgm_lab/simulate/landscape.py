@@ -160,12 +160,12 @@ def landscape(
     site = Site(
         meadow(shape, cell, rng), dtm, dtm.copy(), np.zeros(shape, np.uint8), cell
     )
-    _draw_fields(site, X, Y, ends, rng)
+    _draw_fields(site, X, ends, rng)
     if water:
         radius = min(15.0, (north - south) / 8, max(6.0, (ends[0] - west) / 5))
         place = (0.62 * shape[0], ((west + ends[0]) / 2 - west) / cell)
         _objects.pond(site, *place, radius)
-    angles = _draw_road(site, X, Y, ends)
+    angles = _draw_road(site, X, ends)
     for n, densities, kind in ((buildings, HOUSES, BUILDING), (trees, TREES, TREE)):
         for row, column in _places(n, densities, kind, X, Y, ends, rng):
             if kind == TREE:
@@ -197,8 +197,8 @@ def _borders(borders, west, east):  # type: ignore[no-untyped-def]
     return float(one), float(two)
 
 
-def _draw_fields(site: Site, X, Y, ends, rng) -> None:  # type: ignore[no-untyped-def]
-    """Fields where it is open; the floor of the wood is dark, between them gardens."""
+def _draw_fields(site: Site, X, ends, rng) -> None:  # type: ignore[no-untyped-def]
+    """Fields where it is open; the floor of the wood is dark."""
     wood = np.clip((X - ends[1]) / 12 + 0.5, 0, 1).astype(np.float32)
     site.grey -= 30 * wood
     rows, columns = site.dtm.shape
@@ -216,18 +216,18 @@ def _draw_fields(site: Site, X, Y, ends, rng) -> None:  # type: ignore[no-untype
                 _objects.field(site, row, column, angle, size, rng)
 
 
-def _draw_road(site: Site, X, Y, ends) -> np.ndarray:  # type: ignore[no-untyped-def]
+def _draw_road(site: Site, X, ends) -> np.ndarray:  # type: ignore[no-untyped-def]
     """A road from west to east, a track along the border; angles (columns,) of it."""
     rows, columns = site.dtm.shape
-    middle, c = 0.42 * rows, np.arange(columns)
-    bend = min(18.0, 0.08 * rows * site.cell) / site.cell
-    wave = 2 * np.pi * site.cell / 240
-    row = middle + bend * np.sin(wave * c + 1)
-    _objects.road(site, row, c, 5.0)
-    r = np.arange(rows)
-    track = (ends[0] + 4 - X[0]) / site.cell + bend / 2 * np.sin(wave * r)
-    _objects.road(site, r, track, 2.6)
-    return np.arctan(bend * wave * np.cos(wave * c + 1))
+    bend = min(18.0, 0.08 * rows * site.cell)
+    x, r = X - X[0], np.arange(rows)
+    winding = np.sin(x / 38 + 1) + 0.7 * np.sin(x / 91)
+    slope = np.cos(x / 38 + 1) / 38 + 0.7 / 91 * np.cos(x / 91)
+    row = 0.42 * rows + bend / site.cell * winding
+    _objects.road(site, row, np.arange(columns), 5.0)
+    track = ends[0] + 4 - X[0] + bend / 2 * np.sin(r * site.cell / 38)
+    _objects.road(site, r, track / site.cell, 2.6)
+    return np.arctan(bend * slope)
 
 
 def _places(n, densities, kind, X, Y, ends, rng) -> np.ndarray:  # type: ignore[no-untyped-def]
