@@ -38,14 +38,18 @@ class Site:
         c, d = max(0, int(column - reach)), min(columns, int(column + reach) + 2)
         return slice(a, max(a, b)), slice(c, max(c, d))
 
-    def rough(self, window: tuple[slice, slice], rng: np.random.Generator):  # type: ignore[no-untyped-def]
+    def rough(
+        self, window: tuple[slice, slice], rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Random fields for a window, of fine and of coarse grain, sd 1."""
         n, m = (s.stop - s.start for s in window)
         r, c = rng.integers(GRAIN - n + 1), rng.integers(GRAIN - m + 1)
         return self.fine[r : r + n, c : c + m], self.coarse[r : r + n, c : c + m]
 
 
-def _axes(window, row, column, angle, cell):  # type: ignore[no-untyped-def]
+def _axes(
+    window: tuple[slice, slice], row: float, column: float, angle: float, cell: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (u along, v across) in m of the cells of a window."""
     r = (np.arange(window[0].start, window[0].stop, dtype=np.float32) - row) * cell
     c = (np.arange(window[1].start, window[1].stop, dtype=np.float32) - column) * cell
@@ -53,7 +57,14 @@ def _axes(window, row, column, angle, cell):  # type: ignore[no-untyped-def]
     return c * cos + r[:, None] * sin, r[:, None] * cos - c * sin
 
 
-def field(site: Site, row: float, column: float, angle: float, size, rng) -> None:  # type: ignore[no-untyped-def]
+def field(
+    site: Site,
+    row: float,
+    column: float,
+    angle: float,
+    size: tuple[float, float],
+    rng: np.random.Generator,
+) -> None:
     """A field: another tone, more or less of the meadow's texture, perhaps furrows."""
     window = site.window(row, column, np.hypot(*size) / 2 / site.cell)
     u, v = _axes(window, row, column, angle, site.cell)
@@ -97,7 +108,9 @@ def pond(site: Site, row: float, column: float, radius: float) -> None:
     site.grey[window][q < 1] = 62
 
 
-def house(site: Site, row: float, column: float, angle: float, rng) -> bool:  # type: ignore[no-untyped-def]
+def house(
+    site: Site, row: float, column: float, angle: float, rng: np.random.Generator
+) -> bool:
     """A house with a gable roof or a flat one; False where there is no room."""
     flat = rng.random() < 0.3
     length, width = (

@@ -81,8 +81,8 @@ class Landscape:
             r = np.clip(np.rint(row), 0, layer.shape[0] - 1).astype(int)
             c = np.clip(np.rint(column), 0, layer.shape[1] - 1).astype(int)
             return layer[r, c]
-        maps = [np.atleast_2d(m).astype(np.float32) for m in (column, row)]
-        out = cv2.remap(layer, *maps, how, borderMode=cv2.BORDER_REPLICATE)
+        x, y = (np.atleast_2d(m).astype(np.float32) for m in (column, row))
+        out = cv2.remap(layer, x, y, how, borderMode=cv2.BORDER_REPLICATE)
         return out.reshape(row.shape)
 
     def zone(self, X: ArrayLike) -> np.ndarray:
@@ -188,7 +188,9 @@ def _extent(extent: tuple[float, float, float, float]) -> np.ndarray:
     return box
 
 
-def _borders(borders, west, east):  # type: ignore[no-untyped-def]
+def _borders(
+    borders: tuple[float, float] | None, west: float, east: float
+) -> tuple[float, float]:
     if borders is None:
         return float(west + (east - west) / 3), float(east - (east - west) / 3)
     one, two = _validate.of_shape(borders, (2,), "borders")
@@ -197,7 +199,9 @@ def _borders(borders, west, east):  # type: ignore[no-untyped-def]
     return float(one), float(two)
 
 
-def _draw_fields(site: Site, X, ends, rng) -> None:  # type: ignore[no-untyped-def]
+def _draw_fields(
+    site: Site, X: np.ndarray, ends: tuple[float, float], rng: np.random.Generator
+) -> None:
     """Fields where it is open; the floor of the wood is dark."""
     wood = np.clip((X - ends[1]) / 12 + 0.5, 0, 1).astype(np.float32)
     site.grey -= 30 * wood
@@ -216,7 +220,7 @@ def _draw_fields(site: Site, X, ends, rng) -> None:  # type: ignore[no-untyped-d
                 _objects.field(site, row, column, angle, size, rng)
 
 
-def _draw_road(site: Site, X, ends) -> np.ndarray:  # type: ignore[no-untyped-def]
+def _draw_road(site: Site, X: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     """A road from west to east, a track along the border; angles (columns,) of it."""
     rows, columns = site.dtm.shape
     bend = min(18.0, 0.08 * rows * site.cell)
@@ -230,7 +234,15 @@ def _draw_road(site: Site, X, ends) -> np.ndarray:  # type: ignore[no-untyped-de
     return np.arctan(bend * slope)
 
 
-def _places(n, densities, kind, X, Y, ends, rng) -> np.ndarray:  # type: ignore[no-untyped-def]
+def _places(
+    n: int | None,
+    densities: tuple[float, ...],
+    kind: int,
+    X: np.ndarray,
+    Y: np.ndarray,
+    ends: tuple[float, float],
+    rng: np.random.Generator,
+) -> np.ndarray:
     """Rows and columns (n, 2): uniform in each zone, as dense as said."""
     edges = np.clip([X[0], *ends, X[-1]], X[0], X[-1])
     expected = np.array(densities) * np.diff(edges) * (Y[0] - Y[-1]) / HECTARE
