@@ -94,7 +94,7 @@ def aerial_pair(
     >>> pair.left.grey.shape, pair.ground[0].shape
     ((80, 120), (80, 120, 3))
     """
-    part = _part(part)
+    part, sigma, seed, relief = _checked(part, sigma, seed, relief, camera)
     overlap = _overlap(overlap, 0.5, "overlap")
     base = (1 - overlap) * SENSOR[0] * GSD
     tilts = np.radians([(0.8, -1.1, 2.0), (-0.6, 0.9, -1.5)])
@@ -104,7 +104,8 @@ def aerial_pair(
         for s, t in zip(stations, tilts, strict=True)
     ]
     boxes = np.array([_footprint(frame, part) for frame in frames])
-    both = boxes[:, 0].max(), boxes[:, 2].min()
+    seen = np.array([_footprint(frame, part, relief / 2) for frame in frames])
+    both = seen[:, 0].max(), seen[:, 2].min()
     third = (both[1] - both[0]) / 3
     land = landscape(
         _around(boxes),
@@ -169,7 +170,7 @@ def aerial_block(
     """
     strips = _validate.whole(strips, "strips", 1, 1000)
     count = _validate.whole(photos, "photos", 1, 1000)
-    part = _part(part)
+    part, sigma, seed, relief = _checked(part, sigma, seed, relief, camera)
     overlap = _overlap(overlap, 0.5, "overlap")
     sidelap = _overlap(sidelap, 0.0, "sidelap")
     along, across = (
@@ -211,11 +212,11 @@ def _frame(
     return Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, (c, r))
 
 
-def _footprint(frame: Photo, part: tuple[int, int]) -> np.ndarray:
-    """Least and most X and Y (4,) that a photo shows of ground of height 0."""
+def _footprint(frame: Photo, part: tuple[int, int], Z: float = 0.0) -> np.ndarray:
+    """Least and most X and Y (4,) that a photo shows of level ground."""
     edge = [np.linspace(0, n - 1, 9) for n in part]
     u = frame.rays(np.stack(np.meshgrid(*edge), -1)).reshape(-1, 3)
-    down = -frame.exterior[2] / u[:, 2]
+    down = (Z - frame.exterior[2]) / u[:, 2]
     XY = frame.exterior[:2] + down[:, None] * u[:, :2]
     return np.concatenate([XY.min(0), XY.max(0)])
 
@@ -227,12 +228,21 @@ def _around(boxes: np.ndarray) -> tuple[float, float, float, float]:
     return float(west), float(south), float(east), float(north)
 
 
-def _part(part: tuple[int, int]) -> tuple[int, int]:
+def _checked(
+    part: tuple[int, int], sigma: float, seed: int, relief: float, camera: Camera
+) -> tuple[tuple[int, int], float, int, float]:
+    """What a pair and a block have in common."""
     columns, rows = (
         _validate.whole(n, "part", 8, most)
         for n, most in zip(_validate.of_shape(part, (2,), "part"), SENSOR, strict=True)
     )
-    return columns, rows
+    sigma = _validate.not_negative(sigma, "sigma", "grey values")
+    seed = _validate.whole(seed, "seed", 0)
+    _validate.instance(camera, Camera, "camera")
+    relief = _validate.not_negative(relief, "relief", "m")
+    if relief > HEIGHT / 2:
+        raise ValueError(f"relief must be at most {HEIGHT / 2:g} m; got {relief:g}")
+    return (columns, rows), sigma, seed, relief
 
 
 def _overlap(value: float, least: float, name: str) -> float:

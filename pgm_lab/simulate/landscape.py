@@ -21,6 +21,7 @@ HOUSES = (0.6, 9.0, 0.3)  # a hectare of each zone
 TREES = (3.0, 45.0, 330.0)
 FIELD = (42.0, 26.0)  # m
 HECTARE = 1e4
+HOW = (cv2.INTER_LINEAR, cv2.INTER_NEAREST, cv2.INTER_CUBIC)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +66,26 @@ class Landscape:
         X, Y : array_like (...)
             Object coordinates in m; outside, the layer goes on as at its edge.
         how : int
-            `cv2.INTER_LINEAR`, exact to rounding; `cv2.INTER_NEAREST`; or another
-            interpolation of OpenCV, which places to a 32nd of a cell.
+            `cv2.INTER_LINEAR`, exact to rounding; `cv2.INTER_NEAREST`; or
+            `cv2.INTER_CUBIC`, where OpenCV places to a 32nd of a cell.
 
         Returns
         -------
         ndarray (...)
         """
-        layer = np.asarray(layer)
-        column = (np.asarray(X, float) - self.corner[0]) / self.cell
-        row = (self.corner[1] - np.asarray(Y, float)) / self.cell
+        layer = _validate.numeric(layer, "layer")
+        if layer.shape != self.dsm.shape:
+            raise ValueError(
+                f"layer must have the shape of the landscape, {self.dsm.shape}; got"
+                f" {layer.shape}"
+            )
+        X, Y = _validate.finite(X, "X"), _validate.finite(Y, "Y")
+        if X.shape != Y.shape:
+            raise ValueError(f"Y must have the shape of X, {X.shape}; got {Y.shape}")
+        if _validate.whole(how, "how", 0) not in HOW:
+            raise ValueError(f"how must be one of {HOW}, as cv2.INTER_...; got {how}")
+        column = (X - self.corner[0]) / self.cell
+        row = (self.corner[1] - Y) / self.cell
         if how == cv2.INTER_LINEAR:
             return bilinear(layer, row, column)
         if how == cv2.INTER_NEAREST:
@@ -87,7 +98,7 @@ class Landscape:
 
     def zone(self, X: ArrayLike) -> np.ndarray:
         """Index (...) into `ZONES` of object coordinates X (...) in m."""
-        return np.searchsorted(self.borders, np.asarray(X, float), side="right")
+        return np.searchsorted(self.borders, _validate.finite(X, "X"), side="right")
 
 
 def landscape(
@@ -153,7 +164,8 @@ def landscape(
     shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
     _validate.size("extent", *shape)
     ends = _borders(borders, west, east)
-    rng = generator(seed)
+    rng = generator(_validate.whole(seed, "seed", 0))
+    water = _validate.flag(water, "water")
     X = west + cell * (np.arange(shape[1]) + 0.5)
     Y = north - cell * (np.arange(shape[0]) + 0.5)
     dtm = terrain(X, Y, relief)
