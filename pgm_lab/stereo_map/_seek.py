@@ -38,7 +38,9 @@ class Area:
     reason: str
 
 
-def around(chosen: np.ndarray, found: np.ndarray, pixel: np.ndarray, size: tuple):
+def around(
+    chosen: np.ndarray, found: np.ndarray, pixel: np.ndarray, size: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """Predict a place and its reach from points (n, 2) chosen left and found right.
 
     The affine transformation that fits them best; their mean shift with fewer than six.
