@@ -203,7 +203,7 @@ def test_scale_numbers_from_39000_to_43000_do_not_explain_location_2():
 
 
 def test_17_m_judged_by_h_over_f_alone_may_be_good_or_bad():
-    """One H/f, a base from 10 to 60 per cent of the side: a pixel is worth 0.3 to 4 m."""
+    """One H/f: by the base a pixel is worth from 0.3 to 3.5 m."""
     bases = np.multiply.outer([0.1, 0.9], SENSOR * GSD)
     worth = HEIGHT / bases * GSD
     assert worth.min() < 0.3 and worth.max() > 3.5
@@ -312,7 +312,7 @@ def test_contours_of_25_m_ask_for_half_of_the_errors_of_table_1():
 
 
 def test_objects_that_differ_by_25_m_miss_a_contour():
-    """Ground from 9 to 11 m: the contour of 10 m crosses it, two such objects do not."""
+    """Ground from 9 to 11 m: the contour of 10 m crosses it unseen."""
     x = np.linspace(0, 100, 200)
     ground = 10 + np.cos(2 * np.pi * x / 100)
     assert np.ptp(ground) < 2.5
