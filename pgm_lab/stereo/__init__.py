@@ -8,17 +8,23 @@ DTM, `quality` compares with truth, `save` writes files, `block` does it for man
 
 from pgm_lab.orientation import scale_factors
 from pgm_lab.stereo import textbook
+from pgm_lab.stereo.block import Block, PlottedPair, plot_block
 from pgm_lab.stereo.dense import STATUSES, DenseMatch, match_dense
 from pgm_lab.stereo.grid import Surface, surface
 from pgm_lab.stereo.heights import Points, intersect
+from pgm_lab.stereo.neighbours import neighbours
 from pgm_lab.stereo.normal import NormalPair, epipolar_pair
+from pgm_lab.stereo.photo_file import PhotoFile
 from pgm_lab.stereo.quality import Quality, quality
 from pgm_lab.stereo.terrain import Terrain, filter_terrain
 
 __all__ = [
     "STATUSES",
+    "Block",
     "DenseMatch",
     "NormalPair",
+    "PhotoFile",
+    "PlottedPair",
     "Points",
     "Quality",
     "Surface",
@@ -27,6 +33,8 @@ __all__ = [
     "filter_terrain",
     "intersect",
     "match_dense",
+    "neighbours",
+    "plot_block",
     "quality",
     "scale_factors",
     "surface",

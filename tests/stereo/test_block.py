@@ -1,0 +1,284 @@
+"""A block of photos: the same to the last bit by whatever hands, and after any stop."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+from pgm_lab import stereo
+from pgm_lab.stereo import _merge
+from tests.stereo.blocks import (
+    HEIGHTS,
+    NUMBERS,
+    Counted,
+    Deadly,
+    Failing,
+    Full,
+    content,
+    on_disk,
+    strip,
+)
+
+PAIRS = [(0, 1), (1, 2), (2, 3)]
+pytestmark = pytest.mark.filterwarnings("default:invalid value:RuntimeWarning")
+
+
+@pytest.fixture(scope="module")
+def block():
+    return strip()
+
+
+@pytest.fixture(scope="module")
+def photos(block, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("photos")
+    return [on_disk(p, folder / f"{k}.npy") for k, p in enumerate(block[0])]
+
+
+@pytest.fixture(scope="module")
+def serial(photos, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("serial")
+    found = stereo.plot_block(photos, PAIRS, folder, workers=1, **NUMBERS)
+    return found, content(folder)
+
+
+def replaced(photos, k, kind, folder, **more):
+    """The photos, one of which makes trouble."""
+    given = {f.name: getattr(photos[k], f.name) for f in dataclasses.fields(photos[k])}
+    troubled = kind(**given, log=str(folder / "log.txt"), **more)
+    return [troubled if i == k else p for i, p in enumerate(photos)]
+
+
+@pytest.fixture
+def empty(tmp_path):
+    folder = tmp_path / "block"
+    folder.mkdir()
+    return folder
+
+
+def test_the_surface_is_the_landscape(block, serial):
+    """Within three times what one pixel of parallax noise of 0.1 px does."""
+    s, land = serial[0].surface, block[1]
+    rows, columns = s.z.shape
+    X = s.corner[0] + s.cell * np.arange(columns)
+    Y = s.corner[1] - s.cell * np.arange(rows)
+    X, Y = np.meshgrid(X, Y)
+    found = stereo.quality(s.z, land.at(land.dsm, X, Y))
+    base = photos_base(block[0])
+    assert found.nmad < 3 * 1000 / base * 0.229 * 0.1
+    assert found.completeness > 0.9
+
+
+def photos_base(photos):
+    return np.linalg.norm(photos[1].exterior[:3] - photos[0].exterior[:3])
+
+
+def test_processes_write_the_same_bytes_as_the_serial_run(photos, serial, empty):
+    found = stereo.plot_block(photos, PAIRS, empty, workers=2, **NUMBERS)
+    assert content(empty) == serial[1]
+    np.testing.assert_array_equal(found.surface.z, serial[0].surface.z)
+    np.testing.assert_array_equal(found.surface.measured, serial[0].surface.measured)
+    assert [p.points for p in found.pairs] == [p.points for p in serial[0].pairs]
+
+
+def test_photos_in_memory_give_the_same_pairs(block, serial, empty):
+    stereo.plot_block(block[0], PAIRS, empty, workers=1, **NUMBERS)
+    found = {k: v for k, v in content(empty).items() if not k.startswith("photos")}
+    assert found == serial[1]
+    # again: the photos of the folder are the same, and nothing is plotted
+    again = stereo.plot_block(block[0], PAIRS, empty, workers=1, **NUMBERS)
+    assert {p.status for p in again.pairs} == {"found"}
+
+
+def test_after_a_stop_only_what_is_missing_is_plotted(photos, serial, empty, tmp_path):
+    counted = replaced(photos, 1, Counted, tmp_path)
+    stereo.plot_block(counted, PAIRS, empty, workers=1, **NUMBERS)
+    (empty / "pair_00000_00001.npz").unlink()
+    whole = (empty / "pair_00002_00003.npz").read_bytes()
+    (empty / "pair_00002_00003.npz").write_bytes(whole[:-50])  # a disk lost its power
+    (tmp_path / "log.txt").unlink()
+    found = stereo.plot_block(counted, PAIRS, empty, workers=1, **NUMBERS)
+    assert [p.status for p in found.pairs] == ["plotted", "found", "plotted"]
+    assert (tmp_path / "log.txt").read_text().split() == ["1.npy"]
+    assert content(empty) == serial[1]
+
+
+def test_a_stop_by_hand_loses_nothing_that_was_plotted(
+    photos, serial, empty, monkeypatch
+):
+    from pgm_lab.stereo import block as module
+
+    def stopped(task):
+        if task.pair == (1, 2):
+            raise KeyboardInterrupt
+        return module._tasks_plot_pair(task)
+
+    monkeypatch.setattr(module, "_tasks_plot_pair", module.plot_pair, raising=False)
+    monkeypatch.setattr(module, "plot_pair", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
+    monkeypatch.undo()
+    found = stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
+    assert [p.status for p in found.pairs] == ["found", "plotted", "plotted"]
+    assert content(empty) == serial[1]
+
+
+def test_a_pair_that_failed_is_tried_again(photos, serial, empty, tmp_path):
+    failing = replaced(photos, 2, Failing, tmp_path, times=2)
+    found = stereo.plot_block(failing, PAIRS, empty, workers=1, retries=2, **NUMBERS)
+    assert [p.attempts for p in found.pairs] == [1, 2, 2]
+    assert content(empty) == serial[1]
+
+
+def test_a_pair_that_keeps_failing_is_named_and_the_rest_goes_on(
+    photos, empty, tmp_path
+):
+    failing = replaced(photos, 3, Failing, tmp_path, times=99)
+    found = stereo.plot_block(failing, PAIRS, empty, workers=1, **NUMBERS)
+    (pair,) = found.failed
+    assert (pair.left, pair.right, pair.attempts) == (2, 3, 2)
+    assert pair.reason == "RuntimeError: a disk was asleep"
+    assert not pair.file.exists()
+    assert len(found.files) == 4
+
+
+def test_a_worker_killed_in_the_middle_changes_nothing(photos, serial, empty, tmp_path):
+    deadly = replaced(photos, 2, Deadly, tmp_path)
+    found = stereo.plot_block(deadly, PAIRS, empty, workers=2, **NUMBERS)
+    assert not found.failed
+    assert content(empty) == serial[1]
+
+
+def test_a_full_disk_stops_the_run(photos, empty, tmp_path):
+    full = replaced(photos, 1, Full, tmp_path)
+    with pytest.raises(OSError, match="disk is full.*make room"):
+        stereo.plot_block(full, PAIRS, empty, workers=1, **NUMBERS)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"cell": 2.0}, {"heights": (-4.0, 65.0)}, {"matching": {"window": 9}}],
+)
+def test_a_folder_of_other_numbers_is_refused_until_told(photos, empty, changed):
+    stereo.plot_block(photos, PAIRS[:1], empty, workers=1, **NUMBERS)
+    (name,) = changed
+    with pytest.raises(FileExistsError, match=f"another block: {name} was .* and is "):
+        stereo.plot_block(photos, PAIRS[:1], empty, workers=1, **(NUMBERS | changed))
+    found = stereo.plot_block(
+        photos, PAIRS[:1], empty, workers=1, overwrite=True, **(NUMBERS | changed)
+    )
+    assert found.pairs[0].status == "plotted"
+
+
+def test_a_photo_with_another_orientation_is_refused_until_told(photos, empty):
+    stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
+    moved = (*photos[3].exterior[:2], 1021.0, *photos[3].exterior[3:])
+    other = [*photos[:3], dataclasses.replace(photos[3], exterior=moved)]
+    with pytest.raises(FileExistsError, match=r"photos\[3\] is another"):
+        stereo.plot_block(other, PAIRS, empty, workers=1, **NUMBERS)
+    found = stereo.plot_block(other, PAIRS, empty, workers=1, overwrite=True, **NUMBERS)
+    assert [p.status for p in found.pairs] == ["found", "found", "plotted"]
+
+
+def test_more_pairs_may_come_later(photos, serial, empty):
+    stereo.plot_block(photos, PAIRS[:2], empty, workers=1, **NUMBERS)
+    found = stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
+    assert [p.status for p in found.pairs] == ["found", "found", "plotted"]
+    assert content(empty) == serial[1]
+
+
+def test_a_folder_of_other_things_is_refused(photos, empty):
+    (empty / "letter.txt").write_text("dear")
+    with pytest.raises(FileExistsError, match="other files, and no block"):
+        stereo.plot_block(photos, PAIRS, empty, **NUMBERS)
+
+
+@pytest.mark.parametrize("how", ["mean", "median"])
+def test_the_size_of_the_tiles_changes_nothing(serial, tmp_path, monkeypatch, how):
+    files = [p.file for p in serial[0].pairs]
+    whole = _merge.merge(files, 1.0, tmp_path, how)
+    monkeypatch.setattr(_merge, "TILE", 7)
+    tiled = _merge.merge(files, 1.0, tmp_path, how)
+    np.testing.assert_array_equal(whole.z, tiled.z)
+    np.testing.assert_array_equal(whole.measured, tiled.measured)
+
+
+def test_where_pairs_overlap_measured_heights_are_weighted(tmp_path):
+    """Three surfaces of two cells, by hand."""
+    files = []
+    for k, (z, weight, first) in enumerate(
+        [
+            ([[1.0, 2.0]], [[1, 0]], (0, 0)),
+            ([[4.0, np.nan]], [[3, 0]], (0, 0)),
+            ([[6.0, 10.0]], [[0, 4]], (1, 0)),
+        ]
+    ):
+        files.append(tmp_path / f"{k}.npz")
+        np.savez(
+            files[-1],
+            z=np.array(z, np.float32),
+            weight=np.array(weight, np.float32),
+            box=np.array([*first, 2, 1]),
+        )
+    mean = _merge.merge(files, 0.5, tmp_path, "mean")
+    # cell 0: (1 + 3 * 4) / 4; cell 1: nowhere measured, so 2 and 6; cell 2: 10
+    np.testing.assert_allclose(mean.z, [[3.25, 4, 10]])
+    assert mean.measured.tolist() == [[True, False, True]]
+    assert mean.corner == (0.25, -0.25)
+    median = _merge.merge(files, 0.5, tmp_path, "median")
+    np.testing.assert_allclose(median.z, [[2.5, 4, 10]])
+
+
+def test_neighbours_are_the_next_of_a_strip_and_with_more_overlap_the_next_but_one(
+    block,
+):
+    found = stereo.neighbours(block[0], ground=20)
+    assert found.tolist() == [[0, 1], [1, 2], [2, 3]]
+    more = stereo.neighbours(block[0], ground=20, least=0.15)
+    assert more.tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
+
+
+def test_neighbours_reads_no_grey_value(block, photos):
+    found = stereo.neighbours(photos, ground=20)
+    assert found.tolist() == stereo.neighbours(block[0], ground=20).tolist()
+
+
+def test_a_photo_that_looks_up_has_no_neighbours(block):
+    up = dataclasses.replace(block[0][0], exterior=np.array([0, 0, 1000, np.pi, 0, 0]))
+    with pytest.raises(ValueError, match=r"photos\[1\] does not look down"):
+        stereo.neighbours([block[0][0], up], ground=20)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".tif", ".png"])
+def test_a_photo_file_is_read_grey(tmp_path, block, suffix):
+    grey = cv2.GaussianBlur(block[0][0].grey, (0, 0), 2)
+    colour = cv2.merge([grey, grey, grey])
+    path = tmp_path / f"Höhe{suffix}"
+    path.write_bytes(cv2.imencode(suffix, colour)[1].tobytes())
+    photo = dataclasses.replace(on_disk(block[0][0], tmp_path / "a.npy"), path=path)
+    assert photo.blank().grey.shape == grey.shape
+    np.testing.assert_allclose(photo.read().grey, grey, atol=3)
+
+
+@pytest.mark.parametrize(
+    "changed, error, words",
+    [
+        ({"pairs": []}, ValueError, "pairs is empty"),
+        ({"pairs": [(0, 4)]}, ValueError, "indices from 0 to 3"),
+        ({"pairs": [(0, 0)]}, ValueError, "paired with itself"),
+        ({"pairs": [(0, 1), (0, 1)]}, ValueError, "same pair more than once"),
+        ({"folder": "no/such"}, FileNotFoundError, "is no folder: make it first"),
+        ({"heights": (60, 0)}, ValueError, "low < high"),
+        ({"heights": (300, 400)}, ValueError, "none of the 1 .* were matched"),
+        ({"matching": {"widow": 9}}, ValueError, "no argument of match_dense: widow"),
+    ],
+)
+def test_what_does_not_fit_is_said_in_a_sentence(photos, empty, changed, error, words):
+    good = dict(photos=photos, pairs=[(0, 1)], folder=empty, workers=1) | NUMBERS
+    with pytest.raises(error, match=words):
+        stereo.plot_block(**(good | changed))
+
+
+def test_heights_are_those_asked_for(serial):
+    z = serial[0].surface.z
+    assert np.nanmin(z) >= HEIGHTS[0] and np.nanmax(z) <= HEIGHTS[1]
