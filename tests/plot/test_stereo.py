@@ -84,9 +84,9 @@ def test_one_photo_is_laid_on_the_other_by_the_disparity(pair, shown):
 
 
 def test_the_window_of_the_search_stands_where_r_is_highest(pair, shown):
-    plot.stereo.search(pair, (55, 45), 9, 2, 9)
+    plot.stereo.search(pair, (55, 45), 9, 3, 9)
     fig, alt = shown[0]
-    assert "8 values" in alt and "at 6 px" in alt
+    assert "7 values" in alt and "at 6 px" in alt
     frame = fig.axes[1].patches[0]
     assert frame.get_x() + frame.get_width() / 2 == 55 - 6
 
