@@ -14,6 +14,7 @@ from pgm_lab.stereo.grid import Surface, surface
 from pgm_lab.stereo.heights import Points, intersect
 from pgm_lab.stereo.neighbours import neighbours
 from pgm_lab.stereo.normal import NormalPair, epipolar_pair
+from pgm_lab.stereo.parallax import YParallax, y_parallax
 from pgm_lab.stereo.photo_file import PhotoFile
 from pgm_lab.stereo.quality import Quality, quality
 from pgm_lab.stereo.terrain import Terrain, filter_terrain
@@ -29,6 +30,7 @@ __all__ = [
     "Quality",
     "Surface",
     "Terrain",
+    "YParallax",
     "epipolar_pair",
     "filter_terrain",
     "intersect",
@@ -39,4 +41,5 @@ __all__ = [
     "scale_factors",
     "surface",
     "textbook",
+    "y_parallax",
 ]

@@ -32,7 +32,9 @@ def resampled(
     is how many pixels of the photo go into one of the image.
     """
     columns, rows = size
-    places = _places(photo, rays, size)
+    # Two more than are needed at the end, between which the last pixels lie
+    x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)
+    places = seen_at(photo, rays(x, y))
     spline, lacking = _prepared(photo.grey, ratio)
     last = np.array(spline.shape[::-1]) - 1
     image = np.empty((rows, columns), np.float32)
@@ -53,18 +55,13 @@ def resampled(
     return image
 
 
-def _places(
-    photo: Photo,
-    rays: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    size: tuple[int, int],
-) -> np.ndarray:
-    """Pixels (rows / STEP, columns / STEP, 2) of the photo.
+def seen_at(photo: Photo, directions: np.ndarray) -> np.ndarray:
+    """Pixels (..., 2) of directions (..., 3) in object space, in the photo or nearby.
 
-    Where it shows nothing, places at its edge: farther out the lens may have no
+    What lies far outside goes to a place near its edge: there the lens may have no
     solution.
     """
-    x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)
-    u = rays(x, y) @ attitude(photo.exterior).T
+    u = directions @ attitude(photo.exterior).T
     ahead = u[..., 2] < 0
     xy = -photo.camera.c * u[..., :2] / np.where(ahead, u[..., 2], -1)[..., None]
     edge = photo.ideal(photo.outline())

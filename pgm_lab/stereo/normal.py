@@ -5,7 +5,7 @@ right angles to the base, with x along it: the normal case. Every epipolar plane
 cuts both images in the same row. `_resampling` fills them with grey values.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,10 +14,10 @@ from pgm_lab import _validate
 from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 from pgm_lab.epipolar import epipole
-from pgm_lab.stereo._resampling import resampled
+from pgm_lab.stereo._resampling import resampled, seen_at
 
 # Places along each side of a photo where it is asked whether the other one shows them
-LATTICE = 120
+EDGE = 400
 
 # Pixels of the photo over pixels of the normal image that change nothing worth having
 ALIKE = 1.05
@@ -104,7 +104,7 @@ class NormalPair:
             photos, or a ray runs along the base.
         """
         photo, origin = self._side(side)
-        xy = _normal_xy(photo.rays(pixels), self.rotation, self.c)
+        xy = normal_places(photo.rays(pixels), self.rotation, self.c)
         _validate.refuse(
             np.isnan(xy[..., 0]),
             "pixels{} look along the base, or away from the ground",
@@ -214,24 +214,23 @@ def epipolar_pair(
     photos = left, right
     _refuse_epipoles(left, right)
     stations = np.array([photo.exterior[:3] for photo in photos])
-    R = _rotation(stations, photos)
+    R = rotation(left, right)
     c = left.camera.c
-    seen = [_seen(photos, k, along, between) for k in (0, 1)]
-    if not all(len(points) for points in seen):
-        raise ValueError(
-            "the photos have no ground in common: check the exterior orientations, the"
-            f" {along} {between} and, if the photos are parts, their corners"
-        )
+    ground = _ground(photos, along, between)
     # Where the ground that both show lies in the normal images, in mm
-    xy = [
-        [_normal_xy(points - X0, R, c) for points in seen] for X0 in stations
-    ]  # fmt: skip
-    parallax = np.concatenate([a[:, 0] - b[:, 0] for a, b in zip(*xy)])
+    a, b = (normal_places(ground - X0, R, c) for X0 in stations)
+    ahead = np.isfinite(a[:, 0] + b[:, 0])
+    if not ahead.any():
+        raise ValueError(
+            "the photos see what they have in common almost along the base: there is no"
+            " normal case of it"
+        )
+    a, b = a[ahead], b[ahead]
+    parallax = a[:, 0] - b[:, 0]
     shift = (parallax.min() + parallax.max()) / 2
-    box = np.concatenate([xy[0][0], xy[1][1] + (shift, 0)])
+    box = np.concatenate([a, b + (shift, 0)])
     (least, low), (most, high) = box.min(0), box.max(0)
-    middle = [np.median(xy[k][k], axis=0) for k in (0, 1)]
-    pixel, ratios = _pixel_size(photos, middle, R, c)
+    pixel, ratios = _pixel_size(photos, ground[ahead], (a, b), R, c)
     size = int((most - least) / pixel) + 1, int((high - low) / pixel) + 1
     if min(size) < LEAST:
         raise ValueError(
@@ -289,11 +288,11 @@ def _refuse_epipoles(left: Photo, right: Photo) -> None:
         )
 
 
-def _rotation(stations: np.ndarray, photos: tuple[Photo, Photo]) -> np.ndarray:
-    """Object to normal frame: x along the base, z against the mean view."""
-    x = stations[1] - stations[0]
+def rotation(left: Photo, right: Photo) -> np.ndarray:
+    """Object to normal frame (3, 3): x along the base, z against the mean view."""
+    x = right.exterior[:3] - left.exterior[:3]
     x = x / np.linalg.norm(x)
-    z = sum(attitude(photo.exterior)[2] for photo in photos)
+    z = attitude(left.exterior)[2] + attitude(right.exterior)[2]
     z = z - x * (z @ x)
     if np.linalg.norm(z) < 1e-3:
         raise ValueError(
@@ -308,50 +307,67 @@ def _rays(xy: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
     return np.concatenate([xy, np.full((*xy.shape[:-1], 1), -c)], -1) @ R
 
 
-def _normal_xy(directions: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
+def normal_places(directions: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
     """Places (..., 2) in mm in the normal frame; NaN where it does not see them."""
     u = directions @ R.T
     z = np.where(u[..., 2:] < 0, u[..., 2:], np.nan)
     return -c * u[..., :2] / z
 
 
-def _seen(
-    photos: tuple[Photo, Photo], k: int, along: str, between: np.ndarray
-) -> np.ndarray:
-    """Object points (n, 3) of a lattice of photo k, as far as the other shows them."""
-    one, other = photos[k], photos[1 - k]
-    rows, columns = one.grey.shape
-    x, y = (np.linspace(-0.5, n - 0.5, LATTICE) for n in (columns, rows))
-    u = one.rays(np.stack(np.meshgrid(x, y), -1).reshape(-1, 2))
-    X0 = one.exterior[:3]
-    reach = np.linspace(*between, 3)[:, None]
-    with np.errstate(divide="ignore"):
-        t = reach / one.camera.c if along == "depths" else (reach - X0[2]) / u[:, 2]
-    t = np.broadcast_to(t, (3, len(u)))
-    t = np.where((t > 0) & np.isfinite(t), t, np.nan)
-    points = (X0 + t[..., None] * u).reshape(-1, 3)
-    return points[_shows(other, points)]
+def _ground(photos: tuple[Photo, Photo], along: str, between: np.ndarray) -> np.ndarray:
+    """Object points (n, 3) around the ground that both photos show; there must be."""
+    ground = _common(photos, along, between)
+    if len(ground):
+        return ground
+    left, right = photos
+    exchanged = (
+        replace(left, exterior=right.exterior),
+        replace(right, exterior=left.exterior),
+    )
+    hint = "; with their exterior orientations exchanged they would have some"
+    raise ValueError(
+        "the photos have no ground in common: check the exterior orientations, the"
+        f" {along} {between.tolist()} and, if the photos are parts, their corners"
+        + hint
+        * bool(len(_common(exchanged, along, between)))
+    )
 
 
-def _shows(photo: Photo, points: np.ndarray) -> np.ndarray:
-    """Which object points (n, 3) lie inside the outline of a photo."""
-    from matplotlib.path import Path
+def _common(photos: tuple[Photo, Photo], along: str, between: np.ndarray) -> np.ndarray:
+    """Object points (n, 3) around the ground that both photos show.
 
-    V = (points - photo.exterior[:3]) @ attitude(photo.exterior).T
-    z = np.where(V[:, 2:] < 0, V[:, 2:], np.nan)
-    xy = -photo.camera.c * V[:, :2] / z
-    edge = Path(photo.ideal(photo.outline()))
-    return edge.contains_points(xy) & np.isfinite(xy[:, 0])
+    Its edge is part of the edges of both photos: of each the part that the other shows.
+    """
+    found = []
+    for one, other in (photos, photos[::-1]):
+        u = one.rays(one.outline(EDGE))
+        X0 = one.exterior[:3]
+        reach = np.linspace(*between, 3)[:, None]
+        down = u[:, 2] if along == "heights" else np.full(len(u), one.camera.c)
+        if along == "heights":
+            reach = reach - X0[2]
+        t = reach / np.where(down == 0, np.nan, down)
+        meets = t > 0
+        points = (X0 + t[..., None] * u)[meets]
+        pixels = seen_at(other, points - other.exterior[:3])
+        size = np.array(other.grey.shape[::-1])
+        found.append(points[((pixels >= -0.5) & (pixels <= size - 0.5)).all(-1)])
+    return np.concatenate(found)
 
 
 def _pixel_size(
-    photos: tuple[Photo, Photo], middle: list[np.ndarray], R: np.ndarray, c: float
+    photos: tuple[Photo, Photo],
+    ground: np.ndarray,
+    places: tuple[np.ndarray, np.ndarray],
+    R: np.ndarray,
+    c: float,
 ) -> tuple[float, list[float]]:
-    """Pixel size in mm, and pixels of each photo in one of them."""
+    """Pixel size in mm, and pixels of each photo in one of them, in mid-ground."""
+    middle = np.argmin(np.sum((ground - ground.mean(0)) ** 2, axis=1))
     fine = []
-    for photo, xy in zip(photos, middle):
+    for photo, xy in zip(photos, places):
         step = photo.pixel_size * np.array([(0.0, 0), (1, 0), (0, 1)])
-        at = photo.of_rays(_rays(xy + step, R, c))
+        at = seen_at(photo, _rays(xy[middle] + step, R, c))
         area = np.linalg.det(at[1:] - at[0])
         fine.append(np.sqrt(abs(area)) / photo.pixel_size)  # px per mm
     pixel = 1 / min(fine)

@@ -1,0 +1,302 @@
+"""Y parallax: what is left between the rows of a normal pair tells how it is oriented.
+
+In the normal images of two photos that are oriented well, each point lies in the same
+row of both. So points are matched freely, in two dimensions, and their rows compared.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from pgm_lab import _validate, matching
+from pgm_lab.stereo._elements import LARGE, Element, explanations, parallaxes
+from pgm_lab.stereo.normal import NormalPair
+
+# RMSE of y parallax, in pixels, up to which a pair counts as well oriented
+GOOD = 0.1
+
+# Points that are needed for a trend over the image, and one to check it
+FEWEST = 6
+
+# NMADs from the trend beyond which a match is taken for wrong
+WRONG = 5.0
+
+VERDICTS = (
+    "well oriented",
+    "no trend",
+    "wrong orientation",
+    "photos exchanged",
+    "too few points",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class YParallax:
+    """Y parallaxes of a normal pair, and what they say.
+
+    Attributes
+    ----------
+    points, matched : ndarray (n, 2)
+        (column, row) in the left and in the right normal image; NaN in `matched` where
+        the point was not found.
+    values : ndarray (n,)
+        y' - y'' in pixels, that is the right row minus the left one; NaN unless used.
+    status : ndarray (n,) of str
+        "used"; "off the trend" (more than five NMADs, so probably a wrong match); or
+        what `matching.match` says of a point it did not find.
+    trend : ndarray (3,)
+        Y parallax in the middle of the left image, in pixels, and its change from the
+        left to the right edge and from the upper to the lower one.
+    elements : tuple of Element
+        Each element of the right photo's orientation that would explain the y
+        parallax alone, the best first; empty if the pair was not made of photos.
+    together : float
+        RMSE that all five elements together leave, in pixels: a new relative
+        orientation. NaN without photos.
+    verdict : str
+        One of `VERDICTS`: "well oriented", "no trend" (more than 0.1 px, but like
+        noise), "wrong orientation", "photos exchanged", "too few points".
+    """
+
+    points: np.ndarray = field(repr=False)
+    matched: np.ndarray = field(repr=False)
+    values: np.ndarray = field(repr=False)
+    status: np.ndarray = field(repr=False)
+    trend: np.ndarray
+    elements: tuple[Element, ...]
+    together: float
+    verdict: str
+
+    @property
+    def used(self) -> np.ndarray:
+        """Whether the status is "used": ndarray (n,) of bool."""
+        return self.status == "used"
+
+    @property
+    def n(self) -> int:
+        """How many points were used."""
+        return int(self.used.sum())
+
+    @property
+    def mean(self) -> float:
+        """Mean of the values, in pixels; NaN without any."""
+        return float(self.values[self.used].mean()) if self.n else float("nan")
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the values, in pixels; NaN without any."""
+        return float(_rms(self.values[self.used])) if self.n else float("nan")
+
+    @property
+    def nmad(self) -> float:
+        """1.4826 times the median distance from the median; NaN without any."""
+        return _nmad(self.values[self.used]) if self.n else float("nan")
+
+    @property
+    def message(self) -> str:
+        """What it means, in plain words."""
+        measured = (
+            f"The y parallax of {self.n} points is {self.mean:.2f} px in the mean, and"
+            f" its RMSE {self.rmse:.2f} px. "
+        )
+        if self.verdict == "photos exchanged":
+            return (
+                "The photos are exchanged: what is called the left photo was taken at"
+                " the right station. Exchange the images, or their exterior"
+                " orientations."
+            )
+        if self.verdict == "too few points":
+            return (
+                f"Only {self.n} points of the left normal image were found in the right"
+                " one, so nothing can be said. Either they do not show the same ground"
+                " (check photos and exterior orientations), or it has no texture, as"
+                " water has none."
+            )
+        if self.verdict == "well oriented":
+            return measured + "The pair is well oriented."
+        if self.verdict == "no trend":
+            return measured + (
+                "It has no trend over the image: noise of the matching, as in weak"
+                " texture, or a lens that is not well known; not the orientation."
+            )
+        return measured + "The relative orientation is wrong. " + self._explained()
+
+    def _explained(self) -> str:
+        if not self.elements:
+            return "Orient the photos again."
+        limit = max(GOOD, 1.5 * self.together, 1.5 * self.elements[0].remaining)
+        likely = [str(e) for e in self.elements if e.remaining <= limit]
+        again = (
+            f"a new relative orientation leaves {self.together:.2f} px"
+            " (orientation.relative)"
+        )
+        if self.elements[0].remaining > max(GOOD, 3 * self.together):
+            return f"No element of the right photo alone explains it; {again}."
+        one = "This one explains it" if len(likely) == 1 else "Each explains it alone"
+        return f"{one}: {'; or '.join(likely)}. Check it, or orient again: {again}."
+
+
+def y_parallax(
+    pair: NormalPair,
+    points: ArrayLike | None = None,
+    *,
+    number: int = 100,
+    template: int = 21,
+) -> YParallax:
+    """Measure the y parallax of a normal pair at well textured points.
+
+    The points are sought in all directions, however wrong the orientation is: features
+    tell where they lie, least squares matching measures them.
+
+    Parameters
+    ----------
+    pair : NormalPair
+    points : array_like (n, 2), optional
+        (column, row) in the left normal image; default: `number` points with texture,
+        spread over what both images show.
+    number : int
+        How many points to pick.
+    template : int
+        Pixels across the window that is matched, odd, at least 5.
+
+    Returns
+    -------
+    YParallax
+        Values, trend, verdict; `.message` in plain words.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not what is described here. That nothing can be matched is
+        said by the verdict.
+
+    Notes
+    -----
+    In the normal case small errors of the right photo make a y parallax of
+
+        p = c by / Z + y bz / Z - c (1 + y²/c²) omega + (x'' y / c) phi - x'' kappa
+
+    with some sign each: by and omega, bz and phi look much alike where the photo shows
+    a narrow part, and only the whole overlap tells them apart. The elements are found
+    from the exact equations, by iteration.
+
+    References
+    ----------
+    Kraus 2007, "Photogrammetry", 2nd ed., 4.3.2; (M 2.37) for relative orientation.
+
+    Examples
+    --------
+    >>> from pgm_lab import simulate, stereo
+    >>> scene = simulate.aerial_pair(part=(240, 180))
+    >>> pair = stereo.epipolar_pair(scene.left, scene.right, heights=(0, 60))
+    >>> found = stereo.y_parallax(pair)
+    >>> found.verdict, found.rmse < 0.1
+    ('well oriented', True)
+    """
+    _validate.instance(pair, NormalPair, "pair")
+    number = _validate.whole(number, "number", 1)
+    template = _validate.window(template, "template", 5)
+    if points is not None:
+        points = _validate.point_list(points, "points")
+    try:
+        found = matching.match(
+            pair.left, pair.right, points, number=number, template=template
+        )
+    except ValueError:  # too few features fit together, or there is no texture at all
+        return _nothing(pair, points)
+    one, other = found.chosen, found.points
+    status = np.where(found.accepted, "used", found.status).astype("<U40")
+    values = np.where(found.accepted, other[:, 1] - one[:, 1], np.nan)
+    if found.accepted.sum() < FEWEST:
+        return _nothing(pair, one, other, status, values)
+    ahead = pair.parallax(one[:, 0] - other[:, 0])[found.accepted] > 0
+    if np.mean(ahead) < 0.5 and _exchanged(pair):
+        return _nothing(pair, one, other, status, values)
+    trend, off = _trend(one, values, pair.left.shape)
+    wrong = np.abs(off) > WRONG * max(_nmad(off[found.accepted]), LARGE / WRONG)
+    status[wrong] = "off the trend"
+    values = np.where(wrong, np.nan, values)
+    used = status == "used"
+    elements: tuple[Element, ...] = ()
+    together = float("nan")
+    if pair.photos:
+        places = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
+        elements, together = explanations(pair.photos, *places, pair.pixel_size)
+    systematic = _rms((values - off)[used])
+    verdict = "wrong orientation"
+    if _rms(values[used]) < GOOD:
+        verdict = "well oriented"
+    elif systematic < GOOD:
+        verdict = "no trend"
+    return YParallax(one, other, values, status, trend, elements, together, verdict)
+
+
+def _rms(v: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(v**2)))
+
+
+def _nmad(v: np.ndarray) -> float:
+    return float(1.4826 * np.median(np.abs(v - np.median(v))))
+
+
+def _trend(
+    points: np.ndarray, values: np.ndarray, shape: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Trend (3,) over the image, and what the values (n,) differ from it."""
+    size = np.array(shape[::-1])
+    A = np.insert((points - (size - 1) / 2) / size, 0, 1, axis=1)
+    known = np.isfinite(values)
+
+    def off(x: np.ndarray) -> np.ndarray:
+        return A[known] @ x - values[known]
+
+    start = np.array([np.median(values[known]), 0, 0])
+    trend = least_squares(off, start, loss="soft_l1", f_scale=LARGE).x
+    return trend, values - A @ trend
+
+
+def _nothing(
+    pair: NormalPair,
+    points: np.ndarray | None = None,
+    matched: np.ndarray | None = None,
+    status: np.ndarray | None = None,
+    values: np.ndarray | None = None,
+) -> YParallax:
+    """What can be said without enough matches: perhaps, that photos are exchanged."""
+    verdict = "photos exchanged" if _exchanged(pair) else "too few points"
+    points = np.zeros((0, 2)) if points is None else points
+    n = len(points)
+    return YParallax(
+        points,
+        np.full((n, 2), np.nan) if matched is None else matched,
+        np.full(n, np.nan) if values is None else values,
+        np.full(n, "nothing fits", "<U40") if status is None else status,
+        np.full(3, np.nan),
+        (),
+        float("nan"),
+        verdict,
+    )
+
+
+def _exchanged(pair: NormalPair) -> bool:
+    """Whether the photos fit their exterior orientations better the other way round."""
+    if not pair.photos:
+        return False
+    left, right = pair.photos
+    try:
+        found = matching.match(left.grey, right.grey, number=50)
+    except ValueError:
+        return False
+    if (good := found.accepted).sum() < FEWEST:
+        return False
+    places = found.chosen[good], found.points[good]
+    crossed = (
+        replace(left, exterior=right.exterior),
+        replace(right, exterior=left.exterior),
+    )
+    here, there = (
+        np.mean(parallaxes(*two, *places)[0] > 0) for two in (pair.photos, crossed)
+    )
+    return bool(here < 0.5 < there)
