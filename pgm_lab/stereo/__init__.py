@@ -9,7 +9,7 @@ DTM, `quality` compares with truth, `save` writes files, `block` does it for man
 from pgm_lab.orientation import scale_factors
 from pgm_lab.stereo import textbook
 from pgm_lab.stereo.block import Block, PlottedPair, plot_block
-from pgm_lab.stereo.dense import STATUSES, DenseMatch, match_dense
+from pgm_lab.stereo.dense import STATUSES, DenseMatch, match_dense, match_rows
 from pgm_lab.stereo.grid import Surface, surface
 from pgm_lab.stereo.heights import Points, intersect
 from pgm_lab.stereo.neighbours import neighbours
@@ -35,6 +35,7 @@ __all__ = [
     "filter_terrain",
     "intersect",
     "match_dense",
+    "match_rows",
     "neighbours",
     "plot_block",
     "quality",
