@@ -17,6 +17,7 @@ from pgm_lab.stereo.normal import NormalPair, epipolar_pair
 from pgm_lab.stereo.parallax import YParallax, y_parallax
 from pgm_lab.stereo.photo_file import PhotoFile
 from pgm_lab.stereo.quality import Quality, quality
+from pgm_lab.stereo.save import save_points, save_surface
 from pgm_lab.stereo.terrain import Terrain, filter_terrain
 
 __all__ = [
@@ -39,6 +40,8 @@ __all__ = [
     "neighbours",
     "plot_block",
     "quality",
+    "save_points",
+    "save_surface",
     "scale_factors",
     "surface",
     "textbook",
