@@ -229,7 +229,7 @@ def row_points(function: Callable[..., object]) -> None:
     origin = np.array([(3.0, 1.0), (-6.0, 1.0)])
     turn = matrix(0.02, -0.05, 0.3)
     pair = NormalPair(SCENE, right, turn, stations, 24.0, 0.0055, origin)
-    arguments = (pair, 30, np.arange(20, 100, 8), 7, -6, 6)
+    arguments = (pair, 30, np.arange(20, 100, 8), 7, -6, 6, 0.8)
     wanted = textbook.row_points(*arguments)
     try:
         answer = answer_of(function, *arguments)
@@ -274,9 +274,9 @@ def row_points(function: Callable[..., object]) -> None:
                 first_slip(seen, cases, otherwise, 1e-9),
             ),
             (
-                "NaN where r is below 0.8",
+                "NaN where r is below the threshold",
                 bool(np.all(rest == -1e9)),
-                "where r is below 0.8 the row has to stay NaN",
+                "where r is below the threshold the row has to stay NaN",
             ),
         ],
     )

@@ -17,6 +17,7 @@ from pgm_lab.stereo import NormalPair
 GLASSES = "red and cyan (with glasses)"
 COLOURS = "green and magenta"
 SIZE = 41  # px across what is shown
+EXTENT = (-SIZE / 2, SIZE / 2, SIZE / 2, -SIZE / 2)
 
 
 def positions(pair: NormalPair, place: ArrayLike, disparities: ArrayLike) -> None:
@@ -39,14 +40,14 @@ def positions(pair: NormalPair, place: ArrayLike, disparities: ArrayLike) -> Non
     for ax, d in zip(axes[0], several):
         _two_colours(ax, pair, column, row, float(d), COLOURS)
         Z = float(pair.object_points(column, row, d)[2])
-        ax.set_title(f"{d:.1f} px: {Z:.1f} m")
+        ax.set_title(f"{_minus(d)} px: {Z:.1f} m")
     words = "disparity, height of the mark; green: left, magenta: right photo"
     fig.supxlabel(words, fontsize=14)
     basic.show(
         fig,
         "The surroundings of one point from both photos in two colours, laid on each"
         " other so that the two marks coincide, for disparities of "
-        + ", ".join(f"{d:.1f}" for d in several)
+        + ", ".join(map(_minus, several))
         + " px. Where a panel is grey around the mark, the mark is on the ground.",
         colours=128,
     )
@@ -79,19 +80,20 @@ def by_hand(
         fig, axes = plt.subplots(1, 3, figsize=(10, 4.1), layout="compressed")
         shown = pair.left, pair.right
         for ax, image, at, name in zip(axes, shown, (0.0, d), ("left", "right")):
-            part = _part(image, column - at, row)
-            ax.imshow(part, vmin=0, vmax=1)
+            ax.imshow(_part(image, column - at, row), extent=EXTENT, vmin=0, vmax=1)
             _mark(ax, basic.YELLOW)
+            ax.set_xticks(range(-20, 21, 10))
             ax.set_title(f"{name} photo")
         _two_colours(axes[2], pair, column, row, d, colours)
-        axes[2].set_title("both")
+        axes[2].set(title="both", xticks=range(-20, 21, 10))
+        fig.supxlabel("columns from the mark (px)", fontsize=14)
         Z = float(pair.object_points(column, row, d)[2])
-        fig.suptitle(f"disparity {d:.1f} px: the mark stands at Z = {Z:.1f} m")
+        fig.suptitle(f"disparity {_minus(d)} px: the mark stands at Z = {Z:.1f} m")
         basic.show(
             fig,
             f"{SIZE} by {SIZE} pixels of the left and of the right photo, a mark in the"
             f" middle of each, and both laid on each other in {colours}: the marks"
-            f" coincide, the ground around them may not. Disparity {d:.1f} px.",
+            f" coincide, the ground around them may not. Disparity {_minus(d)} px.",
             colours=128,
         )
 
@@ -129,17 +131,20 @@ def _two_colours(
     left, right = _part(pair.left, column, row), _part(pair.right, column - d, row)
     red = colours == GLASSES
     stack = [left, right, right] if red else [right, left, right]
-    ax.imshow(np.nan_to_num(np.stack(stack, axis=-1), nan=1.0))
+    ax.imshow(np.nan_to_num(np.stack(stack, axis=-1), nan=1.0), extent=EXTENT)
     _mark(ax, basic.BLACK)
+
+
+def _minus(d: float) -> str:
+    return f"{d:.1f}".replace("-", "−")
 
 
 def _mark(ax: Axes, colour: str) -> None:
     """Draw the mark in the middle, and nothing at the edges."""
-    middle = SIZE // 2
     for width, ink in (
         (5.0, "white" if colour == basic.BLACK else "black"),
         (2, colour),
     ):
-        ax.plot(middle, middle, "+", color=ink, ms=22 + width, mew=width)
+        ax.plot(0, 0, "+", color=ink, ms=22 + width, mew=width)
     ax.set(xticks=[], yticks=[])
     ax.grid(False)

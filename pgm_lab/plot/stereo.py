@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
@@ -279,7 +278,7 @@ def threshold(error: ArrayLike, r: ArrayLike, limit: float = 0.8) -> None:
         ax.plot(limit, kept, "o", color=colour, ms=11)
         said.append(f"{kept:.0f} % of the {name} ones")
         text: Look = {"textcoords": "offset points", "color": colour, "fontsize": 15}
-        ax.annotate(f"{kept:.0f} %", (limit, kept), (-52, 6), **text)
+        ax.annotate(f"{kept:.0f} %", (limit, kept), (10, 2), **text)
     ax.axvline(limit, color=basic.BLACK, ls=":", lw=1.5)
     ax.set(xlabel="threshold of r", ylabel="kept (%)", xlim=(0, 1), ylim=(0, 104))
     ax.legend(loc="lower left")
@@ -386,10 +385,8 @@ def terrains(dsm: Surface, filtered: Mapping[str, Terrain], land: Landscape) -> 
     layers |= {f"filter up to {w}": t.z for w, t in filtered.items()}
     layers["true ground"] = land.at(land.dtm, *np.meshgrid(X, Y))
     fig, axes = plt.subplots(2, 2, figsize=(7, 5.4), layout="compressed")
-    light = LightSource(315, 45)
     for ax, (name, z) in zip(axes.ravel(), layers.items()):
-        shade = light.hillshade(np.nan_to_num(z, nan=np.nanmean(z)), 1.5, 1, 1)
-        ax.imshow(np.where(np.isnan(z), 1.0, shade), vmin=0, vmax=1)
+        ax.imshow(_shaded(z, dsm.cell), vmin=0, vmax=1)
         ax.set(title=name, xticks=[], yticks=[])
         ax.grid(False)
     basic.show(
@@ -399,6 +396,13 @@ def terrains(dsm: Surface, filtered: Mapping[str, Terrain], land: Landscape) -> 
         " smooth like the true ground.",
         colours=64,
     )
+
+
+def _shaded(z: np.ndarray, cell: float) -> np.ndarray:
+    """Light from the upper left on a surface, from 0 to 1; white outside."""
+    south, east = np.gradient(z, cell)
+    light = (1 + 0.7 * east + 0.7 * south) / np.sqrt(2 * (1 + east**2 + south**2))
+    return np.where(np.isfinite(light), np.clip(light, 0, 0.97), 1.0)
 
 
 def _both(left: Photo, right: Photo) -> tuple[Photo, Photo]:

@@ -245,6 +245,7 @@ def row_points(
     window: int,
     low: int,
     high: int,
+    least: float = 0.8,
 ) -> np.ndarray:
     """Object points of pixels in one row of the left normal image.
 
@@ -255,12 +256,14 @@ def row_points(
     columns : array_like (n,) of int
     window, low, high
         As for `best_disparity`.
+    least : float
+        Threshold of r.
 
     Returns
     -------
     ndarray (n, 3)
-        X, Y, Z in m; NaN where r is below 0.8, or the best disparity lies at the end
-        of the search.
+        X, Y, Z in m; NaN where r is below the threshold, or the best disparity lies
+        at the end of the search.
 
     Raises
     ------
@@ -270,10 +273,11 @@ def row_points(
     _validate.instance(pair, NormalPair, "pair")
     row = _validate.whole(row, "row", 0)
     columns = _validate.finite(columns, "columns").ravel()
+    least = _validate.number(least, "least")
     points = np.full((len(columns), 3), np.nan)
     for i, column in enumerate(columns):
         d, r = best_disparity(pair.left, pair.right, column, row, window, low, high)
-        if r >= 0.8 and np.isfinite(d):
+        if r >= least and np.isfinite(d):
             x = pair.origin[0, 0] + pair.pixel_size * column
             y = pair.origin[0, 1] - pair.pixel_size * row
             model = model_point(x, y, pair.parallax(d), pair.base, pair.c)

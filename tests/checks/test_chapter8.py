@@ -191,7 +191,7 @@ def test_a_slip_of_the_promise_is_named(slip, hint):
     fails(chapter8.sigma_height, hint, slip)
 
 
-def row(pair, row, columns, window, low, high, place=lambda m, pair: None, least=0.8):
+def row(pair, row, columns, window, low, high, least, place=lambda m, pair: None):
     """The solution of exercise 8.6, with room for a slip."""
     points = np.full((len(columns), 3), np.nan)
     for i, column in enumerate(columns):
@@ -234,7 +234,7 @@ def without_its_parts(*arguments):
         (placed(lambda m, p: p.stations[1] + m @ p.rotation), "stations\\[1\\]"),
         (placed(lambda m, p: np.full(3, np.nan)), "still NaN"),
         (placed(lambda m, p: p.stations[0] - m @ p.rotation), "rays of the row"),
-        (lambda *a: row(*a, least=-1), "below 0.8"),
+        (lambda *a: row(*a[:-1], -1), "below the threshold"),
     ],
 )
 def test_a_slip_of_the_row_is_named(slip, hint):
