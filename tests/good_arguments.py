@@ -639,6 +639,22 @@ FUNCTIONS = {
     ),
     "simulate.photograph": lambda: dict(image=GREY[:3, :3], noise=1.0, seed=1, bits=8),
     "simulate.target": lambda: dict(centre=(10.25, 9.5)),
+    "simulate.landscape": lambda: dict(
+        extent=(-8.0, -5, 8, 5), cell=0.5, buildings=1, trees=1, borders=(-2.0, 2)
+    ),
+    "simulate.Landscape.at": lambda: dict(
+        self=simulate.landscape((-8.0, -5, 8, 5), cell=0.5), layer=np.ones((20, 32)),
+        X=[0.0, 1], Y=[1.0, 2],
+    ),
+    "simulate.Landscape.zone": lambda: dict(
+        self=simulate.landscape((-8.0, -5, 8, 5), cell=0.5), X=[0.0, 5]
+    ),
+    "simulate.aerial_pair": lambda: dict(
+        part=(24, 16), cell=0.5, buildings=1, trees=1, camera=LENS
+    ),
+    "simulate.aerial_block": lambda: dict(
+        strips=1, photos=2, part=(24, 16), cell=0.5, buildings=1, trees=1, camera=LENS
+    ),
     "simulate.ortho_pair": lambda: dict(
         scene=GREY + 10, shift=(1, 2), factor=2, blur=0.5, haze=0.2, changed=0.5,
         dtype=np.uint16,

@@ -169,6 +169,7 @@ MEANT = {
     ("plot.registration.fringes", "images"): {f"other: {one}" for one in LACKING},
     ("plot.registration.shifts", "reference"): LACKING,
     ("plot.registration.shifts", "title"): {"no such word"},  # any words
+    ("simulate.Landscape.at", "layer"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("bundle.Network", "sigma"): {"None"},
     ("bundle.Network", "camera"): {"None"},
     ("bundle.Network", "scale_bars"): {"None"},

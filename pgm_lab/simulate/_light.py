@@ -26,7 +26,7 @@ def lighten(albedo: np.ndarray, dsm: np.ndarray, cell: float) -> np.ndarray:
         p, q = np.clip(right[inner], -1.5, 1.5), np.clip(-down[inner], -1.5, 1.5)
         towards = (up - p * east - q * north) / (up * np.sqrt(1 + p**2 + q**2))
         lit = 1 - np.clip((shadow[a:b] - dsm[a:b]) / 0.6, 0, 1)
-        light = SKY + (1 - SKY) * lit * np.clip(towards, 0, 1.5)
+        light = SKY + (1 - SKY) * lit * np.clip(towards, 0, 1.3)
         grey[a:b] = np.clip(albedo[a:b] * light, 12, 238)
     return grey
 

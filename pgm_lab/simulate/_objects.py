@@ -9,13 +9,12 @@ OPEN, BUILDING, TREE, WATER = 0, 1, 2, 3
 GRAIN = 512  # cells, side of the random field that roofs and crowns take theirs from
 
 
-def grain() -> np.ndarray:
-    """Random field (rows, columns) with a grain of one to four cells, sd about 1.4."""
+def grain(sigma: float) -> np.ndarray:
+    """Random field (rows, columns), sd 1, smooth over so many cells; its edges meet."""
     white = np.random.default_rng(0).standard_normal((GRAIN, GRAIN), np.float32)
-    # The edges meet, so that it can be laid side by side
-    white = np.pad(white, 16, mode="wrap")
-    smooth = [cv2.GaussianBlur(white, (0, 0), sigma) for sigma in (0.8, 2.0)]
-    return sum(s / s.std() for s in smooth)[16:-16, 16:-16].copy()
+    around = np.pad(white, 16, mode="wrap")
+    smooth = cv2.GaussianBlur(around, (0, 0), sigma)[16:-16, 16:-16]
+    return smooth / smooth.std()
 
 
 @dataclass(eq=False)
@@ -30,7 +29,7 @@ class Site:
 
     def __post_init__(self) -> None:
         self.paved = np.zeros(self.dtm.shape, bool)
-        self.grain = grain()
+        self.fine, self.coarse = grain(0.8), grain(2.5)
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
         """Window of so many cells around a place, as far as it is inside."""
@@ -39,14 +38,18 @@ class Site:
         c, d = max(0, int(column - reach)), min(columns, int(column + reach) + 2)
         return slice(a, max(a, b)), slice(c, max(c, d))
 
-    def rough(self, window: tuple[slice, slice], rng: np.random.Generator):  # type: ignore[no-untyped-def]
-        """Random grain for a window."""
+    def rough(
+        self, window: tuple[slice, slice], rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Random fields for a window, of fine and of coarse grain, sd 1."""
         n, m = (s.stop - s.start for s in window)
         r, c = rng.integers(GRAIN - n + 1), rng.integers(GRAIN - m + 1)
-        return self.grain[r : r + n, c : c + m]
+        return self.fine[r : r + n, c : c + m], self.coarse[r : r + n, c : c + m]
 
 
-def _axes(window, row, column, angle, cell):  # type: ignore[no-untyped-def]
+def _axes(
+    window: tuple[slice, slice], row: float, column: float, angle: float, cell: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates (u along, v across) in m of the cells of a window."""
     r = (np.arange(window[0].start, window[0].stop, dtype=np.float32) - row) * cell
     c = (np.arange(window[1].start, window[1].stop, dtype=np.float32) - column) * cell
@@ -54,7 +57,14 @@ def _axes(window, row, column, angle, cell):  # type: ignore[no-untyped-def]
     return c * cos + r[:, None] * sin, r[:, None] * cos - c * sin
 
 
-def field(site: Site, row: float, column: float, angle: float, size, rng) -> None:  # type: ignore[no-untyped-def]
+def field(
+    site: Site,
+    row: float,
+    column: float,
+    angle: float,
+    size: tuple[float, float],
+    rng: np.random.Generator,
+) -> None:
     """A field: another tone, more or less of the meadow's texture, perhaps furrows."""
     window = site.window(row, column, np.hypot(*size) / 2 / site.cell)
     u, v = _axes(window, row, column, angle, site.cell)
@@ -98,7 +108,9 @@ def pond(site: Site, row: float, column: float, radius: float) -> None:
     site.grey[window][q < 1] = 62
 
 
-def house(site: Site, row: float, column: float, angle: float, rng) -> bool:  # type: ignore[no-untyped-def]
+def house(
+    site: Site, row: float, column: float, angle: float, rng: np.random.Generator
+) -> bool:
     """A house with a gable roof or a flat one; False where there is no room."""
     flat = rng.random() < 0.3
     length, width = (
@@ -120,7 +132,8 @@ def house(site: Site, row: float, column: float, angle: float, rng) -> bool:  # 
     site.kind[window][on] = BUILDING
     tone = rng.uniform(120, 205) if flat else rng.uniform(80, 165)
     tiles = 0.0 if flat else 4 * np.sin(2 * np.pi * v[on] / 0.9)
-    site.grey[window][on] = tone + 7 * site.rough(window, rng)[on] + tiles
+    fine, coarse = site.rough(window, rng)
+    site.grey[window][on] = tone + 6 * fine[on] + 6 * coarse[on] + tiles
     return True
 
 
@@ -135,15 +148,15 @@ def tree(site: Site, row: float, column: float, rng: np.random.Generator) -> boo
     round_, tone = rng.uniform(0.4, 0.9), rng.uniform(80, 135)
     window = site.window(row, column, radius / site.cell)
     u, v = _axes(window, row, column, 0.0, site.cell)
-    rough = site.rough(window, rng)
-    q = (u**2 + v**2) / radius**2 * (1 + 0.12 * rough)
+    fine, coarse = site.rough(window, rng)
+    q = (u**2 + v**2) / radius**2 * (1 + 0.15 * coarse)
     crown = site.dtm[int(row), int(column)] + height * (
         0.45 + 0.55 * np.maximum(0, 1 - q) ** round_
     )
-    crown += 0.35 * rough
+    crown += 0.25 * coarse + 0.08 * fine
     free = site.kind[window] != BUILDING
     on = (q < 1) & free & (crown > np.maximum(site.dsm[window], site.dtm[window] + 0.5))
     site.dsm[window][on] = crown[on]
     site.kind[window][on] = TREE
-    site.grey[window][on] = tone + 11 * rough[on]
+    site.grey[window][on] = tone + 11 * fine[on] + 6 * coarse[on]
     return True

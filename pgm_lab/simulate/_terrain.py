@@ -61,7 +61,7 @@ def meadow(shape: tuple[int, int], cell: float, rng: np.random.Generator) -> np.
     for r in range(0, shape[0] + side, step):
         for c in range(0, shape[1] + side, step):
             i, j = places[rng.integers(len(places))]
-            patch = np.rot90(tile[i : i + side, j : j + side], rng.integers(4))
+            patch = np.rot90(tile[i : i + side, j : j + side], int(rng.integers(4)))
             if rng.integers(2):
                 patch = patch[:, ::-1]
             total[r : r + side, c : c + side] += w * (patch - patch.mean())
@@ -93,6 +93,6 @@ def clouds(shape: tuple[int, int], size: float, rng: np.random.Generator) -> np.
     """Smooth random field (rows, columns), sd about 1, of so many cells a wave."""
     rows, columns = (int(n / size) + 4 for n in shape)
     coarse = rng.standard_normal((rows, columns)).astype(np.float32)
-    by = np.float32([[1 / size, 0, 1], [0, 1 / size, 1]])
+    by = np.array([[1 / size, 0, 1], [0, 1 / size, 1]])
     how = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
     return 1.4 * cv2.warpAffine(coarse, by, shape[::-1], flags=how)

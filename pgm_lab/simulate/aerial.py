@@ -2,26 +2,23 @@
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.camera import Camera, imaging
+from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
-from pgm_lab.simulate._objects import TREE, grain
-from pgm_lab.simulate._rays import Surface
+from pgm_lab.simulate._photograph import hidden as _hidden
+from pgm_lab.simulate._photograph import photograph, photographs
 from pgm_lab.simulate.images import generator
 from pgm_lab.simulate.landscape import Landscape, landscape
+
+__all__ = ["AerialPair", "aerial_block", "aerial_pair", "photograph"]
 
 # Harintaka (2020): f 24 mm, 1000 m above ground; a Nikon D2X has 4288 x 2848 pixels
 CAMERA = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
 SENSOR, PIXEL = (4288, 2848), 5.49e-3
 HEIGHT = 1000.0
 GSD = HEIGHT / CAMERA.c * PIXEL
-TOP = 65.0  # m, nothing in a landscape is higher: hills of 40 m, a tree on them
-OPTICS = 0.4, 0.35  # px, sd of the blur of the ground, and of the photo
-BAND = 48  # rows of a photo at a time
-IN_FRONT = 0.5  # m, a surface so much nearer along the ray hides a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +94,7 @@ def aerial_pair(
     >>> pair.left.grey.shape, pair.ground[0].shape
     ((80, 120), (80, 120, 3))
     """
-    part = _part(part)
+    part, sigma, seed, relief = _checked(part, sigma, seed, relief, camera)
     overlap = _overlap(overlap, 0.5, "overlap")
     base = (1 - overlap) * SENSOR[0] * GSD
     tilts = np.radians([(0.8, -1.1, 2.0), (-0.6, 0.9, -1.5)])
@@ -106,8 +103,9 @@ def aerial_pair(
         _frame(np.array([*s, *t]), camera, part, np.array([0.0, 0.0, relief / 2]))
         for s, t in zip(stations, tilts, strict=True)
     ]
-    boxes = np.array([_footprint(frame, part, relief) for frame in frames])
-    both = boxes[:, 0].max(), boxes[:, 2].min()
+    boxes = np.array([_footprint(frame, part) for frame in frames])
+    seen = np.array([_footprint(frame, part, relief / 2) for frame in frames])
+    both = seen[:, 0].max(), seen[:, 2].min()
     third = (both[1] - both[0]) / 3
     land = landscape(
         _around(boxes),
@@ -119,8 +117,8 @@ def aerial_pair(
         borders=(both[0] + third, both[1] - third),
         water=water,
     )
-    (left, a), (right, b) = _taken(land, frames, part, sigma, seed)
-    hidden = hidden_from(a, right, b), hidden_from(b, left, a)
+    (left, a), (right, b) = photographs(land, frames, part, sigma, seed)
+    hidden = _hidden(a, right, b), _hidden(b, left, a)
     return AerialPair(left, right, land, (a, b), hidden)
 
 
@@ -172,7 +170,7 @@ def aerial_block(
     """
     strips = _validate.whole(strips, "strips", 1, 1000)
     count = _validate.whole(photos, "photos", 1, 1000)
-    part = _part(part)
+    part, sigma, seed, relief = _checked(part, sigma, seed, relief, camera)
     overlap = _overlap(overlap, 0.5, "overlap")
     sidelap = _overlap(sidelap, 0.0, "sidelap")
     along, across = (
@@ -192,7 +190,7 @@ def aerial_block(
             frames.append(
                 Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, corner)
             )
-    boxes = np.array([_footprint(frame, part, relief) for frame in frames])
+    boxes = np.array([_footprint(frame, part) for frame in frames])
     land = landscape(
         _around(boxes),
         cell=cell,
@@ -201,148 +199,12 @@ def aerial_block(
         trees=trees,
         seed=seed,
     )
-    return [photo for photo, _ in _taken(land, frames, part, sigma, seed)], land
+    return [photo for photo, _ in photographs(land, frames, part, sigma, seed)], land
 
 
-def photograph(
-    land: Landscape,
-    camera: Camera,
-    exterior: np.ndarray,
-    pixel_size: float,
-    image_size: tuple[int, int],
-    corner: tuple[int, int],
-    part: tuple[int, int],
-    sigma: float = 2.0,
-    seed: int = 0,
-) -> tuple[Photo, np.ndarray]:
-    """Photo of a landscape, and the object point (rows, columns, 3) of each pixel."""
-    frame = Photo(np.zeros((1, 1)), camera, exterior, pixel_size, image_size, corner)
-    return next(_taken(land, [frame], part, sigma, seed))
-
-
-def _taken(land, frames, part, sigma, seed):  # type: ignore[no-untyped-def]
-    """Photo and object points of each frame, one after the other."""
-    sigma = _validate.not_negative(sigma, "sigma", "grey values")
-    surface = Surface(land.dsm)
-    blur = OPTICS[0] * GSD / land.cell
-    ground = cv2.GaussianBlur(land.grey, (0, 0), blur) if blur > 0.2 else land.grey
-    leaves = grain()
-    columns, rows = part
-    for k, frame in enumerate(frames):
-        rng = generator([seed, 2, k])
-        grey = np.empty((rows, columns), np.float32)
-        points = np.empty((rows, columns, 3))
-        for a in range(0, rows, BAND):
-            b = min(a + BAND, rows)
-            pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(a, b)), -1)
-            points[a:b] = _meet(land, surface, frame, pixels)
-            X, Y = points[a:b, :, 0], points[a:b, :, 1]
-            light = _vignetting(frame, pixels)
-            seen = land.at(ground, X, Y, cv2.INTER_CUBIC)
-            grey[a:b] = seen * _foliage(land, leaves, points[a:b]) * light
-        grey = cv2.GaussianBlur(grey, (0, 0), OPTICS[1])
-        for a in range(0, rows, BAND):
-            band = grey[a : a + BAND]
-            band += sigma * rng.standard_normal(band.shape, np.float32)
-        seen = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
-        exterior, size = frame.exterior, frame.pixel_size
-        yield (
-            Photo(seen, frame.camera, exterior, size, frame.image_size, frame.corner),
-            points,
-        )
-
-
-def _meet(land, surface, frame, pixels):  # type: ignore[no-untyped-def]
-    """Object points that pixels show: where their rays first meet the surface."""
-    u = frame.rays(pixels).reshape(-1, 3)
-    dx, dy = u[:, 0] / u[:, 2], u[:, 1] / u[:, 2]
-    X0, Y0, Z0 = frame.exterior[:3]
-    right, down = dx / land.cell, -dy / land.cell
-    column = (X0 - land.corner[0]) / land.cell - Z0 * right
-    row = (land.corner[1] - Y0) / land.cell - Z0 * down
-    Z = surface.meet(row, down, column, right)
-    return np.stack([X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy, Z], -1).reshape(
-        *pixels.shape[:-1], 3
-    )
-
-
-def _foliage(land, leaves, points):  # type: ignore[no-untyped-def]
-    """Share of the light that foliage sends back: a texture in space, not from above.
-
-    The side of a crown, a few cells wide from above, would be drawn out otherwise.
-    """
-    X, Y, Z = (points[..., i] for i in range(3))
-    tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
-    row = (0.8 * Z - Y) / land.cell % len(leaves)
-    column = (X + 0.5 * Z) / land.cell % len(leaves)
-    spots = cv2.remap(
-        leaves,
-        column.astype(np.float32),
-        row.astype(np.float32),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_WRAP,
-    )
-    return np.where(tree, np.clip(1 + 0.16 * spots, 0.6, 1.6), 1)
-
-
-def _vignetting(frame, pixels):  # type: ignore[no-untyped-def]
-    """Share of the light that reaches a pixel: less towards the corners."""
-    r2 = (frame.to_photo(pixels) ** 2).sum(-1) / frame.camera.c**2
-    return (1 - 0.6 * r2 + 0.2 * r2**2).clip(0.5, 1)
-
-
-def hidden_from(points: np.ndarray, other: Photo, ground: np.ndarray) -> np.ndarray:
-    """Whether another photo does not show object points.
-
-    Parameters
-    ----------
-    points : ndarray (rows, columns, 3)
-        In m.
-    other : Photo
-    ground : ndarray (rows, columns, 3)
-        Object points that the other photo shows.
-
-    Returns
-    -------
-    ndarray (rows, columns) of bool
-        True outside the other photo, and where all four pixels around the image of the
-        point show something clearly above it: the ray to the point met that before.
-    """
-    rows, columns = other.grey.shape
-    Z = ground[..., 2]
-    low = np.minimum(Z[:-1], Z[1:])
-    low = np.minimum(low[:, :-1], low[:, 1:])
-    hidden = np.ones(points.shape[:2], bool)
-    for a in range(0, len(points), BAND):
-        pixels = _about(other, points[a : a + BAND])
-        c, r = pixels[..., 0], pixels[..., 1]
-        inside = (c >= 0) & (r >= 0) & (c <= columns - 1) & (r <= rows - 1)
-        i = np.clip(r, 0, rows - 2).astype(int)
-        j = np.clip(c, 0, columns - 2).astype(int)
-        hidden[a : a + BAND] = ~inside | (
-            low[i, j] > points[a : a + BAND, :, 2] + IN_FRONT
-        )
-    return hidden
-
-
-def _about(photo: Photo, points: np.ndarray) -> np.ndarray:
-    """Pixels of points, to hundredths: `Photo.project` proves more, and takes longer.
-
-    What the lens displaces is put in again five times; each is ten times closer.
-    """
-    camera = photo.camera
-    ray = (points - photo.exterior[:3]) @ imaging.attitude(photo.exterior).T
-    xy = image = -camera.c * ray[..., :2] / ray[..., 2:]
-    lens = camera.interior[3:]
-    if camera.lens == "forward":
-        image = xy + imaging.distortion(lens, xy)
-    else:
-        for _ in range(5):
-            image = xy - imaging.distortion(lens, image)
-    return photo.to_pixel(image + camera.interior[1:3])
-
-
-def _frame(exterior, camera, part, middle):  # type: ignore[no-untyped-def]
+def _frame(
+    exterior: np.ndarray, camera: Camera, part: tuple[int, int], middle: np.ndarray
+) -> Photo:
     """Photo without grey values, of the part of the sensor around a point's image."""
     blank = Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR)
     corner = np.round(blank.project(middle) - np.array(part) / 2).astype(int)
@@ -350,11 +212,11 @@ def _frame(exterior, camera, part, middle):  # type: ignore[no-untyped-def]
     return Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, (c, r))
 
 
-def _footprint(frame, part, relief):  # type: ignore[no-untyped-def]
-    """Least and most X and Y (4,) that a photo may show."""
+def _footprint(frame: Photo, part: tuple[int, int], Z: float = 0.0) -> np.ndarray:
+    """Least and most X and Y (4,) that a photo shows of level ground."""
     edge = [np.linspace(0, n - 1, 9) for n in part]
     u = frame.rays(np.stack(np.meshgrid(*edge), -1)).reshape(-1, 3)
-    down = -frame.exterior[2] / u[:, 2]
+    down = (Z - frame.exterior[2]) / u[:, 2]
     XY = frame.exterior[:2] + down[:, None] * u[:, :2]
     return np.concatenate([XY.min(0), XY.max(0)])
 
@@ -366,12 +228,21 @@ def _around(boxes: np.ndarray) -> tuple[float, float, float, float]:
     return float(west), float(south), float(east), float(north)
 
 
-def _part(part):  # type: ignore[no-untyped-def]
+def _checked(
+    part: tuple[int, int], sigma: float, seed: int, relief: float, camera: Camera
+) -> tuple[tuple[int, int], float, int, float]:
+    """What a pair and a block have in common."""
     columns, rows = (
         _validate.whole(n, "part", 8, most)
         for n, most in zip(_validate.of_shape(part, (2,), "part"), SENSOR, strict=True)
     )
-    return columns, rows
+    sigma = _validate.not_negative(sigma, "sigma", "grey values")
+    seed = _validate.whole(seed, "seed", 0)
+    _validate.instance(camera, Camera, "camera")
+    relief = _validate.not_negative(relief, "relief", "m")
+    if relief > HEIGHT / 2:
+        raise ValueError(f"relief must be at most {HEIGHT / 2:g} m; got {relief:g}")
+    return (columns, rows), sigma, seed, relief
 
 
 def _overlap(value: float, least: float, name: str) -> float:

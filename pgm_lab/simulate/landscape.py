@@ -21,6 +21,7 @@ HOUSES = (0.6, 9.0, 0.3)  # a hectare of each zone
 TREES = (3.0, 45.0, 330.0)
 FIELD = (42.0, 26.0)  # m
 HECTARE = 1e4
+HOW = (cv2.INTER_LINEAR, cv2.INTER_NEAREST, cv2.INTER_CUBIC)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,29 +66,39 @@ class Landscape:
         X, Y : array_like (...)
             Object coordinates in m; outside, the layer goes on as at its edge.
         how : int
-            `cv2.INTER_LINEAR`, exact to rounding; `cv2.INTER_NEAREST`; or another
-            interpolation of OpenCV, which places to a 32nd of a cell.
+            `cv2.INTER_LINEAR`, exact to rounding; `cv2.INTER_NEAREST`; or
+            `cv2.INTER_CUBIC`, where OpenCV places to a 32nd of a cell.
 
         Returns
         -------
         ndarray (...)
         """
-        layer = np.asarray(layer)
-        column = (np.asarray(X, float) - self.corner[0]) / self.cell
-        row = (self.corner[1] - np.asarray(Y, float)) / self.cell
+        layer = _validate.numeric(layer, "layer")
+        if layer.shape != self.dsm.shape:
+            raise ValueError(
+                f"layer must have the shape of the landscape, {self.dsm.shape}; got"
+                f" {layer.shape}"
+            )
+        X, Y = _validate.finite(X, "X"), _validate.finite(Y, "Y")
+        if X.shape != Y.shape:
+            raise ValueError(f"Y must have the shape of X, {X.shape}; got {Y.shape}")
+        if _validate.whole(how, "how", 0) not in HOW:
+            raise ValueError(f"how must be one of {HOW}, as cv2.INTER_...; got {how}")
+        column = (X - self.corner[0]) / self.cell
+        row = (self.corner[1] - Y) / self.cell
         if how == cv2.INTER_LINEAR:
             return bilinear(layer, row, column)
         if how == cv2.INTER_NEAREST:
             r = np.clip(np.rint(row), 0, layer.shape[0] - 1).astype(int)
             c = np.clip(np.rint(column), 0, layer.shape[1] - 1).astype(int)
             return layer[r, c]
-        maps = [np.atleast_2d(m).astype(np.float32) for m in (column, row)]
-        out = cv2.remap(layer, *maps, how, borderMode=cv2.BORDER_REPLICATE)
+        x, y = (np.atleast_2d(m).astype(np.float32) for m in (column, row))
+        out = cv2.remap(layer, x, y, how, borderMode=cv2.BORDER_REPLICATE)
         return out.reshape(row.shape)
 
     def zone(self, X: ArrayLike) -> np.ndarray:
         """Index (...) into `ZONES` of object coordinates X (...) in m."""
-        return np.searchsorted(self.borders, np.asarray(X, float), side="right")
+        return np.searchsorted(self.borders, _validate.finite(X, "X"), side="right")
 
 
 def landscape(
@@ -153,19 +164,20 @@ def landscape(
     shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
     _validate.size("extent", *shape)
     ends = _borders(borders, west, east)
-    rng = generator(seed)
+    rng = generator(_validate.whole(seed, "seed", 0))
+    water = _validate.flag(water, "water")
     X = west + cell * (np.arange(shape[1]) + 0.5)
     Y = north - cell * (np.arange(shape[0]) + 0.5)
     dtm = terrain(X, Y, relief)
     site = Site(
         meadow(shape, cell, rng), dtm, dtm.copy(), np.zeros(shape, np.uint8), cell
     )
-    _draw_fields(site, X, Y, ends, rng)
+    _draw_fields(site, X, ends, rng)
     if water:
         radius = min(15.0, (north - south) / 8, max(6.0, (ends[0] - west) / 5))
         place = (0.62 * shape[0], ((west + ends[0]) / 2 - west) / cell)
         _objects.pond(site, *place, radius)
-    angles = _draw_road(site, X, Y, ends)
+    angles = _draw_road(site, X, ends)
     for n, densities, kind in ((buildings, HOUSES, BUILDING), (trees, TREES, TREE)):
         for row, column in _places(n, densities, kind, X, Y, ends, rng):
             if kind == TREE:
@@ -188,7 +200,9 @@ def _extent(extent: tuple[float, float, float, float]) -> np.ndarray:
     return box
 
 
-def _borders(borders, west, east):  # type: ignore[no-untyped-def]
+def _borders(
+    borders: tuple[float, float] | None, west: float, east: float
+) -> tuple[float, float]:
     if borders is None:
         return float(west + (east - west) / 3), float(east - (east - west) / 3)
     one, two = _validate.of_shape(borders, (2,), "borders")
@@ -197,8 +211,10 @@ def _borders(borders, west, east):  # type: ignore[no-untyped-def]
     return float(one), float(two)
 
 
-def _draw_fields(site: Site, X, Y, ends, rng) -> None:  # type: ignore[no-untyped-def]
-    """Fields where it is open; the floor of the wood is dark, between them gardens."""
+def _draw_fields(
+    site: Site, X: np.ndarray, ends: tuple[float, float], rng: np.random.Generator
+) -> None:
+    """Fields where it is open; the floor of the wood is dark."""
     wood = np.clip((X - ends[1]) / 12 + 0.5, 0, 1).astype(np.float32)
     site.grey -= 30 * wood
     rows, columns = site.dtm.shape
@@ -216,21 +232,29 @@ def _draw_fields(site: Site, X, Y, ends, rng) -> None:  # type: ignore[no-untype
                 _objects.field(site, row, column, angle, size, rng)
 
 
-def _draw_road(site: Site, X, Y, ends) -> np.ndarray:  # type: ignore[no-untyped-def]
+def _draw_road(site: Site, X: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     """A road from west to east, a track along the border; angles (columns,) of it."""
     rows, columns = site.dtm.shape
-    middle, c = 0.42 * rows, np.arange(columns)
-    bend = min(18.0, 0.08 * rows * site.cell) / site.cell
-    wave = 2 * np.pi * site.cell / 240
-    row = middle + bend * np.sin(wave * c + 1)
-    _objects.road(site, row, c, 5.0)
-    r = np.arange(rows)
-    track = (ends[0] + 4 - X[0]) / site.cell + bend / 2 * np.sin(wave * r)
-    _objects.road(site, r, track, 2.6)
-    return np.arctan(bend * wave * np.cos(wave * c + 1))
+    bend = min(18.0, 0.08 * rows * site.cell)
+    x, r = X - X[0], np.arange(rows)
+    winding = np.sin(x / 38 + 1) + 0.7 * np.sin(x / 91)
+    slope = np.cos(x / 38 + 1) / 38 + 0.7 / 91 * np.cos(x / 91)
+    row = 0.42 * rows + bend / site.cell * winding
+    _objects.road(site, row, np.arange(columns), 5.0)
+    track = ends[0] + 4 - X[0] + bend / 2 * np.sin(r * site.cell / 38)
+    _objects.road(site, r, track / site.cell, 2.6)
+    return np.arctan(bend * slope)
 
 
-def _places(n, densities, kind, X, Y, ends, rng) -> np.ndarray:  # type: ignore[no-untyped-def]
+def _places(
+    n: int | None,
+    densities: tuple[float, ...],
+    kind: int,
+    X: np.ndarray,
+    Y: np.ndarray,
+    ends: tuple[float, float],
+    rng: np.random.Generator,
+) -> np.ndarray:
     """Rows and columns (n, 2): uniform in each zone, as dense as said."""
     edges = np.clip([X[0], *ends, X[-1]], X[0], X[-1])
     expected = np.array(densities) * np.diff(edges) * (Y[0] - Y[-1]) / HECTARE

@@ -1,6 +1,7 @@
 """What the steps of dense matching share: sums over windows, warps, bands of rows."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -14,7 +15,20 @@ def box(a: np.ndarray, n: int) -> np.ndarray:
     return cv2.boxFilter(a, cv2.CV_32F, (n, n), borderType=cv2.BORDER_CONSTANT)
 
 
-def warped(image: np.ndarray, d: np.ndarray, row: int, how: int) -> np.ndarray:
+class Image(NamedTuple):
+    """Grey values about their mean, and 1 where there is image, else 0."""
+
+    grey: np.ndarray
+    mask: np.ndarray
+
+    def flipped(self) -> "Image":
+        """Left and right exchanged."""
+        return Image(*(np.ascontiguousarray(a[:, ::-1]) for a in self))
+
+
+def warped(
+    image: np.ndarray, d: np.ndarray, row: int = 0, how: int = cv2.INTER_LINEAR
+) -> np.ndarray:
     """Right image where the left pixels lie by their disparities; zero outside.
 
     `row` is the row of the image that the first row of the disparities belongs to.
@@ -29,7 +43,7 @@ def warped(image: np.ndarray, d: np.ndarray, row: int, how: int) -> np.ndarray:
 def in_bands(
     work: Callable[[slice], tuple[np.ndarray, ...]], rows: int, margin: int
 ) -> tuple[np.ndarray, ...]:
-    """Results of the whole image from work on bands of rows that overlap by a margin."""
+    """Results of all rows from work on bands of them that overlap by a margin."""
     parts = []
     for first in range(0, rows, BAND):
         band = slice(max(first - margin, 0), min(first + BAND + margin, rows))

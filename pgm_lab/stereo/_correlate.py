@@ -2,10 +2,9 @@
 
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
-from pgm_lab.stereo._boxes import WHOLE, box, in_bands, warped
+from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, warped
 
 FLAT = 1e-3  # grey values squared; less variance is rounding
 
@@ -23,15 +22,17 @@ class Peaks(NamedTuple):
     inside: np.ndarray
 
 
-def search(left, right, start, window: int, reach: int, least: float) -> Peaks:
+def search(
+    left: Image, right: Image, start: np.ndarray, window: int, reach: int, least: float
+) -> Peaks:
     """Disparity of the highest correlation among start - reach ... start + reach.
 
-    left, right: (grey values, mask) of one level; least: share of a window that must be
-    image in both. Three values around the peak give its place to parts of a pixel.
+    least: share of a window that must be image in both. Three values
+    around the peak give its place to parts of a pixel.
     """
 
-    def work(rows):
-        some = left[0][rows], left[1][rows]
+    def work(rows: slice) -> Peaks:
+        some = Image(left.grey[rows], left.mask[rows])
         return _band(some, right, start[rows], rows.start, window, reach, least)
 
     return Peaks(*in_bands(work, len(start), window // 2))
@@ -58,13 +59,11 @@ def _band(left, right, start, row, window, reach, least):
 
 
 def _correlation(left, right, d, row, window, least):
-    """r of each window of the left band with the right image warped by d."""
-    L, here = left
-    W = warped(right[0], d, row, cv2.INTER_LINEAR)
-    w = here * (warped(right[1], d, row, cv2.INTER_LINEAR) > WHOLE)
+    """Coefficient of each window of the left band with the right image warped by d."""
+    w = left.mask * (warped(right.mask, d, row) > WHOLE)
     share = box(w, window)
     n = np.maximum(share, 1e-3)
-    L, W = L * w, W * w
+    L, W = left.grey * w, warped(right.grey, d, row) * w
     mL, mW = box(L, window) / n, box(W, window) / n
     vL = box(L * L, window) / n - mL * mL
     vW = box(W * W, window) / n - mW * mW

@@ -60,7 +60,7 @@ def parallaxes(
 
 
 def explanations(
-    photos: tuple[Photo, ...], one: np.ndarray, other: np.ndarray, pixel_size: float
+    photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray, pixel_size: float
 ) -> tuple[tuple[Element, ...], float]:
     """Each element corrected alone, the best first, and what all five together leave.
 

@@ -7,14 +7,11 @@ ROUGH = 0.3  # px about its plane: more than noise, so an edge or a crest
 ENOUGH = 0.3  # share of a window that must be good
 
 
-def on_planes(
-    d: np.ndarray, good: np.ndarray, window: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Disparities on the planes through the good cells of their windows; roughness.
+def on_planes(d: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
+    """Disparities on the planes through the good cells of their windows.
 
     Where cells scatter about their plane by more than `ROUGH`, or few are good, the
-    median of 5 x 5 stays instead. The roughness is the standard deviation about the
-    plane.
+    median of 5 x 5 stays instead.
     """
     level = float(d[good].mean()) if good.any() else 0.0
     w = good.astype(np.float32)
@@ -32,7 +29,7 @@ def on_planes(
     own = np.clip(rough / ROUGH**2 - 1, 0, 1)
     own[n < ENOUGH * window**2] = 1
     plane = m - a * x - b * y + level
-    return own * cv2.medianBlur(d, 5) + (1 - own) * plane, np.sqrt(rough)
+    return own * cv2.medianBlur(d, 5) + (1 - own) * plane
 
 
 def _moment(a, window, p, q):

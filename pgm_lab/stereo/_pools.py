@@ -30,10 +30,17 @@ class Outcome(NamedTuple):
 
 
 class Pool(Protocol):
-    """Workers, how many tasks they hold at once, and which error tells of a death."""
+    """Workers, how many tasks they hold at once, and which error tells of a death.
+
+    And whether a task is tried again that killed its worker all by itself.
+    """
 
     deaths: tuple[type[BaseException], ...]
-    width: int
+    again: bool
+
+    @property
+    def width(self) -> int:
+        """Tasks under way at once."""
 
     def submit(self, work: Callable, task: Any) -> Future:
         """Hand a task to a worker."""
@@ -46,7 +53,7 @@ class Serial:
     """The process that asks, one task after the other."""
 
     deaths: tuple[type[BaseException], ...] = ()
-    width = 1
+    again, width = False, 1
 
     def submit(self, work: Callable, task: Any) -> Future:
         """Do it now."""
@@ -65,6 +72,7 @@ class Processes:
     """Processes of this computer; when one dies, all are started anew."""
 
     deaths: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    again = True
 
     def __init__(self, workers: int) -> None:
         self.width = workers
@@ -131,11 +139,13 @@ def run(
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 task, attempt, alone = running.pop(future)
                 error = _error(future)
-                if isinstance(error, pool.deaths) and not alone:
+                died = isinstance(error, pool.deaths)
+                if died and not alone:
                     suspects.append((task, attempt))
-                elif error is not None and attempt <= retries:
-                    again = suspects if isinstance(error, pool.deaths) else waiting
-                    again.append((task, attempt + 1))
+                elif died and pool.again and attempt <= retries:
+                    suspects.append((task, attempt + 1))
+                elif error is not None and not died and attempt <= retries:
+                    waiting.append((task, attempt + 1))
                 else:
                     result = None if error else future.result()
                     yield Outcome(task, result, error, attempt)

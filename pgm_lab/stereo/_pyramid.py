@@ -3,6 +3,8 @@
 import cv2
 import numpy as np
 
+from pgm_lab.stereo._boxes import Image
+
 LEAST = 40  # px: the smallest side of a level on which windows still tell places apart
 
 
@@ -11,17 +13,14 @@ def levels_of(shape: tuple[int, ...], most: int) -> int:
     return max(1, min(most, int(np.log2(max(min(shape), 1) / LEAST)) + 1))
 
 
-def pyramid(
-    grey: np.ndarray, mask: np.ndarray, levels: int
-) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Grey values and masks (1 where there is image, else 0) from fine to coarse."""
-    out = [(grey, mask)]
+def pyramid(image: Image, levels: int) -> list[Image]:
+    """Levels from fine to coarse; what is masked has no part in the means."""
+    out = [image]
     for _ in range(levels - 1):
         grey, mask = out[-1]
         share = cv2.pyrDown(mask)
-        grey = cv2.pyrDown(grey * mask) / np.maximum(share, 0.5)
         mask = (share > 0.5).astype(np.float32)
-        out.append((grey * mask, mask))
+        out.append(Image(cv2.pyrDown(grey) / np.maximum(share, 0.5) * mask, mask))
     return out
 
 

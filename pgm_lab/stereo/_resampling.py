@@ -85,7 +85,7 @@ def _between(places: np.ndarray, rows: np.ndarray, columns: int) -> np.ndarray:
 
 def _prepared(grey: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray | None]:
     """Coefficients of a cubic spline, and 1 where there are no grey values."""
-    values = np.ma.getdata(grey).astype(np.float32)
+    values: np.ndarray = np.ma.getdata(grey).astype(np.float32)
     none = ~np.isfinite(values) | np.ma.getmaskarray(grey)
     lacking = None
     if none.any():

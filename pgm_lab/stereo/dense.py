@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab.stereo._boxes import box
+from pgm_lab.stereo._boxes import WHOLE, Image, box
 from pgm_lab.stereo._levels import coarse_to_fine
 from pgm_lab.stereo._pyramid import levels_of
 from pgm_lab.stereo._refine import refine as least_squares
@@ -80,14 +80,14 @@ def match_rows(
 ) -> DenseMatch:
     """Match two images whose equal rows show the same, in every pixel."""
     L, R = _image(left), _image(right)
-    peaks, agree = coarse_to_fine(L, R, levels_of(L[0].shape, levels), window, search)
-    status = np.zeros(L[0].shape, np.uint8)
+    peaks, agree = coarse_to_fine(L, R, levels_of(L.grey.shape, levels), window, search)
+    status = np.zeros(L.grey.shape, np.uint8)
     for number, where in (
         (5, ~agree),
         (4, ~peaks.inside),
         (3, peaks.r < threshold),
         (2, _flat(L, window)),
-        (1, (peaks.r == -1) | (box(L[1], window) < 0.999)),
+        (1, (peaks.r == -1) | (box(L.mask, window) < WHOLE)),
     ):
         status[where] = number
     d, sd = peaks.d, peaks.sd
@@ -106,7 +106,8 @@ def _image(grey):
     grey = np.asarray(grey, np.float32)
     known = np.isfinite(grey)
     mean = grey[known].mean() if known.any() else 0
-    return np.where(known, grey - mean, 0).astype(np.float32), known.astype(np.float32)
+    about = np.where(known, grey - mean, 0).astype(np.float32)
+    return Image(about, known.astype(np.float32))
 
 
 def _flat(image, window):

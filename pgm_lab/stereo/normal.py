@@ -43,8 +43,8 @@ class NormalPair:
         Principal distance and pixel size of both images, in mm.
     origin : ndarray (2, 2)
         (x, y) in mm of the middle of pixel (0, 0), left and right; the same y.
-    photos : tuple of two Photo
-        What it was made of; empty if it was not made of photos.
+    photos : tuple of two Photo, or None
+        What it was made of; None if it was not made of photos.
     """
 
     left: np.ndarray = field(repr=False)
@@ -54,7 +54,7 @@ class NormalPair:
     c: float
     pixel_size: float
     origin: np.ndarray
-    photos: tuple[Photo, ...] = field(default=(), repr=False)
+    photos: tuple[Photo, Photo] | None = field(default=None, repr=False)
 
     @property
     def base(self) -> float:
@@ -141,7 +141,7 @@ class NormalPair:
 
     def _side(self, side: int) -> tuple[Photo, np.ndarray]:
         side = _validate.whole(side, "side", 0, 1)
-        if len(self.photos) != 2:
+        if self.photos is None:
             raise ValueError(
                 "this pair was not made of photos: it has no pixels of them"
             )
@@ -255,13 +255,15 @@ def _range(
     heights: tuple[float, float] | None, depths: tuple[float, float] | None
 ) -> tuple[str, np.ndarray]:
     """What says where the object lies, and between what."""
-    if (heights is None) == (depths is None):
+    if heights is not None and depths is None:
+        name, between = "heights", _validate.of_shape(heights, (2,), "heights")
+    elif depths is not None and heights is None:
+        name, between = "depths", _validate.of_shape(depths, (2,), "depths")
+    else:
         raise ValueError(
             "either heights or depths (least, greatest) say what both photos show; give"
             " one"
         )
-    name, given = ("heights", heights) if depths is None else ("depths", depths)
-    between = _validate.of_shape(given, (2,), name)
     if between[0] > between[1] or (name == "depths" and between[0] <= 0):
         raise ValueError(
             f"{name} must be (least, greatest)"
@@ -342,7 +344,7 @@ def _common(photos: tuple[Photo, Photo], along: str, between: np.ndarray) -> np.
     for one, other in (photos, photos[::-1]):
         u = one.rays(one.outline(EDGE))
         X0 = one.exterior[:3]
-        reach = np.linspace(*between, 3)[:, None]
+        reach = np.linspace(between[0], between[1], 3)[:, None]
         down = u[:, 2] if along == "heights" else np.full(len(u), one.camera.c)
         if along == "heights":
             reach = reach - X0[2]

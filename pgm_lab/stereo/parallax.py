@@ -221,9 +221,9 @@ def y_parallax(
     used = status == "used"
     elements: tuple[Element, ...] = ()
     together = float("nan")
-    if pair.photos:
-        places = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
-        elements, together = explanations(pair.photos, *places, pair.pixel_size)
+    if pair.photos is not None:
+        left, right = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
+        elements, together = explanations(pair.photos, left, right, pair.pixel_size)
     systematic = _rms((values - off)[used])
     verdict = "wrong orientation"
     if _rms(values[used]) < GOOD:
@@ -282,7 +282,7 @@ def _nothing(
 
 def _exchanged(pair: NormalPair) -> bool:
     """Whether the photos fit their exterior orientations better the other way round."""
-    if not pair.photos:
+    if pair.photos is None:
         return False
     left, right = pair.photos
     try:
@@ -291,12 +291,12 @@ def _exchanged(pair: NormalPair) -> bool:
         return False
     if (good := found.accepted).sum() < FEWEST:
         return False
-    places = found.chosen[good], found.points[good]
     crossed = (
         replace(left, exterior=right.exterior),
         replace(right, exterior=left.exterior),
     )
     here, there = (
-        np.mean(parallaxes(*two, *places)[0] > 0) for two in (pair.photos, crossed)
+        np.mean(parallaxes(one, other, found.chosen[good], found.points[good])[0] > 0)
+        for one, other in (pair.photos, crossed)
     )
     return bool(here < 0.5 < there)

@@ -5,6 +5,7 @@ bundle reads.
 """
 
 from pgm_lab.stereo_map._measure import Measurement
+from pgm_lab.stereo_map.drawing import draw, show
 from pgm_lab.stereo_map.photos import exif_camera, read_photo
 from pgm_lab.stereo_map.saving import network, observations, save, save_network
 from pgm_lab.stereo_map.session import (
@@ -20,6 +21,7 @@ __all__ = [
     "Measurement",
     "Session",
     "add",
+    "draw",
     "exif_camera",
     "measure",
     "network",
@@ -29,5 +31,6 @@ __all__ = [
     "read_photo",
     "save",
     "save_network",
+    "show",
     "undo",
 ]

@@ -1,7 +1,7 @@
 """One point: template, search, correlation, least squares, photo and object."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,6 +44,9 @@ class Measurement:
     covariance : ndarray (2, 2)
         Of `right`, in square pixels: that of least squares, and what a window of twice
         the width says differently, which a curved surface does.
+    shape : ndarray (2, 2)
+        ((a1, a2), (b1, b2)) of (B 2.8), (B 2.9): how the left window lies in the right
+        photo.
     template : ndarray (h, w)
         Grey values of the left window.
     window : ndarray (H, W)
@@ -80,6 +83,7 @@ class Measurement:
     r: float = np.nan
     r_fine: float = np.nan
     covariance: np.ndarray = field(default_factory=lambda: np.full((2, 2), np.nan))
+    shape: np.ndarray = field(default_factory=lambda: np.eye(2), repr=False)
     template: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
     window: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
     corner: np.ndarray = field(default_factory=NOT_A_NUMBER.copy)
@@ -218,12 +222,16 @@ def _depths(session: "Session", pixel: np.ndarray) -> tuple[float, float]:
 
 
 def _matched(
-    session: "Session", point: Measurement, area: Area, start: np.ndarray, half
+    session: "Session",
+    point: Measurement,
+    area: Area,
+    start: np.ndarray,
+    half: np.ndarray,
 ) -> Measurement:
     """Correlate around a start, then least squares."""
     left, right = (photo.grey for photo in session.photos)
     n, pixel = session.template, point.left
-    along = {}
+    along: dict[str, Any] = {}
     if area.curve is not None:
         along = {"lines": _rays.line(area.curve, start)[None]}
         along["distance"] = area.distance
@@ -256,6 +264,7 @@ def _matched(
     point = replace(
         point,
         right=place,
+        shape=shape,
         covariance=C,
         photo=np.array(xy),
         photo_covariance=np.array(covariance),
@@ -263,7 +272,9 @@ def _matched(
     return positioned(session, point, area.distance)
 
 
-def _least_squares(left, right, pixel, start, n):
+def _least_squares(
+    left: np.ndarray, right: np.ndarray, pixel: np.ndarray, start: np.ndarray, n: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, str]:
     """Place (2,), covariance, shape (2, 2), r and status of least squares matching.
 
     A window of half the width follows the surface better where that is curved; what
@@ -329,7 +340,14 @@ def _inside(photo: Photo, pixel: np.ndarray) -> bool:
     return bool(np.all((pixel >= -0.5) & (pixel <= size)))
 
 
-def _seen(left, right, pixel, start, half, n) -> dict:
+def _seen(
+    left: np.ndarray,
+    right: np.ndarray,
+    pixel: np.ndarray,
+    start: np.ndarray,
+    half: np.ndarray,
+    n: int,
+) -> dict[str, Any]:
     """Template, window and map for the eye, as far as the photos reach."""
     template, at = cut(left, pixel, np.array([n // 2, n // 2]))
     window, corner = cut(right, start, half + n // 2)

@@ -10,6 +10,8 @@ from pgm_lab.stereo_map import _rays
 AT_FIRST = 100  # px to each side at the level where a wide search begins
 STEP = 4  # px to each side at the levels below it
 LAST = 20  # px to each side in the photo itself
+MOST = 400_000  # pixels of a search window
+SMALLEST = 11  # pixels across a template at a coarse level
 LEAST = 0.5  # correlation that leads on to the next level
 TURN = 6  # points from which on they tell more than a shift
 FEW, SOME = 0.15, 0.08  # of the photo's width: how far they may mislead, before, then
@@ -38,7 +40,9 @@ class Area:
     reason: str
 
 
-def around(chosen: np.ndarray, found: np.ndarray, pixel: np.ndarray, size: tuple):
+def around(
+    chosen: np.ndarray, found: np.ndarray, pixel: np.ndarray, size: tuple[int, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """Predict a place and its reach from points (n, 2) chosen left and found right.
 
     The affine transformation that fits them best; their mean shift with fewer than six.
@@ -63,31 +67,35 @@ def narrow(
     template: int,
 ) -> np.ndarray:
     """Place (2,) in the right photo, to a few pixels, by correlation level by level."""
-    coarsest = min(len(left), len(right)) - 1
-    wide = np.max(area.half)
+    wide = float(np.max(area.half))
     if wide <= LAST:
         return area.centre
-    first = int(np.clip(np.ceil(np.log2(wide / AT_FIRST)), 1, max(coarsest, 0)))
+    coarsest = min(len(left), len(right)) - 1
+    first = max(int(np.ceil(np.log2(wide / AT_FIRST))), 1)
     place, half = area.centre, area.half
     for k in range(min(first, coarsest), 0, -1):
         step = 2.0**k
-        columns, rows = (2 * np.ceil(half / step).astype(int) + template).tolist()
+        size = _fitting(left[k], pixel / step, template)
+        if size < SMALLEST:  # too near to the edge for this level
+            continue
+        columns, rows = (2 * np.ceil(half / step).astype(int) + size).tolist()
         along = {} if area.curve is None else _along(area, place, step)
         found = ncc.match(
-            left[k],
-            right[k],
-            pixel[None] / step,
-            place[None] / step,
-            template,
-            (rows, columns),
-            LEAST,
-            1.0,
-            **along,
-        )
-        if not found.r[0] >= LEAST:  # NaN too
+            left[k], right[k], pixel[None] / step, place[None] / step, size,
+            (rows, columns), LEAST, 1.0, **along,
+        )  # fmt: skip
+        if found.r[0] >= LEAST:
+            place, half = found.points[0] * step, np.full(2, STEP * step / 2)
+        elif 4 * columns * rows > MOST:  # else a finer level may tell
             break
-        place, half = found.points[0] * step, np.full(2, STEP * step / 2)
     return place
+
+
+def _fitting(image: np.ndarray, pixel: np.ndarray, template: int) -> int:
+    """Largest odd template up to a size that lies in the image around a pixel."""
+    nearest = np.floor(pixel + 0.5)
+    room = np.min([nearest, np.array(image.shape[::-1]) - 1 - nearest])
+    return min(template, 2 * int(room) + 1)
 
 
 def _along(area: Area, place: np.ndarray, step: float) -> dict:

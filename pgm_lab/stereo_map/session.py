@@ -13,7 +13,7 @@ from pgm_lab import _validate, rotation
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
 from pgm_lab.matching.photo import Photo as Source
-from pgm_lab.orientation import Relative, absolute, relative
+from pgm_lab.orientation import Absolute, Relative, absolute, relative
 from pgm_lab.stereo_map._levels import levels
 from pgm_lab.stereo_map._measure import Measurement, measured, positioned
 from pgm_lab.stereo_map.photos import read_photo
@@ -128,30 +128,29 @@ def open_pair(
     """
     template = _validate.window(template, "template", 5)
     if heights is not None:
-        low, high = _validate.of_shape(heights, (2,), "heights")
+        low, high = _validate.of_shape(heights, (2,), "heights").tolist()
         if not low < high:
-            raise ValueError(f"heights must be (low, high); got {heights}")
-        heights = float(low), float(high)
-    known = [None, None]
+            raise ValueError(f"heights must be (low, high); got {low:g}, {high:g}")
+    known: list[np.ndarray | None] = [None, None]
     if exteriors is not None:
         known = list(_validate.of_shape(exteriors, (2, 6), "exteriors"))
-    words = {"camera": camera, "pixel_size": pixel_size}
     pair = [
-        read_photo(photo, name, exterior=place, **words)
-        for photo, name, place in zip((left, right), ("left", "right"), known)
+        read_photo(photo, name, camera=camera, pixel_size=pixel_size, exterior=exterior)
+        for photo, name, exterior in zip((left, right), ("left", "right"), known)
     ]
-    for photo, name in zip(pair, ("left", "right")):
-        _validate.grey_image(photo.grey, name, template + 2)
-    places = [np.asarray(photo.exterior, float) for photo in pair]
+    for one, name in zip(pair, ("left", "right")):
+        _validate.grey_image(one.grey, name, template + 2)
+    places = [np.asarray(one.exterior, float) for one in pair]
     oriented = any(place.any() for place in places)
     if oriented and np.array_equal(places[0][:3], places[1][:3]):
         raise ValueError(
             "both photos stand at the same place: without a base, no point meets"
         )
     return Session(
-        *pair,
+        pair[0],
+        pair[1],
         "object" if oriented else "none",
-        heights=heights,
+        heights=None if heights is None else (low, high),
         template=template,
         levels=(levels(pair[0].grey), levels(pair[1].grey)),
     )
@@ -310,7 +309,7 @@ def _control(
     return found
 
 
-def _carried(exteriors: np.ndarray, to_object) -> np.ndarray:
+def _carried(exteriors: np.ndarray, to_object: Absolute) -> np.ndarray:
     """Exterior orientations (2, 6) of the model, carried into object space."""
     stations = to_object.apply(exteriors[:, :3])
     M = rotation.matrix(*exteriors[:, 3:].T) @ to_object.rotation.T

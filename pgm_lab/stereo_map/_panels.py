@@ -1,0 +1,179 @@
+"""The panels of StereoMap, each drawn into axes that are given."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
+
+from pgm_lab.plot import basic
+from pgm_lab.plot.basic import Look
+from pgm_lab.stereo_map._measure import Measurement
+
+MARK: Look = {"marker": "+", "markersize": 15, "markeredgewidth": 2.2, "linestyle": ""}
+HALO: Look = MARK | {"markeredgewidth": 4.4, "color": basic.BLACK}
+LEAST_R = -0.5
+PROBABILITY = 0.95
+NOTHING = np.zeros((0, 2))
+
+
+class View:
+    """One photo in its axes, drawn from the level that the view needs."""
+
+    def __init__(self, ax: Axes, levels: list[np.ndarray], title: str) -> None:
+        self.ax, self.levels = ax, levels
+        rows, columns = levels[0].shape
+        low, top = np.percentile(levels[-1], [0.5, 99.5])
+        ax.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title=title)
+        ax.set_facecolor(basic.GREY)
+        ax.grid(False)
+        self.image: AxesImage = ax.imshow(
+            levels[-1], cmap="gray", vmin=low, vmax=top, interpolation="nearest"
+        )
+        self.line = ax.plot([], [], color=basic.YELLOW, linewidth=1.6)[0]
+        self.kept_halo = ax.plot([], [], **HALO)[0]
+        self.kept = ax.plot([], [], **MARK, color=basic.SKY)[0]
+        self.new_halo = ax.plot([], [], **HALO)[0]
+        self.new = ax.plot([], [], **MARK, color=basic.ORANGE)[0]
+        self.names: list = []
+        ax.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+        self.update()
+        ax.callbacks.connect("xlim_changed", self.update)
+        ax.callbacks.connect("ylim_changed", self.update)
+
+    @property
+    def step(self) -> float:
+        """Pixels of the photo in a pixel of the drawing."""
+        x0, x1 = self.ax.get_xlim()
+        return abs(x1 - x0) / max(self.ax.bbox.width, 1.0)
+
+    def update(self, _: object = None) -> None:
+        """Draw what the view shows, no finer than it shows it."""
+        k = int(np.floor(np.log2(max(self.step, 1.0))))
+        k = min(k, len(self.levels) - 1)
+        level, size = self.levels[k], 2**k
+        limits = np.sort([self.ax.get_xlim(), self.ax.get_ylim()], axis=1) / size
+        most = np.array(level.shape[::-1])
+        low = np.clip(np.floor(limits[:, 0]).astype(int), 0, most - 1)
+        high = np.clip(np.ceil(limits[:, 1]).astype(int) + 1, low + 1, most)
+        self.image.set_data(level[low[1] : high[1], low[0] : high[0]])
+        left, top = size * (low - 0.5)
+        right, bottom = size * (high - 0.5)
+        self.image.set_extent((left, right, bottom, top))
+
+    def mark(
+        self, points: np.ndarray, names: list[int], new: np.ndarray, curve: np.ndarray
+    ) -> None:
+        """Put marks on kept points (n, 2) and a new one (1, 2), and a curve (k, 2)."""
+        for line in (self.kept, self.kept_halo):
+            line.set_data(*points.reshape(-1, 2).T)
+        for line in (self.new, self.new_halo):
+            line.set_data(*new.reshape(-1, 2).T)
+        self.line.set_data(*curve.reshape(-1, 2).T)
+        for text in self.names:
+            text.remove()
+        look: Look = {"textcoords": "offset points", "color": basic.BLACK}
+        look |= {"fontsize": 13, "annotation_clip": True}
+        look["bbox"] = {"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none"}
+        self.names = [
+            self.ax.annotate(str(name), point, (7, 6), **look)
+            for name, point in zip(names, points)
+        ]
+
+    def show(self, centre: np.ndarray, span: float) -> None:
+        """Move the view to a place, `span` columns wide."""
+        (x, y), shape = centre, self.ax.get_ylim()
+        high = span * abs(np.subtract(*shape)) / abs(np.subtract(*self.ax.get_xlim()))
+        self.ax.set(xlim=(x - span / 2, x + span / 2))
+        self.ax.set(ylim=(y + high / 2, y - high / 2))
+
+
+def details(axes: list[Axes], point: Measurement) -> None:
+    """Draw template, search window, map of r and ellipse into four axes."""
+    for ax in axes:
+        ax.clear()
+        ax.grid(False)
+        ax.set_anchor("N")
+    _template(axes[0], point)
+    _window(axes[1], point)
+    _map(axes[2], point)
+    _ellipse(axes[3], point)
+    for ax in axes:
+        ax.tick_params(labelsize=13)
+        ax.locator_params(nbins=3)
+
+
+def _template(ax: Axes, point: Measurement) -> None:
+    ax.set_title("template", fontsize=14)
+    if not point.template.size:
+        return _nothing(ax)
+    rows, columns = point.template.shape
+    corner = np.floor(point.left + 0.5) - np.array([columns // 2, rows // 2])
+    _grey(ax, point.template, corner)
+    ax.plot(*point.left, **HALO)
+    ax.plot(*point.left, **MARK, color=basic.ORANGE)
+
+
+def _window(ax: Axes, point: Measurement) -> None:
+    ax.set_title("searched", fontsize=14)
+    if not point.window.size:
+        return _nothing(ax)
+    _grey(ax, point.window, point.corner)
+    _curve(ax, point)
+    if np.isfinite(point.right).all():
+        h = point.template.shape[0] / 2
+        square = np.array([(-h, -h), (h, -h), (h, h), (-h, h), (-h, -h)])
+        ax.plot(*(point.right + square @ point.shape.T).T, color=basic.ORANGE)
+        ax.plot(*point.right, **HALO)
+        ax.plot(*point.right, **MARK, color=basic.ORANGE)
+
+
+def _map(ax: Axes, point: Measurement) -> None:
+    ax.set_title("correlation r", fontsize=14)
+    if not point.map.size:
+        return _nothing(ax)
+    corner = point.corner + (np.array(point.template.shape[::-1]) - 1) / 2
+    extent = _extent(point.map, corner)
+    ax.imshow(point.map, cmap="cividis", vmin=LEAST_R, vmax=1, extent=extent)
+    _curve(ax, point)
+    if np.isfinite(point.correlated).all():
+        ax.plot(*point.correlated, "o", mfc="none", mec=basic.RED, mew=2.2, ms=11)
+
+
+def _ellipse(ax: Axes, point: Measurement) -> None:
+    ax.set_title("match, 95 %", fontsize=14)
+    if not np.isfinite(point.right).all():
+        return _nothing(ax)
+    ax.set_aspect("equal")
+    _curve(ax, point)
+    ax.plot(*point.correlated, "o", mfc="none", mec=basic.RED, mew=2.2, ms=11)
+    ax.plot(*point.right, **MARK, color=basic.ORANGE)
+    basic.error_ellipse(
+        ax, point.right, point.covariance, PROBABILITY, color=basic.ORANGE
+    )
+    largest = np.sqrt(np.linalg.eigvalsh(point.covariance)[-1])
+    away = np.abs(point.correlated - point.right).max()
+    half = 1.3 * max(3 * largest, away)
+    (x, y) = point.right
+    ax.set(xlim=(x - half, x + half), ylim=(y + half, y - half))
+    ax.grid(True)
+
+
+def _grey(ax: Axes, window: np.ndarray, corner: np.ndarray) -> None:
+    ax.imshow(window, cmap="gray", extent=_extent(window, corner))
+
+
+def _curve(ax: Axes, point: Measurement) -> None:
+    """Epipolar curve, where the axes are already as large as they are to be."""
+    limits = ax.get_xlim(), ax.get_ylim()
+    ax.plot(*point.curve.T, color=basic.YELLOW, linewidth=1.6)
+    ax.set(xlim=limits[0], ylim=limits[1])
+
+
+def _extent(values: np.ndarray, corner: np.ndarray) -> tuple:
+    """Limits (left, right, bottom, top) of an array, the first pixel at a corner."""
+    (column, row), (rows, columns) = corner - 0.5, values.shape
+    return column, column + columns, row + rows, row
+
+
+def _nothing(ax: Axes) -> None:
+    ax.set(xticks=[], yticks=[])
+    ax.text(0.5, 0.5, "–", transform=ax.transAxes, ha="center", fontsize=20)
