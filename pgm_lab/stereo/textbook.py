@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.image import cut
-from pgm_lab.ncc import correlation
+from pgm_lab.ncc import correlation_map
 from pgm_lab.registration.textbook import peak_of_parabola
 from pgm_lab.stereo.normal import NormalPair
 
@@ -146,10 +145,10 @@ def along_row(
     high = _validate.whole(high, "high", -MOST)
     if not 0 < high - low <= MOST:
         raise ValueError(f"high must be above low; got {low} and {high}")
-    target = _window(left, "left", column, row, window)
-    tried = np.arange(low, high + 1)
-    windows = (_window(right, "right", column - d, row, window) for d in tried)
-    return tried, np.array([correlation(target, other) for other in windows])
+    half = window // 2
+    target = _strip(left, "left", row, half, column - half, column + half)
+    strip = _strip(right, "right", row, half, column - high - half, column - low + half)
+    return np.arange(low, high + 1), correlation_map(target, strip)[0, ::-1]
 
 
 def best_disparity(
@@ -197,15 +196,19 @@ def best_disparity(
     return float(tried[best] + peak), float(r[best])
 
 
-def _window(
-    image: ArrayLike, name: str, column: int, row: int, size: int
+def _strip(
+    image: ArrayLike, name: str, row: int, half: int, first: int, last: int
 ) -> np.ndarray:
-    """Cut a window out of an image; the error names the image."""
+    """Cut rows around a row, from the first to the last column, out of an image."""
     grey = _validate.grey_image(image, name)
-    try:
-        return cut(grey, (column, row), size)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
+    rows, columns = grey.shape
+    if min(first, row - half) < 0 or last >= columns or row + half >= rows:
+        raise ValueError(
+            f"{name}: the windows from column {first} to {last} around row {row} leave"
+            f" the image of {rows} rows and {columns} columns"
+        )
+    strip = grey[row - half : row + half + 1, first : last + 1]
+    return _validate.finite(strip, f"{name}, in the windows,")
 
 
 def sigma_height(H: float, B: float, gsd: float, sigma_px: float) -> float:
