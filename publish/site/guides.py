@@ -1,4 +1,7 @@
-"""The guides: what README says on a reader's own network, photos and images."""
+"""The guides: what README says on a reader's own network, photos and images.
+
+The note on a block of photos comes along, since README leads to it.
+"""
 
 import re
 import shutil
@@ -8,8 +11,10 @@ ROOT = Path(__file__).resolve().parents[2]
 SECTIONS = {
     "network": "Your own network",
     "photos": "Your own photos",
+    "aerial": "Your own aerial photos",
     "images": "Your own images",
 }
+BLOCK = "docs/block_of_photos.md"
 
 
 def write(folder: Path) -> list[str]:
@@ -21,8 +26,10 @@ def write(folder: Path) -> list[str]:
         text = f"# {heading}\n{section(readme, heading)}"
         # The sample lies beside the pages, file by file.
         text = text.replace("[data/sample](data/sample)", _sample(folder))
+        text = text.replace(f"({BLOCK})", "(block.md)")
         (target / f"{name}.md").write_text(text, encoding="utf-8")
-    return [f"guides/{name}" for name in SECTIONS]
+    shutil.copy(ROOT / BLOCK, target / "block.md")
+    return [f"guides/{name}" for name in (*SECTIONS, "block")]
 
 
 def section(text: str, heading: str) -> str:

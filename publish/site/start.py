@@ -67,9 +67,10 @@ See the [chapters](chapters/index.md) with their minutes, and the \
 :::
 
 :::{{grid-item-card}} Engineers
-Try [your own network](guides/network.md), [photos](guides/photos.md) or \
-[images](guides/images.md), and find an equation in the [index](/equations) or a \
-function in the [reference](reference/index.md).
+Try [your own network](guides/network.md), [photos](guides/photos.md), \
+[aerial photos](guides/aerial.md) or [images](guides/images.md), and find an \
+equation in the [index](/equations) or a function in the \
+[reference](reference/index.md).
 :::
 ::::
 
