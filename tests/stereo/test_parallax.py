@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from pgm_lab import simulate, stereo
 from pgm_lab.camera import Camera, Photo
@@ -136,6 +137,17 @@ def test_other_ground_and_water_have_too_few_points(photos):
         assert found.verdict == "too few points"
         assert "do not show the same ground" in found.message
         assert np.isnan(found.rmse) or found.n < 6
+
+
+def test_waves_without_a_trend_are_not_blamed_on_the_orientation(photos):
+    pair = stereo.epipolar_pair(*photos, HEIGHTS)
+    rows, columns = np.indices(pair.right.shape)
+    waves = rows + 0.35 * np.sin(columns / 9)  # a shaking scanner
+    grey = ndimage.map_coordinates(np.nan_to_num(pair.right), [waves, columns], order=1)
+    grey[np.isnan(pair.right)] = np.nan
+    found = stereo.y_parallax(replace(pair, right=grey), number=60)
+    assert found.verdict == "no trend" and 0.1 < found.rmse < 0.35
+    assert "not the orientation" in found.message
 
 
 def test_a_place_that_does_not_fit_is_left_out_by_name(photos):
