@@ -153,6 +153,17 @@ def oriented():
     return camera.Photo(GREY, LENS, PHOTO, 0.005)
 
 
+@cache
+def oriented_pair():
+    photos = (camera.Photo(GREY, LENS, one, 0.5) for one in (PHOTO, NEXT))
+    return dict(zip(("left", "right"), photos))
+
+
+@cache
+def epipolar_pair():
+    return stereo_room.epipolar_pair(**oriented_pair(), heights=(0, 5))
+
+
 def rng():
     return np.random.default_rng(1)
 
@@ -295,6 +306,20 @@ FUNCTIONS = {
     "bundle.lens.places": lambda: dict(result=adjusted(), camera=0),
     "bundle.published.network": lambda: dict(photos=[1, 4, 7]),
     "camera.Camera": lambda: dict(c=35.0),
+    "camera.Photo": lambda: dict(
+        grey=GREY, camera=LENS, exterior=PHOTO, pixel_size=0.5, image_size=(60, 50),
+        corner=(2, 3),
+    ),
+    "camera.Photo.to_photo": lambda: dict(self=oriented(), pixels=UP),
+    "camera.Photo.to_pixel": lambda: dict(self=oriented(), photo=UP),
+    "camera.Photo.ideal": lambda: dict(self=oriented(), pixels=UP),
+    "camera.Photo.without_lens": lambda: dict(self=oriented(), pixels=UP),
+    "camera.Photo.rays": lambda: dict(self=oriented(), pixels=UP),
+    "camera.Photo.of_rays": lambda: dict(
+        self=oriented(), directions=oriented().rays(UP)
+    ),
+    "camera.Photo.project": lambda: dict(self=oriented(), points=POINTS),
+    "camera.Photo.outline": lambda: dict(self=oriented(), n=4),
     "camera.collinearity": lambda: dict(
         camera=LENS, exterior=PHOTO, points=POINTS, measured=UP
     ),
@@ -309,6 +334,17 @@ FUNCTIONS = {
     "checks.question": lambda: dict(number="1.2", choice=_right("1.2")),
     "checks.questions": lambda: dict(chapter="1", choices=_all_right("1")),
     "datasets.rows": lambda: dict(name="chapters.csv"),
+    "epipolar.curve": lambda: oriented_pair() | dict(
+        pixel=(20.0, 20), heights=[0.0, 5], depths=None
+    ),
+    "epipolar.distance": lambda: oriented_pair() | dict(
+        left_pixels=UP, right_pixels=UP
+    ),
+    "epipolar.epipole": oriented_pair,
+    "epipolar.essential": lambda: dict(left_exterior=PHOTO, right_exterior=NEXT),
+    "epipolar.fundamental": lambda: oriented_pair() | dict(corrected=True),
+    "epipolar.line": lambda: oriented_pair() | dict(pixels=UP),
+    "epipolar.plane": lambda: oriented_pair() | dict(pixels=UP),
     "frames.image_centre": lambda: dict(image_size=(40, 30)),
     "frames.pixel_to_photo": lambda: dict(
         pixels=UP, **PIXELS, covariance=np.tile(np.eye(2), (5, 1, 1))
@@ -603,6 +639,24 @@ FUNCTIONS = {
     "rotation.defect": lambda: dict(EYE),
     "rotation.nearest": lambda: dict(EYE),
     "rotation.best_fit": lambda: dict(product=NET),
+    "stereo.NormalPair.parallax": lambda: dict(
+        self=epipolar_pair(), disparity=[0.5, 1.5]
+    ),
+    "stereo.NormalPair.object_points": lambda: dict(
+        self=epipolar_pair(), columns=[3.0, 4], rows=[5.0, 6], disparity=[0.5, 1.5]
+    ),
+    "stereo.NormalPair.from_photo": lambda: dict(
+        self=epipolar_pair(), side=1, pixels=UP
+    ),
+    "stereo.NormalPair.to_photo": lambda: dict(
+        self=epipolar_pair(), side=1, pixels=UP
+    ),
+    "stereo.epipolar_pair": lambda: oriented_pair() | dict(
+        heights=(0.0, 5), depths=None
+    ),
+    "stereo.y_parallax": lambda: dict(
+        pair=epipolar_pair(), points=[(20.0, 20), (26, 22)]
+    ),
     "stereo.textbook.model_point": lambda: dict(
         x=1.0, y=2.0, parallax=8.0, base=400.0, c=24.0
     ),

@@ -131,7 +131,10 @@ def fitting(
     settings.score = cv2.SCORE_METHOD_MAGSAC
     _, found = cv2.findHomography(p, q, settings)
     plane = none if found is None else found.ravel() > 0
-    F, found = cv2.findFundamentalMat(p, q, settings)
+    try:
+        F, found = cv2.findFundamentalMat(p, q, settings)
+    except cv2.error:  # OpenCV 5.0 fails on some photos of a plane
+        F, found = None, None
     if F is None or F.shape != (3, 3) or found is None:
         return plane, None
     space = found.ravel() > 0

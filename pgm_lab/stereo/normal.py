@@ -74,8 +74,8 @@ class NormalPair:
         NaN where the disparity is NaN, or the rays do not meet in front of the photos.
         """
         px = self.parallax(disparity)
-        x = self.origin[0, 0] + self.pixel_size * _validate.real(columns, "columns")
-        y = self.origin[0, 1] - self.pixel_size * _validate.real(rows, "rows")
+        x = self.origin[0, 0] + self.pixel_size * _validate.finite(columns, "columns")
+        y = self.origin[0, 1] - self.pixel_size * _validate.finite(rows, "rows")
         _validate.broadcast(columns=x[..., None], rows=y[..., None],
                             disparity=px[..., None])  # fmt: skip
         scale = self.base / np.where(px > 0, px, np.nan)

@@ -224,11 +224,12 @@ def y_parallax(
     if pair.photos is not None:
         left, right = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
         elements, together = explanations(pair.photos, left, right, pair.pixel_size)
-    systematic = _rms((values - off)[used])
+    # A trend that noise alone would make of so many points is none
+    chance = 3 * _nmad(off[used]) * np.sqrt(3 / used.sum())
     verdict = "wrong orientation"
     if _rms(values[used]) < GOOD:
         verdict = "well oriented"
-    elif systematic < GOOD:
+    elif _rms((values - off)[used]) < max(GOOD, chance):
         verdict = "no trend"
     return YParallax(one, other, values, status, trend, elements, together, verdict)
 
