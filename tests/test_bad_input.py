@@ -115,6 +115,7 @@ EXCEPT = {
     "observations.Observations.save": "tests/matching/test_result.py",
     "bundle.defects.adjust": "tests/bundle/test_defects.py",
     "bundle.defects.network": "tests/bundle/test_defects.py",
+    "simulate.aerial_block": "tests/simulate/test_aerial.py, as simulate.aerial_pair",
     "plot.interact": "tests/plot/test_sliders.py",
     "checks.keep": "tests/checks/test_own.py",
 }

@@ -248,6 +248,21 @@ def test_bad_arguments_are_refused(change, message):
         aerial_block(1, 2, **(dict(part=(24, 16)) | change))
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (dict(strips=0), "strips must be a whole number"),
+        (dict(photos=1.5), "photos must be a whole number"),
+        (dict(sidelap=-0.1), "sidelap must be from 0"),
+        (dict(trees="many"), "trees must be"),
+        (dict(cell=0), "cell must be"),
+    ],
+)
+def test_bad_blocks_are_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        aerial_block(**(dict(strips=1, photos=2, part=(24, 16)) | change))
+
+
 def test_block_that_is_too_large_for_one_landscape_is_refused():
     with pytest.raises(ValueError, match="limit"):
         aerial_block(5, 40, SENSOR)
