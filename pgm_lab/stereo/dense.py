@@ -25,7 +25,7 @@ STATUSES = (
     "not at rest",
     "isolated",
 )
-FLAT = 0.02  # of the grey values' standard deviation: a window with less has no texture
+FLAT = 0.02  # of the image's scatter: a window with less has no texture
 JOINED = 0.5  # px between neighbours of one patch
 ALONE = 2  # windows: a smaller patch is isolated
 
@@ -189,13 +189,14 @@ def match_rows(
 
 
 def _image(grey: ArrayLike, name: str) -> Image:
-    """Grey values about their mean, and where they are known."""
+    """Grey values about their mean, in units of their scatter; where they are known."""
     array = _validate.grey_image(grey, name, least=3)
     array = np.ma.filled(np.ma.asarray(array).astype(np.float32), np.nan)
     known = np.isfinite(array)
     if not known.any():
         raise ValueError(f"{name} must show something; it is masked or NaN everywhere")
-    about = np.where(known, array - array[known].mean(dtype=float), 0)
+    mean, scatter = array[known].mean(dtype=float), array[known].std(dtype=float)
+    about = np.where(known, (array - mean) / (scatter or 1), 0)
     return Image(about.astype(np.float32), known.astype(np.float32))
 
 
@@ -217,9 +218,8 @@ def _first_reason(
 
 def _flat(image: Image, window: int) -> np.ndarray:
     """Where the windows have hardly any texture."""
-    grey, mask = image
-    variance = box(grey * grey, window) - box(grey, window) ** 2
-    return variance <= FLAT**2 * float((grey**2).sum() / mask.sum())
+    variance = box(image.grey**2, window) - box(image.grey, window) ** 2
+    return variance <= FLAT**2
 
 
 def _isolated(d: np.ndarray, good: np.ndarray, least: int) -> np.ndarray:
