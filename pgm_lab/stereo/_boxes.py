@@ -16,7 +16,7 @@ def box(a: np.ndarray, n: int) -> np.ndarray:
 
 
 class Image(NamedTuple):
-    """Grey values about their mean, and 1 where there is image, else 0."""
+    """Grey values about their mean, by their scatter; 1 where there is image."""
 
     grey: np.ndarray
     mask: np.ndarray

@@ -6,7 +6,7 @@ import numpy as np
 
 from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, warped
 
-FLAT = 1e-3  # grey values squared; less variance is rounding
+FLAT = 1e-6  # of the image's variance; less is rounding
 
 
 class Peaks(NamedTuple):

@@ -34,8 +34,8 @@ def filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
     """Disparities with the bad ones from the mean of good ones as near as there are."""
     w = good.astype(np.float32)
     if good.all() or min(d.shape) < 3:
-        mean = float((d * w).sum() / max(w.sum(), 1))
-        return np.where(good, d, np.float32(mean)).astype(np.float32)
+        all_of_them = float((d * w).sum() / max(w.sum(), 1))
+        return np.where(good, d, np.float32(all_of_them)).astype(np.float32)
     share = cv2.pyrDown(w)
     mean = cv2.pyrDown(d * w) / np.maximum(share, 1e-3)
     coarse = filled(mean, share > 1e-3)

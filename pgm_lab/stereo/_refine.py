@@ -7,12 +7,13 @@ import numpy as np
 
 from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, warped
 from pgm_lab.stereo._planes import on_planes
+from pgm_lab.stereo._pyramid import filled
 
 STEPS = 3
 WIDER = 4  # px: planes reach further than windows, and so are quieter
 FARTHEST = 1.0  # px from the start
 STILL = 0.3  # px: after a longer last step a window has not come to rest
-FLAT = 1e-3  # grey values squared; less variance is rounding
+FLAT = 1e-6  # of the image's variance; less is rounding
 PARTS = 32  # of a pixel, to which OpenCV rounds before it interpolates
 LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
 AROUND = 4  # windows: the neighbourhood in which correlation of residuals is measured
@@ -50,14 +51,17 @@ def refine(
     """Disparities by least squares: shift, gain and offset of each window.
 
     The right image is warped by the disparities on their local planes, so that a window
-    on a slope has the shape it has in the left image. Good cells make the planes.
+    on a slope has the shape it has in the left image. Good cells make the planes; the
+    others take the disparities of their neighbours.
     """
     # gradients reach one pixel to each side, the interpolation four
     solid = cv2.erode(right.mask, np.ones((1, 9)), borderValue=0)
     here = cv2.erode(left.mask, np.ones((1, 3)), borderValue=0)
 
+    start = filled(d, good)
+
     def work(rows: slice) -> Refined:
-        at = d[rows]
+        at = start[rows]
         for _ in range(STEPS):
             shape = np.rint(on_planes(at, good[rows], window + WIDER) * PARTS) / PARTS
             W = warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
@@ -65,7 +69,7 @@ def refine(
             at = shape + sums.step
         both = here[rows] * (warped(solid, shape, rows.start) > WHOLE)
         more = inflation(sums, good[rows], window)
-        rested = (np.abs(at - d[rows]) < FARTHEST) & (np.abs(sums.step) < STILL)
+        rested = (np.abs(at - start[rows]) < FARTHEST) & (np.abs(sums.step) < STILL)
         return Refined(
             at, np.sqrt(sums.variance * more), rested, box(both, window) > WHOLE
         )

@@ -1,0 +1,221 @@
+"""Dense matching against disparities that are known exactly."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_dilation
+
+from pgm_lab import stereo
+from pgm_lab.stereo import _boxes, _pyramid, dense
+from tests.stereo.pairs import noisy, rms, smooth_pair, step_pair
+
+GROUNDS = {
+    "level": lambda x, y: 3.3 + 0 * x,
+    "ramp": lambda x, y: -5 + 0.12 * x + 0.06 * y,
+    "waves": lambda x, y: 2 + 3 * np.sin(x / 14) + 2 * np.cos(y / 17),
+}
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_without_noise_disparities_are_right(ground):
+    """Level ground to rounding of the interpolation, curved ground to 0.1 px."""
+    left, right, truth = smooth_pair(GROUNDS[ground])
+    match = stereo.match_rows(left, right)
+    inner = match.status[12:-12, 24:-24] == 0
+    error = (match.disparity - truth)[match.status == 0]
+    assert inner.mean() > 0.95
+    assert rms(error) < {"level": 0.01, "ramp": 0.01, "waves": 0.04}[ground]
+    assert np.abs(error).max() < {"level": 0.05, "ramp": 0.15, "waves": 0.5}[ground]
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_least_squares_is_better_than_correlation(ground):
+    left, right, truth = smooth_pair(GROUNDS[ground])
+    left, right = noisy(left, 2, 1), noisy(right, 2, 2)
+    coarse, fine = (
+        stereo.match_rows(left, right, refine=refine) for refine in (False, True)
+    )
+    both = (coarse.status == 0) & (fine.status == 0)
+    errors = [rms((m.disparity - truth)[both]) for m in (coarse, fine)]
+    assert errors[1] < 0.8 * errors[0]
+
+
+@pytest.mark.parametrize("shift", [4.0, 4.27, 4.5])
+@pytest.mark.parametrize("sigma", [2, 6])
+def test_errors_are_as_large_as_predicted(shift, sigma):
+    """Monte Carlo: also between pixels, where interpolation correlates the noise."""
+    left, right, _ = smooth_pair(lambda x, y: shift + 0 * x)
+    errors, predicted = [], []
+    for seed in range(2):
+        match = stereo.match_rows(
+            noisy(left, sigma, seed), noisy(right, sigma, 50 + seed)
+        )
+        good = match.status == 0
+        errors.append(match.disparity[good] - shift)
+        predicted.append(match.sd[good])
+    errors, predicted = np.concatenate(errors), np.concatenate(predicted)
+    assert 0.85 < rms(errors) / rms(predicted) < 1.2
+    assert abs(errors.mean()) < 0.005 + 0.1 * rms(errors)
+
+
+def test_what_a_wall_hides_is_rejected_and_the_wall_is_sharp():
+    left, right, truth, hidden = step_pair()
+    match = stereo.match_rows(noisy(left, 2, 1), noisy(right, 2, 2))
+    good = match.status == 0
+    assert hidden.sum() == 8 * len(left)
+    assert good[hidden].mean() < 0.05
+    # a window of 7 takes the disparity of the better texture up to 3 px off the edge
+    wall = truth == truth.max()
+    edge = binary_dilation(wall, iterations=5) & ~wall
+    edge |= binary_dilation(~wall, iterations=5) & wall
+    inside = good & ~edge & ~hidden
+    error = np.abs((match.disparity - truth)[inside])
+    assert inside[10:-10, 25:-10].mean() > 0.6
+    assert error.max() < 1.2
+    assert np.mean(error > 0.5) < 0.005
+
+
+def test_right_to_left_finds_the_same_as_left_to_right():
+    """Mirrored and exchanged, so that a disparity keeps its sign."""
+    left, right, truth = smooth_pair(GROUNDS["ramp"])
+    back = stereo.match_rows(right[:, ::-1], left[:, ::-1]).disparity[:, ::-1]
+    row, column = np.mgrid[20:70, 30:80]
+    other = np.rint(column - truth[20:70, 30:80]).astype(int)
+    # half a pixel along a ramp of 0.12 changes the disparity by 0.06
+    assert np.nanmax(np.abs(back[row, other] - truth[20:70, 30:80])) < 0.1
+
+
+def test_water_is_not_matched():
+    """Neither where nothing varies, nor where there is nothing but noise."""
+    left, right, _ = smooth_pair(GROUNDS["level"])
+    for image in (left, right):
+        image[20:60, 30:90] = 80.0
+    still = stereo.match_rows(left, right)
+    water = np.s_[24:56, 40:80]
+    assert (still.status[water] == stereo.STATUSES.index("no texture")).all()
+    lively = stereo.match_rows(noisy(left, 2, 1), noisy(right, 2, 2))
+    assert (lively.status[water] != 0).all()
+    assert np.isnan(lively.disparity[water]).all()
+    assert np.isnan(lively.sd[water]).all()
+
+
+@pytest.mark.parametrize("fill", [np.nan, "mask"])
+def test_no_window_reaches_beyond_the_image(fill):
+    left, right, truth = smooth_pair(GROUNDS["level"])
+    hole = np.zeros(left.shape, bool)
+    hole[30:50, 60:80] = True
+    holed = (
+        np.where(hole, np.nan, left) if fill != "mask" else np.ma.array(left, mask=hole)
+    )
+    match = stereo.match_rows(holed, right)
+    near = binary_dilation(hole, np.ones((9, 9)))
+    assert (match.status[near] == stereo.STATUSES.index("no image")).all()
+    match = stereo.match_rows(left, np.where(np.roll(hole, -3, 1), np.nan, right))
+    assert (match.status[near] != 0).all()
+    error = (match.disparity - truth)[match.status == 0]
+    assert np.abs(error).max() < 0.1
+
+
+def test_what_fills_a_hole_does_not_matter():
+    """A masked array may hold any value below its mask."""
+    left, right, _ = smooth_pair(GROUNDS["ramp"], (60, 80))
+    mask = np.zeros(left.shape, bool)
+    mask[:20, :30] = True
+    one, other = (
+        stereo.match_rows(np.ma.array(np.where(mask, value, left), mask=mask), right)
+        for value in (0.0, 1e6)
+    )
+    np.testing.assert_array_equal(one.status, other.status)
+    np.testing.assert_array_equal(one.disparity, other.disparity)
+
+
+def test_gain_and_offset_between_the_images_do_not_matter():
+    left, right, _ = smooth_pair(GROUNDS["ramp"])
+    one = stereo.match_rows(left, right)
+    other = stereo.match_rows(left / 255, 1.3 * right + 40)
+    assert (one.status == other.status).mean() > 0.999
+    assert np.nanmax(np.abs(one.disparity - other.disparity)) < 0.01
+
+
+def test_the_pyramid_reaches_far_and_a_short_search_says_so():
+    left, right, truth = smooth_pair(lambda x, y: 30 + 0 * x, (170, 220))
+    match = stereo.match_rows(left, right, search=10)
+    error = (match.disparity - truth)[match.status == 0]
+    assert (match.status == 0).mean() > 0.6
+    assert np.abs(error).max() < 0.1
+    short = stereo.match_rows(left, right, levels=1, search=12)
+    assert (short.status == 0).mean() < 0.01
+    assert sum(short.counts().values()) == left.size
+
+
+def test_a_small_patch_that_differs_is_isolated():
+    """A jump of more than half a pixel makes a patch; a slope does not."""
+    d = np.tile(np.linspace(0, 20, 60, dtype=np.float32), (40, 1))
+    good = np.ones(d.shape, bool)
+    good[:, 45] = False
+    d[5:14, 5:15] += 3  # 90 cells
+    d[20:30, 20:30] += 3  # 100 cells
+    alone = dense._isolated(d, good, 98)
+    assert alone[5:14, 5:15].all()
+    assert alone.sum() == 90
+
+
+def test_bands_of_rows_leave_no_trace(monkeypatch):
+    left, right, _ = smooth_pair(GROUNDS["waves"])
+    left, right = noisy(left, 2, 1), noisy(right, 2, 2)
+    whole = stereo.match_rows(left, right)
+    monkeypatch.setattr(_boxes, "BAND", 17)
+    bands = stereo.match_rows(left, right)
+    np.testing.assert_array_equal(whole.status, bands.status)
+    np.testing.assert_allclose(whole.disparity, bands.disparity, atol=1e-4)
+    np.testing.assert_allclose(whole.sd, bands.sd, rtol=1e-3)
+
+
+def test_a_level_has_at_least_40_pixels():
+    sides = [(39, 500), (40, 500), (80, 90), (500, 741), (2848, 4288)]
+    assert [_pyramid.levels_of(s, 6) for s in sides] == [1, 1, 2, 4, 6]
+
+
+def test_holes_take_the_mean_of_their_neighbours():
+    d = np.zeros((40, 40), np.float32)
+    d[:, 20:] = 8
+    good = np.ones(d.shape, bool)
+    good[10:14, 5:9] = good[10:14, 30:34] = False
+    d[~good] = 99
+    filled = _pyramid.filled(d, good)
+    np.testing.assert_allclose(filled[10:14, 5:9], 0, atol=1e-6)
+    np.testing.assert_allclose(filled[10:14, 30:34], 8, atol=1e-5)
+    np.testing.assert_array_equal(filled[good], d[good])
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "message"),
+    [
+        (np.zeros((50, 60)), np.zeros((50, 61)), "the same size"),
+        (np.zeros((50, 60, 3)), np.zeros((50, 60, 3)), "one channel of a colour"),
+        (np.full((50, 60), np.nan), np.zeros((50, 60)), "left must show something"),
+    ],
+)
+def test_bad_images_are_named(left, right, message):
+    with pytest.raises(ValueError, match=message):
+        stereo.match_rows(left, right)
+
+
+def test_images_that_show_nothing_alike_are_not_matched():
+    rng = np.random.default_rng(0)
+    left, right = rng.normal(100, 20, (2, 90, 120))
+    assert (stereo.match_rows(left, right).status == 0).mean() < 0.002
+
+
+def test_a_constant_pair_has_no_texture():
+    match = stereo.match_rows(np.full((50, 60), 7.0), np.full((50, 60), 7.0))
+    assert set(np.unique(match.status)) == {1, 2}
+
+
+def test_the_pair_and_its_images_give_the_same():
+    left, right, _ = smooth_pair(GROUNDS["level"], (60, 80))
+    pair = stereo.NormalPair(
+        left, right, np.eye(3), np.array([(0.0, 0, 9), (3, 0, 9)]), 24.0, 0.005,
+        np.zeros((2, 2)),
+    )  # fmt: skip
+    one, other = stereo.match_dense(pair), stereo.match_rows(left, right)
+    np.testing.assert_array_equal(one.disparity, other.disparity)
