@@ -42,8 +42,10 @@ def _shadow(dsm: np.ndarray, cell: float) -> np.ndarray:
     rows, columns = dsm.shape
     length = 1
     while length * drop < TALLEST:
-        dc = min(round(-length * np.sin(AZIMUTH)), columns - 1)  # away from the sun
-        dr = min(round(length * np.cos(AZIMUTH)), rows - 1)
+        dc = round(-length * np.sin(AZIMUTH))  # away from the sun
+        dr = round(length * np.cos(AZIMUTH))
+        if abs(dr) >= rows or abs(dc) >= columns:
+            break
         to_r, from_r = _moved(dr, rows)
         to_c, from_c = _moved(dc, columns)
         lower = height[from_r, from_c] - np.float32(length * drop)

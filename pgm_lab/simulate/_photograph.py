@@ -15,7 +15,9 @@ from pgm_lab.simulate.landscape import Landscape
 
 OPTICS = 0.4, 0.35  # px, sd of the blur of the ground, and of the photo
 BAND = 48  # rows of a photo at a time
-IN_FRONT = 0.5  # m, a surface so much higher on the ray hides a point
+IN_FRONT = 0.5  # m, what is so much higher on the ray hides a point
+LEVEL = 0.15  # m, neighbours no higher than that do not
+SAME = 0.05  # m, a ray that meets the surface so near to a point shows it
 
 
 def photograph(
@@ -31,11 +33,12 @@ def photograph(
 ) -> tuple[Photo, np.ndarray]:
     """Photo of a landscape, and the object point (rows, columns, 3) of each pixel."""
     frame = Photo(np.zeros((1, 1)), camera, exterior, pixel_size, image_size, corner)
-    return next(photographs(land, [frame], part, sigma, seed))
+    return next(photographs(land, Surface(land.dsm), [frame], part, sigma, seed))
 
 
 def photographs(
     land: Landscape,
+    surface: Surface,
     frames: Sequence[Photo],
     part: tuple[int, int],
     sigma: float,
@@ -46,6 +49,8 @@ def photographs(
     Parameters
     ----------
     land : Landscape
+    surface : Surface
+        Of its heights.
     frames : sequence of Photo
     part : (columns, rows)
         Of the photos.
@@ -70,7 +75,6 @@ def photographs(
     edges of houses and crowns, which are sharp on the ground, are blurred by 0.35 px in
     the photo.
     """
-    surface = Surface(land.dsm)
     first = frames[0]
     pixel = first.pixel_size * first.exterior[2] / first.camera.c  # m, at height 0
     ground = cv2.GaussianBlur(land.grey, (0, 0), OPTICS[0] * pixel / land.cell)
@@ -83,7 +87,9 @@ def photographs(
         for a in range(0, rows, BAND):
             b = min(a + BAND, rows)
             pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(a, b)), -1)
-            points[a:b] = _meet(land, surface, frame, pixels)
+            rays = frame.rays(pixels).reshape(-1, 3)
+            met = _meet(land, surface, frame.exterior[:3], rays)
+            points[a:b] = met.reshape(b - a, columns, 3)
             X, Y = points[a:b, :, 0], points[a:b, :, 1]
             light = _vignetting(frame, pixels)
             light = light * _foliage(land, leaves, points[a:b])
@@ -98,19 +104,16 @@ def photographs(
 
 
 def _meet(
-    land: Landscape, surface: Surface, frame: Photo, pixels: np.ndarray
+    land: Landscape, surface: Surface, station: np.ndarray, rays: np.ndarray
 ) -> np.ndarray:
-    """Object points that pixels show: where their rays first meet the surface."""
-    u = frame.rays(pixels).reshape(-1, 3)
-    dx, dy = u[:, 0] / u[:, 2], u[:, 1] / u[:, 2]
-    X0, Y0, Z0 = frame.exterior[:3]
+    """Object points (n, 3) where rays (n, 3) from a station first meet the surface."""
+    dx, dy = rays[:, 0] / rays[:, 2], rays[:, 1] / rays[:, 2]
+    X0, Y0, Z0 = station
     right, down = dx / land.cell, -dy / land.cell
     column = (X0 - land.corner[0]) / land.cell - Z0 * right
     row = (land.corner[1] - Y0) / land.cell - Z0 * down
     Z = surface.meet(row, down, column, right)
-    return np.stack([X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy, Z], -1).reshape(
-        *pixels.shape[:-1], 3
-    )
+    return np.stack([X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy, Z], -1)
 
 
 def _foliage(land: Landscape, leaves: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -138,7 +141,13 @@ def _vignetting(frame: Photo, pixels: np.ndarray) -> np.ndarray:
     return (1 - 0.6 * r2 + 0.2 * r2**2).clip(0.5, 1)
 
 
-def hidden(points: np.ndarray, other: Photo, ground: np.ndarray) -> np.ndarray:
+def hidden(
+    points: np.ndarray,
+    other: Photo,
+    ground: np.ndarray,
+    land: Landscape,
+    surface: Surface,
+) -> np.ndarray:
     """Whether another photo does not show object points.
 
     Parameters
@@ -148,27 +157,38 @@ def hidden(points: np.ndarray, other: Photo, ground: np.ndarray) -> np.ndarray:
     other : Photo
     ground : ndarray (rows, columns, 3)
         Object points that the other photo shows.
+    land, surface
+        What both photos show.
 
     Returns
     -------
     ndarray (rows, columns) of bool
-        True outside the other photo, and where all four pixels around the image of the
-        point show something clearly above it: the ray to the point met that before.
+        True outside the other photo, and where the ray from its station to the point
+        first meets something else.
+
+    Notes
+    -----
+    The four pixels around the image of a point decide, where all of them show something
+    clearly above the point, or none. The rays of the others are cast.
     """
     rows, columns = other.grey.shape
     Z = ground[..., 2]
-    low = np.minimum(Z[:-1], Z[1:])
-    low = np.minimum(low[:, :-1], low[:, 1:])
     result = np.ones(points.shape[:2], bool)
     for a in range(0, len(points), BAND):
-        pixels = _about(other, points[a : a + BAND])
+        band = points[a : a + BAND]
+        pixels = _about(other, band)
         c, r = pixels[..., 0], pixels[..., 1]
         inside = (c >= 0) & (r >= 0) & (c <= columns - 1) & (r <= rows - 1)
         i = np.clip(r, 0, rows - 2).astype(int)
         j = np.clip(c, 0, columns - 2).astype(int)
-        result[a : a + BAND] = ~inside | (
-            low[i, j] > points[a : a + BAND, :, 2] + IN_FRONT
-        )
+        around = np.stack([Z[i, j], Z[i + 1, j], Z[i, j + 1], Z[i + 1, j + 1]])
+        around -= band[..., 2]
+        covered = around.min(0) > IN_FRONT
+        ask = inside & ~covered & (around.max(0) > LEVEL)
+        towards = band[ask] - other.exterior[:3]
+        first = _meet(land, surface, other.exterior[:3], towards)
+        covered[ask] = first[:, 2] > band[ask][:, 2] + SAME
+        result[a : a + BAND] = ~inside | covered
     return result
 
 

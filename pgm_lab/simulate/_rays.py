@@ -62,7 +62,8 @@ class Surface:
         Notes
         -----
         A ray goes down in steps of at most a block sideways while it stays above the
-        tops of the blocks around, then with smaller blocks, and at last by a cell. The
+        tops of the blocks around, then with smaller blocks, and at last by half a cell:
+        less of a corner than that may be missed. The
         step that ends below the surface is closed in on.
         """
         z = np.full(row.shape, float(self.z.max()) + 0.1)
@@ -80,7 +81,7 @@ class Surface:
                 free = top[r, c] < low
                 go = go[free]
                 z[go] = low[free]
-        return self._close(row, down, column, right, z, level)
+        return self._close(row, down, column, right, z, level / 2)
 
     def _close(
         self,

@@ -9,6 +9,7 @@ from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
 from pgm_lab.simulate._photograph import hidden as _hidden
 from pgm_lab.simulate._photograph import photograph, photographs
+from pgm_lab.simulate._rays import Surface
 from pgm_lab.simulate.images import generator
 from pgm_lab.simulate.landscape import Landscape, landscape
 
@@ -117,8 +118,9 @@ def aerial_pair(
         borders=(both[0] + third, both[1] - third),
         water=water,
     )
-    (left, a), (right, b) = photographs(land, frames, part, sigma, seed)
-    hidden = _hidden(a, right, b), _hidden(b, left, a)
+    surface = Surface(land.dsm)
+    (left, a), (right, b) = photographs(land, surface, frames, part, sigma, seed)
+    hidden = _hidden(a, right, b, land, surface), _hidden(b, left, a, land, surface)
     return AerialPair(left, right, land, (a, b), hidden)
 
 
@@ -199,7 +201,8 @@ def aerial_block(
         trees=trees,
         seed=seed,
     )
-    return [photo for photo, _ in photographs(land, frames, part, sigma, seed)], land
+    taken = photographs(land, Surface(land.dsm), frames, part, sigma, seed)
+    return [photo for photo, _ in taken], land
 
 
 def _frame(

@@ -46,7 +46,7 @@ def _stored(photo: Photo, folder: Path) -> PhotoFile:
     """Write a photo that is in memory, under a name that tells its content."""
     grey = np.ascontiguousarray(photo.grey)
     content = hashlib.sha256(f"{grey.dtype}{grey.shape}".encode())
-    content.update(grey.view(np.uint8))
+    content.update(grey.tobytes())
     path = folder / "photos" / f"{content.hexdigest()[:32]}.npy"
     if not path.is_file():
         path.parent.mkdir(exist_ok=True)

@@ -4,6 +4,7 @@ import numpy as np
 
 from pgm_lab.stereo._boxes import Image, warped
 from pgm_lab.stereo._correlate import Peaks, search
+from pgm_lab.stereo._planes import on_planes
 from pgm_lab.stereo._pyramid import filled, finer, pyramid
 
 REACH = 3  # px, search on all levels but the coarsest
@@ -30,8 +31,8 @@ def coarse_to_fine(
         two = search(R.flipped(), L.flipped(), back, *how)
         agree = agreement(one.d, two.d)
         if k:
-            there = filled(one.d, _trusted(one) & agree)
-            back = filled(two.d, _trusted(two) & agreement(two.d, one.d))
+            there = _smooth(one, agree, window)
+            back = _smooth(two, agreement(two.d, one.d), window)
     return one, agree
 
 
@@ -41,5 +42,7 @@ def agreement(there: np.ndarray, back: np.ndarray) -> np.ndarray:
     return np.abs(there - warped(mirrored, there)) < AGREE
 
 
-def _trusted(peaks: Peaks) -> np.ndarray:
-    return (peaks.r > TRUSTED) & peaks.inside
+def _smooth(peaks: Peaks, agree: np.ndarray, window: int) -> np.ndarray:
+    """Disparities on their local planes; those not to be trusted from neighbours."""
+    good = agree & peaks.inside & (peaks.r > TRUSTED)
+    return filled(on_planes(peaks.d, good, window), good)

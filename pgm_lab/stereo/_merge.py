@@ -37,8 +37,8 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
                 tile = np.array([column, row, *size])
                 for layer, values in zip(layers, _tile(files, boxes, tile, how)):
                     layer.write(column, row, values)
-    large = "r" if rows * columns > _validate.MOST else None
-    z, measured = (np.load(name, mmap_mode=large) for name in names)
+    large = rows * columns > _validate.MOST
+    z, measured = (np.load(name, mmap_mode="r" if large else None) for name in names)
     x, y = (first + 0.5) * cell
     return Surface(z, (float(x), float(-y)), cell, measured)
 

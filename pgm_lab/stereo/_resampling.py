@@ -11,7 +11,7 @@ from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 
 # Places are computed exactly for every so many pixels, and linearly between
-STEP = 8
+STEP = 4
 
 # Rows that are filled at once
 BAND = 256
@@ -65,7 +65,7 @@ def seen_at(photo: Photo, directions: np.ndarray) -> np.ndarray:
     ahead = u[..., 2] < 0
     xy = -photo.camera.c * u[..., :2] / np.where(ahead, u[..., 2], -1)[..., None]
     edge = photo.ideal(photo.outline())
-    margin = 3 * STEP * photo.pixel_size
+    margin = 24 * photo.pixel_size
     low, high = edge.min(0) - margin, edge.max(0) + margin
     xy = np.where(ahead[..., None], np.clip(xy, low, high), low)
     return photo.to_pixel(measured(photo.camera, xy))

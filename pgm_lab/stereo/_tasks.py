@@ -50,7 +50,8 @@ def plot_pair(task: Task) -> tuple[int, float]:
     n = int(inside.sum())
     if n < FEWEST:
         raise ValueError(f"{n} points between {low:g} and {high:g} m were matched")
-    _write(task, *_gridded(points, inside, task.cell), n)
+    z, weight, first = _gridded(points, inside, task.cell)
+    _write(task, z, weight, first, n)
     return n, time.perf_counter() - start
 
 
@@ -60,7 +61,9 @@ def _step(pair: NormalPair, task: Task) -> int:
     return max(1, int(task.cell / (depth * pair.pixel_size / pair.c)))
 
 
-def _gridded(points: Points, inside: np.ndarray, cell: float):
+def _gridded(
+    points: Points, inside: np.ndarray, cell: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Heights, weights and first (column, row), in cells that all pairs share.
 
     Cell (column, row) has its middle at ((column + 0.5) cell, -(row + 0.5) cell).

@@ -154,7 +154,7 @@ def plot_block(
         If the disk is full.
     """
     photos = photo_list(photos)
-    pairs = _pairs(pairs, len(photos))
+    indices = _indices(pairs, len(photos))
     cell = _validate.positive_number(cell, "cell", "m")
     low, high = _validate.of_shape(heights, (2,), "heights").tolist()
     if not low < high:
@@ -174,7 +174,7 @@ def plot_block(
         "pgm_lab": __version__,
     }
     folder = existing(folder)
-    files, prints = on_disk(photos, np.unique(pairs).tolist(), folder)
+    files, prints = on_disk(photos, np.unique(indices).tolist(), folder)
     belongs(folder, parameters, prints, _validate.flag(overwrite, "overwrite"))
     tasks = [
         Task(
@@ -187,7 +187,7 @@ def plot_block(
             fingerprint(parameters, prints[i], prints[j]),
             folder / f"pair_{i:05d}_{j:05d}.npz",
         )
-        for i, j in pairs.tolist()
+        for i, j in indices.tolist()
     ]
     done = _found(tasks)
     missing = [task for task in tasks if task.pair not in done]
@@ -221,37 +221,42 @@ def _pool(client: Any, workers: int, folder: Path) -> Pool:
 
 
 def _plot(tasks, pool, retries, progress, found):
-    """Rows of the table for all tasks, by their pair."""
+    """Rows of the table for tasks, by their pair."""
     from tqdm.auto import tqdm
 
     rows = {}
     total = found + len(tasks)
     with tqdm(total=total, initial=found, unit="pair", disable=not progress) as bar:
         for task, result, error, attempts in run(plot_pair, tasks, pool, retries):
-            points, seconds = result or (0, float("nan"))
-            status, reason = "plotted", ""
-            if error is not None:
-                status, reason = "failed", f"{type(error).__name__}: {error}"
-            rows[task.pair] = PlottedPair(
-                *task.pair, status, points, seconds, attempts, reason, task.file
-            )
+            if error is None:
+                points, seconds = result
+                row = _row(task, "plotted", points, seconds, attempts)
+            else:
+                reason = f"{type(error).__name__}: {error}"
+                row = _row(task, "failed", attempts=attempts, reason=reason)
+            rows[task.pair] = row
             bar.update()
     return rows
 
 
 def _found(tasks):
-    rows = {}
-    for task in tasks:
-        points = plotted(task)
-        if points is not None:
-            nan = float("nan")
-            rows[task.pair] = PlottedPair(
-                *task.pair, "found", points, nan, 0, "", task.file
-            )
-    return rows
+    """Rows of the table for tasks whose file is there, by their pair."""
+    points = {task.pair: plotted(task) for task in tasks}
+    return {
+        task.pair: _row(task, "found", points[task.pair])
+        for task in tasks
+        if points[task.pair] is not None
+    }
 
 
-def _pairs(pairs, n):
+def _row(task, status, points=0, seconds=np.nan, attempts=0, reason=""):
+    left, right = task.pair
+    return PlottedPair(
+        left, right, status, points, seconds, attempts, reason, task.file
+    )
+
+
+def _indices(pairs, n):
     pairs = _validate.numeric(pairs, "pairs")
     if not pairs.size:
         raise ValueError("pairs is empty: no photos share enough of the ground")

@@ -186,8 +186,8 @@ def epipolar_pair(
 
     Notes
     -----
-    Places in the photo are computed exactly for every eighth pixel and linearly between
-    (less than 0.001 px off with a lens that displaces by 0.1 mm), grey values by a
+    Places in the photo are computed exactly for every fourth pixel and linearly between
+    (off by less than 0.001 px with the lens of `simulate`), grey values by a
     cubic spline, so that nothing is moved. In bands of rows: a pair of 24 megapixels
     takes some 0.6 GB.
 

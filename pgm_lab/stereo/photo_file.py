@@ -6,13 +6,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from PIL import Image
 
-from pgm_lab import _validate
+from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
+from pgm_lab.matching.photo import ORIENTATION
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class PhotoFile:
     Attributes
     ----------
     path : str or Path
-        A JPEG, TIFF or PNG, or an array as `np.save` writes it. Colour becomes grey.
+        A JPEG, TIFF or PNG, or an array as `np.save` writes it; colours become grey.
     camera : Camera
         Interior orientation and lens, in mm.
     exterior : sequence of 6 numbers
@@ -43,23 +43,20 @@ class PhotoFile:
     corner: tuple[int, int] = (0, 0)
 
     def read(self) -> Photo:
-        """Read the photo: pixels as stored, whatever a tag says of turning them.
+        """Read the photo, grey, as the camera was held (`matching.read`).
 
         Raises
         ------
-        FileNotFoundError
-            If there is no such file.
+        FileNotFoundError, OSError
+            If the file cannot be read.
         ValueError
             If it is no photo.
         """
-        path = Path(self.path)
-        if path.suffix == ".npy":
-            return self._photo(np.load(path, mmap_mode="r"))
-        how = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
-        stored = np.frombuffer(path.read_bytes(), np.uint8)
-        grey = cv2.imdecode(stored, how) if stored.size else None
-        if grey is None:
-            raise ValueError(f"{path.name} is no photo that OpenCV can read")
+        if Path(self.path).suffix == ".npy":
+            return self._photo(np.load(self.path, mmap_mode="r"))
+        grey = matching.read(self.path, colour="grey")
+        if isinstance(grey, np.ma.MaskedArray):
+            grey = np.ma.filled(grey.astype(np.float32), np.nan)
         return self._photo(grey)
 
     def blank(self) -> Photo:
@@ -68,7 +65,8 @@ class PhotoFile:
             shape = np.load(self.path, mmap_mode="r").shape
         else:
             with Image.open(self.path) as image:
-                shape = image.size[::-1]
+                turned = image.getexif().get(ORIENTATION, 1) >= 5
+                shape = image.size if turned else image.size[::-1]
         return self._photo(np.broadcast_to(np.uint8(0), shape))
 
     def fingerprint(self) -> str:

@@ -10,6 +10,7 @@ from pgm_lab.stereo_map._measure import Measurement
 
 MARK: Look = {"marker": "+", "markersize": 15, "markeredgewidth": 2.2, "linestyle": ""}
 HALO: Look = MARK | {"markeredgewidth": 4.4, "color": basic.BLACK}
+PEAK: Look = {"marker": "o", "mfc": "none", "mec": basic.RED, "mew": 2.2, "ms": 11}
 LEAST_R = -0.5
 PROBABILITY = 0.95
 NOTHING = np.zeros((0, 2))
@@ -99,6 +100,7 @@ def details(axes: list[Axes], point: Measurement) -> None:
     for ax in axes:
         ax.tick_params(labelsize=13)
         ax.locator_params(nbins=3)
+    axes[3].locator_params(axis="x", nbins=2)
 
 
 def _template(ax: Axes, point: Measurement) -> None:
@@ -135,7 +137,7 @@ def _map(ax: Axes, point: Measurement) -> None:
     ax.imshow(point.map, cmap="cividis", vmin=LEAST_R, vmax=1, extent=extent)
     _curve(ax, point)
     if np.isfinite(point.correlated).all():
-        ax.plot(*point.correlated, "o", mfc="none", mec=basic.RED, mew=2.2, ms=11)
+        ax.plot(*point.correlated, **PEAK)
 
 
 def _ellipse(ax: Axes, point: Measurement) -> None:
@@ -144,7 +146,7 @@ def _ellipse(ax: Axes, point: Measurement) -> None:
         return _nothing(ax)
     ax.set_aspect("equal")
     _curve(ax, point)
-    ax.plot(*point.correlated, "o", mfc="none", mec=basic.RED, mew=2.2, ms=11)
+    ax.plot(*point.correlated, **PEAK)
     ax.plot(*point.right, **MARK, color=basic.ORANGE)
     basic.error_ellipse(
         ax, point.right, point.covariance, PROBABILITY, color=basic.ORANGE

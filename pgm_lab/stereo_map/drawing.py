@@ -1,5 +1,7 @@
 """One figure of a measurement, for slides, paper, and wherever no kernel runs."""
 
+import textwrap
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,7 +11,7 @@ from pgm_lab.stereo_map import _panels, _words
 from pgm_lab.stereo_map._measure import Measurement
 from pgm_lab.stereo_map.session import Session
 
-WIDTH = 10.0  # inches
+WIDTH, LETTERS = 10.0, 100  # inches, and letters of 13 points in a line
 
 
 def draw(session: Session, point: Measurement) -> Figure:
@@ -28,9 +30,11 @@ def draw(session: Session, point: Measurement) -> Figure:
     _validate.instance(session, Session, "session")
     _validate.instance(point, Measurement, "point")
     rows, columns = session.left.grey.shape
-    high = float(np.clip(4.6 * rows / columns, 2.5, 6.0))
-    fig = plt.figure(figsize=(WIDTH, high + 5.0), layout="constrained")
-    heights = high + 0.5, 2.6, 1.9
+    high = float(np.clip(4.5 * rows / columns, 2.0, 3.0))
+    text = [textwrap.fill(line, LETTERS) for line in _words.lines(session, point)]
+    written = "\n".join(text)
+    heights = high + 0.4, 1.95, 0.25 * (1 + written.count("\n")) + 0.1
+    fig = plt.figure(figsize=(WIDTH, sum(heights)), layout="constrained")
     above, middle, below = np.asarray(fig.subfigures(3, 1, height_ratios=heights))
     views = [
         _panels.View(ax, levels, title)
@@ -40,8 +44,7 @@ def draw(session: Session, point: Measurement) -> Figure:
     ]
     mark(views, session, point)
     _panels.details(list(middle.subplots(1, 4)), point)
-    text = "\n".join(_words.lines(session, point))
-    below.text(0.01, 0.98, text, va="top", fontsize=13, linespacing=1.45)
+    below.text(0.01, 0.98, written, va="top", fontsize=13, linespacing=1.4)
     return fig
 
 
@@ -54,7 +57,7 @@ def show(session: Session, point: Measurement) -> None:
     point : Measurement
     """
     fig = draw(session, point)
-    plot.show(fig, alt(session, point), colours=128)
+    plot.show(fig, alt(session, point), colours=256)
 
 
 def alt(session: Session, point: Measurement) -> str:

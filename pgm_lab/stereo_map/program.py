@@ -28,7 +28,7 @@ HINT = (
     "Click in the left photo. The wheel zooms; the cross of arrows at the left moves,"
     " and ends when you click it again."
 )
-COLUMNS = ("", "left (px)", "right (px)", "X", "Y", "Z", "sd", "y parallax (px)")
+COLUMNS = ("point", "left (px)", "right (px)", "X", "Y", "Z", "sd", "y parallax (px)")
 
 
 class Program:
@@ -215,10 +215,8 @@ def _table(session: Session) -> str:
         known = np.isfinite(point.xyz).all()
         sd = np.full(3, np.nan) if not known else point.sd
         numbers = [
-            *(
-                _words.pixels(place, np.full(2, 0.01))
-                for place in (point.left, point.right)
-            ),
+            _words.pixels(point.left),
+            _words.pixels(point.right),
             *(f"{value:.3f}" if known else "" for value in point.xyz),
             " ".join(f"{value:.3f}" for value in sd) if known else "",
             f"{point.y_parallax:.2f}" if known else "",

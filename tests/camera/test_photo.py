@@ -1,4 +1,4 @@
-"""An oriented photo: its frames, parts of it, its rays there and back, and bad input."""
+"""An oriented photo: its frames, its parts, rays there and back, and bad input."""
 
 import numpy as np
 import pytest

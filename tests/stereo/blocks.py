@@ -8,38 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from pgm_lab.simulate import aerial
-from pgm_lab.simulate.landscape import landscape
+from pgm_lab import simulate
 from pgm_lab.stereo import PhotoFile
 
-PART = (160, 120)
-BASE = 0.4 * PART[0] * aerial.HEIGHT / aerial.CAMERA.c * aerial.PIXEL  # 60 % overlap
 HEIGHTS = (-5.0, 65.0)
 NUMBERS = dict(heights=HEIGHTS, cell=1.0, progress=False)
 
 
-def strip(n=4):
-    """Photos of a strip, and the landscape."""
-    land = landscape(
-        (-40, -30, 40 + BASE * n, 30), cell=0.25, buildings=2, trees=0, seed=3
-    )
-    corner = tuple((np.array(aerial.SENSOR) - PART) // 2)
-    corner = int(corner[0]), int(corner[1])
-    photos = []
-    for k in range(n):
-        exterior = np.array([k * BASE, 0, 1020, 0, 0, 0.0])
-        photo, _ = aerial.photograph(
-            land,
-            aerial.CAMERA,
-            exterior,
-            aerial.PIXEL,
-            aerial.SENSOR,
-            corner,
-            PART,
-            seed=k,
-        )
-        photos.append(photo)
-    return photos, land
+def strip():
+    """Four photos of a strip, and the landscape."""
+    return simulate.aerial_block(1, 4, (160, 120), cell=0.25, buildings=1, trees=0)
 
 
 def content(folder):

@@ -57,20 +57,26 @@ def empty(tmp_path):
 
 
 def test_the_surface_is_the_landscape(block, serial):
-    """Within three times what one pixel of parallax noise of 0.1 px does."""
-    s, land = serial[0].surface, block[1]
+    """Where two photos of a pair see it, and as well as 0.3 px of parallax allow."""
+    s, (photos, land) = serial[0].surface, block
     rows, columns = s.z.shape
     X = s.corner[0] + s.cell * np.arange(columns)
     Y = s.corner[1] - s.cell * np.arange(rows)
     X, Y = np.meshgrid(X, Y)
-    found = stereo.quality(s.z, land.at(land.dsm, X, Y))
-    base = photos_base(block[0])
-    assert found.nmad < 3 * 1000 / base * 0.229 * 0.1
-    assert found.completeness > 0.9
+    truth = land.at(land.dsm, X, Y)
+    points = np.stack([X, Y, truth], -1).reshape(-1, 3)
+    seen = [inside(photo, points) for photo in photos]
+    both = np.any([seen[i] & seen[j] for i, j in PAIRS], axis=0).reshape(X.shape)
+    found = stereo.quality(s.z, truth, both)
+    base = np.linalg.norm(photos[1].exterior[:3] - photos[0].exterior[:3])
+    assert found.nmad < 0.3 * (1000 / base) * (1000 / 24 * 5.49e-3)
+    assert found.completeness > 0.95
 
 
-def photos_base(photos):
-    return np.linalg.norm(photos[1].exterior[:3] - photos[0].exterior[:3])
+def inside(photo, points, margin=4):
+    """Whether a photo shows points, half a window from its edge."""
+    px, size = photo.project(points), np.array(photo.grey.shape[::-1])
+    return ((px > margin) & (px < size - 1 - margin)).all(1)
 
 
 def test_processes_write_the_same_bytes_as_the_serial_run(photos, serial, empty):

@@ -1,0 +1,253 @@
+"""Aerial photos: truth by other means than the ray-caster."""
+
+import cv2
+import numpy as np
+import pytest
+
+from pgm_lab.camera import Camera, Photo
+from pgm_lab.simulate import aerial_block, aerial_pair, landscape
+from pgm_lab.simulate._photograph import hidden
+from pgm_lab.simulate._rays import Surface
+from pgm_lab.simulate.aerial import CAMERA, GSD, PIXEL, SENSOR, photograph
+
+PART = (240, 180)
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return aerial_pair(PART)
+
+
+def pixels(part):
+    return np.stack(np.meshgrid(np.arange(part[0]), np.arange(part[1])), -1)
+
+
+def test_ground_projects_back_to_its_pixels(pair):
+    for photo, ground in zip((pair.left, pair.right), pair.ground, strict=True):
+        error = photo.project(ground) - pixels(PART)
+        assert np.abs(error).max() < 1e-6  # px
+
+
+def test_ground_lies_on_the_surface(pair):
+    land = pair.landscape
+    for ground in pair.ground:
+        X, Y, Z = np.moveaxis(ground, -1, 0)
+        assert np.abs(land.at(land.dsm, X, Y) - Z).max() <= 1.01e-4  # m
+
+
+def marched(land, photo, ground):
+    """How far the surface is above the rays from points to the station, at most.
+
+    By steps of a third of a cell sideways: slow, and without any block or false
+    position. It begins a twentieth of a cell away, as the point is on the surface.
+    """
+    station = photo.exterior[:3]
+    way = station - ground
+    length = np.hypot(way[..., 0], way[..., 1])
+    highest = np.full(length.shape, -np.inf)
+    rise = land.dsm.max() - ground[..., 2].min()
+    reach = (rise / way[..., 2] * length).max()
+    near = np.array([0.05, 0.1, 0.2, 0.3])
+    distances = np.concatenate([near, np.arange(0.5, reach / land.cell, 1 / 3)])
+    for far in distances * land.cell:
+        point = ground + way * (far / length)[..., None]
+        over = land.at(land.dsm, point[..., 0], point[..., 1]) - point[..., 2]
+        np.maximum(highest, over, out=highest)
+    return highest
+
+
+def test_nothing_stands_between_a_point_and_the_photo_that_shows_it(pair):
+    """Marching finds no surface above the rays, or no more than a corner of a cell."""
+    for photo, ground in zip((pair.left, pair.right), pair.ground, strict=True):
+        over = marched(pair.landscape, photo, ground)
+        assert (over < 1e-3).mean() > 0.9995
+        assert over.max() < 0.1
+
+
+def test_hidden_is_what_marching_to_the_other_station_finds(pair):
+    for k, other in enumerate((pair.right, pair.left)):
+        over = marched(pair.landscape, other, pair.ground[k])
+        at = other.project(pair.ground[k])
+        inside = ((at >= 0) & (at <= np.array(PART) - 1)).all(-1)
+        found = pair.hidden[k]
+        assert found[~inside].all()
+        assert 0.02 < found[inside].mean() < 0.2
+        assert found[inside & (over > 0.1)].mean() > 0.999
+        assert found[inside & (over < 1e-3)].mean() < 0.001
+
+
+def test_photo_of_level_ground_is_a_perspective_of_the_orthophoto():
+    """OpenCV warps the ground's grey values by four points: no ray is cast."""
+    camera = Camera(24.0)
+    land = landscape((-70, -60, 70, 60), relief=0, buildings=0, trees=0)
+    exterior = np.array([3.0, -2.0, 1000.0, 0.02, -0.015, 0.3])
+    part, corner = (200, 150), (2044, 1349)
+    photo, ground = photograph(
+        land, camera, exterior, PIXEL, SENSOR, corner, part, sigma=0
+    )
+    assert np.abs(ground[..., 2]).max() < 1e-4
+    corners = np.array([(-30, -20, 0), (30, -20, 0), (30, 20, 0), (-30, 20, 0)], float)
+    there = photo.project(corners).astype(np.float32)
+    here = np.stack(
+        [corners[:, 0] - land.corner[0], land.corner[1] - corners[:, 1]], -1
+    )
+    by = cv2.getPerspectiveTransform((here / land.cell).astype(np.float32), there)
+    smooth = cv2.GaussianBlur(land.grey, (0, 0), 0.4 * PIXEL / 24 * 1000 / land.cell)
+    expected = cv2.warpPerspective(smooth, by, part, flags=cv2.INTER_CUBIC)
+    expected = cv2.GaussianBlur(expected, (0, 0), 0.35)
+    r2 = ((pixels(part) + corner - (np.array(SENSOR) - 1) / 2) ** 2).sum(-1)
+    r2 = r2 * (PIXEL / 24) ** 2
+    expected *= 1 - 0.6 * r2 + 0.2 * r2**2
+    inner = np.s_[20:-20, 20:-20]
+    difference = photo.grey[inner] - expected[inner]
+    assert difference.std() < 0.6  # rounding to whole grey values has 0.29
+    assert abs(difference.mean()) < 0.05
+
+
+def test_ray_meets_a_wall_where_geometry_says():
+    """A step of 10 m between two cells, seen from aside: roof, wall, ground."""
+    z = np.zeros((3, 100), np.float32)
+    z[:, 50:] = 10
+    right = np.full(400, -0.5)  # one cell to the left for 2 m up
+    column = np.linspace(30, 70, 400)
+    still = np.zeros(400)
+    Z = Surface(z).meet(still + 1, still, column, right)
+    met = column + Z * right
+    ground, roof = met < 49, met > 50
+    assert np.abs(Z[ground]).max() < 1e-4
+    np.testing.assert_allclose(Z[roof], 10, atol=1e-4)
+    # a ray that is at column x at height 0 is at x - 5 at height 10
+    np.testing.assert_array_equal(ground, column < 49)
+    np.testing.assert_array_equal(roof, column > 55)
+    wall = ~ground & ~roof
+    np.testing.assert_allclose(Z[wall], (met[wall] - 49) * 10, atol=1.1e-4)
+
+
+def test_hidden_behind_a_wall_is_a_known_strip():
+    """A wall hides ground as wide as its height by the slope of the rays."""
+    camera = Camera(24.0)
+    land = landscape((-40, -20, 40, 20), relief=0, buildings=0, trees=0)
+    columns = np.arange(land.dsm.shape[1])
+    x = land.corner[0] + columns * land.cell
+    land.dsm[:, (x > -10) & (x < 0)] = 20.0
+    surface = Surface(land.dsm)
+    photos = []
+    for X0 in (-250.0, 250.0):
+        exterior = np.array([X0, 0.0, 1000.0, 0.0, 0.0, 0.0])
+        blank = Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR)
+        corner = np.round(blank.project((0.0, 0.0, 0.0))).astype(int) - (130, 40)
+        photos.append(
+            photograph(
+                land, camera, exterior, PIXEL, SENSOR, tuple(corner), (260, 80), 0
+            )
+        )
+    (_, left), (right, shown) = photos
+    dark = hidden(left, right, shown, land, surface)
+    ground = np.abs(left[..., 2]) < 0.01
+    X = left[..., 0]
+    # From X0 = 250 m, the wall at -10 m hides the ground to its west
+    edge = -10 - 20 * (250 + 10) / (1000 - 20)
+    behind = ground & (X < -10.3) & (X > edge + 0.5)
+    before = ground & (X < edge - 0.5) & (X > -25)
+    assert behind.sum() > 500
+    assert dark[behind].all()
+    assert not dark[before].any()
+
+
+def test_a_pixel_is_as_large_as_the_flight_says(pair):
+    """0.229 m at 1000 m; the photos fly so high above the middle of the relief."""
+    assert pytest.approx(0.22875) == GSD
+    plain = aerial_pair((60, 40), relief=0, buildings=0, trees=0, camera=Camera(24.0))
+    step = np.linalg.norm(np.diff(plain.ground[0], axis=1), axis=-1)
+    assert np.median(step) == pytest.approx(1.02 * GSD, rel=0.02)
+    base = np.diff([p.exterior[:3] for p in (pair.left, pair.right)], axis=0)
+    assert np.linalg.norm(base) == pytest.approx(0.4 * 4288 * GSD, rel=1e-4)
+
+
+def test_light_falls_off_to_the_corner_of_the_sensor():
+    land = landscape((-4, -4, 4, 4), relief=0, buildings=0, trees=0)
+    land.grey[:] = 200
+    means = []
+    for corner in ((2134, 1414), (0, 0)):
+        exterior = np.array([0.0, 0.0, 1000.0, 0.0, 0.0, 0.0])
+        photo, _ = photograph(
+            land, CAMERA, exterior, PIXEL, SENSOR, corner, (20, 20), 0
+        )
+        means.append(photo.grey.mean())
+    r2 = (2144**2 + 1424**2) * (PIXEL / 24) ** 2
+    assert means[0] == pytest.approx(200, abs=0.5)
+    assert means[1] / 200 == pytest.approx(1 - 0.6 * r2 + 0.2 * r2**2, abs=0.01)
+
+
+def test_noise_has_the_standard_deviation_asked_for_in_each_photo_its_own():
+    part = (60, 40)
+    clean, noisy = (aerial_pair(part, sigma=s) for s in (0, 3))
+    noise = [
+        getattr(noisy, side).grey.astype(float) - getattr(clean, side).grey
+        for side in ("left", "right")
+    ]
+    for one in noise:
+        assert one.std() == pytest.approx(np.sqrt(9 + 1 / 6), rel=0.06)  # two roundings
+    assert abs(np.corrcoef(noise[0].ravel(), noise[1].ravel())[0, 1]) < 0.06
+
+
+def test_same_seed_same_bytes():
+    part = (40, 30)
+    one, again, other = (aerial_pair(part, seed=s) for s in (8, 8, 9))
+    assert one.left.grey.tobytes() == again.left.grey.tobytes()
+    assert one.ground[1].tobytes() == again.ground[1].tobytes()
+    assert one.hidden[0].tobytes() == again.hidden[0].tobytes()
+    assert one.left.grey.tobytes() != other.left.grey.tobytes()
+
+
+def test_both_photos_show_all_three_zones_and_no_pixel_is_saturated(pair):
+    land = pair.landscape
+    for photo, ground in zip((pair.left, pair.right), pair.ground, strict=True):
+        assert set(np.unique(land.zone(ground[..., 0]))) == {0, 1, 2}
+        assert photo.grey.dtype == np.uint8
+        assert 0 < photo.grey.min()
+        assert photo.grey.max() < 255
+
+
+def test_photos_of_a_block_overlap_as_asked():
+    part = (120, 90)
+    photos, land = aerial_block(2, 3, part, overlap=0.6, sidelap=0.3, cell=0.3)
+    assert len(photos) == 6
+    middle = np.array([p.exterior[:2] for p in photos]).reshape(2, 3, 2)
+    along = np.diff(middle[..., 0], axis=1) / (part[0] * GSD)
+    across = -np.diff(middle[..., 1], axis=0) / (part[1] * GSD)
+    np.testing.assert_allclose(1 - along, 0.6, atol=0.02)
+    np.testing.assert_allclose(1 - across, 0.3, atol=0.02)
+    for photo in photos:
+        assert photo.grey.shape == (90, 120)
+        corners = photo.project([(*photo.exterior[:2], 20.0)])
+        assert np.abs(corners - np.array(part) / 2).max() < 20
+        rays = photo.rays(pixels(part).reshape(-1, 2))
+        X = photo.exterior[0] - photo.exterior[2] / rays[:, 2] * rays[:, 0]
+        assert land.corner[0] < X.min()
+        assert X.max() < land.corner[0] + land.cell * land.dsm.shape[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (dict(part=(5000, 100)), "part"),
+        (dict(part=(4, 4)), "part"),
+        (dict(overlap=0.3), "overlap must be from 0.5"),
+        (dict(overlap=1), "overlap must be from 0.5"),
+        (dict(sigma=-1), "sigma must not be negative"),
+        (dict(relief=900), "relief must be at most"),
+        (dict(camera=24.0), "camera"),
+        (dict(seed="a"), "seed"),
+    ],
+)
+def test_bad_arguments_are_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        aerial_pair(**(dict(part=(24, 16)) | change))
+    with pytest.raises(ValueError, match=message):
+        aerial_block(1, 2, **(dict(part=(24, 16)) | change))
+
+
+def test_block_that_is_too_large_for_one_landscape_is_refused():
+    with pytest.raises(ValueError, match="limit"):
+        aerial_block(5, 40, SENSOR)

@@ -1,0 +1,166 @@
+"""The landscape: what stands where, in which light, and which heights are true."""
+
+import cv2
+import numpy as np
+import pytest
+from scipy.ndimage import map_coordinates
+
+from pgm_lab.simulate import Landscape, landscape
+from pgm_lab.simulate._light import AZIMUTH, ELEVATION, _shadow
+from pgm_lab.simulate.landscape import BUILDING, OPEN, TREE, WATER
+
+BOX = (-60.0, -40.0, 60.0, 40.0)
+
+
+@pytest.fixture(scope="module")
+def land():
+    return landscape(BOX, cell=0.2, water=True)
+
+
+def test_ground_has_the_relief_asked_for_and_its_corner_and_size(land):
+    assert land.dtm.min() == 0
+    assert land.dtm.max() == pytest.approx(40)
+    assert land.dsm.shape == (400, 600)
+    assert land.corner == pytest.approx((-59.9, 39.9))
+
+
+def test_objects_stand_on_the_ground_and_open_ground_is_bare(land):
+    higher = land.dsm - land.dtm
+    for kind in (OPEN, WATER):
+        assert np.abs(higher[land.kind == kind]).max() == 0
+    assert higher[land.kind == BUILDING].min() > 2
+    assert higher[land.kind == TREE].min() >= 0.5 - 1e-4
+    assert higher.max() < 25
+
+
+def test_slope_changes_smoothly_without_facets_of_the_elevation_model():
+    """Second differences of a facet are zero but at its edge, where they leap."""
+    z = landscape((-100, -60, 100, 60), cell=1, buildings=0, trees=0).dtm.astype(float)
+    for axis in (0, 1):
+        bend = np.diff(z, 2, axis=axis)
+        leap = np.abs(np.diff(bend, axis=axis)).max()
+        assert leap < 0.12 * np.ptp(bend)
+
+
+def test_open_mixed_and_wooded_ground_lie_side_by_side(land):
+    X = land.corner[0] + land.cell * np.arange(land.kind.shape[1])
+    zone = land.zone(X)
+    assert list(zone[[0, 300, 599]]) == [0, 1, 2]
+    trees = [(land.kind[:, zone == k] == TREE).mean() for k in range(3)]
+    assert trees[0] < 0.06 < trees[1] < 0.25 < 0.4 < trees[2] < 0.8
+
+
+def test_most_houses_stand_on_mixed_ground():
+    land = landscape((-300, -150, 300, 150), cell=1, trees=0)
+    X = land.corner[0] + land.cell * np.arange(land.kind.shape[1])
+    houses = [(land.kind[:, land.zone(X) == k] == BUILDING).mean() for k in range(3)]
+    assert houses[1] > 5 * max(houses[0], houses[2])
+
+
+def test_borders_of_the_zones_may_be_chosen():
+    land = landscape(BOX, cell=0.5, borders=(-50, -40))
+    assert list(land.zone([-51, -49, -41, -39])) == [0, 1, 1, 2]
+
+
+def test_water_is_level_without_texture_and_has_no_step_at_its_bank(land):
+    water = land.kind == WATER
+    assert water.sum() * land.cell**2 > 50
+    assert np.ptp(land.dtm[water]) < 1e-4
+    shore = cv2.erode(water.astype(np.uint8), np.ones((5, 5))) > 0
+    assert land.grey[shore].std() < 6  # a tree may throw its shadow
+    bank = (cv2.dilate(water.astype(np.uint8), np.ones((3, 3))) > 0) & ~water
+    assert np.abs(land.dtm[bank] - land.dtm[water].mean()).max() < 0.1
+
+
+def test_grey_values_use_the_range_and_do_not_saturate(land):
+    assert land.grey.min() >= 12
+    assert land.grey.max() <= 238
+    sunny = land.grey[(land.kind == OPEN)]
+    assert 110 < np.median(sunny) < 160
+    assert sunny.std() > 20
+
+
+def test_no_part_of_the_meadow_is_repeated():
+    """Correlation of one patch with all others: the highest is far from 1."""
+    land = landscape((-60, -60, 60, 60), cell=0.3, relief=0, buildings=0, trees=0)
+    grey = land.grey[:, 150:260]
+    patch = grey[150:182, 40:72]
+    r = cv2.matchTemplate(grey, patch, cv2.TM_CCOEFF_NORMED)
+    r[140:161, 30:51] = 0
+    assert r.max() < 0.75
+
+
+def test_same_seed_same_bytes_other_seed_other_landscape():
+    box = (-20, -15, 20, 15)
+    one, again, other = (landscape(box, cell=0.25, seed=s) for s in (3, 3, 4))
+    for name in ("grey", "dtm", "dsm", "kind"):
+        assert getattr(one, name).tobytes() == getattr(again, name).tobytes()
+    assert one.grey.tobytes() != other.grey.tobytes()
+    assert one.kind.tobytes() != other.kind.tobytes()
+
+
+def test_so_many_trees_and_houses_as_asked_for():
+    bare = landscape(BOX, cell=0.5, buildings=0, trees=0)
+    assert not bare.kind.any()
+    assert (bare.dsm == bare.dtm).all()
+    one = landscape(BOX, cell=0.25, buildings=0, trees=1)
+    n, _ = cv2.connectedComponents(one.kind)
+    assert n == 2
+
+
+def test_heights_between_the_cells_are_bilinear_as_scipy_has_them(land):
+    rng = np.random.default_rng(1)
+    X, Y = rng.uniform(-59.8, 59.8, 500), rng.uniform(-39.8, 39.8, 500)
+    at = [(39.9 - Y) / 0.2, (X + 59.9) / 0.2]
+    expected = map_coordinates(land.dsm.astype(float), at, order=1)
+    np.testing.assert_allclose(land.at(land.dsm, X, Y), expected, atol=2e-5)
+    nearest = land.at(land.kind, X, Y, cv2.INTER_NEAREST)
+    np.testing.assert_array_equal(nearest, land.kind[tuple(np.rint(at).astype(int))])
+
+
+def test_outside_the_landscape_its_edge_goes_on(land):
+    assert land.at(land.dtm, -500.0, 39.9) == land.dtm[0, 0]
+    assert land.at(land.dtm, 59.9, -500.0) == land.dtm[-1, -1]
+
+
+def test_shadow_of_a_pole_falls_away_from_the_sun_as_long_as_it_is_high():
+    dsm = np.zeros((120, 120), np.float32)
+    dsm[60:63, 60:63] = 10
+    dark = _shadow(dsm, 0.25) > 0.1
+    rows, columns = np.nonzero(dark)
+    end = np.argmax(np.hypot(rows - 61, columns - 61))
+    right, up = (columns[end] - 61) * 0.25, (61 - rows[end]) * 0.25
+    assert np.hypot(right, up) == pytest.approx(10 / np.tan(ELEVATION), abs=0.8)
+    assert np.arctan2(-right, -up) % (2 * np.pi) == pytest.approx(AZIMUTH, abs=0.08)
+
+
+def test_bare_ground_in_the_sun_is_brighter_than_in_a_shadow(land):
+    dark = land.kind == OPEN
+    shadow = _shadow(land.dsm, land.cell) - land.dsm
+    assert (
+        np.median(land.grey[dark & (shadow > 1)])
+        < np.median(land.grey[dark & (shadow < 0.01)]) - 30
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (dict(extent=(0, 0, 0, 5)), "extent must be"),
+        (dict(cell=5), "cell must be from"),
+        (dict(cell=0.05, extent=(0, 0, 9000, 9000)), "10"),
+        (dict(relief=-1), "relief must not be negative"),
+        (dict(trees=-1), "trees must be a whole number"),
+        (dict(borders=(3, -3)), "borders must rise"),
+        (dict(seed=-1), "seed"),
+    ],
+)
+def test_bad_arguments_are_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        landscape(**(dict(extent=BOX, cell=0.5) | change))
+
+
+def test_layer_of_another_shape_is_refused(land):
+    with pytest.raises(ValueError, match="layer must have the shape"):
+        land.at(np.zeros((3, 3)), 0.0, 0.0)
+    assert isinstance(land, Landscape)
