@@ -164,8 +164,9 @@ def landscape(
     shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
     _validate.size("extent", *shape)
     ends = _borders(borders, west, east)
-    rng = generator(_validate.whole(seed, "seed", 0))
+    houses, woods = _count(buildings, "buildings"), _count(trees, "trees")
     water = _validate.flag(water, "water")
+    rng = generator(_validate.whole(seed, "seed", 0))
     X = west + cell * (np.arange(shape[1]) + 0.5)
     Y = north - cell * (np.arange(shape[0]) + 0.5)
     dtm = terrain(X, Y, relief)
@@ -178,8 +179,8 @@ def landscape(
         place = (0.62 * shape[0], ((west + ends[0]) / 2 - west) / cell)
         _objects.pond(site, *place, radius)
     angles = _draw_road(site, X, ends)
-    for n, densities, kind in ((buildings, HOUSES, BUILDING), (trees, TREES, TREE)):
-        for row, column in _places(n, densities, kind, X, Y, ends, rng):
+    for n, densities, kind in ((houses, HOUSES, BUILDING), (woods, TREES, TREE)):
+        for row, column in _places(n, densities, X, Y, ends, rng):
             if kind == TREE:
                 _objects.tree(site, row, column, rng)
             else:
@@ -246,10 +247,13 @@ def _draw_road(site: Site, X: np.ndarray, ends: tuple[float, float]) -> np.ndarr
     return np.arctan(bend * slope)
 
 
+def _count(n: int | None, name: str) -> int | None:
+    return None if n is None else _validate.whole(n, name, 0, 10**6)
+
+
 def _places(
     n: int | None,
     densities: tuple[float, ...],
-    kind: int,
     X: np.ndarray,
     Y: np.ndarray,
     ends: tuple[float, float],
@@ -260,7 +264,6 @@ def _places(
     expected = np.array(densities) * np.diff(edges) * (Y[0] - Y[-1]) / HECTARE
     if n is None:
         n = round(expected.sum())
-    n = _validate.whole(n, "buildings" if kind == BUILDING else "trees", 0, 10**6)
     if n == 0 or expected.sum() == 0:
         return np.empty((0, 2))
     zone = rng.choice(3, n, p=expected / expected.sum())

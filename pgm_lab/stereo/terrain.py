@@ -38,11 +38,11 @@ class Terrain:
 def filter_terrain(
     dsm: Surface,
     *,
-    slope: float = 0.5,
+    slope: float = 0.3,
     widest: float = 40.0,
     least: float = 0.5,
-    most: float = 4.0,
-    margin: float = 0.5,
+    most: float = 3.0,
+    margin: float = 1.0,
 ) -> Terrain:
     """DTM of a DSM: objects are isolated, and the ground is interpolated below them.
 
@@ -110,7 +110,7 @@ def filter_terrain(
     least = _validate.positive_number(least, "least", "in metres")
     most = _validate.positive_number(most, "most", "in metres")
     margin = _validate.not_negative(margin, "margin", "in metres")
-    z, known = dsm.z, np.isfinite(dsm.z)
+    z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
     objects = known & _stands_out(dsm, slope, widest, least, most)
     ground = known & ~_wider(objects, margin / dsm.cell)
     coarse, fine = (max(1, round(side / dsm.cell)) for side in (2.0, 1.0))
@@ -121,10 +121,9 @@ def filter_terrain(
         if np.mean(before != ground) < 1e-4:
             break
     plate = _plate.lay(z, ground, fine)
-    origin = np.select(
-        [~known, ~ground, ~dsm.measured], [NOTHING, UNDER, BETWEEN], GROUND
-    )
-    terrain = np.where(known, np.where(ground, z, plate), np.nan)
+    missing = np.isnan(z)
+    origin = np.select([missing, ground, known], [NOTHING, GROUND, UNDER], BETWEEN)
+    terrain = np.where(missing, np.nan, np.where(ground, z, plate))
     return Terrain(terrain, origin.astype(np.uint8), dsm.corner, dsm.cell)
 
 
@@ -132,7 +131,8 @@ def _stands_out(
     dsm: Surface, slope: float, widest: float, least: float, most: float
 ) -> np.ndarray:
     """What openings in growing windows lower by more than a slope can explain."""
-    last = np.where(np.isfinite(dsm.z), dsm.z, np.nanmax(dsm.z)).astype(np.float32)
+    known = np.isfinite(dsm.z) & dsm.measured
+    last = np.where(known, dsm.z, np.nanmax(dsm.z)).astype(np.float32)
     objects = np.zeros(last.shape, bool)
     largest = min(max(1, round(widest / 2 / dsm.cell)), max(last.shape))
     radius, before = 1, 0
