@@ -413,7 +413,7 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     fig.supxlabel(words, fontsize=13)
     basic.show(
         fig,
-        f"Four maps. The surface and the terrain with contours every {CONTOURS} m; those"
+        f"Four maps. Surface and terrain with contours every {CONTOURS} m; those"
         " of the surface are torn, those of the terrain run smoothly like the true ones"
         " beside them. The differences from the truth are small in the fields and"
         f" larger in the wood: {', '.join(said)}.",
