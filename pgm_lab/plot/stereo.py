@@ -403,18 +403,17 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     for ax in axes.ravel():
         ax.set(xticks=[], yticks=[])
         ax.grid(False)
-    names = ("in the open", "under houses", "under trees")
+    names = ("in the open", "under the house", "under trees")
     said = [
         f"{quality(dtm.z, truth, kind == k).rmse:.2f} m {name}"
         for k, name in enumerate(names)
         if np.any(np.isfinite(error[kind == k]))
     ]
-    fig.supxlabel(
-        f"contours every {CONTOURS} m; RMSE of the terrain:\n{', '.join(said)}"
-    )
+    words = f"contours every {CONTOURS} m; RMSE of the terrain:\n{', '.join(said)}"
+    fig.supxlabel(words, fontsize=13)
     basic.show(
         fig,
-        f"Four maps. The surface and the terrain with contours every {CONTOURS} m; those"
+        f"Four maps. Surface and terrain with contours every {CONTOURS} m; those"
         " of the surface are torn, those of the terrain run smoothly like the true ones"
         " beside them. The differences from the truth are small in the fields and"
         f" larger in the wood: {', '.join(said)}.",
