@@ -62,9 +62,9 @@ class Surface:
         Notes
         -----
         A ray goes down in steps of at most a block sideways while it stays above the
-        tops of the blocks around, then with smaller blocks, and at last by half a cell:
-        less of a corner than that may be missed. The
-        step that ends below the surface is closed in on.
+        tops of the blocks around, then with smaller blocks, and at last by half a cell,
+        so that no more than the corner of a cell is missed. The step that ends below
+        the surface is closed in on.
         """
         z = np.full(row.shape, float(self.z.max()) + 0.1)
         level = 1 / np.maximum(np.maximum(np.abs(down), np.abs(right)), 1 / STEEP)
