@@ -59,17 +59,18 @@ def marched(land, photo, ground):
 def test_nothing_stands_between_a_point_and_the_photo_that_shows_it(pair):
     """Marching finds no surface above the rays, or no more than a corner of a cell."""
     for photo, ground in zip((pair.left, pair.right), pair.ground, strict=True):
-        over = marched(pair.landscape, photo, ground)
+        over = marched(pair.landscape, photo, ground[::3])
         assert (over < 1e-3).mean() > 0.9995
         assert over.max() < 0.1
 
 
 def test_hidden_is_what_marching_to_the_other_station_finds(pair):
     for k, other in enumerate((pair.right, pair.left)):
-        over = marched(pair.landscape, other, pair.ground[k])
-        at = other.project(pair.ground[k])
+        ground = pair.ground[k][::3]  # every third row
+        over = marched(pair.landscape, other, ground)
+        at = other.project(ground)
         inside = ((at >= 0) & (at <= np.array(PART) - 1)).all(-1)
-        found = pair.hidden[k]
+        found = pair.hidden[k][::3]
         assert found[~inside].all()
         assert 0.02 < found[inside].mean() < 0.2
         assert found[inside & (over > 0.1)].mean() > 0.999
