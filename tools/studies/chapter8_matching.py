@@ -6,12 +6,13 @@ repeats a part.
 
 A cell is right within 1 px of the true disparity. Scenes: "open" and "objects", ground
 that both photos show of `simulate.aerial_pair`, further or nearer than 2.3 m from
-houses and trees, or on a house (not in the trees); "motorcycle", the pair of the
-Middlebury benchmark. `density` is the share of cells that get a disparity, `wrong` the
-share of these that are not right, `right` the share of all cells. `rmse` is that of the
-right ones in px, `predicted` the root mean square of their standard deviations, `lost`
-the share of cells right without the threshold that the threshold costs. SGBM is
-OpenCV's `StereoSGBM`, with the settings of its sample and windows of 5 x 5.
+houses and trees, or on a house (not in the trees); "hidden", what the right photo does
+not show; "motorcycle", the pair of the Middlebury benchmark. `density` is the share of
+cells that get a disparity, `wrong` the share of these that are not right, `right` the
+share of all cells. `rmse` is that of the right ones in px, `predicted` the root mean
+square of their standard deviations, `lost` the share of cells right without the
+threshold that the threshold costs. SGBM is OpenCV's `StereoSGBM`, with the settings of
+its sample and windows of 5 x 5.
 """
 
 import csv
@@ -92,7 +93,12 @@ def aerial(part: tuple[int, int] = PAIR) -> dict[str, Scene]:
     near = land.at(objects, X, Y, cv2.INTER_NEAREST) > 0
     tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == 2
     images = normal.left, normal.right, truth
-    return {"open": (*images, seen & ~near), "objects": (*images, seen & near & ~tree)}
+    cells = {
+        "open": seen & ~near,
+        "objects": seen & near & ~tree,
+        "hidden": ~seen & np.isfinite(truth),
+    }
+    return {name: (*images, where) for name, where in cells.items()}
 
 
 @cache
@@ -192,6 +198,20 @@ def table() -> Iterator[tuple]:
         yield from rows(scenes, 7, (0.8,), 1, True)
 
 
+def waves(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Disparity of what the right image of `wide` shows at (x, y)."""
+    return 6 * np.sin(y / 90) + 6 * np.cos(x / 110)
+
+
+def true_waves(columns: int, lines: int) -> np.ndarray:
+    """Disparity of the left pixels of `wide`: what is at x is at x - d in the right."""
+    x, y = np.meshgrid(np.arange(columns), np.arange(lines))
+    d = np.zeros(x.shape)
+    for _ in range(10):
+        d = waves(x - d, y)
+    return d
+
+
 def wide(columns: int, lines: int) -> tuple[np.ndarray, np.ndarray]:
     """Pair of this size, of a texture on waves of up to 12 px."""
     texture = cv2.GaussianBlur(
@@ -202,7 +222,7 @@ def wide(columns: int, lines: int) -> tuple[np.ndarray, np.ndarray]:
     x, y = np.meshgrid(
         np.arange(columns, dtype=np.float32), np.arange(lines, dtype=np.float32)
     )
-    shifted = x + 40 + 6 * np.sin(y / 90) + 6 * np.cos(x / 110)
+    shifted = x + 40 + waves(x, y)
     return (
         cv2.remap(texture, x + 40, y, cv2.INTER_CUBIC),
         cv2.remap(texture, shifted, y, cv2.INTER_CUBIC),
