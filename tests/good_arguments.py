@@ -657,6 +657,11 @@ FUNCTIONS = {
     "stereo.y_parallax": lambda: dict(
         pair=epipolar_pair(), points=[(20.0, 20), (26, 22)]
     ),
+    "stereo.match_dense": lambda: dict(pair=normal_pair()),
+    "stereo.match_rows": lambda: dict(left=GREY, right=GREY, search=5),
+    "stereo.DenseMatch.counts": lambda: dict(
+        self=stereo_room.match_rows(GREY, GREY, search=5)
+    ),
     "stereo.textbook.model_point": lambda: dict(
         x=1.0, y=2.0, parallax=8.0, base=400.0, c=24.0
     ),

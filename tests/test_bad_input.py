@@ -166,6 +166,8 @@ MEANT = {
     ("plot.overlay", "sensed"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("plot.fringe.before_and_after", "again"): LACKING
     | {"all NaN", "all inf", "all -inf"},
+    ("stereo.match_rows", "left"): LACKING,
+    ("stereo.match_rows", "right"): LACKING,
     ("stereo.textbook.along_row", "left"): LACKING,  # outside the windows
     ("stereo.textbook.along_row", "right"): LACKING,
     ("stereo.textbook.best_disparity", "left"): LACKING,
