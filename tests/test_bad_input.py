@@ -166,6 +166,10 @@ MEANT = {
     ("plot.overlay", "sensed"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("plot.fringe.before_and_after", "again"): LACKING
     | {"all NaN", "all inf", "all -inf"},
+    # NaN: no height, no truth
+    ("stereo.quality", "heights"): {"one NaN", "all NaN"},
+    ("stereo.quality", "truth"): {"one NaN", "all NaN"},
+    ("stereo.surface", "points"): {"one NaN"},  # left out
     ("stereo.textbook.along_row", "left"): LACKING,  # outside the windows
     ("stereo.textbook.along_row", "right"): LACKING,
     ("stereo.textbook.best_disparity", "left"): LACKING,
