@@ -687,7 +687,7 @@ FUNCTIONS = {
         points=object_points(), path=new_file(), overwrite=True
     ),
     "stereo.save_surface": lambda: dict(
-        surface=hilly_surface(), path=new_file(), overwrite=True,
+        surface=hilly_surface(), path=new_file().with_suffix(".tif"), overwrite=True,
         crs="EPSG:32748",
     ),
     "stereo.textbook.model_point": lambda: dict(

@@ -155,7 +155,7 @@ def _open(z: np.ndarray, radius: int) -> np.ndarray:
 
 
 def _wider(mask: np.ndarray, cells: float) -> np.ndarray:
-    disk = _disk(int(np.ceil(cells)))
+    disk = _disk(int(np.ceil(min(cells, max(mask.shape)))))
     return cv2.dilate(mask.astype(np.uint8), disk).astype(bool)
 
 
