@@ -149,7 +149,7 @@ def _stands_out(
 
 def _open(z: np.ndarray, radius: int) -> np.ndarray:
     """Grey opening with a square; the border is mirrored, so that slopes go on."""
-    wide = cv2.copyMakeBorder(z, *[radius] * 4, cv2.BORDER_REFLECT)
+    wide = np.pad(z, radius, mode="symmetric")
     opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, _square(radius))
     return opened[radius:-radius, radius:-radius]
 

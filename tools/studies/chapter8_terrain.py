@@ -9,9 +9,10 @@ Four products: the surface against the true surface, and against the true ground
 terrain, the terrain of a plain grey opening (a square of 40 m, one of 20 m) of the same
 surface, and our terrain of the true surface, which has no noise of matching.
 
+`part` is the size of what is simulated of both photos; the test repeats the small one.
 `cells` is the number of cells asked for, `completeness` the share of them with a
-height; errors are in m. `predicted` is the mean of sigma_Z (its root mean square) of the
-matched points that lie there, of which a measured cell of the surface is one.
+height; errors are in m. `predicted` is the root mean square of sigma_Z of the matched
+points that lie there.
 """
 
 import csv
@@ -25,7 +26,8 @@ from pgm_lab import simulate, stereo
 from pgm_lab.simulate.landscape import BUILDING, OPEN, TREE, ZONES
 
 FILE = Path(__file__).parents[2] / "data" / "results" / "chapter8_terrain.csv"
-PART, CELL = (1800, 1300), 0.5
+PART, SAMPLE = (1800, 1300), (300, 220)  # pixels
+CELL = 0.5  # m
 KINDS = {
     "open": OPEN,
     "building": BUILDING,
@@ -33,7 +35,7 @@ KINDS = {
 }
 NEAR = 2.0  # m: open ground nearer to an object is smeared by the windows
 COLUMNS = (
-    *("product", "zone", "kind", "cells", "completeness"),
+    *("part", "product", "zone", "kind", "cells", "completeness"),
     *("mean", "rmse", "nmad", "le95", "predicted"),
 )
 
@@ -78,6 +80,7 @@ def rows(part: tuple[int, int] = PART, seed: int = 8) -> Iterator[tuple]:
             sd = points.sd[of_points[zone, kind], 2]
             predicted = np.sqrt(np.mean(sd**2)) if len(sd) else np.nan
             yield (
+                "x".join(map(str, part)),
                 *(name, zone, kind, int((where & shown).sum())),
                 *(f"{found.completeness:.4f}", f"{found.mean:.4f}"),
                 *(f"{v:.4f}" for v in (found.rmse, found.nmad, found.le95, predicted)),
@@ -99,7 +102,7 @@ def _places(land, X, Y) -> dict[tuple[str, str], np.ndarray]:  # type: ignore[no
 
 def write() -> None:
     """Write the whole table."""
-    found = list(rows())
+    found = [row for part in (SAMPLE, PART) for row in rows(part)]
     with FILE.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
