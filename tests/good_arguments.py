@@ -144,6 +144,24 @@ def normal_pair():
     return stereo_room.NormalPair(grey, grey, np.eye(3), stations, 24.0, 0.005, origin)
 
 
+def dense_match():
+    shape, rng = normal_pair().left.shape, np.random.default_rng(3)
+    d = rng.normal(0, 5, shape).astype(np.float32)
+    known = np.ones(shape, np.float32)
+    status = np.zeros(shape, np.uint8)
+    return stereo_room.DenseMatch(d, 0.9 * known, 0.3 * known, status)
+
+
+def object_points():
+    return stereo_room.intersect(normal_pair(), dense_match(), step=9)
+
+
+def hilly_surface():
+    z = np.tile(np.linspace(0.0, 3, 30), (30, 1))
+    z[10:16, 12:18] += 6.0
+    return stereo_room.Surface(z, (0.0, 15.0), 0.5, np.ones(z.shape, bool))
+
+
 def level_land():
     flat = np.full((40, 40), 20.0, np.float32)
     return simulate.Landscape(flat, flat, flat, flat, (-200.0, 200.0), 10.0)
@@ -661,6 +679,21 @@ FUNCTIONS = {
     "stereo.match_rows": lambda: dict(left=GREY, right=GREY, search=5),
     "stereo.DenseMatch.counts": lambda: dict(
         self=stereo_room.match_rows(GREY, GREY, search=5)
+    ),
+    "stereo.intersect": lambda: dict(pair=normal_pair(), match=dense_match()),
+    "stereo.surface": lambda: dict(
+        points=POINTS, cell=2.0, extent=(0.0, -10, 30, 15), largest_gap=20.0
+    ),
+    "stereo.filter_terrain": lambda: dict(dsm=hilly_surface()),
+    "stereo.quality": lambda: dict(
+        heights=[1.0, 2, 4], truth=[1.0, 2, 3], where=[True, False, True]
+    ),
+    "stereo.save_points": lambda: dict(
+        points=object_points(), path=new_file(), overwrite=True
+    ),
+    "stereo.save_surface": lambda: dict(
+        surface=hilly_surface(), path=new_file().with_suffix(".tif"), overwrite=True,
+        crs="EPSG:32748",
     ),
     "stereo.textbook.model_point": lambda: dict(
         x=1.0, y=2.0, parallax=8.0, base=400.0, c=24.0

@@ -168,6 +168,10 @@ MEANT = {
     | {"all NaN", "all inf", "all -inf"},
     ("stereo.match_rows", "left"): LACKING,
     ("stereo.match_rows", "right"): LACKING,
+    # NaN: no height, no truth
+    ("stereo.quality", "heights"): {"one NaN", "all NaN"},
+    ("stereo.quality", "truth"): {"one NaN", "all NaN"},
+    ("stereo.surface", "points"): {"one NaN"},  # left out
     ("stereo.textbook.along_row", "left"): LACKING,  # outside the windows
     ("stereo.textbook.along_row", "right"): LACKING,
     ("stereo.textbook.best_disparity", "left"): LACKING,

@@ -66,7 +66,7 @@ def surface(
     points: ArrayLike,
     cell: float,
     *,
-    extent: tuple[float, float, float, float] | None = None,
+    extent: tuple[float, ...] | None = None,
     largest_gap: float | None = None,
 ) -> Surface:
     """Grid of heights by linear interpolation between points.

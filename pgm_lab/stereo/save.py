@@ -116,6 +116,8 @@ def save_surface(
         )
     if crs is not None:
         _validate.text(crs, "crs")
+        if isinstance(path, str | os.PathLike) and str(path).lower().endswith(".csv"):
+            raise ValueError("crs: a .csv has no place for it; save as .tif")
 
     def tif(surface: Surface | Terrain, part: Path) -> None:
         _tif(surface, part, crs)
@@ -128,12 +130,15 @@ def _write(
 ) -> Path:
     """Write with the writer that the end of the name asks for."""
     overwrite = _validate.flag(overwrite, "overwrite")
-    if not isinstance(path, str | os.PathLike) or not str(path).strip():
-        raise ValueError(f"path must be the name of a file; got {path!r:.60}")
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(
+            f"path must be the name of a file; got {_validate.shown(path)}"
+        )
     end = Path(path).suffix.lower().replace(".tiff", ".tif")
     if end not in writers:
         raise ValueError(
-            f"{_files.printable(path)}: its name must end in {' or '.join(writers)}"
+            f"path must end in {' or '.join(writers)}; got"
+            f" {_files.printable(path):.200}"
         )
     _need(end)
     file = _files.place(path)

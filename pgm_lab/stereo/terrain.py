@@ -110,6 +110,8 @@ def filter_terrain(
     least = _validate.positive_number(least, "least", "in metres")
     most = _validate.positive_number(most, "most", "in metres")
     margin = _validate.not_negative(margin, "margin", "in metres")
+    if not np.isfinite(dsm.z).any():
+        raise ValueError("the surface has no heights at all")
     z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
     objects = known & _stands_out(dsm, slope, widest, least, most)
     ground = known & ~_wider(objects, margin / dsm.cell)
@@ -146,16 +148,20 @@ def _stands_out(
 
 
 def _open(z: np.ndarray, radius: int) -> np.ndarray:
-    """Grey opening with a disk; the border is mirrored, so that slopes go on."""
-    wide = cv2.copyMakeBorder(z, *[radius] * 4, cv2.BORDER_REFLECT)
-    opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, _disk(radius))
+    """Grey opening with a square; the border is mirrored, so that slopes go on."""
+    wide = np.pad(z, radius, mode="symmetric")
+    opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, _square(radius))
     return opened[radius:-radius, radius:-radius]
 
 
 def _wider(mask: np.ndarray, cells: float) -> np.ndarray:
-    disk = _disk(int(np.ceil(cells)))
+    disk = _disk(int(np.ceil(min(cells, max(mask.shape)))))
     return cv2.dilate(mask.astype(np.uint8), disk).astype(bool)
 
 
 def _disk(radius: int) -> np.ndarray:
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
+
+
+def _square(radius: int) -> np.ndarray:
+    return np.ones((2 * radius + 1,) * 2, np.uint8)

@@ -1,0 +1,116 @@
+"""Space intersection: equal to the adjusted one and to scale factors; its errors."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import orientation, rotation, stereo
+from pgm_lab.camera import Camera
+from pgm_lab.stereo import DenseMatch, NormalPair
+
+C, PIXEL, BASE = 24.0, 0.005, 400.0
+ANGLES = (0.02, -0.03, 0.4)
+SHAPE = (30, 40)
+
+
+def normal_pair(angles=ANGLES):
+    """Of the normal case turned as a whole, the base along the turned x axis."""
+    R = rotation.matrix(*angles)
+    one = np.array([100.0, 50, 1000])
+    grey = np.zeros(SHAPE, np.float32)
+    origin = np.array([(4.0, 1.5), (-5.5, 1.5)])
+    stations = np.stack([one, one + BASE * R[0]])
+    return NormalPair(grey, grey, R, stations, C, PIXEL, origin)
+
+
+def dense(seed=1, sd=0.3):
+    rng = np.random.default_rng(seed)
+    d = rng.normal(0, 20, SHAPE).astype(np.float32)
+    status = (rng.random(SHAPE) < 0.3).astype(np.uint8) * 3
+    d[status > 0] = np.nan
+    r = rng.uniform(0.8, 1, SHAPE).astype(np.float32)
+    return DenseMatch(d, r, np.full(SHAPE, sd, np.float32), status)
+
+
+def photo_coordinates(pair, cells, d):
+    x = pair.origin[0, 0] + PIXEL * cells[:, 0]
+    y = pair.origin[0, 1] - PIXEL * cells[:, 1]
+    return np.stack([x, y], -1), np.stack([x - pair.parallax(d), y], -1)
+
+
+def disparities(match, points):
+    return match.disparity[points.cells[:, 1], points.cells[:, 0]].astype(float)
+
+
+def test_points_and_sigma_z_are_those_of_the_adjusted_intersection():
+    # x' and x'' each with sigma: their difference, the disparity, with sqrt(2) sigma
+    pair, sigma = normal_pair((0, 0, 0.4)), 0.2
+    match = dense(sd=np.sqrt(2) * sigma)
+    points = stereo.intersect(pair, match)
+    exteriors = [(*station, 0, 0, 0.4) for station in pair.stations]
+    xy = photo_coordinates(pair, points.cells, disparities(match, points))
+    found = orientation.intersect(Camera(C), exteriors, xy, sigma=sigma * PIXEL)
+    assert np.allclose(points.xyz, found.points, atol=1e-7)
+    sd = np.sqrt(found.covariance[:, 2, 2])
+    assert np.allclose(points.sd[:, 2], sd, rtol=1e-6)
+
+
+def test_points_are_those_of_the_scale_factors():
+    pair, match = normal_pair(), dense()
+    points = stereo.intersect(pair, match)
+    left, right = (
+        np.column_stack([xy, np.full(len(xy), -C)])
+        for xy in photo_coordinates(pair, points.cells, disparities(match, points))
+    )
+    exteriors = [(*station, *ANGLES) for station in pair.stations]
+    factors = orientation.scale_factors(*exteriors, left, right)
+    along = factors[:, :1] * left @ pair.rotation
+    assert np.allclose(points.xyz, pair.stations[0] + along, atol=1e-7)
+
+
+def test_covariance_is_that_of_many_trials():
+    pair, rng = normal_pair(), np.random.default_rng(5)
+    one = DenseMatch(*np.array([[[2.0]], [[0.9]], [[0.3]]]), np.zeros((1, 1), np.uint8))
+    small = NormalPair(np.zeros((1, 1)), np.zeros((1, 1)), pair.rotation,
+                       pair.stations, C, PIXEL, pair.origin)  # fmt: skip
+    points = stereo.intersect(small, one, pointing=0.5, covariance=True)
+    n = 40_000
+    column, row, d = rng.normal(0, [[0.5], [0.5], [0.3]], (3, n))
+    trials = np.cov(small.object_points(column, row, 2.0 + d).T)
+    sd = points.sd[0]
+    # A covariance from n trials is good to sqrt(2 / n) = 0.7 % of the variances
+    assert np.allclose(points.covariance[0], trials, atol=0.03 * np.outer(sd, sd))
+    assert np.allclose(sd**2, np.diag(points.covariance[0]))
+
+
+def test_sigma_z_of_the_textbook():
+    pair = normal_pair((0, 0, 0))
+    match = dense(sd=0.3)
+    points = stereo.intersect(pair, match)
+    H = pair.stations[0, 2] - points.xyz[:, 2]
+    gsd = PIXEL * H / C
+    assert np.allclose(points.sd[:, 2], H / BASE * gsd * 0.3, rtol=1e-6)
+
+
+def test_step_takes_every_so_manyth_row_and_column():
+    pair, match = normal_pair(), dense()
+    whole, part = stereo.intersect(pair, match), stereo.intersect(pair, match, step=3)
+    chosen = (whole.cells % 3 == 0).all(-1)
+    assert np.array_equal(whole.cells[chosen], part.cells)
+    assert np.array_equal(whole.xyz[chosen], part.xyz)
+
+
+def test_rays_that_meet_behind_the_photos_give_no_points():
+    pair, match = normal_pair(), dense()
+    far = match.disparity.copy()
+    at = tuple(np.argwhere(match.status == 0)[0])
+    far[at] = -1e5
+    beyond = DenseMatch(far, match.r, match.sd, match.status)
+    points = stereo.intersect(pair, beyond)
+    assert len(points.xyz) == np.sum(match.status == 0) - 1
+    assert np.isfinite(points.xyz).all()
+
+
+def test_match_of_another_pair_is_refused():
+    other = DenseMatch(*np.zeros((3, 5, 5)), np.zeros((5, 5), np.uint8))
+    with pytest.raises(ValueError, match="not of the same pair"):
+        stereo.intersect(normal_pair(), other)

@@ -1,0 +1,105 @@
+"""The terrain below houses and trees: against the truth, and against a grey opening."""
+
+import cv2
+import numpy as np
+import pytest
+
+from pgm_lab import simulate, stereo
+from pgm_lab.simulate.landscape import BUILDING, OPEN, TREE
+from pgm_lab.stereo.terrain import BETWEEN, GROUND, NOTHING, UNDER
+
+CELL = 0.5
+
+
+@pytest.fixture(scope="module")
+def land():
+    """Open fields, houses and a wood on the hills of 40 m relief."""
+    return simulate.landscape((-100, -60, 100, 60), cell=CELL)
+
+
+def of(z, measured=None):
+    measured = np.isfinite(z) if measured is None else measured
+    return stereo.Surface(z.astype(float), (0.0, 0.0), CELL, measured)
+
+
+@pytest.fixture(scope="module")
+def terrain(land):
+    return stereo.filter_terrain(of(land.dsm))
+
+
+def opening(z, widest=40.0):
+    side = int(widest / CELL) + 1
+    return cv2.morphologyEx(z, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
+
+
+@pytest.mark.parametrize("kind", [BUILDING, TREE])
+def test_ground_under_objects_is_found_to_two_decimetres(land, terrain, kind):
+    found = stereo.quality(terrain.z, land.dtm, land.kind == kind)
+    plain = stereo.quality(opening(land.dsm), land.dtm, land.kind == kind)
+    assert found.completeness == 1 and found.n > 1000
+    assert found.rmse < 0.20
+    assert plain.rmse > 2.5 * found.rmse
+
+
+def test_open_ground_keeps_its_heights_and_objects_do_not(land, terrain):
+    ground = terrain.origin == GROUND
+    assert np.array_equal(terrain.z[ground], land.dsm[ground])
+    assert ground[land.kind == OPEN].mean() > 0.7
+    tall = land.dsm - land.dtm > 1
+    assert (terrain.origin[tall] == UNDER).all()
+
+
+def test_a_bare_hill_is_left_as_it_is(land):
+    bare = stereo.filter_terrain(of(land.dtm))
+    assert (bare.origin == GROUND).mean() > 0.999
+    assert np.abs(bare.z - land.dtm).max() < 0.05
+    # where an opening alone cuts off the top
+    assert np.abs(opening(land.dtm) - land.dtm).max() > 2
+
+
+def test_noise_of_the_heights_is_not_taken_for_objects(land):
+    noise = np.random.default_rng(2).normal(0, 0.12, land.dsm.shape)
+    found = stereo.filter_terrain(of(land.dsm + noise))
+    kept = (found.origin == GROUND)[land.kind == OPEN].mean()
+    assert kept > 0.6
+    under = stereo.quality(found.z, land.dtm, land.kind == BUILDING)
+    assert under.rmse < 0.20
+
+
+def test_cells_that_were_interpolated_say_nothing_about_the_ground(land):
+    # A ramp between two roofs, where nothing was measured
+    z = np.full((80, 80), 10.0)
+    z[30:50, 20:34], z[30:50, 46:60] = 16.0, 16.0
+    z[30:50, 34:46] = 12.0
+    measured = np.ones(z.shape, bool)
+    measured[30:50, 34:46] = False
+    terrain = stereo.filter_terrain(of(z, measured))
+    assert np.abs(terrain.z - 10).max() < 0.05
+    assert (terrain.origin[30:50, 36:44] == BETWEEN).all()
+
+
+def test_no_height_is_invented_where_the_surface_has_none(land):
+    z = land.dsm.copy()
+    z[:, :30] = np.nan
+    terrain = stereo.filter_terrain(of(z))
+    assert np.array_equal(np.isnan(terrain.z), np.isnan(z))
+    assert np.array_equal(terrain.origin == NOTHING, np.isnan(z))
+
+
+def test_house_on_a_slope_is_removed_and_the_slope_stays():
+    X = CELL * np.arange(120)
+    for slope in (0.0, 0.15, 0.3):
+        ground = np.tile(slope * X, (100, 1))
+        z = ground.copy()
+        z[40:68, 50:78] = ground[40:68, 50:78].max() + 5
+        terrain = stereo.filter_terrain(of(z))
+        assert np.abs(terrain.z - ground).max() < 0.02
+        assert (terrain.origin[40:68, 50:78] == UNDER).all()
+
+
+def test_surface_without_ground_is_refused():
+    rough = np.random.default_rng(1).uniform(0, 50, (40, 40))
+    with pytest.raises(ValueError, match="too little of the surface is ground"):
+        stereo.filter_terrain(of(rough), most=0.5)
+    with pytest.raises(ValueError, match="no heights at all"):
+        stereo.filter_terrain(of(np.full((40, 40), np.nan)))
