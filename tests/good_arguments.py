@@ -603,6 +603,7 @@ FUNCTIONS = {
     "rotation.defect": lambda: dict(EYE),
     "rotation.nearest": lambda: dict(EYE),
     "rotation.best_fit": lambda: dict(product=NET),
+    "stereo.neighbours": lambda: dict(photos=[oriented(), oriented()], ground=0.0),
     "stereo.textbook.model_point": lambda: dict(
         x=1.0, y=2.0, parallax=8.0, base=400.0, c=24.0
     ),

@@ -114,6 +114,7 @@ EXCEPT = {
     "observations.Observations.save": "tests/matching/test_result.py",
     "bundle.defects.adjust": "tests/bundle/test_defects.py",
     "bundle.defects.network": "tests/bundle/test_defects.py",
+    "stereo.plot_block": "tests/stereo/test_block.py",
     "plot.interact": "tests/plot/test_sliders.py",
     "checks.keep": "tests/checks/test_own.py",
 }
