@@ -695,6 +695,7 @@ FUNCTIONS = {
         surface=hilly_surface(), path=new_file().with_suffix(".tif"), overwrite=True,
         crs="EPSG:32748",
     ),
+    "stereo.neighbours": lambda: dict(photos=[oriented(), oriented()], ground=0.0),
     "stereo.textbook.model_point": lambda: dict(
         x=1.0, y=2.0, parallax=8.0, base=400.0, c=24.0
     ),

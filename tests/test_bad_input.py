@@ -116,6 +116,7 @@ EXCEPT = {
     "bundle.defects.adjust": "tests/bundle/test_defects.py",
     "bundle.defects.network": "tests/bundle/test_defects.py",
     "simulate.aerial_block": "tests/simulate/test_aerial.py, as simulate.aerial_pair",
+    "stereo.plot_block": "tests/stereo/test_block.py",
     "plot.interact": "tests/plot/test_sliders.py",
     "checks.keep": "tests/checks/test_own.py",
 }

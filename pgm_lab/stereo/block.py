@@ -163,8 +163,9 @@ def plot_block(
         )
     _validate.choice(merging, "merging", MERGES)
     retries = _validate.whole(retries, "retries", 0)
-    workers = _validate.whole(workers or _cores(), "workers", 1)
-    matching = dict(_validate.mapping(matching or {}, "matching"))
+    workers = _cores() if workers is None else _validate.whole(workers, "workers", 1)
+    progress = _validate.flag(progress, "progress")
+    matching = dict(_validate.mapping({} if matching is None else matching, "matching"))
     if unknown := set(matching) - set(inspect.signature(match_dense).parameters):
         raise ValueError(f"matching has no argument of match_dense: {unknown.pop()}")
     parameters = {
