@@ -19,11 +19,14 @@ NOTHING = np.zeros((0, 2))
 class View:
     """One photo in its axes, drawn from the level that the view needs."""
 
-    def __init__(self, ax: Axes, levels: list[np.ndarray], title: str) -> None:
+    def __init__(
+        self, ax: Axes, levels: list[np.ndarray], title: str, size: int = 14
+    ) -> None:
         self.ax, self.levels = ax, levels
         rows, columns = levels[0].shape
         low, top = np.percentile(levels[-1], [0.5, 99.5])
-        ax.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), title=title)
+        ax.set_title(title, fontsize=size + 1)
+        ax.tick_params(labelsize=size)
         ax.set_facecolor(basic.GREY)
         ax.grid(False)
         self.image: AxesImage = ax.imshow(
@@ -87,7 +90,7 @@ class View:
         self.ax.set(ylim=(y + high / 2, y - high / 2))
 
 
-def details(axes: list[Axes], point: Measurement) -> None:
+def details(axes: list[Axes], point: Measurement, size: int = 13) -> None:
     """Draw template, search window, map of r and ellipse into four axes."""
     for ax in axes:
         ax.clear()
@@ -97,14 +100,15 @@ def details(axes: list[Axes], point: Measurement) -> None:
     _window(axes[1], point)
     _map(axes[2], point)
     _ellipse(axes[3], point)
-    for ax in axes:
-        ax.tick_params(labelsize=13)
+    titles = "template", "searched", "correlation r", "match, 95 %"
+    for ax, title in zip(axes, titles):
+        ax.set_title(title, fontsize=size + 1)
+        ax.tick_params(labelsize=size)
         ax.locator_params(nbins=3)
     axes[3].locator_params(axis="x", nbins=2)
 
 
 def _template(ax: Axes, point: Measurement) -> None:
-    ax.set_title("template", fontsize=14)
     if not point.template.size:
         return _nothing(ax)
     rows, columns = point.template.shape
@@ -115,7 +119,6 @@ def _template(ax: Axes, point: Measurement) -> None:
 
 
 def _window(ax: Axes, point: Measurement) -> None:
-    ax.set_title("searched", fontsize=14)
     if not point.window.size:
         return _nothing(ax)
     _grey(ax, point.window, point.corner)
@@ -129,7 +132,6 @@ def _window(ax: Axes, point: Measurement) -> None:
 
 
 def _map(ax: Axes, point: Measurement) -> None:
-    ax.set_title("correlation r", fontsize=14)
     if not point.map.size:
         return _nothing(ax)
     corner = point.corner + (np.array(point.template.shape[::-1]) - 1) / 2
@@ -141,7 +143,6 @@ def _map(ax: Axes, point: Measurement) -> None:
 
 
 def _ellipse(ax: Axes, point: Measurement) -> None:
-    ax.set_title("match, 95 %", fontsize=14)
     if not np.isfinite(point.right).all():
         return _nothing(ax)
     ax.set_aspect("equal")

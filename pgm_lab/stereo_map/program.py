@@ -21,12 +21,13 @@ from pgm_lab.stereo_map import _panels, _words, drawing, saving, session
 from pgm_lab.stereo_map._measure import Measurement
 from pgm_lab.stereo_map.session import Session
 
-SIZE = (10.4, 6.6)  # inches, at 100 pixels each: it fits beside JupyterLab's files
+WIDTH, DETAILS = 8.1, 2.2  # inches, at 100 pixels each: beside JupyterLab's files
+SMALL = 10  # points: writing on a screen
 ZOOM = 1.5  # a step of the wheel
 FINGER = 12  # pixels of the screen by which a click in the right photo may be off
 HINT = (
-    "Click in the left photo. The wheel zooms; the cross of arrows at the left moves,"
-    " and ends when you click it again."
+    "Click in the left photo. The wheel zooms; the cross of arrows above moves the"
+    " photos, until you click it again."
 )
 COLUMNS = ("point", "left (px)", "right (px)", "X", "Y", "Z", "sd", "y parallax (px)")
 
@@ -75,22 +76,29 @@ class Program:
         self._refresh()
 
     def _figure(self) -> None:
-        figure = Figure(figsize=SIZE, dpi=100)
+        rows, columns = self.session.left.grey.shape
+        high = float(np.clip(WIDTH / 2 * rows / columns, 2.2, 4.5)) + 0.4
+        figure = Figure(figsize=(WIDTH, high + DETAILS), dpi=100, layout="none")
         self.canvas = Canvas(figure)
         self.manager = FigureManager(self.canvas, 1)
         self.canvas.header_visible = False
         self.canvas.capture_scroll = True
         self.canvas.resizable = False
         self.canvas.toolbar_visible = "visible"
+        self.canvas.toolbar_position = "top"
         # Fixed places: a layout that is computed anew would take as long as the match
-        above = figure.add_gridspec(1, 2, left=0.05, right=0.99, bottom=0.37, top=0.96)
-        below = figure.add_gridspec(1, 4, left=0.05, right=0.99, bottom=0.05, top=0.29)
+        share = DETAILS / (high + DETAILS)
+        sides = {"left": 0.06, "right": 0.99}
+        grids = (
+            figure.add_gridspec(1, 2, bottom=share + 0.05, top=0.94, **sides),
+            figure.add_gridspec(1, 4, bottom=0.06, top=share - 0.1, **sides),
+        )
         titles = "left photo", "right photo"
         self.views = [
-            _panels.View(figure.add_subplot(above[k]), levels, titles[k])
+            _panels.View(figure.add_subplot(grids[0][k]), levels, titles[k], SMALL)
             for k, levels in enumerate(self.session.levels)
         ]
-        self.details = [figure.add_subplot(below[k]) for k in range(4)]
+        self.details = [figure.add_subplot(grids[1][k]) for k in range(4)]
         for ax in self.details:
             ax.set_axis_off()
         self.canvas.mpl_connect("button_press_event", self._click)
@@ -112,7 +120,8 @@ class Program:
         reach = max(25.0, FINGER * self.views[1].step)
         self.point = session.measure(self.session, left, near, reach=reach)
         self._follow()
-        return "<br>".join(map(html.escape, _words.lines(self.session, self.point)))
+        lines = map(html.escape, _words.lines(self.session, self.point))
+        return f'<div style="line-height: 1.5">{"<br>".join(lines)}</div>'
 
     def _follow(self) -> None:
         """Move the right view to the match, as large as the left view shows it."""
@@ -181,7 +190,7 @@ class Program:
     def _refresh(self) -> None:
         drawing.mark(self.views, self.session, self.point)
         if self.point is not None:
-            _panels.details(self.details, self.point)
+            _panels.details(self.details, self.point, SMALL)
         self.table.value = _table(self.session)
         self.canvas.draw_idle()
 

@@ -1,13 +1,15 @@
 """StereoMap in JupyterLab: real clicks into its canvas, and the file that they give."""
 
-import shutil
 from pathlib import Path
 
+import nbformat
 import numpy as np
 import pytest
 
+from pgm_lab import camera, stereo_map
 from pgm_lab.observations import COLUMNS
-from tests.publish.test_lab import LOADED, address, lab, run_all
+from pgm_lab.stereo_map import program
+from tests.publish.test_lab import LOADED, address, lab
 
 NAME = "08_stereo_map"
 SOON = 20_000  # ms; the machine may be busy with other tests
@@ -22,31 +24,42 @@ def lesson():
 
 @pytest.fixture(scope="module")
 def work(lesson, tmp_path_factory):
-    """The folder that the lab opens, with a copy of the notebook."""
+    """The folder that the lab opens: the notebook as far as the program's cell."""
     folder = tmp_path_factory.mktemp("lab") / "work"
     folder.mkdir()
-    shutil.copy(lesson, folder)
+    notebook = nbformat.read(lesson, as_version=4)
+    (last,) = [
+        k for k, cell in enumerate(notebook.cells) if "mine = program" in cell.source
+    ]
+    notebook.cells = notebook.cells[: last + 1]
+    nbformat.write(notebook, folder / lesson.name)
     return folder
 
 
 class Screen:
     """What a reader sees of the program, and does with it."""
 
-    def __init__(self, page):
-        self.page = page
+    def __init__(self, page, share):
+        self.page, self.share = page, share
         self.canvas = page.locator(".jupyter-matplotlib-canvas-div").first
-        self.canvas.wait_for(timeout=LOADED)
+        panel = page.locator(".jp-WindowedPanel-outer")
+        for _ in range(LOADED // 200):
+            if self.canvas.count():
+                break
+            panel.evaluate("panel => panel.scrollBy(0, 400)")
+            page.wait_for_timeout(200)
         self.canvas.scroll_into_view_if_needed()
         self.message = page.locator(".stereo-map-message").first
         self.points = page.locator(".stereo-map-points").first
 
-    def at(self, share):
-        """Place of the page at a share of the width and height of the canvas."""
+    def at(self, pixel):
+        """Place of the page where a pixel of the left photo is drawn."""
+        x, y = self.share(pixel)
         box = self.canvas.bounding_box()
-        return box["x"] + share[0] * box["width"], box["y"] + share[1] * box["height"]
+        return box["x"] + x * box["width"], box["y"] + y * box["height"]
 
-    def click(self, share, answer):
-        self.page.mouse.click(*self.at(share))
+    def click(self, pixel, answer):
+        self.page.mouse.click(*self.at(pixel))
         self.wait(self.message, answer)
 
     def press(self, name, where, answer):
@@ -62,20 +75,36 @@ class Screen:
         return cells.all_inner_texts()
 
 
+def left_photo(columns, rows):
+    """Where the program draws a pixel, as shares of the canvas from the upper left."""
+    blank = camera.Photo(np.eye(rows, columns), camera.Camera(24.0), np.zeros(6), 0.005)
+    drawn = program.Program(stereo_map.open_pair(blank, blank))
+    figure = drawn.canvas.figure
+    figure.draw_without_rendering()
+    to_screen = drawn.views[0].ax.transData
+
+    def share(pixel):
+        x, y = to_screen.transform(pixel) / (figure.bbox.width, figure.bbox.height)
+        return x, 1 - y
+
+    return share
+
+
 def test_clicks_measure_keep_undo_and_save(lab, work):
     page = lab(NAME)
-    run_all(page, work / f"{NAME}.ipynb")
-    screen = Screen(page)
-    screen.click((0.12, 0.2), "r = ")  # a field in the left photo
+    page.get_by_role("menuitem", name="Run", exact=True).click()
+    page.get_by_text("Run All Cells", exact=True).click()
+    screen = Screen(page, left_photo(1200, 800))
+    screen.click((340, 230), "r = ")
     assert "Found." in screen.message.inner_text()
     assert "Object: X = " in screen.message.inner_text()
     screen.press("Keep", screen.points, "y parallax")
-    screen.click((0.16, 0.5), "r = ")
+    screen.click((80, 560), "r = ")
     screen.press("Keep", screen.message, "Kept as point 2.")
     assert screen.rows() == ["1", "2"]
     screen.press("Undo", screen.message, "The last point is gone.")
     assert screen.rows() == ["1"]
-    page.mouse.move(*screen.at((0.12, 0.2)))
+    page.mouse.move(*screen.at((340, 230)))
     page.mouse.wheel(0, -300)  # a zoom: the same click is another pixel now
     screen.press("Save", screen.message, "1 points are saved")
     table = np.loadtxt(work / "my_points.csv", comments="%", delimiter=",")

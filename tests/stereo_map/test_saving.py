@@ -1,0 +1,68 @@
+"""What was measured goes on into a bundle, through a file and without one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pgm_lab import bundle, stereo_map
+from tests.stereo_map.conftest import true_ground
+
+
+@pytest.fixture(scope="module")
+def ground(bare, unknown):
+    control = {p.name: true_ground(bare, p) for p in unknown.points[::3]}
+    return stereo_map.orient(unknown, control)
+
+
+def test_the_table_is_read_by_the_bundle_to_the_last_bit(ground, tmp_path):
+    path = tmp_path / "my_points.csv"
+    stereo_map.save(ground, path)
+    files = stereo_map.save_network(ground, tmp_path / "network")
+    network = bundle.read(*files[:3], path)
+    n = len(ground.points)
+    assert network.photo_names == (1, 2) and len(network.xy) == 2 * n
+    for k in (0, 1):
+        of_photo = network.photo == k
+        names = [network.point_names[i] for i in network.point[of_photo]]
+        assert names == [p.name for p in ground.points]
+        assert np.array_equal(network.xy[of_photo], [p.photo[k] for p in ground.points])
+        expected = [p.photo_sd[k] for p in ground.points]
+        np.testing.assert_allclose(network.sigma[of_photo], expected, rtol=1e-12)
+
+
+def test_the_bundle_of_the_two_photos_agrees(ground, bare):
+    network = stereo_map.network(ground)
+    found = bundle.adjust(network, ())
+    assert found.status == "converged" and found.redundancy == len(ground.points) - 5
+    assert found.sigma0 < 1.5
+    truth = np.array([true_ground(bare, p) for p in ground.points])
+    errors = found.network.points - truth
+    assert np.sqrt(np.mean(errors**2, axis=0)).max() < 0.5  # m; a pixel is 0.69 m
+
+
+def test_an_old_file_stays_unless_asked(ground, tmp_path):
+    path = tmp_path / "my_points.csv"
+    stereo_map.save(ground, path)
+    with pytest.raises(FileExistsError):
+        stereo_map.save(ground, path)
+    stereo_map.save(stereo_map.undo(ground), path, overwrite=True)
+
+
+def test_nothing_is_saved_without_points(oriented, tmp_path):
+    with pytest.raises(ValueError, match="no point was kept yet"):
+        stereo_map.save(oriented, tmp_path / "none.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_pair_that_is_not_oriented_is_no_network_yet(unknown):
+    with pytest.raises(ValueError, match="not oriented yet"):
+        stereo_map.network(unknown)
+
+
+def test_two_cameras_make_a_network_and_no_four_files(ground, tmp_path):
+    other = replace(ground.right.camera, c=ground.right.camera.c + 0.01)
+    two = replace(ground, right=replace(ground.right, camera=other))
+    assert len(stereo_map.network(two).cameras) == 2
+    with pytest.raises(ValueError, match="several cameras"):
+        stereo_map.save_network(two, tmp_path)

@@ -1,0 +1,214 @@
+"""Measured points against the truth of simulated photos; the steps of a session."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pgm_lab import orientation, simulate, stereo_map
+from pgm_lab.camera import Camera
+from tests.stereo_map.conftest import true_ground
+
+GRID = list(itertools.product(range(40, 400, 45), range(40, 280, 40)))
+
+
+@pytest.fixture(scope="module")
+def measured(oriented):
+    return [stereo_map.measure(oriented, pixel) for pixel in GRID]
+
+
+def test_points_lie_within_three_standard_deviations_of_the_truth(pair, measured):
+    found = [point for point in measured if point.accepted]
+    assert len(found) >= 20
+    w = np.array([(p.xyz - true_ground(pair, p)) / p.sd for p in found])
+    assert np.abs(w).max() < 3
+    rms = np.sqrt(np.mean(w**2, axis=0))
+    assert np.all((rms > 0.3) & (rms < 1.2)), (
+        "standard deviations are of the right size"
+    )
+
+
+def test_the_match_is_where_the_right_photo_shows_the_point(pair, measured):
+    for point in measured:
+        if point.accepted:
+            truth = pair.right.project(true_ground(pair, point))
+            assert np.abs(point.right - truth).max() < 0.5
+            assert abs(point.y_parallax) < 0.3
+            near = np.hypot(*(point.curve - point.right).T).min()
+            step = np.hypot(*np.diff(point.curve, axis=0).T).max()
+            assert near < step
+
+
+def test_photo_and_object_coordinates_are_those_of_the_intersection(oriented, measured):
+    point = next(p for p in measured if p.accepted)
+    for k, photo in enumerate(oriented.photos):
+        place = (point.left, point.right)[k]
+        np.testing.assert_allclose(point.photo[k], photo.to_photo(place), atol=1e-12)
+    cameras = [photo.camera for photo in oriented.photos]
+    exteriors = [photo.exterior for photo in oriented.photos]
+    sigma = float(np.sqrt(np.mean(point.photo_sd**2)))
+    plain = orientation.intersect(cameras, exteriors, point.photo, sigma=sigma)
+    # With one sigma for all, where StereoMap has a covariance a photo
+    assert np.abs((plain.points - point.xyz) / point.sd).max() < 1
+    ratio = point.sd / np.sqrt(np.diagonal(plain.covariance))
+    assert np.all((ratio > 0.5) & (ratio < 2))
+
+
+def test_predicted_errors_of_the_object_point_are_those_of_many_repetitions(
+    oriented, measured
+):
+    point = next(p for p in measured if p.accepted)
+    rng = np.random.default_rng(4)
+    roots = np.linalg.cholesky(point.photo_covariance)
+    noise = np.einsum("kij,nkj->nki", roots, rng.normal(size=(3000, 2, 2)))
+    xy = np.moveaxis(point.photo + noise, 1, 0)
+    cameras = [photo.camera for photo in oriented.photos]
+    exteriors = [photo.exterior for photo in oriented.photos]
+    places = orientation.intersect(cameras, exteriors, xy).points
+    np.testing.assert_allclose(places.std(axis=0), point.sd, rtol=0.06)
+
+
+@pytest.mark.parametrize(
+    ("pixel", "status"),
+    [
+        ((-20, 30), "outside"),
+        ((1e9, 30), "outside"),
+        ((3, 100), "template leaves the image"),
+        ((417, 297), "template leaves the image"),
+    ],
+)
+def test_a_click_at_the_border_or_outside_gets_a_reason(oriented, pixel, status):
+    point = stereo_map.measure(oriented, pixel)
+    assert point.status == status and not point.accepted
+    assert np.isnan(point.right).all() and np.isnan(point.xyz).all()
+    assert point.why.endswith(".")
+    with pytest.raises(ValueError, match="only a point that was found is kept"):
+        stereo_map.add(oriented, point)
+
+
+def test_ground_without_texture_gets_a_reason(pair):
+    flat = pair.left.grey.copy()
+    flat[80:180, 80:180] = 117
+    session = stereo_map.open_pair(replace(pair.left, grey=flat), pair.right)
+    assert stereo_map.measure(session, (130, 130)).status == "flat template"
+
+
+def test_what_the_right_photo_does_not_show_is_not_found(pair, oriented):
+    rows, columns = np.nonzero(pair.hidden[0][30:-30, 30:-30])
+    hidden = np.column_stack([columns, rows])[:: len(rows) // 25] + 30
+    wrong = [stereo_map.measure(oriented, pixel) for pixel in hidden]
+    wrong = [p for p in wrong if p.accepted]
+    # The window of a hidden pixel may rest on ground beside it that both photos show
+    assert len(wrong) <= 0.2 * len(hidden)
+
+
+def test_a_click_in_the_right_photo_says_where_to_look(unknown, bare):
+    kept = unknown.points[6]
+    blind = replace(unknown, points=(), before=None)
+    there = stereo_map.measure(blind, kept.left, kept.right + (6, -4), reach=12)
+    assert there.accepted and np.abs(there.right - kept.right).max() < 0.05
+    assert there.reason == "where you clicked in the right photo"
+    away = stereo_map.measure(blind, kept.left, kept.right + (80, 40), reach=12)
+    assert not away.accepted
+
+
+def test_points_found_so_far_predict_the_next(unknown):
+    assert [p.reason for p in unknown.points[:3]] == [
+        "in the whole photo", "predicted by 1 point", "predicted by 2 points",
+    ]  # fmt: skip
+
+
+def test_matches_before_the_orientation_are_right(bare, unknown):
+    for point in unknown.points:
+        truth = bare.right.project(true_ground(bare, point))
+        assert np.abs(point.right - truth).max() < 0.5
+        assert np.isnan(point.xyz).all()
+
+
+def test_measured_points_orient_the_pair(bare, unknown):
+    model = stereo_map.orient(unknown)
+    assert model.space == "model" and model.unit == "model units"
+    assert model.oriented_by == tuple(range(1, 15))
+    assert max(abs(p.y_parallax) for p in model.points) < 0.5
+    # The model is the landscape but for its size and its place
+    ground = np.array([true_ground(bare, p) for p in model.points])
+    xyz = np.array([p.xyz for p in model.points])
+    fit = orientation.absolute(xyz, ground)
+    base = np.linalg.norm(bare.right.exterior[:3] - bare.left.exterior[:3])
+    length = np.linalg.norm(model.right.exterior[:3])
+    assert fit.scale * length == pytest.approx(base, rel=0.01)
+    new = stereo_map.measure(model, (240, 170))
+    assert new.reason == "along the epipolar line" and len(new.curve) > 1
+
+
+def test_control_points_bring_the_model_to_the_ground(bare, unknown):
+    control = {p.name: true_ground(bare, p) for p in unknown.points[::3]}
+    ground = stereo_map.orient(unknown, control)
+    assert ground.space == "object"
+    turn = 4 * ground.relative.sd[3:].max()  # radians; a station 1000 m up goes along
+    for mine, true in ((ground.left, bare.left), (ground.right, bare.right)):
+        assert np.abs(mine.exterior[:3] - true.exterior[:3]).max() < 1000 * turn < 40
+        assert np.abs(mine.exterior[3:] - true.exterior[3:]).max() < turn
+    errors = np.array([p.xyz - true_ground(bare, p) for p in ground.points])
+    assert np.sqrt(np.mean(errors**2, axis=0)).max() < 0.5  # m; a pixel is 0.69 m
+
+
+@pytest.mark.parametrize(
+    ("control", "message"),
+    [
+        ({1: (0, 0, 0), 2: (1, 0, 0)}, "three points or more"),
+        ({1: (0, 0, 0), 2: (1, 0, 0), 99: (0, 1, 0)}, "point 99, which is not on"),
+        ({1: (0, 0), 2: (1, 0), 3: (0, 1)}, r"control\[1\]"),
+    ],
+)
+def test_wrong_control_points_are_refused(unknown, control, message):
+    with pytest.raises(ValueError, match=message):
+        stereo_map.orient(unknown, control)
+
+
+def test_too_few_points_do_not_orient(unknown):
+    few = replace(unknown, points=unknown.points[:4])
+    with pytest.raises(ValueError, match="5 points or more.*there are 4"):
+        stereo_map.orient(few)
+
+
+def test_undo_takes_back_points_and_orientation_step_by_step(unknown):
+    model = stereo_map.orient(unknown)
+    assert stereo_map.undo(model) is unknown
+    session = unknown
+    for left in range(13, -1, -1):
+        session = stereo_map.undo(session)
+        assert [p.name for p in session.points] == list(range(1, left + 1))
+    with pytest.raises(ValueError, match="nothing to take back"):
+        stereo_map.undo(session)
+
+
+def test_a_point_is_kept_once(oriented, measured):
+    point = next(p for p in measured if p.accepted)
+    session = stereo_map.add(oriented, point)
+    assert oriented.points == () and session.points[0].name == 1
+    with pytest.raises(ValueError, match="this is point 1"):
+        stereo_map.add(session, point)
+
+
+def test_the_same_photo_twice_gives_no_orientation(pair):
+    session = stereo_map.open_pair(
+        pair.left.grey, pair.left.grey, camera=Camera(24.0), pixel_size=0.005
+    )
+    for pixel in GRID[::3]:
+        point = stereo_map.measure(session, pixel)
+        session = stereo_map.add(session, point) if point.accepted else session
+    with pytest.raises(ValueError, match="rotation|orientation"):
+        stereo_map.orient(session)
+
+
+def test_a_pair_without_overlap_finds_next_to_nothing(pair):
+    other = simulate.texture(seed=5)
+    grid = np.stack(np.meshgrid(np.arange(420), np.arange(300)), -1)
+    grey = simulate.grey_values(other, grid)
+    session = stereo_map.open_pair(
+        pair.left.grey, grey, camera=Camera(24.0), pixel_size=0.005
+    )
+    found = [stereo_map.measure(session, pixel).accepted for pixel in GRID[::4]]
+    assert sum(found) == 0
