@@ -9,19 +9,19 @@ from pgm_lab.camera.imaging import attitude
 from pgm_lab.plot import basic
 from pgm_lab.plot.basic import Look
 
-WORDS: Look = {"fontsize": 15}
+WORDS: Look = {"fontsize": 18}
 BOX: Look = {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1.5}}
 BOTH_ENDS: Look = {"arrowstyle": "<|-|>", "shrinkA": 0, "shrinkB": 0, "linewidth": 1.6}
 LOOK_AT = np.radians((25.0, -68.0))  # elevation and azimuth of the reader's eye
 
 
 def sketch() -> None:
-    """Show two photos of a tower from the side, and the parallaxes of its two ends."""
+    """Show two photos of a mast from the side, and the parallaxes of its two ends."""
     H, B, c, X = 10.0, 5.0, 2.2, 2.9
     kinds = (("foot", 0.0, basic.BLUE, "--"), ("top", 4.2, basic.RED, "-"))
     panels: Look = {"width_ratios": (1.75, 1), "wspace": 0.06}
     fig, (side, bars) = plt.subplots(
-        1, 2, figsize=(10, 5.2), layout="constrained", gridspec_kw=panels
+        1, 2, figsize=(10, 4.6), layout="constrained", gridspec_kw=panels
     )
     side.fill_between((-1.6, 7.6), -0.5, 0, color="0.85", linewidth=0)
     side.plot((X, X), (0, 4.2), color="0.45", lw=7, solid_capstyle="butt")
@@ -41,8 +41,8 @@ def sketch() -> None:
             side.plot((at, X), (H, Z), color=colour, ls=line, lw=1.8)
             x = c * (X - at) / (H - Z)
             side.plot(at + x, H - c, "o", color=colour, markersize=9, zorder=4)
-    side.text(-1.5, H - c - 0.75, "left photo", **WORDS)
-    side.text(B - 0.35, H - c - 0.75, "right photo", **WORDS)
+    side.text(-1.1, H - c - 0.95, "left photo", **WORDS, **BOX)
+    side.text(B - 0.1, H - c - 0.95, "right photo", **WORDS)
     side.text(X + 0.35, 3.9, "top", color=basic.RED, **WORDS)
     side.text(X + 0.35, 0.15, "foot", color=basic.BLUE, **WORDS)
     side.set(xlim=(-1.7, 7.7), ylim=(-0.5, H + 1.1), aspect="equal")
@@ -65,7 +65,7 @@ def sketch() -> None:
         fig,
         "Left, seen from the side: two perspective centres O' and O'' at height H above"
         " the ground, the base B between them, a photo at the distance c below each."
-        " Rays run from a tower's foot and top to both. Right, the two photos laid on"
+        " Rays run from a mast's foot and top to both. Right, the two photos laid on"
         " each other: from x'' to x' it is farther for the top than for the foot.",
     )
 

@@ -96,7 +96,8 @@ def epipolar_line(
         "Left photo with a cross at one point; right photo with a straight line across"
         f" it, hardly tilted, and {len(places)} strokes on it where the point would lie"
         " if it were at heights 20 m apart.",
-        colours=96,
+        dpi=110,
+        colours=48,
     )
 
 
@@ -233,7 +234,7 @@ def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figu
     full = [match.disparity * 2.0**k for k, match in enumerate(matches)]
     low, high = np.nanquantile(full[0], (0.01, 0.99))
     fig, axes = plt.subplots(
-        2, n, figsize=(10, 5.6), layout="compressed", squeeze=False
+        2, n, figsize=(10, 4.7), layout="compressed", squeeze=False
     )
     for ax, below, k in zip(axes[0], axes[1], range(n - 1, -1, -1)):
         rows, columns = pyramid[k].left.shape
@@ -242,7 +243,8 @@ def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figu
         below.images[0].set_alpha(0)
         drawn = below.imshow(full[k], cmap="viridis", vmin=low, vmax=high)
     bar = fig.colorbar(drawn, ax=axes[1].tolist(), aspect=14)
-    bar.set_label("disparity\n(px of level 1)", fontsize=13)
+    bar.set_label("disparity\n(px of level 1)", fontsize=16)
+    bar.ax.tick_params(labelsize=16)
     return fig
 
 
@@ -388,35 +390,30 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     )
     truth, kind = land.at(land.dtm, X, Y), land.at(land.kind, X, Y, 0)
     error = dtm.z - truth
-    fig, axes = plt.subplots(2, 2, figsize=(7, 5.9), layout="compressed")
-    shown = {"surface (DSM)": dsm.z, "terrain (DTM)": dtm.z, "true ground": truth}
-    for ax, (name, z) in zip(axes.ravel(), shown.items()):
-        ax.imshow(_shaded(z, dsm.cell), vmin=-0.4, vmax=1)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.9), layout="compressed")
+    axes[0].imshow(_shaded(dsm.z, dsm.cell), vmin=-0.4, vmax=1)
+    axes[0].set_title("surface (DSM), contours")
+    drawn = axes[1].imshow(error, cmap="PuOr", vmin=-0.5, vmax=0.5)
+    axes[1].set_title("terrain (DTM), errors")
+    for ax, z in zip(axes, (dsm.z, dtm.z)):
         steps = np.arange(0, 100, CONTOURS)
-        ax.contour(z, steps, colors=basic.BLACK, linewidths=1.1)
-        ax.set_title(name)
-    look: Look = {"cmap": "PuOr", "vmin": -0.5, "vmax": 0.5}
-    drawn = axes[1, 1].imshow(error, **look)
-    axes[1, 1].set_title("terrain − truth")
-    bar = fig.colorbar(drawn, ax=axes[1, 1], location="bottom", aspect=30, pad=0.02)
-    bar.set_label("m", fontsize=13, labelpad=-4)
-    for ax in axes.ravel():
+        ax.contour(z, steps, colors=basic.BLACK, linewidths=1.2)
         ax.set(xticks=[], yticks=[])
         ax.grid(False)
-    names = ("in the open", "under the house", "under trees")
+    names = ("open", "houses", "trees")
     said = [
         f"{quality(dtm.z, truth, kind == k).rmse:.2f} m {name}"
         for k, name in enumerate(names)
         if np.any(np.isfinite(error[kind == k]))
     ]
-    words = f"contours every {CONTOURS} m; RMSE of the terrain:\n{', '.join(said)}"
-    fig.supxlabel(words, fontsize=13)
+    bar = fig.colorbar(drawn, ax=axes.tolist(), location="bottom", aspect=40, pad=0.03)
+    words = f"terrain − truth (m): RMSE {', '.join(said)}"
+    bar.set_label(words, fontsize=14)
     basic.show(
         fig,
-        f"Four maps. Surface and terrain with contours every {CONTOURS} m; those"
-        " of the surface are torn, those of the terrain run smoothly like the true ones"
-        " beside them. The differences from the truth are small in the fields and"
-        f" larger in the wood: {', '.join(said)}.",
+        f"Two maps with contours every {CONTOURS} m. Those of the surface pile up at"
+        " houses and crowns; those of the terrain run smoothly. Its errors, in colours,"
+        f" are small in the fields and larger in the wood: RMSE {', '.join(said)}.",
         colours=96,
     )
 
