@@ -74,7 +74,7 @@ def plane() -> None:
     """Show two rays, the base and the plane that they span, with all parts named."""
     O1, O2 = np.array([0.0, 0.0, 5.0]), np.array([5.6, 0.5, 5.2])
     P, c = np.array([3.3, 1.0, 0.0]), 1.9
-    fig, ax = plt.subplots(figsize=(10, 5.3), layout="constrained")
+    fig, ax = plt.subplots(figsize=(10, 4.7), layout="constrained")
     triangle = _flat(np.array([O1, O2, P]))
     ax.add_patch(Polygon(triangle, facecolor=basic.YELLOW, alpha=0.35, zorder=0))
     normal = np.cross(O2 - O1, P - O1)
@@ -136,7 +136,7 @@ def plane() -> None:
 def worth() -> None:
     """Show how far a height moves when a ray moves by a pixel, for two bases."""
     H, wide = 6.0, 0.32
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.1), layout="constrained")
     tall = []
     for ax, B, name in zip(axes, (5.0, 2.5), ("base $B$", "base $B/2$")):
         X, e = B / 2, wide / 2
@@ -149,7 +149,7 @@ def worth() -> None:
         diamond = [(X, rise[0]), (X + e, 0), (X, rise[1]), (X - e, 0)]
         ax.add_patch(Polygon(diamond, facecolor=basic.ORANGE, ec=basic.BLACK, zorder=3))
         ax.plot((0, B), (H, H), color=basic.RED, lw=3)
-        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.4, H + 0.5), aspect="equal")
+        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.2, H + 0.3), aspect="equal")
         ax.axis("off")
         tall.append(rise[0] - rise[1])
     basic.show(

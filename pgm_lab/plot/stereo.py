@@ -18,6 +18,7 @@ from pgm_lab.stereo import DenseMatch, NormalPair, Surface, Terrain, quality
 from pgm_lab.stereo.textbook import along_row
 
 NAMES = ("left photo", "right photo")
+BAND = 60  # px shown to each side of a row
 CONTOURS = 2.5  # m, as in Harintaka 2020
 
 
@@ -52,7 +53,7 @@ def laid(pair: NormalPair, disparity: float) -> None:
     d = round(_validate.number(disparity, "disparity"))
     right = np.roll(pair.right, d, axis=1)
     right[:, slice(0, d) if d > 0 else slice(pair.right.shape[1] + d, None)] = np.nan
-    fig, ax = plt.subplots(figsize=(7, 5.2), layout="compressed")
+    fig, ax = plt.subplots(figsize=(7, 4.5), layout="compressed")
     ax.imshow(composite(pair.left, right), interpolation="nearest")
     ax.set(xticks=[], yticks=[], xlabel="green: left photo, magenta: right photo")
     ax.grid(False)
@@ -83,9 +84,10 @@ def epipolar_line(
     column, row = _validate.one_point(pixel, 2, "pixel")
     line = _validate.point_list(line, "line")
     places = _validate.point_list(places, "places")
-    fig, axes = plt.subplots(1, 2, figsize=(10, 4.4), layout="compressed")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 3.1), layout="compressed")
     for ax, photo, name in zip(axes, _both(left, right), NAMES):
         _bare(ax, photo.grey, name)
+        ax.set_ylim(row + 1.7 * BAND, row - 1.7 * BAND)
     look: Look = {"ms": 20, "mew": 3, "color": basic.ORANGE}
     axes[0].plot(column, row, "+", **look)
     axes[1].autoscale(False)
@@ -109,7 +111,7 @@ def rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
     left, right : Photo
     pair : NormalPair
     row : int
-        Row that is drawn through all images.
+        Row that is drawn through all images, in the middle of the part shown.
 
     Returns
     -------
@@ -117,13 +119,14 @@ def rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
     """
     _validate.instance(pair, NormalPair, "pair")
     row = _validate.whole(row, "row", 0)
-    fig, axes = plt.subplots(2, 2, figsize=(10, 6), layout="compressed")
+    fig, axes = plt.subplots(2, 2, figsize=(10, 3.9), layout="compressed")
     one, other = _both(left, right)
     images = one.grey, other.grey, pair.left, pair.right
     titles = [*NAMES, "left, normal case", "right, normal case"]
     for ax, image, title in zip(axes.ravel(), images, titles):
         _bare(ax, image, title)
         ax.axhline(row, color=basic.ORANGE, lw=2)
+        ax.set_ylim(row + BAND, row - BAND)
     return fig
 
 
@@ -139,7 +142,7 @@ def y_parallaxes(cases: Mapping[str, ArrayLike]) -> None:
         name: _validate.of_shape(values, (None,), f"cases: {name}")
         for name, values in _validate.mapping(cases, "cases").items()
     }
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.1), layout="constrained")
     colours = (basic.GREEN, basic.RED, basic.BLUE, basic.PURPLE)
     said = []
     for k, ((name, values), colour) in enumerate(zip(several.items(), colours)):
@@ -178,9 +181,9 @@ def search(
     column, row = np.round(_validate.one_point(place, 2, "place")).astype(int)
     tried, r = along_row(pair.left, pair.right, column, row, window, low, high)
     best = int(r.argmax())
-    fig = plt.figure(figsize=(10, 4.8), layout="constrained")
+    fig = plt.figure(figsize=(10, 3.8), layout="constrained")
     one, strip, curve = fig.subplot_mosaic(
-        "lr;cc", width_ratios=(1, 3.4), height_ratios=(1, 1.5)
+        "lr;cc", width_ratios=(1, 3.4), height_ratios=(1, 1.3)
     ).values()
     half, reach = 16, (tried[-1] - tried[0]) // 2 + 14
     middle = column - (tried[0] + tried[-1]) // 2
@@ -269,7 +272,7 @@ def threshold(error: ArrayLike, r: ArrayLike, limit: float = 0.8) -> None:
             " and one above"
         )
     at = np.linspace(-0.2, 1, 121)
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     said = []
     for kind, name, colour, line in (
         (~wrong, "right within 1 m", basic.BLUE, "-"),
@@ -309,7 +312,7 @@ def errors(error: ArrayLike, sigma: float) -> None:
         raise ValueError("error must have at least one number")
     far = 6 * sigma
     nmad = 1.4826 * float(np.median(np.abs(error - np.median(error))))
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     n, edges, _ = ax.hist(
         error, np.linspace(-far, far, 61), color=basic.SKY, label="measured"
     )
@@ -328,7 +331,7 @@ def errors(error: ArrayLike, sigma: float) -> None:
 
 
 def profile(
-    own: ArrayLike, book: ArrayLike, land: Landscape, size: tuple = (10, 4.2)
+    own: ArrayLike, book: ArrayLike, land: Landscape, size: tuple = (10, 3.7)
 ) -> None:
     """Show heights along a row by the reader's program, by pgm_lab, and the truth.
 
