@@ -9,19 +9,19 @@ from pgm_lab.camera.imaging import attitude
 from pgm_lab.plot import basic
 from pgm_lab.plot.basic import Look
 
-WORDS: Look = {"fontsize": 15}
+WORDS: Look = {"fontsize": 18}
 BOX: Look = {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1.5}}
 BOTH_ENDS: Look = {"arrowstyle": "<|-|>", "shrinkA": 0, "shrinkB": 0, "linewidth": 1.6}
 LOOK_AT = np.radians((25.0, -68.0))  # elevation and azimuth of the reader's eye
 
 
 def sketch() -> None:
-    """Show two photos of a tower from the side, and the parallaxes of its two ends."""
+    """Show two photos of a mast from the side, and the parallaxes of its two ends."""
     H, B, c, X = 10.0, 5.0, 2.2, 2.9
     kinds = (("foot", 0.0, basic.BLUE, "--"), ("top", 4.2, basic.RED, "-"))
     panels: Look = {"width_ratios": (1.75, 1), "wspace": 0.06}
     fig, (side, bars) = plt.subplots(
-        1, 2, figsize=(10, 5.2), layout="constrained", gridspec_kw=panels
+        1, 2, figsize=(10, 4.6), layout="constrained", gridspec_kw=panels
     )
     side.fill_between((-1.6, 7.6), -0.5, 0, color="0.85", linewidth=0)
     side.plot((X, X), (0, 4.2), color="0.45", lw=7, solid_capstyle="butt")
@@ -41,8 +41,8 @@ def sketch() -> None:
             side.plot((at, X), (H, Z), color=colour, ls=line, lw=1.8)
             x = c * (X - at) / (H - Z)
             side.plot(at + x, H - c, "o", color=colour, markersize=9, zorder=4)
-    side.text(-1.5, H - c - 0.75, "left photo", **WORDS)
-    side.text(B - 0.35, H - c - 0.75, "right photo", **WORDS)
+    side.text(-1.1, H - c - 0.95, "left photo", **WORDS, **BOX)
+    side.text(B - 0.1, H - c - 0.95, "right photo", **WORDS)
     side.text(X + 0.35, 3.9, "top", color=basic.RED, **WORDS)
     side.text(X + 0.35, 0.15, "foot", color=basic.BLUE, **WORDS)
     side.set(xlim=(-1.7, 7.7), ylim=(-0.5, H + 1.1), aspect="equal")
@@ -65,7 +65,7 @@ def sketch() -> None:
         fig,
         "Left, seen from the side: two perspective centres O' and O'' at height H above"
         " the ground, the base B between them, a photo at the distance c below each."
-        " Rays run from a tower's foot and top to both. Right, the two photos laid on"
+        " Rays run from a mast's foot and top to both. Right, the two photos laid on"
         " each other: from x'' to x' it is farther for the top than for the foot.",
     )
 
@@ -74,7 +74,7 @@ def plane() -> None:
     """Show two rays, the base and the plane that they span, with all parts named."""
     O1, O2 = np.array([0.0, 0.0, 5.0]), np.array([5.6, 0.5, 5.2])
     P, c = np.array([3.3, 1.0, 0.0]), 1.9
-    fig, ax = plt.subplots(figsize=(10, 5.3), layout="constrained")
+    fig, ax = plt.subplots(figsize=(10, 4.7), layout="constrained")
     triangle = _flat(np.array([O1, O2, P]))
     ax.add_patch(Polygon(triangle, facecolor=basic.YELLOW, alpha=0.35, zorder=0))
     normal = np.cross(O2 - O1, P - O1)
@@ -136,7 +136,7 @@ def plane() -> None:
 def worth() -> None:
     """Show how far a height moves when a ray moves by a pixel, for two bases."""
     H, wide = 6.0, 0.32
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.1), layout="constrained")
     tall = []
     for ax, B, name in zip(axes, (5.0, 2.5), ("base $B$", "base $B/2$")):
         X, e = B / 2, wide / 2
@@ -149,7 +149,7 @@ def worth() -> None:
         diamond = [(X, rise[0]), (X + e, 0), (X, rise[1]), (X - e, 0)]
         ax.add_patch(Polygon(diamond, facecolor=basic.ORANGE, ec=basic.BLACK, zorder=3))
         ax.plot((0, B), (H, H), color=basic.RED, lw=3)
-        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.4, H + 0.5), aspect="equal")
+        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.2, H + 0.3), aspect="equal")
         ax.axis("off")
         tall.append(rise[0] - rise[1])
     basic.show(

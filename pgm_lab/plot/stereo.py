@@ -18,6 +18,7 @@ from pgm_lab.stereo import DenseMatch, NormalPair, Surface, Terrain, quality
 from pgm_lab.stereo.textbook import along_row
 
 NAMES = ("left photo", "right photo")
+BAND = 60  # px shown to each side of a row
 CONTOURS = 2.5  # m, as in Harintaka 2020
 
 
@@ -52,7 +53,7 @@ def laid(pair: NormalPair, disparity: float) -> None:
     d = round(_validate.number(disparity, "disparity"))
     right = np.roll(pair.right, d, axis=1)
     right[:, slice(0, d) if d > 0 else slice(pair.right.shape[1] + d, None)] = np.nan
-    fig, ax = plt.subplots(figsize=(7, 5.2), layout="compressed")
+    fig, ax = plt.subplots(figsize=(7, 4.5), layout="compressed")
     ax.imshow(composite(pair.left, right), interpolation="nearest")
     ax.set(xticks=[], yticks=[], xlabel="green: left photo, magenta: right photo")
     ax.grid(False)
@@ -83,9 +84,10 @@ def epipolar_line(
     column, row = _validate.one_point(pixel, 2, "pixel")
     line = _validate.point_list(line, "line")
     places = _validate.point_list(places, "places")
-    fig, axes = plt.subplots(1, 2, figsize=(10, 4.4), layout="compressed")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 3.1), layout="compressed")
     for ax, photo, name in zip(axes, _both(left, right), NAMES):
         _bare(ax, photo.grey, name)
+        ax.set_ylim(row + 1.7 * BAND, row - 1.7 * BAND)
     look: Look = {"ms": 20, "mew": 3, "color": basic.ORANGE}
     axes[0].plot(column, row, "+", **look)
     axes[1].autoscale(False)
@@ -96,7 +98,8 @@ def epipolar_line(
         "Left photo with a cross at one point; right photo with a straight line across"
         f" it, hardly tilted, and {len(places)} strokes on it where the point would lie"
         " if it were at heights 20 m apart.",
-        colours=96,
+        dpi=110,
+        colours=48,
     )
 
 
@@ -108,7 +111,7 @@ def rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
     left, right : Photo
     pair : NormalPair
     row : int
-        Row that is drawn through all images.
+        Row that is drawn through all images, in the middle of the part shown.
 
     Returns
     -------
@@ -116,13 +119,14 @@ def rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
     """
     _validate.instance(pair, NormalPair, "pair")
     row = _validate.whole(row, "row", 0)
-    fig, axes = plt.subplots(2, 2, figsize=(10, 6), layout="compressed")
+    fig, axes = plt.subplots(2, 2, figsize=(10, 3.9), layout="compressed")
     one, other = _both(left, right)
     images = one.grey, other.grey, pair.left, pair.right
     titles = [*NAMES, "left, normal case", "right, normal case"]
     for ax, image, title in zip(axes.ravel(), images, titles):
         _bare(ax, image, title)
         ax.axhline(row, color=basic.ORANGE, lw=2)
+        ax.set_ylim(row + BAND, row - BAND)
     return fig
 
 
@@ -138,7 +142,7 @@ def y_parallaxes(cases: Mapping[str, ArrayLike]) -> None:
         name: _validate.of_shape(values, (None,), f"cases: {name}")
         for name, values in _validate.mapping(cases, "cases").items()
     }
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.1), layout="constrained")
     colours = (basic.GREEN, basic.RED, basic.BLUE, basic.PURPLE)
     said = []
     for k, ((name, values), colour) in enumerate(zip(several.items(), colours)):
@@ -177,9 +181,9 @@ def search(
     column, row = np.round(_validate.one_point(place, 2, "place")).astype(int)
     tried, r = along_row(pair.left, pair.right, column, row, window, low, high)
     best = int(r.argmax())
-    fig = plt.figure(figsize=(10, 4.8), layout="constrained")
+    fig = plt.figure(figsize=(10, 3.8), layout="constrained")
     one, strip, curve = fig.subplot_mosaic(
-        "lr;cc", width_ratios=(1, 3.4), height_ratios=(1, 1.5)
+        "lr;cc", width_ratios=(1, 3.4), height_ratios=(1, 1.3)
     ).values()
     half, reach = 16, (tried[-1] - tried[0]) // 2 + 14
     middle = column - (tried[0] + tried[-1]) // 2
@@ -233,7 +237,7 @@ def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figu
     full = [match.disparity * 2.0**k for k, match in enumerate(matches)]
     low, high = np.nanquantile(full[0], (0.01, 0.99))
     fig, axes = plt.subplots(
-        2, n, figsize=(10, 5.6), layout="compressed", squeeze=False
+        2, n, figsize=(10, 4.7), layout="compressed", squeeze=False
     )
     for ax, below, k in zip(axes[0], axes[1], range(n - 1, -1, -1)):
         rows, columns = pyramid[k].left.shape
@@ -242,7 +246,8 @@ def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figu
         below.images[0].set_alpha(0)
         drawn = below.imshow(full[k], cmap="viridis", vmin=low, vmax=high)
     bar = fig.colorbar(drawn, ax=axes[1].tolist(), aspect=14)
-    bar.set_label("disparity\n(px of level 1)", fontsize=13)
+    bar.set_label("disparity\n(px of level 1)", fontsize=16)
+    bar.ax.tick_params(labelsize=16)
     return fig
 
 
@@ -267,7 +272,7 @@ def threshold(error: ArrayLike, r: ArrayLike, limit: float = 0.8) -> None:
             " and one above"
         )
     at = np.linspace(-0.2, 1, 121)
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     said = []
     for kind, name, colour, line in (
         (~wrong, "right within 1 m", basic.BLUE, "-"),
@@ -307,7 +312,7 @@ def errors(error: ArrayLike, sigma: float) -> None:
         raise ValueError("error must have at least one number")
     far = 6 * sigma
     nmad = 1.4826 * float(np.median(np.abs(error - np.median(error))))
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     n, edges, _ = ax.hist(
         error, np.linspace(-far, far, 61), color=basic.SKY, label="measured"
     )
@@ -326,7 +331,7 @@ def errors(error: ArrayLike, sigma: float) -> None:
 
 
 def profile(
-    own: ArrayLike, book: ArrayLike, land: Landscape, size: tuple = (10, 4.2)
+    own: ArrayLike, book: ArrayLike, land: Landscape, size: tuple = (10, 3.7)
 ) -> None:
     """Show heights along a row by the reader's program, by pgm_lab, and the truth.
 
@@ -388,35 +393,30 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     )
     truth, kind = land.at(land.dtm, X, Y), land.at(land.kind, X, Y, 0)
     error = dtm.z - truth
-    fig, axes = plt.subplots(2, 2, figsize=(7, 5.9), layout="compressed")
-    shown = {"surface (DSM)": dsm.z, "terrain (DTM)": dtm.z, "true ground": truth}
-    for ax, (name, z) in zip(axes.ravel(), shown.items()):
-        ax.imshow(_shaded(z, dsm.cell), vmin=-0.4, vmax=1)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.9), layout="compressed")
+    axes[0].imshow(_shaded(dsm.z, dsm.cell), vmin=-0.4, vmax=1)
+    axes[0].set_title("surface (DSM), contours")
+    drawn = axes[1].imshow(error, cmap="PuOr", vmin=-0.5, vmax=0.5)
+    axes[1].set_title("terrain (DTM), errors")
+    for ax, z in zip(axes, (dsm.z, dtm.z)):
         steps = np.arange(0, 100, CONTOURS)
-        ax.contour(z, steps, colors=basic.BLACK, linewidths=1.1)
-        ax.set_title(name)
-    look: Look = {"cmap": "PuOr", "vmin": -0.5, "vmax": 0.5}
-    drawn = axes[1, 1].imshow(error, **look)
-    axes[1, 1].set_title("terrain − truth")
-    bar = fig.colorbar(drawn, ax=axes[1, 1], location="bottom", aspect=30, pad=0.02)
-    bar.set_label("m", fontsize=13, labelpad=-4)
-    for ax in axes.ravel():
+        ax.contour(z, steps, colors=basic.BLACK, linewidths=1.2)
         ax.set(xticks=[], yticks=[])
         ax.grid(False)
-    names = ("in the open", "under the house", "under trees")
+    names = ("open", "houses", "trees")
     said = [
         f"{quality(dtm.z, truth, kind == k).rmse:.2f} m {name}"
         for k, name in enumerate(names)
         if np.any(np.isfinite(error[kind == k]))
     ]
-    words = f"contours every {CONTOURS} m; RMSE of the terrain:\n{', '.join(said)}"
-    fig.supxlabel(words, fontsize=13)
+    bar = fig.colorbar(drawn, ax=axes.tolist(), location="bottom", aspect=40, pad=0.03)
+    words = f"terrain − truth (m): RMSE {', '.join(said)}"
+    bar.set_label(words, fontsize=14)
     basic.show(
         fig,
-        f"Four maps. Surface and terrain with contours every {CONTOURS} m; those"
-        " of the surface are torn, those of the terrain run smoothly like the true ones"
-        " beside them. The differences from the truth are small in the fields and"
-        f" larger in the wood: {', '.join(said)}.",
+        f"Two maps with contours every {CONTOURS} m. Those of the surface pile up at"
+        " houses and crowns; those of the terrain run smoothly. Its errors, in colours,"
+        f" are small in the fields and larger in the wood: RMSE {', '.join(said)}.",
         colours=96,
     )
 
