@@ -157,8 +157,9 @@ def gaps(
         box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none"}
         ax.text(border + 3, Y[0] - 3, name, va="top", fontsize=15, bbox=box)
     top, ground = land.at(land.dsm, X, at), land.at(land.dtm, X, at)
-    below.plot(X, top, color=basic.GREY, lw=1, label="true surface")
+    below.plot(X, top, color=basic.GREY, lw=1.2, label="true surface")
     below.plot(X, ground, color=basic.BLACK, label="true ground")
+    below.plot(X, dsm.z[row], color=basic.RED, lw=1.2, label="automatic, unedited")
     below.plot(X, dtm.z[row], color=basic.ORANGE, lw=1.8, label="automatic, filtered")
     near = np.abs(spots[:, 1] - Y[row]) < 3
     below.plot(*spots[near][:, [0, 2]].T, "o", color=basic.BLUE, ms=6, label="operator")
@@ -168,8 +169,9 @@ def gaps(
         fig,
         f"Above the land from above with {len(spots)} points that an operator measured:"
         " evenly in open and mixed ground, in gaps between crowns in the wood. Below a"
-        " profile: true surface, true ground, the filtered automatic heights, and the"
-        " operator's points within 3 m.",
+        " profile: true surface, true ground, automatic heights, which run over the"
+        " crowns before filtering and along the ground after it, and the operator's"
+        " points within 3 m.",
         colours=128,
     )
 
