@@ -167,6 +167,16 @@ def level_land():
     return simulate.Landscape(flat, flat, flat, flat, (-200.0, 200.0), 10.0)
 
 
+def level_surface():
+    z = np.full((4, 5), 20.0)
+    return stereo_room.Surface(z, (-150.0, 150.0), 10.0, z > 0)
+
+
+def level_terrain():
+    z = np.full((4, 5), 20.0)
+    return stereo_room.Terrain(z, np.zeros((4, 5), np.uint8), (-150.0, 150.0), 10.0)
+
+
 def oriented():
     return camera.Photo(GREY, LENS, PHOTO, 0.005)
 
@@ -506,6 +516,22 @@ FUNCTIONS = {
         parameters=[(20.0, 1, 0, 20, 0, 1, 0, 1)], notes=["start"],
     ),
     "plot.overlay": lambda: dict(reference=GREY, sensed=GREY, ax=axes()),
+    "plot.locations.six": lambda: dict(
+        points=[44.0, 71], interactive=[1.39, 1.71], automatic=[1.42, 1.75]
+    ),
+    "plot.locations.marks": lambda: dict(
+        pair=normal_pair(), places=[(30.0, 30)], starts=[1.0]
+    ),
+    "plot.locations.gaps": lambda: dict(
+        land=level_land(), spots=[(-150.0, 150, 20), (-120, 120, 20)],
+        dsm=level_surface(), dtm=level_terrain(), row=1,
+    ),
+    "plot.locations.compared": lambda: dict(
+        alone={"open": [0.2, 0.1]}, common={"open": [1.4, 1.5]}, longer=0.5
+    ),
+    "plot.locations.bowl": lambda: dict(
+        points=[(0.0, 0), (1, 1)], errors=[1.0, -1.0], parallaxes=[0.1, 0.0]
+    ),
     "plot.mark.positions": lambda: dict(
         pair=normal_pair(), place=(30.0, 30), disparities=[-1.0, 0, 1]
     ),

@@ -16,6 +16,7 @@ from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair, Surface, Terrain
 
 TILE = 31  # px across what is shown around a mark
+REACH = 24  # px to each side, of the row it is looked for in
 WAYS = (("interactive", basic.BLUE, "o"), ("automatic", basic.ORANGE, "s"))
 HALF_DIGIT = 0.005  # m, of a printed number
 
@@ -79,20 +80,20 @@ def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
     starts = _validate.of_shape(starts, (len(places),), "starts")
     if not 1 <= len(places) <= 4:
         raise ValueError("places must be one to four points")
-    shape: basic.Look = {"gridspec_kw": {"width_ratios": (1, 2)}}
+    shape: basic.Look = {"gridspec_kw": {"width_ratios": (TILE, 2 * REACH + 1)}}
     shape |= {"figsize": (7, 2.05 * len(places)), "squeeze": False}
     shape["layout"] = "compressed"
     fig, axes = plt.subplots(len(places), 2, **shape)
-    half, wide = TILE // 2, TILE
+    half = TILE // 2
     for (left, right), (column, row), start, name in zip(axes, places, starts, "ABCD"):
         rows = slice(row - half, row + half + 1)
         middle = column - round(start)
-        columns, rest = slice(column - half, column + half + 1), middle - wide
+        columns, rest = slice(column - half, column + half + 1), middle - REACH
         if min(rows.start, columns.start, rest) < 0:
             raise ValueError("a place lies too near to the edge of the photo")
         tile = pair.left[rows, columns]
-        strip = pair.right[rows, rest : middle + wide + 1]
-        if tile.shape != (TILE, TILE) or strip.shape != (TILE, 2 * wide + 1):
+        strip = pair.right[rows, rest : middle + REACH + 1]
+        if tile.shape != (TILE, TILE) or strip.shape != (TILE, 2 * REACH + 1):
             raise ValueError("a place lies too near to the edge of the photo")
         left.imshow(grey_levels(tile, "left"), vmin=0, vmax=1)
         left.plot(half, half, "+", color="black", ms=22, mew=5)
@@ -100,7 +101,7 @@ def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
         left.set(xticks=[], yticks=[], ylabel=name)
         # A column further to the right is a disparity less
         d = column - rest
-        extent = (d + 0.5, d - 2 * wide - 0.5, TILE - 0.5, -0.5)
+        extent = (d + 0.5, d - 2 * REACH - 0.5, TILE - 0.5, -0.5)
         right.imshow(grey_levels(strip, "right"), vmin=0, vmax=1, extent=extent)
         right.axhline(half, color=basic.YELLOW, lw=1, ls=(0, (2, 6)))
         right.xaxis.set_major_locator(MultipleLocator(10))
@@ -156,25 +157,27 @@ def gaps(
         box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none"}
         ax.text(border + 3, Y[0] - 3, name, va="top", fontsize=15, bbox=box)
     top, ground = land.at(land.dsm, X, at), land.at(land.dtm, X, at)
-    below.plot(X, top, color=basic.GREY, lw=1, label="true surface")
+    below.plot(X, top, color=basic.GREY, lw=1.2, label="true surface")
     below.plot(X, ground, color=basic.BLACK, label="true ground")
+    below.plot(X, dsm.z[row], color=basic.RED, lw=1.2, label="automatic, unedited")
     below.plot(X, dtm.z[row], color=basic.ORANGE, lw=1.8, label="automatic, filtered")
     near = np.abs(spots[:, 1] - Y[row]) < 3
     below.plot(*spots[near][:, [0, 2]].T, "o", color=basic.BLUE, ms=6, label="operator")
     below.set(xlabel="X (m)", ylabel="Z (m)", xlim=(X[0], X[-1]))
-    below.legend(loc="upper left", bbox_to_anchor=(1, 1), borderaxespad=0)
+    below.legend(loc="upper left", ncols=2)
     basic.show(
         fig,
         f"Above the land from above with {len(spots)} points that an operator measured:"
         " evenly in open and mixed ground, in gaps between crowns in the wood. Below a"
-        " profile: true surface, true ground, the filtered automatic heights, and the"
-        " operator's points within 3 m.",
+        " profile: true surface, true ground, automatic heights, which run over the"
+        " crowns before filtering and along the ground after it, and the operator's"
+        " points within 3 m.",
         colours=128,
     )
 
 
 def compared(
-    alone: Mapping[str, ArrayLike], common: Mapping[str, ArrayLike], error: str
+    alone: Mapping[str, ArrayLike], common: Mapping[str, ArrayLike], longer: float
 ) -> None:
     """Show RMSE of both ways, without and with an error that both share.
 
@@ -182,9 +185,10 @@ def compared(
     ----------
     alone, common : mapping of str to array_like (2,)
         RMSE of the interactive and of the automatic way in m, by the kind of ground.
-    error : str
-        What is common, for the heading.
+    longer : float
+        By how much the base is too long for both ways, in m.
     """
+    error = f"base {_validate.number(longer, 'longer'):.2f} m too long"
     found = [_pairs(one, name) for one, name in ((alone, "alone"), (common, "common"))]
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.4), sharey=True)
     for ax, values, title in zip(axes, found, ("orientation right", error)):
@@ -201,7 +205,7 @@ def compared(
     basic.show(
         fig,
         "RMSE of the interactive and the automatic way by kind of ground, left with the"
-        f" right orientation, right with a common error. {'; '.join(said)}.",
+        f" right orientation, right with an error that both share. {'; '.join(said)}.",
         colours=64,
     )
 
