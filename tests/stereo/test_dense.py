@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import binary_dilation
+from scipy.ndimage import binary_dilation, gaussian_filter
 
 from pgm_lab import stereo
-from pgm_lab.stereo import _boxes, _pyramid, dense
+from pgm_lab.stereo import _boxes, _levels, _pyramid, dense
 from tests.stereo.pairs import noisy, rms, smooth_pair, step_pair
 
 GROUNDS = {
@@ -55,6 +55,26 @@ def test_errors_are_as_large_as_predicted(shift, sigma):
     errors, predicted = np.concatenate(errors), np.concatenate(predicted)
     assert 0.85 < rms(errors) / rms(predicted) < 1.2
     assert abs(errors.mean()) < 0.005 + 0.1 * rms(errors)
+
+
+def test_noise_that_is_correlated_makes_the_prediction_larger():
+    """As resampling a photo does: white noise of the same size says more."""
+    left, right, _ = smooth_pair(lambda x, y: 4.0 + 0 * x)
+    rng = np.random.default_rng(1)
+    noise = [gaussian_filter(rng.normal(0, 1, left.shape), 0.6) for _ in range(2)]
+    match = stereo.match_rows(
+        *(i + 4 * n / n.std() for i, n in zip((left, right), noise))
+    )
+    good = match.status == 0
+    assert 0.8 < rms(match.disparity[good] - 4) / rms(match.sd[good]) < 1.2
+
+
+def test_left_and_right_agree_within_a_pixel():
+    there = np.full((5, 40), 3, np.float32)
+    back = np.full((5, 40), 3.9, np.float32)
+    assert _levels.agreement(there, back)[:, 4:].all()
+    assert not _levels.agreement(there, back + 0.2).any()
+    assert not _levels.agreement(there - 50, back - 50).any()  # beyond the image
 
 
 def test_what_a_wall_hides_is_rejected_and_the_wall_is_sharp():
