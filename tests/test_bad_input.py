@@ -115,16 +115,13 @@ EXCEPT = {
     "observations.Observations.save": "tests/matching/test_result.py",
     "bundle.defects.adjust": "tests/bundle/test_defects.py",
     "bundle.defects.network": "tests/bundle/test_defects.py",
-<<<<<<< HEAD
     "simulate.aerial_block": "tests/simulate/test_aerial.py, as simulate.aerial_pair",
     "stereo.plot_block": "tests/stereo/test_block.py",
-=======
     "stereo_map.exif_camera": "tests/stereo_map/test_photos.py",
     "stereo_map.read_photo": "tests/stereo_map/test_photos.py",
     "stereo_map.save": "tests/stereo_map/test_saving.py",
     "stereo_map.save_network": "tests/stereo_map/test_saving.py",
     "stereo_map.program.start": "tests/publish/test_stereo_map.py",
->>>>>>> h-map
     "plot.interact": "tests/plot/test_sliders.py",
     "checks.keep": "tests/checks/test_own.py",
 }
@@ -141,17 +138,14 @@ CALLED = [name for name in PUBLIC if name in FUNCTIONS and name not in EXCEPT]
 NO_NAMES = {"None", *(f"{i}: None" for i in range(3))}
 LACKING = {"one masked", "one NaN", "one inf", "one -inf"}  # a photo may lack pixels
 MEANT = {
-<<<<<<< HEAD
     ("camera.Photo", "grey"): LACKING | {"all NaN", "all inf", "all -inf"},
     # NaN says that nothing was matched
     ("stereo.NormalPair.parallax", "disparity"): LACKING
     | {"all NaN", "all inf", "all -inf"},
     ("stereo.NormalPair.object_points", "disparity"): LACKING
     | {"all NaN", "all inf", "all -inf"},
-=======
     ("stereo_map.open_pair", "left"): LACKING,
     ("stereo_map.open_pair", "right"): LACKING,
->>>>>>> h-map
     ("ncc.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "search"): {"two numbers"},  # rows and columns
