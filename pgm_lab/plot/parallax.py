@@ -113,12 +113,12 @@ def plane() -> None:
         ax.plot(*_flat(point[None])[0], "o", color=basic.BLACK, ms=10, zorder=4)
         _name(ax, name, point, at)
     _name(ax, "base", (O1 + O2) / 2, (-20, 10), basic.RED)
-    _name(ax, "epipolar plane", 0.31 * (O1 + O2) + 0.38 * P, (-62, 12), "0.25")
+    _name(ax, "epipolar plane", 0.31 * (O1 + O2) + 0.38 * P, (-76, 12), "0.25")
     right = attitude(np.array([*O2, *turns[1]]))
     a, b, w = right @ normal
     end = O2 + np.array([1.25, (c * w - a * 1.25) / b, -c]) @ right
     _name(ax, "epipolar line of $p'$", end, (14, -6), basic.GREEN)
-    _name(ax, "higher?", P + 0.17 * (O1 - P), (-72, -4), "0.35")
+    _name(ax, "higher?", P + 0.17 * (O1 - P), (-88, -4), "0.35")
     _name(ax, "lower?", P - 0.2 * (O1 - P), (12, -6), "0.35")
     ax.margins(0.06)
     ax.set_aspect("equal")
@@ -176,5 +176,5 @@ def _name(
     colour: str = basic.BLACK,
 ) -> None:
     """Write a name beside a point in space, so many points to the right and up."""
-    text: Look = {"textcoords": "offset points", "fontsize": 16, "color": colour}
+    text: Look = {"textcoords": "offset points", "fontsize": 19, "color": colour}
     ax.annotate(name, tuple(_flat(point[None])[0]), at, zorder=5, **text)

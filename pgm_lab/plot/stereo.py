@@ -84,10 +84,11 @@ def epipolar_line(
     column, row = _validate.one_point(pixel, 2, "pixel")
     line = _validate.point_list(line, "line")
     places = _validate.point_list(places, "places")
-    fig, axes = plt.subplots(1, 2, figsize=(10, 3.1), layout="compressed")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 3.0), layout="compressed")
     for ax, photo, name in zip(axes, _both(left, right), NAMES):
         _bare(ax, photo.grey, name)
-        ax.set_ylim(row + 1.7 * BAND, row - 1.7 * BAND)
+        last = photo.grey.shape[0] - 0.5
+        ax.set_ylim(min(row + 1.4 * BAND, last), max(row - 1.4 * BAND, -0.5))
     look: Look = {"ms": 20, "mew": 3, "color": basic.ORANGE}
     axes[0].plot(column, row, "+", **look)
     axes[1].autoscale(False)
@@ -437,5 +438,6 @@ def _both(left: Photo, right: Photo) -> tuple[Photo, Photo]:
 def _bare(ax: Axes, image: np.ndarray, title: str) -> None:
     """Draw an image without numbers at its edges."""
     ax.imshow(np.nan_to_num(grey_levels(image, "image"), nan=1.0), vmin=0, vmax=1)
-    ax.set(xticks=[], yticks=[], title=title)
+    ax.set(xticks=[], yticks=[])
+    ax.set_title(title, fontsize=18)
     ax.grid(False)
