@@ -26,7 +26,7 @@ PACKAGES = {
 
 # Where what is imported has to be asked for: the extras on top of the dependencies.
 PLACES = {
-    "pgm_lab": ["geo"],
+    "pgm_lab": ["geo", "scale"],
     "notebooks": [],
     "tools": ["test", "dev"],
     "publish": ["publish"],
