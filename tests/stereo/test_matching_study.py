@@ -105,3 +105,17 @@ def test_a_higher_threshold_has_fewer_wrong_and_loses_more(scene):
 def test_without_a_pyramid_the_search_is_too_short():
     alone = one(**default(scene="motorcycle", levels=1))
     assert float(alone["right"]) < 0.1
+
+
+def test_time_and_memory_grow_with_the_cells_alone():
+    """At most 10 times SGBM; 12 megapixels in less than 2 GB."""
+    rows = datasets.rows("results/chapter8_matching_size.csv")
+    cells, memory, each, ratio = (
+        np.array([float(row[name]) for row in rows])
+        for name in ("million_cells", "bytes_a_cell", "us_a_cell", "ours_to_sgbm")
+    )
+    assert cells[-1] > 12
+    assert (ratio <= 10).all()
+    assert memory[-1] * cells[-1] < 2000
+    assert np.all(np.diff(memory) < 0)
+    assert each.max() < 1.5 * each.min()
