@@ -1,5 +1,6 @@
 """StereoMap in JupyterLab: real clicks into its canvas, and the file that they give."""
 
+import re
 from pathlib import Path
 
 import nbformat
@@ -105,7 +106,11 @@ def test_clicks_measure_keep_undo_and_save(lab, work):
     screen.press("Undo", screen.message, "The last point is gone.")
     assert screen.rows() == ["1"]
     page.mouse.move(*screen.at((340, 230)))
-    page.mouse.wheel(0, -300)  # a zoom: the same click is another pixel now
+    page.mouse.wheel(0, -300)  # a zoom: what was 60 pixels away is nearer now
+    page.wait_for_timeout(1000)
+    screen.click((400, 230), "Pixels: left")
+    column = re.search(r"left \((\d+\.\d+)", screen.message.inner_text())[1]
+    assert 345 < float(column) < 390
     screen.press("Save", screen.message, "1 points are saved")
     table = np.loadtxt(work / "my_points.csv", comments="%", delimiter=",")
     assert table.shape == (2, len(COLUMNS))
