@@ -5,7 +5,9 @@ default that is not None needs no entry.
 """
 
 import copy
+import dataclasses
 import inspect
+import itertools
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -25,6 +27,7 @@ from pgm_lab import (
     observations,
     registration,
     simulate,
+    stereo_map,
 )
 from pgm_lab import stereo as stereo_room
 from pgm_lab.adjustment import adjust
@@ -89,6 +92,38 @@ def raster():
 def observed():
     chosen, found = matches()
     return observations.from_matches(chosen, {2: found["B"]}, (48, 44), 0.5, left=1)
+
+
+@cache
+def session():
+    pair = simulate.aerial_pair((120, 90), trees=0, buildings=0)
+    return stereo_map.open_pair(pair.left, pair.right)
+
+
+@cache
+def clicked():
+    pixels = itertools.product(range(20, 100, 8), range(20, 70, 8))
+    points = (stereo_map.measure(session(), pixel) for pixel in pixels)
+    return next(point for point in points if point.accepted)
+
+
+@cache
+def one_point():
+    return stereo_map.add(session(), clicked())
+
+
+@cache
+def many_points():
+    """Measured points moved to where photos of a wide angle show some."""
+    known = simulate.network(LENS, 2, 12, np.random.default_rng(1))
+    points = tuple(
+        dataclasses.replace(
+            clicked(), name=int(name) + 1, photo=known.xy[known.point == name]
+        )
+        for name in range(12)
+        if np.sum(known.point == name) == 2
+    )
+    return dataclasses.replace(session(), points=points)
 
 
 def new_file():
@@ -437,6 +472,22 @@ FUNCTIONS = {
         left=GREY, right=GREY, points=matches()[0], found=matches()[1]["B"], template=11
     ),
     "matching.read": lambda: dict(photo=GREY, name="left"),
+    "stereo_map.open_pair": lambda: dict(
+        left=GREY, right=GREY, camera=LENS, pixel_size=0.005,
+        exteriors=[PHOTO, NEXT], heights=(0.0, 9.0),
+    ),
+    "stereo_map.measure": lambda: dict(
+        session=session(), pixel=(20.0, 20), near=(22.0, 20), reach=9.0
+    ),
+    "stereo_map.add": lambda: dict(session=session(), point=clicked()),
+    "stereo_map.undo": lambda: dict(session=one_point()),
+    "stereo_map.orient": lambda: dict(
+        session=many_points(), control={1: (0.0, 0, 0), 2: (1, 0, 0), 3: (0, 1, 0.0)}
+    ),
+    "stereo_map.observations": lambda: dict(session=one_point()),
+    "stereo_map.network": lambda: dict(session=one_point()),
+    "stereo_map.draw": lambda: dict(session=session(), point=clicked()),
+    "stereo_map.show": lambda: dict(session=session(), point=clicked()),
     "observations.Observations.save": lambda: dict(
         self=observed(), path=new_file(), overwrite=True
     ),

@@ -30,8 +30,9 @@ HEADER = """\
 # dependency tables: {digest}
 """
 
-# conda's OpenCV has another name and another build: all take the one from PyPI.
-NOT_FROM_CONDA = ["opencv-python-headless"]
+# conda's OpenCV has another name and another build, its lazrs another name: all take
+# those from PyPI.
+NOT_FROM_CONDA = ["opencv-python-headless", "lazrs"]
 
 ENVIRONMENT = """\
 # Derived from pyproject.toml by `python tasks.py requirements`; do not edit.

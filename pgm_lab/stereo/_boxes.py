@@ -6,7 +6,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-BAND = 256  # rows at a time, so that the work fits a laptop and its cache
+BAND = 512  # rows at a time, so that the work fits a laptop and its cache
 WHOLE = 0.999  # of a pixel, interpolated from a mask
 
 

@@ -1,6 +1,8 @@
 """Workers of a dask.distributed cluster."""
 
+import math
 import socket
+import time
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from pathlib import Path
@@ -11,6 +13,7 @@ from pgm_lab.stereo._folder import LIST
 from pgm_lab.stereo._tasks import plotted
 
 PATIENCE = 10  # seconds: for a scheduler, for a first worker, for an answer
+RECOUNT = 1.0  # seconds; asking costs more than a task
 AHEAD = 2  # tasks for each thread, so that none waits for the next
 
 
@@ -41,6 +44,7 @@ class Cluster:
             self._leave()
             raise
         self.running: set[Any] = set()
+        self.threads, self.counted = 0, -math.inf
 
     def _ready(self, folder: Path) -> None:
         """Refuse a cluster without workers, or whose workers do not see the folder."""
@@ -65,8 +69,11 @@ class Cluster:
 
     @property
     def width(self) -> int:
-        """Tasks to hand out: workers may come and go."""
-        return max(1, AHEAD * sum(self.client.nthreads().values()))
+        """Tasks to hand out: workers may come and go, so they are counted again."""
+        if time.monotonic() - self.counted > RECOUNT:
+            self.threads = sum(self.client.nthreads().values())
+            self.counted = time.monotonic()
+        return max(1, AHEAD * self.threads)
 
     def submit(self, work: Callable, task: Any) -> Future:
         """Hand a task to the scheduler."""

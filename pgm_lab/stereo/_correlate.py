@@ -58,12 +58,20 @@ def _band(left, right, start, row, window, reach, least):
     return start + at + np.clip(part, -0.5, 0.5), best, sd, inside
 
 
-def _correlation(left, right, d, row, window, least):
+def _correlation(
+    left: Image, right: Image, d: np.ndarray, row: int, window: int, least: float
+) -> np.ndarray:
     """Coefficient of each window of the left band with the right image warped by d."""
-    w = left.mask * (warped(right.mask, d, row) > WHOLE)
+    known = warped(right.mask, d, row) > WHOLE
+    W = warped(right.grey, d, row)
+    w = left.mask * known
     share = box(w, window)
-    n = np.maximum(share, 1e-3)
-    L, W = left.grey * w, warped(right.grey, d, row) * w
+    # where windows must be whole, masked sums and plain ones are the same
+    n: np.ndarray | float = 1.0
+    L = left.grey
+    if least < 1:
+        n = np.maximum(share, 1e-3)
+        L, W = L * w, W * w
     mL, mW = box(L, window) / n, box(W, window) / n
     vL = box(L * L, window) / n - mL * mL
     vW = box(W * W, window) / n - mW * mW

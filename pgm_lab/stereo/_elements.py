@@ -1,17 +1,21 @@
-"""Which elements of the right photo's orientation would explain a y parallax."""
+"""What would explain a y parallax: an element of orientation, exchanged photos."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from pgm_lab import matching
 from pgm_lab.camera.photo import Photo
-from pgm_lab.stereo.normal import normal_places, rotation
+from pgm_lab.stereo._frame import normal_places, rotation
 
 NAMES = ("by", "bz", "omega", "phi", "kappa")
 
 # Unknowns are counted in a hundredth of the base or of a radian, so that all are alike
 UNIT = 0.01
+
+# Points that are needed for a trend over the image, and one to check it
+FEWEST = 6
 
 # Residuals larger than this (px) count less and less: wrong matches among them
 LARGE = 0.1
@@ -94,3 +98,25 @@ def explanations(
         value, rmse = best([k])
         alone.append(Element(name, float(value[0]), rmse))
     return tuple(sorted(alone, key=lambda e: e.remaining)), best([0, 1, 2, 3, 4])[1]
+
+
+def exchanged(photos: tuple[Photo, Photo] | None) -> bool:
+    """Whether the photos fit their exterior orientations better the other way round."""
+    if photos is None:
+        return False
+    left, right = photos
+    try:
+        found = matching.match(left.grey, right.grey, number=50)
+    except ValueError:
+        return False
+    if (good := found.accepted).sum() < FEWEST:
+        return False
+    crossed = (
+        replace(left, exterior=right.exterior),
+        replace(right, exterior=left.exterior),
+    )
+    here, there = (
+        np.mean(parallaxes(one, other, found.chosen[good], found.points[good])[0] > 0)
+        for one, other in (photos, crossed)
+    )
+    return bool(here < 0.5 < there)

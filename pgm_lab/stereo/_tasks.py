@@ -1,6 +1,6 @@
 """One pair of a block as a task: what goes to a worker, what it writes, what returns.
 
-A task is two names of photos with their orientations and a few numbers, 2 kB in all.
+A task is two names of photos with their orientations and a few numbers, 1 kB in all.
 The worker reads the photos itself and writes the surface of the pair into the folder:
 no grey value and no height passes through the scheduler of a cluster.
 """
@@ -74,8 +74,8 @@ def _gridded(
     first, last = at.min(0), at.max(0) + 1
     columns, rows = last - first
     left, right, top, bottom = first[0], last[0], -first[1], -last[1]
-    extent = tuple(cell * float(v) for v in (left, bottom, right, top))
-    z = surface(xyz, cell, extent=extent).z[:rows, :columns]
+    west, south, east, north = (cell * float(v) for v in (left, bottom, right, top))
+    z = surface(xyz, cell, extent=(west, south, east, north)).z[:rows, :columns]
     where = (at - first) @ (1, columns)
     weight = np.bincount(where, 1 / sd**2, rows * columns).reshape(rows, columns)
     weight[np.isnan(z)] = 0

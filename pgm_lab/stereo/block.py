@@ -102,7 +102,7 @@ def plot_block(
     with edges at whole multiples of `cell`. The result is the same to the last bit,
     whoever does the tasks and whichever is ready first.
 
-    A worker is sent names of files, orientations and a few numbers, 2 kB a pair. Photos
+    A worker is sent names of files, orientations and a few numbers, 1 kB a pair. Photos
     in memory are written into the folder first; a `PhotoFile` spares the disk a copy.
     Workers of a cluster have to see the folder and the photos under the same names.
 

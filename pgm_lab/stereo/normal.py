@@ -5,22 +5,16 @@ right angles to the base, with x along it: the normal case. Every epipolar plane
 cuts both images in the same row. `_resampling` fills them with grey values.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
-from pgm_lab.epipolar import epipole
-from pgm_lab.stereo._resampling import resampled, seen_at
-
-# Places along each side of a photo where it is asked whether the other one shows them
-EDGE = 400
-
-# Pixels of the photo over pixels of the normal image that change nothing worth having
-ALIKE = 1.05
+from pgm_lab.stereo import _common
+from pgm_lab.stereo._frame import normal_places, rays, rotation
+from pgm_lab.stereo._resampling import resampled
 
 # Smallest side of the normal images, in pixels
 LEAST = 32
@@ -137,7 +131,7 @@ class NormalPair:
             self.pixel_size,
             -self.pixel_size,
         )
-        return photo.of_rays(_rays(xy, self.rotation, self.c))
+        return photo.of_rays(rays(xy, self.rotation, self.c))
 
     def _side(self, side: int) -> tuple[Photo, np.ndarray]:
         side = _validate.whole(side, "side", 0, 1)
@@ -210,13 +204,13 @@ def epipolar_pair(
     """
     for name, photo in (("left", left), ("right", right)):
         _validate.instance(photo, Photo, name)
-    along, between = _range(heights, depths)
+    along, between = _common.between(heights, depths)
     photos = left, right
-    _refuse_epipoles(left, right)
+    _common.refuse_epipoles(left, right)
     stations = np.array([photo.exterior[:3] for photo in photos])
     R = rotation(left, right)
     c = left.camera.c
-    ground = _ground(photos, along, between)
+    ground = _common.ground_of(photos, along, between)
     # Where the ground that both show lies in the normal images, in mm
     a, b = (normal_places(ground - X0, R, c) for X0 in stations)
     ahead = np.isfinite(a[:, 0] + b[:, 0])
@@ -230,7 +224,7 @@ def epipolar_pair(
     shift = (parallax.min() + parallax.max()) / 2
     box = np.concatenate([a, b + (shift, 0)])
     (least, low), (most, high) = box.min(0), box.max(0)
-    pixel, ratios = _pixel_size(photos, ground[ahead], (a, b), R, c)
+    pixel, ratios = _common.scale(photos, ground[ahead], (a, b), R, c)
     size = int((most - least) / pixel) + 1, int((high - low) / pixel) + 1
     if min(size) < LEAST:
         raise ValueError(
@@ -244,135 +238,8 @@ def epipolar_pair(
     def image(k: int) -> np.ndarray:
         def xy_of(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
             x, y = origin[k, 0] + pixel * columns, origin[k, 1] - pixel * rows
-            return _rays(np.stack(np.meshgrid(x, y), -1), R, c)
+            return rays(np.stack(np.meshgrid(x, y), -1), R, c)
 
         return resampled(photos[k], xy_of, size, ratios[k])
 
     return NormalPair(image(0), image(1), R, stations, c, pixel, origin, photos)
-
-
-def _range(
-    heights: tuple[float, float] | None, depths: tuple[float, float] | None
-) -> tuple[str, np.ndarray]:
-    """What says where the object lies, and between what."""
-    if heights is not None and depths is None:
-        name, between = "heights", _validate.of_shape(heights, (2,), "heights")
-    elif depths is not None and heights is None:
-        name, between = "depths", _validate.of_shape(depths, (2,), "depths")
-    else:
-        raise ValueError(
-            "either heights or depths (least, greatest) say what both photos show; give"
-            " one"
-        )
-    if between[0] > between[1] or (name == "depths" and between[0] <= 0):
-        raise ValueError(
-            f"{name} must be (least, greatest)"
-            f"{', positive' if name == 'depths' else ''}; got {between.tolist()}"
-        )
-    return name, between
-
-
-def _refuse_epipoles(left: Photo, right: Photo) -> None:
-    for name, one in zip(("left", "right"), epipole(left, right)):
-        if one.status == "inside the photo":
-            raise ValueError(
-                f"the epipole lies inside the {name} photo: it shows the other station,"
-                " and all epipolar lines pass through that point. Such a pair has no"
-                " normal images; check the exterior orientations, or use parts of the"
-                " photos without it"
-            )
-    axes = [attitude(photo.exterior)[2] for photo in (left, right)]
-    if axes[0] @ axes[1] <= 0:
-        raise ValueError(
-            "the photos look in directions more than 90 degrees apart, and cannot show"
-            " the same side of anything: check the exterior orientations (angles in"
-            " radians)"
-        )
-
-
-def rotation(left: Photo, right: Photo) -> np.ndarray:
-    """Object to normal frame (3, 3): x along the base, z against the mean view."""
-    x = right.exterior[:3] - left.exterior[:3]
-    x = x / np.linalg.norm(x)
-    z = attitude(left.exterior)[2] + attitude(right.exterior)[2]
-    z = z - x * (z @ x)
-    if np.linalg.norm(z) < 1e-3:
-        raise ValueError(
-            "the photos look along the base: there is no normal case of it"
-        )
-    z = z / np.linalg.norm(z)
-    return np.stack([x, np.cross(z, x), z])
-
-
-def _rays(xy: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
-    """Directions (..., 3) in object space of places (..., 2) in the normal frame."""
-    return np.concatenate([xy, np.full((*xy.shape[:-1], 1), -c)], -1) @ R
-
-
-def normal_places(directions: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
-    """Places (..., 2) in mm in the normal frame; NaN where it does not see them."""
-    u = directions @ R.T
-    z = np.where(u[..., 2:] < 0, u[..., 2:], np.nan)
-    return -c * u[..., :2] / z
-
-
-def _ground(photos: tuple[Photo, Photo], along: str, between: np.ndarray) -> np.ndarray:
-    """Object points (n, 3) around the ground that both photos show; there must be."""
-    ground = _common(photos, along, between)
-    if len(ground):
-        return ground
-    left, right = photos
-    exchanged = (
-        replace(left, exterior=right.exterior),
-        replace(right, exterior=left.exterior),
-    )
-    hint = "; with their exterior orientations exchanged they would have some"
-    raise ValueError(
-        "the photos have no ground in common: check the exterior orientations, the"
-        f" {along} {between.tolist()} and, if the photos are parts, their corners"
-        + hint
-        * bool(len(_common(exchanged, along, between)))
-    )
-
-
-def _common(photos: tuple[Photo, Photo], along: str, between: np.ndarray) -> np.ndarray:
-    """Object points (n, 3) around the ground that both photos show.
-
-    Its edge is part of the edges of both photos: of each the part that the other shows.
-    """
-    found = []
-    for one, other in (photos, photos[::-1]):
-        u = one.rays(one.outline(EDGE))
-        X0 = one.exterior[:3]
-        reach = np.linspace(between[0], between[1], 3)[:, None]
-        down = u[:, 2] if along == "heights" else np.full(len(u), one.camera.c)
-        if along == "heights":
-            reach = reach - X0[2]
-        t = reach / np.where(down == 0, np.nan, down)
-        meets = t > 0
-        points = (X0 + t[..., None] * u)[meets]
-        pixels = seen_at(other, points - other.exterior[:3])
-        size = np.array(other.grey.shape[::-1])
-        found.append(points[((pixels >= -0.5) & (pixels <= size - 0.5)).all(-1)])
-    return np.concatenate(found)
-
-
-def _pixel_size(
-    photos: tuple[Photo, Photo],
-    ground: np.ndarray,
-    places: tuple[np.ndarray, np.ndarray],
-    R: np.ndarray,
-    c: float,
-) -> tuple[float, list[float]]:
-    """Pixel size in mm, and pixels of each photo in one of them, in mid-ground."""
-    middle = np.argmin(np.sum((ground - ground.mean(0)) ** 2, axis=1))
-    fine = []
-    for photo, xy in zip(photos, places):
-        step = photo.pixel_size * np.array([(0.0, 0), (1, 0), (0, 1)])
-        at = seen_at(photo, _rays(xy[middle] + step, R, c))
-        area = np.linalg.det(at[1:] - at[0])
-        fine.append(np.sqrt(abs(area)) / photo.pixel_size)  # px per mm
-    pixel = 1 / min(fine)
-    if max(pixel / photos[0].pixel_size, photos[0].pixel_size / pixel) < ALIKE:
-        pixel = photos[0].pixel_size
-    return float(pixel), [float(pixel * one) for one in fine]

@@ -4,21 +4,18 @@ In the normal images of two photos that are oriented well, each point lies in th
 row of both. So points are matched freely, in two dimensions, and their rows compared.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from pgm_lab import _validate, matching
-from pgm_lab.stereo._elements import LARGE, Element, explanations, parallaxes
+from pgm_lab.stereo._elements import FEWEST, LARGE, Element, exchanged, explanations
 from pgm_lab.stereo.normal import NormalPair
 
 # RMSE of y parallax, in pixels, up to which a pair counts as well oriented
 GOOD = 0.1
-
-# Points that are needed for a trend over the image, and one to check it
-FEWEST = 6
 
 # NMADs from the trend beyond which a match is taken for wrong
 WRONG = 5.0
@@ -212,7 +209,7 @@ def y_parallax(
     if found.accepted.sum() < FEWEST:
         return _nothing(pair, one, other, status, values)
     ahead = pair.parallax(one[:, 0] - other[:, 0])[found.accepted] > 0
-    if np.mean(ahead) < 0.5 and _exchanged(pair):
+    if np.mean(ahead) < 0.5 and exchanged(pair.photos):
         return _nothing(pair, one, other, status, values)
     trend, off = _trend(one, values, pair.left.shape)
     wrong = np.abs(off) > WRONG * max(_nmad(off[found.accepted]), LARGE / WRONG)
@@ -266,7 +263,7 @@ def _nothing(
     values: np.ndarray | None = None,
 ) -> YParallax:
     """What can be said without enough matches: perhaps, that photos are exchanged."""
-    verdict = "photos exchanged" if _exchanged(pair) else "too few points"
+    verdict = "photos exchanged" if exchanged(pair.photos) else "too few points"
     points = np.zeros((0, 2)) if points is None else points
     n = len(points)
     return YParallax(
@@ -279,25 +276,3 @@ def _nothing(
         float("nan"),
         verdict,
     )
-
-
-def _exchanged(pair: NormalPair) -> bool:
-    """Whether the photos fit their exterior orientations better the other way round."""
-    if pair.photos is None:
-        return False
-    left, right = pair.photos
-    try:
-        found = matching.match(left.grey, right.grey, number=50)
-    except ValueError:
-        return False
-    if (good := found.accepted).sum() < FEWEST:
-        return False
-    crossed = (
-        replace(left, exterior=right.exterior),
-        replace(right, exterior=left.exterior),
-    )
-    here, there = (
-        np.mean(parallaxes(one, other, found.chosen[good], found.points[good])[0] > 0)
-        for one, other in (pair.photos, crossed)
-    )
-    return bool(here < 0.5 < there)

@@ -11,7 +11,6 @@ from pgm_lab.stereo_map._measure import Measurement
 MARK: Look = {"marker": "+", "markersize": 15, "markeredgewidth": 2.2, "linestyle": ""}
 HALO: Look = MARK | {"markeredgewidth": 4.4, "color": basic.BLACK}
 PEAK: Look = {"marker": "o", "mfc": "none", "mec": basic.RED, "mew": 2.2, "ms": 11}
-LEAST_R = -0.5
 PROBABILITY = 0.95
 NOTHING = np.zeros((0, 2))
 
@@ -136,7 +135,7 @@ def _map(ax: Axes, point: Measurement) -> None:
         return _nothing(ax)
     corner = point.corner + (np.array(point.template.shape[::-1]) - 1) / 2
     extent = _extent(point.map, corner)
-    ax.imshow(point.map, cmap="cividis", vmin=LEAST_R, vmax=1, extent=extent)
+    ax.imshow(point.map, cmap="cividis", extent=extent)
     _curve(ax, point)
     if np.isfinite(point.correlated).all():
         ax.plot(*point.correlated, **PEAK)

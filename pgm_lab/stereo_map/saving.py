@@ -111,6 +111,7 @@ def save_network(
     OSError
         If a file cannot be written.
     """
+    overwrite = _validate.flag(overwrite, "overwrite")
     whole = network(session)
     plain = bundle.Network(
         whole.cameras, whole.exteriors, whole.points, whole.photo, whole.point,

@@ -13,7 +13,7 @@ from tools.studies import chapter8_matching as study
 
 MILLION = "dense matching of a million cells"
 SIZE = (1250, 800)
-ROUNDS = 1
+ROUNDS = 3
 
 
 @pytest.fixture(scope="module")

@@ -62,6 +62,14 @@ def test_median_of_a_cell_does_not_follow_a_blunder():
     assert np.abs(z - plane(X, Y)[where]).max() < 0.5
 
 
+def test_the_point_of_median_height_stands_for_its_cell():
+    x, y = np.meshgrid(np.arange(5) + 0.5, np.arange(4) + 0.5)
+    centres = np.stack([x, y, plane(x, y)], -1).reshape(-1, 3)
+    columns = [centres + (0, 0, dz) for dz in (-5.0, 0.0, 0.2, 30.0)]
+    surface = stereo.surface(np.concatenate(columns), 1.0, extent=(0, 0, 5, 4))
+    assert np.allclose(surface.z, plane(*surface.grid()) + 0.1)
+
+
 def test_nothing_is_invented_outside_the_hull():
     points = scattered()
     triangle = points[points[:, 0] / 30 + points[:, 1] / 20 < 1]

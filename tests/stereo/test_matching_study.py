@@ -84,11 +84,11 @@ def test_beside_sgbm_fewer_cells_are_wrong_and_fewer_are_given():
     assert float(ours["rmse"]) < 0.8 * float(peer["rmse"])
 
 
-def test_on_open_ground_more_cells_are_given_and_errors_are_a_quarter_of_sgbm():
+def test_on_open_ground_more_cells_are_given_and_errors_are_below_a_third_of_sgbm():
     ours = one(**default(scene="open"))
     peer = one(scene="open", method="SGBM")
     assert float(ours["density"]) > float(peer["density"])
-    assert float(ours["rmse"]) < 0.25 * float(peer["rmse"])
+    assert float(ours["rmse"]) < 0.33 * float(peer["rmse"])
     assert float(ours["rmse"]) < 1.2 * float(ours["predicted"])
 
 

@@ -210,7 +210,7 @@ def test_relative_orientation_alone_is_enough():
 
 def test_disparity_is_about_zero_in_the_middle_of_the_ground():
     photos = ramp(LEFT), ramp(RIGHT)
-    pair = stereo.epipolar_pair(*photos, (28, 32))
+    pair = stereo.epipolar_pair(*photos, HEIGHTS)
     X = points() * (1, 1, 0) + (0, 0, 30)
     X = X[seen_by_both(photos, X)]
     one, other = (pair.from_photo(k, photos[k].project(X)) for k in SIDES)
