@@ -212,6 +212,13 @@ def level_terrain():
     return stereo_room.Terrain(z, np.zeros((4, 5), np.uint8), (-150.0, 150.0), 10.0)
 
 
+@cache
+def measured_surface():
+    X, Y = np.meshgrid(np.arange(0.0, 30, 2), np.arange(0.0, 24, 2))
+    hill = 20 + np.hypot(X - 14, Y - 12) / 10
+    return stereo_room.surface(np.stack([X, Y, hill], -1).reshape(-1, 3), 2.0)
+
+
 def oriented():
     return camera.Photo(GREY, LENS, PHOTO, 0.005)
 
@@ -599,6 +606,17 @@ FUNCTIONS = {
     "plot.stereo.y_parallaxes": lambda: dict(cases={"a": [0.1, -0.1, 0.2]}),
     "plot.stereo.search": lambda: dict(
         pair=normal_pair(), place=(30.0, 30), window=7, low=-5, high=5
+    ),
+    "plot.stereo.levels": lambda: dict(
+        pyramid=[normal_pair()], matches=[dense_match()]
+    ),
+    "plot.stereo.profile": lambda: dict(
+        own=[(0.0, 0, 20), (5, 0, 21)], book=[(0.0, 0, 20), (5, 0, 21)],
+        land=level_land(),
+    ),
+    "plot.stereo.terrain": lambda: dict(
+        dsm=measured_surface(), dtm=stereo_room.filter_terrain(measured_surface()),
+        land=level_land(),
     ),
     "plot.stereo.threshold": lambda: dict(error=[0.1, 2.0, 0.2], r=[0.9, 0.5, 0.7]),
     "plot.stereo.errors": lambda: dict(error=[0.1, -0.1, 0.0], sigma=0.1),

@@ -113,7 +113,7 @@ def plane() -> None:
         ax.plot(*_flat(point[None])[0], "o", color=basic.BLACK, ms=10, zorder=4)
         _name(ax, name, point, at)
     _name(ax, "base", (O1 + O2) / 2, (-20, 10), basic.RED)
-    _name(ax, "epipolar plane", 0.31 * (O1 + O2) + 0.38 * P, (-76, 12), "0.25")
+    _name(ax, "epipolar plane", 0.31 * (O1 + O2) + 0.38 * P, (-58, 6), "0.25")
     right = attitude(np.array([*O2, *turns[1]]))
     a, b, w = right @ normal
     end = O2 + np.array([1.25, (c * w - a * 1.25) / b, -c]) @ right

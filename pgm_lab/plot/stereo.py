@@ -19,6 +19,7 @@ from pgm_lab.stereo.textbook import along_row
 
 NAMES = ("left photo", "right photo")
 BAND = 60  # px shown to each side of a row
+FAR = 1e9  # m: no coordinate is so large
 CONTOURS = 2.5  # m, as in Harintaka 2020
 
 
@@ -234,7 +235,15 @@ def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figu
     matplotlib.figure.Figure
         Left image above, disparities in px of the finest level below.
     """
+    pyramid = list(_validate.several(pyramid, "pyramid"))
+    matches = list(_validate.several(matches, "matches"))
+    for pair in pyramid:
+        _validate.instance(pair, NormalPair, "pyramid: a level")
+    for match in matches:
+        _validate.instance(match, DenseMatch, "matches: a level")
     n = len(pyramid)
+    if n != len(matches) or not n:
+        raise ValueError("pyramid and matches must have the same levels, at least one")
     full = [match.disparity * 2.0**k for k, match in enumerate(matches)]
     low, high = np.nanquantile(full[0], (0.01, 0.99))
     fig, axes = plt.subplots(
@@ -242,7 +251,7 @@ def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figu
     )
     for ax, below, k in zip(axes[0], axes[1], range(n - 1, -1, -1)):
         rows, columns = pyramid[k].left.shape
-        _bare(ax, pyramid[k].left, f"level {k + 1}: {columns} × {rows} px")
+        _bare(ax, pyramid[k].left, f"level {k + 1}: {columns} × {rows}")
         _bare(below, np.zeros((rows, columns)), "")
         below.images[0].set_alpha(0)
         drawn = below.imshow(full[k], cmap="viridis", vmin=low, vmax=high)
@@ -315,7 +324,7 @@ def errors(error: ArrayLike, sigma: float) -> None:
     nmad = 1.4826 * float(np.median(np.abs(error - np.median(error))))
     fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     n, edges, _ = ax.hist(
-        error, np.linspace(-far, far, 61), color=basic.SKY, label="measured"
+        error, np.linspace(-far, far, 61).tolist(), color=basic.SKY, label="measured"
     )
     x = np.linspace(-far, far, 300)
     width = edges[1] - edges[0]
@@ -331,34 +340,28 @@ def errors(error: ArrayLike, sigma: float) -> None:
     )
 
 
-def profile(
-    own: ArrayLike, book: ArrayLike, land: Landscape, size: tuple = (10, 3.7)
-) -> None:
+def profile(own: ArrayLike, book: ArrayLike, land: Landscape) -> None:
     """Show heights along a row by the reader's program, by pgm_lab, and the truth.
 
     Parameters
     ----------
     own, book : array_like (n, 3)
-        X, Y, Z in m of the same pixels; NaN where there is none.
+        X, Y, Z in m of pixels in a row; NaN where there is none.
     land : Landscape
         The truth.
-    size : (width, height)
-        Of the figure, in inches.
     """
-    own, book = (
-        _validate.of_shape(np.nan_to_num(p, nan=-1e6), (None, 3), "points")
-        for p in (own, book)
-    )
-    both = np.concatenate([own[own[:, 2] > -1e5], book[book[:, 2] > -1e5]])
+    dots, line = _known(own, "own"), _known(book, "book")
+    _validate.instance(land, Landscape, "land")
+    both = np.concatenate([line, dots])
     X = np.linspace(both[:, 0].min(), both[:, 0].max(), 600)
     Y = np.polyval(np.polyfit(both[:, 0], both[:, 1], 1), X)
     ground, top = land.at(land.dtm, X, Y).ravel(), land.at(land.dsm, X, Y).ravel()
-    fig, ax = plt.subplots(figsize=size, layout="constrained")
+    fig, ax = plt.subplots(figsize=(10, 3.7), layout="constrained")
     ax.fill_between(X, ground, top, color="0.78", label="house and trees, true")
     ax.fill_between(X, ground.min() - 2, ground, color="0.5", label="ground, true")
-    gaps = np.where(book > -1e5, book, np.nan)
-    ax.plot(gaps[:, 0], gaps[:, 2], color=basic.SKY, lw=6, label="pgm_lab")
-    dots = own[own[:, 2] > -1e5]
+    gaps = np.asarray(book, float)
+    look: Look = {"color": basic.SKY, "lw": 6, "label": "pgm_lab"}
+    ax.plot(gaps[:, 0], gaps[:, 2], **look)
     ax.plot(dots[:, 0], dots[:, 2], ".", color=basic.RED, ms=9, label="your program")
     ax.set(xlabel="X (m)", ylabel="Z (m)")
     ax.set_ylim(ground.min() - 2, top.max() + 3)
@@ -420,6 +423,17 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
         f" are small in the fields and larger in the wood: RMSE {', '.join(said)}.",
         colours=96,
     )
+
+
+def _known(points: ArrayLike, name: str) -> np.ndarray:
+    """Points (n, 3) without those that are NaN; at least two."""
+    array = _validate.real(points, name)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must have shape (n, 3); got {array.shape}")
+    known = array[np.abs(array).max(axis=1, initial=0) < FAR]
+    if len(np.unique(known[:, 0])) < 2:
+        raise ValueError(f"{name} must have two points of different X that are not NaN")
+    return np.asarray(known)
 
 
 def _shaded(z: np.ndarray, cell: float) -> np.ndarray:

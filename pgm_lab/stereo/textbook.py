@@ -283,7 +283,9 @@ def row_points(
         if r >= least and np.isfinite(d):
             x = pair.origin[0, 0] + pair.pixel_size * column
             y = pair.origin[0, 1] - pair.pixel_size * row
-            model = model_point(x, y, pair.parallax(d), pair.base, pair.c)
+            model = model_point(
+                x, y, float(pair.parallax(np.float64(d))), pair.base, pair.c
+            )
             points[i] = pair.stations[0] + model @ pair.rotation
     return points
 
@@ -301,10 +303,11 @@ def coarser(pair: NormalPair) -> NormalPair:
         Pixels of twice the size; pixel (0, 0) stays where it was.
     """
     _validate.instance(pair, NormalPair, "pair")
-    images = [
+    left, right = (
         cv2.pyrDown(np.nan_to_num(a, nan=float(np.nanmean(a))))
         for a in (pair.left, pair.right)
-    ]
+    )
+    size = 2 * pair.pixel_size
     return NormalPair(
-        *images, pair.rotation, pair.stations, pair.c, 2 * pair.pixel_size, pair.origin
+        left, right, pair.rotation, pair.stations, pair.c, size, pair.origin
     )
