@@ -38,8 +38,8 @@ def six(points: ArrayLike, interactive: ArrayLike, automatic: ArrayLike) -> None
     fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 2.8))
     for (name, colour, mark), values, off in zip(WAYS, (hand, machine), (-0.12, 0.12)):
         ax.plot(at + off, values, mark, color=colour, ms=11, label=name)
-    ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2.6))
-    ax.legend(loc="upper left", ncols=1)
+    ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2))
+    ax.legend(loc="lower left")
     look: basic.Look = {"fmt": "D", "color": basic.BLACK, "capsize": 7, "ms": 7}
     difference = machine - hand
     beside.errorbar(at, 100 * difference, yerr=200 * HALF_DIGIT, **look)
