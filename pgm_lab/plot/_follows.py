@@ -33,7 +33,7 @@ FATE = {"given": basic.GREY, "holds": basic.GREEN, "no source": basic.PURPLE}
 
 def follows() -> None:
     """Draw which of the printed figures follow from which, and which do not."""
-    fig, ax = plt.subplots(figsize=(10, 5.2))
+    fig, ax = plt.subplots(figsize=(10, 4.5))
     drawn = {}
     for name, (x, y, printed, fate) in BOXES.items():
         colour = FATE.get(fate.partition(":")[0], basic.RED)

@@ -15,7 +15,7 @@ from pgm_lab.plot._overlay import grey_levels
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair, Surface, Terrain
 
-TILE = 31  # px across what is shown around a mark
+TILE, HIGH = 31, 19  # px across and down, of what is shown around a mark
 REACH = 24  # px to each side, of the row it is looked for in
 WAYS = (("interactive", basic.BLUE, "o"), ("automatic", basic.ORANGE, "s"))
 HALF_DIGIT = 0.005  # m, of a printed number
@@ -35,11 +35,11 @@ def six(points: ArrayLike, interactive: ArrayLike, automatic: ArrayLike) -> None
         points=points, interactive=interactive, automatic=automatic
     )
     at = np.arange(len(n))
-    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 3.4))
+    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 2.8))
     for (name, colour, mark), values, off in zip(WAYS, (hand, machine), (-0.12, 0.12)):
         ax.plot(at + off, values, mark, color=colour, ms=11, label=name)
-    ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2.6))
-    ax.legend(loc="upper left", ncols=1)
+    ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2))
+    ax.legend(loc="lower left")
     look: basic.Look = {"fmt": "D", "color": basic.BLACK, "capsize": 7, "ms": 7}
     difference = machine - hand
     beside.errorbar(at, 100 * difference, yerr=200 * HALF_DIGIT, **look)
@@ -81,29 +81,29 @@ def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
     if not 1 <= len(places) <= 4:
         raise ValueError("places must be one to four points")
     shape: basic.Look = {"gridspec_kw": {"width_ratios": (TILE, 2 * REACH + 1)}}
-    shape |= {"figsize": (7, 2.05 * len(places)), "squeeze": False}
+    shape |= {"figsize": (7, 0.5 + 1.3 * len(places)), "squeeze": False}
     shape["layout"] = "compressed"
     fig, axes = plt.subplots(len(places), 2, **shape)
-    half = TILE // 2
+    half, high = TILE // 2, HIGH // 2
     for (left, right), (column, row), start, name in zip(axes, places, starts, "ABCD"):
-        rows = slice(row - half, row + half + 1)
+        rows = slice(row - high, row + high + 1)
         middle = column - round(start)
         columns, rest = slice(column - half, column + half + 1), middle - REACH
         if min(rows.start, columns.start, rest) < 0:
             raise ValueError("a place lies too near to the edge of the photo")
         tile = pair.left[rows, columns]
         strip = pair.right[rows, rest : middle + REACH + 1]
-        if tile.shape != (TILE, TILE) or strip.shape != (TILE, 2 * REACH + 1):
+        if tile.shape != (HIGH, TILE) or strip.shape != (HIGH, 2 * REACH + 1):
             raise ValueError("a place lies too near to the edge of the photo")
         left.imshow(grey_levels(tile, "left"), vmin=0, vmax=1)
-        left.plot(half, half, "+", color="black", ms=22, mew=5)
-        left.plot(half, half, "+", color=basic.YELLOW, ms=20, mew=2)
+        left.plot(half, high, "+", color="black", ms=22, mew=5)
+        left.plot(half, high, "+", color=basic.YELLOW, ms=20, mew=2)
         left.set(xticks=[], yticks=[], ylabel=name)
         # A column further to the right is a disparity less
         d = column - rest
-        extent = (d + 0.5, d - 2 * REACH - 0.5, TILE - 0.5, -0.5)
+        extent = (d + 0.5, d - 2 * REACH - 0.5, HIGH - 0.5, -0.5)
         right.imshow(grey_levels(strip, "right"), vmin=0, vmax=1, extent=extent)
-        right.axhline(half, color=basic.YELLOW, lw=1, ls=(0, (2, 6)))
+        right.axhline(high, color=basic.YELLOW, lw=1, ls=(0, (2, 6)))
         right.xaxis.set_major_locator(MultipleLocator(10))
         right.xaxis.set_minor_locator(MultipleLocator(2))
         right.set(yticks=[])
@@ -145,7 +145,7 @@ def gaps(
     rows = np.arange(dsm.z.shape[0])
     Y = dsm.corner[1] - dsm.cell * rows
     at = np.full_like(X, Y[row])
-    fig, (ax, below) = plt.subplots(2, 1, figsize=(10, 5.4), sharex=True)
+    fig, (ax, below) = plt.subplots(2, 1, figsize=(10, 4.3), sharex=True)
     seen = land.at(land.grey, *np.meshgrid(X, Y))
     box: basic.Look = {"extent": (X[0], X[-1], Y[-1], Y[0]), "aspect": "auto"}
     ax.imshow(grey_levels(seen, "grey"), **box)

@@ -35,10 +35,10 @@ def test_the_scale_shows_the_disparity_of_the_same_ground(figures, disparity):
     pair = stereo.NormalPair(left, right, np.eye(3), stations, 24.0, 0.005, origin)
     plot.locations.marks(pair, [(60, 30)], [disparity + 5])
     tile, strip = (ax.images[0] for ax in figures[0][0].axes)
-    assert np.argwhere(tile.get_array() > 0.5).tolist() == [[15, 15]]
+    assert np.argwhere(tile.get_array() > 0.5).tolist() == [[9, 15]]
     first, last, *_ = strip.get_extent()
     ((row, column),) = np.argwhere(strip.get_array() > 0.5)
-    assert row == 15 and first - 0.5 - column == disparity and last < first
+    assert row == 9 and first - 0.5 - column == disparity and last < first
 
 
 def test_a_mark_near_the_edge_is_refused():
