@@ -388,6 +388,9 @@ FUNCTIONS = {
     "camera.Photo.of_rays": lambda: dict(
         self=oriented(), directions=oriented().rays(UP)
     ),
+    "camera.Photo.seen_at": lambda: dict(
+        self=oriented(), directions=oriented().rays(UP)
+    ),
     "camera.Photo.project": lambda: dict(self=oriented(), points=POINTS),
     "camera.Photo.outline": lambda: dict(self=oriented(), n=4),
     "camera.collinearity": lambda: dict(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, frames
+from pgm_lab.camera._lens import distortion, undistort
 from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.model import Camera, ideal, measured, project
 
@@ -125,6 +126,25 @@ class Photo:
         return self.to_pixel(
             measured(self.camera, -self.camera.c * u[..., :2] / u[..., 2:])
         )
+
+    def seen_at(self, directions: ArrayLike) -> np.ndarray:
+        """Pixels (..., 2) of directions (..., 3), as `of_rays`, that refuses none.
+
+        NaN where a direction does not lie in front of the camera, or so far outside of
+        the photo that the lens has no solution.
+        """
+        u = _validate.points(directions, 3, "directions") @ attitude(self.exterior).T
+        ahead = u[..., 2] < 0
+        xy = -self.camera.c * u[..., :2] / np.where(ahead, u[..., 2], -1)[..., None]
+        lens, centre = self.camera.interior[3:], self.camera.interior[1:3]
+        if self.camera.lens == "backward":
+            moved, solved = undistort(lens, xy)
+        else:
+            moved = xy + distortion(lens, xy)
+            back, solved = undistort(lens, moved)
+            solved &= np.hypot(*np.moveaxis(back - xy, -1, 0)) < 1e-6 * self.camera.c
+        good = (ahead & solved)[..., None]
+        return np.where(good, self.to_pixel(np.where(good, moved, 0) + centre), np.nan)
 
     def project(self, points: ArrayLike) -> np.ndarray:
         """Pixels (..., 2) of `grey` that object points (..., 3) are imaged on."""

@@ -9,7 +9,6 @@ from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 from pgm_lab.epipolar import epipole
 from pgm_lab.stereo._frame import rays
-from pgm_lab.stereo._resampling import seen_at
 
 # Places along each side of a photo where it is asked whether the other one shows them
 EDGE = 400
@@ -94,7 +93,7 @@ def _common(photos: tuple[Photo, Photo], along: str, between: np.ndarray) -> np.
         t = reach / np.where(down == 0, np.nan, down)
         meets = t > 0
         points = (X0 + t[..., None] * u)[meets]
-        pixels = seen_at(other, points - other.exterior[:3])
+        pixels = other.seen_at(points - other.exterior[:3])
         size = np.array(other.grey.shape[::-1])
         found.append(points[((pixels >= -0.5) & (pixels <= size - 0.5)).all(-1)])
     return np.concatenate(found)
@@ -112,7 +111,7 @@ def scale(
     fine = []
     for photo, xy in zip(photos, places):
         step = photo.pixel_size * np.array([(0.0, 0), (1, 0), (0, 1)])
-        at = seen_at(photo, rays(xy[middle] + step, R, c))
+        at = photo.seen_at(rays(xy[middle] + step, R, c))
         area = np.linalg.det(at[1:] - at[0])
         fine.append(np.sqrt(abs(area)) / photo.pixel_size)  # px per mm
     pixel = 1 / min(fine)

@@ -6,8 +6,6 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from pgm_lab.camera import measured
-from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 
 # Places are computed exactly for every so many pixels, and linearly between
@@ -34,7 +32,7 @@ def resampled(
     columns, rows = size
     # Two more than are needed at the end, between which the last pixels lie
     x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)
-    places = seen_at(photo, rays(x, y))
+    places = photo.seen_at(rays(x, y))
     spline, lacking = _prepared(photo.grey, ratio)
     last = np.array(spline.shape[::-1]) - 1
     image = np.empty((rows, columns), np.float32)
@@ -42,7 +40,8 @@ def resampled(
         band = slice(first, min(first + BAND, rows))
         at = _between(places, np.arange(band.start, band.stop), columns)
         # A hair of rounding does not push the outermost pixel out
-        out = ((at < -1e-6) | (at > last + 1e-6)).any(-1)
+        out = ~((at >= -1e-6) & (at <= last + 1e-6)).all(-1)
+        at[out] = 0
         grey = ndimage.map_coordinates(
             spline, [at[..., 1], at[..., 0]], output=np.float32, order=3,
             mode="mirror", prefilter=False,
@@ -53,22 +52,6 @@ def resampled(
         grey[out] = np.nan
         image[band] = grey
     return image
-
-
-def seen_at(photo: Photo, directions: np.ndarray) -> np.ndarray:
-    """Pixels (..., 2) of directions (..., 3) in object space, in the photo or nearby.
-
-    What lies far outside goes to a place near its edge: there the lens may have no
-    solution.
-    """
-    u = directions @ attitude(photo.exterior).T
-    ahead = u[..., 2] < 0
-    xy = -photo.camera.c * u[..., :2] / np.where(ahead, u[..., 2], -1)[..., None]
-    edge = photo.ideal(photo.outline())
-    margin = 24 * photo.pixel_size
-    low, high = edge.min(0) - margin, edge.max(0) + margin
-    xy = np.where(ahead[..., None], np.clip(xy, low, high), low)
-    return photo.to_pixel(measured(photo.camera, xy))
 
 
 def _between(places: np.ndarray, rows: np.ndarray, columns: int) -> np.ndarray:

@@ -66,6 +66,18 @@ def test_of_rays_undoes_rays(column, row, lens):
     np.testing.assert_allclose(photo.of_rays(3 * there), (column, row), atol=1e-6)
 
 
+@pytest.mark.parametrize("lens, K1", [("backward", -1e-3), ("forward", -4e-4)])
+def test_seen_at_is_of_rays_where_there_is_an_answer_and_nan_elsewhere(lens, K1):
+    # Backward nothing lies beyond an ideal 12.2 mm, forward it folds at 28.9 mm
+    photo = whole(camera=Camera(24.0, K1=K1, lens=lens))
+    inside = photo.rays([(2144.0, 1424), (100, 100), (4200, 2700)])
+    np.testing.assert_allclose(photo.seen_at(inside), photo.of_rays(inside), atol=1e-6)
+    level = whole(camera=photo.camera, exterior=(0, 0, 100, 0, 0, 0))
+    outside = np.array([(30.0, 0, -24), (50, 0, -24), (0, 0, 1), (1, 1, 0)])
+    assert np.isnan(level.seen_at(outside)).all()
+    assert np.isfinite(level.seen_at((11.5, 0, -24))).all()
+
+
 def test_without_lens_the_camera_without_lens_sees_the_same():
     plain = whole(camera=Camera(LENS.c, LENS.x0, LENS.y0))
     free = whole().without_lens(whole().project(POINTS))

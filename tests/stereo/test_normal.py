@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pgm_lab import orientation, simulate, stereo
+from pgm_lab import camera, orientation, simulate, stereo
 from pgm_lab.camera import Camera, Photo
 
 LENS = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
@@ -39,7 +39,8 @@ def inside(image, pixels, margin=0.0):
 
 
 def seen_by_both(photos, X):
-    return np.all([inside(p.grey, p.project(X)) for p in photos], axis=0)
+    pixels = [p.seen_at(X - p.exterior[:3]) for p in photos]
+    return np.all([inside(p.grey, at) for p, at in zip(photos, pixels)], axis=0)
 
 
 def mesh(image, step=7):
@@ -155,6 +156,25 @@ def test_a_photo_without_any_data_is_refused():
     empty = replace(ramp(LEFT), grey=np.full(SIZE[::-1], np.nan))
     with pytest.raises(ValueError, match="no grey values at all"):
         stereo.epipolar_pair(empty, ramp(RIGHT), HEIGHTS)
+
+
+def test_a_lens_that_turns_back_right_outside_the_photo_does_no_harm():
+    # The measured corner at 16.4 mm is ideal at 12.0; there is none beyond 12.2
+    lens = Camera(24.0, K1=-1e-3)
+    photos = (
+        ramp((-150, 0, 1020, 0, 0.2, 0.4), lens),
+        ramp((150, 0, 1020, 0.1, 0, 0), lens),
+    )
+    with pytest.raises(ValueError, match="displaces no point"):
+        photos[0].to_pixel(camera.measured(lens, (9.0, 9.0)))
+    pair = stereo.epipolar_pair(*photos, HEIGHTS)
+    check(photos, pair, points())
+    for k, image in zip(SIDES, (pair.left, pair.right)):
+        x, y = np.meshgrid(*(np.arange(15, n - 15, 30) for n in SIZE))
+        there = pair.from_photo(k, np.stack([x, y], -1))
+        column, row = np.rint(there[inside(image, there)]).astype(int).T
+        # What the photo shows has grey values, up to its corners
+        assert np.isfinite(image[row, column]).all()
 
 
 @pytest.mark.parametrize("finer", [0, 1])
