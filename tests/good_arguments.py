@@ -532,6 +532,7 @@ FUNCTIONS = {
         left_exterior=PHOTO, right_exterior=NEXT,
         left_rays=[(1.0, 2, -35)], right_rays=[(-6.0, 2, -35)],
     ),
+    "stereo.scale_factors": lambda: FUNCTIONS["orientation.scale_factors"](),
     "orientation.as_printed.coefficients": lambda: dict(f=50.0, point=POINTS[0])
     | STATION,
     "orientation.as_printed.moved_by_each": lambda: dict(f=50.0, point=POINTS[0])

@@ -1,6 +1,6 @@
 """What stands on the ground or is drawn on it: each in its own small window."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -17,7 +17,7 @@ def grain(sigma: float) -> np.ndarray:
     return smooth / smooth.std()
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Site:
     """Layers of a landscape while it is built; see `Landscape`."""
 
@@ -26,10 +26,9 @@ class Site:
     dsm: np.ndarray
     kind: np.ndarray
     cell: float
-
-    def __post_init__(self) -> None:
-        self.paved = np.zeros(self.dtm.shape, bool)
-        self.fine, self.coarse = grain(0.8), grain(2.5)
+    paved: np.ndarray
+    fine: np.ndarray = field(default_factory=lambda: grain(0.8))
+    coarse: np.ndarray = field(default_factory=lambda: grain(2.5))
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
         """Window of so many cells around a place, as far as it is inside."""

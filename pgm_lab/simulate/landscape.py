@@ -170,9 +170,8 @@ def landscape(
     X = west + cell * (np.arange(shape[1]) + 0.5)
     Y = north - cell * (np.arange(shape[0]) + 0.5)
     dtm = terrain(X, Y, relief)
-    site = Site(
-        meadow(shape, cell, rng), dtm, dtm.copy(), np.zeros(shape, np.uint8), cell
-    )
+    grey, none = meadow(shape, cell, rng), np.zeros(shape, np.uint8)
+    site = Site(grey, dtm, dtm.copy(), none, cell, paved=none.astype(bool))
     _draw_fields(site, X, ends, rng)
     if water:
         radius = min(15.0, (north - south) / 8, max(6.0, (ends[0] - west) / 5))
