@@ -134,7 +134,7 @@ def fitting(
     try:
         F, found = cv2.findFundamentalMat(p, q, settings)
     except cv2.error:  # OpenCV 5.0 fails on some photos of a plane
-        F, found = None, None
+        return plane, None
     if F is None or F.shape != (3, 3) or found is None:
         return plane, None
     space = found.ravel() > 0

@@ -1,6 +1,7 @@
 """What stands on the ground or is drawn on it: each in its own small window."""
 
-from dataclasses import dataclass, field
+import dataclasses
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -27,8 +28,8 @@ class Site:
     kind: np.ndarray
     cell: float
     paved: np.ndarray
-    fine: np.ndarray = field(default_factory=lambda: grain(0.8))
-    coarse: np.ndarray = field(default_factory=lambda: grain(2.5))
+    fine: np.ndarray = dataclasses.field(default_factory=lambda: grain(0.8))
+    coarse: np.ndarray = dataclasses.field(default_factory=lambda: grain(2.5))
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
         """Window of so many cells around a place, as far as it is inside."""
@@ -86,7 +87,7 @@ def road(site: Site, row: np.ndarray, column: np.ndarray, width: float) -> None:
     thick = max(1, round(width / site.cell))
     cv2.polylines(mask, [line], False, 255, thick, cv2.LINE_AA, 4)
     on = mask > 0
-    site.paved |= on
+    site.paved[on] = True
     share = mask[on] / np.float32(255)
     site.grey[on] = (1 - share) * site.grey[on] + share * (
         182 + 0.3 * (site.grey[on] - 138)

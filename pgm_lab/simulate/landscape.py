@@ -216,7 +216,7 @@ def _draw_fields(
 ) -> None:
     """Fields where it is open; the floor of the wood is dark."""
     wood = np.clip((X - ends[1]) / 12 + 0.5, 0, 1).astype(np.float32)
-    site.grey -= 30 * wood
+    site.grey[:] -= 30 * wood
     rows, columns = site.dtm.shape
     angle, cell = 0.25, site.cell
     long, wide = FIELD
