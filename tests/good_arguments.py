@@ -776,9 +776,6 @@ FUNCTIONS = {
     ),
     "stereo.match_dense": lambda: dict(pair=normal_pair()),
     "stereo.match_rows": lambda: dict(left=GREY, right=GREY, search=5),
-    "stereo.DenseMatch.counts": lambda: dict(
-        self=stereo_room.match_rows(GREY, GREY, search=5)
-    ),
     "stereo.intersect": lambda: dict(pair=normal_pair(), match=dense_match()),
     "stereo.surface": lambda: dict(
         points=POINTS, cell=2.0, extent=(0.0, -10, 30, 15), largest_gap=20.0

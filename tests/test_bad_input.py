@@ -121,7 +121,6 @@ EXCEPT = {
     "stereo_map.read_photo": "tests/stereo_map/test_photos.py",
     "stereo_map.save": "tests/stereo_map/test_saving.py",
     "stereo_map.save_network": "tests/stereo_map/test_saving.py",
-    "stereo_map.program.start": "tests/publish/test_stereo_map.py",
     "plot.interact": "tests/plot/test_sliders.py",
     "checks.keep": "tests/checks/test_own.py",
 }
