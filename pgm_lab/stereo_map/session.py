@@ -124,7 +124,7 @@ def open_pair(
     >>> from pgm_lab import simulate
     >>> pair = simulate.aerial_pair((240, 180))
     >>> session = open_pair(pair.left, pair.right)
-    >>> point = measure(session, (120, 80))
+    >>> point = measure(session, (100, 80))
     >>> print(point.status, session.space)
     accepted object
     """
