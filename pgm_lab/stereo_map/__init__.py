@@ -4,7 +4,7 @@
 bundle reads.
 """
 
-from pgm_lab.stereo_map._measure import Measurement
+from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.drawing import draw, show
 from pgm_lab.stereo_map.photos import exif_camera, read_photo
 from pgm_lab.stereo_map.saving import network, observations, save, save_network

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-SMALLEST = 100  # pixels across the coarsest level, at least
+SMALLEST = 40  # pixels across the coarsest level, at least
 TYPES = (np.uint8, np.uint16, np.float32)  # that OpenCV halves fast
 
 

@@ -6,7 +6,7 @@ from matplotlib.image import AxesImage
 
 from pgm_lab.plot import basic
 from pgm_lab.plot.basic import Look
-from pgm_lab.stereo_map._measure import Measurement
+from pgm_lab.stereo_map._measurement import Measurement
 
 MARK: Look = {"marker": "+", "markersize": 15, "markeredgewidth": 2.2, "linestyle": ""}
 HALO: Look = MARK | {"markeredgewidth": 4.4, "color": basic.BLACK}

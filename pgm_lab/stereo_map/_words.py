@@ -3,7 +3,7 @@
 import numpy as np
 
 from pgm_lab._rounding import rounded
-from pgm_lab.stereo_map._measure import Measurement
+from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.session import Session
 
 UM = 1e3  # micrometres in a millimetre

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from pgm_lab import _validate, plot
 from pgm_lab.stereo_map import _panels, _words
-from pgm_lab.stereo_map._measure import Measurement
+from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.session import Session
 
 WIDTH, LETTERS = 10.0, 100  # inches, and letters of 13 points in a line

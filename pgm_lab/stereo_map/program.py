@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from pgm_lab import _validate
 from pgm_lab._files import printable
 from pgm_lab.stereo_map import _panels, _words, drawing, saving, session
-from pgm_lab.stereo_map._measure import Measurement
+from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.session import Session
 
 WIDTH, DETAILS = 8.1, 2.2  # inches, at 100 pixels each: beside JupyterLab's files
@@ -78,7 +78,8 @@ class Program:
     def _figure(self) -> None:
         rows, columns = self.session.left.grey.shape
         high = float(np.clip(WIDTH / 2 * rows / columns, 2.2, 4.5)) + 0.4
-        figure = Figure(figsize=(WIDTH, high + DETAILS), dpi=100, layout="none")
+        figure = Figure(figsize=(WIDTH, high + DETAILS), dpi=100)
+        figure.set_layout_engine("none")
         self.canvas = Canvas(figure)
         self.manager = FigureManager(self.canvas, 1)
         self.canvas.header_visible = False

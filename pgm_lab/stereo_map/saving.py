@@ -18,7 +18,7 @@ def observations(session: Session) -> Observations:
     >>> from pgm_lab import simulate, stereo_map
     >>> pair = simulate.aerial_pair((240, 180))
     >>> session = stereo_map.open_pair(pair.left, pair.right)
-    >>> session = stereo_map.add(session, stereo_map.measure(session, (120, 90)))
+    >>> session = stereo_map.add(session, stereo_map.measure(session, (100, 80)))
     >>> print(observations(session))
     photo 1: 1 points
     photo 2: 1 points

@@ -9,13 +9,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, rotation
+from pgm_lab import _validate
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
 from pgm_lab.matching.photo import Photo as Source
-from pgm_lab.orientation import Absolute, Relative, absolute, relative
+from pgm_lab.orientation import Relative, absolute, relative
+from pgm_lab.stereo_map import _control
 from pgm_lab.stereo_map._levels import levels
-from pgm_lab.stereo_map._measure import Measurement, measured, positioned
+from pgm_lab.stereo_map._measure import measured, positioned
+from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.photos import read_photo
 
 LEFT, RIGHT = 1, 2  # names of the photos, in files and networks
@@ -122,7 +124,7 @@ def open_pair(
     >>> from pgm_lab import simulate
     >>> pair = simulate.aerial_pair((240, 180))
     >>> session = open_pair(pair.left, pair.right)
-    >>> point = measure(session, (120, 90))
+    >>> point = measure(session, (100, 80))
     >>> print(point.status, session.space)
     accepted object
     """
@@ -259,7 +261,7 @@ def orient(session: Session, control: Mapping[int, ArrayLike] | None = None) -> 
             f"{FEWEST} points or more orient two photos, better ten; there are"
             f" {len(session.points)}"
         )
-    known = _control(session, control)
+    known = _control.points([point.name for point in session.points], control)
     xy = np.array([point.photo for point in session.points])
     variances = np.array([point.photo_covariance for point in session.points])
     sigma = float(np.sqrt(np.mean(variances[..., [0, 1], [0, 1]])))
@@ -274,7 +276,7 @@ def orient(session: Session, control: Mapping[int, ArrayLike] | None = None) -> 
     if known:
         rows = [k for k, point in enumerate(session.points) if point.name in known]
         ground = np.array([known[session.points[k].name] for k in rows])
-        exteriors = _carried(exteriors, absolute(found.points[rows], ground))
+        exteriors = _control.carried(exteriors, absolute(found.points[rows], ground))
     left, right = (
         replace(photo, exterior=exterior)
         for photo, exterior in zip(session.photos, exteriors)
@@ -290,27 +292,3 @@ def orient(session: Session, control: Mapping[int, ArrayLike] | None = None) -> 
     )
     points = tuple(positioned(oriented, point) for point in session.points)
     return replace(oriented, points=points)
-
-
-def _control(
-    session: Session, control: Mapping[int, ArrayLike] | None
-) -> dict[int, np.ndarray]:
-    """Control points by the numbers of points on the list."""
-    if control is None:
-        return {}
-    names = [point.name for point in session.points]
-    found = {}
-    for name, place in _validate.mapping(control, "control").items():
-        if name not in names:
-            raise ValueError(f"control names point {name!r}, which is not on the list")
-        found[name] = _validate.one_point(place, 3, f"control[{name}]")
-    if len(found) < 3:
-        raise ValueError(f"control must be three points or more; got {len(found)}")
-    return found
-
-
-def _carried(exteriors: np.ndarray, to_object: Absolute) -> np.ndarray:
-    """Exterior orientations (2, 6) of the model, carried into object space."""
-    stations = to_object.apply(exteriors[:, :3])
-    M = rotation.matrix(*exteriors[:, 3:].T) @ to_object.rotation.T
-    return np.concatenate([stations, rotation.angles(M)], axis=1)
