@@ -614,16 +614,16 @@ FUNCTIONS = {
     "plot.stereo.levels": lambda: dict(
         pyramid=[normal_pair()], matches=[dense_match()]
     ),
-    "plot.stereo.profile": lambda: dict(
+    "plot.heights.profile": lambda: dict(
         own=[(0.0, 0, 20), (5, 0, 21)], book=[(0.0, 0, 20), (5, 0, 21)],
         land=level_land(),
     ),
-    "plot.stereo.terrain": lambda: dict(
+    "plot.heights.terrain": lambda: dict(
         dsm=measured_surface(), dtm=stereo_room.filter_terrain(measured_surface()),
         land=level_land(),
     ),
-    "plot.stereo.threshold": lambda: dict(error=[0.1, 2.0, 0.2], r=[0.9, 0.5, 0.7]),
-    "plot.stereo.errors": lambda: dict(error=[0.1, -0.1, 0.0], sigma=0.1),
+    "plot.heights.threshold": lambda: dict(error=[0.1, 2.0, 0.2], r=[0.9, 0.5, 0.7]),
+    "plot.heights.errors": lambda: dict(error=[0.1, -0.1, 0.0], sigma=0.1),
     "plot.fringe.changes": lambda: dict(reference=GREY, sensed=GREY),
     "plot.fringe.two_colours": lambda: dict(
         reference=GREY, sensed=GREY, centre=(20.0, 20), size=21

@@ -3,7 +3,7 @@
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
-`stereo` (of a stereo pair), `locations`, `bundle`, `network`, `matrices`, `studies`.
+`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -11,6 +11,7 @@ from pgm_lab.plot import (
     chips,
     fifty,
     fringe,
+    heights,
     locations,
     mark,
     matches,
@@ -62,6 +63,7 @@ __all__ = [
     "fifty",
     "frame",
     "fringe",
+    "heights",
     "interact",
     "locations",
     "mark",

@@ -94,13 +94,13 @@ def test_the_window_of_the_search_stands_where_r_is_highest(pair, shown):
 def test_the_threshold_says_what_it_keeps(shown):
     error = np.array([0.1, 0.2, 0.3, 0.4, 3.0, 4.0])
     r = np.array([0.9, 0.9, 0.9, 0.5, 0.9, 0.2])
-    plot.stereo.threshold(error, r)
+    plot.heights.threshold(error, r)
     assert "75 % of the right" in shown[0][1] and "50 % of the wrong" in shown[0][1]
 
 
 def test_predicted_and_measured_errors_have_the_same_area(shown):
     error = np.random.default_rng(1).normal(0, 0.1, 4000)
-    plot.stereo.errors(error, 0.1)
+    plot.heights.errors(error, 0.1)
     fig, alt = shown[0]
     bars = sum(p.get_height() * p.get_width() for p in fig.axes[0].patches)
     x, y = fig.axes[0].lines[0].get_data()
@@ -113,7 +113,7 @@ def test_a_profile_follows_the_row_and_says_how_much_is_right(shown):
     X = np.linspace(-50, 50, 21)
     own = np.column_stack([X, 0.1 * X, np.where(X > 20, 25.0, 20.1)])
     own[3] = np.nan
-    plot.stereo.profile(own, own, land)
+    plot.heights.profile(own, own, land)
     assert "70 % of the 20 heights" in shown[0][1]
 
 
