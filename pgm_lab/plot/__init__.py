@@ -3,7 +3,8 @@
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
-`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`, `studies`.
+`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
+`studies`.
 """
 
 from pgm_lab.plot import (

@@ -118,7 +118,7 @@ def test_a_profile_follows_the_row_and_says_how_much_is_right(shown):
 
 
 def test_light_comes_from_the_upper_left():
-    from pgm_lab.plot.stereo import _shaded
+    from pgm_lab.plot.heights import _shaded
 
     x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
     assert _shaded(x + y, 1.0).mean() > _shaded(0 * x, 1.0).mean()
