@@ -602,7 +602,7 @@ FUNCTIONS = {
     "plot.stereo.laid": lambda: dict(pair=normal_pair(), disparity=2.0),
     "plot.stereo.epipolar_line": lambda: dict(
         left=oriented(), right=oriented(), pixel=(20.0, 20),
-        line=[(0.0, 10), (30, 11)], places=[(10.0, 10), (12, 10)],
+        line=[(0.0, 10), (30, 11)], places=[(10.0, 10), (12, 10)], heights=[0.0, 20],
     ),
     "plot.stereo.rows": lambda: dict(
         left=oriented(), right=oriented(), pair=normal_pair(), row=10

@@ -49,6 +49,10 @@ def model_point(function: Callable[..., object]) -> None:
         "that is still in the photo, in millimetres: multiply by the scale": (
             lambda x, y, p, B, c: np.array([x, y, -c])
         ),
+        "x and y keep their signs": lambda x, y, p, B, c: B / p * np.array([x, -y, -c]),
+        "x and y keep their signs: only the depth is turned": lambda x, y, p, B, c: (
+            B / p * np.array([-x, -y, -c])
+        ),
         "x is scaled like y and −c, nothing is added to it": lambda x, y, p, B, c: (
             B / p * np.array([x, y, -c]) - (B, 0, 0)
         ),
@@ -69,6 +73,10 @@ def mark(
         (
             float(pair.object_points(*place, true)[2]),
             "that is the height: the disparity, in pixels, is asked for",
+        ),
+        (
+            float(pair.parallax(np.float64(true))),
+            "that is the parallax in mm: the disparity, in pixels, is asked for",
         ),
     ]
     otherwise = (
@@ -129,9 +137,9 @@ def _slips_of_a_line(
     s, t, q = M.T @ normal
     n, m, k = normal
     others = {
-        "the sign of d: the third coordinate in the photo is −c": (a, b, c * w),
-        "w is not multiplied by c yet": (a, b, -w),
-        "d needs the third coordinate of the photo, −c, not w alone": (a, b, w),
+        "the sign of the third: a photo has −c there": (a, b, c * w),
+        "the third is not multiplied by c yet": (a, b, -w),
+        "the third, and only it, is multiplied by the −c of the photo": (a, b, w),
         "M has to turn the normal, not its transpose": (s, t, -c * q),
         "the normal has to be turned into the right photo by M": (n, m, -c * k),
         "the line holds points of the plane: its normal is a cross product": (

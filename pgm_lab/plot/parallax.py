@@ -43,7 +43,7 @@ def sketch() -> None:
             side.plot(at + x, H - c, "o", color=colour, markersize=9, zorder=4)
     side.text(-1.1, H - c - 0.95, "left photo", **WORDS, **BOX)
     side.text(B - 0.1, H - c - 0.95, "right photo", **WORDS)
-    side.text(X + 0.35, 3.9, "top", color=basic.RED, **WORDS)
+    side.text(X + 0.45, 3.9, "top", color=basic.RED, **WORDS, **BOX)
     side.text(X + 0.35, 0.15, "foot", color=basic.BLUE, **WORDS)
     side.set(xlim=(-1.7, 7.7), ylim=(-0.5, H + 1.1), aspect="equal")
     side.axis("off")
@@ -56,7 +56,7 @@ def sketch() -> None:
         level = k + 0.36
         bars.annotate("", (other, level), (one, level), arrowprops=BOTH_ENDS)
         text = f"$p_x$ of the {name}"
-        bars.text((one + other) / 2, level + 0.07, text, ha="center", **WORDS)
+        bars.text((one + other) / 2, level + 0.07, text, ha="center", **WORDS, **BOX)
     bars.axvline(0, color=basic.BLACK, lw=1.2)
     bars.set(ylim=(-0.45, 1.75), xlim=(-1.05, 1.25))
     bars.set_title("one photo laid on the other", loc="center")
@@ -66,7 +66,8 @@ def sketch() -> None:
         "Left, seen from the side: two perspective centres O' and O'' at height H above"
         " the ground, the base B between them, a photo at the distance c below each."
         " Rays run from a mast's foot and top to both. Right, the two photos laid on"
-        " each other: from x'' to x' it is farther for the top than for the foot.",
+        " each other: the distance from x'' to x' is greater for the top than for the"
+        " foot.",
     )
 
 

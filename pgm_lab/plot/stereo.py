@@ -57,15 +57,20 @@ def laid(pair: NormalPair, disparity: float) -> None:
     ax.grid(False)
     basic.show(
         fig,
-        "Both photos in two colours, laid on each other. Around the middle the"
-        " ground is grey and fits. Roofs and tree tops have rims in both colours to"
-        " their left and right, and so has the ground where it is higher or lower.",
+        "Both photos in two colours, laid on each other. What is as high as the middle"
+        " is grey and fits, one roof among it. Tree tops and another roof have rims in"
+        " both colours to their left and right, and so has lower and higher ground.",
         colours=96,
     )
 
 
 def epipolar_line(
-    left: Photo, right: Photo, pixel: ArrayLike, line: ArrayLike, places: ArrayLike
+    left: Photo,
+    right: Photo,
+    pixel: ArrayLike,
+    line: ArrayLike,
+    places: ArrayLike,
+    heights: ArrayLike,
 ) -> None:
     """Show the epipolar line of a left point in the right photo.
 
@@ -77,11 +82,14 @@ def epipolar_line(
     line : array_like (k, 2)
         Pixels of the right photo on the epipolar line.
     places : array_like (n, 2)
-        Pixels of the right photo, where the point lies at heights 20 m apart.
+        Pixels of the right photo, where the point would lie at some heights.
+    heights : array_like (n,)
+        These heights in m.
     """
     column, row = _validate.one_point(pixel, 2, "pixel")
     line = _validate.point_list(line, "line")
     places = _validate.point_list(places, "places")
+    heights = _validate.of_shape(heights, (len(places),), "heights")
     fig, axes = plt.subplots(1, 2, figsize=(10, 3.0), layout="compressed")
     for ax, photo, name in zip(axes, _both(left, right), NAMES):
         _bare(ax, photo.grey, name)
@@ -92,11 +100,16 @@ def epipolar_line(
     axes[1].autoscale(False)
     axes[1].plot(*line.T, color=basic.GREEN, lw=2)
     axes[1].plot(*places.T, "|", ms=18, mew=3, color=basic.ORANGE)
+    text: Look = {"textcoords": "offset points", "ha": "center", "fontsize": 14}
+    box = {"fc": "white", "ec": "none", "pad": 1}
+    for place, height in zip(places, heights):
+        axes[1].annotate(f"{height:g}", place, (0, 16), bbox=box, **text)
+    axes[1].set_title("right photo, heights in m", fontsize=18)
     basic.show(
         fig,
         "Left photo with a cross at one point; right photo with a straight line across"
         f" it, hardly tilted, and {len(places)} strokes on it where the point would lie"
-        " if it were at heights 20 m apart.",
+        f" at {', '.join(f'{h:g}' for h in heights)} m: the higher, the farther left.",
         dpi=110,
         colours=48,
     )

@@ -7,10 +7,11 @@ notebook stay what they are.
 import html
 import os
 from collections.abc import Callable
+from types import ModuleType
 
 import ipywidgets as widgets
+import matplotlib
 import numpy as np
-from ipympl.backend_nbagg import Canvas, FigureManager
 from IPython.display import display
 from matplotlib.backend_bases import LocationEvent, MouseEvent
 from matplotlib.figure import Figure
@@ -80,8 +81,9 @@ class Program:
         high = float(np.clip(WIDTH / 2 * rows / columns, 2.2, 4.5)) + 0.4
         figure = Figure(figsize=(WIDTH, high + DETAILS), dpi=100)
         figure.set_layout_engine("none")
-        self.canvas = Canvas(figure)
-        self.manager = FigureManager(self.canvas, 1)
+        ipympl = _ipympl()
+        self.canvas = ipympl.Canvas(figure)
+        self.manager = ipympl.FigureManager(self.canvas, 1)
         self.canvas.header_visible = False
         self.canvas.capture_scroll = True
         self.canvas.resizable = False
@@ -194,6 +196,18 @@ class Program:
             _panels.details(self.details, self.point, SMALL)
         self.table.value = _table(self.session)
         self.canvas.draw_idle()
+
+
+def _ipympl() -> ModuleType:
+    """Canvases that answer to clicks; all other figures keep their own.
+
+    Importing ipympl makes its canvas that of every later figure of matplotlib.
+    """
+    backend = matplotlib.get_backend()
+    from ipympl import backend_nbagg
+
+    matplotlib.use(backend)
+    return backend_nbagg
 
 
 def start(first: Session, file: str | os.PathLike = "my_points.csv") -> Program:

@@ -97,9 +97,9 @@ def test_a_right_line_passes_whatever_its_length_and_sign(capsys):
     ("slip", "hint"),
     [
         (lambda b, u, M, c: None, "returns nothing"),
-        (lambda b, u, M, c: line(b, u, M, -c), "sign of d"),
+        (lambda b, u, M, c: line(b, u, M, -c), "sign of the third"),
         (lambda b, u, M, c: line(b, u, M, 1.0), "multiplied by c"),
-        (lambda b, u, M, c: line(b, u, M, -1.0), "not w alone"),
+        (lambda b, u, M, c: line(b, u, M, -1.0), "and only it"),
         (lambda b, u, M, c: line(b, u, M.T, c), "transpose"),
         (lambda b, u, M, c: line(b, u, np.eye(3), c), "turned into the right photo"),
         (lambda b, u, M, c: line(b, u, M, 2 * c), "other heights"),
