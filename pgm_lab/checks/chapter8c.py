@@ -9,7 +9,7 @@ from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair
 
 REACH = 60  # px, how far from zero a disparity of these photos can be
-GOOD = 2.0  # px, how well a mark is set by eye on enlarged pixels
+GOOD = 1.5  # px, how well a mark is set by eye on enlarged pixels
 
 
 def weighted(answer: object) -> None:

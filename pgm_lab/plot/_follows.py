@@ -11,8 +11,8 @@ BOXES = {
     "gsd": (5.0, 4.0, "GSD 20 cm", "0.229 m"),
     "tie": (5.0, 2.7, "tie points\n15 mm, 40 mm", "holds: 0.07 px"),
     "table": (1.5, 1.0, "Table 1\nsix means", "given"),
-    "text": (5.0, 1.4, "vertical 1.7 m", "1.50, 1.53 m"),
-    "ways": (5.0, 0.2, "mainly location 2", "rounding"),
+    "text": (5.0, 1.4, "vertical 1.7 m", "no source:\ntable 1.50, 1.53 m"),
+    "ways": (5.0, 0.2, "mainly location 2", "no source: table"),
     "horizontal": (8.6, 1.4, "horizontal 1.5 m", "no source"),
     "points": (8.6, 0.2, "35 points, 175 points", "no source"),
     "pixels": (8.6, 3.6, "1.4 to 1.7 m", "2.3 to 3 px"),
@@ -23,12 +23,17 @@ ARROWS = (
     ("flight", "gsd"),
     ("gsd", "tie"),
     ("gsd", "pixels"),
-    ("table", "text"),
     ("table", "ways"),
     ("text", "pixels"),
     ("tie", "pixels"),
 )
-FATE = {"given": basic.GREY, "holds": basic.GREEN, "no source": basic.PURPLE}
+FATE = {
+    "given": basic.GREY,
+    "holds": basic.GREEN,
+    "no source": basic.PURPLE,
+    "2.3 to 3 px": basic.GREY,
+    "asks for 0.76 m": basic.GREY,
+}
 
 
 def follows() -> None:
@@ -52,9 +57,9 @@ def follows() -> None:
     basic.show(
         fig,
         "Printed figures in boxes, arrows from what they follow from. Green holds: H/f,"
-        " and the tie points, 0.07 pixel. Red does not follow: GSD, 0.229 m; vertical"
-        " 1.7 m, where the table gives 1.50 and 1.53 m; mainly location 2, which is"
-        " rounding; 1.4 to 1.7 m, 2.3 to 3 pixels; contours of 2.5 m, which ask for"
-        " 0.76 m. Purple has no source: horizontal 1.5 m, 35 and 175 points.",
+        " and the tie points, 0.07 pixel. Red is corrected: GSD, 0.229 m. Purple has no"
+        " source in what is printed: vertical 1.7 m, where the table gives 1.50 and"
+        " 1.53 m; mainly location 2; horizontal 1.5 m; 35 and 175 points. Grey follows:"
+        " 1.4 to 1.7 m are 2.3 to 3 pixels; contours of 2.5 m ask for 0.76 m.",
         colours=64,
     )
