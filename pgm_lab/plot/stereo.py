@@ -90,7 +90,7 @@ def epipolar_line(
     line = _validate.point_list(line, "line")
     places = _validate.point_list(places, "places")
     heights = _validate.of_shape(heights, (len(places),), "heights")
-    fig, axes = plt.subplots(1, 2, figsize=(10, 3.0), layout="compressed")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 2.3), layout="compressed")
     for ax, photo, name in zip(axes, _both(left, right), NAMES):
         _bare(ax, photo.grey, name)
         last = photo.grey.shape[0] - 0.5
@@ -131,7 +131,7 @@ def rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
     """
     _validate.instance(pair, NormalPair, "pair")
     row = _validate.whole(row, "row", 0)
-    fig, axes = plt.subplots(2, 2, figsize=(10, 3.9), layout="compressed")
+    fig, axes = plt.subplots(2, 2, figsize=(10, 3.4), layout="compressed")
     one, other = _both(left, right)
     images = one.grey, other.grey, pair.left, pair.right
     titles = [*NAMES, "left, normal case", "right, normal case"]
