@@ -112,7 +112,7 @@ def profile(own: ArrayLike, book: ArrayLike, land: Landscape) -> None:
     X = np.linspace(both[:, 0].min(), both[:, 0].max(), 600)
     Y = np.polyval(np.polyfit(both[:, 0], both[:, 1], 1), X)
     ground, top = land.at(land.dtm, X, Y).ravel(), land.at(land.dsm, X, Y).ravel()
-    fig, ax = plt.subplots(figsize=(10, 3.7), layout="constrained")
+    fig, ax = plt.subplots(figsize=(10, 3.3), layout="constrained")
     ax.fill_between(X, ground, top, color="0.78", label="house and trees, true")
     ax.fill_between(X, ground.min() - 5, ground, color="0.5", label="ground, true")
     gaps = np.asarray(book, float)

@@ -137,7 +137,7 @@ def plane() -> None:
 def worth() -> None:
     """Show how far a height moves when a ray moves by a pixel, for two bases."""
     H, wide = 6.0, 0.32
-    fig, axes = plt.subplots(1, 2, figsize=(7, 3.1), layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(7, 2.8), layout="constrained")
     tall = []
     for ax, B, name in zip(axes, (5.0, 2.5), ("base $B$", "base $B/2$")):
         X, e = B / 2, wide / 2

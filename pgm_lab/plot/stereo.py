@@ -193,7 +193,7 @@ def search(
     column, row = np.round(_validate.one_point(place, 2, "place")).astype(int)
     tried, r = along_row(pair.left, pair.right, column, row, window, low, high)
     best = int(r.argmax())
-    fig = plt.figure(figsize=(10, 4.2), layout="constrained")
+    fig = plt.figure(figsize=(10, 3.5), layout="constrained")
     one, strip, curve = fig.subplot_mosaic(
         "lr;lc", width_ratios=(1, 3), height_ratios=(1, 1.7)
     ).values()
