@@ -1,5 +1,6 @@
 """The glossary as a page, each term in English and in Indonesian."""
 
+import re
 from pathlib import Path
 
 from pgm_lab import datasets
@@ -16,7 +17,10 @@ def write(folder: Path) -> list[str]:
     chapters = {row["number"]: row["notebook"] for row in datasets.rows("chapters.csv")}
     entries = []
     for row in datasets.rows("glossary.csv"):
-        terms = list(dict.fromkeys([row["english"], row["indonesian"]]))
+        terms = [row["english"], row["indonesian"]]
+        # The search finds an entry by most of its letters: a short name by itself.
+        terms += re.findall(r"\((.+?)\)", " ".join(terms))
+        terms = list(dict.fromkeys(terms))
         chapter = row["chapter"]
         link = f"Chapter {chapter}"
         if chapters.get(chapter):

@@ -173,7 +173,7 @@ def search(page, address, words):
 
 FINDS = {
     "collinearity": "collinearity",
-    "kolinearitas": "glossary.html#term-persamaan-kesegarisan-kolinearitas",
+    "kolinearitas": "glossary.html#term-kolinearitas",
     "M 2.94": "equations.html#",
     "(M 2.94)": "equations.html#",
     "2.94": "equations.html#",
