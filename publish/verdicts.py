@@ -59,14 +59,15 @@ def _with_cards(
     # A copy before the first cards are put in: it will hold the second.
     more = copy.deepcopy(cell)
     output.data = {"text/html": cards(first, caption)}
-    result = [*slide, deck.made(cell, _in_full(first), "notes")]
+    # 0 is the heading that a slide may have for itself, see `prepare.titled`.
+    result = [*slide, deck.made(cell, _in_full(first), "notes", 1)]
     if second:
         heading = slide[0].source.partition("\n")[0].lstrip("# ") or "Verdicts"
         more.id, more.metadata.slideshow = f"{cell.id}{deck.MADE}cards", {}
         more.outputs = [copy.deepcopy(output)]
         more.outputs[0].data = {"text/html": cards(second, caption)}
-        above = deck.made(cell, f"### {heading}, continued", "subslide", 1)
-        result += [above, more, deck.made(cell, _in_full(second), "notes", 2)]
+        above = deck.made(cell, f"### {heading}, continued", "subslide", 2)
+        result += [above, more, deck.made(cell, _in_full(second), "notes", 3)]
     return result
 
 

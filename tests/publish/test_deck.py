@@ -77,6 +77,7 @@ def test_a_students_deck_is_the_lecturers_without_notes_and_answers(name):
     lecturer, student = (
         for_slides(notebook, who, name).cells for who in ("lecturer", "student")
     )
+    assert len({cell.id for cell in lecturer}) == len(lecturer)
     taken = [cell for cell in lecturer if cell.id not in {one.id for one in student}]
     kept = [cell for cell in lecturer if cell.id in {one.id for one in student}]
     assert sources(kept) == sources(student)
