@@ -14,9 +14,10 @@ def pytest_collection_modifyitems(items):
 
 
 def is_long(path):
-    """Whether the tests of a file need a kernel for more than ten seconds."""
+    """Whether the tests of a file need a kernel, or all handouts, for long."""
     return path.suffix == ".ipynb" or path.name in (
         "test_student.py",
         "test_chapter.py",
         "test_lab.py",
+        "test_handouts.py",
     )

@@ -10,6 +10,8 @@ from publish.student import slide_type, tags, unsolved
 
 # "## What is a pixel? · 8 min": what a section takes a reader who works alone
 MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
+# What `checks.own` says: a hall need not know whose program drew
+OWN = re.compile(r"^\w+: the book's own\..*\n?", re.MULTILINE)
 HEADING = re.compile(r"#+ .*\n*")  # the first line of a text
 
 Audience = Literal["lecturer", "student"]
@@ -56,6 +58,9 @@ def _finished(slide: list[NotebookNode]) -> list[NotebookNode]:
     """Return a slide with its title, without a reader's minutes, verdicts on cards."""
     for cell in slide:
         cell.source = MINUTES.sub(r"\1", cell.source)
+        for output in cell.get("outputs", []):
+            if output.output_type == "stream":
+                output.text = OWN.sub("", output.text)
     return verdicts.as_cards(titled(slide[0]) + slide[1:])
 
 

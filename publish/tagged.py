@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from io import BytesIO
 from typing import Any
 
@@ -44,8 +45,9 @@ class Printed:
     heights: list[float]
 
 
+@lru_cache(maxsize=1)
 def read(pdf: bytes) -> Printed:
-    """Return what a tagged PDF shows.
+    """Return what a tagged PDF shows; the last one is known, however often it is read.
 
     Lines and backgrounds are not read, and formulas only if they are text.
     """

@@ -262,6 +262,9 @@ def call(function, arguments):
     positional = [arguments.pop("self")] if "self" in arguments else []
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        # The oldest matplotlib uses names that the newest pyparsing has given up
+        module = "matplotlib|pyparsing"
+        warnings.filterwarnings("ignore", category=DeprecationWarning, module=module)
         try:
             result = function(*positional, **arguments)
         except Hangs:

@@ -93,7 +93,8 @@ class _Places:
     def of(self, names: Iterable, where: str) -> np.ndarray:
         """Return the places of names; `where` they stand is for the message."""
         listed = _validate.several(names, where)
-        listed = [None if isinstance(one, complex) else one for one in listed]
+        strange = complex, np.timedelta64  # which compare equal to whole numbers
+        listed = [None if isinstance(one, strange) else one for one in listed]
         return np.array([self.one(name, where) for name in listed], int)
 
     def one(self, name: Any, where: str) -> int:

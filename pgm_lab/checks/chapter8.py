@@ -16,6 +16,7 @@ from pgm_lab.checks import (
     numbers,
     report,
 )
+from pgm_lab.checks._row import slips_of_a_row
 from pgm_lab.rotation import matrix
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair, textbook
@@ -170,7 +171,16 @@ def best_disparity(function: Callable[..., object]) -> None:
             true - whole,
             "that is the peak of the parabola alone: add the best whole one",
         ),
-        (2 * whole - true, "the peak of the parabola has to be added"),
+        (
+            2 * whole - true,
+            "the peak has the wrong sign: hand over r in the order left, middle, right,"
+            " and add it",
+        ),
+        (
+            _on_the_other_side(),
+            "the right window goes to the wrong side: the disparity is left column"
+            " minus right column. Which right column does d belong to?",
+        ),
         (true - low, "that is the place in the list of r, which begins at low"),
         (whole - low, "that is the place in the list of r, which begins at low"),
     ]
@@ -194,6 +204,13 @@ def best_disparity(function: Callable[..., object]) -> None:
     )
 
 
+def _on_the_other_side() -> np.ndarray:
+    """Disparities that a search finds which adds d to the column."""
+    turned = [(*case[:3], -case[4], -case[3], case[5]) for case in SEARCHES]
+    found = [-_search(textbook.best_disparity, *case)[0] for case in turned]
+    return np.nan_to_num(found, nan=1e6)
+
+
 def _search(function: Callable[..., object], *case: float) -> tuple[float, float]:
     """Disparity and r that a function finds in a scene that was moved."""
     column, row, window, low, high, shift = case
@@ -210,7 +227,11 @@ def _search(function: Callable[..., object], *case: float) -> tuple[float, float
 
 def sigma_height(function: Callable[..., object]) -> None:
     """Check the standard deviation of a height."""
-    cases = [(1000.0, 400.0, 0.2, 0.1), (650.0, 300.0, 0.15, 0.4)]
+    cases = [
+        (1000.0, 400.0, 0.2, 0.1),
+        (650.0, 300.0, 0.15, 0.4),
+        (900.0, 370.0, 0.21, 0.07),
+    ]
     slips = {
         "base and height are exchanged": lambda H, B, g, s: B / H * g * s,
         "H comes in twice: the pixel on the ground knows it too": lambda H, B, g, s: (
@@ -221,6 +242,7 @@ def sigma_height(function: Callable[..., object]) -> None:
             lambda H, B, g, s: H / B * s
         ),
         "sigma_px is missing": lambda H, B, g, s: H / B * g,
+        "it is rounded: return all digits": lambda H, B, g, s: round(H / B * g * s, 2),
     }
     holds, hint = compare(
         function, cases, textbook.sigma_height, slips, "it does not follow from dZ/dp"
@@ -258,18 +280,7 @@ def row_points(function: Callable[..., object]) -> None:
             f" column; got {found.shape}"
         )
     known = np.isfinite(wanted).all(axis=1)
-    model = (wanted - stations[0]) @ turn.T
-    slips = [
-        (model, "that is seen from O', in the frame of the photos: turn it and add O'"),
-        (wanted - stations[0], "the place of O' has to be added"),
-        (stations[0] + model, "the model has to be turned into object space"),
-        (
-            stations[0] + model @ turn.T,
-            "pair.rotation turns object space into the photos; here: the other way",
-        ),
-        (stations[1] + model @ turn, "stations[1] is O'': the model is seen from O'"),
-        (np.full_like(wanted, np.nan), "every row is still NaN: fill points[i]"),
-    ]
+    slips = slips_of_a_row(pair, wanted)
     otherwise = "the points do not lie where the rays of the row meet"
     seen, rest = (np.nan_to_num(found[w], nan=-1e9) for w in (known, ~known))
     cases = [(np.nan_to_num(s[known], nan=-1e9), hint) for s, hint in slips]

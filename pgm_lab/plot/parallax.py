@@ -150,12 +150,19 @@ def worth() -> None:
         diamond = [(X, rise[0]), (X + e, 0), (X, rise[1]), (X - e, 0)]
         ax.add_patch(Polygon(diamond, facecolor=basic.ORANGE, ec=basic.BLACK, zorder=3))
         ax.plot((0, B), (H, H), color=basic.RED, lw=3)
-        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.2, H + 0.3), aspect="equal")
+        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.9, H + 0.3), aspect="equal")
         ax.axis("off")
         tall.append(rise[0] - rise[1])
+        ax.annotate(
+            "", (X + 0.75, rise[0]), (X + 0.75, rise[1]),
+            arrowprops={"arrowstyle": "<->", "lw": 2},
+        )  # fmt: skip
+        ax.text(X + 0.95, 0, "height", fontsize=15, va="center")
+        ax.text(X, -1.2, "GSD wide", fontsize=15, ha="center", va="top")
     basic.show(
         fig,
-        "Two rays, each as wide as a pixel on the ground, meet in a diamond. With half"
+        "Two rays, each as wide as a pixel on the ground (the GSD), meet in a diamond,"
+        " as high as the height is uncertain. With half"
         f" the base it is {tall[1] / tall[0]:.1f} times as high.",
     )
 

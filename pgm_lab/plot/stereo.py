@@ -193,18 +193,19 @@ def search(
     column, row = np.round(_validate.one_point(place, 2, "place")).astype(int)
     tried, r = along_row(pair.left, pair.right, column, row, window, low, high)
     best = int(r.argmax())
-    fig = plt.figure(figsize=(10, 3.8), layout="constrained")
+    fig = plt.figure(figsize=(10, 4.2), layout="constrained")
     one, strip, curve = fig.subplot_mosaic(
-        "lr;cc", width_ratios=(1, 3.4), height_ratios=(1, 1.3)
+        "lr;lc", width_ratios=(1, 3), height_ratios=(1, 1.7)
     ).values()
-    half, reach = 16, (tried[-1] - tried[0]) // 2 + 14
+    reach = (tried[-1] - tried[0]) // 2 + 14
     middle = column - (tried[0] + tried[-1]) // 2
-    for ax, image, at, far, name in (
-        (one, pair.left, column, half, "left: one window"),
-        (strip, pair.right, middle, reach, "right: the same row"),
+    for ax, image, at, far, half, name in (
+        (one, pair.left, column, 10, 10, "left: one window"),
+        (strip, pair.right, middle, reach, 12, "right: the same row"),
     ):
         _bare(ax, image, name)
         ax.set(xlim=(at - far, at + far), ylim=(row + half, row - half))
+    strip.set_aspect("auto")  # exactly above the curve
     frame: Look = {"fill": False, "lw": 2.5}
     for ax, at, colour in (
         (one, column, basic.ORANGE), (strip, column - tried[best], basic.ORANGE)
@@ -218,9 +219,9 @@ def search(
     curve.plot(tried, r, "o-", color=basic.BLUE)
     curve.plot(tried[best], r[best], "o", color=basic.ORANGE, ms=14)
     curve.axhline(0.8, color=basic.BLACK, ls=":")
-    curve.text(tried[0], 0.83, "0.8", fontsize=13)
-    curve.set(xlabel="disparity (px)", ylabel="r", ylim=(min(-0.4, r.min()), 1.05))
-    curve.invert_xaxis()
+    curve.text(tried[0] - 3, 0.83, "0.8", fontsize=14, ha="right")
+    curve.set(xlabel="disparity (px)", ylabel="r", ylim=(r.min() - 0.1, 1.1))
+    curve.set_xlim(column - middle + reach, column - middle - reach)
     basic.show(
         fig,
         "Above, a window in the left photo and the same row of the right one with the"

@@ -9,7 +9,7 @@ import numpy as np
 from pgm_lab.camera import Camera, imaging
 from pgm_lab.camera.photo import Photo
 from pgm_lab.simulate._objects import TREE, grain
-from pgm_lab.simulate._rays import Surface
+from pgm_lab.simulate._rays import Surface, bilinear
 from pgm_lab.simulate.images import generator
 from pgm_lab.simulate.landscape import Landscape
 
@@ -125,13 +125,7 @@ def _foliage(land: Landscape, leaves: np.ndarray, points: np.ndarray) -> np.ndar
     tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
     row = (0.35 * Z - Y) / land.cell % len(leaves)
     column = (X + 0.2 * Z) / land.cell % len(leaves)
-    spots = cv2.remap(
-        leaves,
-        column.astype(np.float32),
-        row.astype(np.float32),
-        cv2.INTER_LINEAR,
-        borderMode=cv2.BORDER_WRAP,
-    )
+    spots = bilinear(np.pad(leaves, (0, 1), mode="wrap"), row, column)
     return np.where(tree, np.clip(1 + 0.16 * spots, 0.6, 1.5), 1)
 
 

@@ -6,6 +6,7 @@ from matplotlib import cbook
 from scipy.interpolate import RectBivariateSpline
 
 from pgm_lab import datasets
+from pgm_lab.simulate._cubic import enlarged
 
 POST = 20.0  # m between two heights of the elevation model, which has 90 m in nature
 HILLS = (170.0, 150.0)  # row and column of the model in the middle of the landscape
@@ -93,6 +94,4 @@ def clouds(shape: tuple[int, int], size: float, rng: np.random.Generator) -> np.
     """Smooth random field (rows, columns), sd about 1, of so many cells a wave."""
     rows, columns = (int(n / size) + 4 for n in shape)
     coarse = rng.standard_normal((rows, columns)).astype(np.float32)
-    by = np.array([[1 / size, 0, 1], [0, 1 / size, 1]])
-    how = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
-    return 1.4 * cv2.warpAffine(coarse, by, shape[::-1], flags=how)
+    return 1.4 * enlarged(coarse, *(1 + np.arange(n) / size for n in shape))

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.simulate import _objects
+from pgm_lab.simulate._cubic import cubic
 from pgm_lab.simulate._light import lighten
 from pgm_lab.simulate._objects import BUILDING, OPEN, TREE, WATER, Site
 from pgm_lab.simulate._rays import bilinear
@@ -66,8 +67,7 @@ class Landscape:
         X, Y : array_like (...)
             Object coordinates in m; outside, the layer goes on as at its edge.
         how : int
-            `cv2.INTER_LINEAR`, exact to rounding; `cv2.INTER_NEAREST`; or
-            `cv2.INTER_CUBIC`, where OpenCV places to a 32nd of a cell.
+            `cv2.INTER_LINEAR`, `cv2.INTER_NEAREST` or `cv2.INTER_CUBIC`.
 
         Returns
         -------
@@ -92,9 +92,7 @@ class Landscape:
             r = np.clip(np.rint(row), 0, layer.shape[0] - 1).astype(int)
             c = np.clip(np.rint(column), 0, layer.shape[1] - 1).astype(int)
             return layer[r, c]
-        x, y = (np.atleast_2d(m).astype(np.float32) for m in (column, row))
-        out = cv2.remap(layer, x, y, how, borderMode=cv2.BORDER_REPLICATE)
-        return out.reshape(row.shape)
+        return cubic(layer, row, column)
 
     def zone(self, X: ArrayLike) -> np.ndarray:
         """Index (...) into `ZONES` of object coordinates X (...) in m."""

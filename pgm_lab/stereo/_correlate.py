@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, warped
+from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, rounded, warped
 
 FLAT = 1e-6  # of the image's variance; less is rounding
 
@@ -39,6 +39,7 @@ def search(
 
 
 def _band(left, right, start, row, window, reach, least):
+    start = rounded(start)
     best, before, after, last = (np.full(start.shape, -1, np.float32) for _ in range(4))
     at = np.zeros(start.shape, np.float32)
     for offset in range(-reach, reach + 1):

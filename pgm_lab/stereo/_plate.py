@@ -27,14 +27,10 @@ def lay(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
     right = weight * (mean.ravel() - level)
     plate = spsolve(normal.tocsc(), right, permc_spec="MMD_AT_PLUS_A").reshape(n.shape)
     rows, columns = z.shape
-    c = ((np.arange(columns) + 0.5) / side - 0.5).astype(np.float32)
-    r = ((np.arange(rows) + 0.5) / side - 0.5).astype(np.float32)
-    return level + cv2.remap(
-        plate.astype(np.float32),
-        *np.meshgrid(c, r),
-        cv2.INTER_CUBIC,
-        borderMode=cv2.BORDER_REPLICATE,
+    wide = cv2.resize(
+        plate.astype(np.float32), None, fx=side, fy=side, interpolation=cv2.INTER_CUBIC
     )
+    return level + wide[:rows, :columns]
 
 
 def _sum(values: np.ndarray, side: int) -> np.ndarray:

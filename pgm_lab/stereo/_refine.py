@@ -5,7 +5,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, warped
+from pgm_lab.stereo._boxes import WHOLE, Image, box, in_bands, rounded, warped
 from pgm_lab.stereo._planes import on_planes
 from pgm_lab.stereo._pyramid import filled
 
@@ -14,7 +14,6 @@ WIDER = 4  # px: planes reach further than windows, and so are quieter
 FARTHEST = 1.0  # px from the start
 STILL = 0.3  # px: after a longer last step a window has not come to rest
 FLAT = 1e-6  # of the image's variance; less is rounding
-PARTS = 32  # of a pixel, to which OpenCV rounds before it interpolates
 LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
 AROUND = 4  # windows: the neighbourhood in which correlation of residuals is measured
 
@@ -63,7 +62,7 @@ def refine(
     def work(rows: slice) -> Refined:
         at = start[rows]
         for _ in range(STEPS):
-            shape = np.rint(on_planes(at, good[rows], window + WIDER) * PARTS) / PARTS
+            shape = rounded(on_planes(at, good[rows], window + WIDER))
             W = warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
             sums = normal_equations(left.grey[rows], W, window)
             at = shape + sums.step

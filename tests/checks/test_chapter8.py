@@ -1,5 +1,7 @@
 """Exercise feedback of chapter 8: right answers pass, each slip is named."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -158,12 +160,12 @@ def without_ends(left, right, column, row, window, low, high):
         (altered(lambda d, r, low: (-d, r)), "the sign"),
         (altered(lambda d, r, low: (np.round(d), r)), "whole pixels"),
         (altered(lambda d, r, low: (d - np.round(d), r)), "alone"),
-        (altered(lambda d, r, low: (2 * np.round(d) - d, r)), "has to be added"),
+        (altered(lambda d, r, low: (2 * np.round(d) - d, r)), "the wrong sign"),
         (altered(lambda d, r, low: (d - low, r)), "begins at low"),
         (altered(lambda d, r, low: (np.round(d) - low, r)), "begins at low"),
         (altered(lambda d, r, low: (d, r**2)), "r is not the highest"),
         (altered(lambda d, r, low: (np.nan, r)), "not that of the highest"),
-        (to_the_other_side, "not that of the highest"),
+        (to_the_other_side, "the wrong side"),
         (without_ends, "no peak"),
     ],
 )
@@ -185,6 +187,7 @@ def test_a_right_promise_passes(capsys):
         (lambda H, B, g, s: H / B * s, "pixel on the ground"),
         (lambda H, B, g, s: H / B * g, "sigma_px"),
         (lambda H, B, g, s: H / B * g * s**2, "does not follow"),
+        (lambda H, B, g, s: round(H / B * g * s, 2), "rounded"),
     ],
 )
 def test_a_slip_of_the_promise_is_named(slip, hint):
@@ -212,6 +215,13 @@ def test_a_right_row_of_points_passes(capsys):
     passes(chapter8.row_points, lambda *a: row(*a).tolist(), capsys=capsys)
 
 
+def from_the_edges(pair, *arguments):
+    """Disparity times pixel size for the parallax."""
+    blind = SimpleNamespace(**vars(pair), base=pair.base)
+    blind.parallax = lambda d: abs(d) * pair.pixel_size
+    return row(blind, *arguments)
+
+
 def placed(place):
     return lambda *a: row(*a, place=place)
 
@@ -233,6 +243,9 @@ def without_its_parts(*arguments):
         (placed(lambda m, p: p.stations[0] + p.rotation @ m), "the other way"),
         (placed(lambda m, p: p.stations[1] + m @ p.rotation), "stations\\[1\\]"),
         (placed(lambda m, p: np.full(3, np.nan)), "still NaN"),
+        (placed(lambda m, p: (p.stations[0] + m) @ p.rotation), "turned first"),
+        (placed(lambda m, p: p.stations[0] + m[[1, 0, 2]] @ p.rotation), "exchanged"),
+        (from_the_edges, "begin at different places"),
         (placed(lambda m, p: p.stations[0] - m @ p.rotation), "rays of the row"),
         (lambda *a: row(*a[:-1], -1), "below the threshold"),
     ],

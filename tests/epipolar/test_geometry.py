@@ -162,6 +162,14 @@ def test_a_wrong_point_lies_off_its_line_by_as_much():
     np.testing.assert_allclose(np.abs(off), 0.7 * np.abs(slope[:, 1]), atol=1e-6)
 
 
+def test_the_distance_counts_in_pixels_of_the_right_photo():
+    coarse = photo(RIGHT, corner=(0, 0), pixel=2 * PIXEL)
+    pixels = photo(LEFT).project(ground())
+    off = epipolar.distance(photo(LEFT), coarse, pixels, coarse.project(ground()) + 0.7)
+    slope = epipolar.line(photo(LEFT), coarse, pixels)[:, :2] @ (1, -1)
+    np.testing.assert_allclose(off, 0.7 * slope, atol=1e-6)
+
+
 def test_relative_orientation_alone_gives_the_same_lines():
     left, right = two()
     X = ground(12)

@@ -3,6 +3,7 @@
 A missing browser or package is a failure here, not a reason to skip.
 """
 
+import time
 from pathlib import Path
 
 import nbformat
@@ -92,7 +93,37 @@ def lesson_decks(browser, lesson, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def site_folder(tmp_path_factory) -> Path:
-    """The site of all chapters."""
-    folder = tmp_path_factory.mktemp("build")
-    return build_site(CHAPTERS.values(), folder).parent
+def site_folder(tmp_path_factory, worker_id) -> Path:
+    """The site of all chapters: built by the worker that needs it first, for all."""
+    if worker_id == "master":
+        folder = tmp_path_factory.mktemp("build")
+        return build_site(CHAPTERS.values(), folder).parent
+    folder = tmp_path_factory.getbasetemp().parent / "site"
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        return other_s_site(folder)
+    told = folder / "told.txt"
+    try:
+        build_site(CHAPTERS.values(), folder)
+    except BaseException as error:
+        told.write_text(f"the site was not built: {error}", encoding="utf-8")
+        raise
+    told.write_text(BUILT, encoding="utf-8")
+    return folder / "site"
+
+
+BUILT = "built"
+LONGEST_BUILD = 900  # seconds
+
+
+def other_s_site(folder: Path) -> Path:
+    """Wait for the site that another worker builds."""
+    told = folder / "told.txt"
+    for _ in range(LONGEST_BUILD):
+        words = told.read_text(encoding="utf-8") if told.exists() else ""
+        if words:
+            assert words == BUILT, words
+            return folder / "site"
+        time.sleep(1)
+    raise AssertionError("the site was not built: its worker does not end")

@@ -4,7 +4,7 @@ import nbformat
 import pytest
 from nbformat.v4 import new_notebook, new_output
 
-from pgm_lab import ledger
+from pgm_lab import checks, ledger
 from publish import deck, pace, verdicts, wording
 from publish.__main__ import main
 from publish.prepare import for_slides
@@ -158,6 +158,14 @@ def test_after_a_lesson_come_questions_exercises_and_its_case():
 @pytest.mark.parametrize("minutes", [(20, 20), (10, 5, 40), ()])
 def test_no_break_where_nothing_follows_or_little_went_before(minutes):
     assert breaks(slides(*lecture(*minutes))) == []
+
+
+def test_whose_program_draws_is_not_for_the_hall(capsys):
+    checks.own("find", min)
+    said = new_output("stream", text=capsys.readouterr().out + "3 found\n")
+    cell = code("draw()", slide="subslide", tags=["draw"])
+    cell.outputs = [said]
+    assert [o.text for o in slides(cell)[0][0].outputs] == ["3 found\n"]
 
 
 def test_a_title_of_the_slides_takes_the_place_of_a_heading():

@@ -173,7 +173,7 @@ def search(page, address, words):
 
 FINDS = {
     "collinearity": "collinearity",
-    "kolinearitas": "chapters/05_intersection",
+    "kolinearitas": "glossary.html#term-persamaan-kesegarisan-kolinearitas",
     "M 2.94": "equations.html#",
     "(M 2.94)": "equations.html#",
     "2.94": "equations.html#",
@@ -185,6 +185,12 @@ def test_the_search_finds(page, site_folder):
     for words, first in FINDS.items():
         found = search(page, site_folder.as_uri(), words).first
         assert first in found.get_attribute("href"), words
+
+
+def test_the_search_finds_a_word_of_the_glossary_in_its_chapter_too(page, site_folder):
+    found = search(page, site_folder.as_uri(), "kolinearitas")
+    pages = [link.get_attribute("href") for link in found.all()]
+    assert any("chapters/05_intersection" in one for one in pages)
 
 
 def test_the_search_of_a_server_finds_and_asks_no_other(browser, served):

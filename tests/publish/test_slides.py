@@ -5,8 +5,10 @@ from bs4 import BeautifulSoup
 
 from publish import deck
 from publish.browser import offline_context
+from publish.chapters import form_of
 from publish.page import slides_page
 from publish.prepare import title
+from publish.sizes import measure, problems
 from publish.student import slide_type
 from tests.publish.example import ANSWER, QUESTION, example, text
 from tests.publish.look import (
@@ -110,6 +112,14 @@ def test_no_solution_and_no_check_is_shown(slides_file, notebook):
         for cell in notebook.cells
         if slide_type(cell) == "skip" or hidden & set(cell.metadata.get("tags", []))
     }
+
+
+def test_a_hall_can_read_every_slide(slides, chapter):
+    """Of the new form nothing is wrong; of the others nothing sticks out."""
+    wrong = problems(measure(slides.page))
+    if not form_of(chapter):
+        wrong = [row for row in wrong if row.kind == "overflow"]
+    assert [str(row) for row in wrong] == []
 
 
 def test_no_accessibility_violation_on_any_slide(slides):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import stereo
+from pgm_lab.camera import Camera, Photo
 from pgm_lab.stereo import _merge
 from tests.stereo.blocks import (
     HEIGHTS,
@@ -237,6 +238,16 @@ def test_neighbours_are_the_next_of_a_strip_and_with_more_overlap_the_next_but_o
     assert found.tolist() == [[0, 1], [1, 2], [2, 3]]
     more = stereo.neighbours(block[0], ground=20, least=0.15)
     assert more.tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
+
+
+def test_overlap_is_a_share_of_the_smaller_footprint():
+    """From twice the height: four times the ground, and most of the other's."""
+    low, high = (
+        Photo(np.zeros((80, 100)), Camera(20.0), (X, 0, Z, 0, 0, 0), 0.2)
+        for X, Z in ((0, 500), (300, 1000))
+    )
+    # 100 x 0.2 mm at 1 : 25 000 are 500 m, of which 450 m lie below the other photo
+    assert stereo.neighbours([low, high], ground=0, least=0.85).tolist() == [[0, 1]]
 
 
 def test_neighbours_reads_no_grey_value(block, photos):

@@ -167,6 +167,15 @@ def test_the_pyramid_reaches_far_and_a_short_search_says_so():
     assert sum(short.counts().values()) == left.size
 
 
+def test_a_correlation_that_still_rises_at_the_end_of_the_search_is_no_match():
+    """Smooth texture, so that r is high long before its peak, 2 px too far away."""
+    texture = gaussian_filter(np.random.default_rng(4).normal(size=(60, 120)), 6)
+    match = stereo.match_rows(texture, np.roll(texture, -6, axis=1), levels=1, search=4)
+    end = match.status == dense.STATUSES.index("at the end of the search")
+    inner = np.s_[12:-12, 30:-30]
+    assert end[inner].mean() > 0.8 and (match.status[inner] != 0).all()
+
+
 def test_a_small_patch_that_differs_is_isolated():
     """A jump of more than half a pixel makes a patch; a slope does not."""
     d = np.tile(np.linspace(0, 20, 60, dtype=np.float32), (40, 1))

@@ -54,6 +54,7 @@ def check(photos, pair, X):
     """True points that both photos show: in equal rows, inside, and found again."""
     X = X[seen_by_both(photos, X)]
     assert len(X) > 20
+    np.testing.assert_allclose(np.linalg.det(pair.rotation), 1)  # not in a mirror
     one, other = (pair.from_photo(k, photos[k].project(X)) for k in SIDES)
     assert np.abs(one[:, 1] - other[:, 1]).max() < 1e-6
     assert inside(pair.left, one, -1).all() and inside(pair.right, other, -1).all()

@@ -3,9 +3,11 @@
 import cv2
 import numpy as np
 import pytest
+from scipy.interpolate import RBFInterpolator
 
 from pgm_lab import simulate, stereo
 from pgm_lab.simulate.landscape import BUILDING, OPEN, TREE
+from pgm_lab.stereo import _plate
 from pgm_lab.stereo.terrain import BETWEEN, GROUND, NOTHING, UNDER
 
 CELL = 0.5
@@ -95,6 +97,32 @@ def test_house_on_a_slope_is_removed_and_the_slope_stays():
         terrain = stereo.filter_terrain(of(z))
         assert np.abs(terrain.z - ground).max() < 0.02
         assert (terrain.origin[40:68, 50:78] == UNDER).all()
+
+
+def test_the_plate_is_the_thin_plate_spline_of_its_ground():
+    """Beneath a house on a hill that bends and twists, against SciPy's spline."""
+    rows, columns = np.mgrid[:60, :60].astype(float)
+    x, y = (columns - 30) / 30, (rows - 30) / 30
+    hill = 4 * x * y + 2 * np.exp(-2 * (x**2 + y**2))
+    known = np.ones(hill.shape, bool)
+    known[18:36, 22:44] = False
+    ground = np.stack([rows[known], columns[known]], -1)
+    spline = RBFInterpolator(ground, hill[known], neighbors=300)
+    under = spline(np.stack([rows[~known], columns[~known]], -1))
+    plate = _plate.lay(hill, known, 1)
+    assert np.abs(plate[~known] - under).max() < 0.05  # m, on a hill of 10 m
+    assert np.abs(plate - hill)[known].max() < 0.02
+
+
+def test_the_bending_energy_is_that_of_a_thin_plate():
+    """The sum of zxx^2 + 2 zxy^2 + zyy^2, known in closed form for these surfaces."""
+    n = 20
+    y, x = np.mgrid[:n, :n].astype(float)
+    bending = _plate._bending((n, n))
+    energies = [np.ravel(z) @ (bending @ np.ravel(z)) for z in (x, x * y, x**2, y**2)]
+    np.testing.assert_allclose(
+        energies, [0, 2 * (n - 1) ** 2, 4 * n * (n - 2), 4 * n * (n - 2)], atol=1e-9
+    )
 
 
 def test_surface_without_ground_is_refused():

@@ -30,10 +30,12 @@ def test_small_part_repeats():
     for row in found:
         old = stored[row["product"], row["zone"], row["kind"]]
         assert int(old["cells"]) == pytest.approx(row["cells"], rel=0.01)
-        # A match at the threshold may fall to either side on another machine
+        # A match at the threshold may fall to either side on another machine; where few
+        # are matched, among crowns and houses, that moves what lies between them
+        rel = 0.1 if row["kind"] == CLEAR else 0.2
         for column in ("completeness", "nmad"):
             assert float(old[column]) == pytest.approx(
-                float(row[column]), rel=0.1, abs=0.01
+                float(row[column]), rel=rel, abs=0.01
             )
 
 
