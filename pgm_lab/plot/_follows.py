@@ -11,8 +11,13 @@ BOXES = {
     "gsd": (5.0, 4.0, "GSD 20 cm", "0.229 m"),
     "tie": (5.0, 2.7, "tie points\n15 mm, 40 mm", "holds: 0.07 px"),
     "table": (1.5, 1.0, "Table 1\nsix means", "given"),
-    "text": (5.0, 1.4, "vertical 1.7 m", "no source:\ntable 1.50, 1.53 m"),
-    "ways": (5.0, 0.2, "mainly location 2", "no source: table"),
+    "text": (5.0, 1.4, "vertical 1.7 m", "no source:\nthe table gives 1.50, 1.53 m"),
+    "ways": (
+        5.0,
+        0.1,
+        "differ mainly at location 2",
+        "no source:\nthe table does not show it",
+    ),
     "horizontal": (8.6, 1.4, "horizontal 1.5 m", "no source"),
     "points": (8.6, 0.2, "35 points, 175 points", "no source"),
     "pixels": (8.6, 3.6, "1.4 to 1.7 m", "2.3 to 3 px"),
@@ -59,7 +64,8 @@ def follows() -> None:
         "Printed figures in boxes, arrows from what they follow from. Green holds: H/f,"
         " and the tie points, 0.07 pixel. Red is corrected: GSD, 0.229 m. Purple has no"
         " source in what is printed: vertical 1.7 m, where the table gives 1.50 and"
-        " 1.53 m; mainly location 2; horizontal 1.5 m; 35 and 175 points. Grey follows:"
+        " 1.53 m; that the ways differ mainly at location 2, which the table does not"
+        " show; horizontal 1.5 m; 35 and 175 points. Grey follows:"
         " 1.4 to 1.7 m are 2.3 to 3 pixels; contours of 2.5 m ask for 0.76 m.",
         colours=64,
     )

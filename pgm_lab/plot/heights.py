@@ -54,8 +54,7 @@ def threshold(error: ArrayLike, r: ArrayLike, limit: float = 0.8) -> None:
     basic.show(
         fig,
         "Share of the right (within 1 m) and of the wrong heights that a threshold of r"
-        " keeps. At"
-        f" {limit:g} it keeps {' and '.join(said)}.",
+        f" keeps. At {limit:g} it keeps {' and '.join(said)}.",
         colours=64,
     )
 
@@ -114,13 +113,13 @@ def profile(own: ArrayLike, book: ArrayLike, land: Landscape) -> None:
     ground, top = land.at(land.dtm, X, Y).ravel(), land.at(land.dsm, X, Y).ravel()
     fig, ax = plt.subplots(figsize=(10, 3.3), layout="constrained")
     ax.fill_between(X, ground, top, color="0.78", label="house and trees, true")
-    ax.fill_between(X, ground.min() - 5, ground, color="0.5", label="ground, true")
+    ax.fill_between(X, ground.min() - 8, ground, color="0.5", label="ground, true")
     gaps = np.asarray(book, float)
     look: Look = {"color": basic.SKY, "lw": 6, "label": "pgm_lab"}
     ax.plot(gaps[:, 0], gaps[:, 2], **look)
     ax.plot(dots[:, 0], dots[:, 2], ".", color=basic.RED, ms=9, label="your program")
     ax.set(xlabel="X (m)", ylabel="Z (m)")
-    ax.set_ylim(ground.min() - 5, top.max() + 15)  # room for what hangs in the air
+    ax.set_ylim(ground.min() - 8, top.max() + 10)  # room for what hangs in the air
     fig.legend(loc="outside lower center", ncols=4, handlelength=1.4)
     off = np.abs(dots[:, 2] - land.at(land.dsm, dots[:, 0], dots[:, 1]).ravel())
     basic.show(
@@ -155,7 +154,8 @@ def terrain(dsm: Surface, dtm: Terrain, land: Landscape) -> None:
     error = dtm.z - truth
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.9), layout="compressed")
     axes[0].imshow(_shaded(dsm.z, dsm.cell), vmin=-0.4, vmax=1)
-    axes[0].set_title(f"surface (DSM), every {CONTOURS} m")
+    axes[0].set_title("surface (DSM)")
+    axes[0].set_xlabel(f"contours every {CONTOURS} m", fontsize=14)
     drawn = axes[1].imshow(error, cmap="PuOr", vmin=-0.5, vmax=0.5)
     axes[1].set_title("terrain (DTM), errors")
     for ax, z in zip(axes, (dsm.z, dtm.z)):

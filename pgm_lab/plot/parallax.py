@@ -136,7 +136,7 @@ def plane() -> None:
 
 def worth() -> None:
     """Show how far a height moves when a ray moves by a pixel, for two bases."""
-    H, wide = 6.0, 0.32
+    H, wide = 6.0, 0.44
     fig, axes = plt.subplots(1, 2, figsize=(7, 2.8), layout="constrained")
     tall = []
     for ax, B, name in zip(axes, (5.0, 2.5), ("base $B$", "base $B/2$")):
@@ -150,19 +150,19 @@ def worth() -> None:
         diamond = [(X, rise[0]), (X + e, 0), (X, rise[1]), (X - e, 0)]
         ax.add_patch(Polygon(diamond, facecolor=basic.ORANGE, ec=basic.BLACK, zorder=3))
         ax.plot((0, B), (H, H), color=basic.RED, lw=3)
-        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.9, H + 0.3), aspect="equal")
+        ax.set(title=name, xlim=(-0.6, 5.6), ylim=(-1.6, H + 0.3), aspect="equal")
         ax.axis("off")
         tall.append(rise[0] - rise[1])
-        ax.annotate(
-            "", (X + 0.75, rise[0]), (X + 0.75, rise[1]),
-            arrowprops={"arrowstyle": "<->", "lw": 2},
-        )  # fmt: skip
-        ax.text(X + 0.95, 0, "height", fontsize=15, va="center")
-        ax.text(X, -1.2, "GSD wide", fontsize=15, ha="center", va="top")
+        beside, across = X + 0.95, rise.mean()
+        ends: Look = {**BOTH_ENDS, "arrowstyle": "|-|,widthA=0.25,widthB=0.25"}
+        ax.annotate("", (beside, rise[0]), (beside, rise[1]), arrowprops=ends)
+        ax.text(beside + 0.2, across, "height\nerror", fontsize=15, va="center")
+        ax.annotate("", (X - e, 0), (X + e, 0), arrowprops=ends, zorder=4)
+        ax.text(X - 0.95, 0, "GSD", fontsize=15, ha="right", va="center")
     basic.show(
         fig,
-        "Two rays, each as wide as a pixel on the ground (the GSD), meet in a diamond,"
-        " as high as the height is uncertain. With half"
+        "Two rays, each as wide as a pixel on the ground (the GSD), meet in a diamond;"
+        " how high it is tells the error of the height. With half"
         f" the base it is {tall[1] / tall[0]:.1f} times as high.",
     )
 

@@ -209,10 +209,21 @@ def row(pair, row, columns, window, low, high, least, place=lambda m, pair: None
     return points
 
 
+def all_at_once(pair, row, columns, window, low, high, least):
+    """The solution in arrays, and by the method of the pair."""
+    found = [
+        search(pair.left, pair.right, column, row, window, low, high)
+        for column in columns
+    ]
+    d, r = np.transpose(found)
+    return pair.object_points(columns, row, np.where(r >= least, d, np.nan))
+
+
 def test_a_right_row_of_points_passes(capsys):
     passes(chapter8.row_points, row, capsys=capsys)
     passes(chapter8.row_points, textbook.row_points, capsys=capsys)
     passes(chapter8.row_points, lambda *a: row(*a).tolist(), capsys=capsys)
+    passes(chapter8.row_points, all_at_once, capsys=capsys)
 
 
 def from_the_edges(pair, *arguments):
@@ -243,6 +254,7 @@ def without_its_parts(*arguments):
         (placed(lambda m, p: p.stations[0] + p.rotation @ m), "the other way"),
         (placed(lambda m, p: p.stations[1] + m @ p.rotation), "stations\\[1\\]"),
         (placed(lambda m, p: np.full(3, np.nan)), "still NaN"),
+        (lambda pair, row, columns, *a: [[np.nan] * 3] * len(columns), "exercise 8.4"),
         (placed(lambda m, p: (p.stations[0] + m) @ p.rotation), "turned first"),
         (placed(lambda m, p: p.stations[0] + m[[1, 0, 2]] @ p.rotation), "exchanged"),
         (from_the_edges, "begin at different places"),
