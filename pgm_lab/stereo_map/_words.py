@@ -7,13 +7,15 @@ from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.session import Session
 
 UM = 1e3  # micrometres in a millimetre
+NOT_SOUGHT = "template leaves the image"
 MINUS = str.maketrans("-", "−")
 
 
 def lines(session: Session, point: Measurement) -> list[str]:
     """Return what is known of a point, a line for each kind of coordinates."""
     name = f"Point {point.name}" if point.name else "New point"
-    where = f" Sought {point.reason}" if point.reason else ""
+    sought = point.reason and point.status != NOT_SOUGHT
+    where = f" Sought {point.reason}" if sought else ""
     if np.isfinite(point.r):
         where += f"; r = {point.r:.2f} by correlation"
     if np.isfinite(point.r_fine):
@@ -37,7 +39,8 @@ def lines(session: Session, point: Measurement) -> list[str]:
         for axis, v, s in zip("XYZ", point.xyz[:, None], point.sd[:, None])
     )
     off = f"y parallax {point.y_parallax:.2f} px"
-    kind = "Model (base in x: 1)" if session.space == "model" else "Object"
+    base = f"Model (base in x: {session.right.exterior[0]:.0f})"
+    kind = base if session.space == "model" else "Object"
     found.append(f"{kind}: {place}; {off}".translate(MINUS))
     return found
 

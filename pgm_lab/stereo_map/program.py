@@ -177,10 +177,16 @@ class Program:
 
     def _save(self) -> str:
         path = self.file.value.strip()
-        saving.save(self.session, path, overwrite=path in self._saved)
+        try:
+            saving.save(self.session, path, overwrite=path in self._saved)
+        except FileExistsError as error:
+            raise FileExistsError(
+                f"{error}: write another name beside the button"
+            ) from None
         self._saved.add(path)
         number = len(self.session.points)
-        return f"{number} points are saved in {html.escape(printable(path))}."
+        points = "1 point is" if number == 1 else f"{number} points are"
+        return f"{points} saved in {html.escape(printable(path))}."
 
     def _do(self, action: Callable[[], str]) -> None:
         """Do it and show what it says, or what went wrong."""

@@ -38,7 +38,8 @@ class Session:
         Not oriented yet, their exterior orientations are zero.
     space : {"none", "model", "object"}
         What object coordinates are in: there are none; units of the model, in which the
-        base in x is 1; the unit of the given orientation or control points.
+        base in x is 1, or -1 to the left; the unit of the given orientation or control
+        points.
     points : tuple of Measurement
         Those that were kept, in their order.
     heights : (low, high) or None

@@ -7,7 +7,7 @@ import nbformat
 import numpy as np
 import pytest
 
-from pgm_lab import camera, stereo_map
+from pgm_lab import camera, simulate, stereo_map
 from pgm_lab.observations import COLUMNS
 from pgm_lab.stereo_map import program
 from tests.publish.test_lab import LOADED, address, lab
@@ -111,7 +111,23 @@ def test_clicks_measure_keep_undo_and_save(lab, work):
     screen.click((400, 230), "Pixels: left")
     column = re.search(r"left \((\d+\.\d+)", screen.message.inner_text())[1]
     assert 345 < float(column) < 390
-    screen.press("Save", screen.message, "1 points are saved")
+    screen.press("Save", screen.message, "1 point is saved")
     table = np.loadtxt(work / "my_points.csv", comments="%", delimiter=",")
     assert table.shape == (2, len(COLUMNS))
     assert table[:, 0].tolist() == [1, 1] and table[:, 1].tolist() == [1, 2]
+
+
+def test_save_counts_its_points_and_says_how_to_keep_an_old_file(tmp_path):
+    pair = simulate.aerial_pair((240, 180))
+    session = stereo_map.open_pair(pair.left, pair.right)
+    session = stereo_map.add(session, stereo_map.measure(session, (100, 80)))
+    path = tmp_path / "points.csv"
+    first, second = (program.Program(session, path) for _ in range(2))
+    for _ in range(2):  # the program may replace what it wrote itself
+        first.buttons["Save"].click()
+        assert first.message.value.startswith("1 point is saved in ")
+    old = path.read_bytes()
+    second.buttons["Save"].click()
+    assert "is there already, and is not overwritten" in second.message.value
+    assert "write another name beside the button" in second.message.value
+    assert path.read_bytes() == old
