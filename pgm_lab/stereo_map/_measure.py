@@ -68,7 +68,8 @@ def predicted(
     size = session.right.grey.shape[::-1]
     centre, half = _seek.around(chosen, found, pixel, size)
     n = len(chosen)
-    reason = f"predicted by {n} point{'s' * (n > 1)}" if n else "in the whole photo"
+    by = "one point predicts" if n == 1 else f"{n} points predict"
+    reason = f"near the place that {by}" if n else "in the whole photo"
     return Area(centre, half, None, distance, reason)
 
 

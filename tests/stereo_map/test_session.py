@@ -123,8 +123,10 @@ def test_a_click_in_the_right_photo_says_where_to_look(unknown, bare):
 
 def test_points_found_so_far_predict_the_next(unknown):
     assert [p.reason for p in unknown.points[:3]] == [
-        "in the whole photo", "predicted by 1 point", "predicted by 2 points",
-    ]  # fmt: skip
+        "in the whole photo",
+        "near the place that one point predicts",
+        "near the place that 2 points predict",
+    ]
 
 
 def test_matches_before_the_orientation_are_right(bare, unknown):
