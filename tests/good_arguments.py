@@ -45,6 +45,7 @@ GREY = simulate.grey_values(
 ORTHO = datasets.yellowstone().grey[:60, :60]
 SPOT = simulate.target((10.25, 9.5), diameter=8)
 ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
+OBSERVED = dict(A=np.eye(4, 3) + 1, p=np.ones(4), observed=np.arange(4.0))
 UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
 
 
@@ -393,6 +394,10 @@ FUNCTIONS = {
     ),
     "camera.Photo.project": lambda: dict(self=oriented(), points=POINTS),
     "camera.Photo.outline": lambda: dict(self=oriented(), n=4),
+    "adjustment.textbook.adjust": lambda: dict(OBSERVED),
+    "adjustment.textbook.normal_equations": lambda: dict(OBSERVED),
+    "camera.textbook.derivatives": lambda: dict(function=np.sin, at=np.arange(3.0)),
+    "camera.textbook.project": lambda: dict(exterior=PHOTO, points=POINTS, c=35.0),
     "camera.collinearity": lambda: dict(
         camera=LENS, exterior=PHOTO, points=POINTS, measured=UP
     ),
