@@ -45,7 +45,7 @@ def project(exterior: ArrayLike, points: ArrayLike, c: float) -> np.ndarray:
     """
     exterior = _validate.finite(exterior, "exterior")
     points = _validate.finite(points, "points")
-    c = _validate.positive(c, "c", "in mm")
+    c = _validate.positive_number(c, "c", "mm")
     if exterior.shape != (6,) or points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(
             "exterior must have shape (6,) and points (n, 3); got"
