@@ -14,6 +14,7 @@ from pgm_lab.plot import (
     fringe,
     heights,
     locations,
+    lsm,
     mark,
     matches,
     matching,
@@ -26,6 +27,7 @@ from pgm_lab.plot import (
     stereo,
     studies,
     village,
+    windows,
 )
 from pgm_lab.plot._overlay import overlay
 from pgm_lab.plot._pixel import pixel_on_ground
@@ -67,6 +69,7 @@ __all__ = [
     "heights",
     "interact",
     "locations",
+    "lsm",
     "mark",
     "matches",
     "matching",
@@ -83,4 +86,5 @@ __all__ = [
     "studies",
     "table",
     "village",
+    "windows",
 ]

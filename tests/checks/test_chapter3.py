@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pgm_lab.checks import CheckFailed, chapter3
+from pgm_lab.checks import CheckFailed, chapter3, chapter3c
 
-A, B, START = chapter3.PRINTED_A, chapter3.PRINTED_B, chapter3.PRINTED_START
+A, B, START = chapter3c.PRINTED_A, chapter3c.PRINTED_B, chapter3c.PRINTED_START
 ROW = START[1] + B @ (1, *START)
 PRINTED_ROW = 1049.06028818143
 
@@ -35,12 +35,12 @@ def stop(q, half, limit=0.01):
 
 
 def test_right_answers_pass(capsys):
-    chapter3.corrected_row(ROW)
-    chapter3.corrected_row(np.float32(ROW))  # 6e-5 px from it
-    chapter3.columns(columns)
+    chapter3c.corrected_row(ROW)
+    chapter3c.corrected_row(np.float32(ROW))  # 6e-5 px from it
+    chapter3.design(columns)
     chapter3.bilinear(bilinear)
-    chapter3.precision(precision)
-    chapter3.precision(lambda J, v: list(precision(J, v)))
+    chapter3c.precision(precision)
+    chapter3c.precision(lambda J, v: list(precision(J, v)))
     chapter3.stop(stop)
     assert capsys.readouterr().out.count("✓") == 7
 
@@ -82,7 +82,7 @@ def test_every_pixel_of_the_window_is_as_good_as_its_corners():
 )
 def test_slip_in_the_corrected_row_is_named(answer, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter3.corrected_row(answer)
+        chapter3c.corrected_row(answer)
 
 
 def changed(*edits):
@@ -133,7 +133,7 @@ SWAPPED = (
 )
 def test_slip_in_the_columns_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter3.columns(function)
+        chapter3.design(function)
 
 
 @pytest.mark.parametrize(
@@ -198,7 +198,7 @@ def cofactor(J):
 )
 def test_slip_in_the_precision_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter3.precision(function)
+        chapter3c.precision(function)
 
 
 def test_wrong_s0_carried_on_is_named_once():
@@ -207,7 +207,7 @@ def test_wrong_s0_carried_on_is_named_once():
         return S0, S0 * np.sqrt(cofactor(J))
 
     with pytest.raises(CheckFailed) as failed:
-        chapter3.precision(carried)
+        chapter3c.precision(carried)
     assert "root ends too early" in str(failed.value)
     assert "does not follow" not in str(failed.value)
 
@@ -262,8 +262,8 @@ def test_transposed_photo_and_point_are_as_good():
 
 def test_answers_are_not_given_away():
     for check, wrong in (
-        (chapter3.corrected_row, 1050.0),
-        (chapter3.precision, lambda J, v: (0.0, 0.0)),
+        (chapter3c.corrected_row, 1050.0),
+        (chapter3c.precision, lambda J, v: (0.0, 0.0)),
     ):
         with pytest.raises(CheckFailed) as failed:
             check(wrong)
