@@ -218,9 +218,14 @@ def stop(function: Callable) -> None:
 def match(function: Callable) -> None:
     """Check match(left, right, point, start, size), which answers trail, sigma0, Q."""
     affine = np.array([2.3, 1.02, 0.05, -1.6, -0.03, 0.99])
-    light = {"gain": 1.1, "offset": 5.0}
     left, right = simulate.texture_pair(
-        simulate.texture(seed=1), (70, 70), affine, sigma=0.5, seed=3, **light
+        simulate.texture(seed=1),
+        (70, 70),
+        affine,
+        sigma=0.5,
+        seed=3,
+        gain=1.1,
+        offset=5.0,
     )
     point = (33, 36)
     place = affine.reshape(2, 3) @ (1, *point)

@@ -26,6 +26,7 @@ from pgm_lab.plot import (
     space,
     stereo,
     studies,
+    trials,
     village,
     windows,
 )
@@ -85,6 +86,7 @@ __all__ = [
     "stereo",
     "studies",
     "table",
+    "trials",
     "village",
     "windows",
 ]

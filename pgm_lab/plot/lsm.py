@@ -15,10 +15,10 @@ from pgm_lab.plot.basic import Look
 
 METHODS = {
     "bilinear": ("bilinear", basic.ORANGE, "-"),
-    "cubic": ("cubic convolution, a = −0.5", basic.SKY, "-."),
-    "OpenCV cubic": ("the same, a = −0.75 (OpenCV)", basic.RED, "--"),
+    "cubic": ("cubic, a = −0.5", basic.SKY, "-."),
+    "OpenCV cubic": ("cubic, a = −0.75", basic.RED, "--"),
     "spline3": ("cubic spline", basic.BLUE, "-"),
-    "lsm": ("cubic spline, doubled grid", basic.BLACK, ":"),
+    "lsm": ("spline, doubled grid", basic.BLACK, ":"),
 }
 
 
@@ -55,8 +55,8 @@ def film(
         f"{f'step {k}' if k else 'start'}\n{e:.{1 if e > 0.3 else 3}f} px off"
         for k, e in zip(chosen, off)
     ]
-    place = tuple(map(int, _validate.one_point(point, 2, "point")))
-    fig = matching.film_strip(left, right, place, size, trail[chosen], notes)
+    column, row = map(int, _validate.one_point(point, 2, "point"))
+    fig = matching.film_strip(left, right, (column, row), size, trail[chosen], notes)
     basic.show(
         fig,
         "Iterations as a film: the window in the right photo moves and turns, its grey"
@@ -102,7 +102,7 @@ def interpolation() -> None:
     """Show how far each interpolation moves a match, by the place between pixels."""
     rows = datasets.rows("results/chapter3_interpolation_bias.csv")
     panels: Look = {"sharey": True, "layout": "constrained"}
-    fig, axes = plt.subplots(1, 2, figsize=(7, 5.4), **panels)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4.6), **panels)
     for ax, kind, finest in zip(axes, ("soft", "sharp"), (5, 2.5)):
         for method, (label, colour, line) in METHODS.items():
             some = [r for r in rows if (r["texture"], r["method"]) == (kind, method)]
@@ -111,10 +111,10 @@ def interpolation() -> None:
             ).T
             ax.plot(at, bias, line, color=colour, label=label, lw=3)
         ax.set(xlabel="place between two\npixels (px)", xticks=(0, 0.5, 1))
-        ax.set_title(f"{kind}: waves of\n{finest:g} px and longer", fontsize=15)
+        ax.set_title(f"{kind}: waves\nfrom {finest:g} px", fontsize=15)
     axes[0].set_ylabel("match moves by\n(0.001 px)")
     handles = axes[0].get_legend_handles_labels()
-    fig.legend(*handles, loc="outside lower center", ncols=1, fontsize=14)
+    fig.legend(*handles, loc="outside lower center", ncols=2, fontsize=15)
     basic.show(
         fig,
         "Shift of a match by interpolation against the place between two pixels. On"
@@ -139,7 +139,7 @@ def half_wave() -> None:
     axes[0].plot(x, wave(2.5), "--", color=basic.GREEN, label="B, 2.5 px off")
     axes[0].plot(x, wave(6), ":", color=basic.RED, lw=3, label="B, 6 px off")
     axes[0].set(xlabel="x (px)", ylabel="grey value", yticks=[], ylim=(-1.2, 2.6))
-    axes[0].legend(loc="upper center", fontsize=14)
+    axes[0].legend(loc="upper center", fontsize=16)
     axes[1].plot(shifts, squares, color=basic.BLACK)
     for begin, end, colour in ((2.5, 0.4, basic.GREEN), (6.0, 7.7, basic.RED)):
         level = float(np.interp(begin, shifts, squares))
@@ -151,7 +151,9 @@ def half_wave() -> None:
         )
     for crest in (-4, 4):
         axes[1].axvline(crest, color=basic.GREY, ls="--", lw=2)
-    axes[1].text(4.15, 2.12, "half a wave", color=basic.BLACK, fontsize=14)
+    axes[1].text(4.15, 2.12, "half a wave", color=basic.BLACK, fontsize=16)
+    for ax in axes:
+        ax.tick_params(labelsize=17)
     axes[1].set(xlabel="shift of B (px)", ylabel="mean square of A − B", ylim=(0, 2.3))
     basic.show(
         fig,
@@ -228,49 +230,4 @@ def ellipses(
         "Windows of the photo, and below each the errors of many matches with the 95"
         " % ellipse of the predicted covariance: small and round among crowns and"
         " shadows, long along the edge of a crown, large in the meadow.",
-    )
-
-
-def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
-    """Show matches on a photo, coloured by their distance from the truth.
-
-    Parameters
-    ----------
-    photo : array_like (rows, columns)
-        Grey values.
-    points : array_like (n, 2)
-        (column, row) of the matches.
-    errors : array_like (n,)
-        Distance of each from the truth, px.
-    """
-    photo = _validate.image(photo, "photo")
-    points = _validate.points(points, 2, "points")
-    errors = _validate.finite(errors, "errors")
-    if errors.shape != (len(points),):
-        raise ValueError(f"errors must have shape ({len(points)},); got {errors.shape}")
-    classes = {
-        "below 0.1 px": (errors < 0.1, basic.BLUE, "s"),
-        "0.1 to 1 px": ((errors >= 0.1) & (errors < 1), basic.SKY, "o"),
-        "more than 1 px": (errors >= 1, basic.RED, "^"),
-    }
-    fig, ax = plt.subplots(figsize=(7, 5.4), layout="constrained")
-    rows, columns = photo.shape
-    extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
-    ax.imshow(photo[::2, ::2], extent=extent, cmap="gray", alpha=0.6)
-    for name, (k, colour, marker) in classes.items():
-        ax.plot(
-            *points[k].T, marker, color=colour, ms=5, ls="", label=f"{name}: {k.sum()}"
-        )
-    ax.set(xlabel="column (px)", ylabel="row (px)")
-    ax.grid(False)
-    handles = ax.get_legend_handles_labels()
-    fig.legend(
-        *handles, loc="outside lower center", ncols=3, fontsize=14, markerscale=2
-    )
-    basic.show(
-        fig,
-        "Matches on the photo, coloured by their distance from the truth:"
-        f" {', '.join(f'{k.sum()} {name}' for name, (k, _, _) in classes.items())}. The"
-        " largest errors stand along outlines, where something near covers what lies"
-        " behind it.",
     )

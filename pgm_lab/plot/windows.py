@@ -47,6 +47,7 @@ def pair(
         ax.plot(*middle, "+", color=basic.RED, ms=18, mew=3)
         ax.set(title=f"{name} photo", xlabel="column (px)", xlim=(40, 220))
         ax.set_ylim(200, 20)
+        ax.tick_params(labelsize=17)
         ax.grid(False)
     axes[0].set_ylabel("row (px)")
     basic.show(
@@ -95,8 +96,8 @@ def slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
     near.plot([x0, x0 + step], [high, high], color=basic.GREEN, lw=4)
     look: Look = {"fontsize": 15, "textcoords": "offset points"}
     middle, mid = (low + high) / 2, x0 + step / 2
-    near.annotate("A − B", (x0, middle), (-62, -6), color=basic.RED, **look)
-    near.annotate("(A − B) / slope", (mid, high), (-90, 12), color=basic.GREEN, **look)
+    near.annotate("A − B", (x0, middle), (-118, 12), color=basic.RED, **look)
+    near.annotate("(A − B) / slope", (mid, high), (24, -30), color=basic.GREEN, **look)
     foot = (x0 - 0.45, low - 0.45 * gradient)
     near.annotate("tangent of B", foot, (14, -12), color=basic.BLACK, **look)
     reach = 1.3 * abs(high - low) + 8
