@@ -396,6 +396,44 @@ FUNCTIONS = {
     "camera.Photo.outline": lambda: dict(self=oriented(), n=4),
     "adjustment.textbook.adjust": lambda: dict(OBSERVED),
     "adjustment.textbook.normal_equations": lambda: dict(OBSERVED),
+    "lsm.textbook.row_shift": lambda: dict(A=[1.0, 2, 4, 7], B=[1.5, 2, 3, 6]),
+    "lsm.textbook.match": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), start=[20, 1, 0, 20, 0, 1, 0, 1], size=11
+    ),
+    "lsm.textbook.resampled": lambda: dict(
+        right=GREY, p=[20, 1, 0, 20, 0, 1, 0, 1], x=[0.0, 1], y=[1.0, 2]
+    ),
+    "lsm.textbook.design": lambda: dict(
+        B=[90.0, 80], Bx=[2.0, 1], By=[1.0, 3], x=[-3.0, 1], y=[4.0, 2], h1=1.5
+    ),
+    "plot.windows.pair": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), affine=[(1, 0, 1), (0, 1, 2)], window=9
+    ),
+    "plot.windows.slope": lambda: dict(A=[1.0, 2, 4, 7], B=[1.5, 2, 3, 6], place=2),
+    "plot.windows.eight": lambda: dict(photo=GREY, point=(20, 20), window=9),
+    "plot.lsm.film": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), size=9,
+        trail=[[20, 1, 0, 20, 0, 1, 0, 1]], truth=(20, 20),
+    ),
+    "plot.lsm.by_hand": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), size=9, truth=(20, 20)
+    ),
+    "plot.lsm.interpolation": dict,
+    "plot.lsm.half_wave": dict,
+    "plot.lsm.pull_in": dict,
+    "plot.lsm.ellipses": lambda: dict(
+        left=GREY, places={"a": (20, 20)},
+        clouds={"a": (np.zeros((3, 2)), np.eye(2) * 1e-4)},
+    ),
+    "plot.trials.origin": lambda: dict(
+        distance=[0.0, 10], condition=[4.0, 90], determinant=[1.0, 1], sd=[1.0, 3]
+    ),
+    "plot.trials.s0": lambda: dict(sizes=[7.0, 11], right=[6.0, 6.1]),
+    "plot.trials.costs": dict,
+    "plot.trials.radiometric": lambda: dict(
+        gains=[0.9, 1.1], eight=[0.003, 0.003], six=[0.02, 0.03]
+    ),
+    "plot.trials.on_photo": lambda: dict(photo=GREY, points=UP, errors=np.ones(5)),
     "camera.textbook.derivatives": lambda: dict(function=np.sin, at=np.arange(3.0)),
     "camera.textbook.project": lambda: dict(exterior=PHOTO, points=POINTS, c=35.0),
     "camera.collinearity": lambda: dict(

@@ -10,11 +10,11 @@ from pgm_lab.plot.basic import Look
 
 DEFECTS = {
     "none": "none",
-    "uncentred": "origin at the corner of the photo",
-    "integer gradients": "slopes cut to whole numbers",
-    "bilinear": "bilinear interpolation",
+    "uncentred": "origin at the corner",
+    "integer gradients": "whole slopes",
+    "bilinear": "bilinear",
     "rounded": "bilinear, rounded",
-    "diagonal grid": "19 points of the diagonal",
+    "diagonal grid": "diagonal only",
     "or": 'limits joined by "or"',
     "six parameters": "no $h_0$, $h_1$",
     "all of the program": "all together",
@@ -80,7 +80,7 @@ def s0(sizes: ArrayLike, right: ArrayLike) -> None:
     if across.ndim != 1 or across.shape != found.shape or np.any(across < 3):
         raise ValueError("sizes and right must have the same length, sizes from 3 on")
     listing = found / np.sqrt(across**2 - 6)
-    fig, ax = plt.subplots(figsize=(7, 4.8), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.5), layout="constrained")
     text = "$\\sqrt{v^Tv / r}$, the text"
     ax.plot(across, found, "o-", color=basic.BLUE, lw=3, label=text)
     text = "$\\sqrt{v^Tv}\\,/\\,r$, the listing"
@@ -91,6 +91,7 @@ def s0(sizes: ArrayLike, right: ArrayLike) -> None:
     label = f"printed × √{PIXELS**2 - 6} = {times:.2f}"
     ax.plot(PIXELS, times, **star, fillstyle="none", label=label)
     ax.set(yscale="log", xlabel="window (px)", ylabel="S0 (grey values)")
+    ax.tick_params(labelsize=15)
     ax.set(xticks=across, ylim=(0.1, 2000))
     ax.set_yticks((0.1, 1, 10), ("0.1", "1", "10"))
     ax.legend(loc="upper right")
@@ -107,7 +108,7 @@ def costs() -> None:
     """Show what each defect alone costs in three simulated scenes."""
     rows = datasets.rows("results/chapter3_defects.csv")
     ratios = {(r["scene"], r["defect"]): float(r["ratio"] or "nan") for r in rows}
-    fig, ax = plt.subplots(figsize=(7, 5.4), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     for shift, (scene, (colour, marker)) in zip((-0.2, 0, 0.2), SCENES.items()):
         at = np.arange(len(DEFECTS)) + shift
         ratio = [ratios[scene, defect] for defect in DEFECTS]
@@ -117,8 +118,7 @@ def costs() -> None:
     ax.set_yticks(range(len(DEFECTS)), DEFECTS.values())
     ax.invert_yaxis()
     ax.minorticks_off()
-    handles = ax.get_legend_handles_labels()
-    fig.legend(*handles, loc="outside upper center", ncols=1, fontsize=15)
+    ax.legend(loc="upper right", fontsize=14)
     basic.show(
         fig,
         "Error over the Cramér-Rao bound for each defect alone, in three simulated"
@@ -174,11 +174,11 @@ def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
     if errors.shape != (len(points),):
         raise ValueError(f"errors must have shape ({len(points)},); got {errors.shape}")
     classes = {
-        "below 0.1 px": (errors < 0.1, basic.BLUE, "s"),
+        "< 0.1 px": (errors < 0.1, basic.BLUE, "s"),
         "0.1 to 1 px": ((errors >= 0.1) & (errors < 1), basic.SKY, "o"),
-        "more than 1 px": (errors >= 1, basic.RED, "^"),
+        "> 1 px": (errors >= 1, basic.RED, "^"),
     }
-    fig, ax = plt.subplots(figsize=(7, 5.4), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.7), layout="constrained")
     rows, columns = photo.shape
     extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
     ax.imshow(photo[::2, ::2], extent=extent, cmap="gray", alpha=0.6)
@@ -190,7 +190,12 @@ def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
     ax.grid(False)
     handles = ax.get_legend_handles_labels()
     fig.legend(
-        *handles, loc="outside lower center", ncols=3, fontsize=14, markerscale=2
+        *handles,
+        loc="outside lower center",
+        ncols=3,
+        fontsize=14,
+        markerscale=2,
+        handletextpad=0.1,
     )
     basic.show(
         fig,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_lab.checks import CheckFailed, chapter3, chapter3c
+from pgm_lab.lsm import textbook
 
 A, B, START = chapter3c.PRINTED_A, chapter3c.PRINTED_B, chapter3c.PRINTED_START
 ROW = START[1] + B @ (1, *START)
@@ -269,3 +270,65 @@ def test_answers_are_not_given_away():
             check(wrong)
         text = str(failed.value)
         assert "1049" not in text and "sqrt" not in text
+
+
+def row_shift(A, B):
+    g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
+    return g @ d / (g @ g)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda A, B: -row_shift(A, B), "sign is reversed"),
+        (lambda A, B: row_shift(A, B) / 2, "divided by 2"),
+        (
+            lambda A, B: np.mean(((A - B) / np.gradient(B))[1:-1]),
+            "flat pixels count as much",
+        ),
+        (lambda A, B: round(row_shift(A, B), 3), "rounded"),
+        (
+            lambda A, B: row_shift(A, B) * 1.3,
+            "not the least squares solution",
+        ),
+    ],
+)
+def test_slip_in_the_step_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.row_shift(function)
+
+
+def matched(*edits):
+    """The book's match, its answer changed by functions of trail, sigma0 and Q."""
+
+    def match(left, right, point, start, size):
+        answer = list(textbook.match(left, right, point, start, size))
+        for k, edit in edits:
+            answer[k] = edit(answer[k])
+        return answer
+
+    return match
+
+
+def test_a_right_match_passes():
+    chapter3.row_shift(row_shift)
+    chapter3.match(matched())
+    chapter3.match(lambda *a: tuple(matched()(*a)))
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *a: None, "returns nothing"),
+        (lambda *a: matched()(*a)[0], "three things"),
+        (matched((0, lambda t: t[-1])), "trail of shape"),
+        (matched((0, lambda t: t + [0.2, 0, 0, 0, 0, 0, 0, 0])), "not found"),
+        (matched((0, lambda t: np.diff(t, axis=0))), "added to the parameters"),
+        (matched((0, lambda t: t + 0.5 * np.eye(8)[7])), "h0 and h1 are not those"),
+        (matched((1, lambda s: s**2 * 9)), "sigma0 and Q"),
+        (matched((2, lambda Q: np.linalg.inv(Q))), "sigma0 and Q"),
+    ],
+)
+def test_slip_in_the_match_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.match(function)
