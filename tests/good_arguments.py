@@ -396,6 +396,14 @@ FUNCTIONS = {
     "camera.Photo.outline": lambda: dict(self=oriented(), n=4),
     "adjustment.textbook.adjust": lambda: dict(OBSERVED),
     "adjustment.textbook.normal_equations": lambda: dict(OBSERVED),
+    "adjustment.textbook.redundancy_numbers": lambda: dict(
+        A=OBSERVED["A"], p=OBSERVED["p"]
+    ),
+    "adjustment.textbook.suspect": lambda: dict(
+        v=np.array([4.0, -9, -3]), sigma=np.array([2.0, 5, 1.2]),
+        r=np.array([0.6, 0.7, 0.12]),
+    ),
+    "adjustment.textbook.ellipse": lambda: dict(covariance=[[2.0, 0.5], [0.5, 1.0]]),
     "camera.textbook.derivatives": lambda: dict(function=np.sin, at=np.arange(3.0)),
     "camera.textbook.project": lambda: dict(exterior=PHOTO, points=POINTS, c=35.0),
     "camera.collinearity": lambda: dict(
