@@ -40,8 +40,8 @@ def net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
     """
     names = _lines(lines)
     texts = _validate.texts(labels, "labels", len(names))
-    fig, ax = plt.subplots(figsize=(10, 5.4))
-    _draw_net(ax, names, texts, len(names) * [basic.SKY], 14)
+    fig, ax = plt.subplots(figsize=(10, 4.6))
+    _draw_net(ax, names, texts, len(names) * [basic.SKY], 15)
     return fig
 
 
@@ -57,7 +57,7 @@ def control(lines: Sequence[str], share: ArrayLike) -> None:
     """
     names = _lines(lines)
     share = _validate.of_shape(share, (len(names),), "share")
-    fig, ax = plt.subplots(figsize=(7, 4))
+    fig, ax = plt.subplots(figsize=(7, 3.9))
     colours = [plt.get_cmap("cividis")(float(one)) for one in share]
     _draw_net(ax, names, [f"{one:.2f}" for one in share], colours, 15)
     each = ", ".join(f"{line} {one:.2f}" for line, one in zip(names, share))
@@ -87,7 +87,7 @@ def tested(
     names = _lines(lines)
     sigma0 = _validate.positive_number(sigma0, "sigma0", "in the unit of observed")
     _validate.size("surveys", len(_validate.mapping(surveys, "surveys")))
-    fig, ax = plt.subplots(figsize=(7, 4.2))
+    fig, ax = plt.subplots(figsize=(7, 3.6))
     width = 0.8 / max(len(surveys), 1)
     told = []
     for k, (name, observed) in enumerate(surveys.items()):
@@ -129,7 +129,7 @@ def blunder(
     data = _net_data(A, p, observed, sigma0, lines)
     line = _validate.choice(line, "line", tuple(data[-1]))
     size = _validate.number(size, "size")
-    fig, axes = plt.subplots(2, 1, figsize=(7, 6), height_ratios=(4, 3))
+    fig, axes = plt.subplots(2, 1, figsize=(7, 5), height_ratios=(4, 3))
     basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
 
 
@@ -150,7 +150,7 @@ def blunder_by_hand(
     data = _net_data(A, p, observed, sigma0, lines)
 
     def draw(line: str, size: int) -> None:
-        fig, axes = plt.subplots(1, 2, figsize=(10, 4.6), width_ratios=(2, 1))
+        fig, axes = plt.subplots(1, 2, figsize=(10, 4), width_ratios=(2, 1))
         basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
 
     look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
@@ -213,7 +213,7 @@ def _draw_net(
         ax.plot(x, y, "^" if known else "o", color=basic.BLACK, markersize=15)
         ax.text(x, y + 0.13, name, fontsize=20, weight="bold", ha="center")
     ax.text(-0.12, -0.03, "known", fontsize=size, ha="right")
-    ax.set(xlim=(-0.5, 2.8), ylim=(-1.1, 0.95), aspect="equal")
+    ax.set(xlim=(-0.5, 2.8), ylim=(-1.1, 0.95))
     ax.axis("off")
 
 
