@@ -61,7 +61,7 @@ def observation_space() -> Figure:
         With the observations l, the column space of A, the adjusted observations in
         it, the residuals v at right angles to it, and another point for comparison.
     """
-    fig, ax = plt.subplots(figsize=(10, 4.3))
+    fig, ax = plt.subplots(figsize=(10, 3.9))
     plane = np.array([(0.0, 0.0), (5.2, -0.35), (7.4, 1.35), (2.2, 1.7)])
     ax.fill(*plane.T, color=basic.SKY, alpha=0.35, linewidth=0)
     zero, best, other = np.zeros(2), np.array([3.7, 0.55]), np.array([5.9, 1.0])
@@ -117,7 +117,7 @@ def scatter(sigma0s: ArrayLike, ours: float, stated: float, redundancy: int) -> 
     stated = _validate.positive_number(stated, "stated", "mm")
     r = _validate.whole(redundancy, "redundancy", 1)
     low, high = stated * np.sqrt(chi2.ppf((0.025, 0.975), r) / r)
-    fig, ax = plt.subplots(figsize=(7, 3.4))
+    fig, ax = plt.subplots(figsize=(7, 3.1))
     label = f"{len(sigma0s)} honest surveys"
     bins = np.linspace(0, max(2.4 * stated, ours), 33)
     ax.hist(sigma0s, bins.tolist(), color=basic.SKY, label=label)
@@ -158,7 +158,7 @@ def tangent(base: float, depth: float, start: float) -> None:
 
     slope = -1000 * base / (start**2 + base**2 / 4)
     end = start + float(angle(depth) - angle(start)) / slope
-    fig, ax = plt.subplots(figsize=(7, 3.8))
+    fig, ax = plt.subplots(figsize=(7, 3.5))
     left, right = min(end, 0.0) - 0.15 * start, 1.2 * start
     Y = np.linspace(0.3 * depth, right, 300)
     ax.plot(Y, angle(Y), color=basic.BLUE, label="angle between the rays")
@@ -209,7 +209,7 @@ def point(
     position = _validate.one_point(position, 2, "position")
     errors = _validate.point_list(errors, "errors")
     magnify = _validate.positive_number(magnify, "magnify", "a factor")
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.4))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.7))
     for station in stations:
         way = np.transpose([station, position])
         axes[0].plot(*way, color=basic.GREY, linewidth=1.4)

@@ -57,7 +57,7 @@ def control(lines: Sequence[str], share: ArrayLike) -> None:
     """
     names = _lines(lines)
     share = _validate.of_shape(share, (len(names),), "share")
-    fig, ax = plt.subplots(figsize=(7, 3.9))
+    fig, ax = plt.subplots(figsize=(7, 3))
     colours = [plt.get_cmap("cividis")(float(one)) for one in share]
     _draw_net(ax, names, [f"{one:.2f}" for one in share], colours, 15)
     each = ", ".join(f"{line} {one:.2f}" for line, one in zip(names, share))
@@ -150,7 +150,7 @@ def blunder_by_hand(
     data = _net_data(A, p, observed, sigma0, lines)
 
     def draw(line: str, size: int) -> None:
-        fig, axes = plt.subplots(1, 2, figsize=(10, 4), width_ratios=(2, 1))
+        fig, axes = plt.subplots(1, 2, figsize=(10, 3.7), width_ratios=(2, 1))
         basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
 
     look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
@@ -240,7 +240,7 @@ def _draw_blunder(
     marks = [name for name in sorted(set("".join(lines))) if name != KNOWN]
     marks = marks if len(marks) == len(shift) else [str(k) for k in range(len(shift))]
     axes[1].bar(range(len(shift)), shift, 0.5, color=basic.GREY)
-    far = max(12.0, 1.25 * float(np.abs(shift).max()))
+    far = max(15.0, 1.35 * float(np.abs(shift).max()))
     for k, one in enumerate(shift):
         at = one + (0.03 if one >= 0 else -0.03) * far
         va = "bottom" if one >= 0 else "top"
