@@ -209,7 +209,7 @@ def point(
     position = _validate.one_point(position, 2, "position")
     errors = _validate.point_list(errors, "errors")
     magnify = _validate.positive_number(magnify, "magnify", "a factor")
-    fig, axes = plt.subplots(1, 2, figsize=(7, 3.7))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.5))
     for station in stations:
         way = np.transpose([station, position])
         axes[0].plot(*way, color=basic.GREY, linewidth=1.4)
