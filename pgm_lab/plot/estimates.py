@@ -206,6 +206,8 @@ def point(
         Factor by which the ellipse at the point is drawn too large.
     """
     stations = _validate.point_list(stations, "stations")
+    if len(stations) == 0:
+        raise ValueError("stations must hold at least one station")
     position = _validate.one_point(position, 2, "position")
     errors = _validate.point_list(errors, "errors")
     magnify = _validate.positive_number(magnify, "magnify", "a factor")
