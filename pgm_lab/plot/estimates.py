@@ -86,7 +86,7 @@ def observation_space() -> Figure:
         (observed + (0.12, 0.05), "$l$: what was measured", basic.BLACK),
         (best + (0.12, -0.3), r"$A\hat{x} = l + v$: adjusted", basic.BLUE),
         ((observed + best) / 2 + (0.1, 0), "$v$", basic.RED),
-        (other + (0.2, 0.0), "another $Ax$: farther from $l$", basic.ORANGE),
+        (other + (0.2, 0.0), "another $Ax$: farther from $l$", basic.BLACK),
         ((6.2, 1.6), "plane of all $Ax$", basic.BLUE),
     ]
     for k, tip in axes.items():
@@ -218,7 +218,7 @@ def point(
     axes[0].plot(*stations.T, "^", color=basic.BLACK, markersize=12)
     basic.error_ellipse(axes[0], position, covariance, magnify=magnify)
     axes[0].set(xlabel="X (m)", ylabel="Y (m)", aspect="equal")
-    axes[0].set_title(f"95 % ellipse × {magnify:g}", fontsize=14)
+    axes[0].set_title(f"rays, and 95 %\nellipse × {magnify:g}", fontsize=14)
     low = float(stations[:, 1].min()) - 12
     axes[0].text(float(stations[:, 0].mean()), low, "stations", ha="center", va="top")
     axes[0].margins(0.12)
@@ -228,7 +228,7 @@ def point(
     axes[1].plot(*(1000 * errors.T), ".", **look)
     basic.error_ellipse(axes[1], (0, 0), 1e6 * C, linewidth=3)
     axes[1].set(xlabel="error in X (mm)", ylabel="error in Y (mm)", aspect="equal")
-    axes[1].set_title(f"{len(errors)} repetitions", fontsize=14)
+    axes[1].set_title(f"{len(errors)} repetitions\nand 95 % ellipse", fontsize=14)
     sd = 1000 * np.sqrt(np.diag(C))
     basic.show(
         fig,

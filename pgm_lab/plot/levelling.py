@@ -40,6 +40,7 @@ def net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
     """
     names = _lines(lines)
     texts = _validate.texts(labels, "labels", len(names))
+    texts = [text.replace("-", "−") for text in texts]
     fig, ax = plt.subplots(figsize=(10, 4.6))
     _draw_net(ax, names, texts, len(names) * [basic.SKY], 15)
     return fig
