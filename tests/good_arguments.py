@@ -46,6 +46,10 @@ ORTHO = datasets.yellowstone().grey[:60, :60]
 SPOT = simulate.target((10.25, 9.5), diameter=8)
 ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
 OBSERVED = dict(A=np.eye(4, 3) + 1, p=np.ones(4), observed=np.arange(4.0))
+LOOP = dict(
+    A=np.array([[1.0, 0], [-1, 1], [0, -1]]), p=np.array([1.0, 2, 0.5]), sigma0=0.001,
+    lines=["AB", "BC", "CA"],
+)  # fmt: skip
 UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
 
 
@@ -434,6 +438,14 @@ FUNCTIONS = {
         gains=[0.9, 1.1], eight=[0.003, 0.003], six=[0.02, 0.03]
     ),
     "plot.trials.on_photo": lambda: dict(photo=GREY, points=UP, errors=np.ones(5)),
+    "adjustment.textbook.redundancy_numbers": lambda: dict(
+        A=OBSERVED["A"], p=OBSERVED["p"]
+    ),
+    "adjustment.textbook.suspect": lambda: dict(
+        v=np.array([4.0, -9, -3]), sigma=np.array([2.0, 5, 1.2]),
+        r=np.array([0.6, 0.7, 0.12]),
+    ),
+    "adjustment.textbook.ellipse": lambda: dict(covariance=[[2.0, 0.5], [0.5, 1.0]]),
     "camera.textbook.derivatives": lambda: dict(function=np.sin, at=np.arange(3.0)),
     "camera.textbook.project": lambda: dict(exterior=PHOTO, points=POINTS, c=35.0),
     "camera.collinearity": lambda: dict(
@@ -656,6 +668,28 @@ FUNCTIONS = {
     ),
     "plot.stereo.levels": lambda: dict(
         pyramid=[normal_pair()], matches=[dense_match()]
+    ),
+    "plot.levelling.net": lambda: dict(lines=["AB", "BC"], labels=["1 m", "2 m"]),
+    "plot.levelling.control": lambda: dict(lines=["AB", "BC"], share=[0.3, 0.7]),
+    "plot.levelling.tested": lambda: dict(
+        LOOP, surveys={"a": np.array([3.001, -1.0, -1.999])}
+    ),
+    "plot.levelling.blunder": lambda: dict(
+        LOOP, observed=np.array([3.001, -1.0, -1.999]), line="AB", size=10.0
+    ),
+    "plot.levelling.blunder_by_hand": lambda: dict(
+        LOOP, observed=np.array([3.001, -1.0, -1.999])
+    ),
+    "plot.estimates.parabolas": lambda: dict(
+        observed=np.array([10.0, 10.004]), p=np.array([3.0, 1.0]), names=["a", "b"]
+    ),
+    "plot.estimates.scatter": lambda: dict(
+        sigma0s=np.array([1.0, 2.5]), ours=1.8, stated=2.0, redundancy=4
+    ),
+    "plot.estimates.tangent": lambda: dict(base=140.0, depth=240.0, start=720.0),
+    "plot.estimates.point": lambda: dict(
+        stations=[(0.0, 0), (60, 0)], position=(30.0, 200),
+        covariance=[[4e-4, 1e-4], [1e-4, 4e-3]], errors=[(0.01, 0.02), (0.0, -0.03)],
     ),
     "plot.heights.profile": lambda: dict(
         own=[(0.0, 0, 20), (5, 0, 21)], book=[(0.0, 0, 20), (5, 0, 21)],

@@ -3,16 +3,18 @@
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
-`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`studies`.
+`stereo` (of a stereo pair), `heights`, `locations`, `levelling`, `estimates` (of an
+adjustment), `bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
     bundle,
     chips,
+    estimates,
     fifty,
     fringe,
     heights,
+    levelling,
     locations,
     lsm,
     mark,
@@ -64,11 +66,13 @@ __all__ = [
     "bundle",
     "chips",
     "error_ellipse",
+    "estimates",
     "fifty",
     "frame",
     "fringe",
     "heights",
     "interact",
+    "levelling",
     "locations",
     "lsm",
     "mark",
