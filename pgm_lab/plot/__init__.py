@@ -4,11 +4,12 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
 `stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`studies`.
+`turns` (of frames), `cameras`, `studies`.
 """
 
 from pgm_lab.plot import (
     bundle,
+    cameras,
     chips,
     fifty,
     fringe,
@@ -25,6 +26,7 @@ from pgm_lab.plot import (
     space,
     stereo,
     studies,
+    turns,
     village,
 )
 from pgm_lab.plot._overlay import overlay
@@ -59,6 +61,7 @@ __all__ = [
     "STYLE",
     "YELLOW",
     "bundle",
+    "cameras",
     "chips",
     "error_ellipse",
     "fifty",
@@ -82,5 +85,6 @@ __all__ = [
     "stereo",
     "studies",
     "table",
+    "turns",
     "village",
 ]
