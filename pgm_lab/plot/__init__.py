@@ -4,7 +4,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
 `stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`turns` (of frames), `cameras`, `studies`.
+`turns` (of frames), `cameras`, `printed` (matrices), `studies`.
 """
 
 from pgm_lab.plot import (
@@ -21,6 +21,7 @@ from pgm_lab.plot import (
     matrices,
     network,
     parallax,
+    printed,
     registration,
     shifts,
     space,
@@ -78,6 +79,7 @@ __all__ = [
     "overlay",
     "parallax",
     "pixel_on_ground",
+    "printed",
     "registration",
     "shifts",
     "show",

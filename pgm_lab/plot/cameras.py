@@ -188,14 +188,14 @@ def _beside(
     """A camera above the meadow, and beside it what it sees."""
     fig = plt.figure(figsize=(10, 4.6), layout="none")
     look: Look = {"width_ratios": (1.25, 1), "left": 0.01, "right": 0.98}
-    grid = fig.add_gridspec(1, 2, **look, bottom=0.08, top=0.92)
+    grid = fig.add_gridspec(1, 2, **look, bottom=0.06, top=0.88)
     ax = space.space(fig, grid[0, 0], view=view)
     _meadow(ax, exterior, 3.0)
     space.fit(ax, [(-6, -7, -1), (6, 6, 9)], zoom=1.4)
     right = fig.add_subplot(grid[0, 1])
     space.draw_photo(right, exterior, _country(), ground=village.GROUND)
     right.set_title("what it sees")
-    ax.set_title(name, loc="center", y=0.97)
+    ax.set_title(name, loc="center", y=1.0)
     fig.text(0.02, 0.02, SCALE, fontsize=13)
     return fig
 

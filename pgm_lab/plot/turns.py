@@ -74,7 +74,7 @@ def three(degrees: float = 25.0) -> None:
         The angle of each turn.
     """
     angle = np.radians(_validate.number(degrees, "degrees"))
-    fig = plt.figure(figsize=(10, 4.2), layout="none")
+    fig = plt.figure(figsize=(10, 3.9), layout="none")
     for column, (letter, axis, start, end, color) in enumerate(TURNS):
         ax = space.space(fig, fig.add_gridspec(1, 3)[column], view=(24, 35))
         ax.set_position((column / 3, 0.0, 1 / 3, 0.8))
@@ -89,7 +89,7 @@ def three(degrees: float = 25.0) -> None:
         ax.quiver(*arc[-8], *(arc[-1] - arc[-8]), clip_on=False, **tip)
         at = 0.5 * (np.cos(angle / 2) * first + np.sin(angle / 2) * second)
         ax.text(*at, letter, fontsize=19, ha="center", va="center")
-        space.fit(ax, [(-0.35, -0.35, -0.25), (1.15, 1.15, 1.2)], zoom=1.15)
+        space.fit(ax, [(-0.35, -0.35, -0.25), (1.15, 1.15, 1.2)], zoom=1.08)
         name = f"{letter} about {axis}:\nfrom {start} towards {end}"
         ax.set_title(name, loc="center", y=1.03, color=color)
     basic.show(
@@ -124,10 +124,10 @@ def quadrant(degrees: float) -> None:
         ax.text(1.2 * x, 1.13 * y, text, color=color, ha="center", va="center", **WORDS)
     ax.axhline(0, color="0.4", lw=1)
     ax.axvline(0, color="0.4", lw=1)
-    ax.text(-1.75, -0.75, "solid: the camera's ω\ndashed: arctan(tan ω)", fontsize=14)
+    ax.text(0, -1.4, "solid: the camera's ω, dashed: arctan(tan ω)", **middle)
     ax.text(1.2, -0.1, "cos ω", fontsize=14, va="center")
     ax.text(0.05, 1.22, "sin ω", fontsize=14, va="center")
-    ax.set(xlim=(-1.8, 1.6), ylim=(-1.2, 1.32), aspect="equal")
+    ax.set(xlim=(-1.8, 1.6), ylim=(-1.5, 1.32), aspect="equal")
     ax.axis("off")
     basic.show(
         fig,
