@@ -150,7 +150,9 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
         space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.24)
         wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
         said.append(f"{name}: turned away from the first set are {wrong_ones}")
-    fig.text(0.5, 0.01, "The axes X, Y, Z are 350 mm long.", ha="center", fontsize=14)
+    scale = "The axes X, Y, Z are 350 mm long."
+    key = " Blue: as in the first picture; red: turned away." if len(sets) > 1 else ""
+    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=14)
     basic.show(
         fig,
         "Muliawan's nine cameras around a field of fifty targets. "
@@ -191,7 +193,7 @@ def _beside(
     grid = fig.add_gridspec(1, 2, **look, bottom=0.06, top=0.88)
     ax = space.space(fig, grid[0, 0], view=view)
     _meadow(ax, exterior, 3.0)
-    space.fit(ax, [(-6, -7, -1), (6, 6, 9)], zoom=1.4)
+    space.fit(ax, [(-6, -7, -1), (6, 6, 10)], zoom=1.3)
     right = fig.add_subplot(grid[0, 1])
     space.draw_photo(right, exterior, _country(), ground=village.GROUND)
     right.set_title("what it sees")

@@ -8,6 +8,41 @@ from pgm_lab import _validate, rotation
 from pgm_lab.plot import basic
 
 
+def matrices(omega: float, phi: float, kappa: float) -> dict[str, np.ndarray]:
+    """Evaluate three printed rotation matrices, element by element as printed.
+
+    Parameters
+    ----------
+    omega, phi, kappa : float
+        Radians.
+
+    Returns
+    -------
+    dict of str to ndarray (3, 3)
+        (2.8) and (2.62) of Muliawan (2013), (3) of appendix B of Bani (2010). Of the
+        last, the elements that are those of (2.8) are taken from there.
+
+    Examples
+    --------
+    >>> list(matrices(0.3, 0.4, 0.5))
+    ['(M 2.8)', '(B 3)', '(M 2.62)']
+    """
+    angles = [
+        _validate.number(value, name)
+        for value, name in ((omega, "omega"), (phi, "phi"), (kappa, "kappa"))
+    ]
+    (co, cp, ck), (so, sp, sk) = np.cos(angles), np.sin(angles)
+    of_2013 = rotation.matrix(*angles)
+    of_2010 = of_2013.copy()
+    of_2010[0, 1] = so * ck + co * sk
+    back = [
+        [cp * ck, -cp * sk, co],
+        [co * sk + so * sp * ck, co * sk - so * sp * sk, -so * cp],
+        [so * sk - co * sp * ck, so * ck + co * sp * sk, co * cp],
+    ]
+    return {"(M 2.8)": of_2013, "(B 3)": of_2010, "(M 2.62)": np.array(back)}
+
+
 def bench(matrices: dict[str, np.ndarray]) -> None:
     """Show a table of how far each matrix is from a rotation.
 

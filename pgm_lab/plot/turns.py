@@ -113,9 +113,8 @@ def quadrant(degrees: float) -> None:
     fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
     ax.add_patch(Arc((0, 0), 2, 2, color="0.6"))
     ax.fill_between((0, 1.15), -1.15, 1.15, color="0.92", linewidth=0, zorder=0)
-    ax.text(
-        1.12, 0.02, "all that\narctan\nanswers", fontsize=14, ha="right", va="bottom"
-    )
+    middle: Look = {"fontsize": 14, "ha": "center", "va": "center"}
+    ax.text(0.47, 0.4, "all that\narctan\nanswers", **middle)
     for value, color, line in ((degrees, basic.BLUE, "-"), (answer, basic.RED, "--")):
         x, y = np.cos(np.radians(value)), np.sin(np.radians(value))
         ax.plot((0, x), (0, y), color=color, ls=line, lw=4)
