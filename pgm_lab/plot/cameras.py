@@ -221,7 +221,7 @@ def _north(exterior: np.ndarray) -> str:
     if np.any(in_camera[:, 2] > -1e-3):
         return "the arrow to the north is not to be seen"
     x, y = (-in_camera[:, :2] / in_camera[:, 2:]).T
-    if np.any(abs(x) > 0.5) or np.any(abs(y) > 0.375):
+    if abs(x[0]) > 0.5 or abs(y[0]) > 0.375:  # its foot
         return "the arrow to the north is not to be seen"
     turn = np.degrees(np.arctan2(x[1] - x[0], y[1] - y[0]))
     if abs(turn) < 0.5:

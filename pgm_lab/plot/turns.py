@@ -76,7 +76,7 @@ def three(degrees: float = 25.0) -> None:
     angle = np.radians(_validate.number(degrees, "degrees"))
     fig = plt.figure(figsize=(10, 3.9), layout="none")
     for column, (letter, axis, start, end, color) in enumerate(TURNS):
-        ax = space.space(fig, fig.add_gridspec(1, 3)[column], view=(24, 35))
+        ax = space.space(fig, fig.add_gridspec(1, 3)[column], view=(32, 40))
         ax.set_position((column / 3, 0.0, 1 / 3, 0.8))
         turned = rotation.matrix(*(angle * np.eye(3)[column]))
         _old_axes(ax, column)
@@ -122,7 +122,7 @@ def quadrant(degrees: float) -> None:
         text = f"{value:.0f}°".replace("-", "−")
         ax.text(1.2 * x, 1.13 * y, text, color=color, ha="center", va="center", **WORDS)
     ax.axhline(0, color="0.4", lw=1)
-    ax.axvline(0, color="0.4", lw=1)
+    ax.plot((0, 0), (-1.2, 1.2), color="0.4", lw=1)
     ax.text(0, -1.4, "solid: the camera's ω, dashed: arctan(tan ω)", **middle)
     ax.text(1.2, -0.1, "cos ω", fontsize=14, va="center")
     ax.text(0.05, 1.22, "sin ω", fontsize=14, va="center")
