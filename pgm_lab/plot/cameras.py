@@ -131,10 +131,11 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
     points = _validate.points(points, 3, "points")
     sets = {k: _validate.of_shape(v, (9, 6), "cameras") for k, v in cameras.items()}
     first = rotation.matrix(*next(iter(sets.values()))[:, 3:].T)
-    fig = plt.figure(figsize=(10 if len(sets) > 1 else 7, 5.0))
+    fig = plt.figure(figsize=(7, 4.6), layout="none")
     said = []
     for column, (name, exteriors) in enumerate(sets.items()):
         ax = space.space(fig, fig.add_gridspec(1, len(sets))[column], view=(20, 20))
+        ax.set_position((column / len(sets), 0.12, 1 / len(sets), 0.8))
         ax.set_title(name, loc="center", y=1.0)
         ax.plot(*points.T, "o", color=basic.BLACK, markersize=3.5)
         ax.text(-20, 1560, 330, "targets", fontsize=15, ha="center")
@@ -146,12 +147,12 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
             space.draw_camera(ax, camera, 200, color=color, axes=False)
         for tag, beside in PLACES.items():
             at = exteriors[int(tag[0]) - 1, :3] + beside
-            ax.text(*at, tag, fontsize=16, ha="center", va="center")
-        space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.24)
+            ax.text(*at, tag, fontsize=14, ha="center", va="center")
+        space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.2)
         wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
         said.append(f"{name}: turned away from the first set are {wrong_ones}")
     scale = "The axes X, Y, Z are 350 mm long."
-    key = " Blue: as in the first picture; red: turned away." if len(sets) > 1 else ""
+    key = "\nBlue: as in the first picture; red: turned away." if len(sets) > 1 else ""
     fig.text(0.5, 0.01, scale + key, ha="center", fontsize=14)
     basic.show(
         fig,
