@@ -711,6 +711,15 @@ FUNCTIONS = {
     "plot.fringe.before_and_after": lambda: dict(
         reference=GREY, sensed=GREY, again=GREY
     ),
+    "plot.turns.quadrant": lambda: dict(degrees=131.0),
+    "plot.cameras.views": lambda: dict(attitudes=[(0.0, 0, 0)], names=["one"]),
+    "plot.cameras.two_orders": lambda: dict(omega=20.0, phi=30.0, kappa=40.0),
+    "plot.cameras.around": lambda: dict(
+        points=np.eye(3), cameras={"one": np.full((9, 6), 0.1)}
+    ),
+    "plot.printed.matrices": lambda: dict(omega=0.3, phi=0.4, kappa=0.5),
+    "plot.printed.bench": lambda: dict(matrices={"one": np.eye(3)}),
+    "plot.printed.rows_and_columns": lambda: dict(matrices={"one": np.eye(3)}),
     "plot.chips.search": lambda: dict(ONE_CHIP),
     "plot.chips.table_of_r": lambda: dict(ax=axes(), r=np.eye(3)),
     "plot.chips.chip_and_map": lambda: dict(

@@ -5,10 +5,13 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
 `stereo` (of a stereo pair), `heights`, `locations`, `levelling`, `estimates` (of an
 adjustment), `bundle`, `network`, `matrices`, `studies`.
+`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
+`turns` (of frames), `cameras`, `printed` (matrices), `studies`.
 """
 
 from pgm_lab.plot import (
     bundle,
+    cameras,
     chips,
     estimates,
     fifty,
@@ -23,12 +26,14 @@ from pgm_lab.plot import (
     matrices,
     network,
     parallax,
+    printed,
     registration,
     shifts,
     space,
     stereo,
     studies,
     trials,
+    turns,
     village,
     windows,
 )
@@ -64,6 +69,7 @@ __all__ = [
     "STYLE",
     "YELLOW",
     "bundle",
+    "cameras",
     "chips",
     "error_ellipse",
     "estimates",
@@ -83,6 +89,7 @@ __all__ = [
     "overlay",
     "parallax",
     "pixel_on_ground",
+    "printed",
     "registration",
     "shifts",
     "show",
@@ -91,6 +98,7 @@ __all__ = [
     "studies",
     "table",
     "trials",
+    "turns",
     "village",
     "windows",
 ]
