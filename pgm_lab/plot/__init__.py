@@ -4,7 +4,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
 `stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`studies`.
+`rays`, `precision`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -20,6 +20,8 @@ from pgm_lab.plot import (
     matrices,
     network,
     parallax,
+    precision,
+    rays,
     registration,
     shifts,
     space,
@@ -75,6 +77,8 @@ __all__ = [
     "overlay",
     "parallax",
     "pixel_on_ground",
+    "precision",
+    "rays",
     "registration",
     "shifts",
     "show",
