@@ -4,7 +4,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
 `stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`rays`, `precision`, `studies`.
+`rays`, `precision`, `validation`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -27,6 +27,7 @@ from pgm_lab.plot import (
     space,
     stereo,
     studies,
+    validation,
     village,
 )
 from pgm_lab.plot._overlay import overlay
@@ -86,5 +87,6 @@ __all__ = [
     "stereo",
     "studies",
     "table",
+    "validation",
     "village",
 ]
