@@ -184,12 +184,16 @@ def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> No
     for exterior, (colour, style), name in zip(photos, styles, names):
         for point in points:
             ray = np.array([exterior[:3], point])
-            ax.plot(*ray.T, color=colour, linewidth=1.1, linestyle=style)
+            ax.plot(*ray.T, color=colour, lw=1.1, ls=style, **FRONT)
         look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
         drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
-    ax.plot(*points.T, "o", color=basic.BLACK, markersize=7)
-    low = np.concatenate(drawn).min(axis=0)
-    drawn.append(space.draw_axes(ax, low, length=0.5, names=("X", "Y", "Z")))
+        up = rotation.matrix(*exterior[3:])[2]
+        drawn.append([exterior[:3] + 0.3 * up])  # room for the name
+    ax.plot(*points.T, "o", color=basic.BLACK, markersize=7, **FRONT)
+    # To the lower left of the points, as this view has it
+    corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
+    drawn.append(space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z")))
+    drawn.append([corner])
     fill(ax, np.concatenate(drawn), (0.02, 0.02, 0.96, 0.96))
     basic.show(
         fig,
