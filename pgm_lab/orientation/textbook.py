@@ -98,6 +98,11 @@ def resection(
     exterior = _validate.finite(start, "start").copy()
     image = _validate.finite(image, "image")
     points = _validate.finite(points, "points")
+    if exterior.shape != (6,) or points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(
+            "start must have shape (6,) and points (n, 3); got"
+            f" {exterior.shape} and {points.shape}"
+        )
     if image.ndim != 2 or image.shape != (len(points), 2):
         raise ValueError(
             "image must have shape (n, 2), one row a point of points; got"

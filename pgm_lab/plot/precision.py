@@ -30,6 +30,8 @@ def steps(size: ArrayLike, error: ArrayLike) -> None:
     """
     size = _validate.finite(size, "size")
     error = _validate.of_shape(error, size.shape, "error")
+    if size.ndim != 1 or not size.size or not (np.all(size > 0) and np.all(error > 0)):
+        raise ValueError("size and error must be lists of one length, all positive")
     fig, ax = plt.subplots(figsize=(7, 4.2))
     ax.plot(size, error, "o-", color=basic.BLUE, label="error")
     best = int(np.argmin(error))

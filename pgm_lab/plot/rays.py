@@ -79,7 +79,7 @@ def epipolar_plane() -> None:
     """Show two rays, the base between their stations, and the plane of all three."""
     fig = plt.figure(figsize=(10, 5.6), layout="none")
     ax = space.space(fig, view=(18, -72))
-    point, drawn = np.array([0.25, 0.5, 0.0]), [[np.array([0.25, 0.5, -0.3])]]
+    point, drawn = np.array([0.25, 0.5, 0.0]), [np.array([(0.25, 0.5, -0.3)])]
     triangle = np.array([*PAIR[:, :3], point])
     pale: Look = {"facecolors": basic.YELLOW, "alpha": 0.45, "zorder": 0}
     plane = Poly3DCollection([triangle], **pale, **space.FREE)
@@ -101,7 +101,7 @@ def epipolar_plane() -> None:
         ax.plot(*image, mark, color=colour, markersize=9, **FRONT)
         name = "left station" if sign < 0 else "right station"
         _write(ax, exterior[:3] + (0, 0, 0.25), name, colour, "center")
-        drawn.append([exterior[:3] + (0, 0, 0.4)])
+        drawn.append(exterior[None, :3] + (0, 0, 0.4))
     ax.plot(*PAIR[:, :3].T, color=basic.BLACK, **THICK)
     ax.plot(*point, "D", color=basic.BLACK, markersize=9, **FRONT)
     for at, words in (
@@ -188,12 +188,12 @@ def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> No
         look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
         drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
         up = rotation.matrix(*exterior[3:])[2]
-        drawn.append([exterior[:3] + 0.3 * up])  # room for the name
+        drawn.append(exterior[None, :3] + 0.3 * up)  # room for the name
     ax.plot(*points.T, "o", color=basic.BLACK, markersize=7, **FRONT)
     # To the lower left of the points, as this view has it
     corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
-    drawn.append(space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z")))
-    drawn.append([corner])
+    tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
+    drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
     fill(ax, np.concatenate(drawn), (0.02, 0.02, 0.96, 0.96))
     basic.show(
         fig,

@@ -34,8 +34,8 @@ def heights(z: ArrayLike, last: int = 3) -> None:
     fig, ax = plt.subplots(figsize=(7, 4.6))
     for i in range(10):
         if i not in MARKED:
-            other = {} if i > 2 else {"label": "six others"}
-            ax.plot(z[:, i], "-", color=basic.GREY, linewidth=1.4, **other)
+            label = "six others" if i == 2 else None
+            ax.plot(z[:, i], "-", color=basic.GREY, linewidth=1.4, label=label)
     for i, (mark, colour) in MARKED.items():
         ax.plot(z[:, i], f"{mark}-", color=colour, label=f"point {i + 1}")
     ax.set(yscale="symlog", ylim=(-1e5, 1e3), xticks=range(len(z)), xlabel="steps made")
@@ -97,10 +97,16 @@ def ladder(sigma0: Mapping[str, float]) -> None:
     sigma0 : mapping of str to float
         In mm, by the reading; the published one first.
     """
-    names = _validate.texts(list(sigma0), "sigma0")
-    sizes = 1000 * _validate.finite(list(sigma0.values()), "sigma0")
-    if not len(sizes) or not np.all(sizes > 0):
-        raise ValueError("sigma0 must hold positive numbers, in mm")
+    found = _validate.mapping(sigma0, "sigma0")
+    names = _validate.texts(list(found), "sigma0")
+    if not names:
+        raise ValueError("sigma0 must hold one reading or more")
+    sizes = 1000 * np.array(
+        [
+            _validate.positive_number(one, f"sigma0, {name}", "mm")
+            for name, one in found.items()
+        ]
+    )
     fig, ax = plt.subplots(figsize=(10, 0.9 + 0.44 * len(names)))
     colours = [basic.RED] + [
         basic.GREY if s > 500 else basic.BLUE if s > 10 else basic.GREEN
