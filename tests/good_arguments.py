@@ -788,6 +788,32 @@ FUNCTIONS = {
         ax=axes(), faces=FACES, ground="green", **STATION
     ),
     "plot.village.surroundings": dict,
+    "plot.rays.one_ray": dict,
+    "plot.rays.epipolar_plane": dict,
+    "plot.rays.to_the_ground": dict,
+    "plot.rays.meeting": lambda: dict(
+        exteriors=[PHOTO, NEXT], points=POINTS, names=["left", "right"]
+    ),
+    "plot.precision.steps": lambda: dict(size=[1e-3, 1e-6], error=[1e-4, 1e-9]),
+    "plot.precision.clouds": dict,
+    "plot.precision.towards": lambda: dict(angle=40.0),
+    "plot.precision.base_by_hand": dict,
+    "plot.precision.vertical": lambda: dict(base=40.0),
+    "plot.validation.heights": lambda: dict(z=np.ones((5, 10))),
+    "plot.validation.residuals": lambda: dict(
+        photos=np.ones((2, 3, 2)), v=np.full((2, 3, 2), 0.01)
+    ),
+    "plot.validation.ladder": lambda: dict(sigma0={"as printed": 1.5, "read": 0.05}),
+    "plot.validation.misprints": lambda: dict(
+        deviation=[1e-9, 0.8], names=["b11", "b12"]
+    ),
+    "orientation.textbook.intersection": lambda: dict(
+        stations=[(0.0, 0, 0), (4, 0, 0)], directions=[(0.0, 0, 1), (-2, 0, 1)]
+    ),
+    "orientation.textbook.resection": lambda: dict(
+        start=(10.0, 5, 100, 0, 0, 0.3), points=POINTS, c=35.0,
+        image=camera.textbook.project(PHOTO, POINTS, 35.0),
+    ),
     "plot.studies.residuals_by_photo": lambda: dict(
         rms={"a": [1.0, 2], "b": [2.0, 3]}, photo_names=["p", "q"]
     ),

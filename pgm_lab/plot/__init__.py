@@ -7,6 +7,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 adjustment), `bundle`, `network`, `matrices`, `studies`.
 `stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
 `turns` (of frames), `cameras`, `printed` (matrices), `studies`.
+`rays`, `precision`, `validation`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -27,6 +28,8 @@ from pgm_lab.plot import (
     network,
     parallax,
     printed,
+    precision,
+    rays,
     registration,
     shifts,
     space,
@@ -34,6 +37,7 @@ from pgm_lab.plot import (
     studies,
     trials,
     turns,
+    validation,
     village,
     windows,
 )
@@ -90,6 +94,8 @@ __all__ = [
     "parallax",
     "pixel_on_ground",
     "printed",
+    "precision",
+    "rays",
     "registration",
     "shifts",
     "show",
@@ -99,6 +105,7 @@ __all__ = [
     "table",
     "trials",
     "turns",
+    "validation",
     "village",
     "windows",
 ]
