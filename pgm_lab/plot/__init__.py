@@ -1,13 +1,6 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
-`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
-`stereo` (of a stereo pair), `heights`, `locations`, `levelling`, `estimates` (of an
-adjustment), `bundle`, `network`, `matrices`, `studies`.
-`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`turns` (of frames), `cameras`, `printed` (matrices), `studies`.
-`rays`, `precision`, `validation`, `studies`.
+What every chapter needs is here; the rest stands in modules by its subject.
 """
 
 from pgm_lab.plot import (
@@ -27,8 +20,8 @@ from pgm_lab.plot import (
     matrices,
     network,
     parallax,
-    printed,
     precision,
+    printed,
     rays,
     registration,
     shifts,
