@@ -158,7 +158,7 @@ def tangent(base: float, depth: float, start: float) -> None:
 
     slope = -1000 * base / (start**2 + base**2 / 4)
     end = start + float(angle(depth) - angle(start)) / slope
-    fig, ax = plt.subplots(figsize=(7, 3.5))
+    fig, ax = plt.subplots(figsize=(7, 3.2))
     left, right = min(end, 0.0) - 0.15 * start, 1.2 * start
     Y = np.linspace(0.3 * depth, right, 300)
     ax.plot(Y, angle(Y), color=basic.BLUE, label="angle between the rays")
@@ -166,14 +166,19 @@ def tangent(base: float, depth: float, start: float) -> None:
     ax.plot(line, angle(start) + slope * (line - start), "--", color=basic.ORANGE,
             label="Taylor's first term")  # fmt: skip
     ax.axhline(float(angle(depth)), color=basic.GREY, linestyle=":", label="measured")
-    ax.plot(start, angle(start), "o", color=basic.BLACK, markersize=11, label="start")
-    ax.plot(end, angle(depth), "X", color=basic.RED, markersize=14, label="first step")
-    ax.plot(depth, angle(depth), "*", color=basic.BLACK, markersize=18, label="point")
+    ax.plot(start, angle(start), "o", color=basic.BLACK, markersize=11)
+    ax.plot(end, angle(depth), "X", color=basic.RED, markersize=14)
+    ax.plot(depth, angle(depth), "*", color=basic.BLACK, markersize=18)
+    marks = {"start": (start, angle(start)), "first step": (end, angle(depth))}
+    marks |= {"point": (depth, angle(depth))}
+    above: Look = {"textcoords": "offset points", "xytext": (9, 9)}
+    for name, (Y0, seen) in marks.items():
+        ax.annotate(name, (float(Y0), float(seen)), **above)
     ax.axvline(0, color=basic.BLACK, linewidth=1)
     ax.text(8, float(angle(0.32 * depth)), "stations", rotation=90, va="top")
     ax.set(xlim=(left, right), xlabel="Y (m)", ylabel="angle (mrad)")
     ax.set_ylim(0, 1.05 * float(angle(0.3 * depth)))
-    ax.legend(loc="upper left", fontsize=13)
+    ax.legend(loc="upper left")
     basic.show(
         fig,
         "The angle between two rays falls with the depth Y, steeply at first and then"
@@ -211,7 +216,7 @@ def point(
     position = _validate.one_point(position, 2, "position")
     errors = _validate.point_list(errors, "errors")
     magnify = _validate.positive_number(magnify, "magnify", "a factor")
-    fig, axes = plt.subplots(1, 2, figsize=(7, 3.5))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.3))
     for station in stations:
         way = np.transpose([station, position])
         axes[0].plot(*way, color=basic.GREY, linewidth=1.4)
@@ -228,6 +233,7 @@ def point(
     axes[1].plot(*(1000 * errors.T), ".", **look)
     basic.error_ellipse(axes[1], (0, 0), 1e6 * C, linewidth=3)
     axes[1].set(xlabel="error in X (mm)", ylabel="error in Y (mm)", aspect="equal")
+    axes[1].tick_params(axis="x", rotation=60)
     axes[1].set_title(f"{len(errors)} repetitions\nand 95 % ellipse", fontsize=14)
     sd = 1000 * np.sqrt(np.diag(C))
     basic.show(
