@@ -5,6 +5,7 @@ from typing import cast
 import matplotlib.pyplot as plt
 import numpy as np
 from ipywidgets import IntSlider
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import Look
 
 PLACE = (0.0, 0.0, 8.0)  # of the cameras above the meadow, in metres
-SCALE = "The axes X (east), Y (north) and Z (up) are 3 m long."
+SCALE = "X east, Y north, Z up: arrows of 3 m."
 PLACES = {  # where numbers stand beside the nine cameras of 2013, mm
     "1, 2": (0, -60, 105),
     "3, 4, 5": (0, 0, 160),
@@ -31,9 +32,9 @@ def one() -> None:
     exterior = np.array([-3.0, -8.0, 6.0, *rotation.angles(look)])
     fig = _beside(exterior, "camera and object space", (24, -62))
     ax = cast(Axes3D, fig.axes[0])
-    text: Look = {"fontsize": 15, "ha": "center", "va": "center"}
-    ax.text(*(exterior[:3] + (3.7, 1.9, 1.9)), "perspective\ncentre (black)", **text)
-    ax.text(*(exterior[:3] + (5.0, 2.6, -0.2)), "photo (grey)", **text)
+    text: Look = {"fontsize": 16, "ha": "center", "va": "center"}
+    ax.text(*(exterior[:3] + (6.6, 3.4, 2.2)), "perspective\ncentre (black)", **text)
+    ax.text(*(exterior[:3] + (6.4, 3.3, -0.1)), "photo (grey)", **text)
     basic.show(
         fig,
         "Left: a camera with its perspective centre, its photo and its axes x, y, z"
@@ -85,7 +86,7 @@ def mirror() -> None:
     exterior = np.array([*PLACE, 0, 0, 0])
     for ax, sign, name in zip(axes, (1, -1), ("diag(1, 1, 1)", "diag(−1, 1, 1)")):
         faces = [(polygon * (sign, 1, 1), color) for polygon, color in _country()]
-        space.draw_photo(ax, exterior, faces, ground=village.GROUND)
+        _photo(ax, exterior, faces)
         ax.set_title(f"M = {name}", loc="center")
     basic.show(
         fig,
@@ -139,7 +140,7 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
         ax.set_title(name, loc="center", y=1.0)
         ax.plot(*points.T, "o", color=basic.BLACK, markersize=3.5)
         ax.text(-20, 1560, 330, "targets", fontsize=15, ha="center")
-        space.draw_axes(ax, (0, 1000, -1000), None, 350, ("X", "Y", "Z"))
+        space.draw_axes(ax, (0, 1000, -1000), None, 350, ("X", "Y", "Z"), 15)
         other = rotation.matrix(*exteriors[:, 3:].T)
         off = np.degrees(rotation.angle_between(other, first)) > 1
         for camera, wrong in zip(exteriors, off):
@@ -153,7 +154,7 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
         said.append(f"{name}: turned away from the first set are {wrong_ones}")
     scale = "The axes X, Y, Z are 350 mm long."
     key = "\nBlue: as in the first picture; red: turned away." if len(sets) > 1 else ""
-    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=14)
+    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
     basic.show(
         fig,
         "Muliawan's nine cameras around a field of fifty targets. "
@@ -178,9 +179,9 @@ def _several(attitudes: ArrayLike, names: list[str], width: float) -> None:
         _meadow(ax, exterior, 2.4)
         space.fit(ax, [(-6, -6, 0), (6, 6, 10)], 1.35)
         below = fig.add_subplot(grid[1, column])
-        space.draw_photo(below, exterior, _country(), ground=village.GROUND)
+        _photo(below, exterior, _country())
         said.append(f"{name}: {_north(exterior)}".replace("\n", " "))
-    fig.text(0.5, 0.015, SCALE, ha="center", fontsize=13)
+    fig.text(0.5, 0.015, SCALE, ha="center", fontsize=16)
     alt = "Cameras 8 m above the meadow, and below them what they see. "
     basic.show(fig, alt + "; ".join(said) + ".", colours=128)
 
@@ -196,10 +197,10 @@ def _beside(
     _meadow(ax, exterior, 3.0)
     space.fit(ax, [(-6, -7, -1), (6, 6, 10)], zoom=1.3)
     right = fig.add_subplot(grid[0, 1])
-    space.draw_photo(right, exterior, _country(), ground=village.GROUND)
+    _photo(right, exterior, _country())
     right.set_title("what it sees")
     ax.set_title(name, loc="center", y=1.0)
-    fig.text(0.02, 0.02, SCALE, fontsize=13)
+    fig.text(0.02, 0.02, SCALE, fontsize=16)
     return fig
 
 
@@ -207,7 +208,16 @@ def _meadow(ax: Axes3D, exterior: np.ndarray, size: float) -> None:
     """The meadow and a camera, and at a corner the axes of object space."""
     space.draw_faces(ax, village.village())
     space.draw_axes(ax, (-6, -6, 0), None, 3, ("X", "Y", "Z"), 16)
-    space.draw_camera(ax, exterior, size, fontsize=16)
+    space.draw_camera(ax, exterior, size)
+    for text in ax.texts:
+        text.set_fontsize(16)
+
+
+def _photo(ax: Axes, exterior: np.ndarray, faces: list[village.Face]) -> None:
+    """What the camera sees, with names that are read from the back row."""
+    space.draw_photo(ax, exterior, faces, ground=village.GROUND)
+    for text in ax.texts:
+        text.set_fontsize(16)
 
 
 def _country() -> list[village.Face]:

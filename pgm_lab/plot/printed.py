@@ -81,7 +81,7 @@ def rows_and_columns(matrices: dict[str, np.ndarray]) -> None:
                 text.set(ha="center", va="center")
             ax.set(xticks=range(3), yticks=range(3))
             ax.set(xticklabels=range(1, 4), yticklabels=range(1, 4))
-            ax.tick_params(length=0)
+            ax.tick_params(length=0, labelsize=14)
             ax.grid(False)
         axes[0, column].set_title(name, loc="center")
         axes[0, column].set_xlabel("row")
