@@ -1,5 +1,6 @@
 """Cameras above a meadow and around a field of targets, and what they see."""
 
+from collections.abc import Mapping
 from typing import cast
 
 import matplotlib.pyplot as plt
@@ -68,7 +69,8 @@ def two_orders(omega: float, phi: float, kappa: float) -> None:
     omega, phi, kappa : float
         Degrees.
     """
-    angles = np.radians([_validate.number(a, "angle") for a in (omega, phi, kappa)])
+    degrees = (("omega", omega), ("phi", phi), ("kappa", kappa))
+    angles = np.radians([_validate.number(value, name) for name, value in degrees])
     one, two, three = (rotation.matrix(*row) for row in np.diag(angles))
     pair = [three @ two @ one, one @ two @ three]
     names = [
@@ -119,18 +121,23 @@ def by_hand() -> None:
     interact(draw, omega=slider("ω", 90), phi=slider("φ", 90), kappa=slider("κ", 180))
 
 
-def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
+def around(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
     """Show nine cameras around targets; red ones look elsewhere than in the first set.
 
     Parameters
     ----------
     points : array_like (n, 3)
         The targets, in mm.
-    cameras : dict of str to ndarray (9, 6)
+    cameras : mapping of str to array_like (9, 6)
         Exterior orientations by a name, those of 2013.
     """
     points = _validate.points(points, 3, "points")
-    sets = {k: _validate.of_shape(v, (9, 6), "cameras") for k, v in cameras.items()}
+    sets = {
+        name: _validate.of_shape(exteriors, (9, 6), f"cameras, {name}")
+        for name, exteriors in _validate.mapping(cameras, "cameras").items()
+    }
+    if not sets or not len(points):
+        raise ValueError("points and cameras must hold one set or more")
     first = rotation.matrix(*next(iter(sets.values()))[:, 3:].T)
     fig = plt.figure(figsize=(7, 4.6), layout="none")
     said = []
