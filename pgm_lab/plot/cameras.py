@@ -1,10 +1,12 @@
 """Cameras above a meadow and around a field of targets, and what they see."""
 
+from collections.abc import Mapping
 from typing import cast
 
 import matplotlib.pyplot as plt
 import numpy as np
 from ipywidgets import IntSlider
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
@@ -15,7 +17,7 @@ from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import Look
 
 PLACE = (0.0, 0.0, 8.0)  # of the cameras above the meadow, in metres
-SCALE = "The axes X (east), Y (north) and Z (up) are 3 m long."
+SCALE = "X east, Y north, Z up: arrows of 3 m."
 PLACES = {  # where numbers stand beside the nine cameras of 2013, mm
     "1, 2": (0, -60, 105),
     "3, 4, 5": (0, 0, 160),
@@ -31,9 +33,9 @@ def one() -> None:
     exterior = np.array([-3.0, -8.0, 6.0, *rotation.angles(look)])
     fig = _beside(exterior, "camera and object space", (24, -62))
     ax = cast(Axes3D, fig.axes[0])
-    text: Look = {"fontsize": 15, "ha": "center", "va": "center"}
-    ax.text(*(exterior[:3] + (3.7, 1.9, 1.9)), "perspective\ncentre (black)", **text)
-    ax.text(*(exterior[:3] + (5.0, 2.6, -0.2)), "photo (grey)", **text)
+    text: Look = {"fontsize": 16, "ha": "center", "va": "center"}
+    ax.text(*(exterior[:3] + (6.6, 3.4, 2.2)), "perspective\ncentre (black)", **text)
+    ax.text(*(exterior[:3] + (6.4, 3.3, -0.1)), "photo (grey)", **text)
     basic.show(
         fig,
         "Left: a camera with its perspective centre, its photo and its axes x, y, z"
@@ -67,7 +69,8 @@ def two_orders(omega: float, phi: float, kappa: float) -> None:
     omega, phi, kappa : float
         Degrees.
     """
-    angles = np.radians([_validate.number(a, "angle") for a in (omega, phi, kappa)])
+    degrees = (("omega", omega), ("phi", phi), ("kappa", kappa))
+    angles = np.radians([_validate.number(value, name) for name, value in degrees])
     one, two, three = (rotation.matrix(*row) for row in np.diag(angles))
     pair = [three @ two @ one, one @ two @ three]
     names = [
@@ -85,7 +88,7 @@ def mirror() -> None:
     exterior = np.array([*PLACE, 0, 0, 0])
     for ax, sign, name in zip(axes, (1, -1), ("diag(1, 1, 1)", "diag(−1, 1, 1)")):
         faces = [(polygon * (sign, 1, 1), color) for polygon, color in _country()]
-        space.draw_photo(ax, exterior, faces, ground=village.GROUND)
+        _photo(ax, exterior, faces)
         ax.set_title(f"M = {name}", loc="center")
     basic.show(
         fig,
@@ -118,18 +121,23 @@ def by_hand() -> None:
     interact(draw, omega=slider("ω", 90), phi=slider("φ", 90), kappa=slider("κ", 180))
 
 
-def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
+def around(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
     """Show nine cameras around targets; red ones look elsewhere than in the first set.
 
     Parameters
     ----------
     points : array_like (n, 3)
         The targets, in mm.
-    cameras : dict of str to ndarray (9, 6)
+    cameras : mapping of str to array_like (9, 6)
         Exterior orientations by a name, those of 2013.
     """
     points = _validate.points(points, 3, "points")
-    sets = {k: _validate.of_shape(v, (9, 6), "cameras") for k, v in cameras.items()}
+    sets = {
+        name: _validate.of_shape(exteriors, (9, 6), f"cameras, {name}")
+        for name, exteriors in _validate.mapping(cameras, "cameras").items()
+    }
+    if not sets or not len(points):
+        raise ValueError("points and cameras must hold one set or more")
     first = rotation.matrix(*next(iter(sets.values()))[:, 3:].T)
     fig = plt.figure(figsize=(7, 4.6), layout="none")
     said = []
@@ -139,7 +147,7 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
         ax.set_title(name, loc="center", y=1.0)
         ax.plot(*points.T, "o", color=basic.BLACK, markersize=3.5)
         ax.text(-20, 1560, 330, "targets", fontsize=15, ha="center")
-        space.draw_axes(ax, (0, 1000, -1000), None, 350, ("X", "Y", "Z"))
+        space.draw_axes(ax, (0, 1000, -1000), None, 350, ("X", "Y", "Z"), 15)
         other = rotation.matrix(*exteriors[:, 3:].T)
         off = np.degrees(rotation.angle_between(other, first)) > 1
         for camera, wrong in zip(exteriors, off):
@@ -153,7 +161,7 @@ def around(points: ArrayLike, cameras: dict[str, np.ndarray]) -> None:
         said.append(f"{name}: turned away from the first set are {wrong_ones}")
     scale = "The axes X, Y, Z are 350 mm long."
     key = "\nBlue: as in the first picture; red: turned away." if len(sets) > 1 else ""
-    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=14)
+    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
     basic.show(
         fig,
         "Muliawan's nine cameras around a field of fifty targets. "
@@ -178,9 +186,9 @@ def _several(attitudes: ArrayLike, names: list[str], width: float) -> None:
         _meadow(ax, exterior, 2.4)
         space.fit(ax, [(-6, -6, 0), (6, 6, 10)], 1.35)
         below = fig.add_subplot(grid[1, column])
-        space.draw_photo(below, exterior, _country(), ground=village.GROUND)
+        _photo(below, exterior, _country())
         said.append(f"{name}: {_north(exterior)}".replace("\n", " "))
-    fig.text(0.5, 0.015, SCALE, ha="center", fontsize=13)
+    fig.text(0.5, 0.015, SCALE, ha="center", fontsize=16)
     alt = "Cameras 8 m above the meadow, and below them what they see. "
     basic.show(fig, alt + "; ".join(said) + ".", colours=128)
 
@@ -196,10 +204,10 @@ def _beside(
     _meadow(ax, exterior, 3.0)
     space.fit(ax, [(-6, -7, -1), (6, 6, 10)], zoom=1.3)
     right = fig.add_subplot(grid[0, 1])
-    space.draw_photo(right, exterior, _country(), ground=village.GROUND)
+    _photo(right, exterior, _country())
     right.set_title("what it sees")
     ax.set_title(name, loc="center", y=1.0)
-    fig.text(0.02, 0.02, SCALE, fontsize=13)
+    fig.text(0.02, 0.02, SCALE, fontsize=16)
     return fig
 
 
@@ -207,7 +215,16 @@ def _meadow(ax: Axes3D, exterior: np.ndarray, size: float) -> None:
     """The meadow and a camera, and at a corner the axes of object space."""
     space.draw_faces(ax, village.village())
     space.draw_axes(ax, (-6, -6, 0), None, 3, ("X", "Y", "Z"), 16)
-    space.draw_camera(ax, exterior, size, fontsize=16)
+    space.draw_camera(ax, exterior, size)
+    for text in ax.texts:
+        text.set_fontsize(16)
+
+
+def _photo(ax: Axes, exterior: np.ndarray, faces: list[village.Face]) -> None:
+    """What the camera sees, with names that are read from the back row."""
+    space.draw_photo(ax, exterior, faces, ground=village.GROUND)
+    for text in ax.texts:
+        text.set_fontsize(16)
 
 
 def _country() -> list[village.Face]:

@@ -1,5 +1,7 @@
 """Printed rotation matrices on trial: which rows, columns and elements fail."""
 
+from collections.abc import Mapping
+
 import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,12 +45,12 @@ def matrices(omega: float, phi: float, kappa: float) -> dict[str, np.ndarray]:
     return {"(M 2.8)": of_2013, "(B 3)": of_2010, "(M 2.62)": np.array(back)}
 
 
-def bench(matrices: dict[str, np.ndarray]) -> None:
+def bench(matrices: Mapping[str, ArrayLike]) -> None:
     """Show a table of how far each matrix is from a rotation.
 
     Parameters
     ----------
-    matrices : dict of str to ndarray (3, 3)
+    matrices : mapping of str to array_like (3, 3)
         The matrices by their names in print.
     """
     rows = [
@@ -59,12 +61,12 @@ def bench(matrices: dict[str, np.ndarray]) -> None:
     basic.table(head, rows, "Three printed matrices at ω, φ, κ = 0.3, 0.4, 0.5 rad")
 
 
-def rows_and_columns(matrices: dict[str, np.ndarray]) -> None:
+def rows_and_columns(matrices: Mapping[str, ArrayLike]) -> None:
     """Show which rows and which columns of each matrix fail.
 
     Parameters
     ----------
-    matrices : dict of str to ndarray (3, 3)
+    matrices : mapping of str to array_like (3, 3)
         The matrices by their names in print.
     """
     several = _all(matrices)
@@ -81,7 +83,7 @@ def rows_and_columns(matrices: dict[str, np.ndarray]) -> None:
                 text.set(ha="center", va="center")
             ax.set(xticks=range(3), yticks=range(3))
             ax.set(xticklabels=range(1, 4), yticklabels=range(1, 4))
-            ax.tick_params(length=0)
+            ax.tick_params(length=0, labelsize=14)
             ax.grid(False)
         axes[0, column].set_title(name, loc="center")
         axes[0, column].set_xlabel("row")
@@ -96,10 +98,14 @@ def rows_and_columns(matrices: dict[str, np.ndarray]) -> None:
     )
 
 
-def _all(matrices: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {
-        name: _validate.of_shape(m, (3, 3), "matrices") for name, m in matrices.items()
+def _all(matrices: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    several = {
+        name: _validate.of_shape(m, (3, 3), f"matrices, {name}")
+        for name, m in _validate.mapping(matrices, "matrices").items()
     }
+    if not several:
+        raise ValueError("matrices must hold one matrix or more")
+    return several
 
 
 def _numbers(product: ArrayLike) -> str:

@@ -110,10 +110,10 @@ def quadrant(degrees: float) -> None:
     """
     degrees = _validate.number(degrees, "degrees")
     answer = float(np.degrees(np.arctan(np.tan(np.radians(degrees)))))
-    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     ax.add_patch(Arc((0, 0), 2, 2, color="0.6"))
     ax.fill_between((0, 1.15), -1.15, 1.15, color="0.92", linewidth=0, zorder=0)
-    middle: Look = {"fontsize": 14, "ha": "center", "va": "center"}
+    middle: Look = {"fontsize": 16, "ha": "center", "va": "center"}
     ax.text(0.47, 0.4, "all that\narctan\nanswers", **middle)
     for value, color, line in ((degrees, basic.BLUE, "-"), (answer, basic.RED, "--")):
         x, y = np.cos(np.radians(value)), np.sin(np.radians(value))
@@ -124,8 +124,8 @@ def quadrant(degrees: float) -> None:
     ax.axhline(0, color="0.4", lw=1)
     ax.plot((0, 0), (-1.2, 1.2), color="0.4", lw=1)
     ax.text(0, -1.4, "solid: the camera's ω, dashed: arctan(tan ω)", **middle)
-    ax.text(1.2, -0.1, "cos ω", fontsize=14, va="center")
-    ax.text(0.05, 1.22, "sin ω", fontsize=14, va="center")
+    ax.text(1.2, -0.1, "cos ω", fontsize=16, va="center")
+    ax.text(0.05, 1.22, "sin ω", fontsize=16, va="center")
     ax.set(xlim=(-1.8, 1.6), ylim=(-1.5, 1.32), aspect="equal")
     ax.axis("off")
     basic.show(
