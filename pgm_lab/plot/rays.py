@@ -194,7 +194,7 @@ def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> No
     corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
     tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
     drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
-    fill(ax, np.concatenate(drawn), (0.02, 0.02, 0.96, 0.96))
+    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
     basic.show(
         fig,
         f"Two cameras in space look down at {len(points)} points; a ray runs from each"
