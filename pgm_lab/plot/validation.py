@@ -31,7 +31,7 @@ def heights(z: ArrayLike, last: int = 3) -> None:
     if z.ndim != 2 or z.shape[1] != 10 or len(z) < 2:
         raise ValueError(f"z must have shape (steps + 1, 10); got {z.shape}")
     last = _validate.whole(last, "last", 0, len(z) - 1)
-    fig, ax = plt.subplots(figsize=(7, 4.6))
+    fig, ax = plt.subplots(figsize=(7, 3.9))
     for i in range(10):
         if i not in MARKED:
             label = "six others" if i == 2 else None
