@@ -73,11 +73,11 @@ def residuals(photos: ArrayLike, v: ArrayLike) -> None:
         ax.add_patch(frame)
         ax.plot(*xy.T, "o", color=basic.BLACK, markersize=4)
         ax.quiver(*xy.T, *r.T, **look)
-        ax.quiver(-10.5, -6.8, 0.1, 0, **look)
-        ax.text(-11, -6, f"100 µm = {100 / PIXEL:.1f} px", fontsize=13)
         ax.set(title=name, xlabel="x (mm)", aspect="equal")
         ax.set(xlim=(-12.2, 12.2), ylim=(-8.3, 8.3))
     axes[0].set_ylabel("y (mm)")
+    axes[0].quiver(-10.5, -6.8, 0.1, 0, **look)
+    axes[0].text(-11, -6, f"100 µm = {100 / PIXEL:.1f} px", fontsize=13)
     basic.show(
         fig,
         f"Both photos with {photos.shape[1]} points and their residuals, drawn"
