@@ -204,5 +204,4 @@ def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> No
 
 def _write(ax: Axes3D, at: ArrayLike, words: str, colour: str, where: str) -> None:
     look: Look = {"fontsize": TEXT, "color": colour, "zorder": 9}
-    look["bbox"] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.8}
     ax.text(*np.asarray(at), words, ha=where, va="center", **look)

@@ -39,7 +39,7 @@ def heights(z: ArrayLike, last: int = 3) -> None:
     for i, (mark, colour) in MARKED.items():
         ax.plot(z[:, i], f"{mark}-", color=colour, label=f"point {i + 1}")
     ax.set(yscale="symlog", ylim=(-1e5, 1e3), xticks=range(len(z)), xlabel="steps made")
-    ax.set(ylabel="Z (unit not printed),\nlogarithmic both sides of 0")
+    ax.set(ylabel="Z (unit not printed,\nlog scale)")
     ax.axvline(last, color=basic.BLACK, linewidth=1.2, linestyle="--")
     ax.text(last - 0.05, -2.5e4, "published", fontsize=14, ha="right")
     fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
