@@ -1,6 +1,7 @@
 """Checks of the exercises of chapter 5, intersection."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -74,7 +75,7 @@ def derivatives(function: Callable[..., object]) -> None:
     def rows(x: np.ndarray) -> np.ndarray:  # as project answers
         return wave(x).reshape(2, 2)
 
-    found = call(function, wave, at, shape=(4, 3))
+    found = _first(function, wave, at, shape=(4, 3))
     slips = [
         (-right, "the sign: there less back, divided by the way between them"),
         (2 * right, "from back to there are two steps"),
@@ -136,12 +137,16 @@ def resection(function: Callable[..., object]) -> None:
     try:
         found = call(function, START, image, GROUND, 35.0, shape=(2, 6))
     except CheckFailed as failed:
-        if "NoneType" in str(failed):
+        if "NoneType" in str(failed) or "at least one array" in str(failed):
             raise CheckFailed(
-                "resection got nothing from a function that it uses: take the book's"
-                " own, as in the cell with checks.own"
+                "resection got nothing from a function that it uses: do exercises 5.1"
+                " and 5.2 first"
             ) from None
-        if "does not lie in front" in str(failed) or "must be" in str(failed):
+        if any(word in str(failed) for word in ("ellipsis", "A must", "observed must")):
+            raise CheckFailed(
+                "resection: A, missing or sd is still `...`. Your turn!"
+            ) from None
+        if "does not lie in front" in str(failed):
             raise CheckFailed(
                 "resection: the steps lead away from the photo. Observed less computed"
                 " is what adjust asks for, and its x is added to exterior"
@@ -171,6 +176,23 @@ def resection(function: Callable[..., object]) -> None:
     )
 
 
+def _first(
+    function: Callable[..., object], *arguments: Any, shape: tuple[int, ...]
+) -> np.ndarray:
+    """As `call`; says in plain words that a loop has not been filled yet."""
+    name = getattr(function, "__name__", "your function")
+    try:
+        return call(function, *arguments, shape=shape)
+    except CheckFailed as failed:
+        if "at least one array" in str(failed):
+            raise CheckFailed(f"{name}: there is no column yet. Your turn!") from None
+        if "Singular matrix" in str(failed):
+            raise CheckFailed(
+                f"{name}: the matrix has no inverse. Is every ray added to it?"
+            ) from None
+        raise
+
+
 def _first_step(image: np.ndarray) -> np.ndarray:
     """Where one step from the start leads."""
 
@@ -193,7 +215,7 @@ def intersection(function: Callable) -> None:
     skew = exact + rng.normal(0, 0.02, (4, 3))
     skew /= np.linalg.norm(skew, axis=1, keepdims=True)
 
-    meets = near(call(function, stations, exact, shape=(3,)), point, 1e-6)
+    meets = near(_first(function, stations, exact, shape=(3,)), point, 1e-6)
     two = near(call(function, stations[:2], exact[:2], shape=(3,)), point, 1e-6)
     any_length = near(call(function, stations, exact * long, shape=(3,)), point, 1e-6)
     answer = call(function, stations, skew, shape=(3,))

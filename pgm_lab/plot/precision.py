@@ -108,7 +108,7 @@ def base_by_hand() -> None:
         angle = np.degrees(2 * np.arctan(base / 2 / HEIGHT))
         sx, sz = 1000 * np.array(vertical(base))
         fig, (side, error) = plt.subplots(
-            1, 2, figsize=(10, 4.6), width_ratios=(1.25, 1)
+            1, 2, figsize=(10, 4.2), width_ratios=(1.25, 1)
         )
         stations = np.array([(-base / 2, HEIGHT), (base / 2, HEIGHT)])
         for station, colour, style in zip(

@@ -32,7 +32,7 @@ CONTROL = (0, 1, 2, 8)  # corners whose ground coordinates are known
 
 def one_ray() -> None:
     """Show one collinear ray with all its parts named."""
-    fig = plt.figure(figsize=(10, 6.2), layout="none")
+    fig = plt.figure(figsize=(10, 5.0), layout="none")
     ax = space.space(fig, view=(12, -68))
     M, centre, size = rotation.matrix(*CAMERA[3:]), CAMERA[:3], 1.35
     drawn = [*space.draw_camera(ax, CAMERA, size, axes=False, color=basic.GREY)]
@@ -77,7 +77,7 @@ def one_ray() -> None:
 
 def epipolar_plane() -> None:
     """Show two rays, the base between their stations, and the plane of all three."""
-    fig = plt.figure(figsize=(10, 5.6), layout="none")
+    fig = plt.figure(figsize=(10, 4.6), layout="none")
     ax = space.space(fig, view=(18, -72))
     point, drawn = np.array([0.25, 0.5, 0.0]), [np.array([(0.25, 0.5, -0.3)])]
     triangle = np.array([*PAIR[:, :3], point])
@@ -122,7 +122,7 @@ def epipolar_plane() -> None:
 
 def to_the_ground() -> None:
     """Show a model in its own frame, and carried to the ground by a similarity."""
-    fig = plt.figure(figsize=(10, 4.8), layout="none")
+    fig = plt.figure(figsize=(10, 4.2), layout="none")
     turn = rotation.matrix(0.25, 0.3, 0.15)
     places = ((0.0, 0.12, 0.36, 0.66), (0.56, 0.08, 0.42, 0.78))
     both = ((0.45 * HOUSE @ turn, ("x", "y", "z")), (HOUSE, ("X", "Y", "Z")))
@@ -177,7 +177,7 @@ def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> No
     photos = _validate.of_shape(exteriors, (2, 6), "exteriors")
     points = _validate.points(points, 3, "points").reshape(-1, 3)
     names = _validate.texts(names, "names", 2)
-    fig = plt.figure(figsize=(10, 5.2), layout="none")
+    fig = plt.figure(figsize=(10, 4.2), layout="none")
     ax = space.space(fig, view=(14, 38))
     drawn = [points]
     styles = ((basic.BLUE, "-"), (basic.RED, "--"))
@@ -194,7 +194,7 @@ def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> No
     corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
     tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
     drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
-    fill(ax, np.concatenate(drawn), (0.02, 0.02, 0.96, 0.96))
+    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
     basic.show(
         fig,
         f"Two cameras in space look down at {len(points)} points; a ray runs from each"

@@ -31,7 +31,7 @@ def heights(z: ArrayLike, last: int = 3) -> None:
     if z.ndim != 2 or z.shape[1] != 10 or len(z) < 2:
         raise ValueError(f"z must have shape (steps + 1, 10); got {z.shape}")
     last = _validate.whole(last, "last", 0, len(z) - 1)
-    fig, ax = plt.subplots(figsize=(7, 4.6))
+    fig, ax = plt.subplots(figsize=(7, 3.9))
     for i in range(10):
         if i not in MARKED:
             label = "six others" if i == 2 else None
@@ -39,7 +39,7 @@ def heights(z: ArrayLike, last: int = 3) -> None:
     for i, (mark, colour) in MARKED.items():
         ax.plot(z[:, i], f"{mark}-", color=colour, label=f"point {i + 1}")
     ax.set(yscale="symlog", ylim=(-1e5, 1e3), xticks=range(len(z)), xlabel="steps made")
-    ax.set(ylabel="Z (unit not printed),\nlogarithmic both sides of 0")
+    ax.set(ylabel="Z (unit not printed,\nlog scale)")
     ax.axvline(last, color=basic.BLACK, linewidth=1.2, linestyle="--")
     ax.text(last - 0.05, -2.5e4, "published", fontsize=14, ha="right")
     fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -64,20 +64,20 @@ def residuals(photos: ArrayLike, v: ArrayLike) -> None:
     v = _validate.of_shape(v, photos.shape, "v")
     if photos.ndim != 3 or photos.shape[::2] != (2, 2):
         raise ValueError(f"photos must have shape (2, n, 2); got {photos.shape}")
-    fig, axes = plt.subplots(2, 1, figsize=(7, 7.4), sharex=True)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.4), sharey=True)
     look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / LARGER}
-    look |= {"width": 0.008, "color": basic.RED, "zorder": 3}
+    look |= {"width": 0.012, "color": basic.RED, "zorder": 3}
     width, height = FORMAT
     for ax, name, xy, r in zip(axes, ("left photo", "right photo"), photos, v):
         frame = plt.Rectangle((-width / 2, -height / 2), width, height, fc="#EEF3F7")
         ax.add_patch(frame)
-        ax.plot(*xy.T, "o", color=basic.BLACK, markersize=5)
+        ax.plot(*xy.T, "o", color=basic.BLACK, markersize=4)
         ax.quiver(*xy.T, *r.T, **look)
-        ax.quiver(-10.5, -6.8, 0.1, 0, **look)
-        ax.text(-10.5, -6.2, f"100 µm = {100 / PIXEL:.1f} px", fontsize=14)
-        ax.set(title=name, ylabel="y (mm)", aspect="equal")
+        ax.set(title=name, xlabel="x (mm)", aspect="equal")
         ax.set(xlim=(-12.2, 12.2), ylim=(-8.3, 8.3))
-    axes[1].set_xlabel("x (mm)")
+    axes[0].set_ylabel("y (mm)")
+    axes[0].quiver(-10.5, -6.8, 0.1, 0, **look)
+    axes[0].text(-11, -6, f"100 µm = {100 / PIXEL:.1f} px", fontsize=13)
     basic.show(
         fig,
         f"Both photos with {photos.shape[1]} points and their residuals, drawn"
@@ -107,7 +107,7 @@ def ladder(sigma0: Mapping[str, float]) -> None:
             for name, one in found.items()
         ]
     )
-    fig, ax = plt.subplots(figsize=(10, 0.9 + 0.44 * len(names)))
+    fig, ax = plt.subplots(figsize=(10, 0.9 + 0.36 * len(names)))
     colours = [basic.RED] + [
         basic.GREY if s > 500 else basic.BLUE if s > 10 else basic.GREEN
         for s in sizes[1:]
@@ -115,12 +115,13 @@ def ladder(sigma0: Mapping[str, float]) -> None:
     rows = np.arange(len(names))[::-1]
     hatches = ["//"] + ["" if s > 10 else ".." for s in sizes[1:]]
     ax.barh(rows, sizes, color=colours, hatch=hatches, edgecolor="white")
-    ax.set_yticks(rows, names)
+    ax.set_yticks(rows, names, fontsize=15)
+    ax.tick_params(axis="x", labelsize=15)
     for row, size in zip(rows, sizes):
         text = f"{size:.0f} µm" if size > 20 else f"{size:.3g} µm"
-        ax.text(1.15 * size, row, text, va="center", fontsize=14)
+        ax.text(1.15 * size, row, text, va="center", fontsize=15)
     ax.axvline(PIXEL, color=basic.BLACK, linestyle="--", linewidth=1.5)
-    ax.text(1.1 * PIXEL, -0.75, "one pixel", fontsize=14)
+    ax.text(1.1 * PIXEL, -0.75, "one pixel", fontsize=15)
     ax.set(xscale="log", xlim=(0.2, 5e4), ylim=(-1, len(names) - 0.4))
     ax.set_xlabel("sigma0 (µm)")
     ax.grid(axis="y", visible=False)
@@ -145,19 +146,19 @@ def misprints(deviation: ArrayLike, names: Sequence[str]) -> None:
     names = _validate.texts(names, "names")
     size = np.abs(_validate.of_shape(deviation, (len(names),), "deviation"))
     size = np.maximum(size, 1e-12)
-    fig, ax = plt.subplots(figsize=(10, 4.2))
+    fig, ax = plt.subplots(figsize=(7, 3.6))
     wrong = size > 1e-6
     labels = [f"$b_{{{name[1:]}}}$" for name in names]
     for those, colour, hatch, word in (
-        (~wrong, basic.BLUE, "", "agree with the moved unknown"),
+        (~wrong, basic.BLUE, "", "agree"),
         (wrong, basic.RED, "//", "do not"),
     ):
         look: Look = {"color": colour, "hatch": hatch, "edgecolor": "white"}
         at = np.flatnonzero(those)
         ax.bar(at, size[at], bottom=1e-13, label=word, **look)
-    ax.set_xticks(range(len(names)), labels)
+    ax.set_xticks(range(len(names)), labels, fontsize=14)
     ax.set(yscale="log", ylim=(1e-12, 1e3))
-    ax.set_ylabel("relative deviation\nfrom the difference")
+    ax.set_ylabel("relative deviation")
     ax.legend(loc="upper left", ncols=2)
     ax.grid(axis="x", visible=False)
     worst = [name for name, bad in zip(names, wrong) if bad]

@@ -128,6 +128,24 @@ def test_slip_in_the_derivatives_is_named(function, hint):
         chapter5.derivatives(function)
 
 
+def test_what_is_not_filled_yet_is_said_in_plain_words():
+    def empty(function, at):
+        return np.column_stack([])
+
+    def singular(stations, directions):
+        return np.linalg.solve(np.zeros((3, 3)), np.zeros(3))
+
+    def dots(start, image, points, c):
+        return least_squares.adjust(..., np.ones(10), ...)
+
+    with pytest.raises(CheckFailed, match="no column yet. Your turn!"):
+        chapter5.derivatives(empty)
+    with pytest.raises(CheckFailed, match="Is every ray added to it"):
+        chapter5.intersection(singular)
+    with pytest.raises(CheckFailed, match="still `...`. Your turn!"):
+        chapter5.resection(dots)
+
+
 def test_a_table_of_answers_makes_one_column():
     def unraveled(function, at):
         found = differences(function, at)
@@ -155,7 +173,7 @@ def test_whole_numbers_are_moved_as_well():
         ),
         (lambda *a: loop(*a, sd_of=lambda s, Q: s * np.diag(Q)), "does not follow"),
         (lambda *a: (loop(*a)[0], ...), "is still `...`"),
-        (lambda *a: dict.get({}, "x")["x"], "take the book's own"),
+        (lambda *a: dict.get({}, "x")["x"], "do exercises 5.1 and 5.2"),
     ],
 )
 def test_slip_in_the_resection_is_named(function, hint):
