@@ -1,10 +1,10 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
-`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
-`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`studies`.
+3-D), `village` (what they see), `matching`, `matches`, `search`, `troubles`,
+`subpixel` (of two photos), `fringe`, `chips`, `shifts`, `fifty`, `registration` (of two
+ortho images), `parallax`, `mark`, `stereo` (of a stereo pair), `heights`, `locations`,
+`bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -21,10 +21,13 @@ from pgm_lab.plot import (
     network,
     parallax,
     registration,
+    search,
     shifts,
     space,
     stereo,
     studies,
+    subpixel,
+    troubles,
     village,
 )
 from pgm_lab.plot._overlay import overlay
@@ -76,11 +79,14 @@ __all__ = [
     "parallax",
     "pixel_on_ground",
     "registration",
+    "search",
     "shifts",
     "show",
     "space",
     "stereo",
     "studies",
+    "subpixel",
     "table",
+    "troubles",
     "village",
 ]
