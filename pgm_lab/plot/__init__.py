@@ -2,9 +2,9 @@
 
 What every chapter needs is here; the rest stands by its subject: `space` (cameras in
 3-D), `village` (what they see), `matching`, `matches`, `search`, `troubles`,
-`subpixel` (of two photos), `fringe`, `chips`, `shifts`, `fifty`, `registration` (of two
-ortho images), `parallax`, `mark`, `stereo` (of a stereo pair), `heights`, `locations`,
-`bundle`, `network`, `matrices`, `studies`.
+`subpixel` (of two photos), `twentyfive`, `fringe`, `chips`, `shifts`, `fifty`,
+`registration` (of two ortho images), `parallax`, `mark`, `stereo` (of a stereo pair),
+`heights`, `locations`, `bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -28,6 +28,7 @@ from pgm_lab.plot import (
     studies,
     subpixel,
     troubles,
+    twentyfive,
     village,
 )
 from pgm_lab.plot._overlay import overlay
@@ -88,5 +89,6 @@ __all__ = [
     "subpixel",
     "table",
     "troubles",
+    "twentyfive",
     "village",
 ]

@@ -30,8 +30,8 @@ def summit(r: ArrayLike) -> None:
         ax.annotate(f"$r_{{{name}}}$", (at, value), (9, -16),
                     textcoords="offset points", fontsize=16)  # fmt: skip
     ax.axvline(slope / bend, color=basic.RED, linestyle=":", label="top, $t$ = ?")
-    ax.set(xlabel="shift (px)", ylabel="r", xticks=(-1, 0, 1))
-    ax.legend(loc="lower center")
+    ax.set(xlabel="shift (px)", ylabel="r", xticks=(-1, 0, 1), xlim=(-1.3, 2.1))
+    ax.legend(loc="upper right")
     basic.show(
         fig,
         "r at the shifts −1, 0 and 1 px as dots, a parabola through them, and a dotted"
