@@ -173,7 +173,7 @@ def templates(
         middle, around = r[1:-1, 1:-1], np.lib.stride_tricks.sliding_window_view
         summits = middle >= around(r, (3, 3)).max(axis=(2, 3))
         said.append(f"{size} px: {np.sum(summits & (middle > 0.6))}")
-        where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2) - 0.05, 0.54, 0.54)
+        where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2) - 0.02, 0.54, 0.54)
         ax = fig.add_axes(
             where, projection="3d", computed_zorder=False, facecolor="none"
         )
@@ -182,7 +182,7 @@ def templates(
         ax.set(xlabel="", ylabel="", zlabel="r")
         ax.set(xticklabels=[], yticklabels=[], zticklabels=[])
         ax.set_box_aspect((1, 1, 0.8), zoom=0.98)
-        fig.text(where[0] + 0.05, where[1] + 0.49, f"{size} × {size} px", fontsize=15)
+        fig.text(where[0] + 0.05, where[1] + 0.47, f"{size} × {size} px", fontsize=15)
     basic.show(
         fig,
         "Landscapes of r over the shift, 30 px to each side, for four widths of the"

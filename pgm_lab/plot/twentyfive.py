@@ -126,9 +126,9 @@ def reach(
     fig, ax = plt.subplots(figsize=(7, 4.4))
     looks = ((basic.RED, "-"), (basic.ORANGE, "--"), (basic.BLUE, ":"))
     for (name, width), (colour, line) in zip(windows.items(), looks):
-        label = f"{name}: {width} px"
+        label = f"{name}:\n{width} px"
         outline(ax, begin, width, colour, label=label, linestyle=line, linewidth=3)
-    outline(ax, end, size, basic.GREEN, label=f"the match: {size} px", linewidth=2)
+    outline(ax, end, size, basic.GREEN, label=f"the match:\n{size} px", linewidth=2)
     ax.plot(*begin, "+", color=basic.BLACK, markersize=14, label="start")
     arrow: Look = {"arrowstyle": "->", "linewidth": 1.8}
     ax.annotate("", end, begin, arrowprops=arrow)
@@ -136,7 +136,7 @@ def reach(
     ax.set(xlim=(begin[0] - far, begin[0] + far), aspect="equal")
     ax.set(ylim=(begin[1] + far, begin[1] - far))
     ax.set(xlabel="column (px)", ylabel="row (px)")
-    ax.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
+    fig.legend(loc="outside right center")
     dx, dy = end - begin
     basic.show(
         fig,
