@@ -29,7 +29,7 @@ def numbers(windows: Mapping[str, ArrayLike]) -> None:
     """
     grey = {name: _validate.image(w) for name, w in windows.items()}
     first = next(iter(grey.values()))
-    across = (7, 2.6) if len(grey) > 1 else (4.6, 3.9)
+    across = (7, 2.6) if len(grey) > 1 else (3.6, 3.0)
     fig, axes = plt.subplots(1, len(grey), figsize=across, squeeze=False)
     said = []
     for ax, (name, window) in zip(axes[0], grey.items()):
@@ -166,7 +166,7 @@ def templates(
     sizes : sequence of int
         Widths of the templates in pixels, odd; the search goes 30 px to each side.
     """
-    fig = plt.figure(figsize=(7, 6.2), layout="none")
+    fig = plt.figure(figsize=(7, 5.2), layout="none")
     said = []
     for k, size in enumerate(sizes):
         r = correlation_map(cut(left, point, size), cut(right, start, size + 60))

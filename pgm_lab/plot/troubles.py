@@ -100,7 +100,7 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
         Whether each agrees with the truth.
     """
     places, good = np.asarray(points), np.asarray(right, bool)
-    fig, ax = plt.subplots(figsize=(7, 5.4))
+    fig, ax = plt.subplots(figsize=(7, 4.4))
     ax.imshow(photo, alpha=0.6)
     looks = ((good, "o", basic.SKY, "right"), (~good, "X", basic.RED, "wrong"))
     for chosen, mark, colour, name in looks:
