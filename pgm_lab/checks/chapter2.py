@@ -1,4 +1,4 @@
-"""Checks of the exercises of chapter 2, normalized cross correlation."""
+"""Checks of the exercises of chapter 2, normalized cross correlation, and its case."""
 
 from collections.abc import Callable
 
@@ -22,6 +22,57 @@ def _r(a: np.ndarray, b: np.ndarray, centred: bool = True) -> float:
     """Correlation, or the cosine of the grey values as they are."""
     a, b = (g - g.mean() * centred for g in (a.astype(float), b.astype(float)))
     return float(np.sum(a * b) / np.sqrt(np.sum(a * a) * np.sum(b * b)))
+
+
+def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
+    """Check the correlation of two windows, as a function of the reader's own."""
+    rng = np.random.default_rng(25)
+    a = rng.integers(20, 200, (6, 4)).astype(float)
+    other = rng.integers(20, 200, (6, 4)) + 0.5 * a
+    found = np.array([call(function, a, b, shape=()) for b in (other, -other)])
+    line = np.array(
+        [call(function, a, gain * a + 40, shape=()) for gain in (0.6, -0.6)]
+    )
+    right = _r(a, other) * np.array([1, -1])
+    x, y = a - a.mean(), other - other.mean()
+    signs = np.array([1, -1])
+    n = a.size
+    slips = [
+        (
+            [_r(a, b, centred=False) for b in (other, -other)],
+            "take off the mean of each window first",
+        ),
+        (right**2, "that is r squared"),
+        (np.abs(right), "r has a sign: it is negative where one is a negative"),
+        (signs * np.sum(x * y), "divide by the lengths of the two vectors"),
+        (signs * np.mean(x * y), "divide by the lengths of the two vectors"),
+        (
+            signs * np.sum(x * y) / (np.sum(x * x) * np.sum(y * y)),
+            "those are squares of the lengths: a root is missing",
+        ),
+        (
+            signs * np.sum(x * y) / np.sqrt(np.sum(x * x * y * y)),
+            "each vector has a length of its own: two sums, then their product",
+        ),
+        (right * (n - 1) / n, "a sum over n is divided by one over n − 1, or reversed"),
+        (right * n / (n - 1), "a sum over n is divided by one over n − 1, or reversed"),
+        (right * n, "one of the two is a mean, the other a sum"),
+        (right / n, "one of the two is a mean, the other a sum"),
+    ]
+    if near(found, np.round(right, 2), 1e-9) or near(found, np.round(right, 3), 1e-9):
+        slips.append((found, "it is right, but rounded: return all its digits"))
+    hint = first_slip(found, slips, "it is not the cosine of the two centred windows")
+    report(
+        "correlation",
+        [
+            ("the cosine of the centred windows", near(found, right, 1e-9), hint),
+            (
+                "a gain and an offset change at most its sign",
+                near(line, [1, -1], 1e-9),
+                "a window and its copy with a gain and an offset must give 1 or −1",
+            ),
+        ],
+    )
 
 
 def shifted(answer: object) -> None:
@@ -64,7 +115,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     slips = [
         (
             (-beta * x.mean(), beta),
-            "that is (B 2.6e) as printed: the mean of y is missing",
+            "the mean of y is missing",
         ),
         ((beta, alpha), "the gain comes last: return alpha, beta"),
         ((y.mean() - x.mean(), beta), "the mean of x has to be multiplied by the gain"),
@@ -83,7 +134,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     hint = first_slip(found, slips, otherwise)
     good = near(found, (alpha, beta), 1e-8)
     report(
-        "my_line",
+        "line",
         [
             (
                 "exact where y is a line of x",
@@ -95,7 +146,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     )
 
 
-def parabola(function: Callable[[float, float, float], object]) -> None:
+def peak_of_parabola(function: Callable[[float, float, float], object]) -> None:
     """Check a function that gives the top of a parabola through three values."""
     curvature, top = np.array([0.1, 0.3, 0.02]), np.array([0.4, -0.25, 0.1])
 
@@ -124,7 +175,7 @@ def parabola(function: Callable[[float, float, float], object]) -> None:
     ]
     hint = first_slip(found, slips, "the top of an exact parabola is not found")
     report(
-        "my_parabola",
+        "peak_of_parabola",
         [
             (
                 "equal neighbours give 0",
@@ -159,13 +210,13 @@ def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> Non
             whole,
             "subtract the mean of each window, not that of the whole search window",
         ),
-        (one_sum, "that is (H 1) as printed: each square needs its own sum"),
+        (one_sum, "sum the squares of each window first, and multiply then"),
         (expected[::-1, ::-1], "the template is turned by 180 degrees"),
     ]
     hint = first_slip(found, slips, "r is not that of the window at this place")
     place = np.unravel_index(np.argmax(found), found.shape)
     report(
-        "my_correlation_map",
+        "correlation_map",
         [
             (
                 "highest where the template was cut out",
@@ -195,7 +246,7 @@ def _map(
     return r
 
 
-def search_size(function: Callable[[int, np.ndarray, np.ndarray], object]) -> None:
+def search_width(function: Callable[[int, np.ndarray, np.ndarray], object]) -> None:
     """Check the width of a search window that holds the match and its neighbours."""
     cases = [  # template, left, right, shift
         (19, (332, 1063), (268, 1049), 64),
@@ -247,7 +298,7 @@ def search_size(function: Callable[[int, np.ndarray, np.ndarray], object]) -> No
     ]
     hint = first_slip(answers, slips, "the width is not the smallest that does")
     report(
-        "my_search_size",
+        "search_width",
         [
             ("odd", bool(np.all(answers % 2 == 1)), "the width must be odd"),
             ("smallest that holds the match", near(answers, expected), hint),

@@ -1,6 +1,11 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
 What every chapter needs is here; the rest stands in modules by its subject.
+What every chapter needs is here; the rest stands by its subject: `space` (cameras in
+3-D), `village` (what they see), `matching`, `matches`, `search`, `troubles`,
+`subpixel` (of two photos), `twentyfive`, `fringe`, `chips`, `shifts`, `fifty`,
+`registration` (of two ortho images), `parallax`, `mark`, `stereo` (of a stereo pair),
+`heights`, `locations`, `bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -24,6 +29,7 @@ from pgm_lab.plot import (
     printed,
     rays,
     registration,
+    search,
     shifts,
     space,
     stereo,
@@ -31,6 +37,9 @@ from pgm_lab.plot import (
     trials,
     turns,
     validation,
+    subpixel,
+    troubles,
+    twentyfive,
     village,
     windows,
 )
@@ -90,15 +99,19 @@ __all__ = [
     "precision",
     "rays",
     "registration",
+    "search",
     "shifts",
     "show",
     "space",
     "stereo",
     "studies",
+    "subpixel",
     "table",
     "trials",
     "turns",
     "validation",
+    "troubles",
+    "twentyfive",
     "village",
     "windows",
 ]

@@ -46,14 +46,56 @@ def size(template, left, right):
 
 
 def test_right_answers_pass(capsys):
+    chapter2.correlation(ncc.correlation)
+    chapter2.correlation(lambda a, b: [ncc.correlation(a, b)][0])
     chapter2.shifted(R)
     chapter2.shifted(round(R, 3))
     chapter2.line(line)
-    chapter2.parabola(parabola)
+    chapter2.peak_of_parabola(parabola)
     chapter2.correlation_map(correlation_map)
     chapter2.correlation_map(ncc.correlation_map)
-    chapter2.search_size(size)
-    assert capsys.readouterr().out.count("✓") == 7
+    chapter2.search_width(size)
+    assert capsys.readouterr().out.count("✓") == 9
+
+
+def centred(a, b):
+    return a - a.mean(), b - b.mean()
+
+
+def no_root(a, b):
+    a, b = centred(a, b)
+    return np.sum(a * b) / (np.sum(a**2) * np.sum(b**2))
+
+
+def one_sum_for_both(a, b):
+    a, b = centred(a, b)
+    return np.sum(a * b) / np.sqrt(np.sum(a**2 * b**2))
+
+
+def two_kinds_of_sd(a, b):
+    return np.cov(a.ravel(), b.ravel())[0, 1] / (a.std() * b.std())
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda a, b: cosine(a, b), "take off the mean"),
+        (lambda a, b: ncc.correlation(a, b) ** 2, "r squared"),
+        (lambda a, b: abs(ncc.correlation(a, b)), "has a sign"),
+        (lambda a, b: np.sum(np.multiply(*centred(a, b))), "divide by the lengths"),
+        (lambda a, b: np.mean(np.multiply(*centred(a, b))), "divide by the lengths"),
+        (no_root, "a root is missing"),
+        (one_sum_for_both, "a length of its own"),
+        (two_kinds_of_sd, "n − 1"),
+        (lambda a, b: ncc.correlation(a, b) * a.size, "the other a sum"),
+        (lambda a, b: round(ncc.correlation(a, b), 2), "rounded"),
+        (lambda a, b: 0.5, "must give 1 or −1"),
+        (lambda a, b: None, "returns nothing"),
+    ],
+)
+def test_slip_in_the_correlation_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter2.correlation(function)
 
 
 @pytest.mark.parametrize(
@@ -90,7 +132,7 @@ def beta(x, y):
 @pytest.mark.parametrize(
     ("function", "hint"),
     [
-        (lambda x, y: (-beta(x, y) * x.mean(), beta(x, y)), "as printed"),
+        (lambda x, y: (-beta(x, y) * x.mean(), beta(x, y)), "mean of y is missing"),
         (lambda x, y: line(x, y)[::-1], "gain comes last"),
         (lambda x, y: (y.mean() - x.mean(), beta(x, y)), "multiplied by the gain"),
         (lambda x, y: (y.mean() + beta(x, y) * x.mean(), beta(x, y)), "the sign"),
@@ -135,7 +177,7 @@ def test_slip_in_the_line_is_named(function, hint):
 )
 def test_slip_in_the_parabola_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter2.parabola(function)
+        chapter2.peak_of_parabola(function)
 
 
 def windows_and_template(template, search):
@@ -175,7 +217,7 @@ def cosines(template, search):
         (lambda t, s: np.roll(correlation_map(t, s), 1), "r is not that of the window"),
         (lambda t, s: correlation_map(t, s).T, "rows and columns are exchanged"),
         (whole_mean, "not that of the whole search window"),
-        (one_sum, r"\(H 1\) as printed"),
+        (one_sum, "squares of each window first"),
         (lambda t, s: np.zeros((9, 12)), "must return shape"),
     ],
 )
@@ -210,4 +252,4 @@ def test_map_of_the_check_is_that_of_the_package():
 )
 def test_slip_in_the_search_size_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter2.search_size(function)
+        chapter2.search_width(function)

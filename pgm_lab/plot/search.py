@@ -1,0 +1,233 @@
+"""Figures of the search by correlation: windows as arrows, maps, and their troubles."""
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from ipywidgets import IntSlider
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.image import cut
+from pgm_lab.ncc import correlation, correlation_map
+from pgm_lab.plot import basic
+from pgm_lab.plot._sliders import interact
+from pgm_lab.plot.basic import Look
+from pgm_lab.plot.matching import draw_map, draw_surface, draw_window, outline
+
+REACH = 25  # px that the search of the sliders goes to each side
+AWAY = 30  # px that it begins to the left of the point
+
+
+def numbers(windows: Mapping[str, ArrayLike]) -> None:
+    """Show small windows with their grey values written in, and r with the first.
+
+    Parameters
+    ----------
+    windows : mapping of str to array_like (rows, columns)
+        Grey values by the name of the window, one to four of one shape.
+    """
+    grey = {name: _validate.image(w) for name, w in windows.items()}
+    first = next(iter(grey.values()))
+    across = (7, 2.6) if len(grey) > 1 else (3.6, 3.0)
+    fig, axes = plt.subplots(1, len(grey), figsize=across, squeeze=False)
+    said = []
+    for ax, (name, window) in zip(axes[0], grey.items()):
+        ax.imshow(window, vmin=0, vmax=255)
+        for (i, j), g in np.ndenumerate(window):
+            ink = "black" if g > 110 else "white"
+            size = 13 if len(grey) < 3 else 9
+            if len(grey) < 3:
+                look: Look = {"ha": "center", "va": "center", "fontsize": size}
+                ax.text(j, i, f"{g:.0f}", color=ink, **look)
+        ax.set(xticks=[], yticks=[])
+        ax.set_title(name, fontsize=14, loc="center")
+        ax.grid(False)
+        if len(grey) > 1:
+            r = correlation(first, window)
+            ax.set_xlabel(f"r = {r:.2f}".replace("-", "−"))
+            said.append(f"{name}: r = {r:.2f}")
+    words = "Windows of grey values. " if len(grey) > 1 else "A window of grey values"
+    basic.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
+
+
+def arrows() -> None:
+    """Show windows of three pixels, their means taken off, as arrows in a plane."""
+    a, b = np.array([60.0, 110, 40]), np.array([50.0, 70, 120])
+    named = {"a": a, "0.6 a + 80": 0.6 * a + 80, "255 − a": 255 - a, "b": b}
+    # Centred windows of three pixels lie in the plane where the parts sum to zero
+    across = np.array([1, 0, -1]) / np.sqrt(2), np.array([-1, 2, -1]) / np.sqrt(6)
+    shapes: Look = {"width_ratios": (0.8, 1)}
+    fig, (left, ax) = plt.subplots(1, 2, figsize=(10, 4.3), gridspec_kw=shapes)
+    rows = np.array(list(named.values()))
+    left.imshow(rows, vmin=0, vmax=255, aspect="auto")
+    for (i, j), g in np.ndenumerate(rows):
+        look: Look = {"ha": "center", "va": "center", "fontsize": 14}
+        left.text(j, i, f"{g:.0f}", color="black" if g > 110 else "white", **look)
+    left.set_yticks(range(4), list(named))
+    left.set(xticks=[], title="four windows of three pixels")
+    left.grid(False)
+    colours = (basic.BLUE, basic.ORANGE, basic.RED, basic.GREEN)
+    places = {"a": (12, 16), "0.6 a + 80": (-10, 8), "255 − a": (0, -18), "b": (-14, 8)}
+    for (name, window), colour in zip(named.items(), colours):
+        tip = np.array([axis @ (window - window.mean()) for axis in across])
+        wide = 7 if name.startswith("0.6") else 2.6
+        look = {"arrowstyle": "-|>", "color": colour, "linewidth": wide}
+        look |= {"shrinkA": 0, "shrinkB": 0, "alpha": 0.75, "mutation_scale": 22}
+        ax.annotate("", tip, (0, 0), arrowprops=look)
+        text: Look = {"textcoords": "offset points", "ha": "center", "fontsize": 14}
+        ax.annotate(name, tip, places[name], **text)
+    tips = [np.array([axis @ (w - w.mean()) for axis in across]) for w in (a, b)]
+    low, high = sorted(np.arctan2(tip[1], tip[0]) for tip in tips)
+    if high - low > np.pi:
+        low, high = high, low + 2 * np.pi
+    turn = np.linspace(low, high, 60)
+    ax.plot(14 * np.cos(turn), 14 * np.sin(turn), color=basic.BLACK, linewidth=1.5)
+    middle = (low + high) / 2
+    ax.text(19 * np.cos(middle) - 3, 19 * np.sin(middle) - 3, r"$\theta$", fontsize=17)
+    ax.plot(0, 0, "o", color=basic.BLACK)
+    ax.set(xlim=(-75, 75), ylim=(-62, 68), aspect="equal")
+    ax.set(
+        xlabel="grey values", ylabel="grey values", title="the same, means taken off"
+    )
+    basic.show(
+        fig,
+        "Left, four windows of three grey values. Right, the same windows with their"
+        " means taken off, as arrows from one point: 0.6 a + 80 lies along a and is"
+        " shorter, 255 − a points the other way, and b makes an angle theta with a.",
+    )
+
+
+def parts(
+    left: ArrayLike,
+    right: ArrayLike,
+    point: ArrayLike,
+    start: ArrayLike,
+    template: int = 21,
+    search: int = 81,
+) -> None:
+    """Show a search with its parts named: template, search window, map and landscape.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values.
+    point, start : array_like (2,)
+        (column, row) in the left photo, and where the search begins in the right one.
+    template, search : int
+        Widths in pixels, odd.
+    """
+    r = correlation_map(cut(left, point, template), cut(right, start, search))
+    fig = plt.figure(figsize=(10, 4.8))
+    grid = fig.add_gridspec(2, 3, width_ratios=(1, 1, 2.3))
+    places = ((0, 0), (0, 1), (1, 0), (1, 1))
+    axes = [fig.add_subplot(grid[row, column]) for row, column in places]
+    draw_window(axes[0], np.asarray(left), point, 61)
+    outline(axes[0], point, template, basic.ORANGE)
+    draw_window(axes[1], np.asarray(left), point, template)
+    draw_window(axes[2], np.asarray(right), start, search)
+    drawn = draw_map(axes[3], r)
+    ax = fig.add_subplot(grid[:, 2], projection="3d", computed_zorder=False)
+    ax.view_init(elev=32, azim=-62)
+    shift = np.array(draw_surface(ax, r))
+    ax.set_box_aspect((1, 1, 0.8), zoom=0.88)
+    found = _validate.one_point(start, 2, "start") + shift
+    outline(axes[2], found, template, basic.ORANGE)
+    axes[3].plot(*shift, "o", color=basic.RED, mfc="none", markersize=14, mew=2.5)
+    names = ("left photo", "template", "search window", "r by shift (px)")
+    for one, name in zip(axes, names):
+        one.set_title(name, fontsize=14)
+        if one is not axes[3]:
+            one.set(xticks=[], yticks=[])
+    fig.colorbar(drawn, ax=axes[3], shrink=0.8)
+    basic.show(
+        fig,
+        "The template framed in the left photo, the template alone, the search window"
+        " of the right photo with the place found, r for every shift as a coloured map,"
+        f" and the same as a landscape: one sharp summit, r = {r.max():.2f}, at the"
+        f" shift ({shift[0]}, {shift[1]}) px, over low hills.",
+        colours=128,
+    )
+
+
+def templates(
+    left: ArrayLike,
+    right: ArrayLike,
+    point: ArrayLike,
+    start: ArrayLike,
+    sizes: Sequence[int] = (5, 11, 21, 51),
+) -> None:
+    """Show the landscapes of one point for templates of several widths.
+
+    Parameters
+    ----------
+    left, right, point, start
+        As for `parts`.
+    sizes : sequence of int
+        Widths of the templates in pixels, odd; the search goes 30 px to each side.
+    """
+    fig = plt.figure(figsize=(7, 5.2), layout="none")
+    said = []
+    for k, size in enumerate(sizes):
+        r = correlation_map(cut(left, point, size), cut(right, start, size + 60))
+        middle, around = r[1:-1, 1:-1], np.lib.stride_tricks.sliding_window_view
+        summits = middle >= around(r, (3, 3)).max(axis=(2, 3))
+        said.append(f"{size} px: {np.sum(summits & (middle > 0.6))}")
+        where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2) - 0.02, 0.54, 0.54)
+        ax = fig.add_axes(
+            where, projection="3d", computed_zorder=False, facecolor="none"
+        )
+        ax.view_init(elev=34, azim=-62)
+        draw_surface(ax, r, label=False)
+        ax.set(xlabel="", ylabel="", zlabel="r")
+        ax.set(xticklabels=[], yticklabels=[], zticklabels=[])
+        ax.set_box_aspect((1, 1, 0.8), zoom=0.98)
+        fig.text(where[0] + 0.05, where[1] + 0.47, f"{size} × {size} px", fontsize=15)
+    basic.show(
+        fig,
+        "Landscapes of r over the shift, 30 px to each side, for four widths of the"
+        f" template. Summits with r above 0.6: {'; '.join(said)}.",
+        colours=128,
+    )
+
+
+def by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> None:
+    """Show the search of a point that sliders place, with the size of its template.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values of a rectified pair.
+    disparity : array_like (rows, columns)
+        x left - x right where it is known, else NaN or infinite.
+    """
+    left, right = _validate.image(left, "left"), _validate.image(right, "right")
+    known = np.asarray(disparity)
+    (rows, columns), edge = left.shape, 60
+
+    def draw(x: int, y: int, size: int) -> None:
+        start = np.array([x - AWAY, y])
+        around = cut(right, start, size + 2 * REACH)
+        r = correlation_map(cut(left, (x, y), size), around)
+        i, j = np.unravel_index(r.argmax(), r.shape)
+        shift = np.array([j, i]) - REACH
+        fig, axes = plt.subplots(1, 3, figsize=(10, 3.7))
+        draw_window(axes[0], left, (x, y), size)
+        draw_window(axes[1], right, start, size + 2 * REACH)
+        outline(axes[1], start + shift, size, basic.ORANGE)
+        fig.colorbar(draw_map(axes[2], r), ax=axes[2], shrink=0.8)
+        axes[2].plot(*shift, "x", color=basic.RED, markersize=14, mew=3)
+        true = AWAY - known[y, x]
+        if np.isfinite(true):
+            axes[2].plot(true, 0, "wo", mfc="none", markersize=17, mew=2.5)
+        for ax, name in zip(axes, ("template", "search window", "r by shift (px)")):
+            ax.set_title(name)
+        axes[2].set_xlabel("× highest r, ○ truth")
+        drawn = f"template of {size} px at ({x}, {y}), highest r = {r.max():.2f}"
+        fig.suptitle(drawn)
+        basic.show(fig, f"Template, search window and map of r; {drawn}.", colours=128)
+
+    look: Look = {"continuous_update": False}
+    x = IntSlider(318, 130, columns - edge, 2, description="column", **look)
+    y = IntSlider(318, edge, rows - edge, 2, description="row", **look)
+    interact(draw, x=x, y=y, size=IntSlider(21, 3, 61, 2, description="width", **look))
