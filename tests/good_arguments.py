@@ -456,7 +456,7 @@ FUNCTIONS = {
     "camera.project": lambda: dict(camera=LENS, exterior=PHOTO, points=POINTS),
     "chapters.markdown": dict,
     "checks.near": lambda: dict(answer=UP, expected=UP),
-    "checks.chapter6.rescaled": lambda: dict(N=NET),
+    "checks.chapter6c.rescaled": lambda: dict(N=NET),
     "checks.own": lambda: dict(name="largest", book=max),
     "checks.predict": lambda: dict(number="2.1"),
     "checks.question": lambda: dict(number="1.2", choice=_right("1.2")),

@@ -5,6 +5,7 @@ What every chapter needs is here; the rest stands in modules by its subject.
 
 from pgm_lab.plot import (
     bundle,
+    calibrate,
     cameras,
     chips,
     estimates,
@@ -20,6 +21,7 @@ from pgm_lab.plot import (
     matrices,
     network,
     parallax,
+    program,
     precision,
     printed,
     rays,
@@ -66,6 +68,7 @@ __all__ = [
     "STYLE",
     "YELLOW",
     "bundle",
+    "calibrate",
     "cameras",
     "chips",
     "error_ellipse",
@@ -86,6 +89,7 @@ __all__ = [
     "overlay",
     "parallax",
     "pixel_on_ground",
+    "program",
     "printed",
     "precision",
     "rays",
