@@ -247,6 +247,9 @@ def adjust(
     away = np.abs(exteriors[:, :3] - exteriors[:1, :3])
     held = [*range(10, 16), 10 + 6 * (away.argmax() // 3) + away.argmax() % 3]
     free = np.setdiff1d(np.arange(10 + 6 * len(exteriors)), held)
+    redundancy = 2 * len(_validate.finite(photo, "photo")) - len(free) - ground.size
+    if redundancy < 1:
+        raise ValueError("as many unknowns as observations, or more: add rays")
     for _ in range(20):
         K, E, V, f, g, v = blocks(photo, point, xy, sigma, camera, exteriors, ground)
         back = _inverse(V)
@@ -260,9 +263,6 @@ def adjust(
         rest = g + np.einsum("nqa,q->na", E, step)
         ground = ground - np.einsum("nab,nb->na", back, rest)
         if np.all(np.abs(step[free]) < 1e-3 * np.sqrt(np.diag(Q))):
-            redundancy = v.size - len(free) - ground.size
-            if redundancy < 1:
-                raise ValueError("as many unknowns as observations: add rays")
             sigma0 = float(np.sqrt(np.sum(v**2) / redundancy))
             return camera, sigma0**2 * Q[:10, :10], sigma0, ground
     raise ValueError("no rest after 20 iterations: better start values may help")

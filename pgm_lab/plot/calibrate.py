@@ -4,12 +4,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from ipywidgets import FloatSlider, SelectMultiple
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab import bundle as room
 from pgm_lab.bundle import textbook
-from pgm_lab.plot import basic, matrices, network
+from pgm_lab.plot import basic, network
 from pgm_lab.plot import bundle as pictures
 from pgm_lab.plot._sliders import interact
 from pgm_lab.plot.basic import Look
@@ -118,19 +119,46 @@ def lens_by_hand() -> None:
 
 
 def zeros(photo: ArrayLike, point: ArrayLike) -> None:
-    """Show the normal matrix of a network with its blocks, and what is left of it.
+    """Show which parts of the normal matrix of a network are not zero.
 
     Parameters
     ----------
     photo, point : array_like (k,) of int
-        Photo and point of each ray.
+        Photo and point of each ray, from 0.
     """
+    photos = _validate.indices(photo, 10**4, "photo")
+    points = _validate.indices(point, 10**4, "point", len(photos))
+    if not len(photos):
+        raise ValueError("photo and point must hold one ray or more")
+    groups = {"camera": np.zeros(10, int)}
+    groups["photos"] = 1 + np.repeat(np.arange(photos.max() + 1), 6)
+    groups["points"] = 1 + photos.max() + 1 + np.repeat(np.arange(points.max() + 1), 3)
+    owner = np.concatenate(list(groups.values()))
+    meet = np.eye(owner.max() + 1, dtype=bool)
+    meet[0] = meet[:, 0] = True  # the camera takes part in every ray
+    row, column = 1 + photos, 2 + photos.max() + points
+    meet[row, column] = meet[column, row] = True
+    full = meet[np.ix_(owner, owner)]
+    fig, ax = plt.subplots(figsize=(7, 5.6), layout="constrained")
+    ax.imshow(full, cmap=ListedColormap(["white", basic.BLUE]), interpolation="nearest")
+    ends = np.cumsum([len(part) for part in groups.values()])
+    names = [f"{name} {len(part)}" for name, part in groups.items()]
+    middles = ends - [len(part) / 2 for part in groups.values()]
+    ax.set_yticks(middles, names)
+    ax.set_xticks([])
+    ax.tick_params(length=0)
+    ax.grid(False)
+    for end in ends[:-1] - 0.5:
+        ax.axhline(end, color=basic.GREY, lw=1)
+        ax.axvline(end, color=basic.GREY, lw=1)
+    share = 100 * (1 - full.mean())
+    ax.set_title(f"{share:.0f} % of the normal matrix are zero")
     basic.show(
-        matrices.normal_matrix(photo, point),
-        "The normal matrix with its blocks that are not zero: a band of the camera's"
-        " ten unknowns, nine blocks of 6 by 6 for the photos, fifty blocks of 3 by 3"
-        " for the points on the diagonal, and full blocks where photos meet points."
-        " Everything else is empty. Eliminating the points leaves a small full matrix.",
+        fig,
+        f"The normal matrix of {len(full)} unknowns, what is not zero in blue: full bands"
+        " for the camera, full blocks where photos meet points, small blocks for each"
+        " photo and each point on the diagonal. All else is empty:"
+        f" {share:.0f} per cent.",
     )
 
 
@@ -144,8 +172,12 @@ def motions(exteriors: ArrayLike, points: ArrayLike) -> None:
     points : array_like (n, 3)
         Object points.
     """
+    fig = network.seven_motions(exteriors, points)
+    fig.set_size_inches(7, 4.9)
+    for text in [*fig.texts, *(ax.title for ax in fig.axes)]:
+        text.set_fontsize(13)
     basic.show(
-        network.seven_motions(exteriors, points),
+        fig,
         "Seven small pictures of the network with arrows at cameras and points: shifts"
         " in X, Y and Z, rotations about X, Y and Z, and a scale. In each, cameras and"
         " points move together.",
@@ -160,8 +192,10 @@ def curve(result: room.Bundle) -> None:
     result : Bundle
         An adjusted network with K1, K2 and K3.
     """
+    fig = pictures.lens_curve(result)
+    fig.set_size_inches(7, 4.9)
     basic.show(
-        pictures.lens_curve(result),
+        fig,
         "Above: the radial correction of the lens against the distance from the"
         " principal point, with its 95 per cent band. Below: half the width of the"
         " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"

@@ -52,7 +52,7 @@ def steps(runs: Mapping[str, ArrayLike]) -> None:
         RMS of an image coordinate after each step, mm, by the name of the defect.
     """
     given = _validate.mapping(runs, "runs")
-    fig, ax = plt.subplots(figsize=(7, 5.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.8), layout="constrained")
     for name, rms in given.items():
         values = 1000 * _validate.positive(rms, name, "mm")[:11]
         colour, marker, line = LOOKS.get(name, (basic.GREY, "o", "-"))
@@ -65,8 +65,8 @@ def steps(runs: Mapping[str, ArrayLike]) -> None:
         fig,
         "RMS after each step for each defect alone, log scale. None, short and 2 P1 xy"
         " reach 0.31 micrometres after one to three steps; pinv stays at 8.2, x/c at"
-        " 86, centre twice jumps between 0.3 and 130; rows comes to 0.8 and slowly grows"
-        " again, r and sign run away to a millimetre and more.",
+        " 86, centre twice jumps between 0.3 and 130; rows comes to 0.8 and slowly"
+        " grows again, r and sign run away to a millimetre and more.",
     )
 
 
@@ -93,7 +93,7 @@ def kept(values: Mapping[str, ArrayLike], limit: float) -> None:
 
 
 def left_over(result: room.Bundle) -> None:
-    """Show the residuals of six photos, those beyond the limit with their points.
+    """Show the residuals of four photos, those beyond the limit with their points.
 
     Parameters
     ----------
@@ -101,10 +101,12 @@ def left_over(result: room.Bundle) -> None:
         The adjusted network of 2013.
     """
     _validate.instance(result, room.Bundle, "result")
-    photos = [k for k in (0, 1, 2, 5, 6, 8) if k < len(result.exteriors)]
+    photos = [k for k in (1, 3, 5, 6) if k < len(result.exteriors)]
+    fig = bundle.residual_vectors(result, photos)
+    fig.set_size_inches(7, 4.6)
     basic.show(
-        bundle.residual_vectors(result, photos),
-        "Residual vectors in six photos, drawn much too large. Most point in all"
+        fig,
+        "Residual vectors in four photos, drawn much too large. Most point in all"
         " directions, some neighbours alike; a few are much longer and drawn in red,"
         " near the edges of photos 2, 6 and 7.",
     )
@@ -181,7 +183,7 @@ def precisions(sds: Mapping[str, ArrayLike]) -> None:
         at = np.arange(len(values)) + 0.16 * (k - 1)
         ax.plot(values[:, k], at, marker, color=colour, label=name, ms=11)
     for row in np.flatnonzero(np.isnan(values[:, 0])):
-        ax.text(60, row, "c cannot be determined", va="center", fontsize=15)
+        ax.text(60, float(row), "c cannot be determined", va="center", fontsize=15)
     ax.set(xscale="log", xlim=(4, 2500), xlabel="standard deviation (µm)")
     ax.set_xticks((5, 20, 100, 500, 2000), ("5", "20", "100", "500", "2000"))
     ax.set_yticks(range(len(several)), list(several))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle, datasets
+from pgm_lab.bundle import textbook
 from pgm_lab.camera import Camera
 from pgm_lab.checks import CheckFailed, chapter6, chapter6c
 from tests.networks import real
@@ -322,3 +323,79 @@ def test_scaling_does_not_depend_on_units():
     np.testing.assert_allclose(
         chapter6c.rescaled(N * np.outer(u, u)), chapter6c.rescaled(N)
     )
+
+
+def ideal(xy, camera, exchanged=(), zero=(), sign=1):
+    """The right answer, with parameters exchanged or left out."""
+    camera = np.array(camera, dtype=float)
+    for i, j in exchanged:
+        camera[[i, j]] = camera[[j, i]]
+    camera[list(zero)] = 0
+    found = textbook.without_lens(xy, camera)
+    plain = xy - camera[1:3]
+    return plain + sign * (found - plain)
+
+
+@pytest.mark.parametrize(
+    ("named", "hint"),
+    [
+        ({"sign": -1}, "added to the measured point"),
+        ({"exchanged": [(6, 7)]}, "P1 and P2 are exchanged"),
+        ({"exchanged": [(8, 9)]}, "b1 and b2 are exchanged"),
+        ({"exchanged": [(3, 4)]}, "K1 and K2 are exchanged"),
+        ({"zero": [6, 7]}, "P1 and P2, is missing"),
+        ({"zero": [8, 9]}, "b1 and b2, is missing"),
+        ({"zero": [5]}, "K3 is missing"),
+        ({"zero": [1, 2]}, "principal point is missing"),
+    ],
+)
+def test_slip_in_the_lens_is_named(named, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.without_lens(lambda xy, camera: ideal(xy, camera, **named))
+
+
+def test_a_rounded_ideal_point_is_named_as_rounded():
+    with pytest.raises(CheckFailed, match="rounded"):
+        chapter6.without_lens(lambda xy, camera: ideal(xy, camera).round(4))
+
+
+def test_right_lens_and_right_bundle_pass(capsys):
+    chapter6.without_lens(textbook.without_lens)
+    chapter6.adjust(textbook.adjust)
+    assert capsys.readouterr().out.count("✓") == 2
+
+
+def adjusted(*edits):
+    """The book's bundle, its answer changed by functions of its parts."""
+
+    def bundle(*arguments):
+        answer = list(textbook.adjust(*arguments))
+        for k, edit in edits:
+            answer[k] = edit(answer[k])
+        return answer
+
+    return bundle
+
+
+S0 = 0.348980628
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *a: None, "returns nothing"),
+        (lambda *a: textbook.adjust(*a)[:2], "four things"),
+        (adjusted((3, lambda p: p[:9])), "must return shapes"),
+        (adjusted((0, lambda c: np.r_[35.0, np.zeros(9)])), "stays at its start"),
+        (adjusted((0, lambda c: c + 20)), "runs away"),
+        (adjusted((0, lambda c: c + 0.01)), "not the best one"),
+        (adjusted((2, lambda s: s * np.sqrt(693 / 900))), "by the redundancy"),
+        (adjusted((2, lambda s: s**2)), "take the root"),
+        (adjusted((1, lambda C: C / S0**2)), "lacks the factor sigma0²"),
+        (adjusted((1, lambda C: C / S0)), "to be squared"),
+        (adjusted((1, lambda C: 2 * C)), "not sigma0² times"),
+    ],
+)
+def test_slip_in_the_bundle_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.adjust(function)
