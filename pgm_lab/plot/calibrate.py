@@ -139,7 +139,7 @@ def zeros(photo: ArrayLike, point: ArrayLike) -> None:
     row, column = 1 + photos, 2 + photos.max() + points
     meet[row, column] = meet[column, row] = True
     full = meet[np.ix_(owner, owner)]
-    fig, ax = plt.subplots(figsize=(7, 5.6), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     ax.imshow(full, cmap=ListedColormap(["white", basic.BLUE]), interpolation="nearest")
     ends = np.cumsum([len(part) for part in groups.values()])
     names = [f"{name} {len(part)}" for name, part in groups.items()]
@@ -155,9 +155,9 @@ def zeros(photo: ArrayLike, point: ArrayLike) -> None:
     ax.set_title(f"{share:.0f} % of the normal matrix are zero")
     basic.show(
         fig,
-        f"The normal matrix of {len(full)} unknowns, what is not zero in blue: full bands"
-        " for the camera, full blocks where photos meet points, small blocks for each"
-        " photo and each point on the diagonal. All else is empty:"
+        f"The normal matrix of {len(full)} unknowns, what is not zero in blue: full"
+        " bands for the camera, full blocks where photos meet points, small blocks for"
+        " each photo and each point on the diagonal. All else is empty:"
         f" {share:.0f} per cent.",
     )
 
@@ -173,7 +173,7 @@ def motions(exteriors: ArrayLike, points: ArrayLike) -> None:
         Object points.
     """
     fig = network.seven_motions(exteriors, points)
-    fig.set_size_inches(7, 4.9)
+    fig.set_size_inches(7, 4.0)
     for text in [*fig.texts, *(ax.title for ax in fig.axes)]:
         text.set_fontsize(13)
     basic.show(

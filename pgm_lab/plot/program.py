@@ -103,7 +103,7 @@ def left_over(result: room.Bundle) -> None:
     _validate.instance(result, room.Bundle, "result")
     photos = [k for k in (1, 3, 5, 6) if k < len(result.exteriors)]
     fig = bundle.residual_vectors(result, photos)
-    fig.set_size_inches(7, 4.6)
+    fig.set_size_inches(7, 4.0)
     basic.show(
         fig,
         "Residual vectors in four photos, drawn much too large. Most point in all"
