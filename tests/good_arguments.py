@@ -35,6 +35,7 @@ from pgm_lab.orientation import absolute
 from pgm_lab.plot import space
 
 LENS = camera.Camera(35.0, 0.1, -0.1, K1=1e-5)
+PLAIN = np.array([35.0] + 9 * [0.0])
 PHOTO = (10.0, 5.0, 100.0, 0.02, -0.01, 0.3)
 NEXT = (30.0, 6.0, 101.0, -0.02, 0.01, 0.2)
 POINTS = np.array([(20.0, 2, 4), (12, 9, 8), (3, 14, -6), (25, -8, 1), (14, 4, -9)])
@@ -56,6 +57,18 @@ UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
 @cache
 def net():
     return simulate.network(LENS, 4, 12, np.random.default_rng(1))
+
+
+def textbook_network():
+    return dict(
+        photo=net().photo,
+        point=net().point,
+        xy=net().xy,
+        sigma=0.001,
+        camera=PLAIN,
+        exteriors=net().exteriors,
+        points=net().points,
+    )
 
 
 @cache
@@ -374,6 +387,33 @@ FUNCTIONS = {
     "bundle.dense.scaled": lambda: dict(N=bordered()),
     "bundle.dense.inverse": lambda: dict(N=bordered()),
     "bundle.dense.solve": lambda: dict(N=bordered(), t=np.ones(15)),
+    "bundle.textbook.without_lens": lambda: dict(xy=UP, camera=PLAIN),
+    "bundle.textbook.misclosure": lambda: dict(
+        unknowns=[*PLAIN, *PHOTO, 0, 0, 0], points=POINTS, xy=UP
+    ),
+    "bundle.textbook.blocks": lambda: textbook_network(),
+    "bundle.textbook.adjust": lambda: textbook_network(),
+    "bundle.textbook.reduced": lambda: dict(
+        K=np.eye(4), E=np.zeros((2, 4, 3)), V=np.stack([np.eye(3)] * 2)
+    ),
+    "plot.calibrate.ray": dict,
+    "plot.calibrate.lens_grids": dict,
+    "plot.calibrate.lens_by_hand": dict,
+    "plot.calibrate.zeros": lambda: dict(photo=net().photo, point=net().point),
+    "plot.calibrate.motions": lambda: dict(
+        exteriors=net().exteriors, points=net().points
+    ),
+    "plot.calibrate.curve": lambda: dict(result=adjusted()),
+    "plot.calibrate.wrong_control": lambda: dict(
+        wrong=[0.0, 1.0], sd=[0.02, 0.02], error=[0.02, 0.4]
+    ),
+    "plot.calibrate.which_photos": lambda: dict(given=network()),
+    "plot.program.by_photo": lambda: dict(rms={"start": [0.1, 0.2]}),
+    "plot.program.steps": lambda: dict(runs={"none": [0.1, 0.01]}),
+    "plot.program.kept": lambda: dict(values={"N": [5.0, 2, 0.5]}, limit=1.0),
+    "plot.program.left_over": lambda: dict(result=adjusted()),
+    "plot.program.networks": lambda: dict(given={"A": (net().exteriors, POINTS)}),
+    "plot.program.precisions": lambda: dict(sds={"A": [14.0, 7, 7]}),
     "bundle.lens.radial": lambda: dict(camera=LENS, image=UP),
     "bundle.lens.decentring": lambda: dict(camera=LENS, image=UP),
     "bundle.lens.affinity": lambda: dict(camera=LENS, image=UP),
@@ -456,7 +496,7 @@ FUNCTIONS = {
     "camera.project": lambda: dict(camera=LENS, exterior=PHOTO, points=POINTS),
     "chapters.markdown": dict,
     "checks.near": lambda: dict(answer=UP, expected=UP),
-    "checks.chapter6.rescaled": lambda: dict(N=NET),
+    "checks.chapter6c.rescaled": lambda: dict(N=NET),
     "checks.own": lambda: dict(name="largest", book=max),
     "checks.predict": lambda: dict(number="2.1"),
     "checks.question": lambda: dict(number="1.2", choice=_right("1.2")),

@@ -4,6 +4,7 @@
 `outliers` has the limits of its residuals.
 """
 
+from pgm_lab.adjustment import textbook as textbook
 from pgm_lab.adjustment.core import adjust
 from pgm_lab.adjustment.normal import RankDefect
 from pgm_lab.adjustment.outliers import critical_tau, critical_w

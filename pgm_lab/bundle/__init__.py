@@ -12,6 +12,7 @@ Muliawan 2013, chapter II.10.
 """
 
 from pgm_lab.bundle import defects, dense, lens, published
+from pgm_lab.bundle import textbook as textbook
 from pgm_lab.bundle.datum import motions
 from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network

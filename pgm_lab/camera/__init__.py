@@ -1,5 +1,6 @@
 """The camera: interior orientation, lens, and the way from object point to image."""
 
+from pgm_lab.camera import textbook as textbook
 from pgm_lab.camera.model import (
     BLOCKS,
     LENSES,

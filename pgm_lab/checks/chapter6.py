@@ -1,11 +1,12 @@
 """Checks of the exercises of chapter 6, self-calibrating bundle adjustment."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab import _validate, bundle, checks, datasets
-from pgm_lab.checks import CheckFailed, call, compare, first_slip, near, report
+from pgm_lab import datasets
+from pgm_lab.bundle import textbook
+from pgm_lab.checks import CheckFailed, answer_of, call, first_slip, near, report
 
 # Rays, photos, points, parameters, held control points
 _NETWORKS = (
@@ -14,8 +15,6 @@ _NETWORKS = (
     (120, 4, 30, 0, 0),
     (310, 7, 61, 8, 5),
 )
-_BEST = 20.5  # µm: sd of c from the best five of the nine photos, of 126 choices
-_GOOD = 1.25 * _BEST
 
 
 def redundancy(function: Callable) -> None:
@@ -59,7 +58,7 @@ def redundancy(function: Callable) -> None:
             other = "right without held points, not with them"
     hint = first_slip(answers, slips, other)
     report(
-        "my_redundancy",
+        "redundancy",
         [
             ("the network of 2013", known, hint),
             ("any network", not known or near(answers, expected), hint),
@@ -105,7 +104,7 @@ def reduced(function: Callable) -> None:
     elif not symmetric:
         hint = "it is not symmetric, and normal equations are"
     report(
-        "my_reduced",
+        "reduced",
         [
             ("the same solution with fewer rows", whole and alone, hint),
             (
@@ -181,7 +180,7 @@ def band(function: Callable) -> None:
     )
     right = near(answer / size, expected / size, 1e-6)
     report(
-        "my_band",
+        "band",
         [
             ("nothing at the centre", abs(answer[0]) < 1e-12, "at r = 0 it is not 0"),
             ("all of the covariance counts", right, hint),
@@ -189,116 +188,103 @@ def band(function: Callable) -> None:
     )
 
 
-def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> None:
-    """Exercise 6.4: what the largest difference in Table 4.19 is, and what it does."""
+def without_lens(function: Callable) -> None:
+    """Check without_lens(xy, camera), the ideal image points."""
+    xy = np.array([(3.0, 4.0), (-8.5, 2.0), (0.5, -6.0), (-4.0, -5.5)])
+    base = np.zeros(10)
+    base[0] = 35.0
+    full = np.array([35, 0.2, -0.1, 3e-5, -4e-7, 2e-9, 4e-6, -7e-6, 3e-4, -2e-4])
+    answer = call(function, xy, full, shape=(4, 2))
+    expected = textbook.without_lens(xy, full)
+
+    def wrong(**changed: float | str) -> np.ndarray:
+        """The answer with parameters negated, exchanged or left out."""
+        names = ["c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2"]
+        camera = full.copy()
+        for name, by in changed.items():
+            k = names.index(name)
+            camera[k] = full[names.index(by)] if isinstance(by, str) else by * full[k]
+        return textbook.without_lens(xy, camera)
+
+    r = np.hypot(*(xy - full[1:3]).T)[:, None]
+    radial = full[3] * r**2 + full[4] * r**4 + full[5] * r**6
+    ideal = xy - full[1:3]
+    slips = [
+        (2 * ideal - expected, "the correction is added to the measured point"),
+        (expected - ideal, "that is the correction alone; add it to the point"),
+        (expected + full[1:3], "x0 and y0 are subtracted first, and stay subtracted"),
+        (wrong(x0=0, y0=0), "the principal point is missing"),
+        (wrong(x0=-1, y0=-1), "x0 and y0 are subtracted, not added"),
+        (wrong(P1="P2", P2="P1"), "P1 and P2 are exchanged"),
+        (wrong(b1="b2", b2="b1"), "b1 and b2 are exchanged"),
+        (wrong(K1="K2", K2="K1"), "K1 and K2 are exchanged"),
+        (wrong(P1=0, P2=0), "the decentring, P1 and P2, is missing"),
+        (wrong(b1=0, b2=0), "the affinity, b1 and b2, is missing"),
+        (wrong(K3=0), "K3 is missing"),
+        (
+            expected - ideal * (radial - radial / r),
+            "x and y are multiplied by K1 r² and so on; r is not divided out",
+        ),
+        (expected.round(3), "the answer is rounded; keep all its digits"),
+        (expected.round(4), "the answer is rounded; keep all its digits"),
+    ]
+    parts = []
+    for k, name in ((3, "K1"), (4, "K2"), (5, "K3"), (6, "P1"), (7, "P2"), (8, "b1")):
+        one = base.copy()
+        one[k] = 1e3 ** (-1 - (k - 3)) if k < 6 else 1e-4
+        mine = call(function, xy, one, shape=(4, 2))
+        if not near(mine - xy, textbook.without_lens(xy, one) - xy, 1e-9):
+            parts.append(name)
+    other = f"the part of {', '.join(parts)} is wrong" if parts else "b2 is wrong"
+    if not near(call(function, xy, base, shape=(4, 2)), xy):
+        other = "a camera with all parameters zero but c must change nothing"
+    hint = first_slip(answer, slips, other, 1e-9)
+    report("without_lens", [("the ideal points", near(answer, expected, 1e-10), hint)])
+
+
+def adjust(function: Callable) -> None:
+    """Check bundle(photo, point, xy, sigma, camera, exteriors, points)."""
     data = datasets.muliawan2013()
-    difference = np.abs(data.published_exteriors - data.exteriors)
-    row, column = np.unravel_index(difference.argmax(), difference.shape)
-    unknowns = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
-    if not isinstance(unit, str) or not isinstance(unknown, str) or not unit:
-        raise CheckFailed("unknown and unit must be texts, and not empty. Your turn!")
-    photo = int(checks.numbers("photo", photo))
-    try:
-        moved_um = _validate.number(moved_um, "moved_um")
-    except ValueError:
-        raise CheckFailed("moved_um is not a number") from None
-    if moved_um == 0:
-        raise CheckFailed("moved_um is still 0. Your turn!")
-    radius = 10.0  # mm
-    arc = 1000 * radius * difference.max()
-    slips = (
-        (-arc, "a distance is wanted, not a negative number"),
-        (arc / 1000, "that is in mm, µm are wanted"),
-        (arc / (1000 * radius), "that is the angle itself, not the arc"),
-        (np.radians(arc), "the angle was taken for degrees"),
-        (np.degrees(arc), "the angle was converted to degrees"),
-        (arc / radius, "that is the arc at 1 mm, not at 10 mm"),
-    )
-    explained = [hint for wrong, hint in slips if abs(moved_um / wrong - 1) < 0.01]
-    explained.append("it is not the arc at 10 mm from the principal point")
-    found = (photo, unknown) == (row + 1, unknowns[column])
-    other = "another photo or another unknown has the largest |difference|"
-    kind = "this is not the unit: what does the conventions box say of such a quantity?"
-    right, hint = abs(moved_um / arc - 1) < 0.01, f"moved_um: {explained[0]}"
+    arguments = data.photo, data.point, data.xy, 0.001
+    start = np.array(data.interior, float), data.exteriors, data.object_points
+    answer = answer_of(function, *arguments, *start)
+    if not isinstance(answer, tuple | list) or len(answer) != 4:
+        raise CheckFailed("bundle must return four things: camera, C, sigma0, points")
+    camera, C, sigma0, points = (np.asarray(part, dtype=float) for part in answer)
+    shapes = camera.shape, C.shape, sigma0.shape, points.shape
+    if shapes != ((10,), (10, 10), (), (50, 3)):
+        raise CheckFailed(
+            "bundle must return shapes (10,), (10, 10), one number and (50, 3); got"
+            f" {', '.join(map(str, shapes))}"
+        )
+    right, cofactors, s0, _ = textbook.adjust(*arguments, *start)
+    sd = np.sqrt(np.diag(cofactors))
+    off = np.abs(camera - right) / sd
+    away = "the camera is not the best one: it does not come to rest there"
+    if near(camera, start[0]):
+        away = "the camera stays at its start: add the step"
+    elif not np.all(np.isfinite(camera)) or np.abs(camera[0] - 35) > 5:
+        away = "the camera runs away: v is computed − observed, so the step has a minus"
+    variance = np.diag(C)
+    hint = "C is not sigma0² times the cofactors of the camera"
+    if near(variance / sd**2, 1 / s0**2, 1e-3):
+        hint = "C lacks the factor sigma0²: these are cofactors"
+    elif near(variance / sd**2, 1 / s0, 1e-3):
+        hint = "C lacks a factor sigma0: it is to be squared"
+    spread = "sigma0 is the root of the sum of v² over the redundancy"
+    if near(sigma0, s0 * np.sqrt(693 / 900), 1e-4):
+        spread = "the sum of v² is divided by the redundancy, not by all observations"
+    elif near(sigma0, s0 * np.sqrt(693 / 686), 1e-4):
+        spread = "seven unknowns are held: they are no unknowns any more"
+    elif near(sigma0, s0**2, 1e-4):
+        spread = "take the root"
+    found = bool(np.all(off < 0.02))
+    good = near(sigma0, s0, 1e-4)
     report(
-        "largest difference",
+        "bundle",
         [
-            ("the right photo and unknown", found, other),
-            ("the right unit", unit in ("rad", "radian", "radians"), kind),
-            ("moved by dozens of micrometres", right, hint),
+            ("the camera", found, away),
+            ("sigma0", good or not found, spread),
+            ("the covariance", near(variance / sd**2, 1, 1e-2) or not good, hint),
         ],
     )
-
-
-def unit_diagonal(function: Callable) -> None:
-    """Exercise 6.5: a symmetric matrix brought to ones on the diagonal."""
-    rng = np.random.default_rng(65)
-    matrices = []
-    for n in (2, 3, 6):
-        A = rng.normal(size=(2 * n, n)) * 10.0 ** rng.integers(-3, 4, n)
-        matrices.append(A.T @ A)
-    slips = {
-        "the rows are scaled, the columns are not": lambda N: N / _roots(N)[:, None],
-        "the columns are scaled, the rows are not": lambda N: N / _roots(N),
-        "it divides by the diagonal, without the root": (
-            lambda N: N / np.outer(np.diag(N), np.diag(N))
-        ),
-        "each row is divided by its diagonal element": lambda N: (
-            N / np.diag(N)[:, None]
-        ),
-        "each column is divided by its diagonal element": lambda N: N / np.diag(N),
-        "it multiplies where it should divide": (
-            lambda N: N * np.outer(_roots(N), _roots(N))
-        ),
-        "one number scales the whole matrix": lambda N: N / np.diag(N).max(),
-        "the elements off the diagonal are lost": lambda N: np.eye(len(N)),
-    }
-    found = call(function, matrices[0], shape=(2, 2))
-    otherwise = "the elements off the diagonal are wrong"
-    if not near(found, found.T):
-        otherwise = "the result is not symmetric"
-    if not near(np.diag(found), 1):
-        otherwise = "the diagonal of the result is not 1"
-    cases = [(N,) for N in matrices]
-    right, hint = compare(function, cases, rescaled, slips, otherwise)
-    report(
-        "unit_diagonal", [("ones on the diagonal, symmetric, any units", right, hint)]
-    )
-
-
-def rescaled(N: np.ndarray) -> np.ndarray:
-    """N with ones on its diagonal, whatever its units are: the answer of 6.5."""
-    N = _validate.of_shape(N, (None, None), "N")
-    if N.shape[0] != N.shape[1] or np.any(np.diagonal(N) <= 0):
-        raise ValueError("N must be square, with a diagonal above zero")
-    return N / np.outer(_roots(N), _roots(N))
-
-
-def _roots(N: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.diagonal(N))
-
-
-def five_photos(photos: Collection[int]) -> None:
-    """Exercise 6.6: five of the nine photos that determine c well."""
-    try:
-        chosen = sorted({_validate.whole(number, "photos", -99) for number in photos})
-    except Exception:  # whatever a stranger's object raises
-        raise CheckFailed("photos must be five numbers from 1 to 9") from None
-    if len(chosen) != 5 or chosen[0] < 1 or chosen[-1] > 9:
-        raise CheckFailed("photos must be five different numbers from 1 to 9")
-    if chosen == [1, 2, 3, 4, 5]:
-        raise CheckFailed("these are still the first five. Your turn!")
-    network = bundle.published.network()
-    try:
-        one = bundle.adjust(network.only(np.array(chosen) - 1))
-    except bundle.NetworkDefect as error:
-        raise CheckFailed(f"these five leave something open: {error}") from error
-    everything = bundle.adjust(network)
-    sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
-    hint = (
-        f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"
-        " best five. From how many places do yours look, how far apart are these, and"
-        " how is the camera rolled at each?"
-    )
-    text = f"c ± {sd:.0f} µm, from all nine ± {1000 * everything.sd_interior[0]:.0f} µm"
-    report("five photos", [(text, sd < _GOOD, hint)])

@@ -5,6 +5,7 @@
 """
 
 from pgm_lab.lsm import defects
+from pgm_lab.lsm import textbook as textbook
 from pgm_lab.lsm.matching import Match, match
 from pgm_lab.lsm.precision import cramer_rao
 from pgm_lab.lsm.rigorous import adjust

@@ -10,6 +10,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 
 from pgm_lab.plot import (
     bundle,
+    calibrate,
     cameras,
     chips,
     estimates,
@@ -27,6 +28,7 @@ from pgm_lab.plot import (
     parallax,
     precision,
     printed,
+    program,
     rays,
     registration,
     search,
@@ -75,6 +77,7 @@ __all__ = [
     "STYLE",
     "YELLOW",
     "bundle",
+    "calibrate",
     "cameras",
     "chips",
     "error_ellipse",
@@ -95,6 +98,7 @@ __all__ = [
     "overlay",
     "parallax",
     "pixel_on_ground",
+    "program",
     "printed",
     "precision",
     "rays",

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle, datasets
+from pgm_lab.bundle import textbook
 from pgm_lab.camera import Camera
-from pgm_lab.checks import CheckFailed, chapter6
+from pgm_lab.checks import CheckFailed, chapter6, chapter6c
 from tests.networks import real
 
 
@@ -208,12 +209,14 @@ def fails(check, *answer):
 
 
 def test_right_answers_to_the_trial_pass(capsys):
-    chapter6.largest_difference(2, "kappa", "rad", ARC)
-    chapter6.largest_difference(np.int64(2), "kappa", "radians", np.float64(79.5))
-    chapter6.unit_diagonal(right)
-    chapter6.unit_diagonal(lambda N: N / np.diag(N) ** 0.5 / np.diag(N)[:, None] ** 0.5)
-    chapter6.five_photos([1, 4, 6, 7, 8])
-    chapter6.five_photos((9, 7, 6, 4, 2))
+    chapter6c.largest_difference(2, "kappa", "rad", ARC)
+    chapter6c.largest_difference(np.int64(2), "kappa", "radians", np.float64(79.5))
+    chapter6c.unit_diagonal(right)
+    chapter6c.unit_diagonal(
+        lambda N: N / np.diag(N) ** 0.5 / np.diag(N)[:, None] ** 0.5
+    )
+    chapter6c.five_photos([1, 4, 6, 7, 8])
+    chapter6c.five_photos((9, 7, 6, 4, 2))
     assert capsys.readouterr().out.count("✓") == 6
 
 
@@ -248,7 +251,7 @@ def test_the_number_is_that_of_the_table():
 def test_each_slip_with_the_largest_difference_is_named(
     photo, unknown, unit, moved, part
 ):
-    message = fails(chapter6.largest_difference, photo, unknown, unit, moved)
+    message = fails(chapter6c.largest_difference, photo, unknown, unit, moved)
     assert part in message and "79" not in message
 
 
@@ -272,7 +275,7 @@ def test_each_slip_with_the_largest_difference_is_named(
     ],
 )
 def test_each_slip_with_the_diagonal_is_named(function, part):
-    assert part in fails(chapter6.unit_diagonal, function)
+    assert part in fails(chapter6c.unit_diagonal, function)
 
 
 def in_place(N):
@@ -282,7 +285,7 @@ def in_place(N):
 
 
 def test_a_scaling_in_place_is_refused():
-    assert "changes its input" in fails(chapter6.unit_diagonal, in_place)
+    assert "changes its input" in fails(chapter6c.unit_diagonal, in_place)
 
 
 @pytest.mark.parametrize(
@@ -301,7 +304,7 @@ def test_a_scaling_in_place_is_refused():
     ],
 )
 def test_each_slip_with_the_photos_is_named(photos, part):
-    assert part in fails(chapter6.five_photos, photos)
+    assert part in fails(chapter6c.five_photos, photos)
 
 
 def test_the_best_five_are_as_good_as_the_check_believes():
@@ -311,12 +314,88 @@ def test_the_best_five_are_as_good_as_the_check_believes():
     for chosen in choices:
         one = bundle.adjust(real().only(np.array(chosen) - 1))
         sd.append(348.98e-3 * 1000 * one.sd_interior[0] / one.sigma0)
-    assert sd[-1] == min(sd) == pytest.approx(chapter6._BEST, rel=0.02)
+    assert sd[-1] == min(sd) == pytest.approx(chapter6c._BEST, rel=0.02)
 
 
 def test_scaling_does_not_depend_on_units():
     A = np.random.default_rng(1).normal(size=(9, 4))
     N, u = A.T @ A, np.array([1.0, 1e6, 1e-9, 3.0])
     np.testing.assert_allclose(
-        chapter6.rescaled(N * np.outer(u, u)), chapter6.rescaled(N)
+        chapter6c.rescaled(N * np.outer(u, u)), chapter6c.rescaled(N)
     )
+
+
+def ideal(xy, camera, exchanged=(), zero=(), sign=1):
+    """The right answer, with parameters exchanged or left out."""
+    camera = np.array(camera, dtype=float)
+    for i, j in exchanged:
+        camera[[i, j]] = camera[[j, i]]
+    camera[list(zero)] = 0
+    found = textbook.without_lens(xy, camera)
+    plain = xy - camera[1:3]
+    return plain + sign * (found - plain)
+
+
+@pytest.mark.parametrize(
+    ("named", "hint"),
+    [
+        ({"sign": -1}, "added to the measured point"),
+        ({"exchanged": [(6, 7)]}, "P1 and P2 are exchanged"),
+        ({"exchanged": [(8, 9)]}, "b1 and b2 are exchanged"),
+        ({"exchanged": [(3, 4)]}, "K1 and K2 are exchanged"),
+        ({"zero": [6, 7]}, "P1 and P2, is missing"),
+        ({"zero": [8, 9]}, "b1 and b2, is missing"),
+        ({"zero": [5]}, "K3 is missing"),
+        ({"zero": [1, 2]}, "principal point is missing"),
+    ],
+)
+def test_slip_in_the_lens_is_named(named, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.without_lens(lambda xy, camera: ideal(xy, camera, **named))
+
+
+def test_a_rounded_ideal_point_is_named_as_rounded():
+    with pytest.raises(CheckFailed, match="rounded"):
+        chapter6.without_lens(lambda xy, camera: ideal(xy, camera).round(4))
+
+
+def test_right_lens_and_right_bundle_pass(capsys):
+    chapter6.without_lens(textbook.without_lens)
+    chapter6.adjust(textbook.adjust)
+    assert capsys.readouterr().out.count("✓") == 2
+
+
+def adjusted(*edits):
+    """The book's bundle, its answer changed by functions of its parts."""
+
+    def bundle(*arguments):
+        answer = list(textbook.adjust(*arguments))
+        for k, edit in edits:
+            answer[k] = edit(answer[k])
+        return answer
+
+    return bundle
+
+
+S0 = 0.348980628
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *a: None, "returns nothing"),
+        (lambda *a: textbook.adjust(*a)[:2], "four things"),
+        (adjusted((3, lambda p: p[:9])), "must return shapes"),
+        (adjusted((0, lambda c: np.r_[35.0, np.zeros(9)])), "stays at its start"),
+        (adjusted((0, lambda c: c + 20)), "runs away"),
+        (adjusted((0, lambda c: c + 0.01)), "not the best one"),
+        (adjusted((2, lambda s: s * np.sqrt(693 / 900))), "by the redundancy"),
+        (adjusted((2, lambda s: s**2)), "take the root"),
+        (adjusted((1, lambda C: C / S0**2)), "lacks the factor sigma0²"),
+        (adjusted((1, lambda C: C / S0)), "to be squared"),
+        (adjusted((1, lambda C: 2 * C)), "not sigma0² times"),
+    ],
+)
+def test_slip_in_the_bundle_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter6.adjust(function)

@@ -1,0 +1,285 @@
+"""Figures of a camera that calibrates itself: one ray, its lens, its photos."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from ipywidgets import FloatSlider, SelectMultiple
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab import bundle as room
+from pgm_lab.bundle import textbook
+from pgm_lab.plot import basic, network
+from pgm_lab.plot import bundle as pictures
+from pgm_lab.plot._sliders import interact
+from pgm_lab.plot.basic import Look
+
+C = 35.0  # mm, of the sketches
+# Drawn so large that they can be seen; the order is that of a camera's parameters
+LARGE = {"K1": 6e-4, "P1": 4e-3, "b1": 0.12, "b2": 0.12}
+WORDS = {"K1": "radial", "P1": "decentring", "b1": "affinity", "b2": "shear"}
+NAMES = ["c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2"]
+
+
+def ray() -> None:
+    """Draw one ray with its point, photo and camera, and count their unknowns."""
+    fig, ax = plt.subplots(figsize=(10, 5.4), layout="constrained")
+    centre, target = np.array([0.0, 3.0]), np.array([5.0, -1.6])
+    along = np.array([0.97, -0.24])  # the axis of the camera
+    across = np.array([-along[1], along[0]])
+    foot = centre + 2.4 * along
+    meets = centre + (target - centre) * 2.4 / ((target - centre) @ along)
+    plane = np.array([foot - 2.6 * across, foot + 1.2 * across])
+    ax.plot(*plane.T, lw=4, color=basic.BLACK)
+    axis = np.array([centre, centre + 3.2 * along])
+    ax.plot(*axis.T, "--", color=basic.GREY, lw=2)
+    ax.plot(*np.array([centre, target]).T, color=basic.BLUE, lw=3)
+    for place, colour in (
+        (centre, basic.BLACK),
+        (meets, basic.RED),
+        (target, basic.GREEN),
+        (foot, basic.GREY),
+    ):
+        ax.plot(*place, "o", color=colour, ms=14, zorder=3)
+    for words, (x, y), colour in (
+        ("perspective centre", centre + (-1.6, 0.35), basic.BLACK),
+        ("principal point", foot + (0.25, 0.2), basic.GREY),
+        ("image plane", plane[1] + (-0.7, 0.2), basic.BLACK),
+        ("$c$", centre + 1.2 * along + (0, 0.2), basic.GREY),
+        ("image point:\n2 observations, $x, y$", meets + (-3.6, -0.7), basic.RED),
+        ("target", target + (0.3, -0.1), basic.GREEN),
+    ):
+        ax.text(x, y, words, fontsize=16, color=colour)
+    for words, height, colour in (
+        (
+            "photo: 6 unknowns\n$X_0, Y_0, Z_0, \\omega, \\varphi, \\kappa$",
+            4.3,
+            basic.BLACK,
+        ),
+        (
+            "camera: 10 unknowns\n$c, x_0, y_0, K_1, K_2, K_3,$\n$P_1, P_2, b_1, b_2$",
+            2.3,
+            basic.RED,
+        ),
+        ("target: 3 unknowns\n$X, Y, Z$", 0.4, basic.GREEN),
+    ):
+        box = {"boxstyle": "round", "fc": "white", "ec": colour, "lw": 2.5}
+        ax.text(5.2, height, words, fontsize=16, va="center", bbox=box)
+    ax.set(xlim=(-1.8, 8.6), ylim=(-2.1, 5.0), aspect="equal")
+    ax.axis("off")
+    basic.show(
+        fig,
+        "One ray from a target through the image plane to the perspective centre. The"
+        " principal point and c are marked. Three boxes count the unknowns: the target"
+        " has 3, the photo 6, the camera 10; the image point gives 2 observations.",
+    )
+
+
+def lens_grids() -> None:
+    """Draw what each of K1, P1, b1 and b2 does to a grid of image points."""
+    fig, axes = plt.subplots(1, 4, figsize=(10, 3.5), layout="constrained")
+    for ax, (name, value) in zip(axes, LARGE.items()):
+        camera = np.zeros(10)
+        camera[0], camera[NAMES.index(name)] = C, value
+        _grid(ax, camera)
+        symbol = f"${name[0]}_{name[1]}$"
+        ax.set_title(f"{symbol}, {WORDS[name]}", fontsize=17, loc="center")
+        ax.axis("off")
+    basic.show(
+        fig,
+        "A square grid, and what each parameter makes of it, drawn much too large. K1"
+        " pulls the corners outwards, P1 pushes one side more than the other, b1"
+        " stretches x, b2 turns the square into a rhomboid.",
+    )
+
+
+def lens_by_hand() -> None:
+    """Show a grid of image points with sliders for K1 and P2."""
+
+    def draw(K1: float, P2: float) -> None:
+        camera = np.zeros(10)
+        camera[0], camera[3], camera[7] = C, 1e-4 * K1, 1e-3 * P2
+        fig, ax = plt.subplots(figsize=(6.5, 5.2), layout="constrained")
+        _grid(ax, camera)
+        ax.set(xlabel="x (mm)", ylabel="y (mm)", xlim=(-16, 16), ylim=(-13, 13))
+        corner = textbook.without_lens([[10.0, 7.5]], camera)[0] - (10, 7.5)
+        ax.set_title(f"corner moved by ({corner[0]:.2f}, {corner[1]:.2f}) mm")
+        basic.show(
+            fig,
+            f"A grid of image points, and where K1 = {K1:g}e-4 per mm² and P2 ="
+            f" {P2:g}e-3 per mm move it: the corner by ({corner[0]:.2f},"
+            f" {corner[1]:.2f}) mm.",
+        )
+
+    look: Look = {"step": 0.5, "continuous_update": False}
+    K1 = FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
+    P2 = FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
+    interact(draw, K1=K1, P2=P2)
+
+
+def zeros(photo: ArrayLike, point: ArrayLike) -> None:
+    """Show which parts of the normal matrix of a network are not zero.
+
+    Parameters
+    ----------
+    photo, point : array_like (k,) of int
+        Photo and point of each ray, from 0.
+    """
+    photos = _validate.indices(photo, 10**4, "photo")
+    points = _validate.indices(point, 10**4, "point", len(photos))
+    if not len(photos):
+        raise ValueError("photo and point must hold one ray or more")
+    groups = {"camera": np.zeros(10, int)}
+    groups["photos"] = 1 + np.repeat(np.arange(photos.max() + 1), 6)
+    groups["points"] = 1 + photos.max() + 1 + np.repeat(np.arange(points.max() + 1), 3)
+    owner = np.concatenate(list(groups.values()))
+    meet = np.eye(owner.max() + 1, dtype=bool)
+    meet[0] = meet[:, 0] = True  # the camera takes part in every ray
+    row, column = 1 + photos, 2 + photos.max() + points
+    meet[row, column] = meet[column, row] = True
+    full = meet[np.ix_(owner, owner)]
+    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
+    ax.imshow(full, cmap=ListedColormap(["white", basic.BLUE]), interpolation="nearest")
+    ends = np.cumsum([len(part) for part in groups.values()])
+    names = [f"{name} {len(part)}" for name, part in groups.items()]
+    middles = ends - [len(part) / 2 for part in groups.values()]
+    ax.set_yticks(middles, names)
+    ax.set_xticks([])
+    ax.tick_params(length=0)
+    ax.grid(False)
+    for end in ends[:-1] - 0.5:
+        ax.axhline(end, color=basic.GREY, lw=1)
+        ax.axvline(end, color=basic.GREY, lw=1)
+    share = 100 * (1 - full.mean())
+    ax.set_title(f"{share:.0f} % of the normal matrix are zero")
+    basic.show(
+        fig,
+        f"The normal matrix of {len(full)} unknowns, what is not zero in blue: full"
+        " bands for the camera, full blocks where photos meet points, small blocks for"
+        " each photo and each point on the diagonal. All else is empty:"
+        f" {share:.0f} per cent.",
+    )
+
+
+def motions(exteriors: ArrayLike, points: ArrayLike) -> None:
+    """Show the seven motions of a network that no photo feels.
+
+    Parameters
+    ----------
+    exteriors : array_like (m, 6)
+        Exterior orientations.
+    points : array_like (n, 3)
+        Object points.
+    """
+    fig = network.seven_motions(exteriors, points)
+    fig.set_size_inches(7, 4.0)
+    for text in [*fig.texts, *(ax.title for ax in fig.axes)]:
+        text.set_fontsize(13)
+    basic.show(
+        fig,
+        "Seven small pictures of the network with arrows at cameras and points: shifts"
+        " in X, Y and Z, rotations about X, Y and Z, and a scale. In each, cameras and"
+        " points move together.",
+    )
+
+
+def curve(result: room.Bundle) -> None:
+    """Show the radial correction of the lens with its band.
+
+    Parameters
+    ----------
+    result : Bundle
+        An adjusted network with K1, K2 and K3.
+    """
+    fig = pictures.lens_curve(result)
+    fig.set_size_inches(7, 4.9)
+    basic.show(
+        fig,
+        "Above: the radial correction of the lens against the distance from the"
+        " principal point, with its 95 per cent band. Below: half the width of the"
+        " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
+        " opening quickly beyond the last measured point.",
+    )
+
+
+def wrong_control(wrong: ArrayLike, sd: ArrayLike, error: ArrayLike) -> None:
+    """Show what an error of one control point does, and what the adjustment says.
+
+    Parameters
+    ----------
+    wrong : array_like (n,)
+        Error of one control point, mm.
+    sd, error : array_like (n,)
+        Standard deviation and true error of the other points, RMS, mm.
+    """
+    lists = (wrong, "wrong"), (sd, "sd"), (error, "error")
+    x, predicted, true = (_validate.finite(g, name) for g, name in lists)
+    if x.ndim != 1 or not x.shape == predicted.shape == true.shape:
+        raise ValueError("wrong, sd and error must have the same length")
+    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+    ax.plot(x, true, "o-", color=basic.RED, lw=3, label="true error of the points")
+    text = "their standard deviation"
+    ax.plot(x, predicted, "s--", color=basic.BLUE, lw=3, label=text)
+    ax.set(xlabel="error of one control point (mm)", ylabel="RMS (mm)", ylim=(0, None))
+    ax.legend(loc="upper left")
+    basic.show(
+        fig,
+        "Against the error of one control point up to"
+        f" {x[-1]:g} mm: the true error of the points grows to {true[-1]:.2f} mm, their"
+        f" standard deviation stays at {predicted[-1]:.2f} mm.",
+    )
+
+
+def which_photos(given: room.Network) -> None:
+    """Show how well c is determined by some photos of a network, with a list of them.
+
+    Parameters
+    ----------
+    given : Network
+        A network of one camera.
+    """
+    whole = room.adjust(_validate.instance(given, room.Network, "given"))
+    numbers = range(1, len(whole.exteriors) + 1)
+
+    def draw(photos: tuple[int, ...]) -> None:
+        chosen = np.isin(numbers, photos)
+        try:
+            one = room.adjust(given.only(np.flatnonzero(chosen)))
+        except ValueError as reason:
+            print(f"these photos do not do: {reason}")
+            return
+        sd = 1000 * one.sd_interior[0] * whole.sigma0 / one.sigma0  # µm
+        fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
+        stations, points = whole.exteriors[:, :3], whole.points
+        ax.plot(*points[:, :2].T, ".", color=basic.GREY, ms=6, label="targets")
+        for kind, colour, marker in ((chosen, basic.BLUE, "^"), (~chosen, "0.75", "v")):
+            ax.plot(*stations[kind, :2].T, marker, color=colour, ms=15, ls="none")
+        for number, place in zip(numbers, stations):
+            offset = (-14 + 26 * (number % 2), 10)
+            look: Look = {"textcoords": "offset points", "fontsize": 14}
+            ax.annotate(str(number), place[:2], offset, **look)
+        ax.set(xlabel="X (mm)", ylabel="Y (mm)", title=f"sd of c: {sd:.0f} µm")
+        ax.margins(0.12)
+        basic.show(
+            fig,
+            f"The network from above. Photos {', '.join(map(str, photos))} are used;"
+            f" the standard deviation of c is {sd:.0f} micrometres.",
+        )
+
+    choice = SelectMultiple(
+        options=list(numbers), value=list(numbers), description="photos", rows=9
+    )
+    interact(draw, photos=choice)
+
+
+def _grid(ax: Axes, camera: np.ndarray) -> None:
+    """Draw a grid of image points, and where the camera's lens moves it."""
+    x, y = np.meshgrid(np.linspace(-10, 10, 9), np.linspace(-7.5, 7.5, 7))
+    moved = textbook.without_lens(np.column_stack([x.ravel(), y.ravel()]), camera)
+    u, v = moved.T.reshape(2, *x.shape)
+    for across, up, colour, width in ((x, y, "0.7", 1.2), (u, v, basic.BLUE, 2.2)):
+        ax.plot(across, up, color=colour, lw=width)
+        ax.plot(across.T, up.T, color=colour, lw=width)
+    ax.set_aspect("equal")
+    ax.grid(False)
