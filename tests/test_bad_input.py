@@ -460,6 +460,8 @@ def failures_of_check(full):
 
 
 def good_check(full):
+    if full == "checks.chapter0.tenth":
+        return dict(point=10, computed=(2.24795, 3.53131))
     if full == "checks.chapter6.largest_difference":
         return dict(photo=1, unknown="kappa", unit="rad", moved_um=1.0)
     if full == "checks.chapter7.border":

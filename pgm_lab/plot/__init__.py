@@ -4,7 +4,7 @@ What every chapter needs is here; the rest stands by its subject: `space` (camer
 3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
 `chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
 `stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`studies`.
+`studies`, `start`.
 """
 
 from pgm_lab.plot import (
@@ -23,6 +23,7 @@ from pgm_lab.plot import (
     registration,
     shifts,
     space,
+    start,
     stereo,
     studies,
     village,
@@ -79,6 +80,7 @@ __all__ = [
     "shifts",
     "show",
     "space",
+    "start",
     "stereo",
     "studies",
     "table",
