@@ -46,6 +46,10 @@ ORTHO = datasets.yellowstone().grey[:60, :60]
 SPOT = simulate.target((10.25, 9.5), diameter=8)
 ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
 OBSERVED = dict(A=np.eye(4, 3) + 1, p=np.ones(4), observed=np.arange(4.0))
+LOOP = dict(
+    A=np.array([[1.0, 0], [-1, 1], [0, -1]]), p=np.array([1.0, 2, 0.5]), sigma0=0.001,
+    lines=["AB", "BC", "CA"],
+)  # fmt: skip
 UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
 
 
@@ -396,6 +400,52 @@ FUNCTIONS = {
     "camera.Photo.outline": lambda: dict(self=oriented(), n=4),
     "adjustment.textbook.adjust": lambda: dict(OBSERVED),
     "adjustment.textbook.normal_equations": lambda: dict(OBSERVED),
+    "lsm.textbook.row_shift": lambda: dict(A=[1.0, 2, 4, 7], B=[1.5, 2, 3, 6]),
+    "lsm.textbook.match": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), start=[20, 1, 0, 20, 0, 1, 0, 1], size=11
+    ),
+    "lsm.textbook.resampled": lambda: dict(
+        right=GREY, p=[20, 1, 0, 20, 0, 1, 0, 1], x=[0.0, 1], y=[1.0, 2]
+    ),
+    "lsm.textbook.design": lambda: dict(
+        B=[90.0, 80], Bx=[2.0, 1], By=[1.0, 3], x=[-3.0, 1], y=[4.0, 2], h1=1.5
+    ),
+    "plot.windows.pair": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), affine=[(1, 0, 1), (0, 1, 2)], window=9
+    ),
+    "plot.windows.slope": lambda: dict(A=[1.0, 2, 4, 7], B=[1.5, 2, 3, 6], place=2),
+    "plot.windows.eight": lambda: dict(photo=GREY, point=(20, 20), window=9),
+    "plot.lsm.film": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), size=9,
+        trail=[[20, 1, 0, 20, 0, 1, 0, 1]], truth=(20, 20),
+    ),
+    "plot.lsm.by_hand": lambda: dict(
+        left=GREY, right=GREY, point=(20, 20), size=9, truth=(20, 20)
+    ),
+    "plot.lsm.interpolation": dict,
+    "plot.lsm.half_wave": dict,
+    "plot.lsm.pull_in": dict,
+    "plot.lsm.ellipses": lambda: dict(
+        left=GREY, places={"a": (20, 20)},
+        clouds={"a": (np.zeros((3, 2)), np.eye(2) * 1e-4)},
+    ),
+    "plot.trials.origin": lambda: dict(
+        distance=[0.0, 10], condition=[4.0, 90], determinant=[1.0, 1], sd=[1.0, 3]
+    ),
+    "plot.trials.s0": lambda: dict(sizes=[7.0, 11], right=[6.0, 6.1]),
+    "plot.trials.costs": dict,
+    "plot.trials.radiometric": lambda: dict(
+        gains=[0.9, 1.1], eight=[0.003, 0.003], six=[0.02, 0.03]
+    ),
+    "plot.trials.on_photo": lambda: dict(photo=GREY, points=UP, errors=np.ones(5)),
+    "adjustment.textbook.redundancy_numbers": lambda: dict(
+        A=OBSERVED["A"], p=OBSERVED["p"]
+    ),
+    "adjustment.textbook.suspect": lambda: dict(
+        v=np.array([4.0, -9, -3]), sigma=np.array([2.0, 5, 1.2]),
+        r=np.array([0.6, 0.7, 0.12]),
+    ),
+    "adjustment.textbook.ellipse": lambda: dict(covariance=[[2.0, 0.5], [0.5, 1.0]]),
     "camera.textbook.derivatives": lambda: dict(function=np.sin, at=np.arange(3.0)),
     "camera.textbook.project": lambda: dict(exterior=PHOTO, points=POINTS, c=35.0),
     "camera.collinearity": lambda: dict(
@@ -622,6 +672,28 @@ FUNCTIONS = {
     "plot.stereo.levels": lambda: dict(
         pyramid=[normal_pair()], matches=[dense_match()]
     ),
+    "plot.levelling.net": lambda: dict(lines=["AB", "BC"], labels=["1 m", "2 m"]),
+    "plot.levelling.control": lambda: dict(lines=["AB", "BC"], share=[0.3, 0.7]),
+    "plot.levelling.tested": lambda: dict(
+        LOOP, surveys={"a": np.array([3.001, -1.0, -1.999])}
+    ),
+    "plot.levelling.blunder": lambda: dict(
+        LOOP, observed=np.array([3.001, -1.0, -1.999]), line="AB", size=10.0
+    ),
+    "plot.levelling.blunder_by_hand": lambda: dict(
+        LOOP, observed=np.array([3.001, -1.0, -1.999])
+    ),
+    "plot.estimates.parabolas": lambda: dict(
+        observed=np.array([10.0, 10.004]), p=np.array([3.0, 1.0]), names=["a", "b"]
+    ),
+    "plot.estimates.scatter": lambda: dict(
+        sigma0s=np.array([1.0, 2.5]), ours=1.8, stated=2.0, redundancy=4
+    ),
+    "plot.estimates.tangent": lambda: dict(base=140.0, depth=240.0, start=720.0),
+    "plot.estimates.point": lambda: dict(
+        stations=[(0.0, 0), (60, 0)], position=(30.0, 200),
+        covariance=[[4e-4, 1e-4], [1e-4, 4e-3]], errors=[(0.01, 0.02), (0.0, -0.03)],
+    ),
     "plot.heights.profile": lambda: dict(
         own=[(0.0, 0, 20), (5, 0, 21)], book=[(0.0, 0, 20), (5, 0, 21)],
         land=level_land(),
@@ -645,6 +717,15 @@ FUNCTIONS = {
     "plot.fringe.before_and_after": lambda: dict(
         reference=GREY, sensed=GREY, again=GREY
     ),
+    "plot.turns.quadrant": lambda: dict(degrees=131.0),
+    "plot.cameras.views": lambda: dict(attitudes=[(0.0, 0, 0)], names=["one"]),
+    "plot.cameras.two_orders": lambda: dict(omega=20.0, phi=30.0, kappa=40.0),
+    "plot.cameras.around": lambda: dict(
+        points=np.eye(3), cameras={"one": np.full((9, 6), 0.1)}
+    ),
+    "plot.printed.matrices": lambda: dict(omega=0.3, phi=0.4, kappa=0.5),
+    "plot.printed.bench": lambda: dict(matrices={"one": np.eye(3)}),
+    "plot.printed.rows_and_columns": lambda: dict(matrices={"one": np.eye(3)}),
     "plot.chips.search": lambda: dict(ONE_CHIP),
     "plot.chips.table_of_r": lambda: dict(ax=axes(), r=np.eye(3)),
     "plot.chips.chip_and_map": lambda: dict(
@@ -713,6 +794,32 @@ FUNCTIONS = {
         ax=axes(), faces=FACES, ground="green", **STATION
     ),
     "plot.village.surroundings": dict,
+    "plot.rays.one_ray": dict,
+    "plot.rays.epipolar_plane": dict,
+    "plot.rays.to_the_ground": dict,
+    "plot.rays.meeting": lambda: dict(
+        exteriors=[PHOTO, NEXT], points=POINTS, names=["left", "right"]
+    ),
+    "plot.precision.steps": lambda: dict(size=[1e-3, 1e-6], error=[1e-4, 1e-9]),
+    "plot.precision.clouds": dict,
+    "plot.precision.towards": lambda: dict(angle=40.0),
+    "plot.precision.base_by_hand": dict,
+    "plot.precision.vertical": lambda: dict(base=40.0),
+    "plot.validation.heights": lambda: dict(z=np.ones((5, 10))),
+    "plot.validation.residuals": lambda: dict(
+        photos=np.ones((2, 3, 2)), v=np.full((2, 3, 2), 0.01)
+    ),
+    "plot.validation.ladder": lambda: dict(sigma0={"as printed": 1.5, "read": 0.05}),
+    "plot.validation.misprints": lambda: dict(
+        deviation=[1e-9, 0.8], names=["b11", "b12"]
+    ),
+    "orientation.textbook.intersection": lambda: dict(
+        stations=[(0.0, 0, 0), (4, 0, 0)], directions=[(0.0, 0, 1), (-2, 0, 1)]
+    ),
+    "orientation.textbook.resection": lambda: dict(
+        start=(10.0, 5, 100, 0, 0, 0.3), points=POINTS, c=35.0,
+        image=camera.textbook.project(PHOTO, POINTS, 35.0),
+    ),
     "plot.studies.residuals_by_photo": lambda: dict(
         rms={"a": [1.0, 2], "b": [2.0, 3]}, photo_names=["p", "q"]
     ),

@@ -200,6 +200,7 @@ MEANT = {
     ("bundle.Network", "point_names"): NO_NAMES,
     ("plot.bundle.residual_vectors", "photo"): {"two numbers"},
     ("plot.matrices.spectrum", "tolerances"): {"dictionary"},
+    ("plot.validation.ladder", "sigma0"): {"dictionary"},
     ("plot.space.space", "where"): {"None"},
     ("image.resample", "outside"): ("NaN", "NaN of NumPy"),  # marks what is outside
     # an answer that is no number is near nothing

@@ -85,13 +85,13 @@ def test_a_network_cannot_be_changed_through_one_sigma_for_all():
 
 
 def test_a_function_that_returns_NaN_is_told_so():
-    def my_matrix(omega, phi, kappa):
+    def rotation_matrix(omega, phi, kappa):
         return np.full((3, 3), np.nan)
 
     with pytest.raises(
-        checks.CheckFailed, match="my_matrix must return finite numbers"
+        checks.CheckFailed, match="rotation_matrix must return finite numbers"
     ):
-        chapter4.matrix(my_matrix)
+        chapter4.rotation_matrix(rotation_matrix)
 
 
 def test_masked_numbers_are_refused_only_where_something_is_masked():

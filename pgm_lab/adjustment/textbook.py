@@ -1,12 +1,14 @@
 """Least squares in a few lines, as lesson A1 writes it: to be read.
 
 `core` does the same for any model, with constraints, and says what went wrong.
+`redundancy_numbers` and `suspect` look for blunders, `ellipse` is that of a point.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.adjustment.outliers import critical_w
 
 
 def normal_equations(
@@ -94,6 +96,116 @@ def adjust(
     v = A @ x - observed
     sigma0 = np.sqrt(p @ v**2 / redundancy) if redundancy else np.nan
     return x, v, sigma0, Q
+
+
+def redundancy_numbers(A: ArrayLike, p: ArrayLike) -> np.ndarray:
+    """Share of each observation in the redundancy, 0 to 1; together they make it up.
+
+    Parameters
+    ----------
+    A, p
+        As for `normal_equations`.
+
+    Returns
+    -------
+    ndarray (n,)
+        How much of an observation's own error its residual shows: 1 - p a' Q a.
+
+    Raises
+    ------
+    ValueError
+        As for `adjust`.
+
+    References
+    ----------
+    Baarda 1968, "A testing procedure for use in geodetic networks".
+
+    Examples
+    --------
+    >>> redundancy_numbers([[1], [1]], [1, 3])
+    array([0.75, 0.25])
+    """
+    A, p, _ = _checked(A, p, np.zeros(np.shape(p)))
+    _, _, _, Q = adjust(A, p, np.zeros(len(p)))
+    return 1 - p * np.einsum("ni,ij,nj->n", A, Q, A)
+
+
+def suspect(v: ArrayLike, sigma: ArrayLike, r: ArrayLike) -> int:
+    """Row of the observation that Baarda's test suspects most, or -1 for none.
+
+    Parameters
+    ----------
+    v : array_like (n,)
+        Residuals.
+    sigma : array_like (n,)
+        Standard deviations of the observations, as stated before; in the unit of `v`.
+    r : array_like (n,)
+        Redundancy numbers; where one is 0 nothing controls the observation.
+
+    Returns
+    -------
+    int
+        Where Baarda's w, the residual over its own standard deviation, is largest, if
+        it is above 3.29.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, a number is not finite, or `sigma` not positive.
+
+    References
+    ----------
+    Baarda 1968, "A testing procedure for use in geodetic networks".
+
+    Examples
+    --------
+    >>> suspect([4.0, -9.0, -3.0], [2.0, 5.0, 1.2], [0.6, 0.7, 0.12])
+    2
+    """
+    v, r = _validate.finite(v, "v"), _validate.finite(r, "r")
+    sigma = _validate.positive(sigma, "sigma", "in the unit of v")
+    if v.ndim != 1 or not v.shape == sigma.shape == r.shape or len(v) == 0:
+        raise ValueError(
+            "v, sigma and r must be numbers of the same observations; got shapes"
+            f" {v.shape}, {sigma.shape} and {r.shape}"
+        )
+    controlled = r > 1e-9
+    w = np.zeros(len(v))
+    w[controlled] = np.abs(v / sigma)[controlled] / np.sqrt(r[controlled])
+    return int(np.argmax(w)) if w.max() > critical_w() else -1
+
+
+def ellipse(covariance: ArrayLike) -> np.ndarray:
+    """Semi-axes of the standard error ellipse of a point, and its direction.
+
+    Parameters
+    ----------
+    covariance : array_like (2, 2)
+        Covariance of the two coordinates.
+
+    Returns
+    -------
+    ndarray (3,)
+        The longer and the shorter semi-axis in the unit of the coordinates, and the
+        direction of the longer one in degrees, 0 to 180, from the x axis towards y.
+        Times 2.45 the semi-axes are those of the ellipse for 95 per cent.
+
+    Raises
+    ------
+    ValueError
+        If it is not a covariance (2, 2).
+
+    Examples
+    --------
+    >>> ellipse([[2.5, 1.5], [1.5, 2.5]]).round(6)
+    array([ 2.,  1., 45.])
+    """
+    covariance = _validate.covariances(covariance, "covariance")
+    covariance = _validate.of_shape(covariance, (2, 2), "covariance")
+    variance, axes = np.linalg.eigh(covariance)  # in ascending order
+    direction = np.degrees(np.arctan2(axes[1, 1], axes[0, 1])) % 180
+    long, short = np.sqrt(np.maximum(variance[::-1], 0))
+    return np.array([long, short, direction])
 
 
 def _checked(

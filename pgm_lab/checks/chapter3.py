@@ -4,42 +4,57 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab.checks import call, first_slip, near, numbers, report
-
-# The six parameters that Bani 2010, IV.1.3 prints, and the start from correlation
-PRINTED_A = np.array([130.337718946127, 0.0109620254677122, -0.127097279435187])
-PRINTED_B = np.array([48.5019337490267, -0.0277731169717486, -0.0390846759861233])
-PRINTED_START = np.array([268.0, 1049.0])
+from pgm_lab import simulate
+from pgm_lab.checks import CheckFailed, answer_of, call, first_slip, near, report
 
 
-def corrected_row(answer: object) -> None:
-    """Check the corrected row of the printed point by (B 2.16), with the old column."""
-    value = numbers("row", answer, wanted="one number, in pixels")
-    X, Y = PRINTED_START
-    new_X = X + PRINTED_A @ (1, X, Y)
-    step = PRINTED_B @ (1, X, Y)
-    slips = [
-        (
-            Y + PRINTED_B @ (1, new_X, Y),
-            "that is the printed row: it takes the column that has just been updated;"
-            " (B 2.16) takes the old one in both",
-        ),
-        (step, "that is the correction; add it to the row of the start"),
-        (Y - step, "the correction is added, not subtracted"),
-        (Y + PRINTED_B @ (1, Y, X), "column and row are exchanged"),
-        (X + PRINTED_B @ (1, X, Y), "a row starts from the row of the start"),
-        (new_X, "that is the column, worked out above; the row is wanted"),
-        (Y + PRINTED_A @ (1, X, Y), "the row takes b0, b1, b2"),
-        (Y + PRINTED_B[0], "b1 and b2 are missing"),
-    ]
-    # The two rows differ by 0.0014 px: a tenth of that is near enough
-    hint = first_slip(value, slips, "the row does not follow from (B 2.16)", 1e-7)
-    right = abs(value - (Y + step)) < 1.4e-4
-    report("row", [("the row by (B 2.16)", right, hint)])
+def row_shift(function: Callable) -> None:
+    """Check row_shift(A, B), the step of one unknown."""
+    rng = np.random.default_rng(31)
+    answers, slips, steps = [], [], []
+    for n in (21, 41):
+        A, B = np.cumsum(rng.normal(0, 9, (2, n)), axis=1) + 120
+        g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
+        answers.append(float(call(function, A, B, shape=())))
+        own = (A[2:] - A[:-2]) / 2
+        steps.append(g @ d / (g @ g))
+        slips.append(
+            [
+                -g @ d / (g @ g),
+                g @ d / (g @ g) / 2,
+                2 * (g @ d) / (g @ g),
+                np.mean(d / g),
+                d.sum() / g.sum(),
+                g @ d,
+                own @ d / (own @ own),
+                np.gradient(B) @ (A - B) / (np.gradient(B) @ np.gradient(B)),
+                round(g @ d / (g @ g), 2),
+                round(g @ d / (g @ g), 3),
+            ]
+        )
+    rounded = "the answer is rounded; keep all its digits"
+    hints = (
+        "the sign is reversed: what is observed is A less what B gives",
+        "the slope is the difference across two pixels, divided by 2",
+        "the slope is the difference across two pixels, divided by 2",
+        "a mean of all quotients lets flat pixels count as much as steep ones",
+        "the steep pixels count more than the flat ones: use least squares",
+        "the normal equation is not divided by its coefficient",
+        "those are the slopes of A; B is the one that is moved",
+        "the first and the last pixel have no two neighbours; leave them out",
+        rounded,
+        rounded,
+    )
+    hint = first_slip(
+        answers,
+        list(zip(np.transpose(slips), hints)),
+        "it is not the least squares solution of slope times a = A − B",
+    )
+    report("row_shift", [("the step of least squares", near(answers, steps), hint)])
 
 
-def columns(function: Callable) -> None:
-    """Check columns(B, Bx, By, x, y, h1), which answers (k, 8)."""
+def design(function: Callable) -> None:
+    """Check design(B, Bx, By, x, y, h1), which answers (k, 8)."""
     rng = np.random.default_rng(32)
     k = 12
     B, Bx, By = rng.normal((120, 3, -4), (30, 8, 6), (k, 3)).T
@@ -80,7 +95,7 @@ def columns(function: Callable) -> None:
         ("h1", [7], of_h1, "how does h0 + h1 B change with h1?"),
     ]
     report(
-        "my_columns",
+        "design",
         [
             (
                 name,
@@ -136,74 +151,10 @@ def bilinear(function: Callable) -> None:
     hint = first_slip(answers[:3], [(s[:3], text) for s, text in slips], other)
     at_pixel = near(answers[3], expected[3]) or not between
     report(
-        "my_bilinear",
+        "bilinear",
         [
             ("a pixel keeps its value", at_pixel, "at a pixel, its value is not kept"),
             ("between four pixels", between, hint),
-        ],
-    )
-
-
-def precision(function: Callable) -> None:
-    """Check precision(J, v), which answers S0 and the standard deviation of a0."""
-    rng = np.random.default_rng(34)
-    names = ("S0", "the standard deviation of a0")
-    rows, many = [], []
-    for n, u in ((289, 6), (40, 8), (441, 8)):
-        J = rng.normal(0, 5, (n, u)) * rng.uniform(1, 20, u)
-        v = rng.normal(0, 6.5, n)
-        answer = call(function, J, v, shape=(2,))
-        S0 = np.sqrt(v @ v / (n - u))
-        Q = np.linalg.inv(J.T @ J)
-        rows.append((answer, (S0, S0 * np.sqrt(Q[0, 0]))))
-        alone = 1 / np.linalg.norm(J[:, 0])
-        many.append((n, u, np.sqrt(v @ v), np.sqrt(Q[0, 0]), Q[0, 0], S0, alone))
-    answers, expected = np.array(rows).swapaxes(0, 1)
-    n, u, root, q, q2, S0, alone = np.array(many).T
-    shape = "n and u are the rows and columns of J; do not type them"
-    whole = "invert the whole matrix, then take the element"
-    of_s0 = [
-        (root / (n - u), "the root ends too early: r stands under it, (B 2.14e)"),
-        (root / np.sqrt(n), "divide by the redundancy, not by the number of pixels"),
-        (S0**2, "that is the variance; take the root"),
-        (root, "divide by the redundancy"),
-        *((root / np.sqrt(n - typed), shape) for typed in (6, 8)),
-        *((root / np.sqrt(typed), shape) for typed in (283, 32, 433, 281)),
-    ]
-    of_sd = [
-        (
-            q,
-            "the root of the cofactor does not know how noisy the images are",
-        ),
-        (S0 * q2, "take the root of the element of the inverse"),
-        (S0**2 * q2, "that is the variance; take the root"),
-        (S0, "S0 is in grey values; the slopes turn it into pixels"),
-        (S0 * alone, whole),
-        (alone, whole),
-    ]
-    hint = first_slip(
-        answers[:, 1] / expected[:, 1],
-        [(wrong / expected[:, 1], text) for wrong, text in of_sd],
-        "it does not follow from S0 and the inverse of JᵀJ",
-        1e-9,
-    )
-    good = near(answers[:, 1] / expected[:, 1], 1.0)
-    # Right in itself, from an S0 that is wrong and named above
-    follows = near(answers[:, 1] / expected[:, 1], answers[:, 0] / S0)
-    follows = follows and bool(np.all(answers))
-    report(
-        "my_precision",
-        [
-            (
-                f"{names[0]}, in grey values",
-                near(answers[:, 0], expected[:, 0]),
-                first_slip(answers[:, 0], of_s0, "S0 is not that of (B 2.14e)", 1e-9),
-            ),
-            (
-                f"{names[1]}, in pixels",
-                good or (follows and bool(np.all(answers))),
-                hint,
-            ),
         ],
     )
 
@@ -261,4 +212,59 @@ def stop(function: Callable) -> None:
             "the same step moves the corner of a large window by more than 0.01 px",
         ),
     ]
-    report("my_stop", hints)
+    report("stop", hints)
+
+
+def match(function: Callable) -> None:
+    """Check match(left, right, point, start, size), which answers trail, sigma0, Q."""
+    affine = np.array([2.3, 1.02, 0.05, -1.6, -0.03, 0.99])
+    left, right = simulate.texture_pair(
+        simulate.texture(seed=1),
+        (70, 70),
+        affine,
+        sigma=0.5,
+        seed=3,
+        gain=1.1,
+        offset=5.0,
+    )
+    point = (33, 36)
+    place = affine.reshape(2, 3) @ (1, *point)
+    start = np.array([round(place[0]), 1, 0, round(place[1]), 0, 1, 0, 1.0])
+    answer = answer_of(function, left, right, point, start, 21)
+    if not isinstance(answer, tuple | list) or len(answer) != 3:
+        raise CheckFailed("match must return three things: trail, sigma0, Q")
+    trail, sigma0, Q = (np.asarray(part, dtype=float) for part in answer)
+    if trail.ndim != 2 or trail.shape[1] != 8 or Q.shape != (8, 8) or sigma0.shape:
+        raise CheckFailed(
+            "match must return trail of shape (k, 8), the number sigma0 and Q of shape"
+            f" (8, 8); got {trail.shape}, {sigma0.shape} and {Q.shape}"
+        )
+    found = trail[-1]
+    off = float(np.hypot(*(found[[0, 3]] - place)))
+    away = (
+        "the observed values are A less what h0 and h1 B give: the parameters run away"
+        if not off < 2
+        else "the position is not found"
+    )
+    if len(trail) > 1 and np.all(np.abs(found[[1, 5]]) < 0.5):
+        away = "a step is added to the parameters; it does not replace them"
+    elif np.allclose(found[6:], (0, 1)):
+        away = "h0 and h1 are left where they began"
+    light_found = abs(found[7] - 1 / 1.1) < 0.02 and abs(found[6] + 5 / 1.1) < 2.5
+    sd = np.sqrt(np.abs(Q[0, 0])) * sigma0
+    report(
+        "match",
+        [
+            ("the place, to a hundredth of a pixel", off < 0.01, away),
+            (
+                "the light",
+                light_found or not off < 0.01,
+                "the place is right; h0 and h1 are not those of left = h0 + h1 right",
+            ),
+            (
+                "sigma0 and Q",
+                bool(0.4 < sigma0 < 0.9 and 0.001 < sd < 0.01) or not off < 0.01,
+                "sigma0 and Q are not those of the last adjustment",
+            ),
+        ],
+    )

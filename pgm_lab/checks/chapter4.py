@@ -6,47 +6,45 @@ from collections.abc import Callable
 import numpy as np
 
 from pgm_lab import _validate, rotation
-from pgm_lab.checks import CheckFailed, answer_of, call, first_slip, near, report
+from pgm_lab.checks import answer_of, call, compare, first_slip, near, report
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants
 _ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 2.2)]
 
 
-def wrong_elements(answer: object) -> None:
-    """Check the list of (row, column) of the wrong elements of (M 2.62), from 1."""
-    if answer is ... or answer is None:
-        raise CheckFailed("wrong is still empty. Your turn!")
+def plane_turn(function: Callable) -> None:
+    """Check the reader's plane_turn(kappa), which answers M (2, 2)."""
 
-    try:
-        found = _validate.finite(answer, "wrong")
-    except ValueError:
-        found = np.empty(0)
-    if found.ndim != 2 or found.shape[1] != 2:
-        raise CheckFailed("wrong must be a list of pairs such as [(3, 2)]")
-    places = {(row, column) for row, column in found.tolist()}
-    expected = {(1, 3), (2, 2)}
-    off_diagonal = {(i, j) for i in (1, 2, 3) for j in (1, 2, 3) if i != j}
-    hints = {
-        frozenset({(0, 2), (1, 1)}): "rows and columns of a formula count from 1",
-        frozenset({(3, 1), (2, 2)}): "row comes first, then column: m21 is (2, 1)",
-        frozenset({(1, 2), (2, 3)}): "these rows and columns do fail, but they cross in"
-        " other elements, too: compare single elements with (M 2.8) transposed",
-        frozenset(off_diagonal | {(2, 2)}): "(M 2.62) leads from image to object:"
-        " compare with the transpose of (M 2.8)",
+    def right(kappa: float) -> np.ndarray:
+        return rotation.matrix(0, 0, kappa)[:2, :2]
+
+    slips = {
+        "the sines have the wrong signs: this M is transposed, it leads back from the"
+        " turned frame to the old one": lambda k: right(k).T,
+        "both rows are right, but exchanged: x comes first": lambda k: right(k)[::-1],
+        "e_y has the wrong sign: a quarter turn counter-clockwise from e_x": lambda k: (
+            right(k) * [[1], [-1]]
+        ),
+        "sine and cosine are exchanged": lambda k: right(np.pi / 2 - k),
+        "kappa is in radians already": lambda k: right(np.radians(k)),
+        "np.cos and np.sin take radians, and kappa is in radians: no conversion": (
+            lambda k: right(np.degrees(k))
+        ),
+        "both sines have the same sign; the two rows do not stand at a right angle": (
+            lambda k: np.array([[np.cos(k), np.sin(k)], [np.sin(k), np.cos(k)]])
+        ),
+        "there is a minus at both sines; only one of them has it": lambda k: np.array(
+            [[np.cos(k), -np.sin(k)], [-np.sin(k), np.cos(k)]]
+        ),
     }
-    missing, extra = expected - places, places - expected
-    hint = hints.get(
-        frozenset(places),
-        f"{len(missing)} wrong element(s) not found, {len(extra)} right one(s) blamed",
-    )
-    report(
-        "the wrong elements of (M 2.62)",
-        [("all found, none blamed without reason", places == expected, hint)],
-    )
+    cases = [(0.5,), (-1.1,), (2.4,)]
+    otherwise = "the rows are not e_x and e_y in the old frame"
+    holds, hint = compare(function, cases, right, slips, otherwise)
+    report("plane_turn", [("its rows are the new axes, in the old frame", holds, hint)])
 
 
-def matrix(function: Callable) -> None:
-    """Check the reader's matrix(omega, phi, kappa)."""
+def rotation_matrix(function: Callable) -> None:
+    """Check the reader's rotation_matrix(omega, phi, kappa)."""
     answers = np.array([call(function, *a, shape=(3, 3)) for a in _ATTITUDES])
     expected = rotation.matrix(*np.transpose(_ATTITUDES))
     slips = [
@@ -55,7 +53,8 @@ def matrix(function: Callable) -> None:
         (_ordered("pok"), "phi was made first: omega is"),
         (_ordered("kpo"), "the order is reversed: the turn made first, omega,"
          " stands on the right"),
-        (_ordered("opk", -1), "kappa turns the wrong way: a sign in its matrix"),
+        (_ordered("opk", (1, 1, -1)), "kappa turns the wrong way: a sign in its turn"),
+        (_ordered("opk", (1, -1, 1)), "phi turns the wrong way: a sign in its turn"),
         (_in_degrees(), "the angles are radians already"),
     ]  # fmt: skip
     single = [np.diag([k == 0, k == 1, k == 2]).diagonal() * 0.4 for k in range(3)]
@@ -72,7 +71,7 @@ def matrix(function: Callable) -> None:
     )
     rigid = bool(np.all(rotation.defect(answers) < 1e-9))
     report(
-        "my_matrix",
+        "rotation_matrix",
         [
             ("lengths and angles are kept", rigid, "M Mᵀ is not the unit matrix"),
             (
@@ -84,16 +83,12 @@ def matrix(function: Callable) -> None:
     )
 
 
-def _ordered(order: str, sign: int = 1) -> np.ndarray:
+def _ordered(order: str, signs: tuple[int, int, int] = (1, 1, 1)) -> np.ndarray:
     """Matrices with the turns made in another order, the first letter first."""
     matrices = []
-    for omega, phi, kappa in _ATTITUDES:
-        turns = {
-            "o": rotation.matrix(omega, 0, 0),
-            "p": rotation.matrix(0, phi, 0),
-            "k": rotation.matrix(0, 0, sign * kappa),
-        }
-        first, second, third = (turns[letter] for letter in order)
+    for attitude in _ATTITUDES:
+        angles = dict(zip("opk", np.diag(np.multiply(signs, attitude)), strict=True))
+        first, second, third = (rotation.matrix(*angles[letter]) for letter in order)
         matrices.append(third @ second @ first)
     return np.array(matrices)
 
@@ -168,14 +163,15 @@ def is_rotation(function: Callable) -> None:
             0.9 * M,
             1e-3,
             False,
-            "a matrix that is too small passes: take the absolute difference",
+            "a matrix that is too small passes: its differences are negative, and the"
+            " largest of them is 0. Take absolute values first",
         ),
     ]
     properties = []
     for text, case, tolerance, expected, hint in cases:
         answer = call(function, case, tolerance, shape=())
         properties.append((text, bool(answer) == expected, hint))
-    report("my_is_rotation", properties)
+    report("is_rotation", properties)
 
 
 def angles(function: Callable) -> None:
@@ -220,7 +216,7 @@ def angles(function: Callable) -> None:
             f"right but for full turns: {' and '.join(wrong)} {verb} not between"
             " -180 and 180 degrees; let arctan2 decide"
         )
-    report("my_angles", [("the angles come back in all quadrants", good, hint)])
+    report("angles", [("the angles come back in all quadrants", good, hint)])
 
 
 def _swapped(expected: np.ndarray) -> list[tuple[np.ndarray, str]]:
@@ -265,7 +261,7 @@ def unit(function: Callable) -> None:
             hints.append(_unit_hint(function, np.array(attitude), printed, name))
     wrong = [hint for hint in hints if hint]
     report(
-        "my_unit",
+        "unit",
         [("degrees and radians are told apart", not wrong, (wrong or [""])[0])],
     )
 

@@ -1,118 +1,185 @@
 """Checks of the exercises of chapter 5, intersection."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab import datasets, rotation
-from pgm_lab.checks import CheckFailed, call, first_slip, near, numbers, report
+from pgm_lab import rotation
+from pgm_lab.camera import textbook as collinearity
+from pgm_lab.checks import CheckFailed, answer_of, call, compare, near, report
+from pgm_lab.orientation import textbook as lines
 
-_MISPRINTED = {"b13", "b22", "b23", "b26"}
+PHOTO = np.array([12.0, -8.0, 120.0, 0.2, -0.15, 1.1])
+POINTS = np.array([(5.0, 3, 1), (60, 15, 8), (-20, 40, -3), (35, -30, 12)])
+GROUND = np.array([(0.0, 0, 0), (90, 0, 5), (0, 80, 9), (85, 70, 0), (40, 30, 2)])
+TRUTH = np.array([40.0, 35, 120, 0.05, -0.03, 0.4])
+START = np.array([46.0, 30, 112, 0, 0, 0.3])
 
 
-def misprints(names: Iterable[str]) -> None:
-    """Check which coefficients of (M 2.24) the reader found misprinted.
+def project(function: Callable[..., object]) -> None:
+    """Check the reader's project(exterior, points, c), which answers (n, 2)."""
+    cases = [(PHOTO, POINTS, 35.0), (PHOTO + 0.1, POINTS[:1], 152.9)]
 
-    The names may stand in a list, tuple, set or array of any shape, or in one text
-    with commas or spaces between them.
-    """
-    if isinstance(names, str):
-        names = names.replace(",", " ").split()
-    elif isinstance(names, np.ndarray):
-        names = names.ravel()
-    elif not isinstance(names, Iterable):
-        names = ()
-    try:
-        names = [str(name) for name in names]
-    except Exception:  # of a stranger's object
-        names = []
-    names = {name.strip().lower().replace("_", "") for name in names}
-    if not names - {""}:
-        raise CheckFailed(
-            'misprinted is still empty: it must be a list of names such as "b11"'
+    def image(
+        M_of: Callable = lambda e: rotation.matrix(*e[3:]),
+        origin: Callable = lambda e: e[:3],
+        sign: int = -1,
+    ) -> Callable:
+        def wrong(exterior: np.ndarray, points: np.ndarray, c: float) -> np.ndarray:
+            U, V, W = M_of(exterior) @ (points - origin(exterior)).T
+            return sign * c * np.column_stack([U, V]) / W[:, None]
+
+        return wrong
+
+    right = image()
+    slips = {
+        "the sign: W is negative in front of the camera": image(sign=1),
+        "M is transposed: it turns object into image": image(
+            lambda e: rotation.matrix(*e[3:]).T
+        ),
+        "the angles are radians already": image(
+            lambda e: rotation.matrix(*np.radians(e[3:]))
+        ),
+        "M is missing: turn the ray into the camera": image(lambda e: np.eye(3)),
+        "the perspective centre is not taken off": image(origin=lambda e: np.zeros(3)),
+        "the first three of exterior are the place, the last three the angles": image(
+            lambda e: rotation.matrix(*e[:3]), lambda e: e[3:]
+        ),
+        "x and y are exchanged": lambda e, p, c: right(e, p, c)[:, ::-1],
+        "y points up in a photo": lambda e, p, c: right(e, p, c) * (1, -1),
+        "x points to the right in a photo": lambda e, p, c: right(e, p, c) * (-1, 1),
+        "the principal distance is missing": lambda e, p, c: right(e, p, c) / c,
+        "divide by W, which differs from point to point": lambda e, p, c: (
+            right(e, p, c) * (rotation.matrix(*e[3:]) @ (p - e[:3]).T)[2][:, None]
+        ),
+    }
+    otherwise = "the points are not imaged there"
+    holds, hint = compare(function, cases, right, slips, otherwise)
+    report("project", [("one row a point, on its ray", holds, hint)])
+
+
+def derivatives(function: Callable[..., object]) -> None:
+    """Check the reader's derivatives(function, at), which answers (m, u)."""
+    at = np.array([0.7, -1.3, 2.1])
+    power = np.array([3.0, -2.0, 0.5, 1.5])
+
+    def wave(x: np.ndarray) -> np.ndarray:
+        x = np.asarray(x, dtype=float)
+        return np.sin(x[0] * power) + x[1] ** 3 + x[2] * power
+
+    right = np.column_stack(
+        [power * np.cos(at[0] * power), np.full(4, 3 * at[1] ** 2), power]
+    )
+
+    def rows(x: np.ndarray) -> np.ndarray:  # as project answers
+        return wave(x).reshape(2, 2)
+
+    found = call(function, wave, at, shape=(4, 3))
+    slips = [
+        (-right, "the sign: there less back, divided by the way between them"),
+        (2 * right, "from back to there are two steps"),
+        (right / 2, "from back to there are two steps, and each is counted once"),
+        (0 * right, "nothing moves: change one element of a copy, then call function"),
+        (right[:, [0]] + 0 * right, "every column has its own unknown"),
+    ]
+    moved_all = right.sum(axis=1, keepdims=True) + 0 * right
+    slips.append((moved_all, "move one unknown at a time, from a fresh copy of at"))
+    # A second difference of sines and cubes: the right step leaves 1e-8
+    error = np.abs(found - right).max() / np.abs(right).max()
+    small = np.abs(found).max() / np.abs(right).max()
+    if 0 < small < 1e-3 and near(found / small, right, 1e-4):
+        hint = "the change is not divided by the way"
+    else:
+        hint = next((h for wrong, h in slips if near(found, wrong, 1e-4)), "")
+    if not hint and error < 1e-3:
+        hint = (
+            "nearly: the error is large for a central difference with a good step;"
+            " move there and back by the same step of about 1e-6"
         )
-    known = {f"b{row}{column}" for row in (1, 2) for column in range(1, 7)}
-    if names - known:
-        raise CheckFailed(
-            f"there is no coefficient {', '.join(sorted(names - known))}: write the"
-            ' names like "b11"'
+    hint = hint or "these are not the changes of the function"
+    table = answer_of(function, rows, at)
+    flat = np.shape(table) == (4, 3)
+    integers = answer_of(function, wave, np.array([1, 2, 3]))
+    whole = (
+        near(
+            np.ravel(integers),
+            np.ravel(collinearity.derivatives(wave, np.array([1.0, 2, 3]))),
+            1e-5,
         )
-    wrong, missed = len(names - _MISPRINTED), len(_MISPRINTED - names)
+        if np.shape(integers) == (4, 3)
+        else False
+    )
     report(
-        "misprinted",
+        "derivatives",
         [
+            ("a column for each unknown", error < 2e-7, hint),
             (
-                "each of them fails",
-                not wrong,
-                f"{wrong} of your coefficients agree with the moved unknown",
+                "also of a function that answers (n, 2)",
+                flat or error >= 2e-7,
+                "where the function answers a table, as project does, make one column"
+                " of it with np.ravel",
             ),
             (
-                "none is missed",
-                not missed,
-                f"{missed} more deviate: compare both rows, and mind that a relative"
-                " deviation of 1e-8 is the finite difference, not a misprint",
+                "whole numbers as well",
+                whole or error >= 2e-7,
+                "where at holds whole numbers, a small step is lost: begin with"
+                " np.array(at, dtype=float)",
             ),
         ],
     )
 
 
-def right_image(answer: object) -> None:
-    """Check the image of (-2.0, -1.2, -1.7) in the right photo of 2010."""
-    value = numbers("right_image", answer, (2,), "two numbers, (x, y) in mm")
-    left, right = datasets.bani2010_intersection()["exterior"]
-    point, c = np.array([-2.0, -1.2, -1.7]), 18.5558
-
-    def projected(exterior: np.ndarray, M: np.ndarray, sign: int = -1) -> np.ndarray:
-        U, V, W = M @ (point - exterior[:3])
-        return sign * c * np.array([U, V]) / W
-
-    M = rotation.matrix(*right[3:])
-    exchanged = np.roll(right, 3)
+def resection(function: Callable[..., object]) -> None:
+    """Check the reader's resection(start, image, points, c): exterior and sd."""
+    noise = np.random.default_rng(2).normal(0, 0.003, (5, 2))
+    image = collinearity.project(TRUTH, GROUND, 35.0) + noise
+    try:
+        found = call(function, START, image, GROUND, 35.0, shape=(2, 6))
+    except CheckFailed as failed:
+        if "NoneType" in str(failed):
+            raise CheckFailed(
+                "resection got nothing from a function that it uses: take the book's"
+                " own, as in the cell with checks.own"
+            ) from None
+        if "does not lie in front" in str(failed) or "must be" in str(failed):
+            raise CheckFailed(
+                "resection: the steps lead away from the photo. Observed less computed"
+                " is what adjust asks for, and its x is added to exterior"
+            ) from None
+        raise
+    exterior, sd = lines.resection(START, image, GROUND, 35.0)
+    good = near(found[0], exterior, 1e-6)
+    ratio = found[1] / sd
     slips = [
-        (projected(right, M, 1), "the sign: W is negative in front of the camera"),
-        (projected(right, M.T), "M is transposed: it turns object into image"),
-        (
-            projected(right, rotation.matrix(*np.radians(right[3:]))),
-            "the angles are radians already",
-        ),
-        (projected(right, np.eye(3)), "M is missing: turn the ray into the camera"),
-        (
-            projected(exchanged, rotation.matrix(*exchanged[3:])),
-            "angles stand before the position",
-        ),
-        (projected(left, rotation.matrix(*left[3:])), "that is the left photo"),
-        (projected(right, M)[::-1], "x and y are exchanged"),
-        (projected(right, M) * (1, -1), "y points up in a photo"),
-        (projected(right, M) / c, "the principal distance is missing"),
+        (START, "exterior is still the start: add the corrections to it"),
+        (_first_step(image), "that is one step: put the steps into the loop"),
     ]
-    hint = first_slip(value, slips, "the point is not imaged there", 2e-3)
-    expected = projected(right, M)
-    # Three decimals of a millimetre are enough
-    report("right_image", [("the ray", near(value, expected, 1e-3), hint)])
-
-
-def scale_factors(function: Callable) -> None:
-    """Check the reader's scale_factors(base, left, right), which answers (2, n)."""
-    base = np.array([30.0, -4.0, 2.0])
-    left = np.array([[1.0, 0.7, -5.0], [-0.4, 2.0, -6.0], [2.0, -3.0, -4.0]])
-    right = np.array([[-2.0, 1.1, -5.5], [-3.0, 2.5, -5.0], [-1.0, -2.0, -4.5]])
-    answer = call(function, base, left, right, shape=(2, 3))
-    pairs = np.stack([left, -right], axis=2)[:, :2]
-    expected = np.linalg.solve(pairs, np.tile(base[:2, None], (3, 1, 1)))[..., 0].T
-    slips = [
-        (expected * [[1], [-1]], "the second scale has the wrong sign"),
-        (expected[::-1], "the two scales are exchanged"),
-        (expected[[0, 0]], "the second scale is that of the left ray"),
-    ]
-    if near(answer, expected):
-        hint = ""
+    hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), None)
+    hint = hint or "the photo does not stand where its points say"
+    if near(ratio, ratio[0], 1e-3):
+        why = "the square roots of the diagonal of Q are multiplied by sigma0"
+    elif near(found[1], sd**2, 1e-3):
+        why = "those are variances: the roots are asked for"
     else:
-        other = "at the two scales, left and right do not meet in X and Y"
-        hint = first_slip(answer, slips, other, 1e-9)
-    meet = base[:2] + answer[1][:, None] * right[:, :2]
-    meets = near(answer[0][:, None] * left[:, :2], meet)
-    hint = hint or "at the two scales, left and right do not meet in X and Y"
-    report("my_scale_factors", [("both rays meet in X and Y", meets, hint)])
+        why = "sd does not follow from sigma0 and the diagonal of Q"
+    report(
+        "resection",
+        [
+            ("it arrives", good, hint),
+            ("with its standard deviations", near(ratio, 1.0, 1e-3) or not good, why),
+        ],
+    )
+
+
+def _first_step(image: np.ndarray) -> np.ndarray:
+    """Where one step from the start leads."""
+
+    def photo(e: np.ndarray) -> np.ndarray:
+        return collinearity.project(e, GROUND, 35.0)
+
+    A = collinearity.derivatives(photo, START)
+    misclosure = (image - photo(START)).ravel()
+    return START + np.linalg.lstsq(A, misclosure, rcond=None)[0]
 
 
 def intersection(function: Callable) -> None:
@@ -133,7 +200,7 @@ def intersection(function: Callable) -> None:
     stretched = call(function, stations, skew * long, shape=(3,))
     least = near(answer, _nearest(stations, skew), 1e-6)
     report(
-        "my_intersection",
+        "intersection",
         [
             (
                 "rays that meet",
@@ -164,7 +231,7 @@ def base(function: Callable) -> None:
     ratio = answers / expected
     higher = float(call(function, 2000.0, 24.0, 3.0, 0.5, shape=()))
     report(
-        "my_base",
+        "base",
         [
             (
                 "twice as high, four times the base",

@@ -4,14 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_lab.checks import (
-    call,
-    compare,
-    first_slip,
-    near,
-    numbers,
-    report,
-)
+from pgm_lab.checks import call, compare, first_slip, near, numbers, report
+from pgm_lab.checks._least_squares import adjust as adjust
+from pgm_lab.checks._least_squares import nets
+from pgm_lab.checks._least_squares import normal_equations as normal_equations
 
 # The levelling net of exercise A1.1: P is known, columns are Q, R, S
 _LINES = (("P", "Q"), ("Q", "R"), ("S", "R"), ("S", "P"), ("Q", "S"))
@@ -44,63 +40,9 @@ def design(answer: object) -> None:
     report("design", [("a row for each line", not wrong, hint)])
 
 
-def heights(function: Callable) -> None:
-    """Check the reader's my_adjust(A, p, l) for linear observation equations A x."""
-    slips = {
-        "the weights are left out": lambda A, p, d: _solve(A, np.ones_like(p), d),
-        "each weight enters twice": lambda A, p, d: _solve(A, p**2, d),
-        "these are standard deviations or variances instead of weights": (
-            lambda A, p, d: _solve(A, 1 / p, d)
-        ),
-        "the roots of the weights were taken": lambda A, p, d: _solve(A, p**0.5, d),
-        "the weights stand on the right-hand side only": (
-            lambda A, p, d: np.linalg.solve(A.T @ A, A.T @ (p * d))
-        ),
-        "the weights stand on the left-hand side only": (
-            lambda A, p, d: np.linalg.solve(A.T @ (p[:, None] * A), A.T @ d)
-        ),
-        "the sign is reversed": lambda A, p, d: -_solve(A, p, d),
-    }
-    otherwise = "vᵀPv is not least: look at the normal equations"
-    right, hint = compare(function, _nets(), _solve, slips, otherwise)
-    report("my_adjust", [("vᵀPv is least in three nets", right, hint)])
-
-
-def sigma0(function: Callable) -> None:
-    """Check the reader's my_sigma0(v, p, u): residuals, weights, number of unknowns."""
-
-    def expected(v: np.ndarray, p: np.ndarray, u: int) -> float:
-        return np.sqrt(np.sum(p * v**2) / (len(v) - u))
-
-    slips = {
-        "the weights are left out": lambda v, p, u: expected(v, p**0, u),
-        "the redundancy belongs under the root": (
-            lambda v, p, u: np.sqrt(np.sum(p * v**2)) / (len(v) - u)
-        ),
-        "that is the variance: take the root": lambda v, p, u: expected(v, p, u) ** 2,
-        "divide by the redundancy, not by the number of observations": (
-            lambda v, p, u: expected(v, p, 0)
-        ),
-        "the number of unknowns is not always 1": lambda v, p, u: expected(v, p, 1),
-        "each weight enters twice": lambda v, p, u: expected(v, p**2, u),
-        "multiply by the weight, do not divide": lambda v, p, u: expected(v, 1 / p, u),
-        "square each residual before it is weighted and summed": (
-            lambda v, p, u: np.sqrt(np.abs(np.sum(p * v)) / (len(v) - u))
-        ),
-        "np.std knows neither weights nor unknowns": lambda v, p, u: np.std(v),
-    }
-    cases = [
-        (A @ _solve(A, p, d) - d, p, A.shape[1])  # v = computed - observed
-        for A, p, d in _nets()
-    ]
-    otherwise = "it is another number: what is summed, and what is it divided by?"
-    right, hint = compare(function, cases, expected, slips, otherwise)
-    report("my_sigma0", [("right in three nets", right, hint)])
-
-
 def redundancy_numbers(function: Callable) -> None:
-    """Check the reader's my_redundancy_numbers(A, p)."""
-    cases = [(A, p) for A, p, _ in _nets()]
+    """Check the reader's redundancy_numbers(A, p)."""
+    cases = [(A, p) for A, p, _ in nets()]
     answers = [call(function, *case, shape=case[1].shape) for case in cases]
     sums = [near(a.sum(), len(p) - A.shape[1]) for a, (A, p) in zip(answers, cases)]
     inside = all(np.all((a > -1e-9) & (a < 1 + 1e-9)) for a in answers)
@@ -111,12 +53,18 @@ def redundancy_numbers(function: Callable) -> None:
         "the weights are left out": lambda A, p: _shares(A, np.ones_like(p)),
         "one of the weights is missing: the matrix whose diagonal you take has P in it"
         " twice, once inside Q": lambda A, p: 1 - (1 - _shares(A, p)) / p,
+        "those are their roots: a redundancy number is a share, not a root": (
+            lambda A, p: np.sqrt(_shares(A, p))
+        ),
+        "those are the roots of the other shares": (
+            lambda A, p: np.sqrt(1 - _shares(A, p))
+        ),
     }
     otherwise = "they belong to other observations"
     right, hint = compare(function, cases, _shares, slips, otherwise)
     total = "their sum must be the number of observations minus unknowns"
     report(
-        "my_redundancy_numbers",
+        "redundancy_numbers",
         [
             ("they add up to the redundancy", all(sums), total),
             ("they lie between 0 and 1", inside, "some lie outside 0 and 1"),
@@ -126,7 +74,7 @@ def redundancy_numbers(function: Callable) -> None:
 
 
 def suspect(function: Callable) -> None:
-    """Check the reader's my_suspect(v, sigma, r): a row number, or -1 for none."""
+    """Check the reader's suspect(v, sigma, r): a row number, or -1 for none."""
     v = np.array([4.0, -9.0, -7.0, 1.5, -3.0])
     sigma = np.array([2.0, 5.0, 2.0, 3.0, 1.2])
     r = np.array([0.6, 0.7, 0.5, 0.4, 0.12])
@@ -142,6 +90,7 @@ def suspect(function: Callable) -> None:
     hint = hints.get(int(found), "another observation has the largest |w|")
     quiet = _row(function, v / 4, sigma, r)
     limit = _row(function, v * (3.28 / 7.2169), sigma, r)
+    above = _row(function, v * (3.31 / 7.2169), sigma, r)
     clean_hint = "no |w| is above 3.29 here: the answer must be -1"
     if quiet != -1 and _row(function, v / 10, sigma, r) == -1:
         clean_hint += "; divide by the root of r, not by r"
@@ -151,10 +100,16 @@ def suspect(function: Callable) -> None:
         for noise in (0.0, -1e-12)
     ]
     report(
-        "my_suspect",
+        "suspect",
         [
             ("the largest |w| is found", found == 4, hint),
             ("a clean net has no suspect", quiet == limit == -1, clean_hint),
+            (
+                "one just above the limit is found",
+                above == 4 or found != 4,
+                "a |w| of 3.31 is passed over: divide by the standard deviation, not by"
+                " its square, and compare with 3.29",
+            ),
             (
                 "an observation that nothing controls is passed over",
                 found != 4 or alone == [4, 4],
@@ -171,7 +126,7 @@ def _row(function: Callable, v: np.ndarray, sigma: np.ndarray, r: np.ndarray) ->
 
 
 def ellipse(function: Callable) -> None:
-    """Check the reader's my_ellipse(covariance): a, b, direction of a in degrees."""
+    """Check the reader's ellipse(covariance): a, b, direction of a in degrees."""
     semi_axes = np.array([(5.0, 2.0), (3.0, 0.7), (40.0, 9.0)])
     directions = np.array([30.0, 115.0, 170.0])
     covariances = np.array(
@@ -190,6 +145,14 @@ def ellipse(function: Callable) -> None:
         (semi_axes[:, ::-1], "the longer semi-axis comes first"),
         (sd, "sx and sy are not the semi-axes"),
         (np.sort(sd)[:, ::-1], "sx and sy are not the semi-axes"),
+        (
+            semi_axes[:, ::-1] ** 2,
+            "eigenvalues are variances: take the roots, and the longer semi-axis first",
+        ),
+        (
+            2.4477468306808166 * semi_axes,
+            "that is the ellipse for 95 per cent: the standard ellipse is asked for",
+        ),
     ]
     of_direction = [
         (np.degrees(angles), directions, "the direction must be in degrees"),
@@ -202,7 +165,7 @@ def ellipse(function: Callable) -> None:
     size = "the semi-axes are those of another ellipse: look at the eigenvalues"
     lengths = near(found, semi_axes, 1e-8)
     report(
-        "my_ellipse",
+        "ellipse",
         [
             ("semi-axes of three ellipses", lengths, first_slip(found, of_axes, size)),
             ("their direction", _parallel(angles, directions), next(slip, other)),
@@ -213,21 +176,6 @@ def ellipse(function: Callable) -> None:
 def _parallel(angles: np.ndarray, others: np.ndarray) -> bool:
     """Whether axes have the same directions; half a turn makes no difference."""
     return near((angles - others + 90) % 180, 90, 1e-8)
-
-
-def _nets() -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Design matrix, weights and observations of three nets, without symmetry."""
-    nets = []
-    for seed, n, u in ((1, 5, 2), (2, 7, 3), (3, 9, 4)):
-        rng = np.random.default_rng(seed)
-        A = rng.integers(-1, 2, (n, u)) + np.eye(n, u)
-        p = rng.uniform(0.2, 5, n).round(1)
-        nets.append((A, p, A @ rng.normal(size=u) + 0.1 * rng.normal(size=n)))
-    return nets
-
-
-def _solve(A: np.ndarray, p: np.ndarray, observations: np.ndarray) -> np.ndarray:
-    return np.linalg.solve(A.T @ (p[:, None] * A), A.T @ (p * observations))
 
 
 def _shares(A: np.ndarray, p: np.ndarray) -> np.ndarray:

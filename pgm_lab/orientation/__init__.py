@@ -1,6 +1,6 @@
 """Orientation: resection, intersection, relative and absolute orientation."""
 
-from pgm_lab.orientation import as_printed
+from pgm_lab.orientation import as_printed, textbook
 from pgm_lab.orientation.absolute import Absolute, absolute
 from pgm_lab.orientation.intersection import Intersection, intersect
 from pgm_lab.orientation.relative import Relative, relative
@@ -18,4 +18,5 @@ __all__ = [
     "relative",
     "resect",
     "scale_factors",
+    "textbook",
 ]

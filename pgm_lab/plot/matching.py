@@ -210,11 +210,11 @@ def film_strip(
     identity = np.array([point[0], 1, 0, point[1], 0, 1, 0, 1.0])
     _photo(axes[0, 0], left, identity[None], identity[[0, 3]], half, grey)
     axes[1, 0].imshow(template, **grey)
-    axes[0, 0].set_title("left photo", fontsize=13, loc="center")
+    axes[0, 0].set_title("left photo", fontsize=18, loc="center")
     for step, (p, note) in enumerate(zip(trail, notes, strict=True), start=1):
         above, middle, below = axes[:, step]
         _photo(above, right, trail[:step], trail[-1, [0, 3]], half, grey)
-        above.set_title(note, fontsize=13, loc="center")
+        above.set_title(note, fontsize=18, loc="center")
         found = p[6] + p[7] * resample(right, _at(p, x, y), "spline3", np.nan)
         middle.imshow(found, **grey)
         residuals = below.imshow(found - template, **signed)
@@ -222,14 +222,14 @@ def film_strip(
         ax.set(xticks=[], yticks=[])
         ax.grid(False)
         ax.spines[:].set_visible(False)
-    axes[1, 0].set_xlabel("template A", fontsize=13)
+    axes[1, 0].set_xlabel("template A", fontsize=18)
     names = ("right photo", "$h_0 + h_1 B$", "residuals")
     for ax, name in zip(axes[:, 1], names, strict=True):
-        ax.set_ylabel(name, fontsize=13)
+        ax.set_ylabel(name, fontsize=18)
     scale = axes[2, 0].inset_axes((0.0, 0.35, 0.9, 0.14))
     bar = fig.colorbar(residuals, cax=scale, orientation="horizontal")
-    bar.set_label("grey values", fontsize=12)
-    bar.ax.tick_params(labelsize=11)
+    bar.set_label("grey values", fontsize=18)
+    bar.ax.tick_params(labelsize=18)
     return fig
 
 

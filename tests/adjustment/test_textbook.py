@@ -43,3 +43,34 @@ def test_shapes_and_weights_are_checked():
         textbook.normal_equations(A, P[:-1], L)
     with pytest.raises(ValueError, match="p must be positive"):
         textbook.normal_equations(A, -P, L)
+
+
+def test_redundancy_numbers_and_the_suspect_are_those_of_the_core():
+    blunder = L + 8 * (np.arange(9) == 4)
+    options = {"weights": P, "sigma0_prior": 1.0}
+    core = adjust(lambda x: (A @ x, A), np.zeros(3), blunder, **options)
+    r = textbook.redundancy_numbers(A, P)
+    np.testing.assert_allclose(r, core.redundancy_numbers, rtol=1e-10)
+    assert r.sum() == pytest.approx(6)
+    row = textbook.suspect(core.residuals, 1 / np.sqrt(P), r)
+    assert row == np.argmax(np.abs(core.standardized)) == 4
+
+
+def test_a_residual_is_suspect_only_above_the_limit_and_where_it_is_controlled():
+    assert textbook.suspect([3.28, 1], [1, 1], [1, 1]) == -1
+    assert textbook.suspect([1, -3.3], [1, 1], [1, 1]) == 1
+    assert textbook.suspect([1, -99], [1, 1], [1, 0]) == -1
+
+
+def test_the_ellipse_of_a_turned_covariance():
+    for t in (0.3, 1.2, 2.9):
+        turn = np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]])
+        found = textbook.ellipse(turn @ np.diag([9.0, 4.0]) @ turn.T)
+        np.testing.assert_allclose(found, (3, 2, np.degrees(t)), rtol=1e-12)
+
+
+def test_ellipses_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="covariance"):
+        textbook.ellipse([[1.0, 2.0], [2.0, 1.0]])
+    with pytest.raises(ValueError, match="the same observations"):
+        textbook.suspect([1.0], [1.0, 2.0], [0.5])

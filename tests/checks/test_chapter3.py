@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pgm_lab.checks import CheckFailed, chapter3
+from pgm_lab.checks import CheckFailed, chapter3, chapter3c
+from pgm_lab.lsm import textbook
 
-A, B, START = chapter3.PRINTED_A, chapter3.PRINTED_B, chapter3.PRINTED_START
+A, B, START = chapter3c.PRINTED_A, chapter3c.PRINTED_B, chapter3c.PRINTED_START
 ROW = START[1] + B @ (1, *START)
 PRINTED_ROW = 1049.06028818143
 
@@ -35,12 +36,12 @@ def stop(q, half, limit=0.01):
 
 
 def test_right_answers_pass(capsys):
-    chapter3.corrected_row(ROW)
-    chapter3.corrected_row(np.float32(ROW))  # 6e-5 px from it
-    chapter3.columns(columns)
+    chapter3c.corrected_row(ROW)
+    chapter3c.corrected_row(np.float32(ROW))  # 6e-5 px from it
+    chapter3.design(columns)
     chapter3.bilinear(bilinear)
-    chapter3.precision(precision)
-    chapter3.precision(lambda J, v: list(precision(J, v)))
+    chapter3c.precision(precision)
+    chapter3c.precision(lambda J, v: list(precision(J, v)))
     chapter3.stop(stop)
     assert capsys.readouterr().out.count("✓") == 7
 
@@ -82,7 +83,7 @@ def test_every_pixel_of_the_window_is_as_good_as_its_corners():
 )
 def test_slip_in_the_corrected_row_is_named(answer, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter3.corrected_row(answer)
+        chapter3c.corrected_row(answer)
 
 
 def changed(*edits):
@@ -133,7 +134,7 @@ SWAPPED = (
 )
 def test_slip_in_the_columns_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter3.columns(function)
+        chapter3.design(function)
 
 
 @pytest.mark.parametrize(
@@ -198,7 +199,7 @@ def cofactor(J):
 )
 def test_slip_in_the_precision_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapter3.precision(function)
+        chapter3c.precision(function)
 
 
 def test_wrong_s0_carried_on_is_named_once():
@@ -207,7 +208,7 @@ def test_wrong_s0_carried_on_is_named_once():
         return S0, S0 * np.sqrt(cofactor(J))
 
     with pytest.raises(CheckFailed) as failed:
-        chapter3.precision(carried)
+        chapter3c.precision(carried)
     assert "root ends too early" in str(failed.value)
     assert "does not follow" not in str(failed.value)
 
@@ -262,10 +263,72 @@ def test_transposed_photo_and_point_are_as_good():
 
 def test_answers_are_not_given_away():
     for check, wrong in (
-        (chapter3.corrected_row, 1050.0),
-        (chapter3.precision, lambda J, v: (0.0, 0.0)),
+        (chapter3c.corrected_row, 1050.0),
+        (chapter3c.precision, lambda J, v: (0.0, 0.0)),
     ):
         with pytest.raises(CheckFailed) as failed:
             check(wrong)
         text = str(failed.value)
         assert "1049" not in text and "sqrt" not in text
+
+
+def row_shift(A, B):
+    g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
+    return g @ d / (g @ g)
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda A, B: -row_shift(A, B), "sign is reversed"),
+        (lambda A, B: row_shift(A, B) / 2, "divided by 2"),
+        (
+            lambda A, B: np.mean(((A - B) / np.gradient(B))[1:-1]),
+            "flat pixels count as much",
+        ),
+        (lambda A, B: round(row_shift(A, B), 3), "rounded"),
+        (
+            lambda A, B: row_shift(A, B) * 1.3,
+            "not the least squares solution",
+        ),
+    ],
+)
+def test_slip_in_the_step_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.row_shift(function)
+
+
+def matched(*edits):
+    """The book's match, its answer changed by functions of trail, sigma0 and Q."""
+
+    def match(left, right, point, start, size):
+        answer = list(textbook.match(left, right, point, start, size))
+        for k, edit in edits:
+            answer[k] = edit(answer[k])
+        return answer
+
+    return match
+
+
+def test_a_right_match_passes():
+    chapter3.row_shift(row_shift)
+    chapter3.match(matched())
+    chapter3.match(lambda *a: tuple(matched()(*a)))
+
+
+@pytest.mark.parametrize(
+    ("function", "hint"),
+    [
+        (lambda *a: None, "returns nothing"),
+        (lambda *a: matched()(*a)[0], "three things"),
+        (matched((0, lambda t: t[-1])), "trail of shape"),
+        (matched((0, lambda t: t + [0.2, 0, 0, 0, 0, 0, 0, 0])), "not found"),
+        (matched((0, lambda t: np.diff(t, axis=0))), "added to the parameters"),
+        (matched((0, lambda t: t + 0.5 * np.eye(8)[7])), "h0 and h1 are not those"),
+        (matched((1, lambda s: s**2 * 9)), "sigma0 and Q"),
+        (matched((2, lambda Q: np.linalg.inv(Q))), "sigma0 and Q"),
+    ],
+)
+def test_slip_in_the_match_is_named(function, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter3.match(function)

@@ -9,10 +9,15 @@ from pgm_lab.checks import CheckFailed, chapterA1
 DESIGN = np.array([[1, 0, 0], [-1, 1, 0], [0, 1, -1], [0, 0, -1], [-1, 0, 1.0]])
 
 
-def heights(A, p, observations):
-    return np.linalg.lstsq(
-        A * np.sqrt(p)[:, None], observations * np.sqrt(p), rcond=None
-    )[0]
+def normal_equations(A, p, observed):
+    return A.T @ np.diag(p) @ A, A.T @ (p * observed)
+
+
+def adjust(A, p, observed):
+    Q = np.linalg.inv(A.T @ np.diag(p) @ A)
+    x = Q @ A.T @ (p * observed)
+    v = A @ x - observed
+    return x, v, sigma0(v, p, len(x)), Q
 
 
 def sigma0(v, p, u):
@@ -39,8 +44,8 @@ def ellipse(covariance):
 def test_right_answers_pass(capsys):
     chapterA1.design(DESIGN)
     chapterA1.design(DESIGN.astype(int).tolist())
-    chapterA1.heights(heights)
-    chapterA1.sigma0(sigma0)
+    chapterA1.normal_equations(normal_equations)
+    chapterA1.adjust(adjust)
     chapterA1.redundancy_numbers(redundancy_numbers)
     chapterA1.suspect(suspect)
     chapterA1.ellipse(ellipse)
@@ -71,50 +76,125 @@ def test_slip_in_the_design_matrix_is_named(answer, hint):
         chapterA1.design(answer)
 
 
+def with_weights(left, right):
+    """Normal equations with other weights on the left and on the right."""
+    return lambda A, p, d: (A.T @ np.diag(left(p)) @ A, A.T @ (right(p) * d))
+
+
+def as_is(p):
+    return p
+
+
+def none(p):
+    return 1 + 0 * p
+
+
 @pytest.mark.parametrize(
     ("slip", "hint"),
     [
-        (lambda A, p, d: heights(A, 1 + 0 * p, d), "weights are left out"),
-        (lambda A, p, d: heights(A, p**2, d), "each weight enters twice"),
-        (lambda A, p, d: heights(A, 1 / p, d), "variances instead of weights"),
-        (lambda A, p, d: heights(A, np.sqrt(p), d), "roots of the weights"),
-        (lambda A, p, d: -heights(A, p, d), "sign is reversed"),
-        (lambda A, p, d: np.linalg.solve(A.T @ A, A.T @ (p * d)), "right-hand side"),
+        (with_weights(none, as_is), "N: the weights stand on the right-hand side only"),
+        (with_weights(as_is, none), "n: the weights stand on the left-hand side only"),
+        (with_weights(none, none), "equations: the weights are left out"),
+        (with_weights(np.square, np.square), "equations: each weight enters twice"),
+        (with_weights(np.square, as_is), "N: each weight enters twice"),
+        (with_weights(np.sqrt, np.sqrt), "the roots of the weights"),
+        (with_weights(np.reciprocal, np.reciprocal), "divided by the weights"),
         (
-            lambda A, p, d: np.linalg.solve(A.T @ np.diag(p) @ A, A.T @ d),
-            "left-hand side",
+            lambda A, p, d: (normal_equations(A, p, d)[0], -A.T @ (p * d)),
+            "n: the sign is reversed",
         ),
-        (lambda A, p, d: heights(A, p, d) + 1e-6, "vᵀPv is not least"),
-        (lambda A, p, d: heights(A, p, d)[:1], "must return shape"),
+        (
+            lambda A, p, d: (adjust(A, p, d)[3], A.T @ (p * d)),
+            "N: that is the inverse, Q",
+        ),
+        (
+            lambda A, p, d: (A.T @ np.diag(p) @ A, adjust(A, p, d)[0]),
+            "n: those are the unknowns",
+        ),
+        (lambda A, p, d: normal_equations(A, p, d)[::-1], "N must have shape .*N, n"),
+        (lambda A, p, d: normal_equations(A, p, d)[0], "must return 2 things: N, n"),
+        (lambda A, p, d: ("N", "n"), "N must be numbers"),
+        (lambda A, p, d: (np.nan * A.T @ A, A.T @ d), "N must be finite"),
+        (lambda A, p, d: (A.T @ A + 9, A.T @ d + 9), r"does it hold\? n: .*weight\?$"),
+        (lambda A, p, d: None, "returns nothing yet"),
+    ],
+)
+def test_slip_in_the_normal_equations_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapterA1.normal_equations(slip)
+
+
+def test_a_column_and_a_number_in_brackets_pass(capsys):
+    def columns(A, p, observed):
+        x, v, s, Q = adjust(A, p, observed)
+        return [x[:, None], v[:, None], np.array([s]), Q]
+
+    chapterA1.adjust(columns)
+    chapterA1.normal_equations(
+        lambda A, p, d: (A.T @ np.diag(p) @ A, A.T @ np.diag(p) @ d[:, None])
+    )
+    assert capsys.readouterr().out.count("✓") == 2
+
+
+def changed(place, of):
+    """adjust with one of its four answers changed."""
+
+    def slip(A, p, observed):
+        answer = list(adjust(A, p, observed))
+        answer[place] = of(answer, A, p, observed)
+        return tuple(answer)
+
+    return slip
+
+
+def of_sigma0(of):
+    return changed(2, lambda a, A, p, d: of(a[1], p, len(a[0])))
+
+
+@pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda A, p, d: adjust(A, none(p), d), "x: the weights are lost"),
+        (changed(0, lambda a, *_: -a[0]), "x: the sign is reversed"),
+        (changed(0, lambda a, A, p, d: A.T @ (p * d)), "x: that is n"),
+        (changed(0, lambda a, *_: a[0] + 1e-6), "x: vᵀPv is not least"),
+        (changed(1, lambda a, *_: -a[1]), "v: the sign: computed minus observed"),
+        (changed(1, lambda a, A, p, d: A @ a[0]), "v: .* observations are not taken"),
+        (changed(1, lambda a, A, p, d: p * a[1]), "v: residuals are not weighted"),
+        (changed(1, lambda a, *_: 2 * a[1]), "v: those are no residuals of your x"),
+        (of_sigma0(lambda v, p, u: sigma0(v, none(p), u)), "sigma0: the weights are"),
+        (of_sigma0(lambda v, p, u: np.sqrt(v @ (p * v)) / (len(v) - u)), "under the"),
+        (of_sigma0(lambda v, p, u: sigma0(v, p, u) ** 2), "take the root"),
+        (of_sigma0(lambda v, p, u: sigma0(v, p, 0)), "not by the number of obs"),
+        (of_sigma0(lambda v, p, u: sigma0(v, p, 1)), "is not always 1"),
+        (of_sigma0(lambda v, p, u: np.sqrt(v @ (p * v))), "not divided yet"),
+        (of_sigma0(lambda v, p, u: sigma0(v, p**2, u)), "each weight enters twice"),
+        (of_sigma0(lambda v, p, u: sigma0(v, 1 / p, u)), "v² by the weight, do not"),
+        (of_sigma0(lambda v, p, u: np.sqrt(abs(p @ v) / (len(v) - u))), "square each"),
+        (of_sigma0(lambda v, p, u: np.std(v)), "np.std"),
+        (of_sigma0(lambda v, p, u: 1.01 * sigma0(v, p, u)), r"divided by\?$"),
+        (changed(3, lambda a, *_: a[2] ** 2 * a[3]), "Q: that is the covariance"),
+        (changed(3, lambda a, *_: np.linalg.inv(a[3])), "Q: that is N"),
+        (changed(3, lambda a, *_: 2 * a[3]), r"Q: another matrix"),
+        (lambda A, p, d: adjust(A, p, d)[0], "must return 4 things: x, v, sigma0, Q"),
         (lambda A, p, d: None, "returns nothing yet"),
     ],
 )
 def test_slip_in_the_adjustment_is_named(slip, hint):
     with pytest.raises(CheckFailed, match=hint):
-        chapterA1.heights(slip)
+        chapterA1.adjust(slip)
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
-        (lambda v, p, u: np.sqrt(v @ v / (len(v) - u)), "weights are left out"),
-        (lambda v, p, u: np.sqrt(v @ (p * v)) / (len(v) - u), "belongs under the root"),
-        (lambda v, p, u: v @ (p * v) / (len(v) - u), "take the root"),
-        (lambda v, p, u: np.sqrt(v @ (p * v) / len(v)), "not by the number of obs"),
-        (
-            lambda v, p, u: np.sqrt(v @ (p * v) / (len(v) - 1)),
-            "is not always 1",
-        ),
-        (lambda v, p, u: np.sqrt(v @ (v / p) / (len(v) - u)), "do not divide"),
-        (lambda v, p, u: np.std(v), "np.std"),
-        (lambda v, p, u: np.sqrt(np.sum((p * v) ** 2) / (len(v) - u)), "enters twice"),
-        (lambda v, p, u: np.sqrt(abs(p @ v) / (len(v) - u)), "square each residual"),
-        (lambda v, p, u: 1.01 * sigma0(v, p, u), r"divided by\?$"),
-    ],
-)
-def test_slip_in_sigma0_is_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapterA1.sigma0(slip)
+def test_who_left_out_the_normal_equations_is_sent_back_to_them():
+    def not_yet(A, p, observed):
+        return None
+
+    def adjust(A, p, observed):
+        N, n = not_yet(A, p, observed)
+        return N, n, 0, 0
+
+    with pytest.raises(CheckFailed, match="do the exercise before this one first"):
+        chapterA1.adjust(adjust)
 
 
 def weightless(A, p):
@@ -129,6 +209,8 @@ def weightless(A, p):
         (weightless, "one of the weights is missing"),
         (lambda A, p: redundancy_numbers(A, p)[::-1], "belong to other observations"),
         (lambda A, p: 2 * redundancy_numbers(A, p), "their sum must be"),
+        (lambda A, p: np.sqrt(redundancy_numbers(A, p)), "those are their roots"),
+        (lambda A, p: np.sqrt(1 - redundancy_numbers(A, p)), "of the other shares"),
         (lambda A, p: redundancy_numbers(A, p) + 2 * (p - p.mean()), "outside 0 and 1"),
     ],
 )
@@ -163,11 +245,11 @@ def without_root(v, sigma, r):
 
 
 def other_limit(limit):
-    def my_suspect(v, sigma, r):
+    def found(v, sigma, r):
         w = np.abs(np.where(r > 0, v / (sigma * np.sqrt(r)), 0))
         return np.argmax(w) if w.max() > limit else -1
 
-    return my_suspect
+    return found
 
 
 def test_a_division_by_zero_that_is_thrown_away_passes(capsys):
@@ -194,6 +276,8 @@ def unguarded(v, sigma, r):
             "the answer must be -1",
         ),
         (without_root, "divide by the root of r, not by r"),
+        (lambda v, sigma, r: where(v, sigma**2, r), "not by its square"),
+        (other_limit(3.5), "a .w. of 3.31 is passed over"),
         (other_limit(1.96), r"no \|w\| is above 3.29 here"),
         (other_limit(3.2), r"the answer must be -1\.$"),
         (other_limit(0), r"the answer must be -1\.$"),
@@ -211,6 +295,8 @@ def test_slip_in_the_search_for_a_suspect_is_named(slip, hint):
     ("slip", "hint"),
     [
         (lambda a, b, t: (a**2, b**2, t), "take the roots"),
+        (lambda a, b, t: (b**2, a**2, t), "take the roots, and the longer"),
+        (lambda a, b, t: (2.4477468 * a, 2.4477468 * b, t), "ellipse for 95 per cent"),
         (lambda a, b, t: (b, a, t), "longer semi-axis comes first"),
         (lambda a, b, t: (b, a, t + 90), "comes first; .* direction of the short axis"),
         (lambda a, b, t: (a, b, t + 90), "direction of the short axis"),
@@ -244,13 +330,17 @@ def test_a_direction_given_backwards_is_the_same():
 @pytest.mark.parametrize("off", [1e-6, 1e-4])
 def test_near_misses_do_not_pass(off):
     for check, function in [
-        (chapterA1.heights, heights),
-        (chapterA1.sigma0, sigma0),
         (chapterA1.redundancy_numbers, redundancy_numbers),
         (chapterA1.ellipse, ellipse),
     ]:
         with pytest.raises(CheckFailed):
             check(lambda *a, function=function: function(*a) * (1 + off))
+    for check, function in [
+        (chapterA1.normal_equations, normal_equations),
+        (chapterA1.adjust, adjust),
+    ]:
+        with pytest.raises(CheckFailed):
+            check(lambda *a, function=function: [(1 + off) * b for b in function(*a)])
     with pytest.raises(CheckFailed):
         chapterA1.design(DESIGN * (1 + off))
 

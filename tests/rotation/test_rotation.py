@@ -280,6 +280,18 @@ def test_gimbal_lock_in_a_stack_is_counted_and_spares_the_others():
     np.testing.assert_allclose(found[0], three[0], atol=1e-15)
 
 
+@pytest.mark.parametrize("gap", [70.0, 10.0, 1.0, 0.1])
+def test_rounding_grows_as_one_over_cos_phi_near_gimbal_lock_and_the_sum_is_spared(gap):
+    """Five printed digits: uniform rounding errors of 1e-5, over cos phi."""
+    omega, kappa = np.random.default_rng(4).uniform(-1.5, 1.5, (2, 4000))
+    printed = rotation.matrix(omega, np.radians(90 - gap), kappa).round(5)
+    found = rotation.angles(printed, tolerance=1e-4)
+    predicted = 1e-5 / np.sqrt(12) / np.sin(np.radians(gap))
+    assert abs(np.std(found[:, 0] - omega) / predicted - 1) < 0.1
+    if gap <= 1:
+        assert np.std(found[:, 0] + found[:, 2] - omega - kappa) < 2e-5
+
+
 def test_no_warning_without_need():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -1,0 +1,89 @@
+"""Figures of turned frames and cameras: what they say is what they show."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from IPython.utils.capture import capture_output
+
+from pgm_lab import datasets, plot, rotation
+
+
+@pytest.fixture(autouse=True, scope="module")
+def style():
+    with plt.rc_context(plot.STYLE):
+        yield
+    plt.close("all")
+
+
+def seen_of(draw, *arguments, **named):
+    with capture_output() as seen:
+        draw(*arguments, **named)
+    # Without a kernel, what would be shown is printed
+    shown = [one.data["text/plain"] for one in seen.outputs]
+    return " ".join([*shown, seen.stdout])
+
+
+def test_sketches_name_their_parts():
+    assert "e_x reaches cos kappa along X" in seen_of(plot.turns.plane)
+    said = seen_of(plot.turns.three, 30)
+    assert "30 degrees" in said and "phi about y, from Z towards X" in said
+    assert "perspective centre" in seen_of(plot.cameras.one)
+    assert "the N is written backwards" in seen_of(plot.cameras.mirror)
+
+
+def test_the_three_turns_go_from_axis_to_axis_as_written():
+    for k, (_, axis, start, end, _) in enumerate(plot.turns.TURNS):
+        M = rotation.matrix(*(0.3 * np.eye(3)[k]))
+        old, new = "XYZ".index(start), "XYZ".index(end)
+        assert "xyz".index(axis) == k
+        assert M[old, new] > 0, "the axis that is the first goes towards the second"
+
+
+def test_the_quadrant_names_what_arctan_answers():
+    assert "131 degrees and the opposite one of -49" in seen_of(
+        plot.turns.quadrant, 131
+    )
+
+
+def test_views_say_where_north_is_in_the_photo():
+    names = ["straight", "turned", "level"]
+    attitudes = [(0, 0, 0), (0, 0, 20), (0, 90, 0)]
+    said = seen_of(plot.cameras.views, attitudes, names)
+    assert "straight: the arrow to the north points up" in said
+    assert "turned: the arrow to the north points 20 degrees to the right" in said
+    assert "level: the arrow to the north is not to be seen" in said
+
+
+def test_two_orders_say_how_far_apart_they_are():
+    assert "The two cameras are 26.1° apart." in seen_of(
+        plot.cameras.two_orders, 20, 30, 40
+    )
+
+
+def test_around_names_the_cameras_that_look_elsewhere():
+    data = datasets.muliawan2013()
+    other = data.exteriors.copy()
+    other[[1, 6], 5] += 0.5
+    sets = {"as published": data.exteriors, "turned": other}
+    said = seen_of(plot.cameras.around, data.object_points, sets)
+    assert "as published: turned away from the first set are none" in said
+    assert "turned: turned away from the first set are 2, 7" in said
+
+
+def test_printed_matrices_fail_where_they_should():
+    printed = plot.printed.matrices(0.3, 0.4, 0.5)
+    said = seen_of(plot.printed.rows_and_columns, printed)
+    assert "(M 2.8): none of M Mᵀ, none of Mᵀ M" in said
+    rows = "(1, 1) (1, 2) (1, 3) (2, 1) (3, 1) of M Mᵀ"
+    assert f"(B 3): {rows}" in said
+    assert "0.761" in seen_of(plot.printed.bench, printed)
+
+
+def test_printed_matrices_are_those_of_the_audit():
+    from tests.audit.test_bani2010_rotation import matrix_3
+    from tests.audit.test_muliawan2013_rotation import matrix_2_62
+
+    angles = (0.7, -0.3, 1.9)
+    printed = plot.printed.matrices(*angles)
+    np.testing.assert_allclose(printed["(B 3)"], matrix_3(*angles), atol=1e-15)
+    np.testing.assert_allclose(printed["(M 2.62)"], matrix_2_62(*angles), atol=1e-15)

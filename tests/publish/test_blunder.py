@@ -1,0 +1,91 @@
+"""The blunder of lesson A1 in JupyterLab: its list and its slider, really moved."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import nbformat
+import pytest
+from IPython.utils.capture import capture_output
+
+from pgm_lab.plot import STYLE, basic, levelling
+from tests.publish.test_lab import LOADED, address, lab
+
+NAME = "A1_least_squares_adjustment"
+SOON = 20_000  # ms; the machine may be busy with other tests
+__all__ = ["address", "lab"]
+
+
+@pytest.fixture(scope="module")
+def lesson():
+    """The notebook; its place tells where the package is."""
+    return Path(__file__).resolve().parents[2] / "notebooks" / f"{NAME}.ipynb"
+
+
+@pytest.fixture(scope="module")
+def work(lesson, tmp_path_factory):
+    """The folder that the lab opens: the measurements, and the cell of the sliders."""
+    folder = tmp_path_factory.mktemp("lab") / "work"
+    folder.mkdir()
+    notebook = nbformat.read(lesson, as_version=4)
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    notebook.cells = [
+        next(cell for cell in code if begin in cell.source)
+        for begin in ("observed = np.array", "measured = ", "blunder_by_hand")
+    ]
+    nbformat.write(notebook, folder / lesson.name)
+    return folder
+
+
+@pytest.fixture
+def drawn(lesson, monkeypatch):
+    """A function that returns the picture of a blunder, as the page should show it."""
+    notebook = nbformat.read(lesson, as_version=4)
+    names: dict = {}
+    sources = [c.source for c in notebook.cells if c.cell_type == "code"]
+    kept = [s for s in sources if "observed = np.array" in s or "measured = " in s]
+    with capture_output(), plt.rc_context():
+        for source in kept:
+            exec(source, names)
+    held: dict = {}
+    monkeypatch.setattr(levelling, "interact", lambda f, **_: held.update(draw=f))
+    data = (names[n] for n in ("A", "p", "measured"))
+    levelling.blunder_by_hand(*data, 0.002, names["lines"])
+    shown: list = []
+    monkeypatch.setattr(basic, "publish_display_data", lambda d, _: shown.append(d))
+
+    def picture(line, size):
+        with plt.rc_context(STYLE):
+            held["draw"](line, size)
+        assert f"{size:+d} mm in {line}" in shown[-1]["text/plain"]
+        return shown[-1]["image/png"]
+
+    return picture
+
+
+def test_the_list_and_the_slider_draw_the_blunder_anew(lab, drawn):
+    page = lab(NAME)
+    page.get_by_role("menuitem", name="Run", exact=True).click()
+    page.get_by_text("Run All Cells", exact=True).click()
+    choice = page.locator(".widget-dropdown select").first
+    choice.wait_for(timeout=LOADED)
+    choice.scroll_into_view_if_needed()
+    image = page.locator(".jp-OutputArea", has=choice).locator("img").last
+
+    def wait_for(line, size):
+        wanted = drawn(line, size)
+        for _ in range(SOON // 200):
+            if image.count():
+                source = image.get_attribute("src")
+                if "".join(source.partition("base64,")[2].split()) == wanted:
+                    return
+            page.wait_for_timeout(200)
+        raise AssertionError(f"{size} mm in {line} are not shown")
+
+    wait_for("AB", 20)
+    choice.select_option("DE")
+    wait_for("DE", 20)
+    handle = page.locator(".widget-slider .noUi-handle").first
+    handle.click()
+    for _ in range(4):  # steps of 2 mm
+        page.keyboard.press("ArrowLeft")
+    wait_for("DE", 12)
