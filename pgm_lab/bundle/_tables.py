@@ -142,7 +142,10 @@ def _read_rows(rows: list[tuple], photos: _Places, points: _Places) -> dict[str,
 
 def _of_file(path: Source, photos: Mapping, points: Mapping) -> list[tuple]:
     """Rows of a file of image coordinates; a name may be the text of its number."""
-    table = read_table(path, "image coordinates", RAY, 2)
+    try:
+        table = read_table(path, "image coordinates", RAY, 2)
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"observations: {error}") from None
     named: list[list] = []
     for column, (name, known) in enumerate((("point", points), ("photo", photos))):
         ids = table.ids(column, name)

@@ -1,10 +1,5 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `village` (what they see), `matching`, `matches` (of two photos), `fringe`,
-`chips`, `shifts`, `fifty`, `registration` (of two ortho images), `parallax`, `mark`,
-`stereo` (of a stereo pair), `heights`, `locations`, `bundle`, `network`, `matrices`,
-`studies`, `start`.
 What every chapter needs is here; the rest stands in modules by its subject.
 """
 
