@@ -10,6 +10,7 @@ import re
 from collections.abc import Collection
 
 import matplotlib.pyplot as plt
+from ipywidgets import Dropdown
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -31,9 +32,13 @@ CITED_AS = {
 
 
 def verdicts(
-    chapter: str | None = None, places: Collection[str] | None = None
+    chapter: str | None = None,
+    places: Collection[str] | None = None,
+    *,
+    source: str | None = None,
+    verdict: str | None = None,
 ) -> list[dict[str, str]]:
-    """Rows of the ledger, of one chapter or of some places in the sources.
+    """Rows of the ledger, all of them or those of a chapter, a source, a verdict.
 
     Parameters
     ----------
@@ -41,24 +46,36 @@ def verdicts(
         Number of the chapter, for example "1" or "A1".
     places : collection of str, optional
         Places as written in the ledger.
+    source : str, optional
+        For example "Bani 2010".
+    verdict : {"reproduced", "corrected", "not derivable"}, optional
 
     Raises
     ------
     ValueError
-        If no row is of that chapter, or a place does not occur.
+        If the ledger has no such chapter, source or verdict, or a place does not occur
+        in the rows of the others. A chapter may have no rows of a source: then the list
+        is empty.
 
     Examples
     --------
     >>> verdicts("1", places=["Metode, GSD"])[0]["verdict"]
     'corrected'
     """
-    if chapter is not None:
-        _validate.text(chapter, "chapter")
+    found = datasets.rows("audit")
     if places is not None:
         places = _validate.texts(places, "places")
-    found = [r for r in datasets.rows("audit") if chapter in (None, r["chapter"])]
-    if not found:
-        raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
+    if chapter is not None:
+        _validate.text(chapter, "chapter")
+        if chapter not in {row["chapter"] for row in found}:
+            raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
+    if source is not None:
+        _validate.choice(source, "source", tuple(CITED_AS))
+    if verdict is not None:
+        _validate.choice(verdict, "verdict", tuple(VERDICTS))
+    wanted = {"chapter": chapter, "source": source, "verdict": verdict}
+    for column, value in wanted.items():
+        found = [row for row in found if value in (None, row[column])]
     if places is None:
         return found
     missing = set(places) - {row["place"] for row in found}
@@ -156,6 +173,34 @@ def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> Non
     plot.table(header, cells, caption)
 
 
+def explore() -> None:
+    """Show the ledger as a table that three menus filter: source, chapter, verdict.
+
+    In a page that does not run, the table holds the whole ledger.
+    """
+    chapters = dict.fromkeys(row["chapter"] for row in verdicts())
+    menus = {"source": _by_year(verdicts()), "chapter": chapters, "verdict": VERDICTS}
+
+    def draw(**chosen: str | None) -> None:
+        found = verdicts(**chosen)
+        named = ", ".join(
+            f"chapter {value}" if name == "chapter" else value
+            for name, value in chosen.items()
+            if value
+        )
+        count = f"{len(found)} verdict{'s' * (len(found) != 1)}"
+        table(found, f"{count}: {named or 'the whole ledger'}", causes=True)
+
+    plot.interact(
+        draw,
+        **{
+            name: Dropdown(options=[("all", None), *zip(values, values)], value=None,
+                           description=name)
+            for name, values in menus.items()
+        },
+    )  # fmt: skip
+
+
 def figure(rows: list[dict[str, str]]) -> Figure:
     """Draw how many verdicts of each kind each source has.
 
@@ -173,7 +218,7 @@ def figure(rows: list[dict[str, str]]) -> Figure:
         numbers = [str(n) if n else "" for n in count]
         ax.bar_label(bars, numbers, label_type="center", color=ink, weight="bold")
         left = [a + b for a, b in zip(left, count)]
-    ax.set(xlabel="number of verdicts so far")
+    ax.set(xlabel="number of verdicts")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.grid(axis="y", visible=False)
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)

@@ -2,7 +2,7 @@
 
 The step from chapters 2 and 3 to chapters 5 and 6: what `ncc.match`, `lsm.match` and
 `matching.match` have found goes in one call to what `bundle.Network.of` takes, or into
-a file that `bundle.read` takes.
+a file that it takes too, as does `bundle.read`; `read` has its rows again.
 """
 
 import os
@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _files, _validate, frames, lsm, matching, ncc
+from pgm_lab import _files, _numbers, _validate, frames, lsm, matching, ncc
 
 Match = ncc.Match | lsm.Match | matching.Match
 COLUMNS = ("point", "photo", "x", "y", "sx", "sy")
+NO_SIGMA = "Without sx and sy nothing says how good they are"
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +110,48 @@ class Observations:
             dropped = f", dropped: {', '.join(why)}" if why else ""
             lines.append(f"photo {photo}: {number} points{dropped}")
         return "\n".join(lines)
+
+
+def read(path: str | os.PathLike) -> Observations:
+    """Read the file that `Observations.save` and `stereo_map.save` write.
+
+    Parameters
+    ----------
+    path : str or path
+        Point, photo, x, y, sx, sy in mm, as for `bundle.read`.
+
+    Returns
+    -------
+    Observations
+        With whole numbers as names, and no correlation between x and y.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    ValueError
+        If the file is wrong: its name, the number of the line, and the reason.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "points.csv"
+    ...     _ = path.write_text("7, 1, 5.0, 1.0, 0.002, 0.003")
+    ...     read(path).rows[0][:4]
+    (1, 7, np.float64(5.0), np.float64(1.0))
+    """
+    table = _numbers.read_table(path, "image coordinates", COLUMNS, 2, NO_SIGMA)
+    point, photo = table.ids(0, "point"), table.ids(1, "photo")
+    sigma = table.values[:, 4:]
+    for name, column in zip(COLUMNS[4:], sigma.T):
+        reason = f"{name} = {{}}: a standard deviation must be above zero (mm)"
+        table.refuse(column <= 0, reason, column)
+    C = np.zeros((len(sigma), 2, 2))
+    C[:, [0, 1], [0, 1]] = sigma**2
+    names = tuple(photo.tolist()), tuple(point.tolist())
+    return Observations(*names, table.values[:, 2:4], C, {})
 
 
 def from_matches(

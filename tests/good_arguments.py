@@ -539,7 +539,10 @@ FUNCTIONS = {
     "image.pyramid": lambda: dict(image=GREY, levels=2),
     "image.resample": lambda: dict(image=GREY, points=[(3.5, 4), (5, 6)], outside=1.0),
     "image.cut": lambda: dict(image=GREY, centre=(20.0, 20), size=5),
-    "ledger.verdicts": lambda: dict(chapter="1", places=["Metode, GSD"]),
+    "ledger.verdicts": lambda: dict(
+        chapter="1", places=["Metode, GSD"], source="Harintaka 2020",
+        verdict="corrected",
+    ),
     "ledger.code": lambda: dict(equation="M 2.38"),
     "ledger.equations": lambda: dict(row=ledger.verdicts("5")[0]),
     "ledger.table": lambda: dict(rows=ledger.verdicts("1"), caption="Verdicts"),
@@ -741,6 +744,9 @@ FUNCTIONS = {
     ),
     "plot.heights.threshold": lambda: dict(error=[0.1, 2.0, 0.2], r=[0.9, 0.5, 0.7]),
     "plot.heights.errors": lambda: dict(error=[0.1, -0.1, 0.0], sigma=0.1),
+    "plot.start.computed_and_printed": lambda: dict(
+        computed=(1.0, 2.0), printed=(1.0, -2.0), sensor_size=(24.0, 16.0)
+    ),
     "plot.fringe.changes": lambda: dict(reference=GREY, sensed=GREY),
     "plot.fringe.two_colours": lambda: dict(
         reference=GREY, sensed=GREY, centre=(20.0, 20), size=21
@@ -752,6 +758,7 @@ FUNCTIONS = {
         reference=GREY, sensed=GREY, again=GREY
     ),
     "plot.turns.three": dict,
+    "plot.turns.three": lambda: dict(degrees=25.0),
     "plot.turns.quadrant": lambda: dict(degrees=131.0),
     "plot.cameras.views": lambda: dict(attitudes=[(0.0, 0, 0)], names=["one"]),
     "plot.cameras.two_orders": lambda: dict(omega=20.0, phi=30.0, kappa=40.0),

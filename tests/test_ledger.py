@@ -21,6 +21,41 @@ def test_unknown_chapter_and_place_are_named():
         ledger.verdicts("1", places=["(2.5b)", "Table 99"])
 
 
+def test_rows_are_those_of_source_and_verdict():
+    found = ledger.verdicts(source="Bani 2010", verdict="not derivable")
+    wanted = [
+        row
+        for row in ROWS
+        if (row["source"], row["verdict"]) == ("Bani 2010", "not derivable")
+    ]
+    assert found == wanted and found
+    assert ledger.verdicts("7", source="Bani 2010") == []
+    with pytest.raises(ValueError, match="verdict must be one of"):
+        ledger.verdicts(verdict="wrong")
+    with pytest.raises(ValueError, match="source must be one of"):
+        ledger.verdicts(source="Bani")
+
+
+def test_three_menus_filter_the_table(monkeypatch):
+    given, shown = {}, []
+    take = lambda draw, **menus: given.update(menus, draw=draw)  # noqa: E731
+    monkeypatch.setattr(plot, "interact", take)
+    monkeypatch.setattr(plot.basic, "publish_display_data", shown.append)
+    ledger.explore()
+    draw = given.pop("draw")
+    draw(**{name: menu.value for name, menu in given.items()})
+    plain = shown[-1]["text/plain"]
+    assert plain.startswith(f"{len(ROWS)} verdicts: the whole ledger\n")
+    for name, menu in given.items():
+        values = {value for _, value in menu.options if value}
+        assert values == {row[name] for row in ROWS}
+    draw(source="Bani 2010", chapter="8", verdict="corrected")
+    said = shown[-1]["text/plain"]
+    assert "Bani 2010, chapter 8, corrected\n" in said
+    draw(source="Bani 2010", chapter="7", verdict=None)
+    assert shown[-1]["text/plain"].startswith("0 verdicts: Bani 2010, chapter 7")
+
+
 def test_code_behind_an_equation_is_found_by_one_look():
     assert ledger.code("M 2.16") == [
         "pgm_lab.frames.pixel_to_photo",

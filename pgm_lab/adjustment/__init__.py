@@ -1,10 +1,10 @@
 """Least squares adjustment in the Gauss-Markov model: one core for the whole workbook.
 
 `normal` solves normal equations, `core` iterates, `result` holds what comes out,
-`outliers` has the limits of its residuals.
+`outliers` has the limits of its residuals, `textbook` the same in a few lines.
 """
 
-from pgm_lab.adjustment import textbook as textbook
+from pgm_lab.adjustment import textbook
 from pgm_lab.adjustment.core import adjust
 from pgm_lab.adjustment.normal import RankDefect
 from pgm_lab.adjustment.outliers import critical_tau, critical_w
@@ -19,4 +19,5 @@ __all__ = [
     "adjust",
     "critical_tau",
     "critical_w",
+    "textbook",
 ]

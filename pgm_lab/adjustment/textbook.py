@@ -125,7 +125,8 @@ def redundancy_numbers(A: ArrayLike, p: ArrayLike) -> np.ndarray:
     >>> redundancy_numbers([[1], [1]], [1, 3])
     array([0.75, 0.25])
     """
-    A, p, _ = _checked(A, p, np.zeros(np.shape(p)))
+    p = _validate.finite(p, "p")
+    A, p, _ = _checked(A, p, np.zeros(p.shape))
     _, _, _, Q = adjust(A, p, np.zeros(len(p)))
     return 1 - p * np.einsum("ni,ij,nj->n", A, Q, A)
 

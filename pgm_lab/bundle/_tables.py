@@ -1,16 +1,19 @@
 """Arguments of a network from tables with names, and those of a part of a network."""
 
+import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pgm_lab import _validate
+from pgm_lab._numbers import Source, read_table
 from pgm_lab.camera import Camera
 
 if TYPE_CHECKING:
     from pgm_lab.bundle.network import Network
 
+RAY = ("point", "photo", "x", "y", "sx", "sy")  # of a file, as `bundle.read` has it
 ROWS = (
     "observations must be rows (photo, point, x, y), (photo, point, x, y, sx, sy) or"
     " (photo, point, x, y, covariance), all alike"
@@ -21,13 +24,15 @@ def read(
     cameras: Camera | Mapping,
     photos: Mapping,
     points: Mapping,
-    observations: Iterable,
+    observations: Iterable | Source,
     camera: Mapping | None,
 ) -> dict[str, Any]:
     """Cameras, photos, points and rays of a network, from tables with names."""
     for name, table in (("photos", photos), ("points", points)):
         if not isinstance(table, Mapping) or not table:
             raise ValueError(f"{name} must be a mapping of names, with one or more")
+    if isinstance(observations, str | os.PathLike):
+        observations = _of_file(observations, photos, points)
     found = _read_rows(
         _rows(observations, "observations"),
         _Places(photos, "photos"),
@@ -133,6 +138,22 @@ def _read_rows(rows: list[tuple], photos: _Places, points: _Places) -> dict[str,
             raise ValueError(f"{ROWS}; a covariance has shape (2, 2)")
         found["covariance"] = np.array(C)
     return found
+
+
+def _of_file(path: Source, photos: Mapping, points: Mapping) -> list[tuple]:
+    """Rows of a file of image coordinates; a name may be the text of its number."""
+    try:
+        table = read_table(path, "image coordinates", RAY, 2)
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"observations: {error}") from None
+    named: list[list] = []
+    for column, (name, known) in enumerate((("point", points), ("photo", photos))):
+        ids = table.ids(column, name)
+        keys = {str(key): key for key in known}
+        missing = np.array([str(one) not in keys for one in ids.tolist()], bool)
+        table.refuse(missing, f"{name} {{}} is not in {name}s", ids)
+        named.append([keys[str(one)] for one in ids.tolist()])
+    return list(zip(named[1], named[0], *table.values[:, 2:].T.tolist()))
 
 
 def _rows(values: Iterable, name: str) -> list[tuple]:

@@ -16,13 +16,13 @@ import numpy as np
 from pgm_lab import _files, _numbers, _validate
 from pgm_lab._files import printable
 from pgm_lab._numbers import Source, Table
+from pgm_lab.bundle._tables import RAY
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
 
 NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")
 EXTERIOR = ("photo", "omega", "phi", "kappa", "XL", "YL", "ZL")
 POINT = ("point", "X", "Y", "Z")
-RAY = ("point", "photo", "x", "y", "sx", "sy")
 
 # In principal distances: a ray 84 degrees off the axis is in no perspective photo
 FARTHEST = 10.0

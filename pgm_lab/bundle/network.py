@@ -1,5 +1,6 @@
 """A photogrammetric network: cameras, photos, object points and the rays between."""
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
@@ -156,7 +157,7 @@ class Network:
         cameras: Camera | Mapping,
         photos: Mapping,
         points: Mapping,
-        observations: Iterable,
+        observations: Iterable | str | os.PathLike,
         *,
         camera: Mapping | None = None,
         fixed: Iterable = (),
@@ -173,10 +174,12 @@ class Network:
         photos : mapping {name: (X0, Y0, Z0, omega, phi, kappa)}
             Exterior orientations, in object units and radians.
         points : mapping {name: (X, Y, Z)}
-        observations : iterable of rows
+        observations : iterable of rows, or str or path
             (photo, point, x, y); or with standard deviations (photo, point, x, y, sx,
             sy); or with a covariance (2, 2) in the fifth place, as the `rows` of
-            `pgm_lab.observations`. In mm and mm^2; all rows alike.
+            `pgm_lab.observations`. In mm and mm^2; all rows alike. Or the file that
+            `Observations.save` and `stereo_map.save` write, in which the point stands
+            first and names are whole numbers.
         camera : mapping {photo: camera}, optional
             The camera of each photo; needed where there are several.
         fixed, datum_points : iterable of point names, optional
@@ -194,8 +197,11 @@ class Network:
         Raises
         ------
         ValueError
-            If a name is not in its table, which the message tells with the place; or as
-            `Network` does.
+            If a name is not in its table, which the message tells with the place; if a
+            file is wrong, with its name and the number of the line; or as `Network`
+            does.
+        FileNotFoundError
+            If there is no such file.
 
         Examples
         --------

@@ -1,6 +1,9 @@
-"""The camera: interior orientation, lens, and the way from object point to image."""
+"""The camera: interior orientation, lens, and the way from object point to image.
 
-from pgm_lab.camera import textbook as textbook
+`textbook` has collinearity in a few lines.
+"""
+
+from pgm_lab.camera import textbook
 from pgm_lab.camera.model import (
     BLOCKS,
     LENSES,
@@ -25,4 +28,5 @@ __all__ = [
     "ideal",
     "measured",
     "project",
+    "textbook",
 ]

@@ -90,8 +90,8 @@ def derivatives(
     """
     _validate.function(function, "function")
     at = _validate.finite(at, "at")
-    if at.ndim != 1:
-        raise ValueError(f"at must have shape (u,); got {at.shape}")
+    if at.ndim != 1 or not at.size:
+        raise ValueError(f"at must have shape (u,), u above 0; got {at.shape}")
     columns = []
     for k, step in enumerate(1e-6 * np.maximum(1.0, np.abs(at))):
         there, back = at.copy(), at.copy()

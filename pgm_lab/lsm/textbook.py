@@ -149,11 +149,17 @@ def resampled(
     Raises
     ------
     ValueError
-        If the window leaves the photo.
+        If the shapes do not fit, or the window leaves the photo.
     """
     right = _validate.image(right, "right", 2)
-    a0, a1, a2, b0, b1, b2 = _validate.finite(p, "p")[:6]
+    p = _validate.finite(p, "p")
     x, y = _validate.finite(x, "x"), _validate.finite(y, "y")
+    if p.ndim != 1 or len(p) < 6 or x.ndim != 1 or x.shape != y.shape:
+        raise ValueError(
+            "p must have shape (8,) or (6,), x and y (n,); got"
+            f" {p.shape}, {x.shape} and {y.shape}"
+        )
+    a0, a1, a2, b0, b1, b2 = p[:6]
     at = np.column_stack([a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y])
 
     def grey(dx: int, dy: int) -> np.ndarray:

@@ -45,8 +45,8 @@ def save(session: Session, path: str | os.PathLike, *, overwrite: bool = False) 
     session : Session
     path : str or path
         A file of comma-separated values: point, photo, x, y, sx, sy in mm. The left
-        photo is 1, the right one 2. `bundle.Network.of` wants rows, with the photo
-        first: those of `observations`.
+        photo is 1, the right one 2. `bundle.read` and `bundle.Network.of` take it; the
+        rows of `observations` also have the covariances.
     overwrite : bool
         Whether a file of this name may be replaced.
 

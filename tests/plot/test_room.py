@@ -1,4 +1,4 @@
-"""Figures of registration on a slide: all of it is inside, and large enough to read."""
+"""Figures on a slide: all of it is inside, and large enough to read."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -30,6 +30,10 @@ FIGURES = {
     "trial": lambda: plot.shifts.trial(
         TRUE, 1 - TRUE / 9, {"r": 1 - TRUE / 9}, TRUE < 0.9
     ),
+    "computed_and_printed": lambda: plot.start.computed_and_printed(
+        (-4.9, -2.5), (-4.9, 2.5), (23.6, 15.8)
+    ),
+    "two_frames": plot.start.two_frames,
 }
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, stereo_map
+from pgm_lab import bundle, camera, observations, stereo_map
 from tests.stereo_map.conftest import true_ground
 
 
@@ -66,3 +66,54 @@ def test_two_cameras_make_a_network_and_no_four_files(ground, tmp_path):
     assert len(stereo_map.network(two).cameras) == 2
     with pytest.raises(ValueError, match="several cameras"):
         stereo_map.save_network(two, tmp_path)
+
+
+def test_the_saved_file_is_taken_by_the_network_as_its_rows_are(ground, tmp_path):
+    path = tmp_path / "my_points.csv"
+    stereo_map.save(ground, path)
+    whole = stereo_map.network(ground)
+    photos = dict(zip(whole.photo_names, whole.exteriors))
+    points = dict(zip(whole.point_names, whole.points))
+    for observed in (path, str(path), observations.read(path).rows):
+        network = bundle.Network.of(whole.cameras[0], photos, points, observed)
+        assert np.array_equal(network.photo, whole.photo)
+        assert np.array_equal(network.point, whole.point)
+        assert np.array_equal(network.xy, whole.xy)
+        np.testing.assert_allclose(network.sigma, whole.sigma, rtol=1e-12)
+    as_texts = ({str(name): row for name, row in t.items()} for t in (photos, points))
+    network = bundle.Network.of(whole.cameras[0], *as_texts, path)
+    assert network.photo_names == ("1", "2")
+    assert np.array_equal(network.xy, whole.xy)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("8,1,0.5,0.5,0.001,0.001", "points.csv, line 2: point 8 is not in points"),
+        ("7,3,0.5,0.5,0.001,0.001", "points.csv, line 2: photo 3 is not in photos"),
+        ("7.5,1,0.5,0.5,0.001,0.001", "line 2: point 7.5: an id must be a whole"),
+        ("7,1,0.5,x,0.001,0.001", "points.csv, line 2"),
+    ],
+)
+def test_a_wrong_line_of_a_file_is_named(tmp_path, line, message):
+    path = tmp_path / "points.csv"
+    path.write_text(f"% a comment\n{line}\n", encoding="utf-8")
+    photos = {1: np.zeros(6), 2: np.ones(6)}
+    with pytest.raises(ValueError, match=message):
+        bundle.Network.of(camera.Camera(35.0), photos, {7: (0, 0, -9)}, path)
+    with pytest.raises(FileNotFoundError):
+        bundle.Network.of(camera.Camera(35.0), photos, {7: (0, 0, -9)}, "none.csv")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("7,1,0.5,0.5,0.001,0", "line 1: sy = 0: a standard deviation must be above"),
+        ("7,1,0.5,0.5", "4 column\\(s\\), where image coordinates have 6"),
+    ],
+)
+def test_observations_of_a_file_need_standard_deviations(tmp_path, line, message):
+    path = tmp_path / "points.csv"
+    path.write_text(line, encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        observations.read(path)

@@ -1,0 +1,36 @@
+"""The first check of the book: the changed number passes, what was left is named."""
+
+import numpy as np
+import pytest
+
+from pgm_lab import datasets, frames
+from pgm_lab.checks import CheckFailed, chapter0
+
+BANI = datasets.bani2010()
+PIXEL_SIZE = frames.pixel_size_from_sensor(BANI.sensor_size, BANI.image_size)
+LEFT, RIGHT = (
+    frames.pixel_to_photo(pixels, BANI.image_size, PIXEL_SIZE) for pixels in BANI.pixels
+)
+
+
+@pytest.mark.parametrize("computed", [LEFT[9], LEFT[9].tolist(), tuple(LEFT[9])])
+def test_the_tenth_point_passes_in_any_container(computed, capsys):
+    chapter0.tenth(10, computed)
+    assert capsys.readouterr().out.startswith("✓ point 10: you changed a number")
+
+
+@pytest.mark.parametrize(
+    ("point", "computed", "hint"),
+    [
+        (1, LEFT[0], "point is still 1. Write `point = 10`"),
+        (10, LEFT[0], "run the whole cell above"),
+        (10, RIGHT[9], "set photo to 0 again"),
+        (10, LEFT[9] * (1, -1), "of another point"),
+        (..., LEFT[9], "Your turn"),
+        ("ten", LEFT[9], "one number"),
+        (10, np.full(3, 1.0), "two numbers"),
+    ],
+)
+def test_what_was_left_is_named(point, computed, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter0.tenth(point, computed)
