@@ -757,7 +757,6 @@ FUNCTIONS = {
     "plot.fringe.before_and_after": lambda: dict(
         reference=GREY, sensed=GREY, again=GREY
     ),
-    "plot.turns.three": dict,
     "plot.turns.three": lambda: dict(degrees=25.0),
     "plot.turns.quadrant": lambda: dict(degrees=131.0),
     "plot.cameras.views": lambda: dict(attitudes=[(0.0, 0, 0)], names=["one"]),

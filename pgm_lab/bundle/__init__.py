@@ -11,8 +11,7 @@ network of Muliawan 2013.
 Muliawan 2013, chapter II.10.
 """
 
-from pgm_lab.bundle import defects, dense, lens, published
-from pgm_lab.bundle import textbook as textbook
+from pgm_lab.bundle import defects, dense, lens, published, textbook
 from pgm_lab.bundle.datum import motions
 from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network
@@ -51,4 +50,5 @@ __all__ = [
     "significance",
     "snoop",
     "write",
+    "textbook",
 ]

@@ -1,11 +1,6 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
 What every chapter needs is here; the rest stands in modules by its subject.
-What every chapter needs is here; the rest stands by its subject: `space` (cameras in
-3-D), `village` (what they see), `matching`, `matches`, `search`, `troubles`,
-`subpixel` (of two photos), `twentyfive`, `fringe`, `chips`, `shifts`, `fifty`,
-`registration` (of two ortho images), `parallax`, `mark`, `stereo` (of a stereo pair),
-`heights`, `locations`, `bundle`, `network`, `matrices`, `studies`.
 """
 
 from pgm_lab.plot import (
@@ -37,12 +32,12 @@ from pgm_lab.plot import (
     start,
     stereo,
     studies,
-    trials,
-    turns,
-    validation,
     subpixel,
+    trials,
     troubles,
+    turns,
     twentyfive,
+    validation,
     village,
     windows,
 )

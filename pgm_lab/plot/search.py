@@ -1,6 +1,7 @@
 """Figures of the search by correlation: windows as arrows, maps, and their troubles."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -117,6 +118,7 @@ def parts(
     template, search : int
         Widths in pixels, odd.
     """
+    left, right = _validate.image(left, "left"), _validate.image(right, "right")
     r = correlation_map(cut(left, point, template), cut(right, start, search))
     fig = plt.figure(figsize=(10, 4.8))
     grid = fig.add_gridspec(2, 3, width_ratios=(1, 1, 2.3))
@@ -166,6 +168,7 @@ def templates(
     sizes : sequence of int
         Widths of the templates in pixels, odd; the search goes 30 px to each side.
     """
+    left, right = _validate.image(left, "left"), _validate.image(right, "right")
     fig = plt.figure(figsize=(7, 5.2), layout="none")
     said = []
     for k, size in enumerate(sizes):
@@ -174,9 +177,12 @@ def templates(
         summits = middle >= around(r, (3, 3)).max(axis=(2, 3))
         said.append(f"{size} px: {np.sum(summits & (middle > 0.6))}")
         where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2) - 0.02, 0.54, 0.54)
-        ax = fig.add_axes(
-            where, projection="3d", computed_zorder=False, facecolor="none"
-        )
+        space: Look = {
+            "projection": "3d",
+            "computed_zorder": False,
+            "facecolor": "none",
+        }
+        ax: Any = fig.add_axes(where, **space)
         ax.view_init(elev=34, azim=-62)
         draw_surface(ax, r, label=False)
         ax.set(xlabel="", ylabel="", zlabel="r")

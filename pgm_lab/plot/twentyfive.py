@@ -58,7 +58,8 @@ def before_and_after(r: Mapping[str, ArrayLike]) -> None:
     fig, ax = plt.subplots(figsize=(7, 3.8))
     looks = ((basic.BLUE, "-"), (basic.RED, "--"))
     said = []
-    for (name, values), (colour, line) in zip(r.items(), looks):
+    for (name, given), (colour, line) in zip(r.items(), looks):
+        values = _validate.finite(given, name)
         style: Look = {"bins": np.linspace(-0.2, 1, 49), "histtype": "step"}
         ax.hist(values, color=colour, linestyle=line, lw=3, label=name, **style)
         said.append(f"{name}: median {np.median(values):.2f}")
@@ -131,7 +132,7 @@ def reach(
     outline(ax, end, size, basic.GREEN, label=f"the match:\n{size} px", linewidth=2)
     ax.plot(*begin, "+", color=basic.BLACK, markersize=14, label="start")
     arrow: Look = {"arrowstyle": "->", "linewidth": 1.8}
-    ax.annotate("", end, begin, arrowprops=arrow)
+    ax.annotate("", tuple(end), tuple(begin), arrowprops=arrow)
     far = max(windows.values()) / 2 + 8
     ax.set(xlim=(begin[0] - far, begin[0] + far), aspect="equal")
     ax.set(ylim=(begin[1] + far, begin[1] - far))
