@@ -43,6 +43,7 @@ MATRIX = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
 GREY = simulate.grey_values(
     simulate.texture(seed=1), np.stack(np.meshgrid(np.arange(48), np.arange(44)), -1)
 )
+WIDE = datasets.yellowstone().grey[:140, :140]
 ORTHO = datasets.yellowstone().grey[:60, :60]
 SPOT = simulate.target((10.25, 9.5), diameter=8)
 ONE_CHIP = dict(reference=GREY, sensed=GREY, point=(20.0, 20), chip=9)
@@ -387,6 +388,43 @@ FUNCTIONS = {
     "bundle.dense.scaled": lambda: dict(N=bordered()),
     "bundle.dense.inverse": lambda: dict(N=bordered()),
     "bundle.dense.solve": lambda: dict(N=bordered(), t=np.ones(15)),
+    "plot.search.numbers": lambda: dict(windows={"a": GREY[:5, :5]}),
+    "plot.search.arrows": dict,
+    "plot.search.parts": lambda: dict(
+        left=WIDE, right=WIDE, point=(70, 70), start=(70, 70)
+    ),
+    "plot.search.templates": lambda: dict(
+        left=WIDE, right=WIDE, point=(70, 70), start=(70, 70), sizes=(5, 9)
+    ),
+    "plot.search.by_hand": lambda: dict(
+        left=datasets.motorcycle().left, right=datasets.motorcycle().right,
+        disparity=datasets.motorcycle().disparity,
+    ),
+    "plot.troubles.six": lambda: dict(
+        pair=datasets.motorcycle(), ground=datasets.yellowstone().grey
+    ),
+    "plot.troubles.right_and_wrong": lambda: dict(
+        photo=GREY, points=UP, right=np.array([True, False, True, True, True])
+    ),
+    "plot.subpixel.summit": lambda: dict(r=[0.5, 0.9, 0.7]),
+    "plot.subpixel.locking": lambda: dict(
+        shifts=[0.0, 0.5], errors={"soft": [0.0, 0.01]}
+    ),
+    "plot.subpixel.depths": lambda: dict(
+        photo=GREY, points=UP, measured=np.arange(5.0), true=np.arange(5.0)
+    ),
+    "plot.twentyfive.two_maps": lambda: dict(
+        scene=GREY, quick=np.eye(5), exact=np.eye(5)
+    ),
+    "plot.twentyfive.before_and_after": lambda: dict(
+        r={"before": [0.5, 0.9], "after": [0.6, 0.8]}
+    ),
+    "plot.twentyfive.study": lambda: dict(
+        widths=[5.0, 15], shares={"texture": [0.5, 0.9]}, rms={"texture": [0.3, 0.1]}
+    ),
+    "plot.twentyfive.reach": lambda: dict(
+        start=(20, 20), match=(24, 19), windows={"small": 25}, size=9
+    ),
     "bundle.textbook.without_lens": lambda: dict(xy=UP, camera=PLAIN),
     "bundle.textbook.misclosure": lambda: dict(
         unknowns=[*PLAIN, *PHOTO, 0, 0, 0], points=POINTS, xy=UP

@@ -133,6 +133,7 @@ IGNORED = {("adjustment.adjust", "args")}
 # Steps of a printed program, which hand arrays to each other
 STEPS = ("design", "inverse", "misclosure", "normal_matrix", "tolerance")
 EXCEPT |= {f"bundle.defects.{name}": "steps of `adjust`" for name in STEPS}
+EXCEPT["plot.troubles.gallery"] = "draws what `six` made"
 CALLED = [name for name in PUBLIC if name in FUNCTIONS and name not in EXCEPT]
 # What would be bad elsewhere, but is meant here: (function, argument) -> labels
 NO_NAMES = {"None", *(f"{i}: None" for i in range(3))}
@@ -170,6 +171,10 @@ MEANT = {
         for many in ("one", "all")
         for what in ("NaN", "inf", "-inf")
     },
+    ("plot.program.precisions", "sds"): {"A: one NaN", "A: all NaN"},  # refused there
+    ("plot.search.by_hand", "disparity"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("plot.subpixel.depths", "measured"): LACKING,
+    ("plot.subpixel.depths", "true"): LACKING,
     ("plot.overlay", "reference"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("plot.overlay", "sensed"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("plot.fringe.before_and_after", "again"): LACKING

@@ -11,6 +11,11 @@ from pgm_lab.camera.textbook import derivatives, project
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
+UNDETERMINED = (
+    "the rays of photo, point and xy do not determine all unknowns: a point needs two"
+    " rays, a camera several photos from different sides"
+)
+
 
 def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
     """Where image points would lie without a lens, from the principal point.
@@ -244,10 +249,13 @@ def adjust(
     exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
     camera = _validate.of_shape(camera, (10,), "camera")
     ground = _validate.points(points, 3, "points")
+    if len(exteriors) < 2:
+        raise ValueError("exteriors must hold two photos or more")
     away = np.abs(exteriors[:, :3] - exteriors[:1, :3])
     held = [*range(10, 16), 10 + 6 * (away.argmax() // 3) + away.argmax() % 3]
     free = np.setdiff1d(np.arange(10 + 6 * len(exteriors)), held)
-    redundancy = 2 * len(_validate.finite(photo, "photo")) - len(free) - ground.size
+    rays = _validate.points(xy, 2, "xy")
+    redundancy = rays.size - len(free) - ground.size
     if redundancy < 1:
         raise ValueError("as many unknowns as observations, or more: add rays")
     for _ in range(20):
@@ -255,8 +263,12 @@ def adjust(
         back = _inverse(V)
         S = reduced(K, E, V)[np.ix_(free, free)]
         s = f - np.einsum("nqa,nab,nb->q", E, back, g)
+        if not np.all(np.diag(S) > 0):
+            raise ValueError(UNDETERMINED)
         size = np.sqrt(np.diag(S))
         Q = _inverse(S / np.outer(size, size)) / np.outer(size, size)
+        if not np.all(np.diag(Q) > 0):
+            raise ValueError(UNDETERMINED)
         step = np.zeros(len(K))
         step[free] = -Q @ s[free]
         camera, exteriors = camera + step[:10], exteriors + step[10:].reshape(-1, 6)
@@ -273,7 +285,4 @@ def _inverse(matrices: np.ndarray) -> np.ndarray:
     try:
         return np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
-        raise ValueError(
-            "the rays do not determine all unknowns: a point needs two rays, a camera"
-            " several photos from different sides"
-        ) from None
+        raise ValueError(UNDETERMINED) from None

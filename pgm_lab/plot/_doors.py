@@ -65,3 +65,13 @@ def bundle(result: Any, camera: int = 0) -> int:
     """Refuse what is no result of `bundle.adjust`; return the index of its camera."""
     _validate.instance(result, Bundle, "result")
     return _validate.whole(camera, "camera", 0, len(result.cameras) - 1)
+
+
+def lists(values: Any, name: str) -> dict[str, np.ndarray]:
+    """Return a mapping of lists of numbers, all of one length and none empty."""
+    given = _validate.mapping(values, name)
+    found = {key: _validate.finite(one, f"{name}, {key}") for key, one in given.items()}
+    shapes = {one.shape for one in found.values()}
+    if len(shapes) != 1 or len(shape := shapes.pop()) != 1 or not shape[0]:
+        raise ValueError(f"{name} must hold lists of numbers, all of one length")
+    return found

@@ -45,6 +45,9 @@ def film(
     truth : array_like (2,)
         True place in the right photo, px.
     """
+    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
+    column, row = map(int, _validate.one_point(point, 2, "point"))
+    size = _validate.window(size, "size")
     trail = _validate.finite(trail, "trail")
     truth = _validate.one_point(truth, 2, "truth")
     if trail.ndim != 2 or trail.shape[1] != 8 or not len(trail):
@@ -55,7 +58,6 @@ def film(
         f"{f'step {k}' if k else 'start'}\n{e:.{1 if e > 0.3 else 3}f} px off"
         for k, e in zip(chosen, off)
     ]
-    column, row = map(int, _validate.one_point(point, 2, "point"))
     fig = matching.film_strip(left, right, (column, row), size, trail[chosen], notes)
     basic.show(
         fig,
@@ -76,18 +78,21 @@ def by_hand(
     left, right, point, size, truth
         As for `film`.
     """
+    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
+    column, row = map(int, _validate.one_point(point, 2, "point"))
+    place, size = (column, row), _validate.window(size, "size", 5)
     truth = _validate.one_point(truth, 2, "truth")
 
     def draw(columns: int, rows: int, turn: int) -> None:
         c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-        column, row = np.round(truth) + (columns, rows)
-        start = [column, c, -s, row, s, c, 0, 1]
+        x, y = np.round(truth) + (columns, rows)
+        start = [x, c, -s, y, s, c, 0, 1]
         try:
-            trail = textbook.match(left, right, point, start, size)[0]
+            trail = textbook.match(left, right, place, start, size)[0]
         except ValueError as reason:
             print(f"lost: {reason}")
         else:
-            film(left, right, point, size, trail[[0, len(trail) // 2, -1]], truth)
+            film(left, right, place, size, trail[[0, len(trail) // 2, -1]], truth)
 
     look: Look = {"continuous_update": False}
     interact(
@@ -203,15 +208,22 @@ def ellipses(
         Errors of matches in pixels, and the covariance that they predict.
     """
     left = _validate.image(left, "left")
+    places = _validate.mapping(places, "places")
+    clouds = _validate.mapping(clouds, "clouds")
     if not places or set(places) != set(clouds):
         raise ValueError("places and clouds must have the same names, at least one")
     panels: Look = {"layout": "constrained", "height_ratios": (1, 1.5)}
     fig, axes = plt.subplots(2, len(places), figsize=(7, 4.5), squeeze=False, **panels)
     for (above, below), (name, place) in zip(axes.T, places.items()):
-        column, row = _validate.one_point(place, 2, "a place")
-        errors = _validate.points(clouds[name][0], 2, "errors")
+        column, row = _validate.one_point(place, 2, f"places, {name}")
+        cloud = _validate.several(clouds[name], f"clouds, {name}")
+        if len(cloud) != 2:
+            raise ValueError(f"clouds, {name}, must be errors and a covariance")
+        errors = _validate.points(cloud[0], 2, f"clouds, {name}, errors")
         C = _validate.of_shape(
-            _validate.covariances(clouds[name][1], "covariance"), (2, 2), "covariance"
+            _validate.covariances(cloud[1], f"clouds, {name}"),
+            (2, 2),
+            f"clouds, {name}",
         )
         below.plot(*(100 * errors).T, ".", color=basic.SKY, ms=4)
         basic.error_ellipse(below, (0, 0), 1e4 * C, zorder=3, linewidth=3)

@@ -54,10 +54,12 @@ def steps(runs: Mapping[str, ArrayLike]) -> None:
     given = _validate.mapping(runs, "runs")
     fig, ax = plt.subplots(figsize=(7, 4.8), layout="constrained")
     for name, rms in given.items():
-        values = 1000 * _validate.positive(rms, name, "mm")[:11]
+        values = 1000 * _validate.positive(rms, f"runs, {name}", "mm")
+        if values.ndim != 1:
+            raise ValueError(f"runs, {name}, must be a list of numbers")
         colour, marker, line = LOOKS.get(name, (basic.GREY, "o", "-"))
         look: Look = {"color": colour, "marker": marker, "ls": line, "ms": 9}
-        ax.plot(values, label=name, **look)
+        ax.plot(values[:11], label=name, **look)
     ax.set(yscale="log", ylim=(0.15, 3e5), xlim=(-0.2, 10.2), xticks=range(0, 11, 2))
     ax.set(xlabel="steps", ylabel="RMS of a coordinate (µm)")
     fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -80,8 +82,15 @@ def kept(values: Mapping[str, ArrayLike], limit: float) -> None:
     limit : float
         What lies below counts as zero.
     """
-    first = next(iter(_validate.mapping(values, "values")), "")
-    fig = matrices.spectrum(values, {first: limit})
+    series = {
+        name: _validate.positive(one, f"values, {name}", "singular values")
+        for name, one in _validate.mapping(values, "values").items()
+    }
+    if not series or any(one.ndim != 1 for one in series.values()):
+        raise ValueError("values must hold one list of singular values or more")
+    limit = _validate.positive_number(limit, "limit", "a singular value")
+    first = next(iter(series))
+    fig = matrices.spectrum(series, {first: limit})
     fig.set_size_inches(7, 4.4)
     basic.show(
         fig,
@@ -128,9 +137,13 @@ def networks(given: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
     fig, axes = plt.subplots(rows, columns, figsize=(10, 2.6 * rows), squeeze=False)
     for ax in axes.flat:
         ax.axis("off")
-    for ax, (name, (exteriors, points)) in zip(axes.flat, several.items()):
-        exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
-        _from_the_side(ax, exteriors, _validate.points(points, 3, "points"))
+    for ax, (name, one) in zip(axes.flat, several.items()):
+        parts = _validate.several(one, f"given, {name}")
+        if len(parts) != 2:
+            raise ValueError(f"given, {name}, must be exteriors and points")
+        exteriors = _validate.of_shape(parts[0], (None, 6), f"given, {name}")
+        points = _validate.points(parts[1], 3, f"given, {name}")
+        _from_the_side(ax, exteriors, points)
         ax.set_title(name, fontsize=16, loc="left")
     basic.show(
         fig,
@@ -169,8 +182,9 @@ def precisions(sds: Mapping[str, ArrayLike]) -> None:
         determined.
     """
     several = _validate.mapping(sds, "sds")
-    values = np.array([_validate.real(v, name) for name, v in several.items()])
-    if values.ndim != 2 or values.shape[1] != 3 or not np.nanmin(values) > 0:
+    rows = [_validate.real(v, f"sds, {name}") for name, v in several.items()]
+    values = np.array(rows) if {row.shape for row in rows} == {(3,)} else np.zeros(1)
+    if values.ndim != 2 or np.any(values <= 0) or np.any(np.isinf(values)):
         raise ValueError("sds must hold three positive numbers (or NaN) a network")
     fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     for k, (name, colour, marker) in enumerate(

@@ -28,7 +28,10 @@ def numbers(windows: Mapping[str, ArrayLike]) -> None:
     windows : mapping of str to array_like (rows, columns)
         Grey values by the name of the window, one to four of one shape.
     """
-    grey = {name: _validate.image(w) for name, w in windows.items()}
+    given = _validate.mapping(windows, "windows")
+    grey = {name: _validate.image(w, f"windows, {name}") for name, w in given.items()}
+    if len({one.shape for one in grey.values()}) != 1 or len(grey) > 4:
+        raise ValueError("windows must hold one to four of one shape")
     first = next(iter(grey.values()))
     across = (7, 2.6) if len(grey) > 1 else (3.6, 3.0)
     fig, axes = plt.subplots(1, len(grey), figsize=across, squeeze=False)
@@ -119,6 +122,10 @@ def parts(
         Widths in pixels, odd.
     """
     left, right = _validate.image(left, "left"), _validate.image(right, "right")
+    point = _validate.one_point(point, 2, "point")
+    start = _validate.one_point(start, 2, "start")
+    template = _validate.window(template, "template")
+    search = _validate.window(search, "search")
     r = correlation_map(cut(left, point, template), cut(right, start, search))
     fig = plt.figure(figsize=(10, 4.8))
     grid = fig.add_gridspec(2, 3, width_ratios=(1, 1, 2.3))
@@ -169,6 +176,11 @@ def templates(
         Widths of the templates in pixels, odd; the search goes 30 px to each side.
     """
     left, right = _validate.image(left, "left"), _validate.image(right, "right")
+    point = _validate.one_point(point, 2, "point")
+    start = _validate.one_point(start, 2, "start")
+    sizes = [
+        _validate.window(one, "sizes") for one in _validate.several(sizes, "sizes")
+    ]
     fig = plt.figure(figsize=(7, 5.2), layout="none")
     said = []
     for k, size in enumerate(sizes):
@@ -208,8 +220,13 @@ def by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> None:
         x left - x right where it is known, else NaN or infinite.
     """
     left, right = _validate.image(left, "left"), _validate.image(right, "right")
-    known = np.asarray(disparity)
+    known = _validate.real(disparity, "disparity")
     (rows, columns), edge = left.shape, 60
+    if known.shape != left.shape or right.shape != left.shape or rows < 121:
+        raise ValueError(
+            "left, right and disparity must have one shape, 121 rows at least; got"
+            f" {left.shape}, {right.shape} and {known.shape}"
+        )
 
     def draw(x: int, y: int, size: int) -> None:
         start = np.array([x - AWAY, y])

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.plot import basic
+from pgm_lab.plot import _doors, basic
 from pgm_lab.plot.basic import Look
 
 
@@ -20,6 +20,8 @@ def summit(r: ArrayLike) -> None:
         r at the shifts -1, 0 and 1 px.
     """
     values = _validate.of_shape(r, (3,), "r")
+    if not values[1] > max(values[0], values[2]):
+        raise ValueError("r must be highest in the middle, or it has no top there")
     slope = (values[2] - values[0]) / 2
     bend = 2 * values[1] - values[0] - values[2]
     t = np.linspace(-1.15, 1.15, 200)
@@ -49,11 +51,14 @@ def locking(shifts: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
     errors : mapping of str to array_like (n,)
         Mean error in pixels at each, by the name of the texture; up to three.
     """
-    true = np.asarray(shifts, float)
+    true = _validate.finite(shifts, "shifts")
+    series = _doors.lists(errors, "errors")
+    if next(iter(series.values())).shape != true.shape:
+        raise ValueError("shifts and the lists of errors must have the same length")
     fig, ax = plt.subplots(figsize=(7, 4.2))
     looks = (("o-", basic.BLUE), ("s--", basic.RED), ("D:", basic.GREEN))
     said = []
-    for (name, values), (mark, colour) in zip(errors.items(), looks):
+    for (name, values), (mark, colour) in zip(series.items(), looks):
         ax.plot(true, values, mark, color=colour, label=name)
         said.append(f"{name} at most {np.abs(values).max():.3f} px")
     ax.axhline(0, color=basic.BLACK, linewidth=1)
@@ -80,9 +85,18 @@ def depths(
     measured, true : array_like (n,)
         Disparities in pixels; NaN where there is none.
     """
-    places = np.asarray(points)
+    photo, places = (
+        _validate.image(photo, "photo"),
+        _validate.points(points, 2, "points"),
+    )
+    measured = _validate.real(measured, "measured")
+    true = _validate.real(true, "true")
+    for values, name in ((measured, "measured"), (true, "true")):
+        if values.shape != (len(places),) or not np.isfinite(values).any():
+            raise ValueError(f"{name} must have a number for each point, not all NaN")
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.2))
-    low, high = np.nanmin(true), np.nanmax(true)
+    known = true[np.isfinite(true)]
+    low, high = known.min(), known.max()
     names = ("measured by your program", "true, by structured light")
     for ax, values, name in zip(axes, (measured, true), names):
         ax.imshow(photo, alpha=0.35)

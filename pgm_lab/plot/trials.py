@@ -41,10 +41,16 @@ def origin(
         Condition number, determinant and standard deviation of a0; the last two
         relative to the first.
     """
-    lists = distance, condition, determinant, sd
-    away, *curves = (_validate.finite(g, "a list") for g in lists)
+    away = _validate.finite(distance, "distance")
+    curves = [
+        _validate.finite(condition, "condition"),
+        _validate.finite(determinant, "determinant"),
+        _validate.finite(sd, "sd"),
+    ]
     if away.ndim != 1 or any(c.shape != away.shape for c in curves):
-        raise ValueError("the four lists must have the same length")
+        raise ValueError(
+            "distance, condition, determinant and sd must be lists of the same length"
+        )
     fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     for values, (style, colour), name in zip(
         curves,
@@ -139,7 +145,8 @@ def radiometric(gains: ArrayLike, eight: ArrayLike, six: ArrayLike) -> None:
     eight, six : array_like (n,)
         RMS errors with eight and with six parameters, px.
     """
-    x, with_, without = (_validate.finite(g, "a list") for g in (gains, eight, six))
+    x, with_ = _validate.finite(gains, "gains"), _validate.finite(eight, "eight")
+    without = _validate.finite(six, "six")
     if x.ndim != 1 or not x.shape == with_.shape == without.shape:
         raise ValueError("gains, eight and six must have the same length")
     fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")

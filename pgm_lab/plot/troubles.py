@@ -1,13 +1,13 @@
 """Figures of searches that go wrong: six landscapes, and where the wrong points lie."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.datasets import StereoPair
 from pgm_lab.image import cut, resample
 from pgm_lab.ncc import correlation_map
 from pgm_lab.plot import basic
@@ -17,12 +17,12 @@ from pgm_lab.plot.matching import draw_map, draw_window, outline
 LOG = (640, 190)  # (column, row) of a fallen log in the orthophoto
 
 
-def six(pair: Any, ground: ArrayLike) -> list[tuple]:
+def six(pair: StereoPair, ground: ArrayLike) -> list[tuple]:
     """Six searches: a good one, and five kinds of trouble.
 
     Parameters
     ----------
-    pair : datasets.StereoPair
+    pair : StereoPair
         The motorcycle.
     ground : array_like (rows, columns)
         The orthophoto of Yellowstone, of which a log is seen turned and foreshortened.
@@ -31,7 +31,10 @@ def six(pair: Any, ground: ArrayLike) -> list[tuple]:
     -------
     list of (left, point, right, start, width of the template, true place)
     """
+    _validate.instance(pair, StereoPair, "pair")
     ground = _validate.image(ground, "ground")
+    if min(ground.shape) < max(LOG) + 90:
+        raise ValueError(f"ground must be larger; got {ground.shape}: take Yellowstone")
     column, row = np.meshgrid(np.arange(-40, 41), np.arange(-40, 41))
     a, b = np.cos(np.radians(30)), np.sin(np.radians(30))
     turned = np.stack([a * column - b * row, b * column + a * row], axis=-1)
@@ -48,27 +51,34 @@ def six(pair: Any, ground: ArrayLike) -> list[tuple]:
     return searches
 
 
-def gallery(searches: Sequence[tuple], found: Sequence[ArrayLike]) -> None:
+def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
     """Show searches in columns: template, search window, r by shift, found and true.
 
     Parameters
     ----------
     searches : sequence of tuples
         From `six`; the search goes 30 px to each side.
-    found : sequence of array_like (2,)
+    found : array_like (n, 2)
         (column, row) of the highest r of each.
     """
+    searches = _validate.several(searches, "searches")
+    highest = _validate.points(found, 2, "found")
+    if not searches or any(
+        not isinstance(one, tuple) or len(one) != 6 for one in searches
+    ):
+        raise ValueError("searches must hold tuples of six parts, those of `six`")
+    if len(highest) != len(searches):
+        raise ValueError(f"found must have {len(searches)} places; got {len(highest)}")
     fig, axes = plt.subplots(3, len(searches), figsize=(10, 5.4), squeeze=False)
-    for column, name, search, place in zip(axes.T, "ABCDEF", searches, found):
+    for column, name, search, place in zip(axes.T, "ABCDEF", searches, highest):
         left, point, right, start, size, true = search
-        highest = _validate.one_point(place, 2, "found")
         around = cut(right, start, size + 60)
         draw_window(column[0], np.asarray(left), point, size)
         draw_window(column[1], np.asarray(right), start, size + 60)
-        outline(column[1], highest, size, basic.RED)
+        outline(column[1], place, size, basic.RED)
         drawn = draw_map(column[2], correlation_map(cut(left, point, size), around))
         middle = np.asarray(start)
-        column[2].plot(*(highest - middle), "x", color=basic.RED, ms=13, mew=3)
+        column[2].plot(*(place - middle), "x", color=basic.RED, ms=13, mew=3)
         column[2].plot(*(true - middle), "wo", mfc="none", ms=15, mew=2.5)
         column[0].set_title(name, fontsize=13, loc="center")
     plt.setp(axes, xticks=[], yticks=[])
@@ -99,7 +109,12 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
     right : array_like (n,) of bool
         Whether each agrees with the truth.
     """
-    places, good = np.asarray(points), np.asarray(right, bool)
+    photo = _validate.image(photo, "photo")
+    places = _validate.points(points, 2, "points")
+    flags = _validate.finite(right, "right")
+    if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
+        raise ValueError("right must hold True or False for each point")
+    good = flags == 1
     fig, ax = plt.subplots(figsize=(7, 4.4))
     ax.imshow(photo, alpha=0.6)
     looks = ((good, "o", basic.SKY, "right"), (~good, "X", basic.RED, "wrong"))

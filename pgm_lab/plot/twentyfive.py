@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.plot import basic
+from pgm_lab.plot import _doors, basic
 from pgm_lab.plot.basic import Look
 from pgm_lab.plot.matching import draw_map, outline
 
@@ -29,11 +29,14 @@ def two_maps(scene: ArrayLike, quick: ArrayLike, exact: ArrayLike) -> None:
         r for every shift, from single and from double precision.
     """
     grey = _validate.image(scene, "scene")
+    maps = [_validate.image(quick, "quick"), _validate.image(exact, "exact")]
+    if any(r.shape[0] != r.shape[1] for r in maps):
+        raise ValueError("quick and exact must be square maps of r")
     fig, axes = plt.subplots(1, 3, figsize=(7, 3.4))
     axes[0].imshow(grey)
     outline(axes[0], np.array(grey.shape[::-1]) // 2, 21, basic.ORANGE)
-    for ax, r in zip(axes[1:], (quick, exact)):
-        drawn = draw_map(ax, np.asarray(r))
+    for ax, r in zip(axes[1:], maps):
+        drawn = draw_map(ax, r)
     for ax, title in zip(axes, ("scene", "32 bit", "mean first")):
         ax.set_title(title)
         ax.set(xticks=[], yticks=[])
@@ -58,8 +61,7 @@ def before_and_after(r: Mapping[str, ArrayLike]) -> None:
     fig, ax = plt.subplots(figsize=(7, 3.8))
     looks = ((basic.BLUE, "-"), (basic.RED, "--"))
     said = []
-    for (name, given), (colour, line) in zip(r.items(), looks):
-        values = _validate.finite(given, name)
+    for (name, values), (colour, line) in zip(_doors.lists(r, "r").items(), looks):
         style: Look = {"bins": np.linspace(-0.2, 1, 49), "histtype": "step"}
         ax.hist(values, color=colour, linestyle=line, lw=3, label=name, **style)
         said.append(f"{name}: median {np.median(values):.2f}")
@@ -87,13 +89,20 @@ def study(
         Share of right matches, and RMS error in pixels, by the name of the scene:
         "stereo pair", "orthophoto" and "texture".
     """
+    across = _validate.finite(widths, "widths")
+    right, errors = _doors.lists(shares, "shares"), _doors.lists(rms, "rms")
+    if right.keys() != errors.keys() or not right.keys() <= SCENES.keys():
+        raise ValueError(f"shares and rms must have names of {', '.join(SCENES)}")
+    for series, name in ((right, "shares"), (errors, "rms")):
+        if next(iter(series.values())).shape != across.shape:
+            raise ValueError(f"widths and the lists of {name} must have one length")
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.9))
     said = []
-    for scene, values in shares.items():
+    for scene, values in right.items():
         colour, mark, name = SCENES[scene]
         share = 100 * np.asarray(values)
-        axes[0].plot(widths, share, mark, color=colour, label=name)
-        axes[1].plot(widths, rms[scene], mark, color=colour)
+        axes[0].plot(across, share, mark, color=colour, label=name)
+        axes[1].plot(across, errors[scene], mark, color=colour)
         said.append(f"{name} {share.max():.0f} % at most, {share[-1]:.0f} % at last")
     axes[0].set(title="right within 1 px (%)", ylim=(0, 104))
     axes[1].set(title="RMS error (px)", ylim=(0, 0.36))
@@ -124,6 +133,13 @@ def reach(
     """
     begin = _validate.one_point(start, 2, "start")
     end = _validate.one_point(match, 2, "match")
+    size = _validate.window(size, "size")
+    windows = {
+        name: _validate.whole(width, f"windows, {name}", 1)
+        for name, width in _validate.mapping(windows, "windows").items()
+    }
+    if not windows:
+        raise ValueError("windows must hold one width or more")
     fig, ax = plt.subplots(figsize=(7, 4.4))
     looks = ((basic.RED, "-"), (basic.ORANGE, "--"), (basic.BLUE, ":"))
     for (name, width), (colour, line) in zip(windows.items(), looks):
