@@ -30,8 +30,8 @@ def mirror(computed: ArrayLike, printed: ArrayLike) -> None:
     apart = np.abs(computed - printed).max(axis=0)
     basic.show(
         fig,
-        "Computed and printed points of one photo, joined by lines. They differ by up to"
-        f" {apart[0]:.5f} mm in x and {apart[1]:.1f} mm in y.",
+        "Computed and printed points of one photo, joined by lines. They differ by up"
+        f" to {apart[0]:.5f} mm in x and {apart[1]:.1f} mm in y.",
     )
 
 

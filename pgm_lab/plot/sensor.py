@@ -23,7 +23,7 @@ WAYS = (
 
 
 def frames() -> None:
-    """Show the pixel frame and the photo frame on one sensor, drawn with 8 x 6 pixels."""
+    """Show the pixel frame and the photo frame on one sensor, with 8 x 6 pixels."""
     fig, ax = plt.subplots(figsize=(10, 5.6))
     for edge in np.arange(-0.5, 8):
         ax.plot([edge, edge], [-0.5, 5.5], color=basic.SKY, linewidth=0.8)
@@ -93,16 +93,16 @@ def interior() -> None:
     ax.text(u - 0.4, v, "c", ha="right", **(LABEL | {"fontsize": 21}))
     u, v = _oblique([far])[0]
     ax.text(u + 0.6, v, "ray, to the ground", color=basic.GREEN, va="center", **LABEL)
-    u, v = _oblique([corners[1]])[0]
-    ax.text(u + 0.5, v + 0.4, "image plane", color=basic.BLUE, **LABEL)
+    u, v = _oblique([corners[0]])[0]
+    ax.text(u + 0.5, v - 1.3, "image plane", color=basic.BLUE, **LABEL)
     ax.set(xlim=(-17, 22), ylim=(-7.5, 14), aspect="equal")
     ax.axis("off")
     basic.show(
         fig,
         "A camera from the side. A dashed line of length c leads from the perspective"
         " centre straight down to the principal point in the image plane. The image"
-        " centre, where the axes x and y begin, lies a little beside it. A ray runs from"
-        " the perspective centre through the photo point on to the ground.",
+        " centre, where the axes x and y begin, lies a little beside it. A ray runs"
+        " from the perspective centre through the photo point on to the ground.",
     )
 
 

@@ -44,6 +44,7 @@ def pull(window: ArrayLike, truth: ArrayLike, centroids: dict[str, ArrayLike]) -
         ax.plot(*at, marker, color=colour, markersize=11, label=name)
     ax.grid(False)
     ax.set(xlabel="column X (px)", ylabel="row Y (px)")
+    ax.set(yticks=range(0, len(window), 4))
     fig.legend(loc="outside lower center", ncols=2)
     told = [f"{name} at {_at(at)}" for name, at in found.items()]
     words = f"A bright disc in its window, its true centre at {_at(truth)}"
