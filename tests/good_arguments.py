@@ -684,7 +684,7 @@ FUNCTIONS = {
     "plot.forty.misfits": lambda: dict(
         point=np.arange(5), misfit=1e-6 * np.ones((2, 5, 2))
     ),
-    "plot.forty.left_over": lambda: dict(values={"a": [1.2, 3.4], "b": [5.0, 6]}),
+    "plot.forty.left_over": lambda: dict(listing=[1.2, 3.4], sensor=[5.0, 6]),
     "plot.levelling.net": lambda: dict(lines=["AB", "BC"], labels=["1 m", "2 m"]),
     "plot.levelling.control": lambda: dict(lines=["AB", "BC"], share=[0.3, 0.7]),
     "plot.levelling.tested": lambda: dict(

@@ -67,25 +67,27 @@ def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
     )
 
 
-def left_over(values: dict[str, ArrayLike]) -> None:
+def left_over(listing: ArrayLike, sensor: ArrayLike) -> None:
     """Show how far numbers lie from the nearest whole number.
 
     Parameters
     ----------
-    values : dict of str to array_like (n,)
-        Coordinates in nanometres by the name of their pixel size, at most two.
+    listing, sensor : array_like (n,)
+        Photo coordinates in nanometres, with the pixel size of the listing and with
+        that of the sensor.
     """
+    both = (
+        ("pixel size of the listing", _validate.finite(listing, "listing").ravel()),
+        ("pixel size of the sensor", _validate.finite(sensor, "sensor").ravel()),
+    )
     fig, ax = plt.subplots(figsize=(7, 4.2))
     told = []
     looks = (basic.RED, "D", "none"), (basic.BLUE, "o", basic.BLUE)
-    for (name, numbers), (colour, marker, fill) in zip(
-        _validate.mapping(values, "values").items(), looks
-    ):
-        nanometres = _validate.finite(numbers, f"values: {name}").ravel()
+    for (name, nanometres), (colour, marker, fill) in zip(both, looks):
         rest = nanometres - np.round(nanometres)
         at = np.arange(1, rest.size + 1)
         ax.plot(at, rest, marker, color=colour, mfc=fill, label=name)
-        told.append(f"{name}: up to {np.abs(rest).max():.4f} nm")
+        told.append(f"{name}: up to {np.abs(rest).max(initial=0):.4f} nm")
     ax.set(ylim=(-0.55, 0.55), xlabel="number in Table 4.1")
     ax.set_ylabel("distance from a\nwhole nanometre (nm)")
     fig.legend(loc="outside lower center")

@@ -65,18 +65,18 @@ def interior() -> None:
     centre = (0.0, 0.0, 13.0)
     principal = (2.4, -2.6, 0.0)
     point = (7.6, 3.6, 0.0)
-    corners = [(-11.8, -7.9, 0), (11.8, -7.9, 0), (11.8, 7.9, 0), (-11.8, 7.9, 0)]
+    corners = [(-11.8, -7.9, 0.0), (11.8, -7.9, 0), (11.8, 7.9, 0), (-11.8, 7.9, 0)]
     ax.fill(*_oblique(corners).T, color=basic.SKY, alpha=0.25)
-    ax.plot(*_oblique([*corners, corners[0]]).T, color=basic.BLUE, linewidth=1.5)
+    ax.plot(*_oblique(corners + corners[:1]).T, color=basic.BLUE, linewidth=1.5)
     top = (principal[0], principal[1], centre[2])
     ax.plot(*_oblique([top, principal]).T, "--", color=basic.BLACK, linewidth=2.4)
     far = np.array(top) + 1.45 * (np.array(point) - top)
     ax.plot(*_oblique([top, far]).T, color=basic.GREEN, linewidth=2.6)
     origin = _oblique([(0, 0, 0)])[0]
-    for end, name in (((8, 0, 0), "x"), ((0, 6, 0), "y")):
+    for end, name in (((8.0, 0.0, 0.0), "x"), ((0.0, 6.0, 0.0), "y")):
         _axis(ax, origin, _oblique([end])[0], name, basic.RED, _oblique([end])[0] + 0.2)
     first = _oblique([(-11.5, 7.6, 0)])[0]
-    for end, name in (((-6.5, 7.6, 0), "X"), ((-11.5, 3.4, 0), "Y")):
+    for end, name in (((-6.5, 7.6, 0.0), "X"), ((-11.5, 3.4, 0.0), "Y")):
         at = _oblique([end])[0]
         _axis(ax, first, at, name, basic.BLUE, at + (0.2, -0.9))
     marks = (
@@ -189,8 +189,11 @@ def ground(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
 def _axis(
     ax: Axes, start: ArrayLike, end: ArrayLike, name: str, colour: str, at: ArrayLike
 ) -> None:
-    ax.annotate("", end, start, arrowprops=ARROW | {"color": colour, "shrinkA": 0})
-    ax.text(*at, name, color=colour, weight="bold", va="center", **LABEL)
+    """Draw an axis as an arrow, and write its name at a place."""
+    look = ARROW | {"color": colour, "shrinkA": 0}
+    (u, v), (x, y), (right, up) = (_validate.finite(p, name) for p in (end, start, at))
+    ax.annotate("", (u, v), (x, y), arrowprops=look)
+    ax.text(right, up, name, color=colour, weight="bold", va="center", **LABEL)
 
 
 def _oblique(points: ArrayLike) -> np.ndarray:

@@ -27,7 +27,10 @@ FIGURES = {
         lambda: forty.misfits(UP[:, 0], 1e-6 * np.ones((2, 5, 2))),
         "20 numbers",
     ),
-    "left_over": (lambda: forty.left_over({"a": [1.2, 3.0]}), "a: up to 0.2000 nm"),
+    "left_over": (
+        lambda: forty.left_over([1.2, 3.0], [1, 2]),
+        "listing: up to 0.2000 nm",
+    ),
 }
 
 
