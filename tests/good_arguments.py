@@ -750,6 +750,22 @@ FUNCTIONS = {
     "plot.stereo.levels": lambda: dict(
         pyramid=[normal_pair()], matches=[dense_match()]
     ),
+    "plot.sensor.frames": lambda: {},
+    "plot.sensor.interior": lambda: {},
+    "plot.sensor.conventions": lambda: {},
+    "plot.sensor.shrunk": lambda: dict(offsets=[0.0, 1, 2], rms=[3.0, 1, 2]),
+    "plot.sensor.ground": lambda: dict(grey=ORTHO, gsd=0.1, sizes=[0.2, 0.8]),
+    "plot.target.pull": lambda: dict(
+        window=SPOT, truth=(10.25, 9.5), centroids={"a": (10.0, 9)}
+    ),
+    "plot.target.by_hand": lambda: {},
+    "plot.target.precision": lambda: {},
+    "plot.target.sampled": lambda: dict(diameter=8.0, size=15),
+    "plot.forty.mirror": lambda: dict(computed=UP, printed=UP * (1, -1)),
+    "plot.forty.misfits": lambda: dict(
+        point=np.arange(5), misfit=1e-6 * np.ones((2, 5, 2))
+    ),
+    "plot.forty.left_over": lambda: dict(listing=[1.2, 3.4], sensor=[5.0, 6]),
     "plot.levelling.net": lambda: dict(lines=["AB", "BC"], labels=["1 m", "2 m"]),
     "plot.levelling.control": lambda: dict(lines=["AB", "BC"], share=[0.3, 0.7]),
     "plot.levelling.tested": lambda: dict(

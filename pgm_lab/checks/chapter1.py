@@ -15,6 +15,7 @@ _CAMERAS = [
     ((3000, 4000), (0.005, 0.004)),
     ((11, 7), (2.0, 3.0)),
 ]
+_UNITS = ((1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres"))
 _FACTORS = (1e-6, 1e-3, 0.1, 10, 1e3, 1e6)  # of units taken for millimetres
 
 
@@ -30,7 +31,7 @@ def corner(answer: object) -> None:
         (edge * (1, -1), "it lies below the centre, and y points up"),
         (-edge, "that is the upper left corner: both axes are mirrored"),
         (edge / size, "that is still in pixels: multiply by the size of a pixel"),
-        *((edge * factor, "the unit is not millimetres") for factor in _FACTORS),
+        *((edge * f, "the unit is not millimetres, but " + u) for f, u in _UNITS),
     ]
     hint = first_slip(value, slips, "the sensor does not end there")
     report("the corner", [("it is where the sensor ends", near(value, edge), hint)])
@@ -43,17 +44,28 @@ def pixel_to_photo(function: Callable) -> None:
         centre = frames.image_centre(image_size)
         pixels = centre + [[0, 0], [1, 0], [0, 1], [-3.25, 2.5]]
         photo = call(function, pixels, image_size, pixel_size, shape=(4, 2))
+        for decimals in (2, 3, 4, 5):
+            exact = frames.pixel_to_photo(pixels, image_size, pixel_size)
+            if not near(photo, exact) and np.array_equal(photo, exact.round(decimals)):
+                raise CheckFailed(
+                    "pixel_to_photo: right, but rounded: keep all digits."
+                )
         photo = photo / pixel_size
         trials.append((photo[0], *(photo[1:] - photo[0]), centre))
     centres, right, down, other, middles = (np.array(t) for t in zip(*trials))
     if near(right[:, 0], 0.0) and near(down[:, 1], 0.0):
         raise CheckFailed(
-            "my_pixel_to_photo: columns and rows are exchanged: a step to the right"
+            "pixel_to_photo: columns and rows are exchanged: a step to the right"
             " changes y. pixels[:, 0] holds the columns."
         )
     unit = np.abs([right[:, 0], down[:, 1]])  # lengths of a step in x and in y
+    if near(right[:, 0], -1.0) and near(down[:, 1], 1.0):
+        raise CheckFailed(
+            "pixel_to_photo: both axes are mirrored: a half turn, which is right for"
+            " neither. Rows and y run against each other, columns and x do not."
+        )
     report(
-        "my_pixel_to_photo",
+        "pixel_to_photo",
         [
             (
                 "the centre is (0, 0)",
@@ -92,6 +104,9 @@ def _centre_hint(centres: np.ndarray, middles: np.ndarray) -> str:
 
 
 def _unit_hint(x: np.ndarray, y: np.ndarray) -> str:
+    for factor, unit in _UNITS:
+        if near([x / factor, y / factor], 1.0):
+            return f"the units are not millimetres, but {unit}"
     if any(near([x * factor, y * factor], 1.0) for factor in _FACTORS):
         return "the units are not millimetres (a power of ten is missing)"
     axis = "y" if near(x, 1.0) else "x" if near(y, 1.0) else "x and y"
@@ -121,7 +136,7 @@ def photo_to_pixel(function: Callable) -> None:
     ]
     hint = first_slip(back, slips, "the way there and back does not end where it began")
     report(
-        "my_photo_to_pixel",
+        "photo_to_pixel",
         [("pixel to photo to pixel ends where it began", near(back, pixels), hint)],
     )
 
@@ -135,13 +150,13 @@ def flying_height(function: Callable) -> None:
     doubled = float(call(function, 0.4, 5.49, 24.0, shape=()))
     longer = float(call(function, 0.2, 5.49, 48.0, shape=()))
     if np.any(ratio <= 0):
-        raise CheckFailed("my_height: a height above ground must be positive.")
+        raise CheckFailed("height: a height above ground must be positive.")
     if not near(ratio, 1.0) and np.all(np.abs(ratio - 1) < 0.01):
-        raise CheckFailed("my_height: almost; do not round inside the function.")
+        raise CheckFailed("height: almost; do not round inside the function.")
     decade = np.log10(ratio)
     wrong_unit = near(decade, np.round(decade)) and near(decade, decade[0])
     report(
-        "my_height",
+        "height",
         [
             (
                 "twice the GSD, twice the height",
@@ -189,4 +204,4 @@ def centroid(function: Callable) -> None:
     other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"
     hint = first_slip(answers, slips, other)
     right = near(answers, expected)
-    report("my_centroid", [("the weighted mean of three noisy targets", right, hint)])
+    report("centroid", [("the weighted mean of three noisy targets", right, hint)])

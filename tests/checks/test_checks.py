@@ -30,8 +30,9 @@ def photo(pixels, size, px, centre=0.5, y=-1, factor=1.0, swap=False):
         ({"centre": 1.0}, "half a pixel off"),
         ({"centre": -0.5}, "one pixel off: counting starts at 0"),
         ({"centre": 3.0}, r"centre of the image is not at \(0, 0\)"),
-        ({"factor": 1e-3}, "units are not millimetres"),
-        ({"factor": 1e3}, "units are not millimetres"),
+        ({"factor": 1e-3}, "units are not millimetres, but metres"),
+        ({"factor": 1e3}, "units are not millimetres, but micrometres"),
+        ({"factor": 1e6}, "power of ten is missing"),
         ({"factor": 2.0}, "not one pixel size long in x and y"),
         ({"factor": (1.0, 2.0)}, "not one pixel size long in y"),
         ({"factor": (2.0, 1.0)}, "not one pixel size long in x"),
@@ -44,6 +45,13 @@ def test_slip_in_pixel_to_photo_is_named(slip, hint):
 
     with pytest.raises(CheckFailed, match=hint):
         chapter1.pixel_to_photo(my_pixel_to_photo)
+
+
+def test_both_axes_mirrored_and_a_rounded_answer_are_named():
+    with pytest.raises(CheckFailed, match="both axes are mirrored"):
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x, y=1) * (-1, 1))
+    with pytest.raises(CheckFailed, match="right, but rounded"):
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x).round(3))
 
 
 def test_exchanged_columns_and_rows_get_one_complaint():

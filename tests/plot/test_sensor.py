@@ -1,0 +1,56 @@
+"""Figures of chapter 1: their writing, their alt text, and what they draw."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from pgm_lab import datasets, plot, simulate
+from pgm_lab.plot import basic, forty, sensor, target
+
+SPOT = simulate.target((10.25, 9.5), diameter=8)
+FLOOR = datasets.yellowstone().grey[660:756, 1300:1396].astype(float)
+UP = np.array([(0.0, 0), (1, 0), (0, 1), (1, 1), (2, 1)])
+FIGURES = {
+    "frames": (sensor.frames, "y axis up"),
+    "interior": (sensor.interior, "perspective centre"),
+    "conventions": (sensor.conventions, "(1.8, 1.3) with corners"),
+    "shrunk": (lambda: sensor.shrunk([0, 1, 2], [3, 1, 2]), "lowest at 1.0 px"),
+    "ground": (lambda: sensor.ground(FLOOR, 0.1, [0.2, 0.8]), "pixels of 20, 80 cm"),
+    "pull": (
+        lambda: target.pull(SPOT, (10.25, 9.5), {"a": (9, 9)}),
+        "a at (9.00, 9.00)",
+    ),
+    "by_hand": (target.by_hand, "window of 21 px moved by 4 px, background 0"),
+    "precision": (target.precision, "simulated and predicted"),
+    "mirror": (lambda: forty.mirror(UP, UP * (1, -1)), "2.0 mm in y"),
+    "misfits": (
+        lambda: forty.misfits(UP[:, 0], 1e-6 * np.ones((2, 5, 2))),
+        "20 numbers",
+    ),
+    "left_over": (
+        lambda: forty.left_over([1.2, 3.0], [1, 2]),
+        "listing: up to 0.2000 nm",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figure_says_what_it_shows(name, monkeypatch):
+    said = []
+    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: said.append(alt))
+    draw, words = FIGURES[name]
+    with plt.rc_context(plot.STYLE):
+        if name == "by_hand":
+            monkeypatch.setattr(
+                target, "interact", lambda f, **s: f(*[w.value for w in s.values()])
+            )
+        draw()
+    plt.close("all")
+    assert words in said[0]
+
+
+def test_precision_of_a_centroid_is_predicted_without_a_threshold():
+    simulated, predicted = target.sampled(10, 21)
+    # 400 errors: 3.5 per cent, three of them
+    assert abs(simulated / predicted - 1) < 0.105
+    assert target.sampled(8, 41)[0] > 3 * target.sampled(8, 15)[0]
