@@ -173,6 +173,8 @@ MEANT = {
     },
     ("plot.program.precisions", "sds"): {"A: one NaN", "A: all NaN"},  # refused there
     ("plot.search.by_hand", "disparity"): LACKING | {"all NaN", "all inf", "all -inf"},
+    ("plot.troubles.right_and_wrong", "right"): {"numbers"},  # 0 and 1
+    ("plot.twentyfive.reach", "windows"): {"dictionary"},
     ("plot.subpixel.depths", "measured"): LACKING,
     ("plot.subpixel.depths", "true"): LACKING,
     ("plot.overlay", "reference"): LACKING | {"all NaN", "all inf", "all -inf"},
