@@ -277,14 +277,14 @@ def test_what_waits_or_shows_nothing_is_fine(after):
     assert said(ASKED, *after) == []
 
 
-def test_the_new_form_is_refused_and_the_old_is_listed(tmp_path, monkeypatch, capsys):
+def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("publish.legible.check", lambda folder, notebooks: None)
     bad = new_notebook(cells=[text("# Title", "slide"), text("Run this.", "slide")])
-    for name in ("01_old", "02_new"):
+    for name in ("01_other", "02_new"):
         nbformat.write(bad, tmp_path / f"{name}.ipynb")
     monkeypatch.setattr(wording, "form_of", lambda path: path.stem == "02_new")
     folders = ["--notebooks", str(tmp_path), "--build", str(tmp_path / "build")]
-    for name, code_ in (("01_old", 0), ("02_new", 1)):
+    for name, code_ in (("01_other", 0), ("02_new", 1)):
         assert main(["slides", name, *folders]) == code_
         message = capsys.readouterr().err
         assert f"{name}.ipynb, slide 2" in message and "'Run this'" in message
