@@ -26,8 +26,7 @@ def markdown(folder: str = "") -> str:
     Returns
     -------
     str
-        A table and a sentence in Markdown. Minutes are for reading and, after the plus,
-        for the exercises.
+        A table in reading order, and a sentence, in Markdown.
 
     Examples
     --------
@@ -40,9 +39,8 @@ def markdown(folder: str = "") -> str:
     for row in _ready():
         title = f"[{row['title']}]({folder}{row['notebook']}.ipynb)"
         title += f", {row['with']}" if row["with"] else ""
-        minutes = row["minutes"]
-        minutes += f" + {row['exercises']}" if row["exercises"] != "0" else ""
-        lines.append([row["number"], title, row["question"], row["sources"], minutes])
+        rest = row["question"], row["sources"], row["minutes"]
+        lines.append([row["number"], title, *rest])
     written = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     return f"{written}\n\n{to_come()}".rstrip()
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 
 def form_of(notebook: Path) -> str:
-    """Return "lesson" or "case" for a notebook in the new form, else an empty text."""
+    """Return "lesson" or "case" for a notebook, an empty text where it is neither."""
     chapters = notebook.resolve().parents[1] / "data" / "chapters.csv"
     if not chapters.is_file():
         return ""

@@ -1,7 +1,7 @@
 """Can the back row read the slides? Measure decks in the installed browser, and judge.
 
-A notebook in the new form, a lesson or a case in ``data/chapters.csv``, must keep the
-limits of `publish.sizes`; of the others the list says what does not.
+A lesson or a case in ``data/chapters.csv`` must keep the limits of `publish.sizes`; of
+the others the list says what does not.
 """
 
 import sys
@@ -37,7 +37,7 @@ class Meter:
 
 
 def check(folder: Path, notebooks: list[Path]) -> None:
-    """Measure the decks of these notebooks; refuse those in the new form that fail.
+    """Measure the decks of these notebooks; refuse lessons and cases that fail.
 
     What the others do not keep is printed to stderr, and so is that nothing was
     measured where there is no browser.
@@ -45,7 +45,7 @@ def check(folder: Path, notebooks: list[Path]) -> None:
     Raises
     ------
     PublishError
-        If a notebook in the new form has a problem; it names each slide.
+        If a lesson or a case has a problem; it names each slide.
     """
     refused = []
     with ExitStack() as stack:

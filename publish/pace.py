@@ -65,7 +65,7 @@ def repeat_notes(parts: list[Section]) -> None:
         notes = [cell for cell in every if slide_type(cell) == "notes"]
         for note in filter(lambda note: form.NOTE.match(note.source), notes):
             others = (slide for slide in one.slides if note not in slide)
-            for number, slide in enumerate(others):
+            for number, slide in enumerate(others, start=1):  # 0 is the break
                 slide.append(deck.made(note, note.source, "notes", number))
 
 

@@ -28,7 +28,7 @@ HEADING = re.compile(r"^#+ +(.+)$", re.MULTILINE)
 
 
 def check(printed: dict[Path, bytes], prepared: dict[Path, NotebookNode]) -> None:
-    """Judge handouts; say what is wrong with those of the older form.
+    """Judge handouts; say what is wrong with those that are no lesson and no case.
 
     Parameters
     ----------

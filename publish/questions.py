@@ -1,18 +1,13 @@
 """The quick questions of a chapter as slides: students get no answers, lecturers do."""
 
-import re
 from dataclasses import dataclass
 from html import escape
 
 from bs4 import BeautifulSoup, Tag
 from nbformat import NotebookNode
 
-from pgm_lab import datasets
 from publish import deck
 from publish.student import slide_type, tags
-
-# The check of an older chapter, whose questions are a text: checks.questions("A1", ...)
-CHECKED = re.compile(r"checks\.questions\(\s*[\"'](\w+)[\"']")
 
 Text = tuple[str, str]  # a source and its slide type
 
@@ -30,8 +25,7 @@ def slides(cell: NotebookNode, key: bool) -> list[NotebookNode]:
     """Return the slides that a cell of quick questions becomes, else nothing.
 
     A lesson asks them in a cell tagged ``predict`` that slides skip, each with a
-    printed line and its choices: one a slide. An older chapter has them on a slide and
-    checks the letters: there the answers follow on a slide of the lecturer's.
+    printed line and its choices: one a slide.
 
     Parameters
     ----------
@@ -40,11 +34,9 @@ def slides(cell: NotebookNode, key: bool) -> list[NotebookNode]:
     key : bool
         Whether the answers go with the questions.
     """
-    if "predict" in tags(cell) and slide_type(cell) == "skip":
-        texts = [text for one in _asked(cell) for text in _one_a_slide(*one)]
-    else:
-        chapter = CHECKED.search(cell.source) if "check" in tags(cell) else None
-        texts = _answers(chapter[1]) if chapter and key else []
+    if "predict" not in tags(cell) or slide_type(cell) != "skip":
+        return []
+    texts = [text for one in _asked(cell) for text in _one_a_slide(*one)]
     return [
         deck.made(cell, *text, number, tag="question")
         for number, text in enumerate(texts)
@@ -82,16 +74,3 @@ def _one_a_slide(question: str, choices: list[Choice]) -> list[Text]:
         if one.right
     ]
     return [(asked, "subslide"), *((text, "fragment") for text in answers)]
-
-
-def _answers(chapter: str) -> list[Text]:
-    right = [
-        row
-        for row in datasets.rows("questions")
-        if row["question"].startswith(f"{chapter}.") and row["right"] == "yes"
-    ]
-    lines = [
-        f"{number}. **({row['choice']})** {escape(row['feedback'])}"
-        for number, row in enumerate(right, start=1)
-    ]
-    return [("### The answers", "subslide"), *((line, "fragment") for line in lines)]

@@ -61,7 +61,7 @@ def check(notebooks: list[Path]) -> None:
     Raises
     ------
     PublishError
-        If a notebook in the new form has a problem; it names each slide.
+        If a lesson or a case has a problem; it names each slide.
     """
     refused = []
     for path in notebooks:

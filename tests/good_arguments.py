@@ -537,8 +537,6 @@ FUNCTIONS = {
     "checks.chapter6c.rescaled": lambda: dict(N=NET),
     "checks.own": lambda: dict(name="largest", book=max),
     "checks.predict": lambda: dict(number="2.1"),
-    "checks.question": lambda: dict(number="1.2", choice=_right("1.2")),
-    "checks.questions": lambda: dict(chapter="1", choices=_all_right("1")),
     "datasets.rows": lambda: dict(name="chapters.csv"),
     "epipolar.curve": lambda: oriented_pair() | dict(
         pixel=(20.0, 20), heights=[0.0, 5], depths=None
@@ -1072,21 +1070,6 @@ FUNCTIONS = {
         texture=simulate.texture(waves=9), points=UP
     ),
 }  # fmt: skip
-
-
-def _right(number):
-    rows = datasets.rows("questions")
-    rows = [row for row in rows if row["question"] == number]
-    return next(row["choice"] for row in rows if row["right"] == "yes")
-
-
-def _all_right(chapter):
-    number, letters = 1, ""
-    known = {row["question"] for row in datasets.rows("questions")}
-    while f"{chapter}.{number}" in known:
-        letters += _right(f"{chapter}.{number}")
-        number += 1
-    return letters
 
 
 def fresh(arguments):

@@ -98,9 +98,8 @@ def listed(
         "minutes": "30",
         "form": "case",
     }
-    both = [one | {"exercises": "0"} for one in (lesson, case)]
     place = rows.index(row) if row else len(rows)
-    rows[place : place + bool(row)] = both
+    rows[place : place + bool(row)] = [lesson, case]
     text = io.StringIO()
     writer = csv.DictWriter(text, rows[0], lineterminator="\n")
     writer.writeheader()

@@ -16,8 +16,6 @@ from pgm_lab.checks._failed import CheckFailed as CheckFailed
 from pgm_lab.checks._own import keep as keep
 from pgm_lab.checks._own import own as own
 from pgm_lab.checks._predict import predict as predict
-from pgm_lab.checks._questions import question as question
-from pgm_lab.checks._questions import questions as questions
 
 
 def answer_of(function: Callable, *arguments: Any) -> Any:

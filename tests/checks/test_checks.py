@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pgm_lab import checks, datasets, frames, image
+from pgm_lab import checks, frames, image
 from pgm_lab.checks import CheckFailed, chapter1
 
 
@@ -230,51 +230,3 @@ def test_a_hint_that_asks_ends_in_its_question_mark():
 
 def test_notebook_shows_the_message_without_a_traceback():
     assert CheckFailed("so and so")._render_traceback_() == ["✗ so and so"]
-
-
-QUESTIONS = datasets.rows("questions")
-
-
-def test_every_question_has_exactly_one_right_choice_and_feedback_for_all():
-    for number in {row["question"] for row in QUESTIONS}:
-        choices = [row for row in QUESTIONS if row["question"] == number]
-        assert [row["right"] for row in choices].count("yes") == 1
-        assert [row["choice"] for row in choices] == list("abcd")[: len(choices)]
-        assert all(row["feedback"] for row in choices)
-
-
-def feedback(row, capsys):
-    """What a reader sees who makes a choice."""
-    try:
-        checks.question(row["question"], row["choice"].upper() + " ")
-    except CheckFailed as wrong:
-        return f"✗ {wrong}"
-    return capsys.readouterr().out.strip()
-
-
-def test_each_choice_gets_its_feedback(capsys):
-    mark = {"yes": "✓", "no": "✗"}
-    seen = [feedback(row, capsys) for row in QUESTIONS]
-    assert seen == [
-        f"{mark[row['right']]} question {row['question']}: {row['feedback']}"
-        for row in QUESTIONS
-    ]
-
-
-def test_unanswered_and_unknown_questions():
-    with pytest.raises(CheckFailed, match="choose one of a, b, c"):
-        checks.question("1.1", ...)
-    with pytest.raises(ValueError, match="no question 99"):
-        checks.question("99", "a")
-
-
-def test_all_questions_are_looked_at_before_the_wrong_ones_are_named(capsys):
-    with pytest.raises(CheckFailed, match=r"(?s)question 1.1.*question 1.3") as failed:
-        checks.questions("1", ["a", "b", "", "a", "c"])
-    assert "question 1.2" not in str(failed.value)
-    assert capsys.readouterr().out.count("✓") == 3
-
-
-def test_too_few_answers_are_not_enough():
-    with pytest.raises(CheckFailed, match="give 5 letters"):
-        checks.questions("1", ["b"])

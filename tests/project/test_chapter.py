@@ -75,8 +75,8 @@ def test_the_tables_list_it_and_its_case(begun):
     before = (chapter.TABLE).read_text(encoding="utf-8").splitlines()
     assert table[: len(before)] == before
     assert table[-2:] == [
-        "97,97_trial,Trial,,Which question does this chapter answer?,,18,0,lesson",
-        "97c,97_case_trial,Trial: the case,,What do the printed numbers prove?,,30,0,"
+        "97,97_trial,Trial,,Which question does this chapter answer?,,18,lesson",
+        "97c,97_case_trial,Trial: the case,,What do the printed numbers prove?,,30,"
         "case",
     ]
     readme = (begun / "README.md").read_text(encoding="utf-8")

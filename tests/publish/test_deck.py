@@ -7,6 +7,7 @@ from nbformat.v4 import new_notebook, new_output
 from pgm_lab import checks, ledger
 from publish import deck, pace, verdicts, wording
 from publish.__main__ import main
+from publish.chapters import form_of
 from publish.prepare import for_slides
 from publish.student import slide_type, tags
 from tests.publish.conftest import CHAPTERS
@@ -61,16 +62,6 @@ def test_a_prediction_that_slides_skip_is_no_quick_question():
     assert len(slides(text("# Title", "slide"), cell)) == 1
 
 
-def test_an_older_chapter_gives_its_answers_after_the_questions():
-    asked = text("## Five quick questions\n\n1. Is it? (a) yes, (b) no.", "slide")
-    check = code('checks.questions("A1", answers)', tags=["check"])
-    *_, before, answers = slides(asked, check)
-    assert before == [asked] and answers[0].source == "### The answers"
-    assert answers[1].source.startswith("1. **(b)** Right: v = computed - observed")
-    assert [slide_type(one) for one in answers[1:]] == ["fragment"] * 5
-    assert len(slides(asked, check, audience="student")) == 1
-
-
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_a_students_deck_is_the_lecturers_without_notes_and_answers(name):
     notebook = nbformat.read(CHAPTERS[name], as_version=4)
@@ -86,8 +77,7 @@ def test_a_students_deck_is_the_lecturers_without_notes_and_answers(name):
     answers = [
         c for c in taken if "question" in tags(c) and slide_type(c) == "fragment"
     ]
-    neither = name in ("00_start_here", "08_stereo_map", "A2_verdicts")  # no lesson
-    assert bool(answers) == (not neither and "case" not in name)
+    assert bool(answers) == (form_of(CHAPTERS[name]) == "lesson")
     shown = nbformat.writes(new_notebook(cells=student))
     assert not any(answer.source.split("** ")[1] in shown for answer in answers)
 
@@ -287,14 +277,14 @@ def test_what_waits_or_shows_nothing_is_fine(after):
     assert said(ASKED, *after) == []
 
 
-def test_the_new_form_is_refused_and_the_old_is_listed(tmp_path, monkeypatch, capsys):
+def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("publish.legible.check", lambda folder, notebooks: None)
     bad = new_notebook(cells=[text("# Title", "slide"), text("Run this.", "slide")])
-    for name in ("01_old", "02_new"):
+    for name in ("01_other", "02_new"):
         nbformat.write(bad, tmp_path / f"{name}.ipynb")
     monkeypatch.setattr(wording, "form_of", lambda path: path.stem == "02_new")
     folders = ["--notebooks", str(tmp_path), "--build", str(tmp_path / "build")]
-    for name, code_ in (("01_old", 0), ("02_new", 1)):
+    for name, code_ in (("01_other", 0), ("02_new", 1)):
         assert main(["slides", name, *folders]) == code_
         message = capsys.readouterr().err
         assert f"{name}.ipynb, slide 2" in message and "'Run this'" in message

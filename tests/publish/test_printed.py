@@ -145,13 +145,13 @@ def test_what_belongs_together_and_is_divided_is_named(pdf, body, what):
     assert fault.startswith(f"page 1: the {what} ")
 
 
-def test_a_lesson_is_refused_and_an_older_chapter_listed(tmp_path, pdf, capsys):
+def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, pdf, capsys):
     (tmp_path / "data").mkdir()
-    rows = "notebook,form\n01_old,\n09_new,lesson\n"
+    rows = "notebook,form\n01_other,\n09_new,lesson\n"
     (tmp_path / "data" / "chapters.csv").write_text(rows, encoding="utf-8")
-    old, new = (tmp_path / "notebooks" / f"{n}.ipynb" for n in ("01_old", "09_new"))
+    old, new = (tmp_path / "notebooks" / f"{n}.ipynb" for n in ("01_other", "09_new"))
     poor = pdf(FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>")
     printed.check({old: poor}, {old: EMPTY})
-    assert "01_old.ipynb, page 2" in capsys.readouterr().err
+    assert "01_other.ipynb, page 2" in capsys.readouterr().err
     with pytest.raises(PublishError, match="09_new.ipynb, page 2"):
         printed.check({new: poor}, {new: EMPTY})

@@ -174,7 +174,7 @@ def test_two_figures_stand_side_by_side_where_that_makes_them_larger(places):
 
 
 @pytest.mark.parametrize("form, code_of_exit", [("lesson", 1), ("", 0)])
-def test_the_command_refuses_the_new_form_and_lists_the_old(
+def test_the_command_refuses_a_lesson_and_lists_what_is_none(
     tmp_path, form, code_of_exit
 ):
     (tmp_path / "data").mkdir()

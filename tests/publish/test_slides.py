@@ -115,7 +115,7 @@ def test_no_solution_and_no_check_is_shown(slides_file, notebook):
 
 
 def test_a_hall_can_read_every_slide(slides, chapter):
-    """Of the new form nothing is wrong; of the others nothing sticks out."""
+    """Nothing is wrong with a lesson or a case; of the others nothing sticks out."""
     wrong = problems(measure(slides.page))
     if not form_of(chapter):
         wrong = [row for row in wrong if row.kind == "overflow"]
