@@ -65,9 +65,13 @@ def interior() -> None:
     centre = (0.0, 0.0, 13.0)
     principal = (2.4, -2.6, 0.0)
     point = (7.6, 3.6, 0.0)
-    corners = [(-11.8, -7.9, 0.0), (11.8, -7.9, 0), (11.8, 7.9, 0), (-11.8, 7.9, 0)]
+    corners = 11.8 * np.array(
+        [(-1, -0.67, 0), (1, -0.67, 0), (1, 0.67, 0), (-1, 0.67, 0)]
+    )
     ax.fill(*_oblique(corners).T, color=basic.SKY, alpha=0.25)
-    ax.plot(*_oblique(corners + corners[:1]).T, color=basic.BLUE, linewidth=1.5)
+    ax.plot(
+        *_oblique(np.vstack([corners, corners[:1]])).T, color=basic.BLUE, linewidth=1.5
+    )
     top = (principal[0], principal[1], centre[2])
     ax.plot(*_oblique([top, principal]).T, "--", color=basic.BLACK, linewidth=2.4)
     far = np.array(top) + 1.45 * (np.array(point) - top)

@@ -33,8 +33,19 @@ def test_the_vectorised_adjustment_finds_the_same():
     same = lsm.adjust(left, right, POINT[None].astype(float), START[None], 21)
     np.testing.assert_allclose(trail[-1, [0, 3]], same.x[0, [0, 3]], atol=2e-3)
     np.testing.assert_allclose(sigma0, same.sigma0[0], rtol=0.03)
-    sd = sigma0 * np.sqrt(np.diag(Q))[[0, 3]]
-    np.testing.assert_allclose(sd, same.sd[0, [0, 3]], rtol=0.05)
+
+
+def test_the_covariance_is_that_of_repeated_matches():
+    """Sixty matches, two coordinates: their scatter is known to 7 %, three of them."""
+    exact, errors, variances = pair(), [], []
+    for seed in range(60):
+        noise = np.random.default_rng(seed).normal(0, 1, (2, 70, 70))
+        left, right = (g + e for g, e in zip(exact, noise))
+        trail, sigma0, Q = textbook.match(left, right, POINT, START, 21)
+        errors.append(trail[-1, [0, 3]] - PLACE)
+        variances.append(sigma0**2 * np.diag(Q)[[0, 3]])
+    ratio = np.sqrt(np.mean(np.square(errors)) / np.mean(variances))
+    assert abs(ratio - 1) < 0.2
 
 
 def test_the_design_matrix_agrees_with_differences():
