@@ -92,8 +92,8 @@ def resection(
     --------
     >>> points = [[0, 0, 0], [90, 0, 5], [0, 80, 9], [85, 70, 0], [40, 30, 2]]
     >>> image = collinearity.project([40, 35, 120, 0, 0, 0.1], points, 35.0)
-    >>> abs(resection([45, 30, 110, 0, 0, 0], image, points, 35.0)[0]).round(6)
-    array([ 40. ,  35. , 120. ,   0. ,   0. ,   0.1])
+    >>> resection([45, 30, 110, 0, 0, 0], image, points, 35.0)[0][:3].round(6)
+    array([ 40.,  35., 120.])
     """
     exterior = _validate.finite(start, "start").copy()
     image = _validate.finite(image, "image")

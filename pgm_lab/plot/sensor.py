@@ -75,7 +75,7 @@ def interior() -> None:
     top = (principal[0], principal[1], centre[2])
     ax.plot(*_oblique([top, principal]).T, "--", color=basic.BLACK, linewidth=2.4)
     far = np.array(top) + 1.45 * (np.array(point) - top)
-    ax.plot(*_oblique([top, far]).T, color=basic.GREEN, linewidth=2.6)
+    ax.plot(*_oblique(np.array([top, far])).T, color=basic.GREEN, linewidth=2.6)
     origin = _oblique([(0, 0, 0)])[0]
     for end, name in (((8.0, 0.0, 0.0), "x"), ((0.0, 6.0, 0.0), "y")):
         _axis(ax, origin, _oblique([end])[0], name, basic.RED, _oblique([end])[0] + 0.2)
