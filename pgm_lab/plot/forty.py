@@ -19,7 +19,7 @@ def mirror(computed: ArrayLike, printed: ArrayLike) -> None:
     """
     computed = _validate.points(computed, 2, "computed")
     printed = _validate.of_shape(printed, computed.shape, "printed")
-    fig, ax = plt.subplots(figsize=(7, 5.8))
+    fig, ax = plt.subplots(figsize=(5.4, 4.5))
     for a, b in zip(computed, printed):
         ax.plot(*zip(a, b), color=basic.GREY, linewidth=1)
     ax.plot(*computed.T, "o", color=basic.BLUE, label="from Table 4.1")
@@ -47,7 +47,7 @@ def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
     """
     point = _validate.finite(point, "point").ravel()
     misfit = 1e6 * _validate.of_shape(misfit, (2, len(point), 2), "misfit")
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.2), sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(5.6, 3.5), sharey=True)
     sides = ("left photo", basic.BLUE, "o"), ("right photo", basic.RED, "s")
     for ax, name, k in zip(axes, "xy", (0, 1)):
         ax.axhspan(-5, 5, color=basic.SKY, alpha=0.3)

@@ -107,7 +107,7 @@ def interpolation() -> None:
     """Show how far each interpolation moves a match, by the place between pixels."""
     rows = datasets.rows("results/chapter3_interpolation_bias.csv")
     panels: Look = {"sharey": True, "layout": "constrained"}
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.6), **panels)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4.2), **panels)
     for ax, kind, finest in zip(axes, ("soft", "sharp"), (5, 2.5)):
         for method, (label, colour, line) in METHODS.items():
             some = [r for r in rows if (r["texture"], r["method"]) == (kind, method)]
@@ -139,7 +139,7 @@ def half_wave() -> None:
 
     shifts = np.linspace(-9, 9, 181)
     squares = np.array([np.mean((wave(s) - wave(0)) ** 2) for s in shifts])
-    fig, axes = plt.subplots(1, 2, figsize=(10, 4.3), layout="constrained")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
     axes[0].plot(x, wave(0), color=basic.BLUE, label="A, the template")
     axes[0].plot(x, wave(2.5), "--", color=basic.GREEN, label="B, 2.5 px off")
     axes[0].plot(x, wave(6), ":", color=basic.RED, lw=3, label="B, 6 px off")
@@ -172,7 +172,7 @@ def half_wave() -> None:
 def pull_in() -> None:
     """Show the share of matches that arrive, against the distance of their start."""
     rows = datasets.rows("results/chapter3_pull_in.csv")
-    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.3), layout="constrained")
     for kind, colour in (("soft", basic.BLUE), ("sharp", basic.RED)):
         for size, line in (("11", ":"), ("21", "-")):
             some = [r for r in rows if (r["texture"], r["window"]) == (kind, size)]
@@ -213,7 +213,7 @@ def ellipses(
     if not places or set(places) != set(clouds):
         raise ValueError("places and clouds must have the same names, at least one")
     panels: Look = {"layout": "constrained", "height_ratios": (1, 1.5)}
-    fig, axes = plt.subplots(2, len(places), figsize=(7, 4.5), squeeze=False, **panels)
+    fig, axes = plt.subplots(2, len(places), figsize=(7, 4.2), squeeze=False, **panels)
     for (above, below), (name, place) in zip(axes.T, places.items()):
         column, row = _validate.one_point(place, 2, f"places, {name}")
         cloud = _validate.several(clouds[name], f"clouds, {name}")

@@ -35,7 +35,7 @@ def by_photo(rms: Mapping[str, ArrayLike]) -> None:
         RMS in mm, by the name of the solution.
     """
     fig = studies.residuals_by_photo(rms)
-    fig.set_size_inches(7, 4.2)
+    fig.set_size_inches(7, 3.7)
     text = "; ".join(
         f"{name} {1000 * np.min(values):.2g} to {1000 * np.max(values):.2g} µm"
         for name, values in rms.items()
@@ -52,7 +52,7 @@ def steps(runs: Mapping[str, ArrayLike]) -> None:
         RMS of an image coordinate after each step, mm, by the name of the defect.
     """
     given = _validate.mapping(runs, "runs")
-    fig, ax = plt.subplots(figsize=(7, 4.8), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.5), layout="constrained")
     for name, rms in given.items():
         values = 1000 * _validate.positive(rms, f"runs, {name}", "mm")
         if values.ndim != 1:
@@ -91,7 +91,7 @@ def kept(values: Mapping[str, ArrayLike], limit: float) -> None:
     limit = _validate.positive_number(limit, "limit", "a singular value")
     first = next(iter(series))
     fig = matrices.spectrum(series, {first: limit})
-    fig.set_size_inches(7, 4.4)
+    fig.set_size_inches(7, 3.8)
     basic.show(
         fig,
         "Singular values of the normal matrix in descending order on a log scale. As"
@@ -112,7 +112,7 @@ def left_over(result: room.Bundle) -> None:
     _validate.instance(result, room.Bundle, "result")
     photos = [k for k in (1, 3, 5, 6) if k < len(result.exteriors)]
     fig = bundle.residual_vectors(result, photos)
-    fig.set_size_inches(7, 4.0)
+    fig.set_size_inches(7, 3.8)
     basic.show(
         fig,
         "Residual vectors in four photos, drawn much too large. Most point in all"
@@ -134,7 +134,7 @@ def networks(given: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
         raise ValueError("given must hold one network or more")
     columns = min(3, len(several))
     rows = -(-len(several) // columns)
-    fig, axes = plt.subplots(rows, columns, figsize=(10, 2.6 * rows), squeeze=False)
+    fig, axes = plt.subplots(rows, columns, figsize=(10, 2.2 * rows), squeeze=False)
     for ax in axes.flat:
         ax.axis("off")
     for ax, (name, one) in zip(axes.flat, several.items()):
@@ -186,7 +186,7 @@ def precisions(sds: Mapping[str, ArrayLike]) -> None:
     values = np.array(rows) if {row.shape for row in rows} == {(3,)} else np.zeros(1)
     if values.ndim != 2 or np.any(values <= 0) or np.any(np.isinf(values)):
         raise ValueError("sds must hold three positive numbers (or NaN) a network")
-    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.0), layout="constrained")
     for k, (name, colour, marker) in enumerate(
         (
             ("c", basic.RED, "o"),

@@ -181,7 +181,7 @@ def templates(
     sizes = [
         _validate.window(one, "sizes") for one in _validate.several(sizes, "sizes")
     ]
-    fig = plt.figure(figsize=(7, 5.2), layout="none")
+    fig = plt.figure(figsize=(6.5, 4.8), layout="none")
     said = []
     for k, size in enumerate(sizes):
         r = correlation_map(cut(left, point, size), cut(right, start, size + 60))

@@ -61,7 +61,7 @@ def frames() -> None:
 
 def interior() -> None:
     """Show the interior orientation, its parts named: a sketch, not to scale."""
-    fig, ax = plt.subplots(figsize=(10, 6.2))
+    fig, ax = plt.subplots(figsize=(8.2, 5.1))
     centre = (0.0, 0.0, 13.0)
     principal = (2.4, -2.6, 0.0)
     point = (7.6, 3.6, 0.0)
@@ -149,7 +149,7 @@ def shrunk(offsets: ArrayLike, rms: ArrayLike) -> None:
     offsets = _validate.finite(offsets, "offsets").ravel()
     rms = _validate.of_shape(rms, offsets.shape, "rms")
     best = offsets[np.argmin(rms)]
-    fig, ax = plt.subplots(figsize=(7, 3.6))
+    fig, ax = plt.subplots(figsize=(5.4, 2.9))
     ax.plot(offsets, rms, "o-", color=basic.BLUE)
     ax.axvline(best, color=basic.BLACK, linestyle="--")
     ax.text(best + 0.1, 0.9 * rms.max(), f"{best:.1f} px", **LABEL)
@@ -175,7 +175,7 @@ def ground(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
     gsd = _validate.positive_number(gsd, "gsd", "m")
     sizes = np.atleast_1d(_validate.positive(sizes, "sizes", "m"))
     side = min(grey.shape)
-    fig, axes = plt.subplots(1, len(sizes), figsize=(7, 2.9), squeeze=False)
+    fig, axes = plt.subplots(1, len(sizes), figsize=(6.6, 2.75), squeeze=False)
     for ax, wanted in zip(axes[0], sizes):
         edges = np.linspace(0, side, max(2, round(side * gsd / wanted) + 1))
         summed = np.pad(grey[:side, :side], ((1, 0), (1, 0))).cumsum(0).cumsum(1)

@@ -34,7 +34,7 @@ def pull(window: ArrayLike, truth: ArrayLike, centroids: dict[str, ArrayLike]) -
         name: _validate.one_point(at, 2, f"centroids: {name}")
         for name, at in _validate.mapping(centroids, "centroids").items()
     }
-    fig, ax = plt.subplots(figsize=(7, 5.4))
+    fig, ax = plt.subplots(figsize=(6.0, 4.6))
     ax.imshow(window, vmin=0, vmax=255)
     middle = (np.array(window.shape[::-1]) - 1) / 2
     ax.plot(*middle, "x", color=basic.ORANGE, markersize=13, markeredgewidth=3)
@@ -95,7 +95,7 @@ def by_hand() -> None:
 
 def precision() -> None:
     """Show how precise a centroid is, simulated and predicted, with noise 3."""
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.6), sharey=True)
+    fig, axes = plt.subplots(1, 2, figsize=(5.7, 3.8), sharey=True)
     studies = (
         ("diameter (px)", [(d, d, 21) for d in (4, 6, 8, 10, 12)]),
         ("window (px)", [(size, 8, size) for size in (15, 21, 31, 41)]),

@@ -51,7 +51,7 @@ def origin(
         raise ValueError(
             "distance, condition, determinant and sd must be lists of the same length"
         )
-    fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.9), layout="constrained")
     for values, (style, colour), name in zip(
         curves,
         (("o-", basic.RED), ("s--", basic.BLUE), ("^:", basic.ORANGE)),
@@ -86,7 +86,7 @@ def s0(sizes: ArrayLike, right: ArrayLike) -> None:
     if across.ndim != 1 or across.shape != found.shape or np.any(across < 3):
         raise ValueError("sizes and right must have the same length, sizes from 3 on")
     listing = found / np.sqrt(across**2 - 6)
-    fig, ax = plt.subplots(figsize=(7, 4.5), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.0), layout="constrained")
     text = "$\\sqrt{v^Tv / r}$, the text"
     ax.plot(across, found, "o-", color=basic.BLUE, lw=3, label=text)
     text = "$\\sqrt{v^Tv}\\,/\\,r$, the listing"
@@ -149,7 +149,7 @@ def radiometric(gains: ArrayLike, eight: ArrayLike, six: ArrayLike) -> None:
     without = _validate.finite(six, "six")
     if x.ndim != 1 or not x.shape == with_.shape == without.shape:
         raise ValueError("gains, eight and six must have the same length")
-    fig, ax = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
     ax.plot(x, 1000 * without, "D--", color=basic.RED, lw=3, label="six parameters")
     ax.plot(x, 1000 * with_, "o-", color=basic.BLUE, lw=3, label="eight parameters")
     ax.set(xlabel="gain of the right photo", ylabel="RMS error (0.001 px)")
@@ -185,7 +185,7 @@ def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
         "0.1 to 1 px": ((errors >= 0.1) & (errors < 1), basic.SKY, "o"),
         "> 1 px": (errors >= 1, basic.RED, "^"),
     }
-    fig, ax = plt.subplots(figsize=(7, 4.7), layout="constrained")
+    fig, ax = plt.subplots(figsize=(6.3, 4.1), layout="constrained")
     rows, columns = photo.shape
     extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
     ax.imshow(photo[::2, ::2], extent=extent, cmap="gray", alpha=0.6)

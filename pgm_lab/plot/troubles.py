@@ -69,7 +69,7 @@ def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
         raise ValueError("searches must hold tuples of six parts, those of `six`")
     if len(highest) != len(searches):
         raise ValueError(f"found must have {len(searches)} places; got {len(highest)}")
-    fig, axes = plt.subplots(3, len(searches), figsize=(10, 5.4), squeeze=False)
+    fig, axes = plt.subplots(3, len(searches), figsize=(8.8, 4.75), squeeze=False)
     for column, name, search, place in zip(axes.T, "ABCDEF", searches, highest):
         left, point, right, start, size, true = search
         around = cut(right, start, size + 60)
@@ -115,7 +115,7 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
     if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
         raise ValueError("right must hold True or False for each point")
     good = flags == 1
-    fig, ax = plt.subplots(figsize=(7, 4.4))
+    fig, ax = plt.subplots(figsize=(4.5, 2.6))
     ax.imshow(photo, alpha=0.6)
     looks = ((good, "o", basic.SKY, "right"), (~good, "X", basic.RED, "wrong"))
     for chosen, mark, colour, name in looks:

@@ -39,7 +39,7 @@ def pair(
     x, y = reach * _SQUARE + [[column], [row]]
     outlines = [(x, y), affine @ (x, y, np.ones(5))]
     panels: Look = {"sharex": True, "sharey": True, "layout": "constrained"}
-    fig, axes = plt.subplots(1, 2, figsize=(10, 5), **panels)
+    fig, axes = plt.subplots(1, 2, figsize=(10, 4.3), **panels)
     for ax, photo, (u, v), name in zip(axes, photos, outlines, ("left", "right")):
         ax.imshow(photo, **GREY)
         ax.plot(u, v, color=basic.ORANGE, linewidth=3)
@@ -81,7 +81,7 @@ def slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
     at = np.arange(len(A)) - len(A) // 2
     gradient = (B[place + 1] - B[place - 1]) / 2
     step = (A[place] - B[place]) / gradient if gradient else 0.0
-    fig, (ax, near) = plt.subplots(1, 2, figsize=(10, 4.4), layout="constrained")
+    fig, (ax, near) = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
     for panel in (ax, near):
         panel.plot(at, A, "o-", color=basic.BLUE, label="A, left window")
         panel.plot(at, B, "s--", color=basic.ORANGE, label="B, right window")
@@ -129,7 +129,7 @@ def eight(photo: ArrayLike, point: ArrayLike, window: int = 41) -> None:
     column, row = map(int, _validate.one_point(point, 2, "point"))
     half = _validate.window(window, "window") // 2
     x, y = (half + 0.5) * _SQUARE
-    fig, axes = plt.subplots(2, 4, figsize=(10, 5.7), layout="constrained")
+    fig, axes = plt.subplots(2, 4, figsize=(10, 4.8), layout="constrained")
     for ax, (k, step) in zip(axes.flat, STEPS.items()):
         p = np.array([0, 1, 0, 0, 0, 1, 0, 1.0])
         p[k] += step
