@@ -52,7 +52,7 @@ def steps(runs: Mapping[str, ArrayLike]) -> None:
         RMS of an image coordinate after each step, mm, by the name of the defect.
     """
     given = _validate.mapping(runs, "runs")
-    fig, ax = plt.subplots(figsize=(7, 4.5), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 4.1), layout="constrained")
     for name, rms in given.items():
         values = 1000 * _validate.positive(rms, f"runs, {name}", "mm")
         if values.ndim != 1:
@@ -134,7 +134,7 @@ def networks(given: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
         raise ValueError("given must hold one network or more")
     columns = min(3, len(several))
     rows = -(-len(several) // columns)
-    fig, axes = plt.subplots(rows, columns, figsize=(10, 2.2 * rows), squeeze=False)
+    fig, axes = plt.subplots(rows, columns, figsize=(10, 1.9 * rows), squeeze=False)
     for ax in axes.flat:
         ax.axis("off")
     for ax, (name, one) in zip(axes.flat, several.items()):
@@ -186,7 +186,7 @@ def precisions(sds: Mapping[str, ArrayLike]) -> None:
     values = np.array(rows) if {row.shape for row in rows} == {(3,)} else np.zeros(1)
     if values.ndim != 2 or np.any(values <= 0) or np.any(np.isinf(values)):
         raise ValueError("sds must hold three positive numbers (or NaN) a network")
-    fig, ax = plt.subplots(figsize=(7, 4.0), layout="constrained")
+    fig, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")
     for k, (name, colour, marker) in enumerate(
         (
             ("c", basic.RED, "o"),

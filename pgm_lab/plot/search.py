@@ -127,7 +127,7 @@ def parts(
     template = _validate.window(template, "template")
     search = _validate.window(search, "search")
     r = correlation_map(cut(left, point, template), cut(right, start, search))
-    fig = plt.figure(figsize=(10, 4.8))
+    fig = plt.figure(figsize=(9.6, 4.6))
     grid = fig.add_gridspec(2, 3, width_ratios=(1, 1, 2.3))
     places = ((0, 0), (0, 1), (1, 0), (1, 1))
     axes = [fig.add_subplot(grid[row, column]) for row, column in places]
@@ -181,7 +181,7 @@ def templates(
     sizes = [
         _validate.window(one, "sizes") for one in _validate.several(sizes, "sizes")
     ]
-    fig = plt.figure(figsize=(6.5, 4.8), layout="none")
+    fig = plt.figure(figsize=(6.2, 4.6), layout="none")
     said = []
     for k, size in enumerate(sizes):
         r = correlation_map(cut(left, point, size), cut(right, start, size + 60))

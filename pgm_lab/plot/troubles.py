@@ -115,7 +115,7 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
     if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
         raise ValueError("right must hold True or False for each point")
     good = flags == 1
-    fig, ax = plt.subplots(figsize=(4.5, 2.6))
+    fig, ax = plt.subplots(figsize=(5.0, 2.4))
     ax.imshow(photo, alpha=0.6)
     looks = ((good, "o", basic.SKY, "right"), (~good, "X", basic.RED, "wrong"))
     for chosen, mark, colour, name in looks:
