@@ -115,7 +115,7 @@ def test_depths_are_drawn_on_one_scale(figures, pair):
 def test_figures_of_the_case_say_what_they_show(figures):
     r = np.linspace(-1, 1, 9).reshape(3, 3)
     plot.twentyfive.two_maps(np.outer(np.arange(31), np.arange(31)), r, r)
-    plot.twentyfive.before_and_after({"one": [0.9, 0.8, 0.7], "other": [0.9, 0.9]})
+    plot.twentyfive.before_and_after({"one": [0.9, 0.8, 0.7], "other": [0.9, 0.9, 0.2]})
     names = ("stereo pair", "orthophoto", "texture")
     shares = {name: [0.5, 0.64, 0.53] for name in names}
     plot.twentyfive.study([5, 9, 41], shares, shares)

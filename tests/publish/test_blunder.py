@@ -1,39 +1,16 @@
 """The blunder of lesson A1 in JupyterLab: its list and its slider, really moved."""
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import nbformat
 import pytest
 from IPython.utils.capture import capture_output
 
 from pgm_lab.plot import STYLE, basic, levelling
-from tests.publish.test_lab import LOADED, address, lab
+from tests.publish.sliders import LOADED, address, lab, lesson, run, shows, work
 
 NAME = "A1_least_squares_adjustment"
-SOON = 20_000  # ms; the machine may be busy with other tests
-__all__ = ["address", "lab"]
-
-
-@pytest.fixture(scope="module")
-def lesson():
-    """The notebook; its place tells where the package is."""
-    return Path(__file__).resolve().parents[2] / "notebooks" / f"{NAME}.ipynb"
-
-
-@pytest.fixture(scope="module")
-def work(lesson, tmp_path_factory):
-    """The folder that the lab opens: the measurements, and the cell of the sliders."""
-    folder = tmp_path_factory.mktemp("lab") / "work"
-    folder.mkdir()
-    notebook = nbformat.read(lesson, as_version=4)
-    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    notebook.cells = [
-        next(cell for cell in code if begin in cell.source)
-        for begin in ("observed = np.array", "measured = ", "blunder_by_hand")
-    ]
-    nbformat.write(notebook, folder / lesson.name)
-    return folder
+CELLS = ["observed = np.array", "measured = ", "blunder_by_hand"]
+__all__ = ["address", "lab", "lesson", "work"]
 
 
 @pytest.fixture
@@ -64,8 +41,7 @@ def drawn(lesson, monkeypatch):
 
 def test_the_list_and_the_slider_draw_the_blunder_anew(lab, drawn):
     page = lab(NAME)
-    page.get_by_role("menuitem", name="Run", exact=True).click()
-    page.get_by_text("Run All Cells", exact=True).click()
+    run(page)
     choice = page.locator(".widget-dropdown select").first
     choice.wait_for(timeout=LOADED)
     choice.scroll_into_view_if_needed()
@@ -73,13 +49,7 @@ def test_the_list_and_the_slider_draw_the_blunder_anew(lab, drawn):
 
     def wait_for(line, size):
         wanted = drawn(line, size)
-        for _ in range(SOON // 200):
-            if image.count():
-                source = image.get_attribute("src")
-                if "".join(source.partition("base64,")[2].split()) == wanted:
-                    return
-            page.wait_for_timeout(200)
-        raise AssertionError(f"{size} mm in {line} are not shown")
+        assert shows(page, image, wanted), f"{size} mm in {line} are not shown"
 
     wait_for("AB", 20)
     choice.select_option("DE")

@@ -1,39 +1,15 @@
 """The target of lesson 1 in JupyterLab: one of its sliders, really moved."""
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
-import nbformat
 import pytest
 from IPython.utils.capture import capture_output
 
 from pgm_lab.plot import STYLE, basic, target
-from tests.publish.test_lab import LOADED, address, lab
+from tests.publish.sliders import LOADED, address, lab, lesson, run, shows, work
 
 NAME = "01_pixel_to_photo"
-SOON = 20_000  # ms; the machine may be busy with other tests
-__all__ = ["address", "lab"]
-
-
-@pytest.fixture(scope="module")
-def lesson():
-    """The notebook; its place tells where the package is."""
-    return Path(__file__).resolve().parents[2] / "notebooks" / f"{NAME}.ipynb"
-
-
-@pytest.fixture(scope="module")
-def work(lesson, tmp_path_factory):
-    """The folder that the lab opens: the imports, and the cell of the sliders."""
-    folder = tmp_path_factory.mktemp("lab") / "work"
-    folder.mkdir()
-    notebook = nbformat.read(lesson, as_version=4)
-    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    notebook.cells = [
-        next(cell for cell in code if begin in cell.source)
-        for begin in ("plt.style.use", "target.by_hand")
-    ]
-    nbformat.write(notebook, folder / lesson.name)
-    return folder
+CELLS = ["plt.style.use", "target.by_hand"]
+__all__ = ["address", "lab", "lesson", "work"]
 
 
 @pytest.fixture
@@ -59,8 +35,7 @@ def drawn(monkeypatch):
 
 def test_the_sliders_draw_the_window_and_its_centroid_anew(lab, drawn):
     page = lab(NAME)
-    page.get_by_role("menuitem", name="Run", exact=True).click()
-    page.get_by_text("Run All Cells", exact=True).click()
+    run(page)
     handles = page.locator(".widget-slider .noUi-handle")
     handles.first.wait_for(timeout=LOADED)
     handles.first.scroll_into_view_if_needed()
@@ -68,13 +43,9 @@ def test_the_sliders_draw_the_window_and_its_centroid_anew(lab, drawn):
 
     def wait_for(size, shift, background):
         wanted = drawn(size, shift, background)
-        for _ in range(SOON // 200):
-            if image.count():
-                source = image.get_attribute("src")
-                if "".join(source.partition("base64,")[2].split()) == wanted:
-                    return
-            page.wait_for_timeout(200)
-        raise AssertionError(f"window {size}, {shift}, {background} is not shown")
+        assert shows(page, image, wanted), (
+            f"window {size}, {shift}, {background} is not shown"
+        )
 
     wait_for(21, 4, 0)
     handles.nth(1).focus()

@@ -1,62 +1,16 @@
 """The three angles of lesson 4 in JupyterLab: a real key turns the camera."""
 
-from pathlib import Path
-
-import nbformat
-import pytest
-
-from tests.publish.test_lab import LOADED, address, lab
+from tests.publish.sliders import address, lab, lesson, moved, run, work
 
 NAME = "04_rotation_matrices"
-SOON = 30_000  # ms; the machine may be busy with other tests
-__all__ = ["address", "lab"]
-
-
-@pytest.fixture(scope="module")
-def lesson():
-    """The notebook; its place tells where the package is."""
-    return Path(__file__).resolve().parents[2] / "notebooks" / f"{NAME}.ipynb"
-
-
-@pytest.fixture(scope="module")
-def work(lesson, tmp_path_factory):
-    """The folder that the lab opens: the notebook as far as the sliders, not run."""
-    folder = tmp_path_factory.mktemp("lab") / "work"
-    folder.mkdir()
-    notebook = nbformat.read(lesson, as_version=4)
-    (last,) = [k for k, cell in enumerate(notebook.cells) if "by_hand()" in cell.source]
-    code = [c for c in notebook.cells[: last + 1] if c.cell_type == "code"]
-    notebook.cells = [code[0], code[-1]]
-    for cell in notebook.cells:
-        cell.outputs, cell.execution_count = [], None
-    nbformat.write(notebook, folder / lesson.name)
-    return folder
-
-
-def another(page, picture, before):
-    """The source of the picture once it is not the one before."""
-    for _ in range(SOON // 200):
-        page.wait_for_timeout(200)
-        if picture.count() and (now := picture.get_attribute("src")) != before:
-            return now
-    raise AssertionError("the picture does not follow the slider")
+CELLS = ["plt.style.use", "by_hand()"]
+__all__ = ["address", "lab", "lesson", "work"]
 
 
 def test_a_key_on_a_slider_turns_the_camera_and_its_photo(lab):
     page = lab(NAME)
-    page.get_by_role("menuitem", name="Run", exact=True).click()
-    page.get_by_text("Run All Cells", exact=True).click()
-    sliders = page.locator(".jupyter-widgets .noUi-handle")
-    sliders.nth(2).wait_for(timeout=LOADED)
-    assert sliders.count() == 3
-    picture = page.locator(".jp-Cell").last.locator(".jp-OutputArea img").first
-    picture.wait_for(timeout=LOADED)
-    before = picture.get_attribute("src")
-    for k, key in ((2, "ArrowRight"), (0, "ArrowLeft")):
-        sliders.nth(k).focus()
-        page.keyboard.press(key)
-        before = another(page, picture, before)
-    values = page.locator(".jupyter-widgets .widget-readout").all_inner_texts()
-    assert [value.replace("−", "-") for value in values] == ["-5", "0", "5"]
+    run(page)
+    values, picture = moved(page, 3, ((2, "ArrowRight"), (0, "ArrowLeft")))
+    assert values == ["-5", "0", "5"]
     alt = picture.get_attribute("alt")
     assert alt is None or "ω = −5°, φ = 0°, κ = 5°" in alt
