@@ -22,7 +22,8 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
 
     What is folded to be read later is open on paper, a prediction stays closed. The
     answers stand at the end, so that a reader commits to one of their own before. A
-    figure is as small as its writing allows; a very long table stays in the notebook.
+    figure is as small as its writing allows; a very long table stays in the notebook,
+    and so does what is tagged `screen`, a figure that its text only sums up.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
     result.cells = [
         cell
         for cell in result.cells
-        if slide_type(cell) != "notes" and "check" not in tags(cell)
+        if slide_type(cell) != "notes" and not {"check", "screen"} & set(tags(cell))
         if not _only_prepares(cell)
     ]
     for cell in result.cells:

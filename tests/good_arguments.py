@@ -452,6 +452,13 @@ FUNCTIONS = {
     "plot.program.left_over": lambda: dict(result=adjusted()),
     "plot.program.networks": lambda: dict(given={"A": (net().exteriors, POINTS)}),
     "plot.program.precisions": lambda: dict(sds={"A": [14.0, 7, 7]}),
+    "plot.program.scatter": lambda: dict(ratio={"c": 1.02, "x0": 0.99}, networks=2000),
+    "plot.program.speed": lambda: dict(
+        rays=[450, 1800],
+        seconds={"ours": [0.1, 0.2]},
+        megabytes=[1.0, 6],
+        labels=["9", "20"],
+    ),
     "bundle.lens.radial": lambda: dict(camera=LENS, image=UP),
     "bundle.lens.decentring": lambda: dict(camera=LENS, image=UP),
     "bundle.lens.affinity": lambda: dict(camera=LENS, image=UP),

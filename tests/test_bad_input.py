@@ -151,6 +151,7 @@ MEANT = {
     ("ncc.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("ncc.match", "search"): {"two numbers"},  # rows and columns
     ("image.cut", "image"): LACKING,  # outside the window
+    ("plot.program.scatter", "ratio"): {"dictionary"},  # the names are free
     ("lsm.match", "left"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("lsm.match", "right"): LACKING | {"all NaN", "all inf", "all -inf"},
     ("matching.quality", "left"): LACKING | {"all NaN", "all inf", "all -inf"},

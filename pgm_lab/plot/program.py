@@ -1,6 +1,6 @@
 """Figures of a published bundle adjustment on trial, and of networks to choose from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -212,4 +212,72 @@ def precisions(sds: Mapping[str, ArrayLike]) -> None:
         fig,
         "Standard deviations of c, x0 and y0 in micrometres on a log scale, nan where c"
         f" cannot be determined. {said}.",
+    )
+
+
+def scatter(ratio: Mapping[str, float], networks: int) -> None:
+    """Show how far simulated networks scatter, over what the covariance predicts.
+
+    Parameters
+    ----------
+    ratio : mapping of str to float
+        Scatter over predicted standard deviation, by the name of the quantity.
+    networks : int
+        Number of simulated networks.
+    """
+    given = _validate.mapping(ratio, "ratio")
+    networks = _validate.whole(networks, "networks", 2)
+    values = np.array(
+        [
+            _validate.positive_number(one, f"ratio, {key}", "1")
+            for key, one in given.items()
+        ]
+    )
+    fig = studies.predicted_against_sampled(
+        np.ones(len(given)), values, list(given), networks
+    )
+    fig.set_size_inches(7, 3.5)
+    (ax,) = fig.axes
+    for label in ax.get_xticklabels()[::2]:  # words beside words
+        label.set_y(-0.06 if len(label.get_text()) > 5 else 0)
+    ax.set_title("")
+    ax.legend(loc="lower left", ncols=2)
+    basic.show(
+        fig,
+        f"Scatter of {networks} simulated networks over the predicted standard"
+        f" deviation, between {values.min():.2f} and {values.max():.2f}, with the band"
+        " that holds 95 per cent of them.",
+    )
+
+
+def speed(
+    rays: ArrayLike,
+    seconds: Mapping[str, ArrayLike],
+    megabytes: ArrayLike,
+    labels: Sequence[str],
+) -> None:
+    """Show time and memory of adjustments of growing networks.
+
+    Parameters
+    ----------
+    rays : array_like (k,)
+        Number of rays of each network, ascending.
+    seconds : mapping of str to array_like (k,)
+        Seconds by program; the first is the one that the memory belongs to.
+    megabytes : array_like (k,)
+        Most memory held at once.
+    labels : sequence of k str
+        What stands at the networks, such as their number of photos.
+    """
+    fig = studies.size_study(rays, seconds, megabytes, labels)
+    fig.set_size_inches(9, 4.2)
+    fig.axes[0].legend().remove()  # its lines would pass below it
+    shown = fig.axes[0].get_legend_handles_labels()
+    fig.legend(*shown, loc="outside lower center", ncols=len(seconds))
+    last = ", ".join(f"{name} {np.asarray(t)[-1]:.3g} s" for name, t in seconds.items())
+    basic.show(
+        fig,
+        "Left, time against the number of rays, both on log scales: lines that rise"
+        f" together; for the largest network {last}. Right, the memory, up to"
+        f" {np.max(megabytes):.0f} megabytes.",
     )

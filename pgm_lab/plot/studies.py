@@ -163,12 +163,12 @@ def size_study(
         left.plot(rays, values, "-", label=name, **look)
     right.plot(rays, megabytes, "o-", color=SERIES[0][0], markersize=9)
     for x, y, label in zip(rays, megabytes, labels):
-        place: Look = {"textcoords": "offset points", "ha": "center", "fontsize": 13}
-        right.annotate(label, (x, y), (0, 12), **place)
+        place: Look = {"textcoords": "offset points", "ha": "right", "fontsize": 13}
+        right.annotate(label, (x, y), (-9, 3), **place)
     for ax, quantity in ((left, "time (s)"), (right, "memory (MB)")):
         ax.set(xscale="log", yscale="log", xlabel="rays", ylabel=quantity)
         plain(ax.yaxis, (1,))
-    right.set(xlim=(rays.min() / 4, 2 * rays.max()), ylim=(None, 3 * megabytes.max()))
+    right.set(xlim=(rays.min() / 12, 2 * rays.max()), ylim=(None, 3 * megabytes.max()))
     left.legend(loc="upper left")
     return fig
 
