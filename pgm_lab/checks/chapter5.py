@@ -174,7 +174,7 @@ def resection(function: Callable[..., object]) -> None:
         ),
         (_first_step(image), "that is one step: put the steps into the loop"),
     ]
-    hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), None)
+    hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), "")
     off, start_off = (np.linalg.norm(e[:3] - exterior[:3]) for e in (found[0], START))
     if not hint and off > start_off:
         hint = AWAY
