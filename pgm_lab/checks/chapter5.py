@@ -1,13 +1,15 @@
 """Checks of the exercises of chapter 5, intersection."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from pgm_lab import rotation
 from pgm_lab.camera import textbook as collinearity
 from pgm_lab.checks import CheckFailed, answer_of, call, compare, near, report
+from pgm_lab.checks._rays import base as base
+from pgm_lab.checks._rays import filled
+from pgm_lab.checks._rays import intersection as intersection
 from pgm_lab.orientation import textbook as lines
 
 PHOTO = np.array([12.0, -8.0, 120.0, 0.2, -0.15, 1.1])
@@ -15,6 +17,10 @@ POINTS = np.array([(5.0, 3, 1), (60, 15, 8), (-20, 40, -3), (35, -30, 12)])
 GROUND = np.array([(0.0, 0, 0), (90, 0, 5), (0, 80, 9), (85, 70, 0), (40, 30, 2)])
 TRUTH = np.array([40.0, 35, 120, 0.05, -0.03, 0.4])
 START = np.array([46.0, 30, 112, 0, 0, 0.3])
+AWAY = (
+    "the steps lead away from the photo: adjust asks for observed less computed, anew"
+    " in every step, in the order of the rows of A; its x is added to exterior"
+)
 
 
 def project(function: Callable[..., object]) -> None:
@@ -75,7 +81,7 @@ def derivatives(function: Callable[..., object]) -> None:
     def rows(x: np.ndarray) -> np.ndarray:  # as project answers
         return wave(x).reshape(2, 2)
 
-    found = _first(function, wave, at, shape=(4, 3))
+    found = filled(function, wave, at, shape=(4, 3))
     slips = [
         (-right, "the sign: there less back, divided by the way between them"),
         (2 * right, "from back to there are two steps"),
@@ -100,6 +106,12 @@ def derivatives(function: Callable[..., object]) -> None:
     hint = hint or "these are not the changes of the function"
     table = answer_of(function, rows, at)
     flat = np.shape(table) == (4, 3)
+    by_columns = flat and near(
+        table, right.reshape(2, 2, 3).swapaxes(0, 1).reshape(4, 3), 1e-4
+    )
+    zero = np.array([0.7, 0.0, 2.1])
+    with np.errstate(all="ignore"):
+        at_zero = np.ravel(answer_of(function, wave, zero))
     integers = answer_of(function, wave, np.array([1, 2, 3]))
     whole = (
         near(
@@ -121,6 +133,17 @@ def derivatives(function: Callable[..., object]) -> None:
                 " of it with np.ravel",
             ),
             (
+                "row by row",
+                not by_columns,
+                "one row of the table after the other: np.ravel does so by itself",
+            ),
+            (
+                "where an unknown is zero",
+                error >= 2e-7 or bool(np.all(np.isfinite(at_zero))),
+                "an unknown may be 0, and a part of 0 is no step: the step is 1e-6"
+                " for every unknown",
+            ),
+            (
                 "whole numbers as well",
                 whole or error >= 2e-7,
                 "where at holds whole numbers, a small step is lost: begin with"
@@ -137,29 +160,26 @@ def resection(function: Callable[..., object]) -> None:
     try:
         found = call(function, START, image, GROUND, 35.0, shape=(2, 6))
     except CheckFailed as failed:
-        if "NoneType" in str(failed) or "at least one array" in str(failed):
-            raise CheckFailed(
-                "resection got nothing from a function that it uses: do exercises 5.1"
-                " and 5.2 first"
-            ) from None
-        if any(word in str(failed) for word in ("ellipsis", "A must", "observed must")):
-            raise CheckFailed(
-                "resection: A, missing or sd is still `...`. Your turn!"
-            ) from None
-        if "does not lie in front" in str(failed):
-            raise CheckFailed(
-                "resection: the steps lead away from the photo. Observed less computed"
-                " is what adjust asks for, and its x is added to exterior"
-            ) from None
+        if hint := _why_stopped(str(failed)):
+            raise CheckFailed(f"resection{hint}") from None
         raise
     exterior, sd = lines.resection(START, image, GROUND, 35.0)
     good = near(found[0], exterior, 1e-6)
     ratio = found[1] / sd
     slips = [
         (START, "exterior is still the start: add the corrections to it"),
+        (
+            np.append(exterior[:3], np.degrees(exterior[3:])),
+            "the angles are asked for in radians",
+        ),
         (_first_step(image), "that is one step: put the steps into the loop"),
     ]
-    hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), None)
+    hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), "")
+    off, start_off = (np.linalg.norm(e[:3] - exterior[:3]) for e in (found[0], START))
+    if not hint and off > start_off:
+        hint = AWAY
+    elif not hint and off < 1:
+        hint = "it comes near, but does not arrive: every step needs A and missing anew"
     hint = hint or "the photo does not stand where its points say"
     if near(ratio, ratio[0], 1e-3):
         why = "the square roots of the diagonal of Q are multiplied by sigma0"
@@ -176,21 +196,25 @@ def resection(function: Callable[..., object]) -> None:
     )
 
 
-def _first(
-    function: Callable[..., object], *arguments: Any, shape: tuple[int, ...]
-) -> np.ndarray:
-    """As `call`; says in plain words that a loop has not been filled yet."""
-    name = getattr(function, "__name__", "your function")
-    try:
-        return call(function, *arguments, shape=shape)
-    except CheckFailed as failed:
-        if "at least one array" in str(failed):
-            raise CheckFailed(f"{name}: there is no column yet. Your turn!") from None
-        if "Singular matrix" in str(failed):
-            raise CheckFailed(
-                f"{name}: the matrix has no inverse. Is every ray added to it?"
-            ) from None
-        raise
+def _why_stopped(said: str) -> str:
+    """What follows the name resection in the feedback, if the reason is known."""
+    if "NoneType" in said or "at least one array" in said:
+        return (
+            " got nothing from a function that it uses: do exercises 5.1 and 5.2 first"
+        )
+    if any(word in said for word in ("llipsis", "A must be", "observed must be")):
+        return ": A, missing or sd is still `...`. Your turn!"
+    if "not callable" in said or "must be a function" in said:
+        return (
+            ": derivatives asks for a function, which it calls itself: begin with"
+            " `lambda e:`, and write e in the place of exterior."
+        )
+    if "A must have shape" in said or "matmul" in said:
+        return (
+            ": A has a row for each photo coordinate, ten here, and missing is one"
+            " column of as many: np.ravel makes it of a table."
+        )
+    return f": {AWAY}." if "does not lie in front" in said else ""
 
 
 def _first_step(image: np.ndarray) -> np.ndarray:
@@ -202,92 +226,3 @@ def _first_step(image: np.ndarray) -> np.ndarray:
     A = collinearity.derivatives(photo, START)
     misclosure = (image - photo(START)).ravel()
     return START + np.linalg.lstsq(A, misclosure, rcond=None)[0]
-
-
-def intersection(function: Callable) -> None:
-    """Check the reader's intersection(stations, directions), which answers (3,)."""
-    rng = np.random.default_rng(51)
-    point = np.array([12.0, -7.0, 3.0])
-    stations = point + rng.normal(0, 1, (4, 3)) * (40, 25, 5) + (0, 0, 100)
-    exact = point - stations
-    exact /= np.linalg.norm(exact, axis=1, keepdims=True)
-    long = np.array([1.0, 30.0, 200.0, 0.2])[:, None]
-    skew = exact + rng.normal(0, 0.02, (4, 3))
-    skew /= np.linalg.norm(skew, axis=1, keepdims=True)
-
-    meets = near(_first(function, stations, exact, shape=(3,)), point, 1e-6)
-    two = near(call(function, stations[:2], exact[:2], shape=(3,)), point, 1e-6)
-    any_length = near(call(function, stations, exact * long, shape=(3,)), point, 1e-6)
-    answer = call(function, stations, skew, shape=(3,))
-    stretched = call(function, stations, skew * long, shape=(3,))
-    least = near(answer, _nearest(stations, skew), 1e-6)
-    report(
-        "intersection",
-        [
-            (
-                "rays that meet",
-                meets,
-                "rays that meet exactly are not given their point",
-            ),
-            ("two rays are enough", two, "two of the rays alone give another point"),
-            (
-                "any length",
-                not meets or (any_length and near(answer, stretched, 1e-6)),
-                "the length of a direction changes the point: make it a unit vector",
-            ),
-            (
-                "least squares",
-                least,
-                "for rays that do not meet, the sum of squared distances is not least",
-            ),
-        ],
-    )
-
-
-def base(function: Callable) -> None:
-    """Check the reader's base(height_m, c_mm, sigma_um, wanted_m) in metres."""
-    cases = np.array([(1000.0, 24.0, 3.0, 0.5), (120.0, 35.0, 1.0, 0.02)])
-    answers = np.array([float(call(function, *case, shape=())) for case in cases])
-    height, c, sigma, wanted = cases.T
-    expected = height**2 / c * np.sqrt(2) * sigma / 1000 / wanted
-    ratio = answers / expected
-    higher = float(call(function, 2000.0, 24.0, 3.0, 0.5, shape=()))
-    report(
-        "base",
-        [
-            (
-                "twice as high, four times the base",
-                near(higher / expected[0], 4.0 * ratio[0]),
-                "twice as high, a pixel covers twice the ground, and the rays meet at"
-                " half the angle",
-            ),
-            ("the precision is as wanted", near(ratio, 1.0), _base_slips(ratio)),
-        ],
-    )
-
-
-def _base_slips(ratio: np.ndarray) -> str:
-    """What is wrong with bases (2,), from their ratio to the right ones."""
-    half = "a parallax is the difference of two coordinates: a factor is missing"
-    for factor, slips in ((1.0, []), (np.sqrt(2), [half])):
-        decade = np.log10(np.clip(np.abs(factor * ratio), 1e-99, 1e99))
-        power = np.round(decade[0])
-        if abs(power) > 9 or not near(decade, power, 1e-6):
-            continue
-        if power:
-            size = "large" if power > 0 else "small"
-            slips.append(f"your base is 10^{abs(power):.0f} times too {size}")
-        if np.any(ratio < 0):
-            slips.append("a length is positive: look at the sign")
-        return ", and ".join(slips)
-    return "the base does not follow from the height, the scale and the parallax"
-
-
-def _nearest(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """By projection of the rays' scales: another way than the solution's."""
-    n = len(stations)
-    # X - X0_i - t_i d_i = 0 for all i; unknowns X and t
-    A = np.hstack([np.tile(np.eye(3), (n, 1)), np.zeros((3 * n, n))])
-    for i, d in enumerate(directions):
-        A[3 * i : 3 * i + 3, 3 + i] = -d
-    return np.linalg.lstsq(A, stations.ravel(), rcond=None)[0][:3]

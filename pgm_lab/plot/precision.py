@@ -43,7 +43,7 @@ def steps(size: ArrayLike, error: ArrayLike) -> None:
         "Relative error of a central difference against its step, both logarithmic: a"
         " valley. From the right it falls with the square of the step; to the left it"
         f" rises again, unevenly. From {valley.min():.0e} to {valley.max():.0e} rad it"
-        " is below 1e-08; a red diamond marks the smallest.",
+        " is below 1e-08; a diamond marks the smallest.",
     )
 
 
@@ -57,7 +57,7 @@ def clouds(seed: int = 4) -> None:
     """
     seed = _validate.whole(seed, "seed", 0, 2**32 - 1)
     rng, sigma = np.random.default_rng(seed), 0.001
-    fig, axes = plt.subplots(2, 2, figsize=(7, 4.4), sharex=True, sharey=True)
+    fig, axes = plt.subplots(2, 2, figsize=(7, 3.7), sharex=True, sharey=True)
     totals = []
     for ax, angle in zip(axes.flat, ANGLES):
         pair = towards(angle)
@@ -71,6 +71,7 @@ def clouds(seed: int = 4) -> None:
         ax.plot(*cloud.T, ".", color=basic.SKY, markersize=4)
         basic.error_ellipse(ax, (0, 0), C[np.ix_([2, 0], [2, 0])], 0.95, zorder=3)
         ax.text(-6.6, 1.5, f"{angle}°", fontsize=16, weight="bold")
+        ax.text(-6.6, -2.2, f"{totals[-1]:.2f} mm", fontsize=TEXT)
         ax.set(xlim=(-7, 7), ylim=(-2.6, 2.6), aspect="equal")
     for ax in axes[:, 0]:
         ax.set_ylabel("X (mm)")
@@ -81,7 +82,7 @@ def clouds(seed: int = 4) -> None:
         "Clouds of 400 simulated intersections with the 95 % ellipse of their"
         " covariance, for rays that meet at 10, 40, 90 and 150 degrees. At 10 degrees"
         " the cloud is a long needle in depth, at 90 it is round, at 150 it is wide"
-        " across. Root of the sum of the three variances: "
+        " across. In each stands the root of the sum of the three variances: "
         + ", ".join(f"{total:.2f} mm" for total in totals)
         + ".",
     )

@@ -52,10 +52,15 @@ def one_ray() -> None:
     ax.plot(*small[1], "+", color=basic.BLACK, markersize=14, mew=2.5, zorder=6)
     for at, words, colour, where in (
         (centre, "perspective centre\n$(X_0, Y_0, Z_0)$", basic.BLACK, "right"),
-        (small[1], "principal point  ", basic.BLACK, "right"),
+        (
+            small[1] + 0.2 * (steps[1] - small[1]),
+            "principal point",
+            basic.BLACK,
+            "right",
+        ),
         (small[-1], "    image point $(x, y)$", basic.RED, "left"),
         (steps[-1], "  object point $(X, Y, Z)$", basic.BLUE, "left"),
-        ((centre + small[1]) / 2, "$c$  ", basic.BLACK, "right"),
+        (centre + 0.74 * (small[1] - centre), " $c$", basic.BLACK, "left"),
         ((small[1] + steps[1]) / 2, "$W$  ", basic.BLUE, "right"),
         ((steps[1] + steps[2]) / 2 - (0, 0, 0.14), "$U$", basic.BLUE, "center"),
         ((steps[2] + steps[3]) / 2 - (0, 0, 0.08), "  $V$", basic.BLUE, "left"),
@@ -97,6 +102,12 @@ def epipolar_plane() -> None:
         x = np.array([-0.5, 0.5])
         line = np.column_stack([x, (normal[2] - normal[0] * x) / normal[1], [-1, -1]])
         ax.plot(*(exterior[:3] + line @ M).T, color=colour, ls="--", lw=2.5, **FRONT)
+        outside, words, where = (
+            (0, "epipolar line    ", "right")
+            if sign < 0
+            else (1, "  epipolar line", "left")
+        )
+        _write(ax, (exterior[:3] + line @ M)[outside], words, colour, where)
         image = exterior[:3] + seen / -seen[2] @ M
         ax.plot(*image, mark, color=colour, markersize=9, **FRONT)
         name = "left station" if sign < 0 else "right station"
@@ -107,7 +118,7 @@ def epipolar_plane() -> None:
     for at, words in (
         (PAIR[:, :3].mean(axis=0) + (0, 0, 0.18), "base"),
         (point - (0, 0, 0.2), "object point"),
-        (triangle.mean(axis=0) + (0.1, 0, -0.15), "epipolar\nplane"),
+        (triangle.mean(axis=0) + (0.05, 0, -0.5), "epipolar\nplane"),
     ):
         _write(ax, at, words, basic.BLACK, "center")
     fill(ax, np.concatenate(drawn), (0.03, 0.03, 0.94, 0.94))
@@ -138,8 +149,8 @@ def to_the_ground() -> None:
         tips = space.draw_axes(ax, origin, length=1.5, names=names)
         ground = np.array([(-1.6, -1.2, 0), (5, -1.2, 0), (5, 4, 0), (-1.6, 4, 0)])
         if names[0] == "X":
-            flat = Poly3DCollection([ground], facecolors=basic.GREEN, alpha=0.15)
-            flat.set_zorder(0)
+            pale: Look = {"facecolors": basic.GREEN, "alpha": 0.15, "zorder": 0}
+            flat = Poly3DCollection([ground], **pale, **space.FREE)
             ax.add_collection3d(flat)
             house = np.concatenate([house, ground])
         fill(ax, np.array([*house, origin, *tips, *(1.15 * tips)]), where)

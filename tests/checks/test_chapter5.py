@@ -58,15 +58,29 @@ def together(function, at):
     return np.column_stack(columns)
 
 
-def loop(start, image, points, c, steps=10, sign=1, add=True, sd_of=None):
+def loop(
+    start,
+    image,
+    points,
+    c,
+    steps=10,
+    sign=1,
+    add=True,
+    sd_of=None,
+    column=True,
+    out=None,
+):
     """The resection of the lesson, with slips."""
     exterior = np.array(start, dtype=float)
     for _ in range(steps):
         A = textbook.derivatives(lambda e: textbook.project(e, points, c), exterior)
-        missing = sign * np.ravel(image - textbook.project(exterior, points, c))
+        missing = sign * (image - textbook.project(exterior, points, c))
+        missing = np.ravel(missing) if column else missing
         x, _, sigma0, Q = least_squares.adjust(A, np.ones(len(A)), missing)
         exterior = exterior + x if add else exterior
-    return exterior, (sd_of or (lambda s, Q: s * np.sqrt(np.diag(Q))))(sigma0, Q)
+    sd = (sd_of or (lambda s, Q: s * np.sqrt(np.diag(Q))))(sigma0, Q)
+    exterior[3:] = exterior[3:] if out is None else out(exterior[3:])
+    return exterior, sd
 
 
 def test_right_answers_pass(capsys):
@@ -155,6 +169,34 @@ def test_a_table_of_answers_makes_one_column():
         chapter5.derivatives(unraveled)
 
 
+@pytest.mark.parametrize("order", ["F", "T"])
+def test_a_table_is_read_row_by_row(order):
+    def by_columns(function, at):
+        def turned(x):
+            table = np.asarray(function(x))
+            return np.ravel(table.T) if order == "T" else np.ravel(table, order="F")
+
+        return differences(turned, at)
+
+    with pytest.raises(CheckFailed, match="one row of the table after the other"):
+        chapter5.derivatives(by_columns)
+
+
+def test_a_step_in_proportion_to_the_unknown_is_none_at_zero():
+    def proportional(function, at):
+        columns = []
+        for k, value in enumerate(at):
+            there, behind = np.array(at, dtype=float), np.array(at, dtype=float)
+            there[k] += 1e-6 * value
+            behind[k] -= 1e-6 * value
+            change = np.ravel(function(there) - function(behind))
+            columns.append(change / (2e-6 * value))
+        return np.column_stack(columns)
+
+    with pytest.raises(CheckFailed, match="an unknown may be 0"):
+        chapter5.derivatives(proportional)
+
+
 def test_whole_numbers_are_moved_as_well():
     with pytest.raises(CheckFailed, match="whole numbers|UFuncTypeError|two steps"):
         chapter5.derivatives(lambda f, at: differences(f, at, as_float=False))
@@ -165,7 +207,11 @@ def test_whole_numbers_are_moved_as_well():
     [
         (lambda *a: loop(*a, steps=1), "that is one step"),
         (lambda *a: loop(*a, add=False), "exterior is still the start"),
-        (lambda *a: loop(*a, sign=-1), "lead away|does not stand"),
+        (lambda *a: loop(*a, sign=-1), "lead away"),
+        (lambda *a: loop(*a, steps=2), "comes near, but does not arrive"),
+        (lambda *a: loop(*a, column=False), "np.ravel makes it of a table"),
+        (lambda *a: textbook.derivatives(np.ones(3), a[0]), "asks for a function"),
+        (lambda *a: loop(*a, out=np.degrees), "asked for in radians"),
         (lambda *a: loop(*a, sd_of=lambda s, Q: np.sqrt(np.diag(Q))), "by sigma0"),
         (
             lambda *a: loop(*a, sd_of=lambda s, Q: s**2 * np.diag(Q)),
@@ -181,6 +227,26 @@ def test_slip_in_the_resection_is_named(function, hint):
         chapter5.resection(function)
 
 
+def across(d):
+    return np.eye(3) - np.outer(d, d)
+
+
+def summed(matrix_of, right_of=None):
+    """The loop of the lesson with another matrix, on either side."""
+
+    def point(stations, directions):
+        units = [d / np.linalg.norm(d) for d in directions]
+        matrix = sum(matrix_of(d) for d in units)
+        right = sum((right_of or matrix_of)(d) @ s for s, d in zip(stations, units))
+        return np.linalg.solve(matrix, right)
+
+    return point
+
+
+def test_loop_over_the_rays_passes():
+    chapter5.intersection(summed(across))
+
+
 def midpoint(stations, directions):
     """The answer for two rays, given for the first two of any number."""
     return nearest(stations[:2], directions[:2])
@@ -191,7 +257,15 @@ def midpoint(stations, directions):
     [
         (lambda s, d: nearest(s, d, unit=False), "make it a unit vector"),
         (midpoint, "is not least"),
-        (lambda s, d: s.mean(axis=0), "two of the rays alone"),
+        (lambda s, d: nearest(s, d) + (len(s) == 2), "two of the rays alone"),
+        (lambda s, d: s.mean(axis=0), "the mean of the stations"),
+        (summed(lambda d: np.outer(d, d)), "that is the part along the ray"),
+        (summed(lambda d: np.eye(3) + np.outer(d, d)), "look at the sign"),
+        (summed(lambda d: np.eye(3) - d * d), "d \\* d only its own"),
+        (summed(lambda d: np.eye(3) - d @ d), "no number"),
+        (summed(across, lambda d: np.eye(3)), "each station is multiplied by its P"),
+        (summed(across, lambda d: -across(d)), "the sign of the right side"),
+        (lambda s, d: s[-1] + 20 * d[-1], "only the last ray counts"),
         (lambda s, d: nearest(s, -d) + 1, "that meet exactly"),
     ],
 )
@@ -223,6 +297,10 @@ def test_rays_of_a_line_have_no_sign():
             r"a factor is missing, and your base is 10\^3 times too large",
         ),
         (lambda *a: 0.0, "does not follow"),
+        (lambda *a: base(*a) * np.sqrt(2), "the variances add"),
+        (lambda *a: base(*a) / 2, "less certain than one"),
+        (lambda *a: round(base(*a), 1), "nearly: do not round"),
+        (lambda *a: base(*a) * (1 + 1e-8), "nearly: do not round"),
         (lambda *a: np.nan, "got NaN: look for a division"),
         (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "twice the ground, and"),
         (lambda h, c, s, w: base(h, c, s, w) * w, "does not follow"),

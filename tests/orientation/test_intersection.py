@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from pgm_lab import rotation, simulate
+from pgm_lab import datasets, rotation, simulate
 from pgm_lab.camera import Camera, collinearity, project
 from pgm_lab.orientation import intersect
 from pgm_lab.orientation.rays import angle_between_rays, nearest_point, rays
@@ -357,3 +357,17 @@ def test_rays_point_from_the_camera_to_the_points():
     image[2] = project(other, PHOTOS[2], points)
     found = rays([BACKWARD, BACKWARD, other, BACKWARD], PHOTOS, image)
     np.testing.assert_allclose(found, d, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(("unit", "misses"), [(np.pi / 180, 8), (1.0, 0)])
+def test_rays_of_2010_miss_each_other_in_degrees_as_lesson_5_says(unit, misses):
+    exteriors = datasets.bani2010_intersection()["exterior"] * [1, 1, 1, *3 * [unit]]
+    vectors = [
+        np.insert(xy, 2, -18.5558, axis=1) @ rotation.matrix(*e[3:])
+        for xy, e in zip(datasets.bani2010().photo, exteriors)
+    ]
+    normal = np.cross(*vectors)
+    base = exteriors[1, :3] - exteriors[0, :3]
+    apart = np.abs(normal @ base) / np.linalg.norm(normal, axis=1)
+    assert np.sum(apart > 1.8) == misses  # the ten points are 1.73 apart at most
+    assert unit < 1 or apart.max() < 0.02

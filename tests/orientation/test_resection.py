@@ -367,3 +367,16 @@ def test_bad_input_is_refused(image, points, start, message):
 def test_a_standard_deviation_must_be_positive():
     with pytest.raises(ValueError, match="sigma must be positive"):
         resect(Camera(152.916), FIVE[:, :2], FIVE[:, 2:], sigma=0.0)
+
+
+def test_a_step_aside_and_a_tilt_look_alike_as_lesson_5_says():
+    covariance = dewitt(5).covariance
+    sd = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(sd, sd)
+    assert np.allclose(
+        (correlation[0, 4], correlation[1, 3]), (0.965, -0.965), atol=1e-3
+    )
+    assert np.allclose(sd[:3], (0.020, 0.020, 0.007), atol=5e-4)
+    # The angles known: their rows and columns of the normal matrix go
+    place = np.linalg.inv(np.linalg.inv(covariance)[:3, :3])
+    assert np.allclose(np.sqrt(np.diag(place))[:2], 0.005, atol=3e-4)
