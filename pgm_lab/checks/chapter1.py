@@ -11,7 +11,7 @@ from pgm_lab.checks import CheckFailed, call, first_slip, near, numbers, report
 
 # Image sizes and pixel sizes (mm) on which a function is tried: landscape, upright, odd
 _CAMERAS = [
-    ((1936, 1296), (0.0122, 0.0121)),
+    ((1936, 1296), (23.6 / 1936, 15.8 / 1296)),
     ((3000, 4000), (0.005, 0.004)),
     ((11, 7), (2.0, 3.0)),
 ]
@@ -44,7 +44,7 @@ def pixel_to_photo(function: Callable) -> None:
         centre = frames.image_centre(image_size)
         pixels = centre + [[0, 0], [1, 0], [0, 1], [-3.25, 2.5]]
         photo = call(function, pixels, image_size, pixel_size, shape=(4, 2))
-        for decimals in (2, 3, 4, 5):
+        for decimals in range(2, 8):
             exact = frames.pixel_to_photo(pixels, image_size, pixel_size)
             if not near(photo, exact) and np.array_equal(photo, exact.round(decimals)):
                 raise CheckFailed(
@@ -115,22 +115,35 @@ def _unit_hint(x: np.ndarray, y: np.ndarray) -> str:
 
 def photo_to_pixel(function: Callable) -> None:
     """Check the reader's photo_to_pixel(photo, image_size, pixel_size)."""
-    backs, all_pixels, mirrored, exchanged, multiplied = [], [], [], [], []
+    pixels = np.array([[0.0, 0.0], [5.0, 2.5], [10.25371, 6.14182]])
+    backs, made = [], []
     for image_size, pixel_size in _CAMERAS:
-        pixels = np.array([[0.0, 0.0], [5.0, 2.5], [10.25, 6.0]])
         photo = frames.pixel_to_photo(pixels, image_size, pixel_size)
         backs.append(call(function, photo, image_size, pixel_size, shape=(3, 2)))
-        all_pixels.append(pixels)
-        mirrored.append(np.abs(pixels - (0, image_size[1] - 1)))
-        exchanged.append(pixels[:, ::-1])
-        centre = frames.image_centre(image_size)
-        multiplied.append(centre + photo * pixel_size * (1, -1))
-    back, pixels = np.array(backs), np.array(all_pixels)
+        centre, steps = frames.image_centre(image_size), photo * (1, -1)
+        exact = steps / pixel_size
+        from_centre = {
+            "rows come back mirrored: this is (B 2.5b) as printed": exact * (1, -1),
+            "columns come back mirrored": exact * (-1, 1),
+            "millimetres must be divided by the size of a pixel": steps * pixel_size,
+            "the centre of the image is not added": exact - centre,
+            "the two numbers of image_size are exchanged": exact
+            + centre[::-1]
+            - centre,
+            "the two pixel sizes are exchanged": steps / pixel_size[::-1],
+            "the pixel size in y is another than that in x": steps / pixel_size[0],
+        }
+        made.append({hint: centre + one for hint, one in from_centre.items()})
+    back = np.array(backs)
+    rounded = "do not round: a point lies between pixel centres, too"
     slips: list[tuple[ArrayLike, str]] = [
-        (mirrored, "rows come back mirrored: this is (B 2.5b) as printed"),
-        (exchanged, "columns and rows are exchanged: the answer is (column, row)"),
-        (multiplied, "millimetres must be divided by the size of a pixel"),
-        (np.round(pixels), "do not round: a point lies between pixel centres, too"),
+        *(([one[hint] for one in made], hint) for hint in made[0]),
+        (
+            pixels[:, ::-1],
+            "columns and rows are exchanged: the answer is (column, row)",
+        ),
+        *((pixels.round(k), rounded) for k in range(5)),
+        (np.trunc(pixels + 1e-9), rounded),
         *((pixels + s, "the way back ends half a pixel off") for s in (0.5, -0.5)),
         *((pixels + s, "the way back ends one pixel off") for s in (1.0, -1.0)),
     ]
@@ -199,6 +212,7 @@ def centroid(function: Callable) -> None:
         (upwards, "the row counts upwards; rows count down"),
         (left_in, "the background is still in: it pulls to the middle of the window"),
         (clipped, "weights below zero are noise too: keep them, or the rest is biased"),
+        *((expected.round(k), "right, but rounded: keep all digits") for k in range(4)),
     ]
     largest = np.abs(answers - expected).max()
     other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"

@@ -59,7 +59,7 @@ def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
         (right * n, "one of the two is a mean, the other a sum"),
         (right / n, "one of the two is a mean, the other a sum"),
     ]
-    if near(found, np.round(right, 2), 1e-9) or near(found, np.round(right, 3), 1e-9):
+    if any(near(found, np.round(right, k), 1e-9) for k in (2, 3, 4, 5, 6)):
         slips.append((found, "it is right, but rounded: return all its digits"))
     hint = first_slip(found, slips, "it is not the cosine of the two centred windows")
     report(
@@ -148,7 +148,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
 
 def peak_of_parabola(function: Callable[[float, float, float], object]) -> None:
     """Check a function that gives the top of a parabola through three values."""
-    curvature, top = np.array([0.1, 0.3, 0.02]), np.array([0.4, -0.25, 0.1])
+    curvature, top = np.array([0.1, 0.3, 0.02]), np.array([0.41237, -0.25314, 0.09721])
 
     def values(at: float) -> np.ndarray:
         return 0.9 - curvature * (at - top) ** 2
@@ -172,6 +172,10 @@ def peak_of_parabola(function: Callable[[float, float, float], object]) -> None:
         ),
         ((before - after) / 2, "that is the slope: how strongly is it curved?"),
         ((after - before) / 2, "that is the slope: how strongly is it curved?"),
+        *(
+            (top.round(k), "it is right, but rounded: return all digits")
+            for k in (2, 3)
+        ),
     ]
     hint = first_slip(found, slips, "the top of an exact parabola is not found")
     report(

@@ -127,8 +127,8 @@ def _row(function: Callable, v: np.ndarray, sigma: np.ndarray, r: np.ndarray) ->
 
 def ellipse(function: Callable) -> None:
     """Check the reader's ellipse(covariance): a, b, direction of a in degrees."""
-    semi_axes = np.array([(5.0, 2.0), (3.0, 0.7), (40.0, 9.0)])
-    directions = np.array([30.0, 115.0, 170.0])
+    semi_axes = np.array([(5.01237, 2.02718), (3.03142, 0.70693), (40.01414, 9.01732)])
+    directions = np.array([30.01271, 115.02828, 170.01618])
     covariances = np.array(
         [
             [[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]
@@ -154,7 +154,10 @@ def ellipse(function: Callable) -> None:
             "that is the ellipse for 95 per cent: the standard ellipse is asked for",
         ),
     ]
+    rounded = "right, but rounded: keep all digits"
+    of_axes += [(semi_axes.round(k), rounded) for k in range(5)]
     of_direction = [
+        *((angles, directions.round(k), rounded) for k in range(5)),
         (np.degrees(angles), directions, "the direction must be in degrees"),
         (angles, directions + 90, "that is the direction of the short axis"),
         (angles, 90 - directions, "the direction counts from the x axis, not from y"),

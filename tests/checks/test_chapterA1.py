@@ -297,6 +297,8 @@ def test_slip_in_the_search_for_a_suspect_is_named(slip, hint):
         (lambda a, b, t: (b**2, a**2, t), "take the roots, and the longer"),
         (lambda a, b, t: (2.4477468 * a, 2.4477468 * b, t), "ellipse for 95 per cent"),
         (lambda a, b, t: (b, a, t), "longer semi-axis comes first"),
+        (lambda a, b, t: (round(a, 3), round(b, 3), t), "rounded"),
+        (lambda a, b, t: (a, b, round(t, 1)), "rounded"),
         (lambda a, b, t: (b, a, t + 90), "comes first; .* direction of the short axis"),
         (lambda a, b, t: (a, b, t + 90), "direction of the short axis"),
         (lambda a, b, t: (a, b, np.radians(t % 180)), "must be in degrees"),

@@ -104,6 +104,29 @@ def test_slip_in_photo_to_pixel_is_named(slip, hint):
 
 
 @pytest.mark.parametrize(
+    ("slip", "hint"),
+    [
+        (lambda f, s, p: pixel(f, s[::-1], p), "numbers of image_size are exchanged"),
+        (lambda f, s, p: pixel(f, s, p[::-1]), "pixel sizes are exchanged"),
+        (lambda f, s, p: pixel(f, s, (p[0], p[0])), "another than that in x"),
+        (lambda f, s, p: pixel(f, (1, 1), p), "centre of the image is not added"),
+        (lambda f, s, p: pixel(f * (-1, 1), s, p), "columns come back mirrored"),
+        (lambda f, s, p: pixel(f, s, p).round(3), "do not round"),
+        (lambda f, s, p: np.floor(pixel(f, s, p) + 1e-9), "do not round"),
+    ],
+)
+def test_slip_with_the_camera_on_the_way_back_is_named(slip, hint):
+    with pytest.raises(CheckFailed, match=hint):
+        chapter1.photo_to_pixel(slip)
+
+
+@pytest.mark.parametrize("decimals", [5, 7])
+def test_rounded_photo_coordinates_do_not_pass(decimals):
+    with pytest.raises(CheckFailed, match="rounded"):
+        chapter1.pixel_to_photo(lambda p, s, x: photo(p, s, x).round(decimals))
+
+
+@pytest.mark.parametrize(
     ("function", "hint"),
     [
         (lambda g, um, c: g * c / um, r"power of ten \(10\^-3\)"),
@@ -136,6 +159,7 @@ def weighted(window, background, first=0, swap=False, power=1):
         (lambda w, b: weighted(w, b, first=1), "one pixel off"),
         (lambda w, b: weighted(w, b, swap=True), "row and column are exchanged"),
         (lambda w, b: weighted(w, b) + 0.3, "missed by 0.3 px"),
+        (lambda w, b: weighted(w, b).round(2), "rounded"),
         (lambda w, b: weighted(w, b) + 0.5, "half a pixel off"),
         (lambda w, b: weighted(w, b, power=2), "look at the weights and the sums"),
         (lambda w, b: weighted(w[:, :21], b), "look at the weights and the sums"),
