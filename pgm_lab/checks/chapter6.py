@@ -225,8 +225,7 @@ def without_lens(function: Callable) -> None:
             expected - ideal * (radial - radial / r),
             "x and y are multiplied by K1 r² and so on; r is not divided out",
         ),
-        (expected.round(3), "the answer is rounded; keep all its digits"),
-        (expected.round(4), "the answer is rounded; keep all its digits"),
+        *((expected.round(k), "rounded; keep all digits") for k in (3, 4, 5, 6)),
     ]
     parts = []
     for k, name in ((3, "K1"), (4, "K2"), (5, "K3"), (6, "P1"), (7, "P2"), (8, "b1")):
