@@ -53,12 +53,25 @@ def film(
     if trail.ndim != 2 or trail.shape[1] != 8 or not len(trail):
         raise ValueError(f"trail must have shape (k, 8); got {trail.shape}")
     chosen = sorted({*range(min(5, len(trail))), len(trail) - 1})
+    _film(left, right, (column, row), size, trail, truth, chosen)
+
+
+def _film(
+    left: np.ndarray,
+    right: np.ndarray,
+    place: tuple[int, int],
+    size: int,
+    trail: np.ndarray,
+    truth: np.ndarray,
+    chosen: list[int],
+) -> None:
+    """Show the chosen steps of a trail."""
     off = np.hypot(*(trail[chosen][:, [0, 3]] - truth).T)
     notes = [
         f"{f'step {k}' if k else 'start'}\n{e:.{1 if e > 0.3 else 3}f} px off"
         for k, e in zip(chosen, off)
     ]
-    fig = matching.film_strip(left, right, (column, row), size, trail[chosen], notes)
+    fig = matching.film_strip(left, right, place, size, trail[chosen], notes)
     basic.show(
         fig,
         "Iterations as a film: the window in the right photo moves and turns, its grey"
@@ -92,7 +105,9 @@ def by_hand(
         except ValueError as reason:
             print(f"lost: {reason}")
         else:
-            film(left, right, place, size, trail[[0, len(trail) // 2, -1]], truth)
+            last = len(trail) - 1
+            chosen = sorted({0, (last + 1) // 2, last})
+            _film(left, right, place, size, trail, truth, chosen)
 
     look: Look = {"continuous_update": False}
     interact(
@@ -104,7 +119,10 @@ def by_hand(
 
 
 def interpolation() -> None:
-    """Show how far each interpolation moves a match, by the place between pixels."""
+    """Show how far each interpolation moves a texture, by the place between pixels.
+
+    A match errs by about as much, the other way.
+    """
     rows = datasets.rows("results/chapter3_interpolation_bias.csv")
     panels: Look = {"sharey": True, "layout": "constrained"}
     fig, axes = plt.subplots(1, 2, figsize=(7, 4.2), **panels)
@@ -117,12 +135,12 @@ def interpolation() -> None:
             ax.plot(at, bias, line, color=colour, label=label, lw=3)
         ax.set(xlabel="place between two\npixels (px)", xticks=(0, 0.5, 1))
         ax.set_title(f"{kind}: waves\nfrom {finest:g} px", fontsize=15)
-    axes[0].set_ylabel("match moves by\n(0.001 px)")
+    axes[0].set_ylabel("drawn too far by\n(0.001 px)")
     handles = axes[0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2, fontsize=15)
     basic.show(
         fig,
-        "Shift of a match by interpolation against the place between two pixels. On"
+        "Shift of a texture by interpolation against the place between two pixels. On"
         " soft texture OpenCV's cubic reaches 32 thousandths of a pixel, cubic"
         " convolution and bilinear 12 to 13, the splines less than 1. On sharp"
         " texture bilinear and cubic convolution reach 44 to 54, OpenCV's cubic 22,"
@@ -182,6 +200,7 @@ def pull_in() -> None:
             label = f"{kind} texture, window {size}"
             ax.plot(off, 100 * share, line, color=colour, lw=3, label=label)
     ax.set(xlabel="distance of the start from the truth (px)", ylabel="arrived (%)")
+    ax.set_ylim(bottom=0)
     ax.legend(loc="lower left", fontsize=14)
     basic.show(
         fig,

@@ -25,13 +25,20 @@ def bilinear(image, column, row, dtype=float, product=1):
         return g0 + (g1 - g0) * dx + (g2 - g0) * dy + twist * product
 
 
+def turned(column, row, in_column, in_row):
+    """The place with the parts of a pixel counted from the other side."""
+    j, i = int(column), int(row)
+    dx, dy = column - j, row - i
+    return j + (1 - dx if in_column else dx), i + (1 - dy if in_row else dy)
+
+
 def precision(J, v):
     S0 = np.sqrt(v @ v / (J.shape[0] - J.shape[1]))
     return S0, S0 * np.sqrt(np.linalg.inv(J.T @ J)[0, 0])
 
 
 def stop(q, half, limit=0.01):
-    reach = np.abs(q) * np.tile([1, half, half], 2)
+    reach = np.abs(q[:6]) * np.tile([1, half, half], 2)
     return reach[:3].sum() <= limit and reach[3:].sum() <= limit
 
 
@@ -49,9 +56,23 @@ def test_right_answers_pass(capsys):
 def test_distance_of_the_corner_is_as_good_as_both_coordinates():
     def by_distance(q, half):
         at = np.array([(1, x, y) for x in (-half, half) for y in (-half, half)])
-        return np.hypot(at @ q[:3], at @ q[3:]).max() <= 0.01
+        return np.hypot(at @ q[:3], at @ q[3:6]).max() <= 0.01
 
     chapter3.stop(by_distance)
+
+
+def test_stop_may_name_all_eight_corrections():
+    def by_name(step, half):
+        a0, a1, a2, b0, b1, b2, h0, h1 = np.abs(step)
+        return max(a0 + half * (a1 + a2), b0 + half * (b1 + b2)) <= 0.01
+
+    chapter3.stop(by_name)
+
+
+def test_stop_says_two_things_at_most():
+    with pytest.raises(CheckFailed) as failed:
+        chapter3.stop(lambda step, half: True)
+    assert str(failed.value).count(";") == 1
 
 
 def test_every_pixel_of_the_window_is_as_good_as_its_corners():
@@ -123,12 +144,16 @@ SWAPPED = (
         (lambda *a: columns(*a)[:, [0, 4, 5, 3, 1, 2, 6, 7]], "a1 and a2 go with Bx"),
         (
             lambda *a: columns(*a)[:, [0, 3, 1, 2, 4, 5, 6, 7]],
-            r"window shifts\? how",
+            "look at the order",
         ),
         (changed((1, lambda *a: np.zeros_like(a[0]))), "how far does a pixel at"),
         (changed((6, lambda *a: a[0])), "offset changes every grey value"),
-        (changed((7, lambda *a: np.ones_like(a[0]))), r"\(B 2.17\) as printed"),
+        (changed((7, lambda *a: np.ones_like(a[0]))), "the column of h0: the two"),
         (changed((7, lambda *a: a[5] * a[0])), "does not contain h1"),
+        (changed((1, lambda *a: a[3] * a[1])), "h1 is missing at a slope"),
+        (changed((3, lambda *a: a[2])), "h1 is missing at a slope"),
+        (lambda *a: columns(*a)[:, [0, 1, 2, 0, 1, 2, 6, 7]], "along By .*; a1 and a2"),
+        (lambda *a: columns(*a)[:, [0, 3, 1, 4, 2, 5, 6, 7]], "look at the order"),
         (changed((7, lambda *a: np.zeros_like(a[0]))), "how does h0"),
     ],
 )
@@ -143,8 +168,8 @@ def test_slip_in_the_columns_is_named(function, hint):
         (lambda g, c, r: ..., "returns nothing"),
         (lambda g, c, r: float(int(bilinear(g, c, r))), "is cut off"),
         (lambda g, c, r: np.floor(bilinear(g, c, r) + 0.5), "is rounded"),
-        (lambda g, c, r: bilinear(g, c, r, product=0), "t3, .* is missing"),
-        (lambda g, c, r: bilinear(g, c, r, product=-1), "sign of t3"),
+        (lambda g, c, r: bilinear(g, c, r, product=0), "term with dx dy is missing"),
+        (lambda g, c, r: bilinear(g, c, r, product=-1), "sign of the term"),
         (lambda g, c, r: bilinear(g, c, r, np.uint8, 0), "overflow"),
         (lambda g, c, r: bilinear(g, r, c), "indexed .row, column"),
         (
@@ -155,6 +180,13 @@ def test_slip_in_the_columns_is_named(function, hint):
         (lambda g, c, r: bilinear(g, c, r) + (c == 4), "its value is not kept"),
         (lambda g, c, r: bilinear(g, c, r) + 1.0, "has another value there"),
         (lambda g, c, r: bilinear(g, c, r, dtype=np.uint8), "overflow"),
+        (lambda g, c, r: bilinear(g, c, int(r)), "dy changes nothing"),
+        (lambda g, c, r: bilinear(g, int(c), r), "dx changes nothing"),
+        (lambda g, c, r: float(g[round(r), round(c)]), "the nearest pixel"),
+        (lambda g, c, r: bilinear(g, int(c) + 0.5, int(r) + 0.5), "change nothing"),
+        (lambda g, c, r: bilinear(g, *turned(c, r, 1, 1)), "nearer must count"),
+        (lambda g, c, r: bilinear(g, *turned(c, r, 1, 0)), "nearer must count"),
+        (lambda g, c, r: bilinear(g, *turned(c, r, 0, 1)), "nearer must count"),
     ],
 )
 def test_slip_in_the_bilinear_surface_is_named(function, hint):
@@ -220,7 +252,7 @@ def corners(q, half, sides):
 
 
 def limits_of_the_listing(q, half):
-    a0, a1, a2, b0, b1, b2 = np.abs(q)
+    a0, a1, a2, b0, b1, b2 = np.abs(q[:6])
     return (a1 <= 0.03 or b2 <= 0.03) and (a2 <= 0.03 or b1 <= 0.03)
 
 
@@ -231,25 +263,32 @@ def limits_of_the_listing(q, half):
         (lambda q, half: False, "goes on after small steps"),
         (lambda q, half: True, "the window still shifts"),
         (limits_of_the_listing, "the window still shifts"),
-        (limits_of_the_listing, "corners of the window still move"),
         (
             lambda q, half: np.hypot(q[0], q[3]) <= 0.01,
             "corners of the window still move",
         ),
         (
-            lambda q, half: (np.abs(q) * np.tile([1, half, half], 2)).max() <= 0.01,
+            lambda q, half: (np.abs(q[:6]) * np.tile([1, half, half], 2)).max() <= 0.01,
             "add up to more",
         ),
         (lambda q, half: stop(q, 10), "a large window"),
         (
-            lambda q, half: max(q[:3].sum(), q[3:].sum()) <= 0.01,
+            lambda q, half: max(q[:3].sum(), q[3:6].sum()) <= 0.01,
             "large negative shift",
         ),
-        (lambda q, half: np.abs(q).max() <= 0.01, "corners of the window still move"),
+        (
+            lambda q, half: np.abs(q[:6]).max() <= 0.01,
+            "corners of the window still move",
+        ),
         (lambda q, half: corners(q, half, (1,)), "a corner that it does not look at"),
         (lambda q, half: corners(q, half, (-1,)), "a corner that it does not look at"),
-        (lambda q, half: stop(q * [1, 1, 1, 1, 0, 0], half), "b1 and b2 move"),
-        (lambda q, half: stop(q * [1, 1, 1, 1, 0, 1], half), "b1 and b2 move"),
+        (lambda q, half: stop(q[:6] * [1, 1, 1, 1, 0, 0], half), "b1 and b2 move"),
+        (lambda q, half: stop(q[:6] * [1, 1, 1, 1, 0, 1], half), "b1 and b2 move"),
+        (lambda q, half: np.abs(q).max() <= 0.01, "goes on after small steps"),
+        (lambda q, half: stop(q, 2 * half), "although no pixel from"),
+        (lambda q, half: stop(q, half + 1), "although no pixel from"),
+        (lambda q, half: stop(q, half * 2**0.5), "although no pixel from"),
+        (lambda q, half: stop(q, half - 1), "add up to more"),
     ],
 )
 def test_slip_in_the_stop_rule_is_named(function, hint):
@@ -288,6 +327,14 @@ def row_shift(A, B):
         ),
         (lambda A, B: round(row_shift(A, B), 3), "rounded"),
         (
+            lambda A, B: np.diff(B)[:-1] @ (A - B)[1:-1] / (np.diff(B)[:-1] ** 2).sum(),
+            "from both of its neighbours",
+        ),
+        (
+            lambda A, B: np.diff(B) @ (A - B)[:-1] / (np.diff(B) ** 2).sum(),
+            "from both of its neighbours",
+        ),
+        (
             lambda A, B: row_shift(A, B) * 1.3,
             "not the least squares solution",
         ),
@@ -312,6 +359,8 @@ def matched(*edits):
 
 def test_a_right_match_passes():
     chapter3.row_shift(row_shift)
+    chapter3.row_shift(lambda A, B: np.float32(row_shift(A, B)))
+    chapter3.design(lambda *a: columns(*a).astype(np.float32))
     chapter3.match(matched())
     chapter3.match(lambda *a: tuple(matched()(*a)))
 
@@ -327,6 +376,15 @@ def test_a_right_match_passes():
         (matched((0, lambda t: t + 0.5 * np.eye(8)[7])), "h0 and h1 are not those"),
         (matched((1, lambda s: s**2 * 9)), "sigma0 and Q"),
         (matched((2, lambda Q: np.linalg.inv(Q))), "sigma0 and Q"),
+        (matched((1, lambda s: s**2)), "not its square"),
+        (matched((0, lambda t: 2 * t[0] - t)), "the wrong way"),
+        (matched((2, lambda Q: 0.465 * Q)), "stays outside of Q"),
+        (matched((0, lambda t: np.tile(t[-1], (len(t), 1)))), "first row of the trail"),
+        (matched((0, lambda t: np.r_[t[:1], t[1:].round(2)])), "or it is rounded"),
+        (
+            matched((0, lambda t: np.r_[t[:1], t[:2].mean(0)[None], t[1:]])),
+            "only a part of a step",
+        ),
     ],
 )
 def test_slip_in_the_match_is_named(function, hint):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import plot, simulate
+from pgm_lab.lsm import textbook
 
 AFFINE = (3.0, 1.02, 0.05, -2.0, -0.04, 0.98)
 POINT, WINDOW = (40, 45), 21
@@ -74,3 +75,21 @@ def test_one_note_a_step():
 def test_window_must_lie_in_the_left_photo():
     with pytest.raises(ValueError, match="points lie outside the image"):
         plot.matching.film_strip(LEFT, RIGHT, (5, 45), WINDOW, [START], ["start"])
+
+
+def test_sliders_name_the_steps_that_they_show(monkeypatch):
+    """The first, the middle and the last step, by their numbers in the trail."""
+    shown = []
+    monkeypatch.setattr(plot.basic, "show", lambda fig, *_, **__: shown.append(fig))
+    monkeypatch.setattr(plot.lsm, "interact", lambda draw, **_: draw(1, 1, 0))
+    truth = TRUTH[[0, 3]]
+    plot.lsm.by_hand(LEFT, RIGHT, POINT, WINDOW, truth)
+    start = [*(np.round(truth[0]) + 1, 1, 0), *(np.round(truth[1]) + 1, 0, 1, 0, 1)]
+    trail, _, _ = textbook.match(LEFT, RIGHT, POINT, start, WINDOW)
+    (fig,) = shown
+    titles = [ax.get_title() for ax in fig.axes if "px off" in ax.get_title()]
+    plt.close(fig)
+    last = len(trail) - 1
+    assert last > 2
+    expected = ["start", f"step {(last + 1) // 2}", f"step {last}"]
+    assert [title.split("\n")[0] for title in titles] == expected
