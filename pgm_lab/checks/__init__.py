@@ -63,12 +63,13 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     """
     answer = answer_of(function, *arguments)
     must = f"{getattr(function, '__name__', 'your function')} must return"
+    wanted = f"shape {shape}" if shape else "one number"
     try:
         array = _validate.real(answer, "the answer")
     except ValueError as error:
         if shapes := _shapes(answer):
             raise CheckFailed(
-                f"{must} shape {shape} here; got parts of shapes {shapes}"
+                f"{must} {wanted} here; got parts of shapes {shapes}"
             ) from None
         kind = "" if "must be numbers" in str(error) else f" ({error})"
         raise CheckFailed(
@@ -76,7 +77,8 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
         ) from None
     if array.shape != shape:
         tip = _turned(shape) if array.shape == shape[::-1] else ""
-        raise CheckFailed(f"{must} shape {shape} here; got {array.shape}{tip}")
+        got = array.shape if shape else f"an array of shape {array.shape}"
+        raise CheckFailed(f"{must} {wanted} here; got {got}{tip}")
     if not np.all(np.isfinite(array)):
         what = "NaN" if np.isnan(array).any() else "infinity"
         raise CheckFailed(

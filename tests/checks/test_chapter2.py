@@ -90,6 +90,7 @@ def two_kinds_of_sd(a, b):
         (lambda a, b: ncc.correlation(a, b) * a.size, "the other a sum"),
         (lambda a, b: round(ncc.correlation(a, b), 2), "rounded"),
         (lambda a, b: round(ncc.correlation(a, b), 5), "rounded"),
+        (lambda a, b: a * b, "must return one number here; got an array"),
         (lambda a, b: 0.5, "must give 1 or −1"),
         (lambda a, b: None, "returns nothing"),
     ],
