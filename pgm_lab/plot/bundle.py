@@ -176,18 +176,14 @@ def residual_vectors(
         ):
             xy, vectors = network.xy[here & which], v[here & which] / UM
             _pins(ax, xy, magnify * vectors, color, thick)
-        for k in np.flatnonzero(here & outlier):
-            name = str(network.point_names[network.point[k]])
-            away = -16 * v[k] / np.hypot(*v[k])  # off the point, not on its vector
-            text: Look = {"color": basic.RED, "weight": "bold"}
-            text |= {"ha": "center", "va": "center"}
-            text["path_effects"] = [withStroke(linewidth=3, foreground="white")]
-            text |= {"textcoords": "offset points", "parse_math": False}
-            ax.annotate(name, network.xy[k], away, **text)
+        named = np.flatnonzero(here & outlier)
+        names = [str(network.point_names[j]) for j in network.point[named]]
+        _name_outliers(ax, network.xy[named], names, high[0], 0.12 * width)
         title = f"photo {network.photo_names[i]}: {rms[i]:.2f} µm"
         ax.set_title(title, fontsize=15, parse_math=False)
         margin = 0.06 * width
-        ax.set(xlim=(low[0] - margin, high[0] + margin))
+        right = high[0] + (0.24 * width if np.any(outlier) else margin)  # for names
+        ax.set(xlim=(low[0] - margin, right))
         ax.set(ylim=(low[1] - 2.6 * margin, high[1] + margin))
         ax.set(aspect="equal", xticks=(), yticks=())
         ax.spines[:].set(visible=True, color=basic.GREY)
@@ -202,6 +198,20 @@ def residual_vectors(
         title += f"; red: |{SYMBOL[result.residual_test]}| > {critical:.2f}"
     fig.suptitle(title, fontsize=16)
     return fig
+
+
+def _name_outliers(
+    ax: Axes, xy: np.ndarray, names: list[str], edge: float, gap: float
+) -> None:
+    """Write names below each other beyond the edge, each with a line to its point."""
+    level = np.inf
+    for k in np.argsort(-xy[:, 1]):
+        level = min(xy[k, 1], level - gap)
+        look: Look = {"color": basic.RED, "weight": "bold", "parse_math": False}
+        look |= {"va": "center", "annotation_clip": False}
+        look["path_effects"] = [withStroke(linewidth=3, foreground="white")]
+        look["arrowprops"] = {"arrowstyle": "-", "color": basic.RED, "linewidth": 1}
+        ax.annotate(names[k], xy[k], (edge + 0.6 * gap, level), **look)
 
 
 def _pins(

@@ -253,12 +253,14 @@ def which_photos(given: room.Network) -> None:
         fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
         stations, points = whole.exteriors[:, :3], whole.points
         ax.plot(*points[:, :2].T, ".", color=basic.GREY, ms=6, label="targets")
-        for kind, colour, marker in ((chosen, basic.BLUE, "^"), (~chosen, "0.75", "v")):
-            ax.plot(*stations[kind, :2].T, marker, color=colour, ms=15, ls="none")
-        for number, place in zip(numbers, stations):
-            offset = (-14 + 26 * (number % 2), 10)
-            look: Look = {"textcoords": "offset points", "fontsize": 14}
-            ax.annotate(str(number), place[:2], offset, **look)
+        looks = (("used", chosen, basic.BLUE, "^"), ("left out", ~chosen, "0.75", "v"))
+        for name, kind, colour, marker in looks:
+            look: Look = {"color": colour, "ms": 15, "ls": "none", "label": name}
+            ax.plot(*stations[kind, :2].T, marker, **look)
+        for place, names in _by_place(stations[:, :2]):
+            look = {"textcoords": "offset points", "fontsize": 14}
+            ax.annotate(", ".join(names), (place[0], place[1]), (12, 6), **look)
+        ax.legend(loc="center left")
         ax.set(xlabel="X (mm)", ylabel="Y (mm)", title=f"sd of c: {sd:.0f} µm")
         ax.margins(0.12)
         basic.show(
@@ -271,6 +273,19 @@ def which_photos(given: room.Network) -> None:
         options=list(numbers), value=list(numbers), description="photos", rows=9
     )
     interact(draw, photos=choice)
+
+
+def _by_place(stations: np.ndarray) -> list[tuple[np.ndarray, list[str]]]:
+    """Places (2,) of stations that lie apart in the drawing, with their numbers."""
+    span = np.maximum(np.ptp(stations, axis=0), 1.0)
+    found: list[tuple[np.ndarray, list[str]]] = []
+    for number, station in enumerate(stations, 1):
+        near = [b for a, b in found if np.hypot(*((station - a) / span)) < 0.2]
+        names = near[0] if near else []
+        names.append(str(number))
+        if not near:
+            found.append((station, names))
+    return found
 
 
 def _grid(ax: Axes, camera: np.ndarray) -> None:
