@@ -112,7 +112,7 @@ def left_over(result: room.Bundle) -> None:
     _validate.instance(result, room.Bundle, "result")
     photos = [k for k in (1, 3, 5, 6) if k < len(result.exteriors)]
     fig = bundle.residual_vectors(result, photos)
-    fig.set_size_inches(7, 4.8)
+    fig.set_size_inches(7, 4.3)
     fig.suptitle(fig.get_suptitle().replace("; red", "\nred"), fontsize=15)
     basic.show(
         fig,
