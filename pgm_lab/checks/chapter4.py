@@ -7,9 +7,28 @@ import numpy as np
 
 from pgm_lab import _validate, rotation
 from pgm_lab.checks import answer_of, call, compare, first_slip, near, report
+from pgm_lab.checks._nine import nine_numbers
 
-# Attitudes on which a function is tried (rad): no two angles alike, all quadrants
-_ATTITUDES = [(0.3, 0.4, 0.5), (-2.0, 0.9, 1.1), (2.5, -1.2, -2.9), (-0.7, 0.1, 2.2)]
+# Attitudes on which a function is tried (rad): no two angles alike, all quadrants, and
+# so many digits that a rounded answer shows
+_ATTITUDES = [
+    (0.31274915, 0.41826317, 0.52913846),
+    (-2.01738264, 0.91462753, 1.12849371),
+    (2.53261948, -1.20748316, -2.91354827),
+    (-0.71829364, 0.10927364, 2.23847156),
+]
+
+
+_SINGLE = "right to six digits only: rounded, or a float32? Keep all digits"
+
+
+def _few_digits(right: np.ndarray) -> list[tuple[np.ndarray, str]]:
+    """Right numbers with too few digits, and what to say about them."""
+    rounded = [
+        (right.round(k), f"right, but rounded to {k} decimals: keep all digits")
+        for k in range(2, 6)
+    ]
+    return [*rounded, (right, _SINGLE)]  # within the tolerance of slips, not of `near`
 
 
 def plane_turn(function: Callable) -> None:
@@ -17,6 +36,9 @@ def plane_turn(function: Callable) -> None:
 
     def right(kappa: float) -> np.ndarray:
         return rotation.matrix(0, 0, kappa)[:2, :2]
+
+    def rounded(digits: int) -> Callable:
+        return lambda kappa: right(kappa).round(digits)
 
     slips = {
         "the sines have the wrong signs: this M is transposed, it leads back from the"
@@ -37,6 +59,10 @@ def plane_turn(function: Callable) -> None:
             [[np.cos(k), -np.sin(k)], [-np.sin(k), np.cos(k)]]
         ),
     }
+    for digits in range(2, 8):
+        hint = f"right, but rounded to {digits} decimals: keep all digits"
+        slips[hint] = rounded(digits)
+    slips[_SINGLE] = lambda k: right(k).astype(np.float32)
     cases = [(0.5,), (-1.1,), (2.4,)]
     otherwise = "the rows are not e_x and e_y in the old frame"
     holds, hint = compare(function, cases, right, slips, otherwise)
@@ -56,6 +82,7 @@ def rotation_matrix(function: Callable) -> None:
         (_ordered("opk", (1, 1, -1)), "kappa turns the wrong way: a sign in its turn"),
         (_ordered("opk", (1, -1, 1)), "phi turns the wrong way: a sign in its turn"),
         (_in_degrees(), "the angles are radians already"),
+        *_few_digits(expected),
     ]  # fmt: skip
     single = [np.diag([k == 0, k == 1, k == 2]).diagonal() * 0.4 for k in range(3)]
     names = ("omega", "phi", "kappa")
@@ -70,15 +97,14 @@ def rotation_matrix(function: Callable) -> None:
         else "each turn alone is right, their product is not"
     )
     rigid = bool(np.all(rotation.defect(answers) < 1e-9))
+    hint = first_slip(answers, slips, otherwise)
+    # What is right but for its digits turns as it should, and is told so
+    kept = rigid or hint != otherwise
     report(
         "rotation_matrix",
         [
-            ("lengths and angles are kept", rigid, "M Mᵀ is not the unit matrix"),
-            (
-                "it is M_kappa M_phi M_omega",
-                near(answers, expected),
-                first_slip(answers, slips, otherwise),
-            ),
+            ("lengths and angles are kept", kept, "M Mᵀ is not the unit matrix"),
+            ("it is M_kappa M_phi M_omega", near(answers, expected), hint),
         ],
     )
 
@@ -99,76 +125,8 @@ def _in_degrees() -> np.ndarray:
 
 def is_rotation(function: Callable) -> None:
     """Check the reader's is_rotation(M, tolerance), which answers True or False."""
-    M = rotation.matrix(*_ATTITUDES[0])
-    sheared = M.copy()
-    sheared[0] += 0.1 * sheared[1]
-    wrong_length = np.diag([1.0, 1.0, 1.1]) @ M
-    # Columns of length 1 that are not at right angles
-    lengths_only = sheared / np.linalg.norm(sheared, axis=1, keepdims=True)
-    unit_determinant = np.diag([2.0, 0.5, 1.0]) @ M
-    cases = [
-        ("a rotation is one", M, 1e-9, True, "a true rotation is refused"),
-        (
-            "so is one of five printed digits",
-            M.round(5),
-            2e-5,
-            True,
-            "a matrix of five printed digits is refused, though the tolerance is 2e-5",
-        ),
-        (
-            "within the tolerance only",
-            M.round(5),
-            1e-9,
-            False,
-            "the tolerance is not looked at",
-        ),
-        (
-            "a mirror is none",
-            np.diag([1.0, 1.0, -1.0]) @ M,
-            1e-9,
-            False,
-            "a mirror passes: it is orthogonal, too. What tells it apart?",
-        ),
-        (
-            "nor is a matrix with a wrong length",
-            wrong_length,
-            1e-3,
-            False,
-            "a matrix with a row longer than 1 passes",
-        ),
-        (
-            "nor one without right angles",
-            lengths_only,
-            1e-3,
-            False,
-            "rows of length 1 that are not at right angles pass",
-        ),
-        (
-            "nor any matrix of determinant 1",
-            unit_determinant,
-            1e-3,
-            False,
-            "the determinant alone is not enough",
-        ),
-        (
-            "nor one whose errors cancel in a sum",
-            np.diag([1.1, np.sqrt(0.79), 1.0]) @ M,
-            1e-3,
-            False,
-            "a matrix passes whose rows are too long and too short: the errors cancel"
-            " in a sum, so take the largest of their absolute values",
-        ),
-        (
-            "errors of both signs count",
-            0.9 * M,
-            1e-3,
-            False,
-            "a matrix that is too small passes: its differences are negative, and the"
-            " largest of them is 0. Take absolute values first",
-        ),
-    ]
     properties = []
-    for text, case, tolerance, expected, hint in cases:
+    for text, case, tolerance, expected, hint in nine_numbers():
         answer = call(function, case, tolerance, shape=())
         properties.append((text, bool(answer) == expected, hint))
     report("is_rotation", properties)
@@ -203,6 +161,7 @@ def angles(function: Callable) -> None:
         ),
         *_swapped(expected),
     ]
+    slips += _few_digits(expected)
     turned = np.array([_from_transposed(one) for one in M])
     slips.append((turned, "these are the angles of the transposed matrix"))
     good = near(answers, expected)
@@ -255,6 +214,8 @@ def unit(function: Callable) -> None:
         (1.2, -0.4, 0.7),
         (20.0, 30.0, 40.0),  # far from the unit matrix in degrees, too
         (0.02, 0.01, 0.03),  # near the unit matrix in radians, too
+        (0.7, 0.0, 0.0),  # the first row and column know nothing of it
+        (7.342387, -30.0, 20.0),  # the sums of both matrices agree to 1e-6
     ]:
         for name, angle in (("degrees", np.radians(attitude)), ("radians", attitude)):
             printed = rotation.matrix(*np.array(angle)).round(5)
@@ -279,5 +240,6 @@ def _unit_hint(
     return (
         f"a matrix made of {name} is taken for one of {answer}, at angles of"
         f" {', '.join(map(str, attitude.tolist()))}. Compute it both ways"
-        " and see which is nearer; equality fails, for the matrix has five digits"
+        " and see which is nearer in all nine elements, without regard to sign;"
+        " equality fails, for the matrix has five digits"
     )

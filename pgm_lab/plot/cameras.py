@@ -79,7 +79,9 @@ def two_orders(omega: float, phi: float, kappa: float) -> None:
     ]
     _several(np.degrees(rotation.angles(pair)), names, 7.0)
     apart = np.degrees(rotation.angle_between(*pair))
-    print(f"The two cameras are {apart:.1f}° apart.")
+    look = np.degrees(np.arccos(min(pair[0][2] @ pair[1][2], 1.0)))
+    print(f"One turn of {apart:.1f}° leads from one camera to the other;")
+    print(f"their lines of sight are {look:.1f}° apart.")
 
 
 def mirror() -> None:
@@ -158,7 +160,8 @@ def around(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
             ax.text(*at, tag, fontsize=14, ha="center", va="center")
         space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.2)
         wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
-        said.append(f"{name}: turned away from the first set are {wrong_ones}")
+        others = f": turned away from the first set are {wrong_ones}"
+        said.append(name + (others if len(sets) > 1 else ""))
     scale = "The axes X, Y, Z are 350 mm long."
     key = "\nBlue: as in the first picture; red: turned away." if len(sets) > 1 else ""
     fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
@@ -190,6 +193,9 @@ def _several(attitudes: ArrayLike, names: list[str], width: float) -> None:
         said.append(f"{name}: {_north(exterior)}".replace("\n", " "))
     fig.text(0.5, 0.015, SCALE, ha="center", fontsize=16)
     alt = "Cameras 8 m above the meadow, and below them what they see. "
+    M = rotation.matrix(*np.radians(attitudes).T)
+    if len(M) > 1 and np.allclose(M, M[0], rtol=0, atol=1e-12):
+        said.append("all cameras and all photos are the same")
     basic.show(fig, alt + "; ".join(said) + ".", colours=128)
 
 

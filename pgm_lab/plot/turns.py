@@ -47,9 +47,10 @@ def plane() -> None:
     _arrow(right, ey, "$e_y$", basic.BLUE)
     right.add_patch(Arc((0, 0), 2, 2, theta1=-5, theta2=140, color="0.6", ls=":"))
     right.plot((ex[0], ex[0]), (0, ex[1]), color=basic.RED, lw=2, ls="-.")
-    right.plot((0, ex[0]), (0, 0), color=basic.RED, lw=3, ls="-.")
-    right.text(ex[0] / 2 + 0.05, -0.17, "cos κ", ha="center", **WORDS)
-    right.text(ex[0] + 0.04, 0.2, "sin κ", va="center", **WORDS)
+    right.plot((0, ex[0]), (-0.05, -0.05), color=basic.RED, lw=2, ls="-.")
+    right.text(ex[0] / 2 + 0.05, -0.19, "cos κ", ha="center", **WORDS)
+    free: Look = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+    right.text(ex[0] + 0.04, 0.2, "sin κ", va="center", bbox=free, **WORDS)
     right.set_title("new axes of length 1, in the old frame")
     left.set(xlim=(-1.15, 2.05), ylim=(-0.25, 2.05))
     right.set(xlim=(-0.75, 1.45), ylim=(-0.25, 1.5))
@@ -91,7 +92,7 @@ def three(degrees: float = 25.0) -> None:
         ax.text(*at, letter, fontsize=19, ha="center", va="center")
         space.fit(ax, [(-0.35, -0.35, -0.25), (1.15, 1.15, 1.2)], zoom=1.08)
         name = f"{letter} about {axis}:\nfrom {start} towards {end}"
-        ax.set_title(name, loc="center", y=1.03, color=color)
+        ax.set_title(name, loc="center", y=1.07, color=color)
     basic.show(
         fig,
         f"Three frames, each turned by {degrees:g} degrees about one of its axes. Omega"
@@ -120,7 +121,8 @@ def quadrant(degrees: float) -> None:
         ax.plot((0, x), (0, y), color=color, ls=line, lw=4)
         ax.plot(x, y, "o", color=color, ms=11)
         text = f"{value:.0f}°".replace("-", "−")
-        ax.text(1.2 * x, 1.13 * y, text, color=color, ha="center", va="center", **WORDS)
+        centred: Look = {"ha": "center", "va": "center", "color": color}
+        ax.text(1.32 * x, 1.13 * y, text, **centred, **WORDS)
     ax.axhline(0, color="0.4", lw=1)
     ax.plot((0, 0), (-1.2, 1.2), color="0.4", lw=1)
     ax.text(0, -1.4, "solid: the camera's ω, dashed: arctan(tan ω)", **middle)

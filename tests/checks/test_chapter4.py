@@ -47,10 +47,16 @@ def test_right_answers_pass(capsys):
     chapter4.rotation_matrix(product())
     chapter4.rotation_matrix(rotation.matrix)
     chapter4.is_rotation(is_rotation)
+    chapter4.is_rotation(
+        lambda M, t: (
+            np.allclose(M @ M.T, np.eye(3), rtol=0, atol=t)
+            and abs(np.linalg.det(M) - 1) <= t
+        )
+    )
     chapter4.angles(angles)
     chapter4.angles(rotation.angles)
     chapter4.unit(unit)
-    assert capsys.readouterr().out.count("✓") == 8
+    assert capsys.readouterr().out.count("✓") == 9
 
 
 def frame(kappa):
@@ -75,6 +81,8 @@ def frame(kappa):
             lambda k: [[np.cos(k), -np.sin(k)], [-np.sin(k), np.cos(k)]],
             "a minus at both sines",
         ),
+        (lambda k: frame(k).round(3), "right, but rounded to 3 decimals"),
+        (lambda k: frame(k).astype(np.float32), "a float32"),
         (lambda k: None, "returns nothing yet"),
         (lambda k: np.eye(3), r"must return shape \(2, 2\)"),
     ],
@@ -98,6 +106,14 @@ def test_slip_in_the_turn_in_the_plane_is_named(function, hint):
         (product("yxz"), "each turn alone is right, their product is not"),
         (product(unit=np.radians), "radians already"),
         (lambda o, p, k: 2 * product()(o, p, k), "M Mᵀ is not the unit matrix"),
+        (
+            lambda o, p, k: product()(o, p, k).round(4),
+            "rotation_matrix: right, but rounded to 4 decimals",
+        ),
+        (
+            lambda o, p, k: product()(o, p, k).astype(np.float32),
+            "rotation_matrix: right to six digits only",
+        ),
         (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "M Mᵀ is not the unit"),
         (lambda o, p, k: None, "returns nothing yet"),
     ],
@@ -151,6 +167,18 @@ def largest(M):
                 np.abs(M @ M.T - np.eye(3)).min() <= t and np.linalg.det(M) > 0
             ),
             "a row longer than 1 passes",
+        ),
+        (
+            lambda M, t: (
+                np.abs(M @ M.T - np.eye(3)).mean() <= t and np.linalg.det(M) > 0
+            ),
+            "not their mean",
+        ),
+        (
+            lambda M, t: (
+                np.linalg.norm(M @ M.T - np.eye(3)) <= t and np.linalg.det(M) > 0
+            ),
+            "not at what all of them make together",
         ),
         (lambda M, t: True, "a row longer than 1 passes"),
         (lambda M, t: False, "a true rotation is refused"),
@@ -228,12 +256,25 @@ def positive(M):
             "half a turn off",
         ),
         (lambda M: angles(M) * (1, 1, 2), "kappa is not recovered"),
+        (lambda M: angles(M).round(4), "right, but rounded to 4 decimals"),
+        (lambda M: angles(M).astype(np.float32), "right to six digits only"),
         (lambda M: M, "must return shape"),
     ],
 )
 def test_slip_in_the_angles_is_named(function, hint):
     with pytest.raises(CheckFailed, match=hint):
         chapter4.angles(function)
+
+
+def nearer(size):
+    """unit by a poor measure of the differences."""
+
+    def judged(attitude, printed):
+        degrees = size(rotation.matrix(*np.radians(attitude)) - printed)
+        radians = size(rotation.matrix(*attitude) - printed)
+        return "degrees" if degrees < radians else "radians"
+
+    return judged
 
 
 def nearly_unit(attitude, printed):
@@ -264,6 +305,9 @@ def nearly_unit(attitude, printed):
             lambda a, M: "radians" if unit(a, M) == "degrees" else "degrees",
             "taken for",
         ),
+        (nearer(lambda D: abs(D.sum())), "at angles of 7.342387, -30.0, 20.0"),
+        (nearer(lambda D: abs(D[0, 0])), "at angles of 0.7, 0.0, 0.0"),
+        (nearer(lambda D: abs(D[2, 0])), "at angles of 0.7, 0.0, 0.0"),
         (lambda a, M: "gon", 'must be "degrees" or "radians"'),
         (lambda a, M: None, "returns nothing yet"),
         (lambda a, M: 1 / 0, "stopped with ZeroDivisionError"),

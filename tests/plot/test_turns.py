@@ -54,10 +54,23 @@ def test_views_say_where_north_is_in_the_photo():
     assert "level: the arrow to the north is not to be seen" in said
 
 
+def test_views_of_one_camera_by_two_names_say_so():
+    same = seen_of(plot.cameras.views, [(20, 90, 30), (50, 90, 0)], ["one", "two"])
+    other = seen_of(plot.cameras.views, [(20, 80, 30), (50, 80, 0)], ["one", "two"])
+    assert "all cameras and all photos are the same" in same
+    assert "are the same" not in other
+
+
 def test_two_orders_say_how_far_apart_they_are():
-    assert "The two cameras are 26.1° apart." in seen_of(
-        plot.cameras.two_orders, 20, 30, 40
-    )
+    said = seen_of(plot.cameras.two_orders, 20, 30, 40)
+    assert "One turn of 26.1° leads from one camera to the other;" in said
+    assert "their lines of sight are 19.9° apart." in said
+
+
+def test_one_set_of_cameras_is_compared_with_none():
+    data = datasets.muliawan2013()
+    said = seen_of(plot.cameras.around, data.object_points, {"one": data.exteriors})
+    assert "fifty targets. one. The axes" in said and "turned away" not in said
 
 
 def test_around_names_the_cameras_that_look_elsewhere():
