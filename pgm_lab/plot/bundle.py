@@ -182,7 +182,7 @@ def residual_vectors(
         title = f"photo {network.photo_names[i]}: {rms[i]:.2f} µm"
         ax.set_title(title, fontsize=15, parse_math=False)
         margin = 0.06 * width
-        right = high[0] + (0.24 * width if np.any(outlier) else margin)  # for names
+        right = high[0] + (0.32 * width if np.any(outlier) else margin)  # for names
         ax.set(xlim=(low[0] - margin, right))
         ax.set(ylim=(low[1] - 2.6 * margin, high[1] + margin))
         ax.set(aspect="equal", xticks=(), yticks=())
