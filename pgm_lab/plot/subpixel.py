@@ -28,9 +28,9 @@ def summit(r: ArrayLike) -> None:
     fig, ax = plt.subplots(figsize=(10, 3.6))
     ax.plot(t, values[1] + slope * t - bend * t**2 / 2, "--", label="parabola")
     ax.plot((-1, 0, 1), values, "o", color=basic.BLACK, ms=12, label="r, computed")
-    sides = (9, 9 if slope < 0 else -30, 9)  # r_0 beside the line of the top
-    for at, name, value, side in zip((-1, 0, 1), ("-1", "0", "+1"), values, sides):
-        ax.annotate(f"$r_{{{name}}}$", (at, value), (side, -16),
+    offsets = (9, -16), (9 if slope < 0 else -30, -16), (12, 4)  # beside the lines
+    for name, value, offset in zip((-1, 0, 1), values, offsets):
+        ax.annotate(f"$r_{{{name:+d}}}$" if name else "$r_0$", (name, value), offset,
                     textcoords="offset points", fontsize=16)  # fmt: skip
     ax.axvline(slope / bend, color=basic.RED, linestyle=":", label="top, $t$ = ?")
     ax.set(xlabel="shift (px)", ylabel="r", xticks=(-1, 0, 1), xlim=(-1.3, 2.1))
