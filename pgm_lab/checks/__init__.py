@@ -18,8 +18,11 @@ from pgm_lab.checks._own import own as own
 from pgm_lab.checks._predict import predict as predict
 
 
-def answer_of(function: Callable, *arguments: Any) -> Any:
+def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
     """Call the reader's function on copies of its arguments; return what it answers.
+
+    `first` names the exercises whose functions this one uses, for a reader who left
+    them out.
 
     Raises
     ------
@@ -33,6 +36,10 @@ def answer_of(function: Callable, *arguments: Any) -> Any:
     try:
         answer = function(*copies)
     except Exception as error:
+        if first and "NoneType" in str(error):
+            raise CheckFailed(
+                f"{name} got nothing from a function that it uses: do {first} first"
+            ) from None
         said = f": {error}" if isinstance(error.args, tuple) and str(error) else ""
         raise CheckFailed(
             f"{name} stopped with {type(error).__name__}{said}"
@@ -47,8 +54,12 @@ def answer_of(function: Callable, *arguments: Any) -> Any:
     return answer
 
 
-def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndarray:
+def call(
+    function: Callable, *arguments: Any, shape: tuple[int, ...], first: str = ""
+) -> np.ndarray:
     """Call the reader's function and return its answer as an array of that shape.
+
+    `first` as in `answer_of`.
 
     Raises
     ------
@@ -61,7 +72,7 @@ def call(function: Callable, *arguments: Any, shape: tuple[int, ...]) -> np.ndar
     >>> call(lambda x: 2 * x, 1.5, shape=())
     array(3.)
     """
-    answer = answer_of(function, *arguments)
+    answer = answer_of(function, *arguments, first=first)
     must = f"{getattr(function, '__name__', 'your function')} must return"
     wanted = f"shape {shape}" if shape else "one number"
     try:

@@ -162,15 +162,7 @@ def _parts(
     """Parts of an answer that is a tuple, each as an array of its shape."""
     name = getattr(function, "__name__", "your function")
     names = ", ".join(part for part, _ in wanted)
-    try:
-        answer = answer_of(function, *arguments)
-    except CheckFailed as failed:
-        if "NoneType" not in str(failed):
-            raise
-        raise CheckFailed(
-            f"{name} got nothing from a function that it uses: do the exercise before"
-            " this one first"
-        ) from None
+    answer = answer_of(function, *arguments, first="the exercise before this one")
     if not isinstance(answer, tuple | list) or len(answer) != len(wanted):
         raise CheckFailed(f"{name} must return {len(wanted)} things: {names}")
     found = []

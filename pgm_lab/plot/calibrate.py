@@ -152,7 +152,7 @@ def zeros(photo: ArrayLike, point: ArrayLike) -> None:
         ax.axhline(end, color=basic.GREY, lw=1)
         ax.axvline(end, color=basic.GREY, lw=1)
     share = 100 * (1 - full.mean())
-    ax.set_title(f"{share:.0f} % of the normal matrix are zero")
+    ax.set_title(f"{share:.0f} % of the normal matrix is zero")
     basic.show(
         fig,
         f"The normal matrix of {len(full)} unknowns, what is not zero in blue: full"

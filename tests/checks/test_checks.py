@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from pgm_lab import checks, frames, image
-from pgm_lab.checks import CheckFailed, chapter1
+from pgm_lab.checks import (
+    CheckFailed,
+    chapter1,
+    chapter6,
+    chapter7,
+    chapter8,
+    chapterA1,
+)
 
 
 def test_right_answers_pass(capsys):
@@ -250,6 +257,20 @@ def test_a_hint_that_asks_ends_in_its_question_mark():
         with pytest.raises(CheckFailed) as failed:
             checks.report("y", [("y points up", False, hint)])
         assert str(failed.value).endswith(end)
+
+
+@pytest.mark.parametrize(
+    ("check", "before"),
+    [
+        (chapterA1.adjust, "the exercise before this one"),
+        (chapter6.adjust, "exercises 6.1 and 6.3"),
+        (chapter7.chip_shifts, "exercises 7.2 and 7.4"),
+        (chapter8.row_points, "exercises 8.1 and 8.4"),
+    ],
+)
+def test_who_left_an_exercise_out_hears_which(check, before):
+    with pytest.raises(CheckFailed, match=f"that it uses: do {before} first"):
+        check(lambda *arguments: 1.0 - None)
 
 
 def test_notebook_shows_the_message_without_a_traceback():
