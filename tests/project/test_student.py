@@ -220,6 +220,7 @@ def test_an_unsolved_chapter_runs_to_its_end(path, kernel):
             if output.output_type == "error":
                 assert "check" in tags(cell)
                 assert output.ename == "CheckFailed", "a check must say what is missing"
+                assert "TypeError" not in output.evalue, "it must say so in words"
 
 
 @pytest.mark.parametrize(
