@@ -55,17 +55,21 @@ def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
 
 
 def call(
-    function: Callable, *arguments: Any, shape: tuple[int, ...], first: str = ""
+    function: Callable,
+    *arguments: Any,
+    shape: tuple[int, ...],
+    first: str = "",
+    single: bool = False,
 ) -> np.ndarray:
     """Call the reader's function and return its answer as an array of that shape.
 
-    `first` as in `answer_of`.
+    `first` as in `answer_of`; `single`: whether single precision will do.
 
     Raises
     ------
     CheckFailed
         If the function stops, returns nothing, changes its input, or returns something
-        of another shape.
+        of another shape or in single precision.
 
     Examples
     --------
@@ -94,6 +98,10 @@ def call(
         what = "NaN" if np.isnan(array).any() else "infinity"
         raise CheckFailed(
             f"{must} finite numbers here; got {what}: look for a division"
+        )
+    if not single and np.asarray(answer).dtype in (np.float32, np.float16):
+        raise CheckFailed(
+            f"{must} all digits; it answers in single precision: work with float64"
         )
     return array
 

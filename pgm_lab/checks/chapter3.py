@@ -19,7 +19,7 @@ def row_shift(function: Callable) -> None:
     for n in (21, 41):
         A, B = np.cumsum(rng.normal(0, 9, (2, n)), axis=1) + 120
         g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
-        answers.append(float(call(function, A, B, shape=())))
+        answers.append(float(call(function, A, B, shape=(), single=True)))
         own, ahead = (A[2:] - A[:-2]) / 2, np.diff(B)
         steps.append(g @ d / (g @ g))
         slips.append(
@@ -70,7 +70,7 @@ def design(function: Callable) -> None:
     B, Bx, By = rng.normal((120, 3, -4), (30, 8, 6), (k, 3)).T
     x, y = rng.integers(-9, 10, (2, k)).astype(float)
     h1 = 1.7
-    answer = call(function, B, Bx, By, x, y, h1, shape=(k, 8))
+    answer = call(function, B, Bx, By, x, y, h1, shape=(k, 8), single=True)
     one = np.ones(k)
     gx, gy = h1 * Bx, h1 * By
     expected = np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, one, B]).T

@@ -82,7 +82,7 @@ def frame(kappa):
             "a minus at both sines",
         ),
         (lambda k: frame(k).round(3), "right, but rounded to 3 decimals"),
-        (lambda k: frame(k).astype(np.float32), "a float32"),
+        (lambda k: frame(k).astype(np.float32).astype(float), "a float32"),
         (lambda k: None, "returns nothing yet"),
         (lambda k: np.eye(3), r"must return shape \(2, 2\)"),
     ],
@@ -111,7 +111,7 @@ def test_slip_in_the_turn_in_the_plane_is_named(function, hint):
             "rotation_matrix: right, but rounded to 4 decimals",
         ),
         (
-            lambda o, p, k: product()(o, p, k).astype(np.float32),
+            lambda o, p, k: product()(o, p, k).astype(np.float32).astype(float),
             "rotation_matrix: right to six digits only",
         ),
         (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "M Mᵀ is not the unit"),
@@ -257,7 +257,10 @@ def positive(M):
         ),
         (lambda M: angles(M) * (1, 1, 2), "kappa is not recovered"),
         (lambda M: angles(M).round(4), "right, but rounded to 4 decimals"),
-        (lambda M: angles(M).astype(np.float32), "right to six digits only"),
+        (
+            lambda M: angles(M).astype(np.float32).astype(float),
+            "right to six digits only",
+        ),
         (lambda M: M, "must return shape"),
     ],
 )

@@ -273,5 +273,15 @@ def test_who_left_an_exercise_out_hears_which(check, before):
         check(lambda *arguments: 1.0 - None)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float16])
+def test_single_precision_is_named_and_taken_only_where_it_will_do(dtype):
+    def half(x):
+        return dtype(x) / dtype(2)
+
+    with pytest.raises(CheckFailed, match="single precision: work with float64"):
+        checks.call(half, 1.5, shape=())
+    assert checks.call(half, 1.5, shape=(), single=True) == 0.75
+
+
 def test_notebook_shows_the_message_without_a_traceback():
     assert CheckFailed("so and so")._render_traceback_() == ["✗ so and so"]
