@@ -13,8 +13,8 @@ def tenth(point: object, computed: ArrayLike) -> None:
     number = float(checks.numbers("point", point))
     if number != WANTED:
         raise CheckFailed(
-            f"point is still {number:g}. Write `point = {WANTED}` in the cell above,"
-            " run it, then this one."
+            f"point is {number:g}. Write `point = {WANTED}` in the cell above, in the"
+            " place of its second line, run it, then this one."
         )
     found = checks.numbers("computed", computed, (2,), "two numbers, x and y in mm")
     bani = datasets.bani2010()
@@ -26,10 +26,11 @@ def tenth(point: object, computed: ArrayLike) -> None:
     report = checks.first_slip(
         found,
         [(right, "computed is point 10 of the right photo: set photo to 0 again")],
-        "computed is of another point: run the whole cell above, then this one",
+        f"computed is of another point: let `point = {WANTED}` stand on the second line"
+        " of the cell above, run it to its end, then this one",
     )
     checks.report(
         "point 10",
-        [("you changed a number, ran its cell, and passed a check",
+        [("you changed a number and ran its cell; y has the other sign here, too",
           checks.near(found, left), report)],
     )  # fmt: skip

@@ -22,8 +22,8 @@ def test_the_tenth_point_passes_in_any_container(computed, capsys):
 @pytest.mark.parametrize(
     ("point", "computed", "hint"),
     [
-        (1, LEFT[0], "point is still 1. Write `point = 10`"),
-        (10, LEFT[0], "run the whole cell above"),
+        (1, LEFT[0], "point is 1. Write `point = 10`"),
+        (10, LEFT[0], "run it to its end"),
         (10, RIGHT[9], "set photo to 0 again"),
         (10, LEFT[9] * (1, -1), "of another point"),
         (..., LEFT[9], "Your turn"),
