@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pgm_lab.checks import call, first_slip, near, numbers, report
 from pgm_lab.checks._maps import correlation_map, rounded, search_width
@@ -125,7 +126,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     found = call(function, x, y, shape=(2,))
     beta, alpha = np.polyfit(x.ravel(), y.ravel(), 1)
     back, _ = np.polyfit(y.ravel(), x.ravel(), 1)
-    slips = [
+    slips: list[tuple[ArrayLike, str]] = [
         (
             (-beta * x.mean(), beta),
             "the mean of y is missing",

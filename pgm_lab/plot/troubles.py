@@ -115,7 +115,7 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
     if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
         raise ValueError("right must hold True or False for each point")
     good = flags == 1
-    fig, ax = plt.subplots(figsize=(7, 5.2))
+    fig, ax = plt.subplots(figsize=(6, 4.4))
     ax.imshow(photo, alpha=0.7)
     looks = ((good, "o", basic.SKY, "right", 4), (~good, "X", basic.RED, "wrong", 9))
     for chosen, mark, colour, name, size in looks:
@@ -127,6 +127,6 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
     basic.show(
         fig,
         f"The left photo with {len(places)} accepted points. {np.sum(~good)} are wrong,"
-        " and they line the edges of the motorcycle, where the depth changes.",
+        " and most line the edges of things, where the depth changes.",
         colours=128,
     )
