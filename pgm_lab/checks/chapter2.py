@@ -3,9 +3,19 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import ArrayLike
 
 from pgm_lab.checks import call, first_slip, near, numbers, report
+from pgm_lab.checks._maps import correlation_map, rounded, search_width
+
+__all__ = [
+    "correlation",
+    "correlation_map",
+    "line",
+    "peak_of_parabola",
+    "search_width",
+    "shifted",
+]
 
 FIVE = np.array(  # Bani 2010, figure 2.8
     [
@@ -59,8 +69,12 @@ def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
         (right * n, "one of the two is a mean, the other a sum"),
         (right / n, "one of the two is a mean, the other a sum"),
     ]
-    if any(near(found, np.round(right, k), 1e-9) for k in (2, 3, 4, 5, 6)):
-        slips.append((found, "it is right, but rounded: return all its digits"))
+    slips += [
+        (-right, "the sign is reversed"),
+        (np.arccos(right), "that is the angle; r is its cosine"),
+        (np.degrees(np.arccos(right)), "that is the angle; r is its cosine"),
+        *rounded(found, right),
+    ]
     hint = first_slip(found, slips, "it is not the cosine of the two centred windows")
     report(
         "correlation",
@@ -112,7 +126,7 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     found = call(function, x, y, shape=(2,))
     beta, alpha = np.polyfit(x.ravel(), y.ravel(), 1)
     back, _ = np.polyfit(y.ravel(), x.ravel(), 1)
-    slips = [
+    slips: list[tuple[ArrayLike, str]] = [
         (
             (-beta * x.mean(), beta),
             "the mean of y is missing",
@@ -129,6 +143,9 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
         ),
         ((x.mean() - beta * y.mean(), beta), "x and y are exchanged"),
         ((x.mean() - back * y.mean(), back), "x and y are exchanged"),
+        ((round(alpha), beta), "it is right, but rounded: return all its digits"),
+        *rounded(found, np.array([alpha, beta])),
+        *(((found[0], beta), hint) for _, hint in rounded(found[0], alpha)),
     ]
     otherwise = "the line does not go through the mean of all points"
     hint = first_slip(found, slips, otherwise)
@@ -172,10 +189,9 @@ def peak_of_parabola(function: Callable[[float, float, float], object]) -> None:
         ),
         ((before - after) / 2, "that is the slope: how strongly is it curved?"),
         ((after - before) / 2, "that is the slope: how strongly is it curved?"),
-        *(
-            (top.round(k), "it is right, but rounded: return all digits")
-            for k in (2, 3)
-        ),
+        (top + 1, "count from the middle value, not from the one before"),
+        (0.9 + 0 * top, "that is how high the top is; where does it lie?"),
+        *rounded(found, top),
     ]
     hint = first_slip(found, slips, "the top of an exact parabola is not found")
     report(
@@ -187,124 +203,5 @@ def peak_of_parabola(function: Callable[[float, float, float], object]) -> None:
                 "equal neighbours must give 0",
             ),
             ("exact for parabolas", near(found, top), hint),
-        ],
-    )
-
-
-def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
-    """Check a correlation map of the reader's own."""
-    rng = np.random.default_rng(26)
-    search = rng.integers(0, 256, (9, 12)).astype(float)
-    template = search[2:5, 6:11].copy()  # 3 x 5
-    expected = _map(template, search)
-    found = call(function, template, search, shape=expected.shape)
-    gained = call(function, 0.5 * template + 60, search, shape=expected.shape)
-    t = template - template.mean()
-    w = sliding_window_view(search - search.mean(), template.shape)
-    whole = np.einsum("ijkl,kl->ij", w, t)
-    whole = whole / np.sqrt(np.einsum("ijkl,ijkl->ij", w, w) * np.sum(t * t))
-    w = w - w.mean(axis=(2, 3), keepdims=True)
-    one_sum = np.sum(w * t, axis=(2, 3)) / np.sqrt(np.sum(w**2 * t**2, axis=(2, 3)))
-    slips = [
-        (_map(template, search, centred=False), "subtract the mean from each window"),
-        (_map(template, search, divided=False), "divide by the two contrasts"),
-        (expected**2, "that is r squared"),
-        (-expected, "the sign is reversed"),
-        (
-            whole,
-            "subtract the mean of each window, not that of the whole search window",
-        ),
-        (one_sum, "sum the squares of each window first, and multiply then"),
-        (expected[::-1, ::-1], "the template is turned by 180 degrees"),
-    ]
-    hint = first_slip(found, slips, "r is not that of the window at this place")
-    place = np.unravel_index(np.argmax(found), found.shape)
-    report(
-        "correlation_map",
-        [
-            (
-                "highest where the template was cut out",
-                place == (2, 6),
-                "element [i, j] belongs to the window whose top left is search[i, j]",
-            ),
-            ("every r as defined", near(found, expected, 1e-9), hint),
-            (
-                "no gain or offset matters",
-                near(found, gained, 1e-9),
-                "a gain and an offset of the template change it",
-            ),
-        ],
-    )
-
-
-def _map(
-    template: np.ndarray, search: np.ndarray, centred: bool = True, divided: bool = True
-) -> np.ndarray:
-    """By Einstein's sum over all windows: another way than the solution's."""
-    windows = sliding_window_view(search, template.shape)
-    t = template - template.mean() * centred
-    w = windows - windows.mean(axis=(2, 3), keepdims=True) * centred
-    r = np.einsum("ijkl,kl->ij", w, t)
-    if divided:
-        r = r / np.sqrt(np.einsum("ijkl,ijkl->ij", w, w) * np.sum(t * t))
-    return r
-
-
-def search_width(function: Callable[[int, np.ndarray, np.ndarray], object]) -> None:
-    """Check the width of a search window that holds the match and its neighbours."""
-    cases = [  # template, left, right, shift
-        (19, (332, 1063), (268, 1049), 64),
-        (21, (100, 200), (112, 170), 30),
-        (11, (50, 60), (50, 60), 0),
-        (7, (40, 80), (57, 81), 17),
-    ]
-    answers = np.array(
-        [
-            call(function, w, np.array(left), np.array(right), shape=())
-            for w, left, right, _ in cases
-        ]
-    )
-    template, largest = np.array([(w, shift) for w, _, _, shift in cases]).T
-    expected = template + 2 * largest + 2
-    signed = np.array([np.max(np.subtract(b, a)) for _, a, b, _ in cases])
-    late = np.abs(signed)
-    sums = np.array([np.sum(np.abs(np.subtract(b, a))) for _, a, b, _ in cases])
-    along = np.array([abs(b[0] - a[0]) for _, a, b, _ in cases])
-    far = np.array([np.hypot(*np.subtract(b, a)) for _, a, b, _ in cases])
-    slips = [
-        (
-            expected - 2,
-            "the match lies on the border: its neighbours need a pixel more",
-        ),
-        (
-            template + 2 * largest + 1,
-            "the width is even: a pixel is missing on one side",
-        ),
-        (template + largest, "the window reaches out on both sides"),
-        (template + largest + 1, "the window reaches out on both sides"),
-        (template + largest + 2, "the window reaches out on both sides"),
-        (2 * largest + 2, "the template itself needs room, too"),
-        (2 * largest + 3, "the template itself needs room, too"),
-        (template + 2 * signed + 2, "a shift may be negative"),
-        (
-            template + 2 * late + 2,
-            "sizes first, then the largest: shifts may be negative",
-        ),
-        (
-            template + 2 * sums + 2,
-            "the window is square: the larger shift, not their sum",
-        ),
-        (template + 2 * along + 2, "rows may differ more than columns"),
-        (
-            template + 2 * np.ceil(far) + 2,
-            "the window is square: take the larger shift",
-        ),
-    ]
-    hint = first_slip(answers, slips, "the width is not the smallest that does")
-    report(
-        "search_width",
-        [
-            ("odd", bool(np.all(answers % 2 == 1)), "the width must be odd"),
-            ("smallest that holds the match", near(answers, expected), hint),
         ],
     )

@@ -72,7 +72,7 @@ def arrows() -> None:
     left.set(xticks=[], title="four windows of three pixels")
     left.grid(False)
     colours = (basic.BLUE, basic.ORANGE, basic.RED, basic.GREEN)
-    places = {"a": (12, 16), "0.6 a + 80": (-10, 8), "255 − a": (0, -18), "b": (-14, 8)}
+    places = {"a": (8, 6), "0.6 a + 80": (-56, -8), "255 − a": (0, -18), "b": (-8, 6)}
     for (name, window), colour in zip(named.items(), colours):
         tip = np.array([axis @ (window - window.mean()) for axis in across])
         wide = 7 if name.startswith("0.6") else 2.6
@@ -91,9 +91,7 @@ def arrows() -> None:
     ax.text(19 * np.cos(middle) - 3, 19 * np.sin(middle) - 3, r"$\theta$", fontsize=17)
     ax.plot(0, 0, "o", color=basic.BLACK)
     ax.set(xlim=(-75, 75), ylim=(-62, 68), aspect="equal")
-    ax.set(
-        xlabel="grey values", ylabel="grey values", title="the same, means taken off"
-    )
+    ax.set(xlabel="grey values", ylabel="grey values", title="means taken off: a plane")
     basic.show(
         fig,
         "Left, four windows of three grey values. Right, the same windows with their"
@@ -188,7 +186,7 @@ def templates(
         middle, around = r[1:-1, 1:-1], np.lib.stride_tricks.sliding_window_view
         summits = middle >= around(r, (3, 3)).max(axis=(2, 3))
         said.append(f"{size} px: {np.sum(summits & (middle > 0.6))}")
-        where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2) - 0.02, 0.54, 0.54)
+        where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2), 0.54, 0.51)
         space: Look = {
             "projection": "3d",
             "computed_zorder": False,
@@ -197,10 +195,12 @@ def templates(
         ax: Any = fig.add_axes(where, **space)
         ax.view_init(elev=34, azim=-62)
         draw_surface(ax, r, label=False)
-        ax.set(xlabel="", ylabel="", zlabel="r")
         ax.set(xticklabels=[], yticklabels=[], zticklabels=[])
+        for axis, name in zip((ax.xaxis, ax.yaxis, ax.zaxis), ("columns", "rows", "r")):
+            axis.labelpad = -14
+            axis.set_label_text(name, fontsize=13)
         ax.set_box_aspect((1, 1, 0.8), zoom=0.98)
-        fig.text(where[0] + 0.05, where[1] + 0.47, f"{size} × {size} px", fontsize=15)
+        fig.text(where[0] + 0.05, where[1] + 0.44, f"{size} × {size} px", fontsize=15)
     basic.show(
         fig,
         "Landscapes of r over the shift, 30 px to each side, for four widths of the"

@@ -28,10 +28,9 @@ def summit(r: ArrayLike) -> None:
     fig, ax = plt.subplots(figsize=(10, 3.6))
     ax.plot(t, values[1] + slope * t - bend * t**2 / 2, "--", label="parabola")
     ax.plot((-1, 0, 1), values, "o", color=basic.BLACK, ms=12, label="r, computed")
-    offsets = (9, -16), (9 if slope < 0 else -30, -16), (12, 4)  # beside the lines
-    for name, value, offset in zip((-1, 0, 1), values, offsets):
-        ax.annotate(f"$r_{{{name:+d}}}$" if name else "$r_0$", (name, value), offset,
-                    textcoords="offset points", fontsize=16)  # fmt: skip
+    beside: Look = {"textcoords": "offset points", "fontsize": 16, "ha": "right"}
+    for at, name, value in zip((-1, 0, 1), ("-1", "0", "+1"), values):
+        ax.annotate(f"$r_{{{name}}}$", (at, value), (-12, -20 * (at == 0)), **beside)
     ax.axvline(slope / bend, color=basic.RED, linestyle=":", label="top, $t$ = ?")
     ax.set(xlabel="shift (px)", ylabel="r", xticks=(-1, 0, 1), xlim=(-1.3, 2.1))
     ax.legend(loc="upper right")
@@ -110,7 +109,7 @@ def depths(
     basic.show(
         fig,
         "The left photo with points coloured by disparity, measured and true: in both"
-        " the front wheel and the engine are near, the shelves behind them far; single"
-        " measured points have quite another colour than their neighbours.",
+        " the front wheel and the engine are near, the shelves behind them far. As"
+        " measured, the motorcycle is broader, and gaps between its parts are closed.",
         colours=256,
     )

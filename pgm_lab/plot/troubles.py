@@ -82,7 +82,7 @@ def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
         column[2].plot(*(true - middle), "wo", mfc="none", ms=15, mew=2.5)
         column[0].set_title(name, fontsize=13, loc="center")
     plt.setp(axes, xticks=[], yticks=[])
-    for ax, text in zip(axes[:, 0], ("template", "search window", "r by shift")):
+    for ax, text in zip(axes[:, 0], ("template", "search window", "r, ± 30 px")):
         ax.set_ylabel(text, fontsize=14)
     fig.colorbar(drawn, ax=axes[2], label="r")
     basic.show(
@@ -115,18 +115,18 @@ def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> No
     if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
         raise ValueError("right must hold True or False for each point")
     good = flags == 1
-    fig, ax = plt.subplots(figsize=(5.0, 2.4))
-    ax.imshow(photo, alpha=0.6)
-    looks = ((good, "o", basic.SKY, "right"), (~good, "X", basic.RED, "wrong"))
-    for chosen, mark, colour, name in looks:
+    fig, ax = plt.subplots(figsize=(6, 4.4))
+    ax.imshow(photo, alpha=0.7)
+    looks = ((good, "o", basic.SKY, "right", 4), (~good, "X", basic.RED, "wrong", 9))
+    for chosen, mark, colour, name, size in looks:
         label = f"{name}, {100 * np.mean(chosen):.0f} %"
         look: Look = {"color": colour, "linestyle": "none", "label": label}
-        ax.plot(*places[chosen].T, mark, markersize=7, markeredgecolor="black", **look)
+        ax.plot(*places[chosen].T, mark, ms=size, mec="black", mew=0.7, **look)
     ax.set_axis_off()
     fig.legend(loc="outside lower center", ncols=2, fontsize=14)
     basic.show(
         fig,
         f"The left photo with {len(places)} accepted points. {np.sum(~good)} are wrong,"
-        " and they line the edges of the motorcycle, where the depth changes.",
+        " and most line the edges of things, where the depth changes.",
         colours=128,
     )

@@ -5,7 +5,7 @@ import pytest
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pgm_lab import ncc
-from pgm_lab.checks import CheckFailed, chapter2
+from pgm_lab.checks import CheckFailed, _maps, chapter2
 
 FIVE = chapter2.FIVE
 R = np.corrcoef(FIVE[:, :4].ravel(), FIVE[:, 1:].ravel())[0, 1]
@@ -89,6 +89,10 @@ def two_kinds_of_sd(a, b):
         (two_kinds_of_sd, "n − 1"),
         (lambda a, b: ncc.correlation(a, b) * a.size, "the other a sum"),
         (lambda a, b: round(ncc.correlation(a, b), 2), "rounded"),
+        (lambda a, b: np.float32(ncc.correlation(a, b)), "single precision"),
+        (lambda a, b: -ncc.correlation(a, b), "sign is reversed"),
+        (lambda a, b: np.arccos(ncc.correlation(a, b)), "that is the angle"),
+        (lambda a, b: np.degrees(np.arccos(ncc.correlation(a, b))), "is the angle"),
         (lambda a, b: round(ncc.correlation(a, b), 5), "rounded"),
         (lambda a, b: a * b, "must return one number here; got an array"),
         (lambda a, b: 0.5, "must give 1 or −1"),
@@ -156,6 +160,10 @@ def beta(x, y):
             "first row",
         ),
         (lambda x, y: line(x[0], y[0]), "through the mean"),
+        (lambda x, y: (round(line(x, y)[0]), beta(x, y)), "rounded"),
+        (lambda x, y: (round(line(x, y)[0], 2), beta(x, y)), "rounded"),
+        (lambda x, y: np.round(line(x, y), 3), "rounded"),
+        (lambda x, y: np.float32(line(x, y)), "single precision"),
     ],
 )
 def test_slip_in_the_line_is_named(function, hint):
@@ -173,6 +181,9 @@ def test_slip_in_the_line_is_named(function, hint):
         (lambda a, b, c: (a - c) / (2 * (a - b + c)), "counts twice"),
         (lambda a, b, c: (c - a) / 2, "that is the slope"),
         (lambda a, b, c: round(parabola(a, b, c), 2), "rounded"),
+        (lambda a, b, c: np.float32(parabola(a, b, c)), "single precision"),
+        (lambda a, b, c: parabola(a, b, c) + 1, "from the middle value"),
+        (lambda a, b, c: b + parabola(a, b, c) * (c - a) / 4, "how high the top is"),
         (lambda a, b, c: (b - a) / (c - b), "equal neighbours must give 0"),
         (lambda a, b, c: 0.0, "exact parabola is not found"),
         (lambda a, b, c: None, "returns nothing"),
@@ -201,18 +212,39 @@ def one_sum(template, search):
 
 
 def cosines(template, search):
-    return chapter2._map(template, search, centred=False)
+    return _maps.map_of(template, search, centred=False)
+
+
+def filled(rows, columns):
+    """A map of which only these rows and columns are filled."""
+
+    def function(template, search):
+        r = np.zeros(np.subtract(search.shape, template.shape) + 1)
+        r[rows, columns] = correlation_map(template, search)[rows, columns]
+        return r
+
+    return function
 
 
 @pytest.mark.parametrize(
     ("function", "hint"),
     [
+        (filled(slice(0), slice(0)), "all zeros. Your turn!"),
+        (filled(slice(1), slice(1)), r"only r\[0, 0\] is filled"),
+        (filled(slice(1), slice(None)), "only the first row"),
+        (filled(slice(None), slice(1)), "only the first column"),
+        (filled(slice(-1), slice(-1)), "is still 0"),
+        (filled(slice(-1), slice(None)), "is still 0"),
+        (filled(slice(None), slice(-1)), "is still 0"),
+        (lambda t, s: np.abs(correlation_map(t, s)), "has a sign"),
+        (lambda t, s: correlation_map(t, s).round(2), "rounded"),
+        (lambda t, s: correlation_map(t, s).astype(np.float32), "single precision"),
         (cosines, "subtract the mean from each"),
         (
-            lambda t, s: chapter2._map(t, s, divided=False),
+            lambda t, s: _maps.map_of(t, s, divided=False),
             "divide by the two contrasts",
         ),
-        (lambda t, s: chapter2._map(t, s, divided=False), "a gain and an offset"),
+        (lambda t, s: _maps.map_of(t, s, divided=False), "a gain and an offset"),
         (lambda t, s: correlation_map(t, s) ** 2, "r squared"),
         (lambda t, s: -correlation_map(t, s), "sign is reversed"),
         (lambda t, s: correlation_map(t, s)[::-1, ::-1], "180 degrees"),
@@ -234,7 +266,7 @@ def test_map_of_the_check_is_that_of_the_package():
     search = rng.uniform(0, 9, (11, 8))
     expected = ncc.correlation_map(search[4:8, 2:5], search)
     np.testing.assert_allclose(
-        chapter2._map(search[4:8, 2:5], search), expected, atol=1e-6
+        _maps.map_of(search[4:8, 2:5], search), expected, atol=1e-6
     )
 
 
@@ -250,7 +282,9 @@ def test_map_of_the_check_is_that_of_the_package():
         (lambda w, a, b: w + 2 * np.ceil(np.hypot(*(b - a))) + 2, "larger shift"),
         (lambda w, a, b: w + 2 * abs(np.max(b - a)) + 2, "sizes first"),
         (lambda w, a, b: w + 2 * np.sum(np.abs(b - a)) + 2, "not their sum"),
-        (lambda w, a, b: size(w, a, b) + 2, "not the smallest"),
+        (lambda w, a, b: size(w, a, b) + 2, "could be smaller"),
+        (lambda w, a, b: w + 2 * np.min(np.abs(b - a)) + 2, "no place of the search"),
+        (lambda w, a, b: w + 2 * abs(b[1] - a[1]) + 2, "columns may differ more"),
     ],
 )
 def test_slip_in_the_search_size_is_named(function, hint):
