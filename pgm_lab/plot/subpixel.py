@@ -110,6 +110,6 @@ def depths(
         fig,
         "The left photo with points coloured by disparity, measured and true: in both"
         " the front wheel and the engine are near, the shelves behind them far. As"
-        " measured, the motorcycle is broader, and gaps between its parts are closed.",
+        " measured, the gap between engine and fork, blue in truth, is partly closed.",
         colours=256,
     )
