@@ -79,7 +79,11 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
     if not isinstance(alt, str) or not alt.strip():
         raise ValueError("alt must say in words what the figure shows")
     buffer = io.BytesIO()
-    fig.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    # what is encoded once more needs no effort the first time
+    effort = {} if colours is None else {"compress_level": 1}
+    fig.savefig(
+        buffer, format="png", dpi=dpi, metadata={"Software": None}, pil_kwargs=effort
+    )
     plt.close(fig)
     if colours is not None:
         few = Image.open(buffer).convert("RGB")
