@@ -62,6 +62,13 @@ def project(function: Callable[..., object]) -> None:
     }
     otherwise = "the points are not imaged there"
     holds, hint = compare(function, cases, right, slips, otherwise)
+    behind = PHOTO, POINTS + (0, 0, 300), 35.0
+    try:
+        unsigned = near(call(function, *behind, shape=(4, 2)), -right(*behind))
+    except CheckFailed:  # to refuse what is behind the camera is right, too
+        unsigned = False
+    if holds and unsigned:
+        holds, hint = False, "W keeps its sign: it is positive behind the camera"
     report("project", [("one row a point, on its ray", holds, hint)])
 
 
@@ -157,6 +164,12 @@ def resection(function: Callable[..., object]) -> None:
     """Check the reader's resection(start, image, points, c): exterior and sd."""
     noise = np.random.default_rng(2).normal(0, 0.003, (5, 2))
     image = collinearity.project(TRUTH, GROUND, 35.0) + noise
+    of_example = _names(function) & {"image_mm", "ground_m", 152.916}
+    if of_example:
+        raise CheckFailed(
+            "resection takes its photo, points and c from its arguments image, points"
+            f" and c, not from the example: {', '.join(map(str, of_example))}"
+        )
     try:
         found = call(function, START, image, GROUND, 35.0, shape=(2, 6))
     except CheckFailed as failed:
@@ -196,6 +209,16 @@ def resection(function: Callable[..., object]) -> None:
     )
 
 
+def _names(function: Callable) -> set:
+    """Names and constants that a function and the functions within it use."""
+    codes, found = [getattr(function, "__code__", None)], set()
+    while codes:
+        code = codes.pop()
+        found |= {*getattr(code, "co_names", ()), *getattr(code, "co_consts", ())}
+        codes += [c for c in getattr(code, "co_consts", ()) if hasattr(c, "co_names")]
+    return found
+
+
 def _why_stopped(said: str) -> str:
     """What follows the name resection in the feedback, if the reason is known."""
     if "NoneType" in said or "at least one array" in said:
@@ -204,7 +227,8 @@ def _why_stopped(said: str) -> str:
         )
     if any(word in said for word in ("llipsis", "A must be", "observed must be")):
         return ": A, missing or sd is still `...`. Your turn!"
-    if "not callable" in said or "must be a function" in said:
+    no_function = "not callable", "must be a function", "positional argument"
+    if any(words in said for words in no_function):
         return (
             ": derivatives asks for a function, which it calls itself: begin with"
             " `lambda e:`, and write e in the place of exterior."

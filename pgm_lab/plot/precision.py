@@ -35,8 +35,10 @@ def steps(size: ArrayLike, error: ArrayLike) -> None:
     fig, ax = plt.subplots(figsize=(7, 4.2))
     ax.plot(size, error, "o-", color=basic.BLUE, label="error")
     best = int(np.argmin(error))
-    ax.plot(size[best], error[best], "D", color=basic.RED, markersize=12, zorder=4)
+    mark: basic.Look = {"color": basic.RED, "markersize": 12, "zorder": 4}
+    ax.plot(size[best], error[best], "D", label="smallest", **mark)
     ax.set(xscale="log", yscale="log", xlabel="step (rad)", ylabel="relative error")
+    ax.legend(loc="upper center")
     valley = size[error < 1e-8] if np.any(error < 1e-8) else size[[best]]
     basic.show(
         fig,

@@ -61,6 +61,8 @@ def one_ray() -> None:
         (small[-1], "    image point $(x, y)$", basic.RED, "left"),
         (steps[-1], "  object point $(X, Y, Z)$", basic.BLUE, "left"),
         (centre + 0.74 * (small[1] - centre), " $c$", basic.BLACK, "left"),
+        ((small[1] + small[2]) / 2 - (0, 0, 0.16), "$x$", basic.BLACK, "center"),
+        ((small[2] + small[3]) / 2 - (0, 0, 0.1), "  $y$", basic.BLACK, "left"),
         ((small[1] + steps[1]) / 2, "$W$  ", basic.BLUE, "right"),
         ((steps[1] + steps[2]) / 2 - (0, 0, 0.14), "$U$", basic.BLUE, "center"),
         ((steps[2] + steps[3]) / 2 - (0, 0, 0.08), "  $V$", basic.BLUE, "left"),

@@ -18,6 +18,14 @@ def image(M_of=lambda e: rotation.matrix(*e[3:]), sign=-1, origin=True):
     return projected
 
 
+image_mm, ground_m = np.ones((5, 2)), np.ones((5, 3))  # as the example's are named
+
+
+def unsigned(exterior, points, c):
+    U, V, W = rotation.matrix(*exterior[3:]) @ (points - exterior[:3]).T
+    return c * np.column_stack([U, V]) / np.abs(W)[:, None]
+
+
 def transposed(exterior):
     return rotation.matrix(*exterior[3:]).T
 
@@ -109,6 +117,7 @@ def test_right_answers_pass(capsys):
         (lambda e, p, c: image()(e, p, c)[:, ::-1], "x and y are exchanged"),
         (lambda e, p, c: image()(e, p, c) * (1, -1), "y points up"),
         (lambda e, p, c: image()(e, p, c) / c, "principal distance is missing"),
+        (unsigned, "W keeps its sign"),
         (lambda e, p, c: image()(e, p, c).T, "must return shape"),
         (lambda e, p, c: image()(e, p, c) + 0.1, "are not imaged there"),
         (lambda e, p, c: None, "returns nothing yet"),
@@ -211,6 +220,10 @@ def test_whole_numbers_are_moved_as_well():
         (lambda *a: loop(*a, steps=2), "comes near, but does not arrive"),
         (lambda *a: loop(*a, column=False), "np.ravel makes it of a table"),
         (lambda *a: textbook.derivatives(np.ones(3), a[0]), "asks for a function"),
+        (lambda *a: textbook.derivatives(textbook.project, a[0]), "asks for a functi"),
+        (lambda *a: loop(a[0], image_mm, *a[2:]), "not from the example: image_mm"),
+        (lambda *a: loop(*a[:2], (lambda: ground_m)(), a[3]), "example: ground_m"),
+        (lambda *a: loop(*a[:3], 152.916), "not from the example: 152.916"),
         (lambda *a: loop(*a, out=np.degrees), "asked for in radians"),
         (lambda *a: loop(*a, sd_of=lambda s, Q: np.sqrt(np.diag(Q))), "by sigma0"),
         (
