@@ -51,18 +51,18 @@ def one_ray() -> None:
     ax.plot(*steps[-1], "s", color=basic.BLUE, markersize=9, zorder=6)
     ax.plot(*small[1], "+", color=basic.BLACK, markersize=14, mew=2.5, zorder=6)
     for at, words, colour, where in (
-        (centre, "perspective centre\n$(X_0, Y_0, Z_0)$", basic.BLACK, "right"),
+        (centre, "perspective centre   \n$(X_0, Y_0, Z_0)$  ", basic.BLACK, "right"),
         (
             small[1] + 0.2 * (steps[1] - small[1]),
-            "principal point",
+            "principal point  ",
             basic.BLACK,
             "right",
         ),
         (small[-1], "    image point $(x, y)$", basic.RED, "left"),
         (steps[-1], "  object point $(X, Y, Z)$", basic.BLUE, "left"),
         (centre + 0.74 * (small[1] - centre), " $c$", basic.BLACK, "left"),
-        ((small[1] + small[2]) / 2 - (0, 0, 0.16), "$x$", basic.BLACK, "center"),
-        ((small[2] + small[3]) / 2 - (0, 0, 0.1), "  $y$", basic.BLACK, "left"),
+        ((small[1] + small[2]) / 2 - (0, 0, 0.3), "$x$", basic.BLACK, "center"),
+        ((small[2] + small[3]) / 2 - (0, 0, 0.34), "$y$", basic.BLACK, "center"),
         ((small[1] + steps[1]) / 2, "$W$  ", basic.BLUE, "right"),
         ((steps[1] + steps[2]) / 2 - (0, 0, 0.14), "$U$", basic.BLUE, "center"),
         ((steps[2] + steps[3]) / 2 - (0, 0, 0.08), "  $V$", basic.BLUE, "left"),
