@@ -215,6 +215,8 @@ def unit(function: Callable) -> None:
         (20.0, 30.0, 40.0),  # far from the unit matrix in degrees, too
         (0.02, 0.01, 0.03),  # near the unit matrix in radians, too
         (0.7, 0.0, 0.0),  # the first row and column know nothing of it
+        (0.0, 0.7, 0.0),  # nor the second of this
+        (0.0, 0.0, 0.7),  # nor the third of this
         (7.342387, -30.0, 20.0),  # the sums of both matrices agree to 1e-6
     ]:
         for name, angle in (("degrees", np.radians(attitude)), ("radians", attitude)):

@@ -311,6 +311,8 @@ def nearly_unit(attitude, printed):
         (nearer(lambda D: abs(D.sum())), "at angles of 7.342387, -30.0, 20.0"),
         (nearer(lambda D: abs(D[0, 0])), "at angles of 0.7, 0.0, 0.0"),
         (nearer(lambda D: abs(D[2, 0])), "at angles of 0.7, 0.0, 0.0"),
+        (nearer(lambda D: abs(D[1, 1])), "at angles of 0.0, 0.7, 0.0"),
+        (nearer(lambda D: abs(D[2, 2])), "at angles of 0.0, 0.0, 0.7"),
         (lambda a, M: "gon", 'must be "degrees" or "radians"'),
         (lambda a, M: None, "returns nothing yet"),
         (lambda a, M: 1 / 0, "stopped with ZeroDivisionError"),
