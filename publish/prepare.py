@@ -13,6 +13,8 @@ MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
 # What `checks.own` says: a hall need not know whose program drew
 OWN = re.compile(r"^\w+: the book's own\..*\n?", re.MULTILINE)
 HEADING = re.compile(r"#+ .*\n*")  # the first line of a text
+# An exercise that follows the text of its slide: it is worked on alone
+EXERCISE = re.compile(r"\n+### Exercise .*", re.DOTALL)
 
 Audience = Literal["lecturer", "student"]
 
@@ -55,9 +57,11 @@ def for_slides(
 
 
 def _finished(slide: list[NotebookNode]) -> list[NotebookNode]:
-    """Return a slide with its title, without a reader's minutes, verdicts on cards."""
+    """Return a slide with its title, without what is for reading alone; with cards."""
     for cell in slide:
         cell.source = MINUTES.sub(r"\1", cell.source)
+        if cell.cell_type == "markdown":
+            cell.source = EXERCISE.sub("", cell.source)
         for output in cell.get("outputs", []):
             if output.output_type == "stream":
                 output.text = OWN.sub("", output.text)

@@ -290,6 +290,19 @@ def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, monkeypatch, c
         assert f"{name}.ipynb, slide 2" in message and "'Run this'" in message
 
 
+@pytest.mark.parametrize("name", CHAPTERS)
+def test_what_every_deck_says_is_fit_for_a_hall(name):
+    path = CHAPTERS[name]
+    made = for_slides(nbformat.read(path, as_version=4), "lecturer", path.stem)
+    assert not form_of(path) or wording.problems(made.cells) == []
+
+
+def test_an_exercise_that_ends_a_text_is_left_to_the_reader():
+    whole = "## Two\n\nAn idea.\n\n### Exercise 1.2 · Do it\n\nWrite it."
+    (slide,) = slides(text(whole, "slide"))
+    assert sources(slide) == ["## Two\n\nAn idea."]
+
+
 def test_the_skeleton_is_fit_for_a_hall(lesson):
     notebook = nbformat.read(lesson, as_version=4)
     assert wording.problems(for_slides(notebook, "lecturer", lesson.stem).cells) == []
