@@ -62,9 +62,11 @@ def _finished(slide: list[NotebookNode]) -> list[NotebookNode]:
         cell.source = MINUTES.sub(r"\1", cell.source)
         if cell.cell_type == "markdown":
             cell.source = EXERCISE.sub("", cell.source)
-        for output in cell.get("outputs", []):
+        for output in list(cell.get("outputs", [])):
             if output.output_type == "stream":
                 output.text = OWN.sub("", output.text)
+                if not output.text:
+                    cell.outputs.remove(output)
     return verdicts.as_cards(titled(slide[0]) + slide[1:])
 
 

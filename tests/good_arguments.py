@@ -687,7 +687,7 @@ FUNCTIONS = {
         ax=axes(), origin=(0.0, 0), x_end=(1.0, 0), y_end=(0.0, 1)
     ),
     "plot.pixel_on_ground": lambda: dict(ortho=datasets.yellowstone()),
-    "plot.bundle.lens_curve": lambda: dict(result=adjusted(), r_max=10.0),
+    "plot.bundle.lens_curve": lambda: dict(result=adjusted(), rho_max=10.0),
     "plot.bundle.residual_vectors": lambda: dict(
         result=adjusted(), photo=1, magnify=100.0, critical=3.0
     ),

@@ -20,7 +20,7 @@ from pgm_lab.camera import imaging
 DEFECTS = {
     "sign": "A3 with the sign turned, as (M 2.89): its parameters run the wrong way",
     "short": "columns of c, x0, y0 without the lens, as (M 2.89)",
-    "r": "r where r^2 belongs in the columns of P1 and P2: (M 2.89), not the listing",
+    "rho": "rho where rho^2 belongs in the columns of P1, P2: (M 2.89) alone",
     "rows": "A3 takes row j of the table of image points for point j, in every photo",
     "x/c": "the misclosure carries x/c and y/c besides",
     "centre twice": "the misclosure takes x0 and y0 off twice",
@@ -32,7 +32,7 @@ DEFECTS = {
     "redundancy": "observations - 6m - 3n: without ten parameters and seven conditions",
     "ten places": "accuracies of the points are read ten places too early",
 }
-PROGRAM = tuple(name for name in DEFECTS if name not in ("r", "pinv of NumPy"))
+PROGRAM = tuple(name for name in DEFECTS if name not in ("rho", "pinv of NumPy"))
 
 State = tuple[np.ndarray, np.ndarray, np.ndarray]  # interior, exteriors, points
 
@@ -205,9 +205,9 @@ def design(
     if "short" in defects:
         A3[..., 0] = reduced / interior[0]
         A3[..., 1:3] = np.eye(2)
-    if "r" in defects:
-        r = np.hypot(*reduced.T)
-        A3[:, [0, 1], [6, 7]] += (r**2 - r)[:, None]
+    if "rho" in defects:
+        rho = np.hypot(*reduced.T)
+        A3[:, [0, 1], [6, 7]] += (rho**2 - rho)[:, None]
     if "sign" in defects:
         A3 = -A3
     return dense.design(A1, A3, A2, photo, point, len(exteriors), len(points))

@@ -1,6 +1,6 @@
 """What the lens does to an image: radial, decentring, affine; and how well it is known.
 
-x, y are reduced to the principal point, in mm, and r^2 = x^2 + y^2. The three parts
+x, y are reduced to the principal point, in mm, and rho^2 = x^2 + y^2. The three parts
 together are the displacement (dx, dy) of `pgm_lab.camera`, which says in which
 direction it is applied: with lens "backward" it is a correction of what was measured.
 """
@@ -16,7 +16,7 @@ PARAMETERS_OF = {"radial": ("K1", "K2", "K3"), "decentring": ("P1", "P2")}
 
 
 def radial(camera: Camera, image: ArrayLike) -> np.ndarray:
-    """Radial displacement dr = K1 r^3 + K2 r^5 + K3 r^7 from the principal point.
+    """Radial displacement drho = K1 rho^3 + K2 rho^5 + K3 rho^7, away from the centre.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def radial(camera: Camera, image: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray (..., 2)
-        (dx, dy) = (x, y) dr / r, in mm.
+        (dx, dy) = (x, y) drho / rho, in mm.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def radial(camera: Camera, image: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    (M 2.46) to (M 2.50). As printed, (M 2.46) moves both axes by dr.
+    (M 2.46) to (M 2.50). As printed, (M 2.46) moves both axes by drho.
 
     Examples
     --------
@@ -45,14 +45,14 @@ def radial(camera: Camera, image: ArrayLike) -> np.ndarray:
     """
     _validate.instance(camera, Camera, "camera")
     xy = _validate.points(image, 2, "image")
-    r2 = np.sum(xy**2, axis=-1, keepdims=True)
-    return xy * (camera.K1 * r2 + camera.K2 * r2**2 + camera.K3 * r2**3)
+    rho2 = np.sum(xy**2, axis=-1, keepdims=True)
+    return xy * (camera.K1 * rho2 + camera.K2 * rho2**2 + camera.K3 * rho2**3)
 
 
 def decentring(camera: Camera, image: ArrayLike) -> np.ndarray:
     """Displacement by lenses whose centres do not lie on one line.
 
-    dx = P1 (r^2 + 2 x^2) + 2 P2 x y and dy = P2 (r^2 + 2 y^2) + 2 P1 x y.
+    dx = P1 (rho^2 + 2 x^2) + 2 P2 x y and dy = P2 (rho^2 + 2 y^2) + 2 P1 x y.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def decentring(camera: Camera, image: ArrayLike) -> np.ndarray:
     """
     _validate.instance(camera, Camera, "camera")
     x, y = np.moveaxis(_validate.points(image, 2, "image"), -1, 0)
-    r2, P1, P2 = x**2 + y**2, camera.P1, camera.P2
-    dx = P1 * (r2 + 2 * x**2) + 2 * P2 * x * y
-    dy = P2 * (r2 + 2 * y**2) + 2 * P1 * x * y
+    rho2, P1, P2 = x**2 + y**2, camera.P1, camera.P2
+    dx = P1 * (rho2 + 2 * x**2) + 2 * P2 * x * y
+    dy = P2 * (rho2 + 2 * y**2) + 2 * P1 * x * y
     return np.stack([dx, dy], axis=-1)
 
 
@@ -121,18 +121,19 @@ def affinity(camera: Camera, image: ArrayLike) -> np.ndarray:
 
 
 def profile(
-    result: Bundle, r: ArrayLike, kind: str = "radial", camera: int = 0
+    result: Bundle, rho: ArrayLike, kind: str = "radial", camera: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Distortion at a radius, and its standard deviation from all covariances.
 
     Parameters
     ----------
     result : bundle.Bundle
-    r : array_like (n,)
+    rho : array_like (n,)
         Distance from the principal point, in mm.
     kind : {"radial", "decentring"}
-        K1 r^3 + K2 r^5 + K3 r^7, or the profile sqrt(P1^2 + P2^2) r^2; a point is moved
-        by this much at right angles to the axis of the decentring, three times on it.
+        K1 rho^3 + K2 rho^5 + K3 rho^7, or the profile sqrt(P1^2 + P2^2) rho^2; a point
+        is moved by this much at right angles to the axis of the decentring, three times
+        on it.
     camera : int
         Index of the camera.
 
@@ -167,17 +168,17 @@ def profile(
     _validate.instance(result, Bundle, "result")
     camera = _validate.whole(camera, "camera", 0, len(result.cameras) - 1)
     names = PARAMETERS_OF[_validate.choice(kind, "kind", tuple(PARAMETERS_OF))]
-    r = _validate.of_shape(r, (None,), "r")[:, None]
+    rho = _validate.of_shape(rho, (None,), "rho")[:, None]
     lens = result.cameras[camera]
     if kind == "radial":
-        by_parameters = r ** (3, 5, 7)
+        by_parameters = rho ** (3, 5, 7)
         distortion = by_parameters @ [lens.K1, lens.K2, lens.K3]
     else:
         P = np.array([lens.P1, lens.P2])
         size = np.hypot(*P)
         direction = P / size if size else np.zeros(2)
-        by_parameters = r**2 * direction
-        distortion = size * r[:, 0] ** 2
+        by_parameters = rho**2 * direction
+        distortion = size * rho[:, 0] ** 2
     place = places(result, camera)
     kept = [i for i, name in enumerate(names) if name in place]
     rows = [place[names[i]] for i in kept]

@@ -54,10 +54,10 @@ def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
         )
     _, x0, y0, K1, K2, K3, P1, P2, b1, b2 = camera
     x, y = xy[:, 0] - x0, xy[:, 1] - y0
-    r2 = x**2 + y**2
-    radial = K1 * r2 + K2 * r2**2 + K3 * r2**3
-    dx = x * radial + P1 * (r2 + 2 * x**2) + 2 * P2 * x * y + b1 * x + b2 * y
-    dy = y * radial + P2 * (r2 + 2 * y**2) + 2 * P1 * x * y
+    rho2 = x**2 + y**2
+    radial = K1 * rho2 + K2 * rho2**2 + K3 * rho2**3
+    dx = x * radial + P1 * (rho2 + 2 * x**2) + 2 * P2 * x * y + b1 * x + b2 * y
+    dy = y * radial + P2 * (rho2 + 2 * y**2) + 2 * P1 * x * y
     return np.column_stack([x + dx, y + dy])
 
 

@@ -28,10 +28,10 @@ def distortion(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
     """
     K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
-    r2 = x * x + y * y
-    # P1 (r^2 + 2 x^2) + 2 P2 x y = P1 r^2 + 2 x (P1 x + P2 y), the same in y
-    along = r2 * (K1 + r2 * (K2 + r2 * K3)) + 2 * (P1 * x + P2 * y)
-    return vector(x * along + P1 * r2 + b1 * x + b2 * y, y * along + P2 * r2)
+    rho2 = x * x + y * y
+    # P1 (rho^2 + 2 x^2) + 2 P2 x y = P1 rho^2 + 2 x (P1 x + P2 y), the same in y
+    along = rho2 * (K1 + rho2 * (K2 + rho2 * K3)) + 2 * (P1 * x + P2 * y)
+    return vector(x * along + P1 * rho2 + b1 * x + b2 * y, y * along + P2 * rho2)
 
 
 def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
@@ -41,9 +41,9 @@ def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
     """
     K1, K2, K3, P1, P2, b1, b2 = entries(lens)
     x, y = image[..., 0], image[..., 1]
-    r2 = x * x + y * y
-    radial = r2 * (K1 + r2 * (K2 + r2 * K3))
-    slope = 2 * (K1 + r2 * (2 * K2 + r2 * 3 * K3))  # d radial / dx = slope * x
+    rho2 = x * x + y * y
+    radial = rho2 * (K1 + rho2 * (K2 + rho2 * K3))
+    slope = 2 * (K1 + rho2 * (2 * K2 + rho2 * 3 * K3))  # d radial / dx = slope * x
     mixed = x * y * slope + 2 * (P1 * y + P2 * x)
     return matrix(
         [radial + x * x * slope + 6 * P1 * x + 2 * P2 * y + b1, mixed + b2],
@@ -54,16 +54,16 @@ def distortion_by_image(lens: np.ndarray, image: np.ndarray) -> np.ndarray:
 def distortion_by_lens(image: np.ndarray) -> np.ndarray:
     """Derivatives (..., 2, 7) of the displacement by (K1, K2, K3, P1, P2, b1, b2).
 
-    The columns of A3, (M 2.89), which has r where r^2 belongs.
+    The columns of A3, (M 2.89), which has rho where rho^2 belongs.
     """
     x, y = image[..., 0], image[..., 1]
     xx, xy, yy = x * x, 2 * x * y, y * y
-    r2 = xx + yy
-    r4 = r2 * r2
-    r6, zero = r4 * r2, np.zeros_like(x)
+    rho2 = xx + yy
+    r4 = rho2 * rho2
+    r6, zero = r4 * rho2, np.zeros_like(x)
     return matrix(
-        [x * r2, x * r4, x * r6, r2 + 2 * xx, xy, x, y],
-        [y * r2, y * r4, y * r6, xy, r2 + 2 * yy, zero, zero],
+        [x * rho2, x * r4, x * r6, rho2 + 2 * xx, xy, x, y],
+        [y * rho2, y * r4, y * r6, xy, rho2 + 2 * yy, zero, zero],
     )
 
 

@@ -2,10 +2,11 @@
 
 The camera looks along its negative z axis. With (U, V, W) = M (X - X0) an ideal camera
 sees the point at x = -c U / W, y = -c V / W, and W is negative in front of it. The lens
-moves the image by (dx, dy); x, y are reduced to the principal point, r^2 = x^2 + y^2:
+moves the image by (dx, dy); x, y are reduced to the principal point, rho^2 = x^2 + y^2:
 
-    dx = x (K1 r^2 + K2 r^4 + K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y
-    dy = y (K1 r^2 + K2 r^4 + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y
+    dx = x (K1 rho^2 + K2 rho^4 + K3 rho^6) + P1 (rho^2 + 2 x^2) + 2 P2 x y
+         + b1 x + b2 y
+    dy = y (K1 rho^2 + K2 rho^4 + K3 rho^6) + P2 (rho^2 + 2 y^2) + 2 P1 x y
 
 lens="backward" (Australis, Muliawan 2013): ideal = measured + d(measured)
 lens="forward" (JAICOV, OpenCV):            measured = ideal + d(ideal)

@@ -134,13 +134,13 @@ def _free_network(function: Callable, J: np.ndarray) -> bool:
 
 
 def band(function: Callable) -> None:
-    """Check the reader's band(r, C), standard deviation of the radial correction."""
-    r = np.array([0.0, 1.5, 4.0, 8.0])
+    """Check the reader's band(rho, C), standard deviation of the radial correction."""
+    rho = np.array([0.0, 1.5, 4.0, 8.0])
     rng = np.random.default_rng(63)
     root = rng.normal(size=(3, 3)) * np.array([[3e-6], [6e-8], [4e-10]])
     C = root @ root.T
-    answer = call(function, r, C, shape=(4,))
-    powers = r[:, None] ** (3, 5, 7)
+    answer = call(function, rho, C, shape=(4,))
+    powers = rho[:, None] ** (3, 5, 7)
 
     def spread(J: np.ndarray, covariance: np.ndarray) -> np.ndarray:
         return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", J, covariance, J), 0))
@@ -161,11 +161,11 @@ def band(function: Callable) -> None:
         ),
         (powers @ sd, "standard deviations do not simply add: use all of C"),
         (
-            spread(r[:, None] ** (2, 4, 6), C),
+            spread(rho[:, None] ** (2, 4, 6), C),
             "the radial correction has other powers",
         ),
         (
-            spread(r[:, None] ** (1, 2, 3), C),
+            spread(rho[:, None] ** (1, 2, 3), C),
             "the radial correction has other powers",
         ),
         (1.96 * expected, "one standard deviation, not 95 per cent"),
@@ -182,7 +182,7 @@ def band(function: Callable) -> None:
     report(
         "band",
         [
-            ("nothing at the centre", abs(answer[0]) < 1e-12, "at r = 0 it is not 0"),
+            ("nothing at the centre", abs(answer[0]) < 1e-12, "at rho = 0 it is not 0"),
             ("all of the covariance counts", right, hint),
         ],
     )
@@ -206,8 +206,8 @@ def without_lens(function: Callable) -> None:
             camera[k] = full[names.index(by)] if isinstance(by, str) else by * full[k]
         return textbook.without_lens(xy, camera)
 
-    r = np.hypot(*(xy - full[1:3]).T)[:, None]
-    radial = full[3] * r**2 + full[4] * r**4 + full[5] * r**6
+    rho = np.hypot(*(xy - full[1:3]).T)[:, None]
+    radial = full[3] * rho**2 + full[4] * rho**4 + full[5] * rho**6
     ideal = xy - full[1:3]
     slips = [
         (2 * ideal - expected, "the correction is added to the measured point"),
@@ -222,8 +222,8 @@ def without_lens(function: Callable) -> None:
         (wrong(b1=0, b2=0), "the affinity, b1 and b2, is missing"),
         (wrong(K3=0), "K3 is missing"),
         (
-            expected - ideal * (radial - radial / r),
-            "x and y are multiplied by K1 r² and so on; r is not divided out",
+            expected - ideal * (radial - radial / rho),
+            "x and y are multiplied by K1 ρ² and so on; ρ is not divided out",
         ),
         *((expected.round(k), "rounded; keep all digits") for k in (3, 4, 5, 6)),
     ]

@@ -28,7 +28,7 @@ SYMBOL = {"w": "w", "tau": "τ"}
 
 def lens_curve(
     result: Bundle,
-    r_max: float | None = None,
+    rho_max: float | None = None,
     decentring: bool = False,
     camera: int = 0,
     confidence: float = 0.95,
@@ -41,7 +41,7 @@ def lens_curve(
     Parameters
     ----------
     result : bundle.Bundle
-    r_max : float, optional
+    rho_max : float, optional
         Largest radius drawn, in mm; a tenth beyond the outermost point if missing.
     decentring : bool
         Draw the decentring distortion too.
@@ -57,12 +57,12 @@ def lens_curve(
     camera = _doors.bundle(result, camera)
     decentring = _validate.flag(decentring, "decentring")
     confidence = _validate.probability(confidence, "confidence")
-    if r_max is not None:
-        r_max = _validate.positive_number(r_max, "r_max", "mm")
+    if rho_max is not None:
+        rho_max = _validate.positive_number(rho_max, "rho_max", "mm")
     network, lens = result.network, result.cameras[camera]
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
-    r = np.linspace(0, 1.1 * measured.max() if r_max is None else r_max, 301)
+    rho = np.linspace(0, 1.1 * measured.max() if rho_max is None else rho_max, 301)
     quantile = t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
 
     fig, axes = plt.subplots(
@@ -72,17 +72,17 @@ def lens_curve(
     if decentring:
         curves.append(("decentring", basic.RED, "--"))
     for kind, color, line in curves:
-        distortion, sd = profile(result, r, kind, camera)
+        distortion, sd = profile(result, rho, kind, camera)
         value, half = UM * distortion, UM * quantile * sd
         look: Look = {"color": color, "linestyle": line}
-        axes[0].plot(r, value, label=kind, **look)
-        axes[0].fill_between(r, value - half, value + half, color=color, alpha=0.25)
-        axes[1].plot(r, half, **look)
+        axes[0].plot(rho, value, label=kind, **look)
+        axes[0].fill_between(rho, value - half, value + half, color=color, alpha=0.25)
+        axes[1].plot(rho, half, **look)
     for ax in axes:
         ax.axvspan(measured.min(), measured.max(), color=basic.YELLOW, alpha=0.22)
         ax.axhline(0, color=basic.BLACK, linewidth=1)
     what = "correction" if lens.lens == "backward" else "distortion"
-    axes[0].set(ylabel=f"{what} (µm)", xlim=(0, r[-1]))
+    axes[0].set(ylabel=f"{what} (µm)", xlim=(0, rho[-1]))
     axes[0].set_title(f"Lens {what} with its {confidence * 100:g} % band")
     axes[1].set(
         xlabel="distance from the principal point (mm)", ylabel="half band (µm)"

@@ -15,7 +15,7 @@ from pgm_lab.plot.basic import Look
 # Colour, marker and line of a defect's curve
 LOOKS = {
     "sign": (basic.RED, "s", "-"),
-    "r": (basic.ORANGE, "^", "-"),
+    "rho": (basic.ORANGE, "^", "-"),
     "rows": (basic.BLACK, "X", "--"),
     "centre twice": (basic.PURPLE, "v", ":"),
     "x/c": (basic.GREEN, "D", "-"),
@@ -68,7 +68,7 @@ def steps(runs: Mapping[str, ArrayLike]) -> None:
         "RMS after each step for each defect alone, log scale. None, short and 2 P1 xy"
         " reach 0.31 micrometres after one to three steps; pinv stays at 8.2, x/c at"
         " 86, centre twice jumps between 0.3 and 130; rows comes to 0.8 and slowly"
-        " grows again, r and sign run away to a millimetre and more.",
+        " grows again, rho and sign run away to a millimetre and more.",
     )
 
 

@@ -67,18 +67,18 @@ def lens(result: Bundle) -> list[Table]:
         own = network.camera[network.photo] == number
         if not np.any(own) or not np.any(one.interior[3:8]):
             continue
-        r_max = np.hypot(*(network.xy[own] - one.interior[1:3]).T).max()
-        step = round_number(r_max / 6)
-        r = np.append(np.arange(step, 0.97 * r_max, step), r_max)
-        columns = [fixed(r, 2)]
+        rho_max = np.hypot(*(network.xy[own] - one.interior[1:3]).T).max()
+        step = round_number(rho_max / 6)
+        rho = np.append(np.arange(step, 0.97 * rho_max, step), rho_max)
+        columns = [fixed(rho, 2)]
         for kind in ("radial", "decentring"):
-            curve, sd = profile(result, r, kind, number)
+            curve, sd = profile(result, rho, kind, number)
             columns += with_sd(UM * curve[:, None], UM * sd[:, None])
-        header = ("r (mm)", "radial (µm)", "sd (µm)", "decentring (µm)", "sd (µm)")
+        header = ("rho (mm)", "radial (µm)", "sd (µm)", "decentring (µm)", "sd (µm)")
         of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""
         caption = (
-            f"Lens{of_camera}: K1 r^3 + K2 r^5 + K3 r^7 and sqrt(P1^2 + P2^2) r^2; the"
-            " last radius is the largest measured"
+            f"Lens{of_camera}: K1 rho^3 + K2 rho^5 + K3 rho^7 and sqrt(P1^2 + P2^2)"
+            " rho^2; the last radius is the largest measured"
         )
         tables.append(Table(caption, header, list(zip(*columns))))
     return tables

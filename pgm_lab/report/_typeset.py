@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable
 
 from markupsafe import Markup, escape
 
-GREEK = {"sigma": "σ", "omega": "ω", "phi": "φ", "kappa": "κ", "tau": "τ"}
+GREEK = {"sigma": "σ", "omega": "ω", "phi": "φ", "kappa": "κ", "tau": "τ", "rho": "ρ"}
 RULES: tuple[tuple[str, Callable[[re.Match], str]], ...] = (
     (r"v'P", lambda found: "v<sup>T</sup>P"),
     (r"\bsqrt\(", lambda found: "√("),
     (r"\bsigma0(?!_)", lambda found: "σ<sub>0</sub>"),
     (r"_(omega|phi|kappa)\b", lambda found: f"<sub>{GREEK[found[1]]}</sub>"),
-    (r"\b(sigma|omega|phi|kappa|tau)\b", lambda found: GREEK[found[1]]),
+    (r"\b(sigma|omega|phi|kappa|tau|rho)\b", lambda found: GREEK[found[1]]),
     (
         r"(?<![\w.])([KP][123]|[ab][012]|[xyXYZ]0)(?!\w|\.\w)",
         lambda found: f"{found[1][0]}<sub>{found[1][1]}</sub>",

@@ -166,9 +166,9 @@ def conventions(result: Bundle) -> Sequence[str]:
         " middle of the photo: x - x0 = -c U / W, y - y0 = -c V / W with (U, V, W) ="
         " M_kappa M_phi M_omega (X - X0). X0, Y0, Z0 are the projection centre, XL, YL,"
         " ZL in the files. Object coordinates are in the unit of the input.",
-        f"{lens} With x, y reduced to the principal point: dx = x (K1 r^2 + K2 r^4 +"
-        " K3 r^6) + P1 (r^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y, dy = y (K1 r^2 + K2 r^4"
-        " + K3 r^6) + P2 (r^2 + 2 y^2) + 2 P1 x y.",
+        f"{lens} With x, y reduced to the principal point: dx = x (K1 rho^2 + K2 rho^4"
+        " + K3 rho^6) + P1 (rho^2 + 2 x^2) + 2 P2 x y + b1 x + b2 y, dy = y (K1 rho^2"
+        " + K2 rho^4 + K3 rho^6) + P2 (rho^2 + 2 y^2) + 2 P1 x y.",
         "Residuals v are computed - observed. sigma0^2 = v'Pv / redundancy, with"
         f" {P}. Standard deviations (sd) are a posteriori, multiplied by"
         f" sigma0. t is a value over its sd; {test} is a residual over its own sd, a"

@@ -181,7 +181,7 @@ def as_2_89(xy, power):
 @pytest.mark.parametrize("power", [1, 2])
 def test_sign_short_and_r_are_the_columns_of_2_89(order, power):
     photo, point, xy = network(order)[3:]
-    defects = ["sign", "short", "rows"] + ["r"] * (power == 1)
+    defects = ["sign", "short", "rows"] + ["rho"] * (power == 1)
     A3 = design(*STATE, photo, point, xy, defects)[:, 54:64].reshape(450, 2, 10)
     listed = as_2_89(xy, power)[point]  # row j of the table for point j
     np.testing.assert_allclose(A3, listed, rtol=1e-12, atol=1e-15)

@@ -182,7 +182,7 @@ def test_slips_in_eliminating_points_are_named(function, hint):
         (lambda r, C: 1.96 * band(r, C), "95 per cent"),
         (lambda r, C: 2 * band(r, C), "not two"),
         (lambda r, C: 1000 * band(r, C), "not micrometres"),
-        (lambda r, C: band(r, C) + 1e-3, "at r = 0"),
+        (lambda r, C: band(r, C) + 1e-3, "at rho = 0"),
         (lambda r, C: 1.1 * band(r, C), "does not follow"),
         (lambda r, C: 1.001 * band(r, C), "does not follow"),
         (lambda r, C: band(r, C)[:2], "must return shape"),

@@ -98,7 +98,7 @@ def test_figures_of_a_real_adjustment(nine_photos):
 
 def test_lens_curve_draws_profile_and_band_in_micrometres():
     adjusted = result()
-    above, below = plot.bundle.lens_curve(adjusted, r_max=10.0).axes
+    above, below = plot.bundle.lens_curve(adjusted, rho_max=10.0).axes
     r, drawn = above.lines[0].get_data()
     value, sd = bundle.lens.profile(adjusted, r)
     assert r[-1] == 10

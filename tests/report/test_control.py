@@ -65,7 +65,7 @@ def with_bar(network, bar, error):
     return replace(network, scale_bars=bars)
 
 
-GREEK = {"σ": "sigma", "ω": "omega", "φ": "phi", "κ": "kappa", "τ": "tau"}
+GREEK = {"σ": "sigma", "ω": "omega", "φ": "phi", "κ": "kappa", "τ": "tau", "ρ": "rho"}
 
 
 def plain(page):

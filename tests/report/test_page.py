@@ -27,7 +27,7 @@ def result():
 @pytest.mark.parametrize(
     "text, html",
     [
-        ("K1 r^3", "K<sub>1</sub> r<sup>3</sup>"),
+        ("K1 rho^3", "K<sub>1</sub> ρ<sup>3</sup>"),
         ("dx = a0, dy = b0.", "dx = a<sub>0</sub>, dy = b<sub>0</sub>."),
         ("b0.txt", "b0.txt"),
         ("mm^-2", "mm<sup>−2</sup>"),

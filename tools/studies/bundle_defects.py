@@ -57,7 +57,7 @@ def row(part: str, defects, order: str = "point", label: str | None = None) -> t
 def alone() -> list[tuple]:
     """Each defect alone in a correct adjustment."""
     rows = [row("alone", (), "photo")]
-    for name in (*MOVING[:2], "r", *MOVING[2:], "pinv of NumPy"):
+    for name in (*MOVING[:2], "rho", *MOVING[2:], "pinv of NumPy"):
         orders = ("photo", "point") if name == "rows" else ("photo",)
         rows += [row("alone", (name,), order) for order in orders]
     return [*rows, row("alone", MISCLOSURE, "photo")]
@@ -71,7 +71,7 @@ def program() -> list[tuple]:
         rows.append(row("program", rest, label=f"all but {name}"))
     other = [n for n in PROGRAM if n != "pinv"]
     rows.append(row("program", (*other, "pinv of NumPy"), label="NumPy's pinv"))
-    return [*rows, row("program", (*PROGRAM, "r"), label="all and r")]
+    return [*rows, row("program", (*PROGRAM, "rho"), label="all and rho")]
 
 
 def repairs() -> list[tuple]:
