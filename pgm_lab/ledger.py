@@ -218,6 +218,7 @@ def figure(rows: list[dict[str, str]]) -> Figure:
         numbers = [str(n) if n else "" for n in count]
         ax.bar_label(bars, numbers, label_type="center", color=ink, weight="bold")
         left = [a + b for a, b in zip(left, count)]
+    ax.set_axisbelow(True)
     ax.set(xlabel="number of verdicts")
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     ax.grid(axis="y", visible=False)

@@ -26,8 +26,8 @@ def tenth(point: object, computed: ArrayLike) -> None:
     report = checks.first_slip(
         found,
         [(right, "computed is point 10 of the right photo: set photo to 0 again")],
-        f"computed is of another point: let `point = {WANTED}` stand on the second line"
-        " of the cell above, run it to its end, then this one",
+        f"computed is not what that cell gives for point {WANTED}: let its other lines"
+        " be as they were, run it to its end, then this one",
     )
     checks.report(
         "point 10",

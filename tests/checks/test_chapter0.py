@@ -25,7 +25,7 @@ def test_the_tenth_point_passes_in_any_container(computed, capsys):
         (1, LEFT[0], "point is 1. Write `point = 10`"),
         (10, LEFT[0], "run it to its end"),
         (10, RIGHT[9], "set photo to 0 again"),
-        (10, LEFT[9] * (1, -1), "of another point"),
+        (10, LEFT[9] * (1, -1), "not what that cell gives"),
         (..., LEFT[9], "Your turn"),
         ("ten", LEFT[9], "one number"),
         (10, np.full(3, 1.0), "two numbers"),
