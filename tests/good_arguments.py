@@ -396,6 +396,9 @@ FUNCTIONS = {
     "plot.search.templates": lambda: dict(
         left=WIDE, right=WIDE, point=(70, 70), start=(70, 70), sizes=(5, 9)
     ),
+    "datasets.StereoPair.known": lambda: dict(
+        self=datasets.motorcycle(), columns=[300, 320], rows=[318]
+    ),
     "plot.search.by_hand": lambda: dict(
         left=datasets.motorcycle().left, right=datasets.motorcycle().right,
         disparity=datasets.motorcycle().disparity,

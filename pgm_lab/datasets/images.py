@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 import skimage.data
+from numpy.typing import ArrayLike
 
+from pgm_lab import _validate
 from pgm_lab.datasets.files import verified
 
 # Rec. 601: how bright red, green and blue look; OpenCV and Pillow weight the same way.
@@ -58,6 +60,40 @@ class StereoPair:
     focal_length: float
     baseline: float
     doffs: float
+
+    def known(
+        self, columns: ArrayLike, rows: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Points of a grid in the left image whose disparity is known.
+
+        Parameters
+        ----------
+        columns, rows : array_like of int
+            Where the lines of the grid lie, such as ``range(80, 720, 20)``.
+
+        Returns
+        -------
+        points : ndarray (n, 2) of int
+            (column, row), row by row.
+        disparity : ndarray (n,)
+            In px: a point lies so much farther left in the right image.
+
+        Raises
+        ------
+        ValueError
+            If a column or row is no index of the image.
+
+        Examples
+        --------
+        >>> points, disparity = motorcycle().known(range(80, 720, 20), [318])
+        >>> print(points[10], disparity[10].round(1))
+        [300 318] 46.2
+        """
+        size = self.disparity.shape
+        at = _validate.indices(columns, size[1], "columns")
+        x, y = np.meshgrid(at, _validate.indices(rows, size[0], "rows"))
+        kept = np.isfinite(self.disparity[y, x])
+        return np.column_stack([x[kept], y[kept]]), self.disparity[y, x][kept]
 
 
 def yellowstone() -> Orthophoto:

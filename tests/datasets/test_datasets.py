@@ -286,6 +286,19 @@ def test_motorcycle_calibration_puts_the_scene_at_arm_s_length_to_a_room(motorcy
     assert 2000 < depth.min() < depth.max() < 5100
 
 
+def test_known_points_of_a_grid_are_those_with_a_disparity_and_no_others():
+    pair = datasets.motorcycle()
+    points, disparity = pair.known(range(0, 741, 37), range(0, 500, 41))
+    grid = {(x, y) for x in range(0, 741, 37) for y in range(0, 500, 41)}
+    left_out = grid - set(map(tuple, points.tolist()))
+    assert set(map(tuple, points.tolist())) < grid and len(points) < len(grid)
+    assert all(np.isnan(pair.disparity[y, x]) for x, y in left_out)
+    np.testing.assert_array_equal(disparity, pair.disparity[points[:, 1], points[:, 0]])
+    for bad in (dict(columns=[741], rows=[0]), dict(columns=[0], rows=[500])):
+        with pytest.raises(ValueError, match="columns|rows"):
+            pair.known(**bad)
+
+
 def test_glossary_has_every_term_once_and_in_both_languages():
     terms = datasets.rows("glossary.csv")
     assert all(row["english"] and row["indonesian"] and row["meaning"] for row in terms)
