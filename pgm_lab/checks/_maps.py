@@ -99,6 +99,7 @@ def search_width(function: Callable[[int, np.ndarray, np.ndarray], object]) -> N
         (21, (100, 200), (112, 170), 30),
         (11, (50, 60), (50, 60), 0),
         (7, (40, 80), (57, 81), 17),
+        (15, (60, 40), (55, 70), 30),
     ]
     answers = np.array(
         [
@@ -109,8 +110,15 @@ def search_width(function: Callable[[int, np.ndarray, np.ndarray], object]) -> N
     template, largest = np.array([(w, shift) for w, _, _, shift in cases]).T
     expected = template + 2 * largest + 2
     down = np.array([abs(b[1] - a[1]) for _, a, b, _ in cases])
-    signed = np.array([np.max(np.subtract(b, a)) for _, a, b, _ in cases])
-    late = np.abs(signed)
+    shifts = np.array([np.subtract(b, a) for _, a, b, _ in cases])
+    late = np.abs(shifts.max(axis=1))
+    # the size of one shift or of none is taken, however the difference is formed
+    signed = [
+        np.maximum(*(sign * part for sign, part in zip(signs, parts)))
+        for signs in ((1, 1), (1, -1), (-1, 1), (-1, -1))
+        for parts in (shifts.T, (abs(shifts[:, 0]), shifts[:, 1]),
+                      (shifts[:, 0], abs(shifts[:, 1])))
+    ]  # fmt: skip
     sums = np.array([np.sum(np.abs(np.subtract(b, a))) for _, a, b, _ in cases])
     along = np.array([abs(b[0] - a[0]) for _, a, b, _ in cases])
     far = np.array([np.hypot(*np.subtract(b, a)) for _, a, b, _ in cases])
@@ -121,14 +129,18 @@ def search_width(function: Callable[[int, np.ndarray, np.ndarray], object]) -> N
         ),
         (
             template + 2 * largest + 1,
-            "the width is even: a pixel is missing on one side",
+            "a pixel is missing on one side",
         ),
         (template + largest, "the window reaches out on both sides"),
         (template + largest + 1, "the window reaches out on both sides"),
         (template + largest + 2, "the window reaches out on both sides"),
         (2 * largest + 2, "the template itself needs room, too"),
         (2 * largest + 3, "the template itself needs room, too"),
-        (template + 2 * signed + 2, "a shift may be negative"),
+        *(
+            (template + 2 * one + more, "a shift may be negative, in columns and rows")
+            for one in signed
+            for more in (2, 0)
+        ),
         (
             template + 2 * late + 2,
             "sizes first, then the largest: shifts may be negative",

@@ -68,6 +68,14 @@ def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
         (right * n / (n - 1), "a sum over n is divided by one over n − 1, or reversed"),
         (right * n, "one of the two is a mean, the other a sum"),
         (right / n, "one of the two is a mean, the other a sum"),
+        (
+            [_r(*(np.array([a, b]) - np.mean([a, b])), False) for b in (other, -other)],
+            "each window has a mean of its own",
+        ),
+        (
+            [_r(a - a.mean(0), b - b.mean(0), False) for b in (other, -other)],
+            "the mean is that of all pixels of a window, not of each column",
+        ),
     ]
     slips += [
         (-right, "the sign is reversed"),
@@ -148,6 +156,8 @@ def line(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
         *(((found[0], beta), hint) for _, hint in rounded(found[0], alpha)),
     ]
     otherwise = "the line does not go through the mean of all points"
+    if near(found[0] + found[1] * x.mean(), y.mean()):
+        otherwise = "it goes through the mean of all points, but with another gain"
     hint = first_slip(found, slips, otherwise)
     good = near(found, (alpha, beta), 1e-8)
     report(
