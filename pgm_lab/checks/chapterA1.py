@@ -60,8 +60,11 @@ def redundancy_numbers(function: Callable) -> None:
             lambda A, p: np.sqrt(1 - _shares(A, p))
         ),
     }
-    otherwise = "they belong to other observations"
+    otherwise = "the matrix whose diagonal you take is another one: look at Q and at P"
     right, hint = compare(function, cases, _shares, slips, otherwise)
+    shares = [_shares(*case) for case in cases]
+    if any(all(map(near, answers, [a.round(k) for a in shares])) for k in range(2, 7)):
+        hint = hint and "right, but rounded: keep all digits"
     total = "their sum must be the number of observations minus unknowns"
     report(
         "redundancy_numbers",
@@ -78,16 +81,14 @@ def suspect(function: Callable) -> None:
     v = np.array([4.0, -9.0, -7.0, 1.5, -3.0])
     sigma = np.array([2.0, 5.0, 2.0, 3.0, 1.2])
     r = np.array([0.6, 0.7, 0.5, 0.4, 0.12])
-    # w is about (2.6, -2.2, -4.9, 0.8, -7.2)
-    found = _row(function, v, sigma, r)
-    hints = {
-        1: "the largest residual need not be the suspect: divide by what it should be",
-        2: "each residual has its own standard deviation, smaller than sigma: r tells"
-        " how much smaller",
-        5: "Python counts rows from 0",
-        -1: "a negative residual can be as suspicious as a positive one",
-    }
-    hint = hints.get(int(found), "another observation has the largest |w|")
+    # w is about (2.6, -2.2, -4.9, 0.8, -7.2), and then (7.2, -0.8, -4.9, 4.3, -2.6)
+    cases = [(v, sigma, r), (v[::-1] * (-1, -1, 1, -2, -1), sigma[::-1], r[::-1])]
+    found = [_row(function, *case) for case in cases]
+    right = found == [_largest(_w(*case)) for case in cases] == [4, 0]
+    hint = next(
+        (hint for hint, wrong in _SLIPS if found == [wrong(*case) for case in cases]),
+        "another observation has the largest |w|",
+    )
     quiet = _row(function, v / 4, sigma, r)
     limit = _row(function, v * (3.28 / 7.2169), sigma, r)
     above = _row(function, v * (3.31 / 7.2169), sigma, r)
@@ -96,27 +97,80 @@ def suspect(function: Callable) -> None:
         clean_hint += "; divide by the root of r, not by r"
     # Its residual is 0 but for rounding
     alone = [
-        _row(function, np.append(v, noise), np.append(sigma, 1.0), np.append(r, 0.0))
-        for noise in (0.0, -1e-12)
+        _row(function, *(np.insert(a, at, b) for a, b in zip((v, sigma, r), added)))
+        for at in (5, 0)
+        for added in ((0.0, 1.0, 0.0), (-1e-12, 1.0, 0.0))
     ]
+    alone_hint = "an observation with r = 0 has no w: leave it out before dividing"
+    if alone == [4, 4, 4, 4]:
+        alone_hint = "an observation without w keeps its row: count all of them"
     report(
         "suspect",
         [
-            ("the largest |w| is found", found == 4, hint),
+            ("the largest |w| is found", right, hint),
             ("a clean net has no suspect", quiet == limit == -1, clean_hint),
             (
                 "one just above the limit is found",
-                above == 4 or found != 4,
+                above == 4 or not right,
                 "a |w| of 3.31 is passed over: divide by the standard deviation, not by"
                 " its square, and compare with 3.29",
             ),
             (
                 "an observation that nothing controls is passed over",
-                found != 4 or alone == [4, 4],
-                "an observation with r = 0 has no w: leave it out before dividing",
+                not right or alone == [4, 4, 5, 5],
+                alone_hint,
             ),
         ],
     )
+
+
+def _w(v: np.ndarray, sigma: np.ndarray, r: np.ndarray) -> np.ndarray:
+    return v / (sigma * np.sqrt(r))
+
+
+def _largest(w: np.ndarray) -> int:
+    return int(np.argmax(np.abs(w)))
+
+
+def _above(w: np.ndarray) -> int:
+    """Row of the largest w above the limit, by its sign, or -1."""
+    return int(np.argmax(w)) if w.max() > 3.29 else -1
+
+
+# What each slip in `suspect` would answer, by the hint to it
+_SLIPS: list[tuple[str, Callable[..., int]]] = [
+    (
+        "the largest residual need not be the suspect: divide by what it should be",
+        lambda v, sigma, r: _largest(v),
+    ),
+    (
+        "each residual has its own standard deviation, smaller than sigma: r tells"
+        " how much smaller",
+        lambda v, sigma, r: _largest(v / sigma),
+    ),
+    ("Python counts rows from 0", lambda *case: _largest(_w(*case)) + 1),
+    (
+        "a negative residual can be as suspicious as a positive one",
+        lambda *case: _above(_w(*case)),
+    ),
+    (
+        "a positive residual can be as suspicious as a negative one",
+        lambda *case: _above(-_w(*case)),
+    ),
+    (
+        "not the first above 3.29, the largest",
+        lambda *case: int(np.flatnonzero(abs(_w(*case)) > 3.29)[0]),
+    ),
+    (
+        "not the last above 3.29, the largest",
+        lambda *case: int(np.flatnonzero(abs(_w(*case)) > 3.29)[-1]),
+    ),
+    (
+        "row 0 is a row: compare with the limit, not with the row",
+        lambda *case: _largest(_w(*case)) or -1,
+    ),
+    ("one |w| is above 7 in these data: does r stand below?", lambda *case: -1),
+]
 
 
 def _row(function: Callable, v: np.ndarray, sigma: np.ndarray, r: np.ndarray) -> float:

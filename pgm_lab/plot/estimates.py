@@ -222,19 +222,21 @@ def point(
         axes[0].plot(*way, color=basic.GREY, linewidth=1.4)
     axes[0].plot(*stations.T, "^", color=basic.BLACK, markersize=12)
     basic.error_ellipse(axes[0], position, covariance, magnify=magnify)
-    axes[0].set(xlabel="X (m)", ylabel="Y (m)", aspect="equal")
+    axes[0].set(xlabel="X (m)", ylabel="Y (m)")
     axes[0].set_title(f"rays, and 95 %\nellipse × {magnify:g}", fontsize=14)
-    low = float(stations[:, 1].min()) - 12
-    axes[0].text(float(stations[:, 0].mean()), low, "stations", ha="center", va="top")
+    last = stations[np.argmax(stations[:, 0])]
+    axes[0].annotate(
+        "stations", last, xytext=(12, 0), textcoords="offset points", va="center"
+    )
     axes[0].margins(0.12)
-    axes[0].set_ylim(bottom=low - 40)
     C = _validate.of_shape(covariance, (2, 2), "covariance")
     look: Look = {"markersize": 3, "alpha": 0.6, "color": basic.BLUE}
     axes[1].plot(*(1000 * errors.T), ".", **look)
     basic.error_ellipse(axes[1], (0, 0), 1e6 * C, linewidth=3)
-    axes[1].set(xlabel="error in X (mm)", ylabel="error in Y (mm)", aspect="equal")
-    axes[1].tick_params(axis="x", rotation=60)
+    axes[1].set(xlabel="error in X (mm)", ylabel="error in Y (mm)")
     axes[1].set_title(f"{len(errors)} repetitions\nand 95 % ellipse", fontsize=14)
+    for ax in axes:  # as wide as there is room: both are tall and narrow
+        ax.set_aspect("equal", adjustable="datalim")
     sd = 1000 * np.sqrt(np.diag(C))
     basic.show(
         fig,

@@ -206,7 +206,7 @@ def weightless(A, p):
         (lambda A, p: 1 - redundancy_numbers(A, p), "subtract it from 1"),
         (lambda A, p: redundancy_numbers(A, 1 + 0 * p), "weights are left out"),
         (weightless, "one of the weights is missing"),
-        (lambda A, p: redundancy_numbers(A, p)[::-1], "belong to other observations"),
+        (lambda A, p: redundancy_numbers(A, p)[::-1], "diagonal you take is another"),
         (lambda A, p: 2 * redundancy_numbers(A, p), "their sum must be"),
         (lambda A, p: np.sqrt(redundancy_numbers(A, p)), "those are their roots"),
         (lambda A, p: np.sqrt(1 - redundancy_numbers(A, p)), "of the other shares"),
@@ -256,6 +256,18 @@ def test_a_division_by_zero_that_is_thrown_away_passes(capsys):
     assert "✓" in capsys.readouterr().out
 
 
+def argmin(v, sigma, r):
+    """The smallest w with its sign, as if only negative residuals were suspicious."""
+    w = np.where(r > 0, v / (sigma * np.sqrt(r)), 0)
+    return np.argmin(w) if w.min() < -3.29 else -1
+
+
+def above(v, sigma, r):
+    """All rows above the limit, or -1."""
+    w = np.abs(np.where(r > 0, v / (sigma * np.sqrt(r)), 0))
+    return np.append(np.flatnonzero(w > 3.29), [] if w.max() > 3.29 else -1).astype(int)
+
+
 def unguarded(v, sigma, r):
     with np.errstate(all="ignore"):
         w = np.abs(v / (sigma * np.sqrt(r)))
@@ -269,7 +281,17 @@ def unguarded(v, sigma, r):
         (lambda v, sigma, r: np.argmax(np.abs(v / sigma)), "smaller than sigma"),
         (lambda v, sigma, r: suspect(v, sigma, r) + 1, "counts rows from 0"),
         (signed, "negative residual can be as suspicious"),
-        (lambda v, sigma, r: 0, "another observation has the largest"),
+        (lambda v, sigma, r: 3, "another observation has the largest"),
+        (lambda v, sigma, r: argmin(v, sigma, r), "positive residual can be as"),
+        (lambda v, sigma, r: above(v, sigma, r)[0], "not the first above 3.29"),
+        (lambda v, sigma, r: above(v, sigma, r)[-1], "not the last above 3.29"),
+        (lambda v, sigma, r: suspect(v, sigma, r) or -1, "row 0 is a row"),
+        (
+            lambda v, sigma, r: suspect(v[r > 0], sigma[r > 0], r[r > 0]),
+            "keeps its row",
+        ),
+        (lambda v, sigma, r: where(v, sigma / r, r), "does r stand below"),
+        (lambda v, sigma, r: np.argmax(abs(v / sigma * r)), "r tells how much smaller"),
         (
             lambda v, sigma, r: np.argmax(np.abs(v / (sigma * np.sqrt(r + 1e-12)))),
             "the answer must be -1",
