@@ -224,10 +224,11 @@ def point(
     basic.error_ellipse(axes[0], position, covariance, magnify=magnify)
     axes[0].set(xlabel="X (m)", ylabel="Y (m)")
     axes[0].set_title(f"rays, and 95 %\nellipse × {magnify:g}", fontsize=14)
-    last = stations[np.argmax(stations[:, 0])]
+    first = stations[np.argmin(stations[:, 0])]
     axes[0].annotate(
-        "stations", last, xytext=(12, 0), textcoords="offset points", va="center"
-    )
+        "stations", first, xytext=(-12, 0), textcoords="offset points",
+        ha="right", va="center",
+    )  # fmt: skip
     axes[0].margins(0.12)
     C = _validate.of_shape(covariance, (2, 2), "covariance")
     look: Look = {"markersize": 3, "alpha": 0.6, "color": basic.BLUE}
