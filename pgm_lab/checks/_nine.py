@@ -41,6 +41,21 @@ def nine_numbers() -> list[Case]:
             "a mirror passes: it is orthogonal, too. What tells it apart?",
         ),
         (
+            "nor is one in another direction",
+            np.diag([-1.0, 1.0, 1.0]),
+            1e-9,
+            False,
+            "the mirror diag(-1, 1, 1) passes: no single element tells it apart",
+        ),
+        (
+            "so is a rotation with a negative diagonal element",
+            rotation.matrix(*np.radians([131.0, -60.0, 80.0])),
+            1e-9,
+            True,
+            "a rotation with omega = 131 degrees is refused: any of its elements may be"
+            " negative",
+        ),
+        (
             "nor is a matrix with a wrong length",
             wrong_length,
             1e-3,
@@ -83,7 +98,7 @@ def nine_numbers() -> list[Case]:
             1e-3,
             True,
             "a matrix is refused whose differences are all within the tolerance: look"
-            " at the largest of them, not at what all of them make together",
+            " at the largest of them; of the determinant only the sign counts",
         ),
         (
             "errors of both signs count",

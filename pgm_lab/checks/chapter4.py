@@ -82,6 +82,7 @@ def rotation_matrix(function: Callable) -> None:
         (_ordered("opk", (1, 1, -1)), "kappa turns the wrong way: a sign in its turn"),
         (_ordered("opk", (1, -1, 1)), "phi turns the wrong way: a sign in its turn"),
         (_in_degrees(), "the angles are radians already"),
+        (_element_by_element(), "multiply matrices with @, not element by element"),
         *_few_digits(expected),
     ]  # fmt: skip
     single = [np.diag([k == 0, k == 1, k == 2]).diagonal() * 0.4 for k in range(3)]
@@ -91,11 +92,11 @@ def rotation_matrix(function: Callable) -> None:
         for name, angles in zip(names, single, strict=True)
         if not near(call(function, *angles, shape=(3, 3)), rotation.matrix(*angles))
     ]
-    otherwise = (
-        f"the turn by {' and '.join(failing)} alone is not right"
-        if failing
-        else "each turn alone is right, their product is not"
-    )
+    otherwise = "each turn alone is right, their product is not"
+    if failing:
+        otherwise = f"the turn by {' and '.join(failing)} alone is not right"
+    if len(failing) == len(names):
+        otherwise = "none of the three turns alone is right"
     rigid = bool(np.all(rotation.defect(answers) < 1e-9))
     hint = first_slip(answers, slips, otherwise)
     # What is right but for its digits turns as it should, and is told so
@@ -117,6 +118,11 @@ def _ordered(order: str, signs: tuple[int, int, int] = (1, 1, 1)) -> np.ndarray:
         first, second, third = (rotation.matrix(*angles[letter]) for letter in order)
         matrices.append(third @ second @ first)
     return np.array(matrices)
+
+
+def _element_by_element() -> np.ndarray:
+    turns = (np.diag(attitude) for attitude in _ATTITUDES)
+    return np.array([rotation.matrix(*one.T).prod(axis=0) for one in turns])
 
 
 def _in_degrees() -> np.ndarray:
@@ -233,7 +239,7 @@ def _unit_hint(
     function: Callable, attitude: np.ndarray, printed: np.ndarray, name: str
 ) -> str:
     """What is wrong with one answer, or nothing."""
-    answer = answer_of(function, attitude, printed)
+    answer = answer_of(function, attitude, printed, first="exercise 4.2")
     if not isinstance(answer, str) or answer not in ("degrees", "radians"):
         got = _validate.shown(answer)
         return f'the answer must be "degrees" or "radians", not {got}'

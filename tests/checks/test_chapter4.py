@@ -102,6 +102,7 @@ def test_slip_in_the_turn_in_the_plane_is_named(function, hint):
         (product(signs=(1, 1, -1)), "kappa turns the wrong way"),
         (product(signs=(1, -1, 1)), "phi turns the wrong way"),
         (product(signs=(-1, 1, 1)), "the turn by omega alone is not right"),
+        (lambda o, p, k: np.eye(3), "none of the three turns alone"),
         (product(signs=(-1, -1, 1)), "the turn by omega and phi alone"),
         (product("yxz"), "each turn alone is right, their product is not"),
         (product(unit=np.radians), "radians already"),
@@ -114,7 +115,7 @@ def test_slip_in_the_turn_in_the_plane_is_named(function, hint):
             lambda o, p, k: product()(o, p, k).astype(np.float32).astype(float),
             "rotation_matrix: right to six digits only",
         ),
-        (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "M Mᵀ is not the unit"),
+        (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "matrices with @"),
         (lambda o, p, k: None, "returns nothing yet"),
     ],
 )
@@ -178,8 +179,14 @@ def largest(M):
             lambda M, t: (
                 np.linalg.norm(M @ M.T - np.eye(3)) <= t and np.linalg.det(M) > 0
             ),
-            "not at what all of them make together",
+            "of the determinant only the sign",
         ),
+        (lambda M, t: largest(M) <= t and M[2, 2] > 0, "no single element"),
+        (
+            lambda M, t: largest(M) <= t and M[0, 0] > 0,
+            "a mirror passes",
+        ),
+        (lambda M, t: largest(M) <= t and np.diag(M).prod() > 0, "may be negative"),
         (lambda M, t: True, "a row longer than 1 passes"),
         (lambda M, t: False, "a true rotation is refused"),
     ],
