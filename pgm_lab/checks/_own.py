@@ -4,10 +4,14 @@ The file stands beside the reader's copies of the notebooks. Where it is missing
 beside the notebooks of the project, it is neither read nor made.
 """
 
+import functools
 import os
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import Any
+
+import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.checks import _program
@@ -62,7 +66,8 @@ def own(name: str, book: Callable) -> Callable:
     Returns
     -------
     callable
-        The function from ``my_pgm.py`` beside the notebook, else `book`.
+        The function from ``my_pgm.py`` beside the notebook, else `book`. Where the
+        reader's answers with a list, or with numbers in a tuple, it is an array here.
 
     Examples
     --------
@@ -81,9 +86,28 @@ def own(name: str, book: Callable) -> Callable:
             found, why = None, f"{FILE} does not run: {type(error).__name__}, {error}."
         if callable(found):
             print(f"{name}: yours, from {FILE}.")
-            return found
+            return with_arrays(found)
     print(f"{name}: the book's own. {why}")
     return book
+
+
+def with_arrays(function: Callable) -> Callable:
+    """Return the function, but with arrays for lists, and for tuples of numbers.
+
+    A check takes either for an answer, and the rest of a notebook computes with it.
+    """
+
+    @functools.wraps(function)
+    def answer(*arguments: Any, **named: Any) -> Any:
+        found = function(*arguments, **named)
+        try:
+            array = np.array(found) if isinstance(found, list | tuple) else None
+        except ValueError:  # parts of several shapes
+            return found
+        several = array is None or (isinstance(found, tuple) and array.ndim > 1)
+        return found if several else array
+
+    return answer
 
 
 def loaded() -> ModuleType:

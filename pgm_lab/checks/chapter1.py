@@ -29,12 +29,17 @@ def corner(answer: object) -> None:
         (edge - size * (0.5, -0.5), "that is the centre of the last pixel"),
         (edge + size * (0.5, -0.5), "that is half a pixel beyond the sensor"),
         (edge * (1, -1), "it lies below the centre, and y points up"),
+        (edge * (-1, 1), "that is the lower left corner"),
+        (2 * edge, "count from the centre: half the size of the sensor"),
+        (edge.round(0), "rounded to millimetres: keep the tenths"),
         (-edge, "that is the upper left corner: both axes are mirrored"),
         (edge / size, "that is still in pixels: multiply by the size of a pixel"),
         *((edge * f, "the unit is not millimetres, but " + u) for f, u in _UNITS),
     ]
     hint = first_slip(value, slips, "the sensor does not end there")
-    report("the corner", [("it is where the sensor ends", near(value, edge), hint)])
+    # A pixel size of 12.19 µm, as printed, times half the columns is off by 0.1 µm
+    good = near(value, edge, 2e-5)
+    report("the corner", [("it is where the sensor ends", good, hint)])
 
 
 def pixel_to_photo(function: Callable) -> None:

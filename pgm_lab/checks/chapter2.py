@@ -47,6 +47,7 @@ def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     x, y = a - a.mean(), other - other.mean()
     signs = np.array([1, -1])
     n = a.size
+    common = [(a - m, b - m) for b in (other, -other) for m in ((a + b).mean() / 2,)]
     slips = [
         (
             [_r(a, b, centred=False) for b in (other, -other)],
@@ -69,7 +70,7 @@ def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
         (right * n, "one of the two is a mean, the other a sum"),
         (right / n, "one of the two is a mean, the other a sum"),
         (
-            [_r(*(np.array([a, b]) - np.mean([a, b])), False) for b in (other, -other)],
+            [_r(*both, centred=False) for both in common],
             "each window has a mean of its own",
         ),
         (

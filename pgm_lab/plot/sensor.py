@@ -85,14 +85,15 @@ def interior() -> None:
         _axis(ax, first, at, name, basic.BLUE, at + (0.2, -0.9))
     marks = (
         (top, "o", basic.BLACK, "perspective centre", (0.8, 0.2)),
-        (principal, "o", basic.BLACK, "principal point $(x_0, y_0)$", (0.5, -1.25)),
-        ((0, 0, 0), "s", basic.RED, "image centre", (-5.6, -0.3)),
+        (principal, "o", basic.BLACK, "principal point $(x_0, y_0)$", (-3.0, -4.8)),
+        ((0, 0, 0), "s", basic.RED, "image centre", (-9.6, -1.7)),
         (point, "*", basic.GREEN, "photo point $(x, y)$", (0.9, 0.1)),
     )
     for at, marker, colour, name, (right, up) in marks:
         u, v = _oblique([at])[0]
         ax.plot(u, v, marker, color=colour, markersize=13)
-        ax.text(u + right, v + up, name, **LABEL)
+        away = {"arrowprops": {"arrowstyle": "-"}} if right < 0 else {}
+        ax.annotate(name, (u, v), (u + right, v + up), **(LABEL | away))
     u, v = _oblique([(principal[0], principal[1], 7.5)])[0]
     ax.text(u - 0.4, v, "c", ha="right", **(LABEL | {"fontsize": 21}))
     u, v = _oblique([far])[0]

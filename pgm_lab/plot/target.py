@@ -118,6 +118,7 @@ def precision() -> None:
         ax.set(yticks=(0.01, 0.03, 0.1), yticklabels=("0.01", "0.03", "0.10"))
         ax.minorticks_off()
     axes[0].set(ylabel="standard deviation (px)", title="window 21 px")
+    axes[0].set_xticks(range(4, 13, 2))
     axes[1].set_title("diameter 8 px")
     handles = axes[0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2)

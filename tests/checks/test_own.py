@@ -57,6 +57,38 @@ def test_a_later_pass_replaces_it_and_nothing_else(program):
     assert [path.name for path in program.parent.iterdir()] == ["my_pgm.py"]
 
 
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        ("return x, 2 * x", [3, 6]),
+        ("return [x, 2 * x]", [3, 6]),
+        ("return [(x, 1), (2, x)]", [[3, 1], [2, 3]]),
+        ("return 2 * x", 6),
+    ],
+)
+def test_an_answer_in_a_list_or_tuple_is_an_array_from_then_on(
+    program, answer, expected
+):
+    checks.keep(typed(f"def place(x):\n    {answer}"))
+    found = checks.own("place", max)(3)
+    assert isinstance(found, list | tuple) is False
+    np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize(
+    "answer", ["np.ones(2), x", "[np.ones(2), x]", "np.ones(2), [x]"]
+)
+def test_parts_of_several_shapes_stay_parts(program, answer):
+    checks.keep(typed(f"def parts(x):\n    return {answer}"))
+    first, second = checks.own("parts", max)(3)
+    assert first.tolist() == [1, 1] and second in (3, [3])
+
+
+def test_a_tuple_of_two_arrays_of_one_shape_stays_two(program):
+    checks.keep(typed("def parts(x):\n    return np.ones(2), np.zeros(2)"))
+    assert isinstance(checks.own("parts", max)(3), tuple)
+
+
 def test_several_functions_stand_below_their_imports(program):
     checks.keep(typed(MEAN))
     cut = typed("def chip(photo, at):\n    return image.cut(photo, at, 21)")
