@@ -37,7 +37,7 @@ def corner(answer: object) -> None:
         *((edge * f, "the unit is not millimetres, but " + u) for f, u in _UNITS),
     ]
     otherwise = "the sensor does not end there"
-    if near(value, edge, 2e-5):
+    if near(value, edge, 1e-4):
         otherwise += ", but nearly: half its size is exact, a rounded pixel size is not"
     hint = first_slip(value, slips, otherwise)
     good = near(value, edge)
