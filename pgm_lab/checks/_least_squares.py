@@ -181,6 +181,8 @@ def _parts(
             )
         if not np.all(np.isfinite(array)):
             raise CheckFailed(f"{name}: {what} must be finite: look for a division")
+        if np.asarray(part).dtype in (np.float32, np.float16):
+            raise CheckFailed(f"{name}: {what} is in single precision: use float64")
         found.append(array)
     return found
 

@@ -1,6 +1,7 @@
 """Checks of the exercises of appendix A1, least squares adjustment."""
 
 from collections.abc import Callable
+from itertools import permutations
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def design(answer: object) -> None:
     turned = [line for line, row, right in rows if near(row, -right)]
     if len(turned) == len(_LINES):
         hint = "all signs are reversed: a difference is the end minus the start"
-    elif near(value, expected[:, ::-1]):
+    elif any(near(value, expected[:, one]) for one in permutations(range(3))):
         hint = "the columns stand in another order than Q, R, S"
     elif turned and turned == wrong:
         hint = f"reversed: {', '.join(turned)}; the end gets +1 and the start -1"
@@ -208,6 +209,7 @@ def ellipse(function: Callable) -> None:
             "that is the ellipse for 95 per cent: the standard ellipse is asked for",
         ),
     ]
+    of_axes.append((2.45 * semi_axes, of_axes[-1][1]))
     rounded = "right, but rounded: keep all digits"
     of_axes += [(semi_axes.round(k), rounded) for k in range(5)]
     of_direction = [

@@ -57,6 +57,7 @@ def test_right_answers_pass(capsys):
         (..., "still empty"),
         (-DESIGN, "all signs are reversed"),
         (DESIGN[:, ::-1], "another order than Q, R, S"),
+        (DESIGN[:, [1, 0, 2]], "another order than Q, R, S"),
         (DESIGN * [[1], [1], [-1], [1], [1]], "reversed: SR;"),
         (DESIGN * [[1], [1], [-1], [-1], [1]], "reversed: SR, SP;"),
         (
@@ -115,6 +116,10 @@ def none(p):
         (lambda A, p, d: ("N", "n"), "N must be numbers"),
         (lambda A, p, d: (np.nan * A.T @ A, A.T @ d), "N must be finite"),
         (lambda A, p, d: (A.T @ A + 9, A.T @ d + 9), r"does it hold\? n: .*weight\?$"),
+        (
+            lambda A, p, d: [one.astype("f4") for one in normal_equations(A, p, d)],
+            "N is in single precision",
+        ),
         (lambda A, p, d: None, "returns nothing yet"),
     ],
 )
@@ -318,6 +323,7 @@ def test_slip_in_the_search_for_a_suspect_is_named(slip, hint):
         (lambda a, b, t: (a**2, b**2, t), "take the roots"),
         (lambda a, b, t: (b**2, a**2, t), "take the roots, and the longer"),
         (lambda a, b, t: (2.4477468 * a, 2.4477468 * b, t), "ellipse for 95 per cent"),
+        (lambda a, b, t: (2.45 * a, 2.45 * b, t), "ellipse for 95 per cent"),
         (lambda a, b, t: (b, a, t), "longer semi-axis comes first"),
         (lambda a, b, t: (round(a, 3), round(b, 3), t), "rounded"),
         (lambda a, b, t: (a, b, round(t, 1)), "rounded"),
