@@ -465,7 +465,7 @@ FUNCTIONS = {
     "bundle.lens.radial": lambda: dict(camera=LENS, image=UP),
     "bundle.lens.decentring": lambda: dict(camera=LENS, image=UP),
     "bundle.lens.affinity": lambda: dict(camera=LENS, image=UP),
-    "bundle.lens.profile": lambda: dict(result=adjusted(), r=[0.0, 5, 10]),
+    "bundle.lens.profile": lambda: dict(result=adjusted(), rho=[0.0, 5, 10]),
     "bundle.lens.places": lambda: dict(result=adjusted(), camera=0),
     "bundle.published.network": lambda: dict(photos=[1, 4, 7]),
     "camera.Camera": lambda: dict(c=35.0),
