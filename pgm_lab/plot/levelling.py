@@ -88,7 +88,7 @@ def tested(
     names = _lines(lines)
     sigma0 = _validate.positive_number(sigma0, "sigma0", "in the unit of observed")
     _validate.size("surveys", len(_validate.mapping(surveys, "surveys")))
-    fig, ax = plt.subplots(figsize=(7, 3.6))
+    fig, ax = plt.subplots(figsize=(7, 2.8))
     width = 0.8 / max(len(surveys), 1)
     told = []
     for k, (name, observed) in enumerate(surveys.items()):
@@ -130,7 +130,7 @@ def blunder(
     data = _net_data(A, p, observed, sigma0, lines)
     line = _validate.choice(line, "line", tuple(data[-1]))
     size = _validate.number(size, "size")
-    fig, axes = plt.subplots(2, 1, figsize=(7, 5), height_ratios=(4, 3))
+    fig, axes = plt.subplots(2, 1, figsize=(7, 3.8), height_ratios=(4, 3))
     basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
 
 
@@ -237,7 +237,9 @@ def _draw_blunder(
     bars = axes[0].bar(range(len(lines)), w, 0.6, color=colours)
     bars[lines.index(line)].set(hatch="//", edgecolor="white")
     _limit(axes[0], [f"{name}\n{one:.2f}" for name, one in zip(lines, r)])
-    axes[0].set(xlabel="line, and its redundancy number r", ylim=(0, max(8, w.max())))
+    axes[0].set(
+        xlabel="line, and its redundancy number r", ylim=(0, max(5, 1.05 * w.max()))
+    )
     marks = [name for name in sorted(set("".join(lines))) if name != KNOWN]
     marks = marks if len(marks) == len(shift) else [str(k) for k in range(len(shift))]
     axes[1].bar(range(len(shift)), shift, 0.5, color=basic.GREY)
