@@ -12,9 +12,14 @@ def size_and_centre(function: Callable) -> None:
     """Check size_and_centre(pixel, mm): pixel size in mm, and the pixel of zero."""
     rng = np.random.default_rng(12)
     found, lines, turned = [], [], []
-    for size, centre in ((0.0122, 967.5), (0.004, 1999.5)):
+    # The third is noisy: there the line along the other axis is another one
+    for size, centre, noise in (
+        (0.0122, 967.5, 1e-6),
+        (0.004, 1999.5, 1e-6),
+        (0.006, 647.5, 0.01),
+    ):
         pixel = centre + rng.uniform(-400, 400, 20)
-        mm = size * (pixel - centre) + rng.normal(0, 1e-6, 20)
+        mm = size * (pixel - centre) + rng.normal(0, noise, 20)
         found.append(call(function, pixel, mm, shape=(2,)))
         lines.append(np.polyfit(pixel, mm, 1))
         turned.append(np.polyfit(mm, pixel, 1))
@@ -24,9 +29,14 @@ def size_and_centre(function: Callable) -> None:
         (right[:, ::-1], "the two are exchanged: first the size, then the centre"),
         (lines, "that is the line in mm at pixel 0; at which pixel is the line zero?"),
         (right * (1, -1), "the sign of the centre is reversed"),
+        (right ** (-1, 1), "that is pixels per millimetre: turn the size round"),
         (right * (1000, 1), "the size is in micrometres, not in millimetres"),
         (right * (1e-3, 1), "the size is in metres, not in millimetres"),
         (turned, "the line is turned round: fit mm along pixels"),
+        (
+            1 / np.array(turned) ** (1, -1),
+            "the line is turned round: fit mm along pixels",
+        ),
         (right + (0, 0.5), "the centre is off by half a pixel"),
         (right - (0, 0.5), "the centre is off by half a pixel"),
         *((right.round(k), "right, but rounded: keep all digits") for k in range(2, 7)),
@@ -38,8 +48,8 @@ def size_and_centre(function: Callable) -> None:
     )
     otherwise = "fit a straight line to all twenty points"
     hint = next((hint for hint, same in near_each if same), otherwise)
-    done = near(np.array(found) / right, np.ones((2, 2)), 1e-8)
-    report("size_and_centre", [("slope and zero of two lines", done, hint)])
+    done = near(np.array(found) / right, np.ones((3, 2)), 1e-8)
+    report("size_and_centre", [("slope and zero of three lines", done, hint)])
 
 
 def to_table(function: Callable) -> None:
