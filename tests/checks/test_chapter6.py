@@ -380,6 +380,10 @@ def adjusted(*edits):
 S0 = 0.348980628
 
 
+def runs_behind_the_camera(*arguments):
+    raise ValueError("c must be positive (mm); got -40190")
+
+
 @pytest.mark.parametrize(
     ("function", "hint"),
     [
@@ -387,7 +391,9 @@ S0 = 0.348980628
         (lambda *a: textbook.adjust(*a)[:2], "four things"),
         (adjusted((3, lambda p: p[:9])), "must return shapes"),
         (adjusted((0, lambda c: np.r_[35.0, np.zeros(9)])), "stays at its start"),
-        (adjusted((0, lambda c: c + 20)), "runs away"),
+        (adjusted((0, lambda c: c + 20)), "run away"),
+        (runs_behind_the_camera, "run away"),
+        (adjusted((2, lambda s: S0)), "count what the arrays hold"),
         (adjusted((0, lambda c: c + 0.01)), "not the best one"),
         (adjusted((2, lambda s: s * np.sqrt(693 / 900))), "by the redundancy"),
         (adjusted((2, lambda s: s**2)), "take the root"),
