@@ -174,13 +174,13 @@ def motions(exteriors: ArrayLike, points: ArrayLike) -> None:
     """
     fig = network.seven_motions(exteriors, points)
     fig.set_size_inches(7, 4.0)
-    for text in [*fig.texts, *(ax.title for ax in fig.axes)]:
+    for text in [*fig.texts, *(text for ax in fig.axes for text in ax.texts)]:
         text.set_fontsize(13)
     basic.show(
         fig,
         "Seven small pictures of the network with arrows at cameras and points: shifts"
         " in X, Y and Z, rotations about X, Y and Z, and a scale. In each, cameras and"
-        " points move together.",
+        " points move together. The axes X, Y and Z stand beside them.",
     )
 
 

@@ -85,6 +85,11 @@ def seven_motions(
             ax.quiver(*positions[at].T, *step[at].T, **arrows)
         fill(ax, room, where)
         fig.text(where[0] + 0.13, where[1] + 0.45, name, fontsize=20, ha="center")
+    ax = space.space(fig, view=view)
+    tips = space.draw_axes(ax, (0, 0, 0), names=("X", "Y", "Z"), fontsize=18)
+    for drawn in (*ax.collections, *ax.texts):
+        drawn.set_color(basic.BLACK)  # orange and blue are cameras and points here
+    fill(ax, 1.3 * np.vstack([np.zeros(3), tips]), (0.81, 0.78, 0.11, 0.18))
     for y, word, color in ((0.16, "cameras", basic.RED), (0.1, "points", basic.BLUE)):
         fig.text(0.865, y, word, fontsize=19, color=color, ha="center")
     return fig

@@ -123,6 +123,8 @@ def epipolar_plane() -> None:
         (triangle.mean(axis=0) + (0.05, 0, -0.5), "epipolar\nplane"),
     ):
         _write(ax, at, words, basic.BLACK, "center")
+    corner = np.array([-1.9, 0.5, 0.0])
+    drawn.append(space.draw_axes(ax, corner, length=0.6, names=("X", "Y", "Z")))
     fill(ax, np.concatenate(drawn), (0.03, 0.03, 0.94, 0.94))
     basic.show(
         fig,

@@ -64,6 +64,7 @@ def space(
     ax.view_init(elev=elevation, azim=azimuth)
     ax.set_box_aspect((1, 1, 1), zoom=zoom)
     ax.set_axis_off()
+    ax.patch.set_visible(False)  # it would hide what reaches over from its neighbour
     return ax
 
 

@@ -50,7 +50,10 @@ def test_each_of_the_seven_panels_shows_its_motion():
     middle = (EXTERIORS[:, :3].mean(axis=0) + POINTS.mean(axis=0)) / 2
     expected = bundle.motions(POSITIONS, middle)
     longest = 0.24 * np.ptp(POSITIONS, axis=0).max()
-    for ax, motion in zip(fig.axes, expected, strict=True):
+    *panels, axes = fig.axes
+    assert [text.get_text() for text in axes.texts] == ["X", "Y", "Z"]
+    for ax, motion in zip(panels, expected, strict=True):
+        assert (ax.elev, ax.azim) == (axes.elev, axes.azim)
         # The arrows of the cameras were drawn last, from the tip, the heads afterwards
         tips, tails = np.array(
             [s[:2] for s in ax.collections[-1]._segments3d[:9]]
