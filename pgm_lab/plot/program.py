@@ -146,11 +146,16 @@ def networks(given: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
         points = _validate.points(parts[1], 3, f"given, {name}")
         _from_the_side(ax, exteriors, points)
         ax.set_title(name, fontsize=16, loc="left")
+    exactly: Look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.012}
+    axes[0, 0].quiver([1000, 1000], [-1400] * 2, [500, 0], [0, 500], **exactly)
+    for x, z, word in ((1580, -1400, "Y"), (1000, -750, "Z"), (1100, -1150, "500 mm")):
+        ha = "left" if word.endswith("mm") else "center"
+        axes[0, 0].text(x, z, word, fontsize=13, ha=ha, va="center")
     basic.show(
         fig,
         "Networks seen from the side, the object in grey, the axes of the photos in"
-        " blue; a square stands for a photo, its thick side for the top of the sensor:"
-        f" {'; '.join(several)}.",
+        " blue; a square stands for a photo, its thick side for the top of the sensor;"
+        f" arrows of 500 mm along Y and Z: {'; '.join(several)}.",
     )
 
 
