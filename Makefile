@@ -2,8 +2,8 @@
 # Arguments: make test ARGS="-k frames"; another Python: make test PYTHON=python3.12
 
 PYTHON ?= python3
-TASKS = lab test test-oldest test-publish chapter notebooks slides handouts site \
-	student requirements benchmark mutations house
+TASKS = lab test test-slow test-all test-oldest test-publish chapter notebooks slides \
+	handouts site student requirements benchmark mutations house
 
 .PHONY: help $(TASKS)
 

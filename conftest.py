@@ -1,21 +1,59 @@
 """What holds for every run of pytest, from every folder."""
 
+import random
+
+import pytest
+
+pytest_plugins = ["tests.left_behind"]
+
+
+def pytest_addoption(parser):
+    """Let a run be put into another order."""
+    parser.addoption(
+        "--shuffle", type=int, metavar="SEED", help="files and tests in a random order"
+    )
+
 
 def pytest_configure(config):
     """Read the path in pyproject.toml from the project's folder, for nbval."""
+    config.addinivalue_line("markers", "xdist_group: of pytest-xdist, if it is there")
     path = config.getoption("nbval_sanitize_with", None)
     if path:
         config.option.nbval_sanitize_with = str(config.rootpath / path)
 
 
-def pytest_collection_modifyitems(items):
-    """Begin with the longest files: at the end no worker waits for one of them."""
-    items.sort(key=lambda item: not is_long(item.path))
+def pytest_report_header(config):
+    """Say how a shuffled run is repeated."""
+    seed = config.getoption("shuffle")
+    return None if seed is None else f"shuffled: repeat it with --shuffle={seed}"
+
+
+def pytest_collection_modifyitems(config, items):
+    """Begin with the longest files, or shuffle; keep each notebook whole."""
+    files = {}
+    for item in items:
+        files.setdefault(item.path, []).append(item)
+        if is_notebook(item.path):
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+    order = sorted(files, key=lambda path: not is_long(path))
+    seed = config.getoption("shuffle")
+    if seed is not None:
+        dice = random.Random(seed)
+        dice.shuffle(order)
+        for path in order:
+            if not is_notebook(path):  # its cells build on each other
+                dice.shuffle(files[path])
+    items[:] = [item for path in order for item in files[path]]
+
+
+def is_notebook(path):
+    """Whether the tests of a file are the cells of a notebook."""
+    return path.suffix == ".ipynb"
 
 
 def is_long(path):
     """Whether the tests of a file need a kernel, or all handouts, for long."""
-    return path.suffix == ".ipynb" or path.name in (
+    return is_notebook(path) or path.name in (
         "test_student.py",
         "test_chapter.py",
         "test_lab.py",

@@ -5,9 +5,11 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
+from typing import IO
 
-from tools.environment import ROOT, ensure, environment
+from tools.environment import ROOT, Refused, ensure, environment
 
 # Threads of the numerical libraries would fight the parallel test workers for cores.
 ONE_THREAD = {
@@ -57,17 +59,37 @@ def lab(*arguments: str) -> int:
 
 
 def test(*arguments: str) -> int:
-    """Check everything: style, types, unit tests, doctests, every notebook."""
+    """Check everything in minutes: style, types, unit tests, every notebook."""
     python = ensure(".venv", "main")
     for check in (
         ["ruff", "check", "--output-format=concise", "."],
         ["ruff", "format", "--check", "--output-format=concise", "."],
-        ["mypy"],  # what it checks, and how strictly, stands in pyproject.toml
     ):
         code = run([python, "-m", *check])
         if code:
             return code
-    return run_tests(python, arguments)
+    # What mypy checks, and how strictly, stands in pyproject.toml.
+    with tempfile.TemporaryFile() as output:
+        types = started([python, "-m", "mypy"], stdout=output)
+        code = run_tests(python, "-m", "not slow", *arguments)
+        code = waited_for(types) or code
+        output.seek(0)
+        print(output.read().decode(), end="")
+    return code
+
+
+def test_slow(*arguments: str) -> int:
+    """Run the tests that take longer: all bad input, solved copies, large samples."""
+    return run_tests(ensure(".venv", "main"), "-m", "slow", *arguments)
+
+
+def test_all(*arguments: str) -> int:
+    """Run test, test-slow and test-publish, and say at the end what failed."""
+    tasks = {"test": test, "test-slow": test_slow, "test-publish": test_publish}
+    failed = [name for name, task in tasks.items() if task(*arguments)]
+    if failed:
+        print(f"Failed: {', '.join(failed)}")
+    return int(bool(failed))
 
 
 def test_oldest(*arguments: str) -> int:
@@ -78,7 +100,7 @@ def test_oldest(*arguments: str) -> int:
             print("test-oldest needs Python 3.11: python3.11 tasks.py test-oldest")
             return 1
         return run([older, "tasks.py", "test-oldest", *arguments])
-    return run_tests(ensure(".venv-oldest", "oldest"), arguments)
+    return run_tests(ensure(".venv-oldest", "oldest"), *arguments)
 
 
 def test_publish(*arguments: str) -> int:
@@ -154,6 +176,8 @@ def in_container() -> bool:
 TASKS = {
     "lab": lab,
     "test": test,
+    "test-slow": test_slow,
+    "test-all": test_all,
     "test-oldest": test_oldest,
     "test-publish": test_publish,
     "chapter": chapter,
@@ -169,7 +193,7 @@ TASKS = {
 }
 
 
-def run_tests(python: Path, arguments: tuple[str, ...]) -> int:
+def run_tests(python: Path, *arguments: str) -> int:
     """One pytest run over tests, doctests and notebooks, on up to four cores."""
     command = [python, "-m", "pytest", "--nbval", *in_parallel()]
     return run([*command, *arguments], settings(python))
@@ -207,16 +231,33 @@ def run(
 ) -> int:
     """Run a command to its end and give its exit code.
 
-    Ctrl-C goes to the command, which knows best how to stop. With `replace` the
-    command takes the place of this process where the system can do that, so that
-    whoever stops this process stops the command.
+    With `replace` the command takes the place of this process where the system can do
+    that, so that whoever stops this process stops the command.
     """
+    if replace and os.name == "posix":
+        command = [str(part) for part in command]
+        os.chdir(cwd)
+        os.execve(command[0], command, environment(**(extra or {})))
+    return waited_for(started(command, extra, cwd))
+
+
+def started(
+    command: list,
+    extra: dict[str, str] | None = None,
+    cwd: Path = ROOT,
+    stdout: IO[bytes] | None = None,
+) -> subprocess.Popen:
+    """Start a command, with the environment variables that it may have."""
     command = [str(part) for part in command]
     variables = environment(**(extra or {}))
-    if replace and os.name == "posix":
-        os.chdir(cwd)
-        os.execve(command[0], command, variables)
-    process = subprocess.Popen(command, cwd=cwd, env=variables)
+    return subprocess.Popen(command, cwd=cwd, env=variables, stdout=stdout)
+
+
+def waited_for(process: subprocess.Popen) -> int:
+    """Wait for a command and give its exit code.
+
+    Ctrl-C goes to the command, which knows best how to stop.
+    """
     while True:
         try:
             return process.wait()
@@ -237,6 +278,9 @@ def main(arguments: list[str]) -> int:
         return TASKS[arguments[0]](*arguments[1:])
     except KeyboardInterrupt:
         return 130
+    except Refused as reason:
+        print(f"\n{reason}", file=sys.stderr)
+        return 1
     except subprocess.CalledProcessError as error:
         print(
             f"\nThe environment could not be set up: {' '.join(error.cmd)}\n"

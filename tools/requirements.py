@@ -17,12 +17,16 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 OLDEST_PYTHON = "3.11"
 
-# What each file holds: the extras on top of the dependencies, and how they are chosen.
-# Publishing builds on the pins of requirements.txt, which is therefore made first.
+# What each file is compiled from: uv alone, which installs all the others, or the
+# dependencies with some extras. Publishing builds on the pins of requirements.txt,
+# which is therefore made before it.
 FILES = {
-    "requirements.txt": "--extra test",
-    "requirements-publish.txt": "--extra test --extra publish -c requirements.txt",
-    "requirements-oldest.txt": "--extra test --resolution lowest-direct",
+    "requirements-uv.txt": "-",  # the standard input: the range of uv
+    "requirements.txt": "pyproject.toml --extra test",
+    "requirements-publish.txt": (
+        "pyproject.toml --extra test --extra publish -c requirements.txt"
+    ),
+    "requirements-oldest.txt": "pyproject.toml --extra test --resolution lowest-direct",
 }
 
 HEADER = """\
@@ -60,8 +64,14 @@ def tables_sha256(table: dict) -> str:
     """The hash of all in [project] that the requirement files depend on."""
     extras = table["optional-dependencies"]
     used = [table["requires-python"], table["dependencies"]]
-    used += [extras["test"], extras["publish"]]
+    used += [extras["test"], extras["publish"], uv_range(table)]
     return hashlib.sha256(json.dumps(used).encode()).hexdigest()
+
+
+def uv_range(table: dict) -> str:
+    """What [project] says of uv, in its extra for maintainers."""
+    (found,) = (w for w in table["optional-dependencies"]["dev"] if w.startswith("uv>"))
+    return found
 
 
 def direct(table: dict) -> list[str]:
@@ -72,8 +82,8 @@ def direct(table: dict) -> list[str]:
 
 def compile_pins(name: str, *upgrade: str, root: Path = ROOT) -> None:
     """Write one requirement file; its present pins are kept where they fit."""
-    command = [sys.executable, "-m", "uv", "pip", "compile", "pyproject.toml"]
-    command += ["--universal", "--python-version", OLDEST_PYTHON, *FILES[name].split()]
+    command = [sys.executable, "-m", "uv", "pip", "compile", *FILES[name].split()]
+    command += ["--universal", "--python-version", OLDEST_PYTHON]
     command += ["--generate-hashes"]  # pip then takes no other file than these
     command += ["--no-config", "--no-header", "--no-annotate", "--quiet"]
     command += ["--no-emit-index-url", "--no-emit-find-links", "-o", name, *upgrade]
@@ -82,7 +92,12 @@ def compile_pins(name: str, *upgrade: str, root: Path = ROOT) -> None:
     # No index but PyPI: what is pinned here has to be there for everybody.
     variables = {k: v for k, v in os.environ.items() if not k.startswith("UV_")}
     subprocess.run(
-        command, cwd=root, env=variables, check=True, stdout=subprocess.DEVNULL
+        command,
+        cwd=root,
+        env=variables,
+        check=True,
+        input=uv_range(project(root)).encode(),
+        stdout=subprocess.DEVNULL,
     )
     path = root / name
     header = HEADER.format(digest=tables_sha256(project(root)))
@@ -103,7 +118,7 @@ def environment_yml(table: dict) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Write all four files, with newer versions if asked to."""
+    """Write all five files, with newer versions if asked to."""
     if arguments not in ([], ["--upgrade"]):
         print("python tasks.py requirements [--upgrade]")
         return 2

@@ -8,7 +8,14 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from tools.requirements import FILES, ROOT, environment_yml, project, tables_sha256
+from tools.requirements import (
+    FILES,
+    ROOT,
+    environment_yml,
+    project,
+    tables_sha256,
+    uv_range,
+)
 
 EXTRAS = {
     "requirements.txt": ["test"],
@@ -42,9 +49,12 @@ def pins(file_name: str) -> dict[str, set[str]]:
 
 def disagreements(table: dict, file_name: str) -> list[str]:
     """Dependencies that a file does not pin, or pins outside their range."""
-    wanted = list(table["dependencies"])
-    for extra in EXTRAS[file_name]:
-        wanted += table["optional-dependencies"][extra]
+    if file_name == "requirements-uv.txt":
+        wanted = [uv_range(table)]
+    else:
+        wanted = list(table["dependencies"])
+        for extra in EXTRAS[file_name]:
+            wanted += table["optional-dependencies"][extra]
     pinned = pins(file_name)
     found = []
     for requirement in map(Requirement, wanted):
@@ -99,6 +109,17 @@ def test_oldest_pins_are_the_lower_bounds():
         # setuptools>=77 has no 77.0.0, opencv's 4.11 is called 4.11.0.86
         assert Version(version).release[:2] >= Version(bound).release[:2]
         assert version.startswith(bound.removesuffix(".0"))
+
+
+def test_uv_has_a_file_for_itself():
+    """What installs all others is not among them, and its bound counts as well."""
+    assert set(pins("requirements-uv.txt")) == {"uv"}
+    assert all("uv" not in pins(file_name) for file_name in EXTRAS)
+    table = copy.deepcopy(project())
+    extra = table["optional-dependencies"]["dev"]
+    extra[extra.index(uv_range(table))] = "uv>=9999"
+    assert tables_sha256(table) != recorded_digest("requirements-uv.txt")
+    assert disagreements(table, "requirements-uv.txt") == ["uv>=9999"]
 
 
 def test_environment_yml_is_derived():
