@@ -5,8 +5,8 @@ stated before the adjustment, Pope's as the adjustment estimates it.
 """
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from pgm_lab import _validate
 
@@ -48,7 +48,7 @@ def critical_w(alpha: float = 0.001) -> float:
     >>> print(f"{critical_w():.2f}")
     3.29
     """
-    return float(stats.norm.isf(_validate.probability(alpha, "alpha") / 2))
+    return float(scipy.stats.norm.isf(_validate.probability(alpha, "alpha") / 2))
 
 
 def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndarray:
@@ -89,12 +89,12 @@ def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndar
     alpha = _validate.probability(alpha, "alpha")
     r = _validate.finite(redundancy, "redundancy")
     known = np.where(r < 2, np.nan, r)
-    t = stats.t.isf(alpha / 2, known - 1)
+    t = scipy.stats.t.isf(alpha / 2, known - 1)
     tau = t * np.sqrt(known) / np.sqrt(known - 1 + t**2)
     return np.where(r < 2, np.inf, tau)[()]
 
 
-def distribution(test: str, redundancy: int) -> stats.rv_continuous:
+def distribution(test: str, redundancy: int) -> "scipy.stats.rv_continuous":
     """Return the distribution of w, or of tau, when there is no blunder.
 
     The residuals, scaled to unit length, point in any direction of a space of r
@@ -125,7 +125,7 @@ def distribution(test: str, redundancy: int) -> stats.rv_continuous:
     0.0010
     """
     if _validate.choice(test, "test", tuple(NAMES)) == "w":
-        return stats.norm()
+        return scipy.stats.norm()
     half = (_validate.whole(redundancy, "redundancy", 2) - 1) / 2
     root = np.sqrt(2 * half + 1)
-    return stats.beta(half, half, loc=-root, scale=2 * root)
+    return scipy.stats.beta(half, half, loc=-root, scale=2 * root)

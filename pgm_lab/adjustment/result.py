@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import outliers
@@ -162,8 +162,8 @@ class Adjustment:
         if np.any(self.redundancy == 0):
             raise ValueError("without redundancy there is nothing to test")
         statistic = self.redundancy * (self.sigma0 / self.sigma0_prior) ** 2
-        lower = chi2.ppf(alpha / 2, self.redundancy)
-        upper = chi2.ppf(1 - alpha / 2, self.redundancy)
+        lower = scipy.stats.chi2.ppf(alpha / 2, self.redundancy)
+        upper = scipy.stats.chi2.ppf(1 - alpha / 2, self.redundancy)
         return GlobalTest(
             statistic, lower, upper, (lower <= statistic) & (statistic <= upper)
         )

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.adjustment.outliers import critical_tau, critical_w
@@ -179,7 +179,7 @@ def significance(result: Bundle, alpha: float = 0.05) -> list[Significance]:
     u = len(result.estimate)
     # without redundancy the standard deviations come from sigma0_prior, known exactly
     known = not result.redundancy
-    distribution = stats.norm if known else stats.t(result.redundancy)
+    distribution = scipy.stats.norm if known else scipy.stats.t(result.redundancy)
     for i, name in enumerate(result.interior_names):
         parameter, camera = result.estimate[i % u], i // u
         if parameter == "c":

@@ -3,13 +3,14 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy import ndimage
 
 from pgm_lab._validate import real
 from pgm_lab.checks import CheckFailed, answer_of, near
 
-SCENE = ndimage.gaussian_filter(np.random.default_rng(7).normal(0, 100, (84, 96)), 1.2)
+NOISE = np.random.default_rng(7).normal(0, 100, (84, 96))
+SCENE = scipy.ndimage.gaussian_filter(NOISE, 1.2)
 SEARCHES = [  # point, chip, radius, shift of the sensed image
     ((38, 47), 9, 3, (2, -1)),
     ((51, 40), 7, 4, (-3, -2)),
@@ -19,7 +20,7 @@ SEARCHES = [  # point, chip, radius, shift of the sensed image
 
 def moved(shift: tuple[float, float]) -> np.ndarray:
     """The scene with every point moved by (columns, rows)."""
-    return ndimage.shift(SCENE, shift[::-1], order=3, mode="mirror")
+    return scipy.ndimage.shift(SCENE, shift[::-1], order=3, mode="mirror")
 
 
 def search_of(

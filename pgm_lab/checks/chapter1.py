@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from pgm_lab import frames, simulate
 from pgm_lab.checks import CheckFailed, call, first_slip, near, numbers, report
@@ -206,10 +206,10 @@ def centroid(function: Callable) -> None:
         clean = simulate.target(centre, 6.0, (21, 27), background=background)
         window = simulate.photograph(clean, noise=4.0, seed=int(background))
         found.append(call(function, window, background, shape=(2,)))
-        centres.append(ndimage.center_of_mass(window - background)[::-1])
-        left_in.append(ndimage.center_of_mass(window)[::-1])
+        centres.append(scipy.ndimage.center_of_mass(window - background)[::-1])
+        left_in.append(scipy.ndimage.center_of_mass(window)[::-1])
         weight = np.maximum(window - background, 0)
-        clipped.append(ndimage.center_of_mass(weight)[::-1])
+        clipped.append(scipy.ndimage.center_of_mass(weight)[::-1])
     answers, expected = np.array(found), np.array(centres)
     upwards = np.column_stack([expected[:, 0], 20 - expected[:, 1]])
     slips: list[tuple[ArrayLike, str]] = [

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from pgm_lab._validate import real
 from pgm_lab.checks import (
@@ -27,7 +27,8 @@ SEARCHES = [
     (60, 25, 9, 0, 12, 5.6),
     (70, 33, 5, -12, 0, -7.4),
 ]
-SCENE = ndimage.gaussian_filter(np.random.default_rng(8).normal(0, 100, (60, 120)), 1.2)
+NOISE = np.random.default_rng(8).normal(0, 100, (60, 120))
+SCENE = scipy.ndimage.gaussian_filter(NOISE, 1.2)
 
 
 def model_point(function: Callable[..., object]) -> None:
@@ -214,7 +215,7 @@ def _on_the_other_side() -> np.ndarray:
 def _search(function: Callable[..., object], *case: float) -> tuple[float, float]:
     """Disparity and r that a function finds in a scene that was moved."""
     column, row, window, low, high, shift = case
-    right = ndimage.shift(SCENE, (0, -shift), order=3, mode="mirror")
+    right = scipy.ndimage.shift(SCENE, (0, -shift), order=3, mode="mirror")
     answer = answer_of(function, SCENE, right, column, row, window, low, high)
     try:
         d, r = real(answer, "the answer").astype(float).reshape(2)
@@ -253,7 +254,7 @@ def sigma_height(function: Callable[..., object]) -> None:
 def row_points(function: Callable[..., object]) -> None:
     """Check the object points along one row."""
     noise = np.random.default_rng(3).normal(0, 50, SCENE.shape)
-    moved = ndimage.shift(SCENE, (0, -2.3), order=3, mode="mirror")
+    moved = scipy.ndimage.shift(SCENE, (0, -2.3), order=3, mode="mirror")
     right = np.where(np.arange(SCENE.shape[1]) < 70, moved, noise)
     stations = np.array([(10.0, -20.0, 1000.0), (400.0, 5.0, 1010.0)])
     origin = np.array([(3.0, 1.0), (-6.0, 1.0)])

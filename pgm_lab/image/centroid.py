@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import stats
 
 from pgm_lab import _validate
 
@@ -186,7 +186,7 @@ def _is_flat(
         mean, sd = 0.0, np.sqrt(n + n**2 / ring_pixels)
     else:
         k = threshold / np.maximum(sigma, 1e-300)
-        above, density = stats.norm.sf(k), stats.norm.pdf(k)
+        above, density = scipy.stats.norm.sf(k), scipy.stats.norm.pdf(k)
         each = density - k * above
         variance = (1 + k**2) * above - k * density - each**2
         mean, sd = n * each, np.sqrt(n * variance + (n * above) ** 2 / ring_pixels)

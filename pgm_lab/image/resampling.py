@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from pgm_lab import _validate
 
@@ -89,7 +89,9 @@ def resample(
         x, y = np.clip(x, 0, far_corner[0]), np.clip(y, 0, far_corner[1])
     if method in _ORDERS:
         yx = np.stack([y.ravel(), x.ravel()])  # SciPy wants one axis at least
-        grey = ndimage.map_coordinates(image, yx, order=_ORDERS[method], mode="mirror")
+        grey = scipy.ndimage.map_coordinates(
+            image, yx, order=_ORDERS[method], mode="mirror"
+        )
     else:
         pieces = max(1, x.size // _CHUNK)
         parts = zip(*(np.array_split(c.ravel(), pieces) for c in (x, y)), strict=True)

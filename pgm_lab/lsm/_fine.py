@@ -10,7 +10,7 @@ Nothing here is checked: that is done in `matching` and `rigorous`.
 
 import cv2
 import numpy as np
-from scipy import ndimage
+import scipy
 
 REACH = 8  # pixels to each side that a coefficient rests on
 WINDOW = 7.0  # shape of the Kaiser window over the sinc
@@ -55,7 +55,7 @@ def inner_coefficients(parts: np.ndarray) -> np.ndarray:
 def sample(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Grey values at columns x and rows y of the image, from its coefficients."""
     at = np.array([2 * y.ravel(), 2 * x.ravel()])
-    found = ndimage.map_coordinates(
+    found = scipy.ndimage.map_coordinates(
         fine, at, output=float, order=3, mode="mirror", prefilter=False
     )
     return found.reshape(x.shape)
@@ -111,7 +111,7 @@ def _kernels() -> tuple[np.ndarray, np.ndarray]:
     doubled = np.zeros(4 * REACH + 1)
     doubled[2 * REACH] = 1
     doubled[1::2] = sinc / sinc.sum()
-    spline = ndimage.spline_filter1d(np.pad(doubled, 40), 3, mode="mirror")
+    spline = scipy.ndimage.spline_filter1d(np.pad(doubled, 40), 3, mode="mirror")
     middle = len(spline) // 2
     on = spline[middle - 2 * REACH : middle + 2 * REACH + 1 : 2]
     between = spline[middle - 2 * REACH + 1 : middle + 2 * REACH : 2]
@@ -125,7 +125,7 @@ def _derivative() -> np.ndarray:
     """
     impulse = np.zeros(33)
     impulse[16] = 1
-    spline = ndimage.spline_filter1d(impulse, 5, mode="mirror")
+    spline = scipy.ndimage.spline_filter1d(impulse, 5, mode="mirror")
     response = np.convolve(spline, np.array([1, 10, 0, -10, -1]) / 24, mode="same")
     return response[16 - REACH : 17 + REACH][::-1].copy()
 
@@ -139,7 +139,7 @@ def _gain(steps: int = 32) -> np.ndarray:
     spline[0::2] = _filter(impulse, KERNELS[0][None])[0]
     spline[1::2] = _filter(impulse, KERNELS[1][None])[0]
     x = np.arange(REACH, n - REACH - 1)[:, None] + np.linspace(0, 1, steps + 1)
-    weights = ndimage.map_coordinates(spline, [2 * x], order=3, prefilter=False)
+    weights = scipy.ndimage.map_coordinates(spline, [2 * x], order=3, prefilter=False)
     return (weights**2).sum(axis=0)
 
 

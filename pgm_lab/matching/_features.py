@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from pgm_lab.matching._field import Field
 
@@ -147,7 +147,7 @@ def smooth(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Whether a feature has moved about as its neighbours have."""
     if len(p) < FEWEST:
         return np.ones(len(p), bool)
-    _, near = cKDTree(p).query(p, min(9, len(p)))
+    _, near = scipy.spatial.cKDTree(p).query(p, min(9, len(p)))
     offset = q - p
     middle = np.median(offset[near[:, 1:]], axis=1)
     away = np.linalg.norm(offset - middle, axis=1)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 NEIGHBOURS = 16  # features that tell where a point lies
 STIFF = 30.0  # px: features spread less than that cannot tell the shape of a window
@@ -35,7 +35,9 @@ class Field:
         m = len(self.left)
         all_of_them = np.arange(m)[None]
         position, shape = self._affine(middle, all_of_them, np.eye(2), 1.0)
-        distance, near = cKDTree(self.left).query(points, min(NEIGHBOURS, m))
+        distance, near = scipy.spatial.cKDTree(self.left).query(
+            points, min(NEIGHBOURS, m)
+        )
         distance, near = (
             distance.reshape(len(points), -1),
             near.reshape(len(points), -1),

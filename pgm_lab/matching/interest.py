@@ -2,8 +2,8 @@
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from pgm_lab import _validate
 
@@ -168,5 +168,5 @@ def _spread(points: np.ndarray, space: float) -> np.ndarray:
     cell = np.floor(points / space).astype(np.int64)
     _, first = np.unique(cell, axis=0, return_index=True)
     some = points[np.sort(first)]
-    close = cKDTree(some).query_pairs(space / 2, output_type="ndarray")
+    close = scipy.spatial.cKDTree(some).query_pairs(space / 2, output_type="ndarray")
     return np.delete(some, np.unique(close.max(axis=1)), axis=0) if len(close) else some

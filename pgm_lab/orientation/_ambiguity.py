@@ -1,6 +1,6 @@
 """When another solution fits the observations as well as the best one."""
 
-from scipy.stats import chi2, f
+import scipy
 
 # Probability with which errors of known size stay below the limit.
 KNOWN = 0.999
@@ -28,5 +28,5 @@ def largest_objective(
         In the squared unit of the observations.
     """
     if sigma is not None:
-        return max(least, sigma**2 * chi2.ppf(KNOWN, redundancy))
-    return least * f.ppf(level, redundancy, redundancy)
+        return max(least, sigma**2 * scipy.stats.chi2.ppf(KNOWN, redundancy))
+    return least * scipy.stats.f.ppf(level, redundancy, redundancy)

@@ -1,49 +1,55 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-What every chapter needs is here; the rest stands in modules by its subject.
+What every chapter needs is here; the rest stands in modules by its subject, each of
+which is loaded when it is first used.
 """
 
-from pgm_lab.plot import (
-    bundle,
-    calibrate,
-    cameras,
-    chips,
-    estimates,
-    fifty,
-    forty,
-    fringe,
-    heights,
-    levelling,
-    locations,
-    lsm,
-    mark,
-    matches,
-    matching,
-    matrices,
-    network,
-    parallax,
-    precision,
-    printed,
-    program,
-    rays,
-    registration,
-    search,
-    sensor,
-    shifts,
-    space,
-    start,
-    stereo,
-    studies,
-    subpixel,
-    target,
-    trials,
-    troubles,
-    turns,
-    twentyfive,
-    validation,
-    village,
-    windows,
-)
+import importlib
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pgm_lab.plot import (
+        bundle,
+        calibrate,
+        cameras,
+        chips,
+        estimates,
+        fifty,
+        forty,
+        fringe,
+        heights,
+        levelling,
+        locations,
+        lsm,
+        mark,
+        matches,
+        matching,
+        matrices,
+        network,
+        parallax,
+        precision,
+        printed,
+        program,
+        rays,
+        registration,
+        search,
+        sensor,
+        shifts,
+        space,
+        start,
+        stereo,
+        studies,
+        subpixel,
+        target,
+        trials,
+        troubles,
+        turns,
+        twentyfive,
+        validation,
+        village,
+        windows,
+    )
 from pgm_lab.plot._overlay import overlay
 from pgm_lab.plot._pixel import pixel_on_ground
 from pgm_lab.plot._sliders import interact
@@ -122,3 +128,15 @@ __all__ = [
     "village",
     "windows",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    """Load a module of figures when it is first used."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return importlib.import_module(f"{__name__}.{name}")
+
+
+def __dir__() -> list[str]:
+    """Name also what is not loaded yet."""
+    return __all__

@@ -9,15 +9,15 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from IPython.display import publish_display_data
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from numpy.typing import ArrayLike
 from PIL import Image
-from scipy.stats import chi2
 
 from pgm_lab import _validate
+from pgm_lab._shown import publish_display_data
 from pgm_lab.plot import _doors, _labels
 
 # The palette of Okabe and Ito (2008), told apart in all common kinds of colour vision.
@@ -216,7 +216,9 @@ def error_ellipse(
     magnify = _validate.positive_number(magnify, "magnify", "a factor")
     variance, axes = np.linalg.eigh(C)
     variance = np.maximum(variance, 0.0)  # but for rounding
-    width, height = 2 * magnify * np.sqrt(variance * chi2.ppf(probability, df=2))
+    width, height = (
+        2 * magnify * np.sqrt(variance * scipy.stats.chi2.ppf(probability, df=2))
+    )
     angle = np.degrees(np.arctan2(axes[1, 0], axes[0, 0]))
     style = {"fill": False, "color": RED, "linewidth": 2.2} | style
     ellipse = Ellipse((x, y), width, height, angle=angle, **style)

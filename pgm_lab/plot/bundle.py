@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from scipy.stats import t
 
 from pgm_lab import _validate
 from pgm_lab._rounding import round_number
@@ -63,7 +63,7 @@ def lens_curve(
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
     rho = np.linspace(0, 1.1 * measured.max() if rho_max is None else rho_max, 301)
-    quantile = t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
+    quantile = scipy.stats.t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
 
     fig, axes = plt.subplots(
         2, 1, figsize=(10, 6.2), sharex=True, height_ratios=(1.7, 1)

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
+import scipy
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
-from scipy.stats import chi2
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
@@ -116,7 +116,7 @@ def scatter(sigma0s: ArrayLike, ours: float, stated: float, redundancy: int) -> 
     ours = _validate.positive_number(ours, "ours", "mm")
     stated = _validate.positive_number(stated, "stated", "mm")
     r = _validate.whole(redundancy, "redundancy", 1)
-    low, high = stated * np.sqrt(chi2.ppf((0.025, 0.975), r) / r)
+    low, high = stated * np.sqrt(scipy.stats.chi2.ppf((0.025, 0.975), r) / r)
     fig, ax = plt.subplots(figsize=(7, 3.1))
     label = f"{len(sigma0s)} honest surveys"
     bins = np.linspace(0, max(2.4 * stated, ours), 33)

@@ -2,10 +2,10 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+import scipy
 from ipywidgets import Dropdown, FloatSlider
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
@@ -120,7 +120,7 @@ def _part(image: np.ndarray, column: float, row: float) -> np.ndarray:
     """Grey levels from 0 to 1 around a place, between the pixels by a line."""
     step = np.arange(SIZE) - SIZE // 2
     places = np.meshgrid(row + step, column + step, indexing="ij")
-    part = ndimage.map_coordinates(image, places, order=1, mode="nearest")
+    part = scipy.ndimage.map_coordinates(image, places, order=1, mode="nearest")
     return grey_levels(part, "image")
 
 

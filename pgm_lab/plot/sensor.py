@@ -2,9 +2,9 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
+import scipy
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
@@ -181,7 +181,7 @@ def ground(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
         edges = np.linspace(0, side, max(2, round(side * gsd / wanted) + 1))
         summed = np.pad(grey[:side, :side], ((1, 0), (1, 0))).cumsum(0).cumsum(1)
         at = np.meshgrid(edges, edges, indexing="ij")
-        corners = ndimage.map_coordinates(summed, at, order=1)
+        corners = scipy.ndimage.map_coordinates(summed, at, order=1)
         area = np.outer(np.diff(edges), np.diff(edges))
         ax.imshow(np.diff(np.diff(corners, axis=0), axis=1) / area)
         ax.set_title(f"{100 * wanted:.0f} cm", loc="center")

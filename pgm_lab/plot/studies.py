@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
+import scipy
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
-from scipy.stats import chi2
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
@@ -99,7 +99,9 @@ def predicted_against_sampled(
         sampled = {"sampled": sampled}
     series = _same_length({"predicted": predicted} | dict(sampled), "sampled", names)
     predicted = _validate.positive(series.pop("predicted"), "predicted", "its unit")
-    low, high = np.sqrt(chi2.ppf((0.025, 0.975), samples - 1) / (samples - 1))
+    low, high = np.sqrt(
+        scipy.stats.chi2.ppf((0.025, 0.975), samples - 1) / (samples - 1)
+    )
     fig, ax = plt.subplots(figsize=(11, 5.4))
     ax.axhspan(low, high, color=basic.GREY, alpha=0.25, label="95 %, if it holds")
     ax.axhline(1, color=basic.BLACK, linewidth=1.4)

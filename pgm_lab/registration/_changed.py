@@ -1,8 +1,8 @@
 """Chips that changed: textured in both images, but matched by nothing in the other."""
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.spatial import cKDTree
 
 from pgm_lab import ncc
 
@@ -41,7 +41,7 @@ def changed(
     unlike = 1 - np.maximum(found.r, 0) ** 2
     k = np.flatnonzero(unlike > HALF)  # not NaN, where nothing was compared
     among = min(NEIGHBOURS, len(accepted))
-    near = accepted[cKDTree(points[accepted]).query(points[k], among)[1]]
+    near = accepted[scipy.spatial.cKDTree(points[accepted]).query(points[k], among)[1]]
     expected = np.median(unlike[near], axis=1)
     for image, at in ((reference, points), (sensed, found.points)):
         some = np.unique(near)

@@ -1,8 +1,8 @@
 """The sensed image drawn again in the pixels of the reference image."""
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
 
 from pgm_lab import _validate
 from pgm_lab.image import resample as grey_between
@@ -116,7 +116,7 @@ def _draw(
         if holes.all():
             return
         known = ~_touches(holes, places, method)
-        nearest = ndimage.distance_transform_edt(
+        nearest = scipy.ndimage.distance_transform_edt(
             holes, return_distances=False, return_indices=True
         )
         piece = piece[tuple(nearest)]  # so that no spline swings at the holes

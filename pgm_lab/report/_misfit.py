@@ -1,7 +1,7 @@
 """What does not fit: sigma0, control, suspected blunders, and warnings of them."""
 
 import numpy as np
-from scipy.stats import chi2, poisson
+import scipy
 
 from pgm_lab._rounding import plain
 from pgm_lab.adjustment.outliers import NAMES
@@ -110,7 +110,7 @@ def sigma0(result: Bundle) -> Finding | None:
             " sigma0_prior gives standard deviations.",
         )
     stated = result.sigma0_prior or 1.0
-    ends = chi2.ppf([ALPHA / 2, 1 - ALPHA / 2], redundancy)
+    ends = scipy.stats.chi2.ppf([ALPHA / 2, 1 - ALPHA / 2], redundancy)
     low, high = stated * np.sqrt(ends / redundancy)
     if low <= result.sigma0 <= high:
         return None
@@ -181,7 +181,7 @@ def blunders(result: Bundle) -> Finding | None:
     chance = result.standardized.size / 1000  # as critical_value has it
     advice = (
         "Look at the largest first: one blunder makes its neighbours suspect too."
-        if found > poisson.ppf(1 - ALPHA, chance)
+        if found > scipy.stats.poisson.ppf(1 - ALPHA, chance)
         else "This is no more than chance, so perhaps none is a blunder."
     )
     if control_first(result):

@@ -2,8 +2,8 @@
 
 import cv2
 import numpy as np
+import scipy
 from matplotlib import cbook
-from scipy.interpolate import RectBivariateSpline
 
 from pgm_lab import datasets
 from pgm_lab.simulate._cubic import enlarged
@@ -29,7 +29,9 @@ def terrain(X: np.ndarray, Y: np.ndarray, relief: float) -> np.ndarray:
     column = HILLS[1] + (X - X.mean()) / POST
     rows, columns = _around(row), _around(column)
     near = posts[np.ix_(_mirrored(rows, len(posts)), _mirrored(columns, len(posts.T)))]
-    z = RectBivariateSpline(rows, columns, near)(row, column).astype(np.float32)
+    z = scipy.interpolate.RectBivariateSpline(rows, columns, near)(row, column).astype(
+        np.float32
+    )
     z -= z.min()
     z *= np.float32(relief) / z.max()
     return z

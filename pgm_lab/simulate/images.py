@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import erf
 
 from pgm_lab import _validate
 
 # Grey values are integrated over each pixel by Gauss-Legendre quadrature: five nodes a
 # side leave less than 1e-3 of a grey value for a blur of half a pixel and more.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+_CHUNK = 1 << 18  # nodes at a time: 2 MB, which fits into the cache
 
 
 def target(
@@ -68,16 +69,28 @@ def target(
     foreground = _validate.number(foreground, "foreground")
     background = _validate.number(background, "background")
     _validate.size("shape", centre.size, 5 * rows, 5 * columns)
-    nodes = _NODES / 2
-    x = (np.arange(columns)[:, None] + nodes).ravel() - centre[..., None, 0]
-    y = (np.arange(rows)[:, None] + nodes).ravel() - centre[..., None, 1]
-    radius = np.hypot(x[..., None, :], y[..., :, None])
-    profile = (1 - erf((radius - diameter / 2) / (np.sqrt(2) * blur))) / 2
-    n = len(nodes)
-    weights = _WEIGHTS / 2
-    fine = profile.reshape(*centre.shape[:-1], rows, n, columns, n)
-    disc = np.einsum("...injm,n,m->...ij", fine, weights, weights)
-    return background + (foreground - background) * disc
+    flat = centre.reshape(-1, 2)
+    pieces = max(1, len(flat) * rows * columns * _NODES.size**2 // _CHUNK)
+    discs = np.concatenate(
+        [
+            _disc(part, diameter, rows, columns, blur)
+            for part in np.array_split(flat, pieces)
+        ]
+    ).reshape(*centre.shape[:-1], rows, columns)
+    return background + (foreground - background) * discs
+
+
+def _disc(
+    centre: np.ndarray, diameter: float, rows: int, columns: int, blur: float
+) -> np.ndarray:
+    """Shares (n, rows, columns) of the disc in each pixel, around centres (n, 2)."""
+    nodes, n, weights = _NODES / 2, _NODES.size, _WEIGHTS / 2
+    x = (np.arange(columns)[:, None] + nodes).ravel() - centre[:, None, 0]
+    y = (np.arange(rows)[:, None] + nodes).ravel() - centre[:, None, 1]
+    radius = np.hypot(x[:, None, :], y[:, :, None])
+    profile = (1 - scipy.special.erf((radius - diameter / 2) / (np.sqrt(2) * blur))) / 2
+    fine = profile.reshape(-1, rows, n, columns, n)
+    return np.einsum("kinjm,n,m->kij", fine, weights, weights)
 
 
 def photograph(

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, DTypeLike
-from scipy import ndimage
 
 from pgm_lab import _validate
 from pgm_lab.simulate.images import generator, photograph
@@ -155,7 +155,9 @@ def _blurred(scene: np.ndarray, blur: float) -> np.ndarray:
             f"blur must be at most a quarter of the scene; {blur:g} of its pixels are"
             f" too much for a shape of {scene.shape}"
         )
-    return ndimage.gaussian_filter(scene, blur, truncate=6.0) if blur > 0 else scene
+    return (
+        scipy.ndimage.gaussian_filter(scene, blur, truncate=6.0) if blur > 0 else scene
+    )
 
 
 def _changed_fields(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from pgm_lab import matching
 from pgm_lab.camera.photo import Photo
@@ -88,7 +88,7 @@ def explanations(
             corrections[which] = x * units[which]
             return remaining(corrections)
 
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             residuals, np.zeros(len(which)), loss="soft_l1", f_scale=LARGE
         )
         return found.x * units[which], float(np.sqrt(np.mean(found.fun**2)))

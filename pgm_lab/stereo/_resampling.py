@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from pgm_lab.camera.photo import Photo
 
@@ -42,7 +42,7 @@ def resampled(
         # A hair of rounding does not push the outermost pixel out
         out = ~((at >= -1e-6) & (at <= last + 1e-6)).all(-1)
         at[out] = 0
-        grey = ndimage.map_coordinates(
+        grey = scipy.ndimage.map_coordinates(
             spline, [at[..., 1], at[..., 0]], output=np.float32, order=3,
             mode="mirror", prefilter=False,
         )  # fmt: skip
@@ -76,10 +76,11 @@ def _prepared(grey: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray | 
             raise ValueError("a photo has no grey values at all")
         lacking = none.astype(np.float32)
         # The nearest grey value, so that no spline swings at the holes
-        nearest = ndimage.distance_transform_edt(
+        nearest = scipy.ndimage.distance_transform_edt(
             none, return_distances=False, return_indices=True
         )
         values = values[tuple(nearest)]
     if ratio > FINER:
         values = cv2.GaussianBlur(values, (0, 0), 0.5 * np.sqrt(ratio**2 - 1))
-    return ndimage.spline_filter(values, 3, output=np.float32, mode="mirror"), lacking
+    spline = scipy.ndimage.spline_filter(values, 3, output=np.float32, mode="mirror")
+    return spline, lacking

@@ -4,10 +4,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import ndimage
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import QhullError
 
 from pgm_lab import _validate
 
@@ -203,8 +201,10 @@ def _between(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Heights in the middles of the cells, NaN outside the hull."""
     start = middle.mean(0)
     try:
-        linear = LinearNDInterpolator(middle[:, :2] - start[:2], middle[:, 2])
-    except QhullError:
+        linear = scipy.interpolate.LinearNDInterpolator(
+            middle[:, :2] - start[:2], middle[:, 2]
+        )
+    except scipy.spatial.QhullError:
         raise ValueError(
             "the points lie on one line, seen from above: there is no surface between"
             " them"
@@ -217,4 +217,4 @@ def _far(measured: np.ndarray, most: float) -> np.ndarray:
     """Cells further than so many cells from all with a point."""
     if not measured.any():
         return np.ones(measured.shape, bool)
-    return ndimage.distance_transform_edt(~measured) > most
+    return scipy.ndimage.distance_transform_edt(~measured) > most

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from scipy.spatial import KDTree
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.camera.photo import Photo
@@ -66,7 +66,9 @@ def neighbours(
         return np.zeros((0, 2), int)
     middles = np.array([corners.mean(0) for corners in prints])
     radius = [np.linalg.norm(p - m, axis=1).max() for p, m in zip(prints, middles)]
-    near = KDTree(middles).query_pairs(2 * max(radius), output_type="ndarray")
+    near = scipy.spatial.KDTree(middles).query_pairs(
+        2 * max(radius), output_type="ndarray"
+    )
     chosen = [k for k in near if least <= _share(*(prints[i] for i in k)) <= most]
     return np.array(sorted(map(tuple, chosen)), int).reshape(-1, 2)
 

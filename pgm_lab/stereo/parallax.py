@@ -7,8 +7,8 @@ row of both. So points are matched freely, in two dimensions, and their rows com
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from pgm_lab import _validate, matching
 from pgm_lab.stereo._elements import FEWEST, LARGE, Element, exchanged, explanations
@@ -251,7 +251,7 @@ def _trend(
         return A[known] @ x - values[known]
 
     start = np.array([np.median(values[known]), 0, 0])
-    trend = least_squares(off, start, loss="soft_l1", f_scale=LARGE).x
+    trend = scipy.optimize.least_squares(off, start, loss="soft_l1", f_scale=LARGE).x
     return trend, values - A @ trend
 
 
