@@ -1,8 +1,7 @@
 """The chapters of the workbook as ``data/chapters.csv`` lists them: README's table."""
 
-from IPython.display import publish_display_data
-
 from pgm_lab import _validate, datasets
+from pgm_lab._shown import publish_display_data
 
 HEADER = ("no.", "chapter", "asks", "sources", "minutes")
 

@@ -2,9 +2,8 @@
 
 from html import escape
 
-from IPython.display import publish_display_data
-
 from pgm_lab import _validate, datasets
+from pgm_lab._shown import publish_display_data
 
 # What the cell shows after the choices waits until one of them is open, and so does a
 # text without heading right below the cell; of several predictions in one cell, each

@@ -215,16 +215,17 @@ def _resampled(
     if {"bilinear", "rounded", "truncated"} & set(defects):
         method = "bilinear"
 
-    def grey(column, row):
-        g = resample(image, points + (column, row), method, np.nan)
-        if "rounded" in defects:
-            return np.floor(g + 0.5)
-        return np.floor(g) if "truncated" in defects else g
-
-    gx, gy = (grey(1, 0) - grey(-1, 0)) / 2, (grey(0, 1) - grey(0, -1)) / 2
+    steps = (0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)
+    around = np.stack([points + step for step in steps])
+    g = resample(image, around, method, np.nan)  # together: it filters the whole image
+    if "rounded" in defects:
+        g = np.floor(g + 0.5)
+    elif "truncated" in defects:
+        g = np.floor(g)
+    gx, gy = (g[1] - g[2]) / 2, (g[3] - g[4]) / 2
     if "integer gradients" in defects:
         gx, gy = np.trunc(gx), np.trunc(gy)
-    return grey(0, 0), gx, gy
+    return g[0], gx, gy
 
 
 def _design(

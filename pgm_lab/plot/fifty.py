@@ -197,11 +197,13 @@ def chips(
     shifts = _validate.of_shape(shifts, points.shape, "shifts")
     if not 1 <= len(points) <= 4:
         raise ValueError(f"points must be one to four; got {len(points)}")
+    pairs = [
+        (around(one, at, "reference"), around(other, at + shift, "sensed"))
+        for at, shift in zip(points, shifts)
+    ]
     fig = plt.figure(figsize=(5 * len(points), 3.35))
     parts = fig.subfigures(1, len(points), squeeze=False)[0]
-    for part, at, shift, letter in zip(parts, points, shifts, "PQRS"):
-        here = around(one, at, "reference")
-        there = around(other, at + shift, "sensed")
+    for part, (here, there), letter in zip(parts, pairs, "PQRS"):
         axes = part.subplot_mosaic("ac;bc", width_ratios=(1, 2.1))
         first, second, both = (axes[place] for place in "abc")
         first.imshow(grey_levels(here, "reference"), vmin=0, vmax=1)

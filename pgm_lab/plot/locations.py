@@ -83,27 +83,28 @@ def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
     starts = _validate.of_shape(starts, (len(places),), "starts")
     if not 1 <= len(places) <= 4:
         raise ValueError("places must be one to four points")
+    half, high = TILE // 2, HIGH // 2
+    parts = []
+    for (column, row), start in zip(places, starts):
+        rows = slice(row - high, row + high + 1)
+        middle = column - round(start)
+        columns, rest = slice(column - half, column + half + 1), middle - REACH
+        tile = pair.left[rows, columns]
+        strip = pair.right[rows, max(rest, 0) : middle + REACH + 1]
+        shapes = tile.shape == (HIGH, TILE) and strip.shape == (HIGH, 2 * REACH + 1)
+        if min(rows.start, columns.start, rest) < 0 or not shapes:
+            raise ValueError("a place lies too near to the edge of the photo")
+        parts.append((tile, strip, column - rest))
     shape: basic.Look = {"gridspec_kw": {"width_ratios": (TILE, 2 * REACH + 1)}}
     shape |= {"figsize": (7, 0.5 + 1.3 * len(places)), "squeeze": False}
     shape["layout"] = "compressed"
     fig, axes = plt.subplots(len(places), 2, **shape)
-    half, high = TILE // 2, HIGH // 2
-    for (left, right), (column, row), start, name in zip(axes, places, starts, "ABCD"):
-        rows = slice(row - high, row + high + 1)
-        middle = column - round(start)
-        columns, rest = slice(column - half, column + half + 1), middle - REACH
-        if min(rows.start, columns.start, rest) < 0:
-            raise ValueError("a place lies too near to the edge of the photo")
-        tile = pair.left[rows, columns]
-        strip = pair.right[rows, rest : middle + REACH + 1]
-        if tile.shape != (HIGH, TILE) or strip.shape != (HIGH, 2 * REACH + 1):
-            raise ValueError("a place lies too near to the edge of the photo")
+    for (left, right), (tile, strip, d), name in zip(axes, parts, "ABCD"):
         left.imshow(grey_levels(tile, "left"), vmin=0, vmax=1)
         left.plot(half, high, "+", color="black", ms=22, mew=5)
         left.plot(half, high, "+", color=basic.YELLOW, ms=20, mew=2)
         left.set(xticks=[], yticks=[], ylabel=name)
         # A column further to the right is a disparity less
-        d = column - rest
         extent = (d + 0.5, d - 2 * REACH - 0.5, HIGH - 0.5, -0.5)
         right.imshow(grey_levels(strip, "right"), vmin=0, vmax=1, extent=extent)
         right.axhline(high, color=basic.YELLOW, lw=1, ls=(0, (2, 6)))

@@ -49,6 +49,7 @@ def side_by_side(
     >>> grey = simulate.texture_pair(simulate.texture(seed=1), (90, 120), shift)
     >>> found = matching.match(*grey, number=5)
     >>> figure = side_by_side(*grey, found)
+    >>> plt.close(figure)
     """
     pair = _same(left, "left", found, 0), _same(right, "right", found, 1)
     lines = _validate.whole(lines, "lines", 0)

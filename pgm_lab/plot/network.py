@@ -147,6 +147,10 @@ def network_3d(
     if factor is not None:
         factor = _validate.positive_number(factor, "factor", "of the ellipsoids")
     exteriors, points = _network(exteriors, points)
+    if covariance_points is not None:
+        shape = len(points), 3, 3
+        C = _validate.of_shape(covariance_points, shape, "covariance_points")
+        _refuse_no_covariance(C, "covariance_points")
     positions = np.concatenate([exteriors[:, :3], points])
     reach = np.ptp(positions, axis=0).max()
     size = 0.1 * reach if size is None else size
@@ -169,9 +173,6 @@ def network_3d(
         f"{len(exteriors)} photos, " * bool(len(exteriors)) + f"{len(points)} points"
     )
     if covariance_points is not None:
-        shape = len(points), 3, 3
-        C = _validate.of_shape(covariance_points, shape, "covariance_points")
-        _refuse_no_covariance(C, "covariance_points")
         longest = np.sqrt(np.linalg.eigvalsh(C)[:, -1])
         if factor is None:
             factor = round_number(0.06 * reach / longest.max())

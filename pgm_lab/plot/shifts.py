@@ -140,10 +140,11 @@ def trial(
     wrong = error > WRONG
     if wrong.all() or not wrong.any():
         raise ValueError("error must have chips within a pixel and chips beyond it")
+    scores = _tests(tests, len(r))
     fig, ax = plt.subplots(figsize=(10, 3.7))
     ax.tick_params(labelsize=15)
     styles = [(basic.BLUE, "-"), (basic.ORANGE, "--"), (basic.PURPLE, "-.")]
-    for (name, score), (colour, line) in zip(_tests(tests, len(r)).items(), styles):
+    for (name, score), (colour, line) in zip(scores.items(), styles):
         order = np.unique(score)[::-1]
         steps = [[np.mean(score[k] >= t) for t in order] for k in (wrong, ~wrong)]
         curve = 100 * np.hstack([np.zeros((2, 1)), steps])

@@ -6,6 +6,7 @@ All three are used as `concurrent.futures.Executor` is, and by the same loop.
 import errno
 import multiprocessing
 import os
+import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
@@ -61,6 +62,7 @@ class Serial:
         try:
             future.set_result(work(task))
         except Exception as error:
+            traceback.clear_frames(error.__traceback__)  # or photos stay open
             future.set_exception(error)
         return future
 
