@@ -8,7 +8,6 @@ import copy
 import dataclasses
 import inspect
 import itertools
-import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -34,6 +33,7 @@ from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import absolute
 from pgm_lab.plot import space
 
+FOLDER = Path()
 LENS = camera.Camera(35.0, 0.1, -0.1, K1=1e-5)
 PLAIN = np.array([35.0] + 9 * [0.0])
 PHOTO = (10.0, 5.0, 100.0, 0.02, -0.01, 0.3)
@@ -146,7 +146,8 @@ def many_points():
 
 
 def new_file():
-    return Path(tempfile.mkdtemp()) / "new.csv"
+    """A file in the temporary folder of the test, which `test_bad_input` names."""
+    return FOLDER / "new.csv"
 
 
 @cache

@@ -236,8 +236,9 @@ A_NAME = {
     "object that raises", "beyond floats", "complex", "function", "type", "date",
     "time", "number", "NaN", "no such word", "empty",
 }  # fmt: skip
-# What they draw takes long: few of the values that may be taken, and each once
-SLOW = ("plot.", "orientation.relative", "ledger.figure")
+# These take long: few of the values that may be taken, and each once
+SLOW = ("plot.", "orientation.relative", "ledger.figure", "simulate.")
+SLOW += ("bundle.textbook", "stereo.y_parallax", "stereo_map.orient", "stereo_map.show")
 FEW = {"none at all", "no rows", "zeros", "zero", "negative", "huge whole", "objects"}
 
 
@@ -396,7 +397,8 @@ def memory():
 
 
 @pytest.fixture(autouse=True)
-def closed():
+def closed(monkeypatch, tmp_path):
+    monkeypatch.setattr(good_arguments, "FOLDER", tmp_path)
     yield
     plt.close("all")
     good_arguments.axes.cache_clear()
@@ -439,7 +441,23 @@ def failures(full):
     return calls, found
 
 
-@pytest.mark.parametrize("full", CALLED)
+def is_door(full):
+    """Whether the data of a user come through a function.
+
+    They do not through figures, simulations and what chapters take apart.
+    """
+    room, *inside = full.split(".")
+    chapters = {"textbook", "dense", "defects", "published", "as_printed"}
+    return room not in ("plot", "simulate", "ledger") and not chapters & set(inside)
+
+
+@pytest.mark.parametrize(
+    "full",
+    [
+        pytest.param(full, marks=() if is_door(full) else pytest.mark.slow)
+        for full in CALLED
+    ],
+)
 def test_bad_arguments_end_in_an_error_that_names_them(full):
     calls, found = failures(full)
     assert found == [], "\n".join(map(str, found))

@@ -7,6 +7,7 @@ Command lines (`__main__`) are doors, not rooms: they may import from above.
 """
 
 import ast
+import functools
 import sys
 import textwrap
 from collections.abc import Iterator
@@ -39,15 +40,20 @@ def imports(package: Path = PACKAGE) -> dict[str, set[str]]:
         if not module or module.endswith("__main__"):
             continue
         found[module] = set()
-        for node in executed(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module is not None:
-                first, _, within = node.module.partition(".")
-                if first != package.name:
-                    continue
+        for node in imported(path.read_text(encoding="utf-8")):
+            first, _, within = node.module.partition(".")
+            if first == package.name:
                 names = [f"{within}.{a.name}".lstrip(".") for a in node.names]
                 found[module] |= {n if n in modules else within for n in names}
         found[module] -= {module, ""}
     return found
+
+
+@functools.cache
+def imported(text: str) -> list[ast.ImportFrom]:
+    """Return what a module imports from others, of each text once."""
+    nodes = executed(ast.parse(text))
+    return [n for n in nodes if isinstance(n, ast.ImportFrom) and n.module is not None]
 
 
 def executed(tree: ast.AST) -> Iterator[ast.AST]:

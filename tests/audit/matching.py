@@ -71,7 +71,7 @@ def adjusted(left, p, x, y, steps=12, contrast=40.0):
     p = np.array(p, dtype=float)
     for _ in range(steps):
         A = derivatives(p, x, y, contrast)
-        L = left - computed(p, x, y, contrast)
+        L = left - p[6] - p[7] * A[:, 7]  # (2.10), by the grey values in A
         X = np.linalg.lstsq(A, L)[0]
         V = A @ X - L
         p += X

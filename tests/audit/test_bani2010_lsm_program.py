@@ -96,7 +96,7 @@ def test_whole_gradients_cost_no_accuracy_at_good_contrast():
         template = grey(x + 0.3, y - 0.2) + rng.normal(0, 2, x.size)
         for whole, found in errors.items():
             p = np.array([0, 1, 0, 0, 0, 1.0])
-            for _ in range(15):
+            for _ in range(6):
                 at = affine(p, x, y)
                 A = design(*whole(gradient(*at)), x, y)
                 p += np.linalg.lstsq(A, template - grey(*at))[0]

@@ -52,7 +52,7 @@ def test_a_fifth_of_a_pixel_needs_nine_control_points_of_a_third():
 
 
 def test_a_round_target_is_measured_to_a_thousandth_of_a_pixel_if_noise_is_low():
-    centres = RNG.uniform(19.5, 20.5, (300, 2))
+    centres = RNG.uniform(19.5, 20.5, (100, 2))
     look = {
         "diameter": 24.0,
         "shape": (41, 41),

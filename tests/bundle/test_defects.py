@@ -431,7 +431,10 @@ def test_what_the_table_says_of_the_repairs():
     )
 
 
-@pytest.mark.parametrize("part", [benchmark.alone, benchmark.program])
+@pytest.mark.parametrize(
+    "part",
+    [pytest.param(benchmark.alone, marks=pytest.mark.slow), benchmark.program],
+)
 def test_the_script_still_says_what_the_table_does(part):
     """Runs that end in a state; where a diverging one stands is chance.
 

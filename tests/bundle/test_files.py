@@ -240,12 +240,15 @@ def test_a_binary_file_is_called_so(tmp_path, head):
         bundle.read(*files(tmp_path, points=head + bytes(range(256))))
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("rubbish")
+
+
 @settings(max_examples=200, deadline=None)
 @given(st.sampled_from(NAMES), st.binary(max_size=60) | st.text(max_size=60))
-def test_rubbish_is_refused_with_its_file_and_never_otherwise(
-    tmp_path_factory, name, rubbish
-):
-    paths = files(tmp_path_factory.mktemp("rubbish"), **{name.split(".")[0]: rubbish})
+def test_rubbish_is_refused_with_its_file_and_never_otherwise(folder, name, rubbish):
+    paths = files(folder, **{name.split(".")[0]: rubbish})
     with pytest.raises(ValueError, match=name):
         bundle.read(*paths)
 

@@ -24,7 +24,7 @@ def test_the_table_has_the_sizes_of_the_script():
     assert found == [size[:2] for size in bundle_size.SIZES]
 
 
-@pytest.mark.parametrize("which", [0, 1, 2])
+@pytest.mark.parametrize("which", [0, 1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_row_repeats(which):
     *size, _ = bundle_size.SIZES[which]
     rays, iterations, _, peak = bundle_size.ours(*size, runs=1)

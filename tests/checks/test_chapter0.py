@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pgm_lab import datasets, frames
-from pgm_lab.checks import CheckFailed, chapter0
+from pgm_lab.checks import chapter0
+from tests.checks.slips import unnamed
 
 BANI = datasets.bani2010()
 PIXEL_SIZE = frames.pixel_size_from_sensor(BANI.sensor_size, BANI.image_size)
@@ -19,9 +20,8 @@ def test_the_tenth_point_passes_in_any_container(computed, capsys):
     assert capsys.readouterr().out.startswith("✓ point 10: you changed a number")
 
 
-@pytest.mark.parametrize(
-    ("point", "computed", "hint"),
-    [
+def test_what_was_left_is_named():
+    slips = [
         (1, LEFT[0], "point is 1. Write `point = 10`"),
         (10, LEFT[0], "run it to its end"),
         (10, RIGHT[9], "set photo to 0 again"),
@@ -29,8 +29,5 @@ def test_the_tenth_point_passes_in_any_container(computed, capsys):
         (..., LEFT[9], "Your turn"),
         ("ten", LEFT[9], "one number"),
         (10, np.full(3, 1.0), "two numbers"),
-    ],
-)
-def test_what_was_left_is_named(point, computed, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter0.tenth(point, computed)
+    ]
+    assert unnamed(chapter0.tenth, slips) == []

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pgm_lab.checks import CheckFailed, chapter5c
+from tests.checks.slips import unnamed
 
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 
@@ -35,9 +36,8 @@ def test_misprints_may_stand_in_any_container(answer, capsys):
     assert "✓ misprinted" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("answer", "hint"),
-    [
+def test_slip_in_the_misprints_is_named():
+    slips = [
         ([], "still empty"),
         (..., "still empty"),
         ("b13", "3 more deviate"),
@@ -50,11 +50,8 @@ def test_misprints_may_stand_in_any_container(answer, capsys):
         (["b13", "b22", "b23", "b25", "b26"], "1 of your coefficients agree"),
         (["b17"], "no coefficient b17"),
         ([13, 22], 'no coefficient 13, 22: write the names like "b11"'),
-    ],
-)
-def test_slip_in_the_misprints_is_named(answer, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter5c.misprints(answer)
+    ]
+    assert unnamed(chapter5c.misprints, slips) == []
 
 
 def test_misprints_are_not_given_away():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pgm_lab import image, ncc, registration
-from pgm_lab.checks import CheckFailed, chapter7
+from pgm_lab.checks import chapter7
+from tests.checks.slips import unnamed
 
 
 def loop(reference, sensed, point, chip, radius):
@@ -57,9 +58,8 @@ def test_what_was_measured_by_hand_passes(answer, capsys):
     assert capsys.readouterr().out.count("✓") == 1
 
 
-@pytest.mark.parametrize(
-    ("answer", "hint"),
-    [
+def test_a_slip_by_hand_is_named():
+    slips = [
         (..., "still empty"),
         (2, "two numbers"),
         ((-2, 1), "magenta minus green"),
@@ -70,11 +70,8 @@ def test_what_was_measured_by_hand_passes(answer, capsys):
         ((60, -30), "metres"),
         ((0, 0), "has a width"),
         ((3, -1), "count the pixels"),
-    ],
-)
-def test_a_slip_by_hand_is_named(answer, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7.fringe(answer)
+    ]
+    assert unnamed(chapter7.fringe, slips) == []
 
 
 @pytest.mark.parametrize("function", [loop, at_once, left_out, registration.best_shift])
@@ -87,8 +84,8 @@ def changed(change):
     """The right search with a slip in its answer."""
 
     def search(reference, sensed, point, chip, radius):
-        dx, dy, r = loop(reference, sensed, point, chip, radius)
-        return change(dx, dy, r, point, radius)
+        dx, dy, r = at_once(reference, sensed, point, chip, radius)
+        return change(dx, dy, np.array(r), point, radius)
 
     return search
 
@@ -152,9 +149,8 @@ def wrapped(reference, sensed, point, chip, radius):
     return loop(first, wide, (x + 20, y + 20), chip, radius)
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_a_slip_of_the_search_is_named():
+    slips = [
         (changed(lambda dx, dy, r, p, k: None), "returns nothing"),
         (changed(lambda dx, dy, r, p, k: (dx, dy)), "three things"),
         (changed(lambda dx, dy, r, p, k: (-dx, -dy, r)), "sign is reversed"),
@@ -179,11 +175,8 @@ def wrapped(reference, sensed, point, chip, radius):
         (fixed_radius, "with radius 4"),
         (fixed_chip, "not the correlation"),
         (wrapped, "near the edge"),
-    ],
-)
-def test_a_slip_of_the_search_is_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7.best_shift(slip)
+    ]
+    assert unnamed(chapter7.best_shift, slips) == []
 
 
 def test_right_root_mean_squares_pass(capsys):
@@ -206,9 +199,8 @@ def root(d):
     return np.sqrt(np.mean(d**2))
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_a_slip_of_the_root_mean_squares_is_named():
+    slips = [
         (three(np.std), "mean was taken off"),
         (three(lambda d: np.std(d, ddof=1)), "standard deviation, with n − 1"),
         (three(lambda d: np.sqrt(np.sum(d**2) / (len(d) - 1))), "by n here"),
@@ -229,11 +221,8 @@ def root(d):
         (three(lambda d: np.sqrt(np.sum(d) ** 2 / len(d))), "sum then"),
         (lambda dx, dy: (root(dx), root(dy)), "shape"),
         (lambda dx, dy: (0, 0, 0), "do not follow"),
-    ],
-)
-def test_a_slip_of_the_root_mean_squares_is_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7.rmse(slip)
+    ]
+    assert unnamed(chapter7.rmse, slips) == []
 
 
 def peak(a, b, c):
@@ -252,9 +241,8 @@ def test_a_right_peak_passes(capsys):
     assert capsys.readouterr().out.count("✓") == 3
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_a_slip_of_the_peak_is_named():
+    slips = [
         (lambda a, b, c: -peak(a, b, c), "higher neighbour"),
         (lambda a, b, c: 2 * peak(a, b, c), "twice as far"),
         (lambda a, b, c: -2 * peak(a, b, c), "twice as far, and"),
@@ -263,19 +251,16 @@ def test_a_right_peak_passes(capsys):
         (lambda a, b, c: (c - a) / 2, "that is the slope"),
         (lambda a, b, c: b + (c - a) ** 2 / 8 / (2 * b - a - c), "its place"),
         (lambda a, b, c: peak(a, b, c) + 1, "equal neighbours"),
-    ],
-)
-def test_a_slip_of_the_peak_is_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7.peak_of_parabola(slip)
+    ]
+    assert unnamed(chapter7.peak_of_parabola, slips) == []
 
 
 def shifts(reference, sensed, points, chip, radius, part=lambda r, i, j: None):
     """The solution of exercise 7.5, in other words."""
     rows = []
     for point in points:
-        dx, dy, r = loop(reference, sensed, point, chip, radius)
-        i, j = dy + radius, dx + radius
+        dx, dy, r = at_once(reference, sensed, point, chip, radius)
+        i, j, r = dy + radius, dx + radius, np.array(r)
         if 0 < i < 2 * radius and 0 < j < 2 * radius:
             rows.append(
                 (dx + peak(*r[i, j - 1 : j + 2]), dy + peak(*r[i - 1 : i + 2, j]))
@@ -332,9 +317,8 @@ def without_its_parts(reference, sensed, points, chip, radius):
     dx, dy, r = None  # what an unsolved best_shift returns
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_a_slip_of_the_shifts_is_named():
+    slips = [
         (without_its_parts, "exercises 7.2 and 7.4"),
         (altered(lambda f, p: np.round(f)), "whole pixels: add"),
         (altered(lambda f, p: f - np.round(f)), "alone"),
@@ -350,11 +334,8 @@ def without_its_parts(reference, sensed, points, chip, radius):
         (nan_inside_the_border, "both its neighbours"),
         (ends_at_the_border, "that follow"),
         (stops_at_the_border, "it stops"),
-    ],
-)
-def test_a_slip_of_the_shifts_is_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7.chip_shifts(slip)
+    ]
+    assert unnamed(chapter7.chip_shifts, slips) == []
 
 
 DX = np.array([3.0, 0, -3, 1, 0, 3, 2])
@@ -368,9 +349,8 @@ def test_the_right_border_passes_as_array_and_as_list(capsys):
     assert capsys.readouterr().out.count("✓") == 2
 
 
-@pytest.mark.parametrize(
-    ("answer", "hint"),
-    [
+def test_a_slip_of_the_border_is_named():
+    slips = [
         (..., "still empty"),
         ([1, 2], "True or False"),
         (np.abs(DX) == 3, "upper or the lower"),
@@ -380,8 +360,5 @@ def test_the_right_border_passes_as_array_and_as_list(capsys):
         (DX == 3, "four sides"),
         (np.maximum(np.abs(DX), np.abs(DY)) < 3, "other way round"),
         (np.maximum(np.abs(DX), np.abs(DY)) >= 2, "no farther"),
-    ],
-)
-def test_a_slip_of_the_border_is_named(answer, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7.border(answer, DX, DY, 3)
+    ]
+    assert unnamed(lambda answer: chapter7.border(answer, DX, DY, 3), slips) == []

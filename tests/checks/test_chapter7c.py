@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pgm_lab.checks import CheckFailed, chapter7c
+from pgm_lab.checks import chapter7c
+from tests.checks.slips import unnamed
 
 RMSE_T = 2.391652149
 DY = [3, -3] * 13 + [1, -1] + [0] * 22
@@ -16,9 +17,8 @@ def test_the_sum_passes_with_the_printed_digits_and_as_the_whole_number(capsys):
     assert "✓" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_slips_of_the_sum_are_named():
+    slips = [
         (RMSE_T**2, "how many chips"),
         (50 * RMSE_T, "square it first"),
         ((50 * RMSE_T) ** 2, "not squared"),
@@ -27,11 +27,8 @@ def test_the_sum_passes_with_the_printed_digits_and_as_the_whole_number(capsys):
         (50 * 2.39**2, "solve the formula"),
         (..., "Your turn"),
         ("286", "one number"),
-    ],
-)
-def test_slips_of_the_sum_are_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7c.sum_of_squares(slip)
+    ]
+    assert unnamed(chapter7c.sum_of_squares, slips) == []
 
 
 @pytest.mark.parametrize("answer", [FORGED, FORGED.tolist(), FORGED.astype(int)])
@@ -50,9 +47,8 @@ def changed(row, shift):
     return other
 
 
-@pytest.mark.parametrize(
-    ("slip", "mean", "hint"),
-    [
+def test_slips_of_a_forgery_are_named():
+    slips = [
         (..., (1, 0), "fourth is still empty"),
         (FORGED, ..., "mean is still empty"),
         (FORGED, 1, "two numbers"),
@@ -66,8 +62,5 @@ def changed(row, shift):
         (changed(49, (1, 1)), (1, 0), "too large: it is 287"),
         (FORGED, (0, 0), r"its mean is \(1.00, 0.00\) px"),
         (FORGED, (2, 2), "never longer than the RMS"),
-    ],
-)
-def test_slips_of_a_forgery_are_named(slip, mean, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter7c.forged(slip, mean)
+    ]
+    assert unnamed(chapter7c.forged, slips) == []

@@ -5,6 +5,7 @@ import pytest
 
 from pgm_lab import simulate, stereo
 from pgm_lab.checks import CheckFailed, chapter8c
+from tests.checks.slips import unnamed
 
 STATIONS = np.array([(0.0, 0, 1000), (400, 0, 1000)])
 BLANK = np.zeros((60, 90), np.float32)
@@ -28,9 +29,8 @@ def test_weighted_means_pass_rounded_or_not(capsys):
     assert "✓" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_slips_of_the_weighted_means_are_named():
+    slips = [
         ((1.48, 1.51), "more points"),
         ((262.97, 268.33), "divide the sum"),
         ((87.66, 89.44), "not by the locations"),
@@ -38,11 +38,8 @@ def test_weighted_means_pass_rounded_or_not(capsys):
         ((1.71, 1.75), "as often as"),
         (..., "Your turn"),
         (1.5, "two numbers"),
-    ],
-)
-def test_slips_of_the_weighted_means_are_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter8c.weighted(slip)
+    ]
+    assert unnamed(chapter8c.weighted, slips) == []
 
 
 def test_marks_on_the_ground_pass_and_are_told_in_metres(flat, capsys):
@@ -54,17 +51,13 @@ def test_marks_on_the_ground_pass_and_are_told_in_metres(flat, capsys):
     assert "✓ mine: A on the ground" in said
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_marks_in_the_air_are_named(flat):
+    slips = [
         ([0.0, 8, 0], "8 pixels too large"),
         ([-9, 0, 0], "too small"),
         (..., "Your turn"),
-    ],
-)
-def test_marks_in_the_air_are_named(flat, slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter8c.marks(slip, *flat)
+    ]
+    assert unnamed(lambda slip: chapter8c.marks(slip, *flat), slips) == []
 
 
 def test_a_lost_sign_is_named(flat):
@@ -80,17 +73,13 @@ def test_a_line_has_61_times_fewer_places(capsys):
     assert "✓" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("slip", "hint"),
-    [
+def test_slips_of_counting_are_named():
+    slips = [
         (30, "both sides"),
         (60, "middle"),
         (3721, "in the square"),
         (1 / 61, "other way round"),
         (7, "count the places"),
         (..., "Your turn"),
-    ],
-)
-def test_slips_of_counting_are_named(slip, hint):
-    with pytest.raises(CheckFailed, match=hint):
-        chapter8c.fewer(slip)
+    ]
+    assert unnamed(chapter8c.fewer, slips) == []

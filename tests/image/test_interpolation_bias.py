@@ -15,6 +15,9 @@ from tools.studies import interpolation_bias as study
 
 TABLE = datasets.rows("results/chapter3_interpolation_bias.csv")
 METHODS = (*study.METHODS, study.OPENCV, study.LSM)
+SOFT_AND_SHARP = pytest.mark.parametrize(
+    "kind", [pytest.param("soft", marks=pytest.mark.slow), "sharp"]
+)
 
 
 def column(kind, method, name):
@@ -75,7 +78,7 @@ def expected(kind, method, t):
     return phase / slope
 
 
-@pytest.mark.parametrize("kind", study.CUTOFFS)
+@SOFT_AND_SHARP
 @pytest.mark.parametrize("method", [*study.METHODS[1:], study.OPENCV])
 def test_bias_is_the_phase_error_of_the_interpolation_averaged_over_the_waves(
     kind, method
@@ -116,7 +119,7 @@ def expected_match(kind, method, slopes, t):
 
 
 @pytest.mark.parametrize("slopes", SLOPES)
-@pytest.mark.parametrize("kind", study.CUTOFFS)
+@SOFT_AND_SHARP
 @pytest.mark.parametrize("method", [*study.METHODS[1:], study.OPENCV])
 def test_converged_matches_rest_where_the_theory_of_waves_says(kind, method, slopes):
     mean, sd, n = (
@@ -235,7 +238,7 @@ def test_bias_vanishes_at_pixel_centres_and_by_symmetry_half_way(kind, method):
         np.testing.assert_allclose(bias, -bias[::-1], rtol=0, atol=1.5e-3)
 
 
-@pytest.mark.parametrize("kind", study.CUTOFFS)
+@SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_does(kind):
     """Three textures: biases as of forty, within the scatter of textures."""
     positions = study.POSITIONS[[3, 5, 14]]

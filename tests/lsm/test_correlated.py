@@ -10,7 +10,7 @@ from pgm_lab import lsm
 from pgm_lab.lsm import _correlated
 from tools.studies import lsm_correlated, lsm_scene
 
-SIZES = 11, 21, 31
+SIZES = 11, 21, pytest.param(31, marks=pytest.mark.slow)
 
 
 def matched(
@@ -45,10 +45,10 @@ def over_predicted(found, error):
 @pytest.mark.parametrize(
     ("texture", "sigma", "contrast"),
     [
-        (lsm_scene.SOFT, 1.0, 40.0),
-        (lsm_scene.SOFT, 5.0, 40.0),
+        pytest.param(lsm_scene.SOFT, 1.0, 40.0, marks=pytest.mark.slow),
+        pytest.param(lsm_scene.SOFT, 5.0, 40.0, marks=pytest.mark.slow),
         (lsm_scene.SOFT, 2.0, 10.0),
-        (lsm_scene.SHARP, 1.0, 40.0),
+        pytest.param(lsm_scene.SHARP, 1.0, 40.0, marks=pytest.mark.slow),
         (lsm_scene.SHARP, 5.0, 40.0),
     ],
 )
@@ -66,7 +66,7 @@ def test_white_noise_is_left_alone(texture, sigma, contrast, template):
 
 
 @pytest.mark.parametrize("template", SIZES)
-@pytest.mark.parametrize("blur", [0.6, 1.0])
+@pytest.mark.parametrize("blur", [0.6, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_errors_are_as_predicted_where_neighbours_share_their_noise(blur, template):
     """White noise predicts half of the errors that there are.
 

@@ -131,8 +131,13 @@ def aerial_pair(grey, step, blur_left=0.0, blur_right=0.0):
 
 @pytest.mark.parametrize(
     ("step", "blur", "least"),
-    [(3, (0, 0), 0.98), (2, (0, 0.7), 0.98), (3, (0, 1.0), 0.9)],
-    ids=["aliased", "right softer", "aliased left, soft right"],
+    [
+        pytest.param(3, (0, 0), 0.98, id="aliased"),
+        pytest.param(2, (0, 0.7), 0.98, id="right softer"),
+        pytest.param(
+            *(3, (0, 1.0), 0.9), id="aliased left, soft right", marks=pytest.mark.slow
+        ),
+    ],
 )
 def test_aliased_images_are_matched_wherever_they_are_alike(step, blur, least):
     """Derivatives of a sharper or aliased left image overrate what a step changes.

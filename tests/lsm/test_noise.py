@@ -13,6 +13,9 @@ def scene():
     return lsm_scene.scene(lsm_scene.SOFT, 1, contrast=6.0)
 
 
+SIGMAS = (2.8, 0.0), (0.0, 2.8), pytest.param((2.0, 2.0), marks=pytest.mark.slow)
+
+
 def matches(scene, sigma, **options):
     """Errors (n, 2) of some 1100 points over their predicted standard deviations."""
     images = simulate.texture_pair(
@@ -29,7 +32,7 @@ def matches(scene, sigma, **options):
     return ((found.points - scene.truth) / sd)[found.accepted]
 
 
-@pytest.mark.parametrize("sigma", [(2.8, 0.0), (0.0, 2.8), (2.0, 2.0)])
+@pytest.mark.parametrize("sigma", SIGMAS)
 def test_errors_are_as_predicted_where_the_ratio_of_the_noise_is_said(scene, sigma):
     """Half of what the derivatives hold is noise: known to the second order, 15 %.
 

@@ -24,7 +24,9 @@ def eight_bit(image, low=0, high=255):
 
 
 @pytest.mark.parametrize("radiometric", [True, False])
-@pytest.mark.parametrize("limit", [20, 40, 60])
+@pytest.mark.parametrize(
+    "limit", [20, *(pytest.param(n, marks=pytest.mark.slow) for n in (40, 60))]
+)
 def test_black_photos_with_a_few_bright_pixels_promise_no_more_than_they_hold(
     scene, limit, radiometric
 ):

@@ -14,7 +14,11 @@ from tools.studies import lsm_scene
 FALSE_ALARM = 1e-6
 
 
-@pytest.fixture(scope="module", params=[1.0, 2.0], ids="sigma {}".format)
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(1.0, marks=pytest.mark.slow), 2.0],
+    ids="sigma {}".format,
+)
 def sample(request):
     """Sigma, errors (n, 2) of matches, their covariance (n, 2, 2), sigma0, redundancy.
 

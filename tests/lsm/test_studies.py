@@ -82,7 +82,12 @@ def test_two_radiometric_parameters_cost_nothing_and_leaving_them_out_much():
         assert rms["1.08 and 4", "left out"] > 2.5 * rms["1.08 and 4", "estimated"]
 
 
-@pytest.mark.parametrize("kind", lsm_precision.TEXTURES)
+SOFT_AND_SHARP = pytest.mark.parametrize(
+    "kind", [pytest.param("soft", marks=pytest.mark.slow), "sharp"]
+)
+
+
+@SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_of_precision_does(kind):
     """1100 points: the ratios are uncertain by 1.5 per cent; five times that."""
     rows = islice(lsm_precision.rows(kind, 40.0, few=1, many=1), 4)
@@ -107,7 +112,7 @@ def test_a_match_arrives_from_three_pixels_away_and_less_often_from_five():
     assert number(at_21, "false").max() <= 0.002
 
 
-@pytest.mark.parametrize("kind", lsm_pull_in.TEXTURES)
+@SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_of_pull_in_does(kind):
     """200 of the 1000 points: binomial, five standard deviations and one point."""
     keys = "texture", "window", "start_error_px"
@@ -130,9 +135,10 @@ def test_precision_grows_with_the_window_as_the_bound_says():
         assert np.abs(number(large, "rms_over_bound") - 1).max() < 0.05
 
 
-def test_the_script_still_says_what_the_table_of_windows_does():
+@pytest.mark.parametrize("size", [15, pytest.param(25, marks=pytest.mark.slow)])
+def test_the_script_still_says_what_the_table_of_windows_does(size):
     """One texture of two, 890 points: five times the uncertainty of 1.7 per cent."""
-    for row in lsm_pull_in.windows("sharp", (15, 25), seeds=1):
+    for row in lsm_pull_in.windows("sharp", (size,), seeds=1):
         keys = "texture", "window"
         old, new = stored("windows", row, lsm_pull_in.WINDOWS, keys)
         for column in ("rms_over_bound", "rms_px"):

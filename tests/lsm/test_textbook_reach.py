@@ -31,7 +31,8 @@ def arrived(cutoff, distance, textures=12):
 
 
 @pytest.mark.parametrize(
-    ("cutoff", "safe", "half_wave"), [(0.2, 1.7, 2.5), (0.4, 1, 1.25)]
+    ("cutoff", "safe", "half_wave"),
+    [(0.2, 1.7, 2.5), pytest.param(0.4, 1, 1.25, marks=pytest.mark.slow)],
 )
 def test_safe_from_near_and_lost_from_half_the_shortest_wave(cutoff, safe, half_wave):
     assert arrived(cutoff, safe) == 1

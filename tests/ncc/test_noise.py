@@ -1,5 +1,7 @@
 """Precision of `ncc.match` where one image is noisier, by Monte Carlo."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -8,14 +10,17 @@ from pgm_lab import ncc, simulate
 POINTS = np.stack(np.meshgrid(*2 * [np.arange(30, 270, 24)]), -1).reshape(-1, 2)
 
 
+@cache
+def seen_twice(cutoff, seed, column, row):
+    return simulate.texture_pair(
+        simulate.texture(cutoff, seed=seed), (300, 300), (column, 1, 0, row, 0, 1)
+    )
+
+
 def pair(cutoff, contrast, noise, gain, seed, shift):
     """A texture of this contrast, moved, in the right image with a gain, and noise."""
     rng = np.random.default_rng(seed)
-    images = simulate.texture_pair(
-        simulate.texture(cutoff, seed=seed),
-        (300, 300),
-        (shift[0], 1, 0, shift[1], 0, 1),
-    )
+    images = seen_twice(cutoff, seed, *shift)
     scale = contrast / images[0].std()
     return tuple(
         factor * scale * grey + rng.normal(0, sigma, grey.shape)

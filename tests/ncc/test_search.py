@@ -269,7 +269,9 @@ def test_the_way_back_is_a_match_from_the_right(noise):
 
 
 @pytest.mark.parametrize("shift", [(c, r) for c in (-1, 0, 1) for r in (-1, 0, 1)])
-@pytest.mark.parametrize("dtype", [np.uint8, float])
+@pytest.mark.parametrize(
+    "dtype", [np.uint8, pytest.param(float, marks=pytest.mark.slow)]
+)
 def test_none_is_lost_whose_match_lies_in_the_image(shift, dtype):
     """Points all over the left image, matches up to each edge and corner."""
     grey = np.random.default_rng(5).integers(0, 256, (110, 120)).astype(dtype)

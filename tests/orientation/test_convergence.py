@@ -55,7 +55,9 @@ def test_line_search_converges_more_often_than_full_steps():
     [
         (convergence.resection, (6, False)),
         (convergence.intersection, (2,)),
-        (convergence.relative_orientation, (10, True)),
+        pytest.param(
+            *(convergence.relative_orientation, (10, True)), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_the_script_still_says_what_the_table_does(problem, arguments):

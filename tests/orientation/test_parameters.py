@@ -34,7 +34,10 @@ def test_misclosure_has_its_derivatives():
         np.testing.assert_allclose(B[..., k], (high - low) / (2 * h), 1e-6, atol=1e-6)
 
 
-@pytest.mark.parametrize("size", [(26, 1), (26, 2), (42, 2)])
+SIZES = (26, 1), (26, 2), pytest.param((42, 2), marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("size", SIZES)
 def test_script_still_says_what_the_table_does(size):
     rows = [tuple(map(str, row)) for row in study.rows(*size)]
     stored = [r for r in TABLE if (int(r["out_of"]), int(r["number"])) == size]

@@ -1,6 +1,7 @@
 """Two models of the photos of 2010 fit alike, and give two objects (case 5c)."""
 
 import numpy as np
+import pytest
 from scipy.optimize import least_squares
 
 from pgm_lab import datasets, orientation, rotation
@@ -23,6 +24,7 @@ def with_the_lens(photo, exteriors, start):
     return found.x[3:].reshape(10, 3)
 
 
+@pytest.mark.slow
 def test_the_two_objects_differ_by_more_than_their_errors():
     exteriors = datasets.bani2010_intersection()["exterior"]
     photo = datasets.bani2010().photo

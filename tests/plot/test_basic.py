@@ -51,7 +51,7 @@ def test_with_a_figure_goes_the_size_of_its_smallest_writing(published):
 def test_few_colours_make_a_photo_smaller_and_keep_its_rare_colours(published):
     photo = np.random.default_rng(1).integers(0, 256, (60, 60))
     for colours in (None, 64):
-        fig, ax = plt.subplots(figsize=(4, 4))
+        fig, ax = plt.subplots(figsize=(2, 2))
         ax.imshow(photo, cmap="gray")
         ax.plot(30, 30, "o", color=plot.RED, markersize=12)
         plot.show(fig, "Noise and a dot.", colours=colours)

@@ -3,7 +3,6 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from IPython.utils.capture import capture_output
 
 from pgm_lab import plot, simulate
 
@@ -13,38 +12,29 @@ GREY = simulate.grey_values(
 R = np.array([[0.1, 0.2, 0.1], [0.3, 0.5, 0.9], [0.2, 0.4, 0.6]])
 
 
-def alt_of(draw, *arguments, **named):
-    with capture_output() as seen:
-        draw(*arguments, **named)
-    # Without a kernel, what would be shown is printed
-    return seen.outputs[-1].data["text/plain"] if seen.outputs else seen.stdout
-
-
-def test_the_search_says_which_shift_it_found():
+def test_the_search_says_which_shift_it_found(alt_of):
     moved = np.roll(GREY, (1, -2), axis=(0, 1))
     alt = alt_of(plot.chips.search, GREY, moved, (22, 20), 9, 3)
     assert "the shift (-2, 1)" in alt and "7 by 7" in alt
     assert "Within 0.1 of it are the shifts" in alt
 
 
-def test_the_highest_r_is_framed_at_its_shift():
+def test_the_highest_r_is_framed_at_its_shift(closed):
     fig, ax = plt.subplots()
     plot.chips.table_of_r(ax, R, numbers=True)
     (frame,) = ax.patches
     assert frame.get_xy() == (0.5, -0.5)  # dx = 1, dy = 0
     assert sorted(t.get_text() for t in ax.texts)[-1] == ".90"
-    plt.close(fig)
 
 
-def test_numbers_lose_the_zero_before_the_point_and_nothing_else():
+def test_numbers_lose_the_zero_before_the_point_and_nothing_else(closed):
     fig, ax = plt.subplots()
     plot.chips.table_of_r(ax, [[1, -0.05, 0.1], [0, 0.5, 0.9], [-1, 0.99, 0.004]], True)
     written = [t.get_text() for t in ax.texts]
     assert " ".join(written) == "1.0 −.05 .10 .00 .50 .90 −1.0 .99 .00"
-    plt.close(fig)
 
 
-def test_a_chip_and_its_map_say_where_r_is_high():
+def test_a_chip_and_its_map_say_where_r_is_high(alt_of):
     alt = alt_of(plot.chips.chip_and_map, GREY, (22, 20), R)
     assert "the highest, 0.90, framed, at dx = 1 and dy = 0" in alt
     assert (
@@ -52,23 +42,21 @@ def test_a_chip_and_its_map_say_where_r_is_high():
     )
 
 
-def test_each_chip_has_its_square():
+def test_each_chip_has_its_square(closed):
     fig = plot.chips.places(GREY, [(20, 20), (30, 12)], 9)
     corners = [square.get_xy() for square in fig.axes[0].patches]
     assert np.allclose(corners, [(15.5, 15.5), (25.5, 7.5)])
-    plt.close(fig)
 
 
-def test_the_parabola_goes_through_the_three_values_and_its_peak_is_marked():
+def test_the_parabola_goes_through_the_three_values_and_its_peak_is_marked(closed):
     fig = plot.chips.parabola(0.5, 0.9, 0.7)
     curve, dots, cross = fig.axes[0].lines
     x, y = curve.get_data()
     assert np.allclose(np.interp(dots.get_xdata(), x, y), dots.get_ydata(), atol=1e-4)
     assert np.isclose(cross.get_xdata()[0], 1 / 6) and cross.get_ydata()[0] >= y.max()
-    plt.close(fig)
 
 
-def test_darts_say_how_far_each_median_is_off():
+def test_darts_say_how_far_each_median_is_off(alt_of):
     methods = {
         "one": np.tile([1.0, -1.0], (5, 1)),
         "other": np.tile([1.25, -0.75], (3, 1)),
@@ -77,14 +65,14 @@ def test_darts_say_how_far_each_median_is_off():
     assert "one 0.354 px, other 0.000 px" in alt
 
 
-def test_beyond_the_radius_counts_the_wrong_that_keep_a_high_r():
+def test_beyond_the_radius_counts_the_wrong_that_keep_a_high_r(alt_of):
     alt = alt_of(
         plot.shifts.beyond, [0.0, 4.5, 5, 6], [0.0, 3, 3, 3], [1, 0.9, 0.85, 0.3]
     )
     assert "2 of 3 wrong chips stay above 0.8" in alt
 
 
-def test_a_trial_says_what_a_threshold_lets_pass():
+def test_a_trial_says_what_a_threshold_lets_pass(alt_of):
     error, r = np.array([0.1, 0.2, 0.3, 5, 9]), np.array([0.9, 0.85, 0.4, 0.82, 0.1])
     tests, accepted = {"r": r, "other": -error}, error < 0.25
     alt = alt_of(plot.shifts.trial, error, r, tests, accepted)

@@ -77,7 +77,6 @@ IN_SPACE = {
 def style():
     with plt.rc_context(plot.STYLE):
         yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module", params=FLAT)
@@ -299,7 +298,7 @@ def test_heights_are_measured_at_the_left_square_to_the_view(pixel):
         assert on_paper(ax, bar)[0, 0] < on_paper(ax, np.zeros((1, 3)))[0, 0]
 
 
-def test_half_the_band_of_a_lens_is_counted_from_zero(result):
+def test_half_the_band_of_a_lens_is_counted_from_zero(result, closed):
     above, below = plot.bundle.lens_curve(result).axes
     assert below.get_ylim()[0] == 0
     assert above.get_ylim()[0] < above.lines[0].get_ydata().min()
@@ -316,7 +315,7 @@ def test_landscapes_of_two_correlations_have_one_scale_with_the_map_as_its_floor
     assert limits[0][0] == pytest.approx(-0.6) and limits[0][1] > 1
 
 
-def test_blocks_without_rows_have_no_name():
+def test_blocks_without_rows_have_no_name(closed):
     def names(**size):
         (ax,) = plot.matrices.normal_matrix(PHOTO, POINT, **size).axes
         found = [text.get_text() for text in ax.texts]
@@ -329,7 +328,7 @@ def test_blocks_without_rows_have_no_name():
     assert "G 7" in names(interior=0, border=7)
 
 
-def test_a_bar_beside_the_matrix_spans_the_rows_of_each_group():
+def test_a_bar_beside_the_matrix_spans_the_rows_of_each_group(closed):
     (ax,) = plot.matrices.normal_matrix(PHOTO, POINT).axes
     groups = np.array([10, 54, 150, 7])
     spans = np.array([line.get_ydata() for line in ax.lines])
@@ -339,7 +338,7 @@ def test_a_bar_beside_the_matrix_spans_the_rows_of_each_group():
         assert np.all(found[1:, 0] > found[:-1, 1])  # with gaps between them
 
 
-def test_a_block_of_a_matrix_is_drawn_as_high_as_wide():
+def test_a_block_of_a_matrix_is_drawn_as_high_as_wide(closed):
     (ax,) = plot.matrices.normal_matrix(PHOTO, POINT).axes
     ax.apply_aspect()
     (x0, y0), (x1, y1) = ax.transData.transform([(0, 0), (6, 6)])
@@ -361,7 +360,7 @@ def test_what_is_no_covariance_is_refused_by_its_name(result, wrong, message):
         plot.network.network_3d(result.exteriors, result.points, wrong)
 
 
-def test_a_list_of_covariances_is_as_good_as_an_array(result):
+def test_a_list_of_covariances_is_as_good_as_an_array(result, closed):
     C = result.covariance_points
     fig = plot.network.network_3d(result.exteriors, result.points, C.tolist())
     assert "standard ellipsoids" in fig.get_suptitle()
@@ -413,7 +412,7 @@ def test_above_the_horizon_is_sky(axes, ground):
     np.testing.assert_allclose(below, to_rgb(ground or sky), atol=1 / 255)
 
 
-def test_time_stands_left_and_memory_right_of_each_other():
+def test_time_stands_left_and_memory_right_of_each_other(closed):
     time, memory = plot.studies.size_study(
         [450, 8e4], SECONDS, [3, 140], ["a", "b"]
     ).axes

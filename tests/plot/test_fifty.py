@@ -4,17 +4,8 @@ import numpy as np
 import pytest
 
 from pgm_lab import datasets, plot
-from pgm_lab.plot import basic
 
 GROUND = datasets.yellowstone().grey[:90, :90]
-
-
-@pytest.fixture
-def figures(monkeypatch):
-    """Figures and texts that were shown."""
-    shown = []
-    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: shown.append((fig, alt)))
-    return shown
 
 
 def test_a_disc_lies_at_its_shift_and_the_ring_at_the_mean(figures):

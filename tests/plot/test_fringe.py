@@ -3,7 +3,6 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from IPython.utils.capture import capture_output
 
 from pgm_lab import plot
 from pgm_lab.plot._overlay import composite
@@ -55,12 +54,9 @@ def test_the_share_that_changed_stands_above_the_map():
     plt.close(fig)
 
 
-def test_before_and_after_say_how_much_is_left():
-    with capture_output() as seen:
-        again = np.where(np.arange(60) < 2, np.nan, EDGE)
-        plot.fringe.before_and_after(EDGE, MOVED, again, limit=50)
-    # Without a kernel, what would be shown is printed
-    alt = seen.outputs[-1].data["text/plain"] if seen.outputs else seen.stdout
+def test_before_and_after_say_how_much_is_left(alt_of):
+    again = np.where(np.arange(60) < 2, np.nan, EDGE)
+    alt = alt_of(plot.fringe.before_and_after, EDGE, MOVED, again, limit=50)
     assert "Before, 3 %" in alt and "After, 0 %" in alt
 
 

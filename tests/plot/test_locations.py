@@ -1,20 +1,10 @@
 """Figures of the case of the three locations: they show what they get, in words too."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from pgm_lab import plot, simulate, stereo
-from pgm_lab.plot import _follows, basic
-
-
-@pytest.fixture
-def figures(monkeypatch):
-    """Figures and texts that were shown."""
-    shown = []
-    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: shown.append((fig, alt)))
-    yield shown
-    plt.close("all")
+from pgm_lab.plot import _follows
 
 
 def test_bars_of_the_differences_are_as_long_as_the_rounding(figures):
@@ -43,7 +33,8 @@ def test_the_scale_shows_the_disparity_of_the_same_ground(figures, disparity):
 
 def test_a_mark_near_the_edge_is_refused():
     pair = simulate_pair()
-    for place, start in (((10, 30), 0), ((60, 5), 0), ((60, 30), 45)):
+    places = (10, 30), (110, 30), (60, 5), (60, 55)
+    for place, start in (*((place, 0) for place in places), ((60, 30), 45)):
         with pytest.raises(ValueError, match="edge"):
             plot.locations.marks(pair, [place], [start])
     with pytest.raises(ValueError, match="one to four"):

@@ -40,14 +40,15 @@ FIGURES = {
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_sticks_out_and_all_can_be_read_from_the_last_row(name, monkeypatch):
     drawn = []
-    close = plt.close
-    monkeypatch.setattr(plot.basic.plt, "close", drawn.append)
+    monkeypatch.setattr(plot.basic, "show", lambda fig, *_, **__: drawn.append(fig))
+    monkeypatch.setattr(plot, "show", plot.basic.show)
     monkeypatch.setattr(plot.fringe, "interact", lambda draw, **_: draw(0, 0))
     with plt.style.context(plot.STYLE):
         FIGURES[name]()
     (fig,) = drawn
+    fig.draw_without_rendering()  # as when it is saved
     used = fig.get_tightbbox()
     width, height = fig.get_size_inches()
     assert min(used.x0, used.y0) >= 0 and used.x1 <= width and used.y1 <= height
     assert _labels.smallest(fig) >= 13
-    close(fig)
+    plt.close(fig)

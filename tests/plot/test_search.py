@@ -5,15 +5,7 @@ import pytest
 
 from pgm_lab import datasets, ncc, plot
 from pgm_lab.checks.chapter2 import FIVE
-from pgm_lab.plot import basic, search
-
-
-@pytest.fixture
-def figures(monkeypatch):
-    """Figures and texts that were shown."""
-    shown = []
-    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: shown.append((fig, alt)))
-    return shown
+from pgm_lab.plot import search
 
 
 @pytest.fixture(scope="module")

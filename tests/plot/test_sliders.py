@@ -1,5 +1,8 @@
 """A figure that follows sliders, in a running notebook without anybody before it."""
 
+import asyncio
+from copy import deepcopy
+
 import pytest
 from ipywidgets import HTML, IntSlider
 from nbclient import NotebookClient
@@ -29,43 +32,45 @@ plot.interact(draw, height=height, name=name)""",
 ]
 
 
-def shown_after(moves):
-    """The output of the first cell, below its two sliders, after some moves."""
-    notebook = new_notebook(cells=[new_code_cell(cell) for cell in CELLS[: 1 + moves]])
-    NotebookClient(notebook, kernel_name="python3", timeout=60).execute()
-    *sliders, output = notebook.cells[0].outputs
-    assert len(sliders) == 2
-    assert all(not cell.outputs for cell in notebook.cells[1:]), "shown elsewhere"
-    return output
-
-
-@pytest.mark.parametrize(
-    ("moves", "words"), [(0, "7 at 1 m"), (1, "7 at 3 m"), (2, "5 at 3 m")]
-)
-def test_the_figure_of_the_cell_follows_its_sliders(moves, words):
-    output = shown_after(moves)
-    assert output["data"]["text/plain"] == words
-    assert "image/png" in output["data"]
-    assert output["metadata"]["image/png"]["alt"] == words
-
-
-def test_what_is_printed_takes_the_place_of_the_figure():
-    assert shown_after(3)["data"] == {"text/plain": "lost at 8"}
-
-
-def test_nothing_waits_for_an_answer():
-    """No widget takes outputs: its partner in nbclient loses a message in eight."""
-    notebook = new_notebook(cells=[new_code_cell(CELLS[0])])
-    client = NotebookClient(notebook, kernel_name="python3", timeout=60)
-    models = []
+@pytest.fixture(scope="module")
+def played():
+    """The outputs of the first cell after each cell, and the models of the page."""
+    notebook = new_notebook(cells=[new_code_cell(cell) for cell in CELLS])
+    shown, models = [], []
+    client = NotebookClient(
+        notebook,
+        kernel_name="python3",
+        timeout=60,
+        on_cell_executed=lambda **_: shown.append(deepcopy(notebook.cells[0].outputs)),
+    )
     opened = client.comm_open_handlers["jupyter.widget"]
     client.comm_open_handlers["jupyter.widget"] = lambda message: (
         models.append(message["content"]["data"]["state"]["_model_name"]),
         opened(message),
     )[1]
-    client.execute()
-    assert "IntSliderModel" in models
-    assert "OutputModel" not in models
+    asyncio.run(client.async_execute())
+    assert all(not cell.outputs for cell in notebook.cells[1:]), "shown elsewhere"
+    return shown, models
+
+
+def test_the_figure_of_the_cell_follows_its_sliders(played):
+    said = "7 at 1 m", "7 at 3 m", "5 at 3 m"
+    for (*sliders, output), words in zip(played[0][:3], said, strict=True):
+        assert len(sliders) == 2
+        assert output["data"]["text/plain"] == words
+        assert "image/png" in output["data"]
+        assert output["metadata"]["image/png"]["alt"] == words
+
+
+def test_what_is_printed_takes_the_place_of_the_figure(played):
+    *sliders, output = played[0][3]
+    assert len(sliders) == 2 and output["data"] == {"text/plain": "lost at 8"}
+
+
+def test_nothing_waits_for_an_answer(played):
+    """No widget takes outputs: its partner in nbclient loses a message in eight."""
+    assert "IntSliderModel" in played[1]
+    assert "OutputModel" not in played[1]
 
 
 @pytest.mark.parametrize(

@@ -1,21 +1,11 @@
 """Figures of stereo plotting: what is drawn where, and what their words say."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from pgm_lab import plot, stereo
-from pgm_lab.plot import basic, mark
+from pgm_lab.plot import mark
 from tests import good_arguments
-
-
-@pytest.fixture
-def shown(monkeypatch):
-    """Figures that are shown, with their words."""
-    figures = []
-    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: figures.append((fig, alt)))
-    yield figures
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -34,22 +24,24 @@ def green_and_magenta_agree(ax):
     return np.array_equal(colours[..., 0], colours[..., 1])
 
 
-def test_the_ground_is_grey_where_the_mark_stands_on_it(pair, shown):
+def test_the_ground_is_grey_where_the_mark_stands_on_it(pair, figures):
     plot.mark.positions(pair, (60, 45), (2, 6, 10))
-    fig, alt = shown[0]
+    fig, alt = figures[0]
     assert [green_and_magenta_agree(ax) for ax in fig.axes] == [False, True, False]
     assert "2.0, 6.0, 10.0 px" in alt
     heights = [float(ax.get_title().split(": ")[1][:-2]) for ax in fig.axes]
     assert heights == sorted(heights)  # the larger the disparity, the higher
 
 
-def test_the_slider_moves_the_right_photo_and_says_the_height(pair, shown, monkeypatch):
+def test_the_slider_moves_the_right_photo_and_says_the_height(
+    pair, figures, monkeypatch
+):
     given = {}
     monkeypatch.setattr(mark, "interact", lambda draw, **s: given.update(s, draw=draw))
     plot.mark.by_hand(pair, (60, 45), start=0, reach=8)
     for d in (0.0, 6.0):
         given["draw"](d, mark.COLOURS)
-        fig, alt = shown[-1]
+        fig, alt = figures[-1]
         assert green_and_magenta_agree(fig.axes[2]) == (d == 6)
         Z = pair.object_points(60, 45, d)[2]
         assert f"Z = {Z:.1f} m" in fig.get_suptitle()
@@ -57,13 +49,13 @@ def test_the_slider_moves_the_right_photo_and_says_the_height(pair, shown, monke
     assert (given["disparity"].min, given["disparity"].max) == (-8, 8)
 
 
-def test_glasses_get_the_left_photo_in_red(pair, shown, monkeypatch):
+def test_glasses_get_the_left_photo_in_red(pair, figures, monkeypatch):
     given = {}
     monkeypatch.setattr(mark, "interact", lambda draw, **s: given.update(s, draw=draw))
     plot.mark.by_hand(pair, (60, 45))
     given["draw"](0.0, mark.GLASSES)
     red, green, blue = np.moveaxis(
-        np.asarray(shown[0][0].axes[2].images[0].get_array()), -1, 0
+        np.asarray(figures[0][0].axes[2].images[0].get_array()), -1, 0
     )
     assert np.array_equal(green, blue) and red[20, 20] == 1
     assert red[:, 20 - 5].min() == 1 and green[:, 20 - 5].min() == 1
@@ -75,46 +67,46 @@ def test_a_mark_at_the_edge_is_refused(pair):
         plot.mark.positions(pair, (10, 45), (0,))
 
 
-def test_one_photo_is_laid_on_the_other_by_the_disparity(pair, shown):
+def test_one_photo_is_laid_on_the_other_by_the_disparity(pair, figures):
     for d in (6, 0, -3):
         plot.stereo.laid(pair, d)
-        colours = np.asarray(shown[-1][0].axes[0].images[0].get_array())
+        colours = np.asarray(figures[-1][0].axes[0].images[0].get_array())
         inside = colours[:, 10:110]
         assert np.array_equal(inside[..., 0], inside[..., 1]) == (d == 6)
 
 
-def test_the_window_of_the_search_stands_where_r_is_highest(pair, shown):
+def test_the_window_of_the_search_stands_where_r_is_highest(pair, figures):
     plot.stereo.search(pair, (55, 45), 9, 3, 9)
-    fig, alt = shown[0]
+    fig, alt = figures[0]
     assert "7 values" in alt and "at 6 px" in alt
     frame = fig.axes[1].patches[0]
     assert frame.get_x() + frame.get_width() / 2 == 55 - 6
 
 
-def test_the_threshold_says_what_it_keeps(shown):
+def test_the_threshold_says_what_it_keeps(figures):
     error = np.array([0.1, 0.2, 0.3, 0.4, 3.0, 4.0])
     r = np.array([0.9, 0.9, 0.9, 0.5, 0.9, 0.2])
     plot.heights.threshold(error, r)
-    assert "75 % of the right" in shown[0][1] and "50 % of the wrong" in shown[0][1]
+    assert "75 % of the right" in figures[0][1] and "50 % of the wrong" in figures[0][1]
 
 
-def test_predicted_and_measured_errors_have_the_same_area(shown):
+def test_predicted_and_measured_errors_have_the_same_area(figures):
     error = np.random.default_rng(1).normal(0, 0.1, 4000)
     plot.heights.errors(error, 0.1)
-    fig, alt = shown[0]
+    fig, alt = figures[0]
     bars = sum(p.get_height() * p.get_width() for p in fig.axes[0].patches)
     x, y = fig.axes[0].lines[0].get_data()
     assert np.isclose(np.trapezoid(y, x), bars, rtol=0.01)
     assert "NMAD 0.10 m" in alt
 
 
-def test_a_profile_follows_the_row_and_says_how_much_is_right(shown):
+def test_a_profile_follows_the_row_and_says_how_much_is_right(figures):
     land = good_arguments.level_land()
     X = np.linspace(-50, 50, 21)
     own = np.column_stack([X, 0.1 * X, np.where(X > 20, 25.0, 20.1)])
     own[3] = np.nan
     plot.heights.profile(own, own, land)
-    assert "70 % of the 20 heights" in shown[0][1]
+    assert "70 % of the 20 heights" in figures[0][1]
 
 
 def test_light_comes_from_the_upper_left():
@@ -127,13 +119,13 @@ def test_light_comes_from_the_upper_left():
 
 
 @pytest.mark.parametrize("draw", ["sketch", "plane", "worth"])
-def test_a_sketch_is_shown_with_its_words(draw, shown):
+def test_a_sketch_is_shown_with_its_words(draw, figures):
     getattr(plot.parallax, draw)()
-    assert len(shown) == 1 and len(shown[0][1]) > 60
+    assert len(figures) == 1 and len(figures[0][1]) > 60
 
 
-def test_half_the_base_makes_the_diamond_twice_as_high(shown):
+def test_half_the_base_makes_the_diamond_twice_as_high(figures):
     plot.parallax.worth()
-    assert "2.0 times" in shown[0][1]
-    tall = [np.ptp(ax.patches[0].get_xy()[:, 1]) for ax in shown[0][0].axes]
+    assert "2.0 times" in figures[0][1]
+    tall = [np.ptp(ax.patches[0].get_xy()[:, 1]) for ax in figures[0][0].axes]
     assert 1.9 < tall[1] / tall[0] < 2.1

@@ -1,13 +1,13 @@
 """The skeleton of a chapter passes the tests at once, and a reader can work in it."""
 
+import shutil
+
 import nbformat
 import pytest
-from jupyter_client.manager import start_new_kernel
 
 from publish.student import tags
-from tests import trial
+from tests import kernels, trial
 from tools import chapter, work_copy
-from tools.notebooks import KERNEL, client
 
 SOLUTION = '''def ground_size(pixel_mm, height_m, c_mm):
     """Mine."""
@@ -16,6 +16,20 @@ SOLUTION = '''def ground_size(pixel_mm, height_m, c_mm):
 
 @pytest.fixture(scope="module")
 def begun(tmp_path_factory):
+    """A folder in which a lesson and a case were begun, and are not executed yet."""
+    folder = tmp_path_factory.mktemp("begun")
+    for name in ("data/chapters.csv", "pyproject.toml"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        shutil.copy(chapter.ROOT / name, folder / name)
+    with pytest.MonkeyPatch.context() as elsewhere:
+        elsewhere.setattr(chapter, "ROOT", folder)
+        elsewhere.setattr(chapter, "TABLE", folder / "data" / "chapters.csv")
+        chapter.begin("97", "trial")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
     """A copy of the project with a lesson and a case that the command made."""
     folder = tmp_path_factory.mktemp("project")
     trial.begun(folder)
@@ -41,7 +55,8 @@ ONCE = [
 ]
 
 
-def test_the_tests_pass_at_once(begun):
+@pytest.mark.slow
+def test_the_tests_pass_at_once(project):
     """Those that look at what the command wrote or changed."""
     pair = ["97_trial", "97_case_trial"]
     chosen = [
@@ -49,9 +64,11 @@ def test_the_tests_pass_at_once(begun):
         *(f"{test}[{name}]" for test in EACH for name in pair),
         *(f"notebooks/{name}.ipynb" for name in pair),
     ]
-    result = trial.run(begun, "pytest", "--nbval", "-q", "-p", "no:xdist", *chosen)
+    result = trial.run(project, "pytest", "--nbval", "-q", "-p", "no:xdist", *chosen)
     assert result.returncode == 0, result.stdout[-4000:]
-    assert not (begun / "notebooks" / "my_pgm.py").exists()
+    assert not (project / "notebooks" / "my_pgm.py").exists()
+    readme = (project / "README.md").read_text(encoding="utf-8")
+    assert "| 97 | [Trial](notebooks/97_trial.ipynb)" in readme
 
 
 def test_what_was_written_is_well_formed(begun):
@@ -62,7 +79,7 @@ def test_what_was_written_is_well_formed(begun):
     ]
     assert len(files) == 4
     for command in (["check"], ["format", "--check"]):
-        result = trial.run(begun, "ruff", *command, *map(str, files))
+        result = trial.run(begun, "ruff", *command, "--no-cache", *map(str, files))
         assert result.returncode == 0, result.stdout
     for path in files:
         text = path.read_text(encoding="utf-8")
@@ -79,8 +96,6 @@ def test_the_tables_list_it_and_its_case(begun):
         "97c,97_case_trial,Trial: the case,,What do the printed numbers prove?,,30,"
         "case",
     ]
-    readme = (begun / "README.md").read_text(encoding="utf-8")
-    assert "| 97 | [Trial](notebooks/97_trial.ipynb)" in readme
 
 
 @pytest.mark.parametrize(
@@ -104,20 +119,20 @@ def test_what_cannot_be_begun_is_refused(begun, monkeypatch, number, name, why):
 
 
 @pytest.fixture
-def work(begun, tmp_path, monkeypatch):
-    """The reader's folder, as `lab` makes it, with the package of the copy."""
-    monkeypatch.setenv("PYTHONPATH", str(begun))
+def work(begun, tmp_path):
+    """The reader's folder, as `lab` makes it."""
     folder = tmp_path / "work"
     work_copy.update(begun / "notebooks", folder)
     work_copy.begin_program(folder)
     return folder
 
 
-def test_a_reader_works_through_the_lesson(work):
+@pytest.mark.slow
+def test_a_reader_works_through_the_lesson(project, work, monkeypatch):
     """Unsolved, solved, and with a slip afterwards, in one kernel."""
+    monkeypatch.setenv("PYTHONPATH", str(project))
     program = work / "my_pgm.py"
-    manager, _ = start_new_kernel(kernel_name=KERNEL["name"], cwd=str(work))
-    try:
+    with kernels.started(work) as manager:
         printed, errors = run_all(work, manager)
         assert errors == ["ground_size returns nothing yet. Your turn!"]
         assert "ground_size: the book's own. Yours takes its place" in printed
@@ -134,8 +149,6 @@ def test_a_reader_works_through_the_lesson(work):
         assert len(errors) == 1 and "two triangles" in errors[0]
         assert "ground_size: yours, from my_pgm.py." in printed
         assert program.read_text(encoding="utf-8") == kept
-    finally:
-        manager.shutdown_kernel(now=True)
     alone = "import my_pgm; print(my_pgm.ground_size(0.004, 120, 8))"
     assert trial.run(work, "-c", alone).stdout.startswith("0.06")
 
@@ -146,7 +159,7 @@ def run_all(work, kernel, solution=None):
     if solution:
         (cell,) = [c for c in lesson.cells if "exercise" in tags(c)]
         cell.source = solution
-    client(lesson, work, kernel).execute()
+    kernels.run(lesson, work, kernel)
     outputs = [o for cell in lesson.cells for o in cell.get("outputs", [])]
     errors = [o.evalue for o in outputs if o.output_type == "error"]
     return "".join(o.text for o in outputs if o.output_type == "stream"), errors

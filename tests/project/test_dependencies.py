@@ -20,6 +20,7 @@ PACKAGES = {
     "bs4": "beautifulsoup4",
     "cv2": "opencv-python-headless",
     "jupyter_client": "jupyter-client",
+    "jupyter_core": "jupyter",
     "mpl_toolkits": "matplotlib",
     "skimage": "scikit-image",
 }

@@ -1,6 +1,7 @@
 """The runner of the mutations tells what is noticed from what is not."""
 
 import csv
+from multiprocessing import forkserver
 
 import pytest
 
@@ -30,9 +31,12 @@ def project(tmp_path, monkeypatch):
         "from pgm_lab.half import half\n\ndef test_half():\n    assert half(4) == 2\n"
     )
     (root / "tests" / "test_half.py").write_text(test)
-    return root
+    yield root
+    if mutations.FORKS:  # the process from which the tests were forked
+        forkserver._forkserver._stop()
 
 
+@pytest.mark.slow
 def test_the_killed_are_told_from_the_survivors(project, capsys):
     rows = [ROW, ROW | {"number": "2", "new": "x - 2"}]
     found = mutations.tried(rows, project, 120, trust=True)
@@ -42,12 +46,14 @@ def test_the_killed_are_told_from_the_survivors(project, capsys):
     assert (project / "pgm_lab" / "half.py").read_text().endswith("return x / 2\n")
 
 
+@pytest.mark.slow
 def test_a_mutation_that_never_ends_is_killed_by_the_time_limit(project):
     endless = ROW | {"old": "    return", "new": "    while True: x / 2\n    return"}
     found = mutations.tried([endless], project, 5, trust=True)
     assert found == {"1": (mutations.SLOW, "")}
 
 
+@pytest.mark.slow
 def test_tests_that_fail_anyhow_prove_nothing(project):
     (project / "pgm_lab" / "half.py").write_text("def half(x):\n    return x / 2 + 1\n")
     with pytest.raises(ValueError, match="fail without any mutation"):
@@ -72,6 +78,7 @@ def test_verdicts_are_written_into_their_column(tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_a_drawn_fault_is_looked_for_in_its_room_and_then_in_others(project, tmp_path):
     drawn = {"number": "1", "file": "pgm_lab/half.py", "before": "return x / 2"}
     drawn |= {"after": "return x * 2", "occurrence": "1", "kind": "arithmetic"}

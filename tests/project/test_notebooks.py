@@ -249,6 +249,7 @@ def test_execute_stores_outputs_and_hash(tmp_path):
     assert path.read_bytes() == first, "running again has to give the same file"
 
 
+@pytest.mark.slow
 def test_of_a_widget_only_what_it_draws_is_stored(tmp_path):
     notebook = good()
     notebook.cells[2].source = (

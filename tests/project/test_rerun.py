@@ -20,7 +20,7 @@ HELD = ("00_", "06_", "A1_")
 
 def reread(cells: list[tuple[str, str]]) -> list[str]:
     """Names that a cell reads from others, and that more than one cell binds."""
-    used = [(name, *_reads_and_binds(ast.parse(code))) for name, code in cells]
+    used = [(name, *reads_and_binds(ast.parse(code))) for name, code in cells]
     found = []
     for name in sorted(set().union(*(reads for _, reads, _ in used))):
         binders = [cell for cell, _, binds in used if name in binds]
@@ -30,7 +30,7 @@ def reread(cells: list[tuple[str, str]]) -> list[str]:
     return found
 
 
-def _reads_and_binds(tree: ast.Module) -> tuple[set[str], set[str]]:
+def reads_and_binds(tree: ast.Module) -> tuple[set[str], set[str]]:
     """Names that a cell reads before it binds them, or in functions; those it binds."""
     reads: set[str] = set()
     bound: set[str] = set()

@@ -1,16 +1,19 @@
 """Student copies: nothing given away, and an unsolved chapter still runs."""
 
+import ast
 import copy
 import re
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
 import nbformat
 import pytest
-from jupyter_client.manager import KernelManager, start_new_kernel
+from jupyter_client.manager import KernelManager
 from nbclient.exceptions import CellExecutionError
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
+from pgm_lab import checks
 from publish.student import (
     FIRST_LINES,
     PROGRAM,
@@ -19,7 +22,9 @@ from publish.student import (
     tags,
     write_copies,
 )
-from tools.notebooks import FOLDER, KERNEL, client
+from tests import kernels
+from tests.project.test_rerun import reads_and_binds
+from tools.notebooks import FOLDER
 
 NOTEBOOKS = sorted(FOLDER.glob("[0-9A-Z]*.ipynb"))
 
@@ -178,10 +183,10 @@ def kernel():
 
     That every notebook runs in a kernel of its own is proven with its solutions.
     """
-    manager, _ = start_new_kernel(kernel_name=KERNEL["name"], cwd=str(FOLDER))
-    client(new_notebook(cells=[new_code_cell(UNSEEN)]), FOLDER, manager).execute()
-    yield manager
-    manager.shutdown_kernel(now=True)
+    with kernels.started(FOLDER) as manager:
+        first = new_notebook(cells=[new_code_cell(UNSEEN)])
+        kernels.run(first, FOLDER, manager)
+        yield manager
 
 
 def run(unsolved: nbformat.NotebookNode, kernel: KernelManager) -> None:
@@ -190,16 +195,19 @@ def run(unsolved: nbformat.NotebookNode, kernel: KernelManager) -> None:
         f"%reset -f\n%cd -q {FOLDER}\n"
         "import matplotlib\nmatplotlib.rcdefaults()\ndel matplotlib"
     )
-    client(new_notebook(cells=[new_code_cell(forget)]), FOLDER, kernel).execute()
-    client(unsolved, FOLDER, kernel).execute()
+    first = new_notebook(cells=[new_code_cell(forget)])
+    kernels.run(first, FOLDER, kernel)
+    kernels.run(unsolved, FOLDER, kernel)
 
 
+@pytest.mark.slow
 def test_an_unsolved_copy_runs_past_its_checks(kernel):
     unsolved = student_copy(notebook())
     run(unsolved, kernel)
     assert unsolved.cells[2].outputs[0].output_type == "error"
 
 
+@pytest.mark.slow
 def test_a_copy_knows_nothing_of_the_one_before(kernel):
     run(new_notebook(cells=[new_code_cell("known = 1")]), kernel)
     with pytest.raises(CellExecutionError, match="NameError"):
@@ -210,6 +218,35 @@ def test_there_are_chapters_to_be_run():
     assert len(NOTEBOOKS) > 7
 
 
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_each_check_of_an_unsolved_chapter_says_what_is_missing(path, monkeypatch):
+    """With the cells alone that bind what exercises and checks need."""
+    monkeypatch.chdir(FOLDER)
+    space = {"__name__": "__main__"}
+    with plt.rc_context():
+        for cell in needed(student_copy(nbformat.read(path, as_version=4))):
+            code = compile(cell.source, f"<{path.stem}, cell {cell.id}>", "exec")
+            if "check" not in tags(cell):
+                exec(code, space)
+                continue
+            with pytest.raises(checks.CheckFailed) as failed:
+                exec(code, space)
+            assert "TypeError" not in str(failed.value), "it must say so in words"
+    plt.close("all")
+
+
+def needed(notebook: nbformat.NotebookNode) -> list[nbformat.NotebookNode]:
+    """Exercises, checks, and the cells that bind what they and each other read."""
+    chosen, names = [], set()
+    for cell in reversed([c for c in notebook.cells if c.cell_type == "code"]):
+        reads, binds = reads_and_binds(ast.parse(cell.source))
+        if {"exercise", "check"} & {*tags(cell)} or binds & names:
+            chosen.append(cell)
+            names = names - binds | reads
+    return chosen[::-1]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_an_unsolved_chapter_runs_to_its_end(path, kernel):
     unsolved = student_copy(nbformat.read(path, as_version=4))
@@ -223,6 +260,7 @@ def test_an_unsolved_chapter_runs_to_its_end(path, kernel):
                 assert "TypeError" not in output.evalue, "it must say so in words"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
     [p for p in NOTEBOOKS if "checks.keep(" in p.read_text(encoding="utf-8")],
