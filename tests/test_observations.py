@@ -80,10 +80,11 @@ def test_left_and_right_errors_together_are_those_of_the_match(share, said):
     np.testing.assert_allclose(right, (1 - share) * whole, rtol=1e-9, atol=1e-20)
 
 
-def test_half_of_the_error_of_a_match_is_common_to_all_photos():
-    """The model of the note in `from_matches`, by 20 noises of all three images."""
+@pytest.mark.parametrize("noises", [8, pytest.param(20, marks=pytest.mark.slow)])
+def test_half_of_the_error_of_a_match_is_common_to_all_photos(noises):
+    """The model of the note in `from_matches`, by noises of all three images."""
     errors = []
-    for seed in range(20):
+    for seed in range(noises):
         found, e = matches(seed), []
         for name, match in found.items():
             J = match.parameters[:, [[1, 2], [4, 5]]]

@@ -1,5 +1,7 @@
 """Two photos as files, and results of a matching that was never made."""
 
+from functools import cache
+
 import numpy as np
 from PIL import Image
 
@@ -9,6 +11,7 @@ SIZE = (240, 200)
 TURNED = (40, 0.95, 0.2, -15, -0.2, 0.95)
 
 
+@cache
 def pair():
     """Two photos (rows, columns) of 8 bit, the right one turned by 12 degrees."""
     texture = simulate.texture(seed=1)

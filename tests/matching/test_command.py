@@ -6,12 +6,14 @@ import re
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
 
 from pgm_lab import _files, matching, observations
 from pgm_lab.matching import __main__ as command
+from pgm_lab.report import _match_figures
 from pgm_lab.report import matching as report
 from tests.calls import HOW, Call, break_, huge_header, image, tiff, truncated_jpeg
 from tests.matching import photos
@@ -37,7 +39,8 @@ def reports(tmp_path):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A match that takes no time, for what comes before and after it."""
+    """A match and a page that take no time, for what comes around them."""
+    monkeypatch.setattr(report, "html", lambda *_, **__: "the page")
     return no_match(monkeypatch, photos.result())
 
 
@@ -57,7 +60,16 @@ def no_match(monkeypatch, found, asked=None):
 # ------------------------------------------------------------------- a good run
 
 
-def test_the_short_report_is_printed_and_the_long_ones_written(files, reports, capsys):
+def drawn(figure):
+    """What stands for a picture, whose drawing takes longer than all the rest."""
+    plt.close(figure)
+    return str(figure.get_size_inches())
+
+
+def test_the_short_report_is_printed_and_the_long_ones_written(
+    files, reports, capsys, monkeypatch
+):
+    monkeypatch.setattr(_match_figures, "png", drawn)
     html, text, table = (reports / name for name in ("a.html", "b.TXT", "all.csv"))
     call = (*files, "--number", 20, "--template", 15)
     assert run(*call, "--report", html, "--report", text, "--csv", table) == 0
@@ -75,6 +87,7 @@ def test_the_short_report_is_printed_and_the_long_ones_written(files, reports, c
     assert sorted(os.listdir(reports)) == ["a.html", "all.csv", "b.TXT"]
 
 
+@pytest.mark.slow
 def test_as_a_program_of_its_own_without_a_network(files, reports):
     """Where every connection is refused, and the console has no sign for ×."""
     code = """
@@ -339,6 +352,7 @@ def test_nothing_half_written_is_left(
     assert os.listdir(reports) == ["r.txt"] and old.read_text() == "old"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no such pipes there")
 def test_who_reads_only_the_head_gets_no_traceback(files):
     call = [sys.executable, "-m", "pgm_lab.matching", *map(str, files)]

@@ -55,6 +55,7 @@ def test_the_two_flights_over_the_orthophoto_lie_where_their_homography_says():
     assert best_shift(pair.left, pair.right, pair.truth, points) == (0, 0)
 
 
+@pytest.mark.slow
 def test_cards_lie_where_their_disparities_say():
     pair = pairs.things(many=12)
     points = grid(pair.left, 5000)

@@ -1,5 +1,7 @@
 """Two ortho images with a known shift, as arrays and files, and made registrations."""
 
+from functools import cache
+
 import numpy as np
 from PIL import Image
 
@@ -13,6 +15,7 @@ CORNER = (700_000.0, 9_320_000.0)
 SIZE = 6.0  # m
 
 
+@cache
 def pair(affine=AFFINE, **more):
     """Images of 16 bit, the sensed one moved by `SHIFT`, darker and noisy."""
     texture = simulate.texture(seed=3)

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import pearsonr
 
@@ -62,6 +62,7 @@ def test_shifts_are_those_of_opencv():
     assert found.accepted.sum() > 20
 
 
+@settings(max_examples=20)
 @given(st.integers(-2, 2), st.integers(-2, 2), st.integers(-3, 3), st.integers(-3, 3))
 def test_an_image_that_is_moved_has_its_shifts_moved(dx, dy, p, q):
     """By whole pixels; the points too, so that none of them nears an edge."""
@@ -78,6 +79,7 @@ def test_an_image_that_is_moved_has_its_shifts_moved(dx, dy, p, q):
 
 
 @pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
+@settings(max_examples=20)
 @given(st.floats(0.1, 20), st.floats(-1e4, 1e5))
 def test_gain_and_offset_change_nothing(refine, gain, offset):
     sensed = noisy(moved(SCENE, 1, 2))

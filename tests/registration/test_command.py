@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,6 +16,7 @@ from PIL import Image
 from pgm_lab import _files, datasets, registration
 from pgm_lab.registration import __main__ as command
 from pgm_lab.registration import _geotiff
+from pgm_lab.report import _registration_figures
 from pgm_lab.report import registration as report
 from tests.calls import HOW, Call, break_, huge_header, image, tiff, truncated_jpeg
 from tests.registration import images
@@ -52,7 +54,8 @@ def reports(tmp_path):
 
 @pytest.fixture
 def quick(monkeypatch):
-    """A registration that takes no time, for what comes before and after it."""
+    """A registration and a page that take no time, for what comes around them."""
+    monkeypatch.setattr(report, "html", lambda *_, **__: "the page")
     return no_match(monkeypatch, images.result())
 
 
@@ -72,7 +75,16 @@ def no_match(monkeypatch, found, asked=None):
 # ------------------------------------------------------------------- a good run
 
 
-def test_the_short_report_is_printed_and_the_long_ones_written(files, reports, capsys):
+def drawn(figure):
+    """What stands for a picture, whose drawing takes longer than all the rest."""
+    plt.close(figure)
+    return str(figure.get_size_inches())
+
+
+def test_the_short_report_is_printed_and_the_long_ones_written(
+    files, reports, capsys, monkeypatch
+):
+    monkeypatch.setattr(_registration_figures, "png", drawn)
     html, text, table = (reports / name for name in ("a.html", "b.TXT", "all.csv"))
     call = (*files, "--number", 20, "--chip", 15, "--pixel-size", 6)
     assert run(*call, "--report", html, "--report", text, "--csv", table) == 0
@@ -95,6 +107,7 @@ def test_the_short_report_is_printed_and_the_long_ones_written(files, reports, c
     assert sorted(os.listdir(reports)) == ["a.html", "all.csv", "b.TXT"]
 
 
+@pytest.mark.slow
 def test_as_a_program_of_its_own_without_a_network(files, reports):
     """Where every connection is refused, and the console has no sign for ×."""
     code = """

@@ -9,7 +9,7 @@ from pgm_lab import datasets, matching, simulate
 from pgm_lab.registration import register
 
 LANDSAT = datasets.landsat().grey
-FACTORS = (2, 3, 4)
+FACTORS = pytest.param(2, marks=pytest.mark.slow), 3, 4
 
 
 @cache
@@ -31,6 +31,7 @@ def chips(image, kind, seed, n=50):
     return np.stack([x, y], axis=1)
 
 
+@cache
 def errors(factor, blur, kind, **how):
     """RMSE_T, largest mean and least share accepted over shifts and seeds."""
     rmse, mean, share = [], [], []
@@ -83,15 +84,16 @@ def test_smoothing_costs_little_where_there_is_no_alias():
     assert smoothed[0] < 1.3 * as_they_are[0]
 
 
+@pytest.mark.parametrize("factor", FACTORS)
 @pytest.mark.parametrize(("blur", "limit"), [(0.7, 0.06), (0.0, 0.13)])
-def test_the_parabola_lies_between_whole_pixels_and_least_squares(blur, limit):
-    for factor in FACTORS:
-        rmse, _, share = errors(factor, blur, "picked", refine="parabola")
-        assert rmse <= limit and share >= 0.7
-        assert errors(factor, blur, "picked", refine="lsm")[0] < rmse / 2
-        assert rmse < errors(factor, blur, "picked")[0] / 2
+def test_the_parabola_lies_between_whole_pixels_and_least_squares(blur, limit, factor):
+    rmse, _, share = errors(factor, blur, "picked", refine="parabola")
+    assert rmse <= limit and share >= 0.7
+    assert errors(factor, blur, "picked", refine="lsm")[0] < rmse / 2
+    assert rmse < errors(factor, blur, "picked")[0] / 2
 
 
+@cache
 def sampled(make, seeds=range(6), **how):
     """Errors of coordinates, predicted variances, squared distances over predicted."""
     errors, variances, squares = [], [], []
@@ -138,9 +140,10 @@ def real(factor, blur, sigma):
 
 SCENES = [textures(0.1, 2.0), textures(0.2, 10.0), textures(0.35, 10.0)]
 REAL = [real(2, 0.7, 15.0), real(4, 0.7, 60.0)]
+SOME = [*SCENES, pytest.param(REAL[0], marks=pytest.mark.slow), REAL[1]]
 
 
-@pytest.mark.parametrize("make", SCENES + REAL)
+@pytest.mark.parametrize("make", SOME)
 def test_least_squares_matching_predicts_its_errors(make):
     """Within a tenth, a fifth on the real image; smoothed residuals are alike."""
     ratio, normalized = sampled(make, refine="lsm")
@@ -154,7 +157,7 @@ def test_so_it_does_without_smoothing(make):
     assert 0.9 < ratio < 1.1 and 0.9 < normalized < 1.1
 
 
-@pytest.mark.parametrize("make", SCENES + REAL)
+@pytest.mark.parametrize("make", SOME)
 def test_the_parabola_predicts_its_errors(make):
     """Within 15 %, but for pixel locking in the finest texture, where it is a third."""
     ratio, normalized = sampled(make, refine="parabola")
@@ -162,7 +165,9 @@ def test_the_parabola_predicts_its_errors(make):
     assert 1 / 1.15 < ratio < near and 1 / 1.15 < normalized < near
 
 
-@pytest.mark.parametrize("factor", FACTORS)
+@pytest.mark.parametrize(
+    "factor", [*(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3)), 4]
+)
 def test_with_the_alias_the_prediction_is_up_to_a_fifth_too_small(factor):
     """The alias is no noise: part of it moves the window without a residual."""
     ratio, normalized = sampled(real(factor, 0.0, 15.0), refine="lsm")

@@ -11,6 +11,7 @@ from matplotlib.quiver import Quiver
 
 from pgm_lab import plot, registration, report
 from pgm_lab.matching import STATUSES
+from pgm_lab.report import _registration_figures
 from pgm_lab.report import _registration_findings as findings
 from pgm_lab.report import registration as page_of
 from pgm_lab.report._registration_case import COMMON, say
@@ -162,7 +163,9 @@ def test_every_status_is_said_in_words_of_images():
             assert foreign not in say(words)
 
 
-def test_a_file_name_is_never_markup(pair, found):
+def test_a_file_name_is_never_markup(pair, found, monkeypatch):
+    png = lambda figure: plt.close(figure) or "png"  # noqa: E731
+    monkeypatch.setattr(_registration_figures, "png", png)
     name = "<script>alert(1)</script><img src=x onerror=alert(1)>.png"
     html = report.registration.html(found, *pair, settings=LSM, about=name)
     assert "<script" not in html and "<img src=x" not in html

@@ -99,6 +99,7 @@ def test_other_programs_err_more_on_the_same_chips():
             assert float(theirs["rmse_t"]) > 1.5 * float(row["rmse_t"])
 
 
+@pytest.mark.slow
 def test_accuracy_repeated_with_one_seed():
     rows = {
         r[3]: dict(zip(TABLES["accuracy"], map(str, r)))
@@ -111,6 +112,7 @@ def test_accuracy_repeated_with_one_seed():
         assert float(row["rmse_t"]) == pytest.approx(float(stored["rmse_t"]), rel=0.15)
 
 
+@pytest.mark.slow
 def test_rmse_t_of_shifts_is_the_shift():
     """Radius 3 sees no more than a corner of its search, and its border says so."""
     for row in registration_accuracy.radii():
@@ -158,7 +160,10 @@ def test_blur_or_smoothing_takes_it_away():
 # r
 
 
-@pytest.mark.parametrize("condition", ["noise 15", "changed fields", "canals"])
+@pytest.mark.parametrize(
+    "condition",
+    ["noise 15", pytest.param("changed fields", marks=pytest.mark.slow), "canals"],
+)
 def test_tests_of_chips_repeated(condition):
     for row in registration_r.rows(condition):
         same("tests", row, ("condition", "test", "limit"), last=20)
@@ -248,6 +253,7 @@ def test_the_null_pair_has_a_shift_of_its_own():
 # Spread over the search
 
 
+@pytest.mark.slow
 def test_spread_repeated():
     for row in registration_spread.rows("gain 0.9"):
         same("spread", row, ("condition", "measure"), last=20)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import bundle, report
-from pgm_lab.report import _findings, _misfit, _words
+from pgm_lab.report import _figures, _findings, _misfit, _words
 from tests.networks import small
 
 SOME = ("c", "x0", "y0", "K1", "P1", "P2", "b1")
@@ -111,6 +111,14 @@ class Tables(HTMLParser):
             self.rows = self.tables.setdefault(data, [])
         elif self.inside in ("th", "td"):
             self.rows[-1][-1] += data
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _nothing_is_drawn():
+    """The numbers are tested here; tests/report/test_page.py looks at the pictures."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_figures, "pictures", lambda *_: [])
+        yield
 
 
 @pytest.fixture(scope="module")

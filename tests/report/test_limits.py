@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -118,14 +119,14 @@ def test_a_mean_residual_beyond_3_3_of_its_sd_is_marked(good, times, marked):
     v[cell == 7] = 1e-3 * np.sqrt(840 * times**2 / (27000 - 30 * times**2)), 0
     shown = replace(good, residuals=v, network=replace(good.network, xy=xy))
     figure, words = _figures.mean_residuals(shown)
-    figure.clear()
+    plt.close(figure)
     assert "in 15 cells" in words
     assert int(re.search(r"(\d+) are longer", words)[1]) == marked
 
 
 def precision(result):
     ((figure, words),) = _figures.precision(result)
-    figure.clear()
+    plt.close(figure)
     return words
 
 

@@ -2,21 +2,37 @@
 
 import os
 import re
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from pgm_lab import _files, bundle, datasets, report
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import __main__ as command
+from pgm_lab.report import _figures
 from tests.networks import real
 
 
 @pytest.fixture(scope="module")
 def network():
     return real()
+
+
+@pytest.fixture(scope="module")
+def result(network):
+    return bundle.adjust(network)
+
+
+@pytest.fixture
+def quick(result, monkeypatch):
+    """An adjustment and a page that take no time, for what comes around them."""
+    monkeypatch.setattr(bundle, "adjust", lambda *_, **__: result)
+    monkeypatch.setitem(command.WRITERS, ".html", lambda *_, **__: "the page")
 
 
 @pytest.fixture
@@ -47,12 +63,12 @@ def refused(capsys, *arguments):
 
 
 def test_the_short_report_is_printed_and_the_long_ones_written(
-    files, reports, network, capsys
+    files, reports, result, capsys, monkeypatch
 ):
+    monkeypatch.setattr(_figures, "png", lambda figure: plt.close(figure) or "png")
     html, text = reports / "a.html", reports / "b.TXT"
     assert run(*files, "--report", html, "--report", text) == 0
     output = capsys.readouterr()
-    result = bundle.adjust(network)
     about = "From interior.txt, exterior.txt, points.txt, image.txt."
     assert output.out == report.text(result, about=about, short=True) + "\n"
     assert output.err == ""
@@ -191,12 +207,12 @@ def test_a_report_that_another_wrote_meanwhile_stays(
 
 
 def test_an_input_is_never_replaced(files, reports, capsys):
-    before = open(files[2]).read()
+    before = Path(files[2]).read_bytes()
     message = refused(capsys, *files, "--report", files[2], "--force")
     assert f"this is the input {files[2]}" in message
     report = ["--report", reports / "r.html"]
     assert "another output" in refused(capsys, *files, *report, *report)
-    assert open(files[2]).read() == before
+    assert Path(files[2]).read_bytes() == before
 
 
 @pytest.mark.parametrize(
@@ -225,7 +241,7 @@ def test_too_few_files_end_with_2(files, capsys):
 @pytest.mark.parametrize("failure", ["drawing", "writing", "renaming", "the second"])
 @pytest.mark.parametrize("how", ["disk full", "interrupted"])
 def test_nothing_half_written_is_left(
-    files, reports, capsys, monkeypatch, failure, how
+    files, reports, quick, capsys, monkeypatch, failure, how
 ):
     """In the middle of a report; an older report stays as it was."""
 
@@ -236,20 +252,19 @@ def test_nothing_half_written_is_left(
 
     old = reports / "r.txt"
     old.write_text("old")
-    monkeypatch.setitem(command.WRITERS, ".html", lambda *_, **__: "the page")
-    if failure == "drawing":
-        monkeypatch.setitem(command.WRITERS, ".html", full)
-    else:
-        name = "open" if failure == "writing" else "replace"
-        nth = 2 if failure == "the second" else 1
-        monkeypatch.setattr(_files.Path, name, broken(name, full, nth))
     new = reports / "r.html"
-    assert run(*files, "--report", old, "--report", new, "--force") == 1
+    with monkeypatch.context() as patch:
+        if failure == "drawing":
+            patch.setitem(command.WRITERS, ".html", full)
+        else:
+            name = "open" if failure == "writing" else "replace"
+            nth = 2 if failure == "the second" else 1
+            patch.setattr(_files.Path, name, broken(name, full, nth))
+        assert run(*files, "--report", old, "--report", new, "--force") == 1
     said = {"disk full": "No space left", "interrupted": "interrupted"}[how]
     assert said in capsys.readouterr().err
     assert os.listdir(reports) == ["r.txt"]
     assert old.read_text() == "old"
-    monkeypatch.undo()
     assert run(*files, "--report", new, "--report", old, "--force") == 0
     assert sorted(os.listdir(reports)) == ["r.html", "r.txt"]
     assert old.read_text(encoding="utf-8").startswith("Bundle adjustment")
@@ -275,7 +290,13 @@ def broken(name, full, nth):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no such signal there")
-@pytest.mark.parametrize("signal_name", ["SIGTERM", "SIGINT", "SIGHUP"])
+@pytest.mark.parametrize(
+    "signal_name",
+    [
+        "SIGTERM",
+        *(pytest.param(s, marks=pytest.mark.slow) for s in ("SIGINT", "SIGHUP")),
+    ],
+)
 def test_who_ends_the_program_while_it_writes_leaves_nothing(
     files, reports, signal_name
 ):
@@ -284,6 +305,7 @@ import os, signal, sys
 from pgm_lab import _files
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import __main__ as command
+from pgm_lab.report import _figures
 command.WRITERS[".html"] = lambda *_, **__: "page"
 replace, calls = _files.Path.replace, []
 def killed(self, target):
@@ -335,7 +357,7 @@ def test_a_long_name_is_written_or_refused(files, reports, capsys):
 def test_an_input_by_another_name_is_never_replaced(
     files, reports, tmp_path, capsys, link
 ):
-    before = open(files[3], encoding="utf-8").read()
+    before = Path(files[3]).read_bytes()
     other = reports / "r.txt"
     if link == "symlink":
         other.symlink_to(files[3])
@@ -345,7 +367,7 @@ def test_an_input_by_another_name_is_never_replaced(
         other = reports / ".." / "my network" / "image.txt"
     message = refused(capsys, *files, "--report", other, "--force")
     assert f"this is the input {files[3]}" in message
-    assert open(files[3], encoding="utf-8").read() == before
+    assert Path(files[3]).read_bytes() == before
 
 
 def test_two_names_of_one_report_are_refused(files, reports, capsys):
@@ -419,12 +441,20 @@ def test_a_bar_is_shown_where_somebody_watches(files, capsys, monkeypatch):
     assert asked == [True]
 
 
-def test_an_interruption_is_said_in_one_line(files, capsys, monkeypatch):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(bundle, "read", interrupt)
-    assert run(*files) == 1
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no such signal there")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_an_interruption_is_said_in_one_line(files, capsys, monkeypatch, name):
+    """And afterwards the signal does what it did before."""
+    number = signal.Signals[name]
+    before = signal.getsignal(number)
+    own = signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL
+    monkeypatch.setattr(bundle, "read", lambda *_, **__: signal.raise_signal(number))
+    signal.signal(number, own)
+    try:
+        assert run(*files) == 1
+        assert signal.getsignal(number) is own
+    finally:
+        signal.signal(number, before)
     assert capsys.readouterr().err == "python -m pgm_lab.report: interrupted\n"
 
 
@@ -438,12 +468,13 @@ def test_the_help_names_the_columns_of_each_file(capsys):
     assert "scale bars and several cameras have no place in the files" in text
 
 
-def test_the_sample_gives_what_another_program_found(reports, capsys):
+def test_the_sample_gives_what_another_program_found(reports, capsys, monkeypatch):
     """As the README calls it; JAICOV adjusted the same network."""
     readme = (datasets.folder().parent / "README.md").read_text(encoding="utf-8")
     (call,) = re.findall(r"-m pgm_lab\.report (data/sample.*)", readme)
     words = call.replace("data/", f"{datasets.folder().as_posix()}/").split()
     words[-1] = str(reports / words[-1])
+    monkeypatch.setitem(command.WRITERS, ".html", lambda *_, **__: "the page")
     assert run(*words) == 0
     output = capsys.readouterr()
     data = datasets.jaicov_9x50()

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -313,7 +314,8 @@ def test_control_check_points_and_bars_have_their_tables(everything):
     assert table(everything, "Object points")[1][20, 2] == "held"
 
 
-def test_snooping_is_told_with_what_it_took_out(network):
+def test_snooping_is_told_with_what_it_took_out(network, monkeypatch):
+    monkeypatch.setattr(_figures, "pictures", lambda *_: [])
     found = bundle.snoop(network)
     text = report.text(found)
     assert f"took out {len(found.removed)} rays, one at a time" in text
@@ -429,13 +431,14 @@ def test_many_rays_are_drawn_as_means_that_show_what_the_camera_lacks(
     monkeypatch.setattr(_figures, "DENSE", 10)
     noise = np.random.default_rng(6).normal(0, 3e-4, result.residuals.shape)
     xy = result.network.xy
-    ((_, words),) = _figures.residuals(replace(result, residuals=noise))
+    ((figure, words),) = _figures.residuals(replace(result, residuals=noise))
+    plt.close(figure)
     assert int(re.search(r"(\d+) are longer", words)[1]) <= 1
     noise[xy[:, 0] > np.median(xy[:, 0]), 0] += 1e-3
     ((figure, words),) = _figures.residuals(replace(result, residuals=noise))
     assert int(re.search(r"(\d+) are longer", words)[1]) >= 5
     assert 0.8 < float(re.search(r"largest is ([\d.]+) µm", words)[1]) < 1.4
-    figure.clear()
+    plt.close(figure)
 
 
 def test_as_many_suspects_as_chance_gives_are_called_so(result):

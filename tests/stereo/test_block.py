@@ -88,6 +88,7 @@ def test_processes_write_the_same_bytes_though_one_of_them_is_killed(
     np.testing.assert_array_equal(found.surface.z, serial[0].surface.z)
     np.testing.assert_array_equal(found.surface.measured, serial[0].surface.measured)
     assert [p.points for p in found.pairs] == [p.points for p in serial[0].pairs]
+    assert [p.attempts for p in found.pairs] == [1, 1, 1]  # it was not alone
 
 
 def test_photos_in_memory_give_the_same_pairs(block, serial, empty):

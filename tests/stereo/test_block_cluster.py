@@ -1,15 +1,20 @@
 """A block of photos on a cluster of two workers: the same bytes, whoever dies."""
 
+import contextlib
 import dataclasses
-import logging
+import json
+import os
 import pickle
+import random
+import subprocess
 import sys
-import threading
+import types
+from concurrent.futures import Future
 
 import pytest
 
 from pgm_lab import stereo
-from pgm_lab.stereo import _cluster, _tasks
+from pgm_lab.stereo import _cluster, _pools, _tasks
 from tests.stereo.blocks import NUMBERS, Deadly, Failing, content, on_disk, strip
 
 distributed = pytest.importorskip("distributed")
@@ -31,24 +36,65 @@ def serial(photos, tmp_path_factory):
     return content(folder)
 
 
+# Its workers start and end others: all that belongs to a process of its own.
+CLUSTER = """
+import json, logging, sys, dask, distributed
+# Dask itself gives a task that killed a worker to no other
+dask.config.set({"distributed.scheduler.allowed-failures": 0})
+given = json.loads(sys.argv[1])
+with distributed.LocalCluster(silence_logs=logging.CRITICAL, **given) as one:
+    print(one.scheduler_address, flush=True)
+    sys.stdin.read()
+"""
+
+
+@contextlib.contextmanager
+def started(folder, **options):
+    """Address of a cluster in another process, which ends with this block."""
+    given = {"dashboard_address": ":0", "threads_per_worker": 1} | options
+    call = [sys.executable, "-c", CLUSTER, json.dumps(given)]
+    there = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
+    there = os.environ | there | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    with subprocess.Popen(call, env=there, stderr=subprocess.DEVNULL, **pipes) as one:
+        yield one.stdout.readline().strip()
+
+
+THREADS = {"processes": False, "protocol": "tcp"}  # that all end when one is killed
+
+
 @pytest.fixture(scope="module")
-def cluster():
-    """Two processes; dask itself gives a task that killed one to no other."""
-    with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
-        with distributed.LocalCluster(
-            n_workers=2,
-            threads_per_worker=1,
-            dashboard_address=":0",
-            silence_logs=logging.CRITICAL,
-        ) as one:
-            yield one
+def cluster(tmp_path_factory):
+    with started(tmp_path_factory.mktemp("cluster"), n_workers=2, **THREADS) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def processes(tmp_path_factory):
+    with started(tmp_path_factory.mktemp("processes"), n_workers=2) as address:
+        yield address
+
+
+@pytest.fixture(autouse=True)
+def _what_a_client_keeps_for_itself_is_put_back(monkeypatch):
+    """A thread for answers, and the dice for when to ask again."""
+    dice = random.getstate()
+    monkeypatch.setattr(distributed.Future, "_cb_executor", None)
+    yield
+    random.setstate(dice)
+    if answers := distributed.Future._cb_executor:
+        answers.shutdown()
+
+
+def plot(photos, folder, client):
+    return stereo.plot_block(photos, PAIRS, folder, client=client, **NUMBERS)
 
 
 def test_a_cluster_writes_the_same_bytes_as_the_serial_run(
     cluster, photos, serial, tmp_path
 ):
     with distributed.Client(cluster, set_as_default=False) as client:
-        found = stereo.plot_block(photos, PAIRS, tmp_path, client=client, **NUMBERS)
+        found = plot(photos, tmp_path, client)
         assert client.status == "running"  # it is not ours to close
     assert [p.status for p in found.pairs] == ["plotted"] * 3
     assert all(p.seconds > 0 for p in found.pairs)
@@ -68,13 +114,13 @@ def trouble(photos, k, kind, log, **more):
     ]
 
 
+@pytest.mark.slow
 def test_a_worker_killed_in_the_middle_changes_nothing(
-    cluster, photos, serial, folders
+    processes, photos, serial, folders
 ):
     folder, log = folders
     deadly = trouble(photos, 2, Deadly, log)
-    address = cluster.scheduler_address
-    found = stereo.plot_block(deadly, PAIRS, folder, client=address, **NUMBERS)
+    found = plot(deadly, folder, processes)
     assert not found.failed
     assert content(folder) == serial
 
@@ -84,8 +130,7 @@ def test_a_pair_that_failed_on_a_worker_is_tried_again(
 ):
     folder, log = folders
     failing = trouble(photos, 0, Failing, log)
-    address = cluster.scheduler_address
-    found = stereo.plot_block(failing, PAIRS, folder, client=address, **NUMBERS)
+    found = plot(failing, folder, cluster)
     assert [p.attempts for p in found.pairs] == [2, 1, 1]
     assert content(folder) == serial
 
@@ -98,10 +143,6 @@ def test_a_task_is_small(photos, tmp_path):
     assert len(pickle.dumps(task)) < 2048 < photos[0].read().grey.nbytes
 
 
-def plot(photos, folder, client):
-    return stereo.plot_block(photos, PAIRS, folder, client=client, **NUMBERS)
-
-
 def test_an_answer_that_was_lost_with_its_worker_is_in_the_file(
     cluster, photos, serial, tmp_path, monkeypatch
 ):
@@ -111,33 +152,28 @@ def test_an_answer_that_was_lost_with_its_worker_is_in_the_file(
         raise TimeoutError
 
     monkeypatch.setattr(distributed.Future, "result", never)
-    found = plot(photos, tmp_path, cluster.scheduler_address)
+    found = plot(photos, tmp_path, cluster)
     assert [p.status for p in found.pairs] == ["plotted"] * 3
     assert content(tmp_path) == serial
 
 
-def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folders):
+@pytest.mark.slow
+def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folders, tmp_path):
     folder, log = folders
-    one = distributed.LocalCluster(
-        n_workers=1,
-        processes=False,
-        protocol="tcp",
-        dashboard_address=":0",
-        silence_logs=logging.CRITICAL,
-    )
-    ending = trouble(photos, 2, Ending, log)
-    Ending.cluster = one
+    ending = trouble(photos, 2, Deadly, log)
     with dask.config.set({"distributed.comm.timeouts.connect": "200ms"}):
-        with pytest.raises(ConnectionError, match="the cluster was lost"):
-            plot(ending, folder, one.scheduler_address)
+        with started(tmp_path, n_workers=1, **THREADS) as lost:
+            with pytest.raises(ConnectionError, match="the cluster was lost"):
+                plot(ending, folder, lost)
     assert (folder / "pair_00000_00001.npz").exists()
 
 
-class Ending(Failing):
-    """Ends the cluster while it is read."""
-
-    def fail(self):
-        threading.Thread(target=type(self).cluster.close).start()
+def test_a_task_that_was_taken_back_tells_of_a_lost_cluster():
+    """As dask takes back all of them then; `close` does, too, but asks no more."""
+    task = Future()
+    task.cancel()
+    with pytest.raises(ConnectionError, match="the cluster was lost.*call again"):
+        _pools._error(task)
 
 
 def test_without_dask_the_error_says_what_to_install(photos, tmp_path, monkeypatch):
@@ -157,16 +193,15 @@ def test_a_client_is_a_client(photos, tmp_path):
         plot(photos, tmp_path, 3)
 
 
-def test_a_cluster_without_workers_is_said(photos, tmp_path, monkeypatch):
+def test_a_cluster_without_workers_is_said(photos, folders, tmp_path, monkeypatch):
+    folder, _ = folders
     monkeypatch.setattr(_cluster, "PATIENCE", 0.2)
-    with distributed.LocalCluster(
-        n_workers=0, processes=False, dashboard_address=":0"
-    ) as idle:
+    with started(tmp_path, n_workers=0) as idle:
         with distributed.Client(idle, set_as_default=False) as client:
             with pytest.raises(ConnectionError, match="has no worker"):
-                plot(photos, tmp_path, client)
-        with pytest.raises(ConnectionError, match="client of the cluster is closed"):
-            plot(photos, tmp_path, client)
+                plot(photos, folder, client)
+    with pytest.raises(ConnectionError, match="client of the cluster is closed"):
+        plot(photos, folder, client)
 
 
 def test_a_worker_that_does_not_see_the_folder_is_named(
@@ -174,16 +209,34 @@ def test_a_worker_that_does_not_see_the_folder_is_named(
 ):
     monkeypatch.setattr(_cluster, "LIST", "on another disk")
     with pytest.raises(FileNotFoundError, match="worker tcp.* does not see"):
-        plot(photos, tmp_path, cluster.scheduler_address)
+        plot(photos, tmp_path, cluster)
 
 
+class Mourned(Failing):
+    """Says what dask says when a worker was killed."""
+
+    def fail(self):
+        last = types.SimpleNamespace(address="tcp://nobody")
+        raise distributed.KilledWorker("a task", last, 0)
+
+
+def test_a_pair_that_dask_says_has_killed_a_worker_is_not_tried_for_ever(
+    cluster, photos, folders
+):
+    """Once with others, once alone, which is the only attempt that counts."""
+    folder, log = folders
+    found = plot(trouble(photos, 3, Mourned, log, times=99), folder, cluster)
+    assert [(p.left, p.right, p.attempts) for p in found.failed] == [(2, 3, 1)]
+    assert found.failed[0].reason.startswith("KilledWorker: ")
+
+
+@pytest.mark.slow
 def test_a_pair_that_kills_every_worker_is_named_and_the_rest_goes_on(
-    cluster, photos, serial, folders
+    processes, photos, serial, folders
 ):
     folder, log = folders
     deadly = trouble(photos, 3, Deadly, log, times=99)
-    address = cluster.scheduler_address
-    found = stereo.plot_block(deadly, PAIRS, folder, client=address, **NUMBERS)
+    found = plot(deadly, folder, processes)
     assert [(p.left, p.right) for p in found.failed] == [(2, 3)]
     assert found.failed[0].reason.startswith("KilledWorker: ")
     done = content(folder)

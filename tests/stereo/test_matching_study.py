@@ -68,6 +68,7 @@ def test_what_the_right_photo_does_not_show_is_rejected(scenes, aerial):
     assert (match.status[hidden] == 0).mean() < 0.05
 
 
+@pytest.mark.slow
 def test_the_row_of_the_motorcycle_is_the_stored_one():
     scenes = study.motorcycle()
     (row,) = study.rows(scenes, 7, (0.8,), 6, True)
