@@ -34,7 +34,8 @@ def page(metadata: dict[str, str]) -> str | None:
     folder = Path(metadata.get("path", "")).resolve()
     if folder != ROOT / "notebooks":
         return None
-    sys.path.insert(0, str(ROOT))
+    if str(ROOT) not in sys.path:
+        sys.path.insert(0, str(ROOT))
     from publish.errors import PublishError
 
     try:

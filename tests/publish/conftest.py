@@ -3,6 +3,7 @@
 A missing browser or package is a failure here, not a reason to skip.
 """
 
+import random
 import time
 from pathlib import Path
 
@@ -21,8 +22,15 @@ ROOT = Path(__file__).resolve().parents[2]
 CHAPTERS = {p.stem: p for p in sorted((ROOT / "notebooks").glob("[0-9A-Z]*.ipynb"))}
 
 
-@pytest.fixture(scope="session")
+def pytest_configure(config):
+    """Bear with what Sphinx and MyST will have to change one day."""
+    old = "ignore::PendingDeprecationWarning:(sphinx|myst_parser)"
+    config.addinivalue_line("filterwarnings", old)
+
+
+@pytest.fixture(scope="session", autouse=True)
 def browser():
+    """The browser, started before any test is watched for what it leaves behind."""
     with open_browser() as browser:
         yield browser
 
@@ -96,8 +104,7 @@ def lesson_decks(browser, lesson, tmp_path_factory):
 def site_folder(tmp_path_factory, worker_id) -> Path:
     """The site of all chapters: built by the worker that needs it first, for all."""
     if worker_id == "master":
-        folder = tmp_path_factory.mktemp("build")
-        return build_site(CHAPTERS.values(), folder).parent
+        return built_site(tmp_path_factory.mktemp("build")).parent
     folder = tmp_path_factory.getbasetemp().parent / "site"
     try:
         folder.mkdir()
@@ -105,12 +112,21 @@ def site_folder(tmp_path_factory, worker_id) -> Path:
         return other_s_site(folder)
     told = folder / "told.txt"
     try:
-        build_site(CHAPTERS.values(), folder)
+        built_site(folder)
     except BaseException as error:
         told.write_text(f"the site was not built: {error}", encoding="utf-8")
         raise
     told.write_text(BUILT, encoding="utf-8")
     return folder / "site"
+
+
+def built_site(folder: Path) -> Path:
+    """Build the site; Sphinx draws a random number and leaves another state."""
+    state = random.getstate()
+    try:
+        return build_site(CHAPTERS.values(), folder)
+    finally:
+        random.setstate(state)
 
 
 BUILT = "built"

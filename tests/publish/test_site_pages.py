@@ -1,5 +1,6 @@
 """What the pages of the site hold, as Sphinx wrote them."""
 
+import copy
 from collections import Counter
 
 import nbformat
@@ -74,7 +75,9 @@ def test_a_solution_and_what_it_prints_stand_only_in_the_fold():
 
 
 def test_what_is_right_below_a_prediction_waits_but_not_a_heading():
-    cells = [PREDICTED, text("The answer."), PREDICTED, text("### What comes next")]
+    other = copy.deepcopy(PREDICTED)
+    other.id = "another"
+    cells = [PREDICTED, text("The answer."), other, text("### What comes next")]
     page, _ = notebooks.prepare(example(*cells), "01_example")
     answer, following = (page.cells[place].source for place in (-3, -1))
     assert 'class="pgm-waits"' in answer and "The answer." in answer
