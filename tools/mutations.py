@@ -103,6 +103,8 @@ def run_tests(folder: Path, tests: list[str], output: Path, marks: str) -> None:
         import pytest
 
         options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "-p", "no:benchmark"]
+        # The libraries are loaded already
+        options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
         code = pytest.main([*options, "-m", marks, *tests])
     sys.exit(int(code))
 

@@ -81,6 +81,7 @@ def test_slip_in_the_turn_in_the_plane_is_named():
             lambda k: [[np.cos(k), -np.sin(k)], [-np.sin(k), np.cos(k)]],
             "a minus at both sines",
         ),
+        (lambda k: frame(k).round(2), "right, but rounded to 2 decimals"),
         (lambda k: frame(k).round(3), "right, but rounded to 3 decimals"),
         (lambda k: frame(k).astype(np.float32).astype(float), "a float32"),
         (lambda k: None, "returns nothing yet"),

@@ -324,9 +324,21 @@ def test_slip_in_the_lens_is_named():
         ({"zero": [6, 7]}, "P1 and P2, is missing"),
         ({"zero": [8, 9]}, "b1 and b2, is missing"),
         ({"zero": [5]}, "K3 is missing"),
+        ({"zero": [8]}, "the part of b1 is wrong"),
         ({"zero": [1, 2]}, "principal point is missing"),
     ]
     assert unnamed(lambda s: chapter6.without_lens(partial(ideal, **s)), slips) == []
+
+
+def test_a_radius_that_is_not_divided_out_is_named():
+    def without_lens(xy, camera):
+        plain = xy - camera[1:3]
+        rho = np.hypot(*plain.T)[:, None]
+        radial = camera[3] * rho**2 + camera[4] * rho**4 + camera[5] * rho**6
+        return textbook.without_lens(xy, camera) - plain * (radial - radial / rho)
+
+    with pytest.raises(CheckFailed, match="ρ is not divided out"):
+        chapter6.without_lens(without_lens)
 
 
 def test_a_rounded_ideal_point_is_named_as_rounded():
