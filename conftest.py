@@ -28,6 +28,7 @@ def pytest_report_header(config):
     return None if seed is None else f"shuffled: repeat it with --shuffle={seed}"
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(config, items):
     """Begin with the longest files, or shuffle; keep each notebook whole."""
     files = {}

@@ -7,7 +7,7 @@ from pgm_lab import bundle, checks, lsm, ncc, simulate
 from pgm_lab.camera import Camera
 from pgm_lab.checks import chapter4
 from pgm_lab.simulate import photos
-from tests.good_arguments import GREY, in_network
+from tests.good_arguments import GREY, fresh, in_network
 
 
 def test_a_lens_that_shows_too_little_ends_the_search_for_a_pair(monkeypatch):
@@ -55,7 +55,7 @@ def test_a_small_integer_type_does_not_overflow(kind):
 
 @pytest.mark.parametrize("name", ["sigma", "scale_bars", "exteriors", "points", "xy"])
 def test_a_network_keeps_no_array_of_the_caller(name):
-    given = in_network()
+    given = fresh(in_network())
     given["sigma"] = np.full((len(given["xy"]), 2), 0.002)
     network = bundle.Network(**given)
     before = getattr(network, name).copy()
@@ -64,7 +64,7 @@ def test_a_network_keeps_no_array_of_the_caller(name):
 
 
 def test_a_network_keeps_no_control_sigma_and_no_covariance_of_the_caller():
-    given = in_network()
+    given = fresh(in_network())
     index, coordinates, sigma = given["control"]
     covariance = np.tile(np.eye(2) * 1e-6, (len(given["xy"]), 1, 1))
     given |= {"sigma": None, "covariance": covariance}
