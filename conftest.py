@@ -16,26 +16,38 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     """Read the path in pyproject.toml from the project's folder, for nbval."""
-    config.addinivalue_line("markers", "xdist_group: of pytest-xdist, if it is there")
     path = config.getoption("nbval_sanitize_with", None)
     if path:
         config.option.nbval_sanitize_with = str(config.rootpath / path)
 
 
-def pytest_report_header(config):
+def pytest_terminal_summary(terminalreporter, config):
     """Say how a shuffled run is repeated."""
     seed = config.getoption("shuffle")
-    return None if seed is None else f"shuffled: repeat it with --shuffle={seed}"
+    if seed is not None:
+        terminalreporter.write_line(f"Shuffled; the same order: --shuffle={seed}")
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Let `--dist load` spread single tests, but keep each notebook on one worker."""
+    if config.getvalue("dist") != "load":
+        return None
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Spread(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            file = nodeid.partition("::")[0]
+            return file if file.endswith(".ipynb") else nodeid
+
+    return Spread(config, log)
+
+
 def pytest_collection_modifyitems(config, items):
     """Begin with the longest files, or shuffle; keep each notebook whole."""
     files = {}
     for item in items:
         files.setdefault(item.path, []).append(item)
-        if is_notebook(item.path):
-            item.add_marker(pytest.mark.xdist_group(item.path.stem))
     order = sorted(files, key=lambda path: not is_long(path))
     seed = config.getoption("shuffle")
     if seed is not None:
