@@ -157,13 +157,13 @@ def processes() -> dict[int, str]:
     """Child processes by their number, where the system lists them as files."""
     found = {}
     for task in Path("/proc/self/task").glob("*/children"):
-        for number in task.read_text().split():
-            try:
+        try:
+            for number in task.read_text().split():
                 command = Path(f"/proc/{number}/cmdline").read_text().replace("\0", " ")
-            except OSError:  # it has just ended
-                continue
-            if not any(kept in command for kept in KEPT_PROCESSES):
-                found[int(number)] = command
+                if not any(kept in command for kept in KEPT_PROCESSES):
+                    found[int(number)] = command
+        except OSError:  # it has just ended
+            continue
     return found
 
 
