@@ -51,6 +51,8 @@ def pytest_configure():
         os.environ[name] = own
     tempfile.tempdir = None
     tqdm.monitor_interval = 0  # no thread that watches progress bars
+    # What is started in the background ignores Ctrl-C; asyncio would change that later
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     # What two libraries keep for the whole process, once they need it, is made now.
     run_sync(run_inside)()
     if os.name == "posix":
