@@ -3,6 +3,7 @@
 import struct
 import zlib
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -93,3 +94,9 @@ def image(values):
 
 def tiff(values):
     return lambda path: Image.fromarray(values).save(path, "TIFF")
+
+
+def drawn(figure):
+    """What stands for a picture, whose drawing takes longer than all the rest."""
+    plt.close(figure)
+    return str(figure.get_size_inches())

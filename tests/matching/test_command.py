@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,7 +14,16 @@ from pgm_lab import _files, matching, observations
 from pgm_lab.matching import __main__ as command
 from pgm_lab.report import _match_figures
 from pgm_lab.report import matching as report
-from tests.calls import HOW, Call, break_, huge_header, image, tiff, truncated_jpeg
+from tests.calls import (
+    HOW,
+    Call,
+    break_,
+    drawn,
+    huge_header,
+    image,
+    tiff,
+    truncated_jpeg,
+)
 from tests.matching import photos
 
 CALL = Call(command.main, "python -m pgm_lab.matching")
@@ -58,12 +66,6 @@ def no_match(monkeypatch, found, asked=None):
 
 
 # ------------------------------------------------------------------- a good run
-
-
-def drawn(figure):
-    """What stands for a picture, whose drawing takes longer than all the rest."""
-    plt.close(figure)
-    return str(figure.get_size_inches())
 
 
 def test_the_short_report_is_printed_and_the_long_ones_written(

@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -18,7 +17,16 @@ from pgm_lab.registration import __main__ as command
 from pgm_lab.registration import _geotiff
 from pgm_lab.report import _registration_figures
 from pgm_lab.report import registration as report
-from tests.calls import HOW, Call, break_, huge_header, image, tiff, truncated_jpeg
+from tests.calls import (
+    HOW,
+    Call,
+    break_,
+    drawn,
+    huge_header,
+    image,
+    tiff,
+    truncated_jpeg,
+)
 from tests.registration import images
 
 CALL = Call(command.main, "python -m pgm_lab.registration")
@@ -73,12 +81,6 @@ def no_match(monkeypatch, found, asked=None):
 
 
 # ------------------------------------------------------------------- a good run
-
-
-def drawn(figure):
-    """What stands for a picture, whose drawing takes longer than all the rest."""
-    plt.close(figure)
-    return str(figure.get_size_inches())
 
 
 def test_the_short_report_is_printed_and_the_long_ones_written(
