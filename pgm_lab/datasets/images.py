@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.datasets.files import verified
-
-# Rec. 601: how bright red, green and blue look; OpenCV and Pillow weight the same way.
-GREY_OF_RGB = (0.299, 0.587, 0.114)
+from pgm_lab.io.photo import GREY_OF_RGB
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ says how far two maps' pixels lie apart. `textbook` is the method as the lesson 
 it, in loops.
 """
 
+from pgm_lab.io.geotiff import Raster, read, write
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 from pgm_lab.registration.chips import register
 from pgm_lab.registration.grids import offset
 from pgm_lab.registration.model import Model, fit
 from pgm_lab.registration.points import grid, pick, read_points
-from pgm_lab.registration.raster import Raster, read, write
 from pgm_lab.registration.resampling import resample
 from pgm_lab.registration.result import Registration
 from pgm_lab.registration.textbook import (

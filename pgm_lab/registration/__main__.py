@@ -14,8 +14,8 @@ from tqdm import tqdm
 
 from pgm_lab import _command, registration
 from pgm_lab._command import REPORTS, TABLES, Output, Parser
-from pgm_lab._files import printable
-from pgm_lab.registration import _geotiff
+from pgm_lab.io import geotiff as _geotiff
+from pgm_lab.io.files import printable
 from pgm_lab.registration.model import NAMES
 from pgm_lab.report import registration as report
 from pgm_lab.report._registration_case import say

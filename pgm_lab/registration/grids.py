@@ -3,8 +3,7 @@
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.registration import _geotiff
-from pgm_lab.registration.raster import Raster
+from pgm_lab.io.geotiff import Raster, same_crs
 
 SAME_GRID = 0.01  # px that two grids may drift apart over an image
 
@@ -52,7 +51,7 @@ def offset(reference: Raster, sensed: Raster) -> np.ndarray:
                 " has one: cut both to the same area and leave it away, or give the"
                 " offset in pixels"
             )
-    if not _geotiff.same_crs(reference.crs, sensed.crs):
+    if not same_crs(reference.crs, sensed.crs):
         raise ValueError(
             f"the images have different coordinate reference systems,"
             f" {_short(reference.crs)} and {_short(sensed.crs)}. {_warp(reference)}"

@@ -6,11 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _numbers, _validate, matching
-from pgm_lab._files import printable
-from pgm_lab.matching import photo
-from pgm_lab.registration._plain import without_data
-from pgm_lab.registration.raster import Raster
+from pgm_lab import _validate, matching
+from pgm_lab.io import text as _numbers
+from pgm_lab.io.files import existing, printable
+from pgm_lab.io.geotiff import Raster, without_data
 
 
 def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
@@ -178,7 +177,7 @@ def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.nda
     >>> points
     array([[12. , 34.5]])
     """
-    file = photo.regular(path, f"points, {printable(path)}")
+    file = existing(path, f"points, {printable(path)}")
     names = ("column", "row") if raster is None else ("x", "y")
     points = _numbers.read_table(file, "points", names, 0).values
     if raster is None:

@@ -7,8 +7,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.image import resample as grey_between
 from pgm_lab.image.resampling import METHODS
-from pgm_lab.registration._geotiff import MOST
-from pgm_lab.registration._plain import without_data
+from pgm_lab.io.geotiff import MAX_PIXELS, without_data
 from pgm_lab.registration.model import Model
 
 STRIP = 1_000_000  # pixels at a time
@@ -70,10 +69,10 @@ def resample(
     rows, columns = (
         _validate.whole(n, "shape", 1) for n in _validate.of_shape(shape, (2,), "shape")
     )
-    if rows * columns > MOST:
+    if rows * columns > MAX_PIXELS:
         raise ValueError(
-            f"shape asks for {rows} x {columns} pixels; the limit is {MOST}. It must be"
-            " (rows, columns) of the reference image"
+            f"shape asks for {rows} x {columns} pixels; the limit is {MAX_PIXELS}. It"
+            " must be (rows, columns) of the reference image"
         )
     method = _validate.choice(method, "method", METHODS)
     values = np.zeros((rows, columns), grey.dtype)

@@ -7,7 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from pgm_lab import _files, _numbers, _validate
+from pgm_lab import _validate
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
 from pgm_lab.matching import STATUSES
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
-from pgm_lab.matching.photo import ORIENTATION
+from pgm_lab.io import photo as photos
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +63,7 @@ class PhotoFile:
         if Path(self.path).suffix == ".npy":
             shape = np.load(self.path, mmap_mode="r").shape
         else:
-            with Image.open(self.path) as image:
-                turned = image.getexif().get(ORIENTATION, 1) >= 5
-                shape = image.size if turned else image.size[::-1]
+            shape = photos.shape(self.path, "photo")
         return self._photo(np.broadcast_to(np.uint8(0), shape))
 
     def fingerprint(self) -> str:

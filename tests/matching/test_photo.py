@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from PIL import Image, ImageOps
 
-from pgm_lab.matching import read
+from pgm_lab.io.photo import read
 
 RNG = np.random.default_rng(5)
 GREY = RNG.integers(0, 256, (12, 17), dtype=np.uint8)
@@ -218,7 +218,7 @@ def test_no_file_whatever_it_holds_fails_from_deep_inside(tmp_path_factory, data
 def test_files_that_cannot_be_read_say_so_in_a_line(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"right, .*x\.png: there is no such"):
         read(tmp_path / "x.png", "right")
-    with pytest.raises(IsADirectoryError, match="this is a folder, not a photo"):
+    with pytest.raises(IsADirectoryError, match="this is a folder, not a file"):
         read(tmp_path)
     with pytest.raises(OSError, match="cannot be read"):
         read("null\0byte")

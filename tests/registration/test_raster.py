@@ -12,7 +12,8 @@ import pytest
 from PIL import Image
 
 from pgm_lab import registration
-from pgm_lab.registration import Raster, _geotiff, offset, read, read_points, write
+from pgm_lab.io import geotiff as _geotiff
+from pgm_lab.registration import Raster, offset, read, read_points, write
 
 GREY = np.arange(1, 601, dtype=np.uint16).reshape(20, 30)
 NOWHERE = np.zeros(GREY.shape, bool)
@@ -265,7 +266,7 @@ def test_a_file_that_cannot_hold_the_image(tmp_path, raster, name, message):
 def test_nothing_is_overwritten_unless_asked(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     path.write_text("mine")
-    with pytest.raises(FileExistsError, match="is there already"):
+    with pytest.raises(FileExistsError, match="already exists"):
         write(path, Raster(GREY, NOWHERE))
     assert path.read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
     write(path, Raster(GREY, NOWHERE), overwrite=True)
@@ -276,12 +277,12 @@ def test_nothing_is_overwritten_unless_asked(tmp_path, suffix):
 def test_a_file_that_breaks_off_leaves_the_old_one(tmp_path, monkeypatch):
     path = write(tmp_path / "a.tif", Raster(GREY, NOWHERE))
 
-    def broken(part, raster):
+    def broken(part, *_, **__):
         part.write_bytes(b"half")
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(_geotiff, "installed", lambda: True)
-    monkeypatch.setattr(_geotiff, "write", broken)
+    monkeypatch.setattr(_geotiff, "write_bands", broken)
     with pytest.raises(OSError, match=r"a\.tif: it cannot be written \(No space"):
         write(path, Raster(GREY + 1, NOWHERE), overwrite=True)
     monkeypatch.undo()

@@ -1,0 +1,4 @@
+"""Files in and out: photos, tables of numbers, GeoTIFF, and atomic writing.
+
+It stands on the ground: all other packages may import it, and it imports none of them.
+"""
