@@ -12,8 +12,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
-from pgm_lab import _files
-from pgm_lab._files import printable
+from pgm_lab.io import files as _files
+from pgm_lab.io.files import printable
 
 DONE, FAILED = 0, 1  # argparse itself ends with 2 when it is called wrongly
 REPORTS = (".html", ".htm", ".txt")
@@ -194,8 +194,6 @@ def run(program: str, work: Callable[[], None], no_memory: str) -> int:
 
 def finish(pages: Mapping[Path, str | bytes], force: bool, short: str) -> None:
     """Write all files or none, and print the short report."""
-    for left in _files.clear([path.parent for path in pages]):
-        print(f"removed {printable(left)}, left by a run that broke", file=sys.stderr)
     _files.save(pages, overwrite=force)
     if hasattr(sys.stdout, "reconfigure"):  # a console without µ shows a ? for it
         sys.stdout.reconfigure(errors="replace")

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _files, _numbers, _validate, frames, lsm, matching, ncc
+from pgm_lab import _validate, frames, lsm, matching, ncc
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
 
 Match = ncc.Match | lsm.Match | matching.Match
 COLUMNS = ("point", "photo", "x", "y", "sx", "sy")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pgm_lab import _files
+from pgm_lab.io import files as _files
 
 HOW = {
     "disk full": (OSError(28, "No space left on device"), "No space left"),

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab._numbers import Source, read_table
 from pgm_lab.camera import Camera
+from pgm_lab.io.text import Source, read_table
 
 if TYPE_CHECKING:
     from pgm_lab.bundle.network import Network

@@ -13,12 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pgm_lab import _files, _numbers, _validate
-from pgm_lab._files import printable
-from pgm_lab._numbers import Source, Table
+from pgm_lab import _validate
 from pgm_lab.bundle._tables import RAY
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
+from pgm_lab.io.files import printable
+from pgm_lab.io.text import Source, Table
 
 NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")
 EXTERIOR = ("photo", "omega", "phi", "kappa", "XL", "YL", "ZL")

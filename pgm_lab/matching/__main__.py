@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from pgm_lab import _command, _numbers, matching, observations
+from pgm_lab import _command, matching, observations
 from pgm_lab._command import REPORTS, TABLES, Output, Parser
-from pgm_lab._files import printable
+from pgm_lab.io import text as _numbers
+from pgm_lab.io.files import printable
+from pgm_lab.io.photo import COLOURS
 from pgm_lab.matching.pair import STARTS
-from pgm_lab.matching.photo import COLOURS
 from pgm_lab.report import matching as report
 from pgm_lab.report._match_tables import SETTINGS
 from pgm_lab.report._statuses import advice

@@ -4,12 +4,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
+from pgm_lab.io.photo import Photo, read
 from pgm_lab.matching import _features, _pyramid
 from pgm_lab.matching._correlate import correlate
 from pgm_lab.matching._field import Field
 from pgm_lab.matching._quality import RECOMMENDED, quality
 from pgm_lab.matching.interest import pick
-from pgm_lab.matching.photo import Photo, read
 from pgm_lab.matching.result import Match
 
 STARTS = {"features": _features.field, "pyramid": _pyramid.field}

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab import _files, _numbers, _validate
+from pgm_lab import _validate
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
 
 COLUMNS = (
     *("point", "left column", "left row", "right column", "right row"),

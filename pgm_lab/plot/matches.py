@@ -7,7 +7,7 @@ from matplotlib.patches import ConnectionPatch
 
 from pgm_lab import _validate, matching
 from pgm_lab._rounding import plain
-from pgm_lab.matching.photo import Photo
+from pgm_lab.io.photo import Photo
 from pgm_lab.plot import _photo, _style, basic
 from pgm_lab.plot._photo import ACCEPTED
 from pgm_lab.plot.basic import Look

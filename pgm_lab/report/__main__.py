@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from pgm_lab import _command, bundle, report
-from pgm_lab._files import printable
+from pgm_lab.io.files import printable
 from pgm_lab.report._input import doubt
 from pgm_lab.report._options import check_reports, parser
 

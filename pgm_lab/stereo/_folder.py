@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _validate
 from pgm_lab.camera.photo import Photo
+from pgm_lab.io import files as _files
 from pgm_lab.stereo.photo_file import PhotoFile
 
 LIST = "block.json"  # parameters, and a fingerprint of each photo

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _validate
+from pgm_lab.io import files as _files
 from pgm_lab.stereo.grid import Surface
 
 TILE = 1024  # cells on a side of what is merged at once

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pgm_lab import _files
+from pgm_lab.io import files as _files
 from pgm_lab.stereo.dense import match_dense
 from pgm_lab.stereo.grid import surface
 from pgm_lab.stereo.heights import Points, intersect

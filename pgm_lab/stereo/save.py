@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _validate
+from pgm_lab.io import files as _files
 from pgm_lab.stereo.grid import SOURCES, Surface
 from pgm_lab.stereo.heights import Points
 from pgm_lab.stereo.terrain import ORIGINS, Terrain

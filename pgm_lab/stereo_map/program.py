@@ -17,7 +17,7 @@ from matplotlib.backend_bases import LocationEvent, MouseEvent
 from matplotlib.figure import Figure
 
 from pgm_lab import _validate
-from pgm_lab._files import printable
+from pgm_lab.io.files import printable
 from pgm_lab.stereo_map import _panels, _words, drawing, saving, session
 from pgm_lab.stereo_map._measurement import Measurement
 from pgm_lab.stereo_map.session import Session

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
-from pgm_lab.matching.photo import Photo as Source
+from pgm_lab.io.photo import Photo as Source
 from pgm_lab.orientation import Relative, absolute, relative
 from pgm_lab.stereo_map import _control
 from pgm_lab.stereo_map._levels import levels

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pgm_lab import _files, matching, observations
+from pgm_lab import matching, observations
+from pgm_lab.io import files as _files
 from pgm_lab.matching import __main__ as command
 from pgm_lab.report import _match_figures
 from pgm_lab.report import matching as report

@@ -48,7 +48,7 @@ def test_the_table_holds_every_number_and_what_became_of_each_point(found, tmp_p
 def test_a_table_is_not_overwritten_unasked_nor_half_written(found, tmp_path):
     path = tmp_path / "found.csv"
     path.write_text("mine")
-    with pytest.raises(FileExistsError, match="is there already"):
+    with pytest.raises(FileExistsError, match="already exists"):
         found.save(path)
     assert path.read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
     found.save(path, overwrite=True)

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pgm_lab import _files, datasets, registration
+from pgm_lab import datasets, registration
+from pgm_lab.io import files as _files
+from pgm_lab.io import geotiff as _geotiff
 from pgm_lab.registration import __main__ as command
-from pgm_lab.registration import _geotiff
 from pgm_lab.report import _registration_figures
 from pgm_lab.report import registration as report
 from tests.calls import (

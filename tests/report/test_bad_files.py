@@ -270,7 +270,7 @@ def test_a_pipe_is_refused_and_not_waited_for(files, tmp_path, capsys, which):
     files[which] = pipe
     message = ended(capsys, *files)
     assert f"{pipe}: this is a pipe or a device" in message
-    assert "save the numbers as a file" in message
+    assert "save its content as a file" in message
 
 
 @POSIX

@@ -11,8 +11,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pgm_lab import _files, bundle, datasets, report
+from pgm_lab import bundle, datasets, report
 from pgm_lab.camera import PARAMETERS
+from pgm_lab.io import files as _files
 from pgm_lab.report import __main__ as command
 from pgm_lab.report import _figures
 from tests.networks import real
@@ -202,7 +203,7 @@ def test_a_report_that_another_wrote_meanwhile_stays(
 
     monkeypatch.setattr(bundle, "adjust", meanwhile)
     assert run(*files, "--report", report) == 1
-    assert "r.txt is there already, and is not overwritten" in capsys.readouterr().err
+    assert "r.txt already exists, and is not overwritten" in capsys.readouterr().err
     assert report.read_text() == "theirs" and os.listdir(reports) == ["r.txt"]
 
 
@@ -302,7 +303,7 @@ def test_who_ends_the_program_while_it_writes_leaves_nothing(
 ):
     code = """
 import os, signal, sys
-from pgm_lab import _files
+from pgm_lab.io import files as _files
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import __main__ as command
 from pgm_lab.report import _figures
@@ -324,23 +325,6 @@ sys.exit(command.main(sys.argv[1:]))
     assert done.returncode == 1 and done.stdout == b""
     assert done.stderr.strip() == b"python -m pgm_lab.report: interrupted"
     assert os.listdir(reports) == []
-
-
-@pytest.mark.skipif(os.name == "nt", reason="asks whether a process still runs")
-def test_what_a_killed_run_left_is_removed_and_said(files, reports, capsys):
-    """Not that of a run that is still writing, unless it is older than an hour."""
-    done = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"],
-                          capture_output=True, text=True, check=True)  # fmt: skip
-    dead = reports / f".pgm_lab-{int(done.stdout)}-0.part"
-    alive = reports / f".pgm_lab-{os.getppid()}-0.part"
-    stale = reports / f".pgm_lab-{os.getppid()}-1.part"
-    for path in (dead, alive, stale):
-        path.write_text("<!DOCTYPE ht")
-    os.utime(stale, (0, 0))
-    assert run(*files, "--estimate", "c", "--report", reports / "r.txt") == 0
-    said = capsys.readouterr().err
-    assert f"removed {dead}, left by a run that broke" in said and str(stale) in said
-    assert sorted(os.listdir(reports)) == [alive.name, "r.txt"]
 
 
 def test_a_long_name_is_written_or_refused(files, reports, capsys):

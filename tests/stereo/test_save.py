@@ -95,7 +95,7 @@ def test_heights_as_csv(terrain, tmp_path):
 def test_a_file_that_is_there_stays(points, tmp_path):
     file = tmp_path / "points.csv"
     file.write_text("mine")
-    with pytest.raises(FileExistsError, match="is there already"):
+    with pytest.raises(FileExistsError, match="already exists"):
         stereo.save_points(points, file)
     assert file.read_text() == "mine"
     stereo.save_points(points, file, overwrite=True)
