@@ -5,7 +5,6 @@ beside the notebooks of the project, it is neither read nor made.
 """
 
 import functools
-import os
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +14,7 @@ import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.checks import _program
+from pgm_lab.io import files
 
 FILE = _program.FILE  # in the folder of the notebook
 
@@ -47,9 +47,7 @@ def keep(function: Callable) -> None:
     before = Path(FILE).read_text(encoding="utf-8")
     after = _program.joined(before, imports, sources)
     if after != before:
-        part = Path(f".{FILE}.part")
-        part.write_text(after, encoding="utf-8", newline="\n")
-        os.replace(part, FILE)  # in one step: no half a program
+        files.save({FILE: after}, overwrite=True)  # in one step: no half a program
     print(f"✓ {function.__name__} is a part of your program now, {FILE}.")
 
 
