@@ -138,8 +138,8 @@ def written(columns: Sequence[str], numbers: np.ndarray, words: np.ndarray) -> s
 
 def read_numbers(path: Source, ids: int = 0) -> Content:
     """Read a text file that holds numbers and comments, its first columns ids."""
-    path = Path(path)
     lines = _lines(path)
+    path = Path(path)
     split = [line.split() for line in "\n".join(lines).translate(_BLANK).split("\n")]
     used = [i for i, words in enumerate(split) if words]
     if not used:
@@ -215,7 +215,7 @@ def _hint(row: list[str], k: int, ids: int, first: bool) -> str:
     return ""
 
 
-def _lines(path: Path) -> list[str]:
+def _lines(path: Source) -> list[str]:
     """Return the lines of a text file, without comments."""
     name = files.printable(path)
     data = files.content(path, name, empty=True)

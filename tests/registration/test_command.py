@@ -370,7 +370,7 @@ POINTS = {
     "a heading": ("column,row\n10,20\n", "line 1: 'column' is not a number; a heading"),
     "not a number": ("10 20\n30 x\n", "line 2: 'x' is not a number"),
     "three columns": ("1 10 20\n", "3 column(s), where points have 2: column row"),
-    "empty": ("", "the file is empty"),
+    "empty": ("", "the file holds no numbers"),
     "no numbers": ("% column row\n", "the file holds no numbers"),
     "a picture": ("\x89PNG\0\n", "this is not text"),
 }

@@ -487,7 +487,7 @@ def test_points_in_map_coordinates(tmp_path):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("", "points.csv: the file is empty"),
+        ("", "points.csv: the file holds no numbers"),
         ("1,2,3\n", r"points.csv, line 1: 3 column\(s\), where points have 2"),
         ("column,row\n1.5,2\n", "points.csv, line 1: 'column' is not a number"),
         ("1.5,2\n1.5,x\n", "points.csv, line 2: 'x' is not a number"),

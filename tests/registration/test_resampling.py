@@ -7,7 +7,8 @@ import pytest
 
 from pgm_lab import image, simulate
 from pgm_lab.datasets import landsat
-from pgm_lab.registration import Model, fit, grid, pick, register, resample, resampling
+from pgm_lab.registration import Model, fit, grid, pick, register, resample
+from pgm_lab.registration import model as module
 
 TEXTURE = simulate.texture(seed=3)
 SHAPE = (150, 180)
@@ -73,7 +74,7 @@ def test_the_offset_of_the_images_counts():
 
 def test_strips_and_pieces_change_nothing(monkeypatch):
     """Against the spline through the whole image, in strips of five rows."""
-    monkeypatch.setattr(resampling, "STRIP", 5 * SHAPE[1])
+    monkeypatch.setattr(module, "STRIP", 5 * SHAPE[1])
     parameters = (3.3, 0.01, 0.02, 1.2, -0.015, 0.01)
     turned = model(parameters, "affine")
     again = resample(scene(), turned, SHAPE)
