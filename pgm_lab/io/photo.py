@@ -105,8 +105,13 @@ def pixels(path: str | os.PathLike, name: str) -> np.ndarray:
 def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
     """Return (rows, columns) as the camera was held, from the head of the file."""
     with Image.open(files.existing(path, name)) as image:
+        columns, rows = image.size
+        if tags := getattr(
+            image, "tag_v2", None
+        ):  # the size of a TIFF is turned already
+            columns, rows = tags[256], tags[257]
         turned = image.getexif().get(ORIENTATION, 1) >= 5
-        return image.size if turned else image.size[::-1]
+        return (columns, rows) if turned else (rows, columns)
 
 
 def native(values: np.ndarray) -> np.ndarray:

@@ -376,8 +376,9 @@ def _resample_strip(
     method: str,
 ) -> None:
     """Write grey values into a strip, and clear its mask where there are any."""
-    size = np.array(grey.shape[::-1])
-    inside = np.all((places >= 0) & (places <= size - 1), axis=-1)
+    size = columns, rows = np.array(grey.shape[::-1])
+    x, y = np.moveaxis(places, -1, 0)
+    inside = (x >= 0) & (y >= 0) & (x <= columns - 1) & (y <= rows - 1)
     if not inside.any():
         return
     # Cut out the window of the sensed image that the strip depends on

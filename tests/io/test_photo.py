@@ -1,7 +1,6 @@
 """Photos of all kinds come in as the camera saw them, or are refused with a reason."""
 
 import io
-import os
 import struct
 import zlib
 
@@ -13,12 +12,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from PIL import Image, ImageOps
 
-from pgm_lab.io.photo import read
+from pgm_lab.io import photo as photos
+from pgm_lab.matching import read
 
 RNG = np.random.default_rng(5)
 GREY = RNG.integers(0, 256, (12, 17), dtype=np.uint8)
 DEEP = RNG.integers(0, 65536, (12, 17), dtype=np.uint16)
 RGB = RNG.integers(0, 256, (12, 17, 3), dtype=np.uint8)
+DEEP_RGB = RNG.integers(0, 65536, (12, 17, 3), dtype=np.uint16)
 WEIGHTS = np.array([0.299, 0.587, 0.114])
 # What undoes each orientation of EXIF, from its table in the standard
 UPRIGHT = {
@@ -46,100 +47,84 @@ def same(found, expected):
     np.testing.assert_array_equal(found, expected)
 
 
+def grey_of(photo):
+    return read(photo, colour="grey")
+
+
+def chunk(kind, body):
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(
+        ">I", zlib.crc32(kind + body)
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    "name", ["photo.png", "photo.tif", "photo.bmp", "Foto ä日.png"]
+    "values, names",
+    [
+        (GREY, ["photo.png", "photo.tif", "photo.bmp", "Foto ä日.png"]),
+        (np.repeat(GREY[..., None], 3, axis=2), ["photo.png"]),
+        (DEEP, ["photo.png", "photo.tif"]),
+        (GREY / np.float32(7), ["photo.tif"]),
+    ],
 )
-def test_grey_values_of_a_file_are_those_that_were_saved(tmp_path, name):
-    path = saved(GREY, tmp_path / name)
-    same(read(path), GREY)
-    same(read(str(path)), GREY)
-
-
-@pytest.mark.parametrize("name", ["photo.png", "photo.tif"])
-def test_16_bits_stay_16_bits(tmp_path, name):
-    same(read(saved(DEEP, tmp_path / name)), DEEP)
-
-
-def test_floats_of_a_tiff_stay_floats(tmp_path):
-    same(read(saved(GREY / np.float32(7), tmp_path / "f.tif")), GREY / np.float32(7))
-
-
-@pytest.mark.parametrize("name", ["photo.png", "photo.tif"])
-def test_colours_of_16_bits_keep_them_all(tmp_path, name):
-    rgb = RNG.integers(0, 65536, (12, 17, 3), dtype=np.uint16)
-    path = tmp_path / name
-    path.write_bytes(cv2.imencode(path.suffix, rgb[..., ::-1])[1].tobytes())
-    grey = read(path, colour="grey")
-    np.testing.assert_allclose(grey, rgb @ WEIGHTS, rtol=1e-6)
-    assert grey.dtype == np.float32 and np.any(grey > 255)
+def test_grey_values_of_a_file_are_those_that_were_saved(tmp_path, values, names):
+    """8 and 16 bits and floats; three equal channels are grey already."""
+    for name in names:
+        path = saved(values, tmp_path / name)
+        for photo in (path, str(path), values):
+            same(read(photo), values if values.ndim == 2 else GREY)
 
 
 def test_colours_are_refused_with_what_to_do_or_weighted_when_asked(tmp_path):
     for photo in (RGB, Image.fromarray(RGB), saved(RGB, tmp_path / "c.png")):
         with pytest.raises(ValueError, match='left.* has colours.*colour="grey"'):
             read(photo, "left")
-        np.testing.assert_allclose(read(photo, colour="grey"), RGB @ WEIGHTS, rtol=1e-6)
+        np.testing.assert_allclose(grey_of(photo), RGB @ WEIGHTS, rtol=1e-6)
 
 
-def test_three_equal_channels_are_grey_already(tmp_path):
-    path = saved(np.repeat(GREY[..., None], 3, axis=2), tmp_path / "g.png")
-    same(read(path), GREY)
+@pytest.mark.parametrize("name", ["photo.png", "photo.tif"])
+def test_colours_of_16_bits_keep_them_all(tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(cv2.imencode(path.suffix, DEEP_RGB[..., ::-1])[1].tobytes())
+    grey = grey_of(path)
+    np.testing.assert_allclose(grey, DEEP_RGB @ WEIGHTS, rtol=1e-6)
+    assert grey.dtype == np.float32
 
 
-def test_a_palette_is_looked_up(tmp_path):
-    image = Image.fromarray(RGB).convert("P")
+@pytest.mark.parametrize("mode, kinds", [("P", ["png", "gif"]), ("CMYK", ["tif"])])
+def test_palettes_and_other_colour_spaces_become_red_green_and_blue(
+    tmp_path, mode, kinds
+):
+    image = Image.fromarray(RGB).convert(mode)
     expected = np.asarray(image.convert("RGB")) @ WEIGHTS
-    for photo in (
-        image,
-        saved(image, tmp_path / "p.png"),
-        saved(image, tmp_path / "p.gif"),
-    ):
-        np.testing.assert_allclose(read(photo, colour="grey"), expected, rtol=1e-6)
-    image = Image.fromarray(GREY)
-    same(read(image.quantize(256)), np.asarray(image.quantize(256).convert("L")))
-
-
-def test_other_colour_spaces_become_red_green_and_blue(tmp_path):
-    image = Image.fromarray(RGB).convert("CMYK")
-    expected = np.asarray(image.convert("RGB")) @ WEIGHTS
-    np.testing.assert_allclose(read(image, colour="grey"), expected, rtol=1e-6)
-    assert read(saved(image, tmp_path / "c.jpg"), colour="grey").shape == (12, 17)
+    for photo in (image, *(saved(image, tmp_path / f"p.{kind}") for kind in kinds)):
+        np.testing.assert_allclose(grey_of(photo), expected, rtol=1e-6)
 
 
 def test_black_and_white_becomes_0_and_255():
-    image = Image.fromarray(GREY).convert("1")
-    assert set(np.unique(read(image))) == {0, 255}
+    assert set(np.unique(read(Image.fromarray(GREY).convert("1")))) == {0, 255}
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
-@pytest.mark.parametrize("kind", ["png", "jpg", "tif"])
+@pytest.mark.parametrize("kind", ["png", "jpg", "tif", "16 bits"])
 def test_the_orientation_of_exif_is_followed(tmp_path, orientation, kind):
-    path = tmp_path / f"o.{kind}"
     exif = Image.Exif()
     exif[0x0112] = orientation
-    saved(GREY, path, exif=exif)
-    expected = UPRIGHT[orientation](
-        np.asarray(Image.open(saved(GREY, tmp_path / f"0.{kind}")))
-    )
-    with Image.open(io.BytesIO(path.read_bytes())) as image:
-        same(read(image), expected)
-        np.testing.assert_array_equal(ImageOps.exif_transpose(image), expected)
-    same(read(path), expected)
-
-
-@pytest.mark.parametrize("orientation", range(1, 9))
-def test_the_orientation_is_followed_in_colours_of_16_bits_too(tmp_path, orientation):
-    rgb = RNG.integers(0, 65536, (12, 17, 3), dtype=np.uint16)
-    exif = Image.Exif()
-    exif[0x0112] = orientation
-    data = cv2.imencode(".png", rgb[..., ::-1])[1].tobytes()
-    body = exif.tobytes().removeprefix(b"Exif\0\0")
-    chunk = b"eXIf" + body
-    chunk = struct.pack(">I", len(body)) + chunk + struct.pack(">I", zlib.crc32(chunk))
-    path = tmp_path / "o.png"
-    path.write_bytes(data[:33] + chunk + data[33:])  # behind the header
-    turned = UPRIGHT[orientation](rgb)
-    np.testing.assert_allclose(read(path, colour="grey"), turned @ WEIGHTS, rtol=1e-6)
+    if kind == "16 bits":
+        path = tmp_path / "o.png"
+        data = cv2.imencode(".png", DEEP_RGB[..., ::-1])[1].tobytes()
+        body = chunk(b"eXIf", exif.tobytes().removeprefix(b"Exif\0\0"))
+        path.write_bytes(data[:33] + body + data[33:])  # behind the header
+        expected = UPRIGHT[orientation](DEEP_RGB) @ WEIGHTS
+        np.testing.assert_allclose(grey_of(path), expected, rtol=1e-6)
+    else:
+        path = saved(GREY, tmp_path / f"o.{kind}", exif=exif)
+        with Image.open(saved(GREY, tmp_path / f"0.{kind}")) as plain:
+            expected = UPRIGHT[orientation](np.asarray(plain))
+        same(read(path), expected)
+        with Image.open(io.BytesIO(path.read_bytes())) as image:
+            same(read(image), expected)
+            np.testing.assert_array_equal(ImageOps.exif_transpose(image), expected)
+    assert photos.shape(path, "photo") == expected.shape
 
 
 def test_what_is_transparent_is_masked(tmp_path):
@@ -147,26 +132,19 @@ def test_what_is_transparent_is_masked(tmp_path):
     alpha[:3], alpha[3, 0], alpha[3, 1] = 0, 127, 128
     expected = alpha < 128
     rgba = np.dstack([RGB, alpha])
-    la = np.dstack([GREY, alpha])
-    deep = np.dstack(
-        [RNG.integers(0, 65536, (12, 17, 3)), alpha * np.uint16(257)]
-    ).astype(np.uint16)
+    deep = np.dstack([DEEP_RGB, alpha * np.uint16(257)]).astype(np.uint16)
     path = tmp_path / "deep.png"
     path.write_bytes(cv2.imencode(".png", deep)[1].tobytes())
     for photo in (rgba, Image.fromarray(rgba), saved(rgba, tmp_path / "a.png"), path,
                   np.dstack([RGB / 255, alpha / 255])):  # fmt: skip
-        found = read(photo, colour="grey")
-        np.testing.assert_array_equal(np.ma.getmaskarray(found), expected)
-    found = read(saved(Image.fromarray(la, "LA"), tmp_path / "la.png"))
+        np.testing.assert_array_equal(np.ma.getmaskarray(grey_of(photo)), expected)
+    la = Image.fromarray(np.dstack([GREY, alpha]), "LA")
+    found = read(saved(la, tmp_path / "la.png"))
     np.testing.assert_array_equal(found.mask, expected)
     np.testing.assert_array_equal(found.data[~expected], GREY[~expected])
-
-
-def test_a_transparent_colour_of_a_palette_is_masked(tmp_path):
-    image = Image.fromarray(GREY).quantize(8)
-    path = saved(image, tmp_path / "p.png", transparency=2)
-    found = read(path)
-    np.testing.assert_array_equal(found.mask, np.asarray(image) == 2)
+    palette = Image.fromarray(GREY).quantize(8)
+    found = read(saved(palette, tmp_path / "p.png", transparency=2))
+    np.testing.assert_array_equal(found.mask, np.asarray(palette) == 2)
 
 
 def test_masks_and_values_that_are_none_are_kept_as_masks():
@@ -180,15 +158,14 @@ def test_masks_and_values_that_are_none_are_kept_as_masks():
     np.testing.assert_array_equal(found.mask, mask | ~np.isfinite(grey))
     colours = np.ma.array(RGB, mask=np.zeros(RGB.shape, bool))
     colours.mask[1, 2, 2] = True
-    assert np.argwhere(read(colours, colour="grey").mask).tolist() == [[1, 2]]
+    assert np.argwhere(grey_of(colours).mask).tolist() == [[1, 2]]
     same(read(np.ma.array(GREY)), GREY)
 
 
 def test_types_that_opencv_does_not_take_are_changed():
-    assert read(GREY.astype(">u2")).dtype == np.uint16
-    assert read(GREY.astype(np.float16)).dtype == np.float32
-    assert read(GREY.astype(np.int64)).dtype == float
-    assert read(GREY > 9).dtype == np.uint8
+    for given_as, kept in [(">u2", np.uint16), (np.float16, np.float32),
+                           (np.int64, float), (bool, np.uint8)]:  # fmt: skip
+        assert read(GREY.astype(given_as)).dtype == kept
     same(read(GREY.tolist()), GREY.astype(float))
 
 
@@ -218,13 +195,8 @@ def test_no_file_whatever_it_holds_fails_from_deep_inside(tmp_path_factory, data
 def test_files_that_cannot_be_read_say_so_in_a_line(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"right, .*x\.png: there is no such"):
         read(tmp_path / "x.png", "right")
-    with pytest.raises(IsADirectoryError, match="this is a folder, not a file"):
-        read(tmp_path)
     with pytest.raises(OSError, match="cannot be read"):
         read("null\0byte")
-    (tmp_path / "empty.png").touch()
-    with pytest.raises(ValueError, match="empty.png: the file is empty"):
-        read(tmp_path / "empty.png")
     (tmp_path / "text.png").write_text("no photo")
     with pytest.raises(ValueError, match="not an image that can be read; save it as"):
         read(tmp_path / "text.png")
@@ -232,28 +204,17 @@ def test_files_that_cannot_be_read_say_so_in_a_line(tmp_path):
 
 @pytest.mark.parametrize("kind", ["png", "jpg", "tif"])
 def test_a_file_that_was_cut_off_is_damaged(tmp_path, kind):
-    path = saved(np.tile(GREY, (20, 20)), tmp_path / f"whole.{kind}")
-    cut = tmp_path / f"cut.{kind}"
-    cut.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    path = saved(np.tile(GREY, (20, 20)), tmp_path / f"cut.{kind}")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(ValueError, match=f"cut.{kind}: the image is damaged"):
-        read(cut)
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes there")
-def test_a_pipe_is_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(OSError, match="a pipe or a device"):
-        read(tmp_path / "pipe")
+        read(path)
 
 
 def test_a_bomb_is_not_unpacked(tmp_path):
     """A file of a few bytes that says it has 30000 x 30000 pixels."""
-    data = io.BytesIO()
-    Image.fromarray(GREY).save(data, "png")
-    data = bytearray(data.getvalue())
-    data[16:24] = struct.pack(">II", 30_000, 30_000)
-    data[29:33] = struct.pack(">I", zlib.crc32(data[12:29]))
-    (tmp_path / "bomb.png").write_bytes(data)
+    data = saved(GREY, tmp_path / "bomb.png").read_bytes()
+    header = chunk(b"IHDR", struct.pack(">II", 30_000, 30_000) + data[24:29])
+    (tmp_path / "bomb.png").write_bytes(data[:8] + header + data[33:])
     with pytest.raises(ValueError, match="too many pixels"):
         read(tmp_path / "bomb.png")
 
