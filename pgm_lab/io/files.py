@@ -12,8 +12,11 @@ import shutil
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from pgm_lab import _validate
+
+Name = TypeVar("Name", bound=str | os.PathLike)
 
 _URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # not C:/, the drive
 
@@ -66,9 +69,7 @@ def _unreadable(error: OSError | ValueError, name: str) -> OSError:
 # --- Writing ---
 
 
-def save(
-    contents: Mapping[str | os.PathLike, str | bytes], *, overwrite: bool = False
-) -> None:
+def save(contents: Mapping[Name, str | bytes], *, overwrite: bool = False) -> None:
     """Write a set of files: texts, or bytes as they are; all of them, or none.
 
     Raises

@@ -1,6 +1,7 @@
 """Summary of shifts: RMSE, circular error, and robust measures."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -151,17 +152,20 @@ def _summary(shifts: np.ndarray) -> Accuracy:
         sd_of_square = np.std(length**2, ddof=1)
     spread = ROBUST_SD * np.median(np.abs(shifts - median), axis=0)
     sd_rmse_t = sd_of_square / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_square
+    of_both = {"mean": mean, "sd": sd, "sd_mean": sd / np.sqrt(n), "rmse": rmse}
+    of_both |= {"median": median, "spread": spread}
+    numbers: dict[str, Any] = {
+        f"{name}_{axis}": float(value)
+        for name, pair in of_both.items()
+        for axis, value in zip("xy", pair)
+    }
     return Accuracy(
-        n,
-        *map(float, (*mean, *sd, *(sd / np.sqrt(n)), *rmse)),
+        n=n,
         rmse_t=rmse_t,
         sd_rmse_t=float(sd_rmse_t),
         ce90=float(np.quantile(length, 0.9)),
         ce90_normal=float(CE90_OF_RMSE * rmse_t),
-        median_x=float(median[0]),
-        median_y=float(median[1]),
-        spread_x=float(spread[0]),
-        spread_y=float(spread[1]),
         robust_rmse_t=float(np.sqrt(np.sum(median**2 + spread**2))),
         shifts=shifts,
+        **numbers,
     )

@@ -213,11 +213,28 @@ def test_a_virtual_raster_leads_to_no_other_file(tmp_path, rasterio, suffix):
         read(path)
 
 
-@pytest.mark.parametrize("kind", ["PNG", "JPEG", "BMP", "TIFF", "JPEG2000"])
-def test_the_content_of_an_image_counts_and_not_its_name(tmp_path, rasterio, kind):
+@pytest.mark.parametrize(
+    "kind, driver",
+    [
+        *[("PNG", "PNG"), ("JPEG", "JPEG"), ("TIFF", "GTiff")],
+        *[("JPEG2000", "JP2OpenJPEG"), ("BMP", None)],  # None: by Pillow
+    ],
+)
+def test_the_content_of_an_image_counts_and_not_its_name(
+    tmp_path, rasterio, monkeypatch, kind, driver
+):
+    """And no other driver of GDAL may guess at it."""
     grey = np.full((40, 50), 99, np.uint8)
     Image.fromarray(grey).save(tmp_path / "a.tif", kind)
+    drivers, original = [], rasterio.open
+
+    def opened(*arguments, **options):
+        drivers.append(options["driver"])
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(rasterio, "open", opened)
     assert np.array_equal(read(tmp_path / "a.tif").grey, grey)
+    assert drivers == ([driver] if driver else [])
 
 
 @pytest.mark.parametrize(
