@@ -52,11 +52,14 @@ def existing(path: str | os.PathLike, name: str, *, empty: bool = False) -> Path
     return file
 
 
-def content(path: str | os.PathLike, name: str, *, empty: bool = False) -> bytes:
-    """Return the bytes of a regular file."""
-    file = existing(path, name, empty=empty)
+def content(
+    path: str | os.PathLike, name: str, size: int = -1, *, empty: bool = False
+) -> bytes:
+    """Return the first `size` bytes of a regular file, or all."""
+    there = existing(path, name, empty=empty)
     try:
-        return file.read_bytes()
+        with there.open("rb") as file:
+            return file.read(size)
     except OSError as error:
         raise _unreadable(error, name) from None
 

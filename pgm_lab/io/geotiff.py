@@ -225,8 +225,7 @@ def read(
         band = _validate.whole(band, "band", 1)
     if nodata is not None:
         nodata = _validate.number(nodata, "nodata")
-    with file.open("rb") as start:
-        head = start.read(8)
+    head = files.content(file, name, 8)
     driver = next((d for magic, d in _DRIVERS.items() if head.startswith(magic)), None)
     if driver and installed():
         found = _read_gdal(file, driver, name, band)
@@ -258,7 +257,7 @@ def write(path: str | os.PathLike, raster: Raster, *, overwrite: bool = False) -
     Returns
     -------
     Path
-        The file. It is there whole or not at all.
+        The file, which is written atomically.
 
     Raises
     ------

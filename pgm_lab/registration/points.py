@@ -225,8 +225,8 @@ def offset(reference: Raster, sensed: Raster) -> np.ndarray:
         if one.transform is None:
             raise ValueError(
                 f"{one.path or 'one image'} has no georeference and the {name} image"
-                " has one: cut both to the same area and leave it away, or give the"
-                " offset in pixels"
+                " has one: cut both to the same area and remove it, or give the offset"
+                " in pixels"
             )
     if not same_crs(reference.crs, sensed.crs):
         raise ValueError(
