@@ -108,8 +108,9 @@ def written_whole(
 
 def place(path: str | os.PathLike) -> Path:
     """Return where a file is to be written: a link is followed, its folder is made."""
-    file = Path(os.path.realpath(_local(path, "path")))
-    name = printable(path)
+    file, name = _local(path, "path"), printable(path)
+    if file.is_symlink():
+        file = Path(os.path.realpath(file))
     if file.is_dir():
         raise IsADirectoryError(f"{name}: this is a folder; name a file")
     if file.exists() and not file.is_file():

@@ -27,6 +27,7 @@ def test_texts_and_bytes_are_written_as_they_are(tmp_path):
     """UTF-8 with the line ends given, on Windows too, in a folder that is made."""
     paths = tmp_path / "new" / "µ.csv", tmp_path / "new" / "b.bin"
     files.save({str(paths[0]): "µ\r\n1\n", paths[1]: b"\0\n"})
+    assert files.place(paths[0]) == paths[0]
     assert [path.read_bytes() for path in paths] == [b"\xc2\xb5\r\n1\n", b"\0\n"]
     assert names(tmp_path / "new") == ["b.bin", "µ.csv"]
 
