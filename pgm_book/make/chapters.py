@@ -4,7 +4,7 @@ import re
 import sys
 from pathlib import Path
 
-from pgm_lab import chapters
+from pgm_book.common import chapters
 
 README = Path(__file__).resolve().parents[2] / "README.md"
 BEGIN, END = "<!-- chapters: from data/chapters.csv -->", "<!-- end of chapters -->"

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pgm_book.ch06 import defects
 from pgm_lab import bundle
 from pgm_lab.adjustment import RankDefect, adjust, normal
-from pgm_lab.bundle import defects, snooping, solve
+from pgm_lab.bundle import snooping, solve
 from tests.networks import real, small
 
 

@@ -483,7 +483,7 @@ def test_the_tick_of_a_check_can_be_printed_everywhere(monkeypatch, character_se
     """Whatever the caller's character set, what a task runs prints in UTF-8."""
     monkeypatch.setenv("PYTHONIOENCODING", character_set)
     monkeypatch.setenv("PYTHONUTF8", "0")
-    code = "from pgm_lab.checks import chapter1; chapter1.corner((11.8, -7.9))"
+    code = "from pgm_book.common.checks import chapter1; chapter1.corner((11.8, -7.9))"
     result = subprocess.run(
         [sys.executable, "-c", code],
         cwd=ROOT,

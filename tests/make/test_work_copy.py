@@ -8,9 +8,9 @@ import nbformat
 import pytest
 from nbformat import v4
 
+from pgm_book.common import own_program as _program
 from pgm_book.make import work_copy
 from pgm_book.make.work_copy import RECORD, update
-from pgm_lab.checks import _program
 
 
 @pytest.fixture

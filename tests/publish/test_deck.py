@@ -4,12 +4,12 @@ import nbformat
 import pytest
 from nbformat.v4 import new_notebook, new_output
 
+from pgm_book.common import checks, ledger
 from pgm_book.make import deck, pace, verdicts, wording
 from pgm_book.make.__main__ import main
 from pgm_book.make.forms import form_of
 from pgm_book.make.prepare import for_slides
 from pgm_book.make.student import slide_type, tags
-from pgm_lab import checks, ledger
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import ANSWER, QUESTION, code, quick_questions, text
 

@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from pgm_lab import chapters
+from pgm_book.common import chapters
 
 ROOT = Path(__file__).resolve().parents[3]
 PICTURE = "pixel_on_ground.png"
@@ -121,7 +121,7 @@ def write(folder: Path, pages: dict[str, list[str]]) -> None:
 
 
 def prediction() -> str:
-    """Write the choices as `pgm_lab.checks.predict` does."""
+    """Write the choices as `pgm_book.common.checks.predict` does."""
     folded = [
         f'<details name="start"><summary>{choice}</summary>'
         f"<p>{'✓' if right else '✗'} {said}</p></details>"

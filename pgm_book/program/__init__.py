@@ -1,0 +1,1 @@
+"""The reader's program as the book solves it, in reading order."""
