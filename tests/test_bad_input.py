@@ -233,7 +233,7 @@ NAMES = {
 }  # fmt: skip
 A_NAME = {
     "text", "text of a number", "text of NumPy", "bytes", "object", "list of texts",
-    "object that raises", "beyond floats", "complex", "function", "type", "date",
+    "beyond floats", "complex", "function", "type", "date",
     "time", "number", "NaN", "no such word", "empty",
 }  # fmt: skip
 # These take long: few of the values that may be taken, and each once

@@ -1,7 +1,7 @@
 """Least squares adjustment in the Gauss-Markov model: one core for the whole workbook.
 
-`normal` solves normal equations, `core` iterates, `result` holds what comes out,
-`outliers` has the limits of its residuals.
+`core` sets up and iterates, `normal` solves normal equations, `result` is what comes
+out, `outliers` has the tests of its residuals.
 """
 
 from pgm_lab.adjustment.core import adjust

@@ -1,11 +1,11 @@
 """Self-calibrating bundle adjustment: free networks, their precision and reliability.
 
 `network` and `result` say what goes in and what comes out, `files` reads and writes
-them; `solve` has the adjustment, `snooping` and `reliability` what follows it. Inside,
-`rays` sets up the observation equations, `reduced` the normal equations without the
-points, `datum` stops the free motions, `covariance` propagates the errors, `refuse`
-names what a network does not determine. `dense` is the textbook's way with one large
-matrix.
+networks. In the order of the adjustment: `equations` sets up the observation equations,
+`reduced` the normal equations without the points, `datum` stops the free motions,
+`solve` iterates and propagates the errors, `refuse` names what is not determined,
+`reliability` and `snooping` test what comes out. `lens` is the distortion, `dense` the
+textbook's way with one large matrix.
 
 Muliawan 2013, chapter II.10.
 """

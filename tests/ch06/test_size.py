@@ -11,7 +11,7 @@ from pgm_book.ch06.studies import network as bundle_network
 from pgm_book.ch06.studies import size as bundle_size
 from pgm_book.common import results
 from pgm_lab import bundle
-from pgm_lab.bundle import _coupling
+from pgm_lab.bundle import reduced
 
 ROWS = results.rows("ch06", "size")
 
@@ -56,9 +56,9 @@ def test_time_and_memory_grow_with_the_rays_not_faster():
 def test_pairs_of_rays_in_portions_give_the_same(at_once, monkeypatch):
     """A portion may end amid the pairs of a ray, or of two photos."""
     network = bundle_network.network(6, 20, 3.5, False)
-    monkeypatch.setattr(_coupling, "WHOLE", 0)
+    monkeypatch.setattr(reduced, "WHOLE", 0)
     whole = bundle.adjust(network, bundle_network.ESTIMATE)
-    monkeypatch.setattr(_coupling, "PAIRS_AT_ONCE", at_once)
+    monkeypatch.setattr(reduced, "PAIRS_AT_ONCE", at_once)
     found = bundle.adjust(network, bundle_network.ESTIMATE)
     np.testing.assert_allclose(found.points, whole.points, atol=1e-7)
     np.testing.assert_allclose(found.covariance, whole.covariance, rtol=1e-6, atol=1e-9)

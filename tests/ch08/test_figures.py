@@ -5,7 +5,7 @@ import pytest
 
 from pgm_book.ch08 import figures as ch08_figures
 from pgm_book.ch08 import figures as mark
-from pgm_lab import plot, stereo
+from pgm_lab import stereo
 from tests import good_arguments
 
 
