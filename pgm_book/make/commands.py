@@ -1,7 +1,9 @@
 """What each task of tasks.py does; standard library only, .venv may not exist yet."""
 
+import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -59,8 +61,11 @@ def lab(*arguments: str) -> int:
 
 
 def test(*arguments: str) -> int:
-    """Check everything in minutes: style, types, unit tests, every notebook."""
+    """Check everything in minutes, or one lesson or room alone: test 3, test ncc."""
     python = ensure(".venv", "main")
+    if arguments and not arguments[0].startswith("-"):
+        chosen = [one for word in arguments for one in tests_of(word) or [word]]
+        return run_tests(python, "-m", "not slow", *chosen)
     for check in (
         ["ruff", "check", "--output-format=concise", "."],
         ["ruff", "format", "--check", "--output-format=concise", "."],
@@ -193,6 +198,31 @@ TASKS = {
     "mutations": mutations,
     "house": house,
 }
+
+
+def tests_of(word: str) -> list[str]:
+    """Name the tests of a lesson ("3", "A1") or of a room ("ncc"), by their folders.
+
+    A lesson has its folder, the proofs that `data/audit` names for it, and notebooks.
+    """
+    number = word.removeprefix("ch").zfill(2)
+    patterns = [
+        f"tests/{word}",
+        f"tests/test_{word}.py",
+        f"pgm_lab/{word}",
+        f"pgm_lab/{word}.py",
+    ]
+    if re.fullmatch(r"\d\d|A\d", number):
+        patterns = [f"tests/ch{number}", f"notebooks/{number}_*.ipynb"]
+        patterns += [f"pgm_book/ch{number}/*.py"]
+    found = [path for pattern in patterns for path in sorted(ROOT.glob(pattern))]
+    names = [path.relative_to(ROOT).as_posix() for path in found]
+    proofs = ROOT / "data" / "audit" / f"{number}.csv"
+    if proofs.exists():
+        with proofs.open(encoding="utf-8", newline="") as file:
+            proving = dict.fromkeys(row["test"] for row in csv.DictReader(file))
+        names += [f"tests/audit/{test}" for test in proving]
+    return names
 
 
 def run_tests(python: Path, *arguments: str) -> int:

@@ -19,7 +19,7 @@ OLDEST_PYTHON = "3.11"
 
 # What each file is compiled from: uv alone, which installs all the others, or the
 # dependencies with some extras. Publishing builds on the pins of requirements.txt,
-# which is therefore made before it.
+# which is therefore made before it, and lists only what it adds to them.
 FILES = {
     "requirements-uv.txt": "-",  # the standard input: the range of uv
     "requirements.txt": "pyproject.toml --extra test",
@@ -36,7 +36,7 @@ HEADER = """\
 
 # conda's OpenCV has another name and another build, its lazrs another name: all take
 # those from PyPI.
-NOT_FROM_CONDA = ["opencv-python-headless", "lazrs"]
+NOT_FROM_CONDA = ("opencv-python-headless", "lazrs")
 
 ENVIRONMENT = """\
 # Derived from pyproject.toml by `python tasks.py requirements`; do not edit.
@@ -74,21 +74,18 @@ def uv_range(table: dict) -> str:
     return found
 
 
-def direct(table: dict) -> list[str]:
-    """The names of the packages that [project] itself asks for."""
-    wanted = table["dependencies"] + table["optional-dependencies"]["test"]
-    return [re.split("[<>=]", requirement)[0] for requirement in wanted]
-
-
 def compile_pins(name: str, *upgrade: str, root: Path = ROOT) -> None:
     """Write one requirement file; its present pins are kept where they fit."""
+    table = project(root)
     command = [sys.executable, "-m", "uv", "pip", "compile", *FILES[name].split()]
     command += ["--universal", "--python-version", OLDEST_PYTHON]
     command += ["--generate-hashes"]  # pip then takes no other file than these
     command += ["--no-config", "--no-header", "--no-annotate", "--quiet"]
     command += ["--no-emit-index-url", "--no-emit-find-links", "-o", name, *upgrade]
     if "lowest-direct" in FILES[name]:  # a bound of ours is to be its pin, always
-        command += [f"--upgrade-package={wanted}" for wanted in direct(project(root))]
+        wanted = table["dependencies"] + table["optional-dependencies"]["test"]
+        names = [re.split("[<>=]", requirement)[0] for requirement in wanted]
+        command += [f"--upgrade-package={name}" for name in names]
     # No index but PyPI: what is pinned here has to be there for everybody.
     variables = {k: v for k, v in os.environ.items() if not k.startswith("UV_")}
     subprocess.run(
@@ -96,24 +93,33 @@ def compile_pins(name: str, *upgrade: str, root: Path = ROOT) -> None:
         cwd=root,
         env=variables,
         check=True,
-        input=uv_range(project(root)).encode(),
+        input=uv_range(table).encode(),
         stdout=subprocess.DEVNULL,
     )
     path = root / name
-    header = HEADER.format(digest=tables_sha256(project(root)))
-    text = header + path.read_text(encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    if name == "requirements-publish.txt":
+        tested = (root / "requirements.txt").read_text(encoding="utf-8")
+        text = "-r requirements.txt\n" + without(text, tested)
+    text = HEADER.format(digest=tables_sha256(table)) + text
     path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def without(text: str, other: str) -> str:
+    """Leave out the pins, with their hashes, that another file has already."""
+    pin = re.compile(r"^\S.*\n(?:    .*\n)*", re.MULTILINE)
+    known = set(pin.findall(other))
+    return "".join(found for found in pin.findall(text) if found not in known)
 
 
 def environment_yml(table: dict) -> str:
     """The text of environment.yml, with ranges instead of pins."""
     wanted = sorted(table["dependencies"] + table["optional-dependencies"]["test"])
-    pip = [w for w in wanted if w.startswith(tuple(NOT_FROM_CONDA))]
-    conda = [w for w in wanted if w not in pip]
+    pip = [w for w in wanted if w.startswith(NOT_FROM_CONDA)]
     return ENVIRONMENT.format(
         python=table["requires-python"],
-        conda="\n".join(f"  - {name}" for name in conda),
-        pip="\n".join(f"      - {name}" for name in pip),
+        conda="\n".join(f"  - {w}" for w in wanted if w not in pip),
+        pip="\n".join(f"      - {w}" for w in pip),
     )
 
 

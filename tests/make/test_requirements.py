@@ -1,7 +1,10 @@
-"""pyproject.toml, the requirement files and environment.yml say the same."""
+"""What the project imports, pyproject.toml and the requirement files say the same."""
 
+import ast
 import copy
+import json
 import re
+import sys
 from collections import defaultdict
 
 import pytest
@@ -15,6 +18,7 @@ from pgm_book.make.requirements import (
     project,
     tables_sha256,
     uv_range,
+    without,
 )
 
 EXTRAS = {
@@ -22,32 +26,60 @@ EXTRAS = {
     "requirements-publish.txt": ["test", "publish"],
     "requirements-oldest.txt": ["test"],
 }
+OURS = {"pgm_lab", "pgm_book", "tools", "tests", "conftest"}
+
+# Where the name of a package is not the name under which it is imported.
+PACKAGES = {
+    "IPython": "ipython",
+    "PIL": "pillow",
+    "_pytest": "pytest",
+    "axe_playwright_python": "axe-playwright-python",
+    "bs4": "beautifulsoup4",
+    "cv2": "opencv-python-headless",
+    "jupyter_client": "jupyter-client",
+    "jupyter_core": "jupyter",
+    "mpl_toolkits": "matplotlib",
+    "skimage": "scikit-image",
+}
+
+# Where what is imported has to be asked for: the extras on top of the dependencies.
+PLACES = {
+    "pgm_lab": ["geo", "scale"],
+    "notebooks": [],
+    "pgm_book": ["test", "publish", "dev"],
+    "pgm_book/make": ["test", "publish"],
+    "tools": ["test", "dev"],
+    "tests": ["test", "publish", "dev"],
+    # a reader's copy and what starts before anything is installed
+    "pgm_book/make/student.py": [],
+    "pgm_book/make/__main__.py": [],
+    "pgm_book/make/work_copy.py": [],
+}
 
 
-def canonical(name: str) -> str:
+def canonical(name):
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def pin_lines(file_name: str) -> list[str]:
-    """A line for each pin, with its hashes at its end."""
+def pin_lines(file_name):
+    """A line for each pin, with its hashes; publishing takes those of the tests too."""
     text = (ROOT / file_name).read_text(encoding="utf-8").replace(" \\\n    ", " ")
-    return [line for line in text.splitlines() if line and not line.startswith("#")]
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    if lines[0] == "-r requirements.txt":
+        lines = [*pin_lines("requirements.txt"), *lines[1:]]
+    return lines
 
 
-def without_hashes(line: str) -> str:
-    return line.split(" --hash=")[0]
-
-
-def pins(file_name: str) -> dict[str, set[str]]:
+def pins(file_name):
     """The pinned versions of each package, more than one if they depend on Python."""
     found = defaultdict(set)
     for line in pin_lines(file_name):
-        requirement = Requirement(without_hashes(line))
+        requirement = Requirement(line.split(" --hash=")[0])
         found[canonical(requirement.name)].add(str(requirement.specifier)[2:])
     return dict(found)
 
 
-def disagreements(table: dict, file_name: str) -> list[str]:
+def disagreements(table, file_name):
     """Dependencies that a file does not pin, or pins outside their range."""
     if file_name == "requirements-uv.txt":
         wanted = [uv_range(table)]
@@ -64,7 +96,7 @@ def disagreements(table: dict, file_name: str) -> list[str]:
     return found
 
 
-def recorded_digest(file_name: str) -> str:
+def recorded_digest(file_name):
     text = (ROOT / file_name).read_text(encoding="utf-8")
     return re.search(r"^# dependency tables: (\w+)$", text, re.MULTILINE)[1]
 
@@ -88,16 +120,12 @@ def test_lines_are_pins_with_hashes_and_without_an_address(file_name):
     assert [line for line in pin_lines(file_name) if not pin.fullmatch(line)] == []
 
 
-@pytest.mark.parametrize("file_name", [*FILES, "environment.yml"])
-def test_no_address_and_no_folder_of_a_machine(file_name):
-    text = (ROOT / file_name).read_text(encoding="utf-8")
-    for forbidden in ("://", "file:", "--index", "--extra-index", "--find-links", " /"):
-        assert forbidden not in text
-
-
-def test_publishing_uses_the_pins_that_were_tested():
+def test_publishing_lists_only_what_it_adds():
+    """Each package of the tests has one version there too."""
     tested, publishing = pins("requirements.txt"), pins("requirements-publish.txt")
     assert {name: publishing.get(name) for name in tested} == tested
+    one, two = "a==1 \\\n    --hash=sha256:0\n", "b==2 \\\n    --hash=sha256:1\n"
+    assert without(one + two, one) == two
 
 
 def test_oldest_pins_are_the_lower_bounds():
@@ -112,14 +140,8 @@ def test_oldest_pins_are_the_lower_bounds():
 
 
 def test_uv_has_a_file_for_itself():
-    """What installs all others is not among them, and its bound counts as well."""
     assert set(pins("requirements-uv.txt")) == {"uv"}
     assert all("uv" not in pins(file_name) for file_name in EXTRAS)
-    table = copy.deepcopy(project())
-    extra = table["optional-dependencies"]["dev"]
-    extra[extra.index(uv_range(table))] = "uv>=9999"
-    assert tables_sha256(table) != recorded_digest("requirements-uv.txt")
-    assert disagreements(table, "requirements-uv.txt") == ["uv>=9999"]
 
 
 def test_environment_yml_is_derived():
@@ -128,23 +150,59 @@ def test_environment_yml_is_derived():
     assert text == environment_yml(project()), message
 
 
-@pytest.mark.parametrize("where", ["dependencies", "test", "publish"])
+@pytest.mark.parametrize("where", ["dependencies", "test", "publish", "dev"])
 def test_a_changed_bound_is_noticed(where):
-    """The tests above can fail: raise each bound in turn, and two of three notice."""
-    table = project()
-    count = len(table.get(where) or table["optional-dependencies"][where])
-    for index in range(count):
-        changed = copy.deepcopy(table)
-        entries = changed.get(where) or changed["optional-dependencies"][where]
-        entries[index] = re.split("[<>=]", entries[index])[0] + ">=9999"
-        assert tables_sha256(changed) != recorded_digest("requirements.txt")
-        assert disagreements(changed, "requirements-publish.txt") == [entries[index]]
-        if where != "publish":
-            assert disagreements(changed, "requirements.txt") == [entries[index]]
-            assert environment_yml(changed) != environment_yml(table)
-
-
-def test_a_missing_dependency_is_noticed():
+    """The tests above can fail: raise a bound, and two of three notice."""
     table = copy.deepcopy(project())
-    table["dependencies"].append("a-package-nobody-pinned")
-    assert disagreements(table, "requirements.txt") == ["a-package-nobody-pinned"]
+    entries = table.get(where) or table["optional-dependencies"][where]
+    index = entries.index(uv_range(table)) if where == "dev" else 0
+    entries[index] = raised = re.split("[<>=]", entries[index])[0] + ">=9999"
+    assert tables_sha256(table) != recorded_digest("requirements.txt")
+    file_name = "requirements-uv.txt" if where == "dev" else "requirements-publish.txt"
+    assert disagreements(table, file_name) == [raised]
+    if where in ("dependencies", "test"):
+        assert disagreements(table, "requirements.txt") == [raised]
+        assert environment_yml(table) != environment_yml(project())
+
+
+def python_sources(place):
+    """The code of a file, or of a folder by file; a notebook's cells are one piece."""
+    if place.endswith(".py"):
+        return {place: (ROOT / place).read_text(encoding="utf-8")}
+    found = {}
+    for path in sorted((ROOT / place).rglob("*.py")):
+        found[path.relative_to(ROOT).as_posix()] = path.read_text(encoding="utf-8")
+    for path in sorted((ROOT / place).rglob("*.ipynb")):
+        cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        code = ["".join(c["source"]) for c in cells if c["cell_type"] == "code"]
+        found[path.relative_to(ROOT).as_posix()] = "\n".join(code)
+    return found
+
+
+def imported(source):
+    """The packages from elsewhere that some code imports, by their own names."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names.add(node.module.split(".")[0])
+    foreign = names - set(sys.stdlib_module_names) - OURS
+    return {PACKAGES.get(name, name) for name in foreign}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_every_import_is_a_declared_dependency(place):
+    table = project()
+    wanted = list(table["dependencies"])
+    for extra in PLACES[place]:
+        wanted += table["optional-dependencies"][extra]
+    known = {re.split("[<>=]", requirement)[0].strip() for requirement in wanted}
+    sources = python_sources(place)
+    found = {path: imported(source) - known for path, source in sources.items()}
+    assert {path: names for path, names in found.items() if names} == {}
+
+
+def test_imports_are_found_wherever_they_stand():
+    source = "import a.b, os\nfrom c.d import e\nfrom . import f\nif 1:\n    import PIL"
+    assert imported(source) == {"a", "c", "pillow"}
