@@ -121,7 +121,7 @@ def test_light_comes_from_the_upper_left():
 
 @pytest.mark.parametrize("draw", ["sketch", "plane", "worth"])
 def test_a_sketch_is_shown_with_its_words(draw, figures):
-    getattr(parallax, draw)()
+    getattr(ch08_figures, f"parallax_{draw}")()
     assert len(figures) == 1 and len(figures[0][1]) > 60
 
 
