@@ -19,7 +19,7 @@ if sys.version_info < (3, 11):
 # With PYTHONSAFEPATH set Python would not look beside this file.
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
-from tools.commands import main  # noqa: E402  (older Pythons must not get this far)
+from pgm_book.make.commands import main  # noqa: E402  (older Pythons must not get this far)
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))

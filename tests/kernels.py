@@ -7,7 +7,7 @@ from pathlib import Path
 from jupyter_client.manager import KernelManager, start_new_kernel
 from nbformat import NotebookNode
 
-from tools.notebooks import KERNEL, client
+from pgm_book.make.notebooks import KERNEL, client
 
 
 @contextmanager

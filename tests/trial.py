@@ -6,9 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tools.environment import ROOT
+from pgm_book.make.environment import ROOT
 
-FOLDERS = ("pgm_lab", "data", "notebooks", "tools", "publish", "tests", "docs")
+FOLDERS = ("pgm_lab", "data", "notebooks", "pgm_book", "tools", "tests", "docs")
 FILES = ("README.md", "pyproject.toml", "conftest.py")
 SKIPPED = shutil.ignore_patterns("results", ".ipynb_checkpoints")
 
@@ -36,13 +36,13 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess:
 
 def begun(folder: Path) -> Path:
     """Make the copy and begin chapter 97 in it by the command; return the lesson."""
-    result = run(project(folder), "tools.chapter", "97", "trial")
+    result = run(project(folder), "pgm_book.make.chapter", "97", "trial")
     assert result.returncode == 0, result.stdout + result.stderr
     return folder / "notebooks" / "97_trial.ipynb"
 
 
 LESSON_ONLY = """\
-from tools import chapter, notebooks
+from pgm_book.make import chapter, notebooks
 lesson, *_ = chapter.begin("97", "trial")
 raise SystemExit(notebooks.main([lesson.stem]))
 """

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.bundle._tables import RAY
-from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.network import RAY, Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
 from pgm_lab.io import files as _files
 from pgm_lab.io import text as _numbers

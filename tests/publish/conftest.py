@@ -10,10 +10,10 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from publish.browser import offline_context, open_browser
-from publish.page import slides_page
-from publish.prepare import for_slides
-from publish.site.build import build as build_site
+from pgm_book.make.browser import offline_context, open_browser
+from pgm_book.make.page import slides_page
+from pgm_book.make.prepare import for_slides
+from pgm_book.make.site.build import build as build_site
 from tests import trial
 from tests.publish.example import example, quick_questions
 from tests.publish.watch import Deck, Watched, written

@@ -8,11 +8,11 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from publish import assets
-from publish.__main__ import ROOT, main
-from publish.browser import find_browser
-from publish.errors import PublishError
-from publish.page import slides_page
+from pgm_book.make import assets
+from pgm_book.make.__main__ import ROOT, main
+from pgm_book.make.browser import find_browser
+from pgm_book.make.errors import PublishError
+from pgm_book.make.page import slides_page
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import axe_violations, bad_images, load_axe, raw_markup
 
@@ -142,7 +142,7 @@ def test_an_empty_folder_is_said(tmp_path, capsys):
 
 def test_the_command_line(tmp_path):
     nbformat.write(example(), tmp_path / "01_example.ipynb")
-    command = [sys.executable, "-m", "publish", "student", "01"]
+    command = [sys.executable, "-m", "pgm_book.make", "student", "01"]
     folders = ["--notebooks", str(tmp_path), "--build", str(tmp_path / "build")]
     result = subprocess.run(
         command + folders, cwd=ROOT, capture_output=True, text=True, check=True

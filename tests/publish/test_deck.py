@@ -4,12 +4,12 @@ import nbformat
 import pytest
 from nbformat.v4 import new_notebook, new_output
 
-from pgm_lab import checks, ledger
-from publish import deck, pace, verdicts, wording
-from publish.__main__ import main
-from publish.chapters import form_of
-from publish.prepare import for_slides
-from publish.student import slide_type, tags
+from pgm_book.common import checks, ledger
+from pgm_book.make import deck, pace, verdicts, wording
+from pgm_book.make.__main__ import main
+from pgm_book.make.forms import form_of
+from pgm_book.make.prepare import for_slides
+from pgm_book.make.student import slide_type, tags
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import ANSWER, QUESTION, code, quick_questions, text
 
@@ -278,7 +278,7 @@ def test_what_waits_or_shows_nothing_is_fine(after):
 
 
 def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("publish.legible.check", lambda folder, notebooks: None)
+    monkeypatch.setattr("pgm_book.make.legible.check", lambda folder, notebooks: None)
     bad = new_notebook(cells=[text("# Title", "slide"), text("Run this.", "slide")])
     for name in ("01_other", "02_new"):
         nbformat.write(bad, tmp_path / f"{name}.ipynb")

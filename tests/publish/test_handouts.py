@@ -7,16 +7,16 @@ import pytest
 from nbformat.v4 import new_output
 from pypdf import PdfReader
 
-from publish import assets, tagged
-from publish.browser import offline_context
-from publish.chapters import form_of
-from publish.handouts import MARGINS, pdf_of
-from publish.page import handout_page, own_scripts
-from publish.paper import for_handouts
-from publish.prepare import title
-from publish.printed import faults
-from publish.selfcontained import problems
-from publish.student import slide_type, tags
+from pgm_book.make import assets, tagged
+from pgm_book.make.browser import offline_context
+from pgm_book.make.forms import form_of
+from pgm_book.make.handouts import MARGINS, pdf_of
+from pgm_book.make.page import handout_page, own_scripts
+from pgm_book.make.paper import for_handouts
+from pgm_book.make.prepare import title
+from pgm_book.make.printed import faults
+from pgm_book.make.selfcontained import problems
+from pgm_book.make.student import slide_type, tags
 from tests.publish.example import code, example, text
 from tests.publish.look import (
     axe_violations,

@@ -15,8 +15,8 @@ import urllib.request
 import nbformat
 import pytest
 
-from publish.student import PROGRAM
-from tools import work_copy
+from pgm_book.make import work_copy
+from pgm_book.make.student import PROGRAM
 
 LOADED = 60_000  # ms that JupyterLab may take to open
 RUN = 120_000  # ms that all cells of the lesson may take

@@ -8,9 +8,9 @@ import pytest
 from nbconvert import SlidesExporter
 from nbconvert.exporters.base import get_export_names, get_exporter
 
-from publish import assets, plain
-from publish.browser import offline_context
-from publish.page import slides_page
+from pgm_book.make import assets, plain
+from pgm_book.make.browser import offline_context
+from pgm_book.make.page import slides_page
 from tests.publish.conftest import CHAPTERS, ROOT
 from tests.publish.example import example
 from tests.publish.watch import Watched
@@ -81,8 +81,10 @@ def test_a_missing_package_is_said_in_a_sentence(monkeypatch):
     monkeypatch.setattr(assets, "_MATHJAX", ("no-such-package", "static/"))
     with pytest.raises(SystemExit, match="package no-such-package.*pip install -e"):
         plain.page(METADATA)
-    monkeypatch.setitem(sys.modules, "publish.page", None)
-    with pytest.raises(SystemExit, match="publish.page is missing.*pip install -e"):
+    monkeypatch.setitem(sys.modules, "pgm_book.make.page", None)
+    with pytest.raises(
+        SystemExit, match="pgm_book.make.page is missing.*pip install -e"
+    ):
         plain.page(METADATA)
 
 

@@ -3,9 +3,9 @@
 import nbformat
 import pytest
 
-from publish import paper, printed
-from publish.errors import PublishError
-from publish.handouts import print_pdf
+from pgm_book.make import paper, printed
+from pgm_book.make.errors import PublishError
+from pgm_book.make.handouts import print_pdf
 from tests.publish.example import code, figure_output, png, text
 
 CHOICES = (

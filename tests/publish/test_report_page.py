@@ -2,12 +2,12 @@
 
 import pytest
 
+from pgm_book.make.browser import offline_context
+from pgm_book.make.selfcontained import problems
 from pgm_lab import bundle, datasets, matching
 from pgm_lab.camera import Camera
 from pgm_lab.report import html
 from pgm_lab.report.matching import html as matching_html
-from publish.browser import offline_context
-from publish.selfcontained import problems
 from tests.matching import photos
 from tests.publish.look import axe_violations, bad_images, load_axe, show_all
 

@@ -5,9 +5,9 @@ import base64
 import nbformat
 import pytest
 
-from publish.__main__ import main
-from publish.page import slides_page
-from publish.selfcontained import embed_images, problems
+from pgm_book.make.__main__ import main
+from pgm_book.make.page import slides_page
+from pgm_book.make.selfcontained import embed_images, problems
 from tests.publish.example import example, text
 
 HERE = "https://example.org/a"

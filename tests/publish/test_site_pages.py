@@ -7,9 +7,9 @@ import nbformat
 import pytest
 from bs4 import BeautifulSoup
 
+from pgm_book.make.site import api, notebooks
+from pgm_book.make.student import slide_type, tags
 from pgm_lab import datasets
-from publish.site import api, notebooks
-from publish.student import slide_type, tags
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.test_lesson import PREDICTED

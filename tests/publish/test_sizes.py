@@ -13,10 +13,10 @@ import pytest
 from nbformat.v4 import new_output
 from PIL import Image
 
-from publish.__main__ import ROOT
-from publish.browser import offline_context
-from publish.page import slides_page
-from publish.sizes import Row, measure, problems, summary, table
+from pgm_book.make.__main__ import ROOT
+from pgm_book.make.browser import offline_context
+from pgm_book.make.page import slides_page
+from pgm_book.make.sizes import Row, measure, problems, summary, table
 from tests.publish.example import code, example, text
 from tests.publish.watch import Deck, written
 
@@ -184,7 +184,7 @@ def test_the_command_refuses_a_lesson_and_lists_what_is_none(
     small = notebook(text("## Small", "slide"), figure(picture("tiny", 12, 3, label=8)))
     nbformat.write(small, tmp_path / "notebooks" / "01_sizes.ipynb")
     folders = ["--notebooks", str(tmp_path / "notebooks"), "--build", str(tmp_path)]
-    command = [sys.executable, "-m", "publish", "slides", *folders]
+    command = [sys.executable, "-m", "pgm_book.make", "slides", *folders]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == code_of_exit
     assert "01_sizes.ipynb, slide 2 ('Small'): the labels" in result.stderr

@@ -3,13 +3,13 @@
 import nbformat
 from bs4 import BeautifulSoup
 
-from publish import deck
-from publish.browser import offline_context
-from publish.chapters import form_of
-from publish.page import slides_page
-from publish.prepare import title
-from publish.sizes import measure, problems
-from publish.student import slide_type
+from pgm_book.make import deck, form
+from pgm_book.make.browser import offline_context
+from pgm_book.make.forms import form_of
+from pgm_book.make.page import slides_page
+from pgm_book.make.prepare import title
+from pgm_book.make.sizes import measure, problems
+from pgm_book.make.student import slide_type
 from tests.publish.example import ANSWER, QUESTION, example, text
 from tests.publish.look import (
     axe_violations,
@@ -21,7 +21,6 @@ from tests.publish.look import (
     raw_markup,
 )
 from tests.publish.watch import Deck, published, written
-from tools import form
 
 SHOW = """index => {
     const { h, v } = Reveal.getIndices(Reveal.getSlides()[index]);

@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from publish.__main__ import ROOT
+from pgm_book.make.__main__ import ROOT
 
 # What each slide has once it is shown: how far it sticks out, and its formulas. Those
 # in a fold, and those that wait for a prediction, are looked at once it is open.
@@ -82,7 +82,7 @@ def written(folder: Path, page: str) -> Path:
 def published(what: str, chapter: Path, build: Path) -> list[Path]:
     """Publish one chapter by the command; return what it wrote, in its order."""
     before = chapter.read_bytes()
-    command = [sys.executable, "-m", "publish", what, chapter.stem]
+    command = [sys.executable, "-m", "pgm_book.make", what, chapter.stem]
     folders = ["--notebooks", str(chapter.parent), "--build", str(build)]
     result = subprocess.run(command + folders, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr

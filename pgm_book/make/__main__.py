@@ -1,0 +1,132 @@
+"""Command line: ``python -m pgm_book.make WHAT [NAME ...]``."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from pgm_book.make.errors import PublishError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Publish and say what was written; return 1 if something was wrong."""
+    parser = argparse.ArgumentParser(
+        prog="python -m pgm_book.make", description=__doc__
+    )
+    parser.add_argument("what", choices=list(PUBLISHERS))
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="01 or 01_pixel_to_photo; all if none"
+    )
+    parser.add_argument("--notebooks", type=Path, default=ROOT / "notebooks")
+    parser.add_argument("--build", type=Path, default=ROOT / "build")
+    options = parser.parse_args(arguments)
+    try:
+        notebooks = choose(options.notebooks, options.names)
+        for path in PUBLISHERS[options.what](notebooks, options.build):
+            print(path)
+    except (PublishError, ValueError) as error:
+        print(f"publish: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def choose(folder: Path, names: list[str]) -> list[Path]:
+    """Return the notebooks of these names, or all; a name may be the number only."""
+    chapters = sorted(Path(folder).glob("[0-9A-Z]*.ipynb"))
+    if not chapters:
+        raise PublishError(f"there is no notebook in {folder}.")
+    chosen = []
+    for wanted in names:
+        stem = Path(wanted).name.removesuffix(".ipynb")
+        matches = [p for p in chapters if stem in (p.stem, p.stem.split("_")[0])]
+        if not matches:
+            known = ", ".join(path.stem for path in chapters)
+            raise PublishError(f"no notebook is called {wanted!r}; there are: {known}.")
+        chosen += matches
+    return chosen or chapters
+
+
+def slides(notebooks: list[Path], build: Path):
+    """Write ``build/slides/lecturer`` and ``student``; yield each path when done."""
+    from pgm_book.make import legible, wording
+    from pgm_book.make.page import slides_page
+
+    for notebook in notebooks:
+        for audience in ("lecturer", "student"):
+            page = slides_page(notebook, audience).encode("utf-8")
+            yield _write(build / "slides" / audience / f"{notebook.stem}.html", page)
+    # All are written before any is refused, since a small label is best looked at.
+    wording.check(notebooks)
+    legible.check(build / "slides" / "lecturer", notebooks)
+
+
+def handouts(notebooks: list[Path], build: Path):
+    """Write ``build/handouts/*.pdf``; yield each path as it is done."""
+    import nbformat
+
+    from pgm_book.make.page import handout_page
+    from pgm_book.make.paper import for_handouts
+
+    try:
+        from pgm_book.make.browser import open_browser
+        from pgm_book.make.handouts import print_pdf
+        from pgm_book.make.printed import check
+    except ModuleNotFoundError as error:
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what publishing needs with: pip install -e ".[publish]"'
+        ) from error
+
+    pages = {notebook: handout_page(notebook) for notebook in notebooks}
+    printed, prepared = {}, {}
+    with open_browser() as browser:
+        for path, page in pages.items():
+            printed[path] = print_pdf(browser, page)
+            prepared[path] = for_handouts(nbformat.read(path, as_version=4))
+            yield _write(build / "handouts" / f"{path.stem}.pdf", printed[path])
+    check(printed, prepared)
+
+
+def student(notebooks: list[Path], build: Path):
+    """Write the student and the instructor copies; yield their paths."""
+    from pgm_book.make.student import write_copies
+
+    yield from write_copies(notebooks, build)
+
+
+def sizes(notebooks: list[Path], build: Path):
+    """Yield the lines of a table: what is small, large or too much on each slide."""
+    from pgm_book.make.legible import report
+
+    yield from report(notebooks)
+
+
+def site(notebooks: list[Path], build: Path):
+    """Write the site into ``build/site``; yield its first page."""
+    try:
+        from pgm_book.make.site.build import build as build_site
+    except ModuleNotFoundError as error:
+        raise PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what publishing needs with: pip install -e ".[publish]"'
+        ) from error
+    yield build_site(notebooks, build)
+
+
+def _write(target: Path, content: bytes) -> Path:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_bytes(content)
+    return target
+
+
+PUBLISHERS = {
+    "slides": slides,
+    "handouts": handouts,
+    "student": student,
+    "sizes": sizes,
+    "site": site,
+}
+
+if __name__ == "__main__":
+    sys.exit(main())

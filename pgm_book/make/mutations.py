@@ -1,0 +1,243 @@
+"""Break the package on purpose, one line at a time, and see that the tests notice.
+
+`python tasks.py mutations` works through tests/mutations.csv: each row is an exact
+piece of text in a module, another one in its place, what that breaks, and the tests
+that have to notice. With `--drawn` it works through tests/mutations_drawn.csv, faults
+that were drawn by a seed, each found by its line and by which one of equal lines it is.
+Of these the test that noticed the last time is run first, then those of the module's
+folder, then others that come past it. A copy of the project is broken, never itself.
+"""
+
+import argparse
+import csv
+import multiprocessing
+import os
+import re
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LIST = ROOT / "tests" / "mutations.csv"
+DRAWN = ROOT / "tests" / "mutations_drawn.csv"
+COPIED = ("pgm_lab", "pgm_book", "tests", "tools", "data", "notebooks", "docs")
+COPIED_FILES = ("conftest.py", "pyproject.toml")
+
+# What pytest's exit codes say of a fault; 2 comes from imports that fail, 4 from a
+# test that is there no more, 5 from tests that were all left out.
+VERDICTS = {0: "survived", 1: "killed", 2: "killed", 4: "survived", 5: "survived"}
+SLOW = "killed by the time limit"
+
+# Where the system can fork, each run of the tests finds the large libraries loaded.
+FORKS = "forkserver" in multiprocessing.get_all_start_methods()
+PROCESSES = multiprocessing.get_context("forkserver" if FORKS else "spawn")
+LIBRARIES = [
+    "cv2",
+    "hypothesis",
+    "IPython.display",
+    "matplotlib.pyplot",
+    "nbval.plugin",
+    "pytest",
+    "scipy.ndimage",
+    "scipy.optimize",
+    "scipy.stats",
+    "skimage.feature",
+    "skimage.transform",
+]
+
+Row = dict[str, str]
+
+
+def listed(path: Path = LIST) -> list[Row]:
+    """Return the rows of a list."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file, strict=True))
+
+
+def mutated(row: Row, root: Path = ROOT) -> str:
+    """Return the text of a module with a fault.
+
+    Raises
+    ------
+    ValueError
+        If the place is not found: the module has changed, the list has to follow it.
+    """
+    text = (root / row["file"]).read_text(encoding="utf-8")
+    if "occurrence" not in row:
+        old, new, which = row["old"], row["new"], 0
+        places = [found.start() for found in re.finditer(re.escape(old), text)]
+        clear = len(places) == 1
+    else:
+        old, new, which = row["before"], row["after"], int(row["occurrence"]) - 1
+        line = re.compile(rf"^[ \t]*({re.escape(old)})[ \t]*$", re.MULTILINE)
+        places = [found.start(1) for found in line.finditer(text)]
+        clear = which < len(places)
+    if not clear or old == new:
+        raise ValueError(
+            f"fault {row['number']}: {old!r} stands {len(places)} times in"
+            f" {row['file']}. Bring the list up to date"
+        )
+    return text[: places[which]] + new + text[places[which] + len(old) :]
+
+
+def copied(root: Path, folder: Path) -> None:
+    """Copy what the tests need of a project."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    for name in COPIED:
+        if (root / name).is_dir():
+            shutil.copytree(root / name, folder / name, ignore=ignored)
+    for name in COPIED_FILES:
+        shutil.copy2(root / name, folder / name)
+
+
+def run_tests(folder: Path, tests: list[str], output: Path, marks: str) -> None:
+    """Run tests in a copy of the project; the exit code is that of pytest."""
+    for name in list(sys.modules):  # of the project, not of the copy
+        if name.split(".")[0] in COPIED:
+            del sys.modules[name]
+    os.environ["PYTHONPATH"] = str(folder)
+    sys.path.insert(0, str(folder))
+    os.chdir(folder)
+    with output.open("w", encoding="utf-8") as file:
+        with redirect_stdout(file), redirect_stderr(file):
+            import pytest
+
+            plain = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "-p", "no:benchmark"]
+            # The libraries are loaded already
+            plain += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
+            code = pytest.main([*plain, "-m", marks, *tests])
+    sys.exit(int(code))
+
+
+def verdict(tests: list[str], folder: Path, seconds: float | None, marks: str) -> str:
+    """Return what becomes of a fault when these tests are run in its copy."""
+    output = folder / "output.txt"
+    process = PROCESSES.Process(target=run_tests, args=(folder, tests, output, marks))
+    process.start()
+    process.join(seconds)
+    if process.is_alive():
+        process.kill()
+        process.join()
+        return SLOW
+    if process.exitcode not in VERDICTS:
+        raise RuntimeError(output.read_text(encoding="utf-8"))
+    return VERDICTS[process.exitcode]
+
+
+def stages(row: Row) -> list[list[str]]:
+    """Return lists of tests, to be run one after the other until one notices."""
+    # The killer is one test, whose name may hold spaces
+    killer = [[row["killer"]]] if row.get("killer") else []
+    others = [row[name].split() for name in ("tests", "others") if row.get(name)]
+    return killer + others
+
+
+def killer(output: Path) -> str:
+    """Return which test noticed: pytest names it in its last lines."""
+    text = output.read_text(encoding="utf-8")
+    named = re.findall(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", text, re.MULTILINE)
+    return named[-1] if named else ""
+
+
+def tried(
+    rows: list[Row],
+    root: Path = ROOT,
+    seconds: float = 300,
+    marks: str = "",
+    trust: bool = False,
+) -> dict[str, tuple[str, str]]:
+    """Return the verdict on each fault and the test that noticed, by its number.
+
+    Raises
+    ------
+    ValueError
+        If the list is outdated, or if the tests fail without any fault; that they pass
+        is taken for granted with `trust`.
+    """
+    found = {}
+    texts = [mutated(row, root) for row in rows]
+    if FORKS:
+        PROCESSES.set_forkserver_preload(LIBRARIES)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        copied(root, folder)
+        every = sorted({test for row in rows for test in row["tests"].split()})
+        if not trust and verdict(every, folder, None, marks) != "survived":
+            told = (folder / "output.txt").read_text(encoding="utf-8")
+            raise ValueError(f"{told}\nthe tests fail without any fault")
+        for row, text in zip(rows, texts, strict=True):
+            start, path = time.perf_counter(), folder / row["file"]
+            kept = path.read_bytes()
+            changed(path, text.encode())
+            for tests in stages(row):
+                answer = verdict(tests, folder, seconds, marks)
+                if answer != "survived":
+                    break
+            noticed = killer(folder / "output.txt") if answer == "killed" else ""
+            found[row["number"]] = answer, noticed
+            changed(path, kept)
+            took = f"{time.perf_counter() - start:.0f} s"
+            what = row.get("breaks") or f"{row['kind']}: {row['after']}"
+            print(f"{row['number']:>3} {answer}, {took}: {row['file']}, {what}")
+    return found
+
+
+def changed(path: Path, text: bytes) -> None:
+    """Write a module, and remove its bytecode: time and size may not tell."""
+    path.write_bytes(text)
+    for compiled in (path.parent / "__pycache__").glob(f"{path.stem}.*"):
+        compiled.unlink()
+
+
+def record(column: str, found: dict[str, tuple[str, str]], path: Path) -> None:
+    """Write verdicts into a column of a list; the drawn ones with their killers."""
+    rows = listed(path)
+    for row in rows:
+        before = row.get(column, ""), row.get("killer", "")
+        row[column], noticed = found.get(row["number"], before)
+        if "killer" in row:
+            row["killer"] = noticed
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def main(arguments: list[str]) -> int:
+    """Try the faults; the exit code is 0 if none survives."""
+    parser = argparse.ArgumentParser(prog="python tasks.py mutations")
+    add = parser.add_argument
+    add("--drawn", action="store_true", help="the faults that were drawn by a seed")
+    add("--only", nargs="+", help="parts of file names, or numbers")
+    add("--fast", action="store_true", help="by the tests that `make test` runs")
+    add("--trust", action="store_true", help="do not run the tests without a fault")
+    add("--seconds", type=float, default=300, help="limit of each")
+    add("--record", metavar="COLUMN", help="write the verdicts into this column")
+    options = parser.parse_args(arguments)
+    os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    path = DRAWN if options.drawn else LIST
+    rows = [
+        row
+        for row in listed(path)
+        if not options.only
+        or any(word in row["file"] or word == row["number"] for word in options.only)
+    ]
+    marks = "not slow" if options.fast else ""
+    try:
+        found = tried(rows, ROOT, options.seconds, marks, options.trust)
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    if options.record:
+        record(options.record, found, path)
+    counts = Counter(answer for answer, _ in found.values())
+    print(", ".join(f"{n} {word}" for word, n in counts.most_common()) or "none chosen")
+    return int("survived" in counts)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

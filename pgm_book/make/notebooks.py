@@ -1,0 +1,268 @@
+"""Execute the notebooks, and prove that what is stored in them is whole and current.
+
+`python tasks.py notebooks` runs every notebook from the top, writes the outputs into it
+and stores a hash of its code. `problems` reads a notebook and lists all that a reader
+should not find: missing or stale outputs, errors, widget state, figures without a
+description, and so on.
+"""
+
+import hashlib
+import json
+import os
+import re
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+import nbformat
+from jupyter_client.manager import KernelManager
+from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
+
+FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
+KERNEL = {
+    "display_name": "Python 3 (ipykernel)",
+    "language": "python",
+    "name": "python3",
+}
+
+CELL_LINES = 25
+FILE_BYTES = 2_000_000
+CELL_SECONDS = 120
+
+# Sliders live in a running notebook only; stored, they are an empty frame.
+WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
+
+# Widgets that take what a cell shows. The page answers them, and nbclient, which plays
+# the page in `nbconvert --execute`, loses an answer now and then and waits in vain.
+TAKES_OUTPUT = re.compile(r"(?<!plot\.)\b(interact\w*|Output)\(")
+
+# A folder of the machine that ran the notebook: /home/ada/..., C:\Users\ada\...
+MACHINE_PATH = re.compile(
+    r"(?<![\w./])(/(home|Users|root|tmp|var/folders)/[\w.]|[A-Za-z]:\\+Users\\)"
+)
+
+
+class RunFailed(Exception):
+    """A notebook did not run to its end."""
+
+
+def code_sha256(notebook: dict) -> str:
+    """The hash of all code of a notebook, which tells whether its outputs are current.
+
+    Parameters
+    ----------
+    notebook : dict
+        A notebook as nbformat or json read it.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    sources = [joined(cell["source"]) for cell in code_cells(notebook)]
+    return hashlib.sha256(json.dumps(sources).encode()).hexdigest()
+
+
+def execute(path: Path) -> None:
+    """Run a notebook from the top and store its outputs, if it runs to the end.
+
+    Parameters
+    ----------
+    path : Path
+        The notebook; it stays untouched if its run fails.
+
+    Raises
+    ------
+    RunFailed
+        If a cell raised an error, took too long or stopped the kernel.
+    """
+    notebook = nbformat.read(path, as_version=4)
+    try:
+        client(notebook, path.parent).execute()
+    except (CellExecutionError, CellTimeoutError, DeadKernelError) as error:
+        raise RunFailed(f"{path.name} was left as it was.\n{error}") from error
+    normalize(notebook)
+    write(notebook, path)
+
+
+def client(
+    notebook: nbformat.NotebookNode, folder: Path, kernel: KernelManager | None = None
+) -> NotebookClient:
+    """What runs a notebook in a folder, in a kernel of its own or in a given one."""
+    return NotebookClient(
+        notebook,
+        km=kernel,
+        kernel_name=KERNEL["name"],
+        timeout=CELL_SECONDS,
+        record_timing=False,
+        resources={"metadata": {"path": str(folder)}},
+    )
+
+
+def normalize(notebook: nbformat.NotebookNode) -> None:
+    """Drop what differs between machines and runs, and store the hash of the code."""
+    metadata = notebook.metadata
+    metadata.kernelspec = dict(KERNEL)
+    metadata.get("language_info", {}).pop("version", None)
+    metadata.pop("widgets", None)
+    metadata.pgm_lab = {"code_sha256": code_sha256(notebook)}
+    for cell in notebook.cells:
+        for volatile in ("execution", "ExecuteTime"):
+            cell.metadata.pop(volatile, None)
+        if cell.cell_type == "code":
+            cell.outputs = joined_streams(
+                o for o in cell.outputs if WIDGET_VIEW not in o.get("data", {})
+            )
+
+
+def joined_streams(outputs: Iterable[dict]) -> list[dict]:
+    """Join what is printed at once: on a busy machine it may arrive in pieces."""
+    whole: list[dict] = []
+    for output in outputs:
+        last = whole[-1] if whole else {}
+        if "name" in output and output["name"] == last.get("name"):
+            last["text"] += output["text"]
+        else:
+            whole.append(output)
+    return whole
+
+
+def write(notebook: nbformat.NotebookNode, path: Path) -> None:
+    """Replace a notebook file in one step, so that no run leaves half a file."""
+    half = path.with_suffix(".part")
+    half.write_text(nbformat.writes(notebook) + "\n", encoding="utf-8", newline="\n")
+    os.replace(half, path)
+
+
+def problems(path: Path) -> list[str]:
+    """All that is wrong with a stored notebook, in plain words.
+
+    Parameters
+    ----------
+    path : Path
+        The notebook.
+
+    Returns
+    -------
+    list of str
+        Nothing, or a sentence for each finding.
+    """
+    found = []
+    if path.stat().st_size > FILE_BYTES:
+        found.append(f"the file is larger than {FILE_BYTES // 1_000_000} MB")
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    metadata = notebook["metadata"]
+
+    if metadata.get("kernelspec", {}).get("name") != KERNEL["name"]:
+        found.append(f"the kernelspec is not {KERNEL['name']}")
+    if "widgets" in metadata:
+        found.append("it stores widget state")
+    if metadata.get("pgm_lab", {}).get("code_sha256") != code_sha256(notebook):
+        found.append("the code changed since its outputs were made: make notebooks")
+    if any("id" not in cell for cell in notebook["cells"]):
+        found.append("a cell has no id")
+    found += execution_problems(notebook)
+    for number, cell in enumerate(notebook["cells"], start=1):
+        if cell["cell_type"] == "code":
+            findings = source_problems(cell) + output_problems(cell)
+            found += [f"cell {number} {finding}" for finding in findings]
+    return found
+
+
+def execution_problems(notebook: dict) -> list[str]:
+    """Whether every code cell was run, in one go from the top."""
+    counts = [cell.get("execution_count") for cell in code_cells(notebook)]
+    if None in counts:
+        return ["not every code cell was executed: make notebooks"]
+    if counts != list(range(1, len(counts) + 1)):
+        return ["the execution counts do not run from 1 to n: make notebooks"]
+    return []
+
+
+def source_problems(cell: dict) -> list[str]:
+    """What is wrong with the code of a cell."""
+    lines = joined(cell["source"]).splitlines()
+    found = []
+    if not any(line.strip() for line in lines):
+        found.append("is empty")
+    if len(lines) > CELL_LINES:
+        found.append(f"has more than {CELL_LINES} lines of code")
+    taking = TAKES_OUTPUT.search("\n".join(lines))
+    if taking:
+        found.append(f"uses {taking[1]}, which may wait for ever: plot.interact")
+    marks = [m for m in map(str.strip, lines) if m.startswith(("### BEGIN", "### END"))]
+    pairs = len(marks) // 2
+    if marks != ["### BEGIN SOLUTION", "### END SOLUTION"] * pairs:
+        found.append("has solution markers that do not come in pairs")
+    return found
+
+
+def output_problems(cell: dict) -> list[str]:
+    """What is wrong with the outputs of a cell."""
+    found = []
+    for output in cell.get("outputs", []):
+        if output["output_type"] == "error":
+            found.append(f"stores an error, {output.get('ename')}")
+        if output.get("name") == "stderr":
+            found.append("stores a warning or an error message")
+        if WIDGET_VIEW in output.get("data", {}):
+            found.append("stores a widget, which nobody will see")
+        alt = output.get("metadata", {}).get("image/png", {}).get("alt", "")
+        if "image/png" in output.get("data", {}) and not alt.strip():
+            found.append("has a figure without alt text")
+        path = MACHINE_PATH.search(visible_text(output))
+        if path:
+            found.append(f"shows a folder of the machine, {path.group()}...")
+    return found
+
+
+def visible_text(output: dict) -> str:
+    """All the text that an output shows."""
+    texts = [output.get("text", ""), output.get("evalue", "")]
+    data = output.get("data", {})
+    texts += [value for kind, value in data.items() if kind.startswith("text/")]
+    return "\n".join(joined(text) for text in texts)
+
+
+def code_cells(notebook: dict) -> list[dict]:
+    """The code cells of a notebook."""
+    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
+def joined(text: str | list[str]) -> str:
+    """Text of a notebook file, which stores it in one piece or in lines."""
+    return text if isinstance(text, str) else "".join(text)
+
+
+def chosen(names: list[str], folder: Path = FOLDER) -> list[Path]:
+    """The named notebooks of a folder (01_pixel_to_photo, with or without .ipynb)."""
+    known = {path.stem: path for path in sorted(folder.glob("*.ipynb"))}
+    stems = [Path(name).name.removesuffix(".ipynb") for name in names]
+    for stem in stems:
+        if stem not in known:
+            names = ", ".join(known)
+            sys.exit(f"There is no notebook {stem!r} in {folder.name}/, only {names}")
+    return [known[stem] for stem in stems] or list(known.values())
+
+
+def main(names: list[str]) -> int:
+    """Execute the named notebooks, or all; the exit code is 0 if all is well."""
+    failed = False
+    for path in chosen(names):
+        start = time.perf_counter()
+        try:
+            execute(path)
+            findings = problems(path)
+        except RunFailed as failure:
+            findings = [str(failure)]
+        print(f"{path.name}  {time.perf_counter() - start:.1f} s", flush=True)
+        for finding in findings:
+            print(f"  {finding}", file=sys.stderr)
+        failed = failed or bool(findings)
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

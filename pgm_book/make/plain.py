@@ -1,0 +1,54 @@
+"""The plain way: ``jupyter nbconvert --to slides`` makes what ``make slides`` makes.
+
+``reveal/index.html.j2`` runs this file, because nbconvert reads no configuration from
+the folder where it is called, but takes templates from there. It needs no installation,
+and no other format of nbconvert comes past it.
+"""
+
+import sys
+from pathlib import Path
+
+from nbconvert.nbconvertapp import NbConvertApp
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def page(metadata: dict[str, str]) -> str | None:
+    """Return the lecturer's slides of a notebook of this project, as it is saved.
+
+    Parameters
+    ----------
+    metadata : dict
+        Where nbconvert has the notebook from: its folder, "path", and its "name".
+
+    Returns
+    -------
+    str or None
+        The page; none if the notebook does not stand in ``notebooks/``.
+
+    Raises
+    ------
+    SystemExit
+        With a sentence, if packages are missing or the notebook cannot be published.
+    """
+    folder = Path(metadata.get("path", "")).resolve()
+    if folder != ROOT / "notebooks":
+        return None
+    if str(ROOT) not in sys.path:
+        sys.path.insert(0, str(ROOT))
+    from pgm_book.make.errors import PublishError
+
+    try:
+        from pgm_book.make.page import slides_page
+
+        return slides_page(folder / f"{metadata['name']}.ipynb")
+    except ModuleNotFoundError as error:
+        problem = PublishError(
+            f"the Python package {error.name} is missing. "
+            'Install what slides need with: pip install -e ".[publish]"'
+        )
+    except (PublishError, ValueError, OSError) as error:
+        problem = error
+    if NbConvertApp.initialized():  # the command; a server has to live on
+        raise SystemExit(f"nbconvert: {problem}")
+    raise problem

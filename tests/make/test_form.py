@@ -1,0 +1,211 @@
+"""Lessons and cases keep to the form, and what is too much is named with its place."""
+
+import re
+
+import nbformat
+import pytest
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_output
+
+from pgm_book.make import form
+from pgm_book.make.chapter import TEMPLATES, filled
+from pgm_book.make.notebooks import FOLDER
+from pgm_lab import datasets
+
+WORDS = {"NUMBER": "7", "FILE": "07", "TITLE": "A trial", "QUESTION": "Does it run?"}
+
+
+@pytest.mark.parametrize(("name", "kind"), form.kinds().items(), ids=list(form.kinds()))
+def test_no_lesson_and_no_case_has_a_problem(name, kind):
+    notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+    assert form.problems(notebook, kind) == []
+
+
+def test_the_names_say_which_is_a_lesson_and_which_a_case():
+    for name, kind in form.kinds().items():
+        assert kind in form.LIMITS
+        assert ("_case_" in name) == (kind == "case")
+
+
+def test_each_prediction_has_one_right_choice_and_a_sentence_on_each():
+    found: dict[str, list] = {}
+    for row in datasets.rows("predictions"):
+        found.setdefault(row["prediction"], []).append(row)
+        assert row["right"] in ("yes", "no")
+        assert row["feedback"].endswith((".", "!")), row
+        assert form.words(row["choice"]) <= 15 and form.words(row["feedback"]) <= 40, (
+            row
+        )
+    for number, rows in found.items():
+        assert 2 <= len(rows) <= 5, number
+        assert [row["right"] for row in rows].count("yes") == 1, number
+
+
+def test_no_program_lies_beside_the_notebooks():
+    """There the checks would read and write it, see pgm_book/common/own_program.py."""
+    assert not (FOLDER / "my_pgm.py").exists()
+
+
+def template(kind="lesson"):
+    text = (TEMPLATES / f"{kind}.ipynb").read_text(encoding="utf-8")
+    return nbformat.reads(filled(text, WORDS), as_version=4)
+
+
+@pytest.mark.parametrize("kind", form.LIMITS)
+def test_the_templates_have_no_problem(kind):
+    assert form.problems(template(kind), kind) == []
+
+
+def test_counted_is_what_a_student_gets():
+    lesson = template()
+    before = form.counts(lesson)
+    notes = {"slideshow": {"slide_type": "notes"}}
+    lesson.cells.insert(3, new_markdown_cell("word " * 100, metadata=notes))
+    solution = {"tags": ["solution"]}
+    lesson.cells.insert(3, new_markdown_cell("word " * 100, metadata=solution))
+    lesson.cells[-1].source += "\nassert True" * 10  # the claims
+    assert form.counts(lesson) == before
+    derive = {"tags": ["derive"]}
+    lesson.cells.insert(3, new_markdown_cell("word " * 100, metadata=derive))
+    assert form.counts(lesson) == before | {"cells": before["cells"] + 1}
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("Two words.", 2),
+        ("It's *one* **word** less", 4),
+        ("$x = 1$ is a formula, $$y\n= 2$$ too", 6),
+        ("[a link](https://example.org/a/b) <b>bold</b>", 3),
+        ("| a | b |\n|:--|--:|\n| 1.5 | - |", 3),
+        ("", 0),
+    ],
+)
+def test_words_are_what_is_read(text, number):
+    assert form.words(text) == number
+
+
+def at(lesson, tag):
+    """The first cell with this tag."""
+    return next(c for c in lesson.cells if tag in c.metadata.get("tags", []))
+
+
+def add(*cells):
+    """Put cells into the first section, behind its heading."""
+
+    def change(lesson):
+        place = next(k for k, c in enumerate(lesson.cells) if "## How" in c.source)
+        lesson.cells[place + 1 : place + 1] = [cell.copy() for cell in cells]
+
+    return change
+
+
+def replace(old, new):
+    def change(lesson):
+        (cell,) = [cell for cell in lesson.cells if old in cell.source]
+        cell.source = cell.source.replace(old, new)
+
+    return change
+
+
+def drop(tag):
+    def change(lesson):
+        cells = lesson.cells
+        lesson.cells = [c for c in cells if tag not in c.metadata.get("tags", [])]
+
+    return change
+
+
+def retag(tag, *new):
+    def change(lesson):
+        at(lesson, tag).metadata["tags"] = list(new)
+
+    return change
+
+
+def move_claims(lesson):
+    lesson.cells.insert(4, lesson.cells.pop())
+
+
+def lose_a_summary(lesson):
+    cell = at(lesson, "derive")
+    cell.source = re.sub("<summary>.*</summary>", "", cell.source)
+
+
+def lose_an_empty_line(lesson):
+    cell = at(lesson, "why")
+    cell.source = cell.source.replace("</summary>\n\n", "</summary>\n")
+
+
+PRINTED = [new_output("stream", text="1\n")]
+FOLDED = {"tags": ["hide-input"]}
+HIDDEN = {"jupyter": {"source_hidden": True}}
+SECTION = r"'How large is a pixel on the ground\?'"
+BREAKS = [
+    (add(*[new_markdown_cell("a")] * 40), rf"65 cells, 5 too many; .* {SECTION}: \d+"),
+    (
+        add(new_markdown_cell("word " * 2000)),
+        rf"2403 words, 203 .* {SECTION}: 2",
+    ),
+    (
+        replace("· 14 min", "· 60 min"),
+        rf"64 minutes, 4 too many; .* {SECTION}",
+    ),
+    (replace(" · 4 min", ""), "section 'What you have now' ends without its minutes"),
+    (replace(" · 4 min", " · 5 min"), "head says 18 minutes; the sections give 19"),
+    (replace("About **18 minutes**", "Short"), "head says no minutes: .* give 18"),
+    (replace("You need", "Take"), "the head does not say what it needs"),
+    (
+        add(new_code_cell("x = 1\n" * 9, metadata=FOLDED)),
+        r"9 of \d\d lines .* are folded",
+    ),
+    (
+        add(new_code_cell("x = 1", metadata=HIDDEN)),
+        "is folded and shows nothing",
+    ),
+    (add(new_code_cell("x = 1\n" * 16)), "has 16 lines, over 15"),
+    (add(new_code_cell("if True:\n    assert 1")), "asserts: put it into the cell of"),
+    (move_claims, "1 cells of claims; there must be one, at the very end"),
+    (drop("claims"), "0 cells of claims"),
+    (retag("predict", "draw"), "checks.predict goes with the tag predict"),
+    (replace("plot.table(", "plot.show("), "spells out its alt text"),
+    (drop("check"), "is an exercise, and no check follows it"),
+    (lose_a_summary, "must be one <details> with a <summary>"),
+    (lose_an_empty_line, "must be one <details> with a <summary>, and empty lines"),
+    (drop("predict"), "no cell is tagged predict"),
+    (drop("derive"), "no cell is tagged derive"),
+    (drop("why"), "no cell is tagged why"),
+    (replace("10 minutes, 4", "4"), rf"section {SECTION} has no note that begins with"),
+    (
+        replace("2 minutes. Ask", "36 minutes. Ask"),
+        "a lecture of 46 minutes, 1 too many; most are in 'What you have now': 36",
+    ),
+    (replace("\nchecks.keep(ground_size)", ""), "no check keeps the reader's function"),
+]
+
+
+@pytest.mark.parametrize(("spoil", "finding"), BREAKS)
+def test_each_break_is_named(spoil, finding):
+    lesson = template()
+    spoil(lesson)
+    found = form.problems(lesson, "lesson")
+    assert any(re.search(finding, line) for line in found), found
+
+
+def test_a_section_cannot_be_read_faster_than_anybody_reads():
+    lesson = template()
+    replace("· 14 min", "· 2 min")(lesson)
+    add(new_markdown_cell("word " * 400))(lesson)
+    found = form.problems(lesson, "lesson")
+    assert any(re.search(r"has \d+ words for 2 min: more than 200", f) for f in found)
+
+
+def test_a_folded_cell_with_an_output_is_allowed():
+    lesson = template()
+    add(new_code_cell("x", metadata=FOLDED, outputs=PRINTED))(lesson)
+    assert form.problems(lesson, "lesson") == []
+
+
+def test_the_command_prints_the_counts_of_the_named(capsys):
+    assert form.main(["02"]) in (0, 1)
+    shown = capsys.readouterr().out
+    assert "02_normalized_cross_correlation" in shown and "03_" not in shown
