@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import IO
 
-from pgm_book.make.environment import ROOT, Refused, ensure, environment
+from pgm_book.make.environment import ROOT, Refused, ensure, environment, work_folder
 
 # Threads of the numerical libraries would fight the parallel test workers for cores.
 ONE_THREAD = {
@@ -57,7 +57,7 @@ def lab(*arguments: str) -> int:
     # Elsewhere its refusal stands: what a notebook of root's runs may do anything.
     if in_container():
         command.append("--allow-root")
-    return run(command, cwd=ROOT / "work", replace=True)
+    return run(command, cwd=work_folder(ROOT), replace=True)
 
 
 def test(*arguments: str) -> int:

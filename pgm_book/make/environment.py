@@ -162,6 +162,12 @@ def make(venv: Path) -> None:
     call([sys.executable, "-m", "venv", venv])
 
 
+def work_folder(root: Path = ROOT) -> Path:
+    """Where the reader's notebooks are: work, or work-2 beside an older edition."""
+    later = [path for path in root.glob("work-*") if path.name[5:].isdigit()]
+    return max(later, key=lambda path: int(path.name[5:]), default=root / "work")
+
+
 def python_of(venv: Path) -> Path:
     """Where an environment keeps its Python."""
     if os.name == "nt":
