@@ -65,20 +65,6 @@ class Refused(Exception):
 def ensure(venv_name: str, *sets: str, root: Path = ROOT) -> Path:
     """Make sure that an environment holds the wanted sets of packages.
 
-    Parameters
-    ----------
-    venv_name : str
-        Folder of the environment, for example ``".venv"``.
-    *sets : str
-        Names from `SETS`.
-    root : Path
-        The project's folder.
-
-    Returns
-    -------
-    Path
-        The environment's Python.
-
     Raises
     ------
     Refused

@@ -47,20 +47,7 @@ MOVED = {
 
 
 def update(source_dir: Path, work_dir: Path) -> list[str]:
-    """Bring a reader's folder up to date.
-
-    Parameters
-    ----------
-    source_dir : Path
-        Folder with the notebooks.
-    work_dir : Path
-        The reader's folder; it is made if it is missing.
-
-    Returns
-    -------
-    list of str
-        What was done, one line for each new file.
-    """
+    """Bring a reader's folder up to date."""
     work_dir.mkdir(parents=True, exist_ok=True)
     record = read_record(work_dir)
     lines, current = [], {}
