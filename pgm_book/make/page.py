@@ -31,7 +31,8 @@ TEMPLATES = Path(__file__).parent / "templates"
 REVEAL = ("sphinx-revealjs", "sphinx_revealjs/_static/revealjs/")
 MATHJAX = ("sphinx-mathjax-offline", "sphinx-mathjax-offline/static/mathjax/")
 
-LOADING = ["script", "iframe", "object", "embed", "link", "base", "video", "audio"]
+# What loads, or leads a reader to another page; the policy refuses the rest.
+LOADING = ["script", "iframe", "object", "embed", "link", "base", "meta", "form"]
 # nbconvert writes this where an output has no alternative text.
 FILLER = "No description has been provided for this image"
 
