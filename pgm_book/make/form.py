@@ -269,6 +269,12 @@ def form_of(notebook: Path) -> str:
     return form if form in LIMITS else ""
 
 
+def kinds() -> dict[str, str]:
+    """Return which notebooks of the project are lessons and which cases, by name."""
+    paths = sorted((ROOT / "notebooks").glob("*.ipynb"))
+    return {path.stem: form_of(path) for path in paths if form_of(path)}
+
+
 def judge(found: dict[Path, list[str]], said: str, advice: str = "") -> None:
     """Refuse lessons and cases with findings; print those of the other notebooks.
 
