@@ -1,7 +1,45 @@
-"""Settings for all tests."""
+"""Settings for all tests, and what the tests of figures share."""
 
+import matplotlib.pyplot as plt
+import pytest
 from hypothesis import settings
+
+from pgm_lab.plot import basic
 
 # The same examples in every run, on however slow a machine: no test fails by chance.
 settings.register_profile("steady", derandomize=True, deadline=None)
 settings.load_profile("steady")
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Figures and texts that are shown, and closed in the end."""
+    shown = []
+    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: shown.append((fig, alt)))
+    yield shown
+    for fig, _ in shown:
+        plt.close(fig)
+
+
+@pytest.fixture
+def closed():
+    """Close the figures that a test gets."""
+    yield
+    plt.close("all")
+
+
+@pytest.fixture
+def alt_of(figures, capsys):
+    """A function that draws, and returns the words of all that is shown."""
+
+    def said(draw, *arguments, **named):
+        before = len(figures)
+        draw(*arguments, **named)
+        for fig, _ in figures[before:]:
+            fig.set_layout_engine("none")  # it takes as long as the drawing
+            fig.draw_without_rendering()
+        return " ".join(
+            [alt for _, alt in figures[before:]] + [capsys.readouterr().out]
+        )
+
+    return said

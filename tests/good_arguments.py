@@ -14,12 +14,12 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from pgm_book.common import ledger
 from pgm_lab import (
     bundle,
     camera,
     datasets,
     image,
-    ledger,
     lsm,
     matching,
     ncc,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pgm_book.ch06 import published
 from pgm_lab import adjustment, bundle, camera, rotation
 from pgm_lab.bundle import dense as textbook
 from pgm_lab.camera import PARAMETERS, Camera
@@ -11,7 +12,7 @@ from pgm_lab.camera import PARAMETERS, Camera
 LENS = {"K1": 3e-5, "P1": 1e-5, "P2": -2e-5, "b1": 2e-4}
 
 
-real = bundle.published.network
+real = published.network
 
 
 def small(lens="backward", photos=6, points=12, cameras=1, sigma=0.001, seed=3, skip=0):

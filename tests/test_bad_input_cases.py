@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, checks, lsm, ncc, simulate
+from pgm_book.ch04 import checks as chapter4
+from pgm_book.common import checks
+from pgm_lab import bundle, lsm, ncc, simulate
 from pgm_lab.camera import Camera
-from pgm_lab.checks import chapter4
 from pgm_lab.simulate import photos
 from tests.good_arguments import GREY, fresh, in_network
 

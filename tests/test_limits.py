@@ -107,7 +107,7 @@ def test_a_covariance_is_symmetric_to_rounding(scale):
 
 def test_a_covariance_leaves_every_direction_an_error():
     with_covariance([[0, 0.4999], [0.4999, 0]])
-    for more, why in ((0.5, "no error at all"), (0.5001, "negative variance")):
+    for more, why in ((0.5, "no error at all"), (0.5001, "not positive semi-definite")):
         with pytest.raises(ValueError, match=why):
             with_covariance([[0, more], [more, 0]])
 

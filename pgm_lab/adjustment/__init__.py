@@ -1,10 +1,9 @@
 """Least squares adjustment in the Gauss-Markov model: one core for the whole workbook.
 
-`normal` solves normal equations, `core` iterates, `result` holds what comes out,
-`outliers` has the limits of its residuals, `textbook` the same in a few lines.
+`core` sets up and iterates, `normal` solves normal equations, `result` is what comes
+out, `outliers` has the tests of its residuals.
 """
 
-from pgm_lab.adjustment import textbook
 from pgm_lab.adjustment.core import adjust
 from pgm_lab.adjustment.normal import RankDefect
 from pgm_lab.adjustment.outliers import critical_tau, critical_w
@@ -19,5 +18,4 @@ __all__ = [
     "adjust",
     "critical_tau",
     "critical_w",
-    "textbook",
 ]

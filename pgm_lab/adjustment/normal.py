@@ -86,34 +86,11 @@ def solve(
     constraint: np.ndarray | None = None,
     misclosure: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Solve ``N dx + Cᵀk = n``, ``C dx = -c`` by column scaling and inversion.
+    """Solve ``N dx + Cᵀk = n``, ``C dx = -c``, (M 2.76), by scaling and inversion.
 
-    Parameters
-    ----------
-    normal : ndarray (..., u, u)
-        Normal matrix N.
-    right : ndarray (..., u)
-        Right-hand side n.
-    constraint : ndarray (..., k, u), optional
-        Rows C of the constraints.
-    misclosure : ndarray (..., k), optional
-        Misclosures c of the constraints; 0 when missing.
-
-    Returns
-    -------
-    dx : ndarray (..., u)
-        Corrections.
-    cofactor : ndarray (..., u, u)
-        Cofactor matrix Q of the parameters: the upper left block of the inverse.
-    correlates : ndarray (..., k)
-        Multipliers k of the constraints.
-    singular : ndarray (...) of bool
-        Where parameters are not determined or constraints depend on each other; the
-        other results are NaN there.
-
-    References
-    ----------
-    Muliawan 2013, (M 2.76), without constraints.
+    N (..., u, u), n (..., u), C (..., k, u), c (..., k). Returns the corrections dx,
+    the cofactors Q (..., u, u), the multipliers k of the constraints, and where (...)
+    the problem is singular, or constraints depend on each other: NaN there.
 
     Examples
     --------
@@ -125,18 +102,24 @@ def solve(
         constraint = normal[..., :0, :]
     if misclosure is None:
         misclosure = np.zeros(constraint.shape[:-1])
+
+    # Scale to ones on the diagonal, border with the constraints, invert
     scale = column_scale(normal)
     system = normal * scale[..., :, None] * scale[..., None, :]
     system, rows = _bordered(system, constraint * scale[..., None, :])
     border = system[..., u:, :u]
     inverse = _inverse(system)
     cofactor = inverse[..., :u, :u]
+
+    # What is determined, and what the constraints fix
     determined = _regular(cofactor)
     if border.shape[-2]:
         determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
     fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
     cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
     inverse[~determined] = np.nan
+
+    # Solve, and undo the scaling
     right = np.concatenate([right * scale, -misclosure * rows], axis=-1)
     solution = np.einsum("...ij,...j->...i", inverse, right)
     dx, correlates = solution[..., :u] * scale, solution[..., u:] * rows
@@ -150,21 +133,9 @@ def null_space(
     names: Sequence[str] | None = None,
     constraint: np.ndarray | None = None,
 ) -> NullSpace:
-    """Find and name the parameters that a normal matrix leaves undetermined.
+    """Find and name the parameters that a normal matrix (u, u) leaves undetermined.
 
-    Parameters
-    ----------
-    normal : ndarray (u, u)
-        Normal matrix of one problem.
-    names : sequence of str, optional
-        Names of the parameters; x1, x2, ... when missing.
-    constraint : ndarray (k, u), optional
-        Constraints that go with it.
-
-    Returns
-    -------
-    NullSpace
-        With defect 0 if everything is determined.
+    Constraints C (k, u) may go with it. The defect is 0 if everything is determined.
 
     Examples
     --------

@@ -95,29 +95,10 @@ def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndar
 
 
 def distribution(test: str, redundancy: int) -> "scipy.stats.rv_continuous":
-    """Return the distribution of w, or of tau, when there is no blunder.
+    """Return the distribution of w or tau ("w", "tau") when there is no blunder.
 
     The residuals, scaled to unit length, point in any direction of a space of r
     dimensions alike; tau is the root of r times one coordinate of that direction.
-
-    Parameters
-    ----------
-    test : {"w", "tau"}
-    redundancy : int
-        At least 2 for tau.
-
-    Returns
-    -------
-    scipy.stats frozen distribution
-
-    Raises
-    ------
-    ValueError
-        If there is no such test, or no distribution of tau.
-
-    References
-    ----------
-    Baarda 1968 for w, Pope 1976 for tau, as `critical_w` and `critical_tau`.
 
     Examples
     --------
@@ -127,5 +108,5 @@ def distribution(test: str, redundancy: int) -> "scipy.stats.rv_continuous":
     if _validate.choice(test, "test", tuple(NAMES)) == "w":
         return scipy.stats.norm()
     half = (_validate.whole(redundancy, "redundancy", 2) - 1) / 2
-    root = np.sqrt(2 * half + 1)
+    root = np.sqrt(redundancy)
     return scipy.stats.beta(half, half, loc=-root, scale=2 * root)

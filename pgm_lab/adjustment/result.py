@@ -172,30 +172,16 @@ class Adjustment:
 def residual_statistics(
     A: np.ndarray, v: np.ndarray, P: np.ndarray, Q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Redundancy numbers and standardised residuals of a stack of problems.
+    """Redundancy numbers and standardised residuals (m, n) of a stack of problems.
 
-    Parameters
-    ----------
-    A : ndarray (m, n, u)
-        Design matrices.
-    v : ndarray (m, n)
-        Residuals.
-    P : ndarray (m, n) or (m, n, n)
-        Weights, or weight matrices.
-    Q : ndarray (m, u, u)
-        Cofactor matrices of the parameters.
-
-    Returns
-    -------
-    redundancy_numbers : ndarray (m, n)
-        Diagonal of Qvv P = 1 - A Q Aᵀ P.
-    standardized : ndarray (m, n)
-        Pv over the square roots of the diagonal of P Qvv P, for sigma0 = 1; the same as
-        v / sigma_v when the weights are a diagonal.
+    From design matrices A (m, n, u), residuals v, weights P (m, n) or (m, n, n), and
+    cofactors Q of the parameters. The redundancy numbers are the diagonal of
+    Qvv P = 1 - A Q Aᵀ P; the residuals are Pv over the roots of the diagonal of
+    P Qvv P, for sigma0 = 1: v / sigma_v when the weights are a diagonal.
 
     References
     ----------
-    Baarda (1968), the test of one observation at a time; Foerstner and Wrobel (2016),
+    Baarda 1968, the test of one observation at a time; Foerstner and Wrobel 2016,
     section 4.6, for correlated observations.
     """
     AQ = A @ Q

@@ -1,17 +1,16 @@
 """Self-calibrating bundle adjustment: free networks, their precision and reliability.
 
 `network` and `result` say what goes in and what comes out, `files` reads and writes
-them; `solve` has the adjustment, `snooping` and `reliability` what follows it. Inside,
-`rays` sets up the observation equations, `reduced` the normal equations without the
-points, `datum` stops the free motions, `covariance` propagates the errors, `refuse`
-names what a network does not determine. `dense` is the textbook's way with one large
-matrix, `defects` the same with the mistakes of a printed program, `published` the
-network of Muliawan 2013.
+networks. In the order of the adjustment: `equations` sets up the observation equations,
+`reduced` the normal equations without the points, `datum` stops the free motions,
+`solve` iterates and propagates the errors, `refuse` names what is not determined,
+`reliability` and `snooping` test what comes out. `lens` is the distortion, `dense` the
+textbook's way with one large matrix.
 
 Muliawan 2013, chapter II.10.
 """
 
-from pgm_lab.bundle import defects, dense, lens, published, textbook
+from pgm_lab.bundle import dense, lens
 from pgm_lab.bundle.datum import motions
 from pgm_lab.bundle.files import read, write
 from pgm_lab.bundle.network import Network
@@ -40,15 +39,12 @@ __all__ = [
     "adjust",
     "correlations",
     "critical_value",
-    "defects",
     "dense",
     "lens",
     "motions",
-    "published",
     "read",
     "reliability",
     "significance",
     "snoop",
     "write",
-    "textbook",
 ]

@@ -1,6 +1,6 @@
 """The datum of a network: seven motions that no image notices, and how to stop them.
 
-An image does not change when the whole network, points and cameras, is shifted, turned
+An image does not change when the whole network, points and cameras, is shifted, rotated
 or scaled: these are the columns of G (M 2.95), here for the exterior orientations too.
 A solution of the singular normal equations is brought into any other datum by such a
 motion alone (S-transformation, Baarda 1973).
@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
-from pgm_lab.bundle._coupling import flat
 from pgm_lab.bundle.dense import G
+from pgm_lab.bundle.equations import State
 from pgm_lab.bundle.network import Network
-from pgm_lab.bundle.rays import State
+from pgm_lab.bundle.reduced import Reduced, flat
 
 DATUMS = ("inner", "photos", "fixed", "none")
 MOTIONS = (
@@ -34,12 +34,8 @@ MOTIONS = (
 class Motions:
     """Directions in which the network may move without a change in any image.
 
-    Attributes
-    ----------
-    kept : ndarray (U + 6 m, d)
-        Their part in the interior (0) and exterior orientations.
-    points : ndarray (d, 3, n)
-        Their part in the points: the transposed G of (M 2.95).
+    `kept` (U + 6 m, d) is their part in the interior (0) and exterior orientations,
+    `points` (d, 3, n) that in the points: the transposed G of (M 2.95).
     """
 
     kept: np.ndarray
@@ -49,10 +45,6 @@ class Motions:
     def number(self) -> int:
         """How many directions there are, d."""
         return self.kept.shape[1]
-
-    def some(self, which: slice | np.ndarray) -> "Motions":
-        """Return some of the motions, by a slice or their indices."""
-        return Motions(self.kept[:, which], self.points[which])
 
 
 def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
@@ -81,17 +73,16 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
            [0., 0., 2.],
            [0., 2., 0.]])
     """
-    positions = _validate.points(positions, 3, "positions")
+    positions = _validate.of_shape(positions, (None, 3), "positions")
     centre = _validate.one_point(centre, 3, "centre")
-    arms = _validate.points(positions, 3, "positions") - centre
-    return G(arms).reshape(-1, 3, 7).transpose(2, 0, 1)
+    return G(positions - centre).reshape(-1, 3, 7).transpose(2, 0, 1)
 
 
 def all_motions(state: State, interior: int) -> Motions:
     """All seven motions (`MOTIONS`), about the centre of the points, of similar size.
 
-    A turn by the vector w moves a point by w x X, and changes the angles so that
-    M (X - X0) stays: the camera turns about M w.
+    A rotation by the vector w moves a point by w x X, and changes the angles so that
+    M (X - X0) stays: the camera rotates by M w.
     """
     centre = state.points.mean(axis=0)
     everything = np.concatenate([state.exteriors[:, :3], state.points]) - centre
@@ -101,15 +92,15 @@ def all_motions(state: State, interior: int) -> Motions:
     kept = np.zeros((interior + 6 * m, 7))
     exterior = kept[interior:].reshape(m, 6, 7)
     exterior[:, :3] = move[:m]
-    exterior[:, 3:, 3:6] = _angles_by_turn(state.exteriors) / size
+    exterior[:, 3:, 3:6] = _angles_by_rotation(state.exteriors) / size
     return Motions(kept, np.ascontiguousarray(move[m:].T))
 
 
-def _angles_by_turn(exteriors: np.ndarray) -> np.ndarray:
-    """Changes of (omega, phi, kappa), the rows, by turns about X, Y and Z: (m, 3, 3).
+def _angles_by_rotation(exteriors: np.ndarray) -> np.ndarray:
+    """Changes of (omega, phi, kappa), the rows, by rotations about X, Y, Z: (m, 3, 3).
 
     The axes of omega, phi and kappa in the object frame, X, (0, cos omega, sin omega)
-    and the third row of M, times the changes of the angles are the turn.
+    and the third row of M, times the changes of the angles are the rotation.
     """
     (so, sp, _), (co, cp, _) = np.sin(exteriors.T[3:]), np.cos(exteriors.T[3:])
     by = np.zeros((3, 3, len(exteriors)))
@@ -121,20 +112,18 @@ def _angles_by_turn(exteriors: np.ndarray) -> np.ndarray:
 
 
 def free_motions(network: Network, state: State, interior: int) -> Motions:
-    """The motions that neither control points nor scale bars forbid."""
-    all_seven = all_motions(state, interior)
+    """The motions that neither control points nor scale bars prevent."""
+    every = all_motions(state, interior)
+    bars = len(network.scale_bars) > 0
     if not is_controlled(network):
-        return all_seven.some(slice(6)) if len(network.scale_bars) else all_seven
-    stopped = [np.eye(7)[6:]] if len(network.scale_bars) else []
+        d = 6 if bars else 7
+        return Motions(every.kept[:, :d], every.points[:d])
     point, axis = np.nonzero(network.known)
-    stopped.append(all_seven.points[:, axis, point].T)
-    rows = np.concatenate(stopped)
+    rows = np.concatenate([np.eye(7)[6:][:bars], every.points[:, axis, point].T])
     _, size, directions = np.linalg.svd(rows, full_matrices=True)
     rank = int(np.sum(size > 1e-8 * max(len(rows), 1)))
     free = directions[rank:].T
-    return Motions(
-        all_seven.kept @ free, np.einsum("qin,qd->din", all_seven.points, free)
-    )
+    return Motions(every.kept @ free, np.einsum("qin,qd->din", every.points, free))
 
 
 def is_controlled(network: Network) -> bool:
@@ -144,11 +133,10 @@ def is_controlled(network: Network) -> bool:
 
 def choose(network: Network, datum: str | None) -> str:
     """The datum asked for, or the natural one of the network."""
-    if datum is not None:
-        datum = _validate.choice(datum, "datum", DATUMS)
     controlled = is_controlled(network)
     if datum is None:
         return "fixed" if controlled else "inner"
+    datum = _validate.choice(datum, "datum", DATUMS)
     if datum in ("inner", "photos") and controlled:
         raise ValueError(
             f"datum={datum!r} is for networks without control: control points fix the"
@@ -159,6 +147,9 @@ def choose(network: Network, datum: str | None) -> str:
             "datum='fixed' needs `fixed` or `control` points in the network"
         )
     return datum
+
+
+# --- Inner constraints ---
 
 
 def constraint(network: Network, datum: str, move: Motions) -> Motions:
@@ -173,7 +164,7 @@ def constraint(network: Network, datum: str, move: Motions) -> Motions:
 
 
 def check_constraint(network: Network, datum: str, move: Motions) -> None:
-    """Refuse a datum that lies in one line: it does not stop the turn about it."""
+    """Refuse a datum that lies in one line: it does not stop the rotation about it."""
     kept, points = _parts_in_datum(network, datum, move)
     GH = _product(kept, points, move)
     if move.number and normal.null_space(GH).defect:
@@ -204,3 +195,36 @@ def _parts_in_datum(
 
 def _product(kept: np.ndarray, points: np.ndarray, move: Motions) -> np.ndarray:
     return kept.T @ move.kept + flat(points) @ flat(move.points).T
+
+
+def s_transformation(
+    reduced: Reduced,
+    Q: np.ndarray,
+    points: np.ndarray,
+    move: Motions,
+    constraint: Motions,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Cofactors of the kept unknowns and of the points (3, 3, n) in the datum.
+
+    S-transformation x - H t with the motions t = R x. With Q(t, x) and Q(t, t) by
+    propagation, the new cofactors of x are Q - H Q(t, x) - Q(x, t) Hᵀ + H Q(t, t) Hᵀ.
+    """
+    R, R_points = constraint.kept, constraint.points
+    H, H_points = move.kept, move.points
+    lever = R - reduced.times_points(R_points)  # Q(t, kept) = lever' Q
+    Q_t_kept = lever.T @ Q
+    VR = np.einsum("ijn,qjn->qin", reduced.V_inverse, R_points)
+    RVR = flat(VR) @ flat(R_points).T
+    if (bars := reduced.bars) is not None:
+        RC = flat(R_points) @ flat(bars.C).T
+        RVR -= RC @ bars.K @ RC.T
+        VR -= np.einsum("qs,sin->qin", RC @ bars.K, bars.C)
+    Q_tt = RVR + Q_t_kept @ lever
+    Q_t_points = VR - reduced.times_kept(Q_t_kept.T)
+
+    HQ = H @ Q_t_kept
+    kept = Q - HQ - HQ.T + H @ Q_tt @ H.T
+    HQ = np.einsum("qin,qjn->ijn", H_points, Q_t_points)
+    QH = np.einsum("qr,rjn->qjn", Q_tt, H_points)
+    HQH = np.einsum("qin,qjn->ijn", H_points, QH)
+    return kept, points - HQ - HQ.swapaxes(0, 1) + HQH

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.camera import BLOCKS, LENSES, imaging
+from pgm_lab.camera import BLOCKS, imaging
 
 # (omega, phi, kappa, X0, Y0, Z0), the order of (M 2.87); the same indices lead back
 ANGLES_FIRST = [3, 4, 5, 0, 1, 2]
@@ -51,15 +51,12 @@ def derivatives(
     ----------
     Muliawan 2013, (M 2.81) to (M 2.89); (M 2.84) and (M 2.89) are mended.
     """
-    interior = _validate.points(interior, 10, "interior")
     exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
     points = _validate.of_shape(points, (None, 3), "points")
     photo = _validate.indices(photo, len(exteriors), "photo")
     point = _validate.indices(point, len(points), "point", len(photo))
     xy = _validate.of_shape(xy, (len(photo), 2), "xy")
-    _validate.choice(lens, "lens", LENSES)
-    if interior.shape not in ((10,), (len(exteriors), 10)):
-        raise ValueError(f"interior must be (10,) or one a photo; got {interior.shape}")
+    interior = _validate.points(interior, 10, "interior")
     interior = interior if interior.ndim == 1 else interior[photo]
     v, _, by = imaging.misclosure(
         interior, exteriors[photo], points[point], xy, lens, BLOCKS
@@ -106,25 +103,19 @@ def design(
     >>> A.shape, int(A.sum())
     ((6, 28), 114)
     """
-    m, n = _validate.whole(m, "m", 1), _validate.whole(n, "n", 1)
-    photo = _validate.indices(photo, m, "photo")
-    point = _validate.indices(point, n, "point", len(photo))
-    A1 = _validate.of_shape(A1, (len(photo), 2, 6), "A1")
-    A3 = _validate.of_shape(A3, (len(photo), 2, None), "A3")
-    A2 = _validate.of_shape(A2, (len(photo), 2, 3), "A2")
-    camera = _validate.finite(camera, "camera")
-    if camera.shape not in ((), (1,), (m,)):
-        raise ValueError(f"camera must be one index a photo; got shape {camera.shape}")
-    camera = _validate.indices(np.broadcast_to(camera, m).astype(int), m, "camera")
-    _validate.size("A", 2 * len(photo), 6 * m + A3.shape[-1] * m + 3 * n)
-    k, u = len(photo), A3.shape[-1]
-    columns_of = (
+    A1 = _validate.of_shape(A1, (None, 2, 6), "A1")
+    A3 = _validate.of_shape(A3, (len(A1), 2, None), "A3")
+    A2 = _validate.of_shape(A2, (len(A1), 2, 3), "A2")
+    photo = _validate.indices(photo, m, "photo", len(A1))
+    point = _validate.indices(point, n, "point", len(A1))
+    camera = np.broadcast_to(camera, m)
+    k, u, cameras = len(photo), A3.shape[-1], camera.max() + 1
+    A = np.zeros((k, 2, 6 * m + u * cameras + 3 * n))
+    for block, first in (
         (A1, 6 * photo),
         (A3, 6 * m + u * camera[photo]),
-        (A2, 6 * m + u * (camera.max() + 1) + 3 * point),
-    )
-    A = np.zeros((k, 2, 6 * m + u * (camera.max() + 1) + 3 * n))
-    for block, first in columns_of:
+        (A2, 6 * m + u * cameras + 3 * point),
+    ):
         columns = first[:, None, None] + np.arange(block.shape[-1])
         np.put_along_axis(A, columns, block, axis=-1)
     return A.reshape(2 * k, -1)
@@ -147,16 +138,13 @@ def normal_matrix(A: np.ndarray, sigma: ArrayLike) -> np.ndarray:
     ----------
     Muliawan 2013, (M 2.90), with the blocks (M 2.91) and (M 2.93); (M 2.70).
     """
-    A = _validate.of_shape(A, (None, None), "A")
     sigma = _validate.positive(sigma, "sigma", "mm")
-    if sigma.shape not in ((), (1,), (len(A),)):
-        raise ValueError(f"sigma must be one number, or one a row; got {sigma.shape}")
     weighted = A / np.broadcast_to(sigma, len(A))[:, None]
     return weighted.T @ weighted
 
 
 def G(points: np.ndarray) -> np.ndarray:
-    """Shifts, turns and scale of the points about the origin: the inner constraints.
+    """Shifts, rotations and scale of the points about the origin: inner constraints.
 
     A network moved along a column of G, its cameras with it, has the same images.
 
@@ -167,7 +155,7 @@ def G(points: np.ndarray) -> np.ndarray:
     Returns
     -------
     ndarray (3 n, 7)
-        Three rows a point; three shifts, three turns about X, Y, Z, the scale.
+        Three rows a point; three shifts, three rotations about X, Y, Z, the scale.
 
     References
     ----------
@@ -191,26 +179,14 @@ def G(points: np.ndarray) -> np.ndarray:
 
 
 def bordered(N: np.ndarray, G: np.ndarray) -> np.ndarray:
-    """Border a normal matrix by inner constraints on the points, its last unknowns.
+    """Border N (u, u) by inner constraints G (3 n, 7) on its last unknowns, the points.
 
-    Parameters
-    ----------
-    N : ndarray (u, u)
-    G : ndarray (3 n, 7)
-
-    Returns
-    -------
-    ndarray (u + 7, u + 7)
-        Regular, if nothing but the datum is missing.
+    The matrix (u + 7, u + 7) is regular, if nothing but the datum is missing.
 
     References
     ----------
     Muliawan 2013, (M 2.94).
     """
-    N = _square(N, "N")
-    G = _validate.of_shape(G, (None, None), "G")
-    if not 0 < len(G) <= len(N):
-        raise ValueError(f"G must have 1 to {len(N)} rows, as N has; got {len(G)}")
     border = np.zeros((len(N), G.shape[1]))
     border[-len(G) :] = G
     return np.block([[N, border], [border.T, np.zeros((G.shape[1],) * 2)]])
@@ -221,11 +197,6 @@ def scaled(N: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     The unknowns get ones on the diagonal, the columns of G the length one.
     """
-    N = _square(N, "N")
-    if len(N) < 8 or np.any(np.diagonal(N)[:-7] <= 0) or not N[:-7, -7:].any(0).all():
-        raise ValueError(
-            "N must be bordered by seven constraints, with a diagonal above zero"
-        )
     s = np.ones(len(N))
     s[:-7] = 1 / np.sqrt(np.diagonal(N)[:-7])
     s[-7:] = 1 / np.linalg.norm(s[:-7, None] * N[:-7, -7:], axis=0)
@@ -262,15 +233,5 @@ def solve(N: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ----------
     Muliawan 2013, (M 2.79), (M 2.92), (M 2.94).
     """
-    N = _square(N, "N")
-    t = _validate.of_shape(t, (len(N) - 7,), "t")
     Q = inverse(N)[:-7, :-7]
     return Q @ t, Q
-
-
-def _square(N: np.ndarray, name: str) -> np.ndarray:
-    """Return N if it is a square matrix."""
-    N = _validate.of_shape(N, (None, None), name)
-    if N.shape[0] != N.shape[1]:
-        raise ValueError(f"{name} must be square; got shape {N.shape}")
-    return N

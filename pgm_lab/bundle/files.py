@@ -16,8 +16,7 @@ import numpy as np
 from pgm_lab import _files, _numbers, _validate
 from pgm_lab._files import printable
 from pgm_lab._numbers import Source, Table
-from pgm_lab.bundle._tables import RAY
-from pgm_lab.bundle.network import Network
+from pgm_lab.bundle.network import RAY, Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
 
 NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")

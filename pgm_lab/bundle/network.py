@@ -1,23 +1,23 @@
 """A photogrammetric network: cameras, photos, object points and the rays between."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab._validate import several
-from pgm_lab.bundle import _arguments, _tables
+from pgm_lab import _validate
+from pgm_lab._numbers import Source, read_table
 from pgm_lab.camera import Camera
 
+SIGMA = 0.001  # mm, of image coordinates of which nothing is said
+RAY = ("point", "photo", "x", "y", "sx", "sy")  # columns of a file
 
-def _nothing() -> np.ndarray:
-    return np.zeros(0, int)
 
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Network:
     """Image observations with start values of all they depend on.
 
@@ -85,71 +85,59 @@ class Network:
     photo: np.ndarray
     point: np.ndarray
     xy: np.ndarray
-    sigma: np.ndarray = field(default_factory=_nothing)
-    camera: np.ndarray = field(default_factory=_nothing)
-    fixed: np.ndarray = field(default_factory=_nothing)
-    control: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-    check: tuple[np.ndarray, np.ndarray] | None = None
-    datum_points: np.ndarray | None = None
-    scale_bars: np.ndarray = field(default_factory=_nothing)
-    photo_names: tuple = ()
-    point_names: tuple = ()
-    covariance: np.ndarray | None = None
+    sigma: np.ndarray
+    camera: np.ndarray
+    fixed: np.ndarray
+    control: tuple[np.ndarray, np.ndarray, np.ndarray] | None
+    check: tuple[np.ndarray, np.ndarray] | None
+    datum_points: np.ndarray | None
+    scale_bars: np.ndarray
+    photo_names: tuple
+    point_names: tuple
+    covariance: np.ndarray | None
 
-    if TYPE_CHECKING:  # what it takes, beside what it then holds
-
-        def __init__(
-            self,
-            cameras: Camera | Sequence[Camera],
-            exteriors: ArrayLike,
-            points: ArrayLike,
-            photo: ArrayLike,
-            point: ArrayLike,
-            xy: ArrayLike,
-            sigma: ArrayLike | None = None,
-            camera: ArrayLike | None = None,
-            fixed: ArrayLike = (),
-            control: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
-            check: tuple[ArrayLike, ArrayLike] | None = None,
-            datum_points: ArrayLike | None = None,
-            scale_bars: ArrayLike = (),
-            photo_names: Sequence | None = None,
-            point_names: Sequence | None = None,
-            covariance: ArrayLike | None = None,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        """Check everything, and bring it into the shapes that are kept."""
-        given = self.cameras
-        one = isinstance(given, Camera)
-        cameras = (given,) if one else tuple(several(given, "cameras", Camera))
-        if not cameras or len({one.lens for one in cameras}) != 1:
-            raise ValueError(
-                "cameras must be one Camera or several with the same lens direction;"
-                f" got {len(cameras)} with {[one.lens for one in cameras]}"
-            )
-        exteriors = _arguments.table(self.exteriors, 6, "exteriors")
-        points = _arguments.table(self.points, 3, "points")
-        xy = _arguments.table(self.xy, 2, "xy")
-        m, n, k = len(exteriors), len(points), len(xy)
-        self._set(cameras=cameras, exteriors=exteriors, points=points, xy=xy)
-        self._set(photo=_arguments.indices(self.photo, m, "photo", k))
-        self._set(point=_arguments.indices(self.point, n, "point", k))
-        sigma, covariance = _arguments.accuracy(self.sigma, self.covariance, k)
-        self._set(sigma=sigma, covariance=covariance)
-        self._set(camera=_arguments.camera_of_photos(self.camera, m, len(cameras)))
-        self._set(fixed=np.unique(_arguments.indices(self.fixed, n, "fixed")))
-        self._set(control=_arguments.control(self.control, n))
-        self._set(check=_arguments.check(self.check, n))
-        _arguments.refuse_two_roles(self.fixed, self.control, self.check)
-        if self.datum_points is not None:
-            datum = _arguments.indices(self.datum_points, n, "datum_points")
-            self._set(datum_points=np.unique(datum))
-        self._set(scale_bars=_arguments.scale_bars(self.scale_bars, points))
-        self._set(photo_names=_arguments.names(self.photo_names, m, "photo_names"))
-        self._set(point_names=_arguments.names(self.point_names, n, "point_names"))
-        names = self.photo_names, self.point_names
-        _arguments.refuse_doubles(self.photo, self.point, *names)
+    def __init__(
+        self,
+        cameras: Camera | Sequence[Camera],
+        exteriors: ArrayLike,
+        points: ArrayLike,
+        photo: ArrayLike,
+        point: ArrayLike,
+        xy: ArrayLike,
+        sigma: ArrayLike | None = None,
+        camera: ArrayLike | None = None,
+        fixed: ArrayLike = (),
+        control: tuple[ArrayLike, ArrayLike, ArrayLike] | None = None,
+        check: tuple[ArrayLike, ArrayLike] | None = None,
+        datum_points: ArrayLike | None = None,
+        scale_bars: ArrayLike = (),
+        photo_names: Sequence | None = None,
+        point_names: Sequence | None = None,
+        covariance: ArrayLike | None = None,
+    ) -> None:
+        values: dict[str, Any] = {"cameras": _cameras(cameras)}
+        values["exteriors"] = _table(exteriors, 6, "exteriors")
+        values["points"] = points = _table(points, 3, "points")
+        values["xy"] = _table(xy, 2, "xy")
+        m, n, k = len(values["exteriors"]), len(points), len(values["xy"])
+        values["photo"] = photo = _indices(photo, m, "photo", k)
+        values["point"] = point = _indices(point, n, "point", k)
+        values["sigma"], values["covariance"] = _accuracy(sigma, covariance, k)
+        values["camera"] = _camera_of_photos(camera, m, len(values["cameras"]))
+        values["fixed"] = np.unique(_indices(fixed, n, "fixed"))
+        values["control"] = _control(control, n)
+        values["check"] = _check(check, n)
+        _refuse_two_roles(values["fixed"], values["control"], values["check"])
+        if datum_points is not None:
+            datum_points = np.unique(_indices(datum_points, n, "datum_points"))
+        values["datum_points"] = datum_points
+        values["scale_bars"] = _scale_bars(scale_bars, points)
+        photo_names = _names(photo_names, m, "photo_names")
+        point_names = _names(point_names, n, "point_names")
+        values |= {"photo_names": photo_names, "point_names": point_names}
+        _refuse_doubles(photo, point, photo_names, point_names)
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     @classmethod
     def of(
@@ -211,15 +199,46 @@ class Network:
         >>> network.photo, network.point_names
         (array([0, 1]), ('tower',))
         """
-        tables = _tables.read(cameras, photos, points, observations, camera)
-        roles = _tables.roles(points, fixed, control, check, datum_points, scale_bars)
-        return cls(**tables, **roles)
+        for name, table in (("photos", photos), ("points", points)):
+            if not isinstance(table, Mapping) or not table:
+                raise ValueError(f"{name} must be a mapping of names, with one or more")
+        found = _read_observations(observations, photos, points)
+        found["exteriors"] = _values(photos, 6, "photos")
+        found["points"] = _values(points, 3, "points")
+        found["cameras"] = cameras
+        if isinstance(cameras, Mapping):
+            found["cameras"] = tuple(cameras.values())
+            found["camera"] = _camera_by_name(cameras, photos, camera)
+
+        # What is known of the points
+        found["fixed"] = _places(fixed, points, "points", "fixed")
+        if control is not None:
+            _validate.mapping(control, "control")
+            place = _places(list(control), points, "points", "control")
+            values = _values(control, 6, "control", finite=False)
+            found["control"] = place, values[:, :3], values[:, 3:]
+        if check is not None:
+            _validate.mapping(check, "check")
+            place = _places(list(check), points, "points", "check")
+            found["check"] = place, _values(check, 3, "check")
+        if datum_points is not None:
+            place = _places(datum_points, points, "points", "datum_points")
+            found["datum_points"] = place
+        bars = _rows(scale_bars, "scale_bars")
+        if any(len(bar) != 4 for bar in bars):
+            raise ValueError("scale_bars must be rows (point, point, distance, sigma)")
+        ends = [
+            _places([bar[i] for bar in bars], points, "points", "scale_bars, row {}")
+            for i in (0, 1)
+        ]
+        found["scale_bars"] = [(*e, *bar[2:]) for *e, bar in zip(*ends, bars)]
+        return cls(**found, photo_names=tuple(photos), point_names=tuple(points))
 
     def without(self, rays: ArrayLike) -> "Network":
         """Return the network without some of its rays, by their indices."""
         kept = np.ones(len(self.xy), bool)
-        kept[_arguments.indices(rays, len(self.xy), "rays")] = False
-        return replace(self, **_tables.some_rays(self, kept))
+        kept[_indices(rays, len(self.xy), "rays")] = False
+        return replace(self, **self._some_rays(kept))
 
     def only(self, photos: ArrayLike) -> "Network":
         """Return the network of some photos, by their indices.
@@ -239,13 +258,44 @@ class Network:
         """
         m = len(self.exteriors)
         chosen = np.zeros(m, bool)
-        chosen[_arguments.indices(photos, m, "photos")] = True
-        some = replace(self, **_tables.some_rays(self, chosen[self.photo]))
-        return replace(some, **_tables.some_of(some, chosen, ~some.too_few_rays))
+        chosen[_indices(photos, m, "photos")] = True
+        rest = replace(self, **self._some_rays(chosen[self.photo]))
+        return rest._some_photos(chosen, ~rest.too_few_rays)
 
-    def _set(self, **values: object) -> None:
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+    def _some_rays(self, kept: np.ndarray) -> dict[str, Any]:
+        """What changes if some rays (k,) are kept."""
+        names = ["photo", "point", "xy", "sigma"]
+        if self.covariance is not None:
+            names.append("covariance")
+        return {name: getattr(self, name)[kept] for name in names}
+
+    def _some_photos(self, photos: np.ndarray, points: np.ndarray) -> "Network":
+        """The network of some photos (m,) and points (n,), by their rays."""
+        photo_place, point_place = np.cumsum(photos) - 1, np.cumsum(points) - 1
+        found = self._some_rays(photos[self.photo] & points[self.point])
+        found["photo"] = photo_place[found["photo"]]
+        found["point"] = point_place[found["point"]]
+        found["exteriors"], found["points"] = (
+            self.exteriors[photos],
+            self.points[points],
+        )
+        for name, kept in (("photo_names", photos), ("point_names", points)):
+            found[name] = tuple(one for one, k in zip(getattr(self, name), kept) if k)
+        used, found["camera"] = np.unique(self.camera[photos], return_inverse=True)
+        found["cameras"] = tuple(self.cameras[i] for i in used)
+
+        found["fixed"] = point_place[self.fixed[points[self.fixed]]]
+        if self.datum_points is not None:
+            datum = self.datum_points[points[self.datum_points]]
+            found["datum_points"] = point_place[datum]
+        for name in ("control", "check"):
+            if (known := getattr(self, name)) is not None:
+                index, *values = (part[points[known[0]]] for part in known)
+                found[name] = (point_place[index], *values) if len(index) else None
+        ends = self.scale_bars[:, :2].astype(int)
+        bars = np.column_stack([point_place[ends], self.scale_bars[:, 2:]])
+        found["scale_bars"] = bars[points[ends].all(axis=1)]
+        return replace(self, **found)
 
     @property
     def interior(self) -> np.ndarray:
@@ -297,3 +347,290 @@ class Network:
     def too_few_rays(self) -> np.ndarray:
         """Points (n,) with fewer image coordinates than unknown ones, as bool."""
         return 2 * self.rays_of_points < 3 - self.known.sum(axis=1)
+
+
+# --- Argument validation: into the shapes that a network keeps ---
+
+
+def _cameras(given: Camera | Sequence[Camera]) -> tuple[Camera, ...]:
+    one = isinstance(given, Camera)
+    cameras = (given,) if one else tuple(_validate.several(given, "cameras", Camera))
+    if len({one.lens for one in cameras}) != 1:
+        raise ValueError(
+            "cameras must be one Camera or several with the same lens direction;"
+            f" got {len(cameras)} with {[one.lens for one in cameras]}"
+        )
+    return cameras
+
+
+def _table(
+    values: ArrayLike, columns: int, name: str, rows: int | None = None
+) -> np.ndarray:
+    """Return a copy of `values` as an array (rows, columns)."""
+    array = _validate.points(values, columns, name)
+    if array.ndim != 2 or rows not in (None, len(array)):
+        raise ValueError(
+            f"{name} must have shape ({'rows' if rows is None else rows}, {columns});"
+            f" got {array.shape}"
+        )
+    return array.copy()
+
+
+def _given(values: Any) -> bool:
+    """Whether there is any value."""
+    if isinstance(values, list | tuple):
+        return len(values) > 0
+    return values is not None and np.size(values) > 0
+
+
+def _indices(
+    values: ArrayLike, size: int, name: str, length: int | None = None
+) -> np.ndarray:
+    """Return a copy of `values` as indices from 0 to size - 1; none if empty."""
+    none = values is not None and not _given(values)
+    return _validate.indices(np.zeros(0, int) if none else values, size, name, length)
+
+
+def _accuracy(
+    sigma: ArrayLike | None, covariance: ArrayLike | None, k: int
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Standard deviations (k, 2), and covariances (k, 2, 2) if they were given."""
+    stated = _given(sigma)
+    sd = _validate.finite(sigma if stated else SIGMA, "sigma")
+    if covariance is None:
+        _validate.refuse(
+            np.atleast_1d(sd <= 0),
+            "sigma{} must be positive standard deviations; to leave an observation out,"
+            " leave out its ray",
+        )
+        return _broadcast(sd, (k, 2), "sigma"), None
+    C = _validate.covariances(covariance, "covariance", singular=False)
+    C = _broadcast(C, (k, 2, 2), "covariance")
+    of_C = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
+    if stated and not np.allclose(_broadcast(sd, (k, 2), "sigma"), of_C, 1e-9, 0):
+        raise ValueError(
+            "sigma and covariance say different things: give one of them, and None for"
+            " the other"
+        )
+    return of_C, C
+
+
+def _broadcast(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndarray:
+    """Return a copy of `values` in this shape."""
+    try:
+        return np.broadcast_to(values, shape).copy()
+    except ValueError:
+        what = "one matrix (2, 2)" if name == "covariance" else "one number"
+        raise ValueError(
+            f"{name} must be {what} or have shape {shape}; got {values.shape}"
+        ) from None
+
+
+def _camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndarray:
+    """Camera (m,) of each photo; the first one where nothing is said."""
+    of_photos = np.zeros(m, int) if values is None or not _given(values) else values
+    camera = _indices(of_photos, cameras, "camera", m)
+    _validate.refuse(
+        ~np.isin(np.arange(cameras), camera),
+        "cameras{} take no photo: leave them out, or correct `camera`, the camera of"
+        " each photo",
+    )
+    return camera
+
+
+def _control(
+    values: tuple | None, n: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Points (q,), coordinates (q, 3) and sigma (q, 3) of control points."""
+    if values is None:
+        return None
+    index, coordinates, sigma = _parts(values, 3, "control")
+    index = _indices(index, n, "control")
+    if len(np.unique(index)) != len(index):
+        raise ValueError("control has a point twice")
+    coordinates = _table(coordinates, 3, "control", len(index))
+    sigma = _validate.real(sigma, "control sigma")
+    if not np.all(sigma >= 0):
+        raise ValueError(
+            "control must have sigmas above 0, 0 to hold a coordinate, or inf to leave"
+            " it free"
+        )
+    return index, coordinates, _broadcast(sigma, coordinates.shape, "control sigma")
+
+
+def _check(values: tuple | None, n: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Points (c,) and coordinates (c, 3) of check points."""
+    if values is None:
+        return None
+    index, coordinates = _parts(values, 2, "check")
+    index = _indices(index, n, "check")
+    return index, _table(coordinates, 3, "check", len(index))
+
+
+def _parts(values: tuple, number: int, name: str) -> tuple:
+    if not isinstance(values, tuple | list) or len(values) != number:
+        words = ("points", "coordinates", "sigma")[:number]
+        raise ValueError(f"{name} must be a tuple ({', '.join(words)})")
+    return tuple(values)
+
+
+def _refuse_two_roles(
+    fixed: np.ndarray, control: tuple | None, check: tuple | None
+) -> None:
+    """Refuse a point with two of the roles fixed, control and check."""
+    roles = {"fixed": fixed}
+    roles |= {"control": control[0]} if control is not None else {}
+    roles |= {"check": check[0]} if check is not None else {}
+    for one, other in combinations(roles, 2):
+        if len(both := np.intersect1d(roles[one], roles[other])):
+            raise ValueError(
+                f"point {both[0]} is in `{one}` and in `{other}`: a point has one"
+                " of these roles only"
+            )
+
+
+def _scale_bars(values: ArrayLike, points: np.ndarray) -> np.ndarray:
+    """Scale bars (s, 4)."""
+    rows = values if _given(values) else np.zeros((0, 4))
+    bars = _validate.of_shape(rows, (None, 4), "scale_bars").copy()
+    ends, n = bars[:, :2], len(points)
+    if np.any((ends < 0) | (ends >= n)):
+        raise ValueError(f"the points of scale_bars must be indices from 0 to {n - 1}")
+    if np.any(ends != np.round(ends)) or np.any(ends[:, 0] == ends[:, 1]):
+        raise ValueError("scale_bars must join two different points, by their indices")
+    if np.any(bars[:, 2:] <= 0):
+        raise ValueError("scale_bars must have a positive distance and sigma")
+    one, other = ends.T.astype(int)
+    _validate.refuse(
+        np.all(points[one] == points[other], axis=1),
+        "scale_bars{} join points with the same start values: a distance of 0 has no"
+        " direction",
+    )
+    return bars
+
+
+def _names(values: Sequence | None, size: int, what: str) -> tuple:
+    """Names, 1, 2, ... where there are none."""
+    named = [] if values is None else _validate.several(values, what)
+    named = named or list(range(1, size + 1))
+    if not all(isinstance(name, Hashable) for name in named):
+        raise ValueError(f"{what} must be names such as texts or numbers")
+    if len(named) != size or len(set(named)) != size:
+        raise ValueError(f"{what} must be {size} different names; got {len(named)}")
+    return tuple(named)
+
+
+def _refuse_doubles(
+    photo: np.ndarray, point: np.ndarray, photo_names: tuple, point_names: tuple
+) -> None:
+    """Refuse a point that was measured twice in one photo."""
+    ray = photo * len(point_names) + point
+    found, count = np.unique(ray, return_counts=True)
+    if np.any(count > 1):
+        i, j = divmod(int(found[count > 1][0]), len(point_names))
+        raise ValueError(
+            f"photo {photo_names[i]} has point {point_names[j]}"
+            f" {count[count > 1][0]} times: leave one, or take the mean"
+            " with a smaller sigma"
+        )
+
+
+# --- Tables with names ---
+
+
+def _places(names: Iterable, table: Iterable, what: str, where: str) -> np.ndarray:
+    """Places of names in a table; where the i-th one stands is for the message."""
+    place = {key: i for i, key in enumerate(table)}
+    found = []
+    for i, name in enumerate(_validate.several(names, where)):
+        if not isinstance(name, Hashable) or name not in place:
+            some = ", ".join(map(repr, list(place)[:5]))
+            more = ", ..." if len(place) > 5 else ""
+            raise ValueError(
+                f"{where.format(i)}: {_validate.shown(name)} is not in {what}, which"
+                f" has {some}{more}"
+            )
+        found.append(place[name])
+    return np.array(found, int)
+
+
+def _rows(values: Iterable, name: str) -> list[tuple]:
+    several = _validate.several
+    return [tuple(several(row, f"{name}, a row")) for row in several(values, name)]
+
+
+def _values(table: Mapping, columns: int, name: str, finite: bool = True) -> np.ndarray:
+    """Values of a table as rows of so many numbers."""
+    rows = {k: _validate.real(row, f"{name}, {k!r}") for k, row in table.items()}
+    for key, row in rows.items():
+        if row.shape != (columns,) or (finite and not np.all(np.isfinite(row))):
+            kind = "finite numbers" if finite else "numbers"
+            raise ValueError(f"{name}, {key!r}: {columns} {kind} are needed; got {row}")
+    return np.array(list(rows.values()))
+
+
+def _read_observations(
+    observations: Iterable | Source, photos: Mapping, points: Mapping
+) -> dict[str, Any]:
+    """Indices, coordinates and accuracies of rows of observations, or of a file."""
+    if isinstance(observations, str | os.PathLike):
+        observations = _observations_of_file(observations, photos, points)
+    rows = _rows(observations, "observations")
+    must = (
+        "observations must be rows (photo, point, x, y), (photo, point, x, y, sx, sy)"
+        " or (photo, point, x, y, covariance), all alike"
+    )
+    kinds = {len(row) for row in rows}
+    if len(kinds) != 1 or not kinds <= {4, 5, 6}:
+        raise ValueError(f"{must}; got rows of {sorted(kinds) or 'no'} columns")
+    found: dict[str, Any] = {
+        "photo": _places(
+            [r[0] for r in rows], photos, "photos", "observations, row {}"
+        ),
+        "point": _places(
+            [r[1] for r in rows], points, "points", "observations, row {}"
+        ),
+    }
+    found["xy"] = _validate.finite([row[2:4] for row in rows], "observations (x, y)")
+    if kinds == {6}:
+        sigma = [row[4:] for row in rows]
+        found["sigma"] = _validate.finite(sigma, "observations (sx, sy)")
+    if kinds == {5}:
+        C = [_validate.finite(row[4], "observations (covariance)") for row in rows]
+        if {one.shape for one in C} != {(2, 2)}:
+            raise ValueError(f"{must}; a covariance has shape (2, 2)")
+        found["covariance"] = np.array(C)
+    return found
+
+
+def _observations_of_file(
+    path: Source, photos: Mapping, points: Mapping
+) -> list[tuple]:
+    """Rows of a file of image coordinates; a name may be the text of its number."""
+    try:
+        table = read_table(path, "image coordinates", RAY, 2)
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"observations: {error}") from None
+    named: list[list] = []
+    for column, (name, known) in enumerate((("point", points), ("photo", photos))):
+        ids = table.ids(column, name)
+        keys = {str(key): key for key in known}
+        missing = np.array([str(one) not in keys for one in ids.tolist()], bool)
+        table.refuse(missing, f"{name} {{}} is not in {name}s", ids)
+        named.append([keys[str(one)] for one in ids.tolist()])
+    return list(zip(named[1], named[0], *table.values[:, 2:].T.tolist()))
+
+
+def _camera_by_name(
+    cameras: Mapping, photos: Mapping, camera: Mapping | None
+) -> np.ndarray:
+    """Camera (m,) of each photo."""
+    if camera is None:
+        if len(cameras) > 1:
+            raise ValueError("camera must name the camera of each photo: {photo: name}")
+        return np.zeros(len(photos), int)
+    _validate.mapping(camera, "camera")
+    if missing := [name for name in photos if name not in camera]:
+        raise ValueError(f"camera says nothing of photo {missing[0]!r}")
+    names = [camera[name] for name in photos]
+    return _places(names, cameras, "cameras", "camera")

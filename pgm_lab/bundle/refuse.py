@@ -1,6 +1,6 @@
-"""What a network does not determine, and images the wrong way round, by name.
+"""What a network does not determine, by name, and images that are mirrored.
 
-An image with one axis turned round fits no better and no worse than the right one: the
+An image with one axis reversed fits no better and no worse than the right one: the
 camera, or the object, comes out as its mirror image.
 """
 
@@ -11,8 +11,8 @@ import numpy as np
 from pgm_lab.adjustment import normal
 from pgm_lab.adjustment.normal import NullSpace, RankDefect
 from pgm_lab.bundle.datum import MOTIONS, Motions
+from pgm_lab.bundle.equations import State, behind
 from pgm_lab.bundle.network import Network
-from pgm_lab.bundle.rays import State, behind
 from pgm_lab.bundle.reduced import Reduced
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.camera import PARAMETERS, Camera
@@ -20,9 +20,9 @@ from pgm_lab.camera import PARAMETERS, Camera
 ANGLES = ("omega", "kappa")
 GIMBAL_LOCK = 1e-6  # cos phi from which omega and kappa turn about one axis
 
-# How many times better a mirror image must fit. Points in a plane fit one as well as
-# the other, and their errors then decide which fits a little better.
-BETTER = 2.0
+# How many times better a mirror image must fit: points in a plane fit both equally
+# well, but for their errors
+MIRROR_RATIO = 2.0
 
 AXES = "x must point right and y up, seen in the photo."
 LOOKING = (
@@ -54,25 +54,31 @@ def check_counts(network: Network) -> None:
 
     A coordinate that is held, or observed as a control coordinate, needs no ray.
     """
-    rays, weak = network.rays_of_points, np.flatnonzero(network.too_few_rays)
-    if len(weak):
-        names = [network.point_names[i] for i in weak]
-        counted = [f"{name} has {rays[i] or 'none'}" for name, i in zip(names, weak)]
-        raise NetworkDefect(
-            f"a point needs at least two rays: point {_listed(counted)}. Measure it in"
-            " more photos, leave it out, or give it as a control point",
-            tuple(f"point {name}" for name in names),
-        )
-    rays = network.rays_of_photos
-    weak = np.flatnonzero(rays < 3)
-    if len(weak):
-        names = [network.photo_names[i] for i in weak]
-        counted = [f"{name} has {rays[i] or 'none'}" for name, i in zip(names, weak)]
-        raise NetworkDefect(
-            "a photo needs at least three points for its six unknowns: photo"
-            f" {_listed(counted)}. Measure more points in it, or leave it out",
-            tuple(f"photo {name}" for name in names),
-        )
+    for what, names, rays, weak, message in (
+        (
+            "point",
+            network.point_names,
+            network.rays_of_points,
+            network.too_few_rays,
+            "a point needs at least two rays: point {}. Measure it in more photos,"
+            " leave it out, or give it as a control point",
+        ),
+        (
+            "photo",
+            network.photo_names,
+            network.rays_of_photos,
+            network.rays_of_photos < 3,
+            "a photo needs at least three points for its six unknowns: photo {}."
+            " Measure more points in it, or leave it out",
+        ),
+    ):
+        if np.any(weak):
+            found = [(names[i], rays[i] or "none") for i in np.flatnonzero(weak)]
+            counted = [f"{name} has {number}" for name, number in found]
+            raise NetworkDefect(
+                message.format(_listed(counted)),
+                tuple(f"{what} {name}" for name, _ in found),
+            )
 
 
 def check_attitudes(network: Network, exteriors: np.ndarray) -> None:
@@ -186,7 +192,7 @@ def _cause(network: Network, state: State, status: str, b1: float) -> str:
 
 
 def mirrored_image(result: Bundle) -> str | None:
-    """Say that the affinity of a camera turns the image over."""
+    """Say that the affinity of a camera mirrors the image."""
     several = len(result.cameras) > 1
     turned = [
         f"b1{f' of camera {number}' if several else ''} = {camera.b1:.3f}"
@@ -196,7 +202,7 @@ def mirrored_image(result: Bundle) -> str | None:
     if result.status != "converged" or not turned:
         return None
     return (
-        f"{', '.join(turned)} turns x round, as x (1 + b1) has the other sign: is x"
+        f"{', '.join(turned)} reverses x, as x (1 + b1) has the other sign: is x"
         f" counted to the left, y downwards, or are the two exchanged? {AXES} Correct"
         " the image coordinates and adjust again: these K, P and b are not those of"
         " the lens."
@@ -219,7 +225,7 @@ def mirrored_object(result: Bundle) -> str | None:
     rotated, mirrored = np.sqrt(
         np.maximum(size - (signs @ s) ** 2 / np.sum(points**2), 1e-12 * size)
     )
-    if rotated < BETTER * mirrored:
+    if rotated < MIRROR_RATIO * mirrored:
         return None
     return (
         f"The points fit their start values {rotated / mirrored:.0f} times better as"

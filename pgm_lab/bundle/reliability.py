@@ -1,4 +1,4 @@
-"""How far an adjusted network controls its observations, and what they tell."""
+"""Reliability of the observations, and tests of residuals and parameters."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What a bundle adjustment says of itself."""
+"""Result of a bundle adjustment: unknowns, covariances, residuals and tests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 
 from pgm_lab.adjustment.outliers import residual_test
 from pgm_lab.adjustment.result import History
+from pgm_lab.bundle.equations import behind
 from pgm_lab.bundle.network import Network
-from pgm_lab.bundle.rays import behind
 from pgm_lab.camera import PARAMETERS, Camera
 
 EXTERIOR = ("X0", "Y0", "Z0", "omega", "phi", "kappa")

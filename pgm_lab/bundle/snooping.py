@@ -7,7 +7,7 @@ import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.adjustment.result import UNCONTROLLED
-from pgm_lab.bundle._correlated import alone
+from pgm_lab.bundle.equations import residuals_alone
 from pgm_lab.bundle.network import Network
 from pgm_lab.bundle.refuse import NetworkDefect
 from pgm_lab.bundle.reliability import critical_value
@@ -117,11 +117,12 @@ def snoop(
     --------
     Measured to a third of a micrometre, stated as one: w finds nothing, tau eight rays.
 
-    >>> from pgm_lab.bundle import published
-    >>> len(snoop(published.network(), sigma0_prior=1.0).removed)
-    0
-    >>> len(snoop(published.network()).removed)
-    8
+    >>> from pgm_lab import camera, datasets
+    >>> data = datasets.muliawan2013()
+    >>> start = camera.Camera(*data.interior), data.exteriors, data.object_points
+    >>> network = Network(*start, data.photo, data.point, data.xy, data.sigma)
+    >>> len(snoop(network, sigma0_prior=1.0).removed), len(snoop(network).removed)
+    (0, 8)
     """
     _validate.instance(network, Network, "network")
     alpha = _validate.probability(alpha, "alpha")
@@ -139,8 +140,10 @@ def snoop(
         if len(removed) == most:
             stopped = "limit of blunders reached"
             break
-        # no other ray instead: the residuals of good ones are spoilt by this one
+        # The ray with the largest residual, and no other instead: it spoils the others
         worst = int(np.argmax(np.abs(result.standardized).max(axis=1)))
+
+        # Adjust again without it
         try:
             after = solve(result.network.without([worst]))
         except NetworkDefect as defect:
@@ -198,7 +201,7 @@ def _reason_to_stop(result: Bundle, alpha: float) -> str | None:
 def _blunder(result: Bundle, row: int, ray: int) -> Blunder:
     network = result.network
     r = result.testable[row]
-    v = alone(result.residuals, network.sigma, network.correlation)[row]
+    v = residuals_alone(result.residuals, network.sigma, network.correlation)[row]
     controlled = r > UNCONTROLLED
     error = np.where(controlled, -v / np.where(controlled, r, 1), 0.0)
     return Blunder(

@@ -1,9 +1,5 @@
-"""The camera: interior orientation, lens, and the way from object point to image.
+"""The camera: interior orientation, lens, and the way from object point to image."""
 
-`textbook` has collinearity in a few lines.
-"""
-
-from pgm_lab.camera import textbook
 from pgm_lab.camera.model import (
     BLOCKS,
     LENSES,
@@ -28,5 +24,4 @@ __all__ = [
     "ideal",
     "measured",
     "project",
-    "textbook",
 ]

@@ -54,7 +54,7 @@ def resample(
 
     Cubic convolution has smaller errors of the grey values than bilinear, but it moves
     a soft texture as far, 0.013 px at most; a cubic spline moves it by 0.0007 px
-    (data/results/chapter3_interpolation_bias.csv). Match with splines.
+    (pgm_book/ch03/results/interpolation_bias.csv). Match with splines.
 
     References
     ----------

@@ -1,6 +1,5 @@
 """Orientation: resection, intersection, relative and absolute orientation."""
 
-from pgm_lab.orientation import as_printed, textbook
 from pgm_lab.orientation.absolute import Absolute, absolute
 from pgm_lab.orientation.intersection import Intersection, intersect
 from pgm_lab.orientation.relative import Relative, relative
@@ -13,10 +12,8 @@ __all__ = [
     "Relative",
     "Resection",
     "absolute",
-    "as_printed",
     "intersect",
     "relative",
     "resect",
     "scale_factors",
-    "textbook",
 ]

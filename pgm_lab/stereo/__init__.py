@@ -3,11 +3,9 @@
 In the order of the work: `normal` makes the epipolar (normalised) pair, `parallax`
 checks it, `dense` matches it, `heights` intersects, `grid` makes the DSM, `terrain` the
 DTM, `quality` compares with truth, `save` writes files, `block` does it for many.
-`textbook` has it in loops, as the lesson writes it.
 """
 
 from pgm_lab.orientation import scale_factors
-from pgm_lab.stereo import textbook
 from pgm_lab.stereo.block import Block, PlottedPair, plot_block
 from pgm_lab.stereo.dense import STATUSES, DenseMatch, match_dense, match_rows
 from pgm_lab.stereo.grid import Surface, surface
@@ -44,6 +42,5 @@ __all__ = [
     "save_surface",
     "scale_factors",
     "surface",
-    "textbook",
     "y_parallax",
 ]

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pgm_book.ch06 import defects
 from pgm_lab import bundle
 from pgm_lab.adjustment import RankDefect, adjust, normal
-from pgm_lab.bundle import defects, snooping, solve
+from pgm_lab.bundle import datum, snooping, solve
 from tests.networks import real, small
 
 
@@ -163,10 +164,10 @@ def test_the_change_counts_in_the_sigma0_that_was_stated_or_else_in_the_residual
 @pytest.mark.parametrize("share, regular", [(0.8e-12, False), (1.25e-12, True)])
 def test_the_bundle_has_the_same_limit_of_inflation(share, regular):
     """Of x0 only this share is its own: c and the rest explain all of it but that."""
-    problem = solve.Problem.of(small(), ("c", "x0"), None)
+    problem = solve.Problem.of(small(), ("c", "x0"))
     state = problem.start
-    move = solve.free_motions(problem.network, state, problem.rays.interior)
-    reduced = problem.normal_equations(state, problem.equations(state))
+    move = datum.free_motions(problem.network, state, problem.rays.interior)
+    reduced = solve.Reduced.of(problem, state, problem.equations(state))
     S = reduced.S.copy()
     times = np.sqrt(reduced.diagonal[1] / S[0, 0])
     S[1], S[:, 1] = times * S[0], times * S[:, 0]

@@ -5,8 +5,8 @@ use in a computation."""
 
 import numpy as np
 
+from pgm_book.ch05 import printed_equations as as_printed
 from pgm_lab import rotation
-from pgm_lab.orientation import as_printed
 
 ROW_X = ("b11", "b12", "b13", "b14", "b15", "b16")
 ROW_Y = ("b21", "b22", "b23", "b24", "b25", "b26")

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from pgm_book.ch05.studies import parameters as intersection_parameters
 from pgm_lab import datasets, frames, rotation
 from pgm_lab.camera import PARAMETERS, collinearity
-from tools.studies import intersection_parameters
 
 PIXEL = 0.01219  # mm
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from pgm_book.ch02.checks import FIVE
 from pgm_lab import ncc, simulate
-from pgm_lab.checks.chapter2 import FIVE
 
 PRINTED_R = 0.745827602435878
 RNG = np.random.default_rng(746)

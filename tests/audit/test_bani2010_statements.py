@@ -6,7 +6,8 @@ import colorsys
 import numpy as np
 import pytest
 
-from pgm_lab import camera, datasets, image, lsm, ncc, simulate
+from pgm_book.common import results
+from pgm_lab import camera, image, lsm, ncc, simulate
 
 RNG = np.random.default_rng(1112)
 
@@ -117,7 +118,7 @@ def test_area_based_matching_knows_grey_values_of_two_windows_and_no_more():
 
 
 def test_the_sizes_of_template_and_search_window_are_worth_a_study():
-    table = datasets.rows("results/chapter2_windows.csv")
+    table = results.rows("ch02", "windows")
 
     def column(scene, name, reach="15"):
         rows = [r for r in table if (r["scene"], r["reach_px"]) == (scene, reach)]
@@ -134,7 +135,7 @@ def test_the_sizes_of_template_and_search_window_are_worth_a_study():
 
 
 def test_h0_and_h1_bring_the_errors_from_ten_times_the_bound_to_the_bound():
-    rows = datasets.rows("results/chapter3_defects.csv")
+    rows = results.rows("ch03", "defects")
     good = [r for r in rows if r["scene"] == "good contrast"]
     scene = {r["defect"]: float(r["ratio"] or "nan") for r in good}
     assert scene["none"] == pytest.approx(1.03, abs=0.005)

@@ -1,6 +1,8 @@
 """Proofs of the verdicts on Brahmantara 2015, whole but for (1): fifty chips of two
 SPOT 6 images, their shifts summed up to one number. The images and the fifty shifts
 are not printed: what is proved is what follows from the digits, from arithmetic, and
+from pgm_book.common import results
+from pgm_book.common import results
 from a Landsat scene that is shifted by what we know."""
 
 import math
@@ -8,6 +10,7 @@ import math
 import numpy as np
 import pytest
 
+from pgm_book.common import results
 from pgm_lab import datasets, matching, ncc, simulate
 from pgm_lab.registration import accuracy, register
 
@@ -519,7 +522,7 @@ def test_a_larger_standard_deviation_does_not_make_a_match_safer(scene, points):
     # Within one measure it says something, but less than the highest value itself
     (study,) = (
         row
-        for row in datasets.rows("results/chapter7_spread.csv")
+        for row in results.rows("ch07", "spread")
         if (row["condition"], row["measure"]) == ("changed fields", "Pearson r")
     )
     assert 0.5 < float(study["area"]) == pytest.approx(0.8, abs=0.05)

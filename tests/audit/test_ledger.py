@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pgm_lab import datasets, ledger
+from pgm_book.common import ledger
+from pgm_lab import datasets
 
 ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = [

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pgm_book.ch06 import published
 from pgm_lab import bundle, orientation, rotation
 from pgm_lab.camera import Camera, project
 
@@ -65,7 +66,7 @@ def test_1_5_more_observations_than_unknowns_do_not_make_it_unique(solved):
 
 
 def test_1_5_missing_rays_are_no_problem_but_the_listing_counts_them(solved):
-    whole = bundle.published.network()
+    whole = published.network()
     seen = np.random.default_rng(15).random(450) > 0.2
     rays = whole.photo[seen], whole.point[seen], whole.xy[seen]
     some = bundle.Network(whole.cameras, whole.exteriors, whole.points, *rays, 0.001)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pgm_book.ch06 import published
 from pgm_lab import bundle
 from pgm_lab import camera as cam
 from pgm_lab.camera import Camera, imaging
@@ -90,7 +91,7 @@ def test_2_5_1_positive_is_outwards_by_2_51_and_inwards_by_2_89():
 
 def test_2_5_1_k_are_correlated_among_themselves_and_hardly_with_c():
     def correlations(photos=None):
-        found = bundle.adjust(bundle.published.network(photos))
+        found = bundle.adjust(published.network(photos))
         k = [found.names.index(name) for name in ("c", "K1", "K2", "K3")]
         return found.correlation[np.ix_(k, k)]
 

@@ -2,7 +2,7 @@
 and whether Tables 4.14 to 4.19 follow from them.
 
 The listings are described in our own words, one property at a time, by the names of
-`pgm_lab.bundle.defects.DEFECTS`; tests/bundle/test_defects.py proves that each name is
+`pgm_book.ch06.defects.DEFECTS`; tests/bundle/test_defects.py proves that each name is
 what its sentence says."""
 
 import itertools
@@ -11,8 +11,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, datasets
-from pgm_lab.bundle.defects import PROGRAM, adjust, design, misclosure, network
+from pgm_book.ch06 import defects
+from pgm_book.ch06.defects import PROGRAM, adjust, design, misclosure, network
+from pgm_lab import datasets
 
 D = datasets.muliawan2013()
 PUBLISHED = D.published_interior, D.published_exteriors, D.published_object_points
@@ -140,10 +141,10 @@ def test_four_listings_compute_what_the_equations_say():
             [border.T for border in zeros] + [np.zeros((7, 7))],
         ]
     )
-    ours = bundle.defects.normal_matrix(A, state[2], 0.001)
+    ours = defects.normal_matrix(A, state[2], 0.001)
     np.testing.assert_allclose(N, ours, rtol=1e-9, atol=1e-3)
     # Solved, and cut as scba_correction does: 54, 10, 150, and seven multipliers, zero
-    Q, _ = bundle.defects.inverse(N)
+    Q, _ = defects.inverse(N)
     t = np.concatenate([B.T @ P @ f for B in (A1, A3, A2)] + [np.zeros(7)])
     delta = Q @ t
     good = run(only=(), order="photo", steps=1)
@@ -167,8 +168,8 @@ def test_pinv_keeps_34_of_221_and_freezes_what_a_scaled_matrix_determines():
         < 35 - run(only=()).interior[-1, 0]
     )
     # Every unknown is determined: scaled, the matrix has a condition of 3e6
-    N = bundle.defects.normal_matrix(design(*network()), D.object_points, 0.001)
-    balanced, _ = bundle.defects.scaled(N)
+    N = defects.normal_matrix(design(*network()), D.object_points, 0.001)
+    balanced, _ = defects.scaled(N)
     assert np.linalg.cond(N) > 1e20 and np.linalg.cond(balanced) < 1e7
 
 

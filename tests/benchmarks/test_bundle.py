@@ -9,11 +9,11 @@ it; ours come with redundancy numbers, too.
 import numpy as np
 import pytest
 
+from pgm_book.ch06.studies.network import ESTIMATE, network
 from pgm_lab import bundle
 from pgm_lab.camera import collinearity
-from tools.studies.bundle_network import ESTIMATE, network
 
-colmap = pytest.importorskip("tools.studies.colmap", exc_type=ImportError)
+colmap = pytest.importorskip("pgm_book.ch06.studies.colmap", exc_type=ImportError)
 
 # photos, points, rays of a point, block, rounds
 SIZES = {

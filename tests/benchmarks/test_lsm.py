@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 import pytest
 
+from pgm_book.ch03.studies import scene as lsm_scene
 from pgm_lab import lsm
-from tools.studies import lsm_scene
 
 N, WINDOW, SEARCH = 1000, 21, 33
 # cv2.findTransformECC: iterations, smallest gain of correlation, size of its blur

@@ -8,8 +8,8 @@ deviations.
 import numpy as np
 import pytest
 
+from pgm_book.ch08.studies import matching as study
 from pgm_lab import stereo
-from tools.studies import chapter8_matching as study
 
 MILLION = "dense matching of a million cells"
 SIZE = (1250, 800)

@@ -342,7 +342,7 @@ PATHS = {
 def test_a_whole_matrix_and_blocks_of_the_rays_give_the_same(name, monkeypatch):
     network, estimate, datum = PATHS[name]
     whole = bundle.adjust(network, estimate, datum)
-    monkeypatch.setattr("pgm_lab.bundle._coupling.WHOLE", 0)
+    monkeypatch.setattr("pgm_lab.bundle.reduced.WHOLE", 0)
     by_rays = bundle.adjust(network, estimate, datum)
     # what no datum touches, to 1e-11 of the largest
     for what in (
@@ -374,9 +374,9 @@ def test_a_whole_matrix_and_blocks_of_the_rays_give_the_same(name, monkeypatch):
 @pytest.mark.parametrize("portion", [1, 7])
 def test_pairs_in_portions_give_the_same(monkeypatch, portion):
     network = small(cameras=2, skip=7)
-    monkeypatch.setattr("pgm_lab.bundle._coupling.WHOLE", 0)
+    monkeypatch.setattr("pgm_lab.bundle.reduced.WHOLE", 0)
     whole = bundle.adjust(network, SOME)
-    monkeypatch.setattr("pgm_lab.bundle._coupling.PAIRS_AT_ONCE", portion)
+    monkeypatch.setattr("pgm_lab.bundle.reduced.PAIRS_AT_ONCE", portion)
     found = bundle.adjust(network, SOME)
     np.testing.assert_allclose(found.covariance_points, whole.covariance_points)
     np.testing.assert_allclose(found.interior, whole.interior)

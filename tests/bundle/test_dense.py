@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from pgm_book.ch06 import published
 from pgm_lab import bundle, datasets
-from pgm_lab.bundle import dense, published
+from pgm_lab.bundle import dense
 
 NET = published.network()
 STATE = NET.interior[0], NET.exteriors, NET.points, NET.photo, NET.point, NET.xy

@@ -108,7 +108,7 @@ def test_x_to_the_left_is_said_before_all_else(network, estimate):
     first, what = next(iter(found(result).items()))
     assert first == "Image coordinates" and "count x to the left" in what
     words = mirrored_image(result)
-    assert words.startswith(f"b1 = {result.cameras[0].b1:.3f} turns x round")
+    assert words.startswith(f"b1 = {result.cameras[0].b1:.3f} reverses x")
     assert "are the two exchanged?" in words
 
 

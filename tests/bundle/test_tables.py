@@ -113,7 +113,7 @@ def test_a_name_that_no_table_has_is_told_with_its_place(changes, message):
     ("covariance", "message"),
     [
         (np.diag([1e-6, 0]), "a direction has no error at all"),
-        ([[1e-6, 2e-6], [2e-6, 1e-6]], "negative variance"),
+        ([[1e-6, 2e-6], [2e-6, 1e-6]], "not positive semi-definite"),
         (np.full((2, 2), np.nan), "is not a finite number"),
         (np.ma.masked_equal(np.eye(2), 0), "covariance has masked values"),
         (np.tile(np.eye(2), (3, 1, 1)), r"have shape \(4, 2, 2\)"),

@@ -44,7 +44,7 @@ def test_there_and_back_is_the_same_for_one_covariance_or_one_a_point(shape):
         (np.full((2, 2), np.nan), r"covariance\[0, 0\] is not a finite number"),
         ([0.1, 0.2], r"must have shape \(\.\.\., 2, 2\)"),
         ([[1, 0.5], [0.4, 1]], "not symmetric"),
-        ([[1, 2], [2, 1]], "negative variance"),
+        ([[1, 2], [2, 1]], "not positive semi-definite"),
         (np.tile(C, (3, 1, 1)), "one for each point"),
     ],
 )

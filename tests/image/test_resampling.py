@@ -1,7 +1,7 @@
 """Resampling: exact where theory says so, and the same as other programs.
 
 What this does not prove: which method is best for real images; how the bias depends on
-texture is measured by tools/studies/interpolation_bias.py.
+texture is measured by pgm_book/ch03/studies/interpolation_bias.py.
 """
 
 import numpy as np

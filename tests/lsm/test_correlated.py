@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
+from pgm_book.ch03.studies import correlated as lsm_correlated
+from pgm_book.ch03.studies import scene as lsm_scene
 from pgm_lab import lsm
 from pgm_lab.lsm import _correlated
-from tools.studies import lsm_correlated, lsm_scene
 
 SIZES = 11, 21, pytest.param(31, marks=pytest.mark.slow)
 

@@ -5,8 +5,9 @@ import inspect
 import numpy as np
 import pytest
 
+from pgm_book.ch03 import defects
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _iteration, defects, rigorous
+from pgm_lab.lsm import _iteration, rigorous
 
 
 def window(column=30.0, row=20.0, affine=(1.0, 0.0, 0.0, 1.0)):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pgm_book.ch03.studies import scene as lsm_scene
 from pgm_lab import lsm, simulate
-from tools.studies import lsm_scene
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from pgm_book.ch03.studies import scene as lsm_scene
 from pgm_lab import lsm, simulate
-from tools.studies import lsm_scene
 
 FALSE_ALARM = 1e-6
 

@@ -5,9 +5,10 @@ import re
 
 import pytest
 
+from pgm_book.common import chapters
 from pgm_book.make import notebooks
 from pgm_book.make.chapters import BEGIN, END, README, renewed
-from pgm_lab import chapters, datasets
+from pgm_lab import datasets
 
 READY = [row for row in datasets.rows("chapters.csv") if row["notebook"]]
 

@@ -42,7 +42,7 @@ def test_each_prediction_has_one_right_choice_and_a_sentence_on_each():
 
 
 def test_no_program_lies_beside_the_notebooks():
-    """There the checks would read and write it, see pgm_lab/checks/_own.py."""
+    """There the checks would read and write it, see pgm_book/common/own_program.py."""
     assert not (FOLDER / "my_pgm.py").exists()
 
 

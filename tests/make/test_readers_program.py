@@ -14,11 +14,12 @@ import nbformat
 import numpy as np
 import pytest
 
+from pgm_book.common import own_program as _own
+from pgm_book.common import own_program as _program
 from pgm_book.make import form
 from pgm_book.make.notebooks import FOLDER
 from pgm_book.make.student import FIRST_LINES
 from pgm_lab import camera, datasets, frames, ncc, rotation, simulate
-from pgm_lab.checks import _own, _program
 
 ORDER = ("01", "A1", "02", "03", "04", "05", "06", "07", "08")
 LESSONS = [

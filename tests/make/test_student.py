@@ -13,6 +13,7 @@ from jupyter_client.manager import KernelManager
 from nbclient.exceptions import CellExecutionError
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
+from pgm_book.common import checks
 from pgm_book.make.notebooks import FOLDER
 from pgm_book.make.student import (
     FIRST_LINES,
@@ -22,7 +23,6 @@ from pgm_book.make.student import (
     tags,
     write_copies,
 )
-from pgm_lab import checks
 from tests import kernels
 from tests.make.test_rerun import reads_and_binds
 

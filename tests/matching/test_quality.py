@@ -1,6 +1,6 @@
 """Quality against known truth: simulated steps in depth, and a stereo pair.
 
-The limit was chosen on the stereo pair of this file; `python -m tools.real_pairs`
+The limit was chosen on the stereo pair of this file; `python -m pgm_book.common.real_pairs`
 confirms it on others.
 """
 

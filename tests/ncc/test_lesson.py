@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pgm_book.program.registration import peak_of_parabola
 from pgm_lab import datasets, image, ncc, simulate
-from pgm_lab.registration import peak_of_parabola
 
 STEP = np.stack(np.meshgrid(np.arange(-10, 11), np.arange(-10, 11)), axis=-1)
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from pgm_book.program import orientation as program_orientation
 from pgm_lab import datasets, orientation, rotation
 from pgm_lab.camera import Camera, collinearity, project
 
@@ -62,7 +63,7 @@ def test_the_unit_of_the_angles_shows_in_the_rays_and_in_no_matrix():
         assert np.allclose(M @ np.swapaxes(M, 1, 2), np.eye(3))
         rays = np.swapaxes(vectors @ M, 0, 1)
         points = np.array(
-            [orientation.textbook.intersection(pair[:, :3], two) for two in rays]
+            [program_orientation.intersection(pair[:, :3], two) for two in rays]
         )
         way = points[:, None] - pair[:, :3]
         across = np.cross(way, rays) / np.linalg.norm(rays, axis=2)[..., None]

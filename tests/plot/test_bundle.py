@@ -8,6 +8,7 @@ import pytest
 from matplotlib.colors import to_hex
 from scipy.stats import beta, norm, t
 
+from pgm_book.ch06 import case_figures as ch06_case_figures
 from pgm_lab import _rounding, bundle, datasets, plot
 from pgm_lab.camera import PARAMETERS, Camera
 from pgm_lab.plot import _style
@@ -91,7 +92,7 @@ def test_figures_of_a_real_adjustment(nine_photos):
     ]
     (ax,) = plot.bundle.standardized_histogram(nine_photos).axes
     assert "photo 6, point 29: x −8.1" in ax.texts[0].get_text()
-    left, right = plot.matrices.correlation_matrix(nine_photos).axes
+    left, right = ch06_case_figures.correlation_matrix(nine_photos).axes
     assert texts(left)[4, 5] == "−0.98"  # K2, K3
     assert len(texts(right)) == 60
 
@@ -293,7 +294,7 @@ def texts(ax):
 
 def test_correlations_stand_in_their_cells_once():
     adjusted = result()
-    left, right = plot.matrices.correlation_matrix(adjusted).axes
+    left, right = ch06_case_figures.correlation_matrix(adjusted).axes
     found = texts(left)
     assert len(found) == 45
     for (column, row), text in found.items():
@@ -309,7 +310,7 @@ def test_correlations_stand_in_their_cells_once():
 
 def test_correlations_of_a_camera_are_with_its_own_photos():
     adjusted = result((LENS, LENS), photos=4, estimate=("c", "K1"))
-    _, right = plot.matrices.correlation_matrix(adjusted, camera=1).axes
+    _, right = ch06_case_figures.correlation_matrix(adjusted, camera=1).axes
     outer = np.abs(adjusted.correlation[2:4, 4:]).reshape(2, 4, 6)[:, [1, 3]]
     expected = outer.mean(axis=1)[1, 5]
     assert float(texts(right)[5, 1]) == pytest.approx(expected, abs=0.0051)
@@ -318,7 +319,7 @@ def test_correlations_of_a_camera_are_with_its_own_photos():
 def test_no_correlation_is_written_minus_zero():
     adjusted = result()
     adjusted.correlation[2, 1] = -0.001
-    left, _ = plot.matrices.correlation_matrix(adjusted).axes
+    left, _ = ch06_case_figures.correlation_matrix(adjusted).axes
     assert texts(left)[1, 2] == "0.00"
 
 

@@ -13,12 +13,15 @@ from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from scipy.stats import chi2
 
+from pgm_book.ch06 import case_figures as ch06_case_figures
+from pgm_book.ch06 import figures as ch06_figures
+from pgm_book.common import figures as common_figures
 from pgm_lab import bundle, datasets, matching, plot, rotation
 from pgm_lab.plot import _pixel
 from pgm_lab.report import _figures
+from tests.ch03 import test_film as film
 from tests.matching import photos
 from tests.networks import real
-from tests.plot import test_film as film
 
 EXTERIOR = np.array([1.0, -2.0, 7.0, 0.3, -0.2, 0.8])
 PHOTO, POINT = np.divmod(np.arange(450), 50)
@@ -37,7 +40,7 @@ FLAT = {
     "all residual_vectors": plot.bundle.residual_vectors,
     "some residual_vectors": lambda r: plot.bundle.residual_vectors(r, [0, 5]),
     "standardized_histogram": plot.bundle.standardized_histogram,
-    "film_strip": lambda _: plot.matching.film_strip(
+    "film_strip": lambda _: common_figures.film_strip(
         film.LEFT,
         film.RIGHT,
         film.POINT,
@@ -45,19 +48,19 @@ FLAT = {
         [film.START, film.TRUTH],
         ["start", "end"],
     ),
-    "normal_matrix": lambda _: plot.matrices.normal_matrix(PHOTO, POINT),
-    "normal_matrix of a known camera": lambda _: plot.matrices.normal_matrix(
+    "normal_matrix": lambda _: ch06_case_figures.normal_matrix(PHOTO, POINT),
+    "normal_matrix of a known camera": lambda _: ch06_case_figures.normal_matrix(
         PHOTO[:60], POINT[:60], interior=0, border=0
     ),
-    "correlation_matrix": plot.matrices.correlation_matrix,
-    "spectrum": lambda _: plot.matrices.spectrum({"N": [5.0, 2, 0.5]}, {"N": 1.0}),
-    "residuals_by_photo": lambda _: plot.studies.residuals_by_photo(
+    "correlation_matrix": ch06_case_figures.correlation_matrix,
+    "spectrum": lambda _: ch06_case_figures.spectrum({"N": [5.0, 2, 0.5]}, {"N": 1.0}),
+    "residuals_by_photo": lambda _: ch06_case_figures.residuals_by_photo(
         {"start": [0.13, 0.2], "adjusted": [3e-4, 2e-4]}
     ),
-    "predicted_against_sampled": lambda _: plot.studies.predicted_against_sampled(
+    "predicted_against_sampled": lambda _: ch06_case_figures.predicted_against_sampled(
         [2e-3, 5.0], {"free": [2.2e-3, 4.5], "wrong": [8e-3, 60.0]}, ["c", "X0"], 500
     ),
-    "size_study": lambda _: plot.studies.size_study(
+    "size_study": lambda _: ch06_case_figures.size_study(
         [450, 8e4], SECONDS, [3, 140], ["a", "b"]
     ),
     "side_by_side": lambda _: plot.matches.side_by_side(*photos.pair(), MATCHED),
@@ -66,8 +69,8 @@ FLAT = {
     "mean residuals of a report": lambda r: _figures.mean_residuals(r)[0],
 }
 IN_SPACE = {
-    "seven_motions": lambda r: plot.network.seven_motions(r.exteriors, r.points),
-    "network_3d": lambda r: plot.network.network_3d(
+    "seven_motions": lambda r: ch06_figures.seven_motions(r.exteriors, r.points),
+    "network_3d": lambda r: ch06_figures.network_3d(
         r.exteriors, r.points, r.covariance_points
     ),
 }
@@ -237,8 +240,8 @@ def test_means_of_residuals_cannot_be_taken_for_residuals(result):
 
 HANDED_BACK = {
     "error_ellipse": lambda ax: plot.error_ellipse(ax, (1, 2), np.eye(2)),
-    "outline": lambda ax: plot.matching.outline(ax, (5, 2), 3),
-    "draw_map": lambda ax: plot.matching.draw_map(ax, np.eye(3)),
+    "outline": lambda ax: common_figures.outline(ax, (5, 2), 3),
+    "draw_map": lambda ax: common_figures.draw_map(ax, np.eye(3)),
 }
 
 
@@ -308,7 +311,7 @@ def test_landscapes_of_two_correlations_have_one_scale_with_the_map_as_its_floor
     limits = []
     for highest in (0.2, 1.0):
         ax = plt.figure().add_subplot(projection="3d")
-        plot.matching.draw_surface(ax, highest * np.eye(5), lowest=-0.6)
+        common_figures.draw_surface(ax, highest * np.eye(5), lowest=-0.6)
         limits.append(ax.get_zlim())
         plt.close(ax.figure)
     assert limits[0] == limits[1]
@@ -317,7 +320,7 @@ def test_landscapes_of_two_correlations_have_one_scale_with_the_map_as_its_floor
 
 def test_blocks_without_rows_have_no_name(closed):
     def names(**size):
-        (ax,) = plot.matrices.normal_matrix(PHOTO, POINT, **size).axes
+        (ax,) = ch06_case_figures.normal_matrix(PHOTO, POINT, **size).axes
         found = [text.get_text() for text in ax.texts]
         return [one for one in found if one and "filled" not in one]
 
@@ -329,7 +332,7 @@ def test_blocks_without_rows_have_no_name(closed):
 
 
 def test_a_bar_beside_the_matrix_spans_the_rows_of_each_group(closed):
-    (ax,) = plot.matrices.normal_matrix(PHOTO, POINT).axes
+    (ax,) = ch06_case_figures.normal_matrix(PHOTO, POINT).axes
     groups = np.array([10, 54, 150, 7])
     spans = np.array([line.get_ydata() for line in ax.lines])
     for sizes, found in ((groups, spans[:4]), (groups[[0, 1, 3]], spans[4:])):
@@ -339,7 +342,7 @@ def test_a_bar_beside_the_matrix_spans_the_rows_of_each_group(closed):
 
 
 def test_a_block_of_a_matrix_is_drawn_as_high_as_wide(closed):
-    (ax,) = plot.matrices.normal_matrix(PHOTO, POINT).axes
+    (ax,) = ch06_case_figures.normal_matrix(PHOTO, POINT).axes
     ax.apply_aspect()
     (x0, y0), (x1, y1) = ax.transData.transform([(0, 0), (6, 6)])
     assert abs(x1 - x0) == pytest.approx(abs(y1 - y0))
@@ -357,12 +360,12 @@ def test_a_block_of_a_matrix_is_drawn_as_high_as_wide(closed):
 )
 def test_what_is_no_covariance_is_refused_by_its_name(result, wrong, message):
     with pytest.raises(ValueError, match=message):
-        plot.network.network_3d(result.exteriors, result.points, wrong)
+        ch06_figures.network_3d(result.exteriors, result.points, wrong)
 
 
 def test_a_list_of_covariances_is_as_good_as_an_array(result, closed):
     C = result.covariance_points
-    fig = plot.network.network_3d(result.exteriors, result.points, C.tolist())
+    fig = ch06_figures.network_3d(result.exteriors, result.points, C.tolist())
     assert "standard ellipsoids" in fig.get_suptitle()
 
 
@@ -413,7 +416,7 @@ def test_above_the_horizon_is_sky(axes, ground):
 
 
 def test_time_stands_left_and_memory_right_of_each_other(closed):
-    time, memory = plot.studies.size_study(
+    time, memory = ch06_case_figures.size_study(
         [450, 8e4], SECONDS, [3, 140], ["a", "b"]
     ).axes
     one, other = time.get_position(), memory.get_position()

@@ -5,6 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from pgm_book.ch04 import figures as ch04_figures
 from pgm_lab import plot, rotation
 from pgm_lab.plot import _horizon
 
@@ -94,7 +95,7 @@ def pixels_of_photo(exterior, faces, rows=75, columns=100):
     """The photo as it is drawn, (rows, columns, 3), 8 bit, without names and axes."""
     figure = plt.figure(figsize=(columns / 10, rows / 10), dpi=10, layout="none")
     ax = figure.add_axes((0, 0, 1, 1))
-    plot.space.draw_photo(ax, exterior, faces, ground=plot.village.GROUND)
+    plot.space.draw_photo(ax, exterior, faces, ground=ch04_figures.GROUND)
     for added in (*ax.texts, *ax.lines, *ax.spines.values()):
         added.set_visible(False)
     figure.canvas.draw()
@@ -113,7 +114,7 @@ ATTITUDES = [
 def test_sky_is_seen_above_the_true_horizon_and_nowhere_else(attitude):
     """All settings of the sliders of chapter 4, and cameras that look up as well."""
     exterior = np.array([0, 0, 7, *np.radians(attitude)])
-    village = plot.village.surroundings() + plot.village.village()
+    village = ch04_figures.surroundings() + ch04_figures.village()
     photo = pixels_of_photo(exterior, village)
     down = below_horizon(exterior)
     sky = np.all(photo == (0xDC, 0xEB, 0xF5), axis=-1)
@@ -136,7 +137,7 @@ def test_directions_stand_on_the_horizon_where_opencv_has_them():
 def test_photo_names_the_directions_and_its_own_axes(fig):
     exterior = np.array([0.0, 0.0, 7.0, *np.radians([80, 0, 0])])
     ax = fig.add_subplot()
-    plot.space.draw_photo(ax, exterior, plot.village.village(), ground="green")
+    plot.space.draw_photo(ax, exterior, ch04_figures.village(), ground="green")
     written = [text.get_text() for text in ax.texts if text.get_text()]
     assert written == ["N", "x", "y"]
 
@@ -168,7 +169,7 @@ def test_a_camera_under_the_ground_is_refused(fig, height):
 def test_surroundings_lie_on_the_ground_and_leave_the_meadow_free():
     far = 12.0 * 12 + 6
     corners = []
-    for polygon, _ in plot.village.surroundings():
+    for polygon, _ in ch04_figures.surroundings():
         assert not polygon[:, 2].any()
         inside = np.abs(polygon[:, :2].mean(axis=0)) < 6
         assert not inside.all()
@@ -179,7 +180,7 @@ def test_surroundings_lie_on_the_ground_and_leave_the_meadow_free():
 
 
 def test_arrow_on_the_meadow_points_north_with_the_n_to_its_right():
-    black = [p for p, color in plot.village.village() if color == plot.BLACK]
+    black = [p for p, color in ch04_figures.village() if color == plot.BLACK]
     arrow, *letter = black
     assert arrow[:, 1].argmax() == np.argmin(np.abs(arrow[:, 0] - arrow[:, 0].mean()))
     assert np.ptp(arrow[:, 1]) > 2 * np.ptp(arrow[:, 0])
@@ -190,7 +191,7 @@ def test_arrow_on_the_meadow_points_north_with_the_n_to_its_right():
 
 
 def test_village_has_no_symmetry():
-    corners = np.concatenate([polygon for polygon, _ in plot.village.village()])
+    corners = np.concatenate([polygon for polygon, _ in ch04_figures.village()])
     high = corners[corners[:, 2] > 0.5]
     for turned in (high * (-1, 1, 1), high * (1, -1, 1), high[:, [1, 0, 2]]):
         gap = np.linalg.norm(turned[:, None] - high[None], axis=-1).min(axis=1)

@@ -12,7 +12,7 @@ from nbformat.v4 import (
     new_output,
 )
 
-from pgm_lab.checks._predict import page
+from pgm_book.common.predict import page
 
 matplotlib.use("Agg")
 from matplotlib.figure import Figure  # noqa: E402

@@ -5,7 +5,8 @@ import nbformat
 import pytest
 from IPython.utils.capture import capture_output
 
-from pgm_lab.plot import STYLE, basic, levelling
+from pgm_book.chA1 import figures as levelling
+from pgm_lab.plot import STYLE, basic
 from tests.publish.sliders import LOADED, address, lab, lesson, run, shows, work
 
 NAME = "A1_least_squares_adjustment"

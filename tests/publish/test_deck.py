@@ -4,6 +4,7 @@ import nbformat
 import pytest
 from nbformat.v4 import new_notebook, new_output
 
+from pgm_book.common import checks, ledger
 from pgm_book.make.form import form_of
 from pgm_book.make.slides import (
     LEDGER,
@@ -15,7 +16,6 @@ from pgm_book.make.slides import (
     shares,
 )
 from pgm_book.make.student import slide_type, tags
-from pgm_lab import checks, ledger
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import ANSWER, QUESTION, code, quick_questions, text
 

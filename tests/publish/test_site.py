@@ -12,10 +12,11 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from bs4 import BeautifulSoup
 
+from pgm_book.common import ledger
 from pgm_book.make.browser import offline_context
 from pgm_book.make.site import api, sources
 from pgm_book.make.site.verdicts import all_verdicts
-from pgm_lab import datasets, ledger
+from pgm_lab import datasets
 from tests.publish.look import axe_violations, load_axe
 from tests.publish.watch import Watched
 

@@ -4,11 +4,12 @@ import matplotlib.pyplot as plt
 import pytest
 from IPython.utils.capture import capture_output
 
-from pgm_lab.plot import STYLE, basic, target
+from pgm_book.ch01 import figures as target
+from pgm_lab.plot import STYLE, basic
 from tests.publish.sliders import LOADED, address, lab, lesson, run, shows, work
 
 NAME = "01_pixel_to_photo"
-CELLS = ["plt.style.use", "target.by_hand"]
+CELLS = ["plt.style.use", "target.target_by_hand"]
 __all__ = ["address", "lab", "lesson", "work"]
 
 
@@ -18,7 +19,7 @@ def drawn(monkeypatch):
     held: dict = {}
     monkeypatch.setattr(target, "interact", lambda f, **_: held.update(draw=f))
     with capture_output():
-        target.by_hand()
+        target.target_by_hand()
     shown: list = []
     monkeypatch.setattr(basic, "publish_display_data", lambda d, _: shown.append(d))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pgm_lab import ledger
+from pgm_book.common import ledger
 from tests.publish.test_lab import LOADED, RUN, address, lab
 
 NAME = "A2_verdicts"

@@ -10,9 +10,9 @@ import pytest
 from nbformat.v4 import new_output
 from pypdf import PdfReader
 
+from pgm_book.common.predict import page as choices_page
 from pgm_book.make.browser import find_browser, named_browser, offline_context
 from pgm_book.make.page import slides_page
-from pgm_lab.checks._predict import page as choices_page
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import axe_violations, load_axe

@@ -19,7 +19,7 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 import pgm_lab
-from pgm_lab import ledger
+from pgm_book.common import ledger
 
 # A listing of the source, and the link with which Sphinx leads back from it
 LISTING = re.compile(r'(id="([\w.]+)">\s*<a class="viewcode-back" href="[^"#]*#)[^"]*')

@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from pgm_lab import chapters
+from pgm_book.common import chapters
 
 ROOT = Path(__file__).resolve().parents[3]
 PICTURE = "pixel_on_ground.png"
@@ -115,13 +115,13 @@ def write(folder: Path, pages: dict[str, list[str]]) -> None:
             top.append(f"{part}/index")
         else:
             top += names
-    shutil.copy(ROOT / "docs" / PICTURE, folder)
+    shutil.copy(ROOT / "docs" / "pictures" / PICTURE, folder)
     page = START.format(picture=PICTURE, prediction=prediction(), toctree=_toctree(top))
     (folder / "index.md").write_text(page, encoding="utf-8")
 
 
 def prediction() -> str:
-    """Write the choices as `pgm_lab.checks.predict` does."""
+    """Write the choices as `pgm_book.common.checks.predict` does."""
     folded = [
         f'<details name="start"><summary>{choice}</summary>'
         f"<p>{'✓' if right else '✗'} {said}</p></details>"

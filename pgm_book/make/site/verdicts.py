@@ -15,8 +15,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from sphinx.application import Sphinx
 
+from pgm_book.common import ledger
 from pgm_book.make.site import api, sources
-from pgm_lab import datasets, ledger
+from pgm_lab import datasets
 
 HERE = Path(__file__).parent
 PAGE = "verdicts"

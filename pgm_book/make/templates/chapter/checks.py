@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
+from pgm_book.common.checks import compare, report
 from pgm_lab import frames
-from pgm_lab.checks import compare, report
 
 CASES = [(0.004, 120.0, 8.0), (0.006, 900.0, 35.0), (0.01, 45.0, 20.0)]
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pgm_lab.checks import CheckFailed, chapterNUMBER
+from pgm_book.common.checks import CheckFailed, chapterNUMBER
 
 
 def test_right_answers_pass(capsys):

@@ -1,0 +1,1 @@
+"""Chapter 0: its figures, checks, predictions, studies and their results."""

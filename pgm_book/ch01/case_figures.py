@@ -1,0 +1,69 @@
+"""Figures of forty coordinates of 2010: their mirror, misfits, and decimals."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.plot import basic
+from pgm_lab.plot.basic import Look
+
+
+def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
+    """Show computed minus printed coordinates of two photos, in nanometres.
+
+    Parameters
+    ----------
+    point : array_like (n,)
+        Numbers of the points.
+    misfit : array_like (2, n, 2)
+        Computed minus printed (x, y) in mm of the left and the right photo.
+    """
+    point = _validate.finite(point, "point").ravel()
+    misfit = 1e6 * _validate.of_shape(misfit, (2, len(point), 2), "misfit")
+    fig, axes = plt.subplots(1, 2, figsize=(5.6, 3.5), sharey=True)
+    sides = ("left photo", basic.BLUE, "o"), ("right photo", basic.RED, "s")
+    for ax, name, k in zip(axes, "xy", (0, 1)):
+        ax.axhspan(-5, 5, color=basic.SKY, alpha=0.3)
+        for part, (side, colour, marker) in zip(misfit, sides):
+            look: Look = {"color": colour, "mfc": "none" if marker == "s" else colour}
+            ax.plot(point, part[:, k], marker, label=side, **look)
+        ax.set(title=name, xlabel="point", xticks=point[::3])
+        ax.set_yticks(range(-8, 9))
+    axes[0].set(ylabel="computed − printed (nm)", ylim=(-8.5, 8.5))
+    handles = axes[0].get_legend_handles_labels()
+    fig.legend(*handles, loc="outside lower center", ncols=2)
+    largest = np.abs(misfit).max()
+    basic.show(
+        fig,
+        f"Computed minus printed coordinates in nanometres: {misfit.size} numbers, the"
+        f" largest {largest:.1f}; a band marks 5, half of the last printed digit.",
+    )
+
+
+def left_over(listing: ArrayLike, sensor: ArrayLike) -> None:
+    """Show how far numbers lie from the nearest whole number.
+
+    Parameters
+    ----------
+    listing, sensor : array_like (n,)
+        Photo coordinates in nanometres, with the pixel size of the listing and with
+        that of the sensor.
+    """
+    both = (
+        ("pixel size of the listing", _validate.finite(listing, "listing").ravel()),
+        ("pixel size of the sensor", _validate.finite(sensor, "sensor").ravel()),
+    )
+    fig, ax = plt.subplots(figsize=(7, 4.2))
+    told = []
+    looks = (basic.RED, "D", "none"), (basic.BLUE, "o", basic.BLUE)
+    for (name, nanometres), (colour, marker, fill) in zip(both, looks):
+        rest = nanometres - np.round(nanometres)
+        at = np.arange(1, rest.size + 1)
+        ax.plot(at, rest, marker, color=colour, mfc=fill, label=name)
+        told.append(f"{name}: up to {np.abs(rest).max(initial=0):.4f} nm")
+    ax.set(ylim=(-0.55, 0.55), xlabel="number in Table 4.1")
+    ax.set_ylabel("distance from a\nwhole nanometre (nm)")
+    fig.legend(loc="outside lower center")
+    words = "Distance of photo coordinates from the nearest whole nanometre. "
+    basic.show(fig, words + "; ".join(told) + ".")

@@ -1,0 +1,229 @@
+"""Checks of the exercises of chapter 1, from pixel to photo."""
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from pgm_book.common.checks import CheckFailed, call, first_slip, near, numbers, report
+from pgm_lab import frames, simulate
+
+# Image sizes and pixel sizes (mm) on which a function is tried: landscape, upright, odd
+_CAMERAS = [
+    ((1936, 1296), (23.6 / 1936, 15.8 / 1296)),
+    ((3000, 4000), (0.005, 0.004)),
+    ((11, 7), (2.0, 3.0)),
+]
+_UNITS = ((1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres"))
+_FACTORS = (1e-6, 1e-3, 0.1, 10, 1e3, 1e6)  # of units taken for millimetres
+
+
+def corner(answer: object) -> None:
+    """Check the photo coordinates of the lower right corner of the sensor, in mm."""
+    value = numbers("lower_right", answer, (2,), "two numbers, (x, y) in mm")
+    size = frames.pixel_size_from_sensor((23.6, 15.8), (1936, 1296))
+    edge = np.array([23.6, -15.8]) / 2
+    slips = [
+        (edge[::-1], "x and y are exchanged: the answer is (x, y)"),
+        (edge - size * (0.5, -0.5), "that is the centre of the last pixel"),
+        (edge + size * (0.5, -0.5), "that is half a pixel beyond the sensor"),
+        (edge * (1, -1), "it lies below the centre, and y points up"),
+        (edge * (-1, 1), "that is the lower left corner"),
+        (2 * edge, "count from the centre: half the size of the sensor"),
+        (edge.round(0), "rounded to millimetres: keep the tenths"),
+        (-edge, "that is the upper left corner: both axes are mirrored"),
+        (edge / size, "that is still in pixels: multiply by the size of a pixel"),
+        *((edge * f, "the unit is not millimetres, but " + u) for f, u in _UNITS),
+    ]
+    otherwise = "the sensor does not end there"
+    if near(value, edge, 1e-4):
+        otherwise += ", but nearly: half its size is exact, a rounded pixel size is not"
+    hint = first_slip(value, slips, otherwise)
+    good = near(value, edge)
+    report("the corner", [("it is where the sensor ends", good, hint)])
+
+
+def pixel_to_photo(function: Callable) -> None:
+    """Check the reader's pixel_to_photo(pixels, image_size, pixel_size)."""
+    trials = []
+    for image_size, pixel_size in _CAMERAS:
+        centre = frames.image_centre(image_size)
+        pixels = centre + [[0, 0], [1, 0], [0, 1], [-3.25, 2.5]]
+        photo = call(function, pixels, image_size, pixel_size, shape=(4, 2))
+        for decimals in range(2, 8):
+            exact = frames.pixel_to_photo(pixels, image_size, pixel_size)
+            if not near(photo, exact) and np.array_equal(photo, exact.round(decimals)):
+                raise CheckFailed(
+                    "pixel_to_photo: right, but rounded: keep all digits."
+                )
+        photo = photo / pixel_size
+        trials.append((photo[0], *(photo[1:] - photo[0]), centre))
+    centres, right, down, other, middles = (np.array(t) for t in zip(*trials))
+    if near(right[:, 0], 0.0) and near(down[:, 1], 0.0):
+        raise CheckFailed(
+            "pixel_to_photo: columns and rows are exchanged: a step to the right"
+            " changes y. pixels[:, 0] holds the columns."
+        )
+    unit = np.abs([right[:, 0], down[:, 1]])  # lengths of a step in x and in y
+    if near(right[:, 0], -1.0) and near(down[:, 1], 1.0):
+        raise CheckFailed(
+            "pixel_to_photo: both axes are mirrored: a half turn, which is right for"
+            " neither. Rows and y run against each other, columns and x do not."
+        )
+    report(
+        "pixel_to_photo",
+        [
+            (
+                "the centre is (0, 0)",
+                near(centres, 0.0),
+                _centre_hint(centres, middles),
+            ),
+            ("the units are millimetres", near(unit, 1.0), _unit_hint(*unit)),
+            (
+                "x points right",
+                bool(np.all(right[:, 0] > 0)),
+                "the x axis is flipped: a step to the right must make x greater",
+            ),
+            (
+                "y points up",
+                bool(np.all(down[:, 1] < 0)),
+                "the y axis is flipped: a step down must make y smaller",
+            ),
+            (
+                "steps add up",
+                near(other, -3.25 * right + 2.5 * down),
+                "two steps together are not their sum",
+            ),
+        ],
+    )
+
+
+def _centre_hint(centres: np.ndarray, middles: np.ndarray) -> str:
+    offset = np.abs(centres)
+    if near(offset, 0.5) or near(offset[:, 0], 0.5) or near(offset[:, 1], 0.5):
+        return "the centre of the image is half a pixel off"
+    if near(offset, 1.0):
+        return "the centre of the image is one pixel off: counting starts at 0"
+    if near(offset, np.abs(middles - middles[:, ::-1])):
+        return "the two numbers of image_size are exchanged: it is (columns, rows)"
+    return "the centre of the image is not at (0, 0)"
+
+
+def _unit_hint(x: np.ndarray, y: np.ndarray) -> str:
+    for factor, unit in _UNITS:
+        if near([x / factor, y / factor], 1.0):
+            return f"the units are not millimetres, but {unit}"
+    if any(near([x * factor, y * factor], 1.0) for factor in _FACTORS):
+        return "the units are not millimetres (a power of ten is missing)"
+    axis = "y" if near(x, 1.0) else "x" if near(y, 1.0) else "x and y"
+    return f"a step of one pixel is not one pixel size long in {axis}"
+
+
+def photo_to_pixel(function: Callable) -> None:
+    """Check the reader's photo_to_pixel(photo, image_size, pixel_size)."""
+    # No half pixel, which rounding moves up or down as it happens
+    pixels = np.array([[0.0, 0.0], [5.0, 2.25], [10.25371, 6.14182]])
+    backs, made = [], []
+    for image_size, pixel_size in _CAMERAS:
+        photo = frames.pixel_to_photo(pixels, image_size, pixel_size)
+        backs.append(call(function, photo, image_size, pixel_size, shape=(3, 2)))
+        centre, steps = frames.image_centre(image_size), photo * (1, -1)
+        exact = steps / pixel_size
+        from_centre = {
+            "rows come back mirrored: this is (B 2.5b) as printed": exact * (1, -1),
+            "columns come back mirrored": exact * (-1, 1),
+            "millimetres must be divided by the size of a pixel": steps * pixel_size,
+            "the centre of the image is not added": exact - centre,
+            "the two numbers of image_size are exchanged": exact
+            + centre[::-1]
+            - centre,
+            "the two pixel sizes are exchanged": steps / pixel_size[::-1],
+            "the pixel size in y is another than that in x": steps / pixel_size[0],
+        }
+        made.append({hint: centre + one for hint, one in from_centre.items()})
+    back = np.array(backs)
+    rounded = "do not round: a point lies between pixel centres, too"
+    slips: list[tuple[ArrayLike, str]] = [
+        *(([one[hint] for one in made], hint) for hint in made[0]),
+        (
+            pixels[:, ::-1],
+            "columns and rows are exchanged: the answer is (column, row)",
+        ),
+        *((pixels.round(k), rounded) for k in range(5)),
+        (np.trunc(pixels + 1e-9), rounded),
+        *((pixels + s, "the way back ends half a pixel off") for s in (0.5, -0.5)),
+        *((pixels + s, "the way back ends one pixel off") for s in (1.0, -1.0)),
+    ]
+    hint = first_slip(back, slips, "the way there and back does not end where it began")
+    report(
+        "photo_to_pixel",
+        [("pixel to photo to pixel ends where it began", near(back, pixels), hint)],
+    )
+
+
+def flying_height(function: Callable) -> None:
+    """Check the reader's height(gsd_m, pixel_um, c_mm), which answers in metres."""
+    cases = np.array([(0.2, 5.49, 24.0), (0.05, 4.0, 35.0), (0.1, 12.0, 153.0)])
+    heights = np.array([float(call(function, *case, shape=())) for case in cases])
+    expected = frames.flying_height(cases[:, 0], cases[:, 1] / 1000, cases[:, 2])
+    ratio = heights / expected
+    doubled = float(call(function, 0.4, 5.49, 24.0, shape=()))
+    longer = float(call(function, 0.2, 5.49, 48.0, shape=()))
+    if np.any(ratio <= 0):
+        raise CheckFailed("height: a height above ground must be positive.")
+    if not near(ratio, 1.0) and np.all(np.abs(ratio - 1) < 0.01):
+        raise CheckFailed("height: almost; do not round inside the function.")
+    decade = np.log10(ratio)
+    wrong_unit = near(decade, np.round(decade)) and near(decade, decade[0])
+    report(
+        "height",
+        [
+            (
+                "twice the GSD, twice the height",
+                near(doubled, 2 * heights[0]),
+                "twice the ground sampling distance must need twice the height",
+            ),
+            (
+                "twice the principal distance, twice the height",
+                near(longer, 2 * heights[0]),
+                "twice the principal distance must allow twice the height",
+            ),
+            (
+                "metres",
+                near(ratio, 1.0),
+                f"the unit is wrong by a power of ten (10^{decade[0]:.0f})"
+                if wrong_unit
+                else "the height does not follow from GSD, pixel size and c",
+            ),
+        ],
+    )
+
+
+def centroid(function: Callable) -> None:
+    """Check the reader's centroid(window, background), which answers (column, row)."""
+    found, centres, left_in, clipped = [], [], [], []
+    for centre, background in [((10, 9), 40.0), ((9, 12), 60.0), ((21, 10), 20.0)]:
+        clean = simulate.target(centre, 6.0, (21, 27), background=background)
+        window = simulate.photograph(clean, noise=4.0, seed=int(background))
+        found.append(call(function, window, background, shape=(2,)))
+        centres.append(scipy.ndimage.center_of_mass(window - background)[::-1])
+        left_in.append(scipy.ndimage.center_of_mass(window)[::-1])
+        weight = np.maximum(window - background, 0)
+        clipped.append(scipy.ndimage.center_of_mass(weight)[::-1])
+    answers, expected = np.array(found), np.array(centres)
+    upwards = np.column_stack([expected[:, 0], 20 - expected[:, 1]])
+    slips: list[tuple[ArrayLike, str]] = [
+        (expected[:, ::-1], "row and column are exchanged: it is (column, row)"),
+        (expected + 1.0, "one pixel off: the first pixel is number 0, not 1"),
+        (expected + 0.5, "half a pixel off: integers are at pixel centres"),
+        (upwards, "the row counts upwards; rows count down"),
+        (left_in, "the background is still in: it pulls to the middle of the window"),
+        (clipped, "weights below zero are noise too: keep them, or the rest is biased"),
+        *((expected.round(k), "right, but rounded: keep all digits") for k in range(4)),
+    ]
+    largest = np.abs(answers - expected).max()
+    other = f"a centre is missed by {largest:.2g} px: look at the weights and the sums"
+    hint = first_slip(answers, slips, other)
+    right = near(answers, expected)
+    report("centroid", [("the weighted mean of three noisy targets", right, hint)])

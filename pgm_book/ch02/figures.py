@@ -1,0 +1,484 @@
+"""Figures of the search by correlation: windows as arrows, maps, and their troubles."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from ipywidgets import IntSlider
+from numpy.typing import ArrayLike
+
+from pgm_book.common.figures import draw_map, draw_surface, draw_window, outline
+from pgm_lab import _validate
+from pgm_lab.datasets import StereoPair
+from pgm_lab.image import cut, resample
+from pgm_lab.ncc import correlation, correlation_map
+from pgm_lab.plot import _doors, basic
+from pgm_lab.plot._sliders import interact
+from pgm_lab.plot.basic import Look
+
+REACH = 25  # px that the search of the sliders goes to each side
+AWAY = 30  # px that it begins to the left of the point
+
+
+def window_numbers(windows: Mapping[str, ArrayLike]) -> None:
+    """Show small windows with their grey values written in, and r with the first.
+
+    Parameters
+    ----------
+    windows : mapping of str to array_like (rows, columns)
+        Grey values by the name of the window, one to four of one shape.
+    """
+    given = _validate.mapping(windows, "windows")
+    grey = {name: _validate.image(w, f"windows, {name}") for name, w in given.items()}
+    if len({one.shape for one in grey.values()}) != 1 or len(grey) > 4:
+        raise ValueError("windows must hold one to four of one shape")
+    first = next(iter(grey.values()))
+    across = (7, 2.6) if len(grey) > 1 else (3.6, 3.0)
+    fig, axes = plt.subplots(1, len(grey), figsize=across, squeeze=False)
+    said = []
+    for ax, (name, window) in zip(axes[0], grey.items()):
+        ax.imshow(window, vmin=0, vmax=255)
+        for (i, j), g in np.ndenumerate(window):
+            ink = "black" if g > 110 else "white"
+            size = 13 if len(grey) < 3 else 9
+            if len(grey) < 3:
+                look: Look = {"ha": "center", "va": "center", "fontsize": size}
+                ax.text(j, i, f"{g:.0f}", color=ink, **look)
+        ax.set(xticks=[], yticks=[])
+        ax.set_title(name, fontsize=14, loc="center")
+        ax.grid(False)
+        if len(grey) > 1:
+            r = correlation(first, window)
+            ax.set_xlabel(f"r = {r:.2f}".replace("-", "−"))
+            said.append(f"{name}: r = {r:.2f}")
+    words = "Windows of grey values. " if len(grey) > 1 else "A window of grey values"
+    basic.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
+
+
+def window_arrows() -> None:
+    """Show windows of three pixels, their means taken off, as arrows in a plane."""
+    a, b = np.array([60.0, 110, 40]), np.array([50.0, 70, 120])
+    named = {"a": a, "0.6 a + 80": 0.6 * a + 80, "255 − a": 255 - a, "b": b}
+    # Centred windows of three pixels lie in the plane where the parts sum to zero
+    across = np.array([1, 0, -1]) / np.sqrt(2), np.array([-1, 2, -1]) / np.sqrt(6)
+    shapes: Look = {"width_ratios": (0.8, 1)}
+    fig, (left, ax) = plt.subplots(1, 2, figsize=(10, 4.3), gridspec_kw=shapes)
+    rows = np.array(list(named.values()))
+    left.imshow(rows, vmin=0, vmax=255, aspect="auto")
+    for (i, j), g in np.ndenumerate(rows):
+        look: Look = {"ha": "center", "va": "center", "fontsize": 14}
+        left.text(j, i, f"{g:.0f}", color="black" if g > 110 else "white", **look)
+    left.set_yticks(range(4), list(named))
+    left.set(xticks=[], title="four windows of three pixels")
+    left.grid(False)
+    colours = (basic.BLUE, basic.ORANGE, basic.RED, basic.GREEN)
+    places = {"a": (8, 6), "0.6 a + 80": (-56, -8), "255 − a": (0, -18), "b": (-8, 6)}
+    for (name, window), colour in zip(named.items(), colours):
+        tip = np.array([axis @ (window - window.mean()) for axis in across])
+        wide = 7 if name.startswith("0.6") else 2.6
+        look = {"arrowstyle": "-|>", "color": colour, "linewidth": wide}
+        look |= {"shrinkA": 0, "shrinkB": 0, "alpha": 0.75, "mutation_scale": 22}
+        ax.annotate("", tip, (0, 0), arrowprops=look)
+        text: Look = {"textcoords": "offset points", "ha": "center", "fontsize": 14}
+        ax.annotate(name, tip, places[name], **text)
+    tips = [np.array([axis @ (w - w.mean()) for axis in across]) for w in (a, b)]
+    low, high = sorted(np.arctan2(tip[1], tip[0]) for tip in tips)
+    if high - low > np.pi:
+        low, high = high, low + 2 * np.pi
+    turn = np.linspace(low, high, 60)
+    ax.plot(14 * np.cos(turn), 14 * np.sin(turn), color=basic.BLACK, linewidth=1.5)
+    middle = (low + high) / 2
+    ax.text(19 * np.cos(middle) - 3, 19 * np.sin(middle) - 3, r"$\theta$", fontsize=17)
+    ax.plot(0, 0, "o", color=basic.BLACK)
+    ax.set(xlim=(-75, 75), ylim=(-62, 68), aspect="equal")
+    ax.set(xlabel="grey values", ylabel="grey values", title="means taken off: a plane")
+    basic.show(
+        fig,
+        "Left, four windows of three grey values. Right, the same windows with their"
+        " means taken off, as arrows from one point: 0.6 a + 80 lies along a and is"
+        " shorter, 255 − a points the other way, and b makes an angle theta with a.",
+    )
+
+
+def parts_of_r(
+    left: ArrayLike,
+    right: ArrayLike,
+    point: ArrayLike,
+    start: ArrayLike,
+    template: int = 21,
+    search: int = 81,
+) -> None:
+    """Show a search with its parts named: template, search window, map and landscape.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values.
+    point, start : array_like (2,)
+        (column, row) in the left photo, and where the search begins in the right one.
+    template, search : int
+        Widths in pixels, odd.
+    """
+    left, right = _validate.image(left, "left"), _validate.image(right, "right")
+    point = _validate.one_point(point, 2, "point")
+    start = _validate.one_point(start, 2, "start")
+    template = _validate.window(template, "template")
+    search = _validate.window(search, "search")
+    r = correlation_map(cut(left, point, template), cut(right, start, search))
+    fig = plt.figure(figsize=(9.6, 4.6))
+    grid = fig.add_gridspec(2, 3, width_ratios=(1, 1, 2.3))
+    places = ((0, 0), (0, 1), (1, 0), (1, 1))
+    axes = [fig.add_subplot(grid[row, column]) for row, column in places]
+    draw_window(axes[0], np.asarray(left), point, 61)
+    outline(axes[0], point, template, basic.ORANGE)
+    draw_window(axes[1], np.asarray(left), point, template)
+    draw_window(axes[2], np.asarray(right), start, search)
+    drawn = draw_map(axes[3], r)
+    ax = fig.add_subplot(grid[:, 2], projection="3d", computed_zorder=False)
+    ax.view_init(elev=32, azim=-62)
+    shift = np.array(draw_surface(ax, r))
+    ax.set_box_aspect((1, 1, 0.8), zoom=0.88)
+    found = _validate.one_point(start, 2, "start") + shift
+    outline(axes[2], found, template, basic.ORANGE)
+    axes[3].plot(*shift, "o", color=basic.RED, mfc="none", markersize=14, mew=2.5)
+    names = ("left photo", "template", "search window", "r by shift (px)")
+    for one, name in zip(axes, names):
+        one.set_title(name, fontsize=14)
+        if one is not axes[3]:
+            one.set(xticks=[], yticks=[])
+    fig.colorbar(drawn, ax=axes[3], shrink=0.8)
+    basic.show(
+        fig,
+        "The template framed in the left photo, the template alone, the search window"
+        " of the right photo with the place found, r for every shift as a coloured map,"
+        f" and the same as a landscape: one sharp summit, r = {r.max():.2f}, at the"
+        f" shift ({shift[0]}, {shift[1]}) px, over low hills.",
+        colours=128,
+    )
+
+
+def templates(
+    left: ArrayLike,
+    right: ArrayLike,
+    point: ArrayLike,
+    start: ArrayLike,
+    sizes: Sequence[int] = (5, 11, 21, 51),
+) -> None:
+    """Show the landscapes of one point for templates of several widths.
+
+    Parameters
+    ----------
+    left, right, point, start
+        As for `parts`.
+    sizes : sequence of int
+        Widths of the templates in pixels, odd; the search goes 30 px to each side.
+    """
+    left, right = _validate.image(left, "left"), _validate.image(right, "right")
+    point = _validate.one_point(point, 2, "point")
+    start = _validate.one_point(start, 2, "start")
+    sizes = [
+        _validate.window(one, "sizes") for one in _validate.several(sizes, "sizes")
+    ]
+    fig = plt.figure(figsize=(6.2, 4.6), layout="none")
+    said = []
+    for k, size in enumerate(sizes):
+        r = correlation_map(cut(left, point, size), cut(right, start, size + 60))
+        middle, around = r[1:-1, 1:-1], np.lib.stride_tricks.sliding_window_view
+        summits = middle >= around(r, (3, 3)).max(axis=(2, 3))
+        said.append(f"{size} px: {np.sum(summits & (middle > 0.6))}")
+        where = (0.5 * (k % 2) - 0.02, 0.5 - 0.5 * (k // 2), 0.54, 0.51)
+        space: Look = {
+            "projection": "3d",
+            "computed_zorder": False,
+            "facecolor": "none",
+        }
+        ax: Any = fig.add_axes(where, **space)
+        ax.view_init(elev=34, azim=-62)
+        draw_surface(ax, r, label=False)
+        ax.set(xticklabels=[], yticklabels=[], zticklabels=[])
+        for axis, name in zip((ax.xaxis, ax.yaxis, ax.zaxis), ("columns", "rows", "r")):
+            axis.labelpad = -14
+            axis.set_label_text(name, fontsize=13)
+        ax.set_box_aspect((1, 1, 0.8), zoom=0.98)
+        fig.text(where[0] + 0.05, where[1] + 0.44, f"{size} × {size} px", fontsize=15)
+    basic.show(
+        fig,
+        "Landscapes of r over the shift, 30 px to each side, for four widths of the"
+        f" template. Summits with r above 0.6: {'; '.join(said)}.",
+        colours=128,
+    )
+
+
+def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> None:
+    """Show the search of a point that sliders place, with the size of its template.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values of a rectified pair.
+    disparity : array_like (rows, columns)
+        x left - x right where it is known, else NaN or infinite.
+    """
+    left, right = _validate.image(left, "left"), _validate.image(right, "right")
+    known = _validate.real(disparity, "disparity")
+    (rows, columns), edge = left.shape, 60
+    if known.shape != left.shape or right.shape != left.shape or rows < 121:
+        raise ValueError(
+            "left, right and disparity must have one shape, 121 rows at least; got"
+            f" {left.shape}, {right.shape} and {known.shape}"
+        )
+
+    def draw(x: int, y: int, size: int) -> None:
+        start = np.array([x - AWAY, y])
+        around = cut(right, start, size + 2 * REACH)
+        r = correlation_map(cut(left, (x, y), size), around)
+        i, j = np.unravel_index(r.argmax(), r.shape)
+        shift = np.array([j, i]) - REACH
+        fig, axes = plt.subplots(1, 3, figsize=(10, 3.7))
+        draw_window(axes[0], left, (x, y), size)
+        draw_window(axes[1], right, start, size + 2 * REACH)
+        outline(axes[1], start + shift, size, basic.ORANGE)
+        fig.colorbar(draw_map(axes[2], r), ax=axes[2], shrink=0.8)
+        axes[2].plot(*shift, "x", color=basic.RED, markersize=14, mew=3)
+        true = AWAY - known[y, x]
+        if np.isfinite(true):
+            axes[2].plot(true, 0, "wo", mfc="none", markersize=17, mew=2.5)
+        for ax, name in zip(axes, ("template", "search window", "r by shift (px)")):
+            ax.set_title(name)
+        axes[2].set_xlabel("× highest r, ○ truth")
+        drawn = f"template of {size} px at ({x}, {y}), highest r = {r.max():.2f}"
+        fig.suptitle(drawn)
+        basic.show(fig, f"Template, search window and map of r; {drawn}.", colours=128)
+
+    look: Look = {"continuous_update": False}
+    x = IntSlider(318, 130, columns - edge, 2, description="column", **look)
+    y = IntSlider(318, edge, rows - edge, 2, description="row", **look)
+    interact(draw, x=x, y=y, size=IntSlider(21, 3, 61, 2, description="width", **look))
+
+
+# --- Figures of what lies between the pixels: a parabola's bias, and depths measured ---
+
+
+def summit(r: ArrayLike) -> None:
+    """Show three values of r along an axis, and ask where the hill is highest.
+
+    Parameters
+    ----------
+    r : array_like (3,)
+        r at the shifts -1, 0 and 1 px.
+    """
+    values = _validate.of_shape(r, (3,), "r")
+    if not values[1] > max(values[0], values[2]):
+        raise ValueError("r must be highest in the middle, or it has no top there")
+    slope = (values[2] - values[0]) / 2
+    bend = 2 * values[1] - values[0] - values[2]
+    t = np.linspace(-1.15, 1.15, 200)
+    fig, ax = plt.subplots(figsize=(10, 3.6))
+    ax.plot(t, values[1] + slope * t - bend * t**2 / 2, "--", label="parabola")
+    ax.plot((-1, 0, 1), values, "o", color=basic.BLACK, ms=12, label="r, computed")
+    beside: Look = {"textcoords": "offset points", "fontsize": 16, "ha": "right"}
+    for at, name, value in zip((-1, 0, 1), ("-1", "0", "+1"), values):
+        ax.annotate(f"$r_{{{name}}}$", (at, value), (-12, -20 * (at == 0)), **beside)
+    ax.axvline(slope / bend, color=basic.RED, linestyle=":", label="top, $t$ = ?")
+    ax.set(xlabel="shift (px)", ylabel="r", xticks=(-1, 0, 1), xlim=(-1.3, 2.1))
+    ax.legend(loc="upper right")
+    basic.show(
+        fig,
+        "r at the shifts −1, 0 and 1 px as dots, a parabola through them, and a dotted"
+        " line at its top, between 0 and the higher neighbour.",
+    )
+
+
+def locking(shifts: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
+    """Show the mean error of matches against the true fraction of a pixel.
+
+    Parameters
+    ----------
+    shifts : array_like (n,)
+        True shifts in pixels.
+    errors : mapping of str to array_like (n,)
+        Mean error in pixels at each, by the name of the texture; up to three.
+    """
+    true = _validate.finite(shifts, "shifts")
+    series = _doors.lists(errors, "errors")
+    if next(iter(series.values())).shape != true.shape:
+        raise ValueError("shifts and the lists of errors must have the same length")
+    fig, ax = plt.subplots(figsize=(7, 4.2))
+    looks = (("o-", basic.BLUE), ("s--", basic.RED), ("D:", basic.GREEN))
+    said = []
+    for (name, values), (mark, colour) in zip(series.items(), looks):
+        ax.plot(true, values, mark, color=colour, label=name)
+        said.append(f"{name} at most {np.abs(values).max():.3f} px")
+    ax.axhline(0, color=basic.BLACK, linewidth=1)
+    ax.set(xlabel="true shift (px)", ylabel="mean error (px)")
+    ax.legend()
+    basic.show(
+        fig,
+        "Mean error against the true shift: an S-shaped curve, zero at 0 and at half a"
+        f" pixel, negative between 0 and a half, positive below: {', '.join(said)}.",
+    )
+
+
+def depths(
+    photo: ArrayLike, points: ArrayLike, measured: ArrayLike, true: ArrayLike
+) -> None:
+    """Show disparities that were measured in a photo beside the true ones.
+
+    Parameters
+    ----------
+    photo : array_like (rows, columns)
+        The left photo.
+    points : array_like (n, 2)
+        (column, row) in it.
+    measured, true : array_like (n,)
+        Disparities in pixels; NaN where there is none.
+    """
+    photo, places = (
+        _validate.image(photo, "photo"),
+        _validate.points(points, 2, "points"),
+    )
+    measured = _validate.real(measured, "measured")
+    true = _validate.real(true, "true")
+    for values, name in ((measured, "measured"), (true, "true")):
+        if values.shape != (len(places),) or not np.isfinite(values).any():
+            raise ValueError(f"{name} must have a number for each point, not all NaN")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 4.2))
+    known = true[np.isfinite(true)]
+    low, high = known.min(), known.max()
+    names = ("measured by your program", "true, by structured light")
+    for ax, values, name in zip(axes, (measured, true), names):
+        ax.imshow(photo, alpha=0.35)
+        look: Look = {"cmap": "viridis", "vmin": low, "vmax": high, "s": 34}
+        drawn = ax.scatter(*places.T, c=np.asarray(values, float), **look)
+        ax.set_title(name)
+        ax.set_axis_off()
+    bar = fig.colorbar(drawn, ax=axes, shrink=0.8)
+    bar.set_label("disparity (px)")
+    basic.show(
+        fig,
+        "The left photo with points coloured by disparity, measured and true: in both"
+        " the front wheel and the engine are near, the shelves behind them far. As"
+        " measured, the gap between engine and fork, blue in truth, is partly closed.",
+        colours=256,
+    )
+
+
+# --- Figures of searches that go wrong: six landscapes, and where the wrong points lie ---
+
+LOG = (640, 190)  # (column, row) of a fallen log in the orthophoto
+
+
+def six_troubles(pair: StereoPair, ground: ArrayLike) -> list[tuple]:
+    """Six searches: a good one, and five kinds of trouble.
+
+    Parameters
+    ----------
+    pair : StereoPair
+        The motorcycle.
+    ground : array_like (rows, columns)
+        The orthophoto of Yellowstone, of which a log is seen turned and foreshortened.
+
+    Returns
+    -------
+    list of (left, point, right, start, width of the template, true place)
+    """
+    _validate.instance(pair, StereoPair, "pair")
+    ground = _validate.image(ground, "ground")
+    if min(ground.shape) < max(LOG) + 90:
+        raise ValueError(f"ground must be larger; got {ground.shape}: take Yellowstone")
+    column, row = np.meshgrid(np.arange(-40, 41), np.arange(-40, 41))
+    a, b = np.cos(np.radians(30)), np.sin(np.radians(30))
+    turned = np.stack([a * column - b * row, b * column + a * row], axis=-1)
+    squeezed = np.stack([2.0 * column, row], axis=-1)
+    searches: list[tuple] = []
+    places = (((415, 320), 375, 21), ((510, 375), 463, 21), ((154, 138), 132, 11),
+              ((480, 288), 450, 21))  # fmt: skip
+    for (x, y), start, size in places:
+        true = np.array([x - pair.disparity[y, x], y])
+        searches.append((pair.left, (x, y), pair.right, (start, y), size, true))
+    for seen in (turned, squeezed):
+        again = resample(ground, np.array(LOG) + seen)
+        searches.append((ground, LOG, again, (40, 40), 21, np.array([40.0, 40])))
+    return searches
+
+
+def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
+    """Show searches in columns: template, search window, r by shift, found and true.
+
+    Parameters
+    ----------
+    searches : sequence of tuples
+        From `six`; the search goes 30 px to each side.
+    found : array_like (n, 2)
+        (column, row) of the highest r of each.
+    """
+    searches = _validate.several(searches, "searches")
+    highest = _validate.points(found, 2, "found")
+    if not searches or any(
+        not isinstance(one, tuple) or len(one) != 6 for one in searches
+    ):
+        raise ValueError("searches must hold tuples of six parts, those of `six`")
+    if len(highest) != len(searches):
+        raise ValueError(f"found must have {len(searches)} places; got {len(highest)}")
+    fig, axes = plt.subplots(3, len(searches), figsize=(8.8, 4.75), squeeze=False)
+    for column, name, search, place in zip(axes.T, "ABCDEF", searches, highest):
+        left, point, right, start, size, true = search
+        around = cut(right, start, size + 60)
+        draw_window(column[0], np.asarray(left), point, size)
+        draw_window(column[1], np.asarray(right), start, size + 60)
+        outline(column[1], place, size, basic.RED)
+        drawn = draw_map(column[2], correlation_map(cut(left, point, size), around))
+        middle = np.asarray(start)
+        column[2].plot(*(place - middle), "x", color=basic.RED, ms=13, mew=3)
+        column[2].plot(*(true - middle), "wo", mfc="none", ms=15, mew=2.5)
+        column[0].set_title(name, fontsize=13, loc="center")
+    plt.setp(axes, xticks=[], yticks=[])
+    for ax, text in zip(axes[:, 0], ("template", "search window", "r, ± 30 px")):
+        ax.set_ylabel(text, fontsize=14)
+    fig.colorbar(drawn, ax=axes[2], label="r")
+    basic.show(
+        fig,
+        "Six searches in columns, each with template, search window and map of r; a red"
+        " cross marks the highest r, a white ring the truth. A: one summit at the"
+        " truth. B, a floor in shadow: broad ridges without a summit. C, the slats of a"
+        " bench: a row of equal ridges, the cross two slats beside the ring. D, a floor"
+        " beside the engine: one high summit, far from the ring. E, a log turned, and"
+        " F, a log seen at half its width: no clear summit.",
+        colours=128,
+    )
+
+
+def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> None:
+    """Show accepted points on their photo, those that agree with the truth and others.
+
+    Parameters
+    ----------
+    photo : array_like (rows, columns)
+        Grey values.
+    points : array_like (n, 2)
+        (column, row) of the accepted points.
+    right : array_like (n,) of bool
+        Whether each agrees with the truth.
+    """
+    photo = _validate.image(photo, "photo")
+    places = _validate.points(points, 2, "points")
+    flags = _validate.finite(right, "right")
+    if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
+        raise ValueError("right must hold True or False for each point")
+    good = flags == 1
+    fig, ax = plt.subplots(figsize=(6, 4.4))
+    ax.imshow(photo, alpha=0.7)
+    looks = ((good, "o", basic.SKY, "right", 4), (~good, "X", basic.RED, "wrong", 9))
+    for chosen, mark, colour, name, size in looks:
+        label = f"{name}, {100 * np.mean(chosen):.0f} %"
+        look: Look = {"color": colour, "linestyle": "none", "label": label}
+        ax.plot(*places[chosen].T, mark, ms=size, mec="black", mew=0.7, **look)
+    ax.set_axis_off()
+    fig.legend(loc="outside lower center", ncols=2, fontsize=14)
+    basic.show(
+        fig,
+        f"The left photo with {len(places)} accepted points. {np.sum(~good)} are wrong,"
+        " and most line the edges of things, where the depth changes.",
+        colours=128,
+    )

@@ -1,0 +1,1 @@
+"""Chapter 3: its figures, checks, predictions, studies and their results."""

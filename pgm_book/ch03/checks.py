@@ -1,0 +1,353 @@
+"""Feedback on the exercises of chapter 3, least squares matching."""
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from pgm_book.common.checks import (
+    CheckFailed,
+    answer_of,
+    call,
+    first_slip,
+    near,
+    report,
+)
+from pgm_book.program import lsm as textbook
+from pgm_lab import simulate
+
+SINGLE = 1e-6  # an answer in single precision is right
+
+
+def row_shift(function: Callable) -> None:
+    """Check row_shift(A, B), the step of one unknown."""
+    rng = np.random.default_rng(31)
+    answers, slips, steps = [], [], []
+    for n in (21, 41):
+        A, B = np.cumsum(rng.normal(0, 9, (2, n)), axis=1) + 120
+        g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
+        answers.append(float(call(function, A, B, shape=(), single=True)))
+        own, ahead = (A[2:] - A[:-2]) / 2, np.diff(B)
+        steps.append(g @ d / (g @ g))
+        slips.append(
+            [
+                -g @ d / (g @ g),
+                g @ d / (g @ g) / 2,
+                2 * (g @ d) / (g @ g),
+                np.mean(d / g),
+                d.sum() / g.sum(),
+                g @ d,
+                own @ d / (own @ own),
+                np.diff(B)[:-1] @ d / (np.diff(B)[:-1] @ np.diff(B)[:-1]),
+                ahead @ (A - B)[:-1] / (ahead @ ahead),
+                np.gradient(B) @ (A - B) / (np.gradient(B) @ np.gradient(B)),
+                round(g @ d / (g @ g), 2),
+                round(g @ d / (g @ g), 3),
+            ]
+        )
+    rounded = "the answer is rounded; keep all its digits"
+    one_sided = "the slope at a pixel is taken from both of its neighbours (B 2.12)"
+    hints = (
+        "the sign is reversed: what is observed is A less what B gives",
+        "the slope is the difference across two pixels, divided by 2",
+        "the slope is the difference across two pixels, divided by 2",
+        "a mean of all quotients lets flat pixels count as much as steep ones",
+        "the steep pixels count more than the flat ones: use least squares",
+        "the normal equation is not divided by its coefficient",
+        "those are the slopes of A; B is the one that is moved",
+        one_sided,
+        one_sided,
+        "the first and the last pixel have no two neighbours; leave them out",
+        rounded,
+        rounded,
+    )
+    hint = first_slip(
+        answers,
+        list(zip(np.transpose(slips), hints)),
+        "it is not the least squares solution of slope times a = A − B",
+    )
+    right = near(answers, steps, SINGLE)
+    report("row_shift", [("the step of least squares", right, hint)])
+
+
+def design(function: Callable) -> None:
+    """Check design(B, Bx, By, x, y, h1), which answers (k, 8)."""
+    rng = np.random.default_rng(32)
+    k = 12
+    B, Bx, By = rng.normal((120, 3, -4), (30, 8, 6), (k, 3)).T
+    x, y = rng.integers(-9, 10, (2, k)).astype(float)
+    h1 = 1.7
+    answer = call(function, B, Bx, By, x, y, h1, shape=(k, 8), single=True)
+    one = np.ones(k)
+    gx, gy = h1 * Bx, h1 * By
+    expected = np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, one, B]).T
+    shifts, shape = [0, 3], [1, 2, 4, 5]
+    mixed = "a1 and a2 go with Bx, b1 and b2 with By"
+    without = list(product((1.0, h1), repeat=2))[1:]
+    lacking = list(product((1.0, h1), repeat=4))[1:]
+    order = ""
+    alike = [[near(a, e, SINGLE) for e in expected.T] for a in answer.T]
+    if np.any(alike, axis=0).all() and np.any(alike, axis=1).all():
+        order = "a column stands in the place of another: look at the order"
+    of_shifts = [
+        *((expected[:, shifts] / w, "h1 is missing at a slope") for w in without),
+        (expected[:, [3, 0]], "the two slopes are exchanged"),
+        (expected[:, [0, 0]], "the window moves along By when b0 changes"),
+        (-expected[:, shifts], "the sign of the slopes is reversed"),
+    ]
+    of_shape = [
+        *((expected[:, shape] / w, "h1 is missing at a slope") for w in lacking),
+        (-expected[:, shape], "the sign of the slopes is reversed"),
+        (expected[:, [2, 1, 5, 4]], "x and y are exchanged"),
+        (expected[:, [2, 1, 4, 5]], "a1 and a2 are exchanged"),
+        (expected[:, [1, 2, 5, 4]], "b1 and b2 are exchanged"),
+        *(
+            (expected[:, columns], mixed)
+            for columns in (
+                [1, 4, 2, 5],
+                [1, 2, 2, 5],
+                [1, 4, 4, 5],
+                [4, 5, 1, 2],
+                [1, 2, 1, 2],
+            )
+        ),
+    ]
+    of_h1 = [
+        (one[:, None], "that is the column of h0: the two could not be told apart"),
+        (h1 * B[:, None], "the column of h1 does not contain h1"),
+        (h1 * one[:, None], "the column of h1 does not contain h1"),
+    ]
+    moves = "how far does a pixel at (x, y) move when a1, a2, b1 or b2 changes?"
+    offset = "an offset changes every grey value by as much: what is its column?"
+    properties: list[tuple[str, list[int], list[tuple[np.ndarray, str]], str]] = [
+        ("shifts", shifts, of_shifts, "how does h1 B change when the window shifts?"),
+        ("scales and shears", shape, of_shape, moves),
+        ("h0", [6], [], offset),
+        ("h1", [7], of_h1, "how does h0 + h1 B change with h1?"),
+    ]
+    found, said = [], {""}
+    for name, which, slips, otherwise in properties:
+        holds = near(answer[:, which], expected[:, which], SINGLE)
+        hint = first_slip(answer[:, which], slips, order or otherwise)
+        if holds or hint not in said:  # one slip is named once
+            found.append((name, holds, hint))
+            said.add("" if holds else hint)
+    report("design", found)
+
+
+def bilinear(function: Callable) -> None:
+    """Check bilinear(image, column, row), which answers one grey value."""
+    rng = np.random.default_rng(33)
+    image = rng.integers(0, 256, (9, 9)).astype(np.uint8)
+    points = [(2.25, 3.5), (6.75, 0.125), (0.5, 4.875), (4.0, 2.0)]
+    answers = np.array([float(call(function, image, *p, shape=())) for p in points])
+
+    def surface(
+        product: int = 1,
+        exchanged: bool = False,
+        turned: bool = False,
+        dtype: type = float,
+    ) -> np.ndarray:
+        """Grey values at all points, with the slips asked for."""
+        grey: np.ndarray = image.astype(dtype)
+        found = []
+        for column, row in points:
+            c, r = (row, column) if turned else (column, row)
+            i, j = int(r), int(c)
+            dx, dy = (r - i, c - j) if exchanged else (c - j, r - i)
+            (g0, g1), (g2, g3) = grey[i : i + 2, j : j + 2]
+            with np.errstate(over="ignore"):
+                twist = (g3 + g0 - g1 - g2) * dx * dy * product
+                found.append(g0 + (g1 - g0) * dx + (g2 - g0) * dy + twist)
+        return np.array(found)
+
+    def mixed(rest: Callable) -> np.ndarray:
+        """Grey values with other parts of a pixel than dx and dy."""
+        found = []
+        for column, row in points:
+            j, i = int(column), int(row)
+            dx, dy = rest(column - j, row - i)
+            found.append([1 - dy, dy] @ image[i : i + 2, j : j + 2] @ [1 - dx, dx])
+        return np.array(found)
+
+    expected = surface()
+    run_over = "8 bit grey values overflow when they are subtracted: make them float"
+    slips = [
+        (np.floor(expected), "a fraction of a grey value is cut off"),
+        (np.floor(expected + 0.5), "the grey value is rounded; keep its fraction"),
+        (surface(product=0), "the term with dx dy is missing"),
+        (surface(product=-1), "the sign of the term with dx dy is reversed"),
+        (surface(exchanged=True), "dx and dy are exchanged"),
+        (surface(turned=True), "an image is indexed [row, column]"),
+        ([image[int(r), int(c)] for c, r in points], "that is the pixel before"),
+        (surface(dtype=np.uint8), run_over),
+        (mixed(lambda dx, dy: (dx, 0)), "dy changes nothing"),
+        (mixed(lambda dx, dy: (0, dy)), "dx changes nothing"),
+        (mixed(lambda dx, dy: (round(dx), round(dy))), "that is the nearest pixel"),
+        ([image[round(r), round(c)] for c, r in points], "that is the nearest pixel"),
+        (mixed(lambda dx, dy: (0.5, 0.5)), "dx and dy change nothing"),
+        *(
+            (mixed(turn), "the pixel that is nearer must count more")
+            for turn in (
+                lambda dx, dy: (1 - dx, 1 - dy),
+                lambda dx, dy: (1 - dx, dy),
+                lambda dx, dy: (dx, 1 - dy),
+            )
+        ),
+        (surface(dtype=np.uint8, product=0), run_over),
+    ]
+    other = "a bilinear surface through the four pixels around has another value there"
+    between = near(answers[:3], expected[:3])
+    hint = first_slip(answers[:3], [(s[:3], text) for s, text in slips], other)
+    at_pixel = near(answers[3], expected[3]) or not between
+    report(
+        "bilinear",
+        [
+            ("a pixel keeps its value", at_pixel, "at a pixel, its value is not kept"),
+            ("between four pixels", between, hint),
+        ],
+    )
+
+
+# --- Feedback on the iteration of least squares matching: when it ends, what it finds ---
+
+LAST = "sigma0 and Q are not those of the last adjustment"
+
+
+def stop(function: Callable) -> None:
+    """Check stop(step, half): whether no pixel moves by more than 0.01 px.
+
+    The last two of a step, of h0 and h1, move no pixel; here they are large.
+    """
+
+    def answers(half: int, *steps: tuple[float, ...]) -> list[bool]:
+        """What the reader's function says to steps of a0, a1, a2, b0, b1, b2."""
+        full = [np.array([*step, 0.3, -0.02]) for step in steps]
+        return [bool(call(function, step, half, shape=())) for step in full]
+
+    small = (0.004, 1e-4, -2e-4, -0.003, 2e-4, 1e-4)
+    log = (-0.0495, 0.01096, -0.12710, 0.0603, -0.02777, -0.03908)
+    shear, negative = (0, 0, 0.004, 0, 0, 0), (0, -0.004, 0, 0, 0, -0.003)
+    diagonals = (0, 0.002, -0.002, 0, 0, 0), (0, 0, 0, 0, 0.002, 0.002)
+    # The corner of a window of 21 pixels moves by 0.0095 px, or by 0.0105 px
+    rest = (0, 9.5e-4, 0, 0, 0, 0), (0, 0, 0, 0, 0, -9.5e-4)
+    sums = (0.004, 4e-4, 4e-4, 0, 0, 0), (0.004, 6.5e-4, 0, 0, 0, 0)
+    hints = [
+        ("small steps end it", all(answers(10, small)), "it goes on after small steps"),
+        (
+            "shifts are looked at",
+            not any(answers(10, (0.4, 0, 0, 0, 0, 0), (0, 0, 0, 0.3, 0, 0))),
+            "it stops although the window still shifts",
+        ),
+        (
+            "both signs",
+            not any(answers(10, (-0.4, 0, 0, -0.2, 0, 0))),
+            "it stops at a large negative shift",
+        ),
+        (
+            "shape is looked at",
+            not any(answers(10, shear, negative, log)),
+            "it stops although the corners of the window still move",
+        ),
+        (
+            "rows as well as columns",
+            not any(answers(10, (0, 0, 0, 0, 0.004, 0))),
+            "b1 and b2 move the corners, too: it stops although the rows still change",
+        ),
+        (
+            "all four corners",
+            not any(answers(10, *diagonals)),
+            "there is a corner that it does not look at, and that one still moves",
+        ),
+        (
+            "the parts add up",
+            not any(answers(10, *sums)),
+            "each part is small, but in one corner of the window they add up to more",
+        ),
+        (
+            "the size of the window counts",
+            not any(answers(40, tuple(0.9 * np.array(small)))),
+            "the same step moves the corner of a large window by more than 0.01 px",
+        ),
+        (
+            "the window ends at half",
+            all(answers(10, *rest)),
+            "it goes on although no pixel from −half to half moves by 0.01 px",
+        ),
+    ]
+    # One slip fails many: the first two are enough to read
+    report("stop", [p for p in hints if not p[1]][:2] or hints)
+
+
+def match(function: Callable) -> None:
+    """Check match(left, right, point, start, size), which answers trail, sigma0, Q."""
+    affine = np.array([2.3, 1.02, 0.05, -1.6, -0.03, 0.99])
+    left, right = simulate.texture_pair(
+        simulate.texture(seed=1),
+        (70, 70),
+        affine,
+        sigma=0.5,
+        seed=3,
+        gain=1.1,
+        offset=5.0,
+    )
+    point = (33, 36)
+    place = affine.reshape(2, 3) @ (1, *point)
+    start = np.array([round(place[0]), 1, 0, round(place[1]), 0, 1, 0, 1.0])
+    answer = answer_of(function, left, right, point, start, 21)
+    if not isinstance(answer, tuple | list) or len(answer) != 3:
+        raise CheckFailed("match must return three things: trail, sigma0, Q")
+    trail, sigma0, Q = (np.asarray(part, dtype=float) for part in answer)
+    if trail.ndim != 2 or trail.shape[1] != 8 or Q.shape != (8, 8) or sigma0.shape:
+        raise CheckFailed(
+            "match must return trail of shape (k, 8), the number sigma0 and Q of shape"
+            f" (8, 8); got {trail.shape}, {sigma0.shape} and {Q.shape}"
+        )
+    found = trail[-1]
+    off = float(np.hypot(*(found[[0, 3]] - place)))
+    away = (
+        "the observed values are A less what h0 and h1 B give: the parameters run away"
+        if not off < 2
+        else "the position is not found"
+    )
+    if len(trail) > 1 and np.all(np.abs(found[[1, 5]]) < 0.5):
+        away = "a step is added to the parameters; it does not replace them"
+    elif np.allclose(found[6:], (0, 1)):
+        away = "h0 and h1 are left where they began"
+    book = textbook.match(left, right, point, start, 21)
+    first = book[0][1] - start
+    if len(trail) > 1 and near(trail[1, :6] - start[:6], -first[:6], 1e-3):
+        away = "the steps go the wrong way: A less what h0 and h1 B give, then added"
+    light_found = abs(found[7] - 1 / 1.1) < 0.02 and abs(found[6] + 5 / 1.1) < 2.5
+    squared = [(book[1] ** 2, "sigma0 is a standard deviation, not its square")]
+    of_Q = "the cofactor matrix is asked for: sigma0 squared stays outside of Q"
+    own, wanted = np.diag(Q), np.diag(book[2])
+    alike = near(sigma0 / book[1], 1, 0.05)
+    said = first_slip(sigma0, squared, LAST, 0.05)
+    if alike and near(own / (book[1] ** 2 * wanted), 1, 0.1):
+        said = of_Q
+    whole = len(trail) > 1 and near(trail[1, :6], book[0][1, :6], 2e-5)
+    report(
+        "match",
+        [
+            ("the place, to a hundredth of a pixel", off < 0.01, away),
+            (
+                "the light",
+                light_found or not off < 0.01,
+                "the place is right; h0 and h1 are not those of left = h0 + h1 right",
+            ),
+            (
+                "sigma0 and Q",
+                (alike and near(own / wanted, 1, 0.1)) or not off < 0.01,
+                said,
+            ),
+            (
+                "the trail",
+                (near(trail[0], start) and whole) or not (off < 0.01 and light_found),
+                "only a part of a step is added to the parameters, or it is rounded"
+                if near(trail[0], start)
+                else "the first row of the trail is not the start any more: p += step"
+                " changes the row that p stands for",
+            ),
+        ],
+    )

@@ -1,0 +1,221 @@
+"""What interpolation alone does to a match: shift and grey values against the truth.
+
+An image of a known texture is resampled at a part of a pixel to the right. One step of
+least squares with the exact gradients tells at which shift the texture itself would
+look like that: once with the shift as the only unknown, once with the six affine and
+two radiometric parameters of least squares matching. The difference is the bias.
+
+A match that resamples the right image errs the other way. By how much, converged
+matches of eight parameters tell: once with the slopes of the resampled right window
+(B 2.12), as the program of chapter 3 takes them, and once with those of the left
+window, as `lsm.match` does. On soft texture they err by as much as the one step says.
+On sharp texture they do not, because both the slopes and the contrast of the resampled
+window count. Positions beyond half a pixel mirror the others, and are left empty there.
+
+``python -m pgm_book.ch03.studies.interpolation_bias`` writes
+pgm_book/ch03/results/interpolation_bias.csv in a few minutes; tests/image/
+test_interpolation_bias.py repeats a part of it.
+"""
+
+import csv
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from pgm_lab import image, simulate
+from pgm_lab.adjustment import adjust
+from pgm_lab.image.resampling import _cubic, _weighted_sum
+from pgm_lab.lsm import _fine
+
+TABLE = Path(__file__).parents[1] / "results" / "interpolation_bias.csv"
+CUTOFFS = {"soft": 0.2, "sharp": 0.4}  # cycles per pixel
+METHODS = ("nearest", "bilinear", "cubic", "spline3", "spline5")
+OPENCV, LSM = "OpenCV cubic", "lsm"
+POSITIONS = np.linspace(0, 1, 21)  # px
+COLUMNS = (
+    *("texture", "method", "position", "textures"),
+    *("bias_px", "sd_px", "bias_8_px", "sd_8_px", "rms_grey"),
+    *("right_slopes_px", "right_slopes_sd_px", "right_slopes_converged"),
+    *("left_slopes_px", "left_slopes_sd_px", "left_slopes_converged"),
+)
+# The window in the middle of a larger image, so that no spline feels the border
+WINDOW, MARGIN = 21, 40
+
+
+def opencv_cubic(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """cv2.INTER_CUBIC: cubic convolution with a = -0.75, but at exact coordinates."""
+    return _weighted_sum(grey, *points.T, lambda x: _cubic(x, a=-0.75))
+
+
+def lsm(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """What pgm_lab.lsm does: a cubic spline on a grid of half pixels."""
+    return _fine.sample(_fine.coefficients(grey), *points.T)
+
+
+def errors(cutoff: float, seed: int, positions: np.ndarray) -> np.ndarray:
+    """Errors of all methods in one texture, shape (positions, methods, 3).
+
+    The last axis holds the error of the shift, the same with eight parameters, and the
+    root mean square error of the grey values of the window.
+    """
+    texture = simulate.texture(cutoff, seed=seed)
+    n = WINDOW + 2 * MARGIN
+    grey, _ = simulate.texture_pair(texture, (n, n), (0, 1, 0, 0, 0, 1))
+    y, x = np.mgrid[MARGIN : MARGIN + WINDOW, MARGIN : MARGIN + WINDOW].reshape(2, -1)
+    dx, dy = x - n // 2, y - n // 2
+    found = []
+    for position in positions:
+        points = np.stack([x + position, y], axis=-1)
+        truth = simulate.grey_values(texture, points)
+        gx, gy = simulate.grey_gradients(texture, points).T
+        shift = np.stack([gx, gy], axis=-1)
+        eight = np.stack(
+            [gx, gx * dx, gx * dy, gy, gy * dx, gy * dy, np.ones_like(gx), truth],
+            axis=-1,
+        )
+        values = [image.resample(grey, points, method) for method in METHODS]
+        values += [opencv_cubic(grey, points), lsm(grey, points)]
+        difference = np.array(values) - truth
+        found.append(
+            [
+                (np.linalg.pinv(shift) @ difference.T)[0],
+                (np.linalg.pinv(eight) @ difference.T)[0],
+                np.sqrt(np.mean(difference**2, axis=1)),
+            ]
+        )
+    return np.moveaxis(found, 1, -1)
+
+
+def resampling(method: str) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Grey values of an image at points (..., 2) by one of the methods."""
+
+    def shaped(function, grey, points):
+        return function(grey, points.reshape(-1, 2)).reshape(points.shape[:-1])
+
+    if method == OPENCV:
+        return partial(shaped, opencv_cubic)
+    if method == LSM:
+        return partial(shaped, lsm)
+    return partial(image.resample, method=method)
+
+
+def matches(
+    cutoff: float, seed: int, positions: np.ndarray, method: str, left_slopes: bool
+) -> np.ndarray:
+    """Errors along x (positions,) in px of converged eight-parameter matches.
+
+    The right image holds the texture at its pixels, the left window at the positions
+    beside them, both without any error. NaN where the iteration does not come to rest.
+    """
+    texture = simulate.texture(cutoff, seed=seed)
+    n = WINDOW + 2 * MARGIN
+    right, _ = simulate.texture_pair(texture, (n, n), (0, 1, 0, 0, 0, 1))
+    half, middle = WINDOW // 2, n // 2
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1).astype(float)
+    at = np.stack(
+        [x + middle + positions[:, None], np.tile(y + middle, (len(positions), 1))], -1
+    )
+    left = simulate.grey_values(texture, at)
+    slopes = np.moveaxis(simulate.grey_gradients(texture, at), -1, 1)
+    sample = resampling(method)
+
+    def grey_values(p, slopes):
+        """Computed grey values (B 2.10) and their derivatives (B 2.11)."""
+        a0, a1, a2, b0, b1, b2, h0, h1 = (p[:, [i]] for i in range(8))
+        at = np.stack([a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y], axis=-1)
+        B = sample(right, at)
+        if left_slopes:
+            gx, gy = slopes[:, 0], slopes[:, 1]
+        else:  # (B 2.12), (B 2.13)
+            gx = h1 * (sample(right, at + (1, 0)) - sample(right, at - (1, 0))) / 2
+            gy = h1 * (sample(right, at + (0, 1)) - sample(right, at - (0, 1))) / 2
+        columns = gx, x * gx, y * gx, gy, x * gy, y * gy, np.ones_like(B), B
+        return h0 + h1 * B, np.stack(columns, axis=-1)
+
+    start = np.tile([middle, 1, 0, middle, 0, 1, 0, 1.0], (len(positions), 1))
+    start[:, 0] += positions
+    # The slopes are not the derivatives of what is computed: no line search
+    found = adjust(
+        grey_values, start, left, args=(slopes,), line_search=False, tolerance=0.01
+    )
+    error = found.x[:, 0] - start[:, 0]
+    return np.where(found.status == "converged", error, np.nan)
+
+
+def match_columns(
+    kind: str, method: str, textures: int, positions: np.ndarray
+) -> list[tuple]:
+    """Mean, standard deviation and number of converged matches, for both slopes."""
+    if method == "nearest":  # its grey values jump: nothing converges
+        return [6 * ("",)] * len(positions)
+    both = [
+        [
+            _summary(error, textures) if position <= 0.5 else 3 * ("",)
+            for position, error in zip(positions, errors, strict=True)
+        ]
+        for errors in (
+            _all_matches(kind, method, textures, positions, left_slopes)
+            for left_slopes in (False, True)
+        )
+    ]
+    return [(*right, *left) for right, left in zip(*both, strict=True)]
+
+
+def _all_matches(
+    kind: str, method: str, textures: int, positions: np.ndarray, left_slopes: bool
+) -> np.ndarray:
+    """Errors (positions, textures); NaN beyond half a pixel."""
+    near = positions <= 0.5
+    errors = np.full((len(positions), textures), np.nan)
+    for seed in tqdm(range(textures), f"{kind}, {method}", leave=False):
+        errors[near, seed] = matches(
+            CUTOFFS[kind], seed, positions[near], method, left_slopes
+        )
+    return errors
+
+
+def _summary(error: np.ndarray, textures: int) -> tuple[str, str, int]:
+    """Mean, standard deviation, number; no mean of less than half of the textures."""
+    good = error[np.isfinite(error)]
+    if len(good) < max(2, textures / 2):
+        return "", "", len(good)
+    return f"{good.mean():.6f}", f"{good.std(ddof=1):.6f}", len(good)
+
+
+def rows(kind: str, textures: int, positions: np.ndarray = POSITIONS) -> list[tuple]:
+    """Rows of the table for one kind of texture."""
+    all_errors = np.array(
+        [
+            errors(CUTOFFS[kind], seed, positions)
+            for seed in tqdm(range(textures), kind, leave=False)
+        ]
+    )
+    bias, sd = all_errors.mean(axis=0), all_errors.std(axis=0, ddof=1)
+    rms = np.sqrt(np.mean(all_errors**2, axis=0))
+    matched = [
+        match_columns(kind, method, textures, positions)
+        for method in (*METHODS, OPENCV, LSM)
+    ]
+    return [
+        (
+            *(kind, method, f"{position:.2f}", textures),
+            *(f"{bias[p, m, 0]:.6f}", f"{sd[p, m, 0]:.6f}"),
+            *(f"{bias[p, m, 1]:.6f}", f"{sd[p, m, 1]:.6f}"),
+            f"{rms[p, m, 2]:.4f}",
+            *matched[m][p],
+        )
+        for m, method in enumerate((*METHODS, OPENCV, LSM))
+        for p, position in enumerate(positions)
+    ]
+
+
+if __name__ == "__main__":
+    table = [row for kind in CUTOFFS for row in rows(kind, 40)]
+    TABLE.parent.mkdir(exist_ok=True)
+    with TABLE.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows(table)

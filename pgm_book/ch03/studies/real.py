@@ -1,0 +1,119 @@
+"""Least squares matching of real images whose shift is known.
+
+``python -m pgm_book.ch03.studies.real`` writes pgm_book/ch03/results/real.csv within a
+minute; tests/lsm/test_studies.py repeats a part.
+
+The orthophoto is cut twice, shifted by whole pixels, and averaged down by 2 or 4. The
+means hold detail too fine for the small pixels, an alias that does not move with the
+rest: the model of the adjustment knows nothing of it, and the iterations converge more
+slowly. Therefore two tolerances, the usual one and one that leaves nothing.
+
+Landsat: the same ground in two scenes of one pass, where the shift is zero.
+"""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_lab import datasets, lsm, simulate
+
+TABLE = Path(__file__).parents[1] / "results" / "real.csv"
+SHIFTS = {
+    2: [(0, 1), (1, 0), (1, 1), (7, -3)],
+    4: [(0, 1), (1, 0), (1, 1), (2, 2), (2, 1), (1, 3), (-9, 6)],
+}
+WINDOWS = (11, 21, 31)
+TOLERANCES = (0.02, 0.001)  # px; the first is that of lsm.match
+FALSE = 0.5  # px
+COLUMNS = (
+    *("image", "factor", "shift_x", "shift_y", "window", "tolerance"),
+    *("points", "converged", "false", "mean_x", "mean_y", "sd", "rms", "median_error"),
+    *("median_predicted_sd", "rms_z", "median_z", "median_sigma0"),
+)
+
+
+def shrunk(
+    factor: int, shift: tuple[int, int], windows: tuple[int, ...] = WINDOWS
+) -> Iterator[tuple]:
+    """Rows of the table for one shift of the orthophoto."""
+    grey = datasets.yellowstone().grey
+    left, right = simulate.shrunk_pair(grey, shift, factor)
+    truth = np.array(shift) / factor
+    for window in windows:
+        for tolerance in TOLERANCES:
+            yield (
+                *("orthophoto", factor, *truth, window, tolerance),
+                *summary(left, right, truth, window, tolerance),
+            )
+
+
+def landsat(windows: tuple[int, ...] = WINDOWS) -> Iterator[tuple]:
+    """Rows of the table for the pair of satellite images."""
+    left, right = (scene.grey for scene in datasets.landsat_pair())
+    zero = np.zeros(2)
+    for window in windows:
+        for tolerance in TOLERANCES:
+            yield (
+                *("Landsat", 1, *zero, window, tolerance),
+                *summary(left, right, zero, window, tolerance),
+            )
+
+
+def summary(
+    left: np.ndarray,
+    right: np.ndarray,
+    shift: np.ndarray,
+    window: int,
+    tolerance: float,
+) -> tuple:
+    """Numbers of a row: windows side by side, starts rounded to whole pixels."""
+    room = window // 2 + 12
+    columns, rows = (np.arange(room, n - room, window + 1.0) for n in left.shape[::-1])
+    points = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+    truth = points + shift
+    found = lsm.match(
+        left,
+        right,
+        points,
+        np.rint(truth),
+        window,
+        tolerance=tolerance,
+        max_iterations=50,
+    )
+    error = found.points - truth
+    far = np.hypot(*error.T) > FALSE
+    good = found.accepted & ~far
+    error, C = error[good], found.covariance[good]
+    z2 = lsm_scene.squared(error, C)
+    sd = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
+    return (
+        *(len(points), f"{found.accepted.mean():.4f}"),
+        f"{np.mean(found.accepted & far):.4f}",
+        *(f"{mean:.4f}" for mean in error.mean(axis=0)),
+        f"{np.sqrt(np.mean(error.var(axis=0))):.4f}",
+        f"{np.sqrt(np.mean(error**2)):.4f}",
+        f"{np.median(np.abs(error)):.4f}",
+        f"{np.median(sd):.4f}",
+        f"{np.sqrt(np.mean(z2)):.2f}",
+        f"{np.sqrt(np.median(z2)):.2f}",
+        f"{np.median(found.sigma0[good]):.2f}",
+    )
+
+
+def write() -> None:
+    """Write the whole table."""
+    TABLE.parent.mkdir(exist_ok=True)
+    with TABLE.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for factor, shifts in SHIFTS.items():
+            for shift in shifts:
+                writer.writerows(shrunk(factor, shift))
+        writer.writerows(landsat())
+
+
+if __name__ == "__main__":
+    write()

@@ -1,0 +1,423 @@
+"""Checks of the exercises of chapter 5, intersection."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pgm_book.common.checks import (
+    CheckFailed,
+    answer_of,
+    call,
+    compare,
+    first_slip,
+    near,
+    report,
+)
+from pgm_book.program import camera as collinearity
+from pgm_book.program import orientation as lines
+from pgm_lab import rotation
+
+PHOTO = np.array([12.0, -8.0, 120.0, 0.2, -0.15, 1.1])
+POINTS = np.array([(5.0, 3, 1), (60, 15, 8), (-20, 40, -3), (35, -30, 12)])
+GROUND = np.array([(0.0, 0, 0), (90, 0, 5), (0, 80, 9), (85, 70, 0), (40, 30, 2)])
+TRUTH = np.array([40.0, 35, 120, 0.05, -0.03, 0.4])
+START = np.array([46.0, 30, 112, 0, 0, 0.3])
+AWAY = (
+    "the steps lead away from the photo: adjust asks for observed less computed, anew"
+    " in every step, in the order of the rows of A; its x is added to exterior"
+)
+
+
+def project(function: Callable[..., object]) -> None:
+    """Check the reader's project(exterior, points, c), which answers (n, 2)."""
+    cases = [(PHOTO, POINTS, 35.0), (PHOTO + 0.1, POINTS[:1], 152.9)]
+
+    def image(
+        M_of: Callable = lambda e: rotation.matrix(*e[3:]),
+        origin: Callable = lambda e: e[:3],
+        sign: int = -1,
+    ) -> Callable:
+        def wrong(exterior: np.ndarray, points: np.ndarray, c: float) -> np.ndarray:
+            U, V, W = M_of(exterior) @ (points - origin(exterior)).T
+            return sign * c * np.column_stack([U, V]) / W[:, None]
+
+        return wrong
+
+    right = image()
+    slips = {
+        "the sign: W is negative in front of the camera": image(sign=1),
+        "M is transposed: it turns object into image": image(
+            lambda e: rotation.matrix(*e[3:]).T
+        ),
+        "the angles are radians already": image(
+            lambda e: rotation.matrix(*np.radians(e[3:]))
+        ),
+        "M is missing: turn the ray into the camera": image(lambda e: np.eye(3)),
+        "the perspective centre is not taken off": image(origin=lambda e: np.zeros(3)),
+        "the first three of exterior are the place, the last three the angles": image(
+            lambda e: rotation.matrix(*e[:3]), lambda e: e[3:]
+        ),
+        "x and y are exchanged": lambda e, p, c: right(e, p, c)[:, ::-1],
+        "y points up in a photo": lambda e, p, c: right(e, p, c) * (1, -1),
+        "x points to the right in a photo": lambda e, p, c: right(e, p, c) * (-1, 1),
+        "the principal distance is missing": lambda e, p, c: right(e, p, c) / c,
+        "divide by W, which differs from point to point": lambda e, p, c: (
+            right(e, p, c) * (rotation.matrix(*e[3:]) @ (p - e[:3]).T)[2][:, None]
+        ),
+    }
+    otherwise = "the points are not imaged there"
+    holds, hint = compare(function, cases, right, slips, otherwise)
+    behind = PHOTO, POINTS + (0, 0, 300), 35.0
+    try:
+        unsigned = near(call(function, *behind, shape=(4, 2)), -right(*behind))
+    except CheckFailed:  # to refuse what is behind the camera is right, too
+        unsigned = False
+    if holds and unsigned:
+        holds, hint = False, "W keeps its sign: it is positive behind the camera"
+    report("project", [("one row a point, on its ray", holds, hint)])
+
+
+def derivatives(function: Callable[..., object]) -> None:
+    """Check the reader's derivatives(function, at), which answers (m, u)."""
+    at = np.array([0.7, -1.3, 2.1])
+    power = np.array([3.0, -2.0, 0.5, 1.5])
+
+    def wave(x: np.ndarray) -> np.ndarray:
+        x = np.asarray(x, dtype=float)
+        return np.sin(x[0] * power) + x[1] ** 3 + x[2] * power
+
+    right = np.column_stack(
+        [power * np.cos(at[0] * power), np.full(4, 3 * at[1] ** 2), power]
+    )
+
+    def rows(x: np.ndarray) -> np.ndarray:  # as project answers
+        return wave(x).reshape(2, 2)
+
+    found = filled(function, wave, at, shape=(4, 3))
+    slips = [
+        (-right, "the sign: there less back, divided by the way between them"),
+        (2 * right, "from back to there are two steps"),
+        (right / 2, "from back to there are two steps, and each is counted once"),
+        (0 * right, "nothing moves: change one element of a copy, then call function"),
+        (right[:, [0]] + 0 * right, "every column has its own unknown"),
+    ]
+    moved_all = right.sum(axis=1, keepdims=True) + 0 * right
+    slips.append((moved_all, "move one unknown at a time, from a fresh copy of at"))
+    # A second difference of sines and cubes: the right step leaves 1e-8
+    error = np.abs(found - right).max() / np.abs(right).max()
+    small = np.abs(found).max() / np.abs(right).max()
+    if 0 < small < 1e-3 and near(found / small, right, 1e-4):
+        hint = "the change is not divided by the way"
+    else:
+        hint = next((h for wrong, h in slips if near(found, wrong, 1e-4)), "")
+    if not hint and error < 1e-3:
+        hint = (
+            "nearly: the error is large for a central difference with a good step;"
+            " move there and back by the same step of about 1e-6"
+        )
+    hint = hint or "these are not the changes of the function"
+    table = answer_of(function, rows, at)
+    flat = np.shape(table) == (4, 3)
+    by_columns = flat and near(
+        table, right.reshape(2, 2, 3).swapaxes(0, 1).reshape(4, 3), 1e-4
+    )
+    zero = np.array([0.7, 0.0, 2.1])
+    with np.errstate(all="ignore"):
+        at_zero = np.ravel(answer_of(function, wave, zero))
+    integers = answer_of(function, wave, np.array([1, 2, 3]))
+    whole = (
+        near(
+            np.ravel(integers),
+            np.ravel(collinearity.derivatives(wave, np.array([1.0, 2, 3]))),
+            1e-5,
+        )
+        if np.shape(integers) == (4, 3)
+        else False
+    )
+    report(
+        "derivatives",
+        [
+            ("a column for each unknown", error < 2e-7, hint),
+            (
+                "also of a function that answers (n, 2)",
+                flat or error >= 2e-7,
+                "where the function answers a table, as project does, make one column"
+                " of it with np.ravel",
+            ),
+            (
+                "row by row",
+                not by_columns,
+                "one row of the table after the other: np.ravel does so by itself",
+            ),
+            (
+                "where an unknown is zero",
+                error >= 2e-7 or bool(np.all(np.isfinite(at_zero))),
+                "an unknown may be 0, and a part of 0 is no step: the step is 1e-6"
+                " for every unknown",
+            ),
+            (
+                "whole numbers as well",
+                whole or error >= 2e-7,
+                "where at holds whole numbers, a small step is lost: begin with"
+                " np.array(at, dtype=float)",
+            ),
+        ],
+    )
+
+
+def resection(function: Callable[..., object]) -> None:
+    """Check the reader's resection(start, image, points, c): exterior and sd."""
+    noise = np.random.default_rng(2).normal(0, 0.003, (5, 2))
+    image = collinearity.project(TRUTH, GROUND, 35.0) + noise
+    of_example = _names(function) & {"image_mm", "ground_m", 152.916}
+    if of_example:
+        raise CheckFailed(
+            "resection takes its photo, points and c from its arguments image, points"
+            f" and c, not from the example: {', '.join(map(str, of_example))}"
+        )
+    try:
+        found = call(function, START, image, GROUND, 35.0, shape=(2, 6))
+    except CheckFailed as failed:
+        if hint := _why_stopped(str(failed)):
+            raise CheckFailed(f"resection{hint}") from None
+        raise
+    exterior, sd = lines.resection(START, image, GROUND, 35.0)
+    good = near(found[0], exterior, 1e-6)
+    ratio = found[1] / sd
+    slips = [
+        (START, "exterior is still the start: add the corrections to it"),
+        (
+            np.append(exterior[:3], np.degrees(exterior[3:])),
+            "the angles are asked for in radians",
+        ),
+        (_first_step(image), "that is one step: put the steps into the loop"),
+    ]
+    hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), "")
+    off, start_off = (np.linalg.norm(e[:3] - exterior[:3]) for e in (found[0], START))
+    if not hint and off > start_off:
+        hint = AWAY
+    elif not hint and off < 1:
+        hint = "it comes near, but does not arrive: every step needs A and missing anew"
+    hint = hint or "the photo does not stand where its points say"
+    if near(ratio, ratio[0], 1e-3):
+        why = "the square roots of the diagonal of Q are multiplied by sigma0"
+    elif near(found[1], sd**2, 1e-3):
+        why = "those are variances: the roots are asked for"
+    else:
+        why = "sd does not follow from sigma0 and the diagonal of Q"
+    report(
+        "resection",
+        [
+            ("it arrives", good, hint),
+            ("with its standard deviations", near(ratio, 1.0, 1e-3) or not good, why),
+        ],
+    )
+
+
+def _names(function: Callable) -> set:
+    """Names and constants that a function and the functions within it use."""
+    codes, found = [getattr(function, "__code__", None)], set()
+    while codes:
+        code = codes.pop()
+        found |= {*getattr(code, "co_names", ()), *getattr(code, "co_consts", ())}
+        codes += [c for c in getattr(code, "co_consts", ()) if hasattr(c, "co_names")]
+    return found
+
+
+def _why_stopped(said: str) -> str:
+    """What follows the name resection in the feedback, if the reason is known."""
+    if "NoneType" in said or "at least one array" in said:
+        return (
+            " got nothing from a function that it uses: do exercises 5.1 and 5.2 first"
+        )
+    if any(word in said for word in ("llipsis", "A must be", "observed must be")):
+        return ": A, missing or sd is still `...`. Your turn!"
+    no_function = "not callable", "must be a function", "positional argument"
+    if any(words in said for words in no_function):
+        return (
+            ": derivatives asks for a function, which it calls itself: begin with"
+            " `lambda e:`, and write e in the place of exterior."
+        )
+    if "A must have shape" in said or "matmul" in said:
+        return (
+            ": A has a row for each photo coordinate, ten here, and missing is one"
+            " column of as many: np.ravel makes it of a table."
+        )
+    return f": {AWAY}." if "does not lie in front" in said else ""
+
+
+def _first_step(image: np.ndarray) -> np.ndarray:
+    """Where one step from the start leads."""
+
+    def photo(e: np.ndarray) -> np.ndarray:
+        return collinearity.project(e, GROUND, 35.0)
+
+    A = collinearity.derivatives(photo, START)
+    misclosure = (image - photo(START)).ravel()
+    return START + np.linalg.lstsq(A, misclosure, rcond=None)[0]
+
+
+# --- Checks of where rays meet: intersection, and the base that a height asks for ---
+
+
+def filled(
+    function: Callable[..., object], *arguments: Any, shape: tuple[int, ...]
+) -> np.ndarray:
+    """As `call`; says in plain words that a loop has not been filled yet."""
+    name = getattr(function, "__name__", "your function")
+    try:
+        return call(function, *arguments, shape=shape)
+    except CheckFailed as failed:
+        if "at least one array" in str(failed):
+            raise CheckFailed(f"{name}: there is no column yet. Your turn!") from None
+        if "Singular matrix" in str(failed):
+            raise CheckFailed(
+                f"{name}: the matrix has no inverse. Is every ray added to it?"
+            ) from None
+        raise
+
+
+def intersection(function: Callable) -> None:
+    """Check the reader's intersection(stations, directions), which answers (3,)."""
+    rng = np.random.default_rng(51)
+    point = np.array([12.0, -7.0, 3.0])
+    stations = point + rng.normal(0, 1, (4, 3)) * (40, 25, 5) + (0, 0, 100)
+    exact = point - stations
+    exact /= np.linalg.norm(exact, axis=1, keepdims=True)
+    long = np.array([1.0, 30.0, 200.0, 0.2])[:, None]
+    skew = exact + rng.normal(0, 0.02, (4, 3))
+    skew /= np.linalg.norm(skew, axis=1, keepdims=True)
+
+    found = filled(function, stations, exact, shape=(3,))
+    meets = near(found, point, 1e-6)
+    slip = "" if meets else _intersection_slips(found, stations, exact)
+    two = near(call(function, stations[:2], exact[:2], shape=(3,)), point, 1e-6)
+    any_length = near(call(function, stations, exact * long, shape=(3,)), point, 1e-6)
+    answer = call(function, stations, skew, shape=(3,))
+    stretched = call(function, stations, skew * long, shape=(3,))
+    least = near(answer, _nearest(stations, skew), 1e-6)
+    report(
+        "intersection",
+        [
+            (
+                "rays that meet",
+                meets,
+                slip or "rays that meet exactly are not given their point",
+            ),
+            (
+                "two rays are enough",
+                two or bool(slip),
+                "two of the rays alone give another point",
+            ),
+            (
+                "any length",
+                not meets or (any_length and near(answer, stretched, 1e-6)),
+                "the length of a direction changes the point: make it a unit vector",
+            ),
+            (
+                "least squares",
+                least or bool(slip),
+                "for rays that do not meet, the sum of squared distances is not least",
+            ),
+        ],
+    )
+
+
+def _intersection_slips(found: np.ndarray, stations: np.ndarray, d: np.ndarray) -> str:
+    """What is wrong with a point (3,), from stations and unit vectors (n, 3)."""
+    along, identity = d[:, :, None] * d[:, None, :], np.eye(3)
+    P = identity - along
+
+    def solved(matrices: np.ndarray, right_side: np.ndarray) -> np.ndarray:
+        return np.linalg.lstsq(matrices.sum(axis=0), right_side, rcond=None)[0]
+
+    def times(matrices: np.ndarray) -> np.ndarray:
+        return np.einsum("nij,nj->i", matrices, stations)
+
+    slips = [
+        (
+            solved(P, stations.sum(axis=0)),
+            "on the right side, too, each station is multiplied by its P",
+        ),
+        (
+            solved(P, -times(P)),
+            "the sign of the right side: sort the equation once more",
+        ),
+        (solved(along, times(along)), "that is the part along the ray: P takes it off"),
+        (
+            solved(identity + along, times(identity + along)),
+            "P takes the part along the ray off: look at the sign",
+        ),
+    ]
+    number = identity - np.ones((4, 3, 3))  # d @ d is 1
+    slips.append(
+        (
+            solved(number, times(number)),
+            "that is the mean of the stations: d d^T is a 3 x 3 matrix, no number",
+        )
+    )
+    if hint := first_slip(found, slips, ""):
+        return hint
+    if np.ptp(found) < 1e-6 * np.abs(found).max():  # d * d leaves (1, 1, 1) open
+        return "d d^T has every element of d times every other, d * d only its own"
+    way = found - stations[-1]
+    if near(P[-1] @ way / np.linalg.norm(way), np.zeros(3), 1e-6):
+        return "only the last ray counts: add with += to the matrix and the right side"
+    return ""
+
+
+def base(function: Callable) -> None:
+    """Check the reader's base(height_m, c_mm, sigma_um, wanted_m) in metres."""
+    cases = np.array([(1000.0, 24.0, 3.0, 0.5), (120.0, 35.0, 1.0, 0.02)])
+    answers = np.array([float(call(function, *case, shape=())) for case in cases])
+    height, c, sigma, wanted = cases.T
+    expected = height**2 / c * np.sqrt(2) * sigma / 1000 / wanted
+    ratio = answers / expected
+    nearly = near(ratio, 1.0, 0.03)
+    higher = float(call(function, 2000.0, 24.0, 3.0, 0.5, shape=()))
+    report(
+        "base",
+        [
+            (
+                "twice as high, four times the base",
+                nearly or near(higher / expected[0], 4.0 * ratio[0]),
+                "twice as high, a pixel covers twice the ground, and the rays meet at"
+                " half the angle",
+            ),
+            ("the precision is as wanted", near(ratio, 1.0), _base_slips(ratio)),
+        ],
+    )
+
+
+def _base_slips(ratio: np.ndarray) -> str:
+    """What is wrong with bases (2,), from their ratio to the right ones."""
+    if near(ratio, 1.0, 0.03):
+        return "nearly: do not round, neither a factor nor the base"
+    if near(ratio, np.sqrt(2), 1e-6):
+        return "of a difference the variances add, not the standard deviations"
+    if near(ratio, 0.5, 1e-6):
+        return "a difference of two coordinates is less certain than one of them"
+    half = "a parallax is the difference of two coordinates: a factor is missing"
+    for factor, slips in ((1.0, []), (np.sqrt(2), [half])):
+        decade = np.log10(np.clip(np.abs(factor * ratio), 1e-99, 1e99))
+        power = np.round(decade[0])
+        if abs(power) > 9 or not near(decade, power, 1e-6):
+            continue
+        if power:
+            size = "large" if power > 0 else "small"
+            slips.append(f"your base is 10^{abs(power):.0f} times too {size}")
+        if np.any(ratio < 0):
+            slips.append("a length is positive: look at the sign")
+        return ", and ".join(slips)
+    return "the base does not follow from the height, the scale and the parallax"
+
+
+def _nearest(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """By projection of the rays' scales: another way than the solution's."""
+    n = len(stations)
+    # X - X0_i - t_i d_i = 0 for all i; unknowns X and t
+    A = np.hstack([np.tile(np.eye(3), (n, 1)), np.zeros((3 * n, n))])
+    for i, d in enumerate(directions):
+        A[3 * i : 3 * i + 3, 3 + i] = -d
+    return np.linalg.lstsq(A, stations.ravel(), rcond=None)[0][:3]

@@ -1,0 +1,1 @@
+"""Chapter 6: its figures, checks, predictions, studies and their results."""

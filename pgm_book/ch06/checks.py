@@ -1,0 +1,323 @@
+"""Checks of the exercises of chapter 6, self-calibrating bundle adjustment."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pgm_book.common.checks import (
+    CheckFailed,
+    answer_of,
+    call,
+    first_slip,
+    near,
+    report,
+)
+from pgm_book.program import bundle as textbook
+from pgm_lab import datasets
+
+# Rays, photos, points, parameters, held control points
+_NETWORKS = (
+    (450, 9, 50, 10, 0),
+    (450, 9, 50, 10, 4),
+    (120, 4, 30, 0, 0),
+    (310, 7, 61, 8, 5),
+)
+
+_RUNS_AWAY = (
+    "the steps run away: compare s with the right side of the reduced equations; f and"
+    " g have their minus already"
+)
+
+
+def redundancy(function: Callable) -> None:
+    """Check the reader's redundancy(rays, photos, points, parameters, held)."""
+    answers = np.array([float(call(function, *case, shape=())) for case in _NETWORKS])
+    rays, photos, points, parameters, held = np.array(_NETWORKS, dtype=float).T
+    free = 7.0 * (held == 0)
+    expected = 2 * rays - parameters - 6 * photos - 3 * (points - held) + free
+    slips = [
+        (expected - rays, "a ray gives two observations, x and y"),
+        (expected - 2 * free, "a constraint adds to the redundancy: its sign"),
+        (expected - free, "without control the inner constraints are missing"),
+        (expected - free + 7, "with held control there are no inner constraints"),
+        (
+            expected - free + 7 - held,
+            "right for 2013; but with held points the photos need no inner constraint"
+            " any more, not fewer of them",
+        ),
+        (expected - 3 * held, "held points are still counted as unknowns"),
+        (
+            expected - 3 * held - free + 7,
+            "held points are still counted as unknowns, and constraints come on top",
+        ),
+        (expected - 6 * held, "held points: the sign; they are fewer unknowns"),
+        (expected + 2 * held, "a held point is three coordinates, not one"),
+        (expected - 2 * held, "a held point is three coordinates, not one"),
+        (expected + parameters, "the parameters of the camera are missing"),
+        (
+            expected + parameters - parameters * photos,
+            "all photos are from one camera: its parameters count once",
+        ),
+        (expected + 6 * photos, "the six unknowns of a photo are missing"),
+        (expected + 3 * photos, "a photo has six unknowns: position and attitude"),
+        (expected + points - held, "a point has three coordinates"),
+    ]
+    known = near(answers[0], expected[0])
+    other = "observations, unknowns or constraints are counted otherwise"
+    if known:
+        other = "right for the network of 2013, but not for any: use all arguments"
+        if near(answers[held == 0], expected[held == 0]):
+            other = "right without held points, not with them"
+    hint = first_slip(answers, slips, other)
+    report(
+        "redundancy",
+        [
+            ("the network of 2013", known, hint),
+            ("any network", not known or near(answers, expected), hint),
+        ],
+    )
+
+
+def reduced(function: Callable) -> None:
+    """Check the reader's reduced(K, E, V), normal equations without the points."""
+    rng = np.random.default_rng(62)
+    J = rng.normal(size=(60, 7 + 3 * 5))
+    J[:, 7:] *= np.kron(np.arange(60)[:, None] % 5 == np.arange(5), np.ones(3))
+    N = J.T @ J
+    K, E = N[:7, :7], N[:7, 7:].reshape(7, 5, 3).swapaxes(0, 1)
+    V = np.array([N[i : i + 3, i : i + 3] for i in range(7, 22, 3)])
+    expected = np.linalg.inv(np.linalg.inv(N)[:7, :7])  # another way to the same
+    answer = call(function, K, E, V, shape=(7, 7))
+    free = _free_network(function, J)
+    one_point = call(function, K, E[:1], V[:1], shape=(7, 7))
+    first = K - E[0] @ np.linalg.inv(V[0]) @ E[0].T
+    by_points = E @ np.linalg.inv(V) @ E.swapaxes(1, 2)
+    slips = [
+        (K + by_points.sum(axis=0), "the sign: the points take something away"),
+        (by_points.sum(axis=0), "K is missing"),
+        (K - (E @ V @ E.swapaxes(1, 2)).sum(axis=0), "V is to be inverted"),
+        (K - (E @ (1 / V) @ E.swapaxes(1, 2)).sum(axis=0), "1 / V is not the inverse"),
+        (K - by_points[0], "all points take part, not the first alone"),
+        (K - by_points[-1], "all points take part, not the last alone"),
+        (K - by_points.mean(axis=0), "the sum over the points, not their mean"),
+        (
+            K - E.sum(axis=0) @ np.linalg.inv(V.sum(axis=0)) @ E.sum(axis=0).T,
+            "each point with its own E and V first, the sum over the points last",
+        ),
+        (np.linalg.inv(expected), "that is the inverse of it: leave it as equations"),
+    ]
+    other = "its solution is not that of the whole normal equations"
+    hint = first_slip(answer, slips, other)
+    symmetric = near(answer, answer.T, 1e-6)
+    alone = near(one_point, first, 1e-6)
+    whole = near(answer, expected, 1e-6)
+    if whole and not alone:
+        hint = "with a single point it is another matrix"
+    elif not symmetric:
+        hint = "it is not symmetric, and normal equations are"
+    report(
+        "reduced",
+        [
+            ("the same solution with fewer rows", whole and alone, hint),
+            (
+                "also in a free network",
+                not (whole and alone) or free,
+                "a free network fails: its whole normal matrix is singular and has no"
+                " inverse; invert the 3 × 3 blocks of the points alone",
+            ),
+        ],
+    )
+
+
+def _free_network(function: Callable, J: np.ndarray) -> bool:
+    """Whether the function eliminates points when the whole matrix is singular."""
+    J = J.copy()
+    J[:, 0] = J[:, 1:] @ np.linspace(-1, 1, J.shape[1] - 1)  # a motion no ray notices
+    N = J.T @ J
+    E = N[:7, 7:].reshape(7, 5, 3).swapaxes(0, 1)
+    V = np.array([N[i : i + 3, i : i + 3] for i in range(7, 22, 3)])
+    Q = np.linalg.qr(J[:, 7:])[0]
+    rest = J[:, :7] - Q @ (Q.T @ J[:, :7])  # what the points cannot take up
+    try:
+        answer = call(function, N[:7, :7], E, V, shape=(7, 7))
+    except CheckFailed:  # it did return something in the network before
+        return False
+    return near(answer, rest.T @ rest, 1e-6)
+
+
+def band(function: Callable) -> None:
+    """Check the reader's band(rho, C), standard deviation of the radial correction."""
+    rho = np.array([0.0, 1.5, 4.0, 8.0])
+    rng = np.random.default_rng(63)
+    root = rng.normal(size=(3, 3)) * np.array([[3e-6], [6e-8], [4e-10]])
+    C = root @ root.T
+    answer = call(function, rho, C, shape=(4,))
+    powers = rho[:, None] ** (3, 5, 7)
+
+    def spread(J: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+        return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", J, covariance, J), 0))
+
+    expected = spread(powers, C)
+    sd = np.sqrt(np.diagonal(C))
+    slips = [
+        (expected**2, "that is the variance: take the root"),
+        (spread(powers, np.diag(sd**2)), "the covariances between K1, K2, K3 count"),
+        (spread(powers, np.diag(sd**4)), "the diagonal of C holds variances"),
+        (
+            np.sqrt(np.abs(powers @ sd**2)),
+            "the derivatives enter twice, before C and behind it",
+        ),
+        (
+            spread(powers, (C + np.diag(sd**2)) / 2),
+            "each covariance counts twice: C has it above and below the diagonal",
+        ),
+        (powers @ sd, "standard deviations do not simply add: use all of C"),
+        (
+            spread(rho[:, None] ** (2, 4, 6), C),
+            "the radial correction has other powers",
+        ),
+        (
+            spread(rho[:, None] ** (1, 2, 3), C),
+            "the radial correction has other powers",
+        ),
+        (1.96 * expected, "one standard deviation, not 95 per cent"),
+        (2 * expected, "one standard deviation, not two"),
+        (1000 * expected, "millimetres, not micrometres"),
+    ]
+    size = expected.max()  # the numbers are small: compare them with their own size
+    hint = first_slip(
+        answer / size,
+        [(wrong / size, text) for wrong, text in slips],
+        "it does not follow from the covariance of K1, K2 and K3",
+    )
+    right = near(answer / size, expected / size, 1e-6)
+    report(
+        "band",
+        [
+            ("nothing at the centre", abs(answer[0]) < 1e-12, "at rho = 0 it is not 0"),
+            ("all of the covariance counts", right, hint),
+        ],
+    )
+
+
+def without_lens(function: Callable) -> None:
+    """Check without_lens(xy, camera), the ideal image points."""
+    xy = np.array([(3.0, 4.0), (-8.5, 2.0), (0.5, -6.0), (-4.0, -5.5)])
+    base = np.zeros(10)
+    base[0] = 35.0
+    full = np.array([35, 0.2, -0.1, 3e-5, -4e-7, 2e-9, 4e-6, -7e-6, 3e-4, -2e-4])
+    answer = call(function, xy, full, shape=(4, 2))
+    expected = textbook.without_lens(xy, full)
+
+    def wrong(**changed: float | str) -> np.ndarray:
+        """The answer with parameters negated, exchanged or left out."""
+        names = ["c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2"]
+        camera = full.copy()
+        for name, by in changed.items():
+            k = names.index(name)
+            camera[k] = full[names.index(by)] if isinstance(by, str) else by * full[k]
+        return textbook.without_lens(xy, camera)
+
+    rho = np.hypot(*(xy - full[1:3]).T)[:, None]
+    radial = full[3] * rho**2 + full[4] * rho**4 + full[5] * rho**6
+    ideal = xy - full[1:3]
+    slips = [
+        (2 * ideal - expected, "the correction is added to the measured point"),
+        (expected - ideal, "that is the correction alone; add it to the point"),
+        (expected + full[1:3], "x0 and y0 are subtracted first, and stay subtracted"),
+        (wrong(x0=0, y0=0), "the principal point is missing"),
+        (wrong(x0=-1, y0=-1), "x0 and y0 are subtracted, not added"),
+        (wrong(P1="P2", P2="P1"), "P1 and P2 are exchanged"),
+        (wrong(b1="b2", b2="b1"), "b1 and b2 are exchanged"),
+        (wrong(K1="K2", K2="K1"), "K1 and K2 are exchanged"),
+        (wrong(P1=0, P2=0), "the decentring, P1 and P2, is missing"),
+        (wrong(b1=0, b2=0), "the affinity, b1 and b2, is missing"),
+        (wrong(K3=0), "K3 is missing"),
+        (
+            expected - ideal * (radial - radial / rho),
+            "x and y are multiplied by K1 ρ² and so on; ρ is not divided out",
+        ),
+        *((expected.round(k), "rounded; keep all digits") for k in (3, 4, 5, 6)),
+    ]
+    parts = []
+    for k, name in ((3, "K1"), (4, "K2"), (5, "K3"), (6, "P1"), (7, "P2"), (8, "b1")):
+        one = base.copy()
+        one[k] = 1e3 ** (-1 - (k - 3)) if k < 6 else 1e-4
+        mine = call(function, xy, one, shape=(4, 2))
+        if not near(mine - xy, textbook.without_lens(xy, one) - xy, 1e-9):
+            parts.append(name)
+    other = f"the part of {', '.join(parts)} is wrong" if parts else "b2 is wrong"
+    if not near(call(function, xy, base, shape=(4, 2)), xy):
+        other = "a camera with all parameters zero but c must change nothing"
+    hint = first_slip(answer, slips, other, 1e-9)
+    report("without_lens", [("the ideal points", near(answer, expected, 1e-10), hint)])
+
+
+def _adjusted(function: Callable, *arguments: object) -> Sequence:
+    """What the reader's bundle answers; steps that run away are called so."""
+    try:
+        return answer_of(function, *arguments, first="exercises 6.1 and 6.3")
+    except CheckFailed as error:
+        cause = error.__cause__
+        gone = "must be positive" in str(cause) or "in front of" in str(cause)
+        if gone or isinstance(cause, np.linalg.LinAlgError):
+            raise CheckFailed(f"bundle: {_RUNS_AWAY}") from error
+        raise
+
+
+def adjust(function: Callable) -> None:
+    """Check bundle(photo, point, xy, sigma, camera, exteriors, points)."""
+    data = datasets.muliawan2013()
+    arguments = data.photo, data.point, data.xy, 0.001
+    start = np.array(data.interior, float), data.exteriors, data.object_points
+    answer = _adjusted(function, *arguments, *start)
+    if not isinstance(answer, tuple | list) or len(answer) != 4:
+        raise CheckFailed("bundle must return four things: camera, C, sigma0, points")
+    camera, C, sigma0, points = (np.asarray(part, dtype=float) for part in answer)
+    shapes = camera.shape, C.shape, sigma0.shape, points.shape
+    if shapes != ((10,), (10, 10), (), (50, 3)):
+        raise CheckFailed(
+            "bundle must return shapes (10,), (10, 10), one number and (50, 3); got"
+            f" {', '.join(map(str, shapes))}"
+        )
+    right, cofactors, s0, _ = textbook.adjust(*arguments, *start)
+    sd = np.sqrt(np.diag(cofactors))
+    off = np.abs(camera - right) / sd
+    away = "the camera is not the best one: it does not come to rest there"
+    if near(camera, start[0]):
+        away = "the camera stays at its start: add the step"
+    elif not np.all(np.isfinite(camera)) or np.abs(camera[0] - 35) > 5:
+        away = _RUNS_AWAY
+    variance = np.diag(C)
+    hint = "C is not sigma0² times the cofactors of the camera"
+    if near(variance / sd**2, 1 / s0**2, 1e-3):
+        hint = "C lacks the factor sigma0²: these are cofactors"
+    elif near(variance / sd**2, 1 / s0, 1e-3):
+        hint = "C lacks a factor sigma0: it is to be squared"
+    spread = "sigma0 is the root of the sum of v² over the redundancy"
+    if near(sigma0, s0 * np.sqrt(693 / 900), 1e-4):
+        spread = "the sum of v² is divided by the redundancy, not by all observations"
+    elif near(sigma0, s0 * np.sqrt(693 / 686), 1e-4):
+        spread = "seven unknowns are held: they are no unknowns any more"
+    elif near(sigma0, s0**2, 1e-4):
+        spread = "take the root"
+    found = bool(np.all(off < 0.02))
+    good = near(sigma0, s0, 1e-4)
+    few = data.photo < 6  # another redundancy: nothing of 2013 may be typed in
+    arguments = data.photo[few], data.point[few], data.xy[few], 0.001
+    start = start[0], data.exteriors[:6], data.object_points
+    again = found and good and float(_adjusted(function, *arguments, *start)[2])
+    other = near(again, textbook.adjust(*arguments, *start)[2], 1e-4)
+    report(
+        "bundle",
+        [
+            ("the camera", found, away),
+            ("sigma0", good or not found, spread),
+            (
+                "sigma0 with fewer photos",
+                other or not (found and good),
+                "with six photos sigma0 is another one: count what the arrays hold",
+            ),
+            ("the covariance", near(variance / sd**2, 1, 1e-2) or not good, hint),
+        ],
+    )

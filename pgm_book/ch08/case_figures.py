@@ -1,0 +1,348 @@
+"""Figures of the case of the three locations: six numbers, and what they share."""
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate
+from pgm_lab.plot import basic
+from pgm_lab.plot._overlay import grey_levels
+from pgm_lab.simulate import Landscape
+from pgm_lab.stereo import NormalPair, Surface, Terrain
+
+TILE, HIGH = 31, 19  # px across and down, of what is shown around a mark
+REACH = 24  # px to each side, of the row it is looked for in
+WAYS = (("interactive", basic.BLUE, "o"), ("automatic", basic.ORANGE, "s"))
+HALF_DIGIT = 0.005  # m, of a printed number
+
+
+def six(points: ArrayLike, interactive: ArrayLike, automatic: ArrayLike) -> None:
+    """Show the means of both ways at each location, and their differences.
+
+    Parameters
+    ----------
+    points : array_like (n,)
+        Test points at each location.
+    interactive, automatic : array_like (n,)
+        Printed means in m, with two decimals.
+    """
+    n, hand, machine = _lists(
+        points=points, interactive=interactive, automatic=automatic
+    )
+    at = np.arange(len(n))
+    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 2.8))
+    for (name, colour, mark), values, off in zip(WAYS, (hand, machine), (-0.12, 0.12)):
+        ax.plot(at + off, values, mark, color=colour, ms=11, label=name)
+    ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2))
+    ax.legend(loc="lower left")
+    look: basic.Look = {"fmt": "D", "color": basic.BLACK, "capsize": 7, "ms": 7}
+    difference = machine - hand
+    beside.errorbar(at, 100 * difference, yerr=200 * HALF_DIGIT, **look)
+    share = 2 * hand  # cm: 2 % of the interactive mean
+    dash: basic.Look = {"color": basic.RED, "ms": 44, "mew": 3, "label": "2 %"}
+    beside.plot(at, share, "_", **dash)
+    beside.legend(loc="upper right", markerscale=0.5)
+    beside.set(title="automatic − interactive", ylabel="cm", ylim=(0, 6.5))
+    for panel in (ax, beside):
+        panel.set_xticks(at, [f"{k + 1}\n{int(m)} points" for k, m in enumerate(n)])
+        panel.set_xlim(-0.5, len(n) - 0.5)
+        panel.tick_params(axis="x", labelsize=13)
+    said = (
+        f"location {k + 1}: {a:.2f} and {b:.2f} m, difference"
+        f" {100 * (b - a):.0f} ± 1 cm"
+        for k, (a, b) in enumerate(zip(hand, machine))
+    )
+    basic.show(
+        fig,
+        "Left the means of Table 1, right their differences with bars as long as the"
+        " rounding of the digits; a stroke at 2 % of each interactive mean meets each"
+        f" bar. {'; '.join(said)}.",
+        colours=64,
+    )
+
+
+def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
+    """Show points of the left photo, and rows of the right one to find them in.
+
+    Parameters
+    ----------
+    pair : NormalPair
+        Two photos in the normal case.
+    places : array_like (n, 2)
+        (column, row) of the marks in the left photo, whole pixels; up to four.
+    starts : array_like (n,)
+        Disparity in the middle of what is shown of the right photo, in px.
+    """
+    _validate.instance(pair, NormalPair, "pair")
+    places = np.round(_validate.point_list(places, "places")).astype(int)
+    starts = _validate.of_shape(starts, (len(places),), "starts")
+    if not 1 <= len(places) <= 4:
+        raise ValueError("places must be one to four points")
+    half, high = TILE // 2, HIGH // 2
+    parts = []
+    for (column, row), start in zip(places, starts):
+        rows = slice(row - high, row + high + 1)
+        middle = column - round(start)
+        columns, rest = slice(column - half, column + half + 1), middle - REACH
+        tile = pair.left[rows, columns]
+        strip = pair.right[rows, max(rest, 0) : middle + REACH + 1]
+        shapes = tile.shape == (HIGH, TILE) and strip.shape == (HIGH, 2 * REACH + 1)
+        if min(rows.start, columns.start, rest) < 0 or not shapes:
+            raise ValueError("a place lies too near to the edge of the photo")
+        parts.append((tile, strip, column - rest))
+    shape: basic.Look = {"gridspec_kw": {"width_ratios": (TILE, 2 * REACH + 1)}}
+    shape |= {"figsize": (7, 0.5 + 1.3 * len(places)), "squeeze": False}
+    shape["layout"] = "compressed"
+    fig, axes = plt.subplots(len(places), 2, **shape)
+    for (left, right), (tile, strip, d), name in zip(axes, parts, "ABCD"):
+        left.imshow(grey_levels(tile, "left"), vmin=0, vmax=1)
+        left.plot(half, high, "+", color="black", ms=22, mew=5)
+        left.plot(half, high, "+", color=basic.YELLOW, ms=20, mew=2)
+        left.set(xticks=[], yticks=[], ylabel=name)
+        # A column further to the right is a disparity less
+        extent = (d + 0.5, d - 2 * REACH - 0.5, HIGH - 0.5, -0.5)
+        right.imshow(grey_levels(strip, "right"), vmin=0, vmax=1, extent=extent)
+        right.axhline(high, color=basic.YELLOW, lw=1, ls=(0, (2, 6)))
+        right.xaxis.set_major_locator(MultipleLocator(10))
+        right.xaxis.set_minor_locator(MultipleLocator(2))
+        right.set(yticks=[])
+        for ax in (left, right):
+            ax.grid(False)
+    axes[0, 0].set_title("left: the mark")
+    axes[0, 1].set_title("right: where is it?")
+    axes[-1, 1].set_xlabel("disparity (px)")
+    basic.show(
+        fig,
+        f"{len(places)} points, a row for each: a cross in a part of the left photo,"
+        " beside it the same rows of the right photo over a scale of disparities.",
+        colours=128,
+    )
+
+
+def gaps(
+    land: Landscape, spots: ArrayLike, dsm: Surface, dtm: Terrain, row: int
+) -> None:
+    """Show where an operator finds ground, and a profile of both ways beside the truth.
+
+    Parameters
+    ----------
+    land : Landscape
+        The truth.
+    spots : array_like (n, 3)
+        Points on the ground that were measured interactively, in m.
+    dsm, dtm : Surface, Terrain
+        Of the automatic way, in the same cells.
+    row : int
+        Of the cells, for the profile.
+    """
+    _validate.instance(land, Landscape, "land")
+    _validate.instance(dsm, Surface, "dsm")
+    _validate.instance(dtm, Terrain, "dtm")
+    spots = _validate.of_shape(spots, (None, 3), "spots")
+    row = _validate.whole(row, "row", 0, dsm.z.shape[0] - 1)
+    X = dsm.corner[0] + dsm.cell * np.arange(dsm.z.shape[1])
+    rows = np.arange(dsm.z.shape[0])
+    Y = dsm.corner[1] - dsm.cell * rows
+    at = np.full_like(X, Y[row])
+    fig, (ax, below) = plt.subplots(2, 1, figsize=(10, 4.3), sharex=True)
+    seen = land.at(land.grey, *np.meshgrid(X, Y))
+    box: basic.Look = {"extent": (X[0], X[-1], Y[-1], Y[0]), "aspect": "auto"}
+    ax.imshow(grey_levels(seen, "grey"), **box)
+    ax.plot(*spots[:, :2].T, ".", color=basic.YELLOW, ms=7, mec="black", mew=0.6)
+    ax.axhline(Y[row], color=basic.RED, lw=1.5)
+    ax.grid(False)
+    ax.set_ylabel("Y (m)")
+    for border, name in zip((X[0], *land.borders), ("open", "mixed", "wood")):
+        box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none"}
+        ax.text(border + 3, Y[0] - 3, name, va="top", fontsize=15, bbox=box)
+    top, ground = land.at(land.dsm, X, at), land.at(land.dtm, X, at)
+    below.plot(X, top, color=basic.GREY, lw=1.2, label="true surface")
+    below.plot(X, ground, color=basic.BLACK, label="true ground")
+    below.plot(X, dsm.z[row], color=basic.RED, lw=1.2, label="automatic, unedited")
+    below.plot(X, dtm.z[row], color=basic.ORANGE, lw=1.8, label="automatic, filtered")
+    near = np.abs(spots[:, 1] - Y[row]) < 3
+    below.plot(*spots[near][:, [0, 2]].T, "o", color=basic.BLUE, ms=6, label="operator")
+    below.set(xlabel="X (m)", ylabel="Z (m)", xlim=(X[0], X[-1]))
+    below.legend(loc="upper left", ncols=2)
+    basic.show(
+        fig,
+        f"Above the land from above with {len(spots)} points that an operator measured:"
+        " evenly in open and mixed ground, in gaps between crowns in the wood. Below a"
+        " profile: true surface, true ground, automatic heights, which run over the"
+        " crowns before filtering and along the ground after it, and the operator's"
+        " points within 3 m.",
+        colours=128,
+    )
+
+
+def compared(
+    alone: Mapping[str, ArrayLike], common: Mapping[str, ArrayLike], longer: float
+) -> None:
+    """Show RMSE of both ways, without and with an error that both share.
+
+    Parameters
+    ----------
+    alone, common : mapping of str to array_like (2,)
+        RMSE of the interactive and of the automatic way in m, by the kind of ground.
+    longer : float
+        By how much the base is too long for both ways, in m.
+    """
+    error = f"base {_validate.number(longer, 'longer'):.2f} m too long"
+    found = [_pairs(one, name) for one, name in ((alone, "alone"), (common, "common"))]
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.4), sharey=True)
+    for ax, values, title in zip(axes, found, ("orientation right", error)):
+        _bars(ax, values)
+        ax.set_title(title)
+    axes[0].set_ylabel("RMSE (m)")
+    axes[0].set_ylim(0, 1.6 * max(max(v) for one in found for v in one.values()))
+    axes[0].legend(loc="upper left")
+    said = (
+        f"{title}: "
+        + ", ".join(f"{k} {v[0]:.2f} and {v[1]:.2f} m" for k, v in values.items())
+        for title, values in zip(("right", error), found)
+    )
+    basic.show(
+        fig,
+        "RMSE of the interactive and the automatic way by kind of ground, left with the"
+        f" right orientation, right with an error that both share. {'; '.join(said)}.",
+        colours=64,
+    )
+
+
+def bowl(points: ArrayLike, errors: ArrayLike, parallaxes: ArrayLike) -> None:
+    """Show errors of height over a model, beside its y parallaxes.
+
+    Parameters
+    ----------
+    points : array_like (n, 2)
+        X and Y in m.
+    errors : array_like (n,)
+        Errors of height in m.
+    parallaxes : array_like (n,)
+        y parallaxes in px.
+    """
+    at = _validate.point_list(points, "points")
+    dz, py = _lists(errors=errors, parallaxes=parallaxes)
+    if len(dz) != len(at):
+        raise ValueError("points and errors must be of one length")
+    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 3.5))
+    most = np.abs(dz).max()
+    look: basic.Look = {"cmap": "PuOr", "vmin": -most, "vmax": most, "marker": "s"}
+    shown = ax.scatter(*at.T, c=dz, s=70, **look)
+    fig.colorbar(shown, ax=ax, label="error of height (m)", shrink=0.9)
+    ax.set(xlabel="X (m)", ylabel="Y (m)", aspect="equal")
+    ax.grid(False)
+    beside.hist(py, bins=np.linspace(-1, 1, 41).tolist(), color=basic.BLUE)
+    beside.set(xlabel="y parallax (px)", ylabel="points", xlim=(-1, 1))
+    basic.show(
+        fig,
+        f"Left errors of height over the model, a bowl from {dz.min():.1f} to"
+        f" {dz.max():.1f} m. Right a histogram of y parallaxes from -1 to 1 px: none is"
+        f" larger than {np.abs(py).max():.2f} px.",
+        colours=64,
+    )
+
+
+def _bars(ax: Axes, values: Mapping[str, Sequence[float]]) -> None:
+    """Two bars for each kind of ground."""
+    at = np.arange(len(values))
+    for k, ((name, colour, _), off) in enumerate(zip(WAYS, (-0.2, 0.2))):
+        heights = [one[k] for one in values.values()]
+        look: basic.Look = {"hatch": "//" if k else "", "edgecolor": basic.BLACK}
+        bars = ax.bar(at + off, heights, 0.38, color=colour, label=name, **look)
+        ax.bar_label(bars, fmt="%.2f", fontsize=14, padding=3, rotation=90)
+    ax.set_xticks(at, list(values))
+    ax.grid(False, axis="x")
+
+
+def _pairs(values: Mapping[str, ArrayLike], name: str) -> dict[str, list[float]]:
+    """Two numbers for each kind of ground."""
+    found = {
+        kind: _validate.of_shape(two, (2,), f"{name}, {kind}").tolist()
+        for kind, two in _validate.mapping(values, name).items()
+    }
+    if not found:
+        raise ValueError(f"{name} must hold one kind of ground or more")
+    return found
+
+
+def _lists(**lists: ArrayLike) -> list[np.ndarray]:
+    """Lists of one length, by the names of the arguments."""
+    found = [_validate.of_shape(one, (None,), name) for name, one in lists.items()]
+    if len({len(one) for one in found}) != 1 or not len(found[0]):
+        *names, last = lists
+        raise ValueError(f"{', '.join(names)} and {last} must be lists of one length")
+    return found
+
+
+# --- Which of the printed figures of Harintaka 2020 follow from which ---
+
+# Of `follows`: name, place, printed, what became of it
+BOXES = {
+    "flight": (1.5, 4.2, "24 mm, 1000 m", "given"),
+    "scale": (5.0, 5.0, "H/f about 40,000", "holds"),
+    "gsd": (5.0, 4.0, "GSD 20 cm", "0.229 m"),
+    "tie": (5.0, 2.7, "tie points\n15 mm, 40 mm", "holds: 0.07 px"),
+    "table": (1.5, 1.0, "Table 1\nsix means", "given"),
+    "text": (5.0, 1.4, "vertical 1.7 m", "no source:\nthe table gives 1.50, 1.53 m"),
+    "ways": (
+        5.0,
+        0.1,
+        "differ mainly at location 2",
+        "no source:\nthe table does not show it",
+    ),
+    "horizontal": (8.6, 1.4, "horizontal 1.5 m", "no source"),
+    "points": (8.6, 0.2, "35 points, 175 points", "no source"),
+    "pixels": (8.6, 3.6, "1.4 to 1.7 m", "2.3 to 3 px"),
+    "map": (8.6, 5.0, "1:5000, 2.5 m", "asks for 0.76 m"),
+}
+ARROWS = (
+    ("flight", "scale"),
+    ("flight", "gsd"),
+    ("gsd", "tie"),
+    ("gsd", "pixels"),
+    ("table", "ways"),
+    ("text", "pixels"),
+    ("tie", "pixels"),
+)
+FATE = {
+    "given": basic.GREY,
+    "holds": basic.GREEN,
+    "no source": basic.PURPLE,
+    "2.3 to 3 px": basic.GREY,
+    "asks for 0.76 m": basic.GREY,
+}
+
+
+def follows() -> None:
+    """Draw which of the printed figures follow from which, and which do not."""
+    fig, ax = plt.subplots(figsize=(10, 4.5))
+    drawn = {}
+    for name, (x, y, printed, fate) in BOXES.items():
+        colour = FATE.get(fate.partition(":")[0], basic.RED)
+        box: basic.Look = {"boxstyle": "round,pad=0.35", "facecolor": "white"}
+        box |= {"edgecolor": colour, "linewidth": 2.4}
+        text = printed if fate == "given" else f"{printed}\n→ {fate}"
+        middle: basic.Look = {"ha": "center", "va": "center", "fontsize": 13.5}
+        drawn[name] = ax.text(x, y, text, bbox=box, **middle).get_bbox_patch()
+    for first, second in ARROWS:
+        look: basic.Look = {"arrowstyle": "-|>", "color": basic.GREY, "lw": 1.8}
+        look |= {"patchA": drawn[first], "patchB": drawn[second], "mutation_scale": 18}
+        ends = BOXES[second][:2], BOXES[first][:2]
+        ax.annotate("", *ends, arrowprops=look, zorder=0)
+    ax.set(xlim=(0.2, 10.2), ylim=(-0.5, 5.6))
+    ax.axis("off")
+    basic.show(
+        fig,
+        "Printed figures in boxes, arrows from what they follow from. Green holds: H/f,"
+        " and the tie points, 0.07 pixel. Red is corrected: GSD, 0.229 m. Purple has no"
+        " source in what is printed: vertical 1.7 m, where the table gives 1.50 and"
+        " 1.53 m; that the ways differ mainly at location 2, which the table does not"
+        " show; horizontal 1.5 m; 35 and 175 points. Grey follows:"
+        " 1.4 to 1.7 m are 2.3 to 3 pixels; contours of 2.5 m ask for 0.76 m.",
+        colours=64,
+    )

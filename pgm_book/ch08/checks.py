@@ -1,0 +1,342 @@
+"""Checks of the exercises of chapter 8, stereo plotting."""
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy
+
+from pgm_book.common.checks import (
+    CheckFailed,
+    answer_of,
+    call,
+    compare,
+    first_slip,
+    near,
+    numbers,
+    report,
+)
+from pgm_book.program import stereo as textbook
+from pgm_lab._validate import real
+from pgm_lab.rotation import matrix
+from pgm_lab.simulate import Landscape
+from pgm_lab.stereo import NormalPair
+
+# Column, row, window, least and greatest disparity, and the true one
+SEARCHES = [
+    (48, 30, 7, -6, 6, 2.3),
+    (60, 25, 9, 0, 12, 5.6),
+    (70, 33, 5, -12, 0, -7.4),
+]
+NOISE = np.random.default_rng(8).normal(0, 100, (60, 120))
+SCENE = scipy.ndimage.gaussian_filter(NOISE, 1.2)
+
+
+def model_point(function: Callable[..., object]) -> None:
+    """Check the model point of a parallax."""
+    cases = [(6.0, -3.0, 12.0, 400.0, 24.0), (-1.5, 4.0, 9.5, 390.0, 24.2)]
+
+    def right(x: float, y: float, p: float, B: float, c: float) -> np.ndarray:
+        return textbook.model_point(x, y, p, B, c)
+
+    slips = {
+        "the third is below the camera: it is negative": lambda x, y, p, B, c: (
+            B / p * np.array([x, y, c])
+        ),
+        "parallax and base are exchanged: the larger the parallax, the nearer": (
+            lambda x, y, p, B, c: p / B * np.array([x, y, -c])
+        ),
+        "the depth is right; x and y have to be scaled as well": lambda x, y, p, B, c: (
+            np.array([x, y, -c * B / p])
+        ),
+        "that is still in the photo, in millimetres: multiply by the scale": (
+            lambda x, y, p, B, c: np.array([x, y, -c])
+        ),
+        "x and y keep their signs": lambda x, y, p, B, c: B / p * np.array([x, -y, -c]),
+        "x and y keep their signs: only the depth is turned": lambda x, y, p, B, c: (
+            B / p * np.array([-x, -y, -c])
+        ),
+        "x is scaled like y and −c, nothing is added to it": lambda x, y, p, B, c: (
+            B / p * np.array([x, y, -c]) - (B, 0, 0)
+        ),
+    }
+    otherwise = "the point does not lie where the two rays meet"
+    holds, hint = compare(function, cases, right, slips, otherwise)
+    report("model_point", [("both rays meet in it", holds, hint)])
+
+
+def mark(
+    answer: object, pair: NormalPair, place: tuple[int, int], land: Landscape
+) -> None:
+    """Check the disparity at which the reader's mark stands on the ground."""
+    found = float(numbers("measured", answer, (), "one number, in pixels"))
+    true = _true_disparity(pair, place, land)
+    slips = [
+        (-true, "the sign: left column minus right column"),
+        (
+            float(pair.object_points(*place, true)[2]),
+            "that is the height: the disparity, in pixels, is asked for",
+        ),
+        (
+            float(pair.parallax(np.float64(true))),
+            "that is the parallax in mm: the disparity, in pixels, is asked for",
+        ),
+    ]
+    otherwise = (
+        "the mark floats above the ground: the disparity is too large"
+        if found > true
+        else "the mark is below the ground: the disparity is too small"
+    )
+    hint = next((h for wrong, h in slips if abs(found - wrong) < 0.6), otherwise)
+    good = abs(found - true) <= 1.0
+    report("measured", [("within a pixel of the ground", good, hint)])
+
+
+def _true_disparity(pair: NormalPair, place: tuple[int, int], land: Landscape) -> float:
+    """Where the left ray meets what stands there: the first from above."""
+    reach = pair.left.shape[1]
+    tried = np.arange(-reach, reach, 0.05)
+    tried = tried[pair.parallax(tried) > 0]
+    points = pair.object_points(np.full(tried.shape, place[0]), place[1], tried)
+    X, Y, Z = points.T
+    inside = land.at(land.dsm, X[None], Y[None])[0] >= Z
+    return float(tried[np.flatnonzero(inside).max()])
+
+
+def epipolar_line(function: Callable[..., object]) -> None:
+    """Check the epipolar line: conjugate points at all heights lie on it."""
+    lines, misses, slips = [], [], []
+    cases = (
+        (np.array([390.0, 4.0, -7.0]), matrix(0.02, -0.03, 0.05), 24.0),
+        (np.array([250.0, -60.0, 20.0]), matrix(-0.1, 0.08, 0.4), 18.0),
+    )
+    for base, M, c in cases:
+        for ray in (np.array([3.0, 4.0, -24.0]), np.array([-5.0, 2.0, -20.0])):
+            line = call(function, base, ray, M, c, shape=(3,))
+            depth = np.array([[10.0], [25.0], [60.0]])
+            u = (ray * depth - base) @ M.T
+            xy = -c * u[:, :2] / u[:, 2:]
+            size = np.hypot(*line[:2]) or 1e-12
+            lines.append(line)
+            misses.append(
+                np.abs(xy @ line[:2] + line[2]).max() / size if line.any() else 1
+            )
+            slips.append(_slips_of_a_line(line, base, ray, M, c))
+    good = max(misses) < 1e-6
+    hints = [h for h in slips[0] if all(h in found for found in slips)]
+    otherwise = "points of the left ray at other heights do not lie on the line"
+    hint = hints[0] if hints else otherwise
+    if not any(np.any(line) for line in lines):
+        hint = "the line is still zero"
+    report("epipolar_line", [("it holds the point at every height", good, hint)])
+
+
+def _slips_of_a_line(
+    line: np.ndarray, base: np.ndarray, ray: np.ndarray, M: np.ndarray, c: float
+) -> list[str]:
+    """Hints to the slips that give this line, up to its length."""
+    normal = np.cross(base, ray)
+    a, b, w = M @ normal
+    s, t, q = M.T @ normal
+    n, m, k = normal
+    others = {
+        "the sign of the third: a photo has −c there": (a, b, c * w),
+        "the third is not multiplied by c yet": (a, b, -w),
+        "the third, and only it, is multiplied by the −c of the photo": (a, b, w),
+        "M has to turn the normal, not its transpose": (s, t, -c * q),
+        "the normal has to be turned into the right photo by M": (n, m, -c * k),
+        "the line holds points of the plane: its normal is a cross product": (
+            *(M @ (np.asarray(base) + ray))[:2],
+            -c * (M @ (np.asarray(base) + ray))[2],
+        ),
+    }
+    unit = line / max(np.linalg.norm(line), 1e-12)
+    return [
+        hint
+        for hint, other in others.items()
+        if abs(abs(unit @ np.array(other)) / np.linalg.norm(other) - 1) < 1e-9
+    ]
+
+
+def best_disparity(function: Callable[..., object]) -> None:
+    """Check the search along a row."""
+    found = [_search(function, *case) for case in SEARCHES]
+    wanted = [_search(textbook.best_disparity, *case) for case in SEARCHES]
+    (d, r), (true, highest) = np.transpose(found), np.transpose(wanted)
+    low = np.array([case[3] for case in SEARCHES], float)
+    whole = np.round(true)
+    slips = [
+        (-true, "the sign: the disparity is left column minus right column"),
+        (-whole, "the sign: the disparity is left column minus right column"),
+        (whole, "those are whole pixels: add the peak of the parabola"),
+        (
+            true - whole,
+            "that is the peak of the parabola alone: add the best whole one",
+        ),
+        (
+            2 * whole - true,
+            "the peak has the wrong sign: hand over r in the order left, middle, right,"
+            " and add it",
+        ),
+        (
+            _on_the_other_side(),
+            "the right window goes to the wrong side: the disparity is left column"
+            " minus right column. Which right column does d belong to?",
+        ),
+        (true - low, "that is the place in the list of r, which begins at low"),
+        (whole - low, "that is the place in the list of r, which begins at low"),
+    ]
+    otherwise = "the disparity is not that of the highest r along the row"
+    ends = [_search(function, 48, 30, 7, *ends, 2.3)[0] for ends in ((3, 9), (-6, 2))]
+    report(
+        "best_disparity",
+        [
+            (
+                "the disparity of the highest r",
+                near(np.nan_to_num(d, nan=1e6), true, 1e-6),
+                first_slip(np.nan_to_num(d, nan=1e6), slips, otherwise),
+            ),
+            ("its r", near(r, highest, 1e-6), "r is not the highest of the search"),
+            (
+                "NaN at both ends of the search",
+                bool(np.isnan(ends).all()),
+                "a highest r at an end of the search is no peak: return NaN there",
+            ),
+        ],
+    )
+
+
+def _on_the_other_side() -> np.ndarray:
+    """Disparities that a search finds which adds d to the column."""
+    turned = [(*case[:3], -case[4], -case[3], case[5]) for case in SEARCHES]
+    found = [-_search(textbook.best_disparity, *case)[0] for case in turned]
+    return np.nan_to_num(found, nan=1e6)
+
+
+def _search(function: Callable[..., object], *case: float) -> tuple[float, float]:
+    """Disparity and r that a function finds in a scene that was moved."""
+    column, row, window, low, high, shift = case
+    right = scipy.ndimage.shift(SCENE, (0, -shift), order=3, mode="mirror")
+    answer = answer_of(function, SCENE, right, column, row, window, low, high)
+    try:
+        d, r = real(answer, "the answer").astype(float).reshape(2)
+    except Exception:  # whatever a stranger's object raises
+        raise CheckFailed(
+            "best_disparity must return two numbers: the disparity and r"
+        ) from None
+    return float(d), float(r)
+
+
+def sigma_height(function: Callable[..., object]) -> None:
+    """Check the standard deviation of a height."""
+    cases = [
+        (1000.0, 400.0, 0.2, 0.1),
+        (650.0, 300.0, 0.15, 0.4),
+        (900.0, 370.0, 0.21, 0.07),
+    ]
+    slips = {
+        "base and height are exchanged": lambda H, B, g, s: B / H * g * s,
+        "H comes in twice: the pixel on the ground knows it too": lambda H, B, g, s: (
+            H**2 / B * g * s
+        ),
+        "that is the error across the ray, not along it": lambda H, B, g, s: g * s,
+        "the pixel on the ground is missing: the answer is in metres": (
+            lambda H, B, g, s: H / B * s
+        ),
+        "sigma_px is missing": lambda H, B, g, s: H / B * g,
+        "it is rounded: return all digits": lambda H, B, g, s: round(H / B * g * s, 2),
+    }
+    holds, hint = compare(
+        function, cases, textbook.sigma_height, slips, "it does not follow from dZ/dp"
+    )
+    report("sigma_height", [("proportional to H/B", holds, hint)])
+
+
+def row_points(function: Callable[..., object]) -> None:
+    """Check the object points along one row."""
+    noise = np.random.default_rng(3).normal(0, 50, SCENE.shape)
+    moved = scipy.ndimage.shift(SCENE, (0, -2.3), order=3, mode="mirror")
+    right = np.where(np.arange(SCENE.shape[1]) < 70, moved, noise)
+    stations = np.array([(10.0, -20.0, 1000.0), (400.0, 5.0, 1010.0)])
+    origin = np.array([(3.0, 1.0), (-6.0, 1.0)])
+    turn = matrix(0.02, -0.05, 0.3)
+    pair = NormalPair(SCENE, right, turn, stations, 24.0, 0.0055, origin)
+    arguments = (pair, 30, np.arange(20, 100, 8), 7, -6, 6, 0.8)
+    wanted = textbook.row_points(*arguments)
+    answer = answer_of(function, *arguments, first="exercises 8.1 and 8.4")
+    try:
+        found = real(answer, "the answer").astype(float)
+    except Exception:  # whatever a stranger's object raises
+        found = np.empty(0)
+    if found.shape != wanted.shape:
+        raise CheckFailed(
+            f"row_points must return shape {wanted.shape} here, X, Y and Z for each"
+            f" column; got {found.shape}"
+        )
+    known = np.isfinite(wanted).all(axis=1)
+    slips = slips_of_a_row(pair, wanted)
+    otherwise = "the points do not lie where the rays of the row meet"
+    seen, rest = (np.nan_to_num(found[w], nan=-1e9) for w in (known, ~known))
+    cases = [(np.nan_to_num(s[known], nan=-1e9), hint) for s, hint in slips]
+    report(
+        "row_points",
+        [
+            (
+                "each is where its rays meet",
+                near(seen, wanted[known], 1e-9),
+                first_slip(seen, cases, otherwise, 1e-9),
+            ),
+            (
+                "NaN where r is below the threshold",
+                bool(np.all(rest == -1e9)),
+                "where r is below the threshold the row has to stay NaN",
+            ),
+        ],
+    )
+
+
+# --- What goes wrong on the way from a row of disparities to object points ---
+
+
+def slips_of_a_row(
+    pair: NormalPair, wanted: np.ndarray
+) -> list[tuple[np.ndarray, str]]:
+    """Points (n, 3) that a slip leads to, with what to say of it."""
+    model = (wanted - pair.stations[0]) @ pair.rotation.T
+    return [
+        (model, "that is seen from O', in the frame of the photos: turn it and add O'"),
+        (wanted - pair.stations[0], "the place of O' has to be added"),
+        (pair.stations[0] + model, "the model has to be turned into object space"),
+        (
+            pair.stations[0] + model @ pair.rotation.T,
+            "pair.rotation turns object space into the photos; here: the other way",
+        ),
+        (
+            pair.stations[1] + model @ pair.rotation,
+            "stations[1] is O'': the model is seen from O'",
+        ),
+        (
+            (pair.stations[0] + model) @ pair.rotation,
+            "the model is turned first, and the place of O' added afterwards",
+        ),
+        (
+            pair.stations[0] + model[:, [1, 0, 2]] @ pair.rotation,
+            "x and y are exchanged: x runs along the columns",
+        ),
+        (
+            pair.stations[0] + _without_origin(pair, model) @ pair.rotation,
+            "the parallax in mm is more than disparity times pixel size: the two images"
+            " begin at different places, and pair.parallax knows it",
+        ),
+        (
+            np.full_like(wanted, np.nan),
+            "every row is still NaN: fill points[i], and see that exercise 8.4 has"
+            " passed, whose search it needs",
+        ),
+    ]
+
+
+def _without_origin(pair: NormalPair, model: np.ndarray) -> np.ndarray:
+    """Model points (n, 3) of parallaxes that count from the edges of the images."""
+    parallax = -pair.base * pair.c / model[:, 2]
+    shift = pair.origin[0, 0] - pair.origin[1, 0]
+    return np.asarray(model * (parallax / np.abs(parallax - shift))[:, None])

@@ -1,0 +1,1 @@
+"""The seeded scripts behind the tables in results/ of this chapter."""

@@ -1,0 +1,1 @@
+"""Chapter A1: its figures, checks, predictions, studies and their results."""

@@ -1,0 +1,1 @@
+"""Chapter A2: its figures, checks, predictions, studies and their results."""

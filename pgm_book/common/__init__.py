@@ -1,0 +1,1 @@
+"""What several chapters share: checks, predictions, the ledger of verdicts."""

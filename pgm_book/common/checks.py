@@ -1,0 +1,279 @@
+"""Feedback on exercises: which property of the reader's function fails, in plain words.
+
+A check calls the reader's function on several inputs, tests one property after the
+other and names those that fail. It never shows the answer. The checks of a chapter
+stand in the module of its number, ``pgm_book.ch01.checks`` and so on.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_book.common.own_program import CheckFailed as CheckFailed
+from pgm_book.common.own_program import keep as keep
+from pgm_book.common.own_program import own as own
+from pgm_book.common.predict import predict as predict
+from pgm_lab import _validate
+
+
+def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
+    """Call the reader's function on copies of its arguments; return what it answers.
+
+    `first` names the exercises whose functions this one uses, for a reader who left
+    them out.
+
+    Raises
+    ------
+    CheckFailed
+        If the function stops, returns nothing, or changes its input.
+    """
+    name = getattr(function, "__name__", "your function")
+    if not callable(function):
+        raise CheckFailed(f"{name} is not a function yet. Your turn!")
+    copies = [a.copy() if isinstance(a, np.ndarray) else a for a in arguments]
+    try:
+        answer = function(*copies)
+    except Exception as error:
+        if first and "NoneType" in str(error):
+            raise CheckFailed(
+                f"{name} got nothing from a function that it uses: do {first} first"
+            ) from None
+        said = f": {error}" if isinstance(error.args, tuple) and str(error) else ""
+        raise CheckFailed(
+            f"{name} stopped with {type(error).__name__}{said}"
+        ) from error
+    if answer is None or answer is ...:
+        raise CheckFailed(f"{name} returns nothing yet. Your turn!")
+    if isinstance(answer, tuple | list) and any(part is ... for part in answer):
+        raise CheckFailed(f"{name}: a part of the answer is still `...`. Your turn!")
+    for before, after in zip(arguments, copies, strict=True):
+        if isinstance(before, np.ndarray) and not np.array_equal(before, after):
+            raise CheckFailed(f"{name} changes its input; work on a copy")
+    return answer
+
+
+def call(
+    function: Callable,
+    *arguments: Any,
+    shape: tuple[int, ...],
+    first: str = "",
+    single: bool = False,
+) -> np.ndarray:
+    """Call the reader's function and return its answer as an array of that shape.
+
+    `first` as in `answer_of`; `single`: whether single precision will do.
+
+    Raises
+    ------
+    CheckFailed
+        If the function stops, returns nothing, changes its input, or returns something
+        of another shape or in single precision.
+
+    Examples
+    --------
+    >>> call(lambda x: 2 * x, 1.5, shape=())
+    array(3.)
+    """
+    answer = answer_of(function, *arguments, first=first)
+    must = f"{getattr(function, '__name__', 'your function')} must return"
+    wanted = f"shape {shape}" if shape else "one number"
+    try:
+        array = _validate.real(answer, "the answer")
+    except ValueError as error:
+        if shapes := _shapes(answer):
+            raise CheckFailed(
+                f"{must} {wanted} here; got parts of shapes {shapes}"
+            ) from None
+        kind = "" if "must be numbers" in str(error) else f" ({error})"
+        raise CheckFailed(
+            f"{must} numbers, not {type(answer).__name__}{kind}"
+        ) from None
+    if array.shape != shape:
+        tip = _turned(shape) if array.shape == shape[::-1] else ""
+        got = array.shape if shape else f"an array of shape {array.shape}"
+        raise CheckFailed(f"{must} {wanted} here; got {got}{tip}")
+    if not np.all(np.isfinite(array)):
+        what = "NaN" if np.isnan(array).any() else "infinity"
+        raise CheckFailed(
+            f"{must} finite numbers here; got {what}: look for a division"
+        )
+    if not single and np.asarray(answer).dtype in (np.float32, np.float16):
+        raise CheckFailed(
+            f"{must} all digits; it answers in single precision: work with float64"
+        )
+    return array
+
+
+def _shapes(answer: object) -> str:
+    """Shapes of the parts of an answer that do not make one array; "" if none has."""
+    try:
+        shapes = [np.shape(part) for part in answer]  # type: ignore[attr-defined]
+    except Exception:  # no parts, or parts without a shape
+        return ""
+    return ", ".join(map(str, shapes)) if len(set(shapes)) > 1 else ""
+
+
+def _turned(shape: tuple[int, ...]) -> str:
+    """What to do about an array of the shape turned round."""
+    if len(shape) == 2 and min(shape) > 3:
+        return ": rows and columns are exchanged"
+    wide = len(shape) == 2 and 1 < shape[0] < shape[1]
+    return f"; use np.{'array' if wide else 'column_stack'}([...])"
+
+
+def numbers(
+    name: str, answer: object, shape: tuple[int, ...] = (), wanted: str = "one number"
+) -> np.ndarray:
+    """Return an answer that is no function as an array of that shape.
+
+    Parameters
+    ----------
+    name : str
+        The name that the reader gives a value.
+    answer : object
+        The value.
+    shape : tuple of int
+        Shape of a right answer.
+    wanted : str
+        The same in words.
+
+    Raises
+    ------
+    CheckFailed
+        If the answer is missing, or is not such numbers.
+
+    Examples
+    --------
+    >>> numbers("my_sum", 3)
+    array(3.)
+    """
+    if answer is ... or answer is None:
+        raise CheckFailed(f"{name} is still empty. Your turn!")
+    try:
+        array = _validate.finite(answer, name)
+    except ValueError:
+        raise CheckFailed(f"{name} must be {wanted}") from None
+    if array.shape != shape:
+        got = f"; got {array.shape}" if array.shape else ""
+        raise CheckFailed(f"{name} must be {wanted}{got}")
+    return array
+
+
+def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
+    """Print the properties that hold, or raise with the ones that fail.
+
+    Parameters
+    ----------
+    name : str
+        What is checked.
+    properties : iterable of (property, holds, hint)
+        Each in plain words; the hint is shown when the property fails.
+
+    Raises
+    ------
+    CheckFailed
+        If a property fails.
+
+    Examples
+    --------
+    >>> report("my_sum", [("adds", True, "it does not add")])
+    ✓ my_sum: adds.
+    """
+    properties = list(properties)
+    hints = [hint for _, holds, hint in properties if not holds]
+    if hints:
+        whole = f"{name}: " + "; ".join(hints).replace("?; ", "? ")
+        raise CheckFailed(whole if whole.endswith(("?", "!")) else whole + ".")
+    print(f"✓ {name}: " + "; ".join(text for text, _, _ in properties) + ".")
+
+
+def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> bool:
+    """True if all numbers agree to a tolerance relative to the largest of them."""
+    found = _validate.real(answer, "answer")
+    wanted = _validate.real(expected, "expected")
+    tolerance = _validate.not_negative(tolerance, "tolerance", "of the largest number")
+    try:
+        np.broadcast_shapes(found.shape, wanted.shape)
+    except ValueError:
+        raise ValueError(
+            "answer and expected must have shapes that fit; got"
+            f" {found.shape} and {wanted.shape}"
+        ) from None
+    scale = max(1.0, float(np.max(np.abs(wanted), initial=0.0)))
+    return bool(np.all(np.abs(found - wanted) <= tolerance * scale))
+
+
+def first_slip(
+    answer: ArrayLike,
+    slips: Iterable[tuple[ArrayLike, str]],
+    otherwise: str,
+    tolerance: float = 1e-6,
+) -> str:
+    """Hint to the first slip that explains the whole answer.
+
+    Parameters
+    ----------
+    answer : array_like
+        What the reader found.
+    slips : iterable of (wrong answer, hint)
+        What comes of slips that are often made, in the shape of the answer.
+    otherwise : str
+        The hint when no slip explains the answer.
+    tolerance : float
+        As for `near`.
+
+    Examples
+    --------
+    >>> first_slip(2.0, [(-4.0, "the sign"), (2.0, "a factor of two")], "no idea")
+    'a factor of two'
+    """
+    for wrong, hint in slips:
+        if near(answer, wrong, tolerance):
+            return hint
+    return otherwise
+
+
+def compare(
+    function: Callable,
+    cases: Iterable[tuple],
+    right: Callable,
+    slips: Mapping[str, Callable],
+    otherwise: str,
+) -> tuple[bool, str]:
+    """Compare the reader's function with the right one, and with wrong ones.
+
+    Parameters
+    ----------
+    function : callable
+        The reader's.
+    cases : iterable of tuples
+        The arguments on which all functions are called.
+    right : callable
+        The right function.
+    slips : mapping of str to callable
+        Functions with one slip each, by the hint to it.
+    otherwise : str
+        The hint when no slip explains all answers.
+
+    Returns
+    -------
+    bool, str
+        Whether the function is right, and the hint if it is not.
+
+    Examples
+    --------
+    >>> slips = {"the sign is reversed": lambda x: -2 * x}
+    >>> compare(lambda x: -2 * x, [(1,), (3,)], lambda x: 2 * x, slips, "no idea")
+    (False, 'the sign is reversed')
+    """
+    cases = list(cases)
+    answers = [call(function, *c, shape=np.shape(right(*c))) for c in cases]
+
+    def explains(other: Callable) -> bool:
+        return all(near(a, other(*c), 1e-8) for a, c in zip(answers, cases))
+
+    if explains(right):
+        return True, ""
+    return False, next((h for h, wrong in slips.items() if explains(wrong)), otherwise)

@@ -1,0 +1,268 @@
+"""Rows of the table: what is matched, and how much of it well. Each takes seconds."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pgm_book.common.real_pairs.choice import (
+    distance,
+    grid,
+    picked,
+    robust_sd,
+    smooth,
+    textured,
+)
+from pgm_book.common.real_pairs.pairs import (
+    Stereo,
+    Warped,
+    aerial,
+    graffiti,
+    rephotographed,
+    stereo_pairs,
+    subjects,
+)
+from pgm_lab import lsm, matching, ncc
+from pgm_lab.matching._quality import RECOMMENDED, quality
+
+Row = tuple[str, str, str]  # what, pair, figures
+
+
+def aerial_accepted(folder: Path) -> Iterator[Row]:
+    """Good points of aerial photos, starts to the pixel, template of 21."""
+    sharp, soft = 0.4, 0.8  # px
+    pairs = [
+        aerial(*blur_and_noise)
+        for blur_and_noise in (
+            ((sharp, sharp), 2),
+            ((soft, soft), 2),
+            ((sharp, soft), 2),
+            ((soft, sharp), 2),
+            ((sharp, sharp), 5),
+        )
+    ]
+    ortho = subjects(folder)["orthophoto"]
+    for pair in [*pairs, rephotographed("orthophoto (made)", ortho, 4, 1)]:
+        points = textured(pair, 200)
+        truth = pair.truth(points)
+        found = lsm.match(pair.left, pair.right, points, np.rint(truth))
+        error = distance(found.points, truth)
+        yield (
+            "accepted, aerial",
+            pair.name,
+            f"{found.accepted.mean():.1%} of {len(points)}, {(error > 1).sum()} wrong"
+            f" by 1 px; {_words(found.status)}",
+        )
+
+
+def far_starts(folder: Path) -> Iterator[Row]:
+    """Windows turned or scaled without a start for the shape, beside ECC."""
+    for degrees, scale in ((15, 1), (0, 0.85)):
+        for name, subject in subjects(folder).items():
+            pair = rephotographed(name, subject, degrees, scale)
+            points = textured(pair, 250)[:150]
+            truth = pair.truth(points)
+            start = np.rint(truth)
+            ours = lsm.match(pair.left, pair.right, points, start).points
+            ecc = _ecc(pair, points, start)
+            shares = [
+                f"{np.mean(e < 0.5):.3f} right {np.mean(e > 1):.3f} wrong"
+                for e in (distance(ours, truth), distance(ecc, truth))
+            ]
+            yield (
+                f"turned {degrees}, scale {scale}",
+                f"{name} (made), {len(points)}",
+                f"lsm {shares[0]}; ECC {shares[1]}",
+            )
+
+
+def _ecc(
+    pair: Warped, points: np.ndarray, start: np.ndarray, half: int = 10, pad: int = 12
+) -> np.ndarray:
+    """Right points (n, 2) by cv2.findTransformECC, affine, from the same starts."""
+    found = np.full(points.shape, np.nan)
+    around, stop = half + pad, (3, 50, 1e-5)
+    for i, ((x, y), (u, v)) in enumerate(
+        zip(points.astype(int), start.astype(int), strict=True)
+    ):
+        template = pair.left[y - half : y + half + 1, x - half : x + half + 1]
+        part = pair.right[v - around : v + around + 1, u - around : u + around + 1]
+        T = np.array([[1, 0, pad], [0, 1, pad]], np.float32)
+        try:
+            _, T = cv2.findTransformECC(
+                template, part, T, cv2.MOTION_AFFINE, stop, None, 5
+            )
+        except cv2.error:
+            continue  # it found nothing
+        found[i] = T @ [half, half, 1] + (u - around, v - around)
+    return found
+
+
+def precision(folder: Path) -> Iterator[Row]:
+    """Errors across the rows, where the truth is zero, over what was predicted."""
+    for pair in stereo_pairs(folder):
+        figures = []
+        for template in (11, 21, 31):
+            points = smooth(pair, 900, template)
+            truth = pair.truth(points)
+            found = lsm.match(pair.left, pair.right, points, np.rint(truth), template)
+            k = distance(found.points, truth) < 2
+            error = (found.points - truth)[k, 1]
+            z = error / np.sqrt(found.covariance[k, 1, 1])
+            figures.append(f"{template}: {robust_sd(z):.2f} ({k.sum()})")
+        yield "error / predicted", pair.name, ", ".join(figures)
+
+
+def saturated(folder: Path) -> Iterator[Row]:
+    """Windows that the right photo shows white."""
+    pair = aerial((0.8, 0.8), 2)
+    points = textured(pair, 100)
+    white = np.full_like(pair.right, 255)
+    for name, left, right in (
+        ("right white", pair.left, white),
+        ("both white", np.full_like(pair.left, 255), white),
+    ):
+        start = np.rint(pair.truth(points))
+        found = (
+            lsm.match(left, right, points, start),
+            ncc.match(left, right, points, start),
+        )
+        words = "; ".join(
+            f"{what} {f.accepted.sum()} accepted, {_words(f.status)}"
+            for what, f in zip(("lsm", "ncc"), found, strict=True)
+        )
+        yield "saturated", f"{name}, {len(points)}", words
+
+
+def clipped(folder: Path) -> Iterator[Row]:
+    """Points whose search windows reach over the edge of the right photo."""
+    for pair in stereo_pairs(folder):
+        points = grid(pair.left, 1500)
+        truth = pair.truth(points)
+        size = np.array(pair.right.shape[::-1])
+        reach = np.minimum(truth, size - 1 - truth).min(axis=1)
+        points, truth = (v[(reach > 12) & (reach < 25)] for v in (points, truth))
+        found = ncc.match(pair.left, pair.right, points, np.rint(truth), search=51)
+        lost = np.isin(found.status, ["window leaves the image"]).sum()
+        edge = (found.status == "peak on the edge of the image").sum()
+        right = (found.accepted & (distance(found.points, truth) <= 1)).sum()
+        yield (
+            "search over the edge",
+            f"{pair.name}, {len(points)}",
+            f"{lost} lost, {edge} peaks on the edge, {right} right of"
+            f" {found.accepted.sum()} accepted",
+        )
+
+
+def no_data(folder: Path) -> Iterator[Row]:
+    """A masked disc in the right photo: what is beside it is matched all the same."""
+    pair = aerial((0.8, 0.8), 2)
+    points = textured(pair, 200)
+    truth = pair.truth(points)
+    y, x = np.indices(pair.right.shape)
+    mask = np.hypot(x - 400, y - 400) < 80
+    right = np.ma.array(pair.right, mask=mask)
+    found = lsm.match(pair.left, right, points, np.rint(truth))
+    touched = cv2.dilate(mask.astype(np.uint8), np.ones((21, 21))) > 0
+    column, row = np.rint(truth).astype(int).T
+    near = touched[row, column]
+    far = found.accepted & ~near
+    yield (
+        "masked",
+        f"{pair.name}, {len(points)}",
+        f"beside the mask {far.sum()} of {(~near).sum()} accepted; on it"
+        f" {(found.accepted & near).sum()} of {near.sum()}:"
+        f" {_words(found.status[near])}",
+    )
+
+
+def rows_like_stereobm(folder: Path) -> Iterator[Row]:
+    """Search along the rows with the way back, beside OpenCV's block matching."""
+    for pair in stereo_pairs(folder):
+        points = grid(pair.left, 2500)
+        truth = pair.truth(points)
+        points, truth = (v[~np.isnan(truth[:, 0])] for v in (points, truth))
+        most = pair.most + 16 - pair.most % 16
+        column, row = points.astype(int).T
+        for size in (9, 15):
+            block = cv2.StereoBM.create(most, size).compute(pair.left, pair.right)
+            d = block[row, column] / 16
+            theirs = np.where(d > 0, np.abs(d - (points - truth)[:, 0]), np.nan)
+            width = most + size + 1 - (most + size) % 2
+            found = ncc.match(
+                *(pair.left, pair.right, points, points - (most // 2, 0), size),
+                *((size + 2, width), 0.7, 0.95, "parabola"),
+                lines=np.stack([0 * row, 0 * row + 1, -row], axis=1),
+                distance=0.5,
+                back=0.75,
+            )
+            ours = np.where(found.accepted, distance(found.points, truth), np.nan)
+            right, wrong = (
+                [np.mean(e <= 1) for e in (ours, theirs)],
+                [np.nanmean(e[~np.isnan(e)] > 1) for e in (ours, theirs)],
+            )
+            yield (
+                f"rows, template {size}",
+                f"{pair.name}, {len(points)}",
+                f"right {right[0]:.3f}, StereoBM {right[1]:.3f}:"
+                f" {right[0] / right[1]:.2f}; wrong among accepted {wrong[0]:.3f},"
+                f" {wrong[1]:.3f}",
+            )
+
+
+def wrong_ones(folder: Path) -> Iterator[Row]:
+    """Accepted and wrong by more than 1 px: ncc, then lsm, then by quality."""
+    for pair in stereo_pairs(folder):
+        for how, choose in (("picked", picked), ("grid", grid)):
+            yield _wrong(pair, how, choose(pair.left, 1600))
+
+
+def _wrong(pair: Stereo, how: str, points: np.ndarray) -> Row:
+    truth = pair.truth(points)
+    points, truth = (v[~np.isnan(truth[:, 0])] for v in (points, truth))
+    e_ncc, e_lsm, q = errors_and_quality(pair, points, truth)
+    kept = q >= RECOMMENDED
+    return (
+        f"wrong, {how}",
+        f"{pair.name}, {len(points)}",
+        f"ncc {np.mean(e_ncc > 1):.1%} of {len(e_ncc)}; lsm {np.mean(e_lsm > 1):.1%} of"
+        f" {len(e_lsm)}; quality {np.mean(e_lsm[kept] > 1):.1%}, kept"
+        f" {kept.mean():.0%}",
+    )
+
+
+def errors_and_quality(
+    pair: Stereo, points: np.ndarray, truth: np.ndarray, template: int = 21
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Errors of what ncc accepts and of what lsm accepts of it, and its quality."""
+    middle = points - (pair.most // 2, 0)
+    search = template + 4, pair.most // 2 * 2 + template
+    near = ncc.match(pair.left, pair.right, points, middle, template, search)
+    k = near.accepted
+    points, truth, start = points[k], truth[k], near.points[k]
+    found = lsm.match(pair.left, pair.right, points, start, template)
+    q = quality(pair.left, pair.right, points, found, template)
+    k = found.accepted
+    return distance(start, truth), distance(found.points, truth)[k], q[k]
+
+
+def one_door(folder: Path) -> Iterator[Row]:
+    """200 points by `matching.match`, photos turned by 10 degrees, scale 1.2."""
+    pairs = [rephotographed(n, s, 10, 1.2) for n, s in subjects(folder).items()]
+    for pair in pairs + graffiti(folder):
+        found = matching.match(pair.left, pair.right)
+        error = distance(found.points, pair.truth(found.chosen))
+        k = found.accepted
+        kept = k & (found.quality >= RECOMMENDED)
+        yield (
+            "one door, 200 points",
+            f"{pair.name}{'' if pair.name == 'graffiti' else ' (made)'}",
+            f"{(error <= 1).sum()} right, {(error > 1).sum()} wrong; quality keeps"
+            f" {kept.sum()}, {(error[kept] > 1).sum()} wrong",
+        )
+
+
+def _words(status: np.ndarray) -> str:
+    words, counts = np.unique(status, return_counts=True)
+    return ", ".join(f"{n} {word}" for word, n in zip(words, counts, strict=True))

@@ -1,0 +1,26 @@
+"""The small tables that seeded studies have written: ``results/`` of each chapter."""
+
+import csv
+from pathlib import Path
+
+BOOK = Path(__file__).parents[1]
+
+
+def rows(chapter: str, name: str) -> list[dict[str, str]]:
+    """Rows of a table of results as dictionaries.
+
+    Parameters
+    ----------
+    chapter : str
+        Its folder, for example "ch02".
+    name : str
+        The table, for example "windows".
+
+    Examples
+    --------
+    >>> rows("ch02", "windows")[0]["scene"]
+    'stereo pair'
+    """
+    path = BOOK / chapter / "results" / f"{name}.csv"
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file, strict=True))

@@ -1,0 +1,288 @@
+"""Bundle adjustment in some thirty lines, as lesson 6 writes it: to be read.
+
+`solve` does the same for any network, with any datum, and says what went wrong.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_book.program.camera import derivatives, project
+from pgm_lab import _validate
+
+Blocks = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+UNDETERMINED = (
+    "the rays of photo, point and xy do not determine all unknowns: a point needs two"
+    " rays, a camera several photos from different sides"
+)
+
+
+def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
+    """Where image points would lie without a lens, from the principal point.
+
+    Parameters
+    ----------
+    xy : array_like (n, 2)
+        Measured image points, mm.
+    camera : array_like (10,)
+        c, x0, y0 (mm), K1, K2, K3, P1, P2, b1, b2.
+
+    Returns
+    -------
+    ndarray (n, 2)
+        Ideal image points in mm: reduced to the principal point and corrected.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, or a number is not finite.
+
+    References
+    ----------
+    Muliawan 2013, (M 2.89), with the signs of the Australis program.
+
+    Examples
+    --------
+    >>> without_lens([[10.0, 0]], [35, 0, 0, 1e-5, 0, 0, 0, 0, 0, 0])
+    array([[10.01,  0.  ]])
+    """
+    xy, camera = _validate.finite(xy, "xy"), _validate.finite(camera, "camera")
+    if xy.ndim != 2 or xy.shape[1] != 2 or camera.shape != (10,):
+        raise ValueError(
+            "xy must have shape (n, 2) and camera (10,); got"
+            f" {xy.shape} and {camera.shape}"
+        )
+    _, x0, y0, K1, K2, K3, P1, P2, b1, b2 = camera
+    x, y = xy[:, 0] - x0, xy[:, 1] - y0
+    rho2 = x**2 + y**2
+    radial = K1 * rho2 + K2 * rho2**2 + K3 * rho2**3
+    dx = x * radial + P1 * (rho2 + 2 * x**2) + 2 * P2 * x * y + b1 * x + b2 * y
+    dy = y * radial + P2 * (rho2 + 2 * y**2) + 2 * P1 * x * y
+    return np.column_stack([x + dx, y + dy])
+
+
+def misclosure(unknowns: ArrayLike, points: ArrayLike, xy: ArrayLike) -> np.ndarray:
+    """Computed minus observed image points of one photo.
+
+    Parameters
+    ----------
+    unknowns : array_like (19,)
+        Camera (10), exterior orientation (6), and a shift (3) of all points.
+    points : array_like (n, 3)
+        Object points.
+    xy : array_like (n, 2)
+        Measured image points, mm.
+
+    Returns
+    -------
+    ndarray (n, 2)
+        In mm.
+
+    Raises
+    ------
+    ValueError
+        As `without_lens` and `program_camera.project`.
+
+    References
+    ----------
+    Muliawan 2013, (M 2.20), (M 2.21) and (M 2.78).
+    """
+    unknowns = _validate.finite(unknowns, "unknowns")
+    if unknowns.shape != (19,):
+        raise ValueError(f"unknowns must have shape (19,); got {unknowns.shape}")
+    camera, exterior, shift = np.split(unknowns, [10, 16])
+    points = _validate.points(points, 3, "points")
+    ideal = project(exterior, points + shift, camera[0])
+    corrected = without_lens(xy, camera)
+    if ideal.shape != corrected.shape:
+        raise ValueError(
+            f"points and xy must be as many; got {len(ideal)} and {len(corrected)}"
+        )
+    return ideal - corrected
+
+
+def blocks(
+    photo: ArrayLike,
+    point: ArrayLike,
+    xy: ArrayLike,
+    sigma: float,
+    camera: ArrayLike,
+    exteriors: ArrayLike,
+    points: ArrayLike,
+) -> Blocks:
+    """Blocks of the normal equations of all rays.
+
+    Parameters
+    ----------
+    photo, point : array_like (k,) of int
+        Photo and point of each ray, from 0.
+    xy : array_like (k, 2)
+        Image points, mm.
+    sigma : float
+        Standard deviation of an image coordinate, mm.
+    camera, exteriors, points : array_like (10,), (m, 6), (n, 3)
+        Current values.
+
+    Returns
+    -------
+    K : ndarray (q, q)
+        Camera and photos, q = 10 + 6 m.
+    E : ndarray (n, q, 3)
+        What joins them with each point.
+    V : ndarray (n, 3, 3)
+        The points.
+    f, g : ndarray (q,), (n, 3)
+        Right-hand sides, of camera and photos and of the points.
+    v : ndarray (k, 2)
+        Computed minus observed, over sigma.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, or an index is not that of a photo or point.
+
+    References
+    ----------
+    Muliawan 2013, (M 2.90), the points last instead of the camera.
+    """
+    xy, points = _validate.points(xy, 2, "xy"), _validate.points(points, 3, "points")
+    exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
+    camera = _validate.of_shape(camera, (10,), "camera")
+    sigma = _validate.positive_number(sigma, "sigma", "mm")
+    photo = _validate.indices(photo, len(exteriors), "photo", len(xy))
+    point = _validate.indices(point, len(points), "point", len(xy))
+    q, n = 10 + 6 * len(exteriors), len(points)
+    K, E, V = np.zeros((q, q)), np.zeros((n, q, 3)), np.zeros((n, 3, 3))
+    f, g, v = np.zeros(q), np.zeros((n, 3)), np.zeros(xy.shape)
+    for i, exterior in enumerate(exteriors):
+        rays, own = photo == i, np.r_[:10, 10 + 6 * i : 16 + 6 * i]
+        j = point[rays]
+
+        def ray(u: np.ndarray, j: np.ndarray = j, rays: np.ndarray = rays) -> ArrayLike:
+            return misclosure(u, points[j], xy[rays]) / sigma
+
+        at = np.concatenate([camera, exterior, np.zeros(3)])
+        v[rays] = ray(at)
+        A, B = np.split(derivatives(ray, at).reshape(-1, 2, 19), [16], axis=2)
+        K[np.ix_(own, own)] += np.sum(A.swapaxes(1, 2) @ A, axis=0)
+        f[own] += np.einsum("nij,ni->j", A, v[rays])
+        np.add.at(E, np.ix_(j, own), A.swapaxes(1, 2) @ B)
+        np.add.at(V, j, B.swapaxes(1, 2) @ B)
+        np.add.at(g, j, np.einsum("nij,ni->nj", B, v[rays]))
+    return K, E, V, f, g, v
+
+
+def reduced(K: ArrayLike, E: ArrayLike, V: ArrayLike) -> np.ndarray:
+    """Normal equations of camera and photos after the points were eliminated.
+
+    Parameters
+    ----------
+    K, E, V : array_like (q, q), (n, q, 3), (n, 3, 3)
+        As `blocks` returns them.
+
+    Returns
+    -------
+    ndarray (q, q)
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, or the rays do not determine a point.
+
+    Examples
+    --------
+    >>> reduced([[5.0]], [[[1.0, 0, 0]]], [np.eye(3)])
+    array([[4.]])
+    """
+    K, E, V = (_validate.finite(g, n) for g, n in ((K, "K"), (E, "E"), (V, "V")))
+    if (
+        K.ndim != 2
+        or V.ndim != 3
+        or V.shape[1:] != (3, 3)
+        or K.shape[0] != K.shape[1]
+        or E.shape != (len(V), len(K), 3)
+    ):
+        raise ValueError(
+            "K, E and V must have shapes (q, q), (n, q, 3) and (n, 3, 3); got"
+            f" {K.shape}, {E.shape} and {V.shape}"
+        )
+    return K - np.sum(E @ _inverse(V) @ E.swapaxes(1, 2), axis=0)
+
+
+def adjust(
+    photo: ArrayLike,
+    point: ArrayLike,
+    xy: ArrayLike,
+    sigma: float,
+    camera: ArrayLike,
+    exteriors: ArrayLike,
+    points: ArrayLike,
+) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+    """Adjust camera, photos and points together; photo 0 and one coordinate are held.
+
+    Parameters
+    ----------
+    photo, point, xy, sigma, camera, exteriors, points
+        As for `blocks`, the last three as start values.
+
+    Returns
+    -------
+    camera : ndarray (10,)
+        Adjusted.
+    C : ndarray (10, 10)
+        Its covariance.
+    sigma0 : float
+        Of the residuals over `sigma`.
+    points : ndarray (n, 3)
+        Adjusted, in the datum of the first photo.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, the rays do not determine the camera, or the iteration
+        finds no rest.
+
+    References
+    ----------
+    Muliawan 2013, (M 2.69) to (M 2.93), with another datum.
+    """
+    exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
+    camera = _validate.of_shape(camera, (10,), "camera")
+    ground = _validate.points(points, 3, "points")
+    if len(exteriors) < 2:
+        raise ValueError("exteriors must hold two photos or more")
+    away = np.abs(exteriors[:, :3] - exteriors[:1, :3])
+    held = [*range(10, 16), 10 + 6 * (away.argmax() // 3) + away.argmax() % 3]
+    free = np.setdiff1d(np.arange(10 + 6 * len(exteriors)), held)
+    rays = _validate.points(xy, 2, "xy")
+    redundancy = rays.size - len(free) - ground.size
+    if redundancy < 1:
+        raise ValueError("as many unknowns as observations, or more: add rays")
+    for _ in range(20):
+        K, E, V, f, g, v = blocks(photo, point, xy, sigma, camera, exteriors, ground)
+        back = _inverse(V)
+        S = reduced(K, E, V)[np.ix_(free, free)]
+        s = f - np.einsum("nqa,nab,nb->q", E, back, g)
+        if not np.all(np.diag(S) > 0):
+            raise ValueError(UNDETERMINED)
+        size = np.sqrt(np.diag(S))
+        Q = _inverse(S / np.outer(size, size)) / np.outer(size, size)
+        if not np.all(np.diag(Q) > 0):
+            raise ValueError(UNDETERMINED)
+        step = np.zeros(len(K))
+        step[free] = -Q @ s[free]
+        camera, exteriors = camera + step[:10], exteriors + step[10:].reshape(-1, 6)
+        rest = g + np.einsum("nqa,q->na", E, step)
+        ground = ground - np.einsum("nab,nb->na", back, rest)
+        if np.all(np.abs(step[free]) < 1e-3 * np.sqrt(np.diag(Q))):
+            sigma0 = float(np.sqrt(np.sum(v**2) / redundancy))
+            return camera, sigma0**2 * Q[:10, :10], sigma0, ground
+    raise ValueError("no rest after 20 iterations: better start values may help")
+
+
+def _inverse(matrices: np.ndarray) -> np.ndarray:
+    """The inverse, or a sentence when there is none."""
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        raise ValueError(UNDETERMINED) from None

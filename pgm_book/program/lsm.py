@@ -1,0 +1,213 @@
+"""Least squares matching of one point, as lesson 3 writes it: to be read.
+
+`matching` does the same for any number of points at once, and says what went wrong.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pgm_book.program import adjustment as textbook
+from pgm_lab import _validate
+from pgm_lab.image import resample
+
+LIMIT = 0.01  # px: a step that moves no pixel of the window farther ends the iteration
+MOST = 40  # iterations
+
+
+def row_shift(A: ArrayLike, B: ArrayLike) -> float:
+    """Shift of one row of grey values onto another, in one step of least squares.
+
+    Parameters
+    ----------
+    A, B : array_like (n,)
+        Grey values of the left and of the right row, at least three.
+
+    Returns
+    -------
+    float
+        a in pixels, for B(x + a) = A(x); exact where the rows are straight lines.
+
+    Raises
+    ------
+    ValueError
+        If the rows have not the same length, or B has no slope.
+
+    References
+    ----------
+    Bani 2010, (B 2.10) with a0 alone; slopes by (B 2.12).
+
+    Examples
+    --------
+    >>> row_shift([10, 12, 14, 16], [9, 11, 13, 15])
+    0.5
+    """
+    A, B = _validate.finite(A, "A"), _validate.finite(B, "B")
+    if A.ndim != 1 or A.shape != B.shape or len(A) < 3:
+        raise ValueError(
+            f"A and B must be rows of the same length, at least 3; got {A.shape} and"
+            f" {B.shape}"
+        )
+    slope = (B[2:] - B[:-2]) / 2
+    if not np.any(slope):
+        raise ValueError("B has no slope: a flat row fits everywhere")
+    return float(slope @ (A - B)[1:-1] / (slope @ slope))
+
+
+def match(
+    left: ArrayLike, right: ArrayLike, point: ArrayLike, start: ArrayLike, size: int
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """Match one window by least squares, with eight parameters.
+
+    Parameters
+    ----------
+    left, right : array_like (rows, columns)
+        Grey values.
+    point : array_like (2,)
+        (column, row) of the middle of the left window, in whole pixels.
+    start : array_like (8,)
+        Start values of a0, a1, a2, b0, b1, b2, h0, h1; (a0, b0) is a place in the right
+        photo, in pixels.
+    size : int
+        Pixels across the window, odd.
+
+    Returns
+    -------
+    trail : ndarray (k + 1, 8)
+        The parameters at the start and after each of k iterations; the last are found.
+    sigma0 : float
+        Standard deviation of a grey value.
+    Q : ndarray (8, 8)
+        Cofactor matrix of the parameters: sigma0 squared times Q is their covariance.
+
+    Raises
+    ------
+    ValueError
+        If a window leaves its photo, the texture does not determine the parameters, or
+        the iteration finds no rest.
+
+    References
+    ----------
+    Bani 2010, (B 2.7) to (B 2.13); (B 2.17) as mended.
+
+    Examples
+    --------
+    >>> from pgm_lab import simulate
+    >>> texture = simulate.texture(seed=1)
+    >>> shape, affine = (60, 60), [2.3, 1, 0, -1.6, 0, 1]
+    >>> left, right = simulate.texture_pair(texture, shape, affine, sigma=0)
+    >>> trail, _, _ = match(left, right, (30, 30), [32, 1, 0, 28, 0, 1, 0, 1], 21)
+    >>> print(trail[-1, [0, 3]].round(2))
+    [32.3 28.4]
+    """
+    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
+    column, row = map(int, _validate.one_point(point, 2, "point"))
+    start = _validate.finite(start, "start")
+    if start.shape != (8,):
+        raise ValueError(f"start must have shape (8,); got {start.shape}")
+    half = _validate.window(size, "size", 5) // 2
+    if not half <= min(column, row) or not (
+        column + half < left.shape[1] and row + half < left.shape[0]
+    ):
+        raise ValueError("the window leaves the left photo: choose another point")
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    A = left[row + y, column + x].astype(float)
+    trail = [start]
+    for _ in range(MOST):
+        p = trail[-1]
+        B, Bx, By = resampled(right, p, x, y)
+        J = design(B, Bx, By, x, y, p[7])
+        observed = A - (p[6] + p[7] * B)
+        step, _, sigma0, Q = textbook.adjust(J, np.ones(len(A)), observed)
+        trail.append(p + step)
+        reach = np.abs(step[:6]).reshape(2, 3) @ (1, half, half)  # of the far corner
+        if reach.max() <= LIMIT:
+            return np.array(trail), sigma0, Q
+    raise ValueError(
+        f"no rest after {MOST} iterations: the start may be too far from the match"
+    )
+
+
+def resampled(
+    right: ArrayLike, p: ArrayLike, x: ArrayLike, y: ArrayLike
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Grey values of the right window, and their slopes along columns and rows.
+
+    Parameters
+    ----------
+    right : array_like (rows, columns)
+        Grey values.
+    p : array_like (8,) or (6,)
+        Parameters; the first six say where the window lies.
+    x, y : array_like (n,)
+        Pixels of the left window, from its middle.
+
+    Returns
+    -------
+    B, Bx, By : ndarray (n,)
+        By (B 2.8), (B 2.9), (B 2.12) and (B 2.13).
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, or the window leaves the photo.
+    """
+    right = _validate.image(right, "right", 2)
+    p = _validate.finite(p, "p")
+    x, y = _validate.finite(x, "x"), _validate.finite(y, "y")
+    if p.ndim != 1 or len(p) < 6 or x.ndim != 1 or x.shape != y.shape:
+        raise ValueError(
+            "p must have shape (8,) or (6,), x and y (n,); got"
+            f" {p.shape}, {x.shape} and {y.shape}"
+        )
+    a0, a1, a2, b0, b1, b2 = p[:6]
+    at = np.column_stack([a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y])
+
+    def grey(dx: int, dy: int) -> np.ndarray:
+        return resample(right, at + [dx, dy], "spline3")
+
+    slopes = (grey(1, 0) - grey(-1, 0)) / 2, (grey(0, 1) - grey(0, -1)) / 2
+    return grey(0, 0), *slopes
+
+
+def design(
+    B: ArrayLike, Bx: ArrayLike, By: ArrayLike, x: ArrayLike, y: ArrayLike, h1: float
+) -> np.ndarray:
+    """Design matrix: derivatives of h0 + h1 B by the eight parameters.
+
+    Parameters
+    ----------
+    B, Bx, By : array_like (n,)
+        Grey values of the right window and their slopes.
+    x, y : array_like (n,)
+        Pixels of the left window, from its middle.
+    h1 : float
+        Contrast.
+
+    Returns
+    -------
+    ndarray (n, 8)
+        In the order a0, a1, a2, b0, b1, b2, h0, h1.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not fit, or a number is not finite.
+
+    References
+    ----------
+    Bani 2010, (B 2.11).
+
+    Examples
+    --------
+    >>> design([90], [2], [1], [-3], [4], 1.5)
+    array([[ 3. , -9. , 12. ,  1.5, -4.5,  6. ,  1. , 90. ]])
+    """
+    B, Bx, By, x, y = (
+        _validate.finite(g, name)
+        for g, name in ((B, "B"), (Bx, "Bx"), (By, "By"), (x, "x"), (y, "y"))
+    )
+    h1 = _validate.number(h1, "h1")
+    if B.ndim != 1 or len({a.shape for a in (B, Bx, By, x, y)}) > 1:
+        raise ValueError("B, Bx, By, x and y must be lists of the same length")
+    gx, gy = h1 * Bx, h1 * By
+    return np.column_stack([gx, x * gx, y * gx, gy, x * gy, y * gy, np.ones(len(B)), B])

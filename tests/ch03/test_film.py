@@ -1,0 +1,97 @@
+"""Figures of least squares matching show what they say."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from pgm_book.ch03 import figures as ch03_figures
+from pgm_book.common import figures as common_figures
+from pgm_book.program import lsm as textbook
+from pgm_lab import plot, simulate
+
+AFFINE = (3.0, 1.02, 0.05, -2.0, -0.04, 0.98)
+POINT, WINDOW = (40, 45), 21
+LEFT, RIGHT = simulate.texture_pair(
+    simulate.texture(seed=4), (90, 90), AFFINE, gain=0.8, offset=20.0
+)
+TRUTH = np.array([3 + 1.02 * 40 + 0.05 * 45, 1.02, 0.05, 0, -0.04, 0.98, -25, 1.25])
+TRUTH[3] = -2 - 0.04 * 40 + 0.98 * 45
+START = np.array([44, 1, 0, 41, 0, 1, 0, 1.0])
+
+
+@pytest.fixture
+def film():
+    fig = common_figures.film_strip(
+        LEFT, RIGHT, POINT, WINDOW, [START, TRUTH], ["start", "end"]
+    )
+    yield np.array(fig.axes[:9]).reshape(3, 3)
+    plt.close(fig)
+
+
+def shown(ax):
+    return np.asarray(ax.images[0].get_array())
+
+
+def test_template_is_the_left_window(film):
+    x, y = POINT
+    assert np.array_equal(shown(film[1, 0]), LEFT[y - 10 : y + 11, x - 10 : x + 11])
+
+
+def test_residuals_are_computed_minus_observed_and_empty_at_the_truth(film):
+    for column in (1, 2):
+        difference = shown(film[1, column]) - shown(film[1, 0])
+        np.testing.assert_allclose(shown(film[2, column]), difference, atol=1e-9)
+    # The cubic spline leaves 0.1 of a contrast of 40 on this texture, on the average
+    assert np.sqrt(np.mean(shown(film[2, 2]) ** 2)) < 0.3
+    assert np.sqrt(np.mean(shown(film[2, 1]) ** 2)) > 10
+
+
+def test_outline_follows_the_parameters(film):
+    outline = film[0, 2].lines[0].get_xydata()
+    corner = TRUTH[[0, 3]] + TRUTH[[1, 2, 4, 5]].reshape(2, 2) @ (10.5, 10.5)
+    np.testing.assert_allclose(outline[2], corner)
+    np.testing.assert_allclose(film[0, 0].lines[0].get_xydata()[0], (29.5, 34.5))
+
+
+def test_path_runs_from_the_start(film):
+    assert len(film[0, 1].lines[1].get_xydata()) == 1
+    path = film[0, 2].lines[1].get_xydata()
+    np.testing.assert_allclose(path, [START[[0, 3]], TRUTH[[0, 3]]])
+
+
+def test_pixels_outside_the_right_photo_are_blank():
+    away = START.copy()
+    away[0] = 5
+    fig = common_figures.film_strip(LEFT, RIGHT, POINT, WINDOW, [away], ["away"])
+    window = shown(fig.axes[3])
+    plt.close(fig)
+    assert np.all(np.ma.getmaskarray(np.ma.masked_invalid(window))[:, :5])
+    assert np.isfinite(window[:, 10:]).all()
+
+
+def test_one_note_a_step():
+    with pytest.raises(ValueError, match=r"parameters must have shape \(1, 8\)"):
+        common_figures.film_strip(LEFT, RIGHT, POINT, WINDOW, [START, TRUTH], ["start"])
+
+
+def test_window_must_lie_in_the_left_photo():
+    with pytest.raises(ValueError, match="points lie outside the image"):
+        common_figures.film_strip(LEFT, RIGHT, (5, 45), WINDOW, [START], ["start"])
+
+
+def test_sliders_name_the_steps_that_they_show(monkeypatch):
+    """The first, the middle and the last step, by their numbers in the trail."""
+    shown = []
+    monkeypatch.setattr(plot.basic, "show", lambda fig, *_, **__: shown.append(fig))
+    monkeypatch.setattr(ch03_figures, "interact", lambda draw, **_: draw(1, 1, 0))
+    truth = TRUTH[[0, 3]]
+    ch03_figures.shift_by_hand(LEFT, RIGHT, POINT, WINDOW, truth)
+    start = [*(np.round(truth[0]) + 1, 1, 0), *(np.round(truth[1]) + 1, 0, 1, 0, 1)]
+    trail, _, _ = textbook.match(LEFT, RIGHT, POINT, start, WINDOW)
+    (fig,) = shown
+    titles = [ax.get_title() for ax in fig.axes if "px off" in ax.get_title()]
+    plt.close(fig)
+    last = len(trail) - 1
+    assert last > 2
+    expected = ["start", f"step {(last + 1) // 2}", f"step {last}"]
+    assert [title.split("\n")[0] for title in titles] == expected

@@ -1,0 +1,253 @@
+"""Exercise feedback of chapter 8: right answers pass, each slip is named."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pgm_book.ch08 import checks as chapter8
+from pgm_book.common.checks import CheckFailed
+from pgm_book.program import stereo as textbook
+from pgm_lab import ncc, stereo
+from pgm_lab.simulate import Landscape
+from tests.common.slips import unnamed
+
+
+def passes(check, *arguments, capsys):
+    check(*arguments)
+    assert capsys.readouterr().out.count("✓") == 1
+
+
+def fails(check, hint, *arguments):
+    with pytest.raises(CheckFailed, match=hint):
+        check(*arguments)
+
+
+def model(x, y, parallax, base, c):
+    """The solution of exercise 8.1."""
+    scale = base / parallax
+    return scale * np.array([x, y, -c])
+
+
+@pytest.mark.parametrize("function", [model, lambda *a: model(*a).tolist()])
+def test_a_right_model_point_passes(function, capsys):
+    passes(chapter8.model_point, function, capsys=capsys)
+
+
+def test_a_slip_of_the_model_point_is_named():
+    slips = [
+        (lambda x, y, p, B, c: None, "returns nothing"),
+        (lambda x, y, p, B, c: B / p * np.array([x, y, c]), "negative"),
+        (lambda x, y, p, B, c: p / B * np.array([x, y, -c]), "exchanged"),
+        (lambda x, y, p, B, c: np.array([x, y, -c * B / p]), "scaled as well"),
+        (lambda x, y, p, B, c: np.array([x, y, -c]), "in the photo"),
+        (lambda x, y, p, B, c: model(x, y, p, B, c) - (B, 0, 0), "nothing is added"),
+        (lambda x, y, p, B, c: -c * B / p, "shape"),
+        (lambda x, y, p, B, c: 2 * model(x, y, p, B, c), "two rays meet"),
+    ]
+    assert unnamed(chapter8.model_point, slips) == []
+
+
+@pytest.fixture(scope="module")
+def level():
+    """A level field at Z = 20 m, seen straight from above; the true disparity too."""
+    flat = np.full((40, 40), 20.0, np.float32)
+    land = Landscape(flat, flat, flat, flat.astype(np.uint8), (-200.0, 200.0), 10.0)
+    grey = np.zeros((100, 120), np.float32)
+    stations = np.array([(-50.0, 0, 1000), (50.0, 0, 1000)])
+    origin = np.array([(1.2, 0.2), (-1.2, 0.2)])
+    pair = stereo.NormalPair(grey, grey, np.eye(3), stations, 24.0, 0.005, origin)
+    true = (24 * 100 / 980 - 2.4) / 0.005
+    return pair, land, true
+
+
+@pytest.mark.parametrize("kind", [float, np.array, lambda d: round(d + 0.4)])
+def test_a_mark_on_the_ground_passes(kind, level, capsys):
+    pair, land, true = level
+    passes(chapter8.mark, kind(true), pair, (60, 50), land, capsys=capsys)
+
+
+@pytest.mark.parametrize(
+    ("change", "hint"),
+    [
+        (lambda d: ..., "still empty"),
+        (lambda d: (d, d), "one number"),
+        (lambda d: d + 3, "floats above"),
+        (lambda d: d - 3, "below the ground"),
+        (lambda d: -d, "the sign"),
+        (lambda d: 20.0, "that is the height"),
+    ],
+)
+def test_a_mark_that_hangs_elsewhere_is_named(change, hint, level):
+    pair, land, true = level
+    fails(chapter8.mark, hint, change(true), pair, (60, 50), land)
+
+
+def line(base, ray, M, c):
+    """The solution of exercise 8.3."""
+    a, b, w = M @ np.cross(base, ray)
+    return np.array([a, b, -c * w])
+
+
+def test_a_right_line_passes_whatever_its_length_and_sign(capsys):
+    for factor in (1, -1, 1e-3):
+        passes(chapter8.epipolar_line, lambda *a, f=factor: f * line(*a), capsys=capsys)
+
+
+def test_a_slip_of_the_line_is_named():
+    slips = [
+        (lambda b, u, M, c: None, "returns nothing"),
+        (lambda b, u, M, c: line(b, u, M, -c), "sign of the third"),
+        (lambda b, u, M, c: line(b, u, M, 1.0), "multiplied by c"),
+        (lambda b, u, M, c: line(b, u, M, -1.0), "and only it"),
+        (lambda b, u, M, c: line(b, u, M.T, c), "transpose"),
+        (lambda b, u, M, c: line(b, u, np.eye(3), c), "turned into the right photo"),
+        (lambda b, u, M, c: line(b, u, M, 2 * c), "other heights"),
+        (lambda b, u, M, c: line(b, u, M, c)[:2], "shape"),
+        (lambda b, u, M, c: np.zeros(3), "still zero"),
+    ]
+    assert unnamed(chapter8.epipolar_line, slips) == []
+
+
+def search(left, right, column, row, window, low, high):
+    """The solution of exercise 8.4."""
+    half, tried = window // 2, np.arange(low, high + 1)
+    rows = slice(row - half, row + half + 1)
+    target = left[rows, column - half : column + half + 1]
+    r = []
+    for d in tried:
+        middle = column - d
+        r.append(
+            ncc.correlation(target, right[rows, middle - half : middle + half + 1])
+        )
+    best = int(np.argmax(r))
+    if best in (0, len(r) - 1):
+        return np.nan, r[best]
+    a, b, c = r[best - 1 : best + 2]
+    return tried[best] + (c - a) / 2 / (2 * b - a - c), r[best]
+
+
+def test_a_right_search_along_the_row_passes(capsys):
+    for function in (search, textbook.best_disparity, lambda *a: list(search(*a))):
+        passes(chapter8.best_disparity, function, capsys=capsys)
+
+
+def altered(change):
+    """The right search with a slip in its answer."""
+    return lambda *a: change(*search(*a), a[5])
+
+
+def to_the_other_side(left, right, column, row, window, low, high):
+    """`column + d` for `column - d`."""
+    d, r = search(left, right, column, row, window, -high, -low)
+    return -d, r
+
+
+def without_ends(left, right, column, row, window, low, high):
+    d, r = search(left, right, column, row, window, low, high)
+    return (low, r) if np.isnan(d) else (d, r)
+
+
+def test_a_slip_of_the_search_is_named():
+    slips = [
+        (altered(lambda d, r, low: None), "returns nothing"),
+        (altered(lambda d, r, low: d), "two numbers"),
+        (altered(lambda d, r, low: (-d, r)), "the sign"),
+        (altered(lambda d, r, low: (np.round(d), r)), "whole pixels"),
+        (altered(lambda d, r, low: (d - np.round(d), r)), "alone"),
+        (altered(lambda d, r, low: (2 * np.round(d) - d, r)), "the wrong sign"),
+        (altered(lambda d, r, low: (d - low, r)), "begins at low"),
+        (altered(lambda d, r, low: (np.round(d) - low, r)), "begins at low"),
+        (altered(lambda d, r, low: (d, r**2)), "r is not the highest"),
+        (altered(lambda d, r, low: (np.nan, r)), "not that of the highest"),
+        (to_the_other_side, "the wrong side"),
+        (without_ends, "no peak"),
+    ]
+    assert unnamed(chapter8.best_disparity, slips) == []
+
+
+def test_a_right_promise_passes(capsys):
+    passes(chapter8.sigma_height, lambda H, B, g, s: H * g * s / B, capsys=capsys)
+
+
+def test_a_slip_of_the_promise_is_named():
+    slips = [
+        (lambda H, B, g, s: None, "returns nothing"),
+        (lambda H, B, g, s: B / H * g * s, "exchanged"),
+        (lambda H, B, g, s: H**2 / B * g * s, "comes in twice"),
+        (lambda H, B, g, s: g * s, "across the ray"),
+        (lambda H, B, g, s: H / B * s, "pixel on the ground"),
+        (lambda H, B, g, s: H / B * g, "sigma_px"),
+        (lambda H, B, g, s: H / B * g * s**2, "does not follow"),
+        (lambda H, B, g, s: round(H / B * g * s, 2), "rounded"),
+    ]
+    assert unnamed(chapter8.sigma_height, slips) == []
+
+
+def row(pair, row, columns, window, low, high, least, place=lambda m, pair: None):
+    """The solution of exercise 8.6, with room for a slip."""
+    points = np.full((len(columns), 3), np.nan)
+    for i, column in enumerate(columns):
+        d, r = search(pair.left, pair.right, column, row, window, low, high)
+        if r >= least and np.isfinite(d):
+            x = pair.origin[0, 0] + pair.pixel_size * column
+            y = pair.origin[0, 1] - pair.pixel_size * row
+            m = model(x, y, pair.parallax(d), pair.base, pair.c)
+            slip = place(m, pair)
+            right = pair.stations[0] + m @ pair.rotation
+            points[i] = right if slip is None else slip
+    return points
+
+
+def all_at_once(pair, row, columns, window, low, high, least):
+    """The solution in arrays, and by the method of the pair."""
+    found = [
+        search(pair.left, pair.right, column, row, window, low, high)
+        for column in columns
+    ]
+    d, r = np.transpose(found)
+    return pair.object_points(columns, row, np.where(r >= least, d, np.nan))
+
+
+def test_a_right_row_of_points_passes(capsys):
+    passes(chapter8.row_points, row, capsys=capsys)
+    passes(chapter8.row_points, textbook.row_points, capsys=capsys)
+    passes(chapter8.row_points, lambda *a: row(*a).tolist(), capsys=capsys)
+    passes(chapter8.row_points, all_at_once, capsys=capsys)
+
+
+def from_the_edges(pair, *arguments):
+    """Disparity times pixel size for the parallax."""
+    blind = SimpleNamespace(**vars(pair), base=pair.base)
+    blind.parallax = lambda d: abs(d) * pair.pixel_size
+    return row(blind, *arguments)
+
+
+def placed(place):
+    return lambda *a: row(*a, place=place)
+
+
+def without_its_parts(*arguments):
+    d, r = None  # what an unsolved best_disparity returns
+
+
+def test_a_slip_of_the_row_is_named():
+    slips = [
+        (without_its_parts, "exercises 8.1 and 8.4"),
+        (lambda *a: None, "returns nothing"),
+        (lambda *a: row(*a)[:, 2], "must return shape"),
+        (lambda *a: "points", "must return shape"),
+        (placed(lambda m, p: m), "turn it and add"),
+        (placed(lambda m, p: m @ p.rotation), "has to be added"),
+        (placed(lambda m, p: p.stations[0] + m), "has to be turned"),
+        (placed(lambda m, p: p.stations[0] + p.rotation @ m), "the other way"),
+        (placed(lambda m, p: p.stations[1] + m @ p.rotation), "stations\\[1\\]"),
+        (placed(lambda m, p: np.full(3, np.nan)), "still NaN"),
+        (lambda pair, row, columns, *a: [[np.nan] * 3] * len(columns), "exercise 8.4"),
+        (placed(lambda m, p: (p.stations[0] + m) @ p.rotation), "turned first"),
+        (placed(lambda m, p: p.stations[0] + m[[1, 0, 2]] @ p.rotation), "exchanged"),
+        (from_the_edges, "begin at different places"),
+        (placed(lambda m, p: p.stations[0] - m @ p.rotation), "rays of the row"),
+        (lambda *a: row(*a[:-1], -1), "below the threshold"),
+    ]
+    assert unnamed(chapter8.row_points, slips) == []

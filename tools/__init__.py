@@ -1,1 +1,0 @@
-"""Maintenance scripts of the workbook; readers of the chapters need none of them."""

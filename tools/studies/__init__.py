@@ -1,1 +1,0 @@
-"""The seeded scripts that make the tables in data/results."""
