@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.camera import imaging
-from pgm_lab.camera._lens import undistort
 
 PARAMETERS = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 BLOCKS = ("interior", "exterior", "point")
@@ -138,16 +137,16 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     points = _validate.points(points, 3, "points")
     _validate.broadcast(exterior=exterior, points=points)
     rays, _ = imaging.ray(exterior, points)
-    message = (
+    _validate.refuse(
+        rays[..., 2] >= 0,
         "points{} are not in front of the camera, which looks along its -z: check the"
-        " exterior orientation (angles in radians), or leave these points out"
+        " exterior orientation (angles in radians), or leave these points out",
     )
-    _validate.refuse(rays[..., 2] >= 0, message)
     return measured(camera, imaging.perspective(camera.c, rays)[0])
 
 
 def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
-    """Take principal point and lens distortion off measured coordinates.
+    """Ideal coordinates (..., 2): measured ones without principal point and distortion.
 
     With the result (x, y) the ray of the point is (x, y, -c) in the camera's frame.
 
@@ -156,11 +155,6 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     camera : Camera
     measured : array_like (..., 2)
         Image coordinates as measured, in mm.
-
-    Returns
-    -------
-    ndarray (..., 2)
-        Ideal coordinates, reduced to the principal point, in mm.
 
     Raises
     ------
@@ -184,18 +178,13 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
 
 
 def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
-    """Add lens distortion and principal point: the inverse of `ideal`.
+    """Measured coordinates (..., 2) of ideal ones: the inverse of `ideal`.
 
     Parameters
     ----------
     camera : Camera
     ideal : array_like (..., 2)
         Ideal coordinates, reduced to the principal point, in mm.
-
-    Returns
-    -------
-    ndarray (..., 2)
-        Image coordinates as measured, in mm.
 
     Raises
     ------
@@ -228,8 +217,8 @@ def collinearity(
 
     lens "backward": v = p - (m + d(m)) with m = measured - (x0, y0);
     lens "forward": v = (x0, y0) + p + d(p) - measured;
-    p is the projected point and d the distortion. An iteration that may run away to
-    NaN calls `imaging.misclosure`, which does the same unchecked.
+    p is the projected point and d the distortion. An iteration that may diverge to NaN
+    calls `imaging.misclosure`, which does the same unchecked.
 
     Parameters
     ----------
@@ -286,7 +275,7 @@ def collinearity(
 
 
 def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
-    x, solved = undistort(camera.interior[3:], image)
+    x, solved = imaging.undistort(camera.interior[3:], image)
     _validate.refuse(
         ~solved,
         f"{name}{{}}: the lens displaces no point to here. So far from the principal"

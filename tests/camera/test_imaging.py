@@ -8,9 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pgm_lab import rotation
-from pgm_lab.camera import _stacks, imaging
+from pgm_lab.camera import imaging
 
-RNG = np.random.default_rng(5)
 EXTERIOR = np.array([120.0, -340.0, 900.0, 0.3, -0.4, 2.1])
 POINT = np.array([310.0, -150.0, 45.0])
 LENS = np.array([-8.3e-5, 4.1e-8, -6.7e-12, 2.9e-5, -1.7e-5, 3.1e-4, -2.3e-4])
@@ -100,8 +99,3 @@ def test_each_parameter_of_the_lens_alone_at_a_point_by_hand(name, expected):
     lens = np.array([1.0 if n == name else 0.0 for n in names])
     displacement = imaging.distortion(lens, np.array([2.0, 1.0]))
     np.testing.assert_allclose(displacement, expected, rtol=1e-15)
-
-
-def test_small_matrices_multiply_as_numpy_does():
-    a, b = RNG.normal(size=(4, 1, 2, 3)), RNG.normal(size=(5, 3, 6))
-    np.testing.assert_allclose(_stacks.product(a, b), a @ b, rtol=1e-13, atol=1e-14)

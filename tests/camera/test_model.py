@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pgm_lab import camera as cam
 from pgm_lab import rotation
-from pgm_lab.camera import Camera, _lens, imaging
+from pgm_lab.camera import Camera, imaging
 
 INTERIOR = (35.2, 0.31, -0.22, -8.3e-5, 4.1e-8, -6.7e-12, 2.9e-5, -1.7e-5, 3e-4, -2e-4)
 EXTERIOR = np.array([120.0, -340.0, 900.0, 0.15, -0.2, 2.1])
@@ -244,7 +244,7 @@ def test_no_solution_beyond_the_turn_of_the_lens_is_given_out(lens, function):
 def test_ghosts_on_another_branch_are_not_taken_for_solutions(K1, K2, image):
     lens = np.array([K1, K2, 0, 0, 0, 0, 0])
     image = np.column_stack([image, np.zeros_like(image)])
-    x, solved = _lens.undistort(lens, image)
+    x, solved = imaging.undistort(lens, image)
     fits = np.abs(x + imaging.distortion(lens, x) - image).max(axis=-1) < 1e-6
     assert fits.any(), "without a ghost this tests nothing"
     assert not solved.any()
