@@ -190,7 +190,7 @@ def equations(
     wrt: Collection[str],
     photo: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Misclosure v (2, ...) of the collinearity equations, depth (...), derivatives of v.
+    """Misclosure v (2, ...) of the collinearity equations, depth (...), derivatives.
 
     As `camera.collinearity`, unchecked: (M 2.20) to (M 2.29), (M 2.80), (M 2.89), as
     mended. The derivatives (n, 2, ...) stand by "interior", "exterior", "point", as far

@@ -14,7 +14,7 @@ from PIL import Image
 
 from pgm_lab import _validate
 from pgm_lab._files import printable
-from pgm_lab.datasets.images import GREY_OF_RGB
+from pgm_lab.datasets import GREY_OF_RGB
 
 Photo = str | os.PathLike | Image.Image | ArrayLike
 
