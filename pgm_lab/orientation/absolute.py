@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import adjust
-from pgm_lab.orientation import _turns
-from pgm_lab.orientation.three_points import extents
+from pgm_lab.orientation import _common
 
 # Width over length of a set of points below which it counts as a line: the variance of
 # the turn about it grows with 1/width^2, and normal equations hold 12 digits of that.
@@ -160,7 +159,7 @@ def absolute(
         # Small turns of the closed form: unlike its angles they have no gimbal lock
         turned = x[0] * local @ rotation.matrix(*x[1:4])
         J = _jacobian(x[0], turned)
-        J[..., 1:4] = J[..., 1:4] @ _turns.axes(x[1:4])
+        J[..., 1:4] = J[..., 1:4] @ _common.axes(x[1:4])
         return (turned + x[4:]).ravel(), J.reshape(-1, 7)
 
     names = ("scale", "turn about X", "turn about Y", "turn about Z", "TX", "TY", "TZ")
@@ -174,7 +173,7 @@ def absolute(
     )
     R = rotation.matrix(*result.x[1:4]).T @ R0
     L = np.eye(7)
-    L[1:4, 1:4] = _turns.axes(result.x[1:4])
+    L[1:4, 1:4] = _common.axes(result.x[1:4])
     variance = result.sigma0**2 if sigma is None else 1.0
     local_covariance = variance * L @ result.cofactor @ L.T
     parameters, covariance, status = _about_origin(
@@ -209,7 +208,7 @@ def _checked(
             f"source has {len(source)} point(s): seven parameters need three or more"
         )
     for name, points in (("source", source), ("target", target)):
-        length, width, _ = extents(points)
+        length, width, _ = _common.extents(points)
         if length <= SAME * np.abs(points).max():
             raise ValueError(
                 f"{name}: all points lie at one place, which fixes neither scale nor"
@@ -276,13 +275,13 @@ def _about_origin(
     local_covariance: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """Seven parameters, covariance and status from the form about the centroid."""
-    angles, by_turns, locked = _turns.angles(R)
+    angles, by_turns, locked = _common.angles(R)
     K = np.eye(7)
     K[1:4, 1:4] = by_turns
     K[4:] = _jacobian(scale, -scale * R @ centroid)
     parameters = np.array([scale, *angles, *(about - scale * R @ centroid)])
     weakest = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1]
-    weak = weakest > _turns.WEAK**2
+    weak = weakest > _common.WEAK**2
     status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
     return parameters, K @ local_covariance @ K.T, status
 
@@ -291,6 +290,6 @@ def _jacobian(scale: float, y: np.ndarray) -> np.ndarray:
     """Derivatives (..., 3, 7) of y = scale R p + shift by scale, small turns, shift."""
     J = np.zeros((*y.shape, 7))
     J[..., 0] = y / scale
-    J[..., 1:4] = -_turns.cross_matrix(y)
+    J[..., 1:4] = -_common.cross_matrix(y)
     J[..., 4:] = np.eye(3)
     return J
