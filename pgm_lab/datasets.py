@@ -273,7 +273,7 @@ def muliawan2013() -> Muliawan2013:
         return np.array([value[parameter] for parameter in INTERIOR])
 
     return Muliawan2013(
-        **_image_points(name("image_points")),
+        *_image_points(name("image_points")),
         interior=interior("interior_approx"),
         exteriors=_columns(name("exterior_approx"), *EXTERIOR),
         object_points=_columns(name("object_points_approx"), *XYZ),
@@ -291,13 +291,13 @@ def muliawan2013() -> Muliawan2013:
     )
 
 
-def _image_points(name: str) -> dict[str, np.ndarray]:
+def _image_points(
+    name: str,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Photo, point, xy and sigma of the observations of a network."""
-    index = _columns(name, "photo", "point").astype(int) - 1
-    xy, sigma = (
-        _columns(name, *axes) for axes in (("x_mm", "y_mm"), ("sx_mm", "sy_mm"))
-    )
-    return {"photo": index[:, 0], "point": index[:, 1], "xy": xy, "sigma": sigma}
+    photo, point = _columns(name, "photo", "point").astype(int).T - 1
+    xy, sigma = _columns(name, "x_mm", "y_mm"), _columns(name, "sx_mm", "sy_mm")
+    return photo, point, xy, sigma
 
 
 @dataclass(frozen=True)
@@ -407,7 +407,7 @@ def jaicov_9x50() -> Jaicov9x50:
     # The tables list the parameters, photos and points in their order
     interior, interior_sd = _columns(name("interior"), "value", "sd").T
     return Jaicov9x50(
-        **_image_points(name("image_points")),
+        *_image_points(name("image_points")),
         interior=np.array([35.4] + [0.0] * (len(INTERIOR) - 1)),
         exteriors=_columns(name("start_exterior"), *EXTERIOR),
         points=_columns(name("start_object_points"), *XYZ),

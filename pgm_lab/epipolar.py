@@ -225,16 +225,16 @@ def curve(
     _base_of(left, right)
     u = left.rays(_validate.one_point(pixel, 2, "pixel"))
     X0 = left.exterior[:3]
-    if (heights is None) == (depths is None):
-        raise ValueError("either heights or depths say how far along the ray; give one")
-    if heights is None:
+    if heights is None and depths is not None:
         reach = _validate.of_shape(depths, (None,), "depths") / left.camera.c
         _validate.refuse(reach <= 0, "depths{} are not in front of the left photo")
-    else:
+    elif heights is not None and depths is None:
         rise = _validate.of_shape(heights, (None,), "heights") - X0[2]
         message = "the ray of pixel does not reach heights{}: it leads away from there"
         _validate.refuse(rise * u[2] <= 0, message)
         reach = rise / u[2]
+    else:
+        raise ValueError("either heights or depths say how far along the ray; give one")
     return right.project(X0 + reach[:, None] * u)
 
 

@@ -342,7 +342,8 @@ def _fit(
         return b, np.swapaxes(turned, -1, -2) @ R0
 
     def distances(x, R0):
-        found = coplanarity.distances(*model(x, R0), *rays)
+        b, turned = model(x, R0)
+        found = coplanarity.distances(b, turned, *rays)
         by_turns = found.by_turns @ _common.axes(x[..., 2:])
         A = np.concatenate([found.by_base[..., 1:], by_turns], axis=-1)
         return c + found.distance, A

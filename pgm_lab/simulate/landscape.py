@@ -156,7 +156,8 @@ def landscape(
     shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
     _validate.size("extent", *shape)
     third = (east - west) / 3
-    ends = tuple(map(float, borders or (west + third, east - third)))
+    first, second = borders or (west + third, east - third)
+    ends = float(first), float(second)
     rng = np.random.default_rng(seed)
     X = west + cell * (np.arange(shape[1]) + 0.5)
     Y = north - cell * (np.arange(shape[0]) + 0.5)
