@@ -18,6 +18,9 @@ n'' . x'' = 0 is the equation of a straight line, the epipolar line:
 
 All epipolar planes hold the base; so all lines of a photo pass through the point where
 the base pierces it, its epipole: E e'' = 0 and Eᵀ e' = 0.
+
+Photos at the same place have no epipolar geometry; they, and any other argument that is
+not as described, raise ValueError. Pixels are (column, row), with lens.
 """
 
 from dataclasses import dataclass
@@ -55,7 +58,7 @@ def plane(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     ----------
     left, right : Photo
     pixels : array_like (..., 2)
-        (column, row) in the left photo, with lens.
+        In the left photo.
 
     Returns
     -------
@@ -65,8 +68,7 @@ def plane(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        If an argument is not as described, both photos stand at the same place, or a
-        ray runs along the base: any plane through the base holds it.
+        If a ray runs along the base: any plane through the base holds it.
 
     Examples
     --------
@@ -97,7 +99,7 @@ def line(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     ----------
     left, right : Photo
     pixels : array_like (..., 2)
-        (column, row) in the left photo, with lens.
+        In the left photo.
 
     Returns
     -------
@@ -139,23 +141,15 @@ def line(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
 def distance(
     left: Photo, right: Photo, left_pixels: ArrayLike, right_pixels: ArrayLike
 ) -> np.ndarray:
-    """Distances of points in the right photo from the epipolar lines of left ones.
+    """Distances (...) of right points from the epipolar lines of left ones.
+
+    In pixels of the right photo, at right angles to the line, with a sign.
 
     Parameters
     ----------
     left, right : Photo
     left_pixels, right_pixels : array_like (..., 2)
-        (column, row) of the same points, with lens.
-
-    Returns
-    -------
-    ndarray (...)
-        In pixels of the right photo, at right angles to the line, with a sign.
-
-    Raises
-    ------
-    ValueError
-        As `line`, or if the points do not pair up.
+        The same points.
 
     Examples
     --------
@@ -184,32 +178,27 @@ def curve(
     *,
     depths: ArrayLike | None = None,
 ) -> np.ndarray:
-    """Pixels in the right photo of one left pixel, were it at these heights or depths.
+    """Pixels (k, 2) in the right photo of one left pixel, at these heights or depths.
 
     Without lens distortion they lie on a straight line; with it, on a curve.
+    They may lie outside the photo.
 
     Parameters
     ----------
     left, right : Photo
     pixel : array_like (2,)
-        (column, row) in the left photo, with lens.
+        In the left photo.
     heights : array_like (k,), optional
         Z of object space. Either these or depths.
     depths : array_like (k,), optional
         Distances from the left station along the axis of its camera, in the unit of the
         base: for photos with relative orientation only.
 
-    Returns
-    -------
-    ndarray (k, 2)
-        (column, row), with lens; they may lie outside the photo.
-
     Raises
     ------
     ValueError
-        If an argument is not as described, the ray does not reach a height going
-        forwards, a point is not in front of the right photo, or so far outside that
-        its lens has no solution.
+        If the ray does not reach a height going forwards, or a point is not in front
+        of the right photo or so far outside that its lens has no solution.
 
     Examples
     --------
@@ -269,21 +258,7 @@ class Epipole:
 
 
 def epipole(left: Photo, right: Photo) -> tuple[Epipole, Epipole]:
-    """Epipoles of both photos: where the base pierces them.
-
-    Parameters
-    ----------
-    left, right : Photo
-
-    Returns
-    -------
-    tuple of Epipole
-        Of the left and of the right photo.
-
-    Raises
-    ------
-    ValueError
-        If an argument is no Photo, or both photos stand at the same place.
+    """Epipoles of the left and of the right photo: where the base pierces them.
 
     Examples
     --------
@@ -334,11 +309,6 @@ def essential(left_exterior: ArrayLike, right_exterior: ArrayLike) -> np.ndarray
         In the unit of the base: xᵀ E x of rays (x, y, -c) in the frames of their photos
         is F of `orientation.coplanarity.condition`.
 
-    Raises
-    ------
-    ValueError
-        If the input is not as described, or the stations are the same.
-
     References
     ----------
     (M 2.30) to (M 2.35); Longuet-Higgins 1981, Nature 293.
@@ -376,8 +346,7 @@ def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.nda
     Raises
     ------
     ValueError
-        If an argument is not as described, both photos stand at the same place, or a
-        photo has lens distortion and the pixels are not corrected.
+        If a photo has lens distortion and the pixels are not corrected.
 
     Examples
     --------

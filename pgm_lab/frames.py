@@ -2,7 +2,8 @@
 
 Pixel coordinates are (column, row): x right, y down, integers at pixel centres, the
 origin at the centre of the top-left pixel. Photo coordinates are in millimetres: x
-right, y up, the origin at the centre of the image.
+right, y up, the origin at the centre of the image. Arguments that are not as described
+raise ValueError.
 """
 
 from typing import overload
@@ -28,18 +29,9 @@ __all__ = [
 
 
 def image_centre(image_size: ArrayLike) -> np.ndarray:
-    """Pixel coordinates (column, row) of the centre of the image.
+    """Pixel coordinates (column, row) of the centre of an image of (columns, rows).
 
     The centre of n pixels that are counted 0, 1, ..., n - 1 is n/2 - 0.5.
-
-    Parameters
-    ----------
-    image_size : (columns, rows)
-        In pixels.
-
-    Returns
-    -------
-    ndarray (2,)
 
     References
     ----------
@@ -111,8 +103,7 @@ def pixel_to_photo(
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, a size is not positive, the
-        image size is evidently (rows, columns), or a covariance is not valid.
+        Also if the image size is evidently (rows, columns).
 
     References
     ----------
@@ -171,10 +162,8 @@ def photo_to_pixel(
     ----------
     photo : array_like (..., 2)
         (x, y) in mm.
-    image_size : (columns, rows)
-        In pixels.
-    pixel_size : float or (x, y)
-        Size of a pixel on the sensor, in mm.
+    image_size, pixel_size
+        As of `pixel_to_photo`.
     covariance : array_like (..., 2, 2), optional
         Of (x, y) in mm^2, one for each point or one for all.
 
@@ -184,12 +173,6 @@ def photo_to_pixel(
         (column, row) in pixels.
     covariance : ndarray (..., 2, 2)
         Of (column, row) in square pixels, only if one was given.
-
-    Raises
-    ------
-    ValueError
-        If a shape is wrong, a number is not finite, a size is not positive, or a
-        covariance is not valid.
 
     References
     ----------
@@ -230,21 +213,14 @@ def _propagated(
 def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.ndarray:
     """Size (x, y) of a pixel, in mm, from the size of the sensor.
 
+    An upright sensor with a wide image, or the reverse, is refused.
+
     Parameters
     ----------
     sensor_size : (width, height)
         Of the part of the sensor that the image shows, in mm.
     image_size : (columns, rows)
         In pixels.
-
-    Returns
-    -------
-    ndarray (2,)
-
-    Raises
-    ------
-    ValueError
-        If a size is not positive, or one is upright and the other is not.
 
     Examples
     --------
@@ -264,7 +240,9 @@ def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.
 
 
 def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
-    """Matrix that turns photo coordinates (x, y, 1) into the image vector.
+    """Matrix (3, 3) that turns photo coordinates (x, y, 1) into the image vector.
+
+    That is (x - x0, y - y0, -c), in mm: the ray from the perspective centre.
 
     Parameters
     ----------
@@ -272,12 +250,6 @@ def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
         Principal distance in mm, positive.
     x0, y0 : float
         Principal point in the photo frame, in mm.
-
-    Returns
-    -------
-    ndarray (3, 3)
-        Times (x, y, 1) it gives (x - x0, y - y0, -c), in mm: the ray from the
-        perspective centre to the image point.
 
     References
     ----------

@@ -6,7 +6,8 @@ The rows of M are the camera's axes in object space. Angles are in radians; a po
 one turns the camera counter-clockwise as seen from the tip of the axis. Rodrigues
 vectors and quaternions have the same sense.
 
-All functions take stacks: leading axes (...) broadcast. What is no rotation is refused.
+All functions take stacks: leading axes (...) broadcast. A matrix that is no rotation,
+or any other argument that is not as described, raises ValueError.
 """
 
 import warnings
@@ -45,24 +46,15 @@ HALF_TURN = 1e-9
 
 
 def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
-    """Rotation matrix of omega, phi, kappa: object space into image space.
+    """Rotation matrix M = M_kappa M_phi M_omega, (..., 3, 3), of omega, phi, kappa.
 
-    First omega turns about x, then phi about the new y, then kappa about the new z.
+    It turns object space into image space: first omega turns about x, then phi about
+    the new y, then kappa about the new z.
 
     Parameters
     ----------
     omega, phi, kappa : array_like
         Angles in radians; they broadcast against each other.
-
-    Returns
-    -------
-    ndarray (..., 3, 3)
-        M = M_kappa M_phi M_omega.
-
-    Raises
-    ------
-    ValueError
-        If an angle is not finite, or the shapes do not fit.
 
     References
     ----------
@@ -95,8 +87,8 @@ def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
 def derivatives(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
     """Derivatives (..., 3, 3, 3) of `matrix` by its three angles.
 
-    [..., k, :, :] is dM by omega, phi, kappa for k = 0, 1, 2; arguments and errors are
-    those of `matrix`.
+    [..., k, :, :] is dM by omega, phi, kappa for k = 0, 1, 2; arguments are those
+    of `matrix`.
 
     Examples
     --------
@@ -137,11 +129,12 @@ def small_angle(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarra
 
 
 def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
-    """Angles omega, phi, kappa of a rotation matrix.
+    """Angles (omega, phi, kappa), (..., 3) in radians, of a rotation matrix.
 
     phi lies between -pi/2 and pi/2, the others between -pi and pi. Where cos(phi) = 0
     (gimbal lock, see `is_gimbal`), only omega + kappa (phi = pi/2) or omega - kappa
-    (phi = -pi/2) is fixed: kappa is then set to 0, and a warning says so.
+    (phi = -pi/2) is fixed: kappa is then set to 0, and a warning says so. `matrix` of
+    the angles gives M again, always.
 
     Parameters
     ----------
@@ -149,16 +142,6 @@ def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
         Rotation matrices, object space into image space.
     tolerance : float
         Largest |M Mᵀ - I| that is accepted; printed matrices need more.
-
-    Returns
-    -------
-    ndarray (..., 3)
-        (omega, phi, kappa) in radians; `matrix` of them gives M again, always.
-
-    Raises
-    ------
-    ValueError
-        If M is not a rotation.
 
     References
     ----------
@@ -206,7 +189,7 @@ def is_gimbal(
 def from_tilt_azimuth_swing(
     tilt: ArrayLike, azimuth: ArrayLike, swing: ArrayLike
 ) -> np.ndarray:
-    """Rotation matrix of tilt, azimuth, swing: object space into image space.
+    """Rotation matrix (..., 3, 3) of tilt, azimuth, swing: that of `matrix`.
 
     Parameters
     ----------
@@ -214,16 +197,6 @@ def from_tilt_azimuth_swing(
         Radians, broadcasting. The tilt is the angle between the camera axis and the
         vertical. The azimuth is that of the principal line, clockwise from the Y axis.
         The swing leads, clockwise in the photo, from its y axis to the nadir point.
-
-    Returns
-    -------
-    ndarray (..., 3, 3)
-        The same M as `matrix` gives for the same camera.
-
-    Raises
-    ------
-    ValueError
-        If an angle is not finite, or the shapes do not fit.
 
     References
     ----------
@@ -249,7 +222,7 @@ def to_tilt_azimuth_swing(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     The tilt lies between 0 and pi, the others between -pi and pi. Where sin(tilt) = 0
     (a vertical photo), only swing - azimuth (tilt 0) or swing + azimuth (tilt pi) is
     fixed: the swing is then set to pi, and a warning says so. The azimuth is then that
-    of the photo's y axis. M, tolerance and errors are those of `angles`.
+    of the photo's y axis. M and tolerance are those of `angles`.
 
     Examples
     --------
@@ -287,11 +260,6 @@ def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarra
     tolerance : float
         Largest difference of the length from 1 that is accepted and then removed.
 
-    Raises
-    ------
-    ValueError
-        If the last axis is not 4 long, a number is not finite or the length is not 1.
-
     Examples
     --------
     >>> from_quaternion([0.6, 0.0, 0.0, 0.8]).round(2)  # kappa = 2 arctan(4/3)
@@ -324,7 +292,7 @@ def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarra
 def to_quaternion(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     """Unit quaternion (..., 4), (w, x, y, z) with w >= 0, of a rotation matrix.
 
-    M, tolerance and errors are those of `angles`.
+    M and tolerance are those of `angles`.
 
     Examples
     --------
@@ -363,11 +331,6 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
     vector : array_like (..., 3)
         (a, b, c), no unit.
 
-    Raises
-    ------
-    ValueError
-        If the last axis is not 3 long, or a number is not finite.
-
     References
     ----------
     Muliawan 2013, (M 2.14), transposed.
@@ -389,12 +352,7 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
 def to_rodrigues(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     """Rodrigues vector (..., 3), 2 tan(angle / 2) axis, of a rotation matrix.
 
-    M and tolerance are those of `angles`.
-
-    Raises
-    ------
-    ValueError
-        If M is not a rotation, or turns by 180 degrees: the tangent is infinite.
+    M and tolerance are those of `angles`. A half turn has none: ValueError.
 
     Examples
     --------
@@ -454,10 +412,7 @@ def defect(M: ArrayLike) -> np.ndarray | float:
 def nearest(M: ArrayLike) -> np.ndarray:
     """Rotation nearest to a matrix: the sum of squared differences is smallest.
 
-    Raises
-    ------
-    ValueError
-        If a determinant is not positive: the matrix mirrors or flattens space.
+    A matrix that mirrors or flattens space has none: ValueError.
 
     Examples
     --------
@@ -492,11 +447,6 @@ def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     singular : ndarray (..., 3)
         Singular values of the product, the largest first; their sum is that of all
         tᵀ R s. The last is negative if a reflection would come nearer.
-
-    Raises
-    ------
-    ValueError
-        If the shape is wrong or a number is not finite.
 
     References
     ----------

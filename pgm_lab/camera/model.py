@@ -11,6 +11,8 @@ moves the image by (dx, dy); x, y are reduced to the principal point, rho^2 = x^
 lens="backward" (Australis, Muliawan 2013): ideal = measured + d(measured)
 lens="forward" (JAICOV, OpenCV):            measured = ideal + d(ideal)
 In OpenCV y points down, and k_i = K_i c^(2i), p1 = -P2 c, p2 = P1 c.
+
+Arguments that are not as described raise ValueError.
 """
 
 from collections.abc import Collection, Sequence
@@ -101,7 +103,7 @@ class Collinearity:
 
 
 def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarray:
-    """Measured image coordinates of object points.
+    """Measured image coordinates (..., 2) of object points, in mm, distortion included.
 
     Parameters
     ----------
@@ -111,15 +113,10 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     points : array_like (..., 3)
         Leading axes broadcast: (photos, 1, 6) and (n, 3) give (photos, n, 2).
 
-    Returns
-    -------
-    ndarray (..., 2)
-        (x, y) in mm in the photo frame: x right, y up, lens distortion included.
-
     Raises
     ------
     ValueError
-        If the input is wrong, a point is not in front, or the lens has no solution.
+        If a point is not in front, or the lens has no solution.
 
     References
     ----------
@@ -159,7 +156,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        If the input is wrong or, for lens "forward", the lens has no solution.
+        For lens "forward", if the lens has no solution.
 
     References
     ----------
@@ -180,16 +177,13 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
 def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     """Measured coordinates (..., 2) of ideal ones: the inverse of `ideal`.
 
+    For lens "backward" it may have no solution.
+
     Parameters
     ----------
     camera : Camera
     ideal : array_like (..., 2)
         Ideal coordinates, reduced to the principal point, in mm.
-
-    Raises
-    ------
-    ValueError
-        As `ideal`, for lens "backward".
 
     Examples
     --------
@@ -219,6 +213,7 @@ def collinearity(
     lens "forward": v = (x0, y0) + p + d(p) - measured;
     p is the projected point and d the distortion. An iteration that may diverge to NaN
     calls `imaging.misclosure`, which does the same unchecked.
+    Points behind the camera are not refused: they have a negative depth.
 
     Parameters
     ----------
@@ -235,16 +230,6 @@ def collinearity(
         The derivatives wanted: "interior", "exterior", "point". Fewer are faster.
     lens : {"backward", "forward"}
         Lens direction of an array of interior parameters; a Camera has its own.
-
-    Returns
-    -------
-    Collinearity
-        Points behind the camera are not refused: they have a negative depth.
-
-    Raises
-    ------
-    ValueError
-        If a shape or a name in `wrt` is wrong, or a number is not finite.
 
     References
     ----------

@@ -36,8 +36,7 @@ class Photo:
     Raises
     ------
     ValueError
-        If a value is not as described, the image is in colour, or the part does not lie
-        inside the whole photo.
+        Also if the image is in colour, or the part not inside the whole photo.
 
     Examples
     --------
@@ -117,10 +116,7 @@ class Photo:
     def of_rays(self, directions: ArrayLike) -> np.ndarray:
         """Pixels (..., 2) of directions (..., 3) in object space: undoes `rays`.
 
-        Raises
-        ------
-        ValueError
-            If a direction does not lie in front of the camera.
+        A direction that does not lie in front of the camera is refused.
         """
         u = _validate.points(directions, 3, "directions") @ attitude(self.exterior).T
         _validate.refuse(

@@ -128,8 +128,7 @@ def scale_factors(
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, or some rays are parallel in the
-        components used.
+        If some rays are parallel in the components used.
 
     References
     ----------
