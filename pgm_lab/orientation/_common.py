@@ -32,7 +32,7 @@ def angles(R: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
     With gimbal lock the rows of omega and kappa are NaN.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # told by the return value
+        warnings.simplefilter("ignore", RuntimeWarning)  # the return value says it
         found = rotation.angles(R.T)
     by_turns = np.linalg.pinv(axes(found), rcond=1e-12)
     locked = bool(rotation.is_gimbal(R.T))

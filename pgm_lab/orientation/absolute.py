@@ -48,7 +48,7 @@ class Absolute:
     redundancy : int
         3 n - 7.
     status : str
-        "converged"; "gimbal lock": omega and kappa are not told apart (phi = +-90
+        "converged"; "gimbal lock": omega and kappa are not separable (phi = +-90
         degrees), their rows of `covariance` are NaN, all the rest holds; "weak
         geometry": the points lie nearly on a line, the covariance is rough; else what
         the adjustment reports.

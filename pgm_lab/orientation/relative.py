@@ -19,53 +19,44 @@ NAMES = ("by", "bz", "turn about X", "turn about Y", "turn about Z")
 
 # --- Limits of the geometry ---
 
-# Rays that a rotation alone brings together this well (over c) have no parallax at all.
+# Misfit of rays after a rotation alone (over c) below which there is no parallax.
 NO_PARALLAX = 1e-9
-
 # Width over length of a set of image points below which they count as a line.
 LINE = 1e-9
-
 # Cosine between base and x axis below which bx may be too small to hold the scale, and
 # below which it is.
 ACROSS = 1e-2
 ALL_ACROSS = 1e-3
-
-# The base is lost in the noise if a rotation alone leaves less than so many sigma.
+# The base is lost in the noise if a rotation alone leaves less than this many sigma.
 NO_BASE = 3.0
 
 # --- The search for models ---
 
-# Where the search starts: tilts of the right photo (degrees), each in so many
-# directions and turned about its axis in so many steps.
+# Grid of rotations: tilts of the right photo (degrees) and the number of directions of
+# each, with this number of swings about the axis.
 TILTS = {0: 1, 35: 6, 70: 10, 105: 10}
 SWINGS = 8
-
-# A given start is tried as it is, and turned by so much (radians) about each axis.
+# A given start is tried as it is, and turned by this angle (rad) about each axis.
 AROUND_START = 0.4
-
-# Search on so many points, with so many iterations in each step; try so many models at
-# first and keep so many. Five or six points have many solutions, and all are wanted.
+# Number of points of the search; iterations of its three steps, and the models that
+# they keep. Five or six points (FEW) have many solutions, and all are wanted.
 POINTS = 12
 ITERATIONS = (8, 15, 10)
 FEW = 6
 KEPT = (100, 12, 6)
 KEPT_OF_FEW = (216, 30, 20)
-
-# Models are the same when rotation and base direction differ by less (radians).
-SAME_MODEL = 1e-3
-
-# vᵀPv of two models differ by chance less than this quantile of their ratio.
-LEVEL = 0.999
-
-# The base has the wrong sign if models with all points behind both cameras fit so many
-# times better: points in a plane have such models too, which may fit a little better.
-WRONG_SIGN = 100
-
 # Models whose residuals after the first step are a larger part of the principal
 # distance are dropped, unless the best one has such residuals.
-HOPELESS = 2e-3
-HOPELESS_OF_FEW = 0.1
-
+MAX_MISFIT = 2e-3
+MAX_MISFIT_OF_FEW = 0.1
+# Models are the same when rotation and base direction differ by less (rad).
+SAME_MODEL = 1e-3
+# vᵀPv of two models differ by chance less than this quantile of their ratio.
+LEVEL = 0.999
+# The base has the wrong sign if models with all points behind both cameras fit this
+# many times better: points in a plane have such models too, which may fit a little
+# better.
+WRONG_SIGN = 100
 # Residuals below this part of the principal distance are rounding.
 ROUNDING = 1e-9
 
@@ -105,7 +96,7 @@ class Relative:
         solutions": another model fits as well, see `solutions` (a `sigma` helps to tell
         them apart, and points outside of one plane); "no base": a rotation
         alone fits as well; "weak geometry": a direction is uncertain by more than 0.1
-        rad; "gimbal lock": omega and kappa are not told apart, their covariance is NaN;
+        rad; "gimbal lock": omega and kappa are not separable, their covariance is NaN;
         "points behind a camera": see `point_status`; or what the adjustment reports.
     point_status : ndarray (n,) of str
         "intersected", "behind a camera", "parallel rays".
@@ -465,9 +456,9 @@ def _search(bx: float, rays: Rays, near: Models | None = None) -> Models:
     # Adjust roughly, and keep what may still come near the best one
     result, models = _fit((base[start], R[start]), some, max_iterations=ITERATIONS[0])
     misfit = np.sum(result.residuals**2, axis=-1)
-    hopeless = HOPELESS_OF_FEW if few else HOPELESS
-    hopeless = len(some[0]) * (hopeless * some[0][0, 2]) ** 2
-    kept = misfit <= max(1e4 * np.nanmin(misfit, initial=np.inf), hopeless)
+    largest = (MAX_MISFIT_OF_FEW if few else MAX_MISFIT) * some[0][0, 2]
+    limit = len(some[0]) * largest**2
+    kept = misfit <= max(1e4 * np.nanmin(misfit, initial=np.inf), limit)
     models = _first_that_differ(models, kept, misfit, some, second)
 
     # Adjust on, to some points and to all

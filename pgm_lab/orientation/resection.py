@@ -18,10 +18,10 @@ from pgm_lab.orientation.rays import image_vectors
 
 # Inflation of a variance, in the camera's own frame, that tells a weak geometry.
 WEAK = 1e6
-# Starts of the adjustment, at most; and by how much (rad) the rays may then be off,
-# unless the best start is not much better.
+# Starts of the adjustment, at most; and the misfit (rad) of the rays beyond which one
+# is dropped, unless the best start is not much better.
 STARTS = 12
-HOPELESS = 1e-3
+MAX_MISFIT = 1e-3
 # vᵀv of two solutions differ by chance less than this quantile of their ratio.
 LEVEL = 0.99
 # Distance between two solutions, as a share of that to the points, that makes them one.
@@ -109,8 +109,7 @@ def resect(
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, or there are fewer than three
-        points.
+        If arguments are not as described, or there are fewer than three points.
 
     References
     ----------
@@ -131,7 +130,9 @@ def resect(
     sigma = _validate.standard_deviation(sigma)
     n = len(image_points)
     if _on_a_line(object_points):
-        return _nothing(n, "points on a line")
+        return _no_result(n, "points on a line")
+
+    # Starts from triples of points, and the one that was given
     centres, M = _closed_form(camera, image_points, object_points)
     if start is not None:
         start = _validate.points(start, 6, "start")
@@ -139,26 +140,31 @@ def resect(
         centres = np.concatenate([centres, start[None, :3]])
         M = np.concatenate([M, rotation.matrix(*start[3:])[None]])
     if not len(centres):
-        return _nothing(n, "no solution")
+        return _no_result(n, "no solution")
+
+    # Adjust all points from each start
     found, x = _adjusted(camera, image_points, object_points, centres, M, sigma)
     if not np.any(found.status == "converged"):
-        return _nothing(n, _failure(found, centres, object_points))
+        return _no_result(n, _failure(found, centres, object_points))
 
     # From the frame of each start to object space
     back = np.swapaxes(M, 1, 2)
     M = rotation.matrix(*x[:, 3:].T) @ M
     centres = np.einsum("kij,kj->ki", back, x[:, :3]) + object_points.mean(axis=0)
+
+    # Choose the best solution, and others that fit as well
     chosen = _chosen(found, centres, M, object_points)
     if not chosen:
-        return _nothing(n, _failure(found, centres, object_points))
+        return _no_result(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
     best, turned = chosen[0], [_common.angles(M[k].T) for k in chosen]
     exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, turned)])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
-        return replace(_nothing(n, status), solutions=exteriors)
+        return replace(_no_result(n, status), solutions=exteriors)
 
+    # Propagate its covariance from turns to angles
     _, angles_by_turns, locked = turned[0]
     T = np.zeros((6, 6))
     T[:3, :3] = back[best]
@@ -194,7 +200,7 @@ def _observations(
     return image_points, object_points
 
 
-def _nothing(n: int, status: str) -> Resection:
+def _no_result(n: int, status: str) -> Resection:
     nan = np.full((max(n, 6), 6), np.nan)
     v = nan[:n, :2]
     none = nan[:0]
@@ -212,8 +218,8 @@ def _closed_form(
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
     misfit = np.sum((rays - vectors) ** 2, axis=(1, 2))
     best = np.argsort(misfit)[:STARTS]
-    hopeless = np.maximum(1e4 * misfit[best[:1]], len(vectors) * HOPELESS**2)
-    best = best[misfit[best] <= hopeless]
+    limit = np.maximum(1e4 * misfit[best[:1]], len(vectors) * MAX_MISFIT**2)
+    best = best[misfit[best] <= limit]
     return centres[best], M[best]
 
 

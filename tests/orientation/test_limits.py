@@ -4,24 +4,19 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from pgm_lab import rotation
-from pgm_lab.adjustment import RankDefect
 from pgm_lab.camera import Camera, project
 from pgm_lab.orientation import (
     _common,
     absolute,
-    coplanarity,
     intersect,
     relative,
     resect,
     scale_factors,
 )
-from pgm_lab.orientation.relative import _adjusted, _best, _in_front
 
 C = 50.0
 CAMERA = Camera(C)
 ABOVE = np.array([0.0, 0, 100, 0, 0, 0])
-UPRIGHT = np.eye(3)
 
 
 # Rays that are parallel
@@ -220,68 +215,6 @@ def test_a_similarity_is_mirrored_if_that_fits_thirty_times_better(better):
     else:
         with pytest.raises(ValueError, match="mirror image of source"):
             absolute(source, target)
-
-
-# Models of a pair
-
-
-def fitting(bases, rotations, *rays, sigma=None):
-    return len(_best((np.array(bases), np.array(rotations)), rays, sigma)[0])
-
-
-@pytest.mark.parametrize("points", [5, 12])
-@pytest.mark.parametrize(("size", "models"), [(0.5, 2), (2.0, 1)])
-def test_misfits_of_1e_9_of_the_principal_distance_are_rounding(size, models, points):
-    right, *rays = stereo()
-    rays = [u[:points] for u in rays]
-    b = right[:3]
-    rough = rotation.matrix(0, 0, 1e-6).T
-    misfit = coplanarity.distances(b[None], rough[None], *rays).distance
-    turn = 1e-6 * size * 1e-9 * C / np.sqrt(np.mean(misfit**2))
-    turned = rotation.matrix(0, 0, turn).T
-    assert fitting([b, b], [UPRIGHT, turned], *rays) == models
-
-
-@pytest.mark.parametrize(("cosine", "models"), [(0.5e-3, 1), (2e-3, 2)])
-def test_a_base_across_the_x_axis_gives_way_to_one_along_it(cosine, models):
-    # On the left of a photo, points move left if the next stands to the right or nearer
-    rng = np.random.default_rng(6)
-    left = np.column_stack([rng.uniform(-20, -10, 12), rng.uniform(-3, 3, 12)])
-    left = np.insert(left, 2, -C, axis=1)
-    right = left - (2.0, 0, 0)
-    bases = [(1.0, 0, 0), (1.0, 0, -1 / cosine)]
-    assert fitting(bases, [UPRIGHT, UPRIGHT], left, right, sigma=100.0) == models
-
-
-@pytest.mark.parametrize(
-    ("cosine", "error", "words"),
-    [(0.5e-2, ValueError, "at right angles to the x axis"), (2e-2, RankDefect, "rank")],
-)
-def test_a_model_that_is_not_determined_is_blamed_on_a_base_across(
-    cosine, error, words
-):
-    _, left, right = stereo()
-    few = [np.repeat(u[:4], 2, axis=0) for u in (left, right)]  # too few that differ
-    with pytest.raises(error, match=words) as told:
-        _adjusted((np.array([1.0, 0, -1 / cosine]), UPRIGHT), few, None)
-    assert told.type is error
-
-
-def test_a_base_keeps_its_sign_if_as_many_points_lie_before_as_behind():
-    _, left, right = stereo()
-    crossed = left.copy(), right.copy()
-    for mine, other in zip(crossed, (right, left), strict=True):
-        mine[::2] = other[::2]  # every other point in the wrong photo
-    base = np.array([[1.0, 0.1, 0.05], [-1.0, -0.1, -0.05]])
-    models = base, np.array([UPRIGHT, UPRIGHT])
-    kept, _ = _in_front(models, crossed)
-    np.testing.assert_array_equal(kept, base)
-    # One more before, or behind, decides
-    for more in (left, right), (right, left):
-        pair = tuple(np.vstack([u, one[:1]]) for u, one in zip(crossed, more))
-        sign = 1 if more[0] is left else -1
-        found, _ = _in_front(models, pair)
-        np.testing.assert_array_equal(found, sign * base[[0, 0]])
 
 
 def test_three_rays_that_no_place_has_are_no_solution():

@@ -10,13 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
-from scipy.spatial.transform import Rotation
 
 from pgm_lab import rotation
 from pgm_lab.adjustment import adjust
 from pgm_lab.camera import Camera, collinearity, ideal, project
-from pgm_lab.orientation import _common, coplanarity, relative
-from pgm_lab.orientation.relative import _cofactor, _fit
+from pgm_lab.orientation import coplanarity, relative
 from tests.chance import assert_chi_square
 
 # Example of the public-domain program relor by B. Dewitt (the companion of Wolf and
@@ -550,32 +548,6 @@ def test_derivatives_of_the_distance_against_differences():
         difference = (np.array(by_base) - by_turns) / (2 * h)
         np.testing.assert_allclose(found.by_base[:, k], difference[0], atol=1e-6)
         np.testing.assert_allclose(found.by_turns[:, k], difference[1], atol=1e-6)
-
-
-def test_axes_of_the_angles_against_differences_of_scipy_rotations():
-    angles, h = np.array([0.4, -0.7, 2.0]), 1e-6
-    for k, step in enumerate(h * np.eye(3)):
-        R = [rotation.matrix(*(angles + s * step)).T for s in (1, -1)]
-        turned = Rotation.from_matrix(R[0] @ R[1].T).as_rotvec() / (2 * h)
-        np.testing.assert_allclose(_common.axes(angles)[:, k], turned, atol=1e-8)
-
-
-def test_start_in_other_turns_gives_the_same_cofactors():
-    """Turns are counted from the start; Q must not depend on where that lies."""
-    _, right, images = pair(np.random.default_rng(85), 12, 0.01)
-    rays = [
-        np.insert(image, 2, -camera.c, axis=1)
-        for camera, image in zip(CAMERAS, images, strict=True)
-    ]
-    R = rotation.matrix(*right[3:]).T
-    cofactors = []
-    for away in (0.0, 0.2):
-        start = rotation.matrix(away, -away, away).T @ R
-        result, _ = _fit((right[:3], start), rays)
-        cofactors.append(_cofactor(result))
-    size = np.sqrt(np.diagonal(cofactors[0]))
-    difference = (cofactors[1] - cofactors[0]) / np.outer(size, size)
-    np.testing.assert_allclose(difference, 0, atol=1e-6)
 
 
 def test_residuals_belong_to_coordinates_freed_from_the_lens():
