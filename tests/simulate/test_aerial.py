@@ -7,7 +7,6 @@ import pytest
 from pgm_lab.camera import Camera, Photo
 from pgm_lab.simulate import aerial_block, aerial_pair, landscape
 from pgm_lab.simulate.aerial import (
-    CAMERA,
     GSD,
     PIXEL,
     SENSOR,
@@ -170,18 +169,6 @@ def test_a_pixel_is_as_large_as_the_flight_says(pair):
     assert np.median(step) == pytest.approx(1.02 * GSD, rel=0.02)
     base = np.diff([p.exterior[:3] for p in (pair.left, pair.right)], axis=0)
     assert np.linalg.norm(base) == pytest.approx(0.4 * 4288 * GSD, rel=1e-4)
-
-
-def test_light_falls_off_to_the_corner_of_the_sensor():
-    land = landscape((-4, -4, 4, 4), relief=0, buildings=0, trees=0)
-    land.grey[:] = 200
-    means = []
-    for corner in ((2134, 1414), (0, 0)):
-        photo, _ = taken(land, CAMERA, [0.0, 0, 1000, 0, 0, 0], corner, (20, 20))
-        means.append(photo.grey.mean())
-    r2 = (2144**2 + 1424**2) * (PIXEL / 24) ** 2
-    assert means[0] == pytest.approx(200, abs=0.5)
-    assert means[1] / 200 == pytest.approx(1 - 0.6 * r2 + 0.2 * r2**2, abs=0.01)
 
 
 def test_noise_has_the_standard_deviation_asked_for_in_each_photo_its_own():

@@ -69,24 +69,6 @@ def test_frequencies_fill_the_disc_evenly():
     assert np.mean(radius < 0.5) == pytest.approx(0.25, abs=4 * 0.0031)
 
 
-@pytest.mark.parametrize("cutoff", [0.1, 0.2, 0.4])
-def test_spectrum_of_an_image_is_empty_above_the_cutoff(cutoff):
-    texture = simulate.texture(cutoff, seed=4)
-    image, _ = simulate.texture_pair(texture, (256, 256), (0, 1, 0, 0, 0, 1))
-    # Blackman-Harris: the edge of the image spreads a wave by four lines of the
-    # spectrum, and leaves 92 dB less (4e-10 of the power) beyond
-    k = 2 * np.pi * np.arange(256) / 256
-    window = 0.35875 - 0.48829 * np.cos(k) + 0.14128 * np.cos(2 * k)
-    window -= 0.01168 * np.cos(3 * k)
-    power = np.abs(np.fft.fft2((image - 120) * np.outer(window, window))) ** 2
-    f = np.fft.fftfreq(256)
-    radius = np.hypot(f, f[:, None])
-    beyond = radius > cutoff + 6 / 256
-    assert power[beyond].sum() < 1e-7 * power.sum()
-    inside = (radius > 0.8 * cutoff) & (radius < cutoff)
-    assert power[inside].sum() > 0.2 * power.sum()
-
-
 @given(PLACE, SMALL, SMALL, PLACE, SMALL, SMALL)
 def test_a_pair_holds_the_grey_values_at_warped_coordinates(t, a, b, u, c, d):
     affine = (t, 1 + a, b, u, c, 1 + d)
