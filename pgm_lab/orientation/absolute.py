@@ -124,9 +124,9 @@ def absolute(
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, there are fewer than three points,
-        all of them lie at one place or on one line, or the target is the source's
-        mirror image.
+        If arguments are not as described, there are fewer than three points, all of
+        them lie at one place or on one line, or the target is the source's mirror
+        image.
 
     Notes
     -----
@@ -162,6 +162,7 @@ def absolute(
         J[..., 1:4] = J[..., 1:4] @ _common.axes(x[1:4])
         return (turned + x[4:]).ravel(), J.reshape(-1, 7)
 
+    # Adjust scale, turns and the shift of the centroid
     names = ("scale", "turn about X", "turn about Y", "turn about Z", "TX", "TY", "TZ")
     result = adjust(
         transformed,
@@ -171,18 +172,24 @@ def absolute(
         sigma0_prior=None if sigma is None else 1.0,
         names=names,
     )
+    scale, about = result.x[0], result.x[4:]
     R = rotation.matrix(*result.x[1:4]).T @ R0
     L = np.eye(7)
     L[1:4, 1:4] = _common.axes(result.x[1:4])
     variance = result.sigma0**2 if sigma is None else 1.0
     local_covariance = variance * L @ result.cofactor @ L.T
-    parameters, covariance, status = _about_origin(
-        result.x[0], R, result.x[4:], centroid, local_covariance
-    )
+
+    # From turns to angles, and from the centroid to the origin
+    angles, by_turns, locked = _common.angles(R)
+    K = np.eye(7)
+    K[1:4, 1:4] = by_turns
+    K[4:] = _jacobian(scale, -scale * R @ centroid)
+    weak = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1] > _common.WEAK**2
+    status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
     return Absolute(
-        parameters=parameters,
+        parameters=np.array([scale, *angles, *(about - scale * R @ centroid)]),
         rotation=R,
-        covariance=covariance,
+        covariance=K @ local_covariance @ K.T,
         residuals=result.residuals.reshape(-1, 3),
         standardized=result.standardized.reshape(-1, 3),
         sigma0=float(result.sigma0),
@@ -255,7 +262,7 @@ def _closed_form(
         mirrored = max(mirrored, 1e-12 * target_squares)
         if rotated > MIRROR * mirrored:
             raise ValueError(
-                "target is a mirror image of source: with one axis turned round it"
+                "target is a mirror image of source: with one axis reversed it"
                 f" fits {np.sqrt(rotated / mirrored):.0f} times better. Is y or z"
                 " counted the other way in one of them?"
             )
@@ -265,25 +272,6 @@ def _closed_form(
             " Are the points in the same order?"
         )
     return centroid, np.array([scale, 0, 0, 0, *about]), R
-
-
-def _about_origin(
-    scale: float,
-    R: np.ndarray,
-    about: np.ndarray,
-    centroid: np.ndarray,
-    local_covariance: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, str]:
-    """Seven parameters, covariance and status from the form about the centroid."""
-    angles, by_turns, locked = _common.angles(R)
-    K = np.eye(7)
-    K[1:4, 1:4] = by_turns
-    K[4:] = _jacobian(scale, -scale * R @ centroid)
-    parameters = np.array([scale, *angles, *(about - scale * R @ centroid)])
-    weakest = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1]
-    weak = weakest > _common.WEAK**2
-    status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
-    return parameters, K @ local_covariance @ K.T, status
 
 
 def _jacobian(scale: float, y: np.ndarray) -> np.ndarray:
