@@ -83,11 +83,11 @@ def path(name: str | Path) -> Path:
     """
     found = folder() / name
     if not found.exists():
-        raise FileNotFoundError(f"data/{name} is missing. {_restore(name)}")
+        raise FileNotFoundError(f"{_shown(name)} is missing. {_restore(name)}")
     expected = checksums().get(str(name))
     if expected and hashlib.sha256(found.read_bytes()).hexdigest() != expected:
         raise ValueError(
-            f"data/{name} is damaged: its SHA-256 is not the one in data/SHA256SUMS."
+            f"{_shown(name)} is damaged: its SHA-256 is not the one in data/SHA256SUMS."
             f" {_restore(name)}"
         )
     return found
@@ -120,8 +120,8 @@ def rows(name: str | Path) -> list[dict[str, str]]:
     for number, row in enumerate(found, start=2):
         if None in row or None in row.values():
             raise ValueError(
-                f"data/{name} is damaged: the number of fields in row {number} differs"
-                f" from that of the header. {_restore(name)}"
+                f"{_shown(name)} is damaged: the number of fields in row {number}"
+                f" differs from that of the header. {_restore(name)}"
             )
     return found
 
@@ -132,8 +132,12 @@ def checksums() -> dict[str, str]:
     return {name: digest for digest, name in (line.split() for line in lines)}
 
 
+def _shown(name: str | Path) -> str:
+    return str(name) if Path(name).is_absolute() else f"data/{name}"
+
+
 def _restore(name: str | Path) -> str:
-    return f"Restore it with git checkout -- data/{name}, or install pgm_lab again"
+    return f"Restore it with git checkout -- {_shown(name)}, or install pgm_lab again"
 
 
 def _columns(name: str, *names: str) -> np.ndarray:

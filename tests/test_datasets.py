@@ -293,6 +293,8 @@ def test_a_table_is_read_by_its_path_too(tmp_path):
     one, two = {"a": "1", "b": "é"}, {"a": "2", "b": "y"}
     assert datasets.rows(tmp_path / "one.csv") == [one]
     assert datasets.rows(str(tmp_path)) == [one, two]
+    with pytest.raises(FileNotFoundError, match="^(?!data).*three.csv is missing"):
+        datasets.rows(tmp_path / "three.csv")
 
 
 def test_short_row_in_a_table_of_our_own_is_named(copy):
