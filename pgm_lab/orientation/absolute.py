@@ -117,10 +117,6 @@ def absolute(
         Standard deviations of the target's coordinates: one number, one a point (n,),
         or one a coordinate (n, 3). Equal and unknown when missing.
 
-    Returns
-    -------
-    Absolute
-
     Raises
     ------
     ValueError

@@ -78,10 +78,6 @@ def intersect(
     sigma : float, optional
         Standard deviation of an image coordinate, in mm, known beforehand.
 
-    Returns
-    -------
-    Intersection
-
     Raises
     ------
     ValueError

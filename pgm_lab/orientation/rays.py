@@ -18,11 +18,6 @@ def image_vectors(cameras: Sequence[Camera], image_points: np.ndarray) -> np.nda
     """Unit vectors (photos, n, 3) along (x, y, -c), in the frames of the cameras.
 
     Of measured image points (photos, n, 2) in mm; one camera for each photo.
-
-    Examples
-    --------
-    >>> image_vectors([Camera(40.0)], np.array([[[30.0, 0.0]]]))
-    array([[[ 0.6,  0. , -0.8]]])
     """
     vectors = np.empty((*image_points.shape[:-1], 3))
     for camera in dict.fromkeys(cameras):
@@ -76,12 +71,6 @@ def angle_between_rays(directions: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """Angles of intersection (n,), in radians, of directions (photos, n, 3).
 
     The largest between the first ray of a point that counts and another.
-
-    Examples
-    --------
-    >>> directions = np.array([[[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]]])
-    >>> angle_between_rays(directions, np.full((2, 1), True)) / np.pi
-    array([0.5])
     """
     first = np.argmax(seen, axis=0)[None, :, None]
     reference = np.take_along_axis(directions, first, axis=0)

@@ -150,16 +150,12 @@ def relative(
         Standard deviation of an image coordinate in mm, known beforehand; it holds for
         coordinates freed from lens distortion.
 
-    Returns
-    -------
-    Relative
-
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, there are fewer than five points,
-        a point is given twice, they lie on a line or have no parallax, the given base
-        has the wrong sign, or the points do not determine the five unknowns.
+        If arguments are not as described, there are fewer than five points, one is
+        given twice, they lie on a line or have no parallax, the given base has the
+        wrong sign, or the points do not determine the five unknowns.
 
     Notes
     -----

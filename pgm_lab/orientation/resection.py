@@ -102,10 +102,6 @@ def resect(
     sigma : float, optional
         Standard deviation of an image coordinate, in mm, known beforehand.
 
-    Returns
-    -------
-    Resection
-
     Raises
     ------
     ValueError
@@ -329,15 +325,6 @@ def three_points(
     ----------
     Haralick, Lee, Ottenberg and Nolle 1994, "Review and analysis of solutions of the
     three point perspective pose estimation problem", section 2.1 (Grunert).
-
-    Examples
-    --------
-    >>> corners = np.array([[[-1.0, -1, 0], [1, -1, 0], [0, 1.5, 0]]])
-    >>> rays = corners - [0.2, 0.1, 4.0]
-    >>> rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-    >>> centres, rotations = three_points(rays, corners)
-    >>> bool(np.isclose(centres, [0.2, 0.1, 4.0]).all(axis=1).any())
-    True
     """
     v, cosines, sides = _distance_ratios(vectors, object_points)
     triple, root = np.nonzero(np.isfinite(v) & (v > 0))

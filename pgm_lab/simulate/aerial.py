@@ -90,10 +90,6 @@ def aerial_pair(
     camera : Camera
         Another lens, or none.
 
-    Returns
-    -------
-    AerialPair
-
     Raises
     ------
     ValueError

@@ -126,10 +126,6 @@ def landscape(
     water : bool
         A pond without texture in the open fields, 12 m to 30 m long.
 
-    Returns
-    -------
-    Landscape
-
     Raises
     ------
     ValueError

@@ -257,10 +257,6 @@ def ortho_pair(
     seed : int
         Seed of fields, haze and noise.
 
-    Returns
-    -------
-    OrthoPair
-
     Raises
     ------
     ValueError
