@@ -6,40 +6,7 @@ import pytest
 from pgm_book.ch04 import checks as chapter4
 from pgm_book.common import checks
 from pgm_lab import bundle, lsm, ncc, simulate
-from pgm_lab.camera import Camera
-from pgm_lab.simulate import photos
 from tests.good_arguments import GREY, fresh, in_network
-
-
-def test_a_lens_that_shows_too_little_ends_the_search_for_a_pair(monkeypatch):
-    assert photos.TRIES <= 10_000
-    monkeypatch.setattr(photos, "TRIES", 50)
-    for make in (simulate.pair, simulate.control_photo):
-        with pytest.raises(ValueError, match="in 50 tries.* 40 points.*c = 180 mm"):
-            make(Camera(180.0), 40, np.random.default_rng(1))
-
-
-@pytest.mark.parametrize(
-    ("call", "limit"),
-    [
-        (lambda n: simulate.rotations(np.random.default_rng(1), n), "at most 1000000"),
-        (lambda n: simulate.texture(waves=n), "at most 1000000"),
-        (lambda n: simulate.target((1, 1), shape=(n, n)), "the limit is 100000000"),
-        (
-            lambda n: simulate.network(Camera(35.0), 4, n, np.random.default_rng(1)),
-            "at most 100000000",
-        ),
-        (
-            lambda n: simulate.network(
-                Camera(35.0), n // 10**7, 10**8, np.random.default_rng(1)
-            ),
-            "the limit is 100000000",
-        ),
-    ],
-)
-def test_a_huge_size_is_refused_with_the_limit(call, limit):
-    with pytest.raises(ValueError, match=limit):
-        call(10**12)
 
 
 @pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int16, np.int64])

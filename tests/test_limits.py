@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pgm_lab
-from pgm_lab import _validate, bundle, image, ncc, rotation, simulate
+from pgm_lab import _validate, bundle, image, ncc, rotation
 from pgm_lab.bundle import refuse
 from pgm_lab.camera import Camera
 from pgm_lab.ncc import _cut
@@ -169,13 +169,6 @@ def test_what_is_not_said_is_no_distortion_and_a_level_of_5_per_cent():
     assert signature(bundle.significance).parameters["alpha"].default == 0.05
     for rendered in (scene.on_relief, scene.relief_photo):
         assert signature(rendered).parameters["cell"].default == 1.0
-
-
-def test_a_million_random_attitudes_are_the_most():
-    rng = np.random.default_rng(3)
-    assert simulate.rotations(rng, 10**6).shape == (10**6, 3, 3)
-    with pytest.raises(ValueError, match="at most 1000000; got 1000001"):
-        simulate.rotations(rng, 10**6 + 1)
 
 
 def test_a_hundred_million_numbers_are_the_most_of_an_array():

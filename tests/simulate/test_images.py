@@ -19,13 +19,10 @@ def test_grey_value_is_the_integral_over_the_pixel(pixel):
     area, _ = integrate.dblquad(
         profile, column - 0.5, column + 0.5, row - 0.5, row + 0.5, epsabs=1e-9
     )
-    found = simulate.target(centre, diameter, blur=blur)[row, column]
+    stack = simulate.target([[centre]] * 3, diameter, (19, 17), blur=blur)
+    assert stack.shape == (3, 1, 19, 17)
+    found = stack[2, 0, row, column]
     assert found == pytest.approx(40 + 160 * area, abs=1e-3)
-
-
-def test_shape_is_rows_and_columns_and_centres_stack():
-    stack = simulate.target(np.zeros((3, 2, 2)) + 5, shape=(9, 13))
-    assert stack.shape == (3, 2, 9, 13)
 
 
 def test_target_is_symmetric_about_its_centre():
@@ -50,14 +47,6 @@ def test_eight_bits_are_whole_numbers_from_0_to_255():
     assert coded.min() == 0 and coded.max() == 255
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"centre": (1, 2, 3)}, r"centre must have shape \(\.\.\., 2\)"),
-        ({"centre": (1, 2), "diameter": 0}, "diameter must be positive"),
-        ({"centre": (1, 2), "blur": 0.1}, "blur must be at least 0.3"),
-    ],
-)
-def test_bad_input_says_what_was_expected(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        simulate.target(**arguments)
+def test_an_edge_too_sharp_for_the_quadrature_is_refused():
+    with pytest.raises(ValueError, match="blur must be at least 0.3"):
+        simulate.target((1, 2), blur=0.1)

@@ -163,19 +163,7 @@ def test_haze_takes_contrast_and_adds_light_smoothly():
     assert np.quantile(np.abs(change), 0.999) < 0.6 * 2 * np.pi * 2.5 / 300 / 2 * 2
 
 
-@pytest.mark.parametrize(
-    ("how", "message"),
-    [
-        ({"dtype": np.uint8}, "8 bits hold 0 to 255; stretch it first"),
-        ({"haze": 1}, "haze must be a share from 0 to below 1; got 1"),
-        ({"changed": 1.5}, "changed must be a share from 0 to 1; got 1.5"),
-        ({"blur": 300}, "blur must be at most"),
-        ({"factor": 1}, "factor must be a whole number, at least 2"),
-        ({"shift": (0.5, 0)}, "shift must be two whole numbers"),
-        ({"shift": (500, 0)}, "nothing is left"),
-    ],
-)
-def test_bad_input_is_named(how, message):
+def test_a_scene_that_the_data_type_cannot_hold_is_refused():
     scene = datasets.landsat().grey[:400, :400]
-    with pytest.raises(ValueError, match=message):
-        simulate.ortho_pair(**{"scene": scene, "shift": (1, 1), "factor": 4} | how)
+    with pytest.raises(ValueError, match="8 bits hold 0 to 255; stretch it first"):
+        simulate.ortho_pair(scene, (1, 1), 4, dtype=np.uint8)

@@ -1,8 +1,9 @@
-"""From pixel to photo and back.
+"""From pixel to photo and to the ground: image frames, scale and pixel size.
 
 Pixel coordinates are (column, row): x right, y down, integers at pixel centres, the
 origin at the centre of the top-left pixel. Photo coordinates are in millimetres: x
-right, y up, the origin at the centre of the image.
+right, y up, the origin at the centre of the image. Arguments that are not as described
+raise ValueError.
 """
 
 from typing import overload
@@ -12,21 +13,25 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 
+__all__ = [
+    "flying_height",
+    "ground_sampling_distance",
+    "image_centre",
+    "interior_matrix",
+    "photo_to_pixel",
+    "pixel_size_from_sensor",
+    "pixel_to_photo",
+    "scale_number",
+]
+
+
+# --- From pixel to photo and back ---
+
 
 def image_centre(image_size: ArrayLike) -> np.ndarray:
-    """Pixel coordinates of the centre of the image.
+    """Pixel coordinates (column, row) of the centre of an image of (columns, rows).
 
     The centre of n pixels that are counted 0, 1, ..., n - 1 is n/2 - 0.5.
-
-    Parameters
-    ----------
-    image_size : (columns, rows)
-        Size of the image in pixels.
-
-    Returns
-    -------
-    ndarray (2,)
-        (column, row) of the centre, in pixels.
 
     References
     ----------
@@ -68,39 +73,37 @@ def pixel_to_photo(
     *,
     covariance: ArrayLike | None = None,
 ) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
-    """Turn pixel coordinates into photo coordinates, and their covariance if given.
+    """Convert pixel coordinates into photo coordinates, and their covariance if given.
 
     The formula holds outside the image too.
 
     Parameters
     ----------
     pixels : array_like (..., 2)
-        (column, row) in pixels; x right, y down, integers at pixel centres.
+        (column, row) in pixels.
     image_size : (columns, rows)
-        Size of the image in pixels.
+        In pixels.
     pixel_size : float or (x, y)
         Size of a pixel on the sensor, in mm.
     check_size : bool
-        Refuse points that do not fit into the image, but would if its two sizes were
-        exchanged. (When they fit both ways, that cannot be noticed.) Say False for
-        computed points, which may rightly lie outside the image.
+        Refuse points that lie outside the image, but inside one with columns and rows
+        exchanged. False for computed points, which may rightly lie outside.
     covariance : array_like (..., 2, 2), optional
-        Covariance of (column, row) in square pixels, one for each point or one for all.
+        Of (column, row) in square pixels, one for each point or one for all.
 
     Returns
     -------
     photo : ndarray (..., 2)
-        (x, y) in mm; x right, y up, origin at the centre of the image.
+        (x, y) in mm.
     covariance : ndarray (..., 2, 2)
-        Covariance of (x, y) in mm^2, only if one was given: J C J^T with
-        J = diag(size_x, -size_y). The y axis turns round, and with it the sign of the
-        covariance between x and y.
+        Of (x, y) in mm^2, only if one was given: J C J^T with
+        J = diag(size_x, -size_y). The y axis changes its direction, and the covariance
+        between x and y its sign.
 
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, a size is not positive, the
-        image size is evidently (rows, columns), or a covariance is not valid.
+        Also if the image size is evidently (rows, columns).
 
     References
     ----------
@@ -108,8 +111,6 @@ def pixel_to_photo(
 
     Examples
     --------
-    >>> pixel_to_photo([967.5, 647.5], (1936, 1296), 0.0122)
-    array([0., 0.])
     >>> pixel_to_photo([[0, 0], [1935, 1295]], (1936, 1296), 0.01)
     array([[-9.675,  6.475],
            [ 9.675, -6.475]])
@@ -120,8 +121,7 @@ def pixel_to_photo(
            [-1.e-06,  9.e-06]])
     """
     pixels = _validate.points(pixels, 2, "pixels")
-    check_size = _validate.flag(check_size, "check_size")
-    if check_size:
+    if _validate.flag(check_size, "check_size"):
         _validate.not_exchanged(_validate.image_size(image_size), pixels)
     xc, yc = image_centre(image_size)
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
@@ -156,35 +156,27 @@ def photo_to_pixel(
     *,
     covariance: ArrayLike | None = None,
 ) -> np.ndarray | tuple[np.ndarray, np.ndarray]:
-    """Turn photo coordinates into pixel coordinates: the inverse of `pixel_to_photo`.
+    """Convert photo coordinates into pixel coordinates: inverse of `pixel_to_photo`.
 
     Parameters
     ----------
     photo : array_like (..., 2)
-        (x, y) in mm; x right, y up, origin at the centre of the image.
-    image_size : (columns, rows)
-        Size of the image in pixels.
-    pixel_size : float or (x, y)
-        Size of a pixel on the sensor, in mm.
+        (x, y) in mm.
+    image_size, pixel_size
+        As of `pixel_to_photo`.
     covariance : array_like (..., 2, 2), optional
-        Covariance of (x, y) in mm^2, one for each point or one for all.
+        Of (x, y) in mm^2, one for each point or one for all.
 
     Returns
     -------
     pixels : ndarray (..., 2)
-        (column, row) in pixels; x right, y down, integers at pixel centres.
+        (column, row) in pixels.
     covariance : ndarray (..., 2, 2)
-        Covariance of (column, row) in square pixels, only if one was given.
-
-    Raises
-    ------
-    ValueError
-        If a shape is wrong, a number is not finite, a size is not positive, or a
-        covariance is not valid.
+        Of (column, row) in square pixels, only if one was given.
 
     References
     ----------
-    (B 2.5a); (B 2.5b) with its sign turned, so that it undoes (B 2.3b).
+    (B 2.5a); (B 2.5b) with its sign reversed, so that it inverts (B 2.3b).
 
     Examples
     --------
@@ -219,24 +211,16 @@ def _propagated(
 
 
 def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.ndarray:
-    """Size of a pixel from the size of the sensor.
+    """Size (x, y) of a pixel, in mm, from the size of the sensor.
+
+    An upright sensor with a wide image, or the reverse, is refused.
 
     Parameters
     ----------
     sensor_size : (width, height)
-        Size of the part of the sensor that the image shows, in mm.
+        Of the part of the sensor that the image shows, in mm.
     image_size : (columns, rows)
-        Size of the image in pixels.
-
-    Returns
-    -------
-    ndarray (2,)
-        Size of a pixel in x and y, in mm.
-
-    Raises
-    ------
-    ValueError
-        If a size is not positive, or one is upright and the other is not.
+        In pixels.
 
     Examples
     --------
@@ -256,7 +240,9 @@ def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.
 
 
 def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
-    """Matrix that turns photo coordinates (x, y, 1) into the image vector.
+    """Matrix (3, 3) that turns photo coordinates (x, y, 1) into the image vector.
+
+    That is (x - x0, y - y0, -c), in mm: the ray from the perspective centre.
 
     Parameters
     ----------
@@ -264,12 +250,6 @@ def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
         Principal distance in mm, positive.
     x0, y0 : float
         Principal point in the photo frame, in mm.
-
-    Returns
-    -------
-    ndarray (3, 3)
-        Times (x, y, 1) it gives (x - x0, y - y0, -c), in mm: the ray from the
-        perspective centre to the image point.
 
     References
     ----------
@@ -280,6 +260,90 @@ def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
     >>> interior_matrix(35.0, 0.1, -0.2) @ (1.1, 0.8, 1.0)
     array([  1.,   1., -35.])
     """
-    c = float(_validate.positive(_validate.number(c, "c"), "c", "mm"))
+    c = _validate.positive_number(c, "c", "mm")
     x0, y0 = _validate.number(x0, "x0"), _validate.number(y0, "y0")
     return np.array([[1.0, 0.0, -x0], [0.0, 1.0, -y0], [0.0, 0.0, -c]])
+
+
+# --- From photo to the ground, for vertical photos of level ground ---
+
+
+def scale_number(
+    flying_height: ArrayLike, principal_distance: ArrayLike
+) -> np.ndarray | float:
+    """Scale number H / c: metres on the ground for each metre in the photo.
+
+    The image scale is 1 : scale number; in a tilted photo or over hilly ground it
+    changes from point to point.
+
+    Parameters
+    ----------
+    flying_height : array_like
+        Height H of the perspective centre above the ground, in m.
+    principal_distance : array_like
+        Principal distance c, in mm; broadcasts against the height.
+
+    References
+    ----------
+    Harintaka 2020, H/f in "Hasil dan Pembahasan".
+
+    Examples
+    --------
+    >>> print(f"1 : {scale_number(1000.0, 24.0):.0f}")
+    1 : 41667
+    """
+    height = _validate.positive(flying_height, "flying_height", "m")
+    c = _validate.positive(principal_distance, "principal_distance", "mm")
+    return height / (c / 1000)
+
+
+def ground_sampling_distance(
+    pixel_size: ArrayLike, flying_height: ArrayLike, principal_distance: ArrayLike
+) -> np.ndarray | float:
+    """Size of a pixel on the ground (ground sampling distance, GSD), in m.
+
+    Parameters
+    ----------
+    pixel_size : array_like
+        Size of a pixel on the sensor, in mm.
+    flying_height : array_like
+        Height above the ground, in m.
+    principal_distance : array_like
+        In mm. All three broadcast against each other.
+
+    References
+    ----------
+    Harintaka 2020, "Metode": GSD = pixel size times H/f.
+
+    Examples
+    --------
+    >>> print(f"{ground_sampling_distance(0.00549, 1000.0, 24.0):.3f} m")
+    0.229 m
+    """
+    size = _validate.positive(pixel_size, "pixel_size", "mm")
+    return size / 1000 * scale_number(flying_height, principal_distance)
+
+
+def flying_height(
+    gsd: ArrayLike, pixel_size: ArrayLike, principal_distance: ArrayLike
+) -> np.ndarray | float:
+    """Height above the ground, in m, that gives a wanted ground sampling distance.
+
+    Parameters
+    ----------
+    gsd : array_like
+        Ground sampling distance, in m.
+    pixel_size : array_like
+        Size of a pixel on the sensor, in mm.
+    principal_distance : array_like
+        In mm. All three broadcast against each other.
+
+    Examples
+    --------
+    >>> print(f"{flying_height(0.20, 0.00549, 24.0):.1f} m")
+    874.3 m
+    """
+    distance = _validate.positive(gsd, "gsd", "m")
+    size = _validate.positive(pixel_size, "pixel_size", "mm")
+    c = _validate.positive(principal_distance, "principal_distance", "mm")
+    return distance * c / size

@@ -52,22 +52,15 @@ def test_matrix_is_the_transposed_intrinsic_xyz_rotation_of_scipy(three):
     np.testing.assert_allclose(rotation.matrix(*three), expected, rtol=0, atol=4 * EPS)
 
 
-@given(THREE)
-def test_matrix_is_the_product_of_turns_about_z_y_x_in_this_order(three):
-    omega, phi, kappa = np.cos(three) + 1j * np.sin(three)
-    about_x = [[1, 0, 0], [0, omega.real, omega.imag], [0, -omega.imag, omega.real]]
-    about_y = [[phi.real, 0, -phi.imag], [0, 1, 0], [phi.imag, 0, phi.real]]
-    about_z = [[kappa.real, kappa.imag, 0], [-kappa.imag, kappa.real, 0], [0, 0, 1]]
-    expected = np.array(about_z) @ about_y @ about_x
-    np.testing.assert_allclose(rotation.matrix(*three), expected, rtol=0, atol=4 * EPS)
-
-
 def test_angles_quaternions_and_vectors_agree_with_scipy():
     M = random_matrices(1000)
     scipy = Rotation.from_matrix(M.swapaxes(-1, -2))
     np.testing.assert_allclose(
         rotation.angles(M), scipy.as_euler("XYZ"), rtol=0, atol=1e-12
     )
+    # None is singular, and a warning would fail this test
+    rotation.to_tilt_azimuth_swing(M)
+    assert not rotation.is_gimbal(M).any()
     q = np.roll(scipy.as_quat(), 1, axis=-1)
     q *= np.where(q[:, :1] < 0, -1, 1)
     np.testing.assert_allclose(rotation.to_quaternion(M), q, rtol=0, atol=1e-14)
@@ -156,13 +149,6 @@ def test_angles_give_the_matrix_back_also_beside_gimbal_lock(three):
     assert np.all(np.abs(found) <= np.pi) and abs(found[1]) <= QUARTER
 
 
-@given(st.floats(-3, 3), st.floats(-1.5, 1.5), st.floats(-3, 3))
-def test_angles_in_their_range_come_back(omega, phi, kappa):
-    found = rotation.angles(rotation.matrix(omega, phi, kappa))
-    # cos(phi) > 0.07: errors grow by at most 15
-    np.testing.assert_allclose(found, (omega, phi, kappa), rtol=0, atol=100 * EPS)
-
-
 @given(THREE)
 @example((0.0, 0.3, 0.2))
 @example((np.pi, 0.3, 0.2))
@@ -175,14 +161,6 @@ def test_tilt_azimuth_swing_give_the_matrix_back_also_beside_the_vertical(three)
     again = rotation.from_tilt_azimuth_swing(*found)
     np.testing.assert_allclose(again, M, rtol=0, atol=tolerance)
     assert np.all(np.abs(found) <= np.pi) and found[0] >= 0
-
-
-@given(st.floats(0.01, 3.1), st.floats(-3, 3), st.floats(-3, 3))
-def test_tilt_azimuth_swing_in_their_range_come_back(tilt, azimuth, swing):
-    M = rotation.from_tilt_azimuth_swing(tilt, azimuth, swing)
-    found = rotation.to_tilt_azimuth_swing(M)
-    # sin(tilt) > 0.01: errors grow by at most 100
-    np.testing.assert_allclose(found, (tilt, azimuth, swing), rtol=0, atol=1000 * EPS)
 
 
 @given(THREE)
@@ -206,16 +184,19 @@ def test_rodrigues_vectors_come_back_from_no_turn_to_nearly_a_half_turn(part, si
     # A rounding of the matrix, eps, changes a long vector by its square times eps
     tolerance = 20 * EPS * (1 + vector @ vector)
     np.testing.assert_allclose(found, vector, rtol=0, atol=tolerance)
-
-
-def test_huge_rodrigues_vector_is_a_half_turn_and_does_not_overflow():
+    # A huge one is a half turn, and its square does not overflow
     M = rotation.from_rodrigues([1e300, 0.0, 0.0])
     np.testing.assert_allclose(M, np.diag([1, -1, -1]), atol=1e-15)
 
 
 @given(STACK)
 def test_a_stack_gives_what_its_members_give(three):
-    M = rotation.matrix(*np.moveaxis(three, -1, 0))
+    angles = np.moveaxis(three, -1, 0)
+    M = rotation.matrix(*angles)
+    by_angles = rotation.derivatives(*angles)
+    for index in np.ndindex(M.shape[:-2]):
+        one = rotation.derivatives(*three[index])
+        np.testing.assert_allclose(by_angles[index], one, rtol=0, atol=4 * EPS)
     functions = [rotation.angles, rotation.to_tilt_azimuth_swing]
     functions += [rotation.to_quaternion, rotation.defect, rotation.nearest]
     for function in functions:
@@ -223,18 +204,6 @@ def test_a_stack_gives_what_its_members_give(three):
         for index in np.ndindex(M.shape[:-2]):
             one = ignoring_ambiguity(function, M[index])
             np.testing.assert_allclose(whole[index], one, rtol=0, atol=4 * EPS)
-
-
-def test_angles_broadcast():
-    M = rotation.matrix(np.zeros((4, 1)), 0.1, [0.2, 0.3])
-    assert M.shape == (4, 2, 3, 3)
-    assert rotation.derivatives([0.1, 0.2], 0.3, np.zeros((5, 1))).shape == (
-        5,
-        2,
-        3,
-        3,
-        3,
-    )
 
 
 # --- derivatives and small angles ---------------------------------------------------
@@ -266,6 +235,8 @@ def test_small_angle_differs_from_the_matrix_by_squares_of_the_angles(three):
 def test_gimbal_lock_keeps_the_sum_or_the_difference_and_says_so(phi, sign):
     M = rotation.matrix(0.3, phi, 0.2)
     assert rotation.is_gimbal(M)
+    near = rotation.matrix(0.3, phi - sign * 1e-4, 0.2)
+    assert not rotation.is_gimbal(near) and rotation.is_gimbal(near, cosine=1e-3)
     with pytest.warns(RuntimeWarning, match="gimbal lock: omega and kappa of M are"):
         found = rotation.angles(M)
     np.testing.assert_allclose(found, (0.3 + sign * 0.2, phi, 0.0), atol=1e-15)
@@ -290,20 +261,6 @@ def test_rounding_grows_as_one_over_cos_phi_near_gimbal_lock_and_the_sum_is_spar
     assert abs(np.std(found[:, 0] - omega) / predicted - 1) < 0.1
     if gap <= 1:
         assert np.std(found[:, 0] + found[:, 2] - omega - kappa) < 2e-5
-
-
-def test_no_warning_without_need():
-    """A warning fails its test, as pyproject.toml has it."""
-    M = random_matrices(1000)
-    rotation.angles(M)
-    rotation.to_tilt_azimuth_swing(M)
-    assert not rotation.is_gimbal(M).any()
-
-
-def test_how_near_counts_as_gimbal_lock_can_be_said():
-    M = rotation.matrix(0.3, QUARTER - 1e-4, 0.2)
-    assert not rotation.is_gimbal(M)
-    assert rotation.is_gimbal(M, cosine=1e-3)
 
 
 @pytest.mark.parametrize(("tilt", "sign"), [(0.0, 1), (np.pi, -1)])
@@ -338,14 +295,9 @@ TAKES_MATRIX = [
 ]
 MIRROR = np.diag([1.0, 1.0, -1.0])
 BAD = [
-    (np.eye(4), r"M must have shape \(\.\.\., 3, 3\); got shape \(4, 4\)"),
-    (np.full((3, 3), np.nan), r"M\[0, 0\] is not a finite number"),
-    ([["a", "b"]], "M must be numbers"),
     (np.eye(3) + 0.01, r"M is not a rotation: .* reaches 0\.02, more than 1e-06"),
     (np.stack([np.eye(3), 2 * np.eye(3)]), r"M\[1\] \(one of 1\) is not a .* 3, more"),
-    (MIRROR, "M is not a rotation but a reflection: its determinant is -1"),
     (np.stack([np.eye(3), MIRROR]), r"M\[1\] \(one of 1\) is not a rotation but a"),
-    (np.zeros((3, 3)), "M is not a rotation"),
 ]
 
 
@@ -379,18 +331,8 @@ def test_mirror_or_flat_matrix_has_no_nearest_rotation():
 @pytest.mark.parametrize(
     ("function", "arguments", "message"),
     [
-        (rotation.matrix, (np.nan, 0, 0), "omega is not a finite number"),
-        (rotation.matrix, (0, [0, np.inf], 0), r"phi\[1\] is not a finite number"),
-        (rotation.derivatives, (0, 0, "up"), "kappa must be numbers"),
         (rotation.matrix, ([0, 1], [0, 1, 2], 0), r"omega, phi, kappa must broadcast"),
-        (rotation.small_angle, (np.nan, 0, 0), "omega is not a finite number"),
-        (rotation.from_tilt_azimuth_swing, (0, np.nan, 0), "azimuth is not a finite"),
-        (rotation.from_rodrigues, ([1, 2],), r"vector must have shape \(\.\.\., 3\)"),
-        (rotation.from_rodrigues, ([1, 2, np.nan],), r"vector\[2\] is not a finite"),
-        (rotation.from_quaternion, ([1, 0, 0],), r"\(\.\.\., 4\), \(w, x, y, z\)"),
-        (rotation.from_quaternion, (1.0,), "quaternion must have shape"),
         (rotation.from_quaternion, ([2, 0, 0, 0],), "length 1; it differs by up to 1,"),
-        (rotation.from_quaternion, ([0, 0, 0, 0],), "quaternion must have length 1"),
         (rotation.angle_between, (np.eye(3), MIRROR), "second is not a rotation but a"),
         (rotation.angle_between, (MIRROR, np.eye(3)), "first is not a rotation but a"),
     ],
