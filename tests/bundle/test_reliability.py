@@ -103,7 +103,7 @@ def test_snooping_stops_at_a_ray_that_the_network_needs_and_says_what_is_left():
     # nothing tells which of two rays is wrong, and good ones are not to suffer for it
     assert found.removed == ()
     assert found.stopped.startswith("point 6 in photo ")
-    assert "cannot be spared: a point needs at least two rays" in found.stopped
+    assert "cannot be removed: a point needs at least two rays" in found.stopped
     large = np.abs(found.result.standardized).max(axis=1) > found.critical
     assert f"largest residual of {large.sum()} above" in found.stopped
 
