@@ -92,7 +92,8 @@ def test_the_walk_of_one_pixel_names_files_that_are_there():
 
 
 # Of StereoMap: its logic is in other modules, which do not draw
-DRAWING = ("plot", "report", "ledger", "stereo_map.drawing", "stereo_map._panels")
+DRAWING = ("plot", "report", "ledger", "command")
+DRAWING += ("stereo_map.drawing", "stereo_map._panels")
 
 
 def test_what_computes_imports_nothing_that_draws():
