@@ -340,6 +340,15 @@ def few_rays(r, number):
     return replace(r, network=net.without(few))
 
 
+def with_r(r, least):
+    numbers = one(r.redundancy_numbers, least, (7, 1))
+    return replace(r, redundancy_numbers=numbers)
+
+
+def with_tiny_P1(r):
+    return replace(r, cameras=(replace(r.cameras[0], P1=1e-16),))
+
+
 STATED, WEAK = "Stated standard deviations", "Weak photos"
 HARDLY, TWO = "Hardly controlled observations", "Points with two rays"
 WARNED = [
@@ -347,34 +356,19 @@ WARNED = [
     ("No solution", lambda r: replace(r, status="diverged")),
     ("No redundancy", lambda r: replace(r, redundancy=0, sigma0=np.nan)),
     ("Behind the camera", lambda r: replace(r, points=one(r.points, (0, -9000, 0)))),
-    (
-        "Suspected blunders",
-        lambda r: replace(r, standardized=one(r.standardized, 3.4)),
-    ),
-    (
-        "Insignificant parameters",
-        lambda r: replace(r, cameras=(replace(r.cameras[0], P1=1e-16),)),
-    ),
+    ("Suspected blunders", lambda r: replace(r, standardized=one(r.standardized, 3.4))),
+    ("Insignificant parameters", with_tiny_P1),
     ("Correlations above 0.9", correlated),
-    *(
-        (title, lambda r, b=below, p=prior: sigma0_at(r, b, p))
-        for below, title in (
-            (0.024, STATED),
-            (0.026, None),
-            (0.974, None),
-            (0.976, STATED),
-        )
-        for prior in (None, 0.2)
-    ),
-    *(
-        (
-            title,
-            lambda r, n=numbers: replace(
-                r, redundancy_numbers=one(r.redundancy_numbers, n, (7, 1))
-            ),
-        )
-        for numbers, title in ((0.099, HARDLY), (0.101, None))
-    ),
+    (STATED, lambda r: sigma0_at(r, 0.024)),
+    (None, lambda r: sigma0_at(r, 0.026)),
+    (None, lambda r: sigma0_at(r, 0.974)),
+    (STATED, lambda r: sigma0_at(r, 0.976)),
+    (STATED, lambda r: sigma0_at(r, 0.024, 0.2)),
+    (None, lambda r: sigma0_at(r, 0.026, 0.2)),
+    (None, lambda r: sigma0_at(r, 0.974, 0.2)),
+    (STATED, lambda r: sigma0_at(r, 0.976, 0.2)),
+    (HARDLY, lambda r: with_r(r, 0.099)),
+    (None, lambda r: with_r(r, 0.101)),
     (WEAK, lambda r: uncertain(r, 3.05)),
     (None, lambda r: uncertain(r, 2.95)),
     (TWO, two_rays),
