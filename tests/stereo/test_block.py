@@ -8,7 +8,7 @@ import pytest
 
 from pgm_lab import stereo
 from pgm_lab.camera import Camera, Photo
-from pgm_lab.stereo import _merge
+from pgm_lab.stereo import block as module
 from tests.stereo.blocks import (
     HEIGHTS,
     NUMBERS,
@@ -199,9 +199,9 @@ def test_a_folder_of_other_things_is_refused(photos, empty):
 @pytest.mark.parametrize("how", ["mean", "median"])
 def test_the_size_of_the_tiles_changes_nothing(serial, tmp_path, monkeypatch, how):
     files = [p.file for p in serial[0].pairs]
-    whole = _merge.merge(files, 1.0, tmp_path, how)
-    monkeypatch.setattr(_merge, "TILE", 7)
-    tiled = _merge.merge(files, 1.0, tmp_path, how)
+    whole = module.merge(files, 1.0, tmp_path, how)
+    monkeypatch.setattr(module, "TILE", 7)
+    tiled = module.merge(files, 1.0, tmp_path, how)
     np.testing.assert_array_equal(whole.z, tiled.z)
     np.testing.assert_array_equal(whole.measured, tiled.measured)
 
@@ -223,12 +223,12 @@ def test_where_pairs_overlap_measured_heights_are_weighted(tmp_path):
             weight=np.array(weight, np.float32),
             box=np.array([*first, 2, 1]),
         )
-    mean = _merge.merge(files, 0.5, tmp_path, "mean")
+    mean = module.merge(files, 0.5, tmp_path, "mean")
     # cell 0: (1 + 3 * 4) / 4; cell 1: nowhere measured, so 2 and 6; cell 2: 10
     np.testing.assert_allclose(mean.z, [[3.25, 4, 10]])
     assert mean.measured.tolist() == [[True, False, True]]
     assert mean.corner == (0.25, -0.25)
-    median = _merge.merge(files, 0.5, tmp_path, "median")
+    median = module.merge(files, 0.5, tmp_path, "median")
     np.testing.assert_allclose(median.z, [[2.5, 4, 10]])
 
 

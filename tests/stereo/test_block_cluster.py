@@ -14,7 +14,7 @@ from concurrent.futures import Future
 import pytest
 
 from pgm_lab import stereo
-from pgm_lab.stereo import _cluster, _pools, _tasks
+from pgm_lab.stereo import block
 from tests.stereo.blocks import NUMBERS, Deadly, Failing, content, on_disk, strip
 
 distributed = pytest.importorskip("distributed")
@@ -137,7 +137,7 @@ def test_a_pair_that_failed_on_a_worker_is_tried_again(
 
 def test_a_task_is_small(photos, tmp_path):
     """Names and numbers go over the wire, no grey values."""
-    task = _tasks.Task(
+    task = block.Task(
         (0, 1), photos[0], photos[1], (0, 1), 1.0, {}, "0" * 32, tmp_path / "pair.npz"
     )
     assert len(pickle.dumps(task)) < 2048 < photos[0].read().grey.nbytes
@@ -173,7 +173,7 @@ def test_a_task_that_was_taken_back_tells_of_a_lost_cluster():
     task = Future()
     task.cancel()
     with pytest.raises(ConnectionError, match="the cluster was lost.*call again"):
-        _pools._error(task)
+        block._answer(task, None)
 
 
 def test_without_dask_the_error_says_what_to_install(photos, tmp_path, monkeypatch):
@@ -195,7 +195,7 @@ def test_a_client_is_a_client(photos, tmp_path):
 
 def test_a_cluster_without_workers_is_said(photos, folders, tmp_path, monkeypatch):
     folder, _ = folders
-    monkeypatch.setattr(_cluster, "PATIENCE", 0.2)
+    monkeypatch.setattr(block, "PATIENCE", 0.2)
     with started(tmp_path, n_workers=0) as idle:
         with distributed.Client(idle, set_as_default=False) as client:
             with pytest.raises(ConnectionError, match="has no worker"):
@@ -207,7 +207,7 @@ def test_a_cluster_without_workers_is_said(photos, folders, tmp_path, monkeypatc
 def test_a_worker_that_does_not_see_the_folder_is_named(
     cluster, photos, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(_cluster, "LIST", "on another disk")
+    monkeypatch.setattr(distributed.Client, "run", lambda *_: {"tcp://far": False})
     with pytest.raises(FileNotFoundError, match="worker tcp.* does not see"):
         plot(photos, tmp_path, cluster)
 

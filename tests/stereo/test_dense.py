@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import binary_dilation, gaussian_filter
 
 from pgm_lab import stereo
-from pgm_lab.stereo import _boxes, _levels, _pyramid, dense
+from pgm_lab.stereo import dense
 from tests.stereo.pairs import noisy, rms, smooth_pair, step_pair
 
 GROUNDS = {
@@ -72,9 +72,9 @@ def test_noise_that_is_correlated_makes_the_prediction_larger():
 def test_left_and_right_agree_within_a_pixel():
     there = np.full((5, 40), 3, np.float32)
     back = np.full((5, 40), 3.9, np.float32)
-    assert _levels.agreement(there, back)[:, 4:].all()
-    assert not _levels.agreement(there, back + 0.2).any()
-    assert not _levels.agreement(there - 50, back - 50).any()  # beyond the image
+    assert dense._agreement(there, back)[:, 4:].all()
+    assert not dense._agreement(there, back + 0.2).any()
+    assert not dense._agreement(there - 50, back - 50).any()  # beyond the image
 
 
 def test_what_a_wall_hides_is_rejected_and_the_wall_is_sharp():
@@ -192,7 +192,7 @@ def test_bands_of_rows_leave_no_trace(monkeypatch):
     left, right, _ = smooth_pair(GROUNDS["waves"])
     left, right = noisy(left, 2, 1), noisy(right, 2, 2)
     whole = stereo.match_rows(left, right)
-    monkeypatch.setattr(_boxes, "BAND", 17)
+    monkeypatch.setattr(dense, "BAND", 17)
     bands = stereo.match_rows(left, right)
     np.testing.assert_array_equal(whole.status, bands.status)
     np.testing.assert_allclose(whole.disparity, bands.disparity, atol=1e-4)
@@ -201,7 +201,7 @@ def test_bands_of_rows_leave_no_trace(monkeypatch):
 
 def test_a_level_has_at_least_40_pixels():
     sides = [(39, 500), (40, 500), (80, 90), (500, 741), (2848, 4288)]
-    assert [_pyramid.levels_of(s, 6) for s in sides] == [1, 1, 2, 4, 6]
+    assert [dense._levels(s, 6) for s in sides] == [1, 1, 2, 4, 6]
 
 
 def test_holes_take_the_mean_of_their_neighbours():
@@ -210,7 +210,7 @@ def test_holes_take_the_mean_of_their_neighbours():
     good = np.ones(d.shape, bool)
     good[10:14, 5:9] = good[10:14, 30:34] = False
     d[~good] = 99
-    filled = _pyramid.filled(d, good)
+    filled = dense._filled(d, good)
     np.testing.assert_allclose(filled[10:14, 5:9], 0, atol=1e-6)
     np.testing.assert_allclose(filled[10:14, 30:34], 8, atol=1e-5)
     np.testing.assert_array_equal(filled[good], d[good])

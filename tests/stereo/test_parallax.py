@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from pgm_lab import simulate, stereo
 from pgm_lab.camera import Camera, Photo
-from pgm_lab.stereo import _elements
+from pgm_lab.stereo import parallax
 
 LENS = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
 LEFT = np.array((-195.0, 2, 1000, 0.014, -0.019, 0.035))
@@ -114,7 +114,7 @@ def test_an_element_that_is_wrong_explains_the_parallaxes_of_exact_points(photos
     left, right = photos
     X = np.random.default_rng(3).uniform((-150, -200, -60), (150, 200, 60), (40, 3))
     wrong = turned(right, *ONE_OFF[name])
-    found, together = _elements.explanations(
+    found, together = parallax.explanations(
         (left, wrong), left.project(X), right.project(X), PIXEL
     )
     assert found[0].name == name and together < 0.01
