@@ -224,6 +224,7 @@ def nmad(errors: np.ndarray) -> float:
 
 
 def _mask(where: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    _validate.real(where, "where")
     mask = np.asarray(where)
     if mask.dtype != bool or mask.shape != shape:
         raise ValueError(

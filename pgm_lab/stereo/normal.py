@@ -7,6 +7,7 @@ epipolar plane then cuts both images in the same row.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -271,7 +272,8 @@ def _limits(
             " one"
         )
     name = "heights" if depths is None else "depths"
-    limits = _validate.of_shape(heights or depths or (), (2,), name)
+    given: Any = heights if depths is None else depths
+    limits = _validate.of_shape(given, (2,), name)
     if limits[0] > limits[1] or (name == "depths" and limits[0] <= 0):
         raise ValueError(
             f"{name} must be (least, greatest)"
