@@ -18,8 +18,13 @@ import time
 import traceback
 import warnings
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import (
+    CancelledError,
+    Executor,
+    ProcessPoolExecutor,
+    as_completed,
+)
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -47,7 +52,7 @@ CORES = (  # that this process may use
     if hasattr(os, "sched_getaffinity")
     else os.cpu_count() or 1
 )
-PATIENCE = 10  # seconds: for a scheduler, for a first worker, for an answer
+PATIENCE = 10  # seconds: for a scheduler, for a first worker
 DEATHS = ("BrokenProcessPool", "KilledWorker")  # what Python and dask call them
 
 
@@ -206,7 +211,8 @@ def plot_block(
         "pgm_lab": __version__,
     }
     folder = _existing(folder)
-    files, prints = _on_disk(photos, np.unique(indices).tolist(), folder)
+    files = {k: _on_disk(photos[k], folder) for k in np.unique(indices).tolist()}
+    prints = {k: file.fingerprint() for k, file in files.items()}
     _belongs(folder, numbers, prints, _validate.flag(overwrite, "overwrite"))
     tasks = [
         Task(
@@ -276,19 +282,10 @@ def _existing(folder: Any) -> Path:
     return path
 
 
-def _on_disk(
-    photos: Sequence[Photo | PhotoFile], needed: Iterable[int], folder: Path
-) -> tuple[dict[int, PhotoFile], dict[int, str]]:
-    """Photos that are needed as files, and their fingerprints, by index."""
-    files = {}
-    for k in needed:
-        photo = photos[k]
-        files[k] = photo if isinstance(photo, PhotoFile) else _stored(photo, folder)
-    return files, {k: file.fingerprint() for k, file in files.items()}
-
-
-def _stored(photo: Photo, folder: Path) -> PhotoFile:
+def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
     """Write a photo that is in memory, under a name that tells its content."""
+    if isinstance(photo, PhotoFile):
+        return photo
     grey = np.ascontiguousarray(photo.grey)
     content = hashlib.sha256(f"{grey.dtype}{grey.shape}".encode())
     content.update(grey.tobytes())
@@ -456,27 +453,36 @@ def _serially(tasks: list[Task]) -> Iterator[tuple[Task, Answer]]:
             yield task, error
 
 
-def _in_processes(tasks: list[Task], workers: int) -> Iterator[tuple[Task, Answer]]:
-    """Plot in processes of this computer; when one dies, all are started anew."""
-    context = multiprocessing.get_context("spawn")
+def _in_parallel(
+    tasks: list[Task], start: Callable[[], Executor], workers: int
+) -> Iterator[tuple[Task, Answer]]:
+    """Plot in an executor: processes of this computer, or a cluster behind it.
+
+    Dask gives the task of a dead worker to another one; of processes, when one dies,
+    all are started anew.
+    """
     while tasks:
-        left = dict.fromkeys(tasks)
-        count = min(workers, len(tasks))
-        # A core each is enough
-        pool = ProcessPoolExecutor(count, context, cv2.setNumThreads, (1,))
+        left, futures = dict.fromkeys(tasks), {}
+        executor = start()
         try:
-            _refuse_no_process(pool)
-            futures = {}
+            _refuse_no_process(executor)
             with contextlib.suppress(BrokenProcessPool):
                 for task in tasks:
-                    futures[pool.submit(plot_pair, task)] = task
+                    futures[executor.submit(plot_pair, task)] = task
             for future in as_completed(futures):
                 error = future.exception()
                 if not isinstance(error, BrokenProcessPool):
                     del left[futures[future]]
                     yield futures[future], error or future.result()
+        except CancelledError:
+            raise ConnectionError(
+                "the cluster was lost. What it has plotted is in the folder: call again"
+                " to go on"
+            ) from None
         finally:
-            pool.shutdown(cancel_futures=True)
+            for future in futures:
+                future.cancel()
+            executor.shutdown()
         # Tasks begin in their order, so the first ones left were under way
         tasks = list(left)
         for task in tasks[:workers]:
@@ -484,9 +490,9 @@ def _in_processes(tasks: list[Task], workers: int) -> Iterator[tuple[Task, Answe
         tasks = tasks[workers:]
 
 
-def _refuse_no_process(pool: ProcessPoolExecutor) -> None:
+def _refuse_no_process(executor: Executor) -> None:
     try:
-        pool.submit(os.getpid).result()
+        executor.submit(os.getpid).result()
     except BrokenProcessPool:
         raise RuntimeError(
             "no worker process could start. In a script, plot_block has to stand"
@@ -495,47 +501,27 @@ def _refuse_no_process(pool: ProcessPoolExecutor) -> None:
         ) from None
 
 
-def _on_cluster(tasks: list[Task], client: Any) -> Iterator[tuple[Task, Answer]]:
-    """Plot where the scheduler of dask wants it; it copes with dead workers itself."""
-    import distributed
-
-    given = client.map(plot_pair, tasks, pure=False)
-    futures = dict(zip(given, tasks))
-    try:
-        for future in distributed.as_completed(given, loop=client.loop):
-            yield futures[future], _answer(future, futures[future])
-            del futures[future]
-    finally:
-        client.cancel(list(futures))  # what has not begun
-
-
-def _answer(future: Any, task: Task) -> Answer:
-    """Result or error of a task that has ended on a cluster.
-
-    If its worker has died since, dask does it again, or waits until there are workers;
-    but the file of the pair is an answer as well.
-    """
-    try:
-        return future.result(timeout=PATIENCE)
-    except CancelledError:
-        raise ConnectionError(
-            "the cluster was lost. What it has plotted is in the folder: call again to"
-            " go on"
-        ) from None
-    except TimeoutError as error:
-        points = plotted(task)
-        return error if points is None else (points, np.nan)
-    except Exception as error:
-        return error
-
-
 @contextlib.contextmanager
 def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
     """What plots all of some tasks; a cluster must see the folder."""
-    if client is None:
-        processes = functools.partial(_in_processes, workers=workers)
-        yield _serially if workers == 1 else processes
-        return
+    if client is None and workers == 1:
+        yield _serially
+    elif client is None:
+        spawn = multiprocessing.get_context("spawn")
+        start = functools.partial(
+            ProcessPoolExecutor, workers, spawn, cv2.setNumThreads, (1,)
+        )
+        yield functools.partial(_in_parallel, start=start, workers=workers)
+    else:
+        with _connected(client) as cluster:
+            _refuse_blind(cluster, folder)
+            start = functools.partial(cluster.get_executor, pure=False)
+            yield functools.partial(_in_parallel, start=start, workers=workers)
+
+
+@contextlib.contextmanager
+def _connected(client: Any) -> Iterator[Any]:
+    """The client of a cluster; one made here, of an address, is closed."""
     try:
         from distributed import Client
         from distributed.comm import get_address_host_port
@@ -543,22 +529,18 @@ def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
         raise ImportError(
             "a cluster needs dask.distributed: pip install dask distributed"
         ) from None
-    own = isinstance(client, str)
-    if own:
-        try:  # first whether anybody answers at all, as it is quick
-            socket.create_connection(get_address_host_port(client), PATIENCE).close()
-            client = Client(client, timeout=PATIENCE, set_as_default=False)
-        except Exception as error:  # whatever another program answers there
-            raise ConnectionError(
-                f"no scheduler of dask answers at {client!r} ({type(error).__name__})"
-            ) from error
-    _validate.instance(client, Client, "client")
-    try:
-        _refuse_blind(client, folder)
-        yield functools.partial(_on_cluster, client=client)
-    finally:
-        if own:
-            client.close()
+    if not isinstance(client, str):
+        yield _validate.instance(client, Client, "client")
+        return
+    try:  # first whether anybody answers at all, as it is quick
+        socket.create_connection(get_address_host_port(client), PATIENCE).close()
+        own = Client(client, timeout=PATIENCE, set_as_default=False)
+    except Exception as error:  # whatever another program answers there
+        raise ConnectionError(
+            f"no scheduler of dask answers at {client!r} ({type(error).__name__})"
+        ) from error
+    with own:
+        yield own
 
 
 def _refuse_blind(client: Any, folder: Path) -> None:

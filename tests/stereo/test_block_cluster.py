@@ -9,7 +9,6 @@ import random
 import subprocess
 import sys
 import types
-from concurrent.futures import Future
 
 import pytest
 
@@ -143,20 +142,6 @@ def test_a_task_is_small(photos, tmp_path):
     assert len(pickle.dumps(task)) < 2048 < photos[0].read().grey.nbytes
 
 
-def test_an_answer_that_was_lost_with_its_worker_is_in_the_file(
-    cluster, photos, serial, tmp_path, monkeypatch
-):
-    """Dask may wait for ever for it."""
-
-    def never(self, timeout=None):
-        raise TimeoutError
-
-    monkeypatch.setattr(distributed.Future, "result", never)
-    found = plot(photos, tmp_path, cluster)
-    assert [p.status for p in found.pairs] == ["plotted"] * 3
-    assert content(tmp_path) == serial
-
-
 @pytest.mark.slow
 def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folders, tmp_path):
     folder, log = folders
@@ -166,14 +151,6 @@ def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folders, tmp_
             with pytest.raises(ConnectionError, match="the cluster was lost"):
                 plot(ending, folder, lost)
     assert (folder / "pair_00000_00001.npz").exists()
-
-
-def test_a_task_that_was_taken_back_tells_of_a_lost_cluster():
-    """As dask takes back all of them then; `close` does, too, but asks no more."""
-    task = Future()
-    task.cancel()
-    with pytest.raises(ConnectionError, match="the cluster was lost.*call again"):
-        block._answer(task, None)
 
 
 def test_without_dask_the_error_says_what_to_install(photos, tmp_path, monkeypatch):
