@@ -200,7 +200,8 @@ def plot_block(
     workers = CORES if workers is None else _validate.whole(workers, "workers", 1)
     progress = _validate.flag(progress, "progress")
     matching = dict(_validate.mapping({} if matching is None else matching, "matching"))
-    if unknown := set(matching) - set(inspect.signature(match_rows).parameters):
+    options = list(inspect.signature(match_rows).parameters)[2:]
+    if unknown := set(matching).difference(options):
         raise ValueError(f"matching has no argument of match_dense: {unknown.pop()}")
 
     # What the folder belongs to, and which pairs it holds already
@@ -369,7 +370,7 @@ def plot_pair(task: Task) -> tuple[int, float]:
     start = time.perf_counter()
     pair = epipolar_pair(task.left.read(), task.right.read(), task.heights)
     match = match_dense(pair, **task.matching)
-    # About one point a cell: more of them share their windows anyhow
+    # About one point a cell: windows of more would overlap
     depth = pair.stations[:, 2].mean() - np.mean(task.heights)
     step = max(1, int(task.cell / (depth * pair.pixel_size / pair.c)))
     points = intersect(pair, match, step=step)

@@ -274,7 +274,7 @@ MAX_DIFFERENCE = 1.0  # px between the two directions
 
 
 def _levels(shape: tuple[int, ...], most: int) -> int:
-    """How many levels an image bears."""
+    """Number of levels for an image, at most `most`."""
     return max(1, min(most, int(np.log2(max(min(shape), 1) / MIN_SIDE)) + 1))
 
 

@@ -221,7 +221,7 @@ def _interpolated(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _far(measured: np.ndarray, most: float) -> np.ndarray:
-    """Cells further than so many cells from all with a point."""
+    """Cells further than `most` cells from all with a point."""
     if not measured.any():
         return np.ones(measured.shape, bool)
     return scipy.ndimage.distance_transform_edt(~measured) > most

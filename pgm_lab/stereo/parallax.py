@@ -258,7 +258,7 @@ def y_parallax(
         left, right = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
         elements, together = explanations(pair.photos, left, right, pair.pixel_size)
 
-    # A trend that noise alone would make of so many points is none
+    # Noise alone makes a trend of this size
     chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
     verdict = "wrong orientation"
     if _rms(values[used]) < GOOD:

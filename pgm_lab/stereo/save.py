@@ -13,8 +13,8 @@ from pgm_lab.stereo.grid import SOURCES, Surface
 from pgm_lab.stereo.heights import Points
 from pgm_lab.stereo.terrain import ORIGINS, Terrain
 
-LAS_STEP = 1e-4  # m: a LAS file holds whole multiples of it, or of more if it must
-LAS_RANGE = 2e9  # of which it holds so many
+LAS_STEP = 1e-4  # m: unit of the whole numbers of a LAS file, or more if it must be
+LAS_RANGE = 2e9  # the largest of these numbers
 Writers = dict[str, Callable[[Any, Path], None]]  # by suffix
 
 

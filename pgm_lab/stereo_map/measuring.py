@@ -22,7 +22,7 @@ TOLERANCE = 2.0  # px from the epipolar curve, beside what the orientation misse
 WIDER = 1.3  # the depths of the points so far, and a little more
 NEAREST, FARTHEST = 1.0, 100.0  # depths in bases, where nothing else is known
 SAMPLES = 97  # along an epipolar curve
-AFFINE_FROM = 6  # points: so many tell more than a shift
+AFFINE_FROM = 6  # points; fewer give a shift
 MISLED_BY = {"shift": 0.15, "affine": 0.08}  # at most, of the photo's width
 
 # From coarse to fine
