@@ -19,12 +19,7 @@ import traceback
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    CancelledError,
-    Executor,
-    ProcessPoolExecutor,
-    as_completed,
-)
+from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,7 +41,7 @@ MIN_POINTS = 10  # of a pair that is worth a surface
 MIN_SD = 0.001  # m; no match is better, and none outweighs all others
 TILE = 1024  # cells on a side of what is merged at once
 MERGES = ("mean", "median")
-LIST = "block.json"  # parameters, and a fingerprint of each photo
+LIST = "block.json"  # numbers, and a fingerprint of each photo
 CORES = (  # that this process may use
     len(os.sched_getaffinity(0))
     if hasattr(os, "sched_getaffinity")
@@ -214,7 +209,8 @@ def plot_block(
     folder = _existing(folder)
     files = {k: _on_disk(photos[k], folder) for k in np.unique(indices).tolist()}
     prints = {k: file.fingerprint() for k, file in files.items()}
-    _belongs(folder, numbers, prints, _validate.flag(overwrite, "overwrite"))
+    known = numbers | {f"photos[{k}]": one for k, one in prints.items()}
+    _belongs(folder, known, _validate.flag(overwrite, "overwrite"))
     tasks = [
         Task(
             (i, j),
@@ -309,43 +305,30 @@ def _new(path: Path) -> Iterator[Any]:
         file.close()  # before it is renamed
 
 
-def _belongs(
-    folder: Path, numbers: Mapping[str, Any], prints: dict[int, str], overwrite: bool
-) -> None:
+def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
     """Refuse a folder of other things; write down what it belongs to."""
     path = folder / LIST
-    photos = {str(k): one for k, one in prints.items()}
-    now = json.loads(json.dumps(numbers, default=lambda number: number.item()))
-    if path.exists():
-        then = json.loads(path.read_text("utf-8"))
-        changed = [
-            f"{name} was {then['parameters'].get(name)} and is {now[name]}"
-            for name in now
-            if then["parameters"].get(name) != now[name]
-        ]
-        changed += [
-            f"photos[{k}] is another, or has another orientation"
-            for k, one in photos.items()
-            if then["photos"].get(k, one) != one
-        ]
-        if changed and not overwrite:
-            more = f", and {len(changed) - 1} more" if len(changed) > 1 else ""
-            raise FileExistsError(
-                f"{_files.printable(folder)} belongs to another block: {changed[0]}"
-                f"{more}. Name another folder, or let overwrite=True plot anew what"
-                " differs"
-            )
-        photos = then["photos"] | photos
-    elif not overwrite and any(
-        one.name != "photos" and not one.name.startswith(".")  # a block just begun
-        for one in folder.iterdir()
-    ):
+    now = json.loads(json.dumps(now, default=lambda number: number.item()))
+    then = json.loads(path.read_text("utf-8")) if path.exists() else {}
+    changed = [name for name in now if then.get(name, now[name]) != now[name]]
+    if changed and not overwrite:
+        name, more = changed[0], len(changed) - 1
+        what = f"{name} was {then[name]} and is {now[name]}"
+        if name.startswith("photos"):
+            what = f"{name} is another, or has another orientation"
+        raise FileExistsError(
+            f"{_files.printable(folder)} belongs to another block: {what}"
+            f"{f', and {more} more' if more else ''}. Name another folder, or let"
+            " overwrite=True plot anew what differs"
+        )
+    # A block just begun has nothing but photos
+    others = (one for one in folder.iterdir() if not one.name.startswith("."))
+    if not then and not overwrite and any(one.name != "photos" for one in others):
         raise FileExistsError(
             f"{_files.printable(folder)} holds other files, and no block. Name an empty"
             " folder, or let overwrite=True put the block beside them"
         )
-    text = json.dumps({"parameters": now, "photos": photos}, indent=1) + "\n"
-    _files.save({path: text}, overwrite=True)
+    _files.save({path: json.dumps(then | now, indent=1) + "\n"}, overwrite=True)
 
 
 # --- One pair as a task ---
@@ -455,7 +438,7 @@ def _serially(tasks: list[Task]) -> Iterator[tuple[Task, Answer]]:
 
 
 def _in_parallel(
-    tasks: list[Task], start: Callable[[], Executor], workers: int
+    tasks: list[Task], start: Callable[[], futures.Executor], workers: int
 ) -> Iterator[tuple[Task, Answer]]:
     """Plot in an executor: processes of this computer, or a cluster behind it.
 
@@ -463,25 +446,25 @@ def _in_parallel(
     all are started anew.
     """
     while tasks:
-        left, futures = dict.fromkeys(tasks), {}
+        left, running = dict.fromkeys(tasks), {}
         executor = start()
         try:
             _refuse_no_process(executor)
             with contextlib.suppress(BrokenProcessPool):
                 for task in tasks:
-                    futures[executor.submit(plot_pair, task)] = task
-            for future in as_completed(futures):
+                    running[executor.submit(plot_pair, task)] = task
+            for future in futures.as_completed(running):
                 error = future.exception()
                 if not isinstance(error, BrokenProcessPool):
-                    del left[futures[future]]
-                    yield futures[future], error or future.result()
-        except CancelledError:
+                    del left[running[future]]
+                    yield running[future], error or future.result()
+        except futures.CancelledError:
             raise ConnectionError(
                 "the cluster was lost. What it has plotted is in the folder: call again"
                 " to go on"
             ) from None
         finally:
-            for future in futures:
+            for future in running:
                 future.cancel()
             executor.shutdown()
         # Tasks begin in their order, so the first ones left were under way
@@ -491,7 +474,7 @@ def _in_parallel(
         tasks = tasks[workers:]
 
 
-def _refuse_no_process(executor: Executor) -> None:
+def _refuse_no_process(executor: futures.Executor) -> None:
     try:
         executor.submit(os.getpid).result()
     except BrokenProcessPool:
@@ -510,7 +493,7 @@ def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
     elif client is None:
         spawn = multiprocessing.get_context("spawn")
         start = functools.partial(
-            ProcessPoolExecutor, workers, spawn, cv2.setNumThreads, (1,)
+            futures.ProcessPoolExecutor, workers, spawn, cv2.setNumThreads, (1,)
         )
         yield functools.partial(_in_parallel, start=start, workers=workers)
     else:
