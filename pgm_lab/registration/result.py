@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from pgm_lab import _files, _numbers, _validate
-from pgm_lab.matching import STATUSES
+from pgm_lab._statuses import STATUSES
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 COLUMNS = (

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pgm_lab.matching import STATUSES
+from pgm_lab._statuses import STATUSES
 from pgm_lab.report._layout import Finding, Table, count
 
 MOST = 200  # rows of points

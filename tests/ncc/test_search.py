@@ -259,7 +259,7 @@ def test_the_way_back_is_a_match_from_the_right(noise):
     lost = np.hypot(*(home.points - points[k]).T) > 1
     assert 5 < lost.sum() < len(k) - 5
     expected = there.status.copy()
-    expected[k[lost]] = "another point from the right"
+    expected[k[lost]] = "left-right check failed"
     np.testing.assert_array_equal(both.status, expected)
     assert np.all(np.isnan(both.covariance[~both.accepted]))
     np.testing.assert_array_equal(both.points, there.points)
