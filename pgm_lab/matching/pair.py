@@ -159,8 +159,8 @@ def match(
         under any rotation and change of scale. "pyramid": by correlation from coarse to
         fine, for photos that differ by a shift and little else. Or the positions.
     shape : array_like (2, 2) or (n, 2, 2), optional
-        With positions: ((a1, a2), (b1, b2)), how the windows are rotated and scaled from
-        left to right; the identity when missing.
+        With positions: ((a1, a2), (b1, b2)), how the windows are rotated and scaled
+        from left to right; the identity when missing.
     search : int
         Pixels across the search window, odd, at least template + 2, counted in the left
         photo. Only along the epipolar line where the features tell one.
