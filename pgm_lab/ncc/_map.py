@@ -216,16 +216,19 @@ def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
     pieces = as_strided(p, (k, H - h + 1, W - w + 1, length), strides)
     r = np.vecdot(pieces, rows.reshape(k, 1, 1, h * W)[..., :length])
     total, squares = box_sums(p, h, w), box_sums(p * p, h, w)
-    ssd = squares - total * total / (h * w)
+    total /= np.sqrt(h * w)
+    ssd = squares - total * total
     faint = ssd <= 1e-3 * squares.max(axis=(1, 2), keepdims=True)
     ssd[faint] = np.inf
-    t = t.reshape(k, h * w)
-    r /= np.sqrt(ssd * np.vecdot(t, t)[:, None, None])
+    # The means were rounded when they were taken off: what is left of that of t counts
+    left = np.add.reduce(t.reshape(k, h * w), axis=1)[:, None, None] / np.sqrt(h * w)
+    r -= left * total
+    t_ssd = np.vecdot(t.reshape(k, h * w), t.reshape(k, h * w))[:, None, None] - left**2
+    r /= np.sqrt(ssd * t_ssd)
     if faint.any():
         some = np.flatnonzero(faint.any(axis=(1, 2)))
         exact = r[some]
-        t = unit(t[some].reshape(-1, h, w))
-        _by_definition(exact, faint[some], t, patches[some])
+        _by_definition(exact, faint[some], unit(t[some]), patches[some])
         r[some] = exact
     return np.clip(r, -1, 1, out=r)
 

@@ -80,7 +80,7 @@ def peaks(templates: np.ndarray, searches: np.ndarray, searched: np.ndarray) -> 
     right = _cut(right, i, j, (h, w))
     right -= (np.add.reduce(right.reshape(k, -1), axis=1) / (h * w))[:, None, None]
     some = second > -1
-    windows = centred(_cut(searches, *other.T, (h, w)))
+    windows = _cut(searches, other[:, 0], other[:, 1], (h, w))
     second = np.where(some, _coefficients(left, windows), -1)
     r = near[np.arange(k), i, j]
     return Peaks(row, column, r, second, near, left, right)
@@ -163,8 +163,9 @@ def _cut(
     return every[np.arange(len(images)), row, column]
 
 
-def _coefficients(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Correlations (k,) of centred windows; 0 where one is flat."""
-    a, b = (g.reshape(len(g), -1) for g in (a, b))
+def _coefficients(left: np.ndarray, windows: np.ndarray) -> np.ndarray:
+    """Correlations (k,) of centred left windows with others; 0 where one is flat."""
+    a, b = (g.reshape(len(g), -1) for g in (left, centred(windows)))
+    b -= b.mean(axis=1, keepdims=True)  # again, since the first one was rounded
     norm = np.sqrt(np.vecdot(a, a) * np.vecdot(b, b))
     return np.divide(np.vecdot(a, b), norm, out=np.zeros(len(a)), where=norm > 0)
