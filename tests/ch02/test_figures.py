@@ -4,7 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pgm_book.ch02 import case_figures, figures as of_lesson
+from pgm_book.ch02 import case_figures
+from pgm_book.ch02 import figures as of_lesson
 from pgm_book.ch02.checks import FIVE
 from pgm_lab import datasets, ncc
 
