@@ -32,7 +32,7 @@ def iteration_film(
     trail: ArrayLike,
     truth: ArrayLike,
 ) -> None:
-    """Show at most six iterations of a match as a film, with their distance in pixels."""
+    """Show at most six iterations of a match as a film, with their error in pixels."""
     trail = np.asarray(trail)
     chosen = sorted({*range(min(5, len(trail))), len(trail) - 1})
     _film(left, right, point, size, trail, truth, chosen)
@@ -292,7 +292,7 @@ def ellipses(
     )
 
 
-# --- Figures of windows that are matched by least squares: one slope, eight unknowns ---
+# --- Windows that are matched by least squares: one slope, eight unknowns ---
 
 GREY: Look = {"cmap": "gray", "vmin": 0, "vmax": 230, "interpolation": "nearest"}
 # What is added to each of a0, a1, a2, h0, b0, b1, b2, h1 in the sketch
@@ -332,7 +332,7 @@ _SQUARE = np.array([(-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1)])
 
 
 def window_slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
-    """Draw two rows of grey values, and one pixel's triangle of slope and difference."""
+    """Draw two rows of grey values, and the triangle of slope and step of one pixel."""
     at = np.arange(len(A)) - len(A) // 2
     gradient = (B[place + 1] - B[place - 1]) / 2
     step = (A[place] - B[place]) / gradient

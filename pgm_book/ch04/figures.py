@@ -127,7 +127,7 @@ def attitude_by_hand() -> None:
 
 
 def around_camera(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
-    """Show nine cameras around targets; red ones look elsewhere than in the first set."""
+    """Show nine cameras around targets; red ones look elsewhere than the first set."""
     first = rotation.matrix(*next(iter(cameras.values()))[:, 3:].T)
     fig = plt.figure(figsize=(7, 4.6), layout="none")
     said = []
@@ -218,7 +218,7 @@ def _north(exterior: np.ndarray) -> str:
     return f"the arrow to the north points {abs(turn):.0f} degrees {side} of up"
 
 
-# --- A meadow with a house and two trees: something to look at through a turned camera ---
+# --- A meadow with a house and two trees: something for a turned camera to see ---
 
 GROUND = "#D3E3C2"  # of the fields around the meadow, to the horizon
 
@@ -298,7 +298,7 @@ def _tree(place: tuple[float, float], radius: float, height: float) -> list[Face
     return [(np.array([rim[i], rim[i + 1], top]), shades[i // 2]) for i in range(8)]
 
 
-# --- Sketches of turned frames: one turn in the plane, three in space, the quadrants ---
+# --- Sketches of turned frames: one turn in the plane, three in space, quadrants ---
 
 WORDS: Look = {"fontsize": 18}
 KAPPA = np.radians(30.0)  # of the sketch in the plane
