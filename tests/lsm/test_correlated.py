@@ -1,6 +1,5 @@
 """Noise that neighbouring pixels share, and what it does to the predicted precision."""
 
-import csv
 
 import cv2
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 
 from pgm_book.ch03.studies import correlated as lsm_correlated
 from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_book.common import results
 from pgm_lab import lsm
 from pgm_lab.lsm import _normal_equations
 
@@ -135,8 +135,7 @@ def test_sums_over_lags_count_each_pair_of_pixels_twice():
 
 def table():
     """The rows of the table that the script wrote."""
-    with lsm_correlated.TABLE.open(newline="") as file:
-        return list(csv.DictReader(file))
+    return results.rows("ch03", "correlated")
 
 
 def test_the_script_still_says_what_the_table_of_cameras_does():
