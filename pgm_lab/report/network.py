@@ -84,10 +84,8 @@ def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> s
 
     Parameters
     ----------
-    found : Bundle or Snooping
-        What `adjust` or `snoop` returns.
-    about : str
-        A sentence for the head of the report: the object, the files, the date.
+    found, about
+        As for `html`.
     short : bool
         Leave out the tables of photos and points.
 
@@ -137,6 +135,8 @@ def findings(result: Bundle) -> list[Finding]:
 def _values(case: "Case") -> dict[str, Any]:
     values = {"case": case, "result": case.result, "network": case.network}
     values |= {"three": _three, "infinity": float("inf"), "LOOKING": LOOKING}
+    values["mirrored_image"] = mirrored_image(case.result)
+    values["mirrored_object"] = mirrored_object(case.result)
     return values | _page.constants(__name__)
 
 
@@ -337,21 +337,6 @@ class Case:
     def doubt(self) -> Finding | None:
         """What is wrong with the image coordinates, if anything seems to be."""
         return doubt(self.network)
-
-    @property
-    def wrong_frame(self) -> bool:
-        """Whether the unit or the axes of the image coordinates are in doubt."""
-        return self.doubt is not None and self.doubt.title == COORDINATES
-
-    @property
-    def mirrored_image(self) -> str | None:
-        """What hints at a mirrored image."""
-        return mirrored_image(self.result)
-
-    @property
-    def mirrored_object(self) -> str | None:
-        """What hints at a mirrored object."""
-        return mirrored_object(self.result)
 
     @property
     def changed_c(self) -> tuple[float, float] | None:
