@@ -128,15 +128,16 @@ def _sections(
 
 def findings(result: Bundle) -> list[Finding]:
     """List all warnings of a result; none when nothing is wrong."""
-    values = _values(Case(result))
+    values = _values(Case(result)) | {
+        "mirrored_image": mirrored_image(result),
+        "mirrored_object": mirrored_object(result),
+    }
     return _page.sections("network_findings.j2", values)[0].findings
 
 
 def _values(case: "Case") -> dict[str, Any]:
     values = {"case": case, "result": case.result, "network": case.network}
     values |= {"three": _three, "infinity": float("inf"), "LOOKING": LOOKING}
-    values["mirrored_image"] = mirrored_image(case.result)
-    values["mirrored_object"] = mirrored_object(case.result)
     return values | _page.constants(__name__)
 
 
