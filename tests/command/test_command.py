@@ -169,7 +169,9 @@ runpy.run_module("pgm_lab", run_name="__main__", alter_sys=True)
         (["--report", "r" * 252 + ".txt"], "no file can have this name"),
         (["--report", "R.html", "--report", "r.HTML"], "is the same file"),
         (["--report", "a.txt", "--report", "link.txt", "--force"], "is the same file"),
-        (["--report", "no\x1b[31m/r.txt"], "there is no folder no\\x1b[31m"),
+        pytest.param(
+            ["--report", "no\x1b[31m/r.txt"], "no folder no\\x1b[31m", marks=POSIX
+        ),
         (["--report", "\x1b[31m.pdf"], "\\x1b[31m.pdf: the name must end in"),
         (["--mask"], "unrecognized arguments"),
         (["\x1b[31m"], "unrecognized arguments: \\x1b[31m"),
