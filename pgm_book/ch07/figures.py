@@ -256,7 +256,7 @@ def before_and_after(
 def fringe_by_hand(
     reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int]
 ) -> None:
-    """Show a part of both images with a line a pixel, and sliders that draw one back."""
+    """Show a part of both images pixel by pixel, and sliders that draw one back."""
     window, extent = _part(centre, PART)
     one = reference[window].astype(float)
     panels: Look = {"sharey": True, "layout": "compressed"}
@@ -323,7 +323,7 @@ SHOWN = 0.5  # px to each side of the truth
 
 
 def darts(clouds: Mapping[str, np.ndarray], truth: np.ndarray) -> None:
-    """Show the shifts (n, 2) that several methods found around the truth, like darts."""
+    """Show shifts (n, 2) that several methods found around the truth, like darts."""
     x, y = truth
     look: Look = {"sharey": True, "layout": "compressed"}
     fig, axes = plt.subplots(1, len(clouds), figsize=(2.33 * len(clouds), 3.8), **look)

@@ -20,7 +20,7 @@ Pair = Sequence[float]  # of the interactive and of the automatic way
 
 
 def six(n: np.ndarray, hand: np.ndarray, machine: np.ndarray) -> None:
-    """Show the means of both ways (m) at each location of n points, their differences."""
+    """Show the means of both ways (m) at locations of n points, and the differences."""
     at = np.arange(len(n))
     fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 2.8))
     for (name, colour, mark), values, off in zip(WAYS, (hand, machine), (-0.12, 0.12)):
@@ -98,7 +98,7 @@ def marks(pair: NormalPair, places: np.ndarray, starts: Sequence[int]) -> None:
 def gaps(
     land: Landscape, spots: np.ndarray, dsm: Surface, dtm: Terrain, row: int
 ) -> None:
-    """Show the spots (n, 3) of an operator, and a profile of both ways and the truth."""
+    """Show an operator's spots (n, 3), and a profile of both ways and the truth."""
     X = dsm.corner[0] + dsm.cell * np.arange(dsm.z.shape[1])
     Y = dsm.corner[1] - dsm.cell * np.arange(dsm.z.shape[0])
     at = np.full_like(X, Y[row])

@@ -165,7 +165,7 @@ def row_search(
 
 
 def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figure:
-    """Draw the levels of a pyramid, coarsest last, and the disparities found on each."""
+    """Draw the levels of a pyramid, given finest first, and what is found on each."""
     n = len(pyramid)
     full = [match.disparity * 2.0**k for k, match in enumerate(matches)]
     low, high = np.nanquantile(full[0], (0.01, 0.99))
@@ -190,13 +190,13 @@ def _bare(ax: Axes, image: np.ndarray, title: str) -> None:
     ax.grid(False)
 
 
-# --- Figures of heights from stereo plotting: what they are worth, and how they look ---
+# --- Heights: what they are worth, and how they look ---
 
 CONTOURS = 2.5  # m, as in Harintaka 2020
 
 
 def height_threshold(error: np.ndarray, r: np.ndarray, limit: float) -> None:
-    """Show what a threshold of r keeps of heights right within 1 m, and of wrong ones."""
+    """Show what a threshold of r keeps of right heights (within 1 m) and of wrong."""
     wrong = np.abs(error) > 1
     at = np.linspace(-0.2, 1, 121)
     fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
@@ -248,7 +248,7 @@ def height_errors(error: np.ndarray, sigma: float) -> None:
 
 
 def height_profile(own: np.ndarray, book: np.ndarray, land: Landscape) -> None:
-    """Show points (n, 3) of a row by the reader's program, by pgm_lab, and the truth."""
+    """Show points (n, 3) of a row by the reader's program, by pgm_lab, and truth."""
     dots, line = (a[np.isfinite(a).all(axis=1)] for a in (np.array(own, float), book))
     both = np.concatenate([line, dots])
     X = np.linspace(both[:, 0].min(), both[:, 0].max(), 600)

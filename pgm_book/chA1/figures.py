@@ -41,7 +41,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
 
 
 def observation_space() -> Figure:
-    """Draw three observations as one point, and the plane of all that the model allows."""
+    """Draw three observations as one point, and the plane that the model allows."""
     fig, ax = plt.subplots(figsize=(10, 3.9))
     plane = np.array([(0.0, 0.0), (5.2, -0.35), (7.4, 1.35), (2.2, 1.7)])
     ax.fill(*plane.T, color=plot.SKY, alpha=0.35, linewidth=0)
@@ -198,7 +198,7 @@ LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
 
 
 def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
-    """Draw bench marks A to E and the levelled lines between them, with a label each."""
+    """Draw bench marks A to E and the levelled lines between them, with labels."""
     texts = [text.replace("-", "−") for text in labels]
     fig, ax = plt.subplots(figsize=(10, 4.6))
     _draw_net(ax, lines, texts, len(lines) * [plot.SKY])
@@ -270,7 +270,7 @@ def blunder(
     line: str,
     size: float,
 ) -> None:
-    """Show what a blunder of so many mm in one line does to all w, and to the heights."""
+    """Show what a blunder of so many mm in one line does to all w and heights."""
     fig, axes = plt.subplots(2, 1, figsize=(7, 3.8), height_ratios=(4, 3))
     plot.show(fig, _draw_blunder(fig, axes, A, p, observed, sigma0, lines, line, size))
 
@@ -278,7 +278,7 @@ def blunder(
 def blunder_by_hand(
     A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float, lines: list[str]
 ) -> None:
-    """Show the same with a list of the lines, and a slider for the size of the blunder."""
+    """Show the same with a list of the lines, and a slider for the size."""
     data = A, p, observed, sigma0, lines
 
     def draw(line: str, size: int) -> None:
