@@ -122,7 +122,7 @@ def test_ray_meets_a_wall_where_geometry_says():
     right = np.full(400, -0.5)  # one cell to the left for 2 m up
     column = np.linspace(30, 70, 400)
     still = np.zeros(400)
-    Z = Surface(z).meet(still + 1, still, column, right)
+    Z = Surface(z).meet(np.array([still + 1, still, column, right]))
     met = column + Z * right
     ground, roof = met < 49, met > 50
     assert np.abs(Z[ground]).max() < 1e-4
