@@ -171,6 +171,19 @@ def test_a_pixel_is_as_large_as_the_flight_says(pair):
     assert np.linalg.norm(base) == pytest.approx(0.4 * 4288 * GSD, rel=1e-4)
 
 
+def test_light_falls_off_to_the_corner_of_the_sensor():
+    land = landscape((-4, -4, 4, 4), relief=0, buildings=0, trees=0)
+    land.grey[:] = 200
+    above = [0.0, 0, 1000, 0, 0, 0]
+    middle, corner = (
+        taken(land, CAMERA, above, at, (20, 20))[0].grey.mean()
+        for at in ((2134, 1414), (0, 0))
+    )
+    r2 = (2144**2 + 1424**2) * (PIXEL / 24) ** 2
+    assert middle == pytest.approx(200, abs=0.5)
+    assert corner / 200 == pytest.approx(1 - 0.6 * r2 + 0.2 * r2**2, abs=0.01)
+
+
 def test_noise_has_the_standard_deviation_asked_for_in_each_photo_its_own():
     part = (60, 40)
     clean, noisy = (aerial_pair(part, sigma=s) for s in (0, 3))
