@@ -7,6 +7,7 @@ import pytest
 from pgm_lab.camera import Camera, Photo
 from pgm_lab.simulate import aerial_block, aerial_pair, landscape
 from pgm_lab.simulate.aerial import (
+    CAMERA,
     GSD,
     PIXEL,
     SENSOR,
