@@ -1,6 +1,5 @@
 """A real landscape with houses and trees on it, and every height known."""
 
-import dataclasses
 from dataclasses import dataclass, field
 
 import cv2
@@ -312,8 +311,8 @@ class _Site:
     kind: np.ndarray
     cell: float
     paved: np.ndarray
-    fine: np.ndarray = dataclasses.field(default_factory=lambda: grain(0.8))
-    coarse: np.ndarray = dataclasses.field(default_factory=lambda: grain(2.5))
+    fine: np.ndarray = field(default_factory=lambda: grain(0.8))
+    coarse: np.ndarray = field(default_factory=lambda: grain(2.5))
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
         """Window of so many cells around a place, as far as it is inside."""
