@@ -19,7 +19,7 @@ GSD = HEIGHT / CAMERA.c * PIXEL
 # Photos
 OPTICS = 0.4, 0.35  # px, sd of the blur of the ground, and of the photo
 BAND = 48  # rows of a photo at a time
-IN_FRONT = 0.5  # m, what is so much higher on the ray hides a point
+IN_FRONT = 0.5  # m, what is higher than a point by this hides it
 LEVEL = 0.15  # m, neighbours no higher than that do not
 SAME = 0.05  # m, a ray that meets the surface so near to a point shows it
 
@@ -93,7 +93,7 @@ def aerial_pair(
     Raises
     ------
     ValueError
-        If the part is larger than the sensor, or the overlap is not as said.
+        If the part is larger than the sensor, or the overlap out of its range.
 
     Examples
     --------
