@@ -432,7 +432,7 @@ def _camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndar
     camera = _indices(of_photos, cameras, "camera", m)
     _validate.refuse(
         ~np.isin(np.arange(cameras), camera),
-        "cameras{} take no photo: leave them out, or correct `camera`, the camera of"
+        "cameras{} have no photo: leave them out, or correct `camera`, the camera of"
         " each photo",
     )
     return camera

@@ -103,7 +103,8 @@ def snooping(found: Snooping) -> str:
     test = NAMES[found.result.residual_test]
     tested = f"Residuals were tested by {test}, its limit is {found.critical:.2f}."
     if not found.removed:
-        return f"Data snooping took nothing out: {found.stopped.rstrip('.')}. {tested}"
+        why = found.stopped.rstrip(".")
+        return f"Data snooping rejected no observation: {why}. {tested}"
     rays = count(len(found.removed), "ray")
     before, after = (plain(one.sigma0, 3) for one in (found.before, found.result))
     return (

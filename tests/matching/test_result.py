@@ -108,7 +108,7 @@ def test_names_that_are_no_numbers_cannot_be_saved(found, tmp_path):
     with pytest.raises(ValueError, match="names of photos must be whole numbers.*'A'"):
         seen.save(tmp_path / "image.csv")
     seen = observations.from_matches(found.chosen, {"01": found}, SIZE, 0.01, left=1)
-    with pytest.raises(ValueError, match="two names of photos are the same"):
+    with pytest.raises(ValueError, match="names of photos 1 and '01' are the same"):
         seen.save(tmp_path / "image.csv")
     assert not list(tmp_path.iterdir())
 

@@ -270,7 +270,7 @@ def test_a_wrong_control_point_comes_before_the_rays(network):
     sigma0 = warnings["Stated standard deviations"]
     assert sigma0.endswith("or a control point or a scale bar is wrong.")
     text = re.sub(r"\s+", " ", report.text(found, short=True))
-    assert "took nothing out: control point P8 has the largest residual: cor" in text
+    assert "rejected no observation: control point P8 has the largest residual" in text
     assert found.stopped in re.sub(r"\s+", " ", report.html(found))
     rays = found.result.standardized.copy()
     rays[3] = 0.9 * np.abs(w).max()

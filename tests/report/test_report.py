@@ -325,7 +325,7 @@ def test_snooping_is_told_with_what_it_took_out(network, monkeypatch):
     ]
     assert "Rays taken out" in report.html(found)
     clean = bundle.snoop(found.result.network, most=0)
-    assert "took nothing out" in report.text(clean)
+    assert "rejected no observation" in report.text(clean)
 
 
 def test_a_short_report_has_no_long_tables(result):
