@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import pytest
 from hypothesis import settings
 
-from pgm_lab.plot import basic
+from pgm_lab import plot
 
 # The same examples in every run, on however slow a machine: no test fails by chance.
 settings.register_profile("steady", derandomize=True, deadline=None)
@@ -15,7 +15,10 @@ settings.load_profile("steady")
 def figures(monkeypatch):
     """Figures and texts that are shown, and closed in the end."""
     shown = []
-    monkeypatch.setattr(basic, "show", lambda fig, alt, **_: shown.append((fig, alt)))
+    for room in (plot, plot.basic):
+        monkeypatch.setattr(
+            room, "show", lambda fig, alt, **_: shown.append((fig, alt))
+        )
     yield shown
     for fig, _ in shown:
         plt.close(fig)

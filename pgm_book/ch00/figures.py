@@ -4,8 +4,8 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, frames
-from pgm_lab.plot import basic
+from pgm_lab import frames, plot
+from pgm_lab.plot.basic import Look
 
 SMALL = 12, 8  # pixels of the image of the sketch
 
@@ -13,38 +13,28 @@ SMALL = 12, 8  # pixels of the image of the sketch
 def computed_and_printed(
     computed: ArrayLike, printed: ArrayLike, sensor_size: ArrayLike
 ) -> None:
-    """Show a point on the sensor as it was computed and as it was printed.
-
-    Parameters
-    ----------
-    computed, printed : array_like (2,)
-        Photo coordinates x, y in mm.
-    sensor_size : array_like (2,)
-        Width and height in mm.
-    """
-    one = _validate.one_point(computed, 2, "computed")
-    other = _validate.one_point(printed, 2, "printed")
-    width, height = _validate.one_point(sensor_size, 2, "sensor_size")
+    """Show a point on the sensor as it was computed and as it was printed."""
+    width, height = sensor_size
     fig, ax = plt.subplots(figsize=(10, 6.2), layout="constrained")
     ax.add_patch(
         plt.Rectangle(
             (-width / 2, -height / 2), width, height, facecolor="none",
-            edgecolor=basic.GREY, linewidth=2, label="edge of the sensor",
+            edgecolor=plot.GREY, linewidth=2, label="edge of the sensor",
         )
     )  # fmt: skip
     axis = 0.42 * height
-    basic.frame(ax, (0, 0), (axis, 0), (0, axis), color=basic.BLACK)
-    look: basic.Look = {"linestyle": "none", "markersize": 14, "markeredgewidth": 3}
-    ax.plot(*one, "o", color=basic.BLUE, label="computed", **look)
-    ax.plot(*other, "x", color=basic.ORANGE, label="printed", **look)
+    plot.frame(ax, (0, 0), (axis, 0), (0, axis), color=plot.BLACK)
+    look: Look = {"linestyle": "none", "markersize": 14, "markeredgewidth": 3}
+    ax.plot(*computed, "o", color=plot.BLUE, label="computed", **look)
+    ax.plot(*printed, "x", color=plot.ORANGE, label="printed", **look)
     ax.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     ax.set(xlim=(-0.54 * width, 0.54 * width), ylim=(-0.56 * height, 0.56 * height))
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
-    basic.show(
+    plot.show(
         fig,
         f"The sensor with its centre as origin, x to the right and y up. The point is"
-        f" computed at x = {one[0]:.2f}, y = {one[1]:.2f} mm, and printed at"
-        f" x = {other[0]:.2f}, y = {other[1]:.2f} mm.",
+        f" computed at x = {computed[0]:.2f}, y = {computed[1]:.2f} mm, and printed at"
+        f" x = {printed[0]:.2f}, y = {printed[1]:.2f} mm.",
     )
 
 
@@ -54,20 +44,20 @@ def two_frames() -> None:
     fig, (left, right) = plt.subplots(1, 2, figsize=(7, 2.9), layout="constrained")
     for ax in (left, right):
         _pixels(ax)
-    basic.frame(left, (0, 0), (4, 0), (0, 3), ("X", "Y"), color=basic.BLUE)
+    plot.frame(left, (0, 0), (4, 0), (0, 3), ("X", "Y"), color=plot.BLUE)
     column, row = frames.image_centre(SMALL)
     tips = (column + 4, row), (column, row - 3)
-    basic.frame(right, (column, row), *tips, color=basic.RED)
+    plot.frame(right, (column, row), *tips, color=plot.RED)
     point = 9, 1
     for ax, name in ((left, "(9, 1) px"), (right, "x > 0, y > 0")):
-        ax.plot(*point, "o", color=basic.BLACK, markersize=10)
+        ax.plot(*point, "o", color=plot.BLACK, markersize=10)
         ax.annotate(
             name, point, xytext=(0, -22), textcoords="offset points", fontsize=13,
             ha="center", va="center", bbox={"facecolor": "white", "linewidth": 0},
         )  # fmt: skip
     left.set_title("pixels X, Y (px)")
     right.set_title("photo x, y (mm)")
-    basic.show(
+    plot.show(
         fig,
         f"The same image of {columns} by {rows} pixels twice, with a point in its upper"
         " right quarter. Pixel coordinates start at the centre of the first pixel, at"
@@ -80,9 +70,9 @@ def _pixels(ax: Axes) -> None:
     """Draw the borders of all pixels."""
     columns, rows = SMALL
     for k in range(columns + 1):
-        ax.plot([k - 0.5, k - 0.5], [-0.5, rows - 0.5], color=basic.GREY, linewidth=0.7)
+        ax.plot([k - 0.5, k - 0.5], [-0.5, rows - 0.5], color=plot.GREY, linewidth=0.7)
     for k in range(rows + 1):
         line = [-0.5, columns - 0.5], [k - 0.5, k - 0.5]
-        ax.plot(*line, color=basic.GREY, linewidth=0.7)
+        ax.plot(*line, color=plot.GREY, linewidth=0.7)
     ax.set(xlim=(-1, columns), ylim=(rows, -1), aspect="equal")
     ax.axis("off")

@@ -4,27 +4,17 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
-from pgm_lab.plot import basic
+from pgm_lab import plot
 from pgm_lab.plot.basic import Look
 
 
 def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
-    """Show computed minus printed coordinates of two photos, in nanometres.
-
-    Parameters
-    ----------
-    point : array_like (n,)
-        Numbers of the points.
-    misfit : array_like (2, n, 2)
-        Computed minus printed (x, y) in mm of the left and the right photo.
-    """
-    point = _validate.finite(point, "point").ravel()
-    misfit = 1e6 * _validate.of_shape(misfit, (2, len(point), 2), "misfit")
+    """Show computed minus printed coordinates of two photos, in nanometres."""
+    misfit = 1e6 * misfit
     fig, axes = plt.subplots(1, 2, figsize=(5.6, 3.5), sharey=True)
-    sides = ("left photo", basic.BLUE, "o"), ("right photo", basic.RED, "s")
+    sides = ("left photo", plot.BLUE, "o"), ("right photo", plot.RED, "s")
     for ax, name, k in zip(axes, "xy", (0, 1)):
-        ax.axhspan(-5, 5, color=basic.SKY, alpha=0.3)
+        ax.axhspan(-5, 5, color=plot.SKY, alpha=0.3)
         for part, (side, colour, marker) in zip(misfit, sides):
             look: Look = {"color": colour, "mfc": "none" if marker == "s" else colour}
             ax.plot(point, part[:, k], marker, label=side, **look)
@@ -34,7 +24,7 @@ def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
     handles = axes[0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2)
     largest = np.abs(misfit).max()
-    basic.show(
+    plot.show(
         fig,
         f"Computed minus printed coordinates in nanometres: {misfit.size} numbers, the"
         f" largest {largest:.1f}; a band marks 5, half of the last printed digit.",
@@ -42,28 +32,21 @@ def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
 
 
 def left_over(listing: ArrayLike, sensor: ArrayLike) -> None:
-    """Show how far numbers lie from the nearest whole number.
-
-    Parameters
-    ----------
-    listing, sensor : array_like (n,)
-        Photo coordinates in nanometres, with the pixel size of the listing and with
-        that of the sensor.
-    """
+    """Show how far numbers lie from the nearest whole number."""
     both = (
-        ("pixel size of the listing", _validate.finite(listing, "listing").ravel()),
-        ("pixel size of the sensor", _validate.finite(sensor, "sensor").ravel()),
+        ("pixel size of the listing", np.ravel(listing)),
+        ("pixel size of the sensor", np.ravel(sensor)),
     )
     fig, ax = plt.subplots(figsize=(7, 4.2))
     told = []
-    looks = (basic.RED, "D", "none"), (basic.BLUE, "o", basic.BLUE)
+    looks = (plot.RED, "D", "none"), (plot.BLUE, "o", plot.BLUE)
     for (name, nanometres), (colour, marker, fill) in zip(both, looks):
         rest = nanometres - np.round(nanometres)
         at = np.arange(1, rest.size + 1)
         ax.plot(at, rest, marker, color=colour, mfc=fill, label=name)
-        told.append(f"{name}: up to {np.abs(rest).max(initial=0):.4f} nm")
+        told.append(f"{name}: up to {np.abs(rest).max():.4f} nm")
     ax.set(ylim=(-0.55, 0.55), xlabel="number in Table 4.1")
     ax.set_ylabel("distance from a\nwhole nanometre (nm)")
     fig.legend(loc="outside lower center")
     words = "Distance of photo coordinates from the nearest whole nanometre. "
-    basic.show(fig, words + "; ".join(told) + ".")
+    plot.show(fig, words + "; ".join(told) + ".")

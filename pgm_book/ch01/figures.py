@@ -7,10 +7,8 @@ from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, image, simulate
-from pgm_lab.plot import basic
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_lab import image, plot, simulate
+from pgm_lab.plot.basic import Look, interact
 
 ARROW: Look = {"arrowstyle": "-|>", "mutation_scale": 24, "linewidth": 2.6}
 LABEL: Look = {
@@ -18,9 +16,9 @@ LABEL: Look = {
     "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.88, "pad": 2},
 }
 WAYS = (
-    ("centres, from 0", "NumPy, OpenCV, here", 0.0, basic.BLUE),
-    ("corners, from 0", "GIS, some viewers", 0.5, basic.RED),
-    ("centres, from 1", "MATLAB", 1.0, basic.GREEN),
+    ("centres, from 0", "NumPy, OpenCV, here", 0.0, plot.BLUE),
+    ("corners, from 0", "GIS, some viewers", 0.5, plot.RED),
+    ("centres, from 1", "MATLAB", 1.0, plot.GREEN),
 )
 
 
@@ -28,22 +26,22 @@ def sensor_frames() -> None:
     """Show the pixel frame and the photo frame on one sensor, with 8 x 6 pixels."""
     fig, ax = plt.subplots(figsize=(10, 5.6))
     for edge in np.arange(-0.5, 8):
-        ax.plot([edge, edge], [-0.5, 5.5], color=basic.SKY, linewidth=0.8)
+        ax.plot([edge, edge], [-0.5, 5.5], color=plot.SKY, linewidth=0.8)
     for edge in np.arange(-0.5, 6):
-        ax.plot([-0.5, 7.5], [edge, edge], color=basic.SKY, linewidth=0.8)
+        ax.plot([-0.5, 7.5], [edge, edge], color=plot.SKY, linewidth=0.8)
     outline = plt.Rectangle((-0.5, -0.5), 8, 6, fill=False, linewidth=2)
     ax.add_patch(outline)
-    _axis(ax, (0, 0), (2.4, 0), "X (column)", basic.BLUE, (2.5, -0.02))
-    _axis(ax, (0, 0), (0, 2.4), "Y (row)", basic.BLUE, (0.1, 2.25))
-    _axis(ax, (3.5, 2.5), (6.3, 2.5), "x (mm)", basic.RED, (6.4, 2.5))
-    _axis(ax, (3.5, 2.5), (3.5, 0.1), "y (mm)", basic.RED, (3.6, 0.35))
-    ax.plot(0, 0, "o", color=basic.BLUE, markersize=11)
-    ax.plot(3.5, 2.5, "s", color=basic.RED, markersize=11)
+    _axis(ax, (0, 0), (2.4, 0), "X (column)", plot.BLUE, (2.5, -0.02))
+    _axis(ax, (0, 0), (0, 2.4), "Y (row)", plot.BLUE, (0.1, 2.25))
+    _axis(ax, (3.5, 2.5), (6.3, 2.5), "x (mm)", plot.RED, (6.4, 2.5))
+    _axis(ax, (3.5, 2.5), (3.5, 0.1), "y (mm)", plot.RED, (3.6, 0.35))
+    ax.plot(0, 0, "o", color=plot.BLUE, markersize=11)
+    ax.plot(3.5, 2.5, "s", color=plot.RED, markersize=11)
     said = {"arrowprops": {"arrowstyle": "-"}, "va": "center", **LABEL}
     ax.annotate("centre of the\nfirst pixel: (0, 0)", (0, 0), (-2.9, 1.1), **said)
     ax.annotate("image centre\n$(X_c, Y_c)$", (3.5, 2.5), (1.35, 3.7), **said)
     point = (5.6, 1.3)
-    ax.plot(*point, "*", color=basic.BLACK, markersize=18)
+    ax.plot(*point, "*", color=plot.BLACK, markersize=18)
     ax.annotate("a point", point, (6.0, 0.75), **LABEL)
     size = {"arrowstyle": "<->", "linewidth": 2, "shrinkA": 0, "shrinkB": 0}
     ax.annotate("", (6.5, 5.75), (7.5, 5.75), arrowprops=size)
@@ -52,7 +50,7 @@ def sensor_frames() -> None:
     ax.text(7.9, 5, "$p_y$", va="center", **LABEL)
     ax.set(xlim=(-3.1, 8.6), ylim=(6.4, -0.8), aspect="equal")
     ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         "A sensor of 8 by 6 pixels. The pixel frame begins at the centre of the first"
         " pixel at the upper left, its X axis points right and its Y axis down. The"
@@ -70,26 +68,26 @@ def interior_orientation() -> None:
     corners = 11.8 * np.array(
         [(-1, -0.67, 0), (1, -0.67, 0), (1, 0.67, 0), (-1, 0.67, 0)]
     )
-    ax.fill(*_oblique(corners).T, color=basic.SKY, alpha=0.25)
+    ax.fill(*_oblique(corners).T, color=plot.SKY, alpha=0.25)
     ax.plot(
-        *_oblique(np.vstack([corners, corners[:1]])).T, color=basic.BLUE, linewidth=1.5
+        *_oblique(np.vstack([corners, corners[:1]])).T, color=plot.BLUE, linewidth=1.5
     )
     top = (principal[0], principal[1], centre[2])
-    ax.plot(*_oblique([top, principal]).T, "--", color=basic.BLACK, linewidth=2.4)
+    ax.plot(*_oblique([top, principal]).T, "--", color=plot.BLACK, linewidth=2.4)
     far = np.array(top) + 1.45 * (np.array(point) - top)
-    ax.plot(*_oblique(np.array([top, far])).T, color=basic.GREEN, linewidth=2.6)
+    ax.plot(*_oblique(np.array([top, far])).T, color=plot.GREEN, linewidth=2.6)
     origin = _oblique([(0, 0, 0)])[0]
     for end, name in (((8.0, 0.0, 0.0), "x"), ((0.0, 6.0, 0.0), "y")):
-        _axis(ax, origin, _oblique([end])[0], name, basic.RED, _oblique([end])[0] + 0.2)
+        _axis(ax, origin, _oblique([end])[0], name, plot.RED, _oblique([end])[0] + 0.2)
     first = _oblique([(-11.5, 7.6, 0)])[0]
     for end, name in (((-6.5, 7.6, 0.0), "X"), ((-11.5, 3.4, 0.0), "Y")):
         at = _oblique([end])[0]
-        _axis(ax, first, at, name, basic.BLUE, at + (0.2, -0.9))
+        _axis(ax, first, at, name, plot.BLUE, at + (0.2, -0.9))
     marks = (
-        (top, "o", basic.BLACK, "perspective centre", (0.8, 0.2)),
-        (principal, "o", basic.BLACK, "principal point $(x_0, y_0)$", (-3.0, -4.8)),
-        ((0, 0, 0), "s", basic.RED, "image centre", (-9.6, -1.7)),
-        (point, "*", basic.GREEN, "photo point $(x, y)$", (0.9, 0.1)),
+        (top, "o", plot.BLACK, "perspective centre", (0.8, 0.2)),
+        (principal, "o", plot.BLACK, "principal point $(x_0, y_0)$", (-3.0, -4.8)),
+        ((0, 0, 0), "s", plot.RED, "image centre", (-9.6, -1.7)),
+        (point, "*", plot.GREEN, "photo point $(x, y)$", (0.9, 0.1)),
     )
     for at, marker, colour, name, (right, up) in marks:
         u, v = _oblique([at])[0]
@@ -99,12 +97,12 @@ def interior_orientation() -> None:
     u, v = _oblique([(principal[0], principal[1], 7.5)])[0]
     ax.text(u - 0.4, v, "c", ha="right", **(LABEL | {"fontsize": 21}))
     u, v = _oblique([far])[0]
-    ax.text(u + 0.6, v, "ray, to the ground", color=basic.GREEN, va="center", **LABEL)
+    ax.text(u + 0.6, v, "ray, to the ground", color=plot.GREEN, va="center", **LABEL)
     u, v = _oblique([corners[0]])[0]
-    ax.text(u + 0.5, v - 1.3, "image plane", color=basic.BLUE, **LABEL)
+    ax.text(u + 0.5, v - 1.3, "image plane", color=plot.BLUE, **LABEL)
     ax.set(xlim=(-17, 22), ylim=(-7.5, 14), aspect="equal")
     ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         "A camera from the side. A dashed line of length c leads from the perspective"
         " centre straight down to the principal point in the image plane. The image"
@@ -119,19 +117,19 @@ def pixel_conventions() -> None:
     told = []
     for ax, (title, who, shift, colour) in zip(axes, WAYS):
         for edge in np.arange(-0.5, 3.0):
-            ax.plot([-0.5, 2.5], [edge, edge], color=basic.GREY, linewidth=1)
-            ax.plot([edge, edge], [-0.5, 2.5], color=basic.GREY, linewidth=1)
-        ax.plot(1.3, 0.8, "*", color=basic.BLACK, markersize=18)
+            ax.plot([-0.5, 2.5], [edge, edge], color=plot.GREY, linewidth=1)
+            ax.plot([edge, edge], [-0.5, 2.5], color=plot.GREY, linewidth=1)
+        ax.plot(1.3, 0.8, "*", color=plot.BLACK, markersize=18)
         origin = np.array([-shift, -shift])
         ends = origin + (1, 0), origin + (0, 1)
-        basic.frame(ax, origin, *ends, ("X", "Y"), color=colour)
+        plot.frame(ax, origin, *ends, ("X", "Y"), color=colour)
         text = f"({1.3 + shift:.1f}, {0.8 + shift:.1f})"
         ax.text(1.0, 3.1, text, ha="center", fontsize=20, color=colour, weight="bold")
         ax.set_title(f"{title}\n{who}", loc="center", color=colour)
         ax.set(xlim=(-1.3, 2.7), ylim=(3.3, -1.3), aspect="equal")
         ax.axis("off")
         told.append(f"{text} with {title}")
-    basic.show(
+    plot.show(
         fig,
         "The same star in the first 3 by 3 pixels under three conventions: "
         + ", ".join(told)
@@ -140,43 +138,20 @@ def pixel_conventions() -> None:
 
 
 def shrunk_image(offsets: ArrayLike, rms: ArrayLike) -> None:
-    """Show how well a small photo fits the large one, for each assumed offset.
-
-    Parameters
-    ----------
-    offsets : array_like (n,)
-        Assumed place of the first small pixel in the large photo, px.
-    rms : array_like (n,)
-        Difference of the two photos in grey values.
-    """
-    offsets = _validate.finite(offsets, "offsets").ravel()
-    rms = _validate.of_shape(rms, offsets.shape, "rms")
+    """Show how well a small photo fits the large one, for each assumed offset."""
     best = offsets[np.argmin(rms)]
     fig, ax = plt.subplots(figsize=(5.4, 2.9))
-    ax.plot(offsets, rms, "o-", color=basic.BLUE)
-    ax.axvline(best, color=basic.BLACK, linestyle="--")
-    ax.text(best + 0.1, 0.9 * rms.max(), f"{best:.1f} px", **LABEL)
+    ax.plot(offsets, rms, "o-", color=plot.BLUE)
+    ax.axvline(best, color=plot.BLACK, linestyle="--")
+    ax.text(best + 0.1, 0.9 * max(rms), f"{best:.1f} px", **LABEL)
     ax.set(xlabel="assumed offset (px of the large photo)", ylim=(0, None))
     ax.set_ylabel("difference (grey\nvalues, RMS)")
     words = "Difference of a small and a large photo against the assumed offset"
-    basic.show(fig, f"{words}: lowest at {best:.1f} px.")
+    plot.show(fig, f"{words}: lowest at {best:.1f} px.")
 
 
 def ground_frame(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
-    """Show a part of an orthophoto with larger and larger pixels.
-
-    Parameters
-    ----------
-    grey : array_like (n, n)
-        Grey values of a square part.
-    gsd : float
-        Size of its pixels in m.
-    sizes : array_like (m,)
-        Sizes to show in m.
-    """
-    grey = _validate.image(grey, "grey")
-    gsd = _validate.positive_number(gsd, "gsd", "m")
-    sizes = np.atleast_1d(_validate.positive(sizes, "sizes", "m"))
+    """Show a part of an orthophoto with larger and larger pixels."""
     side = min(grey.shape)
     fig, axes = plt.subplots(1, len(sizes), figsize=(6.6, 2.75), squeeze=False)
     for ax, wanted in zip(axes[0], sizes):
@@ -190,7 +165,7 @@ def ground_frame(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
         ax.axis("off")
     each = ", ".join(f"{100 * one:.0f}" for one in sizes)
     words = f"The same {side * gsd:.0f} metres of ground with pixels of {each} cm."
-    basic.show(fig, words, colours=64)
+    plot.show(fig, words, colours=64)
 
 
 def _axis(
@@ -198,9 +173,8 @@ def _axis(
 ) -> None:
     """Draw an axis as an arrow, and write its name at a place."""
     look = ARROW | {"color": colour, "shrinkA": 0}
-    (u, v), (x, y), (right, up) = (_validate.finite(p, name) for p in (end, start, at))
-    ax.annotate("", (u, v), (x, y), arrowprops=look)
-    ax.text(right, up, name, color=colour, weight="bold", va="center", **LABEL)
+    ax.annotate("", end, start, arrowprops=look)
+    ax.text(*at, name, color=colour, weight="bold", va="center", **LABEL)
 
 
 def _oblique(points: ArrayLike) -> np.ndarray:
@@ -210,25 +184,17 @@ def _oblique(points: ArrayLike) -> np.ndarray:
 
 
 def mirror(computed: ArrayLike, printed: ArrayLike) -> None:
-    """Show computed and printed photo coordinates of one photo, joined by lines.
-
-    Parameters
-    ----------
-    computed, printed : array_like (n, 2)
-        Photo coordinates in mm.
-    """
-    computed = _validate.points(computed, 2, "computed")
-    printed = _validate.of_shape(printed, computed.shape, "printed")
+    """Show computed and printed photo coordinates of one photo, joined by lines."""
     fig, ax = plt.subplots(figsize=(5.4, 4.5))
     for a, b in zip(computed, printed):
-        ax.plot(*zip(a, b), color=basic.GREY, linewidth=1)
-    ax.plot(*computed.T, "o", color=basic.BLUE, label="from Table 4.1")
-    ax.plot(*printed.T, "D", color=basic.RED, mfc="none", mew=2, label="Table 4.2")
-    ax.axhline(0, color=basic.BLACK, linewidth=1.5)
+        ax.plot(*zip(a, b), color=plot.GREY, linewidth=1)
+    ax.plot(*computed.T, "o", color=plot.BLUE, label="from Table 4.1")
+    ax.plot(*printed.T, "D", color=plot.RED, mfc="none", mew=2, label="Table 4.2")
+    ax.axhline(0, color=plot.BLACK, linewidth=1.5)
     ax.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     fig.legend(loc="outside lower center", ncols=2)
     apart = np.abs(computed - printed).max(axis=0)
-    basic.show(
+    plot.show(
         fig,
         "Computed and printed points of one photo, joined by lines. They differ by up"
         f" to {apart[0]:.5f} mm in x and {apart[1]:.1f} mm in y.",
@@ -237,46 +203,30 @@ def mirror(computed: ArrayLike, printed: ArrayLike) -> None:
 
 # --- Figures of a round target and its centroid: what pulls it, and how good it is ---
 
-NOISE = 3.0  # grey values, of `precision`
-PLACE = (20.3, 19.6)  # of the target of `by_hand`, px
+COLOURS = (plot.BLUE, plot.RED, plot.GREEN)
+PLACE = (20.3, 19.6)  # of the target of `target_by_hand`, px
 SIDE = 41  # px, its photo
 
 
 def target_pull(
     window: ArrayLike, truth: ArrayLike, centroids: dict[str, ArrayLike]
 ) -> None:
-    """Show a target in its window, and centroids of it with the truth.
-
-    Parameters
-    ----------
-    window : array_like (rows, columns)
-        Grey values.
-    truth : array_like (2,)
-        (column, row) of the true centre, px.
-    centroids : dict of str to array_like (2,)
-        (column, row) by name, at most three.
-    """
-    window = _validate.image(window, "window")
-    truth = _validate.one_point(truth, 2, "truth")
-    found = {
-        name: _validate.one_point(at, 2, f"centroids: {name}")
-        for name, at in _validate.mapping(centroids, "centroids").items()
-    }
+    """Show a target in its window, and centroids of it with the truth."""
     fig, ax = plt.subplots(figsize=(6.0, 4.6))
     ax.imshow(window, vmin=0, vmax=255)
     middle = (np.array(window.shape[::-1]) - 1) / 2
-    ax.plot(*middle, "x", color=basic.ORANGE, markersize=13, markeredgewidth=3)
-    ax.plot([], [], "x", color=basic.ORANGE, mew=3, label="middle of the window")
+    ax.plot(*middle, "x", color=plot.ORANGE, markersize=13, markeredgewidth=3)
+    ax.plot([], [], "x", color=plot.ORANGE, mew=3, label="middle of the window")
     ax.plot(*truth, "+k", markersize=26, markeredgewidth=3, label="truth")
-    for (name, at), marker, colour in zip(found.items(), "os^", _colours()):
+    for (name, at), marker, colour in zip(centroids.items(), "os^", COLOURS):
         ax.plot(*at, marker, color=colour, markersize=11, label=name)
     ax.grid(False)
     ax.set(xlabel="column X (px)", ylabel="row Y (px)")
     ax.set(yticks=range(0, len(window), 4))
     fig.legend(loc="outside lower center", ncols=2)
-    told = [f"{name} at {_at(at)}" for name, at in found.items()]
+    told = [f"{name} at {_at(at)}" for name, at in centroids.items()]
     words = f"A bright disc in its window, its true centre at {_at(truth)}"
-    basic.show(fig, f"{words}; {', '.join(told)} px.", colours=64)
+    plot.show(fig, f"{words}; {', '.join(told)} px.", colours=64)
 
 
 def target_by_hand() -> None:
@@ -293,7 +243,7 @@ def target_by_hand() -> None:
         at = np.array(moments) / weight.sum() + (low + shift, low)
         off = at - PLACE
         fig, axes = plt.subplots(1, 2, figsize=(10, 4.6))
-        frame: Look = {"fill": False, "edgecolor": basic.ORANGE, "linewidth": 3}
+        frame: Look = {"fill": False, "edgecolor": plot.ORANGE, "linewidth": 3}
         corner = (low + shift - 0.5, low - 0.5)
         for ax in axes:
             _target(ax, photo, at)
@@ -304,7 +254,7 @@ def target_by_hand() -> None:
         axes[1].set(xlim=near[0], ylim=near[1], xlabel="column X (px)")
         axes[1].set_title(f"off by {_sign(off[0])}, {_sign(off[1])} px")
         fig.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper")
-        basic.show(
+        plot.show(
             fig,
             f"A target, its window of {size} px moved by {shift} px, background"
             f" {background} taken off: the centroid is off by {_sign(off[0])},"
@@ -333,7 +283,7 @@ def target_precision() -> None:
         for sigmas, line, fill, name in ((0, "-", None, "no"), (3, ":", "white", "3σ")):
             runs = [(at, *target_sampled(d, size, sigmas)) for at, d, size in cases]
             places, simulated, predicted = np.transpose(runs)
-            colour = basic.RED if sigmas else basic.BLUE
+            colour = plot.RED if sigmas else plot.BLUE
             ax.plot(places, predicted, line, color=colour)
             ax.plot(places, simulated, "o", color=colour, mfc=fill or colour)
             ax.plot(
@@ -341,7 +291,7 @@ def target_precision() -> None:
             )
             each = ", ".join(f"{s:.3f} at {p:.0f}" for p, s in zip(places, simulated))
             told.append(f"{label}, {name} threshold: {each}")
-        ax.axhline(0.03, color=basic.BLACK, linestyle="--")
+        ax.axhline(0.03, color=plot.BLACK, linestyle="--")
         ax.set(xlabel=label, yscale="log")
         ax.set(yticks=(0.01, 0.03, 0.1), yticklabels=("0.01", "0.03", "0.10"))
         ax.minorticks_off()
@@ -351,35 +301,17 @@ def target_precision() -> None:
     handles = axes[0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2)
     words = "Standard deviation of a centroid in px, simulated and predicted. "
-    basic.show(fig, words + "; ".join(told) + ". A dashed line marks 0.03 px.")
+    plot.show(fig, words + "; ".join(told) + ". A dashed line marks 0.03 px.")
 
 
 def target_sampled(
-    diameter: float, size: int, sigmas: float = 0.0, noise: float = NOISE
+    diameter: float, size: int, sigmas: float = 0.0
 ) -> tuple[float, float]:
-    """Precision of the centroid of 200 simulated targets of contrast 160.
+    """Precision of the centroid of 200 simulated targets: sampled and predicted (px).
 
-    Parameters
-    ----------
-    diameter : float
-        Of the targets, px.
-    size : int
-        Of the square windows, px.
-    sigmas : float
-        Threshold in standard deviations of the noise.
-    noise : float
-        Standard deviation of the noise, grey values.
-
-    Returns
-    -------
-    tuple of float
-        Standard deviation of a coordinate from the simulated errors, and the
-        predicted one (px).
+    The threshold is `sigmas` standard deviations of the noise, of 3 grey values.
     """
-    diameter = _validate.positive_number(diameter, "diameter", "px")
-    size = _validate.window(size, "size")
-    sigmas = _validate.not_negative(sigmas, "sigmas", "of the noise")
-    noise = _validate.positive_number(noise, "noise", "grey values")
+    noise = 3.0
     shift = np.random.default_rng(2013).uniform(-0.5, 0.5, (200, 2))
     centres = (size - 1) / 2 + shift
     clean = simulate.target(centres, diameter, shape=(size, size))
@@ -392,12 +324,8 @@ def target_sampled(
 def _target(ax: Axes, photo: np.ndarray, at: np.ndarray) -> None:
     ax.imshow(photo, vmin=0, vmax=255)
     ax.plot(*PLACE, "+k", markersize=24, markeredgewidth=3, label="truth")
-    ax.plot(*at, "s", color=basic.RED, markersize=10, label="centroid")
+    ax.plot(*at, "s", color=plot.RED, markersize=10, label="centroid")
     ax.grid(False)
-
-
-def _colours() -> list[str]:
-    return [basic.BLUE, basic.RED, basic.GREEN]
 
 
 def _at(point: np.ndarray) -> str:

@@ -6,54 +6,48 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from ipywidgets import IntSlider
+from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
+from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
 
-from pgm_book.common.figures import draw_map, draw_surface, draw_window, outline
-from pgm_lab import _validate
+from pgm_book.common.figures import outline
+from pgm_lab import plot
 from pgm_lab.datasets import StereoPair
 from pgm_lab.image import cut, resample
 from pgm_lab.ncc import correlation, correlation_map
-from pgm_lab.plot import _doors, basic
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import Look, interact
 
 REACH = 25  # px that the search of the sliders goes to each side
 AWAY = 30  # px that it begins to the left of the point
 
 
 def window_numbers(windows: Mapping[str, ArrayLike]) -> None:
-    """Show small windows with their grey values written in, and r with the first.
-
-    Parameters
-    ----------
-    windows : mapping of str to array_like (rows, columns)
-        Grey values by the name of the window, one to four of one shape.
-    """
-    given = _validate.mapping(windows, "windows")
-    grey = {name: _validate.image(w, f"windows, {name}") for name, w in given.items()}
-    if len({one.shape for one in grey.values()}) != 1 or len(grey) > 4:
-        raise ValueError("windows must hold one to four of one shape")
-    first = next(iter(grey.values()))
-    across = (7, 2.6) if len(grey) > 1 else (3.6, 3.0)
-    fig, axes = plt.subplots(1, len(grey), figsize=across, squeeze=False)
+    """Show small windows with their grey values written in, and r with the first."""
+    first, *others = windows.values()
+    figsize = (7, 2.6) if others else (3.6, 3.0)
+    fig, axes = plt.subplots(1, len(windows), figsize=figsize, squeeze=False)
     said = []
-    for ax, (name, window) in zip(axes[0], grey.items()):
+    for ax, (name, window) in zip(axes[0], windows.items()):
         ax.imshow(window, vmin=0, vmax=255)
-        for (i, j), g in np.ndenumerate(window):
-            ink = "black" if g > 110 else "white"
-            size = 13 if len(grey) < 3 else 9
-            if len(grey) < 3:
-                look: Look = {"ha": "center", "va": "center", "fontsize": size}
-                ax.text(j, i, f"{g:.0f}", color=ink, **look)
+        if len(others) < 2:
+            _write_numbers(ax, window, 13)
         ax.set(xticks=[], yticks=[])
         ax.set_title(name, fontsize=14, loc="center")
         ax.grid(False)
-        if len(grey) > 1:
+        if others:
             r = correlation(first, window)
             ax.set_xlabel(f"r = {r:.2f}".replace("-", "−"))
             said.append(f"{name}: r = {r:.2f}")
-    words = "Windows of grey values. " if len(grey) > 1 else "A window of grey values"
-    basic.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
+    words = "Windows of grey values. " if others else "A window of grey values"
+    plot.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
+
+
+def _write_numbers(ax: Axes, grey: ArrayLike, fontsize: float) -> None:
+    """Write its grey value into each pixel."""
+    look: Look = {"ha": "center", "va": "center", "fontsize": fontsize}
+    for (i, j), g in np.ndenumerate(grey):
+        ax.text(j, i, f"{g:.0f}", color="black" if g > 110 else "white", **look)
 
 
 def window_arrows() -> None:
@@ -66,18 +60,16 @@ def window_arrows() -> None:
     fig, (left, ax) = plt.subplots(1, 2, figsize=(10, 4.3), gridspec_kw=shapes)
     rows = np.array(list(named.values()))
     left.imshow(rows, vmin=0, vmax=255, aspect="auto")
-    for (i, j), g in np.ndenumerate(rows):
-        look: Look = {"ha": "center", "va": "center", "fontsize": 14}
-        left.text(j, i, f"{g:.0f}", color="black" if g > 110 else "white", **look)
+    _write_numbers(left, rows, 14)
     left.set_yticks(range(4), list(named))
     left.set(xticks=[], title="four windows of three pixels")
     left.grid(False)
-    colours = (basic.BLUE, basic.ORANGE, basic.RED, basic.GREEN)
+    colours = (plot.BLUE, plot.ORANGE, plot.RED, plot.GREEN)
     places = {"a": (8, 6), "0.6 a + 80": (-56, -8), "255 − a": (0, -18), "b": (-8, 6)}
     for (name, window), colour in zip(named.items(), colours):
         tip = np.array([axis @ (window - window.mean()) for axis in across])
         wide = 7 if name.startswith("0.6") else 2.6
-        look = {"arrowstyle": "-|>", "color": colour, "linewidth": wide}
+        look: Look = {"arrowstyle": "-|>", "color": colour, "linewidth": wide}
         look |= {"shrinkA": 0, "shrinkB": 0, "alpha": 0.75, "mutation_scale": 22}
         ax.annotate("", tip, (0, 0), arrowprops=look)
         text: Look = {"textcoords": "offset points", "ha": "center", "fontsize": 14}
@@ -87,13 +79,13 @@ def window_arrows() -> None:
     if high - low > np.pi:
         low, high = high, low + 2 * np.pi
     turn = np.linspace(low, high, 60)
-    ax.plot(14 * np.cos(turn), 14 * np.sin(turn), color=basic.BLACK, linewidth=1.5)
+    ax.plot(14 * np.cos(turn), 14 * np.sin(turn), color=plot.BLACK, linewidth=1.5)
     middle = (low + high) / 2
     ax.text(19 * np.cos(middle) - 3, 19 * np.sin(middle) - 3, r"$\theta$", fontsize=17)
-    ax.plot(0, 0, "o", color=basic.BLACK)
+    ax.plot(0, 0, "o", color=plot.BLACK)
     ax.set(xlim=(-75, 75), ylim=(-62, 68), aspect="equal")
     ax.set(xlabel="grey values", ylabel="grey values", title="means taken off: a plane")
-    basic.show(
+    plot.show(
         fig,
         "Left, four windows of three grey values. Right, the same windows with their"
         " means taken off, as arrows from one point: 0.6 a + 80 lies along a and is"
@@ -106,49 +98,33 @@ def parts_of_r(
     right: ArrayLike,
     point: ArrayLike,
     start: ArrayLike,
-    template: int = 21,
-    search: int = 81,
+    template: int,
+    search: int,
 ) -> None:
-    """Show a search with its parts named: template, search window, map and landscape.
-
-    Parameters
-    ----------
-    left, right : array_like (rows, columns)
-        Grey values.
-    point, start : array_like (2,)
-        (column, row) in the left photo, and where the search begins in the right one.
-    template, search : int
-        Widths in pixels, odd.
-    """
-    left, right = _validate.image(left, "left"), _validate.image(right, "right")
-    point = _validate.one_point(point, 2, "point")
-    start = _validate.one_point(start, 2, "start")
-    template = _validate.window(template, "template")
-    search = _validate.window(search, "search")
+    """Show a search with its parts named: template, window, map and landscape."""
     r = correlation_map(cut(left, point, template), cut(right, start, search))
     fig = plt.figure(figsize=(9.6, 4.6))
     grid = fig.add_gridspec(2, 3, width_ratios=(1, 1, 2.3))
     places = ((0, 0), (0, 1), (1, 0), (1, 1))
     axes = [fig.add_subplot(grid[row, column]) for row, column in places]
-    draw_window(axes[0], np.asarray(left), point, 61)
-    outline(axes[0], point, template, basic.ORANGE)
-    draw_window(axes[1], np.asarray(left), point, template)
-    draw_window(axes[2], np.asarray(right), start, search)
+    draw_window(axes[0], left, point, 61)
+    outline(axes[0], point, template, plot.ORANGE)
+    draw_window(axes[1], left, point, template)
+    draw_window(axes[2], right, start, search)
     drawn = draw_map(axes[3], r)
     ax = fig.add_subplot(grid[:, 2], projection="3d", computed_zorder=False)
     ax.view_init(elev=32, azim=-62)
     shift = np.array(draw_surface(ax, r))
     ax.set_box_aspect((1, 1, 0.8), zoom=0.88)
-    found = _validate.one_point(start, 2, "start") + shift
-    outline(axes[2], found, template, basic.ORANGE)
-    axes[3].plot(*shift, "o", color=basic.RED, mfc="none", markersize=14, mew=2.5)
+    outline(axes[2], start + shift, template, plot.ORANGE)
+    axes[3].plot(*shift, "o", color=plot.RED, mfc="none", markersize=14, mew=2.5)
     names = ("left photo", "template", "search window", "r by shift (px)")
     for one, name in zip(axes, names):
         one.set_title(name, fontsize=14)
         if one is not axes[3]:
             one.set(xticks=[], yticks=[])
     fig.colorbar(drawn, ax=axes[3], shrink=0.8)
-    basic.show(
+    plot.show(
         fig,
         "The template framed in the left photo, the template alone, the search window"
         " of the right photo with the place found, r for every shift as a coloured map,"
@@ -159,30 +135,12 @@ def parts_of_r(
 
 
 def templates(
-    left: ArrayLike,
-    right: ArrayLike,
-    point: ArrayLike,
-    start: ArrayLike,
-    sizes: Sequence[int] = (5, 11, 21, 51),
+    left: np.ndarray, right: np.ndarray, point: ArrayLike, start: ArrayLike
 ) -> None:
-    """Show the landscapes of one point for templates of several widths.
-
-    Parameters
-    ----------
-    left, right, point, start
-        As for `parts`.
-    sizes : sequence of int
-        Widths of the templates in pixels, odd; the search goes 30 px to each side.
-    """
-    left, right = _validate.image(left, "left"), _validate.image(right, "right")
-    point = _validate.one_point(point, 2, "point")
-    start = _validate.one_point(start, 2, "start")
-    sizes = [
-        _validate.window(one, "sizes") for one in _validate.several(sizes, "sizes")
-    ]
+    """Show the landscapes of one point for templates of several widths."""
     fig = plt.figure(figsize=(6.2, 4.6), layout="none")
     said = []
-    for k, size in enumerate(sizes):
+    for k, size in enumerate((5, 11, 21, 51)):
         r = correlation_map(cut(left, point, size), cut(right, start, size + 60))
         middle, around = r[1:-1, 1:-1], np.lib.stride_tricks.sliding_window_view
         summits = middle >= around(r, (3, 3)).max(axis=(2, 3))
@@ -202,7 +160,7 @@ def templates(
             axis.set_label_text(name, fontsize=13)
         ax.set_box_aspect((1, 1, 0.8), zoom=0.98)
         fig.text(where[0] + 0.05, where[1] + 0.44, f"{size} × {size} px", fontsize=15)
-    basic.show(
+    plot.show(
         fig,
         "Landscapes of r over the shift, 30 px to each side, for four widths of the"
         f" template. Summits with r above 0.6: {'; '.join(said)}.",
@@ -211,23 +169,8 @@ def templates(
 
 
 def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> None:
-    """Show the search of a point that sliders place, with the size of its template.
-
-    Parameters
-    ----------
-    left, right : array_like (rows, columns)
-        Grey values of a rectified pair.
-    disparity : array_like (rows, columns)
-        x left - x right where it is known, else NaN or infinite.
-    """
-    left, right = _validate.image(left, "left"), _validate.image(right, "right")
-    known = _validate.real(disparity, "disparity")
+    """Show the search of a point that sliders place, with the size of its template."""
     (rows, columns), edge = left.shape, 60
-    if known.shape != left.shape or right.shape != left.shape or rows < 121:
-        raise ValueError(
-            "left, right and disparity must have one shape, 121 rows at least; got"
-            f" {left.shape}, {right.shape} and {known.shape}"
-        )
 
     def draw(x: int, y: int, size: int) -> None:
         start = np.array([x - AWAY, y])
@@ -238,10 +181,10 @@ def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> N
         fig, axes = plt.subplots(1, 3, figsize=(10, 3.7))
         draw_window(axes[0], left, (x, y), size)
         draw_window(axes[1], right, start, size + 2 * REACH)
-        outline(axes[1], start + shift, size, basic.ORANGE)
+        outline(axes[1], start + shift, size, plot.ORANGE)
         fig.colorbar(draw_map(axes[2], r), ax=axes[2], shrink=0.8)
-        axes[2].plot(*shift, "x", color=basic.RED, markersize=14, mew=3)
-        true = AWAY - known[y, x]
+        axes[2].plot(*shift, "x", color=plot.RED, markersize=14, mew=3)
+        true = AWAY - disparity[y, x]
         if np.isfinite(true):
             axes[2].plot(true, 0, "wo", mfc="none", markersize=17, mew=2.5)
         for ax, name in zip(axes, ("template", "search window", "r by shift (px)")):
@@ -249,7 +192,7 @@ def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> N
         axes[2].set_xlabel("× highest r, ○ truth")
         drawn = f"template of {size} px at ({x}, {y}), highest r = {r.max():.2f}"
         fig.suptitle(drawn)
-        basic.show(fig, f"Template, search window and map of r; {drawn}.", colours=128)
+        plot.show(fig, f"Template, search window and map of r; {drawn}.", colours=128)
 
     look: Look = {"continuous_update": False}
     x = IntSlider(318, 130, columns - edge, 2, description="column", **look)
@@ -257,33 +200,71 @@ def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> N
     interact(draw, x=x, y=y, size=IntSlider(21, 3, 61, 2, description="width", **look))
 
 
-# --- Figures of what lies between the pixels: a parabola's bias, and depths measured ---
+# --- Parts of these figures: a window, a map of r, and r as a landscape ---
+
+
+def draw_window(ax: Axes, image: np.ndarray, centre: ArrayLike, size: int) -> None:
+    """Show the window around a pixel, with axes in pixels of the whole image."""
+    column, row = np.floor(np.asarray(centre) + 0.5)
+    half = size / 2
+    extent = (column - half, column + half, row + half, row - half)
+    ax.imshow(cut(image, centre, size), extent=extent, cmap="gray")
+    ax.grid(False)
+
+
+def draw_map(ax: Axes, r: np.ndarray) -> AxesImage:
+    """Show a square correlation map by colour, over the shift from its middle."""
+    half = len(r) / 2
+    extent = (-half, half, half, -half)
+    ax.grid(False)
+    return ax.imshow(r, extent=extent, cmap="cividis", vmin=-0.5, vmax=1)
+
+
+def draw_surface(ax: Axes3D, r: np.ndarray, label: bool = True) -> tuple[int, int]:
+    """Draw a square correlation map as a landscape, its map below, and mark the summit.
+
+    It returns the shift (columns, rows) of the summit from the middle.
+    """
+    lowest = -0.6  # where the map lies
+    d = np.arange(len(r)) - len(r) // 2
+    x, y = np.meshgrid(d, d)
+    look: Look = {"cmap": "cividis", "vmin": -0.5, "vmax": 1}
+    ax.contourf(x, y, r, levels=20, zdir="z", offset=lowest, zorder=1, **look)
+    mesh: Look = {"rstride": 1, "cstride": 1, "linewidth": 0.15}
+    ax.plot_surface(x, y, r, zorder=2, edgecolor="#00000055", **mesh, **look)
+    i, j = np.unravel_index(r.argmax(), r.shape)
+    top = (d[j], d[i], r[i, j])
+    ax.plot(*[[v] for v in top], "o", color=plot.RED, markersize=9, zorder=4)
+    ax.plot(top[0], top[1], lowest, "o", color=plot.RED, markersize=6, zorder=3)
+    if label:
+        ax.text(*(np.array(top) + (0, 0, 0.12)), f"r = {r[i, j]:.2f}", color=plot.RED)
+    ax.set(zlim=(lowest, 1.15), zticks=(0, 0.5, 1))
+    ax.invert_yaxis()  # rows count downwards
+    ax.set_xlabel("columns (px)", labelpad=6)
+    ax.set_ylabel("rows (px)", labelpad=6)
+    ax.set_zlabel("r", labelpad=2)
+    ax.xaxis.set_major_locator(plt.MaxNLocator(4))
+    ax.yaxis.set_major_locator(plt.MaxNLocator(4))
+    return int(d[j]), int(d[i])
+
+
+# --- Between the pixels: a parabola's bias, and depths measured ---
 
 
 def summit(r: ArrayLike) -> None:
-    """Show three values of r along an axis, and ask where the hill is highest.
-
-    Parameters
-    ----------
-    r : array_like (3,)
-        r at the shifts -1, 0 and 1 px.
-    """
-    values = _validate.of_shape(r, (3,), "r")
-    if not values[1] > max(values[0], values[2]):
-        raise ValueError("r must be highest in the middle, or it has no top there")
-    slope = (values[2] - values[0]) / 2
-    bend = 2 * values[1] - values[0] - values[2]
+    """Show three values of r along an axis, and ask where the hill is highest."""
+    slope, bend = (r[2] - r[0]) / 2, 2 * r[1] - r[0] - r[2]
     t = np.linspace(-1.15, 1.15, 200)
     fig, ax = plt.subplots(figsize=(10, 3.6))
-    ax.plot(t, values[1] + slope * t - bend * t**2 / 2, "--", label="parabola")
-    ax.plot((-1, 0, 1), values, "o", color=basic.BLACK, ms=12, label="r, computed")
+    ax.plot(t, r[1] + slope * t - bend * t**2 / 2, "--", label="parabola")
+    ax.plot((-1, 0, 1), r, "o", color=plot.BLACK, ms=12, label="r, computed")
     beside: Look = {"textcoords": "offset points", "fontsize": 16, "ha": "right"}
-    for at, name, value in zip((-1, 0, 1), ("-1", "0", "+1"), values):
+    for at, name, value in zip((-1, 0, 1), ("-1", "0", "+1"), r):
         ax.annotate(f"$r_{{{name}}}$", (at, value), (-12, -20 * (at == 0)), **beside)
-    ax.axvline(slope / bend, color=basic.RED, linestyle=":", label="top, $t$ = ?")
+    ax.axvline(slope / bend, color=plot.RED, linestyle=":", label="top, $t$ = ?")
     ax.set(xlabel="shift (px)", ylabel="r", xticks=(-1, 0, 1), xlim=(-1.3, 2.1))
     ax.legend(loc="upper right")
-    basic.show(
+    plot.show(
         fig,
         "r at the shifts −1, 0 and 1 px as dots, a parabola through them, and a dotted"
         " line at its top, between 0 and the higher neighbour.",
@@ -291,29 +272,17 @@ def summit(r: ArrayLike) -> None:
 
 
 def locking(shifts: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
-    """Show the mean error of matches against the true fraction of a pixel.
-
-    Parameters
-    ----------
-    shifts : array_like (n,)
-        True shifts in pixels.
-    errors : mapping of str to array_like (n,)
-        Mean error in pixels at each, by the name of the texture; up to three.
-    """
-    true = _validate.finite(shifts, "shifts")
-    series = _doors.lists(errors, "errors")
-    if next(iter(series.values())).shape != true.shape:
-        raise ValueError("shifts and the lists of errors must have the same length")
+    """Show the mean error of matches against the true fraction of a pixel."""
     fig, ax = plt.subplots(figsize=(7, 4.2))
-    looks = (("o-", basic.BLUE), ("s--", basic.RED), ("D:", basic.GREEN))
+    looks = (("o-", plot.BLUE), ("s--", plot.RED), ("D:", plot.GREEN))
     said = []
-    for (name, values), (mark, colour) in zip(series.items(), looks):
-        ax.plot(true, values, mark, color=colour, label=name)
+    for (name, values), (mark, colour) in zip(errors.items(), looks):
+        ax.plot(shifts, values, mark, color=colour, label=name)
         said.append(f"{name} at most {np.abs(values).max():.3f} px")
-    ax.axhline(0, color=basic.BLACK, linewidth=1)
+    ax.axhline(0, color=plot.BLACK, linewidth=1)
     ax.set(xlabel="true shift (px)", ylabel="mean error (px)")
     ax.legend()
-    basic.show(
+    plot.show(
         fig,
         "Mean error against the true shift: an S-shaped curve, zero at 0 and at half a"
         f" pixel, negative between 0 and a half, positive below: {', '.join(said)}.",
@@ -323,39 +292,19 @@ def locking(shifts: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
 def depths(
     photo: ArrayLike, points: ArrayLike, measured: ArrayLike, true: ArrayLike
 ) -> None:
-    """Show disparities that were measured in a photo beside the true ones.
-
-    Parameters
-    ----------
-    photo : array_like (rows, columns)
-        The left photo.
-    points : array_like (n, 2)
-        (column, row) in it.
-    measured, true : array_like (n,)
-        Disparities in pixels; NaN where there is none.
-    """
-    photo, places = (
-        _validate.image(photo, "photo"),
-        _validate.points(points, 2, "points"),
-    )
-    measured = _validate.real(measured, "measured")
-    true = _validate.real(true, "true")
-    for values, name in ((measured, "measured"), (true, "true")):
-        if values.shape != (len(places),) or not np.isfinite(values).any():
-            raise ValueError(f"{name} must have a number for each point, not all NaN")
+    """Show disparities that were measured in a photo beside the true ones."""
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.2))
-    known = true[np.isfinite(true)]
-    low, high = known.min(), known.max()
+    low, high = np.nanmin(true), np.nanmax(true)
     names = ("measured by your program", "true, by structured light")
     for ax, values, name in zip(axes, (measured, true), names):
         ax.imshow(photo, alpha=0.35)
         look: Look = {"cmap": "viridis", "vmin": low, "vmax": high, "s": 34}
-        drawn = ax.scatter(*places.T, c=np.asarray(values, float), **look)
+        drawn = ax.scatter(*np.transpose(points), c=values, **look)
         ax.set_title(name)
         ax.set_axis_off()
     bar = fig.colorbar(drawn, ax=axes, shrink=0.8)
     bar.set_label("disparity (px)")
-    basic.show(
+    plot.show(
         fig,
         "The left photo with points coloured by disparity, measured and true: in both"
         " the front wheel and the engine are near, the shelves behind them far. As"
@@ -364,7 +313,7 @@ def depths(
     )
 
 
-# --- Figures of searches that go wrong: six landscapes, and where the wrong points lie ---
+# --- Searches that go wrong: six landscapes, and where the wrong points lie ---
 
 LOG = (640, 190)  # (column, row) of a fallen log in the orthophoto
 
@@ -372,21 +321,9 @@ LOG = (640, 190)  # (column, row) of a fallen log in the orthophoto
 def six_troubles(pair: StereoPair, ground: ArrayLike) -> list[tuple]:
     """Six searches: a good one, and five kinds of trouble.
 
-    Parameters
-    ----------
-    pair : StereoPair
-        The motorcycle.
-    ground : array_like (rows, columns)
-        The orthophoto of Yellowstone, of which a log is seen turned and foreshortened.
-
-    Returns
-    -------
-    list of (left, point, right, start, width of the template, true place)
+    Each is (left, point, right, start, width of the template, true place); in the last
+    two a log on the orthophoto `ground` is seen turned and foreshortened.
     """
-    _validate.instance(pair, StereoPair, "pair")
-    ground = _validate.image(ground, "ground")
-    if min(ground.shape) < max(LOG) + 90:
-        raise ValueError(f"ground must be larger; got {ground.shape}: take Yellowstone")
     column, row = np.meshgrid(np.arange(-40, 41), np.arange(-40, 41))
     a, b = np.cos(np.radians(30)), np.sin(np.radians(30))
     turned = np.stack([a * column - b * row, b * column + a * row], axis=-1)
@@ -404,40 +341,24 @@ def six_troubles(pair: StereoPair, ground: ArrayLike) -> list[tuple]:
 
 
 def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
-    """Show searches in columns: template, search window, r by shift, found and true.
-
-    Parameters
-    ----------
-    searches : sequence of tuples
-        From `six`; the search goes 30 px to each side.
-    found : array_like (n, 2)
-        (column, row) of the highest r of each.
-    """
-    searches = _validate.several(searches, "searches")
-    highest = _validate.points(found, 2, "found")
-    if not searches or any(
-        not isinstance(one, tuple) or len(one) != 6 for one in searches
-    ):
-        raise ValueError("searches must hold tuples of six parts, those of `six`")
-    if len(highest) != len(searches):
-        raise ValueError(f"found must have {len(searches)} places; got {len(highest)}")
+    """Show searches in columns: template, search window, r by shift, found and true."""
     fig, axes = plt.subplots(3, len(searches), figsize=(8.8, 4.75), squeeze=False)
-    for column, name, search, place in zip(axes.T, "ABCDEF", searches, highest):
+    for column, name, search, place in zip(axes.T, "ABCDEF", searches, found):
         left, point, right, start, size, true = search
         around = cut(right, start, size + 60)
-        draw_window(column[0], np.asarray(left), point, size)
-        draw_window(column[1], np.asarray(right), start, size + 60)
-        outline(column[1], place, size, basic.RED)
+        draw_window(column[0], left, point, size)
+        draw_window(column[1], right, start, size + 60)
+        outline(column[1], place, size, plot.RED)
         drawn = draw_map(column[2], correlation_map(cut(left, point, size), around))
         middle = np.asarray(start)
-        column[2].plot(*(place - middle), "x", color=basic.RED, ms=13, mew=3)
+        column[2].plot(*(place - middle), "x", color=plot.RED, ms=13, mew=3)
         column[2].plot(*(true - middle), "wo", mfc="none", ms=15, mew=2.5)
         column[0].set_title(name, fontsize=13, loc="center")
     plt.setp(axes, xticks=[], yticks=[])
     for ax, text in zip(axes[:, 0], ("template", "search window", "r, ± 30 px")):
         ax.set_ylabel(text, fontsize=14)
     fig.colorbar(drawn, ax=axes[2], label="r")
-    basic.show(
+    plot.show(
         fig,
         "Six searches in columns, each with template, search window and map of r; a red"
         " cross marks the highest r, a white ring the truth. A: one summit at the"
@@ -450,35 +371,20 @@ def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
 
 
 def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> None:
-    """Show accepted points on their photo, those that agree with the truth and others.
-
-    Parameters
-    ----------
-    photo : array_like (rows, columns)
-        Grey values.
-    points : array_like (n, 2)
-        (column, row) of the accepted points.
-    right : array_like (n,) of bool
-        Whether each agrees with the truth.
-    """
-    photo = _validate.image(photo, "photo")
-    places = _validate.points(points, 2, "points")
-    flags = _validate.finite(right, "right")
-    if flags.shape != (len(places),) or not set(np.unique(flags)) <= {0.0, 1.0}:
-        raise ValueError("right must hold True or False for each point")
-    good = flags == 1
+    """Show accepted points on their photo, those that agree with the truth apart."""
+    points, good = np.asarray(points), np.asarray(right)
     fig, ax = plt.subplots(figsize=(6, 4.4))
     ax.imshow(photo, alpha=0.7)
-    looks = ((good, "o", basic.SKY, "right", 4), (~good, "X", basic.RED, "wrong", 9))
+    looks = ((good, "o", plot.SKY, "right", 4), (~good, "X", plot.RED, "wrong", 9))
     for chosen, mark, colour, name, size in looks:
         label = f"{name}, {100 * np.mean(chosen):.0f} %"
         look: Look = {"color": colour, "linestyle": "none", "label": label}
-        ax.plot(*places[chosen].T, mark, ms=size, mec="black", mew=0.7, **look)
+        ax.plot(*points[chosen].T, mark, ms=size, mec="black", mew=0.7, **look)
     ax.set_axis_off()
     fig.legend(loc="outside lower center", ncols=2, fontsize=14)
-    basic.show(
+    plot.show(
         fig,
-        f"The left photo with {len(places)} accepted points. {np.sum(~good)} are wrong,"
+        f"The left photo with {len(points)} accepted points. {np.sum(~good)} are wrong,"
         " and most line the edges of things, where the depth changes.",
         colours=128,
     )

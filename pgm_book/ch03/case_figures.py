@@ -5,8 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_book.common import results
-from pgm_lab import _validate
-from pgm_lab.plot import basic
+from pgm_lab import plot
 from pgm_lab.plot.basic import Look
 
 DEFECTS = {
@@ -21,9 +20,9 @@ DEFECTS = {
     "all of the program": "all together",
 }
 SCENES = {
-    "good contrast": (basic.BLUE, "o"),
-    "shear as in the log": (basic.ORANGE, "s"),
-    "all as in the log": (basic.RED, "D"),
+    "good contrast": (plot.BLUE, "o"),
+    "shear as in the log": (plot.ORANGE, "s"),
+    "all as in the log": (plot.RED, "D"),
 }
 PRINTED_S0 = 0.384176144168957  # Bani 2010, IV.1.3
 PIXELS = 17  # across the window of the log
@@ -32,80 +31,50 @@ PIXELS = 17  # across the window of the log
 def origin(
     distance: ArrayLike, condition: ArrayLike, determinant: ArrayLike, sd: ArrayLike
 ) -> None:
-    """Show what becomes of a normal matrix when the origin moves out of the window.
-
-    Parameters
-    ----------
-    distance : array_like (n,)
-        Distance of the origin from the middle of the window, px, from 0.
-    condition, determinant, sd : array_like (n,)
-        Condition number, determinant and standard deviation of a0; the last two
-        relative to the first.
-    """
-    away = _validate.finite(distance, "distance")
-    curves = [
-        _validate.finite(condition, "condition"),
-        _validate.finite(determinant, "determinant"),
-        _validate.finite(sd, "sd"),
-    ]
-    if away.ndim != 1 or any(c.shape != away.shape for c in curves):
-        raise ValueError(
-            "distance, condition, determinant and sd must be lists of the same length"
-        )
+    """Show what becomes of a normal matrix when the origin moves out of the window."""
     fig, ax = plt.subplots(figsize=(7, 3.9), layout="constrained")
-    for values, (style, colour), name in zip(
-        curves,
-        (("o-", basic.RED), ("s--", basic.BLUE), ("^:", basic.ORANGE)),
-        ("condition number", "determinant, relative", "SD of $a_0$, relative"),
+    for values, style, colour, name in (
+        (condition, "o-", plot.RED, "condition number"),
+        (determinant, "s--", plot.BLUE, "determinant, relative"),
+        (sd, "^:", plot.ORANGE, "SD of $a_0$, relative"),
     ):
-        ax.plot(away, values, style, color=colour, label=name, lw=3)
+        ax.plot(distance, values, style, color=colour, label=name, lw=3)
     ax.set(yscale="log", xlabel="distance of the origin (px)", xlim=(-0.15, 1700))
     ax.set_xscale("symlog", linthresh=1)
     ax.set_ylim(top=1e15)
     ax.set_xticks((0, 1, 10, 100, 1083), map(str, (0, 1, 10, 100, 1083)))
     ax.legend(loc="upper left")
-    basic.show(
+    plot.show(
         fig,
         "Against the distance of the origin from the window, up to the 1083 pixels of"
-        f" 2010: the condition number grows from {curves[0][0]:.0f} to"
-        f" {curves[0][-1]:.0e}, the determinant stays, the standard deviation of a0"
-        f" grows {curves[2][-1]:.0f} times.",
+        f" 2010: the condition number grows from {condition[0]:.0f} to"
+        f" {condition[-1]:.0e}, the determinant stays, the standard deviation of a0"
+        f" grows {sd[-1]:.0f} times.",
     )
 
 
 def s0(sizes: ArrayLike, right: ArrayLike) -> None:
-    """Show S0 by the text and by the listing of 2010 against the size of the window.
-
-    Parameters
-    ----------
-    sizes : array_like (n,)
-        Pixels across the window.
-    right : array_like (n,)
-        S0 by (B 2.14e), grey values, with six parameters.
-    """
-    across, found = _validate.finite(sizes, "sizes"), _validate.finite(right, "right")
-    if across.ndim != 1 or across.shape != found.shape or np.any(across < 3):
-        raise ValueError("sizes and right must have the same length, sizes from 3 on")
-    listing = found / np.sqrt(across**2 - 6)
+    """Show S0 by the text and by the listing of 2010 against the size of the window."""
+    listing = right / np.sqrt(sizes**2 - 6)
     fig, ax = plt.subplots(figsize=(7, 4.0), layout="constrained")
     text = "$\\sqrt{v^Tv / r}$, the text"
-    ax.plot(across, found, "o-", color=basic.BLUE, lw=3, label=text)
+    ax.plot(sizes, right, "o-", color=plot.BLUE, lw=3, label=text)
     text = "$\\sqrt{v^Tv}\\,/\\,r$, the listing"
-    ax.plot(across, listing, "D--", color=basic.RED, lw=3, label=text)
-    star: Look = {"marker": "*", "color": basic.BLACK, "ms": 24, "ls": "none"}
+    ax.plot(sizes, listing, "D--", color=plot.RED, lw=3, label=text)
+    star: Look = {"marker": "*", "color": plot.BLACK, "ms": 24, "ls": "none"}
     ax.plot(PIXELS, PRINTED_S0, **star, label="printed: 0.384")
     times = PRINTED_S0 * np.sqrt(PIXELS**2 - 6)
     label = f"printed × √{PIXELS**2 - 6} = {times:.2f}"
     ax.plot(PIXELS, times, **star, fillstyle="none", label=label)
     ax.set(yscale="log", xlabel="window (px)", ylabel="S0 (grey values)")
     ax.tick_params(labelsize=15)
-    ax.set(xticks=across, ylim=(0.1, 2000))
+    ax.set(xticks=sizes, ylim=(0.1, 2000))
     ax.set_yticks((0.1, 1, 10), ("0.1", "1", "10"))
     ax.legend(loc="upper right")
-    basic.show(
+    plot.show(
         fig,
         "S0 against the size of the window, simulated with noise 4.6 in both photos. By"
-        f" the text it stays near {found.mean():.1f}; by the listing it falls from"
+        f" the text it stays near {right.mean():.1f}; by the listing it falls from"
         f" {listing[0]:.1f} to {listing[-1]:.2f}. The printed 0.384 lies on the lower"
         f" curve at 17 pixels, {times:.2f} on the upper.",
     )
@@ -126,7 +95,7 @@ def costs() -> None:
     ax.invert_yaxis()
     ax.minorticks_off()
     ax.legend(loc="upper right", fontsize=14)
-    basic.show(
+    plot.show(
         fig,
         "Error over the Cramér-Rao bound for each defect alone, in three simulated"
         " scenes. The origin at the corner and slopes cut to whole numbers cost"
@@ -137,54 +106,27 @@ def costs() -> None:
 
 
 def radiometric(gains: ArrayLike, eight: ArrayLike, six: ArrayLike) -> None:
-    """Show the error of the place with and without h0 and h1, against the gain.
-
-    Parameters
-    ----------
-    gains : array_like (n,)
-        Contrast of the right photo over that of the left one.
-    eight, six : array_like (n,)
-        RMS errors with eight and with six parameters, px.
-    """
-    x, with_ = _validate.finite(gains, "gains"), _validate.finite(eight, "eight")
-    without = _validate.finite(six, "six")
-    if x.ndim != 1 or not x.shape == with_.shape == without.shape:
-        raise ValueError("gains, eight and six must have the same length")
+    """Show the error of the place with and without h0 and h1, against the gain."""
     fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
-    ax.plot(x, 1000 * without, "D--", color=basic.RED, lw=3, label="six parameters")
-    ax.plot(x, 1000 * with_, "o-", color=basic.BLUE, lw=3, label="eight parameters")
+    ax.plot(gains, 1000 * six, "D--", color=plot.RED, lw=3, label="six parameters")
+    ax.plot(gains, 1000 * eight, "o-", color=plot.BLUE, lw=3, label="eight parameters")
     ax.set(xlabel="gain of the right photo", ylabel="RMS error (0.001 px)")
     ax.set_ylim(0, None)
     ax.legend(loc="upper center")
-    basic.show(
+    plot.show(
         fig,
         "RMS error of the place against the gain. With eight parameters it stays at"
-        f" {1000 * with_.mean():.0f} thousandths of a pixel; with six it is the same at"
-        f" gain 1 and {without[-1] / with_[-1]:.0f} times as large at the end.",
+        f" {1000 * eight.mean():.0f} thousandths of a pixel; with six it is the same at"
+        f" gain 1 and {six[-1] / eight[-1]:.0f} times as large at the end.",
     )
 
 
 def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
-    """Show matches on a photo, coloured by their distance from the truth.
-
-    Parameters
-    ----------
-    photo : array_like (rows, columns)
-        Grey values.
-    points : array_like (n, 2)
-        (column, row) of the matches.
-    errors : array_like (n,)
-        Distance of each from the truth, px.
-    """
-    photo = _validate.image(photo, "photo")
-    points = _validate.points(points, 2, "points")
-    errors = _validate.finite(errors, "errors")
-    if errors.shape != (len(points),):
-        raise ValueError(f"errors must have shape ({len(points)},); got {errors.shape}")
+    """Show matches on a photo, coloured by their distance from the truth."""
     classes = {
-        "< 0.1 px": (errors < 0.1, basic.BLUE, "s"),
-        "0.1 to 1 px": ((errors >= 0.1) & (errors < 1), basic.SKY, "o"),
-        "> 1 px": (errors >= 1, basic.RED, "^"),
+        "< 0.1 px": (errors < 0.1, plot.BLUE, "s"),
+        "0.1 to 1 px": ((errors >= 0.1) & (errors < 1), plot.SKY, "o"),
+        "> 1 px": (errors >= 1, plot.RED, "^"),
     }
     fig, ax = plt.subplots(figsize=(6.3, 4.1), layout="constrained")
     rows, columns = photo.shape
@@ -205,7 +147,7 @@ def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
         markerscale=2,
         handletextpad=0.1,
     )
-    basic.show(
+    plot.show(
         fig,
         "Matches on the photo, coloured by their distance from the truth:"
         f" {', '.join(f'{k.sum()} {name}' for name, (k, _, _) in classes.items())}. The"

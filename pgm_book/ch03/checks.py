@@ -209,7 +209,7 @@ def bilinear(function: Callable) -> None:
     )
 
 
-# --- Feedback on the iteration of least squares matching: when it ends, what it finds ---
+# --- The iteration of least squares matching: when it ends, what it finds ---
 
 LAST = "sigma0 and Q are not those of the last adjustment"
 

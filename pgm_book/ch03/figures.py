@@ -1,26 +1,26 @@
 """Figures of least squares matching: its film, its reach, and how sure it is."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
 from ipywidgets import IntSlider
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from pgm_book.common import figures as matching
 from pgm_book.common import results
-from pgm_book.program import lsm as textbook
-from pgm_lab import _validate
-from pgm_lab.plot import basic
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_book.program.lsm import match
+from pgm_lab import plot
+from pgm_lab.image import resample
+from pgm_lab.plot.basic import Look, interact
 
 METHODS = {
-    "bilinear": ("bilinear", basic.ORANGE, "-"),
-    "cubic": ("cubic, a = −0.5", basic.SKY, "-."),
-    "OpenCV cubic": ("cubic, a = −0.75", basic.RED, "--"),
-    "spline3": ("cubic spline", basic.BLUE, "-"),
-    "lsm": ("spline, doubled grid", basic.BLACK, ":"),
+    "bilinear": ("bilinear", plot.ORANGE, "-"),
+    "cubic": ("cubic, a = −0.5", plot.SKY, "-."),
+    "OpenCV cubic": ("cubic, a = −0.75", plot.RED, "--"),
+    "spline3": ("cubic spline", plot.BLUE, "-"),
+    "lsm": ("spline, doubled grid", plot.BLACK, ":"),
 }
 
 
@@ -32,36 +32,16 @@ def iteration_film(
     trail: ArrayLike,
     truth: ArrayLike,
 ) -> None:
-    """Show at most six iterations of a match as a film, with their distance in pixels.
-
-    Parameters
-    ----------
-    left, right : array_like (rows, columns)
-        Photos.
-    point : array_like (2,)
-        (column, row) of the middle of the left window.
-    size : int
-        Pixels across the window, odd.
-    trail : array_like (k, 8)
-        Parameters at the start and after each iteration.
-    truth : array_like (2,)
-        True place in the right photo, px.
-    """
-    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
-    column, row = map(int, _validate.one_point(point, 2, "point"))
-    size = _validate.window(size, "size")
-    trail = _validate.finite(trail, "trail")
-    truth = _validate.one_point(truth, 2, "truth")
-    if trail.ndim != 2 or trail.shape[1] != 8 or not len(trail):
-        raise ValueError(f"trail must have shape (k, 8); got {trail.shape}")
+    """Show at most six iterations of a match as a film, with their error in pixels."""
+    trail = np.asarray(trail)
     chosen = sorted({*range(min(5, len(trail))), len(trail) - 1})
-    _film(left, right, (column, row), size, trail, truth, chosen)
+    _film(left, right, point, size, trail, truth, chosen)
 
 
 def _film(
     left: np.ndarray,
     right: np.ndarray,
-    place: tuple[int, int],
+    point: ArrayLike,
     size: int,
     trail: np.ndarray,
     truth: np.ndarray,
@@ -73,8 +53,8 @@ def _film(
         f"{f'step {k}' if k else 'start'}\n{e:.{1 if e > 0.3 else 3}f} px off"
         for k, e in zip(chosen, off)
     ]
-    fig = matching.film_strip(left, right, place, size, trail[chosen], notes)
-    basic.show(
+    fig = film_strip(left, right, point, size, trail[chosen], notes)
+    plot.show(
         fig,
         "Iterations as a film: the window in the right photo moves and turns, its grey"
         " values come to look like the template, and the residuals empty. Pixels from"
@@ -83,33 +63,102 @@ def _film(
     )
 
 
+def film_strip(
+    left: np.ndarray,
+    right: np.ndarray,
+    point: ArrayLike,
+    window: int,
+    trail: np.ndarray,
+    notes: Sequence[str],
+) -> Figure:
+    """Draw the iterations of least squares matching as a film, a column for each.
+
+    Above the window in the photos, in the middle its grey values, those of the right
+    photo brought to the left one by (B 2.7), and below the residuals. `trail` (k, 8)
+    has the parameters of k iterations, `notes` stand above the columns.
+    """
+    half = window // 2
+    y, x = np.mgrid[-half : half + 1, -half : half + 1]
+    here = np.stack([point[0] + x, point[1] + y], axis=-1)
+    template = resample(left, here, "nearest")
+    grey = {
+        "cmap": "gray",
+        "interpolation": "nearest",
+        "vmin": template.min(),
+        "vmax": template.max(),
+    }
+    reach = np.abs(template - template.mean()).max() / 2
+    signed = {"cmap": "PuOr", "interpolation": "nearest", "vmin": -reach, "vmax": reach}
+
+    fig, axes = plt.subplots(3, len(trail) + 1, figsize=(12, 5.7))
+    identity = np.array([point[0], 1, 0, point[1], 0, 1, 0, 1.0])
+    _film_photo(axes[0, 0], left, identity[None], identity[[0, 3]], half, grey)
+    axes[1, 0].imshow(template, **grey)
+    axes[0, 0].set_title("left photo", fontsize=18, loc="center")
+    for step, (p, note) in enumerate(zip(trail, notes, strict=True), start=1):
+        above, middle, below = axes[:, step]
+        _film_photo(above, right, trail[:step], trail[-1, [0, 3]], half, grey)
+        above.set_title(note, fontsize=18, loc="center")
+        found = p[6] + p[7] * resample(right, _at(p, x, y), "spline3", np.nan)
+        middle.imshow(found, **grey)
+        residuals = below.imshow(found - template, **signed)
+    for ax in axes.flat:
+        ax.set(xticks=[], yticks=[])
+        ax.grid(False)
+        ax.spines[:].set_visible(False)
+    axes[1, 0].set_xlabel("template A", fontsize=18)
+    names = ("right photo", "$h_0 + h_1 B$", "residuals")
+    for ax, name in zip(axes[:, 1], names, strict=True):
+        ax.set_ylabel(name, fontsize=18)
+    scale = axes[2, 0].inset_axes((0.0, 0.35, 0.9, 0.14))
+    bar = fig.colorbar(residuals, cax=scale, orientation="horizontal")
+    bar.set_label("grey values", fontsize=18)
+    bar.ax.tick_params(labelsize=18)
+    return fig
+
+
+def _at(p: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Where (B 2.8) and (B 2.9) take the pixels of the window, in the last axis."""
+    return np.stack([p[0] + p[1] * x + p[2] * y, p[3] + p[4] * x + p[5] * y], axis=-1)
+
+
+def _film_photo(
+    ax: Axes,
+    photo: np.ndarray,
+    trail: np.ndarray,
+    centre: np.ndarray,
+    half: int,
+    grey: Look,
+) -> None:
+    """Show a photo around `centre`, the last window of the trail, and its middles."""
+    edge = half + 0.5
+    x, y = edge * np.array([(-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1)])
+    ax.imshow(photo, **grey)
+    ax.plot(*_at(trail[-1], x, y).T, color=plot.ORANGE, linewidth=2.4)
+    look: Look = {"color": plot.RED, "markersize": 6, "linewidth": 1.4}
+    ax.plot(*trail[:, [0, 3]].T, ".-", **look)
+    view = 1.75 * edge
+    ax.set(xlim=(centre[0] - view, centre[0] + view))
+    ax.set(ylim=(centre[1] + view, centre[1] - view))
+
+
 def shift_by_hand(
     left: ArrayLike, right: ArrayLike, point: ArrayLike, size: int, truth: ArrayLike
 ) -> None:
-    """Show the film of a match, with sliders for its start.
-
-    Parameters
-    ----------
-    left, right, point, size, truth
-        As for `film`.
-    """
-    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
-    column, row = map(int, _validate.one_point(point, 2, "point"))
-    place, size = (column, row), _validate.window(size, "size", 5)
-    truth = _validate.one_point(truth, 2, "truth")
+    """Show the film of a match, with sliders for its start."""
 
     def draw(columns: int, rows: int, turn: int) -> None:
         c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
         x, y = np.round(truth) + (columns, rows)
         start = [x, c, -s, y, s, c, 0, 1]
         try:
-            trail = textbook.match(left, right, place, start, size)[0]
+            trail = match(left, right, point, start, size)[0]
         except ValueError as reason:
             print(f"lost: {reason}")
         else:
             last = len(trail) - 1
             chosen = sorted({0, (last + 1) // 2, last})
-            _film(left, right, place, size, trail, truth, chosen)
+            _film(left, right, point, size, trail, truth, chosen)
 
     look: Look = {"continuous_update": False}
     interact(
@@ -140,7 +189,7 @@ def interpolation() -> None:
     axes[0].set_ylabel("drawn too far by\n(0.001 px)")
     handles = axes[0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2, fontsize=15)
-    basic.show(
+    plot.show(
         fig,
         "Shift of a texture by interpolation against the place between two pixels. On"
         " soft texture OpenCV's cubic reaches 32 thousandths of a pixel, cubic"
@@ -160,13 +209,13 @@ def half_wave() -> None:
     shifts = np.linspace(-9, 9, 181)
     squares = np.array([np.mean((wave(s) - wave(0)) ** 2) for s in shifts])
     fig, axes = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
-    axes[0].plot(x, wave(0), color=basic.BLUE, label="A, the template")
-    axes[0].plot(x, wave(2.5), "--", color=basic.GREEN, label="B, 2.5 px off")
-    axes[0].plot(x, wave(6), ":", color=basic.RED, lw=3, label="B, 6 px off")
+    axes[0].plot(x, wave(0), color=plot.BLUE, label="A, the template")
+    axes[0].plot(x, wave(2.5), "--", color=plot.GREEN, label="B, 2.5 px off")
+    axes[0].plot(x, wave(6), ":", color=plot.RED, lw=3, label="B, 6 px off")
     axes[0].set(xlabel="x (px)", ylabel="grey value", yticks=[], ylim=(-1.2, 2.6))
     axes[0].legend(loc="upper center", fontsize=16)
-    axes[1].plot(shifts, squares, color=basic.BLACK)
-    for begin, end, colour in ((2.5, 0.4, basic.GREEN), (6.0, 7.7, basic.RED)):
+    axes[1].plot(shifts, squares, color=plot.BLACK)
+    for begin, end, colour in ((2.5, 0.4, plot.GREEN), (6.0, 7.7, plot.RED)):
         level = float(np.interp(begin, shifts, squares))
         axes[1].plot(begin, level, "o", color=colour, ms=13)
         after = float(np.interp(end, shifts, squares))
@@ -175,12 +224,12 @@ def half_wave() -> None:
             "", (end, after + 0.06), (begin, level + 0.06), arrowprops=arrow
         )
     for crest in (-4, 4):
-        axes[1].axvline(crest, color=basic.GREY, ls="--", lw=2)
-    axes[1].text(4.15, 2.12, "half a wave", color=basic.BLACK, fontsize=16)
+        axes[1].axvline(crest, color=plot.GREY, ls="--", lw=2)
+    axes[1].text(4.15, 2.12, "half a wave", color=plot.BLACK, fontsize=16)
     for ax in axes:
         ax.tick_params(labelsize=17)
     axes[1].set(xlabel="shift of B (px)", ylabel="mean square of A − B", ylim=(0, 2.3))
-    basic.show(
+    plot.show(
         fig,
         "Left, a wave of 8 pixels and the same wave 2.5 and 6 pixels off. Right, the"
         " mean square of their difference against the shift: valleys at 0 and 8"
@@ -193,7 +242,7 @@ def pull_in() -> None:
     """Show the share of matches that arrive, against the distance of their start."""
     rows = results.rows("ch03", "pull_in")
     fig, ax = plt.subplots(figsize=(7, 3.3), layout="constrained")
-    for kind, colour in (("soft", basic.BLUE), ("sharp", basic.RED)):
+    for kind, colour in (("soft", plot.BLUE), ("sharp", plot.RED)):
         for size, line in (("11", ":"), ("21", "-")):
             some = [r for r in rows if (r["texture"], r["window"]) == (kind, size)]
             off, share = np.array(
@@ -204,7 +253,7 @@ def pull_in() -> None:
     ax.set(xlabel="distance of the start from the truth (px)", ylabel="arrived (%)")
     ax.set_ylim(bottom=0)
     ax.legend(loc="lower left", fontsize=14)
-    basic.show(
+    plot.show(
         fig,
         "Share of points that arrive against the distance of the start. With a window"
         " of 21 pixels nearly all arrive from 4 pixels, on soft and on sharp texture;"
@@ -217,40 +266,17 @@ def ellipses(
     places: Mapping[str, ArrayLike],
     clouds: Mapping[str, tuple[ArrayLike, ArrayLike]],
 ) -> None:
-    """Show windows, and below each the errors of its matches with their ellipse.
-
-    Parameters
-    ----------
-    left : array_like (rows, columns)
-        Photo.
-    places : mapping of str to (column, row)
-        The middle of each window, of 21 pixels.
-    clouds : mapping of str to (errors (n, 2), covariance (2, 2))
-        Errors of matches in pixels, and the covariance that they predict.
-    """
-    left = _validate.image(left, "left")
-    places = _validate.mapping(places, "places")
-    clouds = _validate.mapping(clouds, "clouds")
-    if not places or set(places) != set(clouds):
-        raise ValueError("places and clouds must have the same names, at least one")
+    """Show windows, and below each the errors of its matches with their ellipse."""
     panels: Look = {"layout": "constrained", "height_ratios": (1, 1.5)}
     fig, axes = plt.subplots(2, len(places), figsize=(7, 4.2), squeeze=False, **panels)
     for (above, below), (name, place) in zip(axes.T, places.items()):
-        column, row = _validate.one_point(place, 2, f"places, {name}")
-        cloud = _validate.several(clouds[name], f"clouds, {name}")
-        if len(cloud) != 2:
-            raise ValueError(f"clouds, {name}, must be errors and a covariance")
-        errors = _validate.points(cloud[0], 2, f"clouds, {name}, errors")
-        C = _validate.of_shape(
-            _validate.covariances(cloud[1], f"clouds, {name}"),
-            (2, 2),
-            f"clouds, {name}",
-        )
-        below.plot(*(100 * errors).T, ".", color=basic.SKY, ms=4)
-        basic.error_ellipse(below, (0, 0), 1e4 * C, zorder=3, linewidth=3)
+        column, row = place
+        errors, C = clouds[name]
+        below.plot(*(100 * errors).T, ".", color=plot.SKY, ms=4)
+        plot.error_ellipse(below, (0, 0), 1e4 * C, zorder=3, linewidth=3)
         above.imshow(left, cmap="gray", vmin=0, vmax=230, interpolation="nearest")
         x, y = np.array([(-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1)]) * 10.5
-        above.plot(column + x, row + y, color=basic.ORANGE, lw=3)
+        above.plot(column + x, row + y, color=plot.ORANGE, lw=3)
         above.set(xlim=(column - 22, column + 22), xticks=[], yticks=[])
         above.set_ylim(row + 16, row - 16)
         above.set_title(name, fontsize=14)
@@ -258,7 +284,7 @@ def ellipses(
         look = {"aspect": "equal", "xlim": (-12, 12), "xticks": (-10, 0, 10)}
         below.set(ylim=(10, -10), xlabel="columns\n(0.01 px)", **look)
     axes[1, 0].set_ylabel("rows (0.01 px)")
-    basic.show(
+    plot.show(
         fig,
         "Windows of the photo, and below each the errors of many matches with the 95"
         " % ellipse of the predicted covariance: small and round among crowns and"
@@ -266,7 +292,7 @@ def ellipses(
     )
 
 
-# --- Figures of windows that are matched by least squares: one slope, eight unknowns ---
+# --- Windows that are matched by least squares: one slope, eight unknowns ---
 
 GREY: Look = {"cmap": "gray", "vmin": 0, "vmax": 230, "interpolation": "nearest"}
 # What is added to each of a0, a1, a2, h0, b0, b1, b2, h1 in the sketch
@@ -277,40 +303,24 @@ NAMES = ("$a_0$", "$a_1$", "$a_2$", "$b_0$", "$b_1$", "$b_2$", "$h_0$", "$h_1$")
 def window_pair(
     left: ArrayLike, right: ArrayLike, point: ArrayLike, affine: ArrayLike, window: int
 ) -> None:
-    """Show a window in the left photo, and where it lies in the right one.
-
-    Parameters
-    ----------
-    left, right : array_like (rows, columns)
-        Photos.
-    point : array_like (2,)
-        (column, row) of the middle of the window.
-    affine : array_like (2, 3)
-        Takes (column, row, 1) of the left photo to the right one.
-    window : int
-        Pixels across the window, odd.
-    """
-    photos = [_validate.image(g, n) for g, n in ((left, "left"), (right, "right"))]
-    column, row = _validate.one_point(point, 2, "point")
-    affine = _validate.finite(affine, "affine")
-    if affine.shape != (2, 3):
-        raise ValueError(f"affine must have shape (2, 3); got {affine.shape}")
-    reach = _validate.window(window, "window") / 2
-    x, y = reach * _SQUARE + [[column], [row]]
+    """Show a window in the left photo, and where it lies in the right one."""
+    x, y = window / 2 * _SQUARE + np.reshape(point, (2, 1))
     outlines = [(x, y), affine @ (x, y, np.ones(5))]
     panels: Look = {"sharex": True, "sharey": True, "layout": "constrained"}
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.3), **panels)
-    for ax, photo, (u, v), name in zip(axes, photos, outlines, ("left", "right")):
+    for ax, photo, (u, v), name in zip(
+        axes, (left, right), outlines, ("left", "right")
+    ):
         ax.imshow(photo, **GREY)
-        ax.plot(u, v, color=basic.ORANGE, linewidth=3)
+        ax.plot(u, v, color=plot.ORANGE, linewidth=3)
         middle = u[:4].mean(), v[:4].mean()
-        ax.plot(*middle, "+", color=basic.RED, ms=18, mew=3)
+        ax.plot(*middle, "+", color=plot.RED, ms=18, mew=3)
         ax.set(title=f"{name} photo", xlabel="column (px)", xlim=(40, 220))
         ax.set_ylim(200, 20)
         ax.tick_params(labelsize=17)
         ax.grid(False)
     axes[0].set_ylabel("row (px)")
-    basic.show(
+    plot.show(
         fig,
         "Two aerial photos of a meadow with trees. A square window around a point of"
         " the left photo appears in the right one turned by some degrees, a little"
@@ -322,49 +332,34 @@ _SQUARE = np.array([(-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1)])
 
 
 def window_slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
-    """Draw two rows of grey values, and one pixel's triangle of slope and difference.
-
-    Parameters
-    ----------
-    A, B : array_like (n,)
-        Grey values of a row of the left and of the right window.
-    place : int
-        Pixel whose triangle is drawn; with a neighbour on each side.
-    """
-    A, B = (_validate.finite(g, n) for g, n in ((A, "A"), (B, "B")))
-    place = _validate.whole(place, "place", 0)
-    if A.ndim != 1 or A.shape != B.shape or not 0 < place < len(A) - 1:
-        raise ValueError(
-            "A and B must be rows of the same length, and place one of their pixels,"
-            f" not the first or last; got {A.shape}, {B.shape} and {place}"
-        )
+    """Draw two rows of grey values, and the triangle of slope and step of one pixel."""
     at = np.arange(len(A)) - len(A) // 2
     gradient = (B[place + 1] - B[place - 1]) / 2
-    step = (A[place] - B[place]) / gradient if gradient else 0.0
+    step = (A[place] - B[place]) / gradient
     fig, (ax, near) = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
     for panel in (ax, near):
-        panel.plot(at, A, "o-", color=basic.BLUE, label="A, left window")
-        panel.plot(at, B, "s--", color=basic.ORANGE, label="B, right window")
+        panel.plot(at, A, "o-", color=plot.BLUE, label="A, left window")
+        panel.plot(at, B, "s--", color=plot.ORANGE, label="B, right window")
         panel.set(xlabel="x (px from the middle)")
     ax.set_ylabel("grey value")
     ax.set_ylim(top=ax.get_ylim()[1] + 25)
     ax.legend(loc="upper right")
     x0, low, high = at[place], B[place], A[place]
     ends = np.array([-0.6, max(step, 0) + 0.6])
-    near.plot(x0 + ends, low + gradient * ends, color=basic.BLACK, lw=2)
-    near.plot([x0, x0], [low, high], color=basic.RED, lw=4)
-    near.plot([x0, x0 + step], [high, high], color=basic.GREEN, lw=4)
+    near.plot(x0 + ends, low + gradient * ends, color=plot.BLACK, lw=2)
+    near.plot([x0, x0], [low, high], color=plot.RED, lw=4)
+    near.plot([x0, x0 + step], [high, high], color=plot.GREEN, lw=4)
     look: Look = {"fontsize": 15, "textcoords": "offset points"}
     middle, mid = (low + high) / 2, x0 + step / 2
-    near.annotate("A − B", (x0, middle), (-118, 12), color=basic.RED, **look)
-    near.annotate("(A − B) / slope", (mid, high), (24, -30), color=basic.GREEN, **look)
+    near.annotate("A − B", (x0, middle), (-118, 12), color=plot.RED, **look)
+    near.annotate("(A − B) / slope", (mid, high), (24, -30), color=plot.GREEN, **look)
     foot = (x0 - 0.45, low - 0.45 * gradient)
-    near.annotate("tangent of B", foot, (14, -12), color=basic.BLACK, **look)
+    near.annotate("tangent of B", foot, (14, -12), color=plot.BLACK, **look)
     reach = 1.3 * abs(high - low) + 8
     near.set(xlim=(x0 - 1.3, x0 + 1.9), ylim=(middle - reach, middle + reach))
     near.set_xticks([x0 - 1, x0, x0 + 1])
     near.set_title("one pixel, enlarged")
-    basic.show(
+    plot.show(
         fig,
         "Left, two rows of grey values, the second one like the first but displaced"
         " by less than a pixel. Right, one pixel of them enlarged: the difference A"
@@ -373,33 +368,21 @@ def window_slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
     )
 
 
-def eight_parameters(photo: ArrayLike, point: ArrayLike, window: int = 41) -> None:
-    """Draw what each of the eight parameters does to a window.
-
-    Parameters
-    ----------
-    photo : array_like (rows, columns)
-        Grey values from 0 to 255.
-    point : array_like (2,)
-        (column, row) of the middle of the window, in whole pixels.
-    window : int
-        Pixels across the window, odd.
-    """
-    photo = _validate.image(photo, "photo").astype(float)
-    column, row = map(int, _validate.one_point(point, 2, "point"))
-    half = _validate.window(window, "window") // 2
+def eight_parameters(photo: ArrayLike, point: ArrayLike) -> None:
+    """Draw what each of the eight parameters does to a window."""
+    (column, row), half = point, 20
     x, y = (half + 0.5) * _SQUARE
     fig, axes = plt.subplots(2, 4, figsize=(10, 4.8), layout="constrained")
     for ax, (k, step) in zip(axes.flat, STEPS.items()):
         p = np.array([0, 1, 0, 0, 0, 1, 0, 1.0])
         p[k] += step
-        shown = photo.copy()
+        shown = np.array(photo, float)
         inside = np.s_[row - half : row + half + 1, column - half : column + half + 1]
         shown[inside] = p[6] + p[7] * shown[inside] + (60 if k == 7 else 0)
         ax.imshow(shown, **GREY)
         ax.plot(column + x, row + y, "--", color="white", lw=2)
         moved = p[0] + p[1] * x + p[2] * y, p[3] + p[4] * x + p[5] * y
-        ax.plot(column + moved[0], row + moved[1], color=basic.ORANGE, lw=3)
+        ax.plot(column + moved[0], row + moved[1], color=plot.ORANGE, lw=3)
         reach = 1.75 * half
         ax.set(xlim=(column - reach, column + reach), xticks=[], yticks=[])
         ax.set_ylim(row + reach, row - reach)
@@ -408,7 +391,7 @@ def eight_parameters(photo: ArrayLike, point: ArrayLike, window: int = 41) -> No
         title = f"{NAMES[k]} {sign} {abs(step):g}{unit}"
         ax.set_title(title + (", $h_0$ + 60" if k == 7 else ""), fontsize=15)
         ax.grid(False)
-    basic.show(
+    plot.show(
         fig,
         "Eight small photos. a0 and b0 shift the window, a1 and b2 stretch it along"
         " columns and rows, a2 and b1 shear it, h0 makes it brighter and h1, here with"

@@ -12,10 +12,9 @@ from matplotlib.patches import Arc
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, rotation
-from pgm_lab.plot import basic, space
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_lab import plot, rotation
+from pgm_lab.plot import space
+from pgm_lab.plot.basic import Look, interact
 
 Face = tuple[np.ndarray, str]  # a polygon (k, 3) and its colour
 PLACE = (0.0, 0.0, 8.0)  # of the cameras above the meadow, in metres
@@ -38,7 +37,7 @@ def one_camera() -> None:
     text: Look = {"fontsize": 16, "ha": "center", "va": "center"}
     ax.text(*(exterior[:3] + (6.6, 3.4, 2.2)), "perspective\ncentre (black)", **text)
     ax.text(*(exterior[:3] + (6.4, 3.3, -0.1)), "photo (grey)", **text)
-    basic.show(
+    plot.show(
         fig,
         "Left: a camera with its perspective centre, its photo and its axes x, y, z"
         " above a meadow with a house, two trees and, on the grass, an arrow to the"
@@ -48,138 +47,9 @@ def one_camera() -> None:
     )
 
 
-def two_views(attitudes: ArrayLike, names: list[str], width: float = 7.0) -> None:
-    """Show cameras 8 m above the meadow in a row, and below each what it sees.
-
-    Parameters
-    ----------
-    attitudes : array_like (n, 3)
-        (omega, phi, kappa) of each, in degrees.
-    names : list of str
-        What to write above each.
-    width : float
-        Inches across the figure.
-    """
-    _several(attitudes, names, width)
-
-
-def two_orders(omega: float, phi: float, kappa: float) -> None:
-    """Show two cameras turned by the same three angles in opposite order.
-
-    Parameters
-    ----------
-    omega, phi, kappa : float
-        Degrees.
-    """
-    degrees = (("omega", omega), ("phi", phi), ("kappa", kappa))
-    angles = np.radians([_validate.number(value, name) for name, value in degrees])
-    one, two, three = (rotation.matrix(*row) for row in np.diag(angles))
-    pair = [three @ two @ one, one @ two @ three]
-    names = [
-        f"ω = {omega:g}°, then\nφ = {phi:g}°, then κ = {kappa:g}°",
-        f"κ = {kappa:g}°, then\nφ = {phi:g}°, then ω = {omega:g}°",
-    ]
-    _several(np.degrees(rotation.angles(pair)), names, 7.0)
-    apart = np.degrees(rotation.angle_between(*pair))
-    look = np.degrees(np.arccos(min(pair[0][2] @ pair[1][2], 1.0)))
-    print(f"One turn of {apart:.1f}° leads from one camera to the other;")
-    print(f"their lines of sight are {look:.1f}° apart.")
-
-
-def mirror() -> None:
-    """Show what a camera would see whose x axis is reversed, beside a real one."""
-    fig, axes = plt.subplots(1, 2, figsize=(7, 3.5), layout="constrained")
-    exterior = np.array([*PLACE, 0, 0, 0])
-    for ax, sign, name in zip(axes, (1, -1), ("diag(1, 1, 1)", "diag(−1, 1, 1)")):
-        faces = [(polygon * (sign, 1, 1), color) for polygon, color in _country()]
-        _photo(ax, exterior, faces)
-        ax.set_title(f"M = {name}", loc="center")
-    basic.show(
-        fig,
-        "Two photos of the meadow from above. In the first the letter N reads as it"
-        " should; in the second everything is exchanged left for right, and the N is"
-        " written backwards.",
-        colours=128,
-    )
-
-
-def attitude_by_hand() -> None:
-    """Show a camera above the meadow, and sliders that turn it."""
-
-    def draw(omega: int, phi: int, kappa: int) -> None:
-        exterior = np.array([*PLACE, *np.radians([omega, phi, kappa])])
-        name = f"ω = {omega}°, φ = {phi}°, κ = {kappa}°".replace("-", "−")
-        fig = _beside(exterior, name)
-        basic.show(
-            fig,
-            f"A camera 8 m above the meadow, {name}, and its photo, in which"
-            f" {_north(exterior)}.",
-            dpi=80,
-            colours=128,
-        )
-
-    def slider(name: str, most: int) -> IntSlider:
-        look: Look = {"description": f"{name} (°)", "continuous_update": False}
-        return IntSlider(0, -most, most, 5, **look)
-
-    interact(draw, omega=slider("ω", 90), phi=slider("φ", 90), kappa=slider("κ", 180))
-
-
-def around_camera(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
-    """Show nine cameras around targets; red ones look elsewhere than in the first set.
-
-    Parameters
-    ----------
-    points : array_like (n, 3)
-        The targets, in mm.
-    cameras : mapping of str to array_like (9, 6)
-        Exterior orientations by a name, those of 2013.
-    """
-    points = _validate.points(points, 3, "points")
-    sets = {
-        name: _validate.of_shape(exteriors, (9, 6), f"cameras, {name}")
-        for name, exteriors in _validate.mapping(cameras, "cameras").items()
-    }
-    if not sets or not len(points):
-        raise ValueError("points and cameras must hold one set or more")
-    first = rotation.matrix(*next(iter(sets.values()))[:, 3:].T)
-    fig = plt.figure(figsize=(7, 4.6), layout="none")
-    said = []
-    for column, (name, exteriors) in enumerate(sets.items()):
-        ax = space.space(fig, fig.add_gridspec(1, len(sets))[column], view=(20, 20))
-        ax.set_position((column / len(sets), 0.12, 1 / len(sets), 0.8))
-        ax.set_title(name, loc="center", y=1.0)
-        ax.plot(*points.T, "o", color=basic.BLACK, markersize=3.5)
-        ax.text(-20, 1560, 330, "targets", fontsize=15, ha="center")
-        space.draw_axes(ax, (0, 1000, -1000), None, 350, ("X", "Y", "Z"), 15)
-        other = rotation.matrix(*exteriors[:, 3:].T)
-        off = np.degrees(rotation.angle_between(other, first)) > 1
-        for camera, wrong in zip(exteriors, off):
-            color = basic.RED if wrong else basic.BLUE
-            space.draw_camera(ax, camera, 200, color=color, axes=False)
-        for tag, beside in PLACES.items():
-            at = exteriors[int(tag[0]) - 1, :3] + beside
-            ax.text(*at, tag, fontsize=14, ha="center", va="center")
-        space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.2)
-        wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
-        others = f": turned away from the first set are {wrong_ones}"
-        said.append(name + (others if len(sets) > 1 else ""))
-    scale = "The axes X, Y, Z are 350 mm long."
-    key = "\nBlue: as in the first picture; red: turned away." if len(sets) > 1 else ""
-    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
-    basic.show(
-        fig,
-        "Muliawan's nine cameras around a field of fifty targets. "
-        + ". ".join(said)
-        + ". The axes X, Y, Z are 350 mm long.",
-    )
-
-
-def _several(attitudes: ArrayLike, names: list[str], width: float) -> None:
-    attitudes = _validate.points(attitudes, 3, "attitudes").reshape(-1, 3)
-    names = list(_validate.texts(names, "names", len(attitudes)))
-    width = _validate.positive_number(width, "width", "inches")
-    fig = plt.figure(figsize=(width, 5.4), layout="none")
+def two_views(attitudes: ArrayLike, names: list[str]) -> None:
+    """Show cameras 8 m above the meadow in a row, and below each what it sees."""
+    fig = plt.figure(figsize=(7, 5.4), layout="none")
     look: Look = {"height_ratios": (1.2, 1), "hspace": 0.0, "wspace": 0.06}
     look |= {"left": 0.02, "right": 0.98, "bottom": 0.08, "top": 0.88}
     grid = fig.add_gridspec(2, len(names), **look)
@@ -198,7 +68,99 @@ def _several(attitudes: ArrayLike, names: list[str], width: float) -> None:
     M = rotation.matrix(*np.radians(attitudes).T)
     if len(M) > 1 and np.allclose(M, M[0], rtol=0, atol=1e-12):
         said.append("all cameras and all photos are the same")
-    basic.show(fig, alt + "; ".join(said) + ".", colours=128)
+    plot.show(fig, alt + "; ".join(said) + ".", colours=128)
+
+
+def two_orders(omega: float, phi: float, kappa: float) -> None:
+    """Show two cameras turned by the same three angles in opposite order."""
+    degrees = np.diag([omega, phi, kappa])
+    one, two, three = (rotation.matrix(*row) for row in np.radians(degrees))
+    pair = [three @ two @ one, one @ two @ three]
+    names = [
+        f"ω = {omega:g}°, then\nφ = {phi:g}°, then κ = {kappa:g}°",
+        f"κ = {kappa:g}°, then\nφ = {phi:g}°, then ω = {omega:g}°",
+    ]
+    two_views(np.degrees(rotation.angles(pair)), names)
+    apart = np.degrees(rotation.angle_between(*pair))
+    look = np.degrees(np.arccos(min(pair[0][2] @ pair[1][2], 1.0)))
+    print(f"One turn of {apart:.1f}° leads from one camera to the other;")
+    print(f"their lines of sight are {look:.1f}° apart.")
+
+
+def mirror() -> None:
+    """Show what a camera would see whose x axis is reversed, beside a real one."""
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.5), layout="constrained")
+    exterior = np.array([*PLACE, 0, 0, 0])
+    for ax, sign, name in zip(axes, (1, -1), ("diag(1, 1, 1)", "diag(−1, 1, 1)")):
+        faces = [(polygon * (sign, 1, 1), color) for polygon, color in _country()]
+        _photo(ax, exterior, faces)
+        ax.set_title(f"M = {name}", loc="center")
+    plot.show(
+        fig,
+        "Two photos of the meadow from above. In the first the letter N reads as it"
+        " should; in the second everything is exchanged left for right, and the N is"
+        " written backwards.",
+        colours=128,
+    )
+
+
+def attitude_by_hand() -> None:
+    """Show a camera above the meadow, and sliders that turn it."""
+
+    def draw(omega: int, phi: int, kappa: int) -> None:
+        exterior = np.array([*PLACE, *np.radians([omega, phi, kappa])])
+        name = f"ω = {omega}°, φ = {phi}°, κ = {kappa}°".replace("-", "−")
+        fig = _beside(exterior, name)
+        plot.show(
+            fig,
+            f"A camera 8 m above the meadow, {name}, and its photo, in which"
+            f" {_north(exterior)}.",
+            dpi=80,
+            colours=128,
+        )
+
+    def slider(name: str, most: int) -> IntSlider:
+        look: Look = {"description": f"{name} (°)", "continuous_update": False}
+        return IntSlider(0, -most, most, 5, **look)
+
+    interact(draw, omega=slider("ω", 90), phi=slider("φ", 90), kappa=slider("κ", 180))
+
+
+def around_camera(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
+    """Show nine cameras around targets; red ones look elsewhere than the first set."""
+    first = rotation.matrix(*next(iter(cameras.values()))[:, 3:].T)
+    fig = plt.figure(figsize=(7, 4.6), layout="none")
+    said = []
+    for column, (name, exteriors) in enumerate(cameras.items()):
+        ax = space.space(fig, fig.add_gridspec(1, len(cameras))[column], view=(20, 20))
+        ax.set_position((column / len(cameras), 0.12, 1 / len(cameras), 0.8))
+        ax.set_title(name, loc="center", y=1.0)
+        ax.plot(*points.T, "o", color=plot.BLACK, markersize=3.5)
+        ax.text(-20, 1560, 330, "targets", fontsize=15, ha="center")
+        space.draw_axes(ax, (0, 1000, -1000), None, 350, ("X", "Y", "Z"), 15)
+        other = rotation.matrix(*exteriors[:, 3:].T)
+        off = np.degrees(rotation.angle_between(other, first)) > 1
+        for camera, wrong in zip(exteriors, off):
+            color = plot.RED if wrong else plot.BLUE
+            space.draw_camera(ax, camera, 200, color=color, axes=False)
+        for tag, beside in PLACES.items():
+            at = exteriors[int(tag[0]) - 1, :3] + beside
+            ax.text(*at, tag, fontsize=14, ha="center", va="center")
+        space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.2)
+        wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
+        others = f": turned away from the first set are {wrong_ones}"
+        said.append(name + (others if len(cameras) > 1 else ""))
+    scale = "The axes X, Y, Z are 350 mm long."
+    key = (
+        "\nBlue: as in the first picture; red: turned away." if len(cameras) > 1 else ""
+    )
+    fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
+    plot.show(
+        fig,
+        "Muliawan's nine cameras around a field of fifty targets. "
+        + ". ".join(said)
+        + ". The axes X, Y, Z are 350 mm long.",
+    )
 
 
 def _beside(
@@ -256,7 +218,7 @@ def _north(exterior: np.ndarray) -> str:
     return f"the arrow to the north points {abs(turn):.0f} degrees {side} of up"
 
 
-# --- A meadow with a house and two trees: something to look at through a turned camera ---
+# --- A meadow with a house and two trees: something for a turned camera to see ---
 
 GROUND = "#D3E3C2"  # of the fields around the meadow, to the horizon
 
@@ -267,11 +229,6 @@ def village() -> list[Face]:
     No symmetry hides a wrong rotation: the house stands in the south-west, a tall tree
     in the north-east, a small one in the south-east; a road runs west to east, and in
     the north-west an arrow and the letter N are painted on the grass.
-
-    Returns
-    -------
-    list of (ndarray (k, 3), str)
-        Polygons (X, Y, Z) in metres, Z up from the grass, and their colours.
     """
     faces = []
     for column in range(-6, 6):
@@ -287,28 +244,13 @@ def village() -> list[Face]:
     return faces
 
 
-def surroundings(reach: int = 12) -> list[Face]:
+def surroundings() -> list[Face]:
     """Fields of 12 m x 12 m around the meadow, and the road that goes on, for a photo.
 
     They give the ground a scale and a direction as far as the eye can tell. In a
     drawing in space they would leave no room.
-
-    Parameters
-    ----------
-    reach : int
-        Fields to each side, 6 to 200.
-
-    Returns
-    -------
-    list of (ndarray (k, 3), str)
-        Polygons (X, Y, Z) in metres in the frame of `village`, and their colours.
-
-    Raises
-    ------
-    ValueError
-        If reach is no whole number from 6 to 200.
     """
-    reach = _validate.whole(reach, "reach", 6, 200)
+    reach = 12  # fields to each side
     field = 12.0 * np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]) - (6, 6, 0)
     places = range(-reach, reach + 1)
     dark = [(i, j) for i in places for j in places if (i + j) % 2]
@@ -328,7 +270,7 @@ def _north_arrow(corner: tuple[float, float]) -> list[Face]:
     diagonal = [(0, 0.8), (0.45, 0), (0.6, 0), (0.15, 0.8)]
     parts = [arrow, *(stem + (x, 0) for x in (0.75, 1.2)), np.add(diagonal, (0.75, 0))]
     flat = [np.column_stack([np.add(p, corner), np.full(len(p), 0.01)]) for p in parts]
-    return [(polygon, basic.BLACK) for polygon in flat]
+    return [(polygon, plot.BLACK) for polygon in flat]
 
 
 def _house(corner: np.ndarray, size: np.ndarray) -> list[Face]:
@@ -342,7 +284,7 @@ def _house(corner: np.ndarray, size: np.ndarray) -> list[Face]:
     faces = [(np.concatenate(w), shade) for w, shade in zip(walls, shades)]
     faces += [(np.array([high[1], high[2], ridge[1]]), "#DCC79F")]
     faces += [(np.array([high[3], high[0], ridge[0]]), "#DCC79F")]
-    faces += [(np.array([high[0], high[1], ridge[1], ridge[0]]), basic.RED)]
+    faces += [(np.array([high[0], high[1], ridge[1], ridge[0]]), plot.RED)]
     faces += [(np.array([high[2], high[3], ridge[0], ridge[1]]), "#A84A00")]
     return faces
 
@@ -356,14 +298,14 @@ def _tree(place: tuple[float, float], radius: float, height: float) -> list[Face
     return [(np.array([rim[i], rim[i + 1], top]), shades[i // 2]) for i in range(8)]
 
 
-# --- Sketches of turned frames: one turn in the plane, three in space, the quadrants ---
+# --- Sketches of turned frames: one turn in the plane, three in space, quadrants ---
 
 WORDS: Look = {"fontsize": 18}
 KAPPA = np.radians(30.0)  # of the sketch in the plane
 TURNS = (  # Greek letter, axis, from which axis to which, colour
-    ("ω", "x", "Y", "Z", basic.RED),
-    ("φ", "y", "Z", "X", basic.GREEN),
-    ("κ", "z", "X", "Y", basic.BLUE),
+    ("ω", "x", "Y", "Z", plot.RED),
+    ("φ", "y", "Z", "X", plot.GREEN),
+    ("κ", "z", "X", "Y", plot.BLUE),
 )
 
 
@@ -377,24 +319,24 @@ def plane_rotation() -> None:
         _arrow(ax, (size, 0), "$X$", "0.35", "--")
         _arrow(ax, (0, size), "$Y$", "0.35", "--")
         _arc(ax, 0.0, 30.0, 0.85 if ax is left else 0.45, "κ")
-    _arrow(left, 1.75 * ex, "$x$", basic.RED)
-    _arrow(left, 1.75 * ey, "$y$", basic.BLUE)
+    _arrow(left, 1.75 * ex, "$x$", plot.RED)
+    _arrow(left, 1.75 * ey, "$y$", plot.BLUE)
     for foot, color, line in (
         ((P[0], 0), "0.35", "--"),
         ((0, P[1]), "0.35", "--"),
-        ((P @ ex) * ex, basic.RED, "-"),
-        ((P @ ey) * ey, basic.BLUE, "-"),
+        ((P @ ex) * ex, plot.RED, "-"),
+        ((P @ ey) * ey, plot.BLUE, "-"),
     ):
         left.plot(*np.transpose([P, foot]), color=color, ls=line, lw=1.8)
         left.plot(*foot, "o", color=color, ms=7)
-    left.plot(*P, "o", color=basic.BLACK, ms=11)
+    left.plot(*P, "o", color=plot.BLACK, ms=11)
     left.annotate("$P$", P, (8, 4), textcoords="offset points", **WORDS)
     left.set_title("one point, two frames")
-    _arrow(right, ex, "$e_x$", basic.RED)
-    _arrow(right, ey, "$e_y$", basic.BLUE)
+    _arrow(right, ex, "$e_x$", plot.RED)
+    _arrow(right, ey, "$e_y$", plot.BLUE)
     right.add_patch(Arc((0, 0), 2, 2, theta1=-5, theta2=140, color="0.6", ls=":"))
-    right.plot((ex[0], ex[0]), (0, ex[1]), color=basic.RED, lw=2, ls="-.")
-    right.plot((0, ex[0]), (-0.05, -0.05), color=basic.RED, lw=2, ls="-.")
+    right.plot((ex[0], ex[0]), (0, ex[1]), color=plot.RED, lw=2, ls="-.")
+    right.plot((0, ex[0]), (-0.05, -0.05), color=plot.RED, lw=2, ls="-.")
     right.text(ex[0] / 2 + 0.05, -0.19, "cos κ", ha="center", **WORDS)
     free: Look = {"facecolor": "white", "edgecolor": "none", "pad": 1}
     right.text(ex[0] + 0.04, 0.2, "sin κ", va="center", bbox=free, **WORDS)
@@ -404,7 +346,7 @@ def plane_rotation() -> None:
     for ax in (left, right):
         ax.set_aspect("equal")
         ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         "Left, a frame X, Y and a frame x, y of the same origin that is turned by kappa"
         " counter-clockwise; from the point P perpendiculars fall on all four axes."
@@ -413,15 +355,9 @@ def plane_rotation() -> None:
     )
 
 
-def three_rotations(degrees: float = 25.0) -> None:
-    """Show one turn at a time in space: about x, about y, about z.
-
-    Parameters
-    ----------
-    degrees : float
-        The angle of each turn.
-    """
-    angle = np.radians(_validate.number(degrees, "degrees"))
+def three_rotations() -> None:
+    """Show one turn at a time in space: about x, about y, about z."""
+    angle = np.radians(25)
     fig = plt.figure(figsize=(10, 3.9), layout="none")
     for column, (letter, axis, start, end, color) in enumerate(TURNS):
         ax = space.space(fig, fig.add_gridspec(1, 3)[column], view=(32, 40))
@@ -432,38 +368,31 @@ def three_rotations(degrees: float = 25.0) -> None:
         t = np.linspace(0, angle, 30)
         first, second = np.eye(3)[(column + 1) % 3], np.eye(3)[(column + 2) % 3]
         arc = 0.72 * (np.outer(np.cos(t), first) + np.outer(np.sin(t), second))
-        ax.plot(*arc.T, color=basic.BLACK, lw=2.5, clip_on=False)
-        tip = {"arrow_length_ratio": 1.0, "lw": 2.5, "color": basic.BLACK}
+        ax.plot(*arc.T, color=plot.BLACK, lw=2.5, clip_on=False)
+        tip = {"arrow_length_ratio": 1.0, "lw": 2.5, "color": plot.BLACK}
         ax.quiver(*arc[-8], *(arc[-1] - arc[-8]), clip_on=False, **tip)
         at = 0.5 * (np.cos(angle / 2) * first + np.sin(angle / 2) * second)
         ax.text(*at, letter, fontsize=19, ha="center", va="center")
         space.fit(ax, [(-0.35, -0.35, -0.25), (1.15, 1.15, 1.2)], zoom=1.08)
         name = f"{letter} about {axis}:\nfrom {start} towards {end}"
         ax.set_title(name, loc="center", y=1.07, color=color)
-    basic.show(
+    plot.show(
         fig,
-        f"Three frames, each turned by {degrees:g} degrees about one of its axes. Omega"
+        "Three frames, each turned by 25 degrees about one of its axes. Omega"
         " turns about x, from Y towards Z; phi about y, from Z towards X; kappa about"
         " z, from X towards Y. All axes have length 1.",
     )
 
 
 def quadrant(degrees: float) -> None:
-    """Show two directions of one tangent on the circle, and what arctan answers.
-
-    Parameters
-    ----------
-    degrees : float
-        An angle between 90 and 180.
-    """
-    degrees = _validate.number(degrees, "degrees")
+    """Show two directions of one tangent on the circle, and what arctan answers."""
     answer = float(np.degrees(np.arctan(np.tan(np.radians(degrees)))))
     fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     ax.add_patch(Arc((0, 0), 2, 2, color="0.6"))
     ax.fill_between((0, 1.15), -1.15, 1.15, color="0.92", linewidth=0, zorder=0)
     middle: Look = {"fontsize": 16, "ha": "center", "va": "center"}
     ax.text(0.47, 0.4, "all that\narctan\nanswers", **middle)
-    for value, color, line in ((degrees, basic.BLUE, "-"), (answer, basic.RED, "--")):
+    for value, color, line in ((degrees, plot.BLUE, "-"), (answer, plot.RED, "--")):
         x, y = np.cos(np.radians(value)), np.sin(np.radians(value))
         ax.plot((0, x), (0, y), color=color, ls=line, lw=4)
         ax.plot(x, y, "o", color=color, ms=11)
@@ -477,7 +406,7 @@ def quadrant(degrees: float) -> None:
     ax.text(0.05, 1.22, "sin ω", fontsize=16, va="center")
     ax.set(xlim=(-1.8, 1.6), ylim=(-1.5, 1.32), aspect="equal")
     ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         f"A circle of radius 1 with a direction of {degrees:.0f} degrees and the"
         f" opposite one of {answer:.0f} degrees, which have the same tangent; arctan"
@@ -498,8 +427,8 @@ def _arc(ax: Axes, start: float, end: float, radius: float, name: str) -> None:
     """Draw the angle between two directions in degrees, as an arrow."""
     t = np.radians(np.linspace(start, end, 40))
     x, y = radius * np.cos(t), radius * np.sin(t)
-    ax.plot(x, y, color=basic.BLACK, lw=2)
-    look: Look = {"arrowstyle": "-|>", "color": basic.BLACK, "lw": 2}
+    ax.plot(x, y, color=plot.BLACK, lw=2)
+    look: Look = {"arrowstyle": "-|>", "color": plot.BLACK, "lw": 2}
     ax.annotate("", (x[-1], y[-1]), (x[-4], y[-4]), arrowprops=look)
     middle = np.radians((start + end) / 2)
     at = (radius + 0.1) * np.array([np.cos(middle), np.sin(middle)])

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, orientation, rotation
 from pgm_lab.camera import Camera, project
 from pgm_lab.plot import basic, space
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot._style import fill
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import Look, interact
+from pgm_lab.plot.space import fill
 
 CAMERA = np.array([0.0, 0, 3.4, 0.12, -0.1, 0.0])  # of the sketch of one ray
 PAIR = np.array([(-1.3, 0, 3.0, 0.1, -0.3, 0), (1.3, 0, 3.2, 0.05, 0.25, 0)])

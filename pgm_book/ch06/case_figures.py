@@ -16,8 +16,8 @@ from pgm_lab import bundle as room
 from pgm_lab.bundle.lens import places
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.plot import _doors, basic, bundle
-from pgm_lab.plot._style import SERIES, UM, plain, symbol
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import SERIES, Look, plain
+from pgm_lab.plot.bundle import UM, symbol
 
 # Colour, marker and line of a defect's curve
 LOOKS = {

@@ -17,9 +17,8 @@ from pgm_lab import bundle as room
 from pgm_lab._rounding import round_number
 from pgm_lab.plot import _doors, basic, space
 from pgm_lab.plot import bundle as pictures
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot._style import best_view, fill, screen, together
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import Look, interact
+from pgm_lab.plot.space import best_view, fill, screen, together
 
 C = 35.0  # mm, of the sketches
 # Drawn so large that they can be seen; the order is that of a camera's parameters

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pgm_book.common.figures import outline
 from pgm_lab import _validate
 from pgm_lab.plot import basic
-from pgm_lab.plot._overlay import composite, grey_levels
+from pgm_lab.plot.basic import composite, grey_levels
 from pgm_lab.registration import accuracy
 
 SQUARE = 21  # px, the chip of the paper

@@ -14,9 +14,7 @@ from pgm_book.common.figures import outline
 from pgm_book.program.registration import best_shift, peak_of_parabola
 from pgm_lab import _validate
 from pgm_lab.plot import _doors, basic
-from pgm_lab.plot._overlay import grey_levels, overlay
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import Look, grey_levels, interact, overlay
 
 CHIP = 21  # px across, as in the paper
 LABEL: Look = {

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.plot import basic
-from pgm_lab.plot._overlay import grey_levels
+from pgm_lab.plot.basic import grey_levels
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair, Surface, Terrain
 

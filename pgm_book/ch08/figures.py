@@ -16,9 +16,7 @@ from pgm_lab import _validate
 from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 from pgm_lab.plot import basic
-from pgm_lab.plot._overlay import composite, grey_levels
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import Look, composite, grey_levels, interact
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import DenseMatch, NormalPair, Surface, Terrain, quality
 

@@ -14,8 +14,7 @@ from pgm_book.program import adjustment as textbook
 from pgm_lab import _validate
 from pgm_lab.adjustment import critical_w
 from pgm_lab.plot import basic
-from pgm_lab.plot._sliders import interact
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot.basic import Look, interact
 
 
 def parabolas(observed: ArrayLike, p: ArrayLike, names: Sequence[str]) -> None:

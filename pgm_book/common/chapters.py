@@ -1,6 +1,6 @@
 """The chapters of the workbook as ``data/chapters.csv`` lists them: README's table."""
 
-from pgm_lab import _validate, datasets
+from pgm_lab import datasets
 from pgm_lab._shown import publish_display_data
 
 HEADER = ("no.", "chapter", "asks", "sources", "minutes")
@@ -15,25 +15,15 @@ def table() -> None:
 
 
 def markdown(folder: str = "") -> str:
-    """Write the table of the chapters that are ready, and name those to come.
+    """Write the table of the ready chapters in Markdown, and name those to come.
 
-    Parameters
-    ----------
-    folder : str
-        Where the notebooks lie, seen from the text, with a slash at its end.
-
-    Returns
-    -------
-    str
-        A table in reading order, and a sentence, in Markdown.
+    `folder` is where the notebooks lie, seen from the text, with a slash at its end.
 
     Examples
     --------
     >>> print(markdown("notebooks/").splitlines()[2])
     | 0 | [Start here](notebooks/00_start_here.ipynb) | How ... work? | all four | 15 |
     """
-    if not isinstance(folder, str):
-        raise ValueError(f"folder must be a text; got {_validate.shown(folder)}")
     lines = [HEADER, ["---"] * len(HEADER)]
     for row in _ready():
         title = f"[{row['title']}]({folder}{row['notebook']}.ipynb)"

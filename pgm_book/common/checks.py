@@ -21,13 +21,9 @@ from pgm_lab import _validate
 def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
     """Call the reader's function on copies of its arguments; return what it answers.
 
-    `first` names the exercises whose functions this one uses, for a reader who left
-    them out.
-
-    Raises
-    ------
-    CheckFailed
-        If the function stops, returns nothing, or changes its input.
+    It raises `CheckFailed` if the function stops, returns nothing, or changes its
+    input. `first` names the exercises whose functions this one uses, for a reader who
+    left them out.
     """
     name = getattr(function, "__name__", "your function")
     if not callable(function):
@@ -64,12 +60,6 @@ def call(
     """Call the reader's function and return its answer as an array of that shape.
 
     `first` as in `answer_of`; `single`: whether single precision will do.
-
-    Raises
-    ------
-    CheckFailed
-        If the function stops, returns nothing, changes its input, or returns something
-        of another shape or in single precision.
 
     Examples
     --------
@@ -126,23 +116,9 @@ def _turned(shape: tuple[int, ...]) -> str:
 def numbers(
     name: str, answer: object, shape: tuple[int, ...] = (), wanted: str = "one number"
 ) -> np.ndarray:
-    """Return an answer that is no function as an array of that shape.
+    """Return the value that a reader gives a name as an array of that shape.
 
-    Parameters
-    ----------
-    name : str
-        The name that the reader gives a value.
-    answer : object
-        The value.
-    shape : tuple of int
-        Shape of a right answer.
-    wanted : str
-        The same in words.
-
-    Raises
-    ------
-    CheckFailed
-        If the answer is missing, or is not such numbers.
+    `wanted` says in words what a right answer looks like.
 
     Examples
     --------
@@ -162,19 +138,9 @@ def numbers(
 
 
 def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
-    """Print the properties that hold, or raise with the ones that fail.
+    """Print the properties that hold, or raise `CheckFailed` with hints to the others.
 
-    Parameters
-    ----------
-    name : str
-        What is checked.
-    properties : iterable of (property, holds, hint)
-        Each in plain words; the hint is shown when the property fails.
-
-    Raises
-    ------
-    CheckFailed
-        If a property fails.
+    `properties` are (property, whether it holds, hint), in plain words.
 
     Examples
     --------
@@ -191,16 +157,7 @@ def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
 
 def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> bool:
     """True if all numbers agree to a tolerance relative to the largest of them."""
-    found = _validate.real(answer, "answer")
-    wanted = _validate.real(expected, "expected")
-    tolerance = _validate.not_negative(tolerance, "tolerance", "of the largest number")
-    try:
-        np.broadcast_shapes(found.shape, wanted.shape)
-    except ValueError:
-        raise ValueError(
-            "answer and expected must have shapes that fit; got"
-            f" {found.shape} and {wanted.shape}"
-        ) from None
+    found, wanted = np.asarray(answer, float), np.asarray(expected, float)
     scale = max(1.0, float(np.max(np.abs(wanted), initial=0.0)))
     return bool(np.all(np.abs(found - wanted) <= tolerance * scale))
 
@@ -213,16 +170,7 @@ def first_slip(
 ) -> str:
     """Hint to the first slip that explains the whole answer.
 
-    Parameters
-    ----------
-    answer : array_like
-        What the reader found.
-    slips : iterable of (wrong answer, hint)
-        What comes of slips that are often made, in the shape of the answer.
-    otherwise : str
-        The hint when no slip explains the answer.
-    tolerance : float
-        As for `near`.
+    `slips` are (wrong answer, hint): what comes of slips that are often made.
 
     Examples
     --------
@@ -242,25 +190,9 @@ def compare(
     slips: Mapping[str, Callable],
     otherwise: str,
 ) -> tuple[bool, str]:
-    """Compare the reader's function with the right one, and with wrong ones.
+    """Whether the reader's function is right in all cases, and the hint if it is not.
 
-    Parameters
-    ----------
-    function : callable
-        The reader's.
-    cases : iterable of tuples
-        The arguments on which all functions are called.
-    right : callable
-        The right function.
-    slips : mapping of str to callable
-        Functions with one slip each, by the hint to it.
-    otherwise : str
-        The hint when no slip explains all answers.
-
-    Returns
-    -------
-    bool, str
-        Whether the function is right, and the hint if it is not.
+    `cases` are tuples of arguments, `slips` functions with one slip each by the hint.
 
     Examples
     --------

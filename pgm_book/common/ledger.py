@@ -14,7 +14,7 @@ from ipywidgets import Dropdown
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from pgm_lab import _validate, datasets, plot
+from pgm_lab import datasets, plot
 
 VERDICTS = {
     "reproduced": (plot.BLUE, "white"),
@@ -42,13 +42,10 @@ def verdicts(
 
     Parameters
     ----------
-    chapter : str, optional
-        Number of the chapter, for example "1" or "A1".
+    chapter, source, verdict : str, optional
+        For example "1" or "A1", "Bani 2010", "not derivable".
     places : collection of str, optional
         Places as written in the ledger.
-    source : str, optional
-        For example "Bani 2010".
-    verdict : {"reproduced", "corrected", "not derivable"}, optional
 
     Raises
     ------
@@ -63,42 +60,33 @@ def verdicts(
     'corrected'
     """
     found = datasets.rows("audit")
-    if places is not None:
-        places = _validate.texts(places, "places")
-    if chapter is not None:
-        _validate.text(chapter, "chapter")
-        if chapter not in {row["chapter"] for row in found}:
-            raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
-    if source is not None:
-        _validate.choice(source, "source", tuple(CITED_AS))
-    if verdict is not None:
-        _validate.choice(verdict, "verdict", tuple(VERDICTS))
+    if chapter is not None and chapter not in {row["chapter"] for row in found}:
+        raise ValueError(f"the ledger has no verdicts of chapter {chapter!r}")
+    if source not in (None, *CITED_AS):
+        raise ValueError(f"source must be one of {', '.join(CITED_AS)}; got {source!r}")
+    if verdict not in (None, *VERDICTS):
+        raise ValueError(
+            f"verdict must be one of {', '.join(VERDICTS)}; got {verdict!r}"
+        )
     wanted = {"chapter": chapter, "source": source, "verdict": verdict}
     for column, value in wanted.items():
         found = [row for row in found if value in (None, row[column])]
     if places is None:
         return found
-    missing = set(places) - {row["place"] for row in found}
-    if missing:
+    if missing := set(places) - {row["place"] for row in found}:
         names = ", ".join(sorted(missing))
         raise ValueError(f"the ledger has no such place: {names} (in `places`)")
     return [row for row in found if row["place"] in places]
 
 
 def code(equation: str) -> list[str]:
-    """Name the functions behind an equation of a source.
+    """Name the functions behind an equation of a source; none if it is not used.
 
     Parameters
     ----------
     equation : str
-        The equation as docstrings cite it: "M 2.95" of Muliawan 2013, "B 2.6a" of Bani
-        2010 ("B 5" of its appendix B), "H 4" of Harintaka 2020, "Br 1" of Brahmantara
-        2015.
-
-    Returns
-    -------
-    list of str
-        Full names of the functions; empty if the library does not use the equation.
+        As docstrings cite it: "M 2.95" of Muliawan 2013, "B 2.6a" of Bani 2010 ("B 5"
+        of its appendix B), "H 4" of Harintaka 2020, "Br 1" of Brahmantara 2015.
 
     Raises
     ------
@@ -110,7 +98,6 @@ def code(equation: str) -> list[str]:
     >>> code("M 2.38")
     ['pgm_lab.orientation.coplanarity.by_image']
     """
-    _validate.text(equation, "equation")
     rows = [row for row in verdicts() if equation in equations(row)]
     if not rows:
         raise ValueError(
@@ -129,7 +116,6 @@ def equations(row: dict[str, str]) -> list[str]:
     >>> equations(verdicts("5", places=["(2.41), (2.42)"])[0])
     ['M 2.41', 'M 2.42']
     """
-    (row,) = _rows([row], "source", "place", "kind", name="row")
     if row["kind"] != "equation":
         return []
     numbers: list[str] = []
@@ -147,29 +133,13 @@ def _up_to(first: str, last: str) -> list[str]:
 
 
 def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> None:
-    """Show verdicts as a table in the notebook.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Rows of the ledger, from `verdicts`.
-    caption : str
-        What the table shows.
-    causes : bool
-        Show the causes of corrections in a last column.
-    """
-    causes = _validate.flag(causes, "causes")
-    shown = ("source", "place", "printed", "obtained", "verdict")
-    rows = _rows(rows, *shown, *["cause"] * causes)
-    header = ["source", "printed", "what we get", "verdict"]
+    """Show verdicts as a table, with the causes of corrections in a last column."""
+    header = ["source", "printed", "what we get", "verdict"] + ["cause"] * causes
+    columns = ["printed", "obtained", "verdict"] + ["cause"] * causes
     cells = [
-        [f"{r['source']}, {r['place']}", r["printed"], r["obtained"], r["verdict"]]
-        for r in rows
+        [f"{row['source']}, {row['place']}", *(row[name] for name in columns)]
+        for row in rows
     ]
-    if causes:
-        header.append("cause")
-        for row, line in zip(rows, cells, strict=True):
-            line.append(row["cause"])
     plot.table(header, cells, caption)
 
 
@@ -202,13 +172,7 @@ def explore() -> None:
 
 
 def figure(rows: list[dict[str, str]]) -> Figure:
-    """Draw how many verdicts of each kind each source has.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        To be shown with `plot.show`; `summary` gives the words for it.
-    """
+    """Draw how many verdicts of each kind each source has; `summary` says it."""
     sources = _by_year(rows)[::-1]
     fig, ax = plt.subplots(figsize=(10, 3.2))
     left = [0] * len(sources)
@@ -241,22 +205,7 @@ def summary(rows: list[dict[str, str]]) -> str:
     return "; ".join(lines) + "."
 
 
-def _rows(rows: list[dict[str, str]], *columns: str, name: str = "rows") -> list:
-    """Refuse what are no rows of the ledger with texts in these columns."""
-    rows = _validate.several(rows, name, dict)
-    for row in rows:
-        texts = all(isinstance(text, str) for text in row.values())
-        if not texts or not row.keys() >= set(columns):
-            raise ValueError(
-                f"{name} must be of the ledger, as `verdicts` gives them: with texts in"
-                f" {', '.join(columns)}"
-            )
-    return rows
-
-
 def _by_year(rows: list[dict[str, str]]) -> list[str]:
-    if not _rows(rows, "source", "verdict"):
-        raise ValueError("rows must be one or more")
     return sorted({row["source"] for row in rows}, key=lambda source: source[-4:])
 
 

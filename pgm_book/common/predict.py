@@ -4,7 +4,6 @@ import csv
 from html import escape
 from pathlib import Path
 
-from pgm_lab import _validate
 from pgm_lab._shown import publish_display_data
 
 BOOK = Path(__file__).parents[1]
@@ -35,17 +34,8 @@ def predict(number: str) -> None:
     """Show the choices of a prediction; what the cell shows next waits for a click.
 
     Each choice opens to a sentence on it. A figure that the same cell draws afterwards
-    appears once a choice is open, also in a page or a slide without a kernel.
-
-    Parameters
-    ----------
-    number : str
-        Number of the prediction in the chapter's ``predictions.csv``, for example "2.1".
-
-    Raises
-    ------
-    ValueError
-        If there is no such prediction.
+    appears once a choice is open, also in a page or a slide without a kernel. `number`
+    is that in the chapter's ``predictions.csv``, for example "2.1".
 
     Examples
     --------
@@ -63,7 +53,6 @@ def predict(number: str) -> None:
 
 def choices_of(number: str) -> list[dict[str, str]]:
     """Return the rows of a prediction, one a choice."""
-    _validate.text(number, "number")
     chapter, _, _ = number.partition(".")
     name = "case_predictions.csv" if chapter.endswith("c") else "predictions.csv"
     path = BOOK / f"ch{chapter.removesuffix('c').zfill(2)}" / name

@@ -7,14 +7,7 @@ BOOK = Path(__file__).parents[1]
 
 
 def rows(chapter: str, name: str) -> list[dict[str, str]]:
-    """Rows of a table of results as dictionaries.
-
-    Parameters
-    ----------
-    chapter : str
-        Its folder, for example "ch02".
-    name : str
-        The table, for example "windows".
+    """Rows of a table of results as dictionaries, by the folder of its chapter.
 
     Examples
     --------

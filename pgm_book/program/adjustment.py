@@ -1,13 +1,12 @@
 """Least squares in a few lines, as lesson A1 writes it: to be read.
 
-`core` does the same for any model, with constraints, and says what went wrong.
-`redundancy_numbers` and `suspect` look for blunders, `ellipse` is that of a point.
+`pgm_lab.adjustment` does the same for any model, with constraints, and says what went
+wrong. `redundancy_numbers` and `suspect` look for blunders; `ellipse` is of a point.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
 from pgm_lab.adjustment.outliers import critical_w
 
 
@@ -32,11 +31,6 @@ def normal_equations(
     n : ndarray (u,)
         The sum of p a l over the rows.
 
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or a number is not finite, or a weight not positive.
-
     References
     ----------
     Muliawan 2013, (M 2.70) and (M 2.78); (B 6) to (B 8), without weights.
@@ -46,7 +40,9 @@ def normal_equations(
     >>> normal_equations([[1], [1]], [1, 3], [2.0, 6.0])
     (array([[4.]]), array([20.]))
     """
-    A, p, observed = _checked(A, p, observed)
+    A, p, observed = np.asarray(A, float), np.asarray(p, float), np.asarray(observed)
+    if not np.all(p > 0):
+        raise ValueError("p must be positive: leave out what has no weight")
     return A.T @ (p[:, None] * A), A.T @ (p * observed)
 
 
@@ -74,7 +70,7 @@ def adjust(
     Raises
     ------
     ValueError
-        As for `normal_equations`, or if the observations do not determine the unknowns.
+        If the observations do not determine the unknowns, or a weight is not positive.
 
     Examples
     --------
@@ -82,15 +78,15 @@ def adjust(
     >>> print(x, v, sigma0.round(2), Q)
     [5.] [ 3. -1.] 3.46 [[0.25]]
     """
-    A, p, observed = _checked(A, p, observed)
+    A, p = np.asarray(A, float), np.asarray(p, float)
+    N, n = normal_equations(A, p, observed)
     redundancy = len(A) - A.shape[1]
-    roots = np.sqrt(p)[:, None]
-    if redundancy < 0 or np.linalg.matrix_rank(roots * A) < A.shape[1]:
+    rank = np.linalg.matrix_rank(np.sqrt(p)[:, None] * A)
+    if redundancy < 0 or rank < A.shape[1]:
         raise ValueError(
             f"the {len(A)} observations do not determine all {A.shape[1]} unknowns:"
             " measure more, or hold some of them fixed"
         )
-    N, n = normal_equations(A, p, observed)
     Q = np.linalg.inv(N)
     x = Q @ n
     v = A @ x - observed
@@ -101,20 +97,7 @@ def adjust(
 def redundancy_numbers(A: ArrayLike, p: ArrayLike) -> np.ndarray:
     """Share of each observation in the redundancy, 0 to 1; together they make it up.
 
-    Parameters
-    ----------
-    A, p
-        As for `normal_equations`.
-
-    Returns
-    -------
-    ndarray (n,)
-        How much of an observation's own error its residual shows: 1 - p a' Q a.
-
-    Raises
-    ------
-    ValueError
-        As for `adjust`.
+    It says how much of an observation's own error its residual shows: 1 - p a' Q a.
 
     References
     ----------
@@ -125,8 +108,7 @@ def redundancy_numbers(A: ArrayLike, p: ArrayLike) -> np.ndarray:
     >>> redundancy_numbers([[1], [1]], [1, 3])
     array([0.75, 0.25])
     """
-    p = _validate.finite(p, "p")
-    A, p, _ = _checked(A, p, np.zeros(p.shape))
+    A, p = np.asarray(A, float), np.asarray(p, float)
     _, _, _, Q = adjust(A, p, np.zeros(len(p)))
     return 1 - p * np.einsum("ni,ij,nj->n", A, Q, A)
 
@@ -149,11 +131,6 @@ def suspect(v: ArrayLike, sigma: ArrayLike, r: ArrayLike) -> int:
         Where Baarda's w, the residual over its own standard deviation, is largest, if
         it is above 3.29.
 
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, a number is not finite, or `sigma` not positive.
-
     References
     ----------
     Baarda 1968, "A testing procedure for use in geodetic networks".
@@ -163,9 +140,8 @@ def suspect(v: ArrayLike, sigma: ArrayLike, r: ArrayLike) -> int:
     >>> suspect([4.0, -9.0, -3.0], [2.0, 5.0, 1.2], [0.6, 0.7, 0.12])
     2
     """
-    v, r = _validate.finite(v, "v"), _validate.finite(r, "r")
-    sigma = _validate.positive(sigma, "sigma", "in the unit of v")
-    if v.ndim != 1 or not v.shape == sigma.shape == r.shape or len(v) == 0:
+    v, sigma, r = np.asarray(v, float), np.asarray(sigma, float), np.asarray(r, float)
+    if not v.shape == sigma.shape == r.shape:
         raise ValueError(
             "v, sigma and r must be numbers of the same observations; got shapes"
             f" {v.shape}, {sigma.shape} and {r.shape}"
@@ -191,36 +167,14 @@ def ellipse(covariance: ArrayLike) -> np.ndarray:
         direction of the longer one in degrees, 0 to 180, from the x axis towards y.
         Times 2.45 the semi-axes are those of the ellipse for 95 per cent.
 
-    Raises
-    ------
-    ValueError
-        If it is not a covariance (2, 2).
-
     Examples
     --------
     >>> ellipse([[2.5, 1.5], [1.5, 2.5]]).round(6)
     array([ 2.,  1., 45.])
     """
-    covariance = _validate.covariances(covariance, "covariance")
-    covariance = _validate.of_shape(covariance, (2, 2), "covariance")
     variance, axes = np.linalg.eigh(covariance)  # in ascending order
+    if variance[0] < -1e-9 * variance[1]:
+        raise ValueError("covariance is not positive semi-definite")
     direction = np.degrees(np.arctan2(axes[1, 1], axes[0, 1])) % 180
     long, short = np.sqrt(np.maximum(variance[::-1], 0))
     return np.array([long, short, direction])
-
-
-def _checked(
-    A: ArrayLike, p: ArrayLike, observed: ArrayLike
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the arguments as arrays whose shapes fit."""
-    A = _validate.finite(A, "A")
-    p = _validate.finite(p, "p")
-    observed = _validate.finite(observed, "observed")
-    if A.ndim != 2 or p.shape != A.shape[:1] or observed.shape != A.shape[:1]:
-        raise ValueError(
-            "A must have shape (n, u), p and observed (n,); got"
-            f" {A.shape}, {p.shape} and {observed.shape}"
-        )
-    if not np.all(p > 0):
-        raise ValueError("p must be positive: leave out what has no weight")
-    return A, p, observed

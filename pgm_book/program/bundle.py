@@ -1,16 +1,16 @@
 """Bundle adjustment in some thirty lines, as lesson 6 writes it: to be read.
 
-`solve` does the same for any network, with any datum, and says what went wrong.
+`pgm_lab.bundle` does the same for any network and datum, and says what went wrong.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_book.program.camera import derivatives, project
-from pgm_lab import _validate
 
 Blocks = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
+MAX_ITERATIONS = 20
 UNDETERMINED = (
     "the rays of photo, point and xy do not determine all unknowns: a point needs two"
     " rays, a camera several photos from different sides"
@@ -32,11 +32,6 @@ def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
     ndarray (n, 2)
         Ideal image points in mm: reduced to the principal point and corrected.
 
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or a number is not finite.
-
     References
     ----------
     Muliawan 2013, (M 2.89), with the signs of the Australis program.
@@ -46,12 +41,7 @@ def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
     >>> without_lens([[10.0, 0]], [35, 0, 0, 1e-5, 0, 0, 0, 0, 0, 0])
     array([[10.01,  0.  ]])
     """
-    xy, camera = _validate.finite(xy, "xy"), _validate.finite(camera, "camera")
-    if xy.ndim != 2 or xy.shape[1] != 2 or camera.shape != (10,):
-        raise ValueError(
-            "xy must have shape (n, 2) and camera (10,); got"
-            f" {xy.shape} and {camera.shape}"
-        )
+    xy = np.asarray(xy, float)
     _, x0, y0, K1, K2, K3, P1, P2, b1, b2 = camera
     x, y = xy[:, 0] - x0, xy[:, 1] - y0
     rho2 = x**2 + y**2
@@ -62,7 +52,7 @@ def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
 
 
 def misclosure(unknowns: ArrayLike, points: ArrayLike, xy: ArrayLike) -> np.ndarray:
-    """Computed minus observed image points of one photo.
+    """Computed minus observed image points (n, 2) of one photo, in mm.
 
     Parameters
     ----------
@@ -73,32 +63,12 @@ def misclosure(unknowns: ArrayLike, points: ArrayLike, xy: ArrayLike) -> np.ndar
     xy : array_like (n, 2)
         Measured image points, mm.
 
-    Returns
-    -------
-    ndarray (n, 2)
-        In mm.
-
-    Raises
-    ------
-    ValueError
-        As `without_lens` and `program_camera.project`.
-
     References
     ----------
     Muliawan 2013, (M 2.20), (M 2.21) and (M 2.78).
     """
-    unknowns = _validate.finite(unknowns, "unknowns")
-    if unknowns.shape != (19,):
-        raise ValueError(f"unknowns must have shape (19,); got {unknowns.shape}")
-    camera, exterior, shift = np.split(unknowns, [10, 16])
-    points = _validate.points(points, 3, "points")
-    ideal = project(exterior, points + shift, camera[0])
-    corrected = without_lens(xy, camera)
-    if ideal.shape != corrected.shape:
-        raise ValueError(
-            f"points and xy must be as many; got {len(ideal)} and {len(corrected)}"
-        )
-    return ideal - corrected
+    camera, exterior, shift = np.split(np.asarray(unknowns, float), [10, 16])
+    return project(exterior, points + shift, camera[0]) - without_lens(xy, camera)
 
 
 def blocks(
@@ -136,21 +106,12 @@ def blocks(
     v : ndarray (k, 2)
         Computed minus observed, over sigma.
 
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or an index is not that of a photo or point.
-
     References
     ----------
     Muliawan 2013, (M 2.90), the points last instead of the camera.
     """
-    xy, points = _validate.points(xy, 2, "xy"), _validate.points(points, 3, "points")
-    exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
-    camera = _validate.of_shape(camera, (10,), "camera")
-    sigma = _validate.positive_number(sigma, "sigma", "mm")
-    photo = _validate.indices(photo, len(exteriors), "photo", len(xy))
-    point = _validate.indices(point, len(points), "point", len(xy))
+    photo, point, xy = np.asarray(photo), np.asarray(point), np.asarray(xy, float)
+    points = np.asarray(points, float)
     q, n = 10 + 6 * len(exteriors), len(points)
     K, E, V = np.zeros((q, q)), np.zeros((n, q, 3)), np.zeros((n, 3, 3))
     f, g, v = np.zeros(q), np.zeros((n, 3)), np.zeros(xy.shape)
@@ -173,39 +134,16 @@ def blocks(
 
 
 def reduced(K: ArrayLike, E: ArrayLike, V: ArrayLike) -> np.ndarray:
-    """Normal equations of camera and photos after the points were eliminated.
+    """Normal equations (q, q) of camera and photos after the points were eliminated.
 
-    Parameters
-    ----------
-    K, E, V : array_like (q, q), (n, q, 3), (n, 3, 3)
-        As `blocks` returns them.
-
-    Returns
-    -------
-    ndarray (q, q)
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or the rays do not determine a point.
+    `K` (q, q), `E` (n, q, 3) and `V` (n, 3, 3) are those of `blocks`.
 
     Examples
     --------
     >>> reduced([[5.0]], [[[1.0, 0, 0]]], [np.eye(3)])
     array([[4.]])
     """
-    K, E, V = (_validate.finite(g, n) for g, n in ((K, "K"), (E, "E"), (V, "V")))
-    if (
-        K.ndim != 2
-        or V.ndim != 3
-        or V.shape[1:] != (3, 3)
-        or K.shape[0] != K.shape[1]
-        or E.shape != (len(V), len(K), 3)
-    ):
-        raise ValueError(
-            "K, E and V must have shapes (q, q), (n, q, 3) and (n, 3, 3); got"
-            f" {K.shape}, {E.shape} and {V.shape}"
-        )
+    E = np.asarray(E, float)
     return K - np.sum(E @ _inverse(V) @ E.swapaxes(1, 2), axis=0)
 
 
@@ -239,27 +177,24 @@ def adjust(
     Raises
     ------
     ValueError
-        If the shapes do not fit, the rays do not determine the camera, or the iteration
-        finds no rest.
+        If the rays do not determine the camera, or the iteration does not converge.
 
     References
     ----------
     Muliawan 2013, (M 2.69) to (M 2.93), with another datum.
     """
-    exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
-    camera = _validate.of_shape(camera, (10,), "camera")
-    ground = _validate.points(points, 3, "points")
-    if len(exteriors) < 2:
-        raise ValueError("exteriors must hold two photos or more")
+    camera, exteriors = np.asarray(camera, float), np.asarray(exteriors, float)
+    ground = np.asarray(points, float)
+    # Datum: the first photo, and the coordinate of a station farthest from it
     away = np.abs(exteriors[:, :3] - exteriors[:1, :3])
     held = [*range(10, 16), 10 + 6 * (away.argmax() // 3) + away.argmax() % 3]
     free = np.setdiff1d(np.arange(10 + 6 * len(exteriors)), held)
-    rays = _validate.points(xy, 2, "xy")
-    redundancy = rays.size - len(free) - ground.size
+    redundancy = np.size(xy) - len(free) - ground.size
     if redundancy < 1:
         raise ValueError("as many unknowns as observations, or more: add rays")
-    for _ in range(20):
+    for _ in range(MAX_ITERATIONS):
         K, E, V, f, g, v = blocks(photo, point, xy, sigma, camera, exteriors, ground)
+        # Eliminate the points; unit diagonals keep the numbers of one size
         back = _inverse(V)
         S = reduced(K, E, V)[np.ix_(free, free)]
         s = f - np.einsum("nqa,nab,nb->q", E, back, g)
@@ -269,6 +204,7 @@ def adjust(
         Q = _inverse(S / np.outer(size, size)) / np.outer(size, size)
         if not np.all(np.diag(Q) > 0):
             raise ValueError(UNDETERMINED)
+        # Step of camera and photos, then of the points
         step = np.zeros(len(K))
         step[free] = -Q @ s[free]
         camera, exteriors = camera + step[:10], exteriors + step[10:].reshape(-1, 6)
@@ -277,10 +213,12 @@ def adjust(
         if np.all(np.abs(step[free]) < 1e-3 * np.sqrt(np.diag(Q))):
             sigma0 = float(np.sqrt(np.sum(v**2) / redundancy))
             return camera, sigma0**2 * Q[:10, :10], sigma0, ground
-    raise ValueError("no rest after 20 iterations: better start values may help")
+    raise ValueError(
+        f"not converged after {MAX_ITERATIONS} iterations: better start values may help"
+    )
 
 
-def _inverse(matrices: np.ndarray) -> np.ndarray:
+def _inverse(matrices: ArrayLike) -> np.ndarray:
     """The inverse, or a sentence when there is none."""
     try:
         return np.linalg.inv(matrices)

@@ -1,6 +1,6 @@
 """Collinearity in a few lines, as lesson 5 writes it: to be read.
 
-`model` does the same with a lens, for any number of photos, with its derivatives.
+`pgm_lab.camera` does the same with a lens, for any number of photos, with derivatives.
 """
 
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, rotation
+from pgm_lab import rotation
 
 
 def project(exterior: ArrayLike, points: ArrayLike, c: float) -> np.ndarray:
@@ -31,8 +31,7 @@ def project(exterior: ArrayLike, points: ArrayLike, c: float) -> np.ndarray:
     Raises
     ------
     ValueError
-        If the shapes do not fit, a number is not finite, c is not positive, or a point
-        does not lie in front of the camera.
+        If a point does not lie in front of the camera.
 
     References
     ----------
@@ -43,14 +42,7 @@ def project(exterior: ArrayLike, points: ArrayLike, c: float) -> np.ndarray:
     >>> project([0, 0, 1000, 0, 0, 0], [[100, 50, 0]], 30.0)
     array([[3. , 1.5]])
     """
-    exterior = _validate.finite(exterior, "exterior")
-    points = _validate.finite(points, "points")
-    c = _validate.positive_number(c, "c", "mm")
-    if exterior.shape != (6,) or points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(
-            "exterior must have shape (6,) and points (n, 3); got"
-            f" {exterior.shape} and {points.shape}"
-        )
+    exterior, points = np.asarray(exterior, float), np.asarray(points, float)
     U, V, W = rotation.matrix(*exterior[3:]) @ (points - exterior[:3]).T
     if not np.all(W < 0):
         raise ValueError(
@@ -77,21 +69,13 @@ def derivatives(
     ndarray (n, u)
         One column an unknown, good to some nine digits.
 
-    Raises
-    ------
-    ValueError
-        If `at` is no row of finite numbers.
-
     Examples
     --------
     >>> derivatives(lambda x: [x[0] ** 2, x[0] * x[1]], [3.0, 5.0]).round(6)
     array([[6., 0.],
            [5., 3.]])
     """
-    _validate.function(function, "function")
-    at = _validate.finite(at, "at")
-    if at.ndim != 1 or not at.size:
-        raise ValueError(f"at must have shape (u,), u above 0; got {at.shape}")
+    at = np.asarray(at, float)
     columns = []
     for k, step in enumerate(1e-6 * np.maximum(1.0, np.abs(at))):
         there, back = at.copy(), at.copy()

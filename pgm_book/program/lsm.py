@@ -1,17 +1,16 @@
 """Least squares matching of one point, as lesson 3 writes it: to be read.
 
-`matching` does the same for any number of points at once, and says what went wrong.
+`pgm_lab.lsm` does the same for any number of points at once, and says what went wrong.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_book.program import adjustment as textbook
-from pgm_lab import _validate
+from pgm_book.program.adjustment import adjust
 from pgm_lab.image import resample
 
 LIMIT = 0.01  # px: a step that moves no pixel of the window farther ends the iteration
-MOST = 40  # iterations
+MAX_ITERATIONS = 40
 
 
 def row_shift(A: ArrayLike, B: ArrayLike) -> float:
@@ -27,11 +26,6 @@ def row_shift(A: ArrayLike, B: ArrayLike) -> float:
     float
         a in pixels, for B(x + a) = A(x); exact where the rows are straight lines.
 
-    Raises
-    ------
-    ValueError
-        If the rows have not the same length, or B has no slope.
-
     References
     ----------
     Bani 2010, (B 2.10) with a0 alone; slopes by (B 2.12).
@@ -41,12 +35,7 @@ def row_shift(A: ArrayLike, B: ArrayLike) -> float:
     >>> row_shift([10, 12, 14, 16], [9, 11, 13, 15])
     0.5
     """
-    A, B = _validate.finite(A, "A"), _validate.finite(B, "B")
-    if A.ndim != 1 or A.shape != B.shape or len(A) < 3:
-        raise ValueError(
-            f"A and B must be rows of the same length, at least 3; got {A.shape} and"
-            f" {B.shape}"
-        )
+    A, B = np.asarray(A, float), np.asarray(B, float)
     slope = (B[2:] - B[:-2]) / 2
     if not np.any(slope):
         raise ValueError("B has no slope: a flat row fits everywhere")
@@ -83,7 +72,7 @@ def match(
     ------
     ValueError
         If a window leaves its photo, the texture does not determine the parameters, or
-        the iteration finds no rest.
+        the iteration does not converge.
 
     References
     ----------
@@ -99,31 +88,26 @@ def match(
     >>> print(trail[-1, [0, 3]].round(2))
     [32.3 28.4]
     """
-    left, right = _validate.image(left, "left", 2), _validate.image(right, "right", 2)
-    column, row = map(int, _validate.one_point(point, 2, "point"))
-    start = _validate.finite(start, "start")
-    if start.shape != (8,):
-        raise ValueError(f"start must have shape (8,); got {start.shape}")
-    half = _validate.window(size, "size", 5) // 2
-    if not half <= min(column, row) or not (
-        column + half < left.shape[1] and row + half < left.shape[0]
-    ):
+    left, (column, row), half = np.asarray(left), map(int, point), size // 2
+    rows, columns = left.shape
+    if not (half <= column < columns - half and half <= row < rows - half):
         raise ValueError("the window leaves the left photo: choose another point")
     y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
     A = left[row + y, column + x].astype(float)
-    trail = [start]
-    for _ in range(MOST):
+    trail = [np.asarray(start, float)]
+    for _ in range(MAX_ITERATIONS):
         p = trail[-1]
         B, Bx, By = resampled(right, p, x, y)
         J = design(B, Bx, By, x, y, p[7])
         observed = A - (p[6] + p[7] * B)
-        step, _, sigma0, Q = textbook.adjust(J, np.ones(len(A)), observed)
+        step, _, sigma0, Q = adjust(J, np.ones(len(A)), observed)
         trail.append(p + step)
         reach = np.abs(step[:6]).reshape(2, 3) @ (1, half, half)  # of the far corner
         if reach.max() <= LIMIT:
             return np.array(trail), sigma0, Q
     raise ValueError(
-        f"no rest after {MOST} iterations: the start may be too far from the match"
+        f"not converged after {MAX_ITERATIONS} iterations: the start may be too far"
+        " from the match"
     )
 
 
@@ -145,20 +129,7 @@ def resampled(
     -------
     B, Bx, By : ndarray (n,)
         By (B 2.8), (B 2.9), (B 2.12) and (B 2.13).
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or the window leaves the photo.
     """
-    right = _validate.image(right, "right", 2)
-    p = _validate.finite(p, "p")
-    x, y = _validate.finite(x, "x"), _validate.finite(y, "y")
-    if p.ndim != 1 or len(p) < 6 or x.ndim != 1 or x.shape != y.shape:
-        raise ValueError(
-            "p must have shape (8,) or (6,), x and y (n,); got"
-            f" {p.shape}, {x.shape} and {y.shape}"
-        )
     a0, a1, a2, b0, b1, b2 = p[:6]
     at = np.column_stack([a0 + a1 * x + a2 * y, b0 + b1 * x + b2 * y])
 
@@ -188,11 +159,6 @@ def design(
     ndarray (n, 8)
         In the order a0, a1, a2, b0, b1, b2, h0, h1.
 
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or a number is not finite.
-
     References
     ----------
     Bani 2010, (B 2.11).
@@ -202,12 +168,9 @@ def design(
     >>> design([90], [2], [1], [-3], [4], 1.5)
     array([[ 3. , -9. , 12. ,  1.5, -4.5,  6. ,  1. , 90. ]])
     """
-    B, Bx, By, x, y = (
-        _validate.finite(g, name)
-        for g, name in ((B, "B"), (Bx, "Bx"), (By, "By"), (x, "x"), (y, "y"))
+    gx, gy = h1 * np.asarray(Bx), h1 * np.asarray(By)
+    one = np.ones(len(gx))
+    return np.column_stack(
+        [gx, np.multiply(x, gx), np.multiply(y, gx)]
+        + [gy, np.multiply(x, gy), np.multiply(y, gy), one, B]
     )
-    h1 = _validate.number(h1, "h1")
-    if B.ndim != 1 or len({a.shape for a in (B, Bx, By, x, y)}) > 1:
-        raise ValueError("B, Bx, By, x and y must be lists of the same length")
-    gx, gy = h1 * Bx, h1 * By
-    return np.column_stack([gx, x * gx, y * gx, gy, x * gy, y * gy, np.ones(len(B)), B])

@@ -1,12 +1,11 @@
 """The method of Brahmantara 2015 in loops, as the lesson writes it: to be read.
 
-`chips` does the same for any number of chips at once, and says what went wrong.
+`pgm_lab.registration` does the same for many chips, and says what went wrong.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
 from pgm_lab.image import cut
 from pgm_lab.ncc import correlation
 
@@ -38,11 +37,6 @@ def best_shift(
     r : ndarray (2 radius + 1, 2 radius + 1)
         Correlation for each shift; row dy + radius, column dx + radius.
 
-    Raises
-    ------
-    ValueError
-        If the chip or a window leaves its image, or has no contrast.
-
     References
     ----------
     Brahmantara 2015, (Br 1) and section 2.
@@ -55,12 +49,7 @@ def best_shift(
     >>> dx, dy, r.shape
     (-2, -1, (7, 7))
     """
-    reference = _validate.image(reference, "reference")
-    sensed = _validate.image(sensed, "sensed")
-    x, y = _validate.one_point(point, 2, "point")
-    chip = _validate.window(chip, "chip", 3)
-    radius = _validate.whole(radius, "radius", 0)
-    _validate.size("radius", 2 * radius + 1, 2 * radius + 1)
+    x, y = point
     target = cut(reference, (x, y), chip)
     steps = range(-radius, radius + 1)
     r = np.array(
@@ -74,73 +63,33 @@ def best_shift(
 
 
 def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
-    """Where the parabola through three values at -1, 0 and 1 is highest.
+    """Where the parabola through three r at -1, 0 and 1 is highest, px from the middle.
 
-    Parameters
-    ----------
-    r_left, r_middle, r_right : float
-        Correlation at the shifts -1, 0 and 1; the middle one is the highest.
-
-    Returns
-    -------
-    float
-        Place of the peak from the middle, in pixels.
-
-    Raises
-    ------
-    ValueError
-        If the middle one is not the highest.
+    The middle one must be the highest, or it raises ValueError.
 
     Examples
     --------
     >>> peak_of_parabola(0.5, 0.9, 0.7)
     0.166...
     """
-    left, middle, right = (
-        _validate.number(value, name)
-        for value, name in (
-            (r_left, "r_left"), (r_middle, "r_middle"), (r_right, "r_right")
-        )
-    )  # fmt: skip
-    curvature = 2 * middle - left - right
-    if middle < max(left, right) or not curvature > 0:
+    curvature = 2 * r_middle - r_left - r_right
+    if r_middle < max(r_left, r_right) or not curvature > 0:
         raise ValueError(
             "r_middle must be higher than r_left and r_right, to be the top of a hill;"
-            f" got {left:g}, {middle:g}, {right:g}"
+            f" got {r_left:g}, {r_middle:g}, {r_right:g}"
         )
-    return (right - left) / (2 * curvature)
+    return (r_right - r_left) / (2 * curvature)
 
 
 def rmse(dx: ArrayLike, dy: ArrayLike) -> tuple[float, float, float]:
-    """Root mean squares of shifts along x, along y, and of both (Br 2-4).
-
-    Parameters
-    ----------
-    dx, dy : array_like (n,)
-        Shifts, sensed minus reference, in pixels or metres.
-
-    Returns
-    -------
-    rmse_x, rmse_y, rmse_t : float
-        In the same unit.
-
-    Raises
-    ------
-    ValueError
-        If dx and dy are not two lists of finite numbers of the same length.
+    """Root mean squares of shifts (n,) along x, along y, and of both (Br 2-4).
 
     Examples
     --------
     >>> rmse([3.0, 3.0], [4.0, 4.0])
     (3.0, 4.0, 5.0)
     """
-    x, y = _validate.finite(dx, "dx"), _validate.finite(dy, "dy")
-    if x.ndim != 1 or x.shape != y.shape or not x.size:
-        raise ValueError(
-            "dx and dy must be two lists of the same length, with at least one shift;"
-            f" got shapes {x.shape} and {y.shape}"
-        )
-    rmse_x, rmse_y = np.sqrt(np.mean(x**2)), np.sqrt(np.mean(y**2))
+    rmse_x, rmse_y = np.sqrt(np.mean(np.square(dx))), np.sqrt(np.mean(np.square(dy)))
     return float(rmse_x), float(rmse_y), float(np.hypot(rmse_x, rmse_y))
 
 
@@ -174,8 +123,6 @@ def chip_shifts(
     >>> bool(abs(found - (-2, -1)).max() < 0.1)
     True
     """
-    points = _validate.point_list(points, "points")
-    radius = _validate.whole(radius, "radius", 1)
     found = np.full((len(points), 2), np.nan)
     for k, point in enumerate(points):
         dx, dy, r = best_shift(reference, sensed, point, chip, radius)

@@ -8,38 +8,28 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_book.program.registration import peak_of_parabola
-from pgm_lab import _validate
+from pgm_lab.image import cut
 from pgm_lab.ncc import correlation_map
 from pgm_lab.stereo.normal import NormalPair
-
-MOST = 100_000  # px that anybody would search
 
 
 def model_point(
     x: float, y: float, parallax: float, base: float, c: float
 ) -> np.ndarray:
-    """Point of the normal case, seen from the left perspective centre.
+    """Point (3,) of the normal case, seen from the left perspective centre, in m.
+
+    Along the base, across it, and against the view (negative below).
 
     Parameters
     ----------
     x, y : float
         Photo coordinates in the left normal image, mm.
     parallax : float
-        x' - x'' in mm.
+        x' - x'' in mm, positive: or the rays do not meet before the camera.
     base : float
         Distance of the perspective centres, m.
     c : float
         Principal distance, mm.
-
-    Returns
-    -------
-    ndarray (3,)
-        Along the base, across it, and against the view (negative below), m.
-
-    Raises
-    ------
-    ValueError
-        If the parallax is not positive: the rays do not meet before the camera.
 
     References
     ----------
@@ -50,12 +40,9 @@ def model_point(
     >>> model_point(6.0, -3.0, 12.0, base=400.0, c=24.0).tolist()
     [200.0, -100.0, -800.0]
     """
-    x, y = _validate.number(x, "x"), _validate.number(y, "y")
-    parallax = _validate.positive_number(parallax, "parallax", "mm")
-    base = _validate.positive_number(base, "base", "m")
-    c = _validate.positive_number(c, "c", "mm")
-    scale = base / parallax
-    return scale * np.array([x, y, -c])
+    if not parallax > 0:
+        raise ValueError(f"parallax must be positive (mm); got {parallax:g}")
+    return base / parallax * np.array([x, y, -c])
 
 
 def epipolar_line(
@@ -90,13 +77,10 @@ def epipolar_line(
     >>> (-line[2] / line[1]).item()  # y of a line along the rows
     4.8
     """
-    normal = np.cross(
-        _validate.of_shape(base, (3,), "base"), _validate.of_shape(ray, (3,), "ray")
-    )
+    normal = np.cross(base, ray)
     if not normal.any():
         raise ValueError("ray must not lie along the base: the two span no plane")
-    c = _validate.positive_number(c, "c", "mm")
-    a, b, w = _validate.of_shape(M, (3, 3), "M") @ normal
+    a, b, w = np.asarray(M) @ normal
     return np.array([a, b, -c * w])
 
 
@@ -136,18 +120,15 @@ def along_row(
     ----------
     Harintaka 2020, (H 1).
     """
-    window = _validate.window(window, "window")
-    column, row = (
-        _validate.whole(value, name, -MOST)
-        for value, name in ((column, "column"), (row, "row"))
-    )
-    low = _validate.whole(low, "low", -MOST)
-    high = _validate.whole(high, "high", -MOST)
-    if not 0 < high - low <= MOST:
-        raise ValueError(f"high must be above low; got {low} and {high}")
-    half = window // 2
-    target = _strip(left, "left", row, half, column - half, column + half)
-    strip = _strip(right, "right", row, half, column - high - half, column - low + half)
+    column, row, half = int(column), int(row), window // 2
+    first, last = column - high - half, column - low + half
+    if first < 0 or last >= np.shape(right)[1]:
+        raise ValueError(
+            f"right: the windows from column {first} to {last} leave the image of"
+            f" {np.shape(right)[1]} columns"
+        )
+    target = cut(left, (column, row), window)
+    strip = np.asarray(right)[row - half : row + half + 1, first : last + 1]
     return np.arange(low, high + 1), correlation_map(target, strip)[0, ::-1]
 
 
@@ -196,49 +177,18 @@ def best_disparity(
     return float(tried[best] + peak), float(r[best])
 
 
-def _strip(
-    image: ArrayLike, name: str, row: int, half: int, first: int, last: int
-) -> np.ndarray:
-    """Cut rows around a row, from the first to the last column, out of an image."""
-    grey = _validate.grey_image(image, name)
-    rows, columns = grey.shape
-    if min(first, row - half) < 0 or last >= columns or row + half >= rows:
-        raise ValueError(
-            f"{name}: the windows from column {first} to {last} around row {row} leave"
-            f" the image of {rows} rows and {columns} columns"
-        )
-    strip = grey[row - half : row + half + 1, first : last + 1]
-    return _validate.finite(strip, f"{name}, in the windows,")
-
-
 def sigma_height(H: float, B: float, gsd: float, sigma_px: float) -> float:
-    """Standard deviation of a height from that of the parallax.
+    """Standard deviation of a height, m, from that of the parallax, px.
 
-    Parameters
-    ----------
-    H : float
-        Height above the ground, m.
-    B : float
-        Base, m.
-    gsd : float
-        Size of a pixel on the ground, m.
-    sigma_px : float
-        Standard deviation of the parallax, px.
-
-    Returns
-    -------
-    float
-        In m.
+    `H` is the height above the ground and `B` the base, m; `gsd` the size of a pixel on
+    the ground, m.
 
     Examples
     --------
     >>> round(sigma_height(1000.0, 400.0, 0.2, 0.1), 3)
     0.05
     """
-    H = _validate.positive_number(H, "H", "m")
-    B = _validate.positive_number(B, "B", "m")
-    gsd = _validate.positive_number(gsd, "gsd", "m")
-    return H / B * gsd * _validate.not_negative(sigma_px, "sigma_px", "pixels")
+    return H / B * gsd * sigma_px
 
 
 def row_points(
@@ -267,16 +217,7 @@ def row_points(
     ndarray (n, 3)
         X, Y, Z in m; NaN where r is below the threshold, or the best disparity lies
         at the end of the search.
-
-    Raises
-    ------
-    ValueError
-        If a window leaves its image.
     """
-    _validate.instance(pair, NormalPair, "pair")
-    row = _validate.whole(row, "row", 0)
-    columns = _validate.finite(columns, "columns").ravel()
-    least = _validate.number(least, "least")
     points = np.full((len(columns), 3), np.nan)
     for i, column in enumerate(columns):
         d, r = best_disparity(pair.left, pair.right, column, row, window, low, high)
@@ -293,16 +234,8 @@ def row_points(
 def coarser(pair: NormalPair) -> NormalPair:
     """Return the next level of the image pyramid: half the size, smoothed before.
 
-    Parameters
-    ----------
-    pair : NormalPair
-
-    Returns
-    -------
-    NormalPair
-        Pixels of twice the size; pixel (0, 0) stays where it was.
+    Pixels have twice the size; pixel (0, 0) stays where it was.
     """
-    _validate.instance(pair, NormalPair, "pair")
     left, right = (
         cv2.pyrDown(np.nan_to_num(a, nan=float(np.nanmean(a))))
         for a in (pair.left, pair.right)

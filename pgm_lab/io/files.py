@@ -14,8 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from pgm_lab import _validate
-
 Name = TypeVar("Name", bound=str | os.PathLike)
 
 _URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # not C:/, the drive
@@ -129,7 +127,8 @@ def _temporaries(
     paths: Sequence[str | os.PathLike], overwrite: bool
 ) -> Iterator[list[Path]]:
     """Give a temporary name beside each target, and replace the targets at the end."""
-    overwrite = _validate.flag(overwrite, "overwrite")
+    if not isinstance(overwrite, bool):
+        raise ValueError(f"overwrite must be True or False; got {overwrite!r}")
     targets = [place(path) for path in paths]
     _check(targets, overwrite)
     parts = [_beside(target, "part") for target in targets]

@@ -1,18 +1,14 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-What every chapter needs is here; the rest stands in modules by its subject, each of
-which is loaded when it is first used.
+What every lesson needs is here. `bundle`, `matches` and `registration` draw results of
+the library, and are loaded when they are first used.
 """
 
 import importlib
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from pgm_lab.plot import bundle, matches, registration, space
-from pgm_lab.plot._overlay import overlay
-from pgm_lab.plot._pixel import pixel_on_ground
-from pgm_lab.plot._sliders import interact
+from pgm_lab.plot import space
 from pgm_lab.plot.basic import (
     BLACK,
     BLUE,
@@ -26,9 +22,15 @@ from pgm_lab.plot.basic import (
     YELLOW,
     error_ellipse,
     frame,
+    interact,
+    overlay,
     show,
     table,
 )
+from pgm_lab.plot.space import pixel_on_ground
+
+if TYPE_CHECKING:
+    from pgm_lab.plot import bundle, matches, registration
 
 __all__ = [
     "BLACK",

@@ -1,28 +1,48 @@
-"""Figures and tables for the notebooks: one look, readable at the back of a hall."""
+"""Figures and tables for the notebooks: one look, readable at the back of a hall.
+
+Here is what every lesson and report needs; `space` draws cameras, the other modules
+draw results of the library.
+"""
 
 import base64
 import html
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
+from IPython.display import DisplayHandle, display
+from IPython.utils.capture import capture_output
+from ipywidgets import ValueWidget
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike
 from PIL import Image
 
 from pgm_lab import _validate
 from pgm_lab._shown import publish_display_data
-from pgm_lab.plot import _doors, _labels
 
 # The palette of Okabe and Ito (2008), told apart in all common kinds of colour vision.
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#6B6B6B"
+
+# Each series with a mark of its own, so that none is told by its colour alone
+SERIES = (
+    (BLUE, "o"),
+    (RED, "s"),
+    (GREEN, "D"),
+    (ORANGE, "^"),
+    (PURPLE, "v"),
+    (SKY, "P"),
+    (BLACK, "X"),
+)
 
 Look = dict[str, Any]  # keywords of matplotlib: colours, widths, alignments
 
@@ -49,6 +69,9 @@ STYLE: dict[Any, Any] = {
 }
 
 
+# --- What reaches the notebook: a figure, a table, a figure that follows sliders ---
+
+
 def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> None:
     """Show a figure with a text for those who cannot see it, and close it.
 
@@ -72,14 +95,10 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
     ValueError
         If the text is missing.
     """
-    _validate.instance(fig, Figure, "fig")
-    dpi = _validate.whole(dpi, "dpi", 1, 1200)
-    if colours is not None:
-        colours = _validate.whole(colours, "colours", 2, 256)
     if not isinstance(alt, str) or not alt.strip():
         raise ValueError("alt must say in words what the figure shows")
     buffer = io.BytesIO()
-    # what is encoded once more needs no effort the first time
+    # What is encoded once more needs no effort the first time
     effort = {} if colours is None else {"compress_level": 1}
     fig.savefig(
         buffer, format="png", dpi=dpi, metadata={"Software": None}, pil_kwargs=effort
@@ -91,13 +110,47 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
             colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
         )
         few.save(buffer := io.BytesIO(), format="png", optimize=True)
-    seen: dict[str, str | float] = {"alt": alt}
-    seen["width"] = round(fig.get_size_inches()[0] * 96)
-    label = _labels.smallest(fig)
-    if label is not None:
+    seen = {"alt": alt, "width": round(fig.get_size_inches()[0] * 96)}
+    if label := smallest_writing(fig):
         seen["label"] = round(label, 1)
     picture = base64.b64encode(buffer.getvalue()).decode()
     publish_display_data({"image/png": picture, "text/plain": alt}, {"image/png": seen})
+
+
+class _Reader(RendererBase):
+    """Draws nothing, and notes the size of all that is written."""
+
+    def __init__(self, figure: Figure) -> None:
+        super().__init__()
+        self.size = figure.get_size_inches() * figure.dpi
+        self.written: list[float] = []
+
+    def get_canvas_width_height(self):
+        return tuple(self.size)
+
+    def points_to_pixels(self, points):
+        return points  # lengths do not matter here
+
+    def draw_text(self, gc, x, y, s, prop, angle, ismath=False, mtext=None):
+        self.written.append(prop.get_size_in_points())
+
+    def draw_nothing(self, *drawn, **how):
+        pass
+
+    draw_path = draw_markers = draw_path_collection = draw_nothing
+    draw_quad_mesh = draw_gouraud_triangles = draw_image = draw_nothing
+
+
+def smallest_writing(figure: Figure) -> float | None:
+    """Return the size in points of the smallest writing that is drawn, if any is.
+
+    The figure was saved before, which laid it out; its layout is fixed from now on.
+    Raised and lowered signs of a formula count with the size of the formula.
+    """
+    reader = _Reader(figure)
+    figure.set_layout_engine("none")  # all is where it was when it was saved
+    figure.draw(reader)
+    return min(reader.written, default=None)
 
 
 def table(
@@ -119,10 +172,7 @@ def table(
     ValueError
         If a row has another length than the header.
     """
-    header = _validate.texts(header, "header")
-    _validate.text(caption, "caption")
-    several = _validate.several(rows, "rows")
-    cells = [[_cell(one) for one in _validate.several(r, "rows")] for r in several]
+    cells = [[str(cell) for cell in row] for row in rows]
     for number, row in enumerate(cells):
         if len(row) != len(header):
             raise ValueError(
@@ -131,13 +181,6 @@ def table(
     content = header, cells, caption
     page, plain = _html_table(*content), _text_table(*content)
     publish_display_data({"text/html": page, "text/plain": plain})
-
-
-def _cell(value: object) -> str:
-    try:
-        return str(value)
-    except Exception:  # of a stranger's object
-        raise ValueError("rows has a cell that cannot be written as text") from None
 
 
 WORDS = ' class="text" style="text-align: left"'
@@ -179,6 +222,66 @@ def _text_table(header: Sequence[str], cells: list[list[str]], caption: str) -> 
     return "\n".join([caption, *(line.rstrip() for line in lines)])
 
 
+def interact(draw: Callable[..., object], **sliders: ValueWidget) -> None:
+    """Show sliders and below them what a function draws, anew after each move.
+
+    `ipywidgets.interact` gives the picture to a widget of the page. Where a program
+    plays the page, as ``nbconvert --execute`` does, a message between the two is lost
+    now and then, and the run stands still for minutes. Here the picture is an output
+    of the cell, which a new one replaces; nothing waits for an answer, and a notebook
+    keeps the first picture.
+
+    Parameters
+    ----------
+    draw : callable
+        Called with the values of the sliders; it shows one figure (`show`), or prints.
+    **sliders : ipywidgets.ValueWidget
+        One for each argument of `draw`, by its name.
+
+    Raises
+    ------
+    ValueError
+        If `draw` cannot be called, or a slider is not a widget with a value.
+
+    Examples
+    --------
+    >>> from ipywidgets import IntSlider
+    >>> interact(lambda size: print(size, "px"), size=IntSlider(21, 3, 61))
+    IntSlider(value=21, max=61, min=3)
+    ...21 px...
+    """
+    if not callable(draw):
+        raise ValueError(f"draw must be a function of the sliders, not {draw!r}")
+    for name, slider in sliders.items():
+        if not isinstance(slider, ValueWidget):
+            raise ValueError(f"{name} must be a widget with a value, not {slider!r}")
+    place = DisplayHandle()
+    display(*sliders.values())
+    data, metadata = _drawn(draw, sliders)
+    place.display(data, metadata=metadata, raw=True)
+
+    def redraw(_: object) -> None:
+        data, metadata = _drawn(draw, sliders)
+        place.update(data, metadata=metadata, raw=True)
+
+    for slider in sliders.values():
+        slider.observe(redraw, "value")
+
+
+def _drawn(
+    draw: Callable[..., object], sliders: dict[str, ValueWidget]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What `draw` shows or prints now, with its metadata, without showing it yet."""
+    with capture_output(stderr=False) as seen:
+        draw(**{name: slider.value for name, slider in sliders.items()})
+    if seen.outputs:
+        return seen.outputs[-1].data, seen.outputs[-1].metadata
+    return {"text/plain": seen.stdout.rstrip()}, {}
+
+
+# --- What figures are made of ---
+
+
 def error_ellipse(
     ax: Axes,
     position: ArrayLike,
@@ -208,22 +311,14 @@ def error_ellipse(
     -------
     matplotlib.patches.Ellipse
     """
-    _doors.axes(ax)
-    x, y = _validate.one_point(position, 2, "position")
-    C = _validate.covariances(covariance, "covariance")
-    C = _validate.of_shape(C, (2, 2), "covariance")
-    probability = _validate.probability(probability, "probability")
-    magnify = _validate.positive_number(magnify, "magnify", "a factor")
-    variance, axes = np.linalg.eigh(C)
+    variance, axes = np.linalg.eigh(_validate.covariances(covariance, "covariance"))
     variance = np.maximum(variance, 0.0)  # but for rounding
     width, height = (
         2 * magnify * np.sqrt(variance * scipy.stats.chi2.ppf(probability, df=2))
     )
     angle = np.degrees(np.arctan2(axes[1, 0], axes[0, 0]))
     style = {"fill": False, "color": RED, "linewidth": 2.2} | style
-    ellipse = Ellipse((x, y), width, height, angle=angle, **style)
-    ax.add_patch(ellipse)
-    return ellipse
+    return ax.add_patch(Ellipse(position, width, height, angle=angle, **style))
 
 
 def frame(
@@ -234,28 +329,100 @@ def frame(
     names: tuple[str, str] = ("x", "y"),
     color: str = BLUE,
 ) -> None:
-    """Draw the two axes of a coordinate frame as arrows.
+    """Draw the two axes of a coordinate frame as arrows, their names at the tips.
+
+    `origin`, `x_end` and `y_end` (2,) are the origin and the tips, in data units.
+    """
+    look: Look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
+    text: Look = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
+    for name, tip in zip(names, (x_end, y_end)):
+        ax.annotate("", tip, origin, arrowprops=look | {"color": color})
+        ax.annotate(name, tip, xytext=(9, 0), color=color, **text)
+    ax.plot(*origin, "o", color=color, markersize=12)
+
+
+def plain(axis: Axis, digits: tuple[int, ...] = (1, 2, 5)) -> None:
+    """Number a logarithmic axis without powers of ten."""
+    axis.set_major_locator(LogLocator(subs=digits, numticks=20))
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+# --- Two images of one place, laid on each other in two colours ---
+
+
+def overlay(
+    reference: ArrayLike,
+    sensed: ArrayLike,
+    *,
+    paper: bool = False,
+    ax: Axes | None = None,
+) -> Figure:
+    """Lay two images on each other: reference green, sensed magenta, alike grey.
+
+    Magenta and green are told apart in all common kinds of colour vision. Red and
+    green, as in Brahmantara 2015, are not: what lies well is yellow there.
 
     Parameters
     ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    origin, x_end, y_end : array_like (2,)
-        Origin and the tips of the two arrows, in data units.
-    names : (str, str)
-        What to write at the tips.
-    color : str
-        Colour of the frame.
+    reference, sensed : array_like (rows, columns)
+        Grey values, each stretched for itself; white where masked or NaN.
+    paper : bool
+        Sensed red and reference green, as in the paper.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure if there is none.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Axes in pixels of the reference image.
+
+    References
+    ----------
+    Brahmantara 2015, figure 1.1.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> fig = overlay(np.eye(5), np.eye(5)[:, ::-1])
+    >>> plt.close(fig)
     """
-    _doors.axes(ax)
-    x0, y0 = _validate.one_point(origin, 2, "origin")
-    x_end = _validate.one_point(x_end, 2, "x_end")
-    y_end = _validate.one_point(y_end, 2, "y_end")
-    tips = zip(_validate.texts(names, "names", 2), (x_end, y_end))
-    _doors.colour(color, "color")
-    look: Look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
-    text: Look = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
-    for name, (x, y) in tips:
-        ax.annotate("", (x, y), (x0, y0), arrowprops=look | {"color": color})
-        ax.annotate(name, (x, y), xytext=(9, 0), color=color, **text)
-    ax.plot(x0, y0, "o", color=color, markersize=12)
+    colours = composite(reference, sensed, paper=paper)
+    if ax is None:
+        _, ax = plt.subplots(figsize=(10, 6.4))
+    ax.imshow(colours, interpolation="nearest")
+    ax.grid(False)
+    ax.set(xlabel="column (px)", ylabel="row (px)")
+    one, other, both = ("green", "red", "yellow") if paper else (
+        "green", "magenta", "grey"
+    )  # fmt: skip
+    ax.set_title(f"{one}: reference, {other}: sensed, {both}: alike")
+    return ax.get_figure(root=True)  # type: ignore[return-value]
+
+
+def composite(
+    reference: ArrayLike, sensed: ArrayLike, *, paper: bool = False
+) -> np.ndarray:
+    """Red, green and blue (rows, columns, 3) of `overlay`, from 0 to 1."""
+    one, other = grey_levels(reference, "reference"), grey_levels(sensed, "sensed")
+    if one.shape != other.shape:
+        raise ValueError(
+            f"reference has shape {one.shape} and sensed {other.shape}; cut or resample"
+            " one of them, so that both have the same pixels"
+        )
+    colours = np.stack([other, one, np.zeros_like(one) if paper else other], axis=-1)
+    colours[np.isnan(one) | np.isnan(other)] = 1.0
+    return colours
+
+
+def grey_levels(image: ArrayLike, name: str) -> np.ndarray:
+    """Grey values from 0 to 1, a few at both ends beyond; NaN where there are none."""
+    grey = _validate.grey_image(image, name)
+    mask = np.ma.getmaskarray(grey)
+    grey = np.where(mask, np.nan, np.ma.getdata(grey).astype(float))
+    known = grey[np.isfinite(grey)]
+    if not known.size:
+        return np.full(grey.shape, np.nan)
+    dark, bright = np.quantile(known, (0.02, 0.98))
+    span = bright - dark if bright > dark else 1.0
+    return np.asarray(np.clip((grey - dark) / span, 0.0, 1.0))

@@ -1,8 +1,9 @@
-"""Figures of a bundle adjustment: its lens, its residuals, its blunders.
+"""Figures of a bundle adjustment: its lens, and its residuals on the photos.
 
 Each takes the `Bundle` that `bundle.adjust` returns and draws in micrometres.
 """
 
+import re
 from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
@@ -14,15 +15,14 @@ from matplotlib.patheffects import withStroke
 
 from pgm_lab import _validate
 from pgm_lab._rounding import round_number
-from pgm_lab.adjustment import outliers
 from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
-from pgm_lab.plot import _doors, basic
-from pgm_lab.plot._style import UM
+from pgm_lab.plot import basic
 from pgm_lab.plot.basic import Look
 
-MOST_PHOTOS = 16
+UM = 1e3  # micrometres in a millimetre
+MAX_PHOTOS = 16
 SYMBOL = {"w": "w", "tau": "τ"}
 
 
@@ -54,11 +54,7 @@ def lens_curve(
     -------
     matplotlib.figure.Figure
     """
-    camera = _doors.bundle(result, camera)
-    decentring = _validate.flag(decentring, "decentring")
     confidence = _validate.probability(confidence, "confidence")
-    if rho_max is not None:
-        rho_max = _validate.positive_number(rho_max, "rho_max", "mm")
     network, lens = result.network, result.cameras[camera]
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
@@ -127,11 +123,6 @@ def residual_vectors(
     ValueError
         If a photo has no observations.
     """
-    _doors.bundle(result)
-    if critical is not None:
-        critical = _validate.positive_number(critical, "critical", "in deviations")
-    if magnify is not None:
-        magnify = _validate.positive_number(magnify, "magnify", "a factor")
     network = result.network
     v = UM * result.residuals  # computed - observed
     critical = critical_value(result) if critical is None else critical
@@ -141,13 +132,9 @@ def residual_vectors(
     square = np.bincount(network.photo, np.sum(v**2, axis=1), minlength=m)
     rms = np.sqrt(square / (2 * np.maximum(count, 1)))
     if photo is None:
-        shown = np.sort(np.argsort(-rms, kind="stable")[:MOST_PHOTOS])
+        shown = np.sort(np.argsort(-rms, kind="stable")[:MAX_PHOTOS])
     else:
-        one = not isinstance(photo, list | tuple | range | np.ndarray)
-        photos = [_validate.whole(photo, "photo", 0, m - 1)] if one else photo
-        shown = _validate.indices(photos, m, "photo")
-        if not len(shown):
-            raise ValueError("photo must be one index or more")
+        shown = _validate.indices(np.atleast_1d(photo), m, "photo")
         _validate.refuse(
             count[shown] == 0, "photo{} has no observations: nothing to draw"
         )
@@ -224,66 +211,13 @@ def _pins(
     ax.plot(*xy.T, "o", color=color, markersize=4.2 * thick**0.5)
 
 
-def standardized_histogram(result: Bundle, critical: float | None = None) -> Figure:
-    """Draw the standardised residuals with their distribution, and name the outliers.
+def symbol(name: str) -> str:
+    """Parameters as formulas: "x0, P1" becomes "$x_0$, $P_1$"."""
+    return re.sub(r"\b(omega|phi|kappa|(c|x|y|K|P|b|[XYZ])(\d?))\b", _formula, name)
 
-    The axis says which they are, Baarda's w or Pope's tau, and the curve is the
-    distribution of that one.
 
-    Parameters
-    ----------
-    result : bundle.Bundle
-        Of a redundancy of at least 2, unless sigma0_prior was given.
-    critical : float, optional
-        Critical value on both sides; `bundle.critical_value` if missing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    _doors.bundle(result)
-    if critical is not None:
-        critical = _validate.positive_number(critical, "critical", "in deviations")
-    network, w, test = result.network, result.standardized, result.residual_test
-    distribution = outliers.distribution(test, result.redundancy)
-    critical = critical_value(result) if critical is None else critical
-    values = w[np.isfinite(w)]
-    reach = max(8.0, np.abs(values).max() + 0.25)  # leaves room for the names
-    step = 0.25
-    edges = step * np.arange(-np.ceil(reach / step), np.ceil(reach / step) + 1)
-    fig, ax = plt.subplots(figsize=(11, 5.5))
-    ax.hist(values, list(edges), color=basic.SKY, edgecolor="white", linewidth=0.6)
-    x = np.linspace(edges[0], edges[-1], 601)
-    curve = len(values) * step * distribution.pdf(x)
-    ax.plot(x, curve, color=basic.BLACK, label=f"distribution of {SYMBOL[test]}")
-    for side in (-critical, critical):
-        ax.axvline(side, color=basic.RED, linestyle="--", linewidth=1.8)
-    found = np.argwhere(np.abs(w) > critical)
-    found = found[np.argsort(-np.abs(w[tuple(found.T)]), kind="stable")]
-    at = w[tuple(found.T)]
-    mark: Look = {"markersize": 13, "clip_on": False, "zorder": 4}
-    ax.plot(at, np.full(len(at), 0.03 * curve.max()), "v", color=basic.RED, **mark)
-    chance = len(values) * 2 * distribution.sf(critical)
-    lines = [
-        f"{len(found)} of {len(values)} beyond ±{critical:.2f}",
-        f"({chance:.1f} expected by chance)",
-    ]
-    for (k, axis), value in list(zip(found, at))[:8]:
-        photo = network.photo_names[network.photo[k]]
-        point = network.point_names[network.point[k]]
-        sign = "−" if value < 0 else "+"
-        lines.append(
-            f"photo {photo}, point {point}: {'xy'[axis]} {sign}{abs(value):.1f}"
-        )
-    if len(found) > 8:
-        lines.append("...")
-    place: Look = {"transform": ax.transAxes, "va": "top", "fontsize": 14}
-    right = np.sum(at < 0) >= np.sum(at > 0)  # where fewer outliers are
-    x_text, align = (0.985, "right") if right else (0.015, "left")
-    place |= {"ha": align, "color": basic.RED, "parse_math": False}  # names have $
-    ax.text(x_text, 0.97, "\n".join(lines), **place)
-    name = outliers.NAMES[test].replace("tau", "τ")
-    ax.set(xlabel=f"standardised residual, {name} (no unit)", xlim=edges[[0, -1]])
-    ax.set(ylabel=f"residuals in steps of {step:g}")
-    ax.legend(loc="upper left" if right else "upper right")
-    return fig
+def _formula(found: re.Match) -> str:
+    word, letter, digit = found.groups()
+    if letter:
+        return f"${letter}_{digit}$" if digit else f"${letter}$"
+    return r"$\varphi$" if word == "phi" else rf"$\{word}$"

@@ -1,19 +1,24 @@
-"""Drawings of what `matching.match` found in two photos."""
+"""Drawings of what `matching.match` found in two photos, and of photos in general."""
+
+from collections import Counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import ConnectionPatch
 
-from pgm_lab import _validate, matching
-from pgm_lab._rounding import plain
+from pgm_lab import matching
+from pgm_lab._rounding import plain, round_number
 from pgm_lab.io.photo import Photo
-from pgm_lab.plot import _photo, _style, basic
-from pgm_lab.plot._photo import ACCEPTED
+from pgm_lab.plot import basic
 from pgm_lab.plot.basic import Look
 
-ROUNDS = 30
-LEAST = 1e-3  # px; shorter remainders all weigh the same
+ACCEPTED, OTHERS = "accepted", "other reasons"
+MAX_PIXELS = 1200  # across a drawn photo; a figure shows no more of them
+BLANK = "#D9E4EC"  # where a photo has no data
+ITERATIONS = 30
+SHORTEST = 1e-3  # px; shorter residuals all weigh the same
 
 
 def side_by_side(
@@ -52,12 +57,11 @@ def side_by_side(
     >>> plt.close(figure)
     """
     pair = _same(left, "left", found, 0), _same(right, "right", found, 1)
-    lines = _validate.whole(lines, "lines", 0)
     wide = [grey.shape[1] / grey.shape[0] for grey in pair]  # at the same height
     height = min(12 / sum(wide), 9.0)
     fig, axes = plt.subplots(1, 2, figsize=(12, height + 1.4), width_ratios=wide)
     for ax, grey, name in zip(axes, pair, ("left photo", "right photo")):
-        _photo.show(ax, grey)
+        show_photo(ax, grey)
         ax.set_title(name)
     axes[1].set_ylabel("")
     if found.left_size == found.right_size:  # lines would cross the numbers
@@ -65,7 +69,7 @@ def side_by_side(
     marks = {"linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.7}
     size = 7.0 if len(found.chosen) <= 300 else 4.0
     handles = []
-    for status, which, (colour, mark) in _photo.series(found.status):
+    for status, which, (colour, mark) in series(found.status):
         look: Look = {"color": colour, "marker": mark, "markersize": size, **marks}
         label = f"{status}: {np.sum(which)}"
         handles += axes[0].plot(*found.chosen[which].T, label=label, **look)
@@ -104,7 +108,7 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     if not np.any(found.accepted):
         raise ValueError("found has no accepted match: there are no parallaxes to draw")
     at, vectors = found.chosen[found.accepted], remainders(found)
-    return _photo.arrows(grey, at, vectors, "Parallaxes less their affine part")
+    return arrows(grey, at, vectors, "Parallaxes less their affine part")
 
 
 def remainders(found: matching.Match) -> np.ndarray:
@@ -135,7 +139,6 @@ def remainders(found: matching.Match) -> np.ndarray:
     >>> bool(np.all(np.abs(remainders(found)) < 0.01))
     True
     """
-    _validate.instance(found, matching.Match, "found")
     at = found.chosen[found.accepted]
     shift = found.points[found.accepted] - at
     if not len(at):
@@ -143,10 +146,10 @@ def remainders(found: matching.Match) -> np.ndarray:
     centred = (at - at.mean(axis=0)) / max(np.ptp(at), 1.0)
     A = np.column_stack([np.ones(len(at)), centred])
     w, v = np.ones(len(at)), shift
-    for _ in range(ROUNDS):
+    for _ in range(ITERATIONS):
         x = np.linalg.lstsq(w[:, None] * A, w[:, None] * shift, rcond=1e-9)[0]
         v = shift - A @ x
-        w = np.maximum(np.hypot(*v.T), LEAST) ** -0.5
+        w = np.maximum(np.hypot(*v.T), SHORTEST) ** -0.5
     return v
 
 
@@ -164,9 +167,6 @@ def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    _validate.instance(found, matching.Match, "found")
-    if threshold is not None:
-        threshold = _validate.number(threshold, "threshold")
     fig, (above, below) = plt.subplots(1, 2, figsize=(12, 4.4))
     r = found.r[np.isfinite(found.r)]
     lowest = min(float(r.min(initial=0.9)), 1.0 if threshold is None else threshold)
@@ -189,7 +189,7 @@ def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
         median = f"median {plain(middle)} px"
         below.axvline(middle, color=basic.BLACK, linestyle="--", label=median)
         below.set_xscale("log")
-        _style.plain(below.xaxis)
+        basic.plain(below.xaxis)
         below.legend(loc="upper right")
     below.set(xlabel="predicted standard deviation (px)", ylabel="accepted points")
     return fig
@@ -199,7 +199,6 @@ def _same(
     photo: Photo, name: str, found: matching.Match, side: int
 ) -> np.ndarray | np.ma.MaskedArray:
     """Return the grey values of a photo, which must be the one that was matched."""
-    _validate.instance(found, matching.Match, "found")
     grey = matching.read(photo, name, colour="grey")
     size = (found.left_size, found.right_size)[side]
     if grey.shape[::-1] != tuple(size):
@@ -222,3 +221,67 @@ def _spread(points: np.ndarray, usable: np.ndarray, most: int) -> list[int]:
         step = np.linalg.norm(points[rest] - points[rest[k]], axis=1)
         away = np.minimum(away, step)
     return chosen
+
+
+# --- Photos: coarse, with marks by status and with arrows ---
+
+
+def show_photo(ax: Axes, grey: np.ndarray) -> None:
+    """Show a photo, as coarse as a figure is, with axes in its own pixels."""
+    rows, columns = grey.shape
+    n = -(-max(rows, columns) // MAX_PIXELS)
+    high, wide = rows // n * n, columns // n * n
+    blocks = grey[:high, :wide].reshape(high // n, n, wide // n, n)
+    small = np.ma.masked_invalid(blocks.mean(axis=(1, 3)))
+    low, top = np.percentile(small.compressed(), [0.5, 99.5])
+    ax.set_facecolor(BLANK)
+    extent = (-0.5, wide - 0.5, high - 0.5, -0.5)
+    ax.imshow(small, cmap="gray", vmin=low, vmax=top, extent=extent)
+    ax.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+    ax.set(xlabel="columns (px)", ylabel="rows (px)")
+    ax.grid(False)
+
+
+def series(status: np.ndarray) -> list[tuple[str, np.ndarray, tuple[str, str]]]:
+    """Each status, which points have it, and its colour and mark; accepted ones first.
+
+    The rarest are put together where there are more than marks.
+    """
+    first, *looks = basic.SERIES
+    found = [(ACCEPTED, status == ACCEPTED, first)]
+    others = Counter(status[status != ACCEPTED].tolist()).most_common()
+    words = [word for word, _ in others]
+    if len(words) > len(looks):
+        words = words[: len(looks) - 1]
+    found += [(word, status == word, look) for word, look in zip(words, looks)]
+    if len(words) < len(others):
+        found.append((OTHERS, ~np.isin(status, [ACCEPTED, *words]), looks[-1]))
+    return found
+
+
+def arrows(grey: np.ndarray, at: np.ndarray, vectors: np.ndarray, title: str) -> Figure:
+    """Draw a photo with a vector (n, 2) at each place (n, 2), magnified, and a key."""
+    length = np.hypot(*vectors.T)
+    rows, columns = grey.shape
+    usual = max(float(np.quantile(length, 0.9)), 1e-3)
+    unit = round_number(usual)
+    magnify = 0.05 * max(rows, columns) / usual
+    # What is far longer would hide the others: it is drawn shorter, in red
+    far = length > 3 * usual
+    vectors = vectors * np.where(far, 3 * usual / np.maximum(length, usual), 1)[:, None]
+    height = float(np.clip(10 * rows / columns, 3, 9))
+    fig, ax = plt.subplots(figsize=(10, height + 1.0))
+    show_photo(ax, grey)
+    look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / magnify}
+    look |= {"edgecolor": basic.BLACK, "linewidth": 0.6, "width": 0.0035}
+    for which, colour in ((far, basic.RED), (~far, basic.SKY)):
+        if np.any(which):
+            drawn = ax.quiver(*at[which].T, *vectors[which].T, color=colour, **look)
+    ends = np.concatenate([at, at + magnify * vectors])
+    low, high = np.minimum(ends.min(axis=0), -0.5), ends.max(axis=0)
+    ax.set(xlim=(low[0], max(high[0], columns - 0.5)))
+    ax.set(ylim=(max(high[1], rows - 0.5), low[1]))
+    look = {"labelpos": "E", "coordinates": "axes", "labelcolor": basic.BLACK}
+    ax.quiverkey(drawn, 0.85, 1 + 0.16 / height, unit, f"{unit:g} px", **look)
+    ax.set_title(f"{title}; red ones are longer" if np.any(far) else title)
+    return fig

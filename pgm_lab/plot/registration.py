@@ -8,15 +8,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, matching
+from pgm_lab import matching
 from pgm_lab._rounding import plain
-from pgm_lab.plot import _photo, _style, basic
-from pgm_lab.plot._overlay import composite
-from pgm_lab.plot.basic import Look
+from pgm_lab.plot import basic
+from pgm_lab.plot.basic import Look, composite
+from pgm_lab.plot.matches import arrows, series
 from pgm_lab.registration import Registration
 
 SHARE = 0.9  # of the shifts within the circle and the ellipses
-LEAST = 1e-4  # px; what is shorter is drawn as long
+SHORTEST = 1e-4  # px; what is shorter is drawn as long
 
 
 def fringes(
@@ -45,10 +45,7 @@ def fringes(
     matplotlib.figure.Figure
     """
     first = _grey(reference, "reference")
-    images = _validate.mapping(images, "images")
-    if not images:
-        raise ValueError("images must hold at least one image")
-    left, top = _validate.one_point(corner, 2, "corner") - 0.5
+    left, top = np.asarray(corner) - 0.5
     rows, columns = first.shape
     extent = (left, left + columns, top + rows, top)
     wide = 6.0 * len(images)
@@ -106,13 +103,11 @@ def shifts(
     grey = _grey(reference, "reference")
     if vectors is None:
         vectors = np.column_stack([found.dx, found.dy])
-    arrows = _of_points(vectors, good, "vectors")
-    title = _validate.text(title, "title")
-    say = _validate.function(say, "say")
-    fig = _photo.arrows(grey, found.points[good], arrows[good], title)
+    vectors = _of_points(vectors, good, "vectors")
+    fig = arrows(grey, found.points[good], vectors[good], title)
     marks: Look = {"linestyle": "none", "markeredgecolor": "white", "markersize": 8}
     handles = []
-    for status, which, (colour, mark) in _photo.series(found.status)[1:]:
+    for status, which, (colour, mark) in series(found.status)[1:]:
         look = marks | {"color": colour, "marker": mark}
         label = f"{say(status)}: {np.sum(which)}"
         handles += fig.axes[0].plot(*found.points[which].T, label=label, **look)
@@ -145,7 +140,6 @@ def scatter(
     matplotlib.figure.Figure
     """
     good = _some(found)
-    radius = _validate.whole(radius, "radius", 1)
     d = np.column_stack([found.dx, found.dy])[good]
     mean, C = d.mean(axis=0), np.mean(found.covariance[good], axis=0)
     fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 7))
@@ -201,13 +195,13 @@ def similarity(found: Registration, errors: ArrayLike) -> Figure:
     """
     good = _some(found)
     errors = _of_points(errors, good, "errors")
-    off = np.maximum(np.hypot(*errors[good].T), LEAST)
+    off = np.maximum(np.hypot(*errors[good].T), SHORTEST)
     fig, (by_r, by_sd) = plt.subplots(1, 2, figsize=(12, 5), sharey=True)
     dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
     dots |= {"alpha": 0.6, "markersize": 7, "markeredgewidth": 0}
     by_r.semilogy(found.r[good], off, **dots)
     by_r.set(xlabel="correlation coefficient r", ylabel="off by (px)")
-    sd = np.maximum(found.sd[good], LEAST)
+    sd = np.maximum(found.sd[good], SHORTEST)
     by_sd.loglog(sd, off, **dots)
     ends = np.array([sd.min() / 1.5, sd.max() * 1.5])
     # Nine tenths of normal errors are not longer than 2.146 of their sd
@@ -216,13 +210,12 @@ def similarity(found: Registration, errors: ArrayLike) -> Figure:
     by_sd.plot(ends, limit, label="90 % below, as predicted", **line)
     by_sd.set(xlabel="predicted standard deviation (px)")
     by_sd.legend(loc="upper left")
-    _style.plain(by_sd.xaxis)
-    _style.plain(by_r.yaxis, (1,))
+    basic.plain(by_sd.xaxis)
+    basic.plain(by_r.yaxis, (1,))
     return fig
 
 
 def _some(found: Registration) -> np.ndarray:
-    _validate.instance(found, Registration, "found")
     if not np.any(found.accepted):
         raise ValueError("found has no accepted point: there are no shifts to draw")
     return found.accepted
@@ -230,7 +223,7 @@ def _some(found: Registration) -> np.ndarray:
 
 def _of_points(values: ArrayLike, good: np.ndarray, name: str) -> np.ndarray:
     """Vectors (n, 2), finite at the accepted points."""
-    vectors = _validate.real(values, name)
+    vectors = np.asarray(values, float)
     if vectors.shape != (len(good), 2):
         raise ValueError(
             f"{name} must have shape ({len(good)}, 2), as there are points; got"

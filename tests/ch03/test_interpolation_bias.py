@@ -1,7 +1,7 @@
 """The table of the interpolation bias: repeated in part, and against theory.
 
-The whole is made by ``python -m pgm_book.ch03.studies.interpolation_bias``. What neither
-proves: that texture in real photos ends at a sharp cut-off.
+The whole is made by ``python -m pgm_book.ch03.studies.interpolation_bias``. What
+neither proves: that texture in real photos ends at a sharp cut-off.
 """
 
 import cv2

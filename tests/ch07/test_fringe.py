@@ -7,7 +7,7 @@ import pytest
 from pgm_book.ch07 import figures as ch07_figures
 from pgm_book.ch07.figures import fringe_by_hand as by_hand
 from pgm_lab import plot
-from pgm_lab.plot._overlay import composite
+from pgm_lab.plot.basic import composite
 
 EDGE = np.tile(np.arange(60) >= 30, (50, 1)) * 100.0  # dark left, bright from column 30
 MOVED = np.roll(EDGE, 2, axis=1)

@@ -119,7 +119,7 @@ def test_decorators_are_replaced_with_their_function(program):
     space = typed(twice.partition("\n\n\n")[0])
     for answer in ("x", "x + 1"):
         source = f"@twice\ndef one(x):\n    return {answer}"
-        text = _program.joined(program.read_text(), [], {"one": source})
+        text = _program.merged(program.read_text(), [], {"one": source})
         program.write_text(text)
     assert text.count("@twice") == 1 and "x + 1" in text and callable(space)
 

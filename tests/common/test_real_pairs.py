@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pgm_book.common.real_pairs import made, pairs
-from pgm_book.common.real_pairs.choice import grid, picked
+from pgm_book.common.real_pairs import pairs
+from pgm_book.common.real_pairs.rows import grid, picked
 from pgm_lab import simulate
 
 SHIFTS = np.linspace(-0.5, 0.5, 5)  # px
@@ -70,7 +70,7 @@ def test_cards_lie_where_their_disparities_say():
 
 
 def test_a_homography_and_its_derivatives():
-    H = made.similarity(20, 1.3, (50, 40)) + [[0, 0, 0], [0, 0, 0], [1e-4, 2e-4, 0]]
+    H = pairs.similarity(20, 1.3, (50, 40)) + [[0, 0, 0], [0, 0, 0], [1e-4, 2e-4, 0]]
     pair = pairs.Warped("plane", np.zeros((9, 9)), np.zeros((9, 9)), H)
     points = np.array([[10.0, 20], [60, 30]])
     shape = pair.shape(points)

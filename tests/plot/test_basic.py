@@ -125,11 +125,19 @@ def test_error_ellipse_holds_the_stated_share_of_points(probability):
     assert inside.mean() == pytest.approx(probability, abs=0.009)
 
 
-def test_error_ellipse_is_that_of_95_per_cent_unless_said_otherwise():
-    fig, ax = plt.subplots()
-    ellipse = plot.error_ellipse(ax, (0, 0), np.eye(2))
-    plt.close(fig)
-    assert ellipse.width == pytest.approx(2 * np.sqrt(-2 * np.log(0.05)))
+@pytest.mark.parametrize("magnify", [1.0, 50.0])
+def test_an_ellipse_reaches_as_far_as_the_variances_allow(magnify, closed):
+    """In x to the root of chi-square times the variance of x, and so in y."""
+    _, ax = plt.subplots()
+    C = np.array([[4.0, 1.5], [1.5, 1.0]])
+    ellipse = plot.error_ellipse(ax, (2, -1), C, magnify=magnify)  # 95 per cent
+    assert ellipse in ax.patches
+    path = ellipse.get_path().transformed(ellipse.get_patch_transform())
+    box = path.get_extents()
+    half = magnify * np.sqrt(-2 * np.log(0.05) * np.diag(C))
+    # Four Bézier curves are a circle up to 3e-4 of its radius
+    np.testing.assert_allclose(box.size / 2, half, rtol=3e-4)
+    np.testing.assert_allclose((box.min + box.max) / 2, (2, -1), atol=1e-9 * magnify)
 
 
 def test_palette_is_told_apart_by_its_lightness_too():

@@ -4,19 +4,26 @@ import cv2
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from mpl_toolkits.mplot3d import proj3d
 
-from pgm_book.ch04 import figures as ch04_figures
-from pgm_lab import plot, rotation
-from pgm_lab.plot import _horizon
+from pgm_book.ch04 import figures as meadow
+from pgm_lab import datasets, plot, rotation
+from pgm_lab.plot import space
 
 EXTERIOR = np.array([1.0, -2.0, 7.0, 0.3, -0.2, 0.8])
+FORM = (1.2, 0.8)
+SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
+pytestmark = pytest.mark.usefixtures("closed")
 
 
 @pytest.fixture
-def fig():
-    figure = plt.figure()
-    yield figure
-    plt.close(figure)
+def ax():
+    return plt.figure().add_subplot()
+
+
+@pytest.fixture
+def in_space():
+    return space.space(plt.figure())
 
 
 def opencv(exterior, points):
@@ -28,65 +35,83 @@ def opencv(exterior, points):
     return found[:, 0] * (1, -1)
 
 
+def vertices(faces):
+    """Corners (n, 3) of polygons, under the names of older and newer Matplotlib."""
+    if hasattr(faces, "_faces"):
+        return np.ma.getdata(faces._faces).reshape(-1, 3)
+    return faces._vec[:3].T
+
+
+# --- Cameras in space ---
+
+
 def test_corners_of_the_frustum_are_imaged_at_the_corners_of_the_photo():
-    corners = plot.space.frustum(EXTERIOR, size=2.5, form=(1.2, 0.8))
+    corners = space.frustum(EXTERIOR, size=2.5, form=FORM)
     expected = [(-0.6, -0.4), (0.6, -0.4), (0.6, 0.4), (-0.6, 0.4)]
     np.testing.assert_allclose(opencv(EXTERIOR, corners), expected, atol=1e-12)
     depth = (EXTERIOR[:3] - corners) @ rotation.matrix(*EXTERIOR[3:])[2]
     np.testing.assert_allclose(depth, 2.5)
 
 
-def test_camera_is_drawn_where_it_stands_with_its_axes(fig):
-    drawn = plot.space.draw_camera(plot.space.space(fig), EXTERIOR, size=2.0, name="A")
+def test_a_camera_is_its_image_plane_four_rays_from_the_centre_and_its_axes(in_space):
+    drawn = space.draw_camera(in_space, EXTERIOR, size=2.0, form=FORM, name="A")
+    corners = space.frustum(EXTERIOR, 2.0, FORM)
     np.testing.assert_array_equal(drawn[0], EXTERIOR[:3])
-    np.testing.assert_array_equal(drawn[1:5], plot.space.frustum(EXTERIOR, 2.0))
+    np.testing.assert_array_equal(drawn[1:5], corners)
     axes = (drawn[5:] - EXTERIOR[:3]) / 1.6
     np.testing.assert_allclose(axes, rotation.matrix(*EXTERIOR[3:]), atol=1e-14)
-    assert [text.get_text() for text in fig.axes[0].texts] == ["x", "y", "z", "A"]
+    assert [text.get_text() for text in in_space.texts] == ["x", "y", "z", "A"]
+    rays, plane = in_space.collections[:2]
+    np.testing.assert_allclose(vertices(plane)[:4], corners)
+    segments = np.array(rays._segments3d)
+    np.testing.assert_allclose(segments[:, 0], np.tile(EXTERIOR[:3], (4, 1)))
+    np.testing.assert_allclose(segments[:, 1], corners)
 
 
-def test_photo_shows_polygons_where_opencv_does_and_the_near_one_last(fig):
-    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
-    near, far = square + (0, 0, 3), square
-    ax = fig.add_subplot()
-    plot.space.draw_photo(ax, EXTERIOR, [(near, "red"), (far, "blue")])
+def test_fit_shows_all_points_with_one_scale(in_space):
+    points = np.array([(-1, 0, 2), (3, 8, 2.5)])
+    space.fit(in_space, points)
+    limits = [in_space.get_xlim(), in_space.get_ylim(), in_space.get_zlim()]
+    np.testing.assert_allclose(limits, points.T)
+    aspect = np.array(in_space._box_aspect)
+    np.testing.assert_allclose(aspect / aspect[0], (1, 2, 0.125))
+
+
+# --- What a camera sees ---
+
+
+def test_photo_shows_polygons_where_opencv_does_and_the_near_one_last(ax):
+    near, far = SQUARE + (0, 0, 3), SQUARE
+    space.draw_photo(ax, EXTERIOR, [(near, "red"), (far, "blue")])
     first, last = (path.vertices[:4] for path in ax.collections[0].get_paths())
     np.testing.assert_allclose(first, opencv(EXTERIOR, far), atol=1e-12)
     np.testing.assert_allclose(last, opencv(EXTERIOR, near), atol=1e-12)
 
 
-def test_of_a_polygon_that_reaches_behind_the_camera_the_front_part_is_seen(fig):
-    down = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+@pytest.mark.parametrize("c", [1.0, 35.0])
+def test_a_photo_is_as_wide_and_high_as_its_form_says(ax, c):
+    """The corners of the camera drawn in space are the corners of its photo."""
+    corners = space.frustum(EXTERIOR, 2.5, FORM)
+    space.draw_photo(ax, EXTERIOR, [(corners, "red")], c, FORM)
+    seen = ax.collections[0].get_paths()[0].vertices[:4]
+    limits = np.array([ax.get_xlim(), ax.get_ylim()])
+    np.testing.assert_allclose(limits[:, 1] - limits[:, 0], c * np.array(FORM))
+    np.testing.assert_allclose([seen.min(axis=0), seen.max(axis=0)], limits.T)
+
+
+def test_of_a_polygon_that_reaches_behind_the_camera_the_front_part_is_seen(ax):
     strip = np.array([(1, 0, -2), (1, 0, 2), (1, 1, 2), (1, 1, -2)], dtype=float)
-    ax = fig.add_subplot()
-    plot.space.draw_photo(ax, down, [(strip, "red"), (strip + (0, 0, 9), "blue")])
+    space.draw_photo(ax, np.zeros(6), [(strip, "red"), (strip + (0, 0, 9), "blue")])
     (path,) = ax.collections[0].get_paths()  # the blue one lies behind
     expected = [(0.5, 0.0), (1000.0, 0.0), (1000.0, 1000.0), (0.5, 0.5)]
     np.testing.assert_allclose(path.vertices[:4], expected, rtol=1e-9)
 
 
-def test_nothing_in_front_of_the_camera_gives_an_empty_photo(fig):
-    ax = fig.add_subplot()
-    behind = np.array([(0, 0, 1), (1, 0, 1), (1, 1, 1)], dtype=float)
-    plot.space.draw_photo(ax, np.zeros(6), [(behind, "red")])
-    assert not ax.collections[0].get_paths()
-
-
-def test_fit_shows_all_points_with_one_scale(fig):
-    ax = plot.space.space(fig)
-    points = np.array([(-1, 0, 2), (3, 8, 2.5)])
-    plot.space.fit(ax, points)
-    limits = [ax.get_xlim(), ax.get_ylim(), ax.get_zlim()]
-    np.testing.assert_allclose(limits, points.T)
-    aspect = np.array(ax._box_aspect)
-    np.testing.assert_allclose(aspect / aspect[0], (1, 2, 0.125))
-
-
-def below_horizon(exterior, form=plot.space.FORMAT, c=1.0, rows=75, columns=100):
+def below_horizon(exterior, rows=75, columns=100):
     """How far the rays of pixels (rows, columns) point downwards; row 0 on top."""
-    x = c * form[0] * ((np.arange(columns) + 0.5) / columns - 0.5)
-    y = c * form[1] * (0.5 - (np.arange(rows) + 0.5) / rows)
-    rays = np.stack([*np.meshgrid(x, y), np.full((rows, columns), -c)], axis=-1)
+    x = space.FORMAT[0] * ((np.arange(columns) + 0.5) / columns - 0.5)
+    y = space.FORMAT[1] * (0.5 - (np.arange(rows) + 0.5) / rows)
+    rays = np.stack([*np.meshgrid(x, y), np.full((rows, columns), -1)], axis=-1)
     turned = rays @ rotation.matrix(*exterior[3:])
     return -turned[..., 2] / np.linalg.norm(turned, axis=-1)
 
@@ -95,13 +120,11 @@ def pixels_of_photo(exterior, faces, rows=75, columns=100):
     """The photo as it is drawn, (rows, columns, 3), 8 bit, without names and axes."""
     figure = plt.figure(figsize=(columns / 10, rows / 10), dpi=10, layout="none")
     ax = figure.add_axes((0, 0, 1, 1))
-    plot.space.draw_photo(ax, exterior, faces, ground=ch04_figures.GROUND)
+    space.draw_photo(ax, exterior, faces, ground=meadow.GROUND)
     for added in (*ax.texts, *ax.lines, *ax.spines.values()):
         added.set_visible(False)
     figure.canvas.draw()
-    grey = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
-    plt.close(figure)
-    return grey
+    return np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
 
 
 ATTITUDES = [
@@ -114,8 +137,7 @@ ATTITUDES = [
 def test_sky_is_seen_above_the_true_horizon_and_nowhere_else(attitude):
     """All settings of the sliders of chapter 4, and cameras that look up as well."""
     exterior = np.array([0, 0, 7, *np.radians(attitude)])
-    village = ch04_figures.surroundings() + ch04_figures.village()
-    photo = pixels_of_photo(exterior, village)
+    photo = pixels_of_photo(exterior, meadow.surroundings() + meadow.village())
     down = below_horizon(exterior)
     sky = np.all(photo == (0xDC, 0xEB, 0xF5), axis=-1)
     # A pixel is a hundredth of c: nearer than two the line itself is drawn
@@ -123,76 +145,97 @@ def test_sky_is_seen_above_the_true_horizon_and_nowhere_else(attitude):
     assert sky[down < -0.02].all()
 
 
-def test_directions_stand_on_the_horizon_where_opencv_has_them():
+def test_directions_stand_on_the_horizon_where_opencv_has_them(ax):
     exterior = np.array([3.0, -4.0, 7.0, *np.radians([80, 10, 5])])
     M = rotation.matrix(*exterior[3:])
-    found = dict(_horizon.directions(M, c=2.0))
-    assert {"N", "NE", "NW"} <= set(found) <= set(_horizon.DIRECTIONS) - {"S"}
+    found = dict(space.directions(M, c=2.0))
+    assert {"N", "NE", "NW"} <= set(found) <= set(space.DIRECTIONS) - {"S"}
     far = exterior[:3] + 1e7 * np.array([(0, 1, 0), (1, 1, 0)])
     expected = 2 * opencv(exterior, far)
     np.testing.assert_allclose([found["N"], found["NE"]], expected, atol=1e-6)
     assert found["NE"][0] > found["N"][0] > found["NW"][0]
+    level = np.array([0.0, 0.0, 7.0, *np.radians([80, 0, 0])])
+    space.draw_photo(ax, level, [], ground="green")
+    assert [t.get_text() for t in ax.texts if t.get_text()] == ["N", "x", "y"]
 
 
-def test_photo_names_the_directions_and_its_own_axes(fig):
-    exterior = np.array([0.0, 0.0, 7.0, *np.radians([80, 0, 0])])
-    ax = fig.add_subplot()
-    plot.space.draw_photo(ax, exterior, ch04_figures.village(), ground="green")
-    written = [text.get_text() for text in ax.texts if text.get_text()]
-    assert written == ["N", "x", "y"]
-
-
-def test_what_lies_on_the_ground_is_drawn_before_what_stands_on_it(fig):
+def test_what_lies_on_the_ground_is_drawn_before_what_stands_on_it(in_space):
     """A field as large as the country is nearer than a tree, by its middle."""
     field = 40.0 * np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
     tree = np.array([(20, 0, 0), (21, 0, 0), (20.5, 0, 3)])
     exterior = np.array([0.0, 0.0, 7.0, 1.2, 0.0, -1.4])
-    for k, faces in enumerate(([(tree, "red"), (field, "green")],) * 2):
-        ax = fig.add_subplot(1, 2, k + 1)
-        ground = "green" if k else None
-        plot.space.draw_photo(ax, exterior, faces, ground=ground)
-        colors = ax.collections[-1].get_facecolors()
-        assert np.argmax(colors[:, 0]) == (1 if k else 0)  # red
-    ax = plot.space.space(fig)
-    corners = plot.space.draw_faces(ax, [(tree, "red"), (field, "green")])
-    assert [len(c._facecolor3d) for c in ax.collections] == [1, 1]
-    assert ax.collections[0]._facecolor3d[0, 1] > 0 and len(corners) == 7
+    faces = [(tree, "red"), (field, "green")]
+    for ground, red in ((None, 0), ("green", 1)):
+        ax = plt.figure().add_subplot()
+        space.draw_photo(ax, exterior, faces, ground=ground)
+        assert np.argmax(ax.collections[-1].get_facecolors()[:, 0]) == red
+    corners = space.draw_faces(in_space, faces)
+    assert [len(c._facecolor3d) for c in in_space.collections] == [1, 1]
+    assert in_space.collections[0]._facecolor3d[0, 1] > 0 and len(corners) == 7
 
 
 @pytest.mark.parametrize("height", [0.0, -1.0])
-def test_a_camera_under_the_ground_is_refused(fig, height):
-    exterior = np.array([0, 0, height, 0, 0, 0])
+def test_a_camera_under_the_ground_is_refused(ax, height):
     with pytest.raises(ValueError, match="must stand above"):
-        plot.space.draw_photo(fig.add_subplot(), exterior, [], ground="green")
+        space.draw_photo(ax, [0, 0, height, 0, 0, 0], [], ground="green")
 
 
-def test_surroundings_lie_on_the_ground_and_leave_the_meadow_free():
-    far = 12.0 * 12 + 6
-    corners = []
-    for polygon, _ in ch04_figures.surroundings():
-        assert not polygon[:, 2].any()
-        inside = np.abs(polygon[:, :2].mean(axis=0)) < 6
-        assert not inside.all()
-        corners.append(polygon)
-    corners = np.concatenate(corners)
-    np.testing.assert_array_equal(corners.min(axis=0)[:2], -far)
-    np.testing.assert_array_equal(corners.max(axis=0)[:2], far)
+# --- A pixel on the ground ---
 
 
-def test_arrow_on_the_meadow_points_north_with_the_n_to_its_right():
-    black = [p for p, color in ch04_figures.village() if color == plot.BLACK]
-    arrow, *letter = black
-    assert arrow[:, 1].argmax() == np.argmin(np.abs(arrow[:, 0] - arrow[:, 0].mean()))
-    assert np.ptp(arrow[:, 1]) > 2 * np.ptp(arrow[:, 0])
-    assert np.min(np.concatenate(letter)[:, 0]) > arrow[:, 0].max()
-    diagonal = letter[-1]  # of an N it falls from left to right, of its mirror it rises
-    slope = np.polyfit(diagonal[:, 0], diagonal[:, 1], 1)[0]
-    assert slope < 0
+@pytest.fixture
+def pixel(monkeypatch):
+    """At 100 m, above a coarser picture of the ground, which is quicker to draw."""
+    lay_out = space._lay_out
+    monkeypatch.setattr(
+        space, "_lay_out", lambda *a, **k: lay_out(*a, **k | {"pixels": 16})
+    )
+    return plot.pixel_on_ground(datasets.yellowstone(), height=100.0).axes[0]
 
 
-def test_village_has_no_symmetry():
-    corners = np.concatenate([polygon for polygon, _ in ch04_figures.village()])
-    high = corners[corners[:, 2] > 0.5]
-    for turned in (high * (-1, 1, 1), high * (1, -1, 1), high[:, [1, 0, 2]]):
-        gap = np.linalg.norm(turned[:, None] - high[None], axis=-1).min(axis=1)
-        assert gap.max() > 0.5
+def on_paper(ax, points):
+    """Where points (n, 3) of axes in space are drawn, as fractions of the figure."""
+    ax.apply_aspect()
+    x, y, _ = proj3d.proj_transform(*np.transpose(points), ax.get_proj())
+    seen = ax.transData.transform(np.column_stack([x, y]))
+    return ax.figure.transFigure.inverted().transform(seen)
+
+
+def test_the_ground_is_as_wide_as_its_pixels_in_metres(pixel):
+    ortho = datasets.yellowstone()
+    below, above = (vertices(surface) for surface in pixel.collections[:2])
+    width = ortho.grey.shape[0] * ortho.gsd
+    np.testing.assert_allclose(np.ptp(below, axis=0), (width, width, 0), rtol=1e-9)
+    np.testing.assert_allclose(below.mean(axis=0), 0, atol=1e-9 * width)
+    assert len(np.unique(above[:, 2])) == 1 and 0 < above[0, 2] < 100
+    # by similar triangles from the perspective centre
+    assert np.ptp(above[:, 0]) / width == pytest.approx(1 - above[0, 2] / 100)
+
+
+def test_the_pixel_its_ground_and_the_perspective_centre_are_on_one_ray(pixel):
+    image, below = (vertices(polygon)[:4] for polygon in pixel.collections[2:4])
+    np.testing.assert_allclose(below[:, 2], 0, atol=1e-9)
+    rays, to_ground = image - (0, 0, 100), below - (0, 0, 100)
+    scale = rays[:, 2:] / to_ground[:, 2:]
+    np.testing.assert_allclose(rays, scale * to_ground, atol=1e-9)
+
+
+def test_heights_are_measured_at_the_left_square_to_the_view(pixel):
+    """Bars of H and c, at the same depth as the camera: their lengths compare."""
+    bars = [np.transpose(line.get_data_3d()) for line in pixel.lines]
+    bars = [bar for bar in bars if len(bar) == 2 and np.ptp(bar[:, :2]) > 0]
+    upright = [bar for bar in bars if not np.ptp(bar[:, :2], axis=0).any()]
+    assert len(upright) == 2
+    azimuth = np.radians(pixel.azim)
+    for bar in upright:
+        assert bar[1, 2] == 100
+        towards_eye = bar[0, :2] @ (np.cos(azimuth), np.sin(azimuth))
+        assert towards_eye == pytest.approx(0, abs=1e-9)
+        assert on_paper(pixel, bar)[0, 0] < on_paper(pixel, np.zeros((1, 3)))[0, 0]
+
+
+def test_all_that_stands_above_the_ground_is_seen_inside_the_figure(pixel):
+    lines = [np.transpose(line.get_data_3d()) for line in pixel.lines]
+    points = np.concatenate([*lines, [t.get_position_3d() for t in pixel.texts]])
+    seen = on_paper(pixel, points)
+    assert np.all((seen > 0) & (seen < 1))

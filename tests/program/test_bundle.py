@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_book.ch06 import published
-from pgm_book.program import bundle as textbook
+from pgm_book.program import bundle as program
 from pgm_lab import bundle, datasets, simulate
 from pgm_lab.camera import Camera, measured
 
@@ -14,7 +14,7 @@ START = np.array(DATA.interior), DATA.exteriors, DATA.object_points
 
 
 def test_the_photos_of_2013_give_the_camera_and_the_covariance_of_the_program():
-    camera, C, sigma0, points = textbook.adjust(*RAYS, *START)
+    camera, C, sigma0, points = program.adjust(*RAYS, *START)
     found = bundle.adjust(published.network())
     sd = found.sd_interior
     np.testing.assert_allclose((camera - found.interior) / sd, 0, atol=1e-3)
@@ -37,7 +37,7 @@ def test_the_reduced_matrix_has_the_corner_of_the_whole_inverse():
     E = N[:4, 4:].reshape(4, 2, 3).swapaxes(0, 1)
     V = np.array([N[4:7, 4:7], N[7:, 7:]])
     whole = np.linalg.inv(N)[:4, :4]
-    np.testing.assert_allclose(np.linalg.inv(textbook.reduced(N[:4, :4], E, V)), whole)
+    np.testing.assert_allclose(np.linalg.inv(program.reduced(N[:4, :4], E, V)), whole)
 
 
 def test_the_lens_is_that_of_the_camera():
@@ -45,16 +45,14 @@ def test_the_lens_is_that_of_the_camera():
     ideal = np.array([(3.0, 4.0), (-8.5, 2.0), (0.5, -6.0)])
     seen = measured(camera, ideal)
     numbers = [getattr(camera, n) for n in "c x0 y0 K1 K2 K3 P1 P2 b1 b2".split()]
-    np.testing.assert_allclose(textbook.without_lens(seen, numbers), ideal, atol=1e-9)
+    np.testing.assert_allclose(program.without_lens(seen, numbers), ideal, atol=1e-9)
 
 
 def test_what_the_rays_do_not_determine_is_refused():
     few = np.isin(DATA.photo, (0, 1)) & (DATA.point < 4)
     two = DATA.photo[few], DATA.point[few], DATA.xy[few], 0.001
     with pytest.raises(ValueError, match="as many unknowns"):
-        textbook.adjust(*two, START[0], START[1][:2], START[2][:4])
-    with pytest.raises(ValueError, match=r"K, E and V must have shapes"):
-        textbook.reduced(np.eye(3), np.zeros((2, 4, 3)), np.zeros((2, 3, 3)))
+        program.adjust(*two, START[0], START[1][:2], START[2][:4])
 
 
 def test_a_network_without_noise_is_found_exactly():
@@ -62,8 +60,5 @@ def test_a_network_without_noise_is_found_exactly():
     net = simulate.network(true, 6, 40, np.random.default_rng(3))
     numbers = np.array([34.5, 0, 0, 0, 0, 0, 0, 0, 0, 0.0])
     rays = net.photo, net.point, net.xy, 0.001
-    try:
-        camera, *_ = textbook.adjust(*rays, numbers, net.exteriors, net.points)
-    except ValueError:
-        pytest.fail("the network of the simulation should be determined")
+    camera, *_ = program.adjust(*rays, numbers, net.exteriors, net.points)
     np.testing.assert_allclose(camera[:4], (34.0, 0.05, -0.02, 2e-5), atol=0.01)

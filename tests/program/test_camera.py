@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pgm_book.program import camera as textbook
+from pgm_book.program import camera as program
 from pgm_lab import camera
 
 PHOTO = (10.0, 5.0, 100.0, 0.02, -0.01, 0.3)
@@ -12,7 +12,7 @@ POINTS = np.array([(20.0, 2, 4), (12, 9, 8), (3, 14, -6)])
 
 def test_an_ideal_camera_projects_the_same():
     np.testing.assert_allclose(
-        textbook.project(PHOTO, POINTS, 35.0),
+        program.project(PHOTO, POINTS, 35.0),
         camera.project(camera.Camera(35.0), PHOTO, POINTS),
         atol=1e-12,
     )
@@ -20,20 +20,13 @@ def test_an_ideal_camera_projects_the_same():
 
 def test_differences_find_the_derivatives_of_the_collinearity_equations():
     """Tolerance: steps of 1e-6 leave errors of 1e-9 of the largest derivative."""
-    ideal = textbook.project(PHOTO, POINTS, 35.0)
+    ideal = program.project(PHOTO, POINTS, 35.0)
     equations = camera.collinearity(camera.Camera(35.0), PHOTO, POINTS, ideal)
-    J = textbook.derivatives(lambda e: textbook.project(e, POINTS, 35.0), PHOTO)
+    J = program.derivatives(lambda e: program.project(e, POINTS, 35.0), PHOTO)
     theirs = equations.exterior.reshape(6, 6)
     np.testing.assert_allclose(J, theirs, atol=1e-8 * np.abs(theirs).max())
 
 
 def test_a_point_behind_the_camera_is_refused():
     with pytest.raises(ValueError, match="point 1 of points does not lie in front"):
-        textbook.project(PHOTO, [[10, 5, 0], [10, 5, 200]], 35.0)
-
-
-def test_shapes_are_checked():
-    with pytest.raises(ValueError, match=r"exterior must have shape \(6,\)"):
-        textbook.project(PHOTO[:5], POINTS, 35.0)
-    with pytest.raises(ValueError, match="at must have shape"):
-        textbook.derivatives(np.sin, 3.0)
+        program.project(PHOTO, [[10, 5, 0], [10, 5, 200]], 35.0)

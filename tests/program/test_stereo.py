@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from pgm_book.program import stereo as textbook
+from pgm_book.program import stereo as program
 from pgm_lab import epipolar, rotation, simulate, stereo
 from pgm_lab.image import cut
 
@@ -28,27 +28,27 @@ def test_the_line_is_that_of_the_epipolar_room(photos):
     M = rotation.matrix(*right.exterior[3:])
     base = right.exterior[:3] - left.exterior[:3]
     for pixel, wanted in zip(pixels, epipolar.line(left, right, pixels)):
-        line = textbook.epipolar_line(base, left.rays(pixel), M, right.camera.c)
+        line = program.epipolar_line(base, left.rays(pixel), M, right.camera.c)
         line = line / np.hypot(*line[:2])
         assert np.allclose(line * np.sign(line @ wanted), wanted, atol=1e-12)
 
 
 def test_a_ray_along_the_base_has_no_line():
     with pytest.raises(ValueError, match="along the base"):
-        textbook.epipolar_line((5, 0, 0), (10, 0, 0), np.eye(3), 24.0)
+        program.epipolar_line((5, 0, 0), (10, 0, 0), np.eye(3), 24.0)
 
 
 def test_the_model_point_is_that_of_the_normal_pair(pair):
     column, row, d = 40, 70, 3.25
     x, y = pair.origin[0] + pair.pixel_size * np.array([column, -row])
-    model = textbook.model_point(x, y, pair.parallax(d), pair.base, pair.c)
+    model = program.model_point(x, y, pair.parallax(d), pair.base, pair.c)
     point = pair.stations[0] + model @ pair.rotation
     assert np.allclose(point, pair.object_points(column, row, d), atol=1e-9)
 
 
 def test_the_rays_of_both_photos_meet_in_the_model_point():
     x, parallax, base, c = 2.5, 9.4, 390.0, 24.0
-    X, Y, Z = textbook.model_point(x, -1.0, parallax, base, c)
+    X, Y, Z = program.model_point(x, -1.0, parallax, base, c)
     assert np.isclose(-c * X / Z, x)
     assert np.isclose(-c * (X - base) / Z, x - parallax)
     assert np.isclose(-c * Y / Z, -1.0)
@@ -60,12 +60,12 @@ def test_the_best_disparity_is_that_of_a_shift():
     )
     for shift in (-4.3, 0.4, 6.0):
         right = ndimage.shift(scene, (0, -shift), order=5, mode="mirror")
-        d, r = textbook.best_disparity(scene, right, 45, 25, 11, -9, 9)
+        d, r = program.best_disparity(scene, right, 45, 25, 11, -9, 9)
         assert abs(d - shift) < 0.1 and r > 0.9  # a parabola is no better
 
 
 def test_r_along_the_row_is_that_of_the_windows(pair):
-    tried, r = textbook.along_row(pair.left, pair.right, 60, 50, 7, -5, 5)
+    tried, r = program.along_row(pair.left, pair.right, 60, 50, 7, -5, 5)
     target = cut(pair.left, (60, 50), 7)
     for d, one in zip(tried, r):
         other = cut(pair.right, (60 - d, 50), 7)
@@ -73,9 +73,9 @@ def test_r_along_the_row_is_that_of_the_windows(pair):
 
 
 def test_a_peak_at_the_end_of_the_search_is_none(pair):
-    tried, r = textbook.along_row(pair.left, pair.right, 60, 50, 7, -20, 20)
+    tried, r = program.along_row(pair.left, pair.right, 60, 50, 7, -20, 20)
     best = int(tried[r.argmax()])
-    d, _ = textbook.best_disparity(pair.left, pair.right, 60, 50, 7, best, best + 6)
+    d, _ = program.best_disparity(pair.left, pair.right, 60, 50, 7, best, best + 6)
     assert np.isnan(d)
 
 
@@ -85,7 +85,7 @@ def test_a_row_of_points_is_what_the_fast_functions_give(photos, pair):
     columns = np.flatnonzero(match.status[row] == 0)
     middle = int(np.median(match.disparity[row, columns]))
     columns = columns[(columns > 40) & (columns < 160)][::4]
-    own = textbook.row_points(pair, row, columns, 7, middle - 15, middle + 15)
+    own = program.row_points(pair, row, columns, 7, middle - 15, middle + 15)
     fast = pair.object_points(columns, row, match.disparity[row, columns])
     off = np.abs(own - fast)[np.isfinite(own[:, 0])]
     assert len(off) > 8
@@ -99,11 +99,11 @@ def test_a_promise_is_the_derivative_of_the_depth():
     parallax = c * B / H
     depth = [c * B / (parallax + s * 0.1 * pixel) for s in (-0.5, 0.5)]
     wanted = depth[0] - depth[1]
-    assert np.isclose(textbook.sigma_height(H, B, gsd, 0.1), wanted, rtol=1e-6)
+    assert np.isclose(program.sigma_height(H, B, gsd, 0.1), wanted, rtol=1e-6)
 
 
 def test_a_coarser_pair_keeps_the_ground_where_it_is(pair):
-    half = textbook.coarser(pair)
+    half = program.coarser(pair)
     rows, columns = pair.left.shape
     assert half.left.shape == ((rows + 1) // 2, (columns + 1) // 2)
     point = pair.object_points(40, 60, 6.0)

@@ -1,8 +1,8 @@
-"""The study that Bani 2010 asks for in V.2: sizes of template and search window against
-success, precision and time, on three pairs of images with known truth.
+"""Sizes of template and search window against success, precision and time.
 
-``python -m pgm_book.ch02.studies.windows`` writes pgm_book/ch02/results/windows.csv; it
-takes about four minutes. tests/ncc/test_windows.py repeats a part of it.
+Bani 2010 asks for it in V.2; here on three pairs of images with known truth.
+``python -m pgm_book.ch02.studies.windows`` writes results/windows.csv in about four
+minutes; tests/ch02/test_studies.py repeats a part.
 
 The start is the truth plus a random offset of up to the reach less two pixels in each
 axis (the epipolar lines of the stereo pair are not used). success: share of the points
@@ -14,17 +14,15 @@ several rounds through all sizes, so that neither a cold start nor another progr
 runs for a while falls upon one size alone.
 """
 
-import csv
 import itertools
 import time
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from pgm_book.common import study
 from pgm_lab import datasets, ncc, simulate
 
-TABLE = Path(__file__).parents[1] / "results" / "windows.csv"
 TEMPLATES = (5, 9, 15, 21, 31, 41)
 REACHES = (5, 10, 15, 25, 40)
 POINTS = 1000
@@ -56,9 +54,7 @@ def stereo(n: int) -> tuple:
 
 
 def orthophoto(n: int) -> tuple:
-    """An aerial photo of fields and trees, shrunk, with a shift of (2.5, -1.25) px and
-    noise of its own in each image.
-    """
+    """An aerial photo of fields, shrunk, shifted by (2.5, -1.25) px, with noise."""
     pair = simulate.shrunk_pair(datasets.yellowstone().grey, (10, -5), 4)
     rng = np.random.default_rng(2)
     left, right = (g + rng.normal(0, 2, g.shape) for g in pair)
@@ -78,6 +74,7 @@ def texture(n: int) -> tuple:
 
 
 def inner(shape: tuple[int, int], n: int, rng: np.random.Generator) -> np.ndarray:
+    """Points (n, 2) at random, far from the edges."""
     high = np.subtract(shape[::-1], MARGIN)
     return rng.integers(MARGIN, high, (n, 2)).astype(float)
 
@@ -126,8 +123,7 @@ def main() -> None:
                 + [f"{rms:.4f}", f"{predicted:.4f}"]
                 + [f"{seconds / found[21, 15][-1]:.2g}"]
             )
-    with open(TABLE, "w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])
+    study.write("ch02", "windows", COLUMNS, rows)
 
 
 if __name__ == "__main__":

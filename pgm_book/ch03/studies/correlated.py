@@ -1,7 +1,7 @@
 """Errors of least squares matching over what it predicts, where noise is not white.
 
-``python -m pgm_book.ch03.studies.correlated`` writes pgm_book/ch03/results/correlated.csv
-in about a minute; tests/lsm/test_correlated.py repeats a part.
+``python -m pgm_book.ch03.studies.correlated`` writes results/correlated.csv in about a
+minute; tests/lsm/test_correlated.py repeats a part.
 
 The orthophoto is photographed twice by a camera that is turned by 2 degrees between,
 with pixels four times as large as those of the orthophoto; therefore the truth is
@@ -9,17 +9,15 @@ known. What happens to the grey values on the way differs: white noise alone, co
 that are interpolated between the pixels of a Bayer mosaic, sharpening, JPEG.
 """
 
-import csv
 from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
 
 from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_book.common import study
 from pgm_lab import datasets, lsm
 
-TABLE = Path(__file__).parents[1] / "results" / "correlated.csv"
 FACTOR = 4  # pixels of the orthophoto in a pixel of the camera, along a side
 TURN, SCALE, SHIFT = np.radians(2.0), 1.02, (0.37, -0.21)  # of the second photo
 NOISE = 2.0  # grey values
@@ -113,15 +111,6 @@ def rows(name: str, templates: tuple[int, ...] = TEMPLATES) -> Iterator[tuple]:
         )
 
 
-def write() -> None:
-    """Write the whole table."""
-    TABLE.parent.mkdir(exist_ok=True)
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for name in CAMERAS:
-            writer.writerows(rows(name))
-
-
 if __name__ == "__main__":
-    write()
+    table = (row for name in CAMERAS for row in rows(name))
+    study.write("ch03", "correlated", COLUMNS, table)

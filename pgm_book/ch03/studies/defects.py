@@ -1,19 +1,16 @@
 """What each defect of a least squares matching costs, over 300 points a row.
 
-``python -m pgm_book.ch03.studies.defects`` writes pgm_book/ch03/results/defects.csv; it
-takes some minutes. tests/lsm/test_defects.py repeats a part of it.
+``python -m pgm_book.ch03.studies.defects`` writes results/defects.csv in some minutes;
+tests/ch03/test_defects.py repeats a part.
 """
-
-import csv
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from pgm_book.ch03 import defects
+from pgm_book.common import study
 from pgm_lab import lsm, simulate
 
-TABLE = Path(__file__).parents[1] / "results" / "defects.csv"
 COLUMNS = (
     *("scene", "contrast", "sigma", "defect", "points", "converged", "matched"),
     *("rms_px", "bound_px", "ratio", "iterations", "condition"),
@@ -91,9 +88,5 @@ def rows(name: str, variants=tuple(VARIANTS), points: int = 300) -> list[tuple]:
 
 
 if __name__ == "__main__":
-    TABLE.parent.mkdir(exist_ok=True)
     table = [row for name in SCENES for row in rows(name)]
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(table)
+    study.write("ch03", "defects", COLUMNS, table)

@@ -13,27 +13,24 @@ On sharp texture they do not, because both the slopes and the contrast of the re
 window count. Positions beyond half a pixel mirror the others, and are left empty there.
 
 ``python -m pgm_book.ch03.studies.interpolation_bias`` writes
-pgm_book/ch03/results/interpolation_bias.csv in a few minutes; tests/image/
-test_interpolation_bias.py repeats a part of it.
+results/interpolation_bias.csv in a few minutes; tests/ch03 repeats a part.
 """
 
-import csv
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from pgm_book.common import study
 from pgm_lab import image, simulate
 from pgm_lab.adjustment import adjust
 from pgm_lab.image.resampling import _cubic, _weighted_sum
 from pgm_lab.lsm import _fine
 
-TABLE = Path(__file__).parents[1] / "results" / "interpolation_bias.csv"
 CUTOFFS = {"soft": 0.2, "sharp": 0.4}  # cycles per pixel
 METHODS = ("nearest", "bilinear", "cubic", "spline3", "spline5")
 OPENCV, LSM = "OpenCV cubic", "lsm"
+ALL = (*METHODS, OPENCV, LSM)
 POSITIONS = np.linspace(0, 1, 21)  # px
 COLUMNS = (
     *("texture", "method", "position", "textures"),
@@ -76,8 +73,7 @@ def errors(cutoff: float, seed: int, positions: np.ndarray) -> np.ndarray:
             [gx, gx * dx, gx * dy, gy, gy * dx, gy * dy, np.ones_like(gx), truth],
             axis=-1,
         )
-        values = [image.resample(grey, points, method) for method in METHODS]
-        values += [opencv_cubic(grey, points), lsm(grey, points)]
+        values = [resampled(grey, points, method) for method in ALL]
         difference = np.array(values) - truth
         found.append(
             [
@@ -89,17 +85,12 @@ def errors(cutoff: float, seed: int, positions: np.ndarray) -> np.ndarray:
     return np.moveaxis(found, 1, -1)
 
 
-def resampling(method: str) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+def resampled(grey: np.ndarray, points: np.ndarray, method: str) -> np.ndarray:
     """Grey values of an image at points (..., 2) by one of the methods."""
-
-    def shaped(function, grey, points):
-        return function(grey, points.reshape(-1, 2)).reshape(points.shape[:-1])
-
-    if method == OPENCV:
-        return partial(shaped, opencv_cubic)
-    if method == LSM:
-        return partial(shaped, lsm)
-    return partial(image.resample, method=method)
+    if method not in (OPENCV, LSM):
+        return image.resample(grey, points, method)
+    own = opencv_cubic if method == OPENCV else lsm
+    return own(grey, points.reshape(-1, 2)).reshape(points.shape[:-1])
 
 
 def matches(
@@ -108,7 +99,7 @@ def matches(
     """Errors along x (positions,) in px of converged eight-parameter matches.
 
     The right image holds the texture at its pixels, the left window at the positions
-    beside them, both without any error. NaN where the iteration does not come to rest.
+    beside them, both without any error. NaN where the iteration does not converge.
     """
     texture = simulate.texture(cutoff, seed=seed)
     n = WINDOW + 2 * MARGIN
@@ -120,7 +111,7 @@ def matches(
     )
     left = simulate.grey_values(texture, at)
     slopes = np.moveaxis(simulate.grey_gradients(texture, at), -1, 1)
-    sample = resampling(method)
+    sample = partial(resampled, method=method)
 
     def grey_values(p, slopes):
         """Computed grey values (B 2.10) and their derivatives (B 2.11)."""
@@ -151,36 +142,22 @@ def match_columns(
     """Mean, standard deviation and number of converged matches, for both slopes."""
     if method == "nearest":  # its grey values jump: nothing converges
         return [6 * ("",)] * len(positions)
-    both = [
-        [
-            _summary(error, textures) if position <= 0.5 else 3 * ("",)
-            for position, error in zip(positions, errors, strict=True)
+    near = positions <= 0.5  # the others mirror them
+    found = []
+    for left_slopes in (False, True):
+        errors = [
+            matches(CUTOFFS[kind], seed, positions[near], method, left_slopes)
+            for seed in tqdm(range(textures), f"{kind}, {method}", leave=False)
         ]
-        for errors in (
-            _all_matches(kind, method, textures, positions, left_slopes)
-            for left_slopes in (False, True)
-        )
-    ]
-    return [(*right, *left) for right, left in zip(*both, strict=True)]
+        few = iter(np.transpose(errors))
+        found.append([_summary(next(few)) if one else 3 * ("",) for one in near])
+    return [(*right, *left) for right, left in zip(*found, strict=True)]
 
 
-def _all_matches(
-    kind: str, method: str, textures: int, positions: np.ndarray, left_slopes: bool
-) -> np.ndarray:
-    """Errors (positions, textures); NaN beyond half a pixel."""
-    near = positions <= 0.5
-    errors = np.full((len(positions), textures), np.nan)
-    for seed in tqdm(range(textures), f"{kind}, {method}", leave=False):
-        errors[near, seed] = matches(
-            CUTOFFS[kind], seed, positions[near], method, left_slopes
-        )
-    return errors
-
-
-def _summary(error: np.ndarray, textures: int) -> tuple[str, str, int]:
+def _summary(error: np.ndarray) -> tuple[str, str, int]:
     """Mean, standard deviation, number; no mean of less than half of the textures."""
     good = error[np.isfinite(error)]
-    if len(good) < max(2, textures / 2):
+    if len(good) < max(2, len(error) / 2):
         return "", "", len(good)
     return f"{good.mean():.6f}", f"{good.std(ddof=1):.6f}", len(good)
 
@@ -195,10 +172,7 @@ def rows(kind: str, textures: int, positions: np.ndarray = POSITIONS) -> list[tu
     )
     bias, sd = all_errors.mean(axis=0), all_errors.std(axis=0, ddof=1)
     rms = np.sqrt(np.mean(all_errors**2, axis=0))
-    matched = [
-        match_columns(kind, method, textures, positions)
-        for method in (*METHODS, OPENCV, LSM)
-    ]
+    matched = [match_columns(kind, method, textures, positions) for method in ALL]
     return [
         (
             *(kind, method, f"{position:.2f}", textures),
@@ -207,15 +181,11 @@ def rows(kind: str, textures: int, positions: np.ndarray = POSITIONS) -> list[tu
             f"{rms[p, m, 2]:.4f}",
             *matched[m][p],
         )
-        for m, method in enumerate((*METHODS, OPENCV, LSM))
+        for m, method in enumerate(ALL)
         for p, position in enumerate(positions)
     ]
 
 
 if __name__ == "__main__":
     table = [row for kind in CUTOFFS for row in rows(kind, 40)]
-    TABLE.parent.mkdir(exist_ok=True)
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(table)
+    study.write("ch03", "interpolation_bias", COLUMNS, table)

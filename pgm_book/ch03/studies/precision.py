@@ -1,7 +1,7 @@
 """How precise least squares matching is, and what its covariance says of that.
 
-``python -m pgm_book.ch03.studies.precision`` writes pgm_book/ch03/results/precision.csv;
-it takes a minute or two. tests/lsm/test_studies.py repeats a part of it.
+``python -m pgm_book.ch03.studies.precision`` writes results/precision.csv in
+minutes; tests/ch03/test_studies.py repeats a part.
 
 Windows of 21 x 21, an affine transformation of 1 to 2 per cent, start values rounded to
 whole pixels. The bound is the one of Cramer and Rao for the parameters that are
@@ -9,16 +9,14 @@ estimated; grey values rounded to 8 bit have 1/12 more variance, and windows wit
 values that 8 bits cannot hold are left out of these rows.
 """
 
-import csv
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_book.common import study
 from pgm_lab import lsm
 
-TABLE = Path(__file__).parents[1] / "results" / "precision.csv"
 WINDOW = 21
 SEEDS = 3  # textures; each has some 1100 points
 SEEDS_8_BIT = 9  # at high contrast, where most windows are left out
@@ -111,16 +109,7 @@ def summary(parts: list[tuple], variance: float, gain: float) -> tuple:
     )
 
 
-def write() -> None:
-    """Write the whole table."""
-    TABLE.parent.mkdir(exist_ok=True)
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for kind in TEXTURES:
-            for contrast in sorted({c for c, _ in CASES}, reverse=True):
-                writer.writerows(rows(kind, contrast))
-
-
 if __name__ == "__main__":
-    write()
+    contrasts = sorted({contrast for contrast, _ in CASES}, reverse=True)
+    table = (row for kind in TEXTURES for one in contrasts for row in rows(kind, one))
+    study.write("ch03", "precision", COLUMNS, table)

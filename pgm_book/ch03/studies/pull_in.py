@@ -1,24 +1,22 @@
 """From how far least squares matching finds the point, and which window it needs.
 
-``python -m pgm_book.ch03.studies.pull_in`` writes pgm_book/ch03/results/pull_in.csv and
-chapter3_windows.csv; it takes some minutes. tests/lsm/test_studies.py repeats a part.
+``python -m pgm_book.ch03.studies.pull_in`` writes results/pull_in.csv and windows.csv
+in some minutes; tests/ch03/test_studies.py repeats a part.
 
 Gain 1.08, offset 4, noise of one grey value; a point arrives if it ends within 0.1 px
 of the truth, and is false if it claims to have converged elsewhere. The time is the
 processor's, for 870 points in 1300 x 1300 pixels.
 """
 
-import csv
 import time
 from collections.abc import Iterable
-from pathlib import Path
 
 import numpy as np
 
 from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_book.common import study
 from pgm_lab import lsm
 
-FOLDER = Path(__file__).parents[2] / "data" / "results"
 TEXTURES = {"soft": lsm_scene.SOFT, "sharp": lsm_scene.SHARP}
 ARRIVED = 0.1  # px
 PULL_IN = ("texture", "window", "start_error_px", "points", "arrived", "false")
@@ -88,31 +86,14 @@ def windows(kind: str, sizes: Iterable[int] = SIZES, seeds: int = 2) -> list[tup
     return [(*row[:-1], f"{row[-1] / reference:.2f}") for row in table]
 
 
-def write() -> None:
-    """Write both tables."""
-    errors = np.arange(0, 5.01, 0.25)
-    for name, columns, table in (
-        (
-            "chapter3_windows.csv",
-            WINDOWS,
-            [row for kind in TEXTURES for row in windows(kind)],
-        ),
-        (
-            "chapter3_pull_in.csv",
-            PULL_IN,
-            [
-                row
-                for kind in TEXTURES
-                for window in (11, 21, 31)
-                for row in pull_in(kind, window, errors, 300 if window == 31 else 1000)
-            ],
-        ),
-    ):
-        with (FOLDER / name).open("w", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
-            writer.writerows(table)
-
-
 if __name__ == "__main__":
-    write()
+    starts = np.arange(0, 5.01, 0.25)
+    table = (row for kind in TEXTURES for row in windows(kind))
+    study.write("ch03", "windows", WINDOWS, table)
+    table = (
+        row
+        for kind in TEXTURES
+        for window in (11, 21, 31)
+        for row in pull_in(kind, window, starts, 300 if window == 31 else 1000)
+    )
+    study.write("ch03", "pull_in", PULL_IN, table)

@@ -1,7 +1,7 @@
 """Least squares matching of real images whose shift is known.
 
-``python -m pgm_book.ch03.studies.real`` writes pgm_book/ch03/results/real.csv within a
-minute; tests/lsm/test_studies.py repeats a part.
+``python -m pgm_book.ch03.studies.real`` writes results/real.csv within a minute;
+tests/ch03/test_studies.py repeats a part.
 
 The orthophoto is cut twice, shifted by whole pixels, and averaged down by 2 or 4. The
 means hold detail too fine for the small pixels, an alias that does not move with the
@@ -11,16 +11,14 @@ slowly. Therefore two tolerances, the usual one and one that leaves nothing.
 Landsat: the same ground in two scenes of one pass, where the shift is zero.
 """
 
-import csv
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_book.common import study
 from pgm_lab import datasets, lsm, simulate
 
-TABLE = Path(__file__).parents[1] / "results" / "real.csv"
 SHIFTS = {
     2: [(0, 1), (1, 0), (1, 1), (7, -3)],
     4: [(0, 1), (1, 0), (1, 1), (2, 2), (2, 1), (1, 3), (-9, 6)],
@@ -39,27 +37,24 @@ def shrunk(
     factor: int, shift: tuple[int, int], windows: tuple[int, ...] = WINDOWS
 ) -> Iterator[tuple]:
     """Rows of the table for one shift of the orthophoto."""
-    grey = datasets.yellowstone().grey
-    left, right = simulate.shrunk_pair(grey, shift, factor)
-    truth = np.array(shift) / factor
-    for window in windows:
-        for tolerance in TOLERANCES:
-            yield (
-                *("orthophoto", factor, *truth, window, tolerance),
-                *summary(left, right, truth, window, tolerance),
-            )
+    pair = simulate.shrunk_pair(datasets.yellowstone().grey, shift, factor)
+    return rows("orthophoto", factor, pair, np.array(shift) / factor, windows)
 
 
 def landsat(windows: tuple[int, ...] = WINDOWS) -> Iterator[tuple]:
     """Rows of the table for the pair of satellite images."""
-    left, right = (scene.grey for scene in datasets.landsat_pair())
-    zero = np.zeros(2)
+    pair = tuple(scene.grey for scene in datasets.landsat_pair())
+    return rows("Landsat", 1, pair, np.zeros(2), windows)
+
+
+def rows(
+    name: str, factor: int, pair: tuple, truth: np.ndarray, windows: tuple[int, ...]
+) -> Iterator[tuple]:
+    """Rows of the table for a pair of images, by window and tolerance."""
     for window in windows:
         for tolerance in TOLERANCES:
-            yield (
-                *("Landsat", 1, *zero, window, tolerance),
-                *summary(left, right, zero, window, tolerance),
-            )
+            numbers = summary(*pair, truth, window, tolerance)
+            yield (name, factor, *truth, window, tolerance, *numbers)
 
 
 def summary(
@@ -103,17 +98,11 @@ def summary(
     )
 
 
-def write() -> None:
-    """Write the whole table."""
-    TABLE.parent.mkdir(exist_ok=True)
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for factor, shifts in SHIFTS.items():
-            for shift in shifts:
-                writer.writerows(shrunk(factor, shift))
-        writer.writerows(landsat())
-
-
 if __name__ == "__main__":
-    write()
+    table = [
+        row
+        for factor, shifts in SHIFTS.items()
+        for shift in shifts
+        for row in shrunk(factor, shift)
+    ]
+    study.write("ch03", "real", COLUMNS, [*table, *landsat()])

@@ -1,7 +1,7 @@
 """Matching held against photos that nobody made for it.
 
-``python -m pgm_book.common.real_pairs FOLDER`` prints one table: what `ncc.match`, `lsm.match`
-and `matching.match` do on the pairs whose files lie somewhere in FOLDER, on those that
-come with the project and on some that are made from them. ``--fetch`` gets the files
-first; `sources` says where from, and under which licence. Random numbers have a seed.
+``python -m pgm_book.common.real_pairs FOLDER`` prints one table: what `ncc.match`,
+`lsm.match` and `matching.match` do on the pairs whose files lie somewhere in FOLDER, on
+those that come with the project and on some that are made from them. ``--fetch`` gets
+the files first; `pairs` says where from, and under which licence. All is seeded.
 """

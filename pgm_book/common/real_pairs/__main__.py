@@ -1,28 +1,12 @@
-"""``python -m pgm_book.common.real_pairs FOLDER [ROW ...] [--fetch]``: print the table."""
+"""Print the table: ``python -m pgm_book.common.real_pairs FOLDER [ROW ...]``."""
 
 import argparse
 import sys
 import time
 from pathlib import Path
 
-from pgm_book.common.real_pairs import rows
-from pgm_book.common.real_pairs.curve import curve
-from pgm_book.common.real_pairs.large import large
-from pgm_book.common.real_pairs.sources import SOURCES, fetch, find
-
-ROWS = {
-    "large": large,
-    "aerial": rows.aerial_accepted,
-    "far": rows.far_starts,
-    "precision": rows.precision,
-    "saturated": rows.saturated,
-    "edge": rows.clipped,
-    "masked": rows.no_data,
-    "stereobm": rows.rows_like_stereobm,
-    "wrong": rows.wrong_ones,
-    "door": rows.one_door,
-    "curve": curve,
-}
+from pgm_book.common.real_pairs.pairs import SOURCES, fetch, find
+from pgm_book.common.real_pairs.rows import ROWS
 
 
 def main(arguments: list[str]) -> int:

@@ -1,15 +1,207 @@
-"""The pairs, each with the truth as far as it is known."""
+"""Pairs of photos, each with the truth as far as it is known: real ones, and made ones.
+
+Real photos are fetched from where `SOURCES` says; or they are photographed again: a
+made photo sees its subject through a lens and a sensor. Each pixel is the mean over its
+area, the corners are darker, the exposure differs, the three colours are measured at
+different pixels and interpolated, grey values are noisy and stored as JPEG.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.request import urlopen
 
 import cv2
 import numpy as np
 import skimage.data
 
-from pgm_book.common.real_pairs import made
-from pgm_book.common.real_pairs.sources import find
 from pgm_lab import datasets
+
+# --- Where real photos come from, and under which licence ---
+
+OPENCV = "https://raw.githubusercontent.com/opencv/opencv/4.x/samples/data/"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Files of one pair: where they come from, who made them, what allows their use."""
+
+    name: str
+    files: tuple[str, ...]
+    origin: str
+    licence: str
+
+
+SOURCES = (
+    Source(
+        "aloe",
+        ("aloeL.jpg", "aloeR.jpg", "aloeGT.png"),
+        "Middlebury stereo of 2006 (Scharstein and Pal 2007), as in OpenCV's samples",
+        "sample data of OpenCV, Apache 2.0; Middlebury asks to be cited",
+    ),
+    Source(
+        "graffiti",
+        ("graf1.png", "graf3.png", "H1to3p.xml"),
+        "Affine covariant features (Mikolajczyk et al. 2005), as in OpenCV's samples",
+        "sample data of OpenCV, Apache 2.0",
+    ),
+    Source(
+        "leuven",
+        ("leuvenA.jpg", "leuvenB.jpg"),
+        "castle in Leuven, two hand-held photos without truth, OpenCV's samples",
+        "sample data of OpenCV, Apache 2.0",
+    ),
+    Source(
+        "aero",
+        ("aero1.jpg", "aero3.jpg"),
+        "oblique aerial photos of a town without truth, OpenCV's samples",
+        "sample data of OpenCV, Apache 2.0",
+    ),
+)
+# Comes with scikit-image (BSD; Middlebury stereo of 2014, Scharstein et al. 2014)
+# and with the project, see data/README.md
+AT_HAND = ("motorcycle", "orthophoto")
+
+
+def fetch(folder: Path) -> None:
+    """Get the files that are missing from a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for source in SOURCES:
+        for name in source.files:
+            if find(folder, name) is None:
+                print("fetching", name)
+                with urlopen(OPENCV + name, timeout=60) as answer:
+                    (folder / name).write_bytes(answer.read())
+
+
+def find(folder: Path, name: str) -> Path | None:
+    """Path of a file somewhere in a folder."""
+    return next(iter(sorted(folder.rglob(name))), None)
+
+
+# --- Photos made of a subject ---
+
+FINER = 3  # samples along a pixel
+WHITE = (0.6, 1.0, 0.75)  # what the sensor gets of blue, green, red
+
+
+@dataclass(frozen=True)
+class Camera:
+    """What a photo suffers."""
+
+    gain: float = 1.0
+    vignetting: float = 0.15  # of the light is missing in the corners
+    noise: float = 2.0  # grey values, standard deviation at the sensor
+    quality: int = 92  # of the JPEG
+    seed: int = 0
+
+
+def seen(subject: np.ndarray, H: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Grey values (rows, columns) of a subject under a homography, mean over pixels.
+
+    H (3, 3) takes (column, row, 1) of the subject to the photo of `size` (columns,
+    rows), integers at pixel centres.
+    """
+    n = FINER
+    fine = np.array([[n, 0, (n - 1) / 2], [0, n, (n - 1) / 2], [0, 0, 1.0]])
+    return cv2.resize(
+        cv2.warpPerspective(
+            subject.astype(np.float32),
+            fine @ H,
+            (n * size[0], n * size[1]),
+            flags=cv2.INTER_CUBIC,
+            borderMode=cv2.BORDER_REFLECT,
+        ),
+        size,
+        interpolation=cv2.INTER_AREA,
+    )
+
+
+def photo(light: np.ndarray, camera: Camera) -> np.ndarray:
+    """Grey values of 8 bits that a camera stores of the light (rows, columns)."""
+    rows, columns = light.shape
+    y, x = np.mgrid[-1 : 1 : rows * 1j, -1 : 1 : columns * 1j]
+    light = light * camera.gain * (1 - camera.vignetting * (x**2 + y**2) / 2)
+    # Blue, green and red at different pixels (Bayer), then interpolated
+    mosaic = light.copy()
+    mosaic[0::2, 0::2] *= WHITE[0]
+    mosaic[1::2, 1::2] *= WHITE[2]
+    rng = np.random.default_rng(camera.seed)
+    mosaic = _grey_of_8_bits(mosaic + rng.normal(0, camera.noise, light.shape))
+    colours = cv2.cvtColor(mosaic, cv2.COLOR_BayerBGGR2BGR) / np.array(WHITE)
+    ok, coded = cv2.imencode(
+        ".jpg", _grey_of_8_bits(colours), [cv2.IMWRITE_JPEG_QUALITY, camera.quality]
+    )
+    if not ok:
+        raise ValueError("the photo could not be stored as JPEG")
+    return cv2.imdecode(coded, cv2.IMREAD_GRAYSCALE)
+
+
+def similarity(degrees: float, scale: float, centre: tuple[float, float]) -> np.ndarray:
+    """Homography (3, 3) that turns and scales about a centre, and shifts a little."""
+    a = np.radians(degrees)
+    A = scale * np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    H = np.eye(3)
+    H[:2, :2] = A
+    H[:2, 2] = centre - A @ centre + (0.37, -0.21)
+    return H
+
+
+def transformed(H: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (n, 2) under a homography."""
+    homogeneous = np.column_stack([points, np.ones(len(points))]) @ H.T
+    return homogeneous[:, :2] / homogeneous[:, 2:]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A flat thing in front of two cameras side by side.
+
+    `disparity` (3,) is d = d0 + dx column + dy row, of the left photo; `outline` are
+    the corners (n, 2) in the left photo, None for a background.
+    """
+
+    subject: np.ndarray
+    disparity: tuple[float, float, float]
+    outline: np.ndarray | None = None
+
+    def to_right(self) -> np.ndarray:
+        """Homography (3, 3) from left to right: column less disparity."""
+        H = np.eye(3)
+        d0, dx, dy = self.disparity
+        H[0] = 1 - dx, -dy, -d0
+        return H
+
+
+def stereo(
+    layers: list[Layer], size: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Light in two photos of layers, the nearest last, and the left disparities."""
+    columns, rows = size
+    left, right = np.zeros((2, rows, columns))
+    y, x = np.indices((rows, columns))
+    disparity = np.zeros((rows, columns))
+    for layer in layers:
+        H = layer.to_right()
+        mask = np.ones(layer.subject.shape, np.float32)
+        if layer.outline is not None:
+            mask = np.zeros((rows, columns), np.float32)
+            cv2.fillPoly(mask, [np.round(layer.outline).astype(np.int32)], 1.0)
+        sides = []
+        for light, side in ((left, np.eye(3)), (right, H)):
+            covered = seen(mask, side, size)
+            sides.append(light + covered * (seen(layer.subject, side, size) - light))
+        left, right = sides
+        d0, dx, dy = layer.disparity
+        there = seen(mask, np.eye(3), size) > 0.5
+        disparity[there] = (d0 + dx * x + dy * y)[there]
+    return left, right, disparity
+
+
+def _grey_of_8_bits(values: np.ndarray) -> np.ndarray:
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+
+
+# --- The pairs ---
 
 
 @dataclass(frozen=True)
@@ -40,7 +232,7 @@ class Warped:
 
     def truth(self, points: np.ndarray) -> np.ndarray:
         """Right points (n, 2) of left ones."""
-        return made.transformed(self.H, points)
+        return transformed(self.H, points)
 
     def shape(self, points: np.ndarray) -> np.ndarray:
         """Derivatives (n, 2, 2) of right points by left ones."""
@@ -75,7 +267,7 @@ def things(seed: int = 1, many: int = 25) -> Stereo:
         cv2.resize(np.asarray(_grey(getattr(skimage.data, name)())), size)
         for name in ("gravel", "grass", "brick", "coffee", "camera", "rocket")
     ]
-    layers = [made.Layer(subjects[0], (8, 0.004, 0.01))]
+    layers = [Layer(subjects[0], (8, 0.004, 0.01))]
     for i in range(many):
         centre, width = rng.uniform((40, 40), (600, 440)), rng.uniform(20, 60, (6, 1))
         turns = np.sort(rng.uniform(0, 2 * np.pi, 6))
@@ -83,12 +275,12 @@ def things(seed: int = 1, many: int = 25) -> Stereo:
         dx, dy = rng.uniform(-0.03, 0.03, 2)
         nearer = 15 + i
         d = (nearer - dx * centre[0] - dy * centre[1], dx, dy)
-        layers.append(made.Layer(subjects[1 + i % 5], d, outline))
-    left, right, disparity = made.stereo(layers, size)
+        layers.append(Layer(subjects[1 + i % 5], d, outline))
+    left, right, disparity = stereo(layers, size)
     return Stereo(
         "cards (made)",
-        made.photo(left, made.Camera(seed=1)),
-        made.photo(right, made.Camera(gain=0.9, seed=2)),
+        photo(left, Camera(seed=1)),
+        photo(right, Camera(gain=0.9, seed=2)),
         disparity,
         60,
     )
@@ -97,13 +289,9 @@ def things(seed: int = 1, many: int = 25) -> Stereo:
 def rephotographed(name: str, subject: np.ndarray, degrees: float, scale: float):
     """Return two photos of a photo, the right one turned and scaled."""
     rows, columns = subject.shape
-    H = made.similarity(degrees, scale, ((columns - 1) / 2, (rows - 1) / 2))
-    left = made.photo(
-        made.seen(subject, np.eye(3), (columns, rows)), made.Camera(seed=1)
-    )
-    right = made.photo(
-        made.seen(subject, H, (columns, rows)), made.Camera(gain=0.9, seed=2)
-    )
+    H = similarity(degrees, scale, ((columns - 1) / 2, (rows - 1) / 2))
+    left = photo(seen(subject, np.eye(3), (columns, rows)), Camera(seed=1))
+    right = photo(seen(subject, H, (columns, rows)), Camera(gain=0.9, seed=2))
     return Warped(name, left, right, H)
 
 
@@ -128,7 +316,7 @@ def aerial(blur: tuple[float, float], noise: float, factor: int = 3) -> Warped:
     n = min(grey.shape) // factor - 20
     small = np.diag([1 / factor, 1 / factor, 1.0])
     small[:2, 2] = -5 / factor
-    turn = made.similarity(4.0, 1.0, ((n - 1) / 2, (n - 1) / 2))
+    turn = similarity(4.0, 1.0, ((n - 1) / 2, (n - 1) / 2))
     rng, photos = np.random.default_rng(0), []
     for H, sigma, gain in ((small, blur[0], 1.0), (turn @ small, blur[1], 1.05)):
         light = cv2.GaussianBlur(grey, (0, 0), sigma * factor)

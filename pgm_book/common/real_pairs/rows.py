@@ -1,19 +1,18 @@
-"""Rows of the table: what is matched, and how much of it well. Each takes seconds."""
+"""Rows of the table: what is matched, and how much of it well. Each takes seconds.
 
+The row ``curve`` also writes results/matching_quality.csv: the share of wrong matches
+against the share that is kept, as the quality rises.
+"""
+
+import time
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from pgm_book.common.real_pairs.choice import (
-    distance,
-    grid,
-    picked,
-    robust_sd,
-    smooth,
-    textured,
-)
+from pgm_book.common import study
 from pgm_book.common.real_pairs.pairs import (
     Stereo,
     Warped,
@@ -23,10 +22,75 @@ from pgm_book.common.real_pairs.pairs import (
     stereo_pairs,
     subjects,
 )
-from pgm_lab import lsm, matching, ncc
+from pgm_lab import datasets, lsm, matching, ncc
 from pgm_lab.matching._quality import RECOMMENDED, quality
 
 Row = tuple[str, str, str]  # what, pair, figures
+
+# --- Points as a user would choose them, and how far a match is off ---
+
+MARGIN = 30  # px
+
+
+def picked(image: np.ndarray, number: int, margin: int = MARGIN) -> np.ndarray:
+    """Points (n, 2) where texture is best in each cell, and at least the usual.
+
+    They lie on edges of objects more often than not.
+    """
+    texture = cv2.cornerMinEigenVal(image.astype(np.float32), 21)
+    size, least = max(6, int(np.sqrt(image.size / number))), np.median(texture)
+    found = []
+    rows, columns = image.shape
+    for row in range(margin, rows - margin - size + 1, size):
+        for column in range(margin, columns - margin - size + 1, size):
+            cell = texture[row : row + size, column : column + size]
+            y, x = np.unravel_index(cell.argmax(), cell.shape)
+            if cell[y, x] > least:
+                found.append((column + x, row + y))
+    return np.array(found, float).reshape(-1, 2)
+
+
+def grid(image: np.ndarray, number: int) -> np.ndarray:
+    """Points (n, 2) that know nothing of the image."""
+    rows, columns = image.shape
+    size = int(np.sqrt(image.size / number))
+    x, y = np.meshgrid(
+        np.arange(MARGIN, columns - MARGIN, size),
+        np.arange(MARGIN, rows - MARGIN, size),
+    )
+    return np.stack([x.ravel(), y.ravel()], axis=1).astype(float)
+
+
+def textured(pair: Warped, number: int, margin: int = 60) -> np.ndarray:
+    """Points with good texture that both photos show, well inside."""
+    points = picked(pair.left, number, margin)
+    truth = pair.truth(points)
+    size = np.array(pair.right.shape[::-1])
+    return points[np.all((truth > margin) & (truth < size - margin), axis=1)]
+
+
+def smooth(pair: Stereo, number: int, template: int) -> np.ndarray:
+    """Points with texture where the template sees one surface: no step of 3 px."""
+    points = picked(pair.left, number)
+    known = np.where(np.isnan(pair.disparity), 1e4, pair.disparity).astype(np.float32)
+    window = np.ones((template, template), np.uint8)
+    step = cv2.dilate(known, window) - cv2.erode(known, window)
+    column, row = points.astype(int).T
+    seen = ~np.isnan(pair.disparity[row, column])
+    return points[seen & (step[row, column] < 3)]
+
+
+def distance(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Distances (n,) in pixels; NaN where nothing was found or known."""
+    return np.linalg.norm(found - truth, axis=1)
+
+
+def robust_sd(values: np.ndarray) -> float:
+    """Standard deviation of normal values, not spoilt by some wrong ones."""
+    return float(np.median(np.abs(values - np.median(values))) / 0.6745)
+
+
+# --- Real and made pairs ---
 
 
 def aerial_accepted(folder: Path) -> Iterator[Row]:
@@ -266,3 +330,102 @@ def one_door(folder: Path) -> Iterator[Row]:
 def _words(status: np.ndarray) -> str:
     words, counts = np.unique(status, return_counts=True)
     return ", ".join(f"{n} {word}" for word, n in zip(words, counts, strict=True))
+
+
+# --- Quality: kept and wrong at each limit ---
+
+LIMITS = (0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98)
+COLUMNS = ("pair", "points", "matches", "least_quality", "kept", "wrong")
+
+
+def curve(folder: Path) -> Iterator[Row]:
+    """Kept and wrong at each limit, for each pair with truth and both choices."""
+    lines = []
+    for pair in stereo_pairs(folder):
+        for how, choose in (("picked", picked), ("grid", grid)):
+            points = choose(pair.left, 1600)
+            truth = pair.truth(points)
+            known = ~np.isnan(truth[:, 0])
+            _, error, q = errors_and_quality(pair, points[known], truth[known])
+            shares = [
+                (np.mean(q >= limit), np.mean(error[q >= limit] > 1))
+                for limit in LIMITS
+            ]
+            lines += [
+                (pair.name, how, len(q), limit, f"{kept:.3f}", f"{wrong:.4f}")
+                for limit, (kept, wrong) in zip(LIMITS, shares, strict=True)
+            ]
+            yield (
+                "curve: kept/wrong",
+                f"{pair.name}, {how}",
+                " ".join(f"{kept:.0%}/{wrong:.1%}" for kept, wrong in shares),
+            )
+    study.write("common", "matching_quality", COLUMNS, lines)
+
+
+# --- Large photos: time and memory by points, not by pixels ---
+
+SIZE, POINTS, BESIDE = 8000, 50, 64
+REPEAT = 3
+
+
+def large(folder: Path) -> Iterator[Row]:
+    """50 points in 8000 x 8000 pixels, beside cutting the windows by hand."""
+    grey = datasets.yellowstone().grey
+    times = [-(-SIZE // n) for n in grey.shape]
+    left = np.tile(grey, times)[:SIZE, :SIZE]
+    right = np.roll(left, (2, -3), axis=(0, 1))
+    rng = np.random.default_rng(1)
+    points = rng.integers(100, SIZE - 100, (POINTS, 2)).astype(float)
+
+    def whole() -> np.ndarray:
+        return lsm.match(left, right, points, points + (-2, 1)).points
+
+    def by_hand() -> np.ndarray:
+        found = []
+        for point in points:
+            x, y = point.astype(int) - BESIDE
+            part = np.s_[y : y + 2 * BESIDE + 1, x : x + 2 * BESIDE + 1]
+            middle = np.full((1, 2), float(BESIDE))
+            match = lsm.match(left[part], right[part], middle, middle + (-2, 1))
+            found.append(match.points[0] + (x, y))
+        return np.array(found)
+
+    seconds, answers = zip(*(_timed(way) for way in (whole, by_hand)), strict=True)
+    same = np.nanmax(np.abs(answers[0] - answers[1]))
+    tracemalloc.start()
+    whole()
+    peak = tracemalloc.get_traced_memory()[1] / 2**20
+    tracemalloc.stop()
+    ratio = seconds[0] / seconds[1]
+    yield (
+        "large photos",
+        f"{SIZE} x {SIZE}, {POINTS} points",
+        f"{seconds[0] * 1e3:.0f} ms, by hand {seconds[1] * 1e3:.0f} ms: ratio"
+        f" {ratio:.2f}; {peak:.0f} MB; answers differ by {same:.1g} px",
+    )
+
+
+def _timed(way) -> tuple[float, np.ndarray]:
+    """Return the best time of some, and the answer."""
+    best = np.inf
+    for _ in range(REPEAT):
+        start = time.perf_counter()
+        answer = way()
+        best = min(best, time.perf_counter() - start)
+    return best, answer
+
+
+ROWS = {
+    "large": large,
+    "aerial": aerial_accepted,
+    "far": far_starts,
+    "precision": precision,
+    "saturated": saturated,
+    "edge": clipped,
+    "masked": no_data,
+    "stereobm": rows_like_stereobm,
+    "wrong": wrong_ones,
+    "door": one_door,
+    "curve": curve,
+}
