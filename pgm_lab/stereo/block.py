@@ -301,7 +301,7 @@ def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
 @contextlib.contextmanager
 def _new(path: Path) -> Iterator[Any]:
     """A file to write, which takes its place when it is whole."""
-    with _files.written_whole(path, overwrite=True) as part, part.open("xb") as file:
+    with _files.atomic(path, overwrite=True) as part, part.open("xb") as file:
         yield file
         file.close()  # before it is renamed
 
