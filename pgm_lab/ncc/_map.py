@@ -4,6 +4,8 @@ Products by the Fourier transform, sums by running sums, in double precision; wi
 too faint for that by definition.
 """
 
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import as_strided, sliding_window_view
@@ -236,10 +238,15 @@ def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
 def box_sums(g: np.ndarray, h: int, w: int) -> np.ndarray:
     """Sums over all windows of h x w of images (k, H, W)."""
     k, H, W = g.shape
-    down = np.tri(H - h + 1, H, h - 1, g.dtype) - np.tri(H - h + 1, H, -1, g.dtype)
-    across = np.tri(W, W - w + 1, 0, g.dtype) - np.tri(W, W - w + 1, -w, g.dtype)
-    rows = g.reshape(k * H, W) @ across
-    return down @ rows.reshape(k, H, W - w + 1)
+    rows = g.reshape(k * H, W) @ _band(W, w, g.dtype).T
+    return _band(H, h, g.dtype) @ rows.reshape(k, H, W - w + 1)
+
+
+@lru_cache(maxsize=32)
+def _band(n: int, size: int, dtype: np.dtype) -> np.ndarray:
+    """Which of n pixels are in each run of `size`: ones and zeros (runs, n)."""
+    runs = n - size + 1
+    return np.tri(runs, n, size - 1, dtype) - np.tri(runs, n, -1, dtype)
 
 
 # --- Windows ---

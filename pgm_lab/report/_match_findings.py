@@ -16,7 +16,7 @@ WEAK, COARSE = 0.2, 1.0  # px, for a usual and for a single point
 STILL = 0.02  # px
 ASIDE = 0.1  # of the width of the left photo
 
-AMBIGUOUS = "ambiguous", "another point from the right"
+AMBIGUOUS = "ambiguous", "left-right check failed"
 
 
 def findings(found: Match) -> list[Finding]:

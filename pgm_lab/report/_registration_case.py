@@ -20,6 +20,7 @@ WORDS = (
     ("the right window", "the window of the sensed image"),
     ("the right photo", "the sensed image"),
     ("from the right", "from the sensed image"),
+    ("left-right check", "check from the sensed image"),
     ("the left photo", "the reference image"),
     ("a photo that is less exposed", "an image that is less exposed"),
     ("one of the photos sees", "one of the images shows"),
