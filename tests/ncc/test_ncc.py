@@ -12,7 +12,7 @@ from scipy import stats
 from skimage.feature import match_template
 
 from pgm_lab import ncc, simulate
-from pgm_lab.ncc import _peak
+from pgm_lab.ncc import _map, _peak
 
 RNG = np.random.default_rng(2)
 TEXTURE = simulate.texture(0.2, seed=4)
@@ -261,6 +261,35 @@ def test_no_rounding_takes_r_beyond_one():
         assert 1 - 1e-14 < r[2, 3] <= 1
         r = ncc.correlation_map(search[2:9, 3:9], 99 - search)
         assert -1 <= r[2, 3] < -1 + 1e-14
+
+
+@pytest.mark.parametrize("error", [0.2, 0.3, 0.9, 1.0, 5.3])
+def test_sums_that_opencv_did_not_get_whole_are_not_taken(error, monkeypatch):
+    """Whatever the precision of its transforms: their fractions tell the error."""
+    search = eight_bit("texture", RNG, 51)
+    template = search[10:31, 12:33]
+    truth, exact = whole_map(template, search), cv2.matchTemplate
+
+    def in_low_precision(*args):
+        sums = exact(*args)
+        noise = np.random.default_rng(1).uniform(-error, error, sums.shape)
+        return sums + noise.astype(np.float32)
+
+    monkeypatch.setattr(cv2, "matchTemplate", in_low_precision)
+    taken = _map._from_whole_sums(template, search) is not None
+    assert taken == (error < 0.25)
+    r = ncc.correlation_map(template, search)
+    np.testing.assert_allclose(r, truth, rtol=0, atol=1e-12)
+
+
+def test_single_precision_is_not_asked_for_what_it_cannot_hold():
+    """Norms so large that the fractions of the sums would be lost."""
+    search = eight_bit("black and white", RNG, 50)
+    for width, taken in ((5, True), (21, False)):
+        template = search[5 : 5 + width, 7 : 7 + width]
+        assert (_map._from_whole_sums(template, search) is not None) == taken
+        r = ncc.correlation_map(template, search)
+        np.testing.assert_allclose(r, whole_map(template, search), atol=1e-12)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
