@@ -306,10 +306,6 @@ def error_ellipse(
         Factor by which the ellipse is drawn too large.
     **style
         Handed to `matplotlib.patches.Ellipse`.
-
-    Returns
-    -------
-    matplotlib.patches.Ellipse
     """
     variance, axes = np.linalg.eigh(_validate.covariances(covariance, "covariance"))
     variance = np.maximum(variance, 0.0)  # but for rounding

@@ -49,10 +49,6 @@ def lens_curve(
         Index of the camera.
     confidence : float
         Probability of the band, at each radius.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     confidence = _validate.probability(confidence, "confidence")
     network, lens = result.network, result.cameras[camera]
@@ -113,10 +109,6 @@ def residual_vectors(
     critical : float, optional
         A standardised residual beyond it, in x or y, is an outlier and gets its name;
         `bundle.critical_value` of its test (Baarda's w or Pope's tau) if missing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------

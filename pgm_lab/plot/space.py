@@ -51,10 +51,6 @@ def space(
         Elevation and azimuth of the reader's eye, in degrees.
     zoom : float
         Factor by which the drawing is enlarged.
-
-    Returns
-    -------
-    Axes3D
     """
     # What is drawn later lies on top: matplotlib's own guess hides cameras
     ax = fig.add_subplot(where, projection="3d", computed_zorder=False)
@@ -321,7 +317,7 @@ def _below_horizon(M: np.ndarray, c: float, corners: np.ndarray) -> np.ndarray:
 
 
 def directions(M: np.ndarray, c: float) -> list[tuple[str, np.ndarray]]:
-    """Names of the directions in front of the camera, and their places on the horizon."""
+    """Names of the directions in front of the camera, and their places in the photo."""
     azimuth = np.radians(45 * np.arange(len(DIRECTIONS)))
     level = np.column_stack([np.sin(azimuth), np.cos(azimuth), np.zeros(len(azimuth))])
     U, V, W = M @ level.T
