@@ -13,10 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _files, _numbers, _validate, frames, lsm, matching, ncc
+from pgm_lab import _validate, frames, lsm, matching, ncc
+from pgm_lab.bundle.files import read_sigma, whole_numbers
+from pgm_lab.bundle.network import RAY
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
 
 Match = ncc.Match | lsm.Match | matching.Match
-COLUMNS = ("point", "photo", "x", "y", "sx", "sy")
 NO_SIGMA = "Without sx and sy nothing says how good they are"
 
 
@@ -95,12 +98,13 @@ class Observations:
 
     def csv(self) -> str:
         """Return the table that `save` writes."""
-        points, photos = _ids(self.point, "points"), _ids(self.photo, "photos")
+        points = whole_numbers(self.point, "names of points")
+        photos = whole_numbers(self.photo, "names of photos")
         sigma = np.sqrt(self.covariance[:, [0, 1], [0, 1]])
         rows = zip(points, photos, *self.xy.T.tolist(), *sigma.T.tolist())
         # repr has the fewest digits that are read as the same number again
         lines = [",".join(map(repr, row)) for row in rows]
-        return "\n".join([f"% {', '.join(COLUMNS)}; mm", *lines, ""])
+        return "\n".join([f"% {', '.join(RAY)}; mm", *lines, ""])
 
     def __str__(self) -> str:
         """Say how many points each photo shows, and what was dropped and why."""
@@ -142,12 +146,9 @@ def read(path: str | os.PathLike) -> Observations:
     ...     read(path).rows[0][:4]
     (1, 7, np.float64(5.0), np.float64(1.0))
     """
-    table = _numbers.read_table(path, "image coordinates", COLUMNS, 2, NO_SIGMA)
+    table = _numbers.read_table(path, "image coordinates", RAY, 2, NO_SIGMA)
     point, photo = table.ids(0, "point"), table.ids(1, "photo")
-    sigma = table.values[:, 4:]
-    for name, column in zip(COLUMNS[4:], sigma.T):
-        reason = f"{name} = {{}}: a standard deviation must be above zero (mm)"
-        table.refuse(column <= 0, reason, column)
+    sigma = read_sigma(table)
     C = np.zeros((len(sigma), 2, 2))
     C[:, [0, 1], [0, 1]] = sigma**2
     names = tuple(photo.tolist()), tuple(point.tolist())
@@ -236,8 +237,7 @@ def from_matches(
     """
     chosen = _validate.point_list(left_points, "left_points")
     n = len(chosen)
-    given = range(n) if points is None else _validate.several(points, "points")
-    names = tuple(given)
+    names = (*range(n),) if points is None else (*_validate.several(points, "points"),)
     for name in (left, *names):
         if not isinstance(name, Hashable) or name is None:
             raise ValueError(
@@ -321,17 +321,3 @@ def _refuse_others(
                 f" {match.right_size} (columns, rows), but image_size is {size}: all"
                 " photos must have the same size"
             )
-
-
-def _ids(names: Sequence[Hashable], what: str) -> list[int]:
-    """Names as whole numbers."""
-    try:
-        ids = [int(str(name)) for name in names]
-    except ValueError:
-        raise ValueError(
-            f"names of {what} must be whole numbers to be saved, as the bundle's files"
-            f" have them; got {', '.join(map(repr, names[:5]))}"
-        ) from None
-    if len(set(ids)) != len(set(names)):
-        raise ValueError(f"two names of {what} are the same whole number")
-    return ids

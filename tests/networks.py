@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from pgm_book.ch06 import published
-from pgm_lab import adjustment, bundle, camera, rotation
+from pgm_lab import adjustment, bundle, camera, datasets, rotation
 from pgm_lab.bundle import dense as textbook
 from pgm_lab.camera import PARAMETERS, Camera
 
 LENS = {"K1": 3e-5, "P1": 1e-5, "P2": -2e-5, "b1": 2e-4}
 
 
-real = published.network
+def real():
+    """The network of Muliawan 2013: nine photos of fifty points."""
+    data = datasets.muliawan2013()
+    start = Camera(*data.interior), data.exteriors, data.object_points
+    return bundle.Network(*start, data.photo, data.point, data.xy, data.sigma)
 
 
 def small(lens="backward", photos=6, points=12, cameras=1, sigma=0.001, seed=3, skip=0):

@@ -3,18 +3,15 @@
 import dataclasses
 import importlib
 import pkgutil
-from inspect import signature
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pgm_lab
-from pgm_lab import _validate, bundle, image, ncc, rotation, simulate
+from pgm_lab import _validate, bundle, ncc, rotation
 from pgm_lab.bundle import refuse
-from pgm_lab.camera import Camera
 from pgm_lab.ncc import _cut
-from pgm_lab.simulate import scene
 from tests.networks import real
 
 
@@ -157,25 +154,6 @@ def test_search_windows_beyond_the_edge_repeat_the_last_row_and_column():
     padded = np.pad(photo, 3, mode="edge")
     wanted = [padded[row : row + 7, column : column + 7] for column, row in centres]
     np.testing.assert_array_equal(found, wanted)
-
-
-def test_grey_values_of_8_bits_are_counted_in_256_bins():
-    counts, edges = image.histogram(np.arange(256, dtype=np.uint8).reshape(16, 16))
-    assert np.array_equal(counts, np.ones(256)) and len(edges) == 257
-
-
-def test_what_is_not_said_is_no_distortion_and_a_level_of_5_per_cent():
-    assert Camera(30.0).interior.tolist() == [30.0] + 9 * [0.0]
-    assert signature(bundle.significance).parameters["alpha"].default == 0.05
-    for rendered in (scene.on_relief, scene.relief_photo):
-        assert signature(rendered).parameters["cell"].default == 1.0
-
-
-def test_a_million_random_attitudes_are_the_most():
-    rng = np.random.default_rng(3)
-    assert simulate.rotations(rng, 10**6).shape == (10**6, 3, 3)
-    with pytest.raises(ValueError, match="at most 1000000; got 1000001"):
-        simulate.rotations(rng, 10**6 + 1)
 
 
 def test_a_hundred_million_numbers_are_the_most_of_an_array():

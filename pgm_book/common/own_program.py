@@ -9,7 +9,6 @@ import builtins
 import functools
 import inspect
 import itertools
-import os
 import symtable
 import sys
 import textwrap
@@ -19,6 +18,8 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
+
+from pgm_lab.io import files
 
 MODULE = "my_pgm"
 FILE = f"{MODULE}.py"
@@ -55,10 +56,7 @@ def keep(function: Callable) -> None:
     before = path.read_text(encoding="utf-8")
     after = merged(before, imports, sources)
     if after != before:
-        # Atomic: never half a program
-        part = Path(f".{FILE}.part")
-        part.write_text(after, encoding="utf-8", newline="\n")
-        os.replace(part, path)
+        files.save({path: after}, overwrite=True)
     print(f"✓ {function.__name__} is a part of your program now, {FILE}.")
 
 

@@ -2,11 +2,14 @@
 
 import argparse
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
-from pgm_book.make.errors import PublishError
+import nbformat
 
-ROOT = Path(__file__).resolve().parents[2]
+from pgm_book.make import form
+from pgm_book.make.environment import ROOT
+from pgm_book.make.errors import PublishError, missing
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -25,6 +28,9 @@ def main(arguments: list[str] | None = None) -> int:
         notebooks = choose(options.notebooks, options.names)
         for path in PUBLISHERS[options.what](notebooks, options.build):
             print(path)
+    except ModuleNotFoundError as error:
+        print(f"publish: {missing(error.name)}", file=sys.stderr)
+        return 1
     except (PublishError, ValueError) as error:
         print(f"publish: {error}", file=sys.stderr)
         return 1
@@ -47,70 +53,70 @@ def choose(folder: Path, names: list[str]) -> list[Path]:
     return chosen or chapters
 
 
-def slides(notebooks: list[Path], build: Path):
+def slides(notebooks: list[Path], build: Path) -> Iterator[Path]:
     """Write ``build/slides/lecturer`` and ``student``; yield each path when done."""
-    from pgm_book.make import legible, wording
+    from pgm_book.make import sizes
     from pgm_book.make.page import slides_page
+    from pgm_book.make.slides import faults, for_slides
 
-    for notebook in notebooks:
+    said: dict[Path, list[str]] = {}
+    for path in notebooks:
         for audience in ("lecturer", "student"):
-            page = slides_page(notebook, audience).encode("utf-8")
-            yield _write(build / "slides" / audience / f"{notebook.stem}.html", page)
+            page = slides_page(path, audience).encode("utf-8")
+            yield _write(build / "slides" / audience / f"{path.stem}.html", page)
+        notebook = nbformat.read(path, as_version=4)
+        said[path] = faults(for_slides(notebook, "lecturer", path.stem).cells)
     # All are written before any is refused, since a small label is best looked at.
-    wording.check(notebooks)
-    legible.check(build / "slides" / "lecturer", notebooks)
-
-
-def handouts(notebooks: list[Path], build: Path):
-    """Write ``build/handouts/*.pdf``; yield each path as it is done."""
-    import nbformat
-
-    from pgm_book.make.page import handout_page
-    from pgm_book.make.paper import for_handouts
-
+    form.judge(said, "the slides are written, but they are not fit for a hall:")
     try:
-        from pgm_book.make.browser import open_browser
-        from pgm_book.make.handouts import print_pdf
-        from pgm_book.make.printed import check
-    except ModuleNotFoundError as error:
-        raise PublishError(
-            f"the Python package {error.name} is missing. "
-            'Install what publishing needs with: pip install -e ".[publish]"'
-        ) from error
+        unreadable = sizes.of_decks(build / "slides" / "lecturer", notebooks)
+    except PublishError as error:
+        text = f"the sizes on the slides were not measured: {error}"
+        print(f"publish: {text}", file=sys.stderr)
+        return
+    form.judge(
+        unreadable,
+        "the slides are written, but a hall cannot read all of them:",
+        "Make the writing in a figure larger, or leave it more of the slide; "
+        "divide what is too much for one slide.",
+    )
 
-    pages = {notebook: handout_page(notebook) for notebook in notebooks}
-    printed, prepared = {}, {}
+
+def handouts(notebooks: list[Path], build: Path) -> Iterator[Path]:
+    """Write ``build/handouts/*.pdf``; yield each path as it is done."""
+    from pgm_book.make.browser import open_browser
+    from pgm_book.make.handouts import faults, for_handouts, print_pdf
+    from pgm_book.make.page import handout_page
+
+    pages = {path: handout_page(path) for path in notebooks}
+    said = {}
     with open_browser() as browser:
         for path, page in pages.items():
-            printed[path] = print_pdf(browser, page)
-            prepared[path] = for_handouts(nbformat.read(path, as_version=4))
-            yield _write(build / "handouts" / f"{path.stem}.pdf", printed[path])
-    check(printed, prepared)
+            pdf = print_pdf(browser, page)
+            yield _write(build / "handouts" / f"{path.stem}.pdf", pdf)
+            prepared = for_handouts(nbformat.read(path, as_version=4))
+            said[path] = faults(pdf, prepared, form.form_of(path))
+    form.judge(said, "the handouts are written, but are not fit for paper:")
 
 
-def student(notebooks: list[Path], build: Path):
+def student(notebooks: list[Path], build: Path) -> Iterator[Path]:
     """Write the student and the instructor copies; yield their paths."""
     from pgm_book.make.student import write_copies
 
     yield from write_copies(notebooks, build)
 
 
-def sizes(notebooks: list[Path], build: Path):
+def sizes(notebooks: list[Path], build: Path) -> Iterator[str]:
     """Yield the lines of a table: what is small, large or too much on each slide."""
-    from pgm_book.make.legible import report
+    from pgm_book.make.sizes import report
 
     yield from report(notebooks)
 
 
-def site(notebooks: list[Path], build: Path):
+def site(notebooks: list[Path], build: Path) -> Iterator[Path]:
     """Write the site into ``build/site``; yield its first page."""
-    try:
-        from pgm_book.make.site.build import build as build_site
-    except ModuleNotFoundError as error:
-        raise PublishError(
-            f"the Python package {error.name} is missing. "
-            'Install what publishing needs with: pip install -e ".[publish]"'
-        ) from error
+    from pgm_book.make.site.build import build as build_site
+
     yield build_site(notebooks, build)
 
 

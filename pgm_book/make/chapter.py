@@ -23,18 +23,6 @@ TABLE = ROOT / "data" / "chapters.csv"
 def begin(number: str, name: str) -> list[Path]:
     """Write the files of a new chapter, and list it; nothing if one file exists.
 
-    Parameters
-    ----------
-    number : str
-        "9", or "A3" for an appendix.
-    name : str
-        Of its files, for example "cloud_shadows".
-
-    Returns
-    -------
-    list of Path
-        What was written, the notebooks first; they are not executed yet.
-
     Raises
     ------
     ValueError

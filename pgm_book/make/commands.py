@@ -8,10 +8,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import IO
 
-from pgm_book.make.environment import ROOT, Refused, ensure, environment
+from pgm_book.make.environment import ROOT, Refused, ensure, environment, work_folder
 
 # Threads of the numerical libraries would fight the parallel test workers for cores.
 ONE_THREAD = {
@@ -57,7 +59,7 @@ def lab(*arguments: str) -> int:
     # Elsewhere its refusal stands: what a notebook of root's runs may do anything.
     if in_container():
         command.append("--allow-root")
-    return run(command, cwd=ROOT / "work", replace=True)
+    return run(command, cwd=work_folder(ROOT), replace=True)
 
 
 def test(*arguments: str) -> int:
@@ -115,63 +117,66 @@ def test_publish(*arguments: str) -> int:
     return run([*command, *arguments], settings(python))
 
 
-def chapter(*arguments: str) -> int:
-    """Begin a chapter: NUMBER name, for example 9 cloud_shadows."""
-    python = ensure(".venv", "main")
-    return run([python, "-m", "pgm_book.make.chapter", *arguments], settings(python))
+# What only runs a module in the environment: the sets of packages, what is run, help.
+MODULES = {
+    "chapter": (
+        ["main"],
+        ["pgm_book.make.chapter"],
+        "Begin a chapter: NUMBER name, for example 9 cloud_shadows.",
+    ),
+    "notebooks": (
+        ["main"],
+        ["pgm_book.make.notebooks"],
+        "Execute every notebook, or the named ones, and store the outputs.",
+    ),
+    "slides": (
+        ["main", "publish"],
+        ["pgm_book.make", "slides"],
+        "Make the slides for lecturers and for students, one HTML file each.",
+    ),
+    "handouts": (
+        ["main", "publish"],
+        ["pgm_book.make", "handouts"],
+        "Make the handouts, one PDF a chapter, in build/handouts.",
+    ),
+    "site": (
+        ["main", "publish"],
+        ["pgm_book.make", "site"],
+        "Make the website, in build/site; it needs no server and no network.",
+    ),
+    "student": (
+        ["main"],
+        ["pgm_book.make", "student"],
+        "Make the copies for students and instructors, in build/.",
+    ),
+    "requirements": (
+        ["main", "dev"],
+        ["pgm_book.make.requirements"],
+        "Derive requirements*.txt and environment.yml from pyproject.toml.",
+    ),
+    "benchmark": (
+        ["main", "dev"],
+        ["pytest", "tests/benchmarks"],
+        "Measure the times in tests/benchmarks.",
+    ),
+    "mutations": (
+        ["main"],
+        ["pgm_book.make.mutations"],
+        "Break the package a line at a time, and see that the tests notice (slow).",
+    ),
+    "house": (
+        ["main"],
+        ["pgm_book.make.house"],
+        "Draw the map of both packages, docs/house.svg, and hold its rules.",
+    ),
+}
 
 
-def notebooks(*names: str) -> int:
-    """Execute every notebook, or the named ones, and store the outputs."""
-    python = ensure(".venv", "main")
-    return run([python, "-m", "pgm_book.make.notebooks", *names], settings(python))
-
-
-def slides(*names: str) -> int:
-    """Make the slides for lecturers and for students, one HTML file each."""
-    return run(
-        [ensure(".venv", "main", "publish"), "-m", "pgm_book.make", "slides", *names]
-    )
-
-
-def handouts(*names: str) -> int:
-    """Make the handouts, one PDF a chapter, in build/handouts."""
-    python = ensure(".venv", "main", "publish")
-    return run([python, "-m", "pgm_book.make", "handouts", *names])
-
-
-def site() -> int:
-    """Make the website, in build/site; it needs no server and no network."""
-    return run([ensure(".venv", "main", "publish"), "-m", "pgm_book.make", "site"])
-
-
-def student(*names: str) -> int:
-    """Make the copies for students and instructors, in build/."""
-    return run([ensure(".venv", "main"), "-m", "pgm_book.make", "student", *names])
-
-
-def requirements(*arguments: str) -> int:
-    """Derive requirements*.txt and environment.yml from pyproject.toml."""
-    python = ensure(".venv", "main", "dev")
-    return run([python, "-m", "pgm_book.make.requirements", *arguments])
-
-
-def benchmark(*arguments: str) -> int:
-    """Measure the times in tests/benchmarks."""
-    python = ensure(".venv", "main", "dev")
-    command = [python, "-m", "pytest", "tests/benchmarks", *arguments]
-    return run(command, settings(python))
-
-
-def mutations(*arguments: str) -> int:
-    """Break the package a line at a time, and see that the tests notice (slow)."""
-    python = ensure(".venv", "main")
-    return run([python, "-m", "pgm_book.make.mutations", *arguments], settings(python))
-
-
-def house(*arguments: str) -> int:
-    """Draw the map of the package, docs/house.svg, and print the size of its rooms."""
-    return run([ensure(".venv", "main"), "-m", "pgm_book.make.house", *arguments])
+def run_module(name: str, *arguments: str) -> int:
+    """Run one of `MODULES`, with personal settings kept out."""
+    sets, module, _ = MODULES[name]
+    python = ensure(".venv", *sets)
+    return run([python, "-m", *module, *arguments], settings(python))
 
 
 def in_container() -> bool:
@@ -180,23 +185,14 @@ def in_container() -> bool:
     return "container" in os.environ or any(mark.exists() for mark in marks)
 
 
-TASKS = {
+TASKS: dict[str, Callable[..., int]] = {
     "lab": lab,
     "test": test,
     "test-slow": test_slow,
     "test-all": test_all,
     "test-oldest": test_oldest,
     "test-publish": test_publish,
-    "chapter": chapter,
-    "notebooks": notebooks,
-    "slides": slides,
-    "handouts": handouts,
-    "site": site,
-    "student": student,
-    "requirements": requirements,
-    "benchmark": benchmark,
-    "mutations": mutations,
-    "house": house,
+    **{name: partial(run_module, name) for name in MODULES},
 }
 
 
@@ -304,7 +300,9 @@ def main(arguments: list[str]) -> int:
             print(f"There is no task {arguments[0]!r}.\n")
         print("python tasks.py NAME [arguments], or make NAME. The tasks:\n")
         for name, task in TASKS.items():
-            print(f"  {name:13} {task.__doc__}")
+            print(
+                f"  {name:13} {MODULES[name][2] if name in MODULES else task.__doc__}"
+            )
         return 0 if arguments[:1] in ([], ["-h"], ["--help"], ["help"]) else 2
     try:
         return TASKS[arguments[0]](*arguments[1:])

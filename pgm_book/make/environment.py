@@ -65,20 +65,6 @@ class Refused(Exception):
 def ensure(venv_name: str, *sets: str, root: Path = ROOT) -> Path:
     """Make sure that an environment holds the wanted sets of packages.
 
-    Parameters
-    ----------
-    venv_name : str
-        Folder of the environment, for example ``".venv"``.
-    *sets : str
-        Names from `SETS`.
-    root : Path
-        The project's folder.
-
-    Returns
-    -------
-    Path
-        The environment's Python.
-
     Raises
     ------
     Refused
@@ -160,6 +146,12 @@ def make(venv: Path) -> None:
         elif path.name != MARK:
             path.unlink()
     call([sys.executable, "-m", "venv", venv])
+
+
+def work_folder(root: Path = ROOT) -> Path:
+    """Where the reader's notebooks are: work, or work-2 beside an older edition."""
+    later = [path for path in root.glob("work-*") if path.name[5:].isdigit()]
+    return max(later, key=lambda path: int(path.name[5:]), default=root / "work")
 
 
 def python_of(venv: Path) -> Path:

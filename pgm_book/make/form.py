@@ -8,6 +8,7 @@ text cells but the derivations. The choices of a prediction and their sentences 
 among the words; tests/make/test_form.py keeps them short.
 """
 
+import csv
 import re
 import sys
 from dataclasses import dataclass
@@ -16,9 +17,9 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
-from pgm_book.make.notebooks import FOLDER
+from pgm_book.make.environment import ROOT
+from pgm_book.make.errors import PublishError
 from pgm_book.make.student import name, slide_type, student_copy, tags
-from pgm_lab import datasets
 
 
 @dataclass(frozen=True)
@@ -127,20 +128,7 @@ def counts(notebook: NotebookNode) -> dict[str, int]:
 
 
 def problems(notebook: NotebookNode, kind: str) -> list[str]:
-    """Name what is too much in a lesson or a case, and what it lacks.
-
-    Parameters
-    ----------
-    notebook : NotebookNode
-        The notebook with its solutions and outputs.
-    kind : str
-        "lesson" or "case".
-
-    Returns
-    -------
-    list of str
-        Nothing, or a sentence for each finding, with the place.
-    """
+    """Name what is too much in a lesson or a case, and what it lacks."""
     parts = sections(notebook)
     return [
         *too_much(parts, counts(notebook), LIMITS[kind]),
@@ -267,17 +255,53 @@ def only_lesson_problems(notebook: NotebookNode, parts: list[Section]) -> list[s
     return found
 
 
+def form_of(notebook: Path) -> str:
+    """Return "lesson" or "case" as data/chapters.csv says, nothing where it is neither.
+
+    Of a notebook elsewhere the table beside its folder counts.
+    """
+    table = notebook.resolve().parents[1] / "data" / "chapters.csv"
+    if not table.is_file():
+        return ""
+    with table.open(encoding="utf-8", newline="") as lines:
+        forms = {row["notebook"]: row["form"] for row in csv.DictReader(lines)}
+    form = forms.get(notebook.stem, "")
+    return form if form in LIMITS else ""
+
+
 def kinds() -> dict[str, str]:
-    """Return which notebooks have this form: "lesson" or "case" by their names."""
-    rows = datasets.rows("chapters.csv")
-    return {row["notebook"]: row["form"] for row in rows if row["form"]}
+    """Return which notebooks of the project are lessons and which cases, by name."""
+    paths = sorted((ROOT / "notebooks").glob("*.ipynb"))
+    return {path.stem: form_of(path) for path in paths if form_of(path)}
+
+
+def judge(found: dict[Path, list[str]], said: str, advice: str = "") -> None:
+    """Refuse lessons and cases with findings; print those of the other notebooks.
+
+    Raises
+    ------
+    PublishError
+        If there is one of a lesson or a case; it names all of them.
+    """
+    refused = []
+    for path, findings in found.items():
+        lines = [f"{path.name}, {finding}" for finding in findings]
+        if form_of(path):
+            refused += lines
+        else:
+            print(
+                "".join(f"publish: {line}\n" for line in lines), end="", file=sys.stderr
+            )
+    if refused:
+        text = "\n  ".join([said, *refused])
+        raise PublishError(f"{text}\n{advice}" if advice else text)
 
 
 def main(names: list[str]) -> int:
     """Print the counts; return 1 if a notebook of this form has a problem."""
-    form, failed = kinds(), False
+    failed = False
     print(f"{'':40} cells words lines folded minutes lecture")
-    for path in sorted(FOLDER.glob("*.ipynb")):
+    for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         named = any(path.stem.startswith(Path(n).stem) for n in names)
         if names and not named:
             continue
@@ -287,7 +311,7 @@ def main(names: list[str]) -> int:
             f"{n:{w}}" for n, w in zip(count.values(), (6, 6, 6, 7, 8, 8))
         )
         print(f"{path.stem:40}{numbers}")
-        if kind := form.get(path.stem, "lesson" if named else ""):
+        if kind := form_of(path) or ("lesson" if named else ""):
             found = problems(notebook, kind)
             print("".join(f"  {finding}\n" for finding in found), end="")
             failed = failed or bool(found)

@@ -1,28 +1,140 @@
-"""Print the handout page of a notebook to an A4 PDF."""
+"""Handouts: what of a notebook goes on paper, its PDF, and whether that can be read.
+
+A lesson and a case must have none of the `faults`; of the other notebooks they are
+listed.
+"""
 
 import html
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from playwright.sync_api import Browser, Page, PdfMargins
+from bs4 import BeautifulSoup
+from nbformat import NotebookNode
+from nbformat.v4 import new_markdown_cell
 
-from pgm_book.make.browser import offline_context
+from pgm_book.make.student import slide_type, tags, unsolved
 
-MARGINS: PdfMargins = {
-    "top": "12mm",
-    "bottom": "15mm",
-    "left": "15mm",
-    "right": "15mm",
-}
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
 
-_FOOTER = """\
+    from pgm_book.make.tagged import Piece, Printed
+
+LONGEST_TABLE = 150  # rows; four pages
+LABEL = 7.5  # pt: how large the smallest writing of a figure is printed
+NARROWEST = 60.0  # mm
+OWN = re.compile(r"^\w+: the book's own\. .*\n?", re.MULTILINE)  # of checks.own
+HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
+SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
+PREPARES = re.compile(r"import |from |plt\.style\.use\(")
+
+FOOTER = """\
 <div style="width: 100%; margin: 0 15mm; display: flex; font: 8pt sans-serif;
             color: #4d5761; justify-content: space-between">
   <span>{title}</span>
   <span><span class="pageNumber"></span> / <span class="totalPages"></span></span>
 </div>"""
 
+PAGES = {"lesson": 8, "case": 6}
+MARGIN = 42.0  # points: the lower one, where only the footer is
+FILLED = 1 / 3  # of a page, except of the last
+AT_LEAST = {"text": 9.0, "heading": 9.0, "code": 7.5}  # points
+LEAST_LABEL = 7.0  # points: the smallest writing in a figure
+ROUNDING = 0.05
+TEXTS = {"text", "heading", "code"}
 
-def print_pdf(browser: Browser, content: str) -> bytes:
+
+def for_handouts(notebook: NotebookNode) -> NotebookNode:
+    """Return the notebook without solutions, checks and speaker notes, as printed.
+
+    What is folded to be read later is open on paper, a prediction stays closed. The
+    answers stand at the end, so that a reader commits to one of their own before. A
+    figure is as small as its writing allows; a very long table stays in the notebook,
+    and so does what is tagged `screen`, a figure that its text only sums up.
+    """
+    result = unsolved(notebook)
+    result.cells = [
+        cell
+        for cell in result.cells
+        if slide_type(cell) != "notes" and not {"check", "screen"} & set(tags(cell))
+        if not _only_prepares(cell)
+    ]
+    for cell in result.cells:
+        # The template that both share leaves out what slides skip; paper does not.
+        cell.metadata.pop("slideshow", None)
+        if {"derive", "why"} & set(tags(cell)):
+            cell.source = cell.source.replace("<details>", "<details open>")
+        _leave_out_own(cell)
+        for output in cell.get("outputs", []):
+            _shorten(output)
+            _shrink(output)
+    result.cells = _answers_last(result.cells)
+    return result
+
+
+def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
+    """Collect the answers below a heading, each with its question or its section's."""
+    kept, answers, heading = [], [], ""
+    for cell in cells:
+        if "why" not in tags(cell):
+            kept.append(cell)
+            if cell.cell_type == "markdown":
+                heading = [heading, *HEADING.findall(cell.source)][-1]
+            continue
+        summary = SUMMARY.search(cell.source)
+        if summary and "?" not in summary[1]:
+            title = f"<summary>{re.sub('[*`]', '', heading)}</summary>"
+            cell.source = cell.source.replace(summary[0], title)
+        answers.append(cell)
+    if answers:
+        kept.append(new_markdown_cell("## Answers", id="answers"))
+    return kept + answers
+
+
+def _leave_out_own(cell: NotebookNode) -> None:
+    """Drop the lines that say whose function runs: nothing runs on paper."""
+    for output in cell.get("outputs", []):
+        if output.output_type == "stream":
+            output.text = OWN.sub("", output.text)
+    if "outputs" in cell:
+        cell.outputs = [output for output in cell.outputs if output.get("text", True)]
+
+
+def _only_prepares(cell: NotebookNode) -> bool:
+    """Whether a cell imports and sets the style, and shows nothing."""
+    lines = [line for line in cell.source.splitlines() if line.strip()]
+    prepares = all(PREPARES.match(line) for line in lines)
+    return cell.cell_type == "code" and not cell.outputs and prepares
+
+
+def _shorten(output: NotebookNode) -> None:
+    """Put a sentence in the place of a very long table."""
+    table = output.get("data", {}).get("text/html", "")
+    rows = table.count("<tr")
+    if rows > LONGEST_TABLE:
+        caption = BeautifulSoup(table, "html.parser").find("caption")
+        name = caption.get_text(" ", strip=True) if caption else "A table"
+        sentence = f"<p>{name}: {rows - 1} rows, which stand in the notebook.</p>"
+        output.data["text/html"] = sentence
+
+
+def _shrink(output: NotebookNode) -> None:
+    """Print a figure no larger than its smallest writing needs."""
+    seen = output.get("metadata", {}).get("image/png", {})
+    if "label" in seen and "width" in seen:
+        scale = min(1.0, LABEL / seen["label"])
+        scale = max(scale, NARROWEST / 25.4 * 96 / seen["width"])
+        seen["width"] *= scale
+        seen["label"] *= scale
+
+
+# --- The PDF ---
+
+
+def print_pdf(browser: "Browser", content: str) -> bytes:
     """Return the PDF of an HTML page, tagged and with an outline."""
+    from pgm_book.make.browser import offline_context
+
     context = offline_context(browser)
     try:
         page = context.new_page()
@@ -33,15 +145,160 @@ def print_pdf(browser: Browser, content: str) -> bytes:
         context.close()
 
 
-def pdf_of(page: Page) -> bytes:
+def pdf_of(page: "Page") -> bytes:
     """Return the PDF of a page that is open and ready."""
     return page.pdf(
         format="A4",
-        margin=MARGINS,
+        margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
         print_background=True,
         display_header_footer=True,
         header_template="<span></span>",
-        footer_template=_FOOTER.format(title=html.escape(page.title())),
+        footer_template=FOOTER.format(title=html.escape(page.title())),
         tagged=True,
         outline=True,
     )
+
+
+# --- What is wrong with it ---
+
+
+def faults(pdf: bytes, notebook: NotebookNode, form: str = "") -> list[str]:
+    """List what is wrong with a handout, each with its page."""
+    from pgm_book.make import tagged
+
+    printed = tagged.read(pdf)
+    count = len(printed.heights)
+    found = []
+    if count > PAGES.get(form, count):
+        found.append(f"it has {count} pages, a {form} has {PAGES[form]}")
+    return [
+        *found,
+        *_lone_headings(printed.pieces),
+        *_empty(printed),
+        *_divided(printed.pieces, notebook),
+        *_small_writing(printed.pieces),
+        *_small_labels(printed.pieces, notebook),
+    ]
+
+
+def _lone_headings(pieces: "list[Piece]") -> Iterator[str]:
+    """Name the headings whose text or figure is on another page."""
+    shown = [piece for piece in pieces if piece.kind]
+    following = shown[-1].page if shown else 0
+    alone: list[Piece] = []
+    for piece in reversed(shown):
+        if piece.kind != "heading":
+            following = piece.page
+        elif piece.page != following:
+            alone.insert(0, piece)
+    for piece in alone:
+        said = f"the heading {piece.text.strip()!r} stands alone at its foot"
+        yield f"page {piece.page}: {said}"
+
+
+def _empty(printed: "Printed") -> Iterator[str]:
+    """Name the pages that are nearly empty; the last one may be.
+
+    Lines to write on are not counted. They are at most 14 mm of a page.
+    """
+    for number, height in enumerate(printed.heights[:-1], start=1):
+        bottoms = [p.bottom for p in printed.pieces if p.page == number]
+        lowest = min((b for b in bottoms if b > MARGIN), default=height)
+        used = (height - lowest) / height
+        if used < FILLED:
+            yield f"page {number}: only {used:.0%} of it is used"
+
+
+def _divided(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
+    """Name the questions and exercises that are not on one page."""
+    shown = [(p.page, plain(p.text)) for p in pieces if p.kind in TEXTS]
+    letters = "".join(text for _, text in shown)
+    pages = [page for page, text in shown for _ in text]
+    end, heading, asked = 0, "", ""
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            heading = ([heading] + HEADING.findall(cell.source))[-1]
+            asked = _last_words(cell.source)
+            continue
+        what, words, alts = _together(cell)
+        if not what:
+            continue
+        name = f"the {what} under {heading!r}" if heading else f"the {what}"
+        # The words may also stand elsewhere: they count below those that ask for them.
+        asked_at = max(letters.find(asked, end), end)
+        found = letters.find(words, asked_at)
+        if found < 0:
+            yield f"{name} is not found on paper"
+            continue
+        begin, end = letters.rfind(asked, asked_at, found), found + len(words)
+        begin = found if begin < 0 else begin
+        where = set(pages[begin:end])
+        where |= {p.page for p in pieces if p.kind == "picture" and p.text in alts}
+        if len(where) > 1:
+            yield f"page {min(where)}: {name} is divided"
+        asked = ""
+
+
+def _together(cell: NotebookNode) -> tuple[str, str, list[str]]:
+    """Return what a cell of code is, its letters, and the figures of its result.
+
+    Nothing is said of several questions in one cell, the quick ones: they may go on
+    overleaf.
+    """
+    outputs = cell.get("outputs", [])
+    pages = [output.get("data", {}).get("text/html", "") for output in outputs]
+    soups = [BeautifulSoup(page, "html.parser") for page in pages]
+    asked = [soup.select(".pgm-predict summary") for soup in soups]
+    asked = [choices for choices in asked if choices]
+    if len(asked) == 1:
+        words = plain("".join(choice.get_text() for choice in asked[0]))
+        metadata = [output.get("metadata", {}) for output in outputs]
+        alts = [one.get("image/png", {}).get("alt") for one in metadata]
+        return "question", words, [alt for alt in alts if alt]
+    if "exercise" in tags(cell):
+        return "exercise", plain(cell.source), []
+    return "", "", []
+
+
+def _last_words(source: str) -> str:
+    """Return the last letters of a text, without its formulas."""
+    import mistune
+
+    words = BeautifulSoup(str(mistune.html(source)), "html.parser").get_text()
+    return plain(re.sub(r"\$[^$]*\$", "", words))[-12:]
+
+
+def _small_writing(pieces: "list[Piece]") -> Iterator[str]:
+    """Name the smallest text and code of each page that is hard to read."""
+    small: dict[tuple[int, str], Piece] = {}
+    for piece in pieces:
+        least = AT_LEAST.get(piece.kind, 0.0)
+        if piece.size < least - ROUNDING:
+            key = piece.page, piece.kind
+            small[key] = min(small.get(key, piece), piece, key=lambda p: p.size)
+    for (page, kind), piece in sorted(small.items()):
+        said = f"the {kind} {piece.text.strip()[:40]!r} is {piece.size:.1f} pt high"
+        yield f"page {page}: {said}, less than {AT_LEAST[kind]:g}"
+
+
+def _small_labels(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
+    """Name the figures whose smallest writing is hard to read."""
+    outputs = [o for cell in notebook.cells for o in cell.get("outputs", [])]
+    seen = [output.get("metadata", {}).get("image/png", {}) for output in outputs]
+    known = {one.get("alt"): one for one in seen if "label" in one and "width" in one}
+    for piece in pieces:
+        if piece.kind != "picture" or piece.text not in known:
+            continue
+        figure = known[piece.text]
+        label = figure["label"] * piece.size / (figure["width"] * 72 / 96)
+        if label < LEAST_LABEL - ROUNDING:
+            said = (
+                f"the labels of the figure {piece.text[:50]!r} are {label:.1f} pt high"
+            )
+            yield f"page {piece.page}: {said}, less than {LEAST_LABEL:g}"
+
+
+def plain(text: str) -> str:
+    """Letters and digits alone: a PDF keeps no spaces of its own."""
+    text = text.replace("\ufb01", "fi").replace("\ufb02", "fl").replace("\ufb00", "ff")
+    return "".join(sign for sign in text.lower() if sign.isalnum() and sign.isascii())

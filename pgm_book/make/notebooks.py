@@ -49,29 +49,13 @@ class RunFailed(Exception):
 
 
 def code_sha256(notebook: dict) -> str:
-    """The hash of all code of a notebook, which tells whether its outputs are current.
-
-    Parameters
-    ----------
-    notebook : dict
-        A notebook as nbformat or json read it.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-    """
+    """Return the hash of all code, which tells whether the outputs are current."""
     sources = [joined(cell["source"]) for cell in code_cells(notebook)]
     return hashlib.sha256(json.dumps(sources).encode()).hexdigest()
 
 
 def execute(path: Path) -> None:
     """Run a notebook from the top and store its outputs, if it runs to the end.
-
-    Parameters
-    ----------
-    path : Path
-        The notebook; it stays untouched if its run fails.
 
     Raises
     ------
@@ -137,18 +121,7 @@ def write(notebook: nbformat.NotebookNode, path: Path) -> None:
 
 
 def problems(path: Path) -> list[str]:
-    """All that is wrong with a stored notebook, in plain words.
-
-    Parameters
-    ----------
-    path : Path
-        The notebook.
-
-    Returns
-    -------
-    list of str
-        Nothing, or a sentence for each finding.
-    """
+    """All that is wrong with a stored notebook, in plain words."""
     found = []
     if path.stat().st_size > FILE_BYTES:
         found.append(f"the file is larger than {FILE_BYTES // 1_000_000} MB")

@@ -1,80 +1,103 @@
-"""Turn a notebook into one HTML page that needs nothing else."""
+"""Turn a notebook into one HTML page that needs nothing else.
 
+The JavaScript and CSS behind it are read from installed Python packages, pictures
+become a part of the page, and its content security policy lets a browser load nothing.
+"""
+
+import base64
 import copy
+import mimetypes
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
+from urllib.parse import unquote
 
 import nbformat
+from bs4 import BeautifulSoup, Tag
 from mistune import import_plugin
 from nbconvert import HTMLExporter, SlidesExporter
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
 
-from pgm_book.make import assets, deck, paper, prepare
-from pgm_book.make.errors import PublishError
-from pgm_book.make.selfcontained import embed_images, problems
+from pgm_book.make import handouts, slides
+from pgm_book.make.errors import PublishError, missing
 from pgm_book.make.student import name
 
 TEMPLATES = Path(__file__).parent / "templates"
 
+# Two wheels carry the files: neither Node nor a copy in this repository is needed.
+REVEAL = ("sphinx-revealjs", "sphinx_revealjs/_static/revealjs/")
+MATHJAX = ("sphinx-mathjax-offline", "sphinx-mathjax-offline/static/mathjax/")
 
-def slides_page(path: Path, audience: prepare.Audience = "lecturer") -> str:
-    """Return the slides of a notebook as one self-contained HTML page.
+# What loads, or leads a reader to another page; the policy refuses the rest.
+LOADING = ["script", "iframe", "object", "embed", "link", "base", "meta", "form"]
+# nbconvert writes this where an output has no alternative text.
+FILLER = "No description has been provided for this image"
 
-    Parameters
-    ----------
-    path : Path
-        An executed notebook.
-    audience : "lecturer" or "student"
-        Notes, their window and the answers to the quick questions are the lecturer's.
+
+def slides_page(path: Path, audience: slides.Audience = "lecturer") -> str:
+    """Return the slides of an executed notebook as one self-contained HTML page.
+
+    Notes, their window and the answers to the quick questions are the lecturer's.
     """
-    exporter = SlidesExporter(
-        template_name="pgm_slides", extra_template_basedirs=[str(TEMPLATES)]
-    )
-    files = assets.slides_assets()
-    if audience == "student":
-        del files["notes_js"]
+    files = {
+        "reveal_css": _asset(*REVEAL, "dist/reveal.css"),
+        "reveal_js": _asset(*REVEAL, "dist/reveal.js"),
+    }
+    if audience == "lecturer":
+        files["notes_js"] = _asset(*REVEAL, "plugin/notes/notes.js")
     stem = Path(path).stem
-    prepared = partial(prepare.for_slides, audience=audience, stem=stem)
-    return _page(exporter, path, prepared, files)
+    prepared = partial(slides.for_slides, audience=audience, stem=stem)
+    return _page(SlidesExporter, "pgm_slides", path, prepared, files)
 
 
 def handout_page(path: Path) -> str:
     """Return the handout of a notebook as one self-contained HTML page."""
-    exporter = HTMLExporter(
-        template_name="pgm_handout", extra_template_basedirs=[str(TEMPLATES)]
-    )
-    return _page(exporter, path, paper.for_handouts, assets.handout_assets())
+    return _page(HTMLExporter, "pgm_handout", path, handouts.for_handouts, {})
 
 
-def _page(exporter: HTMLExporter, path: Path, prepared: Callable, files: dict) -> str:
+def _page(
+    exporter: type[HTMLExporter],
+    template: str,
+    path: Path,
+    prepared: Callable[[NotebookNode], NotebookNode],
+    files: dict[str, str],
+) -> str:
     """Convert and check; a picture without alt text or out of reach is an error."""
-    exporter.register_filter("markdown2html", _markdown)
     path = Path(path)
     notebook = nbformat.read(path, as_version=4)
     _refuse_unexecuted(path, notebook)
-    resources = {
-        "metadata": {"name": path.stem, "path": str(path.parent)},
-        "pgm": {"title": prepare.title(notebook), **files},
-    }
+    files["mathjax_js"] = _asset(*MATHJAX, "tex-svg-full.js")
+    converter = exporter(
+        template_name=template, extra_template_basedirs=[str(TEMPLATES)]
+    )
+    converter.register_filter("markdown2html", _markdown)
     try:
         # A copy, because nbconvert marks the cells of slides in place.
-        page, _ = exporter.from_notebook_node(
-            prepared(copy.deepcopy(notebook)), resources=resources
-        )
+        ready = prepared(copy.deepcopy(notebook))
     except ValueError as error:
         raise PublishError(f"{path.name}, {error}") from error
-    page = embed_images(page, path.parent)
-    _refuse_problems(path, notebook, page, own_scripts(files))
-    return page
+    resources = {
+        "metadata": {"name": path.stem, "path": str(path.parent)},
+        "pgm": {"title": slides.title(notebook), **files},
+    }
+    page, _ = converter.from_notebook_node(ready, resources=resources)
+    # nbconvert's own option closes a <details> around markdown too early.
+    soup = BeautifulSoup(page, "html.parser")
+    _embed_pictures(soup, path.parent)
+    _refuse_problems(path, notebook, soup)
+    return str(soup)
 
 
-def own_scripts(files: dict) -> list[str]:
-    """Return the texts of all scripts that a page of ours may hold."""
-    own = [path.read_text(encoding="utf-8") for path in TEMPLATES.rglob("*.js")]
-    return own + [text for name, text in files.items() if name.endswith("_js")]
+def _asset(package: str, folder: str, file: str) -> str:
+    """Return the text of a file that comes with an installed package."""
+    try:
+        path = distribution(package).locate_file(folder + file)
+        return path.read_text(encoding="utf-8")
+    except (PackageNotFoundError, FileNotFoundError) as error:
+        raise missing(package, f"{file} is missing: it comes with ") from error
 
 
 def _markdown(source: str) -> str:
@@ -90,6 +113,17 @@ def _markdown(source: str) -> str:
     return re.sub(r"<th\b[^>]*></th>", "<td></td>", markdown.render(source))
 
 
+def _embed_pictures(soup: BeautifulSoup, folder: Path) -> None:
+    """Put the picture files that a page refers to, below `folder`, into the page."""
+    folder = folder.resolve()
+    for image in soup.find_all("img", src=lambda src: src and ":" not in src):
+        path = (folder / unquote(str(image["src"]))).resolve()
+        if path.is_relative_to(folder) and path.is_file():
+            kind = mimetypes.guess_type(path.name)[0]
+            data = base64.b64encode(path.read_bytes()).decode()
+            image["src"] = f"data:{kind};base64,{data}"
+
+
 def _refuse_unexecuted(path: Path, notebook: NotebookNode) -> None:
     for cell in notebook.cells:
         if cell.cell_type == "code" and cell.source and not cell.execution_count:
@@ -99,18 +133,29 @@ def _refuse_unexecuted(path: Path, notebook: NotebookNode) -> None:
             )
 
 
-def _refuse_problems(
-    path: Path, notebook: NotebookNode, page: str, scripts: list[str]
-) -> None:
+def _refuse_problems(path: Path, notebook: NotebookNode, soup: BeautifulSoup) -> None:
+    """Name the cells that would show a picture badly, or load what is elsewhere."""
     cells = {cell.get("id"): cell for cell in notebook.cells}
     lines = []
-    for cell, text in problems(page, scripts):
-        origin = cells.get(deck.origin(cell or ""))
-        lines.append((f"{name(origin)}: " if origin else "") + text)
+    for place in soup.find_all(attrs={"data-cell": True}):
+        origin = cells.get(slides.origin(str(place["data-cell"])))
+        called = f"{name(origin)}: " if origin else ""
+        lines += [called + said for said in problems(place)]
     if lines:
         raise PublishError(
             "\n  ".join([f"{path.name} cannot be published:", *lines])
             + "\nShow figures with pgm_lab.plot.show(fig, alt), and give pictures in "
             "text an alternative text and a file beside the notebook: ![alt](file). "
-            "A page loads nothing: pgm_book/make/allowed.py lists what it may hold."
+            "A page loads nothing."
         )
+
+
+def problems(place: Tag) -> Iterator[str]:
+    """Say which pictures are not described or not in the page, and what would load."""
+    for image in place.find_all("img"):
+        if str(image.get("alt", "")).strip() in ("", FILLER):
+            yield "a picture has no alternative text (alt)"
+        if not str(image.get("src", "")).startswith("data:image/"):
+            yield f"the picture {str(image.get('src'))[:80]!r} is not in the file"
+    for element in place.find_all(LOADING):
+        yield f"<{element.name}> may not be in a page"

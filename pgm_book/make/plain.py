@@ -16,15 +16,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def page(metadata: dict[str, str]) -> str | None:
     """Return the lecturer's slides of a notebook of this project, as it is saved.
 
-    Parameters
-    ----------
-    metadata : dict
-        Where nbconvert has the notebook from: its folder, "path", and its "name".
-
-    Returns
-    -------
-    str or None
-        The page; none if the notebook does not stand in ``notebooks/``.
+    nbconvert says where it has the notebook from: its folder, "path", and its "name".
+    There is no page if that is not ``notebooks/``.
 
     Raises
     ------
@@ -36,17 +29,14 @@ def page(metadata: dict[str, str]) -> str | None:
         return None
     if str(ROOT) not in sys.path:
         sys.path.insert(0, str(ROOT))
-    from pgm_book.make.errors import PublishError
+    from pgm_book.make.errors import PublishError, missing
 
     try:
         from pgm_book.make.page import slides_page
 
         return slides_page(folder / f"{metadata['name']}.ipynb")
     except ModuleNotFoundError as error:
-        problem = PublishError(
-            f"the Python package {error.name} is missing. "
-            'Install what slides need with: pip install -e ".[publish]"'
-        )
+        problem: Exception = missing(error.name)
     except (PublishError, ValueError, OSError) as error:
         problem = error
     if NbConvertApp.initialized():  # the command; a server has to live on

@@ -1,4 +1,4 @@
-"""Measure in the browser what a hall can read of the slides.
+"""Can the back row read the slides? Measure decks in the installed browser, and judge.
 
 A slide is 1280 x 720 px, which reveal.js scales to the screen. A row of `measure` is
 one thing on one slide: the smallest writing in a figure, a size of text, an overflow.
@@ -7,9 +7,13 @@ one thing on one slide: the smallest writing in a figure, a size of text, an ove
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
+
+from pgm_book.make.errors import missing
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page, ViewportSize
@@ -84,13 +88,11 @@ class Row:
             return (
                 f"{place}: it is not known how large the labels of the figure{what} are"
             )
+        high = f"{self.value:.1f} px high, less than {self.limit:.0f}"
         said = {
-            "figure label": f"the labels of the figure{what} are {self.value:.1f} px "
-            f"high, less than {self.limit:.0f}",
-            "text": f"the text{what} is {self.value:.1f} px high, less than "
-            f"{self.limit:.0f}",
-            "code": f"the code{what} is {self.value:.1f} px high, less than "
-            f"{self.limit:.0f}",
+            "figure label": f"the labels of the figure{what} are {high}",
+            "text": f"the text{what} is {high}",
+            "code": f"the code{what} is {high}",
             "lines of code": f"{self.value:.0f} lines of code, more than "
             f"{self.limit:.0f}",
             "enlargement": f"at 1080 lines the figure{what} is enlarged "
@@ -106,16 +108,6 @@ def measure(page: Page) -> list[Row]:
 
     Every fragment is shown, and every fold. The figures of a prediction are measured
     as they stand beside its choices.
-
-    Parameters
-    ----------
-    page : playwright.sync_api.Page
-        The page, ready. Its window is made 1280 x 720, its fragments stay shown.
-
-    Returns
-    -------
-    list of Row
-        Slide by slide. Texts of one size on one slide are one row.
     """
     page.set_viewport_size(SIZE)
     script = SCRIPT.read_text(encoding="utf-8")
@@ -182,3 +174,50 @@ def _short(text: str) -> str:
     """Return the first words of a text."""
     text = " ".join(text.split())
     return text if len(text) <= 50 else text[:50].rsplit(" ", 1)[0] + " …"
+
+
+class Meter:
+    """A browser in which decks are measured, one after another."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        try:
+            from pgm_book.make.browser import offline_context, open_browser
+        except ModuleNotFoundError as error:
+            raise missing(error.name) from error
+        browser = stack.enter_context(open_browser())
+        self._context = stack.enter_context(offline_context(browser, viewport=SIZE))
+
+    def rows(self, deck: Path) -> list[Row]:
+        """Open a deck from its file and measure it."""
+        with self._context.new_page() as page:
+            page.goto(deck.resolve().as_uri())
+            page.wait_for_function("document.documentElement.dataset.ready")
+            return measure(page)
+
+
+def of_decks(folder: Path, notebooks: list[Path]) -> dict[Path, list[str]]:
+    """Return what a hall cannot read of the decks of these notebooks."""
+    found = {}
+    with ExitStack() as stack:
+        meter = Meter(stack)
+        for notebook in notebooks:
+            rows = problems(meter.rows(folder / f"{notebook.stem}.html"))
+            found[notebook] = [str(row) for row in rows]
+    return found
+
+
+def report(notebooks: list[Path]) -> Iterator[str]:
+    """Yield the table of each notebook's slides, and what was counted in all."""
+    from pgm_book.make.page import slides_page
+
+    every = []
+    with ExitStack() as stack:
+        meter = Meter(stack)
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        for notebook in notebooks:
+            deck = folder / f"{notebook.stem}.html"
+            deck.write_text(slides_page(notebook), encoding="utf-8")
+            rows = meter.rows(deck)
+            every += rows
+            yield from [f"# {notebook.stem}", *table(rows), ""]
+    yield from summary(every)

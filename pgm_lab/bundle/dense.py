@@ -49,7 +49,7 @@ def derivatives(
 
     References
     ----------
-    Muliawan 2013, (M 2.81) to (M 2.89); (M 2.84) and (M 2.89) are mended.
+    Muliawan 2013, (M 2.81) to (M 2.89); (M 2.84) and (M 2.89) are corrected.
     """
     exteriors = _validate.of_shape(exteriors, (None, 6), "exteriors")
     points = _validate.of_shape(points, (None, 3), "points")

@@ -9,15 +9,18 @@ MATLAB's load; ids are whole numbers in any order:
     image      point, photo, x, y, sx, sy; mm
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from pgm_lab import _files, _numbers, _validate
-from pgm_lab._files import printable
-from pgm_lab._numbers import Source, Table
+from pgm_lab import _validate
 from pgm_lab.bundle.network import RAY, Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
+from pgm_lab.io.files import printable
+from pgm_lab.io.text import Source, Table
 
 NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")
 EXTERIOR = ("photo", "omega", "phi", "kappa", "XL", "YL", "ZL")
@@ -124,7 +127,7 @@ def read(
         photo,
         point,
         xy,
-        _read_sigma(rays) if sigma is None else sigma,
+        read_sigma(rays) if sigma is None else sigma,
         photo_names=tuple(photo_ids.tolist()),
         point_names=tuple(point_ids.tolist()),
     )
@@ -147,7 +150,8 @@ def _read_interior(path: Source, lens: str) -> Camera:
     return Camera(**dict(zip(PARAMETERS, found.values.ravel().tolist())), lens=lens)
 
 
-def _read_sigma(rays: Table) -> np.ndarray:
+def read_sigma(rays: Table) -> np.ndarray:
+    """Standard deviations (k, 2) of a table of image coordinates."""
     sigma = rays.values[:, 4:]
     for name, column in zip(RAY[4:], sigma.T):
         reason = f"{name} = {{}}: a standard deviation must be above zero (mm)"
@@ -209,8 +213,8 @@ def write(
     """
     _refuse_what_files_lack(network)
     camera = network.cameras[0]
-    photo_ids = _ids(network.photo_names, "photo_names")
-    point_ids = _ids(network.point_names, "point_names")
+    photo_ids = whole_numbers(network.photo_names, "photo_names")
+    point_ids = whole_numbers(network.point_names, "point_names")
     rays = zip(
         [point_ids[i] for i in network.point],
         [photo_ids[i] for i in network.photo],
@@ -239,7 +243,8 @@ def write(
     return paths
 
 
-def _ids(names: tuple, argument: str) -> list[int]:
+def whole_numbers(names: Sequence, argument: str) -> list[int]:
+    """Names as ids of a file."""
     try:
         ids = [int(str(name)) for name in names]
     except ValueError:
@@ -253,12 +258,11 @@ def _ids(names: tuple, argument: str) -> list[int]:
         )
     first: dict[int, object] = {}
     for name, one in zip(names, ids):
-        if one in first:
+        if first.setdefault(one, name) != name:
             raise ValueError(
                 f"{argument} {first[one]!r} and {name!r} are the same number, {one}:"
                 " they cannot both be an id in a file"
             )
-        first[one] = name
     return ids
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab._numbers import Source, read_table
 from pgm_lab.camera import Camera
+from pgm_lab.io.text import Source, read_table
 
 SIGMA = 0.001  # mm, of image coordinates of which nothing is said
 RAY = ("point", "photo", "x", "y", "sx", "sy")  # columns of a file
@@ -432,7 +432,7 @@ def _camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndar
     camera = _indices(of_photos, cameras, "camera", m)
     _validate.refuse(
         ~np.isin(np.arange(cameras), camera),
-        "cameras{} take no photo: leave them out, or correct `camera`, the camera of"
+        "cameras{} have no photo: leave them out, or correct `camera`, the camera of"
         " each photo",
     )
     return camera

@@ -194,15 +194,15 @@ def _cause(network: Network, state: State, status: str, b1: float) -> str:
 def mirrored_image(result: Bundle) -> str | None:
     """Say that the affinity of a camera mirrors the image."""
     several = len(result.cameras) > 1
-    turned = [
+    reversed_x = [
         f"b1{f' of camera {number}' if several else ''} = {camera.b1:.3f}"
         for number, camera in enumerate(result.cameras, start=1)
         if 1 + camera.b1 < 0
     ]
-    if result.status != "converged" or not turned:
+    if result.status != "converged" or not reversed_x:
         return None
     return (
-        f"{', '.join(turned)} reverses x, as x (1 + b1) has the other sign: is x"
+        f"{', '.join(reversed_x)} reverses x, as x (1 + b1) has the other sign: is x"
         f" counted to the left, y downwards, or are the two exchanged? {AXES} Correct"
         " the image coordinates and adjust again: these K, P and b are not those of"
         " the lens."

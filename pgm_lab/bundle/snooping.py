@@ -85,7 +85,7 @@ def snoop(
 ) -> Snooping:
     """Find blunders: remove the ray with the largest residual, adjust, look again.
 
-    One ray at a time, because a blunder also spoils the residuals of good rays.
+    One ray at a time, because a blunder also distorts the residuals of good rays.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def snoop(
         if len(removed) == most:
             stopped = "limit of blunders reached"
             break
-        # The ray with the largest residual, and no other instead: it spoils the others
+        # The ray with the largest residual, no other instead: it distorts the others
         worst = int(np.argmax(np.abs(result.standardized).max(axis=1)))
 
         # Adjust again without it
@@ -164,7 +164,7 @@ def _needed(result: Bundle, row: int, alpha: float, defect: NetworkDefect) -> st
     large = np.abs(result.standardized).max(axis=1) > critical_value(result, alpha)
     return (
         f"point {point} in photo {photo} has the largest residual of {large.sum()}"
-        f" above the limit, but it cannot be spared: {defect}"
+        f" above the limit, but it cannot be removed: {defect}"
     )
 
 
@@ -194,7 +194,7 @@ def _reason_to_stop(result: Bundle, alpha: float) -> str | None:
         what = f"control point {result.network.point_names[point]}"
     return (
         f"{what} has the largest residual: correct it or leave it out first, since it"
-        " spoils those of good rays"
+        " distorts those of good rays"
     )
 
 

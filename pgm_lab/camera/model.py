@@ -11,6 +11,8 @@ moves the image by (dx, dy); x, y are reduced to the principal point, rho^2 = x^
 lens="backward" (Australis, Muliawan 2013): ideal = measured + d(measured)
 lens="forward" (JAICOV, OpenCV):            measured = ideal + d(ideal)
 In OpenCV y points down, and k_i = K_i c^(2i), p1 = -P2 c, p2 = P1 c.
+
+Arguments that are not as described raise ValueError.
 """
 
 from collections.abc import Collection, Sequence
@@ -21,7 +23,6 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.camera import imaging
-from pgm_lab.camera._lens import undistort
 
 PARAMETERS = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 BLOCKS = ("interior", "exterior", "point")
@@ -102,7 +103,7 @@ class Collinearity:
 
 
 def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarray:
-    """Measured image coordinates of object points.
+    """Measured image coordinates (..., 2) of object points, in mm, distortion included.
 
     Parameters
     ----------
@@ -112,15 +113,10 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     points : array_like (..., 3)
         Leading axes broadcast: (photos, 1, 6) and (n, 3) give (photos, n, 2).
 
-    Returns
-    -------
-    ndarray (..., 2)
-        (x, y) in mm in the photo frame: x right, y up, lens distortion included.
-
     Raises
     ------
     ValueError
-        If the input is wrong, a point is not in front, or the lens has no solution.
+        If a point is not in front, or the lens has no solution.
 
     References
     ----------
@@ -138,16 +134,16 @@ def project(camera: Camera, exterior: ArrayLike, points: ArrayLike) -> np.ndarra
     points = _validate.points(points, 3, "points")
     _validate.broadcast(exterior=exterior, points=points)
     rays, _ = imaging.ray(exterior, points)
-    message = (
+    _validate.refuse(
+        rays[..., 2] >= 0,
         "points{} are not in front of the camera, which looks along its -z: check the"
-        " exterior orientation (angles in radians), or leave these points out"
+        " exterior orientation (angles in radians), or leave these points out",
     )
-    _validate.refuse(rays[..., 2] >= 0, message)
     return measured(camera, imaging.perspective(camera.c, rays)[0])
 
 
 def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
-    """Take principal point and lens distortion off measured coordinates.
+    """Ideal coordinates (..., 2): measured ones without principal point and distortion.
 
     With the result (x, y) the ray of the point is (x, y, -c) in the camera's frame.
 
@@ -157,15 +153,10 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     measured : array_like (..., 2)
         Image coordinates as measured, in mm.
 
-    Returns
-    -------
-    ndarray (..., 2)
-        Ideal coordinates, reduced to the principal point, in mm.
-
     Raises
     ------
     ValueError
-        If the input is wrong or, for lens "forward", the lens has no solution.
+        For lens "forward", if the lens has no solution.
 
     References
     ----------
@@ -184,23 +175,15 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
 
 
 def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
-    """Add lens distortion and principal point: the inverse of `ideal`.
+    """Measured coordinates (..., 2) of ideal ones: the inverse of `ideal`.
+
+    For lens "backward" it may have no solution.
 
     Parameters
     ----------
     camera : Camera
     ideal : array_like (..., 2)
         Ideal coordinates, reduced to the principal point, in mm.
-
-    Returns
-    -------
-    ndarray (..., 2)
-        Image coordinates as measured, in mm.
-
-    Raises
-    ------
-    ValueError
-        As `ideal`, for lens "backward".
 
     Examples
     --------
@@ -228,8 +211,9 @@ def collinearity(
 
     lens "backward": v = p - (m + d(m)) with m = measured - (x0, y0);
     lens "forward": v = (x0, y0) + p + d(p) - measured;
-    p is the projected point and d the distortion. An iteration that may run away to
-    NaN calls `imaging.misclosure`, which does the same unchecked.
+    p is the projected point and d the distortion. An iteration that may diverge to NaN
+    calls `imaging.misclosure`, which does the same unchecked.
+    Points behind the camera are not refused: they have a negative depth.
 
     Parameters
     ----------
@@ -246,16 +230,6 @@ def collinearity(
         The derivatives wanted: "interior", "exterior", "point". Fewer are faster.
     lens : {"backward", "forward"}
         Lens direction of an array of interior parameters; a Camera has its own.
-
-    Returns
-    -------
-    Collinearity
-        Points behind the camera are not refused: they have a negative depth.
-
-    Raises
-    ------
-    ValueError
-        If a shape or a name in `wrt` is wrong, or a number is not finite.
 
     References
     ----------
@@ -286,7 +260,7 @@ def collinearity(
 
 
 def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
-    x, solved = undistort(camera.interior[3:], image)
+    x, solved = imaging.undistort(camera.interior[3:], image)
     _validate.refuse(
         ~solved,
         f"{name}{{}}: the lens displaces no point to here. So far from the principal"

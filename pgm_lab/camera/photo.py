@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, frames
-from pgm_lab.camera._lens import distortion, undistort
-from pgm_lab.camera.imaging import attitude
+from pgm_lab.camera.imaging import attitude, distortion, undistort
 from pgm_lab.camera.model import Camera, ideal, measured, project
 
 
@@ -37,8 +36,7 @@ class Photo:
     Raises
     ------
     ValueError
-        If a value is not what is described here, the image is in colour, or the part
-        does not lie inside the whole photo.
+        Also if the image is in colour, or the part not inside the whole photo.
 
     Examples
     --------
@@ -75,9 +73,13 @@ class Photo:
                 " Both are (column, row) of the whole photo; grey.shape is (rows,"
                 " columns)"
             )
-        own = {"grey": grey, "exterior": exterior, "pixel_size": pixel_size}
-        own |= {"image_size": size, "corner": (column, row)}
-        for name, value in own.items():
+        for name, value in (
+            ("grey", grey),
+            ("exterior", exterior),
+            ("pixel_size", pixel_size),
+            ("image_size", size),
+            ("corner", (column, row)),
+        ):
             object.__setattr__(self, name, value)
 
     @property
@@ -114,18 +116,14 @@ class Photo:
     def of_rays(self, directions: ArrayLike) -> np.ndarray:
         """Pixels (..., 2) of directions (..., 3) in object space: undoes `rays`.
 
-        Raises
-        ------
-        ValueError
-            If a direction does not lie in front of the camera.
+        A direction that does not lie in front of the camera is refused.
         """
         u = _validate.points(directions, 3, "directions") @ attitude(self.exterior).T
         _validate.refuse(
             u[..., 2] >= 0, "directions{} do not lie in front of the camera"
         )
-        return self.to_pixel(
-            measured(self.camera, -self.camera.c * u[..., :2] / u[..., 2:])
-        )
+        xy = -self.camera.c * u[..., :2] / u[..., 2:]
+        return self.to_pixel(measured(self.camera, xy))
 
     def seen_at(self, directions: ArrayLike) -> np.ndarray:
         """Pixels (..., 2) of directions (..., 3), as `of_rays`, that refuses none.

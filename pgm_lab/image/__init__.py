@@ -5,10 +5,15 @@ in float64. Points are (column, row) in pixels, integers at pixel centres.
 """
 
 from pgm_lab.image.centroid import Centroid, centroid
-from pgm_lab.image.grey import Statistics, equalize, gradient, histogram, statistics
-from pgm_lab.image.pyramid import pyramid
-from pgm_lab.image.resampling import resample
-from pgm_lab.image.window import cut
+from pgm_lab.image.grey import (
+    Statistics,
+    equalize,
+    gradient,
+    histogram,
+    pyramid,
+    statistics,
+)
+from pgm_lab.image.resampling import cut, resample
 
 __all__ = [
     "Centroid",

@@ -100,8 +100,14 @@ def centroid(
     >>> print(result.status)
     ok
     """
-    g = _windows(window)
-    ring = _ring(g.shape[-2:])
+    g = _validate.finite(window, "window")
+    if g.ndim < 2 or min(g.shape[-2:]) < 3:
+        raise ValueError(
+            "window must have shape (..., rows, columns) with at least 3 x 3 pixels;"
+            f" got shape {g.shape}"
+        )
+    ring = np.ones(g.shape[-2:], dtype=bool)  # the outermost pixels
+    ring[1:-1, 1:-1] = False
     threshold = _validate.number(threshold, "threshold")
     dark = _validate.flag(dark, "dark")
     if threshold < 0:
@@ -129,7 +135,8 @@ def centroid(
     status = np.where(_is_cut(g, ring), "border", np.where(flat, "flat", "ok"))
 
     total = np.where(status == "ok", total, np.nan)[..., None]
-    xy = _pixel_coordinates(g.shape[-2:])
+    rows, columns = np.indices(g.shape[-2:])
+    xy = np.stack([columns.ravel(), rows.ravel()]).astype(float)
     position = weight @ xy.T / total  # (M 2.15)
     lever = (xy - position[..., None]) * used[..., None, :]
     jacobian = lever / total[..., None]  # of the position by each grey value
@@ -138,29 +145,6 @@ def centroid(
         jacobian -= share * jacobian.sum(axis=-1, keepdims=True)
     covariance = jacobian @ jacobian.swapaxes(-1, -2) * noise[..., None, None] ** 2
     return Centroid(position, covariance, level, noise, status)
-
-
-def _windows(window: ArrayLike) -> np.ndarray:
-    g = _validate.finite(window, "window")
-    if g.ndim < 2 or min(g.shape[-2:]) < 3:
-        raise ValueError(
-            "window must have shape (..., rows, columns) with at least 3 x 3 pixels;"
-            f" got shape {g.shape}"
-        )
-    return g
-
-
-def _ring(shape: tuple[int, int]) -> np.ndarray:
-    """True for the outermost pixels of a window."""
-    ring = np.ones(shape, dtype=bool)
-    ring[1:-1, 1:-1] = False
-    return ring
-
-
-def _pixel_coordinates(shape: tuple[int, int]) -> np.ndarray:
-    """Columns and rows of all pixels, shape (2, pixels)."""
-    rows, columns = np.indices(shape)
-    return np.stack([columns.ravel(), rows.ravel()]).astype(float)
 
 
 def _one_each(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -201,11 +185,5 @@ def _is_cut(g: np.ndarray, ring: np.ndarray) -> np.ndarray:
     """
     outlying = np.abs(g - np.median(g[..., ring], axis=-1)[..., None, None])
     highest = outlying[..., ring].max(axis=-1)
-    beyond_noise = highest > 6 * _robust_spread(g[..., ring])
-    return beyond_noise & (highest > outlying.max(axis=(-2, -1)) / 4)
-
-
-def _robust_spread(values: np.ndarray) -> np.ndarray:
-    """Standard deviation from the median deviation, along the last axis."""
-    middle = np.median(values, axis=-1)[..., None]
-    return 1.4826 * np.median(np.abs(values - middle), axis=-1)
+    noise = scipy.stats.median_abs_deviation(g[..., ring], axis=-1, scale="normal")
+    return (highest > 6 * noise) & (highest > outlying.max(axis=(-2, -1)) / 4)

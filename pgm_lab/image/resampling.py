@@ -1,4 +1,4 @@
-"""Grey values between the pixels."""
+"""Windows of an image, and grey values between the pixels."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,51 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 
-_CHUNK = 1 << 14  # points at a time: what is computed of them stays in the cache
+CHUNK = 2**14  # points at a time: what is computed of them stays in the cache
+
+
+def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
+    """Square window around a pixel.
+
+    Parameters
+    ----------
+    image : ndarray (rows, columns)
+    centre : array_like (2,)
+        (column, row); the window lies around the nearest whole pixel.
+    size : int
+        Odd width of the window.
+
+    Returns
+    -------
+    ndarray (size, size)
+        A view of the image.
+
+    Raises
+    ------
+    ValueError
+        If the size is even, the window leaves the image, or a grey value in it is NaN.
+
+    Examples
+    --------
+    >>> cut(np.arange(20).reshape(4, 5), (2, 1), 3)
+    array([[ 1,  2,  3],
+           [ 6,  7,  8],
+           [11, 12, 13]])
+    """
+    image = _validate.grey_image(image)
+    size = _validate.window(size, "size", 1)
+    centre = _validate.one_point(centre, 2, "centre")
+    far = max(np.shape(image)) + size  # outside as any place beyond
+    column, row = np.floor(np.clip(centre, -far, far) + 0.5).astype(int)
+    top, left = row - size // 2, column - size // 2
+    window = image[max(top, 0) : top + size, max(left, 0) : left + size]
+    if window.shape != (size, size):
+        raise ValueError(
+            f"a window of {size} x {size} around (column, row) ({column}, {row}) leaves"
+            f" the image of {image.shape} (rows, columns); take a smaller one"
+        )
+    _validate.finite(window, "image, in the window,")  # the rest of it may be large
+    return np.asarray(window)
 
 
 def resample(
@@ -93,7 +137,7 @@ def resample(
             image, yx, order=_ORDERS[method], mode="mirror"
         )
     else:
-        pieces = max(1, x.size // _CHUNK)
+        pieces = max(1, x.size // CHUNK)
         parts = zip(*(np.array_split(c.ravel(), pieces) for c in (x, y)), strict=True)
         weights = _WEIGHTS[method]
         grey = np.concatenate([_weighted_sum(image, u, v, weights) for u, v in parts])
@@ -115,10 +159,10 @@ def _weighted_sum(
     rows, columns = image.shape
     column, along_columns = weights(x)
     row, along_rows = weights(y)
-    across = [_mirrored(column + i, columns) for i in range(len(along_columns))]
+    across = [mirrored(column + i, columns) for i in range(len(along_columns))]
     grey = np.zeros(x.shape)
     for j, weight in enumerate(along_rows):
-        line = _mirrored(row + j, rows) * columns
+        line = mirrored(row + j, rows) * columns
         part = sum(
             w * image.take(line + i) for w, i in zip(along_columns, across, strict=True)
         )
@@ -126,9 +170,17 @@ def _weighted_sum(
     return grey
 
 
-def _mirrored(index: np.ndarray, n: int) -> np.ndarray:
-    """Pixels -1 and n are the neighbours 1 and n - 2 in the mirror."""
-    return n - 1 - np.abs(n - 1 - np.abs(index))
+def mirrored(index: np.ndarray, n: int) -> np.ndarray:
+    """Indices of a row of n pixels that goes on as in a mirror at both ends.
+
+    The outermost pixels are not repeated: -1 is 1, and n is n - 2.
+    """
+    if n == 1:
+        return np.zeros_like(index)
+    while True:
+        index = n - 1 - np.abs(n - 1 - np.abs(index))
+        if not index.size or index.min() >= 0:
+            return index
 
 
 def _nearest(x: np.ndarray) -> tuple[np.ndarray, list]:

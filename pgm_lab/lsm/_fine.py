@@ -4,15 +4,13 @@ The error of a cubic spline grows with the fourth power of the frequency. On a g
 half pixels every frequency is half as high, so it is a sixteenth; a windowed sinc, good
 to 0.42 cycles a pixel, finds the grey values between the pixels. Both steps are linear
 and the same everywhere: together they are two short filters.
-
-Nothing here is checked: that is done in `matching` and `rigorous`.
 """
 
 import cv2
 import numpy as np
 import scipy
 
-REACH = 8  # pixels to each side that a coefficient rests on
+RADIUS = 8  # pixels to each side that a coefficient rests on
 WINDOW = 7.0  # shape of the Kaiser window over the sinc
 BORDER = cv2.BORDER_REFLECT_101
 
@@ -32,13 +30,13 @@ def coefficients(image: np.ndarray) -> np.ndarray:
 
 
 def inner_coefficients(parts: np.ndarray) -> np.ndarray:
-    """Coefficients for all but `REACH` pixels at each edge of parts (m, size, size).
+    """Coefficients for all but `RADIUS` pixels at each edge of parts (m, size, size).
 
     For many small images products with a matrix are the quickest filters. What rests on
     a NaN is one.
     """
     size = parts.shape[1]
-    inner = np.arange(size - 2 * REACH)
+    inner = np.arange(size - 2 * RADIUS)
     K = np.zeros((2 * len(inner), size), np.float32)
     for half, kernel in enumerate(KERNELS):
         for i, weight in enumerate(kernel):
@@ -106,15 +104,15 @@ def _filter(image: np.ndarray, kernel: np.ndarray) -> np.ndarray:
 
 def _kernels() -> tuple[np.ndarray, np.ndarray]:
     """Filters for the coefficients on the pixels, and on the halves after them."""
-    halves = np.arange(-REACH, REACH) + 0.5
-    sinc = np.sinc(halves) * np.i0(WINDOW * np.sqrt(1 - (halves / REACH) ** 2))
-    doubled = np.zeros(4 * REACH + 1)
-    doubled[2 * REACH] = 1
+    halves = np.arange(-RADIUS, RADIUS) + 0.5
+    sinc = np.sinc(halves) * np.i0(WINDOW * np.sqrt(1 - (halves / RADIUS) ** 2))
+    doubled = np.zeros(4 * RADIUS + 1)
+    doubled[2 * RADIUS] = 1
     doubled[1::2] = sinc / sinc.sum()
     spline = scipy.ndimage.spline_filter1d(np.pad(doubled, 40), 3, mode="mirror")
     middle = len(spline) // 2
-    on = spline[middle - 2 * REACH : middle + 2 * REACH + 1 : 2]
-    between = spline[middle - 2 * REACH + 1 : middle + 2 * REACH : 2]
+    on = spline[middle - 2 * RADIUS : middle + 2 * RADIUS + 1 : 2]
+    between = spline[middle - 2 * RADIUS + 1 : middle + 2 * RADIUS : 2]
     return on / on.sum(), between / between.sum()
 
 
@@ -127,18 +125,18 @@ def _derivative() -> np.ndarray:
     impulse[16] = 1
     spline = scipy.ndimage.spline_filter1d(impulse, 5, mode="mirror")
     response = np.convolve(spline, np.array([1, 10, 0, -10, -1]) / 24, mode="same")
-    return response[16 - REACH : 17 + REACH][::-1].copy()
+    return response[16 - RADIUS : 17 + RADIUS][::-1].copy()
 
 
 def _gain(steps: int = 32) -> np.ndarray:
     """Sum of the squared weights of the pixels at 0, 1/steps, ..., 1 px after one."""
-    n = 4 * REACH + 1
+    n = 4 * RADIUS + 1
     impulse = np.zeros((1, n))
     impulse[0, n // 2] = 1
     spline = np.zeros(2 * n)
     spline[0::2] = _filter(impulse, KERNELS[0][None])[0]
     spline[1::2] = _filter(impulse, KERNELS[1][None])[0]
-    x = np.arange(REACH, n - REACH - 1)[:, None] + np.linspace(0, 1, steps + 1)
+    x = np.arange(RADIUS, n - RADIUS - 1)[:, None] + np.linspace(0, 1, steps + 1)
     weights = scipy.ndimage.map_coordinates(spline, [2 * x], order=3, prefilter=False)
     return (weights**2).sum(axis=0)
 

@@ -1,30 +1,38 @@
 """The iteration of least squares matching, for some points at a time.
 
-Nothing here is checked: that is done in `matching`.
+Parts of the right image around the points are cut out once and resampled in each
+iteration: quickly at first, then by the spline of `_fine`. What fails is tried again
+from where blurred images take it.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
+from pgm_lab.image.resampling import mirrored
 from pgm_lab.lsm import _fine, _normal_equations
-from pgm_lab.lsm._search import AROUND, LARGEST, METHODS, Parts, blurred, cut, margin
+from pgm_lab.lsm._normal_equations import put, take
 
+STATUS = "<U40"
 CHUNK = 128  # points at a time, or more if their windows have so many pixels in all:
 PIXELS = CHUNK * 21**2  # then they stay in the cache
-STRETCH = 3  # half windows that a corner may lie from the middle along x or y
-STATUS = "<U40"
-UNDETERMINED = "position not determined"
+MAX_REMAP = 32_766  # px, what cv2.remap can address
+SPLINE = -1  # besides OpenCV's names
+METHODS = cv2.INTER_LINEAR, cv2.INTER_LANCZOS4, SPLINE  # from rough to fine
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
-FAILED = -1
+AROUND = _fine.RADIUS + 1  # px to each side that the spline, and all others, rest on
 PATIENCE = 4  # iterations before the derivatives of both windows are used
 SLACK = 1.0  # px a window may move before its part is cut anew; then twice as much
+MAX_STRETCH = 3  # half windows that a corner may lie from the middle along x or y
 BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
-BLURRED = 0.3  # px, where the blurred images have done their part
+BLURRED_TOLERANCE = 0.3  # px, where the blurred images have done their part
+FAILED = -1
 # What a start from blurred images may mend
-LOST = (
-    *("diverged", "too many iterations", "below threshold"),
+RETRIED = (
+    *("diverged", "not converged", "below threshold"),
     *("window leaves the image", "no data in the window"),
 )
 
@@ -61,20 +69,11 @@ class Found:
     iterations: np.ndarray
     status: np.ndarray
 
-    def part(self, k: np.ndarray) -> "Found":
-        """Take the points k."""
-        return Found(*(values[k] for values in vars(self).values()))
-
-    def put(self, k: np.ndarray, other: "Found") -> None:
-        """Overwrite the points k."""
-        for name, values in vars(other).items():
-            getattr(self, name)[k] = values
-
 
 def at_once(half: int) -> int:
     """Points whose windows OpenCV can address in one array, and the cache can hold."""
-    size = 2 * ((STRETCH + 1) * half + AROUND + margin(BLUR) + 2) + 1
-    return max(1, min(max(CHUNK, PIXELS // (2 * half + 1) ** 2), LARGEST // size))
+    size = 2 * ((MAX_STRETCH + 1) * half + AROUND + margin(BLUR) + 2) + 1
+    return max(1, min(max(CHUNK, PIXELS // (2 * half + 1) ** 2), MAX_REMAP // size))
 
 
 def find(
@@ -86,7 +85,7 @@ def find(
     there the texture is longer, and draws a window in from farther away.
     """
     found = attempt(left, right, pixels, T, s)
-    k = np.flatnonzero(np.isin(found.status, LOST))
+    k = np.flatnonzero(np.isin(found.status, RETRIED))
     if not len(k):
         return found
     start, arrived, n = from_afar(left, right, pixels[k], T[k], s)
@@ -97,7 +96,7 @@ def find(
     again = attempt(left, right, pixels[k], start, s)
     again.iterations[:] += found.iterations[k]
     better = again.status == "accepted"
-    found.put(k[better], again.part(better))
+    put(found, k[better], take(again, np.flatnonzero(better)))
     return found
 
 
@@ -111,7 +110,7 @@ def attempt(
         template, right, means[:, 1], T, s, list(goals), status, s.smooth
     )
     good = np.flatnonzero(status == "accepted")
-    template, last = template.part(good), last.part(good)
+    template, last = take(template, good), take(last, good)
     Q, sigma0, worth, singular = _normal_equations.precision(
         template, T[good], last, s.noise, s.correlated, s.smooth
     )
@@ -123,7 +122,7 @@ def attempt(
     worth = np.minimum(worth, most)
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
-    status[good[singular]] = UNDETERMINED
+    status[good[singular]] = "position not determined"
     # Grey values that are all the same have no correlation: nothing was matched
     status[good[np.isnan(r)]] = "flat window"
 
@@ -142,7 +141,7 @@ def from_afar(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Transformations (m, 2, 3) from blurred images, if they arrived, iterations."""
     template, means, _, status = _windows(left, right, pixels, T, s, BLUR)
-    goals = [(cv2.INTER_LINEAR, BLURRED)]
+    goals = [(cv2.INTER_LINEAR, BLURRED_TOLERANCE)]
     T, _, iterations = _iterate(template, right, means[:, 1], T, s, goals, status, BLUR)
     return T, status == "accepted", iterations
 
@@ -159,9 +158,9 @@ def _windows(
 
     That is the means (m, 2) of both windows (counted from them, grey values keep more
     digits), how many pixels have texture, and a status, which is that of a template
-    that cannot be matched; "too many iterations" of all others, for now.
+    that cannot be matched; "not converged" of all others, for now.
     """
-    grey = cut(left, pixels, s.half + _fine.REACH + margin(blur))
+    grey = cut(left, pixels, s.half + _fine.RADIUS + margin(blur))
     means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
     no_data = np.isnan(means[:, 0])
     if s.radiometric:
@@ -175,8 +174,8 @@ def _windows(
     template = _normal_equations.templates(
         stack, _fine.gradient(stack), middle, s.half, s.radiometric
     )
-    status = np.full(m, "too many iterations", dtype=STATUS)
-    status[template.singular] = UNDETERMINED
+    status = np.full(m, "not converged", dtype=STATUS)
+    status[template.singular] = "position not determined"
     textured = _textured(template.rows[:, -1].reshape(m, 2 * s.half + 1, -1))
     few = textured < 2 * (8 if s.radiometric else 6)
     status[template.flat | few] = "flat template"
@@ -230,18 +229,18 @@ def _iterate(
     iterations = np.zeros(len(T), int)
     last = _normal_equations.Solution.blank(template)
 
-    usable = status == "too many iterations"
+    usable = status == "not converged"
     level = np.where(usable, 0, FAILED)  # goals that a point has reached
 
     def step(parts: Parts, k: np.ndarray, method: int, goal: float) -> None:
         """Iterate the points k once."""
         B = parts.at(T[k] @ grid, k, method)
-        found = _normal_equations.solve(template.part(k), B)
-        last.put(k, found)
+        found = _normal_equations.solve(take(template, k), B)
+        put(last, k, found)
         q, slow = found.q, iterations[k] >= PATIENCE
         if slow.any():
             q[slow] = _normal_equations.step_of_both(
-                template.part(k[slow]), B[slow], found.h[slow, 1]
+                take(template, k[slow]), B[slow], found.h[slow, 1]
             )
         dT = T[k][:, :, 1:] @ q
         T[k] += dT
@@ -291,4 +290,110 @@ def _lost(T: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
     area = T[:, 0, 1] * T[:, 1, 2] - T[:, 0, 2] * T[:, 1, 1]
     near = np.all(np.abs(T[:, :, 0] - start) <= half, axis=1)
     reach = np.abs(T[:, :, 1:]).sum(axis=2).max(axis=1)
-    return ~(near & (area > 1 / 4) & (area < 4) & (reach < STRETCH))
+    return ~(near & (area > 1 / 4) & (area < 4) & (reach < MAX_STRETCH))
+
+
+# --- Parts of the right image, ready to be resampled ---
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The image around m windows, cut once for all methods of resampling.
+
+    `grey` (m, size, size) holds grey values in single precision; `corner` (n, 2) is the
+    top left pixel of a part in the image, `place` (n,) its index, by the point.
+    """
+
+    grey: np.ndarray
+    corner: np.ndarray
+    place: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        image: np.ndarray,
+        means: np.ndarray,
+        T: np.ndarray,
+        k: np.ndarray,
+        reach: float,
+        blur: float = 0.0,
+    ) -> "Parts":
+        """Prepare the windows k of T (m, 2, 3), as far as `reach`, less their means."""
+        pixels = np.rint(T[k, :, 0]).astype(int)
+        beside = int(np.ceil(reach + 0.5)) + AROUND + margin(blur)
+        size = 2 * beside + 1
+        grey = cut(image, pixels, beside)
+        grey -= means[k, None, None]
+        grey = blurred(grey.astype(np.float32).reshape(-1, size), blur)
+        corner, place = np.zeros((len(T), 2)), np.zeros(len(T))
+        corner[k], place[k] = pixels - beside, np.arange(len(k))
+        return cls(grey.reshape(-1, size, size), corner, place)
+
+    @cached_property
+    def fine(self) -> np.ndarray:
+        """Coefficients of splines through the grey values."""
+        return _fine.inner_coefficients(self.grey)
+
+    def at(self, X: np.ndarray, k: np.ndarray, method: int) -> np.ndarray:
+        """Grey values at X (j, 2, pixels) of the windows k (j,).
+
+        The spline is good to a thousandth of the contrast; the others are quick, and
+        OpenCV 4 rounds X to 1/32 px for them. The parts stand below each other.
+        """
+        x, y = np.moveaxis(X - self.corner[k, :, None], 1, 0)
+        size = self.grey.shape[1]
+        place = self.place[k, None]
+        if method == SPLINE:
+            inner = size - 2 * _fine.RADIUS
+            y = y - _fine.RADIUS + place * inner
+            fine = self.fine.reshape(-1, 2 * inner)
+            return _fine.sample(fine, x - _fine.RADIUS, y)
+        y += place * size
+        x, y = x.astype(np.float32), y.astype(np.float32)
+        return cv2.remap(self.grey.reshape(-1, size), x, y, method).astype(float)
+
+
+def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
+    """Parts (m, size, size) of an image, as far to each side of the pixels (m, 2).
+
+    Beyond its edge the image is mirrored, as the filters of `_fine` do. Pixels that are
+    masked, NaN or infinite become NaN: what rests on them is NaN too.
+    """
+    size, shape = 2 * reach + 1, np.array(image.shape[::-1])
+    found = np.empty((len(pixels), size, size))
+    grey, mask = np.ma.getdata(image), np.ma.getmask(image)
+    inside = np.all((pixels >= reach) & (pixels + reach < shape), axis=1)
+    column, row = pixels[inside].T - reach
+    beside = np.arange(-reach, reach + 1)
+    columns, rows = (
+        mirrored(pixels[~inside, axis, None] + beside, n)
+        for axis, n in enumerate(shape)
+    )
+    beyond = rows[:, :, None], columns[:, None, :]
+
+    def parts(values: np.ndarray, into: np.ndarray) -> None:
+        if inside.any():
+            into[inside] = sliding_window_view(values, (size, size))[row, column]
+        if not inside.all():
+            into[~inside] = values[beyond]
+
+    with np.errstate(over="ignore"):  # of long doubles: infinity says it
+        parts(grey, found)
+    if grey.dtype.kind == "f":
+        found[~np.isfinite(found)] = np.nan
+    if mask is not np.ma.nomask:
+        masked = np.empty(found.shape, bool)
+        parts(np.asarray(mask), masked)
+        found[masked] = np.nan
+    return found
+
+
+def margin(blur: float) -> int:
+    """Pixels to each side that a blurred grey value rests on."""
+    return int(np.ceil(3 * blur))
+
+
+def blurred(grey: np.ndarray, blur: float) -> np.ndarray:
+    """Grey values under a Gaussian of standard deviation `blur`; as they are if 0."""
+    size = 2 * margin(blur) + 1
+    return cv2.GaussianBlur(grey, (size, size), blur) if blur else grey

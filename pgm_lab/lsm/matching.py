@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.lsm import _iteration
-from pgm_lab.lsm._search import transformations
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Match:
         window" (the same); "flat template" (or so saturated that fewer than twice as
         many pixels as parameters are left); "flat window"; "position not determined"
         (lines that all run one way); "diverged" (moved by more than half a window or
-        took an impossible shape); "too many iterations"; "below threshold" (it
+        took an impossible shape); "not converged"; "below threshold" (it
         converged, but to something else).
     """
 
@@ -97,7 +96,7 @@ def match(
     Where the left window is sharper than the right one, or both are aliased, the left
     derivatives overrate what a step changes, and the iteration creeps or circles: from
     the fifth iteration on the mean of the derivatives of both windows is used. What
-    has not come to rest then is tried again from where images blurred by three pixels
+    has not converged then is tried again from where images blurred by three pixels
     take it.
 
     Parameters
@@ -197,13 +196,15 @@ def match(
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
     # Far outside is outside; larger numbers do not fit whole pixels
     pixels = np.rint(np.clip(points, -1, max(left.shape))).astype(int)
-    T = transformations(start, shape)
-    status = np.full(n, "too many iterations", dtype=_iteration.STATUS)
+    T = np.zeros((n, 2, 3))
+    T[:, :, 0] = start
+    T[:, :, 1:] = _validate.window_shapes(shape, n)
+    status = np.full(n, "not converged", dtype=_iteration.STATUS)
     status[_iteration.outside(T, half, right.shape)] = "window leaves the image"
     windows = np.zeros_like(T) + np.eye(2, 3, 1)
     windows[..., 0] = pixels
     status[_iteration.outside(windows, half, left.shape)] = "template leaves the image"
-    usable = np.flatnonzero(status == "too many iterations")
+    usable = np.flatnonzero(status == "not converged")
     u = 8 if radiometric else 6
     parameters, covariance = np.full((n, 8), np.nan), np.full((n, 8, 8), np.nan)
     sigma0, effective_pixels, r = np.full((3, n), np.nan)

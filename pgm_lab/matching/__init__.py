@@ -1,11 +1,11 @@
-"""Two photos of a user, matched from one door: starts, correlation, least squares."""
+"""Match two of your own photos with one call: starts, correlation, least squares."""
 
+from pgm_lab._statuses import STATUSES
+from pgm_lab.io.photo import read
 from pgm_lab.matching._quality import RECOMMENDED as RECOMMENDED_QUALITY
 from pgm_lab.matching._quality import quality
 from pgm_lab.matching.interest import pick
-from pgm_lab.matching.pair import match
-from pgm_lab.matching.photo import read
-from pgm_lab.matching.result import STATUSES, Match
+from pgm_lab.matching.pair import Match, match
 
 __all__ = [
     "RECOMMENDED_QUALITY",

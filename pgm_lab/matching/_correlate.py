@@ -1,14 +1,21 @@
-"""Correlation of windows that are turned and scaled against each other."""
+"""Correlation of windows that are rotated and scaled against each other.
+
+The right photo is resampled around each start, as the left one sees it: parts of a
+canvas, one below the other, in which `ncc.match` finds the points.
+"""
 
 from typing import Any
 
+import cv2
 import numpy as np
 
 from pgm_lab import ncc
-from pgm_lab.matching._canvas import canvas
 
-AT_ONCE = 4_000_000  # pixels of a canvas: its memory does not grow with the points
+MAX_CANVAS = 4_000_000  # pixels: its memory does not grow with the points
 RIM = 2  # pixels of a part beyond what is searched, which refinement looks at
+# Pixels of the right photo for one of the left: from where on they are smoothed, and
+# from where on no more
+MIN_SMOOTHED, MAX_SMOOTHED = 1.2, 10.0
 
 
 def correlate(
@@ -22,7 +29,7 @@ def correlate(
     lines: np.ndarray | None = None,
     **limits: Any,
 ) -> ncc.Match:
-    """Find points by `ncc.match` in a right photo that is turned as the left one is.
+    """Find points by `ncc.match` in a right photo resampled as the left one sees it.
 
     `start` (n, 2), `shape` (n, 2, 2) and `lines` (n, 3) belong to the right photo, and
     so do the positions that are found; `search`, and what the limits count in pixels,
@@ -32,7 +39,7 @@ def correlate(
         return ncc.match(left, right, points, start, template, search, **limits)
     if lines is not None:
         lines, start = _on_lines(lines, start)
-    chunk = max(1, AT_ONCE // search**2)
+    chunk = max(1, MAX_CANVAS // search**2)
     parts = [
         _of_canvas(
             *(left, right, points[k], start[k], shape[k], template, search),
@@ -91,3 +98,56 @@ def _of_canvas(
         covariance=shape @ found.covariance @ np.swapaxes(shape, 1, 2),
         status=status,
     )
+
+
+# --- The canvas ---
+
+
+def canvas(
+    image: np.ndarray, start: np.ndarray, shape: np.ndarray, size: int
+) -> np.ndarray:
+    """Square parts (n size, size) of an image, rotated and scaled, one below another.
+
+    `start` (n, 2) are their middles, `shape` (n, 2, 2) leads from an offset in the
+    canvas to one in the image, `size` is odd. NaN where the image has no grey values.
+    """
+    half = size // 2
+    offset = np.arange(-half, half + 1)
+    v, u = np.meshgrid(offset, offset, indexing="ij")
+    parts = np.full((len(start), size, size), np.nan, np.float32)
+    reach = half * np.abs(shape).sum(axis=2) + 2  # of the corners, (n, 2)
+    first = np.floor(np.clip(start - reach, 0, image.shape[::-1])).astype(int)
+    end = np.ceil(np.clip(start + reach + 1, 0, image.shape[::-1])).astype(int)
+    for i, (a, b) in enumerate(shape):
+        (left, top), (right, bottom) = first[i], end[i]
+        if min(right - left, bottom - top) < 2:
+            continue
+        part = _smoothed(_floats(image[top:bottom, left:right]), shape[i])
+        x = start[i, 0] - left + a[0] * u + a[1] * v
+        y = start[i, 1] - top + b[0] * u + b[1] * v
+        parts[i] = cv2.remap(
+            part,
+            x.astype(np.float32),
+            y.astype(np.float32),
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=float("nan"),
+        )
+    return parts.reshape(-1, size)
+
+
+def _floats(part: np.ndarray) -> np.ndarray:
+    """Grey values in single precision, NaN where masked."""
+    values = np.ma.getdata(part).astype(np.float32)
+    mask = np.ma.getmask(part)
+    if np.any(mask):
+        values[mask] = np.nan
+    return values
+
+
+def _smoothed(part: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """The part without detail too fine for the left photo."""
+    scale = min(np.sqrt(abs(np.linalg.det(shape))), MAX_SMOOTHED)
+    if scale < MIN_SMOOTHED:
+        return part
+    return cv2.GaussianBlur(part, (0, 0), 0.5 * np.sqrt(scale**2 - 1))

@@ -1,23 +1,127 @@
-"""Two photos in, conjugate points out: starts, correlation, least squares."""
+"""Match two of your own photos with one call."""
+
+import os
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
-from pgm_lab.matching import _features, _pyramid
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _numbers
+from pgm_lab.io.photo import Photo, read
+from pgm_lab.matching import _starts
 from pgm_lab.matching._correlate import correlate
-from pgm_lab.matching._field import Field
 from pgm_lab.matching._quality import RECOMMENDED, quality
 from pgm_lab.matching.interest import pick
-from pgm_lab.matching.photo import Photo, read
-from pgm_lab.matching.result import Match
 
-STARTS = {"features": _features.field, "pyramid": _pyramid.field}
+STARTS = {"features": _starts.from_features, "pyramid": _starts.from_pyramids}
+COLUMNS = (
+    *("point", "left column", "left row", "right column", "right row"),
+    *("variance column", "covariance", "variance row", "r", "quality", "status"),
+)
 SMALLEST = 5  # px across a template
-LARGEST = 10.0  # scale from left to right
-ALIKE = 0.5  # correlation of windows that are turned nearly as they should be
-MOVED = 3.0  # px: farther from where correlation was best is another place
+MAX_SCALE = 10.0  # from left to right
+COARSE_THRESHOLD = 0.5  # of the correlation of windows whose shapes are about known
+MAX_MOVE = 3.0  # px: farther from where correlation was best is another place
 LATTICE = 64  # places along a photo where it is asked whether the other one shows them
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """Result of `match` for n points.
+
+    Attributes
+    ----------
+    chosen : ndarray (n, 2)
+        Points in the left photo, (column, row) in pixels: as given, or as picked.
+    points : ndarray (n, 2)
+        Points in the right photo; NaN unless accepted.
+    covariance : ndarray (n, 2, 2)
+        Their covariance in square pixels; NaN unless accepted.
+    shape : ndarray (n, 2, 2)
+        ((a1, a2), (b1, b2)): how the window is rotated, scaled and sheared from left to
+        right; NaN unless accepted.
+    r : ndarray (n,)
+        Correlation coefficient of the two windows; NaN where nothing was compared.
+    quality : ndarray (n,)
+        Between 0 and 1, see `match`; NaN unless accepted, or "parts disagree".
+    status : ndarray (n,) of str
+        "accepted", or what went wrong first: the words of `STATUSES`.
+    left_size, right_size : (int, int)
+        Columns and rows of the photos in pixels.
+    """
+
+    chosen: np.ndarray
+    points: np.ndarray
+    covariance: np.ndarray
+    shape: np.ndarray
+    r: np.ndarray
+    quality: np.ndarray
+    status: np.ndarray
+    left_size: tuple[int, int]
+    right_size: tuple[int, int]
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Whether the status is "accepted": ndarray (n,) of bool."""
+        return self.status == "accepted"
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviation of a coordinate in pixels: ndarray (n,).
+
+        The root of the mean variance of column and row; NaN unless accepted.
+        """
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
+    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
+        """Save all points as a table, with what became of each.
+
+        For the bundle, `observations.from_matches` turns matches into observations,
+        which can be saved too.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of comma-separated values (CSV): the number of the point from 0, its
+            positions in pixels, the covariance of the right one in square pixels, r,
+            quality and status. What a point has not is left empty.
+        overwrite : bool
+            Whether a file of this name may be replaced.
+
+        Raises
+        ------
+        FileExistsError
+            If the file is there already.
+        OSError
+            If it cannot be written; an old one stays.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from pgm_lab import matching, simulate
+        >>> pair = simulate.texture_pair(
+        ...     simulate.texture(seed=1), (120, 160), (3.5, 1, 0, -2.25, 0, 1)
+        ... )
+        >>> found = matching.match(*pair, [(60, 50), (4, 4)], start=[(64, 48), (7, 2)])
+        >>> with TemporaryDirectory() as folder:
+        ...     found.save(f"{folder}/found.csv")
+        ...     with open(f"{folder}/found.csv") as file:
+        ...         print(file.read().splitlines()[-1])
+        1,4.0,4.0,,,,,,,,template leaves the image
+        """
+        overwrite = _validate.flag(overwrite, "overwrite")
+        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
+        C = self.covariance
+        numbers = np.column_stack(
+            [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
+             self.quality]
+        )  # fmt: skip
+        return _numbers.written(COLUMNS, numbers, self.status)
 
 
 def match(
@@ -38,7 +142,7 @@ def match(
 ) -> Match:
     """Find points of the left photo in the right one, to a small part of a pixel.
 
-    Features that look the same tell where each point lies and how its window is turned
+    Features that look the same tell where each point lies and how its window is rotated
     and scaled; correlation finds it there to a pixel, least squares matching exactly.
 
     Parameters
@@ -54,11 +158,11 @@ def match(
         Pixels across the window of the left photo, odd, at least 5.
     start : {"features", "pyramid"} or array_like (n, 2)
         Where to search in the right photo. "features": where features of SIFT say,
-        under any turn and change of scale. "pyramid": by correlation from coarse to
+        under any rotation and change of scale. "pyramid": by correlation from coarse to
         fine, for photos that differ by a shift and little else. Or the positions.
     shape : array_like (2, 2) or (n, 2, 2), optional
-        With positions: ((a1, a2), (b1, b2)), how the windows are turned and scaled from
-        left to right; the identity when missing.
+        With positions: ((a1, a2), (b1, b2)), how the windows are rotated and scaled
+        from left to right; the identity when missing.
     search : int
         Pixels across the search window, odd, at least template + 2, counted in the left
         photo. Only along the epipolar line where the features tell one.
@@ -145,7 +249,7 @@ def match(
         shapes = _shapes(shape, len(points))
     coarse = correlate(
         left, right, points, where, shapes, template, search, lines,
-        threshold=min(threshold, ALIKE), ratio=ratio, back=back, **near,
+        threshold=min(threshold, COARSE_THRESHOLD), ratio=ratio, back=back, **near,
     )  # fmt: skip
     k = np.flatnonzero(coarse.accepted)
     fine = lsm.match(
@@ -172,16 +276,22 @@ def _share(value: float, name: str) -> float:
 def _shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
     """Shapes (n, 2, 2), the same for all if one is given."""
     shapes = _validate.window_shapes(shape, n)
-    if np.any(np.abs(shapes) > LARGEST) or np.any(np.abs(np.linalg.det(shapes)) < 1e-2):
+    if np.any(np.abs(shapes) > MAX_SCALE) or np.any(
+        np.abs(np.linalg.det(shapes)) < 1e-2
+    ):
         raise ValueError(
-            f"shape must scale by 0.1 to {LARGEST:g}, and not to a line; got"
+            f"shape must scale by 0.1 to {MAX_SCALE:g}, and not to a line; got"
             f" {shapes[0].tolist()}"
         )
     return shapes
 
 
 def _picked(
-    left: np.ndarray, right: np.ndarray, field: Field, number: int, template: int
+    left: np.ndarray,
+    right: np.ndarray,
+    field: _starts.Field,
+    number: int,
+    template: int,
 ) -> np.ndarray:
     """Points with texture in what both photos show."""
     rows, columns = left.shape
@@ -226,7 +336,7 @@ def _put_together(
     scale = np.sqrt(
         np.abs(shape[:, 0, 0] * shape[:, 1, 1] - shape[:, 0, 1] * shape[:, 1, 0])
     )
-    status[moved > MOVED * np.maximum(scale, 1)] = "diverged"
+    status[moved > MAX_MOVE * np.maximum(scale, 1)] = "diverged"
     q[status != "accepted"] = np.nan
     status[q < least_quality] = "parts disagree"
     for values in (found, covariance, shape):

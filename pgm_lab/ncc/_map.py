@@ -1,38 +1,22 @@
 """The correlation of a template with every position of a search window.
 
-The covariances by the Fourier transform, the variances by running sums, in double
-precision; the few positions where even that is not enough by the definition. Small maps
-of 8 bit grey values from sums in whole numbers, which are exact.
+Products by the Fourier transform, sums by running sums, in double precision; windows
+too faint for that by definition.
 """
-
-import math
 
 import cv2
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numpy.lib.stride_tricks import as_strided, sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.ncc._sums import (
-    CHUNK,
-    centred,
-    covariance,
-    covariances,
-    flat_at,
-    means,
-    spectrum,
-    window_sums,
-    work,
-)
 
-# A window with this much less energy than all that is summed up with it is doubtful
-# even in double precision: of its 16 digits the variance has lost 8
+# Of the 16 digits of a variance, a window with so much less energy than all that is
+# summed up with it has lost 8
 FAINT = 1e-8
-LARGE = 2**15  # grey values of a search window, above which blocks are quicker
-SMALL = 2**14  # up to which whole sums are
-BLOCK = 160  # rows and columns of a block
-TINY = 2**10  # grey values of a search window, up to which calls cost more than work
-AT_ONCE = 256  # such windows at a time
+CHUNK = 2**17  # grey values that are transformed at a time: what a cache holds
+LARGE = 2**15  # grey values of a search window that is searched tile by tile
+TILE = 160  # rows and columns of a tile, or four templates
 
 
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
@@ -42,9 +26,8 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     values with a large offset and little contrast, for a faint window beside a bright
     pixel, and at the limits of the number types.
     (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Fifty search
-    windows of 51 pixels in one call take 1.0 to 1.3 times as long as with OpenCV. One
-    map of 8 bit takes 0.9 to 2.5 times as long, a very small one three times, since the
-    calls alone take 40 microseconds: collect small ones.
+    windows of 51 pixels in one call take 1.3 to 1.5 times as long as with OpenCV, a
+    large one twice, a small one three times: collect small ones.
 
     Parameters
     ----------
@@ -78,25 +61,21 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     >>> print(r.shape, row, column)
     (31, 31) 10 12
     """
-    template, search = image(template, "template"), image(search, "search")
-    (h, w), (H, W) = size, _ = template.shape[-2:], search.shape[-2:]
+    template, search = (
+        _grey_values(template, "template"),
+        _grey_values(search, "search"),
+    )
+    (h, w), (H, W) = template.shape[-2:], search.shape[-2:]
     if h > H or w > W:
         raise ValueError(
-            f"template {size} is larger than search {(H, W)}, both (rows, columns)."
+            f"template {(h, w)} is larger than search {(H, W)}, both (rows, columns)."
             " Take a smaller template, or swap the two arguments"
         )
-    both = template.ndim == search.ndim == 2
-    if both and template.dtype == search.dtype == np.uint8 and search.size <= SMALL:
-        r = _from_whole_sums(template, search)
-        if r is not None:
-            return r
     if np.any(flat(template)):
         raise ValueError(
             "template is flat: all its grey values are equal, and no correlation is"
             " defined. Take a larger template, or one with texture"
         )
-    if both:
-        return surfaces(template[None], search[None])[0]
     try:
         leading = np.broadcast_shapes(template.shape[:-2], search.shape[:-2])
     except ValueError:
@@ -106,14 +85,11 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
         ) from None
     template = np.broadcast_to(template, (*leading, h, w)).reshape(-1, h, w)
     search = np.broadcast_to(search, (*leading, H, W)).reshape(-1, H, W)
-    r = np.empty((len(search), H - h + 1, W - w + 1))
-    for part in chunks(len(search), H * W):
-        r[part] = surfaces(template[part], search[part])
-    return r.reshape(*leading, *r.shape[1:])
+    return exact_maps(template, search).reshape(*leading, H - h + 1, W - w + 1)
 
 
-def image(values: ArrayLike, name: str) -> np.ndarray:
-    """Return `values` as an array (..., rows, columns) of finite grey values."""
+def _grey_values(values: ArrayLike, name: str) -> np.ndarray:
+    """An array (..., rows, columns) of finite grey values."""
     array = _validate.numeric(values, name)
     if array.ndim < 2 or not array.size:
         raise ValueError(
@@ -132,112 +108,79 @@ def image(values: ArrayLike, name: str) -> np.ndarray:
     return array
 
 
-def flat(windows: np.ndarray) -> np.ndarray:
-    """Whether all grey values of a window are equal."""
-    grey = windows.reshape(*windows.shape[:-2], -1)
-    return grey.max(axis=-1) == grey.min(axis=-1)
-
-
-def chunks(n: int, size: int) -> list[slice]:
-    """Slices of n windows of `size` grey values, to be worked on one after another."""
-    at_once = max(1, CHUNK // size, AT_ONCE if size <= TINY else 0)
-    return [slice(i, i + at_once) for i in range(0, n, at_once)]
-
-
-def _from_whole_sums(template: np.ndarray, search: np.ndarray) -> np.ndarray | None:
-    """The map of 8 bit grey values from sums in whole numbers; None if in doubt.
-
-    OpenCV transforms in single or in double precision, as the machine has it. No number
-    it comes upon is above the product of the two norms, so that up to 2^22 no rounding
-    is above 1/8; and as the sums are whole numbers, all roundings together show in
-    their fractions. If none is above 1/4, the nearest whole numbers are the sums.
-    """
-    n, (h, w) = template.size, template.shape
-    t, s = template.astype(np.float32), search.astype(np.float32)
-    t -= round(cv2.mean(template)[0])
-    s -= round(cv2.mean(search)[0])
-    t_total, t_squares = cv2.sumElems(t)[0], cv2.norm(t, cv2.NORM_L2SQR)
-    total, squares, s_squares = window_sums(s[None], h, w)
-    ssd_t = n * t_squares - t_total**2
-    if ssd_t == 0 or t_squares * s_squares > 2.0**44:
-        return None
-    products = cv2.matchTemplate(s, t, cv2.TM_CCORR)
-    whole = np.rint(products)
-    if cv2.norm(products, whole, cv2.NORM_INF) > 1 / 4:
-        return None
-    ssd = np.multiply(squares[0], n, out=squares[0])
-    ssd -= total[0] * total[0]
-    np.maximum(ssd, 1.0, out=ssd)  # of flat windows, whose r is 0
-    ssd *= ssd_t * (1 + 1e-15)  # so that no rounding takes r beyond 1
-    total *= t_total
-    r = np.multiply(whole, n, dtype=float)
-    r -= total[0]
-    r /= np.sqrt(ssd, out=ssd)
+def exact_maps(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
+    """Correlation maps of templates (k, h, w), none flat, in searches (k, H, W)."""
+    (k, h, w), (H, W) = templates.shape, searches.shape[1:]
+    rows, columns = H - h + 1, W - w + 1
+    high, wide = rows, columns
+    if H * W > LARGE:
+        high, wide = (max(TILE, 4 * size) - size for size in (h, w))
+    t = unit(templates)
+    r = np.empty((k, rows, columns))
+    for part in chunks(k, H * W):
+        for i in range(0, rows, high):
+            for j in range(0, columns, wide):
+                tile = searches[part, i : i + high + h - 1, j : j + wide + w - 1]
+                r[part, i : i + high, j : j + wide] = _maps(t[part], tile)
     return r
 
 
-def surfaces(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
-    """Correlation maps of templates (k, h, w), none flat, in searches (k, H, W)."""
-    t = centred(templates)
-    t -= means(t)  # again, since the first mean was rounded
-    t /= np.sqrt(np.einsum("kij,kij->k", t, t))[:, None, None]
-    if len(t) == 1 or searches[0].size > LARGE:
-        r = np.empty((len(t), *np.subtract(searches.shape, templates.shape)[1:] + 1))
-        for one in zip(t, searches, r, strict=True):
-            _in_blocks(*one)
-        return r
-    s = centred(searches, work("grey", searches.shape))
-    return _normalized(covariances(t, s), t, s, searches)
-
-
-def _in_blocks(t: np.ndarray, search: np.ndarray, r: np.ndarray) -> None:
-    """Fill the map r of one template, in blocks so small that a cache holds them.
-
-    The blocks overlap by the template, so that each position lies in one of them.
-    """
-    h, w = t.shape
-    rows, columns = _length(r.shape[0], h), _length(r.shape[1], w)
-    transformed = spectrum("template", t, (rows + h - 1, columns + w - 1))
-    for i in range(0, r.shape[0], rows):
-        for j in range(0, r.shape[1], columns):
-            block = search[None, i : i + rows + h - 1, j : j + columns + w - 1]
-            s = centred(block, work("grey", block.shape))
-            c = covariance(transformed, s[0], t.shape)
-            part = r[None, i : i + rows, j : j + columns]
-            _normalized(c, t[None], s, block, out=part)
-
-
-def _length(n: int, size: int) -> int:
-    """How many of n positions a block takes along one axis, for a template of `size`.
-
-    The transforms of a block cost least per position where it is four templates long
-    or, if these are small, 160 grey values. Up to half as much more goes into one.
-    """
-    return math.ceil(n / max(1, round(n / (max(BLOCK, 4 * size) - size))))
-
-
-def _normalized(
-    r: np.ndarray,
-    t: np.ndarray,
-    s: np.ndarray,
-    searches: np.ndarray,
-    out: np.ndarray | None = None,
-) -> np.ndarray:
-    """Correlations from the covariances r of the centred windows s; r is used up."""
-    total, squares, energy = window_sums(s, *t.shape[1:])
+def _maps(t: np.ndarray, searches: np.ndarray) -> np.ndarray:
+    """Maps of unit templates in search windows, in double precision."""
+    (k, h, w), (H, W) = t.shape, searches.shape[1:]
+    s = centred(searches, whole=True)
+    r = products(t, s) if k > 1 else _product(t[0], s[0])[None]
+    sums = cv2.integral2(s.reshape(k * H, W), sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
+    energy = sums[1][-1, -1]  # the running sums, and their rounding, have grown to it
+    total, ssd = (_differences(running, k, h, w) for running in sums)
     total *= total
-    total /= t[0].size
-    ssd = np.subtract(squares, total, out=squares)
-    # The running sums, and their rounding errors, have grown to the energy of the stack
+    total /= h * w
+    ssd -= total
     faint = ssd <= FAINT * energy
+    ssd[faint] = np.inf
+    r = r / np.sqrt(ssd, out=ssd)
     if faint.any():
-        ssd[faint] = np.inf
-        r /= np.sqrt(ssd, out=ssd)
         _by_definition(r, faint, t, searches)
-    else:
-        r /= np.sqrt(ssd, out=ssd)
-    np.minimum(r, 1.0, out=r)  # where rounding would go beyond by the last digit
-    return np.maximum(r, -1.0, out=out)  # r lies in work memory, the result does not
+    return np.clip(r, -1, 1, out=r)  # rounding would go beyond by the last digit
+
+
+def products(t: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """Sums of products of each template with the windows of its search window.
+
+    A search window is written as one long row, its template with gaps: the correlation
+    of the two rows holds the map, and OpenCV transforms all rows in one call.
+    """
+    (k, h, w), (H, W) = t.shape, s.shape[1:]
+    rows = np.zeros((2 * k, cv2.getOptimalDFTSize(H * W)), s.dtype)
+    rows[:k, : H * W] = s.reshape(k, -1)
+    rows[k:, : h * W].reshape(k, h, W)[:, :, :w] = t
+    cv2.dft(rows, rows, flags=cv2.DFT_ROWS)
+    cv2.mulSpectrums(rows[:k], rows[k:], cv2.DFT_ROWS, rows[:k], conjB=True)
+    inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_ROWS
+    cv2.dft(rows[:k], rows[:k], flags=inverse)
+    found = rows[:k, : (H - h + 1) * W].reshape(k, H - h + 1, W)
+    return found[:, :, : W - w + 1]
+
+
+def _product(t: np.ndarray, s: np.ndarray) -> np.ndarray:
+    """The same for one search window, transformed along both axes."""
+    (h, w), (H, W) = t.shape, s.shape
+    a, b = np.zeros((2, *map(cv2.getOptimalDFTSize, s.shape)), s.dtype)
+    a[:H, :W], b[:h, :w] = s, t
+    cv2.dft(a, a, nonzeroRows=H)
+    cv2.dft(b, b, nonzeroRows=h)
+    cv2.mulSpectrums(a, b, 0, a, conjB=True)
+    inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
+    cv2.dft(a, a, flags=inverse, nonzeroRows=H - h + 1)
+    return a[: H - h + 1, : W - w + 1]
+
+
+def _differences(running: np.ndarray, k: int, h: int, w: int) -> np.ndarray:
+    """Sums over all windows of h x w from the running sums of k images, stacked."""
+    W = running.shape[1]
+    below, above = (part.reshape(k, -1, W) for part in (running[1:], running[:-1]))
+    rows = below[:, h - 1 :] - above[:, : below.shape[1] - h + 1]
+    return rows[..., w:] - rows[..., :-w]
 
 
 def _by_definition(
@@ -245,17 +188,107 @@ def _by_definition(
 ) -> None:
     """Put into r, where faint, the correlation by definition; 0 for flat windows.
 
-    Uses the original grey values: faint windows lose their digits when centred.
+    From the original grey values: faint windows lose their digits when centred.
     """
+    r[faint] = 0
     h, w = t.shape[1:]
-    touched = np.flatnonzero(faint.any(axis=(1, 2)))
-    uneven = ~flat_at(searches[touched], h, w)
-    which, row, column = np.nonzero(faint[touched] & uneven)
-    which = touched[which]
     every = sliding_window_view(searches, (h, w), axis=(1, 2))
-    for part in chunks(len(which), h * w):
-        k, i, j = which[part], row[part], column[part]
-        window = centred(every[k, i, j])
-        window -= means(window)
-        norm = np.sqrt(np.sum(window * window, axis=(1, 2)))
-        r[k, i, j] = np.sum(t[k] * window, axis=(1, 2)) / norm
+    k, i, j = np.nonzero(faint)
+    for part in chunks(len(k), h * w):
+        at = k[part], i[part], j[part]
+        windows = every[at]
+        uneven = ~flat(windows)
+        at = tuple(index[uneven] for index in at)
+        r[at] = np.sum(t[at[0]] * unit(windows[uneven]), axis=(1, 2))
+
+
+def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
+    """Correlations of templates (k, h, w) with the few windows of patches (k, H, W).
+
+    Exact to some 1e-13: `t` is centred, `p` are the centred patches. A window is a
+    piece of its patch written as one row, the template a row with gaps.
+    """
+    (k, h, w), (H, W) = t.shape, p.shape[1:]
+    rows = np.zeros((k, h, W))
+    rows[:, :, :w] = t
+    length = h * W - (W - w)
+    strides = *p.strides, p.strides[2]
+    pieces = as_strided(p, (k, H - h + 1, W - w + 1, length), strides)
+    r = np.vecdot(pieces, rows.reshape(k, 1, 1, h * W)[..., :length])
+    total, squares = box_sums(p, h, w), box_sums(p * p, h, w)
+    total /= np.sqrt(h * w)
+    ssd = squares - total * total
+    faint = ssd <= 1e-3 * squares.max(axis=(1, 2), keepdims=True)
+    ssd[faint] = np.inf
+    # The means were rounded when they were taken off: what is left of that of t counts
+    left = np.add.reduce(t.reshape(k, h * w), axis=1)[:, None, None] / np.sqrt(h * w)
+    r -= left * total
+    t_ssd = np.vecdot(t.reshape(k, h * w), t.reshape(k, h * w))[:, None, None] - left**2
+    r /= np.sqrt(ssd * t_ssd)
+    if faint.any():
+        some = np.flatnonzero(faint.any(axis=(1, 2)))
+        exact = r[some]
+        _by_definition(exact, faint[some], unit(t[some]), patches[some])
+        r[some] = exact
+    return np.clip(r, -1, 1, out=r)
+
+
+def box_sums(g: np.ndarray, h: int, w: int) -> np.ndarray:
+    """Sums over all windows of h x w of images (k, H, W)."""
+    k, H, W = g.shape
+    down = np.tri(H - h + 1, H, h - 1, g.dtype) - np.tri(H - h + 1, H, -1, g.dtype)
+    across = np.tri(W, W - w + 1, 0, g.dtype) - np.tri(W, W - w + 1, -w, g.dtype)
+    rows = g.reshape(k * H, W) @ across
+    return down @ rows.reshape(k, H, W - w + 1)
+
+
+# --- Windows ---
+
+
+def chunks(n: int, size: int) -> list[slice]:
+    """Slices of n windows of `size` grey values, to be worked on one after another."""
+    at_once = max(1, CHUNK // size)
+    return [slice(i, i + at_once) for i in range(0, n, at_once)]
+
+
+def flat(windows: np.ndarray) -> np.ndarray:
+    """Whether all grey values of a window are equal."""
+    grey = windows.reshape(*windows.shape[:-2], -1)
+    return grey.max(axis=-1) == grey.min(axis=-1)
+
+
+def centred(
+    windows: np.ndarray, exponent: np.ndarray | None = None, *, whole: bool = False
+) -> np.ndarray:
+    """Windows (k, h, w) less their means, in double precision.
+
+    Real numbers are divided by a power of two, so that no square over- or underflows;
+    from whole ones a `whole` number is taken, so that all sums are exact.
+    """
+    k, h, w = windows.shape
+    if windows.dtype.kind in "ui" and windows.dtype.itemsize == 8:
+        # More digits than double precision holds: the difference modulo 2^64 has all
+        lowest = windows.min(axis=(1, 2), keepdims=True)
+        windows = windows.astype(np.uint64) - lowest.astype(np.uint64)
+    rows = windows.reshape(k, h * w).astype(float)
+    if windows.dtype.kind == "f":
+        exponent = exponents(windows) if exponent is None else exponent
+        np.ldexp(rows, -exponent[:, None], out=rows)
+    mean = np.add.reduce(rows, axis=1) / (h * w)
+    rows -= (
+        np.rint(mean)[:, None] if whole and windows.dtype.kind != "f" else mean[:, None]
+    )
+    return rows.reshape(k, h, w)
+
+
+def exponents(windows: np.ndarray) -> np.ndarray:
+    """Powers of two above all grey values of each window."""
+    return np.frexp(np.abs(windows).max(axis=(1, 2)))[1]
+
+
+def unit(windows: np.ndarray) -> np.ndarray:
+    """Windows (k, h, w), none flat, less their means and over their norms."""
+    g = centred(windows)
+    g -= g.mean(axis=(1, 2), keepdims=True)  # again, since the first one was rounded
+    g /= np.sqrt(np.vecdot(*2 * [g.reshape(len(g), g[:1].size)]))[:, None, None]
+    return g

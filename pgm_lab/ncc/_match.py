@@ -1,13 +1,20 @@
 """Many points of the left image found in the right one by normalized correlation."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.ncc import _search
-from pgm_lab.ncc._find import Settings, find
+from pgm_lab.ncc import _area
+from pgm_lab.ncc._map import flat
+from pgm_lab.ncc._peak import paraboloid, systematic_errors
+from pgm_lab.ncc._search import peaks
+
+AT_ONCE = 2**20  # grey values of the search windows that are searched at a time
+STATUS = "<U40"
 
 
 @dataclass(frozen=True)
@@ -36,8 +43,8 @@ class Match:
         image, or touch pixels without data, and the match may lie there; "peak on the
         border of the search": enlarge it, or improve the start; "below threshold";
         "ambiguous": the second peak is almost as high; "position not determined": the
-        peak is a ridge, along which the match may lie a pixel off, or more; "another
-        point from the right": the way back from the right image ends elsewhere.
+        peak is a ridge, along which the match may lie a pixel off, or more; "left-right
+        check failed": the way back from the right image ends elsewhere.
     """
 
     points: np.ndarray
@@ -180,10 +187,10 @@ def match(
         start = points
     start = _validate.point_list(start, "start", len(points))
     template = _validate.window(template, "template")
-    search = _search.size(search, template)
+    search = _size(search, template)
     _check(threshold, ratio, refine)
     if lines is not None:
-        lines = _search.normal_form(lines, len(points))
+        lines = _normal_form(lines, len(points))
     settings = Settings(
         *(template, search, threshold, ratio, refine),
         *(_width(distance), _validate.noise_ratio(noise)),
@@ -195,12 +202,15 @@ def match(
         back = _validate.positive_number(back, "back", "px")
         k = np.flatnonzero(status == "accepted")
         if lines is not None:
-            lines = _search.through(points, lines)[k]
+            lines = _area.through(points, lines)[k]
         home, *_ = find(right, left, found[k], points[k], lines, settings)
         returned = np.hypot(*(home - points[k]).T) <= back
-        status[k[~returned]] = "another point from the right"
+        status[k[~returned]] = "left-right check failed"
     covariance[status != "accepted"] = np.nan
     return Match(found, r, second, covariance, status)
+
+
+# --- Argument validation ---
 
 
 def _check(threshold: float, ratio: float, refine: str | None) -> None:
@@ -220,3 +230,205 @@ def _width(distance: float) -> float:
             f" pixels; got {distance:g}"
         )
     return float(distance)
+
+
+def _size(search: int | tuple[int, int], template: int) -> tuple[int, int]:
+    """Rows and columns of the search window."""
+    given = search if isinstance(search, tuple | list) else (search, search)
+    if len(given) != 2:
+        raise ValueError(
+            "search must be one number or (rows, columns); got"
+            f" {_validate.shown(search)}"
+        )
+    rows, columns = (_validate.window(one, "search") for one in given)
+    if min(rows, columns) < template + 2:
+        raise ValueError(
+            f"search must be at least template + 2 = {template + 2}, or there is"
+            f" nothing to search; got {search}"
+        )
+    return rows, columns
+
+
+def _normal_form(lines: ArrayLike, n: int) -> np.ndarray:
+    """Lines (n, 3) with normals (a, b) of length one."""
+    array = _validate.of_shape(lines, (n, 3), "lines")
+    length = np.hypot(array[:, 0], array[:, 1])
+    _validate.refuse(length == 0, "lines{} have a = b = 0: they are no lines")
+    return array / length[:, None]
+
+
+# --- From points to their matches ---
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What `match` was told, the same for all points."""
+
+    template: int
+    search: tuple[int, int]
+    threshold: float
+    ratio: float
+    refine: str | None
+    distance: float
+    noise: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """n templates with their search windows; None for what needs no attention."""
+
+    template: np.ndarray  # (n, t, t)
+    absent: np.ndarray | None  # its pixels without data
+    whole: np.ndarray  # (n, 2) the middle of the template
+    window: np.ndarray  # (n, rows, columns)
+    centre: np.ndarray  # (n, 2) the middle of the search window
+    searched: np.ndarray  # the positions to look at, of a correlation map
+    unknown: np.ndarray | None  # those that touch pixels without data
+    past: np.ndarray | None  # those on the line, but beyond the search window
+    lines: np.ndarray | None  # (n, 3)
+
+    def part(self, some: np.ndarray) -> Self:
+        """Some of the pairs."""
+        if some.all():
+            return self
+        arrays = {k: v[some] for k, v in vars(self).items() if v is not None}
+        return replace(self, **arrays)
+
+
+def find(
+    left: np.ndarray,
+    right: np.ndarray,
+    points: np.ndarray,
+    start: np.ndarray,
+    lines: np.ndarray | None,
+    s: Settings,
+) -> tuple[np.ndarray, ...]:
+    """Points, r, second, covariance and status, as in `Match`."""
+    whole = np.floor(points + 0.5)
+    rest = points - whole
+    if lines is not None:
+        # Of the template's middle, which lies beside the point by the rest
+        lines = lines + [0, 0, 1] * np.sum(lines[:, :2] * rest, axis=1)[:, None]
+        start = _area.foot(start, lines)
+    centre = np.floor(start + 0.5)
+    status = np.full(len(points), "accepted", dtype=STATUS)
+    status[~_area.overlaps(centre, s.search, right.shape, s.template)] = (
+        "window leaves the image"
+    )
+    status[~_area.inside(whole, s.template, left.shape)] = "template leaves the image"
+    r, second = np.full((2, len(points)), np.nan)
+    found = np.full((len(points), 2), np.nan)
+    covariance = np.full((len(points), 2, 2), np.nan)
+
+    todo = np.flatnonzero(status == "accepted")
+    step = max(1, AT_ONCE // math.prod(s.search))
+    for part in (todo[i : i + step] for i in range(0, len(todo), step)):
+        of_part = None if lines is None else lines[part]
+        pairs = _pairs(left, right, whole[part], centre[part], of_part, s)
+        status[part] = _status_of_windows(pairs)
+        good = status[part] == "accepted"
+        if good.any():
+            part = part[good]
+            place, r[part], second[part], covariance[part], status[part] = _matched(
+                left, right, pairs.part(good), s
+            )
+            found[part] = place + rest[part]
+    return found, r, second, covariance, status
+
+
+def _pairs(
+    left: np.ndarray,
+    right: np.ndarray,
+    whole: np.ndarray,
+    centre: np.ndarray,
+    lines: np.ndarray | None,
+    s: Settings,
+) -> Pairs:
+    """Cut out the windows, and say which positions are searched.
+
+    Those in the image, near the line, where all pixels hold data.
+    """
+    size, unknown, past = s.search, None, None
+    if lines is not None:  # one pixel more, since the search may end beside the line
+        size = size[0] + 2, size[1] + 2
+    template, absent = _area.windows(left, whole, (s.template, s.template))
+    window, missing = _area.windows(right, centre, size)
+    column, row = _area.positions(centre, size, s.template)
+    searched = _area.within(column, row, s.template, right.shape)
+    if lines is not None:
+        near = _area.near(column, row, lines, s.distance)
+        rim = _area.rim(near.shape)
+        searched &= near & ~rim
+        past = near & rim
+    if missing is not None:
+        unknown = _area.touching(missing, s.template)
+    return Pairs(
+        template, absent, whole, window, centre, searched, unknown, past, lines
+    )
+
+
+def _status_of_windows(pairs: Pairs) -> np.ndarray:
+    """Why a map cannot be made, or "accepted"."""
+    status = np.full(len(pairs.whole), "accepted", dtype=STATUS)
+    status[flat(pairs.window)] = "flat window"
+    status[flat(pairs.template)] = "flat template"
+    if pairs.unknown is not None:
+        known = np.any(pairs.searched & ~pairs.unknown, axis=(1, 2))
+        status[~known] = "no data in the window"
+    if pairs.absent is not None:
+        status[pairs.absent.any(axis=(1, 2))] = "no data in the template"
+    status[~pairs.searched.any(axis=(1, 2))] = "window leaves the image"
+    return status
+
+
+def _matched(
+    left: np.ndarray, right: np.ndarray, pairs: Pairs, s: Settings
+) -> tuple[np.ndarray, ...]:
+    """Position, r, second, covariance and status of pairs that have maps."""
+    searched = pairs.searched
+    if pairs.unknown is not None:
+        searched = searched & ~pairs.unknown
+    peak = peaks(pairs.template, pairs.window, searched)
+    row, column, r, second = peak.row, peak.column, peak.r, peak.second
+    middle = np.array(searched.shape[:0:-1]) // 2
+    place = pairs.centre + np.stack([column, row], axis=1) - middle
+    edge = ~_area.inside(place, s.template + 2, right.shape)
+    if pairs.unknown is not None:
+        edge |= _area.beside(pairs.unknown, row, column)
+    if pairs.past is None:
+        border = _area.rim(searched.shape)[row, column]
+    else:
+        border = _area.beside(pairs.past, row, column)
+
+    even = flat(peak.right)
+    peak.right[even] = peak.left[even]  # no contrast that noise has a share of
+    line = None
+    if pairs.lines is not None:
+        line = pairs.lines[:, :2], _area.distance(place, pairs.lines), s.distance
+    step, Q, ridge, along = paraboloid(peak, s.noise, line)
+    step[border | edge | ridge | (s.refine is None)] = 0.0
+    if s.refine is None:
+        Q += np.eye(2) / 12
+    else:
+        wider = _surroundings(left, pairs)
+        for error in systematic_errors(pairs.template, wider, step, along):
+            Q += error[:, :, None] * error[:, None, :]
+
+    status = np.full(len(r), "accepted", dtype=STATUS)
+    status[ridge] = "position not determined"
+    status[second > s.ratio * r] = "ambiguous"
+    status[r < s.threshold] = "below threshold"
+    status[border] = "peak on the border of the search"
+    status[edge] = "peak on the edge of the image"
+    status[even] = "flat window"
+    return place + step, r, second, Q, status
+
+
+def _surroundings(left: np.ndarray, pairs: Pairs) -> np.ndarray:
+    """The templates with one pixel more on each side, repeated where there is none."""
+    size = pairs.template.shape[1] + 2
+    wider, missing = _area.windows(left, pairs.whole, (size, size))
+    if missing is None:
+        return wider
+    edge = np.pad(pairs.template, ((0, 0), (1, 1), (1, 1)), mode="edge")
+    return np.where(missing, edge, wider)

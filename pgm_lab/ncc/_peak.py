@@ -1,70 +1,34 @@
-"""Peaks of correlation maps: the highest, the second, the place between the pixels."""
+"""The place of a peak between the pixels, and its covariance."""
 
 import numpy as np
 
-from pgm_lab.ncc._map import surfaces
-from pgm_lab.ncc._sums import centred
-
-
-def peaks(maps: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Row, column and r of the highest peak of each map, and r of the second."""
-    k, rows, columns = maps.shape
-    highest = maps.reshape(k, -1).argmax(axis=1)
-    row, column = np.divmod(highest, columns)
-    r = maps.reshape(k, -1)[np.arange(k), highest]
-
-    padded = np.full((k, rows + 2, columns + 2), -1.0)
-    padded[:, 1:-1, 1:-1] = maps
-    across = np.maximum(padded[:, :, :-2], padded[:, :, 2:])
-    np.maximum(across, padded[:, :, 1:-1], out=across)
-    around = np.maximum(across[:, :-2], across[:, 2:])
-    np.maximum(around, across[:, 1:-1], out=around)
-    others = np.where(maps >= around, maps, -1.0)  # the peaks
-    padded[:, 1:-1, 1:-1] = others
-    beside = np.arange(3)
-    padded[
-        np.arange(k)[:, None, None],
-        row[:, None, None] + beside[:, None],
-        column[:, None, None] + beside,
-    ] = -1.0
-    return row, column, r, padded.max(axis=(1, 2))
+from pgm_lab.ncc._map import centred, few
+from pgm_lab.ncc._search import Peaks
 
 
 def paraboloid(
-    maps: np.ndarray,
-    row: np.ndarray,
-    column: np.ndarray,
-    templates: np.ndarray,
-    matched: np.ndarray,
+    peaks: Peaks,
     noise: tuple[float, float],
     line: tuple[np.ndarray, np.ndarray, float] | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Top of the paraboloid through 3 x 3 values, its covariance, ridges, directions.
 
-    r = r0 + D x - xᵀ K x / 2 with central differences for D and K; `matched` are the
-    windows of the right image at the peaks, `noise` says how noisy both images are.
-    Where a line (its normal, the distance of the peak, the largest) says more than the
-    photos, as where a ridge crosses it, the top is sought on the line, whose direction
-    (k, 2) is told; zero elsewhere.
+    r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
+    normal, the distance of the peak, the largest) says more than the photos, as where a
+    ridge crosses it, the top is sought on the line, whose direction (k, 2) is told;
+    zero elsewhere.
     """
-    k, rows, columns = maps.shape
-    row, column = np.clip(row, 1, rows - 2), np.clip(column, 1, columns - 2)
-    beside = np.arange(-1, 2)
-    r = maps[
-        np.arange(k)[:, None, None],
-        row[:, None, None] + beside[:, None],
-        column[:, None, None] + beside,
-    ]
+    r = peaks.near
     step, D, K, ridge = _top(r)
     r0 = r[:, 1, 1]
     # The paraboloid may rise above 1, and then would tell of less than no noise
     top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
     top[ridge] = r0[ridge]
-    S = _covariance_of_slope(templates, matched, top, noise)
+    S = _covariance_of_slope(peaks.left, peaks.right, top, noise)
     inverse = np.linalg.inv(_solvable(K, ridge))
     Q = inverse @ S @ inverse
     ridge |= ~_determined(step, Q)
-    along = np.zeros((k, 2))
+    along = np.zeros((len(r), 2))
     if line is not None:
         normal, off, distance = line
         on, cov, u = _on_line(D, K, S, normal, off, distance)
@@ -112,22 +76,12 @@ def _on_line(
 
 
 def _covariance_of_slope(
-    templates: np.ndarray,
-    matched: np.ndarray,
-    r: np.ndarray,
-    noise: tuple[float, float],
+    left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
 ) -> np.ndarray:
-    """Covariance (k, 2, 2) of D, from white noise in both windows.
+    """Covariance (k, 2, 2) of D, from white noise in both centred windows.
 
     p and q are the shares of noise in the variances of the left and the right window.
     """
-    h = templates.shape[1]
-    both = np.concatenate([templates, matched], axis=1)
-    small = both.dtype.kind in "ui" and both.dtype.itemsize < 4
-    both = both.astype(float) if small else centred(both)  # to one scale
-    left, right = both[:, :h], both[:, h:]
-    for window in (left, right):
-        window -= window.mean(axis=(1, 2), keepdims=True)
     of_left, of_right = (np.einsum("kij,kij->k", one, one) for one in (left, right))
     p, q = _shares(of_left, of_right, r, noise)
     # The gradients of the window with less noise, without what noise adds to them
@@ -199,8 +153,8 @@ def systematic_errors(
     tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
     Where the top was sought `along` a line, both lie on it.
     """
-    offset, D, K, _ = _top(surfaces(templates, wider))
     t = centred(templates)
+    offset, D, K, _ = _top(few(t, centred(wider), wider))
     inner = t[:, 1:-1, 1:-1]
     second = (
         t[:, 1:-1, :-2] - 2 * inner + t[:, 1:-1, 2:],

@@ -2,9 +2,9 @@
 
 from pgm_lab.orientation.absolute import Absolute, absolute
 from pgm_lab.orientation.intersection import Intersection, intersect
+from pgm_lab.orientation.rays import scale_factors
 from pgm_lab.orientation.relative import Relative, relative
 from pgm_lab.orientation.resection import Resection, resect
-from pgm_lab.orientation.scale_factors import scale_factors
 
 __all__ = [
     "Absolute",

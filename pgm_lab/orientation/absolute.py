@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import adjust
-from pgm_lab.orientation import _turns
-from pgm_lab.orientation.three_points import extents
+from pgm_lab.orientation import _common
 
 # Width over length of a set of points below which it counts as a line: the variance of
 # the turn about it grows with 1/width^2, and normal equations hold 12 digits of that.
@@ -49,7 +48,7 @@ class Absolute:
     redundancy : int
         3 n - 7.
     status : str
-        "converged"; "gimbal lock": omega and kappa are not told apart (phi = +-90
+        "converged"; "gimbal lock": omega and kappa are not separable (phi = +-90
         degrees), their rows of `covariance` are NaN, all the rest holds; "weak
         geometry": the points lie nearly on a line, the covariance is rough; else what
         the adjustment reports.
@@ -118,16 +117,12 @@ def absolute(
         Standard deviations of the target's coordinates: one number, one a point (n,),
         or one a coordinate (n, 3). Equal and unknown when missing.
 
-    Returns
-    -------
-    Absolute
-
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, there are fewer than three points,
-        all of them lie at one place or on one line, or the target is the source's
-        mirror image.
+        If arguments are not as described, there are fewer than three points, all of
+        them lie at one place or on one line, or the target is the source's mirror
+        image.
 
     Notes
     -----
@@ -160,9 +155,10 @@ def absolute(
         # Small turns of the closed form: unlike its angles they have no gimbal lock
         turned = x[0] * local @ rotation.matrix(*x[1:4])
         J = _jacobian(x[0], turned)
-        J[..., 1:4] = J[..., 1:4] @ _turns.axes(x[1:4])
+        J[..., 1:4] = J[..., 1:4] @ _common.axes(x[1:4])
         return (turned + x[4:]).ravel(), J.reshape(-1, 7)
 
+    # Adjust scale, turns and the shift of the centroid
     names = ("scale", "turn about X", "turn about Y", "turn about Z", "TX", "TY", "TZ")
     result = adjust(
         transformed,
@@ -172,18 +168,24 @@ def absolute(
         sigma0_prior=None if sigma is None else 1.0,
         names=names,
     )
+    scale, about = result.x[0], result.x[4:]
     R = rotation.matrix(*result.x[1:4]).T @ R0
     L = np.eye(7)
-    L[1:4, 1:4] = _turns.axes(result.x[1:4])
+    L[1:4, 1:4] = _common.axes(result.x[1:4])
     variance = result.sigma0**2 if sigma is None else 1.0
     local_covariance = variance * L @ result.cofactor @ L.T
-    parameters, covariance, status = _about_origin(
-        result.x[0], R, result.x[4:], centroid, local_covariance
-    )
+
+    # From turns to angles, and from the centroid to the origin
+    angles, by_turns, locked = _common.angles(R)
+    K = np.eye(7)
+    K[1:4, 1:4] = by_turns
+    K[4:] = _jacobian(scale, -scale * R @ centroid)
+    weak = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1] > _common.WEAK**2
+    status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
     return Absolute(
-        parameters=parameters,
+        parameters=np.array([scale, *angles, *(about - scale * R @ centroid)]),
         rotation=R,
-        covariance=covariance,
+        covariance=K @ local_covariance @ K.T,
         residuals=result.residuals.reshape(-1, 3),
         standardized=result.standardized.reshape(-1, 3),
         sigma0=float(result.sigma0),
@@ -209,7 +211,7 @@ def _checked(
             f"source has {len(source)} point(s): seven parameters need three or more"
         )
     for name, points in (("source", source), ("target", target)):
-        length, width, _ = extents(points)
+        length, width, _ = _common.extents(points)
         if length <= SAME * np.abs(points).max():
             raise ValueError(
                 f"{name}: all points lie at one place, which fixes neither scale nor"
@@ -256,7 +258,7 @@ def _closed_form(
         mirrored = max(mirrored, 1e-12 * target_squares)
         if rotated > MIRROR * mirrored:
             raise ValueError(
-                "target is a mirror image of source: with one axis turned round it"
+                "target is a mirror image of source: with one axis reversed it"
                 f" fits {np.sqrt(rotated / mirrored):.0f} times better. Is y or z"
                 " counted the other way in one of them?"
             )
@@ -268,29 +270,10 @@ def _closed_form(
     return centroid, np.array([scale, 0, 0, 0, *about]), R
 
 
-def _about_origin(
-    scale: float,
-    R: np.ndarray,
-    about: np.ndarray,
-    centroid: np.ndarray,
-    local_covariance: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, str]:
-    """Seven parameters, covariance and status from the form about the centroid."""
-    angles, by_turns, locked = _turns.angles(R)
-    K = np.eye(7)
-    K[1:4, 1:4] = by_turns
-    K[4:] = _jacobian(scale, -scale * R @ centroid)
-    parameters = np.array([scale, *angles, *(about - scale * R @ centroid)])
-    weakest = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1]
-    weak = weakest > _turns.WEAK**2
-    status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
-    return parameters, K @ local_covariance @ K.T, status
-
-
 def _jacobian(scale: float, y: np.ndarray) -> np.ndarray:
     """Derivatives (..., 3, 7) of y = scale R p + shift by scale, small turns, shift."""
     J = np.zeros((*y.shape, 7))
     J[..., 0] = y / scale
-    J[..., 1:4] = -_turns.cross_matrix(y)
+    J[..., 1:4] = -_common.cross_matrix(y)
     J[..., 4:] = np.eye(3)
     return J

@@ -2,14 +2,16 @@
 
 F = b . (u' x u''), with the base b from the left to the right station and the rays
 u' = (x', y', -c') and u'' = R (x'', y'', -c''). The left photo stands at the origin
-with zero angles.
+with zero angles; R is the rotation of the right one, image to object.
+
+All functions take stacks of models: bases (..., 3) and rotations (..., 3, 3).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from pgm_lab.orientation._turns import cross_matrix
+from pgm_lab.orientation._common import cross_matrix
 
 # Each step shrinks the error of a foot point by |v| / c or faster: eight leave nothing
 # of residuals of a hundredth of the image.
@@ -41,24 +43,9 @@ class Coplanarity:
 def condition(
     base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
 ) -> np.ndarray:
-    """F of (M 2.31), the determinant of base and rays: zero where they are coplanar.
+    """F (..., n) of (M 2.31), the determinant of base and rays, for rays (n, 3).
 
-    Parameters
-    ----------
-    base : ndarray (..., 3)
-        (bx, by, bz).
-    R : ndarray (..., 3, 3)
-        Rotation of the right photo, image to object.
-    left, right : ndarray (n, 3)
-        Rays (x, y, -c).
-
-    Returns
-    -------
-    ndarray (..., n)
-
-    References
-    ----------
-    (M 2.30) to (M 2.35).
+    Zero where they are coplanar: (M 2.30) to (M 2.35).
 
     Examples
     --------
@@ -72,24 +59,10 @@ def condition(
 def by_image(
     base: np.ndarray, R: np.ndarray, left: np.ndarray, right: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of F by the image coordinates: the elements of A in (M 2.37).
+    """Derivatives of F by (x', y') and by (x'', y''), (..., n, 2): A in (M 2.37).
 
     F is linear in each ray. By x'' it is the determinant of the base, the left ray and
-    (m11, m12, m13) of the right photo, and so on.
-
-    Parameters
-    ----------
-    base, R, left, right
-        As in `condition`.
-
-    Returns
-    -------
-    by_left, by_right : ndarray (..., n, 2)
-        By (x', y') and by (x'', y'').
-
-    References
-    ----------
-    (M 2.36), (M 2.38) to (M 2.40).
+    (m11, m12, m13) of the right photo, and so on: (M 2.36), (M 2.38) to (M 2.40).
 
     Examples
     --------
@@ -106,28 +79,12 @@ def by_image(
 def by_orientation(
     base: np.ndarray, u1: np.ndarray, u2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of F by base and rotation of the right photo: B in (M 2.37).
+    """Derivatives of F by base and by small turns of the right photo: B in (M 2.37).
 
-    By the base it is u' x u''. A small turn psi moves u'' by psi x u'' and F, then, by
-    psi . (u'' x (b x u')). Omega turns about the X axis at any attitude: the first
-    component is the derivative by it. Phi and kappa turn about other axes, see
-    `_turns.axes`.
-
-    Parameters
-    ----------
-    base : ndarray (..., 3)
-        (bx, by, bz).
-    u1, u2 : ndarray (..., n, 3)
-        Rays u' and u'' in object space.
-
-    Returns
-    -------
-    by_base, by_turns : ndarray (..., n, 3)
-        By (bx, by, bz) and by small turns (radians) about the axes of object space.
-
-    References
-    ----------
-    (M 2.36), (M 2.41) to (M 2.45).
+    For rays u' and u'' (..., n, 3) in object space. By the base it is u' x u''. A small
+    turn psi moves u'' by psi x u'' and F, then, by psi . (u'' x (b x u')). Omega turns
+    about the X axis at any attitude: the first component is the derivative by it. Phi
+    and kappa turn about other axes, see `_common.axes`: (M 2.36), (M 2.41) to (M 2.45).
 
     Examples
     --------
@@ -150,23 +107,8 @@ def distances(
     Gauss-Markov adjustment of the distances is that of the conditions (M 2.37), which
     need -F on the right, and not F.
 
-    Parameters
-    ----------
-    base : ndarray (..., 3)
-        (bx, by, bz).
-    R : ndarray (..., 3, 3)
-        Rotation of the right photo, image to object.
-    left, right : ndarray (n, 3)
-        Observed rays (x, y, -c) in the frames of the photos.
-
-    Returns
-    -------
-    Coplanarity
-
-    References
-    ----------
-    (M 2.37); Lindstrom 2010, "Triangulation made easy", CVPR, for the iteration to the
-    foot point.
+    The iteration to the foot point is that of Lindstrom 2010, "Triangulation made
+    easy", CVPR.
 
     Examples
     --------
@@ -178,6 +120,8 @@ def distances(
     F = condition(base, R, left, right)
     g1, g2 = by_image(base, R, left, right)
     bend = _essential(base, R)[..., :2, :2]  # second derivatives by x', y' and x'', y''
+
+    # Iterate to the foot point l - t n, n being the gradient there
     n1, n2 = g1, g2
     t = _way_to_surface(F, g1, g2, n1, n2, bend)
     for _ in range(FOOT_STEPS):
@@ -186,20 +130,22 @@ def distances(
         t = _way_to_surface(F, g1, g2, n1, n2, bend)
         if np.array_equal(t, last):
             break  # further steps would change nothing
+
+    # Distance, and its derivatives at the foot point
     slope = np.sqrt(np.sum(n1**2, axis=-1) + np.sum(n2**2, axis=-1))
     v1, v2 = -t[..., None] * n1, -t[..., None] * n2
     u1 = corrected(left, v1)
     u2 = corrected(right, v2) @ np.swapaxes(R, -1, -2)
     by_base, by_turns = by_orientation(base, u1, u2)
-    distance = t * slope
-    slope = np.where(slope > 0, slope, np.inf)[..., None]
-    return Coplanarity(
-        distance=distance,
-        left=v1,
-        right=v2,
-        by_base=by_base / slope,
-        by_turns=by_turns / slope,
-    )
+    per_slope = np.where(slope > 0, slope, np.inf)[..., None]
+    return Coplanarity(t * slope, v1, v2, by_base / per_slope, by_turns / per_slope)
+
+
+def corrected(rays: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Add the corrections v (..., n, 2) to x and y of rays (n, 3)."""
+    corrected = np.array(np.broadcast_to(rays, (*v.shape[:-1], 3)))
+    corrected[..., :2] += v
+    return corrected
 
 
 def _essential(base: np.ndarray, R: np.ndarray) -> np.ndarray:
@@ -221,10 +167,3 @@ def _way_to_surface(
     root = np.sqrt(np.maximum(slope**2 - 4 * F * curvature, 0))
     divisor = slope + root
     return 2 * F / np.where(divisor > 0, divisor, np.inf)
-
-
-def corrected(rays: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Add the corrections v (..., n, 2) to x and y of rays (n, 3)."""
-    corrected = np.array(np.broadcast_to(rays, (*v.shape[:-1], 3)))
-    corrected[..., :2] += v
-    return corrected

@@ -73,20 +73,16 @@ def intersect(
     image_points : array_like (photos, n, 2)
         Measured image coordinates in mm; (photos, 2) for a single point.
     seen : array_like (photos, n) of bool, optional
-        Which photo shows which point; all when missing. What stands in `image_points`
-        for the others is not looked at.
+        Which photo shows which point; all when missing. `image_points` of the others
+        are ignored.
     sigma : float, optional
         Standard deviation of an image coordinate, in mm, known beforehand.
-
-    Returns
-    -------
-    Intersection
 
     Raises
     ------
     ValueError
-        If shapes do not fit, a coordinate of a seen point is not finite, there are
-        fewer than two photos, two photos are the same, or all stand at the same place.
+        If arguments are not as described, there are fewer than two photos, two photos
+        are the same, or all stand at the same place.
 
     References
     ----------
@@ -109,11 +105,15 @@ def intersect(
     photos = _cameras(cameras, p)
     _refuse_same_photos(exteriors, image_points)
     image, seen = image_points.reshape(p, -1, 2), seen.reshape(p, -1)
+
+    # Rays, which meet in `good` points
     directions = rays(photos, exteriors, image)
     angle = angle_between_rays(directions, seen)
     status = _first_look(exteriors, seen, directions)
     good = np.flatnonzero(status == "intersected")
     start = nearest_point(exteriors[:, :3], directions[:, good], seen[:, good])
+
+    # Adjust each point to its image points
     interior = np.array([camera.interior for camera in photos])
     image, seen = image.swapaxes(0, 1), seen.T
     # Observed v is zero; counted from c it tells the adjustment what rounding is, also
@@ -135,6 +135,8 @@ def intersect(
         sigma0_prior=sigma,
         args=(image[good],),
     )
+
+    # Name what failed
     status[good] = found.status
     status[status == "converged"] = "intersected"
     status[status == "singular"] = "parallel rays"
@@ -143,9 +145,14 @@ def intersect(
     )
     status[good[np.any((depth <= 0) & seen[good], axis=1)]] = "behind a camera"
     ok = status[good] == "intersected"
-    variance = _variance(found.sigma0[ok], found.redundancy[ok], sigma)
+
+    # Without sigma the variance of unit weight comes from all points together
+    r = found.redundancy[ok]
+    variance = np.sum(r * found.sigma0[ok] ** 2) / max(np.sum(r), 1)
+    variance = variance if sigma is None else sigma**2
 
     def whole(values, *shape, where=True):
+        """Values of the points that are intersected among NaN of the others."""
         filled = np.full((len(image), *values.shape[1:]), np.nan)
         filled[good[ok]] = values[ok]
         return np.where(where, filled, np.nan).reshape((*lead, *shape))[()]
@@ -154,12 +161,11 @@ def intersect(
         values = whole(values.reshape(-1, p, 2), p, 2, where=seen[..., None])
         return np.moveaxis(values, -2, 0)
 
-    redundancy = 2 * seen.sum(axis=1) - 3
     return Intersection(
         points=whole(found.x, 3),
         covariance=whole(variance * found.cofactor, 3, 3),
         sigma0=whole(found.sigma0),
-        redundancy=redundancy.reshape(lead)[()],
+        redundancy=(2 * seen.sum(axis=1) - 3).reshape(lead)[()],
         residuals=by_photo(found.residuals),
         standardized=by_photo(found.standardized),
         angle=angle.reshape(lead)[()],
@@ -226,7 +232,7 @@ def _refuse_same_photos(exteriors: np.ndarray, image_points: np.ndarray) -> None
 def _first_look(
     exteriors: np.ndarray, seen: np.ndarray, directions: np.ndarray
 ) -> np.ndarray:
-    """Statuses that can be told before a point is computed."""
+    """Statuses known before a point is computed."""
     first = np.argmax(seen, axis=0)
     elsewhere = np.any(exteriors[:, None, :3] != exteriors[first, :3], axis=-1)
     status = np.full(len(first), "intersected", dtype="<U19")
@@ -238,10 +244,3 @@ def _first_look(
     status[~np.any(seen & elsewhere, axis=0)] = "no base"
     status[seen.sum(axis=0) < 2] = "one ray"
     return status
-
-
-def _variance(sigma0: np.ndarray, redundancy: np.ndarray, sigma: float | None) -> float:
-    """Variance of unit weight: known beforehand, or from all points together."""
-    if sigma is not None:
-        return sigma**2
-    return np.sum(redundancy * sigma0**2) / max(np.sum(redundancy), 1)

@@ -1,6 +1,11 @@
-"""Space resection: the exterior orientation of one photo from known object points."""
+"""Space resection: the exterior orientation of one photo from known object points.
+
+Triples of points are solved in closed form; an adjustment of all points starts from
+each of their solutions.
+"""
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,20 +13,23 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import Adjustment, adjust
 from pgm_lab.camera import Camera, imaging
-from pgm_lab.orientation import _turns, three_points
-from pgm_lab.orientation._ambiguity import largest_objective
+from pgm_lab.orientation import _common
 from pgm_lab.orientation.rays import image_vectors
 
 # Inflation of a variance, in the camera's own frame, that tells a weak geometry.
 WEAK = 1e6
-# Starts of the adjustment, at most; and by how much (rad) the rays may then be off,
-# unless the best start is not much better.
+# Starts of the adjustment, at most; and the misfit (rad) of the rays beyond which one
+# is dropped, unless the best start is not much better.
 STARTS = 12
-HOPELESS = 1e-3
+MAX_MISFIT = 1e-3
 # vᵀv of two solutions differ by chance less than this quantile of their ratio.
 LEVEL = 0.99
 # Distance between two solutions, as a share of that to the points, that makes them one.
 SAME = 1e-5
+# Share of their longest extent by which points must leave a line.
+ON_A_LINE = 1e-6
+# Distance from the dangerous cylinder, in radii, that counts as near.
+NEAR = 0.02
 
 
 @dataclass(frozen=True)
@@ -94,15 +102,10 @@ def resect(
     sigma : float, optional
         Standard deviation of an image coordinate, in mm, known beforehand.
 
-    Returns
-    -------
-    Resection
-
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, or there are fewer than three
-        points.
+        If arguments are not as described, or there are fewer than three points.
 
     References
     ----------
@@ -122,8 +125,10 @@ def resect(
     _validate.instance(camera, Camera, "camera")
     sigma = _validate.standard_deviation(sigma)
     n = len(image_points)
-    if three_points.on_a_line(object_points):
-        return _nothing(n, "points on a line")
+    if _on_a_line(object_points):
+        return _no_result(n, "points on a line")
+
+    # Starts from triples of points, and the one that was given
     centres, M = _closed_form(camera, image_points, object_points)
     if start is not None:
         start = _validate.points(start, 6, "start")
@@ -131,30 +136,35 @@ def resect(
         centres = np.concatenate([centres, start[None, :3]])
         M = np.concatenate([M, rotation.matrix(*start[3:])[None]])
     if not len(centres):
-        return _nothing(n, "no solution")
+        return _no_result(n, "no solution")
+
+    # Adjust all points from each start
     found, x = _adjusted(camera, image_points, object_points, centres, M, sigma)
     if not np.any(found.status == "converged"):
-        return _nothing(n, _failure(found, centres, object_points))
+        return _no_result(n, _failure(found, centres, object_points))
 
     # From the frame of each start to object space
     back = np.swapaxes(M, 1, 2)
     M = rotation.matrix(*x[:, 3:].T) @ M
     centres = np.einsum("kij,kj->ki", back, x[:, :3]) + object_points.mean(axis=0)
+
+    # Choose the best solution, and others that fit as well
     chosen = _chosen(found, centres, M, object_points)
     if not chosen:
-        return _nothing(n, _failure(found, centres, object_points))
+        return _no_result(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
-    best, turned = chosen[0], [_turns.angles(M[k].T) for k in chosen]
+    best, turned = chosen[0], [_common.angles(M[k].T) for k in chosen]
     exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, turned)])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
-        return replace(_nothing(n, status), solutions=exteriors)
+        return replace(_no_result(n, status), solutions=exteriors)
 
+    # Propagate its covariance from turns to angles
     _, angles_by_turns, locked = turned[0]
     T = np.zeros((6, 6))
     T[:3, :3] = back[best]
-    T[3:, 3:] = angles_by_turns @ back[best] @ _turns.axes(x[best, 3:])
+    T[3:, 3:] = angles_by_turns @ back[best] @ _common.axes(x[best, 3:])
     return Resection(
         exterior=exteriors[0],
         covariance=T @ found.covariance[best] @ T.T,
@@ -186,7 +196,7 @@ def _observations(
     return image_points, object_points
 
 
-def _nothing(n: int, status: str) -> Resection:
+def _no_result(n: int, status: str) -> Resection:
     nan = np.full((max(n, 6), 6), np.nan)
     v = nan[:n, :2]
     none = nan[:0]
@@ -198,14 +208,14 @@ def _closed_form(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Starts (k, 3), (k, 3, 3) from triples of well spread points, the best dozen."""
     vectors = image_vectors([camera], image_points[None])[0]
-    triples = three_points.triples(object_points)
-    centres, M = three_points.solutions(vectors[triples], object_points[triples])
+    triples = _triples(object_points)
+    centres, M = three_points(vectors[triples], object_points[triples])
     rays = np.einsum("kij,knj->kni", M, object_points - centres[:, None])
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
     misfit = np.sum((rays - vectors) ** 2, axis=(1, 2))
     best = np.argsort(misfit)[:STARTS]
-    hopeless = np.maximum(1e4 * misfit[best[:1]], len(vectors) * HOPELESS**2)
-    best = best[misfit[best] <= hopeless]
+    limit = np.maximum(1e4 * misfit[best[:1]], len(vectors) * MAX_MISFIT**2)
+    best = best[misfit[best] <= limit]
     return centres[best], M[best]
 
 
@@ -257,7 +267,7 @@ def _chosen(
     limit = np.inf  # without redundancy each fits
     if redundancy := found.redundancy[0]:
         least = squares[order[0]]
-        limit = largest_objective(least, redundancy, found.sigma0_prior, LEVEL)
+        limit = _common.largest_objective(least, redundancy, found.sigma0_prior, LEVEL)
     distance = np.linalg.norm(depth, axis=1)
     chosen: list[int] = []
     for k in order:
@@ -278,7 +288,7 @@ def _status(
     inflation = np.diag(np.linalg.inv(found.correlation[chosen[0]]))
     weak = inflation.max() > WEAK
     look = centres if len(object_points) == 3 else centres[chosen[:1]]
-    near = any(three_points.near_cylinder(centre, object_points) for centre in look)
+    near = any(_near_cylinder(centre, object_points) for centre in look)
     if near and (weak or len(object_points) == 3):
         return "near the dangerous cylinder"
     if len(chosen) > 1:
@@ -288,7 +298,144 @@ def _status(
 
 def _failure(found: Adjustment, centres: np.ndarray, object_points: np.ndarray) -> str:
     """Name why no start led to a solution with all points in front."""
-    if any(three_points.near_cylinder(centre, object_points) for centre in centres):
+    if any(_near_cylinder(centre, object_points) for centre in centres):
         return "near the dangerous cylinder"
     status = str(found.status[0])
     return {"converged": "no solution", "singular": "weak geometry"}.get(status, status)
+
+
+# --- Closed form: three points ---
+
+
+def three_points(
+    vectors: np.ndarray, object_points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Perspective centres and rotations M from which three points look as they do.
+
+    Of t triples, the unit vectors (t, 3, 3) to their image points, one a row, in the
+    frame of the camera, and their object points (t, 3, 3). Each has up to four
+    solutions; all together are returned, (k, 3) and (k, 3, 3).
+
+    The three distances s1, s2 = u s1 and s3 = v s1 obey three laws of cosines.
+    Eliminating s1 and u leaves an equation of degree four in v (Grunert 1841). Roots
+    that noise has made a little complex count with their real part: they belong to
+    double roots, at the dangerous cylinder.
+
+    References
+    ----------
+    Haralick, Lee, Ottenberg and Nolle 1994, "Review and analysis of solutions of the
+    three point perspective pose estimation problem", section 2.1 (Grunert).
+    """
+    v, cosines, sides = _distance_ratios(vectors, object_points)
+    triple, root = np.nonzero(np.isfinite(v) & (v > 0))
+    v = v[triple, root]
+    cos_a, cos_b, cos_c = cosines[:, triple]
+    a2, b2, c2 = sides[:, triple]
+    q = (a2 - c2) / b2
+    u = (q - 1) * v**2 - 2 * q * cos_b * v + 1 + q
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = u / (2 * (cos_c - v * cos_a))
+        s1 = np.sqrt(b2 / (1 + v**2 - 2 * v * cos_b))
+    good = np.isfinite(u) & (u > 0) & np.isfinite(s1)
+    s1, u, v, triple = s1[good], u[good], v[good], triple[good]
+    distances = np.stack([s1, u * s1, v * s1], axis=-1)
+    return _fit(distances[..., None] * vectors[triple], object_points[triple])
+
+
+def _distance_ratios(
+    vectors: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Roots v = s3 / s1 (t, 4), cosines (3, t) of angles, squares (3, t) of sides."""
+    opposite = [(1, 2), (0, 2), (0, 1)]
+    cosines = np.array([np.sum(vectors[:, i] * vectors[:, j], -1) for i, j in opposite])
+    a2, b2, c2 = sides = np.array(
+        [np.sum((points[:, i] - points[:, j]) ** 2, axis=-1) for i, j in opposite]
+    )
+    cos_a, cos_b, cos_c = cosines
+    q, r = (a2 - c2) / b2, (a2 + c2) / b2
+    A4 = (q - 1) ** 2 - 4 * c2 / b2 * cos_a**2
+    A3 = 4 * (
+        q * (1 - q) * cos_b - (1 - r) * cos_a * cos_c + 2 * c2 / b2 * cos_a**2 * cos_b
+    )
+    A2 = 2 * (
+        q**2
+        - 1
+        + 2 * q**2 * cos_b**2
+        + 2 * (b2 - c2) / b2 * cos_a**2
+        - 4 * r * cos_a * cos_b * cos_c
+        + 2 * (b2 - a2) / b2 * cos_c**2
+    )
+    A1 = 4 * (
+        -q * (1 + q) * cos_b + 2 * a2 / b2 * cos_c**2 * cos_b - (1 - r) * cos_a * cos_c
+    )
+    A0 = (1 + q) ** 2 - 4 * a2 / b2 * cos_c**2
+    roots = _roots(np.stack([A4, A3, A2, A1, A0], axis=-1))
+    real = np.abs(roots.imag) < 0.1 * np.abs(roots)
+    return np.where(real, roots.real, np.nan), cosines, sides
+
+
+def _roots(polynomials: np.ndarray) -> np.ndarray:
+    """Roots (t, 4) of polynomials (t, 5), highest power first."""
+    largest = np.abs(polynomials).max(axis=-1)
+    leading = polynomials[:, 0]
+    # A vanishing leading coefficient sends one root to infinity: nudge it, the other
+    # roots hardly notice, and the adjustment that follows corrects them
+    tiny = 1e-14 * largest
+    leading = np.where(np.abs(leading) < tiny, tiny, leading)
+    companion = np.zeros((len(polynomials), 4, 4))
+    companion[:, 0] = -polynomials[:, 1:] / leading[:, None]
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1
+    return np.linalg.eigvals(companion).astype(complex)
+
+
+def _fit(
+    camera_points: np.ndarray, object_points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rotate and shift triples (k, 3, 3) in the camera's frame onto object points."""
+    centre_c = camera_points.mean(axis=1, keepdims=True)
+    centre_o = object_points.mean(axis=1, keepdims=True)
+    product = np.swapaxes(camera_points - centre_c, 1, 2) @ (object_points - centre_o)
+    M, _ = rotation.best_fit(product)
+    centres = centre_o[:, 0] - np.einsum("kji,kj->ki", M, centre_c[:, 0])
+    return centres, M
+
+
+# --- Where the points and the camera lie ---
+
+
+def _on_a_line(points: np.ndarray) -> bool:
+    """Whether points (n, 3) lie on one line, or at one place."""
+    length, width, _ = _common.extents(points)
+    return width <= ON_A_LINE * length
+
+
+def _triples(points: np.ndarray) -> np.ndarray:
+    """Triples (t, 3) of up to five points that lie far apart, none on a line."""
+    far = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+    while len(far) < min(5, len(points)):
+        gap = np.linalg.norm(points[:, None] - points[far], axis=-1).min(axis=1)
+        far.append(int(np.argmax(gap)))
+    triples = np.array(list(combinations(far, 3)))
+    a, b, c = np.moveaxis(points[triples], 1, 0)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=-1)
+    return triples[area > ON_A_LINE * area.max()]
+
+
+def _near_cylinder(centre: np.ndarray, object_points: np.ndarray) -> bool:
+    """Whether a centre is near the upright cylinders through all triples of points.
+
+    Through three points goes a circle, and over it stands the dangerous cylinder: a
+    camera on it can move a little without a change of the three angles it sees.
+    """
+    a, b, c = np.moveaxis(object_points[_triples(object_points)], 1, 0)
+    u, v = b - a, c - a
+    axis = np.cross(u, v)
+    square = np.sum(axis**2, axis=-1, keepdims=True)
+    uu, vv = (np.sum(w**2, axis=-1, keepdims=True) for w in (u, v))
+    to_middle = (uu * np.cross(v, axis) - vv * np.cross(u, axis)) / (2 * square)
+    off_axis = np.cross(centre - a - to_middle, axis)
+    distance = np.linalg.norm(off_axis, axis=-1) / np.sqrt(square[:, 0])
+    radius = np.linalg.norm(to_middle, axis=-1)
+    # The circle of points almost on a line is so large that everything is near it
+    far = np.linalg.norm(centre - a, axis=-1)
+    return bool(np.all(np.abs(distance - radius) < NEAR * np.minimum(radius, far)))

@@ -10,7 +10,7 @@ from matplotlib.patches import ConnectionPatch
 
 from pgm_lab import matching
 from pgm_lab._rounding import plain, round_number
-from pgm_lab.matching.photo import Photo
+from pgm_lab.io.photo import Photo
 from pgm_lab.plot import basic
 from pgm_lab.plot.basic import Look
 

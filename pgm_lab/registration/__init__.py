@@ -1,19 +1,14 @@
-"""Two ortho images registered: how far apart they lie, and how sure that is.
+"""Two ortho images registered: their shift, and how certain it is.
 
-`chips` finds small windows of the one image in the other, `accuracy` sums up the
-shifts, `model` fits one transformation to them, `resampling` applies it. `points` says
-where to look, `raster` reads and writes images with their place on the map, `grids`
-says how far two maps' pixels lie apart.
+`chips` finds small windows of one image in the other, `accuracy` summarizes the shifts,
+`model` fits one transformation to them and applies it. `points` says where to look.
 """
 
+from pgm_lab.io.geotiff import Raster, read, write
 from pgm_lab.registration.accuracy import Accuracy, accuracy
-from pgm_lab.registration.chips import register
-from pgm_lab.registration.grids import offset
-from pgm_lab.registration.model import Model, fit
-from pgm_lab.registration.points import grid, pick, read_points
-from pgm_lab.registration.raster import Raster, read, write
-from pgm_lab.registration.resampling import resample
-from pgm_lab.registration.result import Registration
+from pgm_lab.registration.chips import Registration, register
+from pgm_lab.registration.model import Model, fit, resample
+from pgm_lab.registration.points import grid, offset, pick, read_points
 
 __all__ = [
     "Accuracy",

@@ -1,7 +1,7 @@
-"""Shifts summed up: RMSE, circular error, and what a few blunders cannot change."""
+"""Summary of shifts: RMSE, circular error, and robust measures."""
 
 from dataclasses import dataclass, field
-from typing import Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 
 ROBUST_SD = 1.4826  # sd of a normal distribution over its median absolute deviation
-# Errors of x and y that are normal, with sigma each and mean 0, have RMSE_T = sqrt(2)
-# sigma. They are longer than R with probability exp(-R^2 / (2 sigma^2)), which is one
-# tenth at R = sigma sqrt(2 ln 10).
+# Normal errors of x and y, with mean 0 and sigma each, have RMSE_T = sqrt(2) sigma and
+# are longer than R with probability exp(-R^2 / (2 sigma^2)): 0.1 at sigma sqrt(2 ln 10)
 CE90_OF_RMSE = np.sqrt(np.log(10))  # 1.5174
 
 
@@ -71,7 +70,7 @@ class Accuracy:
     robust_rmse_t: float
     shifts: np.ndarray = field(repr=False, compare=False)
 
-    def times(self, pixel_size: ArrayLike) -> Self:
+    def times(self, pixel_size: ArrayLike) -> "Accuracy":
         """Return the same in metres.
 
         Parameters
@@ -94,11 +93,11 @@ class Accuracy:
         '10.39 m'
         """
         size = _validate.pair(pixel_size, "pixel_size", "m")
-        return type(self)(**_summed_up(*(self.shifts * size).T))
+        return _summary(self.shifts * size)
 
 
 def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
-    """Sum up shifts by their means, root mean squares and quantiles.
+    """Summarize shifts by their means, root mean squares and quantiles.
 
     Parameters
     ----------
@@ -137,38 +136,36 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
             "dx and dy must be two lists of the same length, with at least one shift;"
             f" got shapes {dx.shape} and {dy.shape}"
         )
-    return Accuracy(**_summed_up(dx, dy))
+    return _summary(np.stack([dx, dy], axis=1))
 
 
-def _summed_up(dx: np.ndarray, dy: np.ndarray) -> dict:
-    """Values of an Accuracy, by name."""
-    shifts = np.stack([dx, dy], axis=1)
+def _summary(shifts: np.ndarray) -> Accuracy:
+    """Sums of shifts (n, 2)."""
     n = len(shifts)
-    mean = shifts.mean(axis=0)
+    mean, median = shifts.mean(axis=0), np.median(shifts, axis=0)
     rmse = np.sqrt(np.mean(shifts**2, axis=0))  # (Br 2), (Br 3)
-    rmse_t = np.hypot(*rmse)  # (Br 4)
-    length = np.hypot(dx, dy)
-    sd, sd_of_q = np.full(2, np.nan), np.nan
+    rmse_t = float(np.hypot(*rmse))  # (Br 4)
+    length = np.hypot(*shifts.T)
+    sd, sd_of_square = np.full(2, np.nan), np.nan
     if n > 1:
         sd = shifts.std(axis=0, ddof=1)
-        sd_of_q = np.std(length**2, ddof=1)
-    median = np.median(shifts, axis=0)
+        sd_of_square = np.std(length**2, ddof=1)
     spread = ROBUST_SD * np.median(np.abs(shifts - median), axis=0)
-    numbers = {
-        **_of_both("mean", mean),
-        **_of_both("sd", sd),
-        **_of_both("sd_mean", sd / np.sqrt(n)),
-        **_of_both("rmse", rmse),
-        "rmse_t": rmse_t,
-        "sd_rmse_t": sd_of_q / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_q,
-        "ce90": np.quantile(length, 0.9),
-        "ce90_normal": CE90_OF_RMSE * rmse_t,
-        **_of_both("median", median),
-        **_of_both("spread", spread),
-        "robust_rmse_t": np.sqrt(np.sum(median**2 + spread**2)),
+    sd_rmse_t = sd_of_square / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_square
+    of_both = {"mean": mean, "sd": sd, "sd_mean": sd / np.sqrt(n), "rmse": rmse}
+    of_both |= {"median": median, "spread": spread}
+    numbers: dict[str, Any] = {
+        f"{name}_{axis}": float(value)
+        for name, pair in of_both.items()
+        for axis, value in zip("xy", pair)
     }
-    return {k: float(v) for k, v in numbers.items()} | {"n": n, "shifts": shifts}
-
-
-def _of_both(name: str, values: np.ndarray) -> dict:
-    return {f"{name}_x": values[0], f"{name}_y": values[1]}
+    return Accuracy(
+        n=n,
+        rmse_t=rmse_t,
+        sd_rmse_t=float(sd_rmse_t),
+        ce90=float(np.quantile(length, 0.9)),
+        ce90_normal=float(CE90_OF_RMSE * rmse_t),
+        robust_rmse_t=float(np.sqrt(np.sum(median**2 + spread**2))),
+        shifts=shifts,
+        **numbers,
+    )

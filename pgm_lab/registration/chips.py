@@ -1,16 +1,172 @@
 """Chips of a reference image found in a sensed one by Pearson's correlation."""
 
+import os
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
+import scipy
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
-from pgm_lab.registration._changed import changed
-from pgm_lab.registration.result import Registration
+from pgm_lab.io import files, text
+from pgm_lab.matching import STATUSES
+from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 REFINEMENTS = ("parabola", "lsm")
 # Predicted standard deviation in px up to which a shift is accepted, by default
 LARGEST_SD = {None: 0.5, "parabola": 0.1, "lsm": 0.05}
-APART = 1.0  # px that least squares matching may end from the highest whole pixel
+MAX_STEP = 1.0  # px that least squares matching may end from the highest whole pixel
+
+# A chip that changed is compared with its neighbours
+NEIGHBOURS = 8  # accepted chips around it
+MIN_ACCEPTED = 5  # below which nobody can say what is usual
+UNEXPLAINED = 0.5  # least share of its variance that the other image does not explain
+SNR_RATIO = 4.0  # signal-to-noise ratio that is expected, over its own, at least
+
+COLUMNS = (
+    *("chip", "column in the reference (px)", "row in the reference (px)"),
+    "shift of the column (px; sensed minus reference)",
+    "shift of the row (px; sensed minus reference; down is positive)",
+    *("r at the highest peak", "r at the second peak (-1: none)"),
+    *("variance of the column (px2)", "covariance (px2)", "variance of the row (px2)"),
+    "status",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """Where n chips of the reference image lie in the sensed one.
+
+    Attributes
+    ----------
+    points : ndarray (n, 2)
+        (column, row) in the reference image, in pixels, as given.
+    dx, dy : ndarray (n,)
+        Shift in pixels, sensed minus reference, beyond the offset that was given: dx to
+        the right, dy down. Of the highest peak, also where the status warns of it; NaN
+        where nothing was compared.
+    r : ndarray (n,)
+        Pearson's correlation coefficient at the highest whole pixel; NaN where nothing
+        was compared.
+    second : ndarray (n,)
+        At the second highest peak; -1 where there is no other, NaN as for r.
+    covariance : ndarray (n, 2, 2)
+        Of (dx, dy) as predicted, in square pixels; NaN unless accepted.
+    status : ndarray (n,) of str
+        "accepted", or what went wrong first: the words of `matching.STATUSES`.
+    """
+
+    points: np.ndarray
+    dx: np.ndarray
+    dy: np.ndarray
+    r: np.ndarray
+    second: np.ndarray
+    covariance: np.ndarray
+    status: np.ndarray
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Whether the status is "accepted": ndarray (n,) of bool."""
+        return self.status == "accepted"
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Predicted standard deviation of a coordinate in pixels: ndarray (n,).
+
+        The root of the mean variance of dx and dy; NaN unless accepted.
+        """
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
+    @cached_property
+    def accuracy(self) -> Accuracy:
+        """Means, root mean squares and quantiles of the accepted shifts, in pixels.
+
+        Raises
+        ------
+        ValueError
+            If no chip is accepted: then the transformation is undetermined.
+        """
+        if not self.accepted.any():
+            raise ValueError(self._nothing_accepted())
+        return accuracy(self.dx[self.accepted], self.dy[self.accepted])
+
+    @property
+    def rmse_x(self) -> float:
+        """Of the accepted shifts, in pixels (Br 2)."""
+        return self.accuracy.rmse_x
+
+    @property
+    def rmse_y(self) -> float:
+        """Of the accepted shifts, in pixels (Br 3)."""
+        return self.accuracy.rmse_y
+
+    @property
+    def rmse_t(self) -> float:
+        """Of the accepted shifts, in pixels (Br 4)."""
+        return self.accuracy.rmse_t
+
+    @property
+    def ce90(self) -> float:
+        """Length that nine tenths of the accepted shifts do not exceed, in pixels."""
+        return self.accuracy.ce90
+
+    def _nothing_accepted(self) -> str:
+        """What to do when nothing is accepted."""
+        if not len(self.status):
+            return "there are no chips, and so no shift. Give points"
+        found = Counter(map(str, self.status)).most_common()
+        counts = ", ".join(f"{number} {status}" for status, number in found)
+        meaning, help = STATUSES[found[0][0]]
+        return (
+            f"none of {len(self.status)} chips is accepted, and the transformation is"
+            f" undetermined: {counts}. Of most {meaning}: {help}. If the images show"
+            " the same ground, their shift may be larger than the radius"
+        )
+
+    def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
+        """Save all chips as a table, with the status of each.
+
+        Parameters
+        ----------
+        path : str or path
+            A file of comma-separated values (CSV), whose first line names its columns
+            with their units. Chips are numbered from 0; unknown values are empty.
+        overwrite : bool
+            Whether a file of this name may be replaced.
+
+        Raises
+        ------
+        FileExistsError
+            If the file is there already.
+        OSError
+            If it cannot be written; an old one stays.
+
+        Examples
+        --------
+        >>> from tempfile import TemporaryDirectory
+        >>> from pgm_lab import registration
+        >>> reference = np.random.default_rng(1).integers(0, 256, (100, 100))
+        >>> sensed = np.roll(reference, (2, -1), axis=(0, 1))
+        >>> found = registration.register(reference, sensed, [(50, 50), (5, 50)])
+        >>> with TemporaryDirectory() as folder:
+        ...     found.save(f"{folder}/shifts.csv")
+        ...     with open(f"{folder}/shifts.csv") as file:
+        ...         print(file.read().splitlines()[-1])
+        1,5.0,50.0,,,,,,,,template leaves the image
+        """
+        files.save({path: self.csv()}, overwrite=overwrite)
+
+    def csv(self) -> str:
+        """Return the table that `save` writes."""
+        C = self.covariance
+        numbers = np.column_stack(
+            [self.points, self.dx, self.dy, self.r, self.second, C[:, 0, 0],
+             C[:, 0, 1], C[:, 1, 1]]
+        )  # fmt: skip
+        return text.written(COLUMNS, numbers, self.status)
 
 
 def register(
@@ -32,10 +188,9 @@ def register(
     """Find chips of the reference image in the sensed image, all in one call.
 
     A chip is cut out of the reference image around each point, and compared with every
-    place up to `radius` pixels from the same point in the sensed image. Where Pearson's
-    correlation coefficient (Br 1) is highest, there the chip is found; the shift is
-    sensed minus reference. r alone does not say whether that is right: a chip is
-    accepted only if no test speaks against it.
+    place up to `radius` pixels from the same point in the sensed image. It is found
+    where Pearson's correlation coefficient r (Br 1) is highest; the shift is sensed
+    minus reference. A chip is accepted only if it passes all tests, not by r alone.
 
     Parameters
     ----------
@@ -51,8 +206,8 @@ def register(
         Whole pixels to each side that are searched, at least 1. A shift of more is
         never found; one of just so many lies on the border, and is not accepted.
     refine : None, "parabola" or "lsm"
-        Whole pixels, as in the paper; the top of the paraboloid through the peak and
-        its eight neighbours; or least squares matching (`lsm.match`) from there.
+        Whole pixels, as in the paper; the vertex of the paraboloid through the peak
+        and its eight neighbours; or least squares matching (`lsm.match`) from there.
     threshold : float
         Smallest r that is accepted.
     ratio : float
@@ -155,51 +310,92 @@ def register(
             )
         offset = (0.0, 0.0)
     start = points + _validate.of_shape(offset, (2,), "offset")
+
+    # Find the peak of r
     found = ncc.match(
         *(reference, sensed, points, start, chip, chip + 2 * radius, threshold, ratio),
         refine="parabola" if refine == "parabola" else None,
         noise=noise,
     )
     place, covariance, status = found.points, found.covariance, found.status
+
+    # Refine the accepted chips; where that fails, the peak stays
     if refine == "lsm":
         k = np.flatnonzero(found.accepted)
         fine = lsm.match(
-            *(reference, sensed, points[k], found.points[k], chip),
+            *(reference, sensed, points[k], place[k], chip),
             threshold=max(threshold, 0.0),
             noise=noise,
             smooth=smooth,
         )
-        place, covariance, status = _refined(found, k, fine)
+        step = np.abs(fine.points - place[k]).max(axis=1)  # NaN unless accepted
+        status[k] = np.where(step > MAX_STEP, "diverged", fine.status)
+        good = status[k] == "accepted"
+        place = place.copy()  # that of whole pixels tells what changed
+        place[k[good]] = fine.points[good]
+        covariance[:] = np.nan
+        covariance[k[good]] = fine.covariance[good]
+
+    # Refuse what is imprecise, or changed
     sd = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
     status[sd > largest_sd] = "not precise enough"
-    status[changed(reference, sensed, points, found, status, chip, threshold)] = (
-        "changed"
-    )
+    changed = _changed(reference, sensed, points, found, status, chip, threshold)
+    status[changed] = "changed"
     covariance[status != "accepted"] = np.nan
     dx, dy = (place - start).T
     return Registration(points, dx, dy, found.r, found.second, covariance, status)
-
-
-def _refined(
-    found: ncc.Match, k: np.ndarray, fine: lsm.Match
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places, covariances and status with what least squares matching made of chips k.
-
-    Where it failed, the highest peak stays.
-    """
-    place, status = found.points.copy(), found.status.copy()
-    covariance = np.full_like(found.covariance, np.nan)
-    step = np.abs(fine.points - found.points[k]).max(axis=1)  # NaN unless accepted
-    status[k] = np.where(step > APART, "diverged", fine.status)
-    good = status[k] == "accepted"
-    place[k[good]], covariance[k[good]] = fine.points[good], fine.covariance[good]
-    return place, covariance, status
 
 
 def _with_data(image: np.ndarray, nodata: float | None) -> np.ndarray:
     """The image, with what has the value `nodata` masked."""
     if nodata is None:
         return image
-    return np.ma.masked_where(
-        np.ma.getdata(image) == _validate.number(nodata, "nodata"), image
-    )
+    nodata = _validate.number(nodata, "nodata")
+    return np.ma.masked_where(np.ma.getdata(image) == nodata, image)
+
+
+# --- Chips that changed: textured in both images, but matched by nothing ---
+
+
+def _changed(
+    reference: np.ndarray,
+    sensed: np.ndarray,
+    points: np.ndarray,
+    found: ncc.Match,
+    status: np.ndarray,
+    chip: int,
+    threshold: float,
+) -> np.ndarray:
+    """Which chips (n,) changed, by the rule in the notes of `register`."""
+    changed = np.zeros(len(points), bool)
+    accepted = np.flatnonzero(status == "accepted")
+    if len(accepted) < MIN_ACCEPTED:
+        return changed
+    # Share of a chip's variance that the other image does not explain; NaN if flat
+    share = 1 - np.maximum(found.r, 0) ** 2
+    k = np.flatnonzero(share > UNEXPLAINED)
+    # Expect of a chip what its neighbours lose by sampling, ...
+    number = min(NEIGHBOURS, len(accepted))
+    near = accepted[scipy.spatial.cKDTree(points[accepted]).query(points[k], number)[1]]
+    expected = np.median(share[near], axis=1)
+    # ... or what their least noise hides of its texture, in either image
+    some = np.unique(near)
+    for image, at in ((reference, points), (sensed, found.points)):
+        noise = np.zeros(len(points))
+        noise[some] = share[some] * _variances(image, at[some], chip)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            hidden = noise[near].min(axis=1) / _variances(image, at[k], chip)
+        expected = np.fmin(np.maximum(expected, hidden), 1)  # 1 where it is flat
+    # Compare the signal-to-noise ratios r^2 : (1 - r^2)
+    far = (1 - share[k]) * expected < share[k] * (1 - expected) / SNR_RATIO
+    changed[k] = far & (1 - expected >= max(threshold, 0) ** 2)
+    return changed
+
+
+def _variances(image: np.ndarray, at: np.ndarray, chip: int) -> np.ndarray:
+    """Variances (n,) of the chips around whole pixels (n, 2), 2000 at a time."""
+    windows = sliding_window_view(np.ma.getdata(image), (chip, chip))
+    column, row = (np.floor(at + 0.5) - chip // 2).astype(int).T
+    parts = [slice(i, i + 2000) for i in range(0, len(at), 2000)]
+    found = [windows[row[p], column[p]].var(axis=(1, 2), dtype=float) for p in parts]
+    return np.concatenate(found) if found else np.zeros(0)

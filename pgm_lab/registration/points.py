@@ -1,4 +1,4 @@
-"""Points of the reference image: on a grid, where texture is good, or from a file."""
+"""Where to look: points of the reference image, and the offset of two pixel grids."""
 
 import os
 
@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _numbers, _validate, matching
-from pgm_lab._files import printable
-from pgm_lab.matching import photo
-from pgm_lab.registration._plain import without_data
-from pgm_lab.registration.raster import Raster
+from pgm_lab import _validate, matching
+from pgm_lab.io.geotiff import Raster, same_crs, without_data
+from pgm_lab.io.text import read_table
+
+SAME_GRID = 0.01  # px that two grids may drift apart over an image
 
 
 def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
@@ -121,27 +121,27 @@ def pick(
     if sensed is not None:
         sensed = _validate.grey_image(sensed, "sensed")
         none = without_data(image)
-        mask = none | _not_seen(image.shape, sensed, radius, offset)
+        mask = none | _unseen(image.shape, sensed, radius, offset)
         if mask.all() and not none.all():
             return np.zeros((0, 2))
         image = np.ma.array(np.ma.getdata(image), mask=mask)
     return matching.pick(image, number, chip, margin=chip // 2 + radius)
 
 
-def _not_seen(
+def _unseen(
     shape: tuple[int, ...], sensed: np.ndarray, radius: int, offset: np.ndarray
 ) -> np.ndarray:
     """Where the sensed image has no data within the radius, in reference pixels."""
-    seen = np.zeros(shape, bool)
+    unseen = np.ones(shape, np.uint8)
     across, down = np.round(np.clip(offset, -(2**31), 2**31)).astype(int)
     left, top = max(0, -across), max(0, -down)
     right = min(shape[1], sensed.shape[1] - across)
     bottom = min(shape[0], sensed.shape[0] - down)
     if left < right and top < bottom:
         part = np.s_[top + down : bottom + down, left + across : right + across]
-        seen[top:bottom, left:right] = ~without_data(sensed[part])
-    around = np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)
-    return cv2.dilate((~seen).astype(np.uint8), around) > 0
+        unseen[top:bottom, left:right] = without_data(sensed[part])
+    size = 2 * radius + 1
+    return cv2.dilate(unseen, np.ones((size, size), np.uint8)) > 0
 
 
 def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.ndarray:
@@ -178,9 +178,88 @@ def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.nda
     >>> points
     array([[12. , 34.5]])
     """
-    file = photo.regular(path, f"points, {printable(path)}")
     names = ("column", "row") if raster is None else ("x", "y")
-    points = _numbers.read_table(file, "points", names, 0).values
+    points = read_table(path, "points", names, 0).values
     if raster is None:
         return points
     return _validate.instance(raster, Raster, "raster").pixels(points)
+
+
+def offset(reference: Raster, sensed: Raster) -> np.ndarray:
+    """Offset of the pixel indices between the two grids.
+
+    Two images of one place may begin at different corners. A point of the map that has
+    (column, row) in the reference image has (column, row) + offset in the sensed one:
+    what `register` and `fit` take.
+
+    Parameters
+    ----------
+    reference, sensed : Raster
+        Either both with a georeference, of the same coordinate reference system and
+        pixel size, or both without.
+
+    Returns
+    -------
+    ndarray (2,)
+        In pixels, not rounded; zeros without georeference.
+
+    Raises
+    ------
+    ValueError
+        If the grids do not fit together: the message says how to make them; or the
+        images have no part of the map in common.
+
+    Examples
+    --------
+    >>> zeros = np.zeros((100, 100), np.uint8), np.zeros((100, 100), bool)
+    >>> one = Raster(*zeros, np.array([[6.0, 0, 700_000], [0, -6, 9_320_000]]))
+    >>> other = Raster(*zeros, np.array([[6.0, 0, 700_060], [0, -6, 9_320_015]]))
+    >>> offset(one, other)
+    array([-10. ,   2.5])
+    """
+    _validate.instance(reference, Raster, "reference")
+    _validate.instance(sensed, Raster, "sensed")
+    if reference.transform is None and sensed.transform is None:
+        return np.zeros(2)
+    for one, name in ((reference, "sensed"), (sensed, "reference")):
+        if one.transform is None:
+            raise ValueError(
+                f"{one.path or 'one image'} has no georeference and the {name} image"
+                " has one: cut both to the same area and remove it, or give the offset"
+                " in pixels"
+            )
+    if not same_crs(reference.crs, sensed.crs):
+        raise ValueError(
+            "the images have different coordinate reference systems,"
+            f" {reference.crs or 'none':.60} and {sensed.crs or 'none':.60}."
+            f" {_advice(reference)}"
+        )
+    A, corner = reference.affine()
+    other, other_corner = sensed.affine()
+    size = max(*reference.grey.shape, *sensed.grey.shape)
+    if np.abs(np.linalg.solve(A, other) - np.eye(2)).max() * size > SAME_GRID:
+        sizes = (" x ".join(f"{s:.9g}" for s in np.hypot(*m)) for m in (A, other))
+        raise ValueError(
+            "the images have pixels of different size or direction,"
+            f" {' and '.join(sizes)} map units. {_advice(reference)}"
+        )
+    found = np.linalg.solve(A, corner - other_corner)
+    first = np.maximum(-found, 0)
+    last = np.minimum(sensed.grey.shape[::-1] - found, reference.grey.shape[::-1])
+    if np.any(last <= first):
+        raise ValueError(
+            "the images have no part of the map in common: the sensed one begins"
+            f" {-found[0]:.0f} columns and {-found[1]:.0f} rows from the reference's"
+            " first pixel"
+        )
+    return found
+
+
+def _advice(reference: Raster) -> str:
+    """What to do with a sensed image on another grid."""
+    across, down = np.hypot(*reference.affine()[0])
+    return (
+        "Bring the sensed image onto the reference's grid first, for example with"
+        f" gdalwarp -t_srs {reference.crs or 'none':.60} -tr {across:.9g} {down:.9g}"
+        " -r cubic sensed.tif aligned.tif"
+    )

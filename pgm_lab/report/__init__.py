@@ -1,12 +1,10 @@
 """Reports: words, tables and figures of a bundle, a matching, a registration.
 
-`python -m pgm_lab.report` makes one of a bundle from four text files, `python -m
-pgm_lab.matching` one of a matching from two photos, and `python -m
-pgm_lab.registration` one of a registration from two images.
+The command `pgm_lab` makes one of a bundle from four text files (`adjust`), of a
+matching from two photos (`match`), of a registration from two images (`register`).
 """
 
 from pgm_lab.report import matching, registration
-from pgm_lab.report._page import html
-from pgm_lab.report._text import text
+from pgm_lab.report.network import html, text
 
 __all__ = ["html", "matching", "registration", "text"]

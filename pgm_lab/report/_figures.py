@@ -1,38 +1,40 @@
-"""The figures of the report, each with what it shows in words."""
+"""The figures of the reports, each with the numbers that its alt text states."""
 
 import base64
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d import Axes3D
 
-from pgm_lab import plot
-from pgm_lab._rounding import round_number
+from pgm_lab import plot, registration, rotation
+from pgm_lab._rounding import fixed, round_number
 from pgm_lab.bundle.result import Bundle
+from pgm_lab.matching import Match
 from pgm_lab.plot.basic import Look
-from pgm_lab.report._layout import count, listed
-from pgm_lab.report._misfit import suspected
-from pgm_lab.report._space import stations
-from pgm_lab.report._words import UM
+from pgm_lab.report._tables import UM
+
+if TYPE_CHECKING:
+    from pgm_lab.report.network import Case
+    from pgm_lab.report.registration import Case as Images
+
+Drawn = Iterator[tuple[Figure, dict[str, Any]]]
 
 DPI = 100
+# Of a network
 DENSE = 400  # rays a photo: more vectors than a small picture can show
 CELLS = 12  # across the image, for means
-
-
-def pictures(name: str, result: Bundle) -> list[tuple[str, str]]:
-    """Return the figures of one kind: PNGs in base64, and what they show."""
-    kinds = {
-        "residuals": residuals,
-        "lens": lens,
-        "precision": precision,
-        "stations": stations,
-    }
-    draw = kinds[name]
-    with plt.rc_context(plot.STYLE):
-        return [(png(figure), words) for figure, words in draw(result)]
+MAX_CAMERAS = 60  # drawn with their photo planes; more would cover the points
+MAX_NAMES = 30
+MAX_POINTS = 5000  # a picture shows no more of them
+CAMERA_SIZE = 0.12  # in diameters of the network
+# Of a matching and of a registration
+LINES = 12  # that join matches
+PART = 80  # pixels across what the overlay shows
 
 
 def png(figure: Figure) -> str:
@@ -43,23 +45,47 @@ def png(figure: Figure) -> str:
     return base64.b64encode(buffer.getvalue()).decode()
 
 
-def residuals(result: Bundle) -> Iterator[tuple[Figure, str]]:
+def _drawer(kinds: dict[str, Callable[[], Drawn]]) -> Callable[[str], list]:
+    """Return a function that draws the figures of a name."""
+
+    def draw(name: str) -> list[tuple[str, dict[str, Any]]]:
+        with plt.rc_context(plot.STYLE):
+            return [(png(figure), shown) for figure, shown in kinds[name]()]
+
+    return draw
+
+
+# --- A network ---
+
+
+def of_network(case: "Case") -> Callable[[str], list]:
+    """Return what draws the figures of network.j2."""
+    result = case.result
+    return _drawer(
+        {
+            "residuals": lambda: residuals(result, len(case.suspects)),
+            "lens": lambda: lens(result),
+            "precision": lambda: precision(result),
+            "stations": lambda: stations(result),
+        }
+    )
+
+
+def residuals(result: Bundle, suspects: int) -> Drawn:
     """Residual vectors of the photos, or their means where they would be a blot."""
     network = result.network
     if len(network.xy) > DENSE * len(network.exteriors):
         yield mean_residuals(result)
         return
-    rms = UM * np.sqrt(np.mean(result.residuals**2))
-    outliers = count(len(suspected(result)), "ray")
-    words = (
-        "Residual vectors of the image points, photo by photo, with the suspected"
-        f" blunders in another colour: {outliers}. Their root mean square is"
-        f" {rms:.2f} µm; the numbers stand in the table of the photos."
-    )
-    yield plot.bundle.residual_vectors(result), words
+    shown = {
+        "single": True,
+        "rms": UM * np.sqrt(np.mean(result.residuals**2)),
+        "suspects": suspects,
+    }
+    yield plot.bundle.residual_vectors(result), shown
 
 
-def mean_residuals(result: Bundle) -> tuple[Figure, str]:
+def mean_residuals(result: Bundle) -> tuple[Figure, dict[str, Any]]:
     """Mean residuals of all photos in cells of the image: what the camera leaves."""
     xy, v = result.network.xy, UM * result.residuals
     low, width = xy.min(axis=0), np.ptp(xy, axis=0).max()
@@ -84,28 +110,28 @@ def mean_residuals(result: Bundle) -> tuple[Figure, str]:
     ax.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     ax.set_title("Mean residuals of all photos")
     ax.margins(0.08)
-    words = (
-        f"Mean residual vectors of all photos in {np.sum(filled)} cells of the image."
-        f" The largest is {length.max():.2g} µm long; {np.sum(beyond)} are longer than"
-        " chance explains and drawn in another colour."
-    )
-    return figure, words
+    shown = {
+        "single": False,
+        "cells": np.sum(filled),
+        "largest": length.max(),
+        "beyond": np.sum(beyond),
+    }
+    return figure, shown
 
 
-def lens(result: Bundle) -> Iterator[tuple[Figure, str]]:
+def lens(result: Bundle) -> Drawn:
     """Radial distortion of each camera with its confidence band."""
     for number, camera in enumerate(result.cameras):
         own = result.network.camera[result.network.photo] == number
         if np.any(own) and np.any(camera.interior[3:6]):
             of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""
-            words = (
-                f"Radial distortion of the lens{of_camera} over the distance from the"
-                " principal point, with its 95 % band; the numbers stand in the table."
+            yield (
+                plot.bundle.lens_curve(result, camera=number),
+                {"of_camera": of_camera},
             )
-            yield plot.bundle.lens_curve(result, camera=number), words
 
 
-def precision(result: Bundle) -> Iterator[tuple[Figure, str]]:
+def precision(result: Bundle) -> Drawn:
     """Where points are precise: in the coordinate plane in which they spread most."""
     points = result.points
     spread = np.cov(points.T)
@@ -131,10 +157,210 @@ def precision(result: Bundle) -> Iterator[tuple[Figure, str]]:
         ax.annotate(str(name), place, parse_math=False, **away)
     ax.set(xlabel=f"{names[0]} (object units)", ylabel=f"{names[1]} (object units)")
     ax.set_aspect("equal", adjustable="datalim")
-    words = (
-        f"Precision of the object points in the {''.join(names)} plane: the larger and"
-        " darker a point, the larger its standard deviation, from"
-        f" {np.min(largest):.2g} to {np.max(largest):.2g} object units. The least"
-        f" precise are {listed(worst_names)}; all stand in the table of the points."
+    shown = {
+        "plane": "".join(names),
+        "least": np.min(largest),
+        "largest": np.max(largest),
+        "worst": worst_names,
+    }
+    yield figure, shown
+
+
+def stations(result: Bundle) -> Drawn:
+    """Stations and points in space, the last step of Muliawan's program."""
+    centres, points = result.exteriors[:, :3], result.points
+    everything = np.concatenate([centres, points])
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    figure = plt.figure(figsize=(10, 8))
+    ax = plot.space.space(figure)
+    ax.set_axis_on()
+    shown = points[:: -(-len(points) // MAX_POINTS)]
+    ax.scatter(*shown.T, s=14, color=plot.BLUE, label="object points", depthshade=False)
+    label: dict = {
+        "label": "projection centres",
+        "color": plot.RED,
+        "depthshade": False,
+    }
+    ax.scatter(*centres.T, s=30, marker="s", **label)
+    drawn = [everything]
+    if len(centres) <= MAX_CAMERAS:
+        size = CAMERA_SIZE * float(np.linalg.norm(high - low))
+        drawn += _cameras(ax, result, size)
+    plot.space.fit(ax, np.concatenate(drawn), zoom=0.85)
+    _axes(ax)
+    figure.legend(loc="upper right")
+    decimals = 2 - np.floor(np.log10(np.max(high - low)))
+    spans = "; ".join(
+        f"{axis} from {' to '.join(fixed(np.array(ends), decimals))}"
+        for axis, *ends in zip("XYZ", low, high)
     )
+    distance = np.linalg.norm(centres - points.mean(axis=0), axis=1)
+    words = {
+        "stations": len(centres),
+        "points": len(points),
+        "spans": spans,
+        "distance": np.mean(distance),
+    }
     yield figure, words
+
+
+def _cameras(ax: Axes3D, result: Bundle, size: float) -> list[np.ndarray]:
+    """Draw the photo plane of each photo before its centre, and write the names."""
+    network, drawn = result.network, []
+    for i, exterior in enumerate(result.exteriors):
+        camera = result.cameras[network.camera[i]]
+        own = network.xy[network.photo == i]
+        form = 2 * np.abs(own).max(axis=0) / camera.c if len(own) else np.ones(2)
+        width, height = np.clip(form, 0.1, 2.0)
+        look: dict = {"form": (width, height), "color": plot.RED, "axes": False}
+        drawn.append(plot.space.draw_camera(ax, exterior, size, **look))
+    if len(result.exteriors) > MAX_NAMES:
+        return drawn
+    for photos in _neighbours(result.exteriors[:, :3], 0.3 * size):
+        axes = [rotation.matrix(*result.exteriors[i, 3:])[2] for i in photos]
+        behind = result.exteriors[photos, :3].mean(axis=0) + 0.55 * size * axes[0]
+        names = ", ".join(str(network.photo_names[i]) for i in photos)
+        text: dict = {"ha": "center", "va": "center", "parse_math": False}
+        ax.text(*behind, names, fontsize=13, **text)
+        drawn.append(behind[None])
+    return drawn
+
+
+def _neighbours(centres: np.ndarray, near: float) -> list[list[int]]:
+    """Group stations so close together that their names would cover each other."""
+    groups: list[list[int]] = []
+    for i, centre in enumerate(centres):
+        for group in groups:
+            if np.linalg.norm(centres[group[0]] - centre) < near:
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _axes(ax: Axes3D) -> None:
+    """Name the axes with their unit, and keep their numbers apart."""
+    for axis, pad in (("x", 16), ("y", 18), ("z", 24)):
+        look = getattr(ax, f"{axis}axis")
+        low, high = getattr(ax, f"get_{axis}lim")()
+        widest = max(np.ptp(getattr(ax, f"get_{one}lim")()) for one in "xyz")
+        look.set_major_locator(
+            plt.MaxNLocator(max(2, round(5 * (high - low) / widest)))
+        )
+        getattr(ax, f"set_{axis}label")(
+            f"{axis.upper()} (object units)", labelpad=pad, fontsize=13
+        )
+        ax.tick_params(axis=axis, labelsize=11, pad=5)
+
+
+# --- A matching ---
+
+
+def of_matching(
+    found: Match, left: Any, right: Any, threshold: float | None
+) -> Callable[[str], list]:
+    """Return what draws the figures of matching.j2."""
+
+    def photos() -> Drawn:
+        yield plot.matches.side_by_side(left, right, found, LINES), {}
+
+    def histograms() -> Drawn:
+        yield plot.matches.histograms(found, threshold), {"threshold": threshold}
+
+    def parallaxes() -> Drawn:
+        length = np.hypot(*plot.matches.remainders(found).T)
+        shown = {"median": float(np.median(length)), "longest": float(length.max())}
+        yield plot.matches.parallaxes(left, found), shown
+
+    return _drawer(
+        {"photos": photos, "histograms": histograms, "parallaxes": parallaxes}
+    )
+
+
+# --- A registration ---
+
+
+def of_registration(case: "Images") -> Callable[[str], list]:
+    """Return what draws the figures of registration.j2."""
+    return _drawer(
+        {
+            "overlay": lambda: _overlay(case),
+            "shifts": lambda: _shifts(case),
+            "scatter": lambda: _scatter(case),
+            "similarity": lambda: _similarity(case),
+        }
+    )
+
+
+def _overlay(case: "Images") -> Drawn:
+    """A part of both images, laid over each other before and after."""
+    first, last = _part(case)
+    size = last - first
+    shape = int(size[1]), int(size[0])
+    reference = case.reference.values[first[1] : last[1], first[0] : last[0]]
+    images = {"before": _before(case, first, shape)}
+    if case.model is not None and case.agrees:
+        # The same model, in the pixels of this part
+        of_part = replace(
+            case.model,
+            centre=case.model.centre - first,
+            offset=case.model.offset + first,
+        )
+        title = f"after, by the model: {case.model.kind}"
+        images[title] = registration.resample(case.sensed.values, of_part, shape)
+    yield plot.registration.fringes(reference, images, first), {}
+
+
+def _part(case: "Images") -> tuple[np.ndarray, np.ndarray]:
+    """First and last (column, row) of the part around the most precise point."""
+    sd = np.where(case.found.accepted, case.found.sd, np.inf)
+    middle = np.array(case.size) / 2
+    if case.asked["refine"] is None:  # all alike: the one in the middle
+        away = np.hypot(*(case.found.points - middle).T)
+        sd = np.where(case.found.accepted, away, np.inf)
+    at = case.found.points[np.argmin(sd)] if np.isfinite(sd).any() else middle
+    size = np.minimum(PART, case.size)
+    first = np.clip(np.round(at - size / 2), 0, case.size - size).astype(int)
+    return first, first + size
+
+
+def _before(
+    case: "Images", first: np.ndarray, shape: tuple[int, int]
+) -> np.ma.MaskedArray:
+    """The sensed image in the pixels of a part, moved by whole pixels only."""
+    start = first + np.round(case.offset).astype(int)
+    rows, columns = shape
+    inside = np.ma.masked_all(shape, float)
+    left, top = np.maximum(-start, 0)
+    found = case.sensed.values[
+        max(start[1], 0) : max(start[1] + rows, 0),
+        max(start[0], 0) : max(start[0] + columns, 0),
+    ]
+    inside[top : top + found.shape[0], left : left + found.shape[1]] = found
+    return inside
+
+
+def _shifts(case: "Images") -> Drawn:
+    if not np.any(case.found.accepted):
+        return
+    say = case.label
+    grey = case.reference.values
+    yield plot.registration.shifts(grey, case.found, say=say), {"left": None}
+    if case.model is not None and len(case.found.points) > 2:
+        left = np.hypot(*case.errors[case.found.accepted].T)
+        title = f"Shifts less the model: {case.model.kind}"
+        arrows = -case.errors
+        yield (
+            plot.registration.shifts(grey, case.found, arrows, title, say=say),
+            {"left": float(np.median(left)), "longest": float(left.max())},
+        )
+
+
+def _scatter(case: "Images") -> Drawn:
+    errors = None if case.model is None else -case.errors  # observed less computed
+    yield plot.registration.scatter(case.found, case.radius, errors), {}
+
+
+def _similarity(case: "Images") -> Drawn:
+    yield plot.registration.similarity(case.found, case.errors), {}

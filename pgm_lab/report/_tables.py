@@ -1,5 +1,7 @@
 """The numbers of a bundle adjustment as tables of words, rounded by their precision."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pgm_lab._rounding import fixed, round_number, rounded, scientific, two_digits
@@ -9,12 +11,15 @@ from pgm_lab.bundle.reliability import Significance, reliability, significance
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import PARAMETERS
-from pgm_lab.report._layout import Table
-from pgm_lab.report._misfit import suspected
-from pgm_lab.report._words import UM
+from pgm_lab.report._page import Table
+
+if TYPE_CHECKING:
+    from pgm_lab.report.network import Case
+
+UM = 1e3  # micrometres in a millimetre
 
 UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
-MOST = 25  # rows of suspected blunders
+MAX_SUSPECTS = 25  # rows
 
 
 def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
@@ -27,7 +32,7 @@ def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
     return columns
 
 
-def camera(result: Bundle) -> list[Table]:
+def cameras(result: Bundle) -> list[Table]:
     """Return a table of the ten parameters for each camera."""
     sd = dict(zip(result.interior_names, result.sd_interior))
     tested = {one.name: one for one in significance(result)}
@@ -59,7 +64,7 @@ def _test(tested: Significance | None) -> tuple[str, ...]:
     return f"{tested.t:.1f}", p, significant, two_digits(UM * tested.effect)
 
 
-def lens(result: Bundle) -> list[Table]:
+def lenses(result: Bundle) -> list[Table]:
     """Return a table of the distortion at some radii, for each camera that has any."""
     network = result.network
     tables = []
@@ -180,15 +185,13 @@ def _largest(
     return np.where(where >= 0, w[where], np.nan), where
 
 
-def blunders(result: Bundle) -> Table | None:
+def suspects(case: "Case") -> Table:
     """Return the suspected blunders, the largest first."""
-    network, rays = result.network, suspected(result)
-    if not len(rays):
-        return None
+    result, network, rays = case.result, case.network, case.suspects
     caption = "Suspected blunders, and the smallest ones that the network would find"
-    if len(rays) > MOST:
-        caption += f": the {MOST} largest of {len(rays)}"
-        rays = rays[:MOST]
+    if len(rays) > MAX_SUSPECTS:
+        caption += f": the {MAX_SUSPECTS} largest of {len(rays)}"
+        rays = rays[:MAX_SUSPECTS]
     smallest = reliability(result).internal[rays]
     columns = [
         [str(network.point_names[j]) for j in network.point[rays]],
@@ -197,14 +200,14 @@ def blunders(result: Bundle) -> Table | None:
         *(fixed(column, 1) for column in result.standardized[rays].T),
         *(fixed(column, 1) for column in UM * smallest.T),
     ]
-    header: tuple[str, ...] = ("point", "photo", "v x (µm)", "v y (µm)")
     w = result.residual_test
-    header += (f"{w} x", f"{w} y", "smallest found x (µm)", "smallest found y (µm)")
+    header = ["point", "photo", "v x (µm)", "v y (µm)", f"{w} x", f"{w} y"]
+    header += ["smallest found x (µm)", "smallest found y (µm)"]
     return Table(caption, header, list(zip(*columns)))
 
 
-def removed(found: Snooping) -> Table:
-    """Return the rays that data snooping took out, in the order it did."""
+def rejected(found: Snooping) -> Table:
+    """Return the rays that data snooping rejected, in that order."""
     w = found.result.residual_test
     rows = [
         (
@@ -217,9 +220,9 @@ def removed(found: Snooping) -> Table:
         )
         for number, one in enumerate(found.removed, start=1)
     ]
-    header: tuple[str, ...] = ("step", "point", "photo", f"{w} x", f"{w} y")
-    header += ("error x (µm)", "error y (µm)", "sigma0 before")
-    caption = "Rays taken out by data snooping, with the estimated error of each"
+    header = ["step", "point", "photo", f"{w} x", f"{w} y"]
+    header += ["error x (µm)", "error y (µm)", "sigma0 before"]
+    caption = "Rays rejected by data snooping, with the estimated error of each"
     return Table(caption, header, rows)
 
 

@@ -1,17 +1,45 @@
 """The report of a matching: what was found, how well, and what to look at first."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from pgm_lab import _validate
-from pgm_lab._rounding import plain
-from pgm_lab.matching import Match
-from pgm_lab.report import _match_findings, _match_tables, _settings, _statuses
-from pgm_lab.report._layout import Section, Table, as_html, as_text
+from pgm_lab import _validate, matching
+from pgm_lab._rounding import fixed, rounded
+from pgm_lab.matching import RECOMMENDED_QUALITY, STATUSES, Match
+from pgm_lab.report import _page, _points
+from pgm_lab.report._page import Finding, Section, Table, as_html, as_text
+
+__all__ = ["html", "text"]
 
 TITLE = "Image matching"
+
+# What the settings of `matching.match` mean, for the command line and the report
+SETTINGS = {
+    "points": "where the points are in the left photo",
+    "number": "how many points to pick, where the texture is good and spread",
+    "template": "pixels across the template, the window of the left photo; odd",
+    "start": "how start values are found: by features, or from coarse to fine",
+    "search": "pixels across the search window of the right photo; odd",
+    "colour": "what becomes of colours: refuse them, or turn them into grey values",
+    "threshold": "least correlation r of the two windows",
+    "ratio": "a second place with a higher share of r makes a match ambiguous",
+    "back": "pixels that a point may miss when it is sought back from the right",
+    "least_quality": "least quality of a match, from 0 to 1; more keeps fewer, better",
+}
+WORDS = {status: (status, *words) for status, words in STATUSES.items()}
+
+# Limits of the findings
+FEW = 12  # matches
+OFTEN = 0.2  # of the points
+ROTATED, SCALED = 15.0, 1.25  # degrees, times
+ODD = 1.5  # times longer or shorter than in the other windows
+WEAK, COARSE = 0.2, 1.0  # px, for a typical and for a single point
+STILL = 0.02  # px
+ASIDE = 0.1  # of the width of the left photo
+AMBIGUOUS = "ambiguous", "another point from the right"
 
 
 def html(
@@ -55,16 +83,11 @@ def html(
     >>> html(found, *grey).splitlines()[0]
     '<!DOCTYPE html>'
     """
-    from pgm_lab.report import _match_figures  # matplotlib only when it is needed
+    from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    given = _given(found, settings, about)
-    threshold = _match_tables.values(given).get("threshold")
-    return as_html(
-        TITLE,
-        _sections(found, given, about, short=False),
-        lambda name: _match_figures.pictures(name, found, left, right, threshold),
-        {about} - {""},
-    )
+    case = _case(found, settings, about)
+    draw = _figures.of_matching(found, left, right, case.asked.get("threshold"))
+    return as_html(TITLE, _sections(case, about, False, draw), {about} - {""})
 
 
 def text(
@@ -101,90 +124,159 @@ def text(
     >>> report.splitlines()[3][:25]
     '5 of 5 points were found;'
     """
-    given = _given(found, settings, about)
-    short = _validate.flag(short, "short")
-    return as_text(TITLE, _sections(found, given, about, short))
+    case = _case(found, settings, about)
+    return as_text(TITLE, _sections(case, about, _validate.flag(short, "short")))
 
 
-def _given(
-    found: Match, settings: Mapping[str, object] | None, about: str
-) -> Mapping[str, object]:
+def reason(found: Match) -> str:
+    """Say why nothing was found, for a command that reports nothing then."""
+    why = _points.lost(found, WORDS)[0]
+    return (
+        f"none of {len(found.chosen)} points was found; most often ({why.number}) the"
+        f' reason is "{why.name}": {why.advice} Do both photos show the same?'
+    )
+
+
+def _case(found: Match, settings: Mapping[str, object] | None, about: str) -> "Case":
     _validate.instance(found, Match, "found")
-    return _settings.given(settings, about, _match_tables.SETTINGS)
+    _validate.instance(about, str, "about")
+    asked = _points.asked(matching.match, settings, SETTINGS)
+    # Points are given, or picked: so many
+    asked.pop("points" if asked["points"] is None else "number")
+    return Case(found, asked)
 
 
-def _sections(
-    found: Match, given: Mapping[str, object], about: str, short: bool
-) -> list[Section]:
+def _sections(case: "Case", about: str, short: bool, draw: Any = None) -> list[Section]:
     """Collect the report, the summary first; what is empty is left out."""
-    findings = _match_findings.findings(found)
-    words = [] if findings else ["Nothing to warn of."]
-    parts = [
-        Section("Summary", (_summary(found), *([about] if about else []))),
-        Section("What to look at first", words, findings, (), ("photos",)),
-    ]
-    if short:  # a table of sentences is too wide for a terminal
-        return [*parts, Section("Found and lost", (), _statuses.reasons(found))]
-    parts.append(Section("Found and lost", tables=[_statuses.statuses(found)]))
-    if np.any(found.accepted):
-        parts.append(Section("Precision", (_precision(),), figures=("histograms",)))
-        moved = (_parallaxes(found),)
-        parts.append(Section("Parallaxes", moved, figures=("parallaxes",)))
-    parts += [
-        Section("Points", tables=[_match_tables.points(found)]),
-        Section("How it was computed", _steps(), (), [_asked(given)]),
-        Section("Limits", _match_findings.limits()),
-    ]
-    return parts
+    values = _values(case) | {
+        "findings": findings(case.found),
+        "status_table": _points.status_table(case.found, WORDS),
+        "settings_table": _points.settings_table(case.asked, SETTINGS),
+        "about": about,
+        "short": short,
+    }
+    return _page.sections("matching.j2", values, draw)
 
 
-def _asked(given: Mapping[str, object]) -> Table:
-    return _settings.table(_match_tables.values(given), _match_tables.SETTINGS)
+def findings(found: Match) -> list[Finding]:
+    """List all warnings of a matching; none when nothing is wrong."""
+    values = _values(Case(found, {}))
+    return _page.sections("matching_findings.j2", values)[0].findings
 
 
-def _summary(found: Match) -> str:
-    """Say in short how many points were found, and how well."""
-    n, good = len(found.chosen), found.accepted
-    if not np.any(good):
-        return f"None of {n} points was found."
-    sd, r = float(np.median(found.sd[good])), float(np.median(found.r[good]))
-    return (
-        f"{np.sum(good)} of {n} points were found; a typical one to {plain(sd)} px, as"
-        f" its windows predict. Half of them have a correlation above {r:.3f}."
-    )
+def _values(case: "Case") -> dict[str, Any]:
+    found = case.found
+    values = {
+        "case": case,
+        "found": found,
+        "n": len(found.chosen),
+        "accepted": int(np.sum(found.accepted)),
+        "lost": _points.lost(found, WORDS),
+        "few": _points.few(found, FEW),
+        "SMALL": _points.SMALL,
+    }
+    return values | _page.constants(__name__)
 
 
-def _precision() -> str:
-    """Say what r and the standard deviation mean."""
-    return (
-        "r is the correlation coefficient of the two windows after matching: 1 if they"
-        " differ in brightness and contrast only. The standard deviation (sd) is that"
-        " of a coordinate, the root of the mean variance of column and row. It follows"
-        " from noise and texture of the windows; an error that all pixels of a window"
-        " share, as on an edge in depth or with a wrong match, is not in it."
-    )
+class Case:
+    """What the sentences of the report need to know of a matching."""
 
+    def __init__(self, found: Match, asked: dict[str, Any]) -> None:
+        self.found, self.asked = found, asked
 
-def _parallaxes(found: Match) -> str:
-    """Say how the right photo lies to the left one."""
-    dx, dy = np.median(_match_findings.parallaxes(found), axis=0)
-    angle, scale = _match_findings.turn_and_scale(_match_findings.shape(found))
-    return (
-        f"From left to right photo a usual point moves by {plain(dx, 3)} columns and"
-        f" {plain(dy, 3)} rows, and its window is turned by {angle:.1f} degrees"
-        f" (clockwise if positive) and {plain(scale, 3)} times as large. These are"
-        " medians. The arrows show what is left of the parallaxes when a common shift,"
-        " turn, scale and shear are taken off: relief, and matches that do not fit"
-        " their neighbours."
-    )
+    def median(self, values: np.ndarray) -> float:
+        """Return the median of the accepted points."""
+        return float(np.median(values[self.found.accepted]))
 
+    @cached_property
+    def parallax(self) -> np.ndarray:
+        """Median difference (2,) of the accepted points, right less left, in pixels."""
+        found = self.found
+        return np.median((found.points - found.chosen)[found.accepted], axis=0)
 
-def _steps() -> tuple[str, ...]:
-    """Say how a point was matched."""
-    return (
-        "For each point a start value in the right photo and a start shape of its"
-        " window are estimated; normalized cross correlation seeks the most similar"
-        " place around it, and least squares matching refines that place and the shape."
-        " The covariance is that of least squares matching. A point keeps the status of"
-        " the first step that it did not pass.",
-    )
+    @cached_property
+    def length(self) -> float:
+        """Median length of the parallaxes in pixels."""
+        found = self.found
+        return self.median(np.hypot(*(found.points - found.chosen).T))
+
+    @cached_property
+    def shape(self) -> np.ndarray:
+        """Median shape (2, 2) of the accepted windows: how the right photo lies."""
+        return np.median(self.found.shape[self.found.accepted], axis=0)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether one photo is a mirror image of the other."""
+        return bool(np.linalg.det(self.shape) <= 0)
+
+    @property
+    def angle(self) -> float:
+        """Rotation from left to right in degrees, clockwise as one sees it."""
+        A = self.shape
+        angle = np.arctan2(A[1, 0] - A[0, 1], A[0, 0] + A[1, 1])
+        return float(np.degrees(angle))
+
+    @property
+    def scale(self) -> float:
+        """Scale from left to right."""
+        return float(np.sqrt(np.abs(np.linalg.det(self.shape))))
+
+    @cached_property
+    def doubtful(self) -> np.ndarray:
+        """Indices of accepted points of less than the recommended quality."""
+        found = self.found
+        return np.flatnonzero(found.accepted & (found.quality < RECOMMENDED_QUALITY))
+
+    @cached_property
+    def crowded(self) -> tuple[float, str] | None:
+        """Which part of the left photo the matches span, and where, if it is small."""
+        found = self.found
+        return _points.crowded(found.chosen[found.accepted], found.left_size)
+
+    @property
+    def ambiguous(self) -> int:
+        """Number of points that look the same elsewhere."""
+        return int(np.sum(np.isin(self.found.status, AMBIGUOUS)))
+
+    @cached_property
+    def odd(self) -> np.ndarray:
+        """Indices of accepted points whose shape is far from that of the others."""
+        good = np.flatnonzero(self.found.accepted)
+        if not len(good) or np.linalg.det(self.shape) == 0:
+            return good[:0]
+        relative = self.found.shape[good] @ np.linalg.inv(self.shape)
+        s = np.linalg.svd(relative, compute_uv=False)
+        return good[(s[:, 0] > ODD) | (s[:, 1] < 1 / ODD)]
+
+    @cached_property
+    def imprecise(self) -> np.ndarray:
+        """Indices of accepted points that are hardly a measurement."""
+        return np.flatnonzero(self.found.accepted & (self.found.sd > COARSE))
+
+    @property
+    def exchanged(self) -> bool:
+        """Whether the right photo seems to have been taken from the left."""
+        dx, dy = self.parallax
+        aside = dx > ASIDE * self.found.left_size[0] and dx > 2 * abs(dy)
+        return abs(self.angle) <= ROTATED and bool(aside)
+
+    def points_table(self) -> Table:
+        """Return the first points, left and right, with their precision."""
+        found = self.found
+        n = min(_points.MAX_ROWS, len(found.chosen))
+        sd = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))
+        columns = [
+            [str(i) for i in range(n)],
+            *(fixed(one, 2) for one in found.chosen[:n].T),
+            *(rounded(one, found.sd)[:n] for one in found.points.T),
+            *(rounded(one, found.sd)[:n] for one in sd.T),
+            fixed(found.r[:n], 3),
+            fixed(found.quality[:n], 2),
+            list(map(str, found.status[:n])),
+        ]
+        header = ["point", "left column", "left row", "right column", "right row"]
+        header += ["sd column", "sd row", "r", "quality", "status"]
+        caption = "Points in pixels, columns to the right and rows down, from 0"
+        caption = _points.first_rows(caption, len(found.chosen))
+        return Table(caption, header, list(zip(*columns)))

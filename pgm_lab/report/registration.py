@@ -1,21 +1,61 @@
 """The report of a registration: how two images lie, how sure that is, what to check."""
 
 from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching, registration
-from pgm_lab._rounding import plain
-from pgm_lab.registration import Model, Raster, Registration
-from pgm_lab.report import _registration_findings, _settings, _statuses
-from pgm_lab.report import _registration_tables as _tables
-from pgm_lab.report._layout import Section, as_html, as_text
-from pgm_lab.report._registration_case import Case, headline, say, scatter
+from pgm_lab._rounding import fixed, plain, rounded, scientific
+from pgm_lab.registration import Model, Raster, Registration, fit
+from pgm_lab.registration.accuracy import ROBUST_SD
+from pgm_lab.report import _page, _points
+from pgm_lab.report._page import Finding, Section, Table, as_html, as_text
+
+__all__ = ["html", "text"]
 
 TITLE = "Image registration"
+
+# What the settings mean, for the command line and the report
+SETTINGS = {
+    "points": "where the chips are taken from in the reference image",
+    "number": "how many points to pick, where the texture is good and spread",
+    "grid": "pixels from one point to the next, on a grid",
+    "chip": "pixels across a chip of the reference image; odd",
+    "radius": "whole pixels that are searched to each side",
+    "refine": "how the shift is found between the pixels: not, by a parabola, by least"
+    " squares matching",
+    "threshold": "least correlation r of the chip and what is found",
+    "ratio": "a second place with a higher share of r makes a point ambiguous",
+    "largest_sd": "largest predicted standard deviation of a shift, in pixels",
+    "smooth": "standard deviation in pixels of the Gaussian that takes the alias away",
+    "offset": "column and row of the reference image's first pixel in the sensed one",
+}
+
+# Statuses of points: name, meaning, what helps, in words of images
+WORDS = {status: (status, *words) for status, words in matching.STATUSES.items()}
+WORDS |= vars(_page.SENTENCES.get_template("registration_statuses.j2").module)["WORDS"]
+
 RATIO = np.sqrt(np.log(10))  # CE90 over RMSE_T of equal normal errors: 1.517
 ROUNDING = 0.28  # px; the sd of a whole pixel is 1 / sqrt(12), or more
+FINEST = 1e-3  # px; a smaller standard deviation adds no more digits
+# What all points may be off together, in px, by how they were refined: rounding, pixel
+# locking, alias, two resamplings. Their scatter does not show it. As a real scene gave
+# it, averaged down 2 to 4 times, and two scenes of one pass, each resampled by itself.
+COMMON = {None: 1 / np.sqrt(12), "parabola": 0.05, "lsm": 0.01}
+UNSMOOTHED = 0.03  # the same of "lsm", where the alias was left
+
+# Limits of the findings
+FEW = 12  # points
+BORDER = 0.1  # of the points
+CHANGED = 0.2  # of the points
+FAR = 0.5  # of the radius
+NOISE = 2.0  # sigma0
+EXPLAINED = 1.5  # sigma0
+STILL = 1e-3  # px
+TREND = 3.0  # times what the shift is known to
 
 
 def html(
@@ -66,15 +106,11 @@ def html(
     >>> html(found, *pair, settings={"refine": "lsm"}).splitlines()[0]
     '<!DOCTYPE html>'
     """
-    from pgm_lab.report import _registration_figures  # matplotlib only when needed
+    from pgm_lab.report import _figures  # matplotlib only when it is needed
 
     case = _case(found, reference, sensed, model, pixel_size, settings, about)
-    return as_html(
-        TITLE,
-        _sections(case, about, short=False),
-        lambda name: _registration_figures.pictures(name, case),
-        {about} - {""},
-    )
+    draw = _figures.of_registration(case)
+    return as_html(TITLE, _sections(case, about, False, draw), {about} - {""})
 
 
 def text(
@@ -114,8 +150,16 @@ def text(
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
     case = _case(found, reference, sensed, model, pixel_size, settings, about)
-    short = _validate.flag(short, "short")
-    return as_text(TITLE, _sections(case, about, short))
+    return as_text(TITLE, _sections(case, about, _validate.flag(short, "short")))
+
+
+def reason(found: Registration) -> str:
+    """Say why nothing was accepted, for a command that reports nothing then."""
+    why = _points.lost(found, WORDS)[0]
+    return (
+        f"none of {len(found.points)} points was accepted; most often ({why.number})"
+        f' the reason is "{why.name}": {why.advice}'
+    )
 
 
 def _case(
@@ -126,8 +170,9 @@ def _case(
     pixel_size: float | None,
     settings: Mapping[str, object] | None,
     about: str,
-) -> Case:
+) -> "Case":
     _validate.instance(found, Registration, "found")
+    _validate.instance(about, str, "about")
     if model is not None:
         _validate.instance(model, Model, "model")
         if len(model.used) != len(found.points):
@@ -135,8 +180,7 @@ def _case(
                 f"model is of {len(model.used)} points, and found has"
                 f" {len(found.points)}: fit it to this registration"
             )
-    given = _settings.given(settings, about, _tables.SETTINGS)
-    asked = _settings.values(registration.register, given, _tables.SETTINGS)
+    asked = _points.asked(registration.register, settings, SETTINGS)
     sd = found.sd[found.accepted]
     if asked["refine"] is None and np.any(sd < ROUNDING):
         raise ValueError(
@@ -157,120 +201,282 @@ def _raster(image: Raster | ArrayLike, name: str) -> Raster:
     return Raster(np.ma.getdata(values), np.ma.getmaskarray(values))
 
 
-def _sections(case: Case, about: str, short: bool) -> list[Section]:
+def _sections(case: "Case", about: str, short: bool, draw: Any = None) -> list[Section]:
     """Collect the report, the summary first; what is empty is left out."""
+    values = _values(case) | {
+        "findings": findings(case),
+        "status_table": _points.status_table(case.found, WORDS),
+        "settings_table": _points.settings_table(case.asked, SETTINGS),
+        "about": about,
+        "short": short,
+    }
+    return _page.sections("registration.j2", values, draw)
+
+
+def findings(case: "Case") -> list[Finding]:
+    """List all warnings of a registration; none when nothing is wrong."""
+    return _page.sections("registration_findings.j2", _values(case))[0].findings
+
+
+def _values(case: "Case") -> dict[str, Any]:
     found = case.found
-    some = bool(np.any(found.accepted))
-    findings = _registration_findings.findings(case)
-    words = [] if findings else ["Nothing to warn of."]
-    summary = [headline(case), *([scatter(case)] if some else []), *_remark(case)]
-    summary += [about] if about else []
-    parts = [
-        Section("Summary", summary),
-        Section("What to look at first", words, findings, (), ("overlay",)),
-    ]
-    if some:
-        accuracy = [_tables.accuracy(case)]
-        parts.append(Section("Accuracy", _accuracy(case), (), accuracy, ("scatter",)))
-    if short:  # a table of sentences is too wide for a terminal
-        reasons = _statuses.reasons(found, say)
-        return [*parts, Section("Found and lost", (), reasons)]
-    if case.model is not None:
-        table = [_tables.model(case.model)]
-        parts.append(Section("Model", _model(case.model), (), table))
-    lost = [_statuses.statuses(found, say)]
-    parts.append(Section("Found and lost", tables=lost, figures=("shifts",)))
-    if some:
-        parts.append(Section("r is not accuracy", (_r(),), figures=("similarity",)))
-    parts += [
-        Section("Points", tables=[_tables.points(case)]),
-        Section("How it was computed", _steps(), (), [_asked(case)]),
-        Section("Limits", _registration_findings.limits()),
-    ]
-    return parts
+    values = {
+        "case": case,
+        "found": found,
+        "model": case.model,
+        "n": len(found.points),
+        "accepted": int(np.sum(found.accepted)),
+        "lost": _points.lost(found, WORDS),
+        "few": _points.few(found, FEW),
+        "SMALL": _points.SMALL,
+    }
+    return values | _page.constants(__name__)
 
 
-def _remark(case: Case) -> list[str]:
-    """Say why there are no metres."""
-    if case.pixel_size is not None:
-        return []
-    reason = case.reference.remark or "the size of a pixel on the ground is not known"
-    return [f"Not in metres: {reason}."]
+class Case:
+    """Two images, what was asked and what was found: all that the sentences need.
 
+    `pixel_size` (2,) is across and down in metres, or None.
+    """
 
-def _accuracy(case: Case) -> list[str]:
-    """Say what the numbers mean, and which must not be compared."""
-    a = case.found.accuracy
-    right, down = ("east", "south") if case.north_up else ("right", "down")
-    words = [
-        "A shift is the place in the sensed image less the place in the reference"
-        f" image: dx counts to the {right}, dy {down}. The mean shift is systematic,"
-        " and resampling removes it; the spread about it stays. RMSE_x, RMSE_y"
-        " and RMSE_T contain both."
-    ]
-    ratio = "" if a.rmse_t == 0 else f" Here it is {a.ce90 / a.rmse_t:.2f} times."
-    words.append(
-        "RMSE_T and CE90 are not like with like: the one is a root mean square, the"
-        " other a length that nine tenths do not exceed. For normal errors, equal in"
-        f" both coordinates and without a mean, CE90 is {RATIO:.3f} times RMSE_T; for a"
-        f" common shift alone, both are the same.{ratio} Compare RMSE_T with a claim in"
-        " RMSE_T, and CE90 with a claim in CE90."
-    )
-    return words
+    def __init__(
+        self,
+        found: Registration,
+        reference: Raster,
+        sensed: Raster,
+        model: Model | None,
+        asked: dict[str, Any],
+        pixel_size: np.ndarray | None,
+    ) -> None:
+        self.found, self.reference, self.sensed = found, reference, sensed
+        self.model, self.asked, self.pixel_size = model, asked, pixel_size
+        rows, columns = reference.grey.shape
+        self.size = columns, rows
+        offset = asked["offset"]
+        self.offset = np.zeros(2) if offset is None else np.asarray(offset, float)
+        self.radius = int(asked["radius"])
 
+    @staticmethod
+    def label(status: str) -> str:
+        """Name of a status, in words of images."""
+        return WORDS.get(status, (status,))[0]
 
-def _model(found: Model) -> list[str]:
-    """Say what the parameters mean, and what sigma0 says."""
-    column, row = found.centre
-    formula = "dx = a0, dy = b0"
-    if found.kind == "affine":
-        formula = "dx = a0 + a1 x + a2 y, dy = b0 + b1 x + b2 y"
-    words = f"The model is {formula}"
-    if found.kind == "affine":
-        words += (
-            f", with x and y counted from column {column:.1f} and row {row:.1f} of the"
-            " reference image"
+    @property
+    def north_up(self) -> bool:
+        """Whether columns count to the east and rows to the south, as it is known."""
+        if self.reference.transform is None:
+            return False
+        (a, b, _), (d, e, _) = self.reference.transform
+        return bool(a > 0 > e and b == d == 0)
+
+    # --- The shift, and how sure it is ---
+
+    @cached_property
+    def shift(self) -> np.ndarray:
+        """Median shift (2,) of the accepted points in pixels."""
+        a = self.found.accuracy
+        return np.array([a.median_x, a.median_y])
+
+    @cached_property
+    def known(self) -> float:
+        """Standard deviation of a coordinate of that shift, in pixels.
+
+        From the scatter of the shifts, as that of a median, or from what the chips
+        predict if that is more; and what all points may be off together.
+        """
+        a, good = self.found.accuracy, self.found.accepted
+        scatter = np.sqrt(np.pi / 2) * max(a.spread_x, a.spread_y)
+        predicted = float(np.median(self.found.sd[good]))
+        own = max(scatter, predicted) / np.sqrt(a.n)
+        refine = self.asked["refine"]
+        if refine is None:  # rounded, perhaps all of them alike
+            return float(max(own, COMMON[None]))
+        left = refine == "lsm" and self.asked["smooth"] == 0
+        return float(np.hypot(own, UNSMOOTHED if left else COMMON[refine]))
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """How far each shift (n, 2) is off the model, or the median shift, in px."""
+        if self.model is not None:
+            return self.model.residuals
+        d = np.column_stack([self.found.dx, self.found.dy]) - self.shift
+        d[~self.found.accepted] = np.nan
+        return d
+
+    @property
+    def chance(self) -> float:
+        """What the shifts of a coordinate would scatter by chance: sd in pixels.
+
+        All places of the search window alike, but for its border, which is refused.
+        """
+        return float(np.sqrt(((2 * self.radius - 1) ** 2 - 1) / 12))
+
+    @cached_property
+    def affine(self) -> Model | None:
+        """The affine model of the shifts; None if they do not determine it."""
+        if self.model is not None and self.model.kind == "affine":
+            return self.model
+        try:
+            return fit(self.found, "affine", offset=self.offset)
+        except ValueError:  # too few points, or all on one line
+            return None
+
+    @cached_property
+    def agrees(self) -> bool:
+        """Whether the shifts tell one thing, or are spread as if by chance.
+
+        An affine transformation is tried too; through a few points it always goes.
+        """
+        good = self.found.accepted
+        if np.sum(good) < 3 or self.chance == 0:
+            return bool(np.any(good))
+        found = [self.errors]
+        if np.sum(good) >= FEW and self.affine is not None:
+            found.append(self.affine.residuals)
+        spreads = [ROBUST_SD * np.median(np.abs(v[good]), axis=0).max() for v in found]
+        return bool(min(spreads) < self.chance / 2)
+
+    @property
+    def left(self) -> float:
+        """RMSE_T of the shifts less the model, or less their mean, in pixels."""
+        if self.model is not None:
+            v = self.model.residuals[self.found.accepted]
+            return float(np.sqrt(np.mean(np.sum(v**2, axis=1))))
+        a = self.found.accuracy
+        return float(np.sqrt(max(a.rmse_t**2 - a.mean_x**2 - a.mean_y**2, 0.0)))
+
+    # --- Lengths in words ---
+
+    @property
+    def decimals(self) -> float:
+        """Decimals of a shift in pixels, as many as are known."""
+        return max(0.0, -np.floor(np.log10(self.known)))
+
+    def length(self, x: float, axis: int = 0) -> str:
+        """Write a length in pixels, and in metres where a pixel's size is known."""
+        words = f"{fixed(np.array([x]), self.decimals)[0]} px"
+        if self.pixel_size is None:
+            return words
+        size = self.pixel_size[axis]
+        decimals = self.decimals - np.floor(np.log10(size) + 0.5)
+        return f"{words} ({fixed(np.array([x * size]), decimals)[0]} m)"
+
+    def total(self, px: float) -> str:
+        """Write a length in no certain direction."""
+        words = f"{plain(px, 3)} px"
+        if self.pixel_size is None or self.pixel_size[0] != self.pixel_size[1]:
+            return words
+        return f"{words} ({plain(px * self.pixel_size[0], 3)} m)"
+
+    @property
+    def directions(self) -> list[str]:
+        """The shift by axis, such as "1.25 px farther to the right"."""
+        ways = ("farther to the right", "farther to the left"), ("lower", "higher")
+        if self.north_up:
+            ways = ("east", "west"), ("south", "north")
+        return [
+            f"{self.length(abs(x), axis)} {ways[axis][int(x < 0)]}"
+            for axis, x in enumerate(self.shift)
+            if abs(x) >= 0.5 * 10**-self.decimals
+        ]
+
+    # --- What to look at ---
+
+    def number(self, *statuses: str) -> int:
+        """Return how many points have one of some statuses."""
+        return int(np.sum(np.isin(self.found.status, statuses)))
+
+    @property
+    def twice(self) -> bool:
+        """Whether both images seem to be the same."""
+        found, good = self.found, self.found.accepted
+        d = np.abs([found.dx[good], found.dy[good]])
+        return bool(d.size and d.max() <= STILL and found.r[good].min() >= 0.9999)
+
+    @cached_property
+    def crowded(self) -> tuple[float, str] | None:
+        """Which part of the image the points span, and where, if it is small."""
+        return _points.crowded(self.found.points[self.found.accepted], self.size)
+
+    @cached_property
+    def trend(self) -> float | None:
+        """By how many pixels the shift changes to a corner, if that is significant."""
+        affine = self.affine
+        if affine is None or affine is self.model or not self.agrees:
+            return None
+        a1, a2, b1, b2 = affine.parameters[[1, 2, 4, 5]]
+        half = np.ptp(self.found.points[affine.used], axis=0) / 2
+        change = np.abs([(a1, a2), (b1, b2)]) @ half  # in a corner, against the middle
+        variances = np.diagonal(affine.covariance)[[1, 2, 4, 5]]
+        sd = np.sqrt(variances).reshape(2, 2) @ half
+        if np.all(change < TREND * np.maximum(self.known, sd)):
+            return None
+        return float(change.max())
+
+    @cached_property
+    def blunders(self) -> np.ndarray:
+        """Indices of accepted points that do not fit the model."""
+        if self.model is None or not self.agrees:
+            return np.array([], int)
+        return np.flatnonzero(self.found.accepted & ~self.model.used)
+
+    # --- Tables ---
+
+    def accuracy_table(self) -> Table:
+        """Return means, root mean squares and quantiles, in pixels and metres."""
+        a = self.found.accuracy
+        kinds = [a] if self.pixel_size is None else [a, a.times(self.pixel_size)]
+        right, down = ("east", "south") if self.north_up else ("to the right", "down")
+        rows = [
+            (name, *fixed(np.array([getattr(one, field) for one in kinds]), 3), words)
+            for name, field, words in (
+                ("mean dx", "mean_x", f"common shift, {right} if positive"),
+                ("mean dy", "mean_y", f"common shift, {down} if positive"),
+                ("RMSE_x", "rmse_x", "root mean square of dx, with its mean"),
+                ("RMSE_y", "rmse_y", "the same of dy"),
+                ("RMSE_T", "rmse_t", "of both: root of RMSE_x^2 + RMSE_y^2"),
+                ("CE90", "ce90", "nine tenths of the shifts are not longer"),
+                ("CE90 if normal", "ce90_normal", "1.517 times RMSE_T"),
+                ("median dx", "median_x", "a few blunders hardly move it"),
+                ("median dy", "median_y", "the same of dy"),
+                ("spread dx", "spread_x", "robust standard deviation of dx"),
+                ("spread dy", "spread_y", "the same of dy"),
+            )
+        ]
+        header = ["measure", *["px", "m"][: len(kinds)], "what it says"]
+        return Table(f"Accuracy from {a.n} accepted points", header, rows)
+
+    def model_table(self) -> Table:
+        """Return the parameters of the model with their standard deviations."""
+        assert self.model is not None
+        model = self.model
+        rows = [
+            (name, *scientific(x, sd), "px" if name.endswith("0") else "px a pixel")
+            for name, x, sd in zip(model.names, model.parameters, model.sd)
+        ]
+        header = ("parameter", "value", "sd", "unit")
+        return Table(f"Model: {model.kind}", header, rows)
+
+    def points_table(self) -> Table:
+        """Return the first points with their shifts."""
+        found = self.found
+        n = min(_points.MAX_ROWS, len(found.points))
+        sd = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2))
+        digits = np.maximum(found.sd, FINEST)
+        second = np.where(found.second > -1, found.second, np.nan)
+        columns = [
+            [str(i) for i in range(n)],
+            *(fixed(one, 2) for one in found.points[:n].T),
+            *(rounded(one, digits)[:n] for one in (found.dx, found.dy)),
+            *(rounded(one, digits)[:n] for one in sd.T),
+            fixed(found.r[:n], 3),
+            fixed(second[:n], 3),
+            [self.label(str(one)) for one in found.status[:n]],
+        ]
+        header = "point", "column", "row", "dx", "dy", "sd dx", "sd dy", "r", "second r"
+        caption = (
+            "Points in the reference image and their shifts in pixels, columns to the"
+            " right and rows down, from 0"
         )
-    words += (
-        f". It follows from {np.sum(found.used)} points, weighted by what their chips"
-        " predict; points that do not fit were left out."
-    )
-    verdict = (
-        "so that the noise of the chips explains their scatter"
-        if found.sigma0 < 1.5
-        else "which is more than the noise of the chips explains"
-    )
-    return [
-        words,
-        f"sigma0 is {plain(found.sigma0)} (redundancy {found.redundancy}): the shifts"
-        f" are {plain(found.sigma0)} times as far from the model as predicted,"
-        f" {verdict}. The standard deviations of the parameters contain that factor,"
-        " but nothing that all points are off together.",
-    ]
-
-
-def _r() -> str:
-    """Say what r tells and what it does not."""
-    return (
-        "r, Pearson's correlation coefficient, says how much alike a chip and what was"
-        " found are, but for brightness and contrast. The predicted standard deviation"
-        " follows from noise and texture, and says how well that fixes the place. If r"
-        " decided the accuracy, the points to the left would fall with r; if the"
-        " prediction holds, nine tenths to the right lie below the line."
-    )
-
-
-def _asked(case: Case) -> _settings.Table:
-    return _settings.table(case.asked, _tables.SETTINGS)
-
-
-def _steps() -> tuple[str, ...]:
-    """Say how a point was registered."""
-    return (
-        "A chip around each point of the reference image is compared with all places"
-        " of the sensed image within the radius, by Pearson's correlation coefficient"
-        " r; the best place is then refined between the pixels, if asked for. A point"
-        " keeps the status of the first test that it did not pass: texture, data, a"
-        " peak inside the search window, the least r, no second place almost as good."
-        " The covariance is that of the refinement.",
-    )
+        caption = _points.first_rows(caption, len(found.points))
+        return Table(caption, (*header, "status"), list(zip(*columns)))

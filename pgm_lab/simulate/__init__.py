@@ -3,17 +3,17 @@
 from pgm_lab.simulate.aerial import AerialPair, aerial_block, aerial_pair
 from pgm_lab.simulate.images import photograph, target
 from pgm_lab.simulate.landscape import Landscape, landscape
-from pgm_lab.simulate.network import KnownNetwork, network
-from pgm_lab.simulate.ortho import OrthoPair, ortho_pair
-from pgm_lab.simulate.pairs import shrunk_pair, texture_pair
-from pgm_lab.simulate.photos import control_photo, pair, rotations, rough
-from pgm_lab.simulate.scene import on_relief, relief_photo
-from pgm_lab.simulate.texture import (
-    Texture,
-    grey_gradients,
-    grey_values,
-    texture,
+from pgm_lab.simulate.pairs import OrthoPair, ortho_pair, shrunk_pair, texture_pair
+from pgm_lab.simulate.photos import (
+    KnownNetwork,
+    control_photo,
+    network,
+    pair,
+    rotations,
+    rough,
 )
+from pgm_lab.simulate.scene import on_relief, relief_photo
+from pgm_lab.simulate.texture import Texture, grey_gradients, grey_values, texture
 
 __all__ = [
     "AerialPair",

@@ -1,25 +1,33 @@
-"""Aerial photos of a known landscape, ray-cast through the collinearity equations."""
+"""Aerial photos of a landscape, ray-cast through the collinearity equations."""
 
+import dataclasses
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 
-from pgm_lab import _validate
-from pgm_lab.camera import Camera
-from pgm_lab.camera.photo import Photo
-from pgm_lab.simulate._photograph import hidden as _hidden
-from pgm_lab.simulate._photograph import photograph, photographs
-from pgm_lab.simulate._rays import Surface
-from pgm_lab.simulate.images import generator
-from pgm_lab.simulate.landscape import Landscape, landscape
-
-__all__ = ["AerialPair", "aerial_block", "aerial_pair", "photograph"]
+from pgm_lab.camera import Camera, Photo, imaging
+from pgm_lab.simulate.landscape import TREE, Landscape, bilinear, grain, landscape
 
 # Harintaka (2020): f 24 mm, 1000 m above ground; a Nikon D2X has 4288 x 2848 pixels
 CAMERA = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
 SENSOR, PIXEL = (4288, 2848), 5.49e-3
 HEIGHT = 1000.0
 GSD = HEIGHT / CAMERA.c * PIXEL
+
+# Photos
+OPTICS = 0.4, 0.35  # px, sd of the blur of the ground, and of the photo
+BAND = 48  # rows of a photo at a time
+IN_FRONT = 0.5  # m, what is so much higher on the ray hides a point
+LEVEL = 0.15  # m, neighbours no higher than that do not
+SAME = 0.05  # m, a ray that meets the surface so near to a point shows it
+
+# Rays
+BLOCKS = (32, 8, 2)  # cells: rays go down by blocks as long as they are above all
+STEEP = 0.6  # m, the step down for each cell of rays that hardly move sideways
+CLOSE = 1e-4  # m between a ray and the surface where they meet
+MAX_ITERATIONS = 60  # a halving every third one brings a metre far below CLOSE
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +90,10 @@ def aerial_pair(
     camera : Camera
         Another lens, or none.
 
-    Returns
-    -------
-    AerialPair
-
     Raises
     ------
     ValueError
-        If a number is not as said.
+        If the part is larger than the sensor, or the overlap is not as said.
 
     Examples
     --------
@@ -97,33 +101,37 @@ def aerial_pair(
     >>> pair.left.grey.shape, pair.ground[0].shape
     ((80, 120), (80, 120, 3))
     """
-    part, sigma, seed, relief = _checked(part, sigma, seed, relief, camera)
-    overlap = _overlap(overlap, 0.5, "overlap")
+    _fits(part, overlap=(overlap, 0.5))
+    # Both photos, around the ground in the middle
     base = (1 - overlap) * SENSOR[0] * GSD
-    tilts = np.radians([(0.8, -1.1, 2.0), (-0.6, 0.9, -1.5)])
     stations = [(-base / 2, 0, HEIGHT + 20), (base / 2, 3, HEIGHT + 24)]
-    frames = [
-        _frame(np.array([*s, *t]), camera, part, np.array([0.0, 0.0, relief / 2]))
-        for s, t in zip(stations, tilts, strict=True)
-    ]
-    boxes = np.array([_footprint(frame, part) for frame in frames])
+    tilts = np.radians([(0.8, -1.1, 2.0), (-0.6, 0.9, -1.5)])
+    frames = []
+    for station, tilt in zip(stations, tilts):
+        whole = _frame(camera, np.array([*station, *tilt]), (0, 0))
+        middle = whole.project(np.array([0.0, 0.0, relief / 2]))
+        corner = np.round(middle - np.array(part) / 2).astype(int)
+        column, row = np.clip(corner, 0, np.array(SENSOR) - part)
+        frames.append(dataclasses.replace(whole, corner=(column, row)))
+
+    # The landscape, its thirds those of the ground in both photos
     seen = np.array([_footprint(frame, part, relief / 2) for frame in frames])
-    both = seen[:, 0].max(), seen[:, 2].min()
-    third = (both[1] - both[0]) / 3
+    west, east = seen[:, 0].max(), seen[:, 2].min()
+    third = (east - west) / 3
     land = landscape(
-        _around(boxes),
+        _extent(frames, part),
         cell=cell,
         relief=relief,
         buildings=buildings,
         trees=trees,
         seed=seed,
-        borders=(both[0] + third, both[1] - third),
+        borders=(west + third, east - third),
         water=water,
     )
     surface = Surface(land.dsm)
-    (left, a), (right, b) = photographs(land, surface, frames, part, sigma, seed)
-    hidden = _hidden(a, right, b, land, surface), _hidden(b, left, a, land, surface)
-    return AerialPair(left, right, land, (a, b), hidden)
+    (left, a), (right, b) = render(land, surface, frames, part, sigma, seed)
+    not_seen = hidden(a, right, b, land, surface), hidden(b, left, a, land, surface)
+    return AerialPair(left, right, land, (a, b), not_seen)
 
 
 def aerial_block(
@@ -164,7 +172,7 @@ def aerial_block(
     Raises
     ------
     ValueError
-        If a number is not as said, or the landscape would have more than 10^8 cells.
+        As `aerial_pair`, or if the landscape would have more than 10^8 cells.
 
     Examples
     --------
@@ -172,49 +180,44 @@ def aerial_block(
     >>> len(photos), photos[1].grey.shape
     (2, (80, 120))
     """
-    strips = _validate.whole(strips, "strips", 1, 1000)
-    count = _validate.whole(photos, "photos", 1, 1000)
-    part, sigma, seed, relief = _checked(part, sigma, seed, relief, camera)
-    overlap = _overlap(overlap, 0.5, "overlap")
-    sidelap = _overlap(sidelap, 0.0, "sidelap")
-    along, across = (
-        (1 - o) * n * GSD for o, n in zip((overlap, sidelap), part, strict=True)
-    )
-    rng = generator([seed, 1])
+    _fits(part, overlap=(overlap, 0.5), sidelap=(sidelap, 0.0))
+    along, across = (1 - overlap) * part[0] * GSD, (1 - sidelap) * part[1] * GSD
+    rng = np.random.default_rng([seed, 1])
+    column, row = (np.array(SENSOR) - part) // 2
     frames = []
     for i in range(strips):
-        for j in range(count):
-            X = (j - (count - 1) / 2) * along
+        for j in range(photos):
+            X = (j - (photos - 1) / 2) * along
             Y = ((strips - 1) / 2 - i) * across
             shake = rng.normal(0, 0.004, 2) * (along, across)
             Z = HEIGHT + relief / 2 + rng.normal(0, 1)
             tilt = np.radians(rng.normal(0, 0.02, 3))
             exterior = np.array([X + shake[0], Y + shake[1], Z, *tilt])
-            corner = tuple((np.array(SENSOR) - part) // 2)
-            frames.append(
-                Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, corner)
-            )
-    boxes = np.array([_footprint(frame, part) for frame in frames])
+            frames.append(_frame(camera, exterior, (column, row)))
     land = landscape(
-        _around(boxes),
+        _extent(frames, part),
         cell=cell,
         relief=relief,
         buildings=buildings,
         trees=trees,
         seed=seed,
     )
-    taken = photographs(land, Surface(land.dsm), frames, part, sigma, seed)
+    taken = render(land, Surface(land.dsm), frames, part, sigma, seed)
     return [photo for photo, _ in taken], land
 
 
-def _frame(
-    exterior: np.ndarray, camera: Camera, part: tuple[int, int], middle: np.ndarray
-) -> Photo:
-    """Photo without grey values, of the part of the sensor around a point's image."""
-    blank = Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR)
-    corner = np.round(blank.project(middle) - np.array(part) / 2).astype(int)
-    c, r = (int(v) for v in np.clip(corner, 0, np.array(SENSOR) - part))
-    return Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, (c, r))
+def _fits(part: tuple[int, int], **overlaps: tuple[float, float]) -> None:
+    """Refuse a part that the sensor does not hold, and overlaps that no flight has."""
+    if any(not 8 <= n <= most for n, most in zip(part, SENSOR)):
+        raise ValueError(f"part must be from (8, 8) to {SENSOR} pixels; got {part}")
+    for name, (value, least) in overlaps.items():
+        if not least <= value < 1:
+            raise ValueError(f"{name} must be from {least:g} to below 1; got {value:g}")
+
+
+def _frame(camera: Camera, exterior: np.ndarray, corner: tuple[int, int]) -> Photo:
+    """Photo that has no grey values yet."""
+    return Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, corner)
 
 
 def _footprint(frame: Photo, part: tuple[int, int], Z: float = 0.0) -> np.ndarray:
@@ -226,32 +229,248 @@ def _footprint(frame: Photo, part: tuple[int, int], Z: float = 0.0) -> np.ndarra
     return np.concatenate([XY.min(0), XY.max(0)])
 
 
-def _around(boxes: np.ndarray) -> tuple[float, float, float, float]:
-    """Box around boxes, with a margin."""
+def _extent(
+    frames: list[Photo], part: tuple[int, int]
+) -> tuple[float, float, float, float]:
+    """Ground that the photos show, with a margin."""
+    boxes = np.array([_footprint(frame, part) for frame in frames])
     west, south = boxes[:, :2].min(0) - 4
     east, north = boxes[:, 2:].max(0) + 4
     return float(west), float(south), float(east), float(north)
 
 
-def _checked(
-    part: tuple[int, int], sigma: float, seed: int, relief: float, camera: Camera
-) -> tuple[tuple[int, int], float, int, float]:
-    """What a pair and a block have in common."""
-    columns, rows = (
-        _validate.whole(n, "part", 8, most)
-        for n, most in zip(_validate.of_shape(part, (2,), "part"), SENSOR, strict=True)
-    )
-    sigma = _validate.not_negative(sigma, "sigma", "grey values")
-    seed = _validate.whole(seed, "seed", 0)
-    _validate.instance(camera, Camera, "camera")
-    relief = _validate.not_negative(relief, "relief", "m")
-    if relief > HEIGHT / 2:
-        raise ValueError(f"relief must be at most {HEIGHT / 2:g} m; got {relief:g}")
-    return (columns, rows), sigma, seed, relief
+# --- What a camera sees of a landscape: rays, light, optics, noise ---
 
 
-def _overlap(value: float, least: float, name: str) -> float:
-    one = _validate.number(value, name)
-    if not least <= one < 1:
-        raise ValueError(f"{name} must be from {least:g} to below 1; got {one:g}")
-    return one
+def render(
+    land: Landscape,
+    surface: "Surface",
+    frames: Sequence[Photo],
+    part: tuple[int, int],
+    sigma: float,
+    seed: int,
+) -> Iterator[tuple[Photo, np.ndarray]]:
+    """Photos of 8 bit from frames without grey values, with the points they show.
+
+    A pixel is 1.5 cells of the landscape wide. Before they are sampled, the grey values
+    of the ground are blurred by a normal curve of 0.4 px, about the area of a pixel and
+    the optics: of a wave of half a cycle a pixel, the finest that a photo holds, 0.45
+    remains, of one of a whole cycle 0.04, so that little comes back as an alias. The
+    edges of houses and crowns, which are sharp on the ground, are blurred by 0.35 px in
+    the photo.
+    """
+    first = frames[0]
+    pixel = first.pixel_size * first.exterior[2] / first.camera.c  # m, at height 0
+    ground = cv2.GaussianBlur(land.grey, (0, 0), OPTICS[0] * pixel / land.cell)
+    leaves = grain(1.2)
+    columns, rows = part
+    for k, frame in enumerate(frames):
+        rng = np.random.default_rng([seed, 2, k])
+        grey: np.ndarray = np.empty((rows, columns), np.float32)
+        points = np.empty((rows, columns, 3))
+        # Cast the rays, look up the ground
+        for a in range(0, rows, BAND):
+            b = min(a + BAND, rows)
+            pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(a, b)), -1)
+            rays = frame.rays(pixels).reshape(-1, 3)
+            met = _meet(land, surface, frame.exterior[:3], rays)
+            points[a:b] = met.reshape(b - a, columns, 3)
+            X, Y = points[a:b, :, 0], points[a:b, :, 1]
+            light = _vignetting(frame, pixels)
+            light = light * _foliage(land, leaves, points[a:b])
+            grey[a:b] = light * land.at(ground, X, Y, cv2.INTER_CUBIC)
+        # Blur, add noise, round
+        grey = cv2.GaussianBlur(grey, (0, 0), OPTICS[1])
+        for a in range(0, rows, BAND):
+            band = grey[a : a + BAND]
+            noise = sigma * rng.standard_normal(band.shape, np.float32)
+            grey[a : a + BAND] = band + noise
+        seen = np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+        yield dataclasses.replace(frame, grey=seen), points
+
+
+def _meet(
+    land: Landscape, surface: "Surface", station: np.ndarray, rays: np.ndarray
+) -> np.ndarray:
+    """Object points (n, 3) where rays (n, 3) from a station first meet the surface."""
+    dx, dy = rays[:, 0] / rays[:, 2], rays[:, 1] / rays[:, 2]
+    X0, Y0, Z0 = station
+    right, down = dx / land.cell, -dy / land.cell
+    column = (X0 - land.corner[0]) / land.cell - Z0 * right
+    row = (land.corner[1] - Y0) / land.cell - Z0 * down
+    Z = surface.meet(row, down, column, right)
+    return np.stack([X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy, Z], -1)
+
+
+def _foliage(land: Landscape, leaves: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Share of the light that foliage sends back: a texture in space, not from above.
+
+    The side of a crown, a few cells wide from above, would be drawn out otherwise.
+    """
+    X, Y, Z = (points[..., i] for i in range(3))
+    tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
+    row = (0.35 * Z - Y) / land.cell % len(leaves)
+    column = (X + 0.2 * Z) / land.cell % len(leaves)
+    spots = bilinear(np.pad(leaves, (0, 1), mode="wrap"), row, column)
+    return np.where(tree, np.clip(1 + 0.16 * spots, 0.6, 1.5), 1)
+
+
+def _vignetting(frame: Photo, pixels: np.ndarray) -> np.ndarray:
+    """Share of the light that reaches a pixel: less towards the corners."""
+    r2 = (frame.to_photo(pixels) ** 2).sum(-1) / frame.camera.c**2
+    return (1 - 0.6 * r2 + 0.2 * r2**2).clip(0.5, 1)
+
+
+def hidden(
+    points: np.ndarray,
+    other: Photo,
+    ground: np.ndarray,
+    land: Landscape,
+    surface: "Surface",
+) -> np.ndarray:
+    """Whether another photo, which shows `ground`, does not show points.
+
+    Outside of it, and where the ray from its station to the point first meets something
+    else. The four pixels around the image of a point decide, where all of them show
+    something clearly above the point, or none. The rays of the others are cast.
+    """
+    rows, columns = other.grey.shape
+    Z = ground[..., 2]
+    result = np.ones(points.shape[:2], bool)
+    for a in range(0, len(points), BAND):
+        band = points[a : a + BAND]
+        pixels = _roughly_projected(other, band)
+        c, r = pixels[..., 0], pixels[..., 1]
+        inside = (c >= 0) & (r >= 0) & (c <= columns - 1) & (r <= rows - 1)
+        i = np.clip(r, 0, rows - 2).astype(int)
+        j = np.clip(c, 0, columns - 2).astype(int)
+        around = np.stack([Z[i, j], Z[i + 1, j], Z[i, j + 1], Z[i + 1, j + 1]])
+        around -= band[..., 2]
+        covered = around.min(0) > IN_FRONT
+        ask = inside & ~covered & (around.max(0) > LEVEL)
+        towards = band[ask] - other.exterior[:3]
+        first = _meet(land, surface, other.exterior[:3], towards)
+        covered[ask] = first[:, 2] > band[ask][:, 2] + SAME
+        result[a : a + BAND] = ~inside | covered
+    return result
+
+
+def _roughly_projected(photo: Photo, points: np.ndarray) -> np.ndarray:
+    """Pixels of points, to hundredths: `Photo.project` proves more, and takes longer.
+
+    What the lens displaces is put in again five times; each is ten times closer.
+    """
+    camera = photo.camera
+    ray = (points - photo.exterior[:3]) @ imaging.attitude(photo.exterior).T
+    xy = image = -camera.c * ray[..., :2] / ray[..., 2:]
+    lens = camera.interior[3:]
+    if camera.lens == "forward":
+        image = xy + imaging.distortion(lens, xy)
+    else:
+        for _ in range(5):
+            image = xy - imaging.distortion(lens, image)
+    return photo.to_pixel(image + camera.interior[1:3])
+
+
+# --- Where rays from above first meet a surface of heights ---
+
+
+class Surface:
+    """Heights z (rows, columns) in m, with the tops of blocks of cells.
+
+    `tops` holds for each block size the greatest height of a block and of the blocks
+    around it.
+    """
+
+    def __init__(self, z: np.ndarray) -> None:
+        self.z = z
+        self.tops = [(block, _tops(z, block)) for block in BLOCKS]
+
+    def meet(
+        self,
+        row: np.ndarray,
+        down: np.ndarray,
+        column: np.ndarray,
+        right: np.ndarray,
+    ) -> np.ndarray:
+        """Heights (n,) where rays that come from above first meet the surface.
+
+        At height 0 the rays are at (row, column), in cells; for each metre of height
+        they move by so many cells down and right.
+
+        A ray goes down in steps of at most a block sideways while it stays above the
+        tops of the blocks around, then with smaller blocks, and at last by half a cell,
+        so that no more than the corner of a cell is missed. The step that ends below
+        the surface is closed in on.
+        """
+        z = np.full(row.shape, float(self.z.max()) + 0.1)
+        level = 1 / np.maximum(np.maximum(np.abs(down), np.abs(right)), 1 / STEEP)
+        for block, top in self.tops:
+            step = block * level
+            go = np.arange(z.size)
+            while go.size:
+                low = z[go] - step[go]
+                middle = low + step[go] / 2
+                r = (row[go] + middle * down[go]).astype(np.int32) // block
+                c = (column[go] + middle * right[go]).astype(np.int32) // block
+                r = np.clip(r, 0, top.shape[0] - 1)
+                c = np.clip(c, 0, top.shape[1] - 1)
+                free = top[r, c] < low
+                go = go[free]
+                z[go] = low[free]
+        return self._close((row, down, column, right), z, level / 2)
+
+    def _close(
+        self, rays: tuple[np.ndarray, ...], high: np.ndarray, step: np.ndarray
+    ) -> np.ndarray:
+        """From heights above the surface down to it, by steps, then by false position.
+
+        Rays that are still on their way stand together in the arrays `high` (heights
+        above the surface, by `over`), `low` (below it, by `under`).
+        """
+        # Step down to the first height below the surface
+        z = np.empty_like(high)
+        low, over, under = z.copy(), self._above(high, *rays), z.copy()
+        go = np.arange(high.size)
+        while go.size:
+            low[go] = high[go] - step[go]
+            under[go] = self._above(low[go], *(ray[go] for ray in rays))
+            go = go[under[go] > 0]
+            high[go], over[go] = low[go], under[go]
+        # Close in between the last two heights; every third time by halving
+        go = np.arange(high.size)
+        for k in range(MAX_ITERATIONS):
+            share = 0.5 if k % 3 == 2 else over / (over - under)
+            middle = high + share * (low - high)
+            d = self._above(middle, *rays)
+            z[go] = middle
+            far = np.abs(d) > CLOSE
+            if not far.any():
+                break
+            up = d > 0
+            high, over = np.where(up, middle, high)[far], np.where(up, d, over)[far]
+            low, under = np.where(up, low, middle)[far], np.where(up, under, d)[far]
+            go, rays = go[far], tuple(ray[far] for ray in rays)
+        return z
+
+    def _above(
+        self,
+        z: np.ndarray,
+        row: np.ndarray,
+        down: np.ndarray,
+        column: np.ndarray,
+        right: np.ndarray,
+    ) -> np.ndarray:
+        """How far rays are above the surface where they have the height z."""
+        return z - bilinear(self.z, row + z * down, column + z * right)
+
+
+def _tops(z: np.ndarray, block: int) -> np.ndarray:
+    """Greatest height in each block and in its neighbours."""
+    rows, columns = (-(-n // block) for n in z.shape)
+    full = np.full((rows * block, columns * block), -np.inf, np.float32)
+    full[: z.shape[0], : z.shape[1]] = z
+    top = full.reshape(rows, block, columns, block).max((1, 3))
+    around = np.pad(top, 1, constant_values=-np.inf)
+    wide = np.maximum(np.maximum(around[:-2], around[1:-1]), around[2:])
+    return np.maximum(np.maximum(wide[:, :-2], wide[:, 1:-1]), wide[:, 2:])

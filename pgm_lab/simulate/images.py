@@ -6,8 +6,6 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
-
 # Grey values are integrated over each pixel by Gauss-Legendre quadrature: five nodes a
 # side leave less than 1e-3 of a grey value for a blur of half a pixel and more.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -50,8 +48,7 @@ def target(
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, or the edge is too sharp for the
-        quadrature.
+        If the edge is too sharp for the quadrature.
 
     Examples
     --------
@@ -61,36 +58,28 @@ def target(
     >>> print(f"{image.max():.1f}")
     200.0
     """
-    centre = _validate.points(centre, 2, "centre")
-    diameter = _validate.positive_number(diameter, "diameter", "px")
-    if (blur := _validate.number(blur, "blur")) < 0.3:
+    if blur < 0.3:
         raise ValueError(f"blur must be at least 0.3 px to be exact; got {blur}")
-    rows, columns = image_shape(shape)
-    foreground = _validate.number(foreground, "foreground")
-    background = _validate.number(background, "background")
-    _validate.size("shape", centre.size, 5 * rows, 5 * columns)
+    centre = np.asarray(centre, dtype=float)
     flat = centre.reshape(-1, 2)
-    pieces = max(1, len(flat) * rows * columns * _NODES.size**2 // _CHUNK)
+    pieces = max(1, len(flat) * shape[0] * shape[1] * _NODES.size**2 // _CHUNK)
     discs = np.concatenate(
-        [
-            _disc(part, diameter, rows, columns, blur)
-            for part in np.array_split(flat, pieces)
-        ]
-    ).reshape(*centre.shape[:-1], rows, columns)
+        [_disc(part, diameter, shape, blur) for part in np.array_split(flat, pieces)]
+    ).reshape(*centre.shape[:-1], *shape)
     return background + (foreground - background) * discs
 
 
 def _disc(
-    centre: np.ndarray, diameter: float, rows: int, columns: int, blur: float
+    centre: np.ndarray, diameter: float, shape: tuple[int, int], blur: float
 ) -> np.ndarray:
     """Shares (n, rows, columns) of the disc in each pixel, around centres (n, 2)."""
-    nodes, n, weights = _NODES / 2, _NODES.size, _WEIGHTS / 2
-    x = (np.arange(columns)[:, None] + nodes).ravel() - centre[:, None, 0]
-    y = (np.arange(rows)[:, None] + nodes).ravel() - centre[:, None, 1]
+    (rows, columns), n = shape, _NODES.size
+    x = (np.arange(columns)[:, None] + _NODES / 2).ravel() - centre[:, None, 0]
+    y = (np.arange(rows)[:, None] + _NODES / 2).ravel() - centre[:, None, 1]
     radius = np.hypot(x[:, None, :], y[:, :, None])
     profile = (1 - scipy.special.erf((radius - diameter / 2) / (np.sqrt(2) * blur))) / 2
     fine = profile.reshape(-1, rows, n, columns, n)
-    return np.einsum("kinjm,n,m->kij", fine, weights, weights)
+    return np.einsum("kinjm,n,m->kij", fine, _WEIGHTS / 2, _WEIGHTS / 2)
 
 
 def photograph(
@@ -117,42 +106,13 @@ def photograph(
     ndarray
         Noisy grey values as floats.
 
-    Raises
-    ------
-    ValueError
-        If an argument is no such number, or the noise is negative.
-
     Examples
     --------
     >>> photograph([100.0, 300.0], noise=0.0, seed=1, bits=8)
     array([100., 255.])
     """
-    image = _validate.finite(image, "image")
-    noise = _validate.not_negative(noise, "noise", "grey values")
-    noisy = image + generator(seed).normal(0.0, noise, image.shape)
+    image = np.asarray(image, dtype=float)
+    noisy = image + np.random.default_rng(seed).normal(0.0, noise, image.shape)
     if bits is None:
         return noisy
-    bits = _validate.whole(bits, "bits", 1, 32)
-    return np.clip(np.round(noisy), 0, 2**bits - 1)
-
-
-def image_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Return (rows, columns) of an image that is not too large."""
-    size = _validate.positive(shape, "shape", "px")
-    if size.shape != (2,) or np.any(size != np.round(size)):
-        raise ValueError(
-            "shape must be (rows, columns), whole numbers; got"
-            f" {_validate.shown(shape)}"
-        )
-    rows, columns = int(size[0]), int(size[1])
-    _validate.size("shape", rows, columns)
-    return rows, columns
-
-
-def generator(seed: int | Sequence[int]) -> np.random.Generator:
-    """Return random numbers from a seed: a whole number, not negative, or several."""
-    if isinstance(seed, list | tuple):
-        return np.random.default_rng(
-            [_validate.whole(s, "seed", 0, 2**63) for s in seed]
-        )
-    return np.random.default_rng(_validate.whole(seed, "seed", 0, 2**63))
+    return np.clip(np.round(noisy), 0, 2 ** int(bits) - 1)

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, frames
+from pgm_lab import frames
 from pgm_lab.camera import Camera, ideal, imaging
 from pgm_lab.simulate.images import photograph
 from pgm_lab.simulate.texture import Texture, grey_gradients, grey_values
 
-ITERATIONS = 50  # of Newton's method; five are enough for hills
+MAX_ITERATIONS = 50  # of Newton's method; five are enough for hills
 PRECISE = 1e-9  # of the distance
 
 
@@ -19,7 +19,7 @@ def on_relief(
     relief: Texture,
     cell: float = 1.0,
 ) -> np.ndarray:
-    """Points of a relief that a photo shows at given photo coordinates.
+    """Points (..., 3) of a relief that a photo shows at given photo coordinates.
 
     Parameters
     ----------
@@ -34,15 +34,10 @@ def on_relief(
     cell : float
         Object units for each pixel of the relief.
 
-    Returns
-    -------
-    ndarray (..., 3)
-        Object points, in object units.
-
     Raises
     ------
     ValueError
-        If a ray does not meet the relief, or a number is not what is described here.
+        If a ray does not meet the relief.
 
     References
     ----------
@@ -57,18 +52,14 @@ def on_relief(
     >>> bool(np.allclose(X[:, 2], grey_values(hills, X[:, :2])))
     True
     """
-    _validate.instance(lens, Camera, "lens")
-    _validate.instance(relief, Texture, "relief")
-    exterior = _validate.one_point(exterior, 6, "exterior")
-    image_points = _validate.points(image_points, 2, "image_points")
-    cell = _validate.positive_number(cell, "cell", "object units")
-    c = np.full((*image_points.shape[:-1], 1), -lens.c)
-    u = np.concatenate([ideal(lens, image_points), c], axis=-1)
+    exterior = np.asarray(exterior, dtype=float)
+    xy = ideal(lens, image_points)
+    u = np.concatenate([xy, np.full((*xy.shape[:-1], 1), -lens.c)], axis=-1)
     ray = u @ imaging.attitude(exterior)  # M^T u, row by row
     if np.any(ray[..., 2] >= 0):
         raise ValueError("exterior must look down: a ray does not meet the ground")
     t = (relief.mean - exterior[2]) / ray[..., 2]
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         X = exterior[:3] + t[..., None] * ray
         above = X[..., 2] - grey_values(relief, X[..., :2] / cell)
         if np.all(np.abs(above) <= PRECISE * np.abs(t * ray[..., 2])):
@@ -90,7 +81,10 @@ def relief_photo(
     sigma: float = 0.0,
     seed: int = 0,
 ) -> np.ndarray:
-    """Photo of a relief that carries a texture.
+    """Photo (rows, columns) of a relief that carries a texture, not rounded.
+
+    A pixel shows the texture at its middle. Let `cell` be the size of a pixel on the
+    ground or larger, so that the photo holds the finest detail.
 
     Parameters
     ----------
@@ -107,20 +101,10 @@ def relief_photo(
     seed : int
         Of the noise.
 
-    Returns
-    -------
-    ndarray (rows, columns)
-        Grey values at the pixel centres, not rounded.
-
     Raises
     ------
     ValueError
         As `on_relief`.
-
-    Notes
-    -----
-    A pixel shows the texture at its middle. Let `cell` be the size of a pixel on the
-    ground or larger, so that the photo holds the finest detail.
 
     Examples
     --------
@@ -130,12 +114,7 @@ def relief_photo(
     >>> relief_photo(Camera(5.0), photo, hills, texture(), (40, 30), 0.05).shape
     (30, 40)
     """
-    _validate.instance(texture, Texture, "texture")
-    _validate.size("image_size", *map(int, _validate.image_size(image_size)))
-    cell = _validate.positive_number(cell, "cell", "object units")
-    sigma = _validate.not_negative(sigma, "sigma", "grey values")
-    seed = _validate.whole(seed, "seed", 0, 2**63)
-    columns, rows = _validate.image_size(image_size).astype(int)
+    columns, rows = np.asarray(image_size)
     pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
     photo = frames.pixel_to_photo(pixels, image_size, pixel_size)
     ground = on_relief(lens, exterior, photo, relief, cell)

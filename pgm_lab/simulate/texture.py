@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
-
 _CHUNK = 1 << 18  # phases at a time: 2 MB, which fits into the cache
 
 
@@ -35,21 +33,6 @@ class Texture:
     amplitudes: np.ndarray
     phases: np.ndarray
     mean: float
-
-    def __post_init__(self) -> None:
-        """Check the numbers, and keep copies."""
-        frequencies = _validate.of_shape(self.frequencies, (None, 2), "frequencies")
-        m = len(frequencies)
-        kept = {
-            "frequencies": frequencies.copy(),
-            "amplitudes": _validate.of_shape(
-                self.amplitudes, (m,), "amplitudes"
-            ).copy(),
-            "phases": _validate.of_shape(self.phases, (m,), "phases").copy(),
-            "mean": _validate.number(self.mean, "mean"),
-        }
-        for name, values in kept.items():
-            object.__setattr__(self, name, values)
 
 
 def texture(
@@ -80,15 +63,10 @@ def texture(
     seed : int
         Seed of the random numbers: the same seed gives the same texture.
 
-    Returns
-    -------
-    Texture
-
     Raises
     ------
     ValueError
-        If the cut-off is not between 0 and 0.5, the contrast is not positive, or
-        waves is not a whole number above zero.
+        If the cut-off is not between 0 and 0.5.
 
     Examples
     --------
@@ -96,15 +74,11 @@ def texture(
     >>> grey_values(soft, [(10.0, 20.0), (10.25, 20.0)]).round(1)
     array([115.9, 123.7])
     """
-    cutoff = _validate.number(cutoff, "cutoff")
     if not 0 < cutoff <= 0.5:
         raise ValueError(
             f"cutoff must lie between 0 and 0.5 cycles per pixel; got {cutoff}"
         )
-    contrast = _validate.positive_number(contrast, "contrast", "grey values")
-    mean = _validate.number(mean, "mean")
-    waves = _validate.whole(waves, "waves", 1, 10**6)
-    rng = np.random.default_rng(_validate.whole(seed, "seed", 0, 2**63))
+    rng = np.random.default_rng(seed)
     radius = cutoff * np.sqrt(rng.uniform(size=waves))  # the root: evenly by area
     direction, phases = rng.uniform(0, 2 * np.pi, (2, waves))
     frequencies = np.stack(
@@ -116,7 +90,7 @@ def texture(
 
 
 def grey_values(texture: Texture, points: ArrayLike) -> np.ndarray:
-    """Grey values of a texture at any points, by its formula.
+    """Grey values (...) of a texture at any points, by its formula.
 
     Parameters
     ----------
@@ -124,23 +98,13 @@ def grey_values(texture: Texture, points: ArrayLike) -> np.ndarray:
     points : array_like (..., 2)
         (column, row) in pixels.
 
-    Returns
-    -------
-    ndarray (...)
-
-    Raises
-    ------
-    ValueError
-        If points are not (..., 2) or not finite.
-
     Examples
     --------
     >>> wave = Texture(np.array([[0.25, 0.0]]), np.array([10.0]), np.zeros(1), 100.0)
     >>> grey_values(wave, [(0, 0), (1, 0), (2, 7)]).round(6)
     array([110., 100.,  90.])
     """
-    _validate.instance(texture, Texture, "texture")
-    points = _validate.points(points, 2, "points")
+    points = np.asarray(points, dtype=float)
 
     def values(phase: np.ndarray) -> np.ndarray:
         return np.cos(phase) @ texture.amplitudes
@@ -151,7 +115,7 @@ def grey_values(texture: Texture, points: ArrayLike) -> np.ndarray:
 
 
 def grey_gradients(texture: Texture, points: ArrayLike) -> np.ndarray:
-    """Derivatives of a texture's grey values at any points, by its formula.
+    """Derivatives (..., 2) of a texture's grey values at any points, by its formula.
 
     Parameters
     ----------
@@ -164,19 +128,13 @@ def grey_gradients(texture: Texture, points: ArrayLike) -> np.ndarray:
     ndarray (..., 2)
         Along columns and rows, in grey values per pixel.
 
-    Raises
-    ------
-    ValueError
-        If points are not (..., 2) or not finite.
-
     Examples
     --------
     >>> wave = Texture(np.array([[0.25, 0.0]]), np.array([10.0]), np.zeros(1), 100.0)
     >>> grey_gradients(wave, (1, 0)).round(2)
     array([-15.71,   0.  ])
     """
-    _validate.instance(texture, Texture, "texture")
-    points = _validate.points(points, 2, "points")
+    points = np.asarray(points, dtype=float)
     factors = -2 * np.pi * texture.amplitudes[:, None] * texture.frequencies
 
     def gradients(phase: np.ndarray) -> np.ndarray:

@@ -1,24 +1,55 @@
-"""A block of photos: many pairs as tasks, here or on a cluster, and one surface."""
+"""A block of photos: many pairs as tasks, here or on a cluster, and one surface.
 
+`plot_pair` plots one pair into a file of a folder. It runs in this process, in several
+(`concurrent.futures`), or wherever the scheduler of a dask cluster puts it; what is in
+the folder is not plotted again. In the end the files are merged, in the order given.
+"""
+
+import contextlib
+import errno
+import functools
+import hashlib
 import inspect
+import json
+import multiprocessing
 import os
-from collections.abc import Mapping, Sequence
+import socket
+import time
+import traceback
+import warnings
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent import futures
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import __version__, _validate
 from pgm_lab.camera.photo import Photo
-from pgm_lab.stereo._folder import belongs, existing, on_disk
-from pgm_lab.stereo._merge import MERGES, merge
-from pgm_lab.stereo._pools import Pool, Processes, Serial, run
-from pgm_lab.stereo._tasks import Task, plot_pair, plotted
-from pgm_lab.stereo.dense import match_dense
-from pgm_lab.stereo.grid import Surface
+from pgm_lab.io import files as _files
+from pgm_lab.stereo.dense import match_dense, match_rows
+from pgm_lab.stereo.grid import Surface, surface
+from pgm_lab.stereo.heights import intersect
+from pgm_lab.stereo.normal import epipolar_pair
 from pgm_lab.stereo.photo_file import PhotoFile, fingerprint, photo_list
+
+MIN_POINTS = 10  # of a pair that is worth a surface
+MIN_SD = 0.001  # m; no match is better, and none outweighs all others
+TILE = 1024  # cells on a side of what is merged at once
+MERGES = ("mean", "median")
+LIST = "block.json"  # numbers, and a fingerprint of each photo
+CORES = (  # that this process may use
+    len(os.sched_getaffinity(0))
+    if hasattr(os, "sched_getaffinity")
+    else os.cpu_count() or 1
+)
+PATIENCE = 10  # seconds: for a scheduler, for a first worker
+DEATHS = ("BrokenProcessPool", "KilledWorker")  # what Python and dask call them
 
 
 @dataclass(frozen=True)
@@ -46,11 +77,11 @@ class PlottedPair:
     left: int
     right: int
     status: str
-    points: int
-    seconds: float
-    attempts: int
-    reason: str
-    file: Path
+    points: int = 0
+    seconds: float = np.nan
+    attempts: int = 0
+    reason: str = ""
+    file: Path = Path()
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +150,7 @@ def plot_block(
     cell : float
         Side of a cell, in m.
     matching : mapping, optional
-        Arguments of `match_dense`, such as ``{"window": 9}``.
+        Options of `match_dense`, such as ``{"window": 9}``.
     merging : {"mean", "median"}
         Of the measured heights where pairs overlap; the mean is weighted by 1 / sd^2.
     workers : int, optional
@@ -140,19 +171,18 @@ def plot_block(
 
     Raises
     ------
-    FileNotFoundError
-        If the folder is missing.
-    FileExistsError
-        If the folder holds other things, or a block of other photos or numbers.
     ValueError
-        If pairs are none or do not fit, or if all of them failed.
-    ImportError
-        If a client is given and dask.distributed is not installed.
-    ConnectionError
-        If the cluster does not answer, has no worker, or is lost.
+        If an argument is not what is described here, or all pairs failed.
+    FileNotFoundError, FileExistsError
+        If the folder is missing, also for a worker of the cluster; or it holds other
+        things, or a block of other photos or numbers.
+    ConnectionError, ImportError
+        If the cluster does not answer, has no worker, or is lost; if dask is missing.
     OSError
         If the disk is full.
     """
+    from tqdm.auto import tqdm
+
     photos = photo_list(photos)
     indices = _indices(pairs, len(photos))
     cell = _validate.positive_number(cell, "cell", "m")
@@ -163,20 +193,25 @@ def plot_block(
         )
     _validate.choice(merging, "merging", MERGES)
     retries = _validate.whole(retries, "retries", 0)
-    workers = _cores() if workers is None else _validate.whole(workers, "workers", 1)
+    workers = CORES if workers is None else _validate.whole(workers, "workers", 1)
     progress = _validate.flag(progress, "progress")
     matching = dict(_validate.mapping({} if matching is None else matching, "matching"))
-    if unknown := set(matching) - set(inspect.signature(match_dense).parameters):
+    options = list(inspect.signature(match_rows).parameters)[2:]
+    if unknown := set(matching).difference(options):
         raise ValueError(f"matching has no argument of match_dense: {unknown.pop()}")
-    parameters = {
+
+    # What the folder belongs to, and which pairs it holds already
+    numbers = {
         "heights": [low, high],
         "cell": cell,
         "matching": matching,
         "pgm_lab": __version__,
     }
-    folder = existing(folder)
-    files, prints = on_disk(photos, np.unique(indices).tolist(), folder)
-    belongs(folder, parameters, prints, _validate.flag(overwrite, "overwrite"))
+    folder = _existing(folder)
+    files = {k: _on_disk(photos[k], folder) for k in np.unique(indices).tolist()}
+    prints = {k: file.fingerprint() for k, file in files.items()}
+    known = numbers | {f"photos[{k}]": one for k, one in prints.items()}
+    _belongs(folder, known, _validate.flag(overwrite, "overwrite"))
     tasks = [
         Task(
             (i, j),
@@ -185,16 +220,26 @@ def plot_block(
             (low, high),
             cell,
             matching,
-            fingerprint(parameters, prints[i], prints[j]),
+            fingerprint(numbers, prints[i], prints[j]),
             folder / f"pair_{i:05d}_{j:05d}.npz",
         )
         for i, j in indices.tolist()
     ]
-    done = _found(tasks)
+    done = {
+        task.pair: PlottedPair(*task.pair, "found", points, file=task.file)
+        for task in tasks
+        if (points := plotted(task)) is not None
+    }
     missing = [task for task in tasks if task.pair not in done]
     if missing:
-        pool = _pool(client, min(workers, len(missing)), folder)
-        done |= _plot(missing, pool, retries, progress, len(done))
+        bar = tqdm(
+            total=len(tasks), initial=len(done), unit="pair", disable=not progress
+        )
+        with bar, _pool(client, min(workers, len(missing)), folder) as plot_all:
+            for row in _plot(missing, plot_all, retries):
+                done[row.left, row.right] = row
+                bar.update()
+
     table = tuple(done[task.pair] for task in tasks)
     good = [pair.file for pair in table if pair.status != "failed"]
     if not good:
@@ -206,69 +251,397 @@ def plot_block(
     return Block(merged, table, (folder / "z.npy", folder / "measured.npy", *good))
 
 
-def _cores() -> int:
-    """Cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _pool(client: Any, workers: int, folder: Path) -> Pool:
-    if client is not None:
-        from pgm_lab.stereo._cluster import Cluster
-
-        return Cluster(client, folder)
-    return Serial() if workers == 1 else Processes(workers)
-
-
-def _plot(tasks, pool, retries, progress, found):
-    """Rows of the table for tasks, by their pair."""
-    from tqdm.auto import tqdm
-
-    rows = {}
-    total = found + len(tasks)
-    with tqdm(total=total, initial=found, unit="pair", disable=not progress) as bar:
-        for task, result, error, attempts in run(plot_pair, tasks, pool, retries):
-            if error is None:
-                points, seconds = result
-                row = _row(task, "plotted", points, seconds, attempts)
-            else:
-                reason = f"{type(error).__name__}: {error}"
-                row = _row(task, "failed", attempts=attempts, reason=reason)
-            rows[task.pair] = row
-            bar.update()
-    return rows
-
-
-def _found(tasks):
-    """Rows of the table for tasks whose file is there, by their pair."""
-    points = {task.pair: plotted(task) for task in tasks}
-    return {
-        task.pair: _row(task, "found", points[task.pair])
-        for task in tasks
-        if points[task.pair] is not None
-    }
-
-
-def _row(task, status, points=0, seconds=np.nan, attempts=0, reason=""):
-    left, right = task.pair
-    return PlottedPair(
-        left, right, status, points, seconds, attempts, reason, task.file
-    )
-
-
-def _indices(pairs, n):
-    pairs = _validate.numeric(pairs, "pairs")
-    if not pairs.size:
+def _indices(pairs: ArrayLike, n: int) -> np.ndarray:
+    """Pairs as indices (k, 2) of n photos."""
+    if not _validate.numeric(pairs, "pairs").size:
         raise ValueError("pairs is empty: no photos share enough of the ground")
-    if pairs.ndim != 2 or pairs.shape[1] != 2:
-        raise ValueError(
-            "pairs must have shape (n, 2), (left, right) in each row; got shape"
-            f" {pairs.shape}"
-        )
-    pairs = _validate.indices(pairs.ravel(), n, "pairs").reshape(-1, 2)
+    _validate.of_shape(pairs, (None, 2), "pairs")
+    pairs = _validate.indices(np.ravel(pairs), n, "pairs").reshape(-1, 2)
     if np.any(pairs[:, 0] == pairs[:, 1]):
         raise ValueError("pairs has a photo paired with itself")
     if len(np.unique(pairs, axis=0)) < len(pairs):
         raise ValueError("pairs has the same pair more than once")
     return pairs
+
+
+# --- The folder: what it holds, and which photos and numbers it belongs to ---
+
+
+def _existing(folder: Any) -> Path:
+    if not isinstance(folder, str | os.PathLike) or not str(folder).strip():
+        raise ValueError(
+            f"folder must be the name of a folder; got {_validate.shown(folder)}"
+        )
+    path = Path(folder).absolute()
+    if not path.is_dir():
+        raise FileNotFoundError(
+            f"{_files.printable(path)} is no folder: make it first, for the surfaces"
+        )
+    return path
+
+
+def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
+    """Write a photo that is in memory, under a name that tells its content."""
+    if isinstance(photo, PhotoFile):
+        return photo
+    grey = np.ascontiguousarray(photo.grey)
+    content = hashlib.sha256(f"{grey.dtype}{grey.shape}".encode())
+    content.update(grey.tobytes())
+    path = folder / "photos" / f"{content.hexdigest()[:32]}.npy"
+    if not path.is_file():
+        path.parent.mkdir(exist_ok=True)
+        with _new(path) as file:
+            np.save(file, grey)
+    exterior = tuple(np.asarray(photo.exterior, float).tolist())
+    return PhotoFile(
+        path, photo.camera, exterior, photo.pixel_size, photo.image_size, photo.corner
+    )
+
+
+@contextlib.contextmanager
+def _new(path: Path) -> Iterator[Any]:
+    """A file to write, which takes its place when it is whole."""
+    with _files.written_whole(path, overwrite=True) as part, part.open("xb") as file:
+        yield file
+        file.close()  # before it is renamed
+
+
+def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
+    """Refuse a folder of other things; write down what it belongs to."""
+    path = folder / LIST
+    now = json.loads(json.dumps(now, default=lambda number: number.item()))
+    then = json.loads(path.read_text("utf-8")) if path.exists() else {}
+    changed = [name for name in now if then.get(name, now[name]) != now[name]]
+    if changed and not overwrite:
+        name, more = changed[0], len(changed) - 1
+        what = f"{name} was {then[name]} and is {now[name]}"
+        if name.startswith("photos"):
+            what = f"{name} is another, or has another orientation"
+        raise FileExistsError(
+            f"{_files.printable(folder)} belongs to another block: {what}"
+            f"{f', and {more} more' if more else ''}. Name another folder, or let"
+            " overwrite=True plot anew what differs"
+        )
+    # A block just begun has nothing but photos
+    others = (one for one in folder.iterdir() if not one.name.startswith("."))
+    if not then and not overwrite and any(one.name != "photos" for one in others):
+        raise FileExistsError(
+            f"{_files.printable(folder)} holds other files, and no block. Name an empty"
+            " folder, or let overwrite=True put the block beside them"
+        )
+    _files.save({path: json.dumps(then | now, indent=1) + "\n"}, overwrite=True)
+
+
+# --- One pair as a task ---
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What a worker needs for a pair, 1 kB in all: it reads the photos itself."""
+
+    pair: tuple[int, int]
+    left: PhotoFile
+    right: PhotoFile
+    heights: tuple[float, float]
+    cell: float
+    matching: Mapping[str, Any]
+    fingerprint: str
+    file: Path
+
+
+def plot_pair(task: Task) -> tuple[int, float]:
+    """Plot one pair into its file; the number of points and the seconds it took."""
+    start = time.perf_counter()
+    pair = epipolar_pair(task.left.read(), task.right.read(), task.heights)
+    match = match_dense(pair, **task.matching)
+    # About one point a cell: windows of more would overlap
+    depth = pair.stations[:, 2].mean() - np.mean(task.heights)
+    step = max(1, int(task.cell / (depth * pair.pixel_size / pair.c)))
+    points = intersect(pair, match, step=step)
+    low, high = task.heights
+    inside = (points.xyz[:, 2] >= low) & (points.xyz[:, 2] <= high)
+    n = int(inside.sum())
+    if n < MIN_POINTS:
+        raise ValueError(f"{n} points between {low:g} and {high:g} m were matched")
+    z, weight, first = _gridded(points.xyz[inside], points.sd[inside, 2], task.cell)
+    box = np.array([*first, *z.shape[::-1]])
+    with _new(task.file) as file:
+        np.savez(
+            file, fingerprint=task.fingerprint, box=box, points=n, z=z, weight=weight
+        )
+    return n, time.perf_counter() - start
+
+
+def _gridded(
+    xyz: np.ndarray, sd: np.ndarray, cell: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Heights, weights and first (column, row), in cells that all pairs share.
+
+    Cell (column, row) has its middle at ((column + 0.5) cell, -(row + 0.5) cell).
+    """
+    at = np.floor(xyz[:, :2] * (1, -1) / cell).astype(np.int64)
+    first, last = at.min(0), at.max(0) + 1
+    columns, rows = last - first
+    left, right, top, bottom = first[0], last[0], -first[1], -last[1]
+    west, south, east, north = (cell * float(v) for v in (left, bottom, right, top))
+    z = surface(xyz, cell, extent=(west, south, east, north)).z[:rows, :columns]
+    where = (at - first) @ (1, columns)
+    sd = np.nan_to_num(sd, nan=np.inf).clip(MIN_SD)
+    weight = np.bincount(where, 1 / sd**2, rows * columns).reshape(rows, columns)
+    weight[np.isnan(z)] = 0
+    return z.astype(np.float32), weight.astype(np.float32), first
+
+
+def plotted(task: Task) -> int | None:
+    """Points of a pair that is in its file already, None where it is not."""
+    try:
+        with task.file.open("rb") as file, np.load(file) as stored:
+            same = str(stored["fingerprint"]) == task.fingerprint
+            return int(stored["points"]) if same else None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None  # not there, or broken
+
+
+# --- Who does the tasks: this process, several, or a cluster ---
+
+Answer = tuple[int, float] | BaseException  # points and seconds, or why not
+PlotAll = Callable[[list[Task]], Iterator[tuple[Task, Answer]]]  # as they are ready
+
+
+def _plot(tasks: list[Task], plot_all: PlotAll, retries: int) -> Iterator[PlottedPair]:
+    """Do all tasks; those that failed again, after the others."""
+    attempt = 1
+    while tasks:
+        failed, suspects = [], []
+        for task, answer in plot_all(tasks):
+            _refuse_full_disk(answer)
+            if type(answer).__name__ in DEATHS:
+                suspects.append(task)
+            elif isinstance(answer, BaseException) and attempt <= retries:
+                failed.append(task)
+            else:
+                yield _row(task, answer, attempt)
+        # Nobody knows which of the tasks under way killed a worker: now each is alone
+        for task in suspects:
+            [(task, answer)] = plot_all([task])
+            yield _row(task, answer, attempt)
+        tasks, attempt = failed, attempt + 1
+
+
+def _serially(tasks: list[Task]) -> Iterator[tuple[Task, Answer]]:
+    """Plot in this process."""
+    for task in tasks:
+        try:
+            yield task, plot_pair(task)
+        except Exception as error:
+            traceback.clear_frames(error.__traceback__)  # or photos stay open
+            yield task, error
+
+
+def _in_parallel(
+    tasks: list[Task], start: Callable[[], futures.Executor], workers: int
+) -> Iterator[tuple[Task, Answer]]:
+    """Plot in an executor: processes of this computer, or a cluster behind it.
+
+    Dask gives the task of a dead worker to another one; of processes, when one dies,
+    all are started anew.
+    """
+    while tasks:
+        left, running = dict.fromkeys(tasks), {}
+        executor = start()
+        try:
+            _refuse_no_process(executor)
+            with contextlib.suppress(BrokenProcessPool):
+                for task in tasks:
+                    running[executor.submit(plot_pair, task)] = task
+            for future in futures.as_completed(running):
+                error = future.exception()
+                if not isinstance(error, BrokenProcessPool):
+                    del left[running[future]]
+                    yield running[future], error or future.result()
+        except futures.CancelledError:
+            raise ConnectionError(
+                "the cluster was lost. What it has plotted is in the folder: call again"
+                " to go on"
+            ) from None
+        finally:
+            for future in running:
+                future.cancel()
+            executor.shutdown()
+        # Tasks begin in their order, so the first ones left were under way
+        tasks = list(left)
+        for task in tasks[:workers]:
+            yield task, BrokenProcessPool("its process died; was there memory enough?")
+        tasks = tasks[workers:]
+
+
+def _refuse_no_process(executor: futures.Executor) -> None:
+    try:
+        executor.submit(os.getpid).result()
+    except BrokenProcessPool:
+        raise RuntimeError(
+            "no worker process could start. In a script, plot_block has to stand"
+            ' under `if __name__ == "__main__":`, since each worker imports the'
+            " script; or plot with workers=1"
+        ) from None
+
+
+@contextlib.contextmanager
+def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
+    """What plots all of some tasks; a cluster must see the folder."""
+    if client is None and workers == 1:
+        yield _serially
+    elif client is None:
+        spawn = multiprocessing.get_context("spawn")
+        start = functools.partial(
+            futures.ProcessPoolExecutor, workers, spawn, cv2.setNumThreads, (1,)
+        )
+        yield functools.partial(_in_parallel, start=start, workers=workers)
+    else:
+        with _connected(client) as cluster:
+            _refuse_blind(cluster, folder)
+            start = functools.partial(cluster.get_executor, pure=False)
+            yield functools.partial(_in_parallel, start=start, workers=workers)
+
+
+@contextlib.contextmanager
+def _connected(client: Any) -> Iterator[Any]:
+    """The client of a cluster; one made here, of an address, is closed."""
+    try:
+        from distributed import Client
+        from distributed.comm import get_address_host_port
+    except ImportError:
+        raise ImportError(
+            "a cluster needs dask.distributed: pip install dask distributed"
+        ) from None
+    if not isinstance(client, str):
+        yield _validate.instance(client, Client, "client")
+        return
+    try:  # first whether anybody answers at all, as it is quick
+        socket.create_connection(get_address_host_port(client), PATIENCE).close()
+        own = Client(client, timeout=PATIENCE, set_as_default=False)
+    except Exception as error:  # whatever another program answers there
+        raise ConnectionError(
+            f"no scheduler of dask answers at {client!r} ({type(error).__name__})"
+        ) from error
+    with own:
+        yield own
+
+
+def _refuse_blind(client: Any, folder: Path) -> None:
+    """Refuse a cluster without workers, or whose workers do not see the folder."""
+    if client.status != "running":
+        raise ConnectionError("the client of the cluster is closed; make a new one")
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        raise ConnectionError("the cluster has no worker; start one") from None
+    for address, sees in client.run(os.path.isfile, str(folder / LIST)).items():
+        if not sees:
+            raise FileNotFoundError(
+                f"worker {address} does not see {folder}: put folder and photos on a"
+                " disk that all workers have under the same name"
+            )
+
+
+def _refuse_full_disk(answer: Answer) -> None:
+    if isinstance(answer, OSError) and answer.errno in (errno.ENOSPC, errno.EDQUOT):
+        raise OSError(
+            answer.errno,
+            "the disk is full. What was plotted is in the folder: make room and call"
+            " again to go on",
+        ) from answer
+
+
+def _row(task: Task, answer: Answer, attempts: int) -> PlottedPair:
+    row = functools.partial(PlottedPair, *task.pair, attempts=attempts, file=task.file)
+    if isinstance(answer, BaseException):
+        return row(status="failed", reason=f"{type(answer).__name__}: {answer}")
+    return row(status="plotted", points=answer[0], seconds=answer[1])
+
+
+# --- Many surfaces become one, tile by tile, in the order of the pairs ---
+
+
+def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface:
+    """One surface of many, written into the folder as `z.npy` and `measured.npy`.
+
+    Measured cells count before interpolated ones. A cell is the same whatever the size
+    of the tiles, and whichever pair was ready first. (`rasterio.merge` goes band by
+    band, so that heights would not know their weights.)
+    """
+    boxes = np.array([_read(file, "box")[0] for file in files])
+    first = boxes[:, :2].min(0)
+    boxes = np.stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], 1) - first
+    columns, rows = boxes[:, 1].max(0).tolist()
+    names = [folder / "z.npy", folder / "measured.npy"]
+    with _new(names[0]) as z_file, _new(names[1]) as measured_file:
+        start = _npy_head(z_file, (rows, columns), "<f4")
+        _npy_head(measured_file, (rows, columns), "|b1")
+        for row in range(0, rows, TILE):
+            for column in range(0, columns, TILE):
+                low = np.array([column, row])
+                high = np.minimum(low + TILE, (columns, rows))
+                z, measured = _tile(files, boxes, np.stack([low, high]), how)
+                _put(z_file, start, columns, low, z.astype("<f4"))
+                _put(measured_file, start, columns, low, measured)
+    large = rows * columns > _validate.MOST
+    z, measured = (np.load(name, mmap_mode="r" if large else None) for name in names)
+    x, y = (first + 0.5) * cell
+    return Surface(z, (float(x), float(-y)), cell, measured)
+
+
+def _tile(
+    files: Sequence[Path], boxes: np.ndarray, tile: np.ndarray, how: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Heights of a tile, and which of them were measured; boxes are (low, high)."""
+    low, high = np.maximum(boxes[:, 0], tile[0]), np.minimum(boxes[:, 1], tile[1])
+    touching = np.flatnonzero((low < high).all(1)).tolist()
+    columns, rows = tile[1] - tile[0]
+    # What each pair has there; one empty layer spares asking whether there is any
+    z = np.full((len(touching) + 1, rows, columns), np.nan, np.float32)
+    weight = np.zeros(z.shape, np.float32)
+    for layer, k in enumerate(touching):
+        here = layer, *_slices(low[k] - tile[0], high[k] - tile[0])
+        there = _slices(low[k] - boxes[k, 0], high[k] - boxes[k, 0])
+        heights, weights = _read(files[k], "z", "weight")
+        z[here], weight[here] = heights[there], weights[there]
+    measured = np.any(weight > 0, axis=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore", RuntimeWarning
+        )  # NaN where no pair has a height
+        if how == "median":
+            z[measured & (weight == 0)] = np.nan
+            return np.nanmedian(z, axis=0), measured
+        known = ~np.isnan(z)
+        heights = np.where(known, z, 0).astype(float)
+        plain = heights.sum(0) / known.sum(0)
+        total = np.where(measured, weight.sum(0, dtype=float), 1)
+        return np.where(measured, (weight * heights).sum(0) / total, plain), measured
+
+
+def _slices(low: np.ndarray, high: np.ndarray) -> tuple[slice, slice]:
+    """Rows and columns from low to high (column, row)."""
+    return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def _read(file: Path, *names: str) -> list[np.ndarray]:
+    with np.load(file) as stored:
+        return [stored[name] for name in names]
+
+
+def _npy_head(file: Any, shape: tuple[int, int], kind: str) -> int:
+    """Write the head of an array of NumPy; where its values begin."""
+    head = {"descr": kind, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(file, head)
+    return file.tell()
+
+
+def _put(
+    file: Any, start: int, columns: int, low: np.ndarray, tile: np.ndarray
+) -> None:
+    """Write a tile of an array; not mapped, as a full disk would kill the process."""
+    for row, line in enumerate(tile, low[1]):
+        file.seek(int(start + (row * columns + low[0]) * tile.itemsize))
+        file.write(line.tobytes())

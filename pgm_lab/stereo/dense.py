@@ -1,17 +1,19 @@
-"""Dense matching along epipolar lines, from coarse to fine."""
+"""Dense matching along epipolar lines, from coarse to fine.
 
+On each level of the pyramid the correlation coefficient is sought along the rows, in
+both directions; local planes of disparity smooth what was found. Least squares matching
+refines the finest level. All steps are sums over windows of the whole image at once.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.stereo._boxes import WHOLE, Image, box
-from pgm_lab.stereo._correlate import Peaks
-from pgm_lab.stereo._levels import coarse_to_fine
-from pgm_lab.stereo._pyramid import levels_of
-from pgm_lab.stereo._refine import refine as least_squares
 from pgm_lab.stereo.normal import NormalPair
 
 # What a cell of `DenseMatch.status` means, by its number
@@ -22,12 +24,15 @@ STATUSES = (
     "below the threshold",
     "at the end of the search",
     "left and right disagree",
-    "not at rest",
+    "not converged",
     "isolated",
 )
-FLAT = 0.02  # of the image's scatter: a window with less has no texture
-JOINED = 0.5  # px between neighbours of one patch
-ALONE = 2  # windows: a smaller patch is isolated
+MIN_TEXTURE = 0.02  # of the image's scatter: a window with less has no texture
+MAX_JUMP = 0.5  # px between neighbours of one patch
+MIN_PATCH = 2  # windows: a smaller patch is isolated
+BAND = 512  # rows at a time, so that the work fits a laptop and its cache
+WHOLE = 0.999  # of a pixel, interpolated from a mask
+ROUNDING = 1e-6  # of the image's variance; less is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,26 +61,10 @@ class DenseMatch:
         return {s: int(np.sum(self.status == i)) for i, s in enumerate(STATUSES)}
 
 
-def match_dense(
-    pair: NormalPair,
-    *,
-    window: int = 7,
-    threshold: float = 0.8,
-    levels: int = 6,
-    search: int = 12,
-    refine: bool = True,
-) -> DenseMatch:
-    """Match the two images of a normal pair in every pixel: see `match_rows`."""
+def match_dense(pair: NormalPair, **options: Any) -> DenseMatch:
+    """Match the two images of a normal pair in every pixel; options as `match_rows`."""
     _validate.instance(pair, NormalPair, "pair")
-    return match_rows(
-        pair.left,
-        pair.right,
-        window=window,
-        threshold=threshold,
-        levels=levels,
-        search=search,
-        refine=refine,
-    )
+    return match_rows(pair.left, pair.right, **options)
 
 
 def match_rows(
@@ -123,7 +112,7 @@ def match_rows(
         - "below the threshold": no correlation coefficient is high enough;
         - "at the end of the search": it still rises there;
         - "left and right disagree": from right to left another place is found;
-        - "not at rest": least squares matching moves on, or away by 1 px;
+        - "not converged": least squares matching moves on, or away by 1 px;
         - "isolated": part of a patch, smaller than two windows, that differs from what
           is around it.
 
@@ -166,19 +155,19 @@ def match_rows(
     window = _validate.window(window, "window")
     if not -1 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
-    levels = levels_of(L.grey.shape, _validate.whole(levels, "levels", 1, 30))
+    levels = _levels(L.grey.shape, _validate.whole(levels, "levels", 1, 30))
     search = _validate.whole(search, "search", 1, 1000)
     refine = _validate.flag(refine, "refine")
 
-    peaks, agree = coarse_to_fine(L, R, levels, window, search)
+    peaks, agree = _coarse_to_fine(L, R, levels, window, search)
     status = _first_reason(L, peaks, agree, window, threshold)
     d, sd = peaks.d, peaks.sd
     if refine:
-        d, sd, rested, whole = least_squares(L, R, d, status == 0, window + 2)
-        status[(status == 0) & ~rested] = STATUSES.index("not at rest")
+        d, sd, converged, whole = _least_squares(L, R, d, status == 0, window + 2)
+        status[(status == 0) & ~converged] = STATUSES.index("not converged")
         status[(status == 0) & ~whole] = STATUSES.index("no image")
-    alone = _isolated(d, status == 0, ALONE * window**2)
-    status[alone] = STATUSES.index("isolated")
+    isolated = _isolated(d, status == 0, MIN_PATCH * window**2)
+    status[isolated] = STATUSES.index("isolated")
     matched = status == 0
     return DenseMatch(
         np.where(matched, d, np.nan).astype(np.float32),
@@ -188,26 +177,14 @@ def match_rows(
     )
 
 
-def _image(grey: ArrayLike, name: str) -> Image:
-    """Grey values about their mean, in units of their scatter; where they are known."""
-    array = _validate.grey_image(grey, name, least=3)
-    array = np.ma.filled(np.ma.asarray(array).astype(np.float32), np.nan)
-    known = np.isfinite(array)
-    if not known.any():
-        raise ValueError(f"{name} must show something; it is masked or NaN everywhere")
-    mean, scatter = array[known].mean(dtype=float), array[known].std(dtype=float)
-    about = np.where(known, (array - mean) / (scatter or 1), 0)
-    return Image(about.astype(np.float32), known.astype(np.float32))
-
-
 def _first_reason(
-    left: Image, peaks: Peaks, agree: np.ndarray, window: int, threshold: float
+    left: "_Image", peaks: "_Peaks", agree: np.ndarray, window: int, threshold: float
 ) -> np.ndarray:
     """Statuses of the cells after correlation."""
-    whole = box(left.mask, window) > WHOLE
+    variance = _box(left.grey**2, window) - _box(left.grey, window) ** 2
     reasons = {
-        "no image": (peaks.r == -1) | ~whole,
-        "no texture": _flat(left, window),
+        "no image": (peaks.r == -1) | (_box(left.mask, window) <= WHOLE),
+        "no texture": variance <= MIN_TEXTURE**2,
         "below the threshold": peaks.r < threshold,
         "at the end of the search": ~peaks.inside,
         "left and right disagree": ~agree,
@@ -216,16 +193,402 @@ def _first_reason(
     return np.select(list(reasons.values()), numbers, 0).astype(np.uint8)
 
 
-def _flat(image: Image, window: int) -> np.ndarray:
-    """Where the windows have hardly any texture."""
-    variance = box(image.grey**2, window) - box(image.grey, window) ** 2
-    return variance <= FLAT**2
-
-
 def _isolated(d: np.ndarray, good: np.ndarray, least: int) -> np.ndarray:
     """Good cells in patches of fewer than `least`; a jump divides patches."""
-    steps, none = 16, -(2**15)  # whole numbers of 16 bits are asked for
+    steps, none = 16, -(2**15)  # filterSpeckles wants whole numbers of 16 bits
     whole = np.where(good, np.clip(d * steps, none + 1, 2**15 - 1), none)
     whole = np.rint(whole).astype(np.int16)
-    cv2.filterSpeckles(whole, none, least - 1, JOINED * steps)
+    cv2.filterSpeckles(whole, none, least - 1, MAX_JUMP * steps)
     return good & (whole == none)
+
+
+# --- Images, windows, warps, bands ---
+
+
+class _Image(NamedTuple):
+    """Grey values about their mean, by their scatter; 1 where there is image."""
+
+    grey: np.ndarray
+    mask: np.ndarray
+
+    def mirrored(self) -> "_Image":
+        """Left and right exchanged."""
+        return _Image(*(np.ascontiguousarray(a[:, ::-1]) for a in self))
+
+
+def _image(grey: ArrayLike, name: str) -> _Image:
+    """Grey values about their mean, in units of their scatter; where they are known."""
+    array = _validate.grey_image(grey, name, least=3)
+    array = np.ma.filled(np.ma.asarray(array).astype(np.float32), np.nan)
+    known = np.isfinite(array)
+    if not known.any():
+        raise ValueError(f"{name} must show something; it is masked or NaN everywhere")
+    mean, scatter = array[known].mean(dtype=float), array[known].std(dtype=float)
+    about = np.where(known, (array - mean) / (scatter or 1), 0)
+    return _Image(about.astype(np.float32), known.astype(np.float32))
+
+
+def _box(a: np.ndarray, n: int) -> np.ndarray:
+    """Mean over n x n windows; outside is zero."""
+    return cv2.boxFilter(a, cv2.CV_32F, (n, n), borderType=cv2.BORDER_CONSTANT)
+
+
+def _rounded(d: np.ndarray) -> np.ndarray:
+    """Disparities in 1/32 px: at these every version of OpenCV gives the same image."""
+    return np.rint(d * 32) / np.float32(32)
+
+
+def _warped(
+    image: np.ndarray, d: np.ndarray, row: int = 0, how: int = cv2.INTER_LINEAR
+) -> np.ndarray:
+    """Right image where the left pixels lie by their disparities; zero outside.
+
+    `row` is the row of the image that the first row of the disparities belongs to.
+    """
+    rows, columns = d.shape
+    x = np.arange(columns, dtype=np.float32) - d
+    y = np.arange(row, row + rows, dtype=np.float32)
+    y = np.broadcast_to(y[:, None], d.shape).copy()
+    return cv2.remap(image, x, y, how, borderMode=cv2.BORDER_CONSTANT, borderValue=0)
+
+
+def _in_bands(
+    work: Callable[[slice], tuple[np.ndarray, ...]], rows: int, margin: int
+) -> tuple[np.ndarray, ...]:
+    """Results of all rows from work on bands of them that overlap by a margin."""
+    parts = []
+    for first in range(0, rows, BAND):
+        band = slice(max(first - margin, 0), min(first + BAND + margin, rows))
+        start = first - band.start
+        keep = slice(start, start + min(BAND, rows - first))
+        parts.append(tuple(a[keep] for a in work(band)))
+    return tuple(np.concatenate(p) for p in zip(*parts, strict=True))
+
+
+# --- From coarse to fine ---
+
+MIN_SIDE = 40  # px of a level, on which windows still tell places apart
+REACH = 3  # px, search on all levels but the coarsest
+MIN_R = 0.6  # on coarse levels; less is filled from the neighbours
+MAX_DIFFERENCE = 1.0  # px between the two directions
+
+
+def _levels(shape: tuple[int, ...], most: int) -> int:
+    """Number of levels for an image, at most `most`."""
+    return max(1, min(most, int(np.log2(max(min(shape), 1) / MIN_SIDE)) + 1))
+
+
+def _coarse_to_fine(
+    left: _Image, right: _Image, levels: int, window: int, reach: int
+) -> tuple["_Peaks", np.ndarray]:
+    """Peaks of the finest level, and whether both directions agree there.
+
+    The way back is the same search with both images exchanged and mirrored, in which a
+    disparity keeps its sign.
+    """
+    lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
+    there = back = np.zeros(lefts[-1].grey.shape, np.float32)
+    for k in reversed(range(levels)):
+        L, R = lefts[k], rights[k]
+        if k < levels - 1:
+            there, back = (_finer(a, L.grey.shape) for a in (there, back))
+        how = window, reach if k == levels - 1 else REACH, 0.5 if k else 1.0
+        one = _search(L, R, there, *how)
+        two = _search(R.mirrored(), L.mirrored(), back, *how)
+        agree = _agreement(one.d, two.d)
+        if k:
+            there = _smooth(one, agree, window)
+            back = _smooth(two, _agreement(two.d, one.d), window)
+    return one, agree
+
+
+def _pyramid(image: _Image, levels: int) -> list[_Image]:
+    """Levels from fine to coarse; what is masked has no part in the means.
+
+    `image.pyramid` takes finite images only, and knows no mask.
+    """
+    out = [image]
+    for _ in range(levels - 1):
+        grey, mask = out[-1]
+        share = cv2.pyrDown(mask)
+        mask = (share > 0.5).astype(np.float32)
+        out.append(_Image(cv2.pyrDown(grey) / np.maximum(share, 0.5) * mask, mask))
+    return out
+
+
+def _finer(d: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Disparities of a level as start values of the level below."""
+    d = cv2.medianBlur(d, 5)
+    return 2 * cv2.resize(d, shape[::-1], interpolation=cv2.INTER_LINEAR)
+
+
+def _agreement(there: np.ndarray, back: np.ndarray) -> np.ndarray:
+    """Whether the way there, and back in the mirror, ends where it began."""
+    mirrored = np.ascontiguousarray(back[:, ::-1])
+    return np.abs(there - _warped(mirrored, there)) < MAX_DIFFERENCE
+
+
+def _smooth(peaks: "_Peaks", agree: np.ndarray, window: int) -> np.ndarray:
+    """Disparities on their local planes; unreliable ones from their neighbours."""
+    good = agree & peaks.inside & (peaks.r > MIN_R)
+    return _filled(_on_planes(peaks.d, good, window), good)
+
+
+def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """Disparities with the bad ones from the mean of good ones as near as there are."""
+    w = good.astype(np.float32)
+    if good.all() or min(d.shape) < 3:
+        all_of_them = float((d * w).sum() / max(w.sum(), 1))
+        return np.where(good, d, np.float32(all_of_them)).astype(np.float32)
+    share = cv2.pyrDown(w)
+    mean = cv2.pyrDown(d * w) / np.maximum(share, 1e-3)
+    coarse = _filled(mean, share > 1e-3)
+    near = cv2.resize(coarse, d.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return np.where(good, d, near).astype(np.float32)
+
+
+# --- Local planes of disparity: the shape of the ground under a window ---
+
+ROUGH = 0.3  # px about its plane: more than noise, so an edge or a crest
+MIN_SHARE = 0.3  # of a window that must be good
+
+
+def _on_planes(d: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
+    """Disparities on the planes through the good cells of their windows.
+
+    Where cells scatter about their plane by more than `ROUGH`, or few are good, the
+    median of 5 x 5 stays instead.
+    """
+    level = float(d[good].mean()) if good.any() else 0.0
+    w = good.astype(np.float32)
+    v = np.where(good, d - np.float32(level), 0).astype(np.float32)
+    # Central moments of the good cells and of their disparities
+    n = np.maximum(_moment(w, window, 0, 0), 1)
+    x, y, xx, yy, xy = (
+        _moment(w, window, *p) / n for p in ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+    )
+    m, xv, yv = (_moment(v, window, *p) / n for p in ((0, 0), (1, 0), (0, 1)))
+    vv = _moment(v * v, window, 0, 0) / n - m * m
+    xx, yy, xy, xv, yv = xx - x * x, yy - y * y, xy - x * y, xv - x * m, yv - y * m
+    # The plane a x + b y + m, and the variance about it
+    det = np.maximum(xx * yy - xy * xy, 1e-3)
+    a, b = (xv * yy - yv * xy) / det, (yv * xx - xv * xy) / det
+    rough = np.maximum(vv - a * xv - b * yv, 0)
+    own = np.clip(rough / ROUGH**2 - 1, 0, 1)
+    own[n < MIN_SHARE * window**2] = 1
+    plane = m - a * x - b * y + level
+    return own * cv2.medianBlur(d, 5) + (1 - own) * plane
+
+
+def _moment(a: np.ndarray, window: int, p: int, q: int) -> np.ndarray:
+    """Sum of a x^p y^q over windows, x and y from the middle of each."""
+    k = np.arange(window, dtype=np.float32) - window // 2
+    return cv2.sepFilter2D(a, cv2.CV_32F, k**p, k**q, borderType=cv2.BORDER_CONSTANT)
+
+
+# --- Correlation along the rows ---
+
+
+class _Peaks(NamedTuple):
+    """Where the correlation is highest.
+
+    d: disparity in px; r: correlation coefficient, -1 where no window has enough image;
+    sd: of the disparity, from the peak; inside: not at an end of the search.
+    """
+
+    d: np.ndarray
+    r: np.ndarray
+    sd: np.ndarray
+    inside: np.ndarray
+
+
+def _search(
+    left: _Image,
+    right: _Image,
+    start: np.ndarray,
+    window: int,
+    reach: int,
+    least: float,
+) -> _Peaks:
+    """Disparity of the highest correlation among start - reach ... start + reach.
+
+    least: share of a window that must be image in both. Three values around the peak
+    give its place to parts of a pixel.
+    """
+
+    def work(rows: slice) -> _Peaks:
+        part = _Image(left.grey[rows], left.mask[rows])
+        return _band_peaks(part, right, start[rows], rows.start, window, reach, least)
+
+    return _Peaks(*_in_bands(work, len(start), window // 2))
+
+
+def _band_peaks(
+    left: _Image,
+    right: _Image,
+    start: np.ndarray,
+    row: int,
+    window: int,
+    reach: int,
+    least: float,
+) -> _Peaks:
+    start = _rounded(start)
+    # The highest correlation so far, and those one pixel before and after it
+    best, before, after, last = (np.full(start.shape, -1, np.float32) for _ in range(4))
+    at = np.zeros(start.shape, np.float32)
+    for offset in range(-reach, reach + 1):
+        r = _correlation(left, right, start + offset, row, window, least)
+        np.copyto(after, r, where=at == offset - 1)
+        higher = r > best
+        np.copyto(before, last, where=higher)
+        np.copyto(best, r, where=higher)
+        np.copyto(after, -1, where=higher)
+        at[higher] = offset
+        last = r
+    # The top of the parabola through the three
+    inside = (np.abs(at) < reach) & (before > -1) & (after > -1)
+    bend = np.maximum(2 * best - before - after, 1e-6)
+    part = np.where(inside, (after - before) / (2 * bend), 0)
+    # sd^2 = sigma^2 / sum g^2, with 1 - r^2 = sigma^2 / var and bend = mean g^2 / var
+    sd = np.sqrt(np.maximum(1 - best**2, 0) / bend) / window
+    return _Peaks(start + at + np.clip(part, -0.5, 0.5), best, sd, inside)
+
+
+def _correlation(
+    left: _Image, right: _Image, d: np.ndarray, row: int, window: int, least: float
+) -> np.ndarray:
+    """Coefficient of each window of the left band with the right image warped by d."""
+    known = _warped(right.mask, d, row) > WHOLE
+    W = _warped(right.grey, d, row)
+    w = left.mask * known
+    share = _box(w, window)
+    # Where windows must be whole, masked sums and plain ones are the same
+    n: np.ndarray | float = 1.0
+    L = left.grey
+    if least < 1:
+        n = np.maximum(share, 1e-3)
+        L, W = L * w, W * w
+    mL, mW = _box(L, window) / n, _box(W, window) / n
+    vL = _box(L * L, window) / n - mL * mL
+    vW = _box(W * W, window) / n - mW * mW
+    r = (_box(L * W, window) / n - mL * mW) / np.sqrt(np.maximum(vL * vW, ROUNDING**2))
+    return np.where(share > least - 1e-4, np.clip(r, -1, 1), np.float32(-1))
+
+
+# --- Least squares matching of all cells at once, in windows shaped by the ground ---
+
+ITERATIONS = 3
+WIDER = 4  # px: planes reach further than windows, and so are quieter
+MAX_CORRECTION = 1.0  # px from the start
+MAX_LAST_STEP = 0.3  # px: after a longer one a window has not converged
+LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
+AROUND = 4  # windows: the neighbourhood in which correlation of residuals is measured
+
+
+class _Refined(NamedTuple):
+    """Disparities and their standard deviations in px.
+
+    converged: near the start; whole: the window is image everywhere.
+    """
+
+    d: np.ndarray
+    sd: np.ndarray
+    converged: np.ndarray
+    whole: np.ndarray
+
+
+class _Solution(NamedTuple):
+    """Solution of the normal equations of all windows.
+
+    step: in px; variance: of the step, if residuals were independent; slope, residual:
+    of each pixel, the slope without what offset and gain explain.
+    """
+
+    step: np.ndarray
+    variance: np.ndarray
+    slope: np.ndarray
+    residual: np.ndarray
+
+
+def _least_squares(
+    left: _Image, right: _Image, d: np.ndarray, good: np.ndarray, window: int
+) -> _Refined:
+    """Disparities by least squares: shift, gain and offset of each window.
+
+    The right image is warped by the disparities on their local planes, so that a window
+    on a slope has the shape it has in the left image. Good cells make the planes; the
+    others take the disparities of their neighbours. (`lsm.match` has two-dimensional
+    shifts and shapes of each window, for 70 times the time.)
+    """
+    # Gradients reach one pixel to each side, the interpolation four
+    solid = cv2.erode(right.mask, np.ones((1, 9)), borderValue=0)
+    here = cv2.erode(left.mask, np.ones((1, 3)), borderValue=0)
+    start = _filled(d, good)
+
+    def work(rows: slice) -> _Refined:
+        at = start[rows]
+        for _ in range(ITERATIONS):
+            shape = _rounded(_on_planes(at, good[rows], window + WIDER))
+            W = _warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
+            found = _normal_equations(left.grey[rows], W, window)
+            at = shape + found.step
+        both = here[rows] * (_warped(solid, shape, rows.start) > WHOLE)
+        sd = np.sqrt(found.variance * _inflation(found, good[rows], window))
+        near = np.abs(at - start[rows]) < MAX_CORRECTION
+        converged = near & (np.abs(found.step) < MAX_LAST_STEP)
+        return _Refined(at, sd, converged, _box(both, window) > WHOLE)
+
+    margin = ITERATIONS * (window + 2) + AROUND * window // 2 + 1
+    return _Refined(*_in_bands(work, len(d), margin))
+
+
+def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:
+    """Solve L = offset + h W + k dW/dx in all windows; the step is -k / h.
+
+    The sums of the normal equations are box filters, and moments about the means have
+    eliminated the offset. The gradient is the mean of both images': that of one alone
+    is too large by its noise.
+    """
+    g = cv2.Sobel(L + W, cv2.CV_32F, 1, 0, ksize=1, scale=0.25)
+    mL, mW, mg = (_box(a, window) for a in (L, W, g))
+    ww, gg = _box(W * W, window) - mW * mW, _box(g * g, window) - mg * mg
+    wg, ll = _box(W * g, window) - mW * mg, _box(L * L, window) - mL * mL
+    lw, lg = _box(L * W, window) - mL * mW, _box(L * g, window) - mL * mg
+    ww, gg = np.maximum(ww, ROUNDING), np.maximum(gg, ROUNDING)
+    det = np.maximum(ww * gg - wg * wg, ROUNDING**2)
+    h, k = (lw * gg - lg * wg) / det, (lg * ww - lw * wg) / det
+    n = window * window
+    variance = np.maximum(ll - h * lw - k * lg, 0) / (n - 3) * ww / det
+    slope = g - mg - wg / ww * (W - mW)
+    residual = L - mL - h * (W - mW) - k * (g - mg)
+    h = np.maximum(h, 0.2)
+    return _Solution(np.clip(-k / h, -1, 1), variance / h**2, slope, residual)
+
+
+def _inflation(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
+    """Factor of the variance for residuals that are correlated with their neighbours.
+
+    Interpolation makes them so. The variance of sum g e is the sum of all covariances,
+    sigma^2 sum rho_e rho_g: for near neighbours both correlations are measured in the
+    neighbourhood. A fit of three unknowns to n residuals takes about 3/n from each.
+    """
+    slope, residual = (
+        np.where(good, a, 0).astype(np.float32) for a in (found.slope, found.residual)
+    )
+    around = AROUND * window + 1
+    gg, ee = (np.maximum(_box(a * a, around), ROUNDING) for a in (slope, residual))
+    factor = np.ones_like(gg)
+    for lag in LAGS:
+        rho_g, rho_e = (
+            _box(a * _neighbour(a, lag), around) / aa
+            for a, aa in ((slope, gg), (residual, ee))
+        )
+        factor += 2 * rho_g * (rho_e + (2 + rho_g) / window**2)
+    return np.maximum(factor, 0.5)
+
+
+def _neighbour(a: np.ndarray, lag: tuple[int, int]) -> np.ndarray:
+    """Value some rows and columns further; zero outside."""
+    rows, columns = a.shape
+    row, column = 2 + lag[0], 2 + lag[1]
+    return np.pad(a, 2)[row : row + rows, column : column + columns]

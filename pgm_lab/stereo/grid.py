@@ -116,24 +116,29 @@ def surface(
         largest_gap = _validate.positive_number(largest_gap, "largest_gap", "in metres")
     low, high = _box(points, extent)
     shape = _shape(low, high, cell)
-    place = np.stack([points[:, 0] - low[0], high[1] - points[:, 1]], -1) / cell
-    at = np.floor(place).astype(np.int64)
-    at[place == shape[::-1]] -= 1  # the last edge belongs to the last cell
-    middle, cells, n, sd = _one_each(place, points[:, 2], at)
+
+    # Of each cell with points the one of median height
+    position = np.stack([points[:, 0] - low[0], high[1] - points[:, 1]], -1) / cell
+    at = np.floor(position).astype(np.int64)
+    at[position == shape[::-1]] -= 1  # the last edge belongs to the last cell
+    middle, cells, n, sd = _one_each(position, points[:, 2], at)
     inside = ((cells >= 0) & (cells < shape[::-1])).all(-1)
     columns, rows = cells[inside].T
     number, spread = np.zeros(shape, np.int32), np.full(shape, np.nan)
     number[rows, columns], spread[rows, columns] = n[inside], sd[inside]
-    z = _between(middle, shape)
+    measured = number > 0
+
+    # Triangles between them; at the rim a cell may have a point, and its middle lie
+    # outside the hull
+    z = _interpolated(middle, shape)
     outside = np.isnan(z)
-    # At the rim a cell may have a point, and its middle lie outside the hull
     rim = outside[rows, columns]
     z[rows[rim], columns[rim]] = middle[inside][rim, 2]
-    outside &= number == 0
+    outside &= ~measured
     if largest_gap is not None:
-        z[_far(number > 0, largest_gap / 2 / cell)] = np.nan
+        z[_far(measured, largest_gap / 2 / cell)] = np.nan
     corner = (float(low[0] + cell / 2), float(high[1] - cell / 2))
-    return Surface(z, corner, cell, number > 0, number, spread, outside)
+    return Surface(z, corner, cell, measured, number, spread, outside)
 
 
 def _known(points: ArrayLike) -> np.ndarray:
@@ -149,7 +154,9 @@ def _known(points: ArrayLike) -> np.ndarray:
     return known
 
 
-def _box(points: np.ndarray, extent) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[no-untyped-def]
+def _box(
+    points: np.ndarray, extent: tuple[float, ...] | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest (X, Y) of what the cells cover."""
     if extent is None:
         return points[:, :2].min(0), points[:, :2].max(0)
@@ -173,11 +180,11 @@ def _shape(low: np.ndarray, high: np.ndarray, cell: float) -> tuple[int, int]:
 
 
 def _one_each(
-    place: np.ndarray, z: np.ndarray, at: np.ndarray
+    position: np.ndarray, z: np.ndarray, at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Of each cell with points: that of median height, place, number and spread."""
+    """Of each cell with points: the one of median height, cell, number and spread."""
     order = np.lexsort((z, at[:, 0], at[:, 1]))
-    xyz = np.column_stack([place, z])[order]
+    xyz = np.column_stack([position, z])[order]
     at = at[order]
     new = np.ones(len(at), bool)
     new[1:] = (at[1:] != at[:-1]).any(-1)
@@ -197,7 +204,7 @@ def _one_each(
     return middle, at[first], n, sd
 
 
-def _between(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _interpolated(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """Heights in the middles of the cells, NaN outside the hull."""
     start = middle.mean(0)
     try:
@@ -214,7 +221,7 @@ def _between(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _far(measured: np.ndarray, most: float) -> np.ndarray:
-    """Cells further than so many cells from all with a point."""
+    """Cells further than `most` cells from all with a point."""
     if not measured.any():
         return np.ones(measured.shape, bool)
     return scipy.ndimage.distance_transform_edt(~measured) > most

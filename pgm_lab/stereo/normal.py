@@ -1,23 +1,30 @@
 """The epipolar (normalised) pair: equal rows of both images show the same ground.
 
-Both photos are turned, in the mind, about their stations until they look alike, at
-right angles to the base, with x along it: the normal case. Every epipolar plane then
-cuts both images in the same row. `_resampling` fills them with grey values.
+Both photos are rotated (virtually) about their projection centres until they look in
+the same direction, at right angles to the base, with x along it: the normal case. Every
+epipolar plane then cuts both images in the same row.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+import cv2
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
-from pgm_lab.stereo import _common
-from pgm_lab.stereo._frame import normal_places, rays, rotation
-from pgm_lab.stereo._resampling import resampled
+from pgm_lab.epipolar import epipole
 
-# Smallest side of the normal images, in pixels
-LEAST = 32
+MIN_SIDE = 32  # px, of the normal images
+SAME_SCALE = 1.05  # ratio of pixel sizes up to which that of the left photo is taken
+EDGE_POINTS = 400  # along each side of a photo, to see what the other one shows
+STEP = 4  # px: positions in the photo are exact for every 4th pixel, linear between
+BAND = 256  # rows that are resampled at once
+SMOOTHED_FROM = 1.2  # photo pixels in a normal pixel from which the photo is smoothed
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,19 +84,9 @@ class NormalPair:
         return self.stations[0] + model @ self.rotation
 
     def from_photo(self, side: int, pixels: ArrayLike) -> np.ndarray:
-        """Where pixels of a photo lie in its normal image.
+        """Pixels (..., 2) in a normal image of pixels (..., 2) in its photo, with lens.
 
-        Parameters
-        ----------
-        side : {0, 1}
-            0 for the left, 1 for the right photo.
-        pixels : array_like (..., 2)
-            (column, row) in the photo, with lens.
-
-        Returns
-        -------
-        ndarray (..., 2)
-            (column, row) in the normal image; they may lie outside.
+        They may lie outside. Side 0 is the left photo, 1 the right one.
 
         Raises
         ------
@@ -98,7 +95,7 @@ class NormalPair:
             photos, or a ray runs along the base.
         """
         photo, origin = self._side(side)
-        xy = normal_places(photo.rays(pixels), self.rotation, self.c)
+        xy = to_normal(photo.rays(pixels), self.rotation, self.c)
         _validate.refuse(
             np.isnan(xy[..., 0]),
             "pixels{} look along the base, or away from the ground",
@@ -106,19 +103,7 @@ class NormalPair:
         return (xy - origin) / (self.pixel_size, -self.pixel_size)
 
     def to_photo(self, side: int, pixels: ArrayLike) -> np.ndarray:
-        """Where pixels of a normal image lie in its photo: the inverse of `from_photo`.
-
-        Parameters
-        ----------
-        side : {0, 1}
-            0 for the left, 1 for the right photo.
-        pixels : array_like (..., 2)
-            (column, row) in the normal image.
-
-        Returns
-        -------
-        ndarray (..., 2)
-            (column, row) in the photo, with lens; they may lie outside.
+        """Pixels (..., 2) in a photo from its normal image: undoes `from_photo`.
 
         Raises
         ------
@@ -127,11 +112,9 @@ class NormalPair:
             photos, or a pixel lies so far outside that the lens has no solution.
         """
         photo, origin = self._side(side)
-        xy = origin + _validate.points(pixels, 2, "pixels") * (
-            self.pixel_size,
-            -self.pixel_size,
-        )
-        return photo.of_rays(rays(xy, self.rotation, self.c))
+        pixels = _validate.points(pixels, 2, "pixels")
+        xy = origin + pixels * (self.pixel_size, -self.pixel_size)
+        return photo.of_rays(to_rays(xy, self.rotation, self.c))
 
     def _side(self, side: int) -> tuple[Photo, np.ndarray]:
         side = _validate.whole(side, "side", 0, 1)
@@ -180,8 +163,8 @@ def epipolar_pair(
 
     Notes
     -----
-    Places in the photo are computed exactly for every fourth pixel and linearly between
-    (off by less than 0.001 px with the lens of `simulate`), grey values by a
+    Positions in the photo are computed exactly for every fourth pixel and linearly
+    between (off by less than 0.001 px with the lens of `simulate`), grey values by a
     cubic spline, so that nothing is moved. In bands of rows: a pair of 24 megapixels
     takes some 0.6 GB.
 
@@ -204,15 +187,15 @@ def epipolar_pair(
     """
     for name, photo in (("left", left), ("right", right)):
         _validate.instance(photo, Photo, name)
-    along, between = _common.between(heights, depths)
+    along, limits = _limits(heights, depths)
+    _refuse_geometry(left, right)
     photos = left, right
-    _common.refuse_epipoles(left, right)
     stations = np.array([photo.exterior[:3] for photo in photos])
-    R = rotation(left, right)
-    c = left.camera.c
-    ground = _common.ground_of(photos, along, between)
+    R, c = normal_frame(left, right), left.camera.c
+
     # Where the ground that both show lies in the normal images, in mm
-    a, b = (normal_places(ground - X0, R, c) for X0 in stations)
+    ground = _common_ground(photos, along, limits)
+    a, b = (to_normal(ground - X0, R, c) for X0 in stations)
     ahead = np.isfinite(a[:, 0] + b[:, 0])
     if not ahead.any():
         raise ValueError(
@@ -220,26 +203,234 @@ def epipolar_pair(
             " normal case of it"
         )
     a, b = a[ahead], b[ahead]
+
+    # One frame for both: rows are equal, and the mean parallax is no disparity
     parallax = a[:, 0] - b[:, 0]
     shift = (parallax.min() + parallax.max()) / 2
     box = np.concatenate([a, b + (shift, 0)])
-    (least, low), (most, high) = box.min(0), box.max(0)
-    pixel, ratios = _common.scale(photos, ground[ahead], (a, b), R, c)
-    size = int((most - least) / pixel) + 1, int((high - low) / pixel) + 1
-    if min(size) < LEAST:
+    (x_min, y_min), (x_max, y_max) = box.min(0), box.max(0)
+    pixel, ratios = _scale(photos, ground[ahead], (a, b), R, c)
+    size = int((x_max - x_min) / pixel) + 1, int((y_max - y_min) / pixel) + 1
+    if min(size) < MIN_SIDE:
         raise ValueError(
             f"the ground that both photos show makes {size[0]} x {size[1]} pixels of a"
-            f" normal image (columns x rows); at least {LEAST} are needed: check the"
+            f" normal image (columns x rows); at least {MIN_SIDE} are needed: check the"
             " exterior orientations"
         )
     _validate.size("the normal pair", *size)
-    origin = np.array([(least, high), (least - shift, high)])
+    origin = np.array([(x_min, y_max), (x_min - shift, y_max)])
 
     def image(k: int) -> np.ndarray:
-        def xy_of(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        def rays(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
             x, y = origin[k, 0] + pixel * columns, origin[k, 1] - pixel * rows
-            return rays(np.stack(np.meshgrid(x, y), -1), R, c)
+            return to_rays(np.stack(np.meshgrid(x, y), -1), R, c)
 
-        return resampled(photos[k], xy_of, size, ratios[k])
+        return _resampled(photos[k], rays, size, ratios[k])
 
     return NormalPair(image(0), image(1), R, stations, c, pixel, origin, photos)
+
+
+# --- The frame of the normal case ---
+
+
+def normal_frame(left: Photo, right: Photo) -> np.ndarray:
+    """Object to normal frame (3, 3): x along the base, z against the mean view."""
+    x = right.exterior[:3] - left.exterior[:3]
+    x = x / np.linalg.norm(x)
+    z = attitude(left.exterior)[2] + attitude(right.exterior)[2]
+    z = z - x * (z @ x)
+    if np.linalg.norm(z) < 1e-3:
+        raise ValueError(
+            "the photos look along the base: there is no normal case of it"
+        )
+    z = z / np.linalg.norm(z)
+    return np.stack([x, np.cross(z, x), z])
+
+
+def to_rays(xy: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
+    """Directions (..., 3) in object space of positions (..., 2) in the normal frame."""
+    return np.concatenate([xy, np.full((*xy.shape[:-1], 1), -c)], -1) @ R
+
+
+def to_normal(directions: np.ndarray, R: np.ndarray, c: float) -> np.ndarray:
+    """Positions (..., 2) in mm in the normal frame; NaN behind it."""
+    u = directions @ R.T
+    z = np.where(u[..., 2:] < 0, u[..., 2:], np.nan)
+    return -c * u[..., :2] / z
+
+
+# --- What both photos show ---
+
+
+def _limits(
+    heights: tuple[float, float] | None, depths: tuple[float, float] | None
+) -> tuple[str, np.ndarray]:
+    """Whether heights or depths limit the object, and their (least, greatest)."""
+    if (heights is None) == (depths is None):
+        raise ValueError(
+            "either heights or depths (least, greatest) say what both photos show; give"
+            " one"
+        )
+    name = "heights" if depths is None else "depths"
+    given: Any = heights if depths is None else depths
+    limits = _validate.of_shape(given, (2,), name)
+    if limits[0] > limits[1] or (name == "depths" and limits[0] <= 0):
+        raise ValueError(
+            f"{name} must be (least, greatest)"
+            f"{', positive' if name == 'depths' else ''}; got {limits.tolist()}"
+        )
+    return name, limits
+
+
+def _refuse_geometry(left: Photo, right: Photo) -> None:
+    """Refuse photos of which there is no normal case."""
+    for name, one in zip(("left", "right"), epipole(left, right)):
+        if one.status == "inside the photo":
+            raise ValueError(
+                f"the epipole lies inside the {name} photo: it shows the other station,"
+                " and all epipolar lines pass through that point. Such a pair has no"
+                " normal images; check the exterior orientations, or use parts of the"
+                " photos without it"
+            )
+    if attitude(left.exterior)[2] @ attitude(right.exterior)[2] <= 0:
+        raise ValueError(
+            "the photos look in directions more than 90 degrees apart, and cannot show"
+            " the same side of anything: check the exterior orientations (angles in"
+            " radians)"
+        )
+
+
+def _common_ground(
+    photos: tuple[Photo, Photo], along: str, limits: np.ndarray
+) -> np.ndarray:
+    """Object points (n, 3) around the ground that both photos show; there must be."""
+    ground = _common_edge(photos, along, limits)
+    if len(ground):
+        return ground
+    crossed = len(_common_edge(exchanged(photos), along, limits)) > 0
+    hint = "; with their exterior orientations exchanged they would have some"
+    raise ValueError(
+        "the photos have no ground in common: check the exterior orientations, the"
+        f" {along} {limits.tolist()} and, if the photos are parts, their corners"
+        f"{hint * crossed}"
+    )
+
+
+def exchanged(photos: tuple[Photo, Photo]) -> tuple[Photo, Photo]:
+    """Both photos, each with the exterior orientation of the other."""
+    left, right = photos
+    return (
+        replace(left, exterior=right.exterior),
+        replace(right, exterior=left.exterior),
+    )
+
+
+def _common_edge(
+    photos: tuple[Photo, Photo], along: str, limits: np.ndarray
+) -> np.ndarray:
+    """Object points (n, 3): of the edge of each photo the part that the other shows."""
+    found = []
+    for one, other in (photos, photos[::-1]):
+        u = one.rays(one.outline(EDGE_POINTS))
+        X0 = one.exterior[:3]
+        reach = np.linspace(limits[0], limits[1], 3)[:, None]
+        down = u[:, 2] if along == "heights" else np.full(len(u), one.camera.c)
+        if along == "heights":
+            reach = reach - X0[2]
+        t = reach / np.where(down == 0, np.nan, down)
+        points = (X0 + t[..., None] * u)[t > 0]
+        pixels = other.seen_at(points - other.exterior[:3])
+        size = np.array(other.grey.shape[::-1])
+        found.append(points[((pixels >= -0.5) & (pixels <= size - 0.5)).all(-1)])
+    return np.concatenate(found)
+
+
+def _scale(
+    photos: tuple[Photo, Photo],
+    ground: np.ndarray,
+    positions: tuple[np.ndarray, np.ndarray],
+    R: np.ndarray,
+    c: float,
+) -> tuple[float, list[float]]:
+    """Pixel size in mm, and pixels of each photo in one of them, in mid-ground."""
+    middle = np.argmin(np.sum((ground - ground.mean(0)) ** 2, axis=1))
+    fine = []
+    for photo, xy in zip(photos, positions):
+        step = photo.pixel_size * np.array([(0.0, 0), (1, 0), (0, 1)])
+        at = photo.seen_at(to_rays(xy[middle] + step, R, c))
+        area = np.linalg.det(at[1:] - at[0])
+        fine.append(np.sqrt(abs(area)) / photo.pixel_size)  # px per mm
+    pixel = 1 / min(fine)
+    if max(pixel / photos[0].pixel_size, photos[0].pixel_size / pixel) < SAME_SCALE:
+        pixel = photos[0].pixel_size
+    return float(pixel), [float(pixel * one) for one in fine]
+
+
+# --- Resampling ---
+
+
+def _resampled(
+    photo: Photo,
+    rays: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    size: tuple[int, int],
+    ratio: float,
+) -> np.ndarray:
+    """Image (rows, columns) of float32; NaN where the photo shows nothing.
+
+    `rays` gives the directions in object space of a mesh of columns and rows; `ratio`
+    is how many pixels of the photo go into one of the image. `image.resample` has the
+    same spline, but for finite images, in float64 and with exact positions of all
+    pixels: 24 megapixels would take 4 GB instead of 0.6.
+    """
+    columns, rows = size
+    # Two more than are needed at the end, between which the last pixels lie
+    x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)
+    positions = photo.seen_at(rays(x, y))
+    spline, missing = _spline(photo.grey, ratio)
+    last = np.array(spline.shape[::-1]) - 1
+    image = np.empty((rows, columns), np.float32)
+    for first in range(0, rows, BAND):
+        band = slice(first, min(first + BAND, rows))
+        at = _linear(positions, np.arange(band.start, band.stop), 0)
+        at = _linear(at, np.arange(columns), 1)
+        # Rounding must not push the outermost pixel out
+        out = ~((at >= -1e-6) & (at <= last + 1e-6)).all(-1)
+        at[out] = 0
+        grey = scipy.ndimage.map_coordinates(
+            spline, [at[..., 1], at[..., 0]], output=np.float32, order=3,
+            mode="mirror", prefilter=False,
+        )  # fmt: skip
+        if missing is not None:
+            x, y = np.moveaxis(at.astype(np.float32), -1, 0)
+            out |= cv2.remap(missing, x, y, cv2.INTER_LINEAR) > 0
+        grey[out] = np.nan
+        image[band] = grey
+    return image
+
+
+def _linear(values: np.ndarray, n: np.ndarray, axis: int) -> np.ndarray:
+    """Values at pixels n along an axis, linear between those of every STEP-th."""
+    k, t = n // STEP, n % STEP / STEP
+    t = t[:, None, None] if axis == 0 else t[:, None]
+    a, b = values.take(k, axis), values.take(k + 1, axis)
+    return a + t * (b - a)
+
+
+def _spline(grey: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray | None]:
+    """Coefficients of a cubic spline, and 1 where there are no grey values."""
+    values: np.ndarray = np.ma.getdata(grey).astype(np.float32)
+    none = ~np.isfinite(values) | np.ma.getmaskarray(grey)
+    missing = None
+    if none.any():
+        if none.all():
+            raise ValueError("a photo has no grey values at all")
+        missing = none.astype(np.float32)
+        # The nearest grey value, so that no spline swings at the holes
+        nearest = scipy.ndimage.distance_transform_edt(
+            none, return_distances=False, return_indices=True
+        )
+        values = values[tuple(nearest)]
+    if ratio > SMOOTHED_FROM:
+        values = cv2.GaussianBlur(values, (0, 0), 0.5 * np.sqrt(ratio**2 - 1))
+    spline = scipy.ndimage.spline_filter(values, 3, output=np.float32, mode="mirror")
+    return spline, missing

@@ -4,22 +4,23 @@ In the normal images of two photos that are oriented well, each point lies in th
 row of both. So points are matched freely, in two dimensions, and their rows compared.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching
-from pgm_lab.stereo._elements import FEWEST, LARGE, Element, exchanged, explanations
-from pgm_lab.stereo.normal import NormalPair
+from pgm_lab.camera.photo import Photo
+from pgm_lab.stereo.heights import nmad
+from pgm_lab.stereo.normal import NormalPair, exchanged, normal_frame, to_normal
 
-# RMSE of y parallax, in pixels, up to which a pair counts as well oriented
-GOOD = 0.1
-
-# NMADs from the trend beyond which a match is taken for wrong
-WRONG = 5.0
-
+GOOD = 0.1  # px, RMSE of the y parallax up to which a pair counts as well oriented
+MAX_NMADS = 5.0  # from the trend; a match beyond is taken for wrong
+LARGE = 0.1  # px; larger residuals count less and less: wrong matches among them
+MIN_POINTS = 6  # for a trend over the image, and to check it
+UNIT = 0.01  # of the base, or radians: unknowns in this unit are alike
+ELEMENTS = ("by", "bz", "omega", "phi", "kappa")
 VERDICTS = (
     "well oriented",
     "no trend",
@@ -27,6 +28,33 @@ VERDICTS = (
     "photos exchanged",
     "too few points",
 )
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element of the right photo's orientation, corrected alone.
+
+    Attributes
+    ----------
+    name : str
+        "by", "bz", "omega", "phi" or "kappa".
+    correction : float
+        What to add to it: radians; by and bz in the unit of the base, along the y and
+        the z axis of the normal images.
+    remaining : float
+        RMSE of the y parallax that this correction leaves, in pixels.
+    """
+
+    name: str
+    correction: float
+    remaining: float
+
+    def __str__(self) -> str:
+        if self.name in ("by", "bz"):
+            value = f"{self.correction:+.3g} (in the unit of the base)"
+        else:
+            value = f"{np.degrees(self.correction):+.3f} degrees"
+        return f"{self.name} corrected by {value}, which leaves {self.remaining:.2f} px"
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,17 +107,17 @@ class YParallax:
     @property
     def mean(self) -> float:
         """Mean of the values, in pixels; NaN without any."""
-        return float(self.values[self.used].mean()) if self.n else float("nan")
+        return float(self.values[self.used].mean()) if self.n else np.nan
 
     @property
     def rmse(self) -> float:
         """Root mean square of the values, in pixels; NaN without any."""
-        return float(_rms(self.values[self.used])) if self.n else float("nan")
+        return _rms(self.values[self.used]) if self.n else np.nan
 
     @property
     def nmad(self) -> float:
         """1.4826 times the median distance from the median; NaN without any."""
-        return _nmad(self.values[self.used]) if self.n else float("nan")
+        return nmad(self.values[self.used]) if self.n else np.nan
 
     @property
     def message(self) -> str:
@@ -144,8 +172,8 @@ def y_parallax(
 ) -> YParallax:
     """Measure the y parallax of a normal pair at well textured points.
 
-    The points are sought in all directions, however wrong the orientation is: features
-    tell where they lie, least squares matching measures them.
+    The search goes in all directions, however wrong the orientation is: features find
+    the points, least squares matching measures them.
 
     Parameters
     ----------
@@ -156,7 +184,7 @@ def y_parallax(
     number : int
         How many points to pick.
     template : int
-        Pixels across the window that is matched, odd, at least 5.
+        Width of the window that is matched, in pixels, odd, at least 5.
 
     Returns
     -------
@@ -202,27 +230,36 @@ def y_parallax(
             pair.left, pair.right, points, number=number, template=template
         )
     except ValueError:  # too few features fit together, or there is no texture at all
-        return _nothing(pair, points)
-    one, other = found.chosen, found.points
-    status = np.where(found.accepted, "used", found.status).astype("<U40")
-    values = np.where(found.accepted, other[:, 1] - one[:, 1], np.nan)
-    if found.accepted.sum() < FEWEST:
-        return _nothing(pair, one, other, status, values)
-    ahead = pair.parallax(one[:, 0] - other[:, 0])[found.accepted] > 0
-    if np.mean(ahead) < 0.5 and exchanged(pair.photos):
-        return _nothing(pair, one, other, status, values)
+        n = 0 if points is None else len(points)
+        one, other = (
+            np.zeros((0, 2)) if points is None else points,
+            np.full((n, 2), np.nan),
+        )
+        return _undecided(pair, one, other, np.full(n, "nothing fits", "<U40"))
+    one, other, good = found.chosen, found.points, found.accepted
+    status = np.where(good, "used", found.status).astype("<U40")
+    values = np.where(good, other[:, 1] - one[:, 1], np.nan)
+    if good.sum() < MIN_POINTS:
+        return _undecided(pair, one, other, status, values)
+    ahead = pair.parallax(one[:, 0] - other[:, 0])[good] > 0
+    if np.mean(ahead) < 0.5 and _are_exchanged(pair.photos):
+        return _undecided(pair, one, other, status, values)
+
+    # Matches far from the trend are wrong
     trend, off = _trend(one, values, pair.left.shape)
-    wrong = np.abs(off) > WRONG * max(_nmad(off[found.accepted]), LARGE / WRONG)
+    wrong = np.abs(off) > MAX_NMADS * max(nmad(off[good]), LARGE / MAX_NMADS)
     status[wrong] = "off the trend"
     values = np.where(wrong, np.nan, values)
     used = status == "used"
+
     elements: tuple[Element, ...] = ()
-    together = float("nan")
+    together = np.nan
     if pair.photos is not None:
         left, right = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
         elements, together = explanations(pair.photos, left, right, pair.pixel_size)
-    # A trend that noise alone would make of so many points is none
-    chance = 3 * _nmad(off[used]) * np.sqrt(3 / used.sum())
+
+    # Noise alone makes a trend of this size
+    chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
     verdict = "wrong orientation"
     if _rms(values[used]) < GOOD:
         verdict = "well oriented"
@@ -233,10 +270,6 @@ def y_parallax(
 
 def _rms(v: np.ndarray) -> float:
     return float(np.sqrt(np.mean(v**2)))
-
-
-def _nmad(v: np.ndarray) -> float:
-    return float(1.4826 * np.median(np.abs(v - np.median(v))))
 
 
 def _trend(
@@ -255,24 +288,84 @@ def _trend(
     return trend, values - A @ trend
 
 
-def _nothing(
+def _undecided(
     pair: NormalPair,
-    points: np.ndarray | None = None,
-    matched: np.ndarray | None = None,
-    status: np.ndarray | None = None,
+    points: np.ndarray,
+    matched: np.ndarray,
+    status: np.ndarray,
     values: np.ndarray | None = None,
 ) -> YParallax:
     """What can be said without enough matches: perhaps, that photos are exchanged."""
-    verdict = "photos exchanged" if exchanged(pair.photos) else "too few points"
-    points = np.zeros((0, 2)) if points is None else points
-    n = len(points)
-    return YParallax(
-        points,
-        np.full((n, 2), np.nan) if matched is None else matched,
-        np.full(n, np.nan) if values is None else values,
-        np.full(n, "nothing fits", "<U40") if status is None else status,
-        np.full(3, np.nan),
-        (),
-        float("nan"),
-        verdict,
+    verdict = "photos exchanged" if _are_exchanged(pair.photos) else "too few points"
+    values = np.full(len(points), np.nan) if values is None else values
+    trend = np.full(3, np.nan)
+    return YParallax(points, matched, values, status, trend, (), np.nan, verdict)
+
+
+# --- Which element of orientation explains it ---
+
+
+def _parallaxes(
+    photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray
+) -> np.ndarray:
+    """X and y parallax (n, 2) in mm, in the normal case, of pixels (n, 2) of photos.
+
+    NaN where a ray does not look at the ground.
+    """
+    R, c = normal_frame(*photos), photos[0].camera.c
+    a, b = (to_normal(p.rays(at), R, c) for p, at in zip(photos, (one, other)))
+    return a - b
+
+
+def explanations(
+    photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray, pixel_size: float
+) -> tuple[tuple[Element, ...], float]:
+    """Each element corrected alone, the best first, and what all five together leave.
+
+    `one` and `other` are pixels (n, 2) of the same points in the left and right photo.
+    """
+    left, right = photos
+    base = float(np.linalg.norm(right.exterior[:3] - left.exterior[:3]))
+    axes = normal_frame(left, right)[1:]
+    units = UNIT * np.array([base, base, 1, 1, 1])
+
+    def remaining(corrections: np.ndarray) -> np.ndarray:
+        exterior = np.array(right.exterior)
+        exterior[:3] += corrections[:2] @ axes
+        exterior[3:] += corrections[2:]
+        corrected = left, replace(right, exterior=exterior)
+        return _parallaxes(corrected, one, other)[:, 1] / pixel_size
+
+    def best(which: list[int]) -> tuple[np.ndarray, float]:
+        def residuals(x: np.ndarray) -> np.ndarray:
+            corrections = np.zeros(5)
+            corrections[which] = x * units[which]
+            return remaining(corrections)
+
+        found = scipy.optimize.least_squares(
+            residuals, np.zeros(len(which)), loss="soft_l1", f_scale=LARGE
+        )
+        return found.x * units[which], float(np.sqrt(np.mean(found.fun**2)))
+
+    alone = []
+    for k, name in enumerate(ELEMENTS):
+        value, rmse = best([k])
+        alone.append(Element(name, float(value[0]), rmse))
+    return tuple(sorted(alone, key=lambda e: e.remaining)), best([0, 1, 2, 3, 4])[1]
+
+
+def _are_exchanged(photos: tuple[Photo, Photo] | None) -> bool:
+    """Whether the photos fit their exterior orientations better the other way round."""
+    if photos is None:
+        return False
+    try:
+        found = matching.match(photos[0].grey, photos[1].grey, number=50)
+    except ValueError:
+        return False
+    if (good := found.accepted).sum() < MIN_POINTS:
+        return False
+    here, there = (
+        np.mean(_parallaxes(two, found.chosen[good], found.points[good])[:, 0] > 0)
+        for two in (photos, exchanged(photos))
     )
+    return bool(here < 0.5 < there)

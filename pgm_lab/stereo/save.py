@@ -2,17 +2,21 @@
 
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from pgm_lab import _files, _validate
+from pgm_lab import _validate
+from pgm_lab.io import files as _files
 from pgm_lab.stereo.grid import SOURCES, Surface
 from pgm_lab.stereo.heights import Points
 from pgm_lab.stereo.terrain import ORIGINS, Terrain
 
-FINEST = 1e-4  # m: a LAS file holds whole multiples of it, or of more if it must
-LARGEST = 2e9  # of which it holds so many
+LAS_STEP = 1e-4  # m: unit of the whole numbers of a LAS file, or more if it must be
+LAS_RANGE = 2e9  # the largest of these numbers
+Writers = dict[str, Callable[[Any, Path], None]]  # by suffix
 
 
 def save_points(
@@ -24,16 +28,15 @@ def save_points(
     ----------
     points : Points
     path : str or path
-        Name of the file, by whose end it is written: .csv, .las, or .laz, its
-        compressed form. LAS holds places to 0.1 mm, and sd_X, sd_Y, sd_Z and r as
-        further dimensions of its points.
+        Its suffix says the format: .csv, .las, or .laz, its compressed form. LAS holds
+        coordinates to 0.1 mm, and sd_X, sd_Y, sd_Z and r as further dimensions.
     overwrite : bool
         Whether a file of this name may be replaced.
 
     Returns
     -------
     Path
-        The file. It is there whole or not at all.
+        The file, written whole or not at all.
 
     Raises
     ------
@@ -58,8 +61,12 @@ def save_points(
     _validate.instance(points, Points, "points")
     if not len(points.xyz):
         raise ValueError("there are no points to save")
-    writers = {".csv": _points_csv, ".las": _las, ".laz": _laz}
-    return _write(path, points, writers, overwrite)
+    writers: Writers = {
+        ".csv": _points_csv,
+        ".las": _las,
+        ".laz": partial(_las, compress=True),
+    }
+    return _save(path, points, writers, overwrite)
 
 
 def save_surface(
@@ -75,9 +82,9 @@ def save_surface(
     ----------
     surface : Surface or Terrain
     path : str or path
-        Name of the file, by whose end it is written: .tif, a GeoTIFF with heights in
-        band 1 (float32, NaN for none) and `source` or `origin` in band 2; or .csv, a
-        row for each cell that has a height.
+        Its suffix says the format: .tif, a GeoTIFF with heights in band 1 (float32, NaN
+        for none) and `source` or `origin` in band 2; or .csv, a row for each cell that
+        has a height.
     overwrite : bool
         Whether a file of this name may be replaced.
     crs : str, optional
@@ -86,7 +93,7 @@ def save_surface(
     Returns
     -------
     Path
-        The file. It is there whole or not at all.
+        The file, written whole or not at all.
 
     Raises
     ------
@@ -118,137 +125,137 @@ def save_surface(
         _validate.text(crs, "crs")
         if isinstance(path, str | os.PathLike) and str(path).lower().endswith(".csv"):
             raise ValueError("crs: a .csv has no place for it; save as .tif")
+    writers: Writers = {
+        ".csv": _surface_csv,
+        ".tif": partial(_surface_tif, crs=crs),
+    }
+    return _save(path, surface, writers, overwrite)
 
-    def tif(surface: Surface | Terrain, part: Path) -> None:
-        _tif(surface, part, crs)
 
-    return _write(path, surface, {".csv": _surface_csv, ".tif": tif}, overwrite)
-
-
-def _write(
-    path: str | os.PathLike, what: object, writers: dict[str, Callable], overwrite: bool
+def _save(
+    path: str | os.PathLike, what: Any, writers: Writers, overwrite: bool
 ) -> Path:
-    """Write with the writer that the end of the name asks for."""
+    """Write with the writer of the suffix."""
     overwrite = _validate.flag(overwrite, "overwrite")
     if not isinstance(path, str | os.PathLike):
         raise ValueError(
             f"path must be the name of a file; got {_validate.shown(path)}"
         )
-    end = Path(path).suffix.lower().replace(".tiff", ".tif")
-    if end not in writers:
+    suffix = Path(path).suffix.lower().replace(".tiff", ".tif")
+    if suffix not in writers:
         raise ValueError(
             f"path must end in {' or '.join(writers)}; got"
             f" {_files.printable(path):.200}"
         )
-    _need(end)
     file = _files.place(path)
     with _files.written_whole(file, overwrite=overwrite) as part:
-        writers[end](what, part)
+        writers[suffix](what, part)
     return file
 
 
-def _need(end: str) -> None:
-    """Raise ImportError if a library is missing for files of this kind."""
-    if end == ".tif":
-        try:
-            import rasterio  # noqa: F401
-        except ImportError:
-            raise ImportError(
-                "a GeoTIFF is written by rasterio: pip install rasterio"
-            ) from None
-    if end in (".las", ".laz"):
-        try:
-            import laspy
-        except ImportError:
-            raise ImportError(f"{end} is written by laspy: pip install laspy") from None
-        if end == ".laz" and not laspy.LazBackend.detect_available():
-            raise ImportError(
-                ".laz is compressed by lazrs: pip install lazrs, or write .las"
-            )
-
-
-def _points_csv(points: Points, part: Path) -> None:
+def _points_csv(points: Points, path: Path) -> None:
     names = ("X", "Y", "Z", "sd_X", "sd_Y", "sd_Z", "r", "column", "row")
     columns = (points.xyz, points.sd, points.r[:, None], points.cells)
-    _csv(part, names, np.hstack(columns))
+    _csv(path, names, np.hstack(columns))
 
 
-def _surface_csv(surface: Surface | Terrain, part: Path) -> None:
+def _surface_csv(surface: Surface | Terrain, path: Path) -> None:
     name, layer, _ = _layer(surface)
     rows, columns = np.nonzero(np.isfinite(surface.z))
     x = surface.corner[0] + surface.cell * columns
     y = surface.corner[1] - surface.cell * rows
     values = (x, y, surface.z[rows, columns], layer[rows, columns])
-    _csv(part, ("X", "Y", "Z", name), np.stack(values, -1))
+    _csv(path, ("X", "Y", "Z", name), np.stack(values, -1))
 
 
-def _csv(part: Path, names: tuple[str, ...], values: np.ndarray) -> None:
+def _csv(path: Path, names: tuple[str, ...], values: np.ndarray) -> None:
     np.savetxt(
-        part, values, "%.11g", ",", header=",".join(names), comments="", encoding="utf8"
+        path, values, "%.11g", ",", header=",".join(names), comments="", encoding="utf8"
     )
 
 
-def _las(points: Points, part: Path, compress: bool = False) -> None:
-    import laspy
-
+def _las(points: Points, path: Path, compress: bool = False) -> None:
+    try:
+        import laspy
+    except ImportError:
+        raise ImportError("LAS files are written by laspy: pip install laspy") from None
+    if compress and not laspy.LazBackend.detect_available():
+        raise ImportError(
+            ".laz is compressed by lazrs: pip install lazrs, or write .las"
+        )
     header = laspy.LasHeader(point_format=6, version="1.4")
     header.offsets = np.floor(points.xyz.mean(0))
     reach = np.abs(points.xyz - header.offsets).max(0)
-    powers = np.ceil(np.log10(np.maximum(reach, 1e-9) / LARGEST))
-    header.scales = np.maximum(FINEST, 10.0**powers)
+    powers = np.ceil(np.log10(np.maximum(reach, 1e-9) / LAS_RANGE))
+    header.scales = np.maximum(LAS_STEP, 10.0**powers)
     more = dict(zip(("sd_X", "sd_Y", "sd_Z"), points.sd.T)) | {"r": points.r}
     header.add_extra_dims([laspy.ExtraBytesParams(name, np.float32) for name in more])
     las = laspy.LasData(header)
     las.x, las.y, las.z = points.xyz.T
     for name, values in more.items():
         las[name] = values.astype(np.float32)
-    with part.open("xb") as file:
+    with path.open("xb") as file:
         las.write(file, do_compress=compress)
 
 
-def _laz(points: Points, part: Path) -> None:
-    _las(points, part, compress=True)
-
-
 def _layer(surface: Surface | Terrain) -> tuple[str, np.ndarray, tuple[str, ...]]:
-    """Name, numbers and their meaning, of the layer on where heights are from."""
+    """Name, numbers and meanings of the layer that says where heights are from."""
     if isinstance(surface, Surface):
         return "source", surface.source, SOURCES
     return "origin", surface.origin, ORIGINS
 
 
-def _tif(surface: Surface | Terrain, part: Path, crs: str | None) -> None:
-    import rasterio
-    from rasterio.errors import CRSError, RasterioError
-    from rasterio.transform import Affine
-
+def _surface_tif(surface: Surface | Terrain, path: Path, crs: str | None) -> None:
     cell, (x, y) = surface.cell, surface.corner
     name, layer, meanings = _layer(surface)
-    rows, columns = surface.z.shape
+    _write_geotiff(
+        path,
+        np.stack([surface.z.astype(np.float32), layer.astype(np.float32)]),
+        # Of the outer corner of the first cell
+        (cell, 0, x - cell / 2, 0, -cell, y + cell / 2),
+        crs,
+        ("height", name),
+        ", ".join(f"{k} {one}" for k, one in enumerate(meanings)),
+    )
+
+
+def _write_geotiff(
+    path: Path,
+    bands: np.ndarray,
+    transform: tuple[float, ...],
+    crs: str | None,
+    names: tuple[str, ...],
+    meaning: str,
+) -> None:
+    """Write bands (k, rows, columns); `meaning` becomes a tag of the last one."""
+    try:
+        import rasterio
+    except ImportError:
+        raise ImportError(
+            "a GeoTIFF is written by rasterio: pip install rasterio"
+        ) from None
+    count, rows, columns = bands.shape
     profile = {
         "driver": "GTiff",
         "height": rows,
         "width": columns,
-        "count": 2,
-        "dtype": "float32",
+        "count": count,
+        "dtype": bands.dtype,
         "nodata": np.nan,
         "compress": "deflate",
         "BIGTIFF": "IF_SAFER",
-        # of the outer corner of the first cell
-        "transform": Affine(cell, 0, x - cell / 2, 0, -cell, y + cell / 2),
+        "transform": rasterio.Affine(*transform),
     }
     try:
         if crs is not None:
             profile["crs"] = rasterio.CRS.from_user_input(crs)
-        with rasterio.open(part, "w", **profile) as file:
-            file.write(surface.z.astype(np.float32), 1)
-            file.write(layer.astype(np.float32), 2)
-            file.descriptions = ("height", name)
-            meaning = ", ".join(f"{k} {one}" for k, one in enumerate(meanings))
-            file.update_tags(2, meaning=meaning)
-    except CRSError:
+        with rasterio.open(path, "w", **profile) as file:
+            file.write(bands)
+            file.descriptions = names
+            file.update_tags(count, meaning=meaning)
+    except rasterio.errors.CRSError:
         raise ValueError(
             f"crs {crs!r:.60} is not known; give it as 'EPSG:32748', for example"
         ) from None
-    except RasterioError as error:
+    except rasterio.errors.RasterioError as error:
         raise OSError(" ".join(str(error.__cause__ or error).split())) from None

@@ -4,15 +4,17 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
 
 from pgm_lab import _validate
-from pgm_lab.stereo import _plate
 from pgm_lab.stereo.grid import Surface
 
 # Layers of `Terrain.origin`
 ORIGINS = ("ground", "interpolated under an object", "interpolated", "nothing")
 GROUND, UNDER, BETWEEN, NOTHING = range(4)
-ROUNDS = 8  # of plate and residuals; the cells of the ground settle after three or four
+MAX_ITERATIONS = 8  # of plate and residuals; three or four are usual
+STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,20 +115,28 @@ def filter_terrain(
     if not np.isfinite(dsm.z).any():
         raise ValueError("the surface has no heights at all")
     z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
+
+    # What openings lower at once is no ground
     objects = known & _stands_out(dsm, slope, widest, least, most)
     ground = known & ~_wider(objects, margin / dsm.cell)
+
+    # Plates on the ground, until it changes no more
     coarse, fine = (max(1, round(side / dsm.cell)) for side in (2.0, 1.0))
-    for _ in range(ROUNDS):
-        plate = _plate.lay(z, ground, coarse)
+    for _ in range(MAX_ITERATIONS):
+        plate = _plate(z, ground, coarse)
         objects = known & (np.abs(z - plate) > least)
         before, ground = ground, known & ~_wider(objects, margin / dsm.cell)
         if np.mean(before != ground) < 1e-4:
             break
-    plate = _plate.lay(z, ground, fine)
+    # Heights of the surface on the ground, of the plate elsewhere
+    plate = _plate(z, ground, fine)
     missing = np.isnan(z)
     origin = np.select([missing, ground, known], [NOTHING, GROUND, UNDER], BETWEEN)
     terrain = np.where(missing, np.nan, np.where(ground, z, plate))
     return Terrain(terrain, origin.astype(np.uint8), dsm.corner, dsm.cell)
+
+
+# --- Objects: openings in growing windows ---
 
 
 def _stands_out(
@@ -140,9 +150,8 @@ def _stands_out(
     radius, before = 1, 0
     while before < largest:
         opened = _open(last, radius)
-        objects |= last - opened > min(
-            least + slope * (radius - before) * dsm.cell, most
-        )
+        rise = least + slope * (radius - before) * dsm.cell
+        objects |= last - opened > min(rise, most)
         last, before, radius = opened, radius, min(2 * radius, largest)
     return objects
 
@@ -150,18 +159,67 @@ def _stands_out(
 def _open(z: np.ndarray, radius: int) -> np.ndarray:
     """Grey opening with a square; the border is mirrored, so that slopes go on."""
     wide = np.pad(z, radius, mode="symmetric")
-    opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, _square(radius))
+    square = np.ones((2 * radius + 1,) * 2, np.uint8)
+    opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, square)
     return opened[radius:-radius, radius:-radius]
 
 
 def _wider(mask: np.ndarray, cells: float) -> np.ndarray:
-    disk = _disk(int(np.ceil(min(cells, max(mask.shape)))))
+    """A mask, dilated by a disk."""
+    radius = int(np.ceil(min(cells, max(mask.shape))))
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
     return cv2.dilate(mask.astype(np.uint8), disk).astype(bool)
 
 
-def _disk(radius: int) -> np.ndarray:
-    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1,) * 2)
+# --- Ground: a thin elastic plate on known heights spans what is between them ---
 
 
-def _square(radius: int) -> np.ndarray:
-    return np.ones((2 * radius + 1,) * 2, np.uint8)
+def _plate(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
+    """Heights (rows, columns) of a plate on the known ones.
+
+    The plate has cells of `side` by `side` and carries the mean of the known heights in
+    each, by their number; it has the least bending energy (thin plate spline).
+    """
+    if np.sum(known.any(0)) < 2 or np.sum(known.any(1)) < 2 or known.sum() < 10:
+        raise ValueError(
+            "too little of the surface is ground: all the rest stands out as objects."
+            " Give a larger slope, least or most, or a smaller widest"
+        )
+    n = _sum(known.astype(float), side)
+    mean = _sum(np.where(known, z, 0.0), side) / np.maximum(n, 1)
+    level = mean[n > 0].mean()
+    weight = (n / side**2).ravel()
+    normal = sparse.diags(weight) + STIFFNESS * _bending(n.shape)
+    right = weight * (mean.ravel() - level)
+    plate = spsolve(normal.tocsc(), right, permc_spec="MMD_AT_PLUS_A").reshape(n.shape)
+    rows, columns = z.shape
+    wide = cv2.resize(
+        plate.astype(np.float32), None, fx=side, fy=side, interpolation=cv2.INTER_CUBIC
+    )
+    return level + wide[:rows, :columns]
+
+
+def _sum(values: np.ndarray, side: int) -> np.ndarray:
+    """Sums over cells of side by side, the last ones filled up with zeros."""
+    rows, columns = (-n % side for n in values.shape)
+    filled = np.pad(values, ((0, rows), (0, columns)))
+    return filled.reshape(
+        filled.shape[0] // side, side, filled.shape[1] // side, side
+    ).sum((1, 3))
+
+
+def _bending(shape: tuple[int, int]) -> sparse.csr_matrix:
+    """Energy of a plate: squares of its second differences, xx + 2 xy + yy."""
+    rows, columns = shape
+    xx = sparse.kron(sparse.eye(rows), _second(columns))
+    yy = sparse.kron(_second(rows), sparse.eye(columns))
+    xy = sparse.kron(_first(rows), _first(columns))
+    return xx.T @ xx + 2 * xy.T @ xy + yy.T @ yy
+
+
+def _second(n: int) -> sparse.spmatrix:
+    return sparse.diags([1.0, -2.0, 1.0], [0, 1, 2], shape=(max(n - 2, 0), n))
+
+
+def _first(n: int) -> sparse.spmatrix:
+    return sparse.diags([-1.0, 1.0], [0, 1], shape=(n - 1, n))

@@ -11,7 +11,7 @@ from PIL import Image
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
-from pgm_lab.matching.photo import Photo as Source
+from pgm_lab.io.photo import Photo as Source
 
 FOCAL, FOCAL_35MM = 0x920A, 0xA405
 PER_UNIT, UNIT = 0xA20E, 0xA210  # pixels a unit across the sensor, and the unit

@@ -17,10 +17,9 @@ from matplotlib.backend_bases import LocationEvent, MouseEvent
 from matplotlib.figure import Figure
 
 from pgm_lab import _validate
-from pgm_lab._files import printable
-from pgm_lab.stereo_map import _panels, _words, drawing, saving, session
-from pgm_lab.stereo_map._measurement import Measurement
-from pgm_lab.stereo_map.session import Session
+from pgm_lab.io.files import printable
+from pgm_lab.stereo_map import drawing, measuring, saving, session
+from pgm_lab.stereo_map.session import Measurement, Session
 
 WIDTH, DETAILS = 8.1, 2.2  # inches, at 100 pixels each: beside JupyterLab's files
 SMALL = 10  # points: writing on a screen
@@ -98,7 +97,7 @@ class Program:
         )
         titles = "left photo", "right photo"
         self.views = [
-            _panels.View(figure.add_subplot(grids[0][k]), levels, titles[k], SMALL)
+            drawing.View(figure.add_subplot(grids[0][k]), levels, titles[k], SMALL)
             for k, levels in enumerate(self.session.levels)
         ]
         self.details = [figure.add_subplot(grids[1][k]) for k in range(4)]
@@ -121,9 +120,9 @@ class Program:
 
     def _measure(self, left: np.ndarray, near: np.ndarray | None = None) -> str:
         reach = max(25.0, FINGER * self.views[1].step)
-        self.point = session.measure(self.session, left, near, reach=reach)
+        self.point = measuring.measure(self.session, left, near, reach=reach)
         self._follow()
-        lines = map(html.escape, _words.lines(self.session, self.point))
+        lines = map(html.escape, drawing.lines(self.session, self.point))
         return f'<div style="line-height: 1.5">{"<br>".join(lines)}</div>'
 
     def _follow(self) -> None:
@@ -165,7 +164,7 @@ class Program:
         return "The last point is gone." if point else "The orientation is gone."
 
     def _orient(self) -> str:
-        self.session = session.orient(self.session)
+        self.session = measuring.orient(self.session)
         self.point = None
         found = self.session.relative
         assert found is not None
@@ -199,7 +198,7 @@ class Program:
     def _refresh(self) -> None:
         drawing.mark(self.views, self.session, self.point)
         if self.point is not None:
-            _panels.details(self.details, self.point, SMALL)
+            drawing.details(self.details, self.point, SMALL)
         self.table.value = _table(self.session)
         self.canvas.draw_idle()
 
@@ -245,8 +244,8 @@ def _table(session: Session) -> str:
         known = np.isfinite(point.xyz).all()
         sd = np.full(3, np.nan) if not known else point.sd
         numbers = [
-            _words.pixels(point.left),
-            _words.pixels(point.right),
+            drawing.pixels(point.left),
+            drawing.pixels(point.right),
             *(f"{value:.3f}" if known else "" for value in point.xyz),
             " ".join(f"{value:.3f}" for value in sd) if known else "",
             f"{point.y_parallax:.2f}" if known else "",

@@ -3,29 +3,150 @@
 A session is never changed: each step returns a new one, which knows the one before it.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
-from pgm_lab.matching.photo import Photo as Source
-from pgm_lab.orientation import Relative, absolute, relative
-from pgm_lab.stereo_map import _control
-from pgm_lab.stereo_map._levels import levels
-from pgm_lab.stereo_map._measure import measured, positioned
-from pgm_lab.stereo_map._measurement import Measurement
+from pgm_lab.io.photo import Photo as Source
+from pgm_lab.orientation import Relative
 from pgm_lab.stereo_map.photos import read_photo
 
 LEFT, RIGHT = 1, 2  # names of the photos, in files and networks
-SPACES = ("none", "model", "object")
 TEMPLATE = 21  # pixels, as in 2010
-FEWEST = 5  # points that orient two photos
-USABLE = ("converged", "no redundancy", "several solutions", "weak geometry",
-          "gimbal lock")  # fmt: skip
+THRESHOLD = 0.7  # smallest correlation, as in 2010
+ACCEPTED = "accepted"
+MIN_LEVEL = 40  # pixels across the coarsest level of a pyramid, at least
+WORDS = {
+    ACCEPTED: "Found.",
+    "outside": "The click is outside of the photo.",
+    "template leaves the image": "Too near to the edge of the left photo: its window"
+    " would leave the photo.",
+    "window leaves the image": "The point is predicted outside of the right photo.",
+    "flat template": "All grey values around the click are equal: nothing to match.",
+    "flat window": "The right photo has no texture there.",
+    "below threshold": "Nothing in the right photo looks enough like it (r below"
+    f" {THRESHOLD}): it may be hidden there, or elsewhere. A click in the right photo"
+    " says where to look.",
+    "ambiguous": "Two places look nearly alike. A click in the right photo says where"
+    " to look.",
+    "another point from the right": "The way back from the right photo ends elsewhere:"
+    " one of the photos may not show the point.",
+    "peak on the border of the search": "The best place lies on the border of the"
+    " search. A click in the right photo says where to look.",
+    "peak on the edge of the image": "The match lies on the edge of the right photo.",
+    "position not determined": "The texture is a line: along it the match is not"
+    " determined. Take a corner or a spot.",
+    "off the epipolar line": "The match lies off the epipolar line: it is wrong, or the"
+    " orientation is.",
+}
+
+
+def _nan(*shape: int, repr: bool = True) -> Any:
+    return field(default_factory=lambda: np.full(shape, np.nan), repr=repr)
+
+
+def _empty(*shape: int) -> Any:
+    return field(default_factory=lambda: np.zeros(shape), repr=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """A point that was clicked in the left photo; NaN or empty what was not found.
+
+    Attributes
+    ----------
+    name : int
+        Its number on the list; 0 before it is kept.
+    left : ndarray (2,)
+        (column, row) in the left photo, in pixels.
+    right : ndarray (2,)
+        The match in the right photo, by least squares.
+    correlated : ndarray (2,)
+        The match by correlation, from which least squares began.
+    r, r_fine : float
+        Correlation at the highest peak, and after least squares matching.
+    covariance : ndarray (2, 2)
+        Of `right`, in square pixels: that of least squares, and what a window of twice
+        the width says differently, which a curved surface does.
+    shape : ndarray (2, 2)
+        ((a1, a2), (b1, b2)) of (B 2.8), (B 2.9): how the left window lies in the right
+        photo.
+    template : ndarray (h, w)
+        Grey values of the left window.
+    window : ndarray (H, W)
+        Grey values of the right photo that were searched.
+    corner : ndarray (2,)
+        (column, row) in the right photo of the first pixel of `window`.
+    map : ndarray (H - h + 1, W - w + 1)
+        Correlation at each place of the template in `window`.
+    curve : ndarray (k, 2)
+        Epipolar curve in the right photo, in pixels.
+    start : ndarray (2,)
+        Where the search in the right photo began.
+    reason : str
+        Why there.
+    photo : ndarray (2, 2)
+        (x, y) in mm in the left and in the right photo.
+    photo_covariance : ndarray (2, 2, 2)
+        Their covariances in mm^2: each photo has half the noise of the match.
+    xyz : ndarray (3,)
+        Object coordinates.
+    xyz_covariance : ndarray (3, 3)
+        Their covariance; the orientation is taken as free of errors.
+    y_parallax : float
+        Distance of `right` from the epipolar curve, in pixels.
+    status : str
+        "accepted"; a status of `ncc.Match`; "least squares: " and one of `lsm.Match`;
+        "off the epipolar line"; "intersection: " and one of `orientation.Intersection`.
+    """
+
+    left: np.ndarray
+    name: int = 0
+    right: np.ndarray = _nan(2)
+    correlated: np.ndarray = _nan(2)
+    r: float = np.nan
+    r_fine: float = np.nan
+    covariance: np.ndarray = _nan(2, 2)
+    shape: np.ndarray = field(default_factory=lambda: np.eye(2), repr=False)
+    template: np.ndarray = _empty(0, 0)
+    window: np.ndarray = _empty(0, 0)
+    corner: np.ndarray = _nan(2)
+    map: np.ndarray = _empty(0, 0)
+    curve: np.ndarray = _empty(0, 2)
+    start: np.ndarray = _nan(2)
+    reason: str = ""
+    photo: np.ndarray = _nan(2, 2)
+    photo_covariance: np.ndarray = _nan(2, 2, 2, repr=False)
+    xyz: np.ndarray = _nan(3)
+    xyz_covariance: np.ndarray = _nan(3, 3, repr=False)
+    y_parallax: float = np.nan
+    status: str = "outside"
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the point was found."""
+        return self.status == ACCEPTED
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Standard deviations (3,) of X, Y, Z."""
+        return np.sqrt(np.diagonal(self.xyz_covariance))
+
+    @property
+    def photo_sd(self) -> np.ndarray:
+        """Standard deviations (2, 2) of x and y in mm, left and right."""
+        return np.sqrt(np.diagonal(self.photo_covariance, axis1=1, axis2=2))
+
+    @property
+    def why(self) -> str:
+        """The status in a plain sentence."""
+        return WORDS.get(self.status, f"{self.status[:1].upper()}{self.status[1:]}.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,10 +243,10 @@ def open_pair(
 
     Examples
     --------
-    >>> from pgm_lab import simulate
+    >>> from pgm_lab import simulate, stereo_map
     >>> pair = simulate.aerial_pair((240, 180))
     >>> session = open_pair(pair.left, pair.right)
-    >>> point = measure(session, (100, 80))
+    >>> point = stereo_map.measure(session, (100, 80))
     >>> print(point.status, session.space)
     accepted object
     """
@@ -143,9 +264,9 @@ def open_pair(
     ]
     for one, name in zip(pair, ("left", "right")):
         _validate.grey_image(one.grey, name, template + 2)
-    places = [np.asarray(one.exterior, float) for one in pair]
-    oriented = any(place.any() for place in places)
-    if oriented and np.array_equal(places[0][:3], places[1][:3]):
+    stations = [np.asarray(one.exterior, float) for one in pair]
+    oriented = any(station.any() for station in stations)
+    if oriented and np.array_equal(stations[0][:3], stations[1][:3]):
         raise ValueError(
             "both photos stand at the same place: without a base, no point meets"
         )
@@ -155,48 +276,27 @@ def open_pair(
         "object" if oriented else "none",
         heights=None if heights is None else (low, high),
         template=template,
-        levels=(levels(pair[0].grey), levels(pair[1].grey)),
+        levels=(_levels(pair[0].grey), _levels(pair[1].grey)),
     )
 
 
-def measure(
-    session: Session,
-    pixel: ArrayLike,
-    near: ArrayLike | None = None,
-    *,
-    reach: float = 25.0,
-) -> Measurement:
-    """Find a point of the left photo in the right one, and in object space.
+def _levels(grey: np.ndarray) -> list[np.ndarray]:
+    """The photo and its halves, in its own type; pixel p of level k is at 2**k p in it.
 
-    The search is along the epipolar curve once the photos are oriented; before that
-    around the place that the points so far predict, or in the whole photo without any.
-
-    Parameters
-    ----------
-    session : Session
-    pixel : array_like (2,)
-        (column, row) in the left photo.
-    near : array_like (2,), optional
-        About where it is in the right photo, as a click there says.
-    reach : float
-        How far from `near` it may be, in pixels.
-
-    Returns
-    -------
-    Measurement
-        Its `status` says whether it was found, or why not.
-
-    Raises
-    ------
-    ValueError
-        If a pixel is not one point of two numbers.
+    Where a pixel has no data stands the median of the others. (`image.pyramid` has
+    floats: eight times the memory of a photo of 8 bits.)
     """
-    _validate.instance(session, Session, "session")
-    pixel = _validate.one_point(pixel, 2, "pixel")
-    if near is not None:
-        near = _validate.one_point(near, 2, "near")
-    reach = _validate.positive_number(reach, "reach", "px")
-    return measured(session, pixel, near, reach)
+    first = np.ma.masked_invalid(grey, copy=False)
+    mask = np.ma.getmaskarray(first) if np.ma.is_masked(first) else None
+    image = np.asarray(first.data)
+    if image.dtype not in (np.uint8, np.uint16, np.float32):  # what OpenCV halves fast
+        image = image.astype(np.float32)
+    if mask is not None:
+        image = np.where(mask, np.median(image[~mask]), image).astype(image.dtype)
+    found = [image]
+    while min(found[-1].shape) >= 2 * MIN_LEVEL:
+        found.append(cv2.pyrDown(found[-1]))
+    return found
 
 
 def add(session: Session, point: Measurement) -> Session:
@@ -231,65 +331,3 @@ def undo(session: Session) -> Session:
     if session.before is None:
         raise ValueError("there is nothing to take back")
     return session.before
-
-
-def orient(session: Session, control: Mapping[int, ArrayLike] | None = None) -> Session:
-    """Orient the photos by the points on the list.
-
-    Parameters
-    ----------
-    session : Session
-        With five points or more; six control each other, and a dozen spread over the
-        photos are good.
-    control : mapping {number of a point: (X, Y, Z)}, optional
-        Three or more points that are known in object space. Without them coordinates
-        are those of a model: its origin is the left station, its axes are those of the
-        left photo, its unit is the base in x.
-
-    Returns
-    -------
-    Session
-        Oriented; each point has object coordinates and its `y_parallax`.
-
-    Raises
-    ------
-    ValueError
-        If there are too few points, or they do not determine the orientation.
-    """
-    _validate.instance(session, Session, "session")
-    if len(session.points) < FEWEST:
-        raise ValueError(
-            f"{FEWEST} points or more orient two photos, better ten; there are"
-            f" {len(session.points)}"
-        )
-    known = _control.points([point.name for point in session.points], control)
-    xy = np.array([point.photo for point in session.points])
-    variances = np.array([point.photo_covariance for point in session.points])
-    sigma = float(np.sqrt(np.mean(variances[..., [0, 1], [0, 1]])))
-    cameras = session.left.camera, session.right.camera
-    found = relative(*cameras, xy[:, 0], xy[:, 1], sigma=sigma)
-    if found.status not in USABLE:
-        raise ValueError(
-            f"the points give no orientation: {found.status}. Were the photos taken"
-            " from two places, and are all points right?"
-        )
-    exteriors = np.array([np.zeros(6), found.exterior])
-    if known:
-        rows = [k for k, point in enumerate(session.points) if point.name in known]
-        ground = np.array([known[session.points[k].name] for k in rows])
-        exteriors = _control.carried(exteriors, absolute(found.points[rows], ground))
-    left, right = (
-        replace(photo, exterior=exterior)
-        for photo, exterior in zip(session.photos, exteriors)
-    )
-    oriented = replace(
-        session,
-        left=left,
-        right=right,
-        space="object" if known else "model",
-        relative=found,
-        oriented_by=tuple(point.name for point in session.points),
-        before=session,
-    )
-    points = tuple(positioned(oriented, point) for point in session.points)
-    return replace(oriented, points=points)

@@ -11,6 +11,14 @@ from pgm_lab.adjustment import RankDefect, adjust
 
 # Numbers that only rounding separates; design matrices here have condition below 1e3.
 ROUNDING = {"rtol": 1e-9, "atol": 1e-11}
+PARAMETERS = ("x", "cofactor", "sigma0", "redundancy")
+OBSERVATIONS = ("residuals", "redundancy_numbers", "standardized")
+ALL = (
+    *PARAMETERS,
+    *OBSERVATIONS,
+    *("covariance", "correlation"),
+    *("parameter_residuals", "parameter_redundancy_numbers"),
+)
 
 
 def linear(A):
@@ -48,24 +56,24 @@ def spd(rng, n):
 
 def fields(found):
     """All numbers of a result that describe one problem."""
-    names = (
-        "x cofactor covariance residuals sigma0 redundancy redundancy_numbers"
-        " standardized correlation parameter_residuals parameter_redundancy_numbers"
-    )
-    return {name: getattr(found, name) for name in names.split()}
+    return {name: getattr(found, name) for name in ALL}
 
 
-def assert_same(found, other, **tolerance):
-    for name, values in fields(found).items():
-        np.testing.assert_allclose(
-            values, getattr(other, name), **(tolerance or ROUNDING), err_msg=name
-        )
+def assert_same(found, other, names=ALL, **tolerance):
+    for name in names:
+        values = getattr(found, name), getattr(other, name)
+        np.testing.assert_allclose(*values, **(tolerance or ROUNDING), err_msg=name)
+
+
+def close(one, other, **tolerance):
+    np.testing.assert_allclose(one, other, **(tolerance or ROUNDING))
 
 
 STATIONS = np.array([[0.0, 0.0], [90.0, 10.0], [70.0, 80.0], [-20.0, 60.0]])
 READINGS = np.array([58.31, 56.57, 44.74, 58.32])  # to a point near (50, 30), noisy
 
-# Weights and the covariance of the observations
+
+# --- Weights and the covariance of the observations ---
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -75,27 +83,20 @@ def test_weighted_linear_adjustment_is_numpys_least_squares(seed):
     root = np.sqrt(weights)
     x, phi, *_ = np.linalg.lstsq(A * root[:, None], observations * root, rcond=None)
     tolerance = {"rtol": 1e-8, "atol": 1e-9}  # normal equations square the condition
-    np.testing.assert_allclose(found.x, x, **tolerance)
-    np.testing.assert_allclose(found.residuals, A @ x - observations, **tolerance)
-    np.testing.assert_allclose(found.sigma0, np.sqrt(phi[0] / 6), **tolerance)
+    close(found.x, x, **tolerance)
+    close(found.residuals, A @ x - observations, **tolerance)
+    close(found.sigma0, np.sqrt(phi[0] / 6), **tolerance)
     assert found.status == "converged" and found.redundancy == 6
 
 
-def test_covariance_does_what_whitening_does():
-    A, observations, _, rng = problem(1)
+def test_covariance_does_what_whitening_does_and_what_weights_do():
+    A, observations, weights, rng = problem(1)
     covariance = spd(rng, 9)
     found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
     white = np.linalg.inv(np.linalg.cholesky(covariance))
     other = adjust(linear(white @ A), np.zeros(3), white @ observations)
-    for name in ("x", "cofactor", "covariance", "sigma0", "redundancy"):
-        np.testing.assert_allclose(
-            getattr(found, name), getattr(other, name), **ROUNDING
-        )
-    np.testing.assert_allclose(white @ found.residuals, other.residuals, **ROUNDING)
-
-
-def test_diagonal_covariance_is_the_inverse_of_weights():
-    A, observations, weights, _ = problem(2)
+    assert_same(found, other, (*PARAMETERS, "covariance"))
+    close(white @ found.residuals, other.residuals)
     assert_same(
         adjust(linear(A), np.zeros(3), observations, covariance=np.diag(1 / weights)),
         adjust(linear(A), np.zeros(3), observations, weights=weights),
@@ -110,13 +111,12 @@ def test_covariance_with_rounding_errors_off_its_diagonal_is_accepted():
     assert not np.array_equal(covariance, covariance.T)
     found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
     other = adjust(linear(A), np.zeros(3), observations, covariance=diagonal)
-    np.testing.assert_allclose(found.x, other.x, rtol=1e-9)
+    close(found.x, other.x, rtol=1e-9)
 
 
 def test_covariance_in_units_as_far_apart_as_metres_and_radians():
     A, observations, _, rng = problem(4)
-    units = np.geomspace(1e-9, 1e9, 9)
-    covariance = spd(rng, 9)
+    units, covariance = np.geomspace(1e-9, 1e9, 9), spd(rng, 9)
     found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
     other = adjust(
         linear(A * units[:, None]),
@@ -124,8 +124,7 @@ def test_covariance_in_units_as_far_apart_as_metres_and_radians():
         observations * units,
         covariance=covariance * units * units[:, None],
     )
-    np.testing.assert_allclose(other.x, found.x, **ROUNDING)
-    np.testing.assert_allclose(other.standardized, found.standardized, **ROUNDING)
+    assert_same(other, found, ("x", "standardized"))
 
 
 def test_weight_three_counts_like_three_equal_observations():
@@ -134,8 +133,7 @@ def test_weight_three_counts_like_three_equal_observations():
     once = adjust(linear(A), np.zeros(3), observations, weights=weights)
     repeated = np.repeat(A, weights, axis=0), np.repeat(observations, weights)
     often = adjust(linear(repeated[0]), np.zeros(3), repeated[1])
-    np.testing.assert_allclose(once.x, often.x, **ROUNDING)
-    np.testing.assert_allclose(once.cofactor, often.cofactor, **ROUNDING)
+    assert_same(once, often, ("x", "cofactor"))
     assert (once.redundancy, often.redundancy) == (6, 9)
     # the same vᵀPv, spread over another redundancy
     assert np.isclose(6 * once.sigma0**2, 9 * often.sigma0**2, rtol=1e-10)
@@ -146,81 +144,41 @@ def test_weight_zero_leaves_an_observation_out():
     weights[[2, 7]] = 0
     observations[2] = 1e6  # whatever it says
     found = adjust(linear(A), np.zeros(3), observations, weights=weights)
-    kept = np.flatnonzero(weights)
-    other = adjust(
-        linear(A[kept]), np.zeros(3), observations[kept], weights=weights[kept]
-    )
-    for name in ("x", "cofactor", "sigma0", "redundancy"):
-        np.testing.assert_allclose(
-            getattr(found, name), getattr(other, name), **ROUNDING
-        )
-    for name in ("residuals", "redundancy_numbers", "standardized"):
-        values = getattr(found, name)
-        np.testing.assert_allclose(values[kept], getattr(other, name), **ROUNDING)
+    k = np.flatnonzero(weights)
+    other = adjust(linear(A[k]), np.zeros(3), observations[k], weights=weights[k])
+    assert_same(found, other, PARAMETERS)
+    for name in OBSERVATIONS:
+        close(getattr(found, name)[k], getattr(other, name))
     assert not found.redundancy_numbers[[2, 7]].any()
     assert not found.standardized[[2, 7]].any()
     # the residual still tells how far off it is
     assert np.isclose(found.residuals[2], A[2] @ found.x - 1e6)
 
 
-# Weighted parameters
+# --- Weighted parameters ---
 
 
-def test_weighted_parameters_are_further_observations():
+@pytest.mark.parametrize("correlated", [False, True])
+def test_weighted_parameters_are_further_observations(correlated):
     A, observations, weights, rng = problem(7)
     values, p = rng.normal(size=3), np.array([0.5, 0.0, 2.0])
-    found = adjust(
-        linear(A),
-        np.zeros(3),
-        observations,
-        weights=weights,
-        parameter_weights=p,
-        parameter_values=values,
-    )
-    other = adjust(
-        linear(np.vstack([A, np.eye(3)])),
-        np.zeros(3),
-        np.append(observations, values),
-        weights=np.append(weights, p),
-    )
-    for name in ("x", "cofactor", "sigma0", "redundancy"):
-        np.testing.assert_allclose(
-            getattr(found, name), getattr(other, name), **ROUNDING
-        )
-    np.testing.assert_allclose(found.residuals, other.residuals[:9], **ROUNDING)
-    np.testing.assert_allclose(found.standardized, other.standardized[:9], **ROUNDING)
-    np.testing.assert_allclose(
-        found.parameter_residuals, other.residuals[9:], **ROUNDING
-    )
-    np.testing.assert_allclose(
-        found.parameter_redundancy_numbers, other.redundancy_numbers[9:], **ROUNDING
-    )
-    assert found.redundancy == 9 + 2 - 3
-
-
-def test_weighted_parameters_go_with_correlated_observations():
-    A, observations, _, rng = problem(8)
-    covariance, values = spd(rng, 9), rng.normal(size=3)
-    p = np.array([0.5, 1.5, 2.0])
-    whole = np.zeros((12, 12))
-    whole[:9, :9], whole[9:, 9:] = covariance, np.diag(1 / p)
-    found = adjust(
-        linear(A),
-        values,
-        observations,
-        covariance=covariance,
-        parameter_weights=p,
-        parameter_values=values,
-    )
-    other = adjust(
-        linear(np.vstack([A, np.eye(3)])),
-        values,
-        np.append(observations, values),
-        covariance=whole,
-    )
-    np.testing.assert_allclose(found.x, other.x, **ROUNDING)
-    np.testing.assert_allclose(found.sigma0, other.sigma0, **ROUNDING)
-    np.testing.assert_allclose(found.standardized, other.standardized[:9], **ROUNDING)
+    of_all = {"weights": np.append(weights, p)}
+    options = {"weights": weights}
+    if correlated:
+        p[1] = 1.5
+        whole = np.diag(np.append(np.ones(9), 1 / p))
+        whole[:9, :9] = spd(rng, 9)
+        of_all, options = {"covariance": whole}, {"covariance": whole[:9, :9]}
+    options |= {"parameter_weights": p, "parameter_values": values}
+    found = adjust(linear(A), np.zeros(3), observations, **options)
+    both = np.vstack([A, np.eye(3)]), np.append(observations, values)
+    other = adjust(linear(both[0]), np.zeros(3), both[1], **of_all)
+    assert_same(found, other, PARAMETERS)
+    assert found.redundancy == 9 + np.count_nonzero(p) - 3
+    for name in ("residuals", "standardized"):
+        close(getattr(found, name), getattr(other, name)[:9])
+    close(found.parameter_residuals, other.residuals[9:])
+    close(found.parameter_redundancy_numbers, other.redundancy_numbers[9:])
 
 
 def test_a_huge_weight_fixes_a_parameter_at_its_start_value():
@@ -230,56 +188,39 @@ def test_a_huge_weight_fixes_a_parameter_at_its_start_value():
     found = adjust(linear(A), start, observations, parameter_weights=p)
     fixed = adjust(linear(A[:, 1:]), start[1:], observations - 0.7 * A[:, 0])
     # held by weights 1e10 times those of the observations
-    np.testing.assert_allclose(found.x, [0.7, *fixed.x], atol=1e-9)
-    np.testing.assert_allclose(found.sigma0, fixed.sigma0, rtol=1e-8)
-    np.testing.assert_allclose(found.cofactor[1:, 1:], fixed.cofactor, rtol=1e-8)
+    close(found.x, [0.7, *fixed.x], atol=1e-9)
+    close(found.sigma0, fixed.sigma0, rtol=1e-8)
+    close(found.cofactor[1:, 1:], fixed.cofactor, rtol=1e-8)
     assert found.redundancy == fixed.redundancy == 7
 
 
 def test_weighted_parameters_let_the_start_be_elsewhere():
-    values, p = np.array([48.0, 31.0]), np.array([4.0, 1.0])
-    results = [
-        adjust(
-            distances,
-            start,
-            READINGS,
-            args=[STATIONS],
-            parameter_weights=p,
-            parameter_values=values,
-        )
+    observed = {"parameter_weights": [4.0, 1.0], "parameter_values": [48.0, 31.0]}
+    one, other = (
+        adjust(distances, start, READINGS, args=[STATIONS], **observed)
         for start in ([50.0, 30.0], [30.0, 60.0])
-    ]
-    np.testing.assert_allclose(results[0].x, results[1].x, rtol=1e-8)
+    )
+    close(one.x, other.x, rtol=1e-8)
 
 
-# Constraints
+# --- Constraints ---
 
 
 def test_linear_constraints_do_what_elimination_does():
     A, observations, weights, _ = problem(10, u=4)
     C, d = np.array([[1.0, 2.0, 0.0, -1.0], [0.0, 1.0, 1.0, 0.5]]), np.array([0.4, -1])
-    found = adjust(
-        linear(A),
-        np.zeros(4),
-        observations,
-        weights=weights,
-        constraints=lambda x: (C @ x - d, C),
-    )
+    options = {"weights": weights, "constraints": lambda x: (C @ x - d, C)}
+    found = adjust(linear(A), np.zeros(4), observations, **options)
     # x = particular solution + null space of C times free parameters
     particular = np.linalg.lstsq(C, d, rcond=None)[0]
     free = np.linalg.svd(C)[2][2:].T
     reduced = observations - A @ particular
     other = adjust(linear(A @ free), np.zeros(2), reduced, weights=weights)
-    np.testing.assert_allclose(found.x, particular + free @ other.x, **ROUNDING)
-    np.testing.assert_allclose(
-        found.cofactor, free @ other.cofactor @ free.T, **ROUNDING
-    )
-    for name in ("sigma0", "residuals", "redundancy_numbers", "standardized"):
-        np.testing.assert_allclose(
-            getattr(found, name), getattr(other, name), **ROUNDING
-        )
+    close(found.x, particular + free @ other.x)
+    close(found.cofactor, free @ other.cofactor @ free.T)
+    assert_same(found, other, ("sigma0", *OBSERVATIONS))
     assert found.redundancy == other.redundancy == 9 - 4 + 2
-    np.testing.assert_allclose(C @ found.x, d, atol=1e-12)
+    close(C @ found.x, d, atol=1e-12)
 
 
 def on_circle(x, stations):
@@ -297,7 +238,7 @@ def test_nonlinear_constraint_gives_the_minimum_that_slsqp_finds(start):
     circle = {"type": "eq", "fun": lambda x: on_circle(x, STATIONS)[0]}
     best = minimize(phi, [50, 30], method="SLSQP", constraints=circle, tol=1e-14)
     assert found.status == "converged"
-    np.testing.assert_allclose(found.x, best.x, rtol=1e-6)  # what SLSQP reaches
+    close(found.x, best.x, rtol=1e-6)  # what SLSQP reaches
     assert np.isclose(found.x @ found.x, 3600, rtol=1e-12)
     assert found.redundancy == 3
     assert np.isclose(found.redundancy_numbers.sum(), 3)
@@ -317,39 +258,27 @@ def test_a_constraint_that_only_changes_the_datum_is_closed_to_the_end():
         return x @ x[:, None] - 100.0, 2 * x[None]
 
     found = adjust(ratio, [1.0, 2.0], [0.5, 0.5], constraints=length)
-    np.testing.assert_allclose(found.x, np.sqrt(20) * np.array([1, 2]), rtol=1e-12)
+    close(found.x, np.sqrt(20) * np.array([1, 2]), rtol=1e-12)
 
 
-def test_a_parameter_fixed_by_a_constraint_has_no_variance_and_no_correlation():
-    A, observations, _, _ = problem(11)
-    found = adjust(
-        linear(A),
-        np.zeros(3),
-        observations,
-        constraints=lambda x: (x[1:2] - 1 / 3, np.array([[0.0, 1.0, 0.0]])),
-    )
-    assert found.x[1] == pytest.approx(1 / 3, rel=1e-14)
-    assert found.sd[1] == 0
-    np.testing.assert_array_equal(found.correlation[1], 0)
-    assert np.all(np.isfinite(found.correlation)) and found.status == "converged"
-    assert not np.isnan(found.history.change).any()
-
-
-def test_parameters_fixed_only_by_rounding_have_no_variance_either():
+def test_parameters_fixed_by_constraints_have_no_variance_and_no_correlation():
     A, observations, _, rng = problem(25, n=12, u=4)
     C = np.zeros((40, 2, 4))
     C[:, :, :2] = rng.normal(size=(40, 2, 2))  # two equations for the first two
+    C[0, :, :2] = np.eye(2)  # exactly; the others but for rounding
     found = adjust(
         lambda x, C: linear(A)(x),
         np.zeros((40, 4)),
         observations,
         args=[C],
-        constraints=lambda x, C: ((C @ x[..., None])[..., 0] - 1, C),
+        constraints=lambda x, C: ((C @ x[..., None])[..., 0] - 1 / 3, C),
     )
+    assert found.x[0, 1] == pytest.approx(1 / 3, rel=1e-14)
     np.testing.assert_array_equal(found.sd[:, :2], 0)
-    assert np.all(found.sd[:, 2:] > 0) and np.all(
-        np.abs(found.correlation) <= 1 + 1e-12
-    )
+    np.testing.assert_array_equal(found.correlation[:, :2], 0)
+    assert np.all(found.sd[:, 2:] > 0) and np.all(found.status == "converged")
+    assert np.all(np.abs(found.correlation) <= 1 + 1e-12)
+    assert not np.isnan(found.history.change).any()
 
 
 @given(st.integers(-9, 9))
@@ -369,7 +298,7 @@ def test_unit_of_a_constraint_does_not_matter(decade):
 
 
 def test_one_singular_problem_does_not_spoil_a_constrained_stack():
-    _, _, _, rng = problem(27)
+    rng = problem(27)[3]
     A = rng.normal(size=(3, 9, 3))
     A[1, :, 2] = 0
     found = adjust(
@@ -383,24 +312,14 @@ def test_one_singular_problem_does_not_spoil_a_constrained_stack():
     assert np.all(np.isfinite(found.sd[[0, 2]]))
 
 
-@pytest.mark.parametrize(
-    "rows",
-    [
-        [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
-        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]],
-        [[0.0, 0.0, 0.0]],
-    ],
-)
+@pytest.mark.parametrize("rows", [[[1, 0, 0], [2, 0, 0]], [[0, 0, 0]],
+                                  [[1, 0, 0], [0, 1, 0], [1, 1, 0]]])  # fmt: skip
 def test_constraints_that_depend_on_each_other_are_refused(rows):
     A, observations, _, _ = problem(12)
-    C = np.array(rows)
+    C = np.array(rows, float)
+    constraints = {"constraints": lambda x: (C @ x - C @ [1, 2, 3], C)}
     with pytest.raises(RankDefect, match="follow from one another or contradict"):
-        adjust(
-            linear(A),
-            np.zeros(3),
-            observations,
-            constraints=lambda x: (C @ x - C @ [1, 2, 3], C),
-        )
+        adjust(linear(A), np.zeros(3), observations, **constraints)
 
 
 @pytest.mark.parametrize("start", [[50.0, 30.0], [400.0, -300.0]])
@@ -412,13 +331,9 @@ def test_rounding_of_a_constraint_does_not_shorten_steps(start):
     def circle(x, stations):
         return x @ x[:, None] - point @ point, 2 * x[None]
 
-    found = adjust(
-        distances,
-        offset + start,
-        READINGS + [0.1, -0.2, 0.3, 0.1],
-        args=[STATIONS + offset],
-        constraints=circle,
-    )
+    readings, stations = READINGS + [0.1, -0.2, 0.3, 0.1], STATIONS + offset
+    options = {"args": [stations], "constraints": circle}
+    found = adjust(distances, offset + start, readings, **options)
     assert found.status == "converged"
     np.testing.assert_array_equal(found.history.step, 1)
 
@@ -427,13 +342,11 @@ def test_a_constraint_that_nothing_satisfies_does_not_converge():
     def impossible(x, stations):
         return x @ x[:, None] + 1, 2 * x[None]
 
-    found = adjust(
-        distances, [50.0, 30.0], READINGS, args=[STATIONS], constraints=impossible
-    )
-    assert found.status != "converged"
+    options = {"args": [STATIONS], "constraints": impossible}
+    assert adjust(distances, [50.0, 30.0], READINGS, **options).status != "converged"
 
 
-# Free networks
+# --- Free networks ---
 
 # Four bench marks, six height differences from point to point
 LEVELLING = np.array(
@@ -462,32 +375,20 @@ def inner(x):
 
 
 def level(constraints, **options):
-    return adjust(
-        linear(LEVELLING),
-        np.zeros(4),
-        DIFFERENCES,
-        weights=1 / LENGTHS,
-        constraints=constraints,
-        **options,
-    )
+    options |= {"weights": 1 / LENGTHS, "constraints": constraints}
+    return adjust(linear(LEVELLING), np.zeros(4), DIFFERENCES, **options)
 
 
 @pytest.mark.parametrize("i", range(4))
 def test_datum_of_a_levelling_net_changes_heights_but_nothing_observed(i):
     free, held = level(inner), level(fixed(i, 100.0))
-    for name in ("residuals", "redundancy_numbers", "standardized", "sigma0"):
-        np.testing.assert_allclose(
-            getattr(free, name), getattr(held, name), rtol=1e-9, atol=1e-12
-        )
+    assert_same(free, held, (*OBSERVATIONS, "sigma0"))
     assert free.redundancy == held.redundancy == 3
     assert held.x[i] == pytest.approx(100, rel=1e-14)
     assert np.ptp(free.x - held.x) < 1e-11  # one shift for all
     assert np.trace(free.cofactor) < np.trace(held.cofactor) - 0.1
-
-
-def test_inner_constraints_give_the_pseudoinverse():
     N = LEVELLING.T @ np.diag(1 / LENGTHS) @ LEVELLING
-    np.testing.assert_allclose(level(inner).cofactor, np.linalg.pinv(N), atol=1e-12)
+    close(free.cofactor, np.linalg.pinv(N), atol=1e-12)
 
 
 def test_free_trilateration_net_has_the_shape_of_the_fixed_one():
@@ -519,12 +420,12 @@ def test_free_trilateration_net_has_the_shape_of_the_fixed_one():
     free, held = (adjust(sides, start, measured, constraints=c) for c in (inner, held))
     assert free.redundancy == held.redundancy == 3
     # different paths to the same minimum: where the stop rule, 1e-6 sd, leaves them
-    np.testing.assert_allclose(free.residuals, held.residuals, atol=1e-7)
-    np.testing.assert_allclose(free.sigma0, held.sigma0, rtol=1e-7)
+    close(free.residuals, held.residuals, atol=1e-7)
+    close(free.sigma0, held.sigma0, rtol=1e-7)
     assert np.trace(free.cofactor) < np.trace(held.cofactor)
 
 
-# The iteration
+# --- The iteration ---
 
 
 def arctangents(x):
@@ -553,7 +454,6 @@ def test_near_the_solution_every_step_is_full_and_damping_changes_nothing():
     full = adjust(*arguments, args=[STATIONS], line_search=False)
     assert_same(damped, full, rtol=0, atol=0)
     np.testing.assert_array_equal(damped.history.step, 1)
-    np.testing.assert_array_equal(damped.history.objective, full.history.objective)
 
 
 @given(st.lists(st.floats(-9, 9), min_size=2, max_size=2), st.integers(0, 99))
@@ -570,52 +470,31 @@ def test_units_of_the_parameters_do_not_matter(decades, seed):
     plain = adjust(lambda x: decay(x, t), [4.0, 1.0], readings)
     other = adjust(scaled, [4.0, 1.0] / units, readings)
     assert plain.iterations == other.iterations
-    np.testing.assert_allclose(other.x * units, plain.x, rtol=1e-9)
-    np.testing.assert_allclose(other.sd * units, plain.sd, rtol=1e-9)
-    np.testing.assert_allclose(other.residuals, plain.residuals, atol=1e-9)
-    np.testing.assert_allclose(other.history.change, plain.history.change, atol=1e-6)
+    close(other.x * units, plain.x, rtol=1e-9)
+    close(other.sd * units, plain.sd, rtol=1e-9)
+    close(other.residuals, plain.residuals, atol=1e-9)
+    close(other.history.change, plain.history.change, atol=1e-6)
 
 
 @given(st.integers(-9, 9))
 def test_unit_of_weight_does_not_matter(decade):
-    plain = adjust(distances, [40.0, 40.0], READINGS, args=[STATIONS])
-    factor = 10.0**decade
-    other = adjust(
-        distances, [40.0, 40.0], READINGS, args=[STATIONS], weights=factor * np.ones(4)
-    )
+    arguments, factor = (distances, [40.0, 40.0], READINGS), 10.0**decade
+    plain = adjust(*arguments, args=[STATIONS])
+    other = adjust(*arguments, args=[STATIONS], weights=factor * np.ones(4))
     assert plain.iterations == other.iterations
-    np.testing.assert_allclose(other.x, plain.x, rtol=1e-12)
-    np.testing.assert_allclose(other.covariance, plain.covariance, rtol=1e-9)
-    np.testing.assert_allclose(other.standardized, plain.standardized, rtol=1e-9)
-    np.testing.assert_allclose(other.sigma0, plain.sigma0 * factor**0.5, rtol=1e-9)
+    assert_same(other, plain, ("x", "covariance", "standardized"), rtol=1e-9)
+    close(other.sigma0, plain.sigma0 * factor**0.5, rtol=1e-9)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-8])
 def test_iteration_ends_with_the_first_change_below_the_tolerance_in_sd(tolerance):
-    start = [20.0, 70.0]
+    start = np.array([20.0, 70.0])
     found = adjust(distances, start, READINGS, args=[STATIONS], tolerance=tolerance)
-    change = found.history.change
-    assert change[-1] <= tolerance < change[-2]
+    history = found.history
+    assert history.change[-1] <= tolerance < history.change[-2]
     exact = adjust(distances, start, READINGS, args=[STATIONS], tolerance=1e-12)
     assert np.all(np.abs(found.x - exact.x) <= tolerance * exact.sd)
-
-
-def test_change_is_measured_in_prior_standard_deviations_where_there_are_any():
-    A, observations, weights, _ = problem(13)
-    for prior in (None, 0.01):
-        found = adjust(
-            linear(A), np.ones(3), observations, weights=weights, sigma0_prior=prior
-        )
-        at_start = np.sqrt(np.sum(weights * (A.sum(axis=1) - observations) ** 2) / 6)
-        sd = np.sqrt(np.diag(found.cofactor)) * (prior or at_start)
-        expected = np.max(np.abs(found.x - 1) / sd)
-        assert np.isclose(found.history.change[0], expected)
-
-
-def test_history_tells_what_happened_in_each_iteration():
-    start = np.array([20.0, 70.0])
-    found = adjust(distances, start, READINGS, args=[STATIONS])
-    history = found.history
+    # and the history tells what happened in each iteration
     assert history.objective.shape == (found.iterations + 1,)
     assert history.step.shape == history.change.shape == (found.iterations,)
     before = distances(start, STATIONS)[0] - READINGS
@@ -623,18 +502,21 @@ def test_history_tells_what_happened_in_each_iteration():
     assert np.isclose(history.objective[-1], found.residuals @ found.residuals)
 
 
+@pytest.mark.parametrize("prior", [None, 0.01])
+def test_change_is_measured_in_prior_standard_deviations_where_there_are_any(prior):
+    A, observations, weights, _ = problem(13)
+    options = {"weights": weights, "sigma0_prior": prior}
+    found = adjust(linear(A), np.ones(3), observations, **options)
+    at_start = np.sqrt(np.sum(weights * (A.sum(axis=1) - observations) ** 2) / 6)
+    sd = np.sqrt(np.diag(found.cofactor)) * (prior or at_start)
+    assert np.isclose(found.history.change[0], np.max(np.abs(found.x - 1) / sd))
+
+
 def test_linear_problem_is_solved_by_the_first_step():
     A, observations, _, _ = problem(14)
     found = adjust(linear(A), 1e3 * np.ones(3), observations)
     assert found.iterations == 2  # the second one finds nothing left
     assert found.history.change[1] < 1e-6
-
-
-def test_observations_without_error_converge_although_all_sd_are_zero():
-    exact = distances(np.array([50.0, 30.0]), STATIONS)[0]
-    found = adjust(distances, [20.0, 70.0], exact, args=[STATIONS])
-    assert found.status == "converged" and found.iterations < 10
-    np.testing.assert_allclose(found.x, [50, 30], rtol=1e-14)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e5, 1e7])
@@ -646,45 +528,39 @@ def test_what_rounding_leaves_is_not_iterated_away(offset):
     exact = distances(truth, stations)[0]
     found = adjust(distances, start, exact, args=[stations])
     assert np.all(found.status == "converged") and found.iterations.max() < 12
-    np.testing.assert_allclose(found.x, truth, atol=1e-13 * (100 + offset))
+    close(found.x, truth, atol=1e-13 * (100 + offset))
 
 
-def test_rounding_of_the_observations_is_not_iterated_away_either():
-    # small parameters of large observations
+def test_rounding_of_observations_and_constraints_is_not_iterated_away_either():
     rng = np.random.default_rng(6)
     truth = rng.uniform(0.5, 1.5, (300, 2))
 
-    def model(x):
+    def large(x):  # small parameters of large observations
         values, jacobian = decay(x, np.linspace(0, 2, 6))
         return values + 1e6, jacobian
 
-    found = adjust(model, truth + 0.1, model(truth)[0])
-    assert np.all(found.status == "converged") and found.iterations.max() < 12
-
-
-def test_constraints_of_problems_without_errors_are_closed_to_rounding():
     def sum_to_zero(x):
         return np.sum(np.sin(x), axis=-1, keepdims=True), np.cos(x)[..., None, :]
 
-    A, *_, rng = problem(24)
-    exact = A @ [0.3, -0.3, 0.0]
-    start = 0.3 * rng.normal(size=(300, 3))
-    found = adjust(linear(A), start, exact, constraints=sum_to_zero)
-    assert np.all(found.status == "converged") and found.iterations.max() < 12
+    A, start = problem(24)[0], 0.3 * rng.normal(size=(300, 3))
+    for found in (
+        adjust(large, truth + 0.1, large(truth)[0]),
+        adjust(linear(A), start, A @ [0.3, -0.3, 0.0], constraints=sum_to_zero),
+    ):
+        assert np.all(found.status == "converged") and found.iterations.max() < 12
 
 
 def test_nothing_handed_over_is_changed():
-    start, readings, stations = np.array([20.0, 70.0]), READINGS.copy(), STATIONS.copy()
-    weights = np.array([1.0, 2, 3, 4])
+    given = np.array([20.0, 70.0]), READINGS.copy(), STATIONS.copy(), np.arange(1.0, 5)
+    before = [one.copy() for one in given]
+    start, readings, stations, weights = given
     found = adjust(distances, start, readings, args=[stations], weights=weights)
     found.x[:] = 0
-    np.testing.assert_array_equal(start, [20, 70])
-    np.testing.assert_array_equal(readings, READINGS)
-    np.testing.assert_array_equal(stations, STATIONS)
-    np.testing.assert_array_equal(weights, [1, 2, 3, 4])
+    for one, other in zip(given, before):
+        np.testing.assert_array_equal(one, other)
 
 
-# Agreement with scipy
+# --- Agreement with scipy ---
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -694,60 +570,30 @@ def test_nonlinear_fit_agrees_with_scipy(seed):
     truth = rng.uniform([2, 0.2], [8, 1.5])
     sigma = rng.uniform(0.02, 0.2, 12)
     readings = decay(truth, t)[0] + sigma * rng.normal(size=12)
-    found = adjust(
-        lambda x: decay(x, t),
-        1.3 * truth,
-        readings,
-        weights=sigma**-2.0,
-        tolerance=1e-10,
-    )
+    options = {"weights": sigma**-2.0, "tolerance": 1e-10}
+    found = adjust(lambda x: decay(x, t), 1.3 * truth, readings, **options)
     other = least_squares(
         lambda x: (decay(x, t)[0] - readings) / sigma,
         1.3 * truth,
         jac=lambda x: decay(x, t)[1] / sigma[:, None],
-        xtol=1e-15,
-        ftol=1e-15,
-        gtol=1e-15,
+        **dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15),
     )
     # where vᵀPv is flat to rounding, 1e-16, lies within 1e-8 of a standard deviation
     assert np.all(np.abs(found.x - other.x) < 1e-7 * found.sd)
-    np.testing.assert_allclose(found.residuals, other.fun * sigma, atol=1e-8)
-    Q = np.linalg.inv(other.jac.T @ other.jac)
-    np.testing.assert_allclose(found.cofactor, Q, rtol=1e-6)
+    close(found.residuals, other.fun * sigma, atol=1e-8)
+    close(found.cofactor, np.linalg.inv(other.jac.T @ other.jac), rtol=1e-6)
     assert np.isclose(found.sigma0, np.sqrt(2 * other.cost / 10), rtol=1e-10)
 
 
-def test_invariance_under_the_order_of_observations_and_parameters():
-    A, observations, weights, rng = problem(15)
-    row, column = rng.permutation(9), rng.permutation(3)
-    found = adjust(linear(A), np.zeros(3), observations, weights=weights)
-    other = adjust(
-        linear(A[row][:, column]), np.zeros(3), observations[row], weights=weights[row]
-    )
-    np.testing.assert_allclose(other.x, found.x[column], **ROUNDING)
-    Q = found.cofactor[np.ix_(column, column)]
-    np.testing.assert_allclose(other.cofactor, Q, **ROUNDING)
-    for name in ("residuals", "redundancy_numbers", "standardized"):
-        expected = getattr(found, name)[row]
-        np.testing.assert_allclose(getattr(other, name), expected, **ROUNDING)
+# --- Redundancy numbers and standardised residuals ---
 
 
-# Redundancy numbers and standardised residuals
-
-
-@given(
-    st.integers(0, 2**32 - 1),
-    st.booleans(),
-    st.booleans(),
-    st.booleans(),
-    st.booleans(),
-)
+@given(st.integers(0, 2**32 - 1), *[st.booleans()] * 4)
 def test_redundancy_numbers_add_up_to_the_redundancy(
     seed, correlated, zeros, weighted, constrained
 ):
     A, observations, weights, rng = problem(seed, n=8, u=3)
-    options = {}
-    made = 8
+    options, made = {}, 8
     if correlated:
         options["covariance"] = spd(rng, 8)
     else:
@@ -773,20 +619,24 @@ def test_redundancy_numbers_add_up_to_the_redundancy(
 @pytest.mark.parametrize("prior", [None, 0.3])
 def test_residuals_are_standardised_by_their_own_covariance(correlated, prior):
     A, observations, weights, rng = problem(16)
-    if correlated:
-        covariance = spd(rng, 9)
-        options, P = {"covariance": covariance}, np.linalg.inv(covariance)
-    else:
-        options, P = {"weights": weights}, np.diag(weights)
+    C = spd(rng, 9) if correlated else np.diag(1 / weights)
+    options = {"covariance": C} if correlated else {"weights": weights}
     found = adjust(linear(A), np.zeros(3), observations, sigma0_prior=prior, **options)
-    Qvv = np.linalg.inv(P) - A @ np.linalg.inv(A.T @ P @ A) @ A.T
-    np.testing.assert_allclose(found.redundancy_numbers, np.diag(Qvv @ P), **ROUNDING)
-    Pv = P @ found.residuals
-    expected = Pv / np.sqrt(np.diag(P @ Qvv @ P)) / (prior or found.sigma0)
-    np.testing.assert_allclose(found.standardized, expected, **ROUNDING)
+    P = np.linalg.inv(C)
+    Q = np.linalg.inv(A.T @ P @ A)
+    Qvv = C - A @ Q @ A.T
+    close(found.redundancy_numbers, np.diag(Qvv @ P))
+    unit = prior or found.sigma0
+    w = P @ found.residuals / np.sqrt(np.diag(P @ Qvv @ P)) / unit
+    close(found.standardized, w)
     if not correlated:
-        plain = found.residuals / np.sqrt(np.diag(Qvv)) / (prior or found.sigma0)
-        np.testing.assert_allclose(found.standardized, plain, **ROUNDING)
+        close(found.standardized, found.residuals / np.sqrt(np.diag(Qvv)) / unit)
+    # covariance and correlation follow from the cofactors
+    sd = np.sqrt(np.diag(Q))
+    close(found.cofactor, Q)
+    close(found.covariance, found.sigma0**2 * Q)
+    close(found.sd, found.sigma0 * sd)
+    close(found.correlation, Q / np.outer(sd, sd))
 
 
 @pytest.mark.parametrize("correlated", [False, True])
@@ -811,17 +661,6 @@ def test_an_observation_that_nothing_controls_gets_no_standardised_residual():
     assert np.all(found.standardized[1:3] != 0)
 
 
-def test_covariance_and_correlation_follow_from_the_cofactors():
-    A, observations, weights, _ = problem(18)
-    found = adjust(linear(A), np.zeros(3), observations, weights=weights)
-    Q = np.linalg.inv(A.T @ np.diag(weights) @ A)
-    np.testing.assert_allclose(found.cofactor, Q, **ROUNDING)
-    np.testing.assert_allclose(found.covariance, found.sigma0**2 * Q, **ROUNDING)
-    np.testing.assert_allclose(found.sd, np.sqrt(np.diag(found.covariance)))
-    sd = np.sqrt(np.diag(Q))
-    np.testing.assert_allclose(found.correlation, Q / np.outer(sd, sd), **ROUNDING)
-
-
 def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
     A = np.array([[1.0, 2.0], [3.0, -1.0]])
     bare = adjust(linear(A), [0, 0], [1.0, 2.0])
@@ -829,7 +668,7 @@ def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
     assert np.isnan(bare.sigma0) and np.isnan(bare.sd).all()
     np.testing.assert_array_equal(bare.standardized, 0)
     known = adjust(linear(A), [0, 0], [1.0, 2.0], sigma0_prior=0.1)
-    np.testing.assert_allclose(known.covariance, 0.01 * np.linalg.inv(A.T @ A))
+    close(known.covariance, 0.01 * np.linalg.inv(A.T @ A))
     with pytest.raises(ValueError, match="without redundancy"):
         known.global_test()
 
@@ -837,14 +676,10 @@ def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
 @pytest.mark.parametrize(("factor", "accepted"), [(1, True), (4, False), (0.2, False)])
 def test_global_test_compares_sigma0_with_its_prior(factor, accepted):
     A, observations, weights, _ = problem(19)
-    plain = adjust(linear(A), np.zeros(3), observations, weights=weights)
-    found = adjust(
-        linear(A),
-        np.zeros(3),
-        observations,
-        weights=weights,
-        sigma0_prior=plain.sigma0 / factor,
-    )
+    arguments = linear(A), np.zeros(3), observations
+    plain = adjust(*arguments, weights=weights)
+    prior = plain.sigma0 / factor
+    found = adjust(*arguments, weights=weights, sigma0_prior=prior)
     test = found.global_test(alpha=0.1)
     assert test.statistic == pytest.approx(6 * factor**2)
     assert test.lower == pytest.approx(chi2.ppf(0.05, 6))
@@ -854,25 +689,17 @@ def test_global_test_compares_sigma0_with_its_prior(factor, accepted):
         plain.global_test()
 
 
-# What cannot be determined
+# --- What cannot be determined ---
 
 
-def test_datum_defect_names_all_heights():
-    with pytest.raises(RankDefect, match="rank 3 of 4.* A, B, C, D.") as failed:
+def test_parameters_that_are_not_determined_are_named_and_no_others():
+    with pytest.raises(RankDefect, match=r"rank 3 of 4.* A, B, C, D\.") as failed:
         level(None, names=["A", "B", "C", "D"])
-    assert failed.value.null_space.names == ("A", "B", "C", "D")
     assert failed.value.null_space.defect == 1
-    assert isinstance(failed.value, ValueError)
-
-
-def test_parameter_that_nothing_observes_is_named_alone():
-    A, observations, _, _ = problem(20)
+    A, observations, _, _ = problem(20, u=4)
     A[:, 1] = 0
     with pytest.raises(RankDefect, match="do not determine K3. Add"):
-        adjust(linear(A), np.zeros(3), observations, names=["c", "K3", "x0"])
-
-
-def test_two_inseparable_parameters_are_named_and_no_other():
+        adjust(linear(A), np.zeros(4), observations, names=["c", "K3", "x0", "y0"])
     A, observations, _, _ = problem(21, u=4)
     A[:, 3] = -2e-6 * A[:, 0]  # in other units, too
     with pytest.raises(RankDefect) as failed:
@@ -880,20 +707,14 @@ def test_two_inseparable_parameters_are_named_and_no_other():
     assert failed.value.null_space.names == ("a", "d")
 
 
-def test_a_weight_on_the_parameter_or_a_constraint_cures_a_defect():
+def test_a_weight_on_the_parameter_cures_a_defect_and_a_useless_constraint_does_not():
     found = level(None, parameter_weights=[1.0, 0, 0, 0])
-    np.testing.assert_allclose(found.residuals, level(fixed(0)).residuals, atol=1e-12)
+    close(found.residuals, level(fixed(0)).residuals, atol=1e-12)
     assert found.redundancy == 3
     assert found.parameter_redundancy_numbers[0] == pytest.approx(0, abs=1e-9)
-
-
-def test_constraints_that_leave_a_defect_do_not_hide_it():
-    def useless(x):
-        row = np.array([[1.0, -1.0, 0.0, 0.0]])
-        return row @ x - 1.2, row
-
+    row = np.array([[1.0, -1.0, 0.0, 0.0]])
     with pytest.raises(RankDefect, match="x1, x2, x3, x4"):
-        level(useless)
+        level(lambda x: (row @ x - 1.2, row))
 
 
 def test_strong_but_honest_correlation_is_not_called_a_defect():
@@ -902,10 +723,10 @@ def test_strong_but_honest_correlation_is_not_called_a_defect():
     found = adjust(linear(A), [0, 0], 2 + 3 * t)
     assert found.status == "converged"
     assert -1 < found.correlation[0, 1] < -1 + 1e-6
-    np.testing.assert_allclose(found.x, [2, 3], atol=1e-4)  # condition of N about 1e13
+    close(found.x, [2, 3], atol=1e-4)  # condition of N about 1e13
 
 
-# Stacks
+# --- Stacks ---
 
 
 def stack(k=12, seed=5):
@@ -917,11 +738,16 @@ def stack(k=12, seed=5):
     return truth + rng.normal(scale=8, size=(k, 2)), readings, stations, rng
 
 
+def on_line(x, stations):
+    """A constraint: x - y = 3."""
+    value = x[..., :1] - x[..., 1:] - 3
+    return value, np.broadcast_to([[1.0, -1.0]], (*value.shape, 2))
+
+
 @pytest.mark.parametrize("kind", ["plain", "weights", "covariance", "all"])
 def test_a_stack_equals_a_loop(kind):
     start, readings, stations, rng = stack()
-    each = [{} for _ in start]
-    shared = {}
+    shared, options = {}, {}
     if kind == "weights":
         shared["weights"] = rng.uniform(0.5, 2, (12, 4))
     if kind in ("covariance", "all"):
@@ -929,62 +755,42 @@ def test_a_stack_equals_a_loop(kind):
     if kind == "all":
         shared["parameter_weights"] = rng.uniform(0, 1, (12, 2))
         shared["parameter_values"] = start + 1
-    each = [{name: values[i] for name, values in shared.items()} for i in range(12)]
-    if kind == "all":
-
-        def line(x, stations):
-            value = x[..., :1] - x[..., 1:] - 3
-            return value, np.broadcast_to([[1.0, -1.0]], (*value.shape, 2))
-
-        shared["constraints"] = line
-        for options in each:
-            options["constraints"] = line
-    found = adjust(distances, start, readings, args=[stations], **shared)
+        options["constraints"] = on_line
+    found = adjust(distances, start, readings, args=[stations], **shared, **options)
     assert np.ptp(found.iterations) > 0  # they do not all stop together
-    for i, options in enumerate(each):
-        alone = adjust(distances, start[i], readings[i], args=[stations[i]], **options)
+    for i in range(12):
+        own = {name: values[i] for name, values in shared.items()} | options
+        alone = adjust(distances, start[i], readings[i], args=[stations[i]], **own)
         for name, values in fields(found).items():
-            np.testing.assert_allclose(
-                values[i], getattr(alone, name), rtol=1e-12, atol=1e-12, err_msg=name
-            )
-        assert (found.status[i], found.iterations[i]) == (
-            alone.status,
-            alone.iterations,
-        )
+            values = values[i], getattr(alone, name)
+            close(*values, rtol=1e-12, atol=1e-12, err_msg=name)
         count = alone.iterations
-        np.testing.assert_allclose(
-            found.history.objective[: count + 1, i], alone.history.objective, rtol=1e-12
-        )
+        assert (found.status[i], found.iterations[i]) == (alone.status, count)
+        objective = found.history.objective[: count + 1, i]
+        close(objective, alone.history.objective, rtol=1e-12)
         np.testing.assert_array_equal(found.history.step[:count, i], alone.history.step)
-        np.testing.assert_array_equal(found.history.step[count:, i], 0)
-        np.testing.assert_array_equal(found.history.change[count:, i], 0)
+        assert not found.history.step[count:, i].any()
+        assert not found.history.change[count:, i].any()
 
 
 def test_leading_axes_are_those_of_the_start_values():
     start, readings, stations, rng = stack(6)
     covariance = np.array([spd(rng, 4) for _ in range(6)])
-    flat = adjust(distances, start, readings, args=[stations], covariance=covariance)
-    found = adjust(
-        distances,
-        start.reshape(2, 3, 2),
-        readings.reshape(2, 3, 4),
-        args=[stations.reshape(2, 3, 4, 2)],
-        covariance=covariance.reshape(2, 3, 4, 4),
-    )
+    options = {"args": [stations], "covariance": covariance, "sigma0_prior": 0.3}
+    flat = adjust(distances, start, readings, **options)
+    options["args"] = [stations.reshape(2, 3, 4, 2)]
+    options["covariance"] = covariance.reshape(2, 3, 4, 4)
+    shaped = start.reshape(2, 3, 2), readings.reshape(2, 3, 4)
+    found = adjust(distances, *shaped, **options)
     for name, values in fields(flat).items():
-        shaped = values.reshape(2, 3, *values.shape[1:])
-        np.testing.assert_array_equal(getattr(found, name), shaped)
-    assert (
-        found.status.shape == found.iterations.shape == found.redundancy.shape == (2, 3)
-    )
+        values = values.reshape(2, 3, *values.shape[1:])
+        np.testing.assert_array_equal(getattr(found, name), values)
+    assert found.status.shape == found.iterations.shape == (2, 3)
     assert found.sd.shape == (2, 3, 2)
     rows = found.iterations.max()
     assert found.history.objective.shape == (rows + 1, 2, 3)
     assert found.history.step.shape == found.history.change.shape == (rows, 2, 3)
-    found = adjust(
-        distances, start, readings, args=[stations], sigma0_prior=0.3
-    ).global_test()
-    assert found.statistic.shape == found.accepted.shape == (6,)
+    assert found.global_test().statistic.shape == (2, 3)
 
 
 def test_what_all_problems_share_need_not_be_repeated():
@@ -992,18 +798,14 @@ def test_what_all_problems_share_need_not_be_repeated():
     one = adjust(
         lambda x: distances(x, STATIONS), start, readings[0], weights=[1, 2, 3, 4]
     )
-    other = adjust(
-        distances,
-        start,
-        np.tile(readings[0], (5, 1)),
-        weights=np.tile([1, 2, 3, 4], (5, 1)),
-        args=[np.tile(STATIONS, (5, 1, 1))],
-    )
+    whole = {"weights": np.tile([1, 2, 3, 4], (5, 1))}
+    whole["args"] = [np.tile(STATIONS, (5, 1, 1))]
+    other = adjust(distances, start, np.tile(readings[0], (5, 1)), **whole)
     assert_same(one, other, rtol=0, atol=0)
     A, observations, _, _ = problem(22)  # a Jacobian and values without leading axes
     shared = adjust(linear(A), np.zeros((5, 3)), observations)
     alone = adjust(linear(A), np.zeros(3), observations)
-    np.testing.assert_allclose(shared.x, np.tile(alone.x, (5, 1)), **ROUNDING)
+    close(shared.x, np.tile(alone.x, (5, 1)))
 
 
 def test_an_empty_stack_is_a_stack_too():
@@ -1024,18 +826,13 @@ def test_every_problem_of_a_stack_gets_its_own_status():
         J[:, ::2, 0], J[:, 1::2, 1] = a / (1 + (a * first) ** 2), b
         return values, J
 
-    start = np.array([[0.5, 0], [0.5, 0], [np.inf, 0], [3.0, 0]])
-    start[2] = 1.0
+    start = np.array([[0.5, 0], [0.5, 0], [1.0, 0], [3.0, 0]])
     a = np.array([[1.0], [1.0], [np.nan], [1.0]])
     b = np.array([[1.0], [0.0], [1.0], [1.0]])
     observations = [0.1, 2.0, 0.12, 2.1]
     found = adjust(model, start, observations, args=[a, b], max_iterations=4)
-    assert list(found.status) == [
-        "converged",
-        "singular",
-        "diverged",
-        "too many iterations",
-    ]
+    expected = ["converged", "singular", "diverged", "too many iterations"]
+    assert list(found.status) == expected
     alone = adjust(model, start[:1], observations, args=[a[:1], b[:1]])
     np.testing.assert_array_equal(found.x[0], alone.x[0])
     np.testing.assert_array_equal(found.cofactor[0], alone.cofactor[0])
@@ -1081,75 +878,46 @@ def test_problems_are_only_computed_while_they_iterate():
     assert sum(sizes) == 12 + found.iterations.sum()  # full steps all along
 
 
-# Bad input
+# --- Bad input ---
 
 
 A, L = problem(23)[:2]
 GOOD = {"function": linear(A), "start": np.zeros(3), "observations": L}
 NAN = np.array([np.nan, *L[1:]])
+EYE, ONES = np.eye(9), np.ones((9, 9))
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"start": 0.0}, r"start must have shape \(..., u\)"),
         ({"start": []}, r"start must have shape \(..., u\)"),
         ({"start": [np.nan, 0, 0]}, r"start\[0\] is not a finite number"),
-        ({"start": "abc"}, "start must be numbers"),
         ({"observations": 1.0}, r"observations must have shape \(..., n\)"),
-        ({"observations": NAN}, r"observations\[0\] is not a finite number"),
         ({"observations": L[:8]}, "function computes 9 values for 8 observations"),
         ({"observations": np.tile(L, (2, 1))}, r"observations must have shape \(9,\)"),
         ({"weights": [1, 2]}, r"weights must have shape \(9,\); got \(2,\)"),
         ({"weights": -np.ones(9)}, "weights must not be negative"),
         ({"weights": NAN}, r"weights\[0\] is not a finite number"),
-        ({"weights": 1.0, "covariance": np.eye(9)}, "weights or covariance, not both"),
+        ({"weights": 1.0, "covariance": EYE}, "weights or covariance, not both"),
         ({"covariance": np.eye(8)}, r"covariance must have shape \(..., 9, 9\)"),
-        ({"covariance": np.ones(9)}, r"covariance must have shape \(..., 9, 9\)"),
-        ({"covariance": np.eye(9) + np.eye(9, k=1)}, "covariance must be symmetric"),
-        ({"covariance": np.ones((9, 9))}, "covariance must be positive definite"),
-        (
-            {"covariance": np.ones((9, 9)) + 1e-14 * np.eye(9)},
-            "covariance must be positive definite",
-        ),
-        ({"covariance": -np.eye(9)}, "covariance must have positive variances"),
-        ({"covariance": 3 * np.eye(9) - 1}, "covariance must be positive definite"),
-        ({"covariance": np.diag(NAN)}, r"covariance\[0, 0\] is not a finite number"),
+        ({"covariance": EYE + np.eye(9, k=1)}, "covariance must be symmetric"),
+        ({"covariance": ONES + 1e-14 * EYE}, "covariance must be positive definite"),
+        ({"covariance": 3 * EYE - 1}, "covariance must be positive definite"),
+        ({"covariance": -EYE}, "covariance must have positive variances"),
         ({"parameter_weights": [1, 2]}, r"parameter_weights must have shape \(3,\)"),
         ({"parameter_weights": [1, -2, 0]}, "parameter_weights must not be negative"),
         ({"parameter_values": [1, 2, 3]}, "parameter_values need parameter_weights"),
-        (
-            {"parameter_weights": 1, "parameter_values": [1, 2]},
-            r"parameter_values must have shape \(3,\)",
-        ),
         ({"sigma0_prior": 0.0}, "sigma0_prior must be positive"),
-        ({"sigma0_prior": -1.0}, "sigma0_prior must be positive"),
         ({"tolerance": 0.0}, "tolerance must be positive"),
-        ({"tolerance": np.nan}, "tolerance is not a finite number"),
         ({"names": ["a", "b"]}, "names has 2 entries for 3 parameters"),
         ({"function": lambda x: A @ x}, "function must return two arrays"),
         ({"function": lambda x: (1.0, A)}, r"function must return a Jacobian \(1, 3\)"),
-        (
-            {"function": lambda x: (A @ x, A.T)},
-            r"function must return a Jacobian \(9, 3",
-        ),
-        (
-            {"function": lambda x: (np.ones((2, 9)), A)},
-            r"function must return values \('n',\); got shape \(2, 9\)",
-        ),
-        ({"function": lambda x: (A @ x, A[:, :1])}, "function must return a Jacobian"),
-        ({"function": lambda x: (A @ x, A[:1])}, "function must return a Jacobian"),
+        ({"function": lambda x: (A @ x, A.T)}, r"must return a Jacobian \(9, 3"),
+        ({"function": lambda x: (np.ones((2, 9)), A)}, r"return values \('n',\); got"),
         ({"function": lambda x: (NAN, A)}, "not finite at the start values"),
         ({"function": lambda x: (A @ x, np.nan * A)}, "not finite at the start values"),
-        (
-            {"constraints": lambda x: (np.full(1, np.nan), np.ones((1, 3)))},
-            "not finite at the start values",
-        ),
+        ({"constraints": lambda x: (NAN[:1], np.ones((1, 3)))}, "not finite at the st"),
         ({"constraints": lambda x: np.zeros(1)}, "constraints must return two arrays"),
-        (
-            {"constraints": lambda x: (np.zeros(1), np.ones((1, 2)))},
-            r"constraints must return a Jacobian \(1, 3\)",
-        ),
     ],
 )
 def test_bad_input_is_named(change, message):

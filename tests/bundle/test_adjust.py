@@ -1,6 +1,7 @@
 """The bundle adjustment: equal to the dense core, to another start, in any datum."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import bundle, rotation, simulate
+from pgm_lab.bundle import solve
 from pgm_lab.camera import PARAMETERS, Camera
 from tests.networks import G, dense, moved, real, small
 
@@ -59,28 +61,61 @@ def inner(datum_points=slice(None), motions=7):
     return rows
 
 
-def on_photos(exteriors, points):
-    of_exteriors = np.zeros((7, *exteriors.shape))
-    of_exteriors[..., :3] = G(exteriors[:, :3])
-    return of_exteriors, np.zeros((7, *points.shape))
+def on_photos(motions=7):
+    def rows(exteriors, points):
+        of_exteriors = np.zeros((motions, *exteriors.shape))
+        of_exteriors[..., :3] = G(exteriors[:, :3])[:motions]
+        return of_exteriors, np.zeros((motions, *points.shape))
+
+    return rows
 
 
-NETWORKS = {
-    "backward lens": (small(), SOME),
-    "forward lens, all ten": (small("forward", photos=8, points=20), PARAMETERS),
-    "rays missing": (small(skip=20), SOME),
-    "two cameras": (small("forward", cameras=2, skip=7), SOME),
-    "no interior": (small(), ()),
-}
+def bars(network, sigma, *ends):
+    truth = small(sigma=1e-9).points
+    rows = [(a, b, np.linalg.norm(truth[a] - truth[b]) + 0.3, sigma) for a, b in ends]
+    return replace(network, scale_bars=rows)
 
 
-@pytest.mark.parametrize("name", NETWORKS)
-def test_free_network_equals_the_dense_core_to_1e_9(name):
-    network, estimate = NETWORKS[name]
-    found = adjust(network, estimate)
-    core = dense(network, estimate, inner())
+ENDS = (0, 5), (5, 9), (2, 3)
+# network, estimate, datum, inner constraints of the dense core
+CASES = {
+    "backward lens": (small(), SOME, None, inner()),
+    "forward lens, all ten": (
+        small("forward", photos=8, points=20), PARAMETERS, None, inner(),
+    ),
+    "rays missing": (small(skip=20), SOME, None, inner()),
+    "two cameras": (small("forward", cameras=2, skip=7), SOME, None, inner()),
+    "three cameras": (small(photos=9, cameras=3, skip=5), SOME, None, inner()),
+    "no interior": (small(), (), None, inner()),
+    "datum points": (
+        replace(small(), datum_points=[1, 4, 5, 9]), SOME, None, inner([1, 4, 5, 9]),
+    ),
+    "photos": (small(cameras=2), SOME, "photos", on_photos()),
+    "a bar": (bars(small(), 0.2, (0, 5)), SOME, None, inner(motions=6)),
+    "bars": (bars(small(cameras=2), 0.2, *ENDS), SOME, None, inner(motions=6)),
+    "bars, photos": (bars(small(), 0.2, *ENDS), SOME, "photos", on_photos(6)),
+    "fixed": (replace(small(), fixed=[0, 4, 7]), SOME, None, None),
+    "bars, fixed": (
+        replace(bars(small(), 0.05, (0, 5), (2, 3)), fixed=[0, 4, 7]), SOME, None, None,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_datum_equals_the_dense_core_to_1e_9(case):
+    network, estimate, datum, constraint = CASES[case]
+    found = adjust(network, estimate, datum)
+    free = None if constraint else ~network.held
+    core = dense(network, estimate, constraint, free=free)
     assert found.status == "converged"
     assert_equal_to_dense(network, found, *core)
+    for name in ("residuals", "redundancy_numbers", "standardized"):
+        ours = getattr(found, f"scale_bar_{name}")
+        theirs = getattr(core[0], name)[network.xy.size :]
+        np.testing.assert_allclose(ours, theirs, atol=1e-8)
+    held = network.held
+    assert np.all(found.sd_points[held] == 0)
+    np.testing.assert_array_equal(found.points[held], network.points[held])
 
 
 def test_real_network_equals_the_dense_core_to_1e_9():
@@ -91,49 +126,6 @@ def test_real_network_equals_the_dense_core_to_1e_9():
     found, core = adjust(network), dense(network, PARAMETERS, inner())
     assert_equal_to_dense(network, found, *core, of_sd=5e-9)
     np.testing.assert_allclose(found.interior, core[1][0][0], rtol=1e-9)
-
-
-def test_inner_constraints_on_chosen_points_equal_the_dense_core():
-    network = replace(small(), datum_points=[1, 4, 5, 9])
-    core = dense(network, SOME, inner([1, 4, 5, 9]))
-    assert_equal_to_dense(network, adjust(network, SOME), *core)
-
-
-def test_inner_constraints_on_projection_centres_equal_the_dense_core():
-    network = small()
-    core = dense(network, SOME, on_photos)
-    assert_equal_to_dense(network, adjust(network, SOME, "photos"), *core)
-
-
-def bars(network, sigma, *ends):
-    truth = small(sigma=1e-9).points
-    rows = [(a, b, np.linalg.norm(truth[a] - truth[b]) + 0.3, sigma) for a, b in ends]
-    return replace(network, scale_bars=rows)
-
-
-@pytest.mark.parametrize("ends", [[(0, 5)], [(0, 5), (5, 9), (2, 3)]])
-@pytest.mark.parametrize("datum", ["inner", "photos"])
-def test_scale_bars_leave_six_constraints_and_equal_the_dense_core(ends, datum):
-    network = bars(small(), 0.2, *ends)
-    rows = inner(motions=6)
-    if datum == "photos":
-
-        def rows(exteriors, points):
-            return tuple(part[:6] for part in on_photos(exteriors, points))
-
-    found = adjust(network, SOME, datum)
-    assert_equal_to_dense(network, found, *dense(network, SOME, rows))
-    free = adjust(small(), SOME)
-    assert found.redundancy == free.redundancy + len(ends) - 1
-
-
-def test_fixed_points_equal_the_dense_core_and_have_no_covariance():
-    network = replace(small(), fixed=[0, 4, 7])
-    free = ~network.held
-    found = adjust(network, SOME)
-    assert_equal_to_dense(network, found, *dense(network, SOME, free=free))
-    assert np.all(found.covariance_points[[0, 4, 7]] == 0)
-    np.testing.assert_array_equal(found.points[[0, 4, 7]], network.points[[0, 4, 7]])
 
 
 def test_weighted_control_equals_the_dense_core_with_weighted_parameters():
@@ -172,16 +164,6 @@ def test_control_with_sigma_0_holds_single_coordinates():
     start.points[index] = np.where(held, coordinates, network.points[index])
     core = dense(start, SOME, free=~network.held)
     assert_equal_to_dense(network, found, *core)
-
-
-def test_scale_bars_between_control_points_equal_the_dense_core():
-    network = replace(bars(small(), 0.05, (0, 5), (2, 3)), fixed=[0, 4, 7])
-    found = adjust(network, SOME)
-    core = dense(network, SOME, free=~network.held)
-    assert_equal_to_dense(network, found, *core)
-    for name in ("residuals", "redundancy_numbers", "standardized"):
-        ours, theirs = getattr(found, f"scale_bar_{name}"), getattr(core[0], name)[-2:]
-        np.testing.assert_allclose(ours, theirs, atol=1e-8)
 
 
 def test_sigma0_camera_and_residuals_are_the_same_in_every_datum():
@@ -309,32 +291,12 @@ def test_the_last_change_is_in_units_of_the_standard_deviations():
     assert np.abs(moved).max() <= bound < 100 * np.abs(moved).max()
 
 
-PATHS = {
-    **{name: (*case, None) for name, case in NETWORKS.items()},
+KNOWN = small().points[[0, 3, 6]]
+HELD = [[0, 0, 0], [0, 0.1, 0], [0, 0.1, np.inf]]
+PATHS = {name: case[:3] for name, case in CASES.items() if name != "a bar"} | {
     "real": (real(), PARAMETERS, None),
-    "three cameras": (small(photos=9, cameras=3, skip=5), SOME, None),
-    "datum points": (replace(small(), datum_points=[1, 4, 5, 9]), SOME, None),
-    "photos": (small(cameras=2), SOME, "photos"),
-    "bars": (bars(small(cameras=2), 0.2, (0, 5), (5, 9)), SOME, None),
-    "bars, photos": (bars(small(), 0.2, (0, 5), (5, 9)), SOME, "photos"),
-    "bars, fixed": (replace(bars(small(), 0.05, (0, 5)), fixed=[0, 4, 7]), SOME, None),
-    "weighted": (
-        replace(small(), control=([2, 5, 8], small().points[[2, 5, 8]] + 0.4, 0.1)),
-        SOME,
-        None,
-    ),
-    "held": (
-        replace(
-            small(),
-            control=(
-                [0, 3, 6],
-                small().points[[0, 3, 6]],
-                [[0, 0, 0], [0, 0.1, 0], [0, 0.1, np.inf]],
-            ),
-        ),
-        SOME,
-        None,
-    ),
+    "weighted": (replace(small(), control=([0, 3, 6], KNOWN + 0.4, 0.1)), SOME, None),
+    "held": (replace(small(), control=([0, 3, 6], KNOWN, HELD)), SOME, None),
 }
 
 
@@ -356,30 +318,16 @@ def test_a_whole_matrix_and_blocks_of_the_rays_give_the_same(name, monkeypatch):
     # unknowns and covariances to 2e-10 of their standard deviations: the scaled normal
     # matrix has eigenvalues down to 2e-6, which make more of its rounding
     sd = np.sqrt(np.diagonal(whole.covariance))
-    there, here = (
-        np.concatenate([one.interior, one.exteriors.ravel()])
-        for one in (by_rays, whole)
-    )
-    assert np.abs((there - here) / sd).max() < 2e-10
-    difference = by_rays.covariance - whole.covariance
-    assert np.abs(difference / np.outer(sd, sd)).max() < 2e-10
+    there, here = (np.append(one.interior, one.exteriors) for one in (by_rays, whole))
     variance = np.trace(whole.covariance_points, axis1=1, axis2=2)[:, None, None]
     variance = np.where(variance > 0, variance, 1)
-    difference = by_rays.covariance_points - whole.covariance_points
-    assert np.abs(difference / variance).max() < 2e-10
-    difference = (by_rays.points - whole.points) / np.sqrt(variance[..., 0])
-    assert np.abs(difference).max() < 2e-10
-
-
-@pytest.mark.parametrize("portion", [1, 7])
-def test_pairs_in_portions_give_the_same(monkeypatch, portion):
-    network = small(cameras=2, skip=7)
-    monkeypatch.setattr("pgm_lab.bundle.reduced.WHOLE", 0)
-    whole = bundle.adjust(network, SOME)
-    monkeypatch.setattr("pgm_lab.bundle.reduced.PAIRS_AT_ONCE", portion)
-    found = bundle.adjust(network, SOME)
-    np.testing.assert_allclose(found.covariance_points, whole.covariance_points)
-    np.testing.assert_allclose(found.interior, whole.interior)
+    for difference in (
+        (there - here) / sd,
+        (by_rays.covariance - whole.covariance) / np.outer(sd, sd),
+        (by_rays.covariance_points - whole.covariance_points) / variance,
+        (by_rays.points - whole.points) / np.sqrt(variance[..., 0]),
+    ):
+        assert np.abs(difference).max() < 2e-10
 
 
 def test_history_says_what_happened_and_full_steps_can_be_asked_for():
@@ -431,3 +379,45 @@ def test_a_bar_of_progress_is_shown_only_when_asked_for(monkeypatch):
     assert shown == []
     bundle.adjust(small(), SOME, progress=True)
     assert shown == ["bundle adjustment"]
+
+
+def test_unknowns_are_told_by_owner_and_parameter_in_the_order_of_the_covariance():
+    found = bundle.adjust(small(cameras=2), ("c", "K1"))
+    assert found.unknowns[:4] == (
+        ("camera", 1, "c"),
+        ("camera", 1, "K1"),
+        ("camera", 2, "c"),
+        ("camera", 2, "K1"),
+    )
+    assert len(found.unknowns) == len(found.covariance) == 4 + 6 * 6
+    of_photo = bundle.Unknown("photo", 3, "phi")
+    i = found.unknowns.index(of_photo)
+    assert found.names[i] == "phi of photo 3" and found.names[2] == "c of camera 2"
+    expected = np.diagonal(found.covariance_exteriors[2])[4]
+    assert found.covariance[i, i] == expected
+
+
+def test_the_name_of_an_only_camera_goes_without_saying():
+    found = bundle.adjust(small(), ("c", "K1"))
+    assert found.interior_names == ("c", "K1") and found.names[2] == "X0 of photo 1"
+    assert bundle.adjust(small(), ()).names[0] == "X0 of photo 1"
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("far", ["exteriors", "points"])
+def test_rounding_is_that_of_the_largest_number_on_either_side_of_the_origin(far, sign):
+    state = SimpleNamespace(
+        interior=np.zeros((1, 10)), exteriors=np.ones((2, 6)), points=np.ones((4, 3))
+    )
+    getattr(state, far)[1, 2] = sign * 5e6
+    problem = SimpleNamespace(
+        estimated=[], held=np.zeros((3, 4), bool), rays=SimpleNamespace(level=0.0)
+    )
+    # A coordinate moves a residual by two of its standard deviations
+    reduced = SimpleNamespace(diagonal=np.full(12, 4.0), V_diagonal=np.full((3, 4), 4))
+    found = solve._rounding(problem, state, reduced)
+    assert found == pytest.approx(solve.ROUNDING * 2 * 5e6)
+    # What is held is not moved
+    problem.held[2, 1] = True
+    held = solve._rounding(problem, state, reduced)
+    assert held == pytest.approx(solve.ROUNDING * 2 if far == "points" else found)

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pgm_lab import _files, _text, bundle
+from pgm_lab import bundle
 from pgm_lab.camera import Camera
+from pgm_lab.io import files as _files
+from pgm_lab.io import text as _text
 from tests.networks import real
 
 NAMES = ("interior.txt", "exterior.txt", "points.txt", "image.txt")
@@ -282,7 +284,7 @@ def test_what_the_files_have_no_place_for_is_not_written(tmp_path, muliawan):
 def test_an_existing_file_is_replaced_only_on_demand(tmp_path, muliawan):
     old = tmp_path / "points.txt"
     old.write_text("mine")
-    with pytest.raises(FileExistsError, match="points.txt is there already"):
+    with pytest.raises(FileExistsError, match="points.txt already exists"):
         bundle.write(muliawan, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["points.txt"]
     assert old.read_text() == "mine"

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from pgm_lab import bundle, rotation
 from pgm_lab.bundle.refuse import mirrored_image, mirrored_object
 from pgm_lab.camera import PARAMETERS, Camera, imaging
-from pgm_lab.report import __main__ as command
-from pgm_lab.report import _findings
+from pgm_lab.command import main
+from pgm_lab.report import network as network_report
 from tests.networks import moved, real, small
 
 NETWORKS = {
@@ -41,7 +41,7 @@ def looking_along_z(network):
 
 
 def found(result):
-    return {finding.title: finding.words for finding in _findings.findings(result)}
+    return {finding.title: finding.words for finding in network_report.findings(result)}
 
 
 @pytest.mark.parametrize("lens", ["real backward", "backward backward"])
@@ -156,7 +156,7 @@ def test_a_fixed_camera_mirrors_the_object_and_the_report_says_so_first(
 def test_start_values_too_rough_to_compare_leave_the_mirror_to_the_result(
     monkeypatch, estimate, title
 ):
-    monkeypatch.setattr(_findings, "doubt", lambda network: None)
+    monkeypatch.setattr(network_report, "doubt", lambda network: None)
     result = bundle.adjust(image(NETWORKS["real backward"], X_LEFT), estimate)
     assert next(iter(found(result))) == title
 
@@ -255,7 +255,7 @@ def test_the_command_line_says_it_too(tmp_path, capsys):
         ("exchanged", network.xy[:, ::-1], 0, "seem to have x and y exchanged"),
     ):
         paths = bundle.write(replace(network, xy=xy), tmp_path / name)
-        assert command.main([str(path) for path in paths]) == code
+        assert main(["adjust", *map(str, paths)]) == code
         output = capsys.readouterr()
         assert words in (output.err if code else output.out)
         assert "Traceback" not in output.err

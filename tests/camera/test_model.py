@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pgm_lab import camera as cam
 from pgm_lab import rotation
-from pgm_lab.camera import Camera, _lens, imaging
+from pgm_lab.camera import Camera, imaging
 
 INTERIOR = (35.2, 0.31, -0.22, -8.3e-5, 4.1e-8, -6.7e-12, 2.9e-5, -1.7e-5, 3e-4, -2e-4)
 EXTERIOR = np.array([120.0, -340.0, 900.0, 0.15, -0.2, 2.1])
@@ -24,61 +24,23 @@ def scene(seed=1, n=8):
 
 
 @BOTH
-def test_misclosure_vanishes_on_projected_points(lens):
+def test_misclosure_is_computed_minus_observed(lens):
     camera = Camera(*INTERIOR, lens=lens)
     points, exteriors = scene()
     measured = cam.project(camera, exteriors[:, None], points)
     result = cam.collinearity(camera, exteriors[:, None], points, measured)
     np.testing.assert_allclose(result.v, 0, atol=1e-13)  # mm, rounding of 20 mm
     assert result.depth.min() > 700
-
-
-@BOTH
-def test_misclosure_is_computed_minus_observed(lens):
-    points, exteriors = scene()
-    measured = cam.project(Camera(35.0, 0.1, lens=lens), exteriors[0], points)
     observed = measured + (0.002, -0.003)
-    v = cam.collinearity(Camera(35.0, 0.1, lens=lens), exteriors[0], points, observed).v
-    np.testing.assert_allclose(v, np.broadcast_to((-0.002, 0.003), v.shape), atol=1e-13)
-
-
-@BOTH
-def test_all_derivatives_agree_with_central_differences(lens):
-    points, exteriors = scene()
-    camera = Camera(*INTERIOR, lens=lens)
-    measured = cam.project(camera, exteriors[0], points) + (0.4, -0.3)
-    result = cam.collinearity(camera, exteriors[0], points, measured)
-    unknowns = np.concatenate([INTERIOR, exteriors[0]])
-    # Steps that move the image by some 0.1 mm: the error of third order stays below
-    # 1e-9 of the derivative, the rounding of v (1e-15 mm) too
-    steps = np.array(
-        [1e-3, 1e-3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-5, 1e-5, 1e-4, 1e-4]
-        + [1e-1, 1e-1, 1e-1, 1e-4, 1e-4, 1e-4]
-    )
-
-    def v(x, points):
-        return cam.collinearity(Camera(*x[:10], lens=lens), x[10:], points, measured).v
-
-    def fourth_order(f):
-        return (8 * (f(1) - f(-1)) - (f(2) - f(-2))) / 12
-
-    for k, step in enumerate(steps):
-        move = step * np.eye(len(steps))[k]
-        numeric = fourth_order(lambda t, m=move: v(unknowns + t * m, points)) / step
-        analytic = (result.interior if k < 10 else result.exterior)[
-            ..., k if k < 10 else k - 10
-        ]
-        scale = np.abs(numeric).max()
-        assert scale > 0
-        np.testing.assert_allclose(analytic, numeric, rtol=1e-8, atol=1e-8 * scale)
-    for k in range(3):
-        move = 0.1 * np.eye(3)[k]
-        numeric = fourth_order(lambda t, m=move: v(unknowns, points + t * m)) / 0.1
-        np.testing.assert_allclose(result.point[..., k], numeric, rtol=1e-8, atol=1e-10)
+    v = cam.collinearity(camera, exteriors[:, None], points, observed, ()).v
+    if lens == "forward":  # backward, the lens corrects the errors a little too
+        np.testing.assert_allclose(v - (-0.002, 0.003), 0, atol=1e-13)
+    np.testing.assert_allclose(v - (-0.002, 0.003), 0, atol=3e-4)
 
 
 @BOTH
 def test_all_derivatives_agree_with_complex_step(lens):
+    """Without truncation and cancellation, whatever their size."""
     points, exteriors = scene(n=1)
     measured = cam.project(Camera(*INTERIOR, lens=lens), exteriors[0], points[0]) + 0.3
     unknowns = np.concatenate([INTERIOR, exteriors[0], points[0]])
@@ -88,6 +50,11 @@ def test_all_derivatives_agree_with_complex_step(lens):
 
     result = run(unknowns)[2]
     analytic = np.concatenate([result[name] for name in cam.BLOCKS], axis=-1)
+    checked = cam.collinearity(
+        Camera(*INTERIOR, lens=lens), exteriors[0], points[0], measured
+    )
+    for name in cam.BLOCKS:
+        np.testing.assert_array_equal(getattr(checked, name), result[name])
     expected = np.stack(
         [run(unknowns + 1e-30j * unit)[0].imag / 1e-30 for unit in np.eye(19)], axis=-1
     )
@@ -244,49 +211,20 @@ def test_no_solution_beyond_the_turn_of_the_lens_is_given_out(lens, function):
 def test_ghosts_on_another_branch_are_not_taken_for_solutions(K1, K2, image):
     lens = np.array([K1, K2, 0, 0, 0, 0, 0])
     image = np.column_stack([image, np.zeros_like(image)])
-    x, solved = _lens.undistort(lens, image)
+    x, solved = imaging.undistort(lens, image)
     fits = np.abs(x + imaging.distortion(lens, x) - image).max(axis=-1) < 1e-6
     assert fits.any(), "without a ghost this tests nothing"
     assert not solved.any()
 
 
-GOOD = {"c": 35.0, "x0": 0.1}
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"c": 0.0}, r"c must be positive \(mm\)"),
-        ({"c": -35.0}, "c must be positive"),
-        ({"c": np.nan}, "c is not a finite number"),
-        ({"K2": np.inf}, "K2 is not a finite number"),
-        ({"y0": (1.0, 2.0)}, "y0 must be one number"),
-        ({"P1": "large"}, "P1 must be numbers"),
-        ({"lens": "Brown"}, "lens must be one of 'backward', 'forward'; got 'Brown'"),
-        ({"lens": None}, "lens must be one of"),
-    ],
-)
-def test_a_bad_camera_says_what_was_expected(change, message):
-    with pytest.raises(ValueError, match=message):
-        Camera(**(GOOD | change))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"exterior": np.zeros(5)}, r"exterior must have shape \(\.\.\., 6\)"),
-        ({"exterior": (0, 0, 9, np.nan, 0, 0)}, r"exterior\[3\] is not a finite"),
-        ({"points": np.zeros((4, 2))}, r"points must have shape \(\.\.\., 3\)"),
-        ({"points": [(0, 0, np.inf)]}, r"points\[0, 2\] is not a finite"),
-        ({"measured": np.zeros(3)}, r"measured must have shape \(\.\.\., 2\)"),
-        ({"measured": (np.nan, 0)}, r"measured\[0\] is not a finite"),
+        ({"wrt": ("points",)}, "wrt must be one of 'interior', 'exterior', 'point'"),
         (
             {"points": np.zeros((4, 3)), "measured": np.zeros((5, 2))},
             "do not broadcast",
         ),
-        ({"wrt": ("points",)}, "wrt must be one of 'interior', 'exterior', 'point'"),
-        ({"camera": np.zeros(9)}, r"camera must have shape \(\.\.\., 10\)"),
-        ({"camera": np.ones(10), "lens": "x"}, "lens must be one of"),
         (
             {
                 "camera": [Camera(9.0), Camera(9.0, lens="forward")],
@@ -308,34 +246,11 @@ def test_bad_input_to_the_collinearity_equations_is_named(change, message):
         cam.collinearity(**(good | change))
 
 
-def test_bad_input_to_the_projection_is_named():
-    good = (0, 0, 100, 0, 0, 0)
-    with pytest.raises(ValueError, match=r"exterior must have shape"):
-        cam.project(Camera(35.0), (0, 0, 100), (0, 0, 0))
-    with pytest.raises(ValueError, match="do not broadcast"):
-        cam.project(Camera(35.0), [good] * 2, np.zeros((3, 3)))
-    with pytest.raises(ValueError, match=r"measured\[1\] is not a finite"):
-        cam.ideal(Camera(35.0), (1.0, np.nan))
-    with pytest.raises(ValueError, match=r"ideal must have shape"):
-        cam.measured(Camera(35.0), (1.0, 2.0, 3.0))
-
-
 def test_no_points_give_empty_results():
     camera, nothing = Camera(*INTERIOR), np.empty((0, 3))
     assert cam.project(camera, EXTERIOR, nothing).shape == (0, 2)
     result = cam.collinearity(camera, EXTERIOR, nothing, np.empty((0, 2)))
     assert result.interior.shape == (0, 2, 10) and result.point.shape == (0, 2, 3)
-
-
-def test_input_is_not_changed_and_results_may_be():
-    points, exteriors = scene()
-    measured = np.ones((2, len(points), 2))
-    before = [array.copy() for array in (exteriors, points, measured)]
-    result = cam.collinearity(Camera(35.0), exteriors[:, None], points, measured)
-    for name in ("v", *cam.BLOCKS):
-        getattr(result, name)[...] *= 2.0
-    for array, copy in zip((exteriors, points, measured), before):
-        np.testing.assert_array_equal(array, copy)
 
 
 def test_camera_cannot_be_changed_and_compares_by_value():

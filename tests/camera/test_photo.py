@@ -110,17 +110,8 @@ def test_grey_values_are_not_copied_and_the_exterior_is():
     "change, words",
     [
         ({"grey": np.zeros((4, 6, 3))}, r"grey.*colour image.*grey"),
-        ({"grey": "photo.jpg"}, "grey must be numbers"),
-        ({"camera": 24.0}, "camera must be a Camera"),
-        ({"exterior": (0, 0, 100, 0, 0)}, r"exterior must have shape"),
-        ({"exterior": (0, 0, np.nan, 0, 0, 0)}, r"exterior\[2\] is not a finite"),
-        ({"exterior": np.zeros((2, 6))}, "one only"),
-        ({"pixel_size": 0.0}, "pixel_size must be positive"),
-        ({"pixel_size": (0.005, 0.005)}, "pixel_size must be one number"),
-        ({"image_size": (4288.5, 2848)}, "image_size must be"),
         ({"image_size": (2848, 4288)}, "does not lie inside an image_size"),
         ({"corner": (0.5, 0)}, "corner must be a whole number"),
-        ({"corner": (-1, 0)}, "corner must be a whole number"),
         ({"corner": (1, 0)}, "does not lie inside an image_size"),
     ],
 )

@@ -9,7 +9,7 @@ from pgm_book.ch03.studies import correlated as lsm_correlated
 from pgm_book.ch03.studies import scene as lsm_scene
 from pgm_book.common import results
 from pgm_lab import lsm
-from pgm_lab.lsm import _correlated
+from pgm_lab.lsm import _normal_equations
 
 SIZES = 11, 21, pytest.param(31, marks=pytest.mark.slow)
 
@@ -120,12 +120,12 @@ def test_equal_images_and_few_parameters_are_no_trouble():
 def test_sums_over_lags_count_each_pair_of_pixels_twice():
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(2, 3, 2, 7, 7))
-    spaced = [_correlated._spaced(c.reshape(3, 2, 49), 49) for c in (a, b)]
-    found, n = _correlated._sums(*spaced, 49)
+    spaced = [_normal_equations._spaced(c.reshape(3, 2, 49), 49) for c in (a, b)]
+    found, n = _normal_equations._sums(*spaced, 49)
     at = np.stack(np.mgrid[:7, :7][::-1], axis=-1).reshape(-1, 2)
     apart = at[None] - at[:, None]
     a, b = a.reshape(3, 2, 49), b.reshape(3, 2, 49)
-    for k, lag in enumerate(((0, 0), *_correlated.LAGS)):
+    for k, lag in enumerate(((0, 0), *_normal_equations.LAGS)):
         pairs = np.all(apart == lag, axis=-1)
         twice = 2 if k else 1
         assert n[k, 0] == twice * pairs.sum()
@@ -171,5 +171,5 @@ def test_a_window_is_worth_its_parameters_at_least_and_twice_its_pixels_at_most(
     noise = np.random.default_rng(2).normal(size=(16, 16))
     rough = np.diff(np.diff(noise, axis=0), axis=1).ravel()
     for v, expected in ((bump, 6), (rough, 2 * 225)):
-        found = _correlated.effective_pixels(design, Q, v[None], np.ones(1))
+        found = _normal_equations.effective_pixels(design, Q, v[None], np.ones(1))
         np.testing.assert_allclose(found, expected)

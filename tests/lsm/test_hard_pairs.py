@@ -142,7 +142,7 @@ def aerial_pair(grey, step, blur_left=0.0, blur_right=0.0):
 def test_aliased_images_are_matched_wherever_they_are_alike(step, blur, least):
     """Derivatives of a sharper or aliased left image overrate what a step changes.
 
-    With them alone up to three quarters of the points end as "too many iterations".
+    With them alone up to three quarters of the points end as "not converged".
     What lies above the threshold when it starts from the truth is what can be found.
     """
     grey = datasets.yellowstone().grey

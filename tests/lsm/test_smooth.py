@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _correlated, _fine
+from pgm_lab.lsm import _fine, _normal_equations
 
 PAIR = simulate.texture_pair(
     simulate.texture(0.35, seed=2), (120, 140), (2.3, 1, 0, -1.4, 0, 1), sigma=2.0
@@ -36,12 +36,12 @@ def test_what_derivatives_make_of_smoothed_noise(smooth):
 
 def test_residuals_are_compared_as_far_as_smoothed_noise_is_alike():
     """Half of all directions, no further than half a window."""
-    assert _correlated._lags(0.0, 21) == _correlated.LAGS
-    lags = _correlated._lags(1.0, 21)
+    assert _normal_equations._lags(0.0, 21) == _normal_equations.LAGS
+    lags = _normal_equations._lags(1.0, 21)
     both = {*lags, *((-x, -y) for x, y in lags), (0, 0)}
     disc = {(x, y) for x in range(-3, 4) for y in range(-3, 4) if x * x + y * y <= 9}
     assert both == disc and 2 * len(lags) + 1 == len(disc)
-    assert _correlated._reach(_correlated._lags(3.0, 5)) == 2
+    assert _normal_equations._reach(_normal_equations._lags(3.0, 5)) == 2
 
 
 def test_no_data_reach_as_far_as_the_smoothing():

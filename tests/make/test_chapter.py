@@ -44,7 +44,6 @@ EACH = [
     "tests/make/test_rerun.py::test_each_cell_can_be_run_again_after_all",
 ]
 ONCE = [
-    "tests/make/test_form.py::test_the_names_say_which_is_a_lesson_and_which_a_case",
     "tests/make/test_form.py::"
     "test_each_prediction_has_one_right_choice_and_a_sentence_on_each",
     "tests/make/test_notebooks.py::test_stored_notebook_has_no_problem[00_start_here]",

@@ -8,22 +8,23 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_output
 
 from pgm_book.make import form
 from pgm_book.make.chapter import TEMPLATES, filled
+from pgm_book.make.errors import PublishError
 from pgm_book.make.notebooks import FOLDER
 from pgm_lab import datasets
 
 WORDS = {"NUMBER": "7", "FILE": "07", "TITLE": "A trial", "QUESTION": "Does it run?"}
 
 
-@pytest.mark.parametrize(("name", "kind"), form.kinds().items(), ids=list(form.kinds()))
+KINDS = form.kinds()
+
+
+@pytest.mark.parametrize(("name", "kind"), KINDS.items(), ids=list(KINDS))
 def test_no_lesson_and_no_case_has_a_problem(name, kind):
+    """Their names say which they are."""
     notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
     assert form.problems(notebook, kind) == []
-
-
-def test_the_names_say_which_is_a_lesson_and_which_a_case():
-    for name, kind in form.kinds().items():
-        assert kind in form.LIMITS
-        assert ("_case_" in name) == (kind == "case")
+    assert ("_case_" in name) == (kind == "case")
+    assert len(KINDS) > 15
 
 
 def test_each_prediction_has_one_right_choice_and_a_sentence_on_each():
@@ -122,18 +123,14 @@ def retag(tag, *new):
     return change
 
 
-def move_claims(lesson):
-    lesson.cells.insert(4, lesson.cells.pop())
+def lose(tag, pattern, rest=""):
+    """Take something out of the cell with a tag."""
 
+    def change(lesson):
+        cell = at(lesson, tag)
+        cell.source = re.sub(pattern, rest, cell.source)
 
-def lose_a_summary(lesson):
-    cell = at(lesson, "derive")
-    cell.source = re.sub("<summary>.*</summary>", "", cell.source)
-
-
-def lose_an_empty_line(lesson):
-    cell = at(lesson, "why")
-    cell.source = cell.source.replace("</summary>\n\n", "</summary>\n")
+    return change
 
 
 PRINTED = [new_output("stream", text="1\n")]
@@ -164,13 +161,19 @@ BREAKS = [
     ),
     (add(new_code_cell("x = 1\n" * 16)), "has 16 lines, over 15"),
     (add(new_code_cell("if True:\n    assert 1")), "asserts: put it into the cell of"),
-    (move_claims, "1 cells of claims; there must be one, at the very end"),
+    (
+        lambda lesson: lesson.cells.insert(4, lesson.cells.pop()),
+        "1 cells of claims; there must be one, at the very end",
+    ),
     (drop("claims"), "0 cells of claims"),
     (retag("predict", "draw"), "checks.predict goes with the tag predict"),
     (replace("plot.table(", "plot.show("), "spells out its alt text"),
     (drop("check"), "is an exercise, and no check follows it"),
-    (lose_a_summary, "must be one <details> with a <summary>"),
-    (lose_an_empty_line, "must be one <details> with a <summary>, and empty lines"),
+    (lose("derive", "<summary>.*</summary>"), "must be one <details> with a <summary>"),
+    (
+        lose("why", "</summary>\n\n", "</summary>\n"),
+        "must be one <details> with a <summary>, and empty lines",
+    ),
     (drop("predict"), "no cell is tagged predict"),
     (drop("derive"), "no cell is tagged derive"),
     (drop("why"), "no cell is tagged why"),
@@ -203,6 +206,17 @@ def test_a_folded_cell_with_an_output_is_allowed():
     lesson = template()
     add(new_code_cell("x", metadata=FOLDED, outputs=PRINTED))(lesson)
     assert form.problems(lesson, "lesson") == []
+
+
+def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, capsys):
+    (tmp_path / "data").mkdir()
+    rows = "notebook,form\n01_other,\n09_new,lesson\n"
+    (tmp_path / "data" / "chapters.csv").write_text(rows, encoding="utf-8")
+    other, new = (tmp_path / "notebooks" / f"{n}.ipynb" for n in ("01_other", "09_new"))
+    form.judge({other: ["slide 2: too full"], new: []}, "not fit")
+    assert capsys.readouterr().err == "publish: 01_other.ipynb, slide 2: too full\n"
+    with pytest.raises(PublishError, match="not fit\n  09_new.ipynb, slide 3\nMend"):
+        form.judge({other: [], new: ["slide 3"]}, "not fit", "Mend it.")
 
 
 def test_the_command_prints_the_counts_of_the_named(capsys):

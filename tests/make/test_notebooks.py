@@ -61,8 +61,11 @@ def test_a_good_notebook_has_no_problem(tmp_path):
     assert problems(stored(good(), tmp_path)) == []
 
 
-def renew_hash(notebook):
-    notebook.metadata.pgm_lab.code_sha256 = code_sha256(notebook)
+STALE = "the code changed since its outputs were made: make notebooks"
+COUNTS = "the execution counts do not run from 1 to n: make notebooks"
+MARKERS = "cell 2 has solution markers that do not come in pairs"
+WIDGET = v4.new_output("display_data", {notebooks.WIDGET_VIEW: {"model_id": "1"}})
+ERROR = v4.new_output("error", ename="ValueError", evalue="no", traceback=[])
 
 
 def strip_outputs(notebook):
@@ -70,146 +73,92 @@ def strip_outputs(notebook):
         cell.update(outputs=[], execution_count=None)
 
 
-def skip_a_count(notebook):
-    notebook.cells[2].execution_count = 3
+def code(number, source):
+    """Write other code into a cell, and run it."""
+
+    def change(notebook):
+        notebook.cells[number].source = source
+        notebook.metadata.pgm_lab.code_sha256 = code_sha256(notebook)
+
+    return change
 
 
-def run_out_of_order(notebook):
-    notebook.cells[1].execution_count, notebook.cells[2].execution_count = 2, 1
+def outputs(*new):
+    return lambda notebook: notebook.cells[1].update(outputs=list(new))
 
 
-def edit_code(notebook):
-    notebook.cells[2].source = "draw(wide=True)"
+def prints(text):
+    return outputs(v4.new_output("stream", name="stdout", text=text))
 
 
-def delete_a_cell(notebook):
-    del notebook.cells[2]
+def counts(*numbers):
+    def change(notebook):
+        for cell, number in zip(notebook.cells[1:], numbers):
+            cell.execution_count = number
+
+    return change
 
 
-def drop_the_hash(notebook):
-    del notebook.metadata["pgm_lab"]
+def alt(text):
+    return lambda notebook: (
+        notebook.cells[2]
+        .outputs[0]
+        .update(metadata={"image/png": {"alt": text}} if text else {})
+    )
 
 
-def keep_widget_state(notebook):
-    notebook.metadata.widgets = {"application/vnd.jupyter.widget-state+json": {}}
+def shown_as_html(text):
+    return outputs(v4.new_output("display_data", {"text/html": ["<p>", text]}))
 
-
-def keep_a_widget(notebook):
-    view = {notebooks.WIDGET_VIEW: {"model_id": "1"}, "text/plain": "slider"}
-    notebook.cells[1].outputs.append(v4.new_output("display_data", view))
-
-
-def let_a_widget_take_the_output(notebook):
-    notebook.cells[2].source = "import ipywidgets as w\nw.interact(draw, a=1)"
-    renew_hash(notebook)
-
-
-def let_a_widget_take_some_output(notebook):
-    notebook.cells[2].source = "out = Output()\nplot.interact(draw, a=slider)"
-    renew_hash(notebook)
-
-
-def change_kernel(notebook):
-    notebook.metadata.kernelspec.name = "my-venv"
-
-
-def drop_kernel(notebook):
-    del notebook.metadata["kernelspec"]
-
-
-def drop_an_id(notebook):
-    del notebook.cells[0]["id"]
-
-
-def store_an_error(notebook):
-    notebook.cells[1].outputs = [
-        v4.new_output("error", ename="ValueError", evalue="no", traceback=[])
-    ]
-
-
-def store_a_warning(notebook):
-    notebook.cells[1].outputs[0].name = "stderr"
-
-
-def write_a_long_cell(notebook):
-    notebook.cells[2].source = "\n".join(["draw()"] * 26)
-    renew_hash(notebook)
-
-
-def empty_a_cell(notebook):
-    notebook.cells[2].source = " \n"
-    renew_hash(notebook)
-
-
-def lose_a_marker(notebook):
-    cell = notebook.cells[1]
-    cell.source = cell.source.replace("### END SOLUTION\n", "")
-    renew_hash(notebook)
-
-
-def swap_the_markers(notebook):
-    notebook.cells[1].source = "### END SOLUTION\ny = 2\n    ### BEGIN SOLUTION"
-    renew_hash(notebook)
-
-
-def drop_alt_text(notebook):
-    notebook.cells[2].outputs[0].metadata = {}
-
-
-def blank_alt_text(notebook):
-    notebook.cells[2].outputs[0].metadata["image/png"]["alt"] = " "
-
-
-def show(text):
-    def show_text(notebook):
-        notebook.cells[1].outputs[0].text = text
-
-    return show_text
-
-
-def show_in_html(notebook):
-    data = {"text/html": ["<p>", "/home/ada/data.csv</p>"], "text/plain": "data"}
-    notebook.cells[1].outputs = [v4.new_output("display_data", data)]
-
-
-def grow(notebook):
-    notebook.cells[2].outputs[0].data["image/png"] = "A" * 2_000_001
-
-
-STALE = "the code changed since its outputs were made: make notebooks"
-WAITS = ", which may wait for ever: plot.interact"
-COUNTS = "the execution counts do not run from 1 to n: make notebooks"
-MARKERS = "cell 2 has solution markers that do not come in pairs"
-FOLDER = "cell 2 shows a folder of the machine, "
 
 BREAKS = [
     (strip_outputs, "not every code cell was executed: make notebooks"),
-    (skip_a_count, COUNTS),
-    (run_out_of_order, COUNTS),
-    (edit_code, STALE),
-    (delete_a_cell, STALE),
-    (drop_the_hash, STALE),
-    (keep_widget_state, "it stores widget state"),
-    (keep_a_widget, "cell 2 stores a widget, which nobody will see"),
-    (let_a_widget_take_the_output, "cell 3 uses interact" + WAITS),
-    (let_a_widget_take_some_output, "cell 3 uses Output" + WAITS),
-    (change_kernel, "the kernelspec is not python3"),
-    (drop_kernel, "the kernelspec is not python3"),
-    (drop_an_id, "a cell has no id"),
-    (store_an_error, "cell 2 stores an error, ValueError"),
-    (store_a_warning, "cell 2 stores a warning or an error message"),
-    (write_a_long_cell, "cell 3 has more than 25 lines of code"),
-    (empty_a_cell, "cell 3 is empty"),
-    (lose_a_marker, MARKERS),
-    (swap_the_markers, MARKERS),
-    (drop_alt_text, "cell 3 has a figure without alt text"),
-    (blank_alt_text, "cell 3 has a figure without alt text"),
-    (show("in /home/ada/data.csv"), FOLDER + "/home/a..."),
-    (show("'/tmp/ipykernel_1/2.py'"), FOLDER + "/tmp/i..."),
-    (show("/Users/ada/data.csv"), FOLDER + "/Users/a..."),
-    (show(r"C:\Users\ada\data.csv"), FOLDER + "C:\\Users\\..."),
-    (show_in_html, FOLDER + "/home/a..."),
-    (grow, "the file is larger than 2 MB"),
+    (counts(1, 3), COUNTS),
+    (counts(2, 1), COUNTS),
+    (lambda n: n.cells[2].update(source="draw(wide=True)"), STALE),
+    (lambda n: n.cells.pop(), STALE),
+    (lambda n: n.metadata.pop("pgm_lab"), STALE),
+    (lambda n: n.metadata.update(widgets={}), "it stores widget state"),
+    (outputs(WIDGET), "cell 2 stores a widget, which nobody will see"),
+    (
+        code(2, "import ipywidgets as w\nw.interact(draw, a=1)"),
+        "cell 3 uses interact, which may wait for ever: plot.interact",
+    ),
+    (
+        code(2, "out = Output()\nplot.interact(draw, a=slider)"),
+        "cell 3 uses Output, which may wait for ever: plot.interact",
+    ),
+    (lambda n: n.metadata.pop("kernelspec"), "the kernelspec is not python3"),
+    (
+        lambda n: n.metadata.kernelspec.update(name="my-venv"),
+        "the kernelspec is not python3",
+    ),
+    (lambda n: n.cells[0].pop("id"), "a cell has no id"),
+    (outputs(ERROR), "cell 2 stores an error, ValueError"),
+    (
+        outputs(v4.new_output("stream", name="stderr", text="!")),
+        "cell 2 stores a warning or an error message",
+    ),
+    (code(2, "draw()\n" * 26), "cell 3 has more than 25 lines of code"),
+    (code(2, " \n"), "cell 3 is empty"),
+    (code(1, "### BEGIN SOLUTION\ny = 2"), MARKERS),
+    (code(1, "### END SOLUTION\ny = 2\n    ### BEGIN SOLUTION"), MARKERS),
+    (alt(""), "cell 3 has a figure without alt text"),
+    (alt(" "), "cell 3 has a figure without alt text"),
+    (
+        lambda n: n.cells[2].outputs[0].data.update({"image/png": "A" * 2_000_001}),
+        "the file is larger than 2 MB",
+    ),
+    *(
+        (shown, f"cell 2 shows a folder of the machine, {folder}...")
+        for shown, folder in [
+            (prints("in /home/ada/data.csv"), "/home/a"),
+            (prints("'/tmp/ipykernel_1/2.py'"), "/tmp/i"),
+            (prints("/Users/ada/data.csv"), "/Users/a"),
+            (prints(r"C:\Users\ada\data.csv"), "C:\\Users\\"),
+            (shown_as_html("/home/ada/data.csv</p>"), "/home/a"),
+        ]
+    ),
 ]
 
 
@@ -225,7 +174,7 @@ def test_each_break_is_found_and_nothing_else(tmp_path, spoil, finding):
 )
 def test_ordinary_text_is_no_folder_of_the_machine(tmp_path, text):
     notebook = good()
-    show(text)(notebook)
+    prints(text)(notebook)
     assert problems(stored(notebook, tmp_path)) == []
 
 
@@ -233,7 +182,7 @@ def test_execute_stores_outputs_and_hash(tmp_path):
     notebook = good()
     strip_outputs(notebook)
     notebook.cells[2].source = "import pathlib\nprint(y, pathlib.Path.cwd().name)"
-    keep_widget_state(notebook)
+    notebook.metadata.widgets = {}
     folder = tmp_path / "chapters"
     folder.mkdir()
     path = stored(notebook, folder)

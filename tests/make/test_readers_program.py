@@ -28,7 +28,6 @@ LESSONS = [
     for name, kind in form.kinds().items()
     if kind == "lesson" and name.startswith(f"{number}_")
 ]
-WHOLE = len(LESSONS) == len(ORDER)
 LIBRARIES = {"numpy", "pgm_lab", "scipy"}
 LONGEST = 600  # lines
 
@@ -91,19 +90,6 @@ def mine(folder):
         return _own.loaded()
 
 
-def needs(*names):
-    """Skip until the lessons that write these functions are there."""
-
-    def check(mine):
-        missing = [name for name in names if not hasattr(mine, name)]
-        if missing and WHOLE:
-            raise AssertionError(f"no lesson keeps {', '.join(missing)}")
-        if missing:
-            pytest.skip(f"no lesson keeps {', '.join(missing)} yet")
-
-    return check
-
-
 def test_every_lesson_adds_to_the_program_and_all_it_takes_is_there(folder, text):
     _, said = folder
     kept = {
@@ -116,15 +102,12 @@ def test_every_lesson_adds_to_the_program_and_all_it_takes_is_there(folder, text
     assert set(defined) >= {name for names in kept.values() for name in names}
     book = [line for words in said.values() for line in words.splitlines()
             if "the book's own" in line]  # fmt: skip
-    if WHOLE:
-        assert book == [], "a lesson asks for a function that none before it keeps"
+    assert book == [], "a lesson asks for a function that none before it keeps"
 
 
 def test_it_is_a_program_of_a_few_hundred_lines_and_known_libraries(text):
     assert text.startswith(FIRST_LINES)
-    lines = [line for line in text.splitlines() if line.strip()]
-    print(f"{len(lines)} lines, {text.count(chr(10) + 'def ')} functions")
-    assert len(lines) < LONGEST
+    assert len([line for line in text.splitlines() if line.strip()]) < LONGEST
     for node in ast.parse(text).body:
         if _program.is_import(node):
             names = [node.module] if isinstance(node, ast.ImportFrom) else [
@@ -143,7 +126,6 @@ def test_a_later_run_of_every_lesson_changes_nothing(folder, text):
 
 
 def test_chapter_1_a_photo_coordinate(mine):
-    needs("pixel_to_photo", "photo_to_pixel")(mine)
     data = datasets.bani2010()
     pixel_size = frames.pixel_size_from_sensor(data.sensor_size, data.image_size)
     for pixels in data.pixels:
@@ -155,7 +137,6 @@ def test_chapter_1_a_photo_coordinate(mine):
 
 
 def test_chapter_a1_a_straight_line_and_its_blunder(mine):
-    needs("adjust", "redundancy_numbers", "suspect")(mine)
     x = np.arange(12.0)
     A = np.column_stack([np.ones(12), x])
     observed = 3 + 2 * x + 0.01 * (-1) ** x
@@ -172,7 +153,6 @@ def test_chapter_a1_a_straight_line_and_its_blunder(mine):
 
 
 def test_chapter_2_a_correlation(mine):
-    needs("correlation", "correlation_map")(mine)
     grey = simulate.texture_pair(
         simulate.texture(seed=4), (40, 50), [0, 1, 0, 0, 0, 1], sigma=2.0
     )[0]
@@ -184,7 +164,6 @@ def test_chapter_2_a_correlation(mine):
 
 
 def test_chapter_3_a_match_to_a_hundredth_of_a_pixel(mine):
-    needs("match")(mine)
     shape = (3.25, 1.0, 0.0, -1.5, 0.0, 1.0)
     left, right = simulate.texture_pair(
         simulate.texture(seed=1), (80, 90), shape, sigma=0.5
@@ -198,7 +177,6 @@ def test_chapter_3_a_match_to_a_hundredth_of_a_pixel(mine):
 
 
 def test_chapter_4_a_rotation_and_its_angles(mine):
-    needs("rotation_matrix", "angles")(mine)
     for given in np.random.default_rng(4).uniform(-1.4, 1.4, (20, 3)):
         M = mine.rotation_matrix(*given)
         np.testing.assert_allclose(M, rotation.matrix(*given), rtol=0, atol=1e-14)
@@ -206,7 +184,6 @@ def test_chapter_4_a_rotation_and_its_angles(mine):
 
 
 def test_chapter_5_a_height_by_intersection(mine):
-    needs("project", "intersection", "rotation_matrix")(mine)
     point, c = np.array([312.0, 140.0, 57.3]), 24.0
     photos = np.array([[100, 120, 1000, 0.02, -0.03, 0.4],
                        [480, 150, 1010, -0.01, 0.04, 0.5]])  # fmt: skip
@@ -223,7 +200,6 @@ def test_chapter_5_a_height_by_intersection(mine):
 
 def test_chapter_6_the_camera_of_2013(mine):
     """The principal distance and sigma0 of the free network of 2013, by every line."""
-    needs("bundle")(mine)
     data = datasets.muliawan2013()
     start = np.array(data.interior, dtype=float), data.exteriors, data.object_points
     rays = data.photo, data.point, data.xy, 0.001  # mm
@@ -234,7 +210,6 @@ def test_chapter_6_the_camera_of_2013(mine):
 
 
 def test_chapter_7_and_8_a_shift_and_a_height(mine):
-    needs("best_shift", "chip_shifts", "rmse", "model_point")(mine)
     scene = simulate.texture(seed=1)
     one, other = simulate.texture_pair(scene, (60, 60), (2.0, 1, 0, -1.0, 0, 1))
     dx, dy, r = mine.best_shift(one, other, (30, 30), 21, 3)

@@ -8,15 +8,17 @@ import nbformat
 import pytest
 from nbformat import v4
 
-from pgm_book.common import own_program as _program
 from pgm_book.make import work_copy
-from pgm_book.make.work_copy import RECORD, update
+from pgm_book.make.environment import ROOT, work_folder
+from pgm_book.make.work_copy import RECORD, mended, moved, update
 
 
 @pytest.fixture
 def folders(tmp_path):
+    """A folder with one original, and the reader's."""
     source = tmp_path / "notebooks"
     source.mkdir()
+    put(source, "01_one", "x = 1")
     return source, tmp_path / "work"
 
 
@@ -27,46 +29,28 @@ def put(folder, name, code):
     nbformat.write(notebook, folder / f"{name}.ipynb")
 
 
-def names(folder):
-    return sorted(path.name for path in folder.iterdir() if path.name != RECORD)
-
-
 def contents(folder):
     """The bytes of every notebook in a folder."""
-    return {path.name: path.read_bytes() for path in folder.glob("*.ipynb")}
+    return {path.name: path.read_bytes() for path in sorted(folder.glob("*.ipynb"))}
 
 
-def test_the_first_run_gives_copies_without_solutions(folders):
+def test_the_first_run_gives_copies_without_solutions_and_the_next_nothing(folders):
     source, work = folders
-    put(source, "01_one", "x = 1")
     assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
     copy = nbformat.read(work / "01_one.ipynb", as_version=4)
     assert copy.cells[0].source == "x = 1\npass  # your code here"
-
-
-def test_the_reader_s_program_is_begun_once(tmp_path):
-    work_copy.begin_program(tmp_path)
-    program = tmp_path / "my_pgm.py"
-    assert program.read_text(encoding="utf-8") == work_copy.FIRST_LINES
-    assert work_copy.PROGRAM == _program.FILE
-    program.write_text("x = 1\n", encoding="utf-8")
-    work_copy.begin_program(tmp_path)
-    assert program.read_text(encoding="utf-8") == "x = 1\n"
-
-
-def test_a_second_run_says_and_does_nothing(folders):
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
     (work / "01_one.ipynb").write_text("the reader's work")
-    before = contents(work)
-    assert update(source, work) == []
-    assert contents(work) == before
+    notebook = nbformat.read(source / "01_one.ipynb", as_version=4)
+    notebook.cells[0].outputs = [v4.new_output("stream", text="1\n")]
+    nbformat.write(notebook, source / "01_one.ipynb")
+    assert update(source, work) == [], "new outputs alone are no change"
+    assert (work / "01_one.ipynb").read_text() == "the reader's work"
+    (work / "01_one.ipynb").unlink()
+    assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
 
 
 def test_a_changed_original_is_offered_beside_once(folders):
     source, work = folders
-    put(source, "01_one", "x = 1")
     update(source, work)
     (work / "01_one.ipynb").write_text("the reader's work")
     put(source, "01_one", "x = 2")
@@ -76,59 +60,28 @@ def test_a_changed_original_is_offered_beside_once(folders):
     assert (work / "01_one.ipynb").read_text() == "the reader's work"
     assert "x = 2" in (work / "01_one.new.ipynb").read_text()
     assert update(source, work) == []
-    (work / "01_one.new.ipynb").unlink()
-    assert update(source, work) == [], "declined once is declined"
-
-
-def test_a_second_change_takes_the_next_name(folders):
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
-    for version in (2, 3, 4):
+    for version in (3, 4):
         put(source, "01_one", f"x = {version}")
         update(source, work)
-    assert names(work) == [
-        "01_one.ipynb",
-        "01_one.new-2.ipynb",
-        "01_one.new-3.ipynb",
-        "01_one.new.ipynb",
-    ]
-    assert "x = 2" in (work / "01_one.new.ipynb").read_text()
+    names = ["01_one.ipynb", "01_one.new-2.ipynb", "01_one.new-3.ipynb"]
+    assert list(contents(work)) == [*names, "01_one.new.ipynb"]
     assert "x = 4" in (work / "01_one.new-3.ipynb").read_text()
-
-
-def test_new_outputs_alone_are_no_change(folders):
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
-    notebook = nbformat.read(source / "01_one.ipynb", as_version=4)
-    notebook.cells[0].outputs = [v4.new_output("stream", text="1\n")]
-    nbformat.write(notebook, source / "01_one.ipynb")
-    assert update(source, work) == []
-
-
-def test_a_deleted_copy_comes_back(folders):
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
-    (work / "01_one.ipynb").unlink()
-    assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
+    (work / "01_one.new-3.ipynb").unlink()
+    assert update(source, work) == [], "declined once is declined"
 
 
 def test_a_copy_made_by_hand_is_respected(folders):
     source, work = folders
-    put(source, "01_one", "x = 1")
     work.mkdir()
     (work / "01_one.ipynb").write_text("put here by the reader")
     update(source, work)
     assert (work / "01_one.ipynb").read_text() == "put here by the reader"
-    assert names(work) == ["01_one.ipynb", "01_one.new.ipynb"]
+    assert list(contents(work)) == ["01_one.ipynb", "01_one.new.ipynb"]
 
 
 @pytest.mark.parametrize("damaged", ["", "{", "[1]", "\0"])
 def test_a_damaged_record_stops_offers_but_not_the_lab(folders, damaged):
     source, work = folders
-    put(source, "01_one", "x = 1")
     update(source, work)
     (work / RECORD).write_text(damaged)
     put(source, "01_one", "x = 2")
@@ -152,100 +105,49 @@ def test_a_broken_original_is_named(folders):
         update(source, work)
 
 
-class FullDisk:
-    """A disk on which a file takes so many characters, and then no more."""
+@pytest.mark.parametrize("room", [0, 60, 400])
+@pytest.mark.parametrize("again", [False, True])
+def test_a_full_disk_leaves_no_half_of_a_copy(folders, monkeypatch, room, again):
+    """Not even a part is left, and the copies and the record of before stay."""
+    source, work = folders
+    work.mkdir()
+    if again:
+        update(source, work)
+    put(source, "01_one", "x = 2" * 100)
+    before = {path.name: path.read_bytes() for path in work.iterdir()}
 
-    def __init__(self, room):
-        self.room = room
-
-    def open(self, path, *arguments, **keywords):
+    def opened(path, *arguments, **keywords):
         file = open(path, *arguments, **keywords)
         whole = file.write
 
         def write(text):
-            whole(text[: self.room])
-            file.flush()
-            if len(text) > self.room:
-                raise OSError(errno.ENOSPC, "No space left on device", str(path))
+            whole(text[:room])
+            raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
         file.write = write
         return file
 
-
-@pytest.mark.parametrize("room", [0, 1, 60, 400])
-def test_a_full_disk_leaves_no_half_of_a_copy(folders, monkeypatch, room):
-    source, work = folders
-    put(source, "01_one", "x = 1" * 100)
     with monkeypatch.context() as full:
-        full.setattr(work_copy, "open", FullDisk(room).open, raising=False)
-        with pytest.raises(OSError, match="No space left"):
-            update(source, work)
-    assert list(work.iterdir()) == [], "not even a part is left"
-    assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
-    nbformat.validate(nbformat.read(work / "01_one.ipynb", as_version=4))
-
-
-def test_a_full_disk_keeps_the_copies_and_the_record_of_before(folders, monkeypatch):
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
-    (work / "01_one.ipynb").write_text("the reader's work")
-    put(source, "01_one", "x = 2")
-    before = {path.name: path.read_bytes() for path in work.iterdir()}
-    with monkeypatch.context() as full:
-        full.setattr(work_copy, "open", FullDisk(9).open, raising=False)
+        full.setattr(work_copy, "open", opened, raising=False)
         with pytest.raises(OSError, match="No space left"):
             update(source, work)
     assert {path.name: path.read_bytes() for path in work.iterdir()} == before
-    (line,) = update(source, work)
-    assert line.endswith("beside it: 01_one.new.ipynb")
+    assert len(update(source, work)) == 1
 
 
 def test_a_run_that_is_killed_leaves_no_half_of_a_copy(folders, monkeypatch):
     """What stands under a copy's name is whole at any moment."""
     source, work = folders
-    put(source, "01_one", "x = 1")
-    monkeypatch.setattr(
-        os, "replace", lambda part, path: whole.append(part.read_text())
-    )
     whole = []
-    update(source, work)
-    monkeypatch.undo()
+    with monkeypatch.context() as killed:
+        killed.setattr(os, "replace", lambda part, path: whole.append(part.read_text()))
+        update(source, work)
+    assert contents(work) == {}
     update(source, work)
     assert whole[0] == (work / "01_one.ipynb").read_text()
 
 
-@pytest.mark.parametrize("kept", [0, 1, 100, -2])
-def test_a_copy_that_broke_off_is_made_whole(folders, kept):
-    """Earlier versions left such files, and kept them for ever."""
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
-    own = work / "01_one.ipynb"
-    whole = own.read_bytes()
-    own.write_bytes(whole[:kept])
-    (work / RECORD).unlink()
-    assert update(source, work) == ["01_one.ipynb: your copy is in work/"]
-    assert own.read_bytes() == whole
-    assert update(source, work) == []
-
-
-def test_a_copy_beside_that_broke_off_is_made_whole(folders):
-    source, work = folders
-    put(source, "01_one", "x = 1")
-    update(source, work)
-    put(source, "01_one", "x = 2")
-    update(source, work)
-    beside = work / "01_one.new.ipynb"
-    whole = beside.read_bytes()
-    beside.write_bytes(whole[:50])
-    (work / RECORD).unlink()
-    update(source, work)
-    assert beside.read_bytes() == whole
-    assert names(work) == ["01_one.ipynb", "01_one.new.ipynb"]
-
-
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_no_byte_of_an_existing_file_ever_changes(folders, seed):
     """Whatever readers and authors do in whatever order, update only adds files."""
     source, work = folders
@@ -262,12 +164,120 @@ def test_no_byte_of_an_existing_file_ever_changes(folders, seed):
         elif action == "delete" and files:
             chance.choice(files).unlink()
         elif action == "damage":
-            chance.choice([(work / RECORD).touch, lambda: unlink(work)])()
+            record = work / RECORD
+            record.unlink(missing_ok=True) if chance.random() < 0.5 else record.touch()
         before = contents(work)
         update(source, work)
         assert before.items() <= contents(work).items()
         assert {path.name for path in source.iterdir()} <= set(contents(work))
 
 
-def unlink(work):
-    (work / RECORD).unlink(missing_ok=True)
+# --- An older edition ---
+
+PROGRAM = '''"""My program."""
+
+import numpy as np
+import pgm_lab.camera.textbook as textbook
+from pgm_lab.adjustment.textbook import adjust
+from pgm_lab.ncc import correlation
+from pgm_lab.registration import peak_of_parabola as top
+
+
+def mine(x):
+    return np.sqrt(x)  # from pgm_lab.adjustment.textbook
+'''
+MENDED = '''"""My program."""
+
+import numpy as np
+from pgm_book.program import camera as textbook
+from pgm_book.program.adjustment import adjust
+from pgm_lab.ncc import correlation
+from pgm_book.program.registration import peak_of_parabola as top
+
+
+def mine(x):
+    return np.sqrt(x)  # from pgm_lab.adjustment.textbook
+'''
+
+
+@pytest.fixture
+def lab(folders, monkeypatch):
+    """Run what `make lab` runs first, in a project of its own."""
+    source, work = folders
+    monkeypatch.setattr(work_copy, "ROOT", source.parent)
+    return work_copy.main
+
+
+def test_the_program_is_begun_once(lab, folders):
+    program = folders[1] / "my_pgm.py"
+    assert lab() == 0
+    assert program.read_text(encoding="utf-8") == work_copy.FIRST_LINES
+    program.write_text("x = 1\n", encoding="utf-8")
+    assert lab() == 0
+    assert program.read_text(encoding="utf-8") == "x = 1\n"
+
+
+@pytest.mark.parametrize(
+    "old",
+    [
+        "from pgm_lab import checks, datasets",
+        "from pgm_lab.checks import chapter3",
+        "from pgm_lab.adjustment import textbook",
+        "import pgm_lab.ledger as ledger",
+    ],
+)
+def test_the_new_edition_is_laid_beside_an_older_one(lab, folders, capsys, old):
+    source, work = folders
+    put(source, "01_one", old)
+    update(source, work)
+    put(source, "01_one", "from pgm_book.common import checks")
+    (work / "my_pgm.py").write_text(PROGRAM, encoding="utf-8")
+    before = {path.name: path.read_bytes() for path in work.iterdir()}
+    assert lab() == 0
+    new = work_folder(source.parent)
+    assert new.name == "work-2" and list(contents(new)) == ["01_one.ipynb"]
+    assert (new / "my_pgm.py").read_text(encoding="utf-8") == MENDED
+    assert {path.name: path.read_bytes() for path in work.iterdir()} == before
+    said = capsys.readouterr().out
+    assert "work/ holds notebooks of an older edition" in said
+    assert "new edition is in work-2/, your program my_pgm.py along" in said
+    assert lab() == 0, "from now on this is the reader's folder"
+    assert capsys.readouterr().out == "" and work_folder(source.parent) == new
+
+
+@pytest.mark.parametrize("code", ["from pgm_lab import nothing", "import (", "x = 1"])
+def test_other_changes_are_no_older_edition(lab, folders, code):
+    source, work = folders
+    put(source, "01_one", code)
+    assert lab() == 0
+    put(source, "01_one", "x = 2")
+    (work / "notes.ipynb").write_text("no notebook")
+    assert lab() == 0
+    assert work_folder(source.parent) == work
+    assert (work / "01_one.new.ipynb").exists()
+
+
+def test_a_program_that_cannot_be_read_comes_along_as_it_is(lab, folders):
+    source, work = folders
+    put(source, "01_one", "from pgm_lab import checks")
+    update(source, work)
+    put(source, "01_one", "x = 1")
+    (work / "my_pgm.py").write_text("def broken(:\n", encoding="utf-8")
+    assert lab() == 0
+    program = work_folder(source.parent) / "my_pgm.py"
+    assert program.read_text(encoding="utf-8") == "def broken(:\n"
+
+
+def test_old_names_lead_to_modules_that_are_there():
+    assert moved("pgm_lab.checks.chapter3c") == "pgm_book.ch03.case_checks"
+    assert moved("pgm_lab.checks.chapterA1.f") == "pgm_book.chA1.checks.f"
+    assert moved("pgm_lab.checks.compare") == "pgm_book.common.checks.compare"
+    assert moved("pgm_lab.checksum") == moved("pgm_lab.ncc") == moved("numpy") == ""
+    assert mended(MENDED) == MENDED
+    if (ROOT / "pgm_book" / "program").is_dir():
+        for old, new in work_copy.MOVED.items():
+            module = ROOT / new.replace(".", "/")
+            there = module.with_suffix(".py").exists() or module.is_dir()
+            function = module.parent.with_suffix(".py")
+            named = f"def {module.name}(" in function.read_text() if not there else True
+            assert named, f"{old} is not in {new}"

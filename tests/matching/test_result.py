@@ -48,7 +48,7 @@ def test_the_table_holds_every_number_and_what_became_of_each_point(found, tmp_p
 def test_a_table_is_not_overwritten_unasked_nor_half_written(found, tmp_path):
     path = tmp_path / "found.csv"
     path.write_text("mine")
-    with pytest.raises(FileExistsError, match="is there already"):
+    with pytest.raises(FileExistsError, match="already exists"):
         found.save(path)
     assert path.read_text() == "mine" and len(list(tmp_path.iterdir())) == 1
     found.save(path, overwrite=True)
@@ -108,7 +108,7 @@ def test_names_that_are_no_numbers_cannot_be_saved(found, tmp_path):
     with pytest.raises(ValueError, match="names of photos must be whole numbers.*'A'"):
         seen.save(tmp_path / "image.csv")
     seen = observations.from_matches(found.chosen, {"01": found}, SIZE, 0.01, left=1)
-    with pytest.raises(ValueError, match="two names of photos are the same"):
+    with pytest.raises(ValueError, match="names of photos 1 and '01' are the same"):
         seen.save(tmp_path / "image.csv")
     assert not list(tmp_path.iterdir())
 

@@ -28,6 +28,7 @@ CONF3D = np.array(
         [414.60, 709.39, 101.77, 632.59, 710.62, 103.01],
     ]
 )
+MODEL, GROUND = CONF3D[:, :3], CONF3D[:, 3:]
 CONF3D_POINTS = np.array(
     [
         [611.37, 498.98, 470.45],
@@ -45,30 +46,22 @@ def similarity(scale, angles, shift, points):
     return scale * points @ rotation.matrix(*angles) + shift
 
 
-def vector_of(R):
-    """Rotation vector of a small turn, by an independent program."""
-    return Rotation.from_matrix(R).as_rotvec()
-
-
 @pytest.fixture(scope="module")
 def conf3d():
-    return absolute(CONF3D[:, :3], CONF3D[:, 3:])
+    return absolute(MODEL, GROUND)
 
 
-def test_conf3d_parameters_and_standard_deviations_to_the_printed_digits(conf3d):
+def test_conf3d_to_the_printed_digits(conf3d):
     p, sd = conf3d.parameters, conf3d.sd
-    degrees = np.degrees([p[1:4], sd[1:4]])
     np.testing.assert_array_equal(
-        degrees.round(4), [[0.0540, -0.1318, -0.0002], [0.0295, 0.0404, 0.0417]]
+        np.degrees([p[1:4], sd[1:4]]).round(4),
+        [[0.0540, -0.1318, -0.0002], [0.0295, 0.0404, 0.0417]],
     )
     assert (round(p[0], 5), round(sd[0], 5)) == (0.99674, 0.00051)
     np.testing.assert_array_equal(
         np.round([p[4:], sd[4:]], 3), [[219.620, 3.687, -0.060], [0.442, 0.414, 0.420]]
     )
-
-
-def test_conf3d_residuals_are_computed_minus_observed_to_the_printed_digits(conf3d):
-    printed = [
+    residuals = [
         [0.083, -0.385, 0.112],
         [-0.076, 0.032, -0.441],
         [0.044, 0.031, 0.030],
@@ -76,36 +69,25 @@ def test_conf3d_residuals_are_computed_minus_observed_to_the_printed_digits(conf
         [-0.115, 0.298, 0.426],
         [0.047, 0.046, -0.016],
     ]
-    np.testing.assert_array_equal(conf3d.residuals.round(3), printed)
-
-
-def test_conf3d_divides_by_3n_minus_7_as_it_should(conf3d):
-    printed, squares = 0.24755, np.sum(conf3d.residuals**2)
-    assert conf3d.redundancy == 3 * 6 - 7 == 11
-    assert round(conf3d.sigma0, 5) == printed
-    divisors = [r for r in range(5, 19) if round(np.sqrt(squares / r), 5) == printed]
-    assert divisors == [11]
+    np.testing.assert_array_equal(conf3d.residuals.round(3), residuals)
+    assert conf3d.redundancy == 3 * 6 - 7 == 11 and round(conf3d.sigma0, 5) == 0.24755
 
 
 def test_conf3d_transformed_points_and_their_precision_to_the_printed_digits(conf3d):
     printed = [
-        [827.919, 500.595, 470.725],
-        [854.835, 326.217, 87.096],
-        [790.878, 403.805, 85.836],
-        [864.319, 376.355, 85.261],
-        [751.191, 287.683, 88.276],
-    ]
-    printed_sd = [
-        [0.266, 0.246, 0.237],
-        [0.204, 0.215, 0.207],
-        [0.156, 0.166, 0.162],
-        [0.187, 0.211, 0.204],
-        [0.200, 0.176, 0.172],
+        [827.919, 500.595, 470.725, 0.266, 0.246, 0.237],
+        [854.835, 326.217, 87.096, 0.204, 0.215, 0.207],
+        [790.878, 403.805, 85.836, 0.156, 0.166, 0.162],
+        [864.319, 376.355, 85.261, 0.187, 0.211, 0.204],
+        [751.191, 287.683, 88.276, 0.200, 0.176, 0.172],
     ]
     covariance = conf3d.apply_covariance(CONF3D_POINTS)
     sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    np.testing.assert_array_equal(conf3d.apply(CONF3D_POINTS).round(3), printed)
-    np.testing.assert_array_equal(sd.round(3), printed_sd)
+    found = np.hstack([conf3d.apply(CONF3D_POINTS), sd])
+    np.testing.assert_array_equal(found.round(3), printed)
+    stack = np.broadcast_to(CONF3D_POINTS, (2, 5, 3))
+    np.testing.assert_array_equal(conf3d.apply(stack)[1], conf3d.apply(CONF3D_POINTS))
+    assert conf3d.apply_covariance(stack).shape == (2, 5, 3, 3)
 
 
 @given(
@@ -122,16 +104,12 @@ def test_error_free_points_give_the_parameters_back(seed, scale, omega, phi, kap
     assert found.scale == pytest.approx(scale, rel=rounding)
     R = rotation.matrix(omega, phi, kappa).T
     np.testing.assert_allclose(found.rotation, R, rtol=0, atol=rounding)
-    np.testing.assert_allclose(
-        rotation.matrix(*found.parameters[1:4]).T, found.rotation, rtol=0, atol=1e-14
-    )
-    np.testing.assert_allclose(
-        found.apply(source), target, rtol=0, atol=1e-12 * np.abs(target).max()
-    )
+    again = rotation.matrix(*found.parameters[1:4]).T
+    np.testing.assert_allclose(again, found.rotation, rtol=0, atol=1e-14)
     direct = found.scale * source @ found.rotation.T + found.translation
-    np.testing.assert_allclose(
-        direct, target, rtol=0, atol=1e-12 * np.abs(target).max()
-    )
+    for reached in (found.apply(source), direct):
+        atol = 1e-12 * np.abs(target).max()
+        np.testing.assert_allclose(reached, target, rtol=0, atol=atol)
 
 
 @given(SEED)
@@ -164,17 +142,12 @@ def test_weights_give_the_minimum_that_scipy_finds(seed, each_coordinate):
         computed = similarity(x[0], x[1:4], x[4:], source)
         return ((computed - target) / spread).ravel()
 
-    peer = least_squares(
-        misfit, found.parameters, x_scale="jac", xtol=1e-14, ftol=1e-14
-    )
-    change = np.abs(peer.x - found.parameters) / found.sd
-    assert change.max() < 1e-4  # standard deviations
-    J = peer.jac
+    tight = {"x_scale": "jac", "xtol": 1e-14, "ftol": 1e-14}
+    peer = least_squares(misfit, found.parameters, **tight)
+    assert np.max(np.abs(peer.x - found.parameters) / found.sd) < 1e-4
+    Q = np.linalg.inv(peer.jac.T @ peer.jac)
     np.testing.assert_allclose(
-        found.covariance,
-        np.linalg.inv(J.T @ J),
-        rtol=1e-4,
-        atol=1e-5 * found.sd.max() ** 2,
+        found.covariance, Q, rtol=1e-4, atol=1e-5 * found.sd.max() ** 2
     )
     assert found.sigma0 == pytest.approx(np.sqrt(2 * peer.cost / 11), rel=1e-6)
 
@@ -195,24 +168,17 @@ def test_covariance_holds_in_250_simulated_cases(angles, spread):
     }[spread]
     sd = sigma[:, None] if spread == "points" else sigma
     exact = similarity(1.3, angles, (10, 20, 30), source)
-    R = rotation.matrix(*angles).T
+    far = np.array([1100, 2100, 400])
+    true_far, R = similarity(1.3, angles, (10, 20, 30), far), rotation.matrix(*angles).T
     distances, outside, variances, w = [], [], [], []
     for _ in range(250):
         found = absolute(source, exact + rng.normal(0, 1, (7, 3)) * sd, sigma)
-        error = np.concatenate(
-            [
-                [found.scale - 1.3],
-                vector_of(found.rotation @ R.T),
-                found.apply(source.mean(axis=0)) - exact.mean(axis=0),
-            ]
-        )
+        turn = Rotation.from_matrix(found.rotation @ R.T).as_rotvec()
+        moved = found.apply(source.mean(axis=0)) - exact.mean(axis=0)
+        error = np.concatenate([[found.scale - 1.3], turn, moved])
         distances.append(error @ np.linalg.solve(found.local_covariance, error))
-        far = found.apply((1100, 2100, 400)) - similarity(
-            1.3, angles, (10, 20, 30), np.array([1100, 2100, 400])
-        )
-        outside.append(
-            far @ np.linalg.solve(found.apply_covariance((1100, 2100, 400)), far)
-        )
+        error = found.apply(far) - true_far
+        outside.append(error @ np.linalg.solve(found.apply_covariance(far), error))
         variances.append(14 * found.sigma0**2)
         w.append(found.standardized)
     assert_chi_square(distances, 7)
@@ -234,43 +200,31 @@ def test_covariance_of_the_angles_holds_in_250_simulated_cases():
     assert_chi_square(distances, 7)
 
 
-def test_without_sigma_the_covariance_comes_from_sigma0(conf3d):
-    known = absolute(CONF3D[:, :3], CONF3D[:, 3:], sigma=0.1)
+def test_sigma_of_any_shape_scales_the_covariance_alone(conf3d):
+    known = absolute(MODEL, GROUND, sigma=0.1)
+    ratio = conf3d.sigma0 / 0.1
     np.testing.assert_allclose(
-        known.covariance * (conf3d.sigma0 / 0.1) ** 2,
-        conf3d.covariance,
-        rtol=1e-9,
-        atol=1e-20,
+        known.covariance * ratio**2, conf3d.covariance, rtol=1e-9, atol=1e-20
     )
-    assert known.sigma0 == pytest.approx(conf3d.sigma0 / 0.1, rel=1e-12)
+    assert known.sigma0 == pytest.approx(ratio, rel=1e-12)
     np.testing.assert_allclose(known.parameters, conf3d.parameters, rtol=1e-9)
-
-
-def test_sigma_of_any_shape_means_the_same():
-    arguments = CONF3D[:, :3], CONF3D[:, 3:]
-    one = absolute(*arguments, sigma=0.2)
-    for sigma in (np.full(6, 0.2), np.full((6, 3), 0.2)):
-        same = absolute(*arguments, sigma)
-        np.testing.assert_array_equal(same.parameters, one.parameters)
-
-
-def test_sigma_of_three_points_counts_the_points_not_the_axes():
-    source, target = CONF3D[:3, :3], CONF3D[:3, 3:]
-    found = absolute(source, target, [1e-3, 1, 1])
+    for sigma in (np.full(6, 0.1), np.full((6, 3), 0.1)):
+        same = absolute(MODEL, GROUND, sigma)
+        np.testing.assert_array_equal(same.parameters, known.parameters)
+    # Of three points it counts the points, not the axes
+    found = absolute(MODEL[:3], GROUND[:3], [1e-3, 1, 1])
     assert np.abs(found.residuals[0]).max() < 1e-5 < np.abs(found.residuals[1:]).min()
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_gimbal_lock_is_named_and_all_else_holds(sign):
     angles = (0.3, sign * np.pi / 2, -0.8)
-    rng = np.random.default_rng(5)
-    source = rng.normal(0, 10, (6, 3))
+    source = np.random.default_rng(5).normal(0, 10, (6, 3))
     found = absolute(source, similarity(2.0, angles, (1, 2, 3), source), sigma=0.01)
     assert found.status == "gimbal lock"
     np.testing.assert_allclose(found.rotation, rotation.matrix(*angles).T, atol=1e-12)
-    np.testing.assert_allclose(
-        rotation.matrix(*found.parameters[1:4]).T, found.rotation, atol=1e-12
-    )
+    again = rotation.matrix(*found.parameters[1:4]).T
+    np.testing.assert_allclose(again, found.rotation, atol=1e-12)
     known = [0, 2, 4, 5, 6]
     assert np.isnan(found.covariance[1]).all() and np.isnan(found.covariance[3]).all()
     assert np.isfinite(found.covariance[np.ix_(known, known)]).all()
@@ -307,23 +261,9 @@ def test_points_in_a_plane_are_never_mirrored():
         source = rng.normal(0, 10, (5, 3)) * (1, 1, 0)
         angles = rng.uniform(-1.5, 1.5, 3)
         target = similarity(1.0, angles, 0, source) + rng.normal(0, 0.01, (5, 3))
-        source = source + rng.normal(0, 0.01, (5, 3))
-        found = absolute(source, target)
-        assert np.linalg.det(found.rotation) == pytest.approx(1, abs=1e-12)
-        np.testing.assert_allclose(
-            found.rotation, rotation.matrix(*angles).T, atol=0.05
-        )
-
-
-@pytest.mark.parametrize("noise", [0.0, 0.01])
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_mirrored_target_is_refused(axis, noise):
-    rng = np.random.default_rng(9)
-    source = rng.normal(0, 10, (6, 3))
-    target = similarity(3.0, (0.1, 0.2, 0.3), (4, 5, 6), source)
-    target[:, axis] *= -1
-    with pytest.raises(ValueError, match="mirror image of source"):
-        absolute(source, target + rng.normal(0, 1, (6, 3)) * noise)
+        found = absolute(source + rng.normal(0, 0.01, (5, 3)), target)
+        R = rotation.matrix(*angles).T
+        np.testing.assert_allclose(found.rotation, R, atol=0.05)
 
 
 def test_nearly_collinear_points_are_called_weak_geometry():
@@ -333,40 +273,29 @@ def test_nearly_collinear_points_are_called_weak_geometry():
     assert found.status == "weak geometry"
 
 
-def test_arguments_stay_as_they_are():
-    source, target = CONF3D[:, :3].copy(), CONF3D[:, 3:].copy()
-    absolute(source, target)
-    np.testing.assert_array_equal(source, CONF3D[:, :3])
-    np.testing.assert_array_equal(target, CONF3D[:, 3:])
+def mirrored(axis, noise):
+    rng = np.random.default_rng(9)
+    source = rng.normal(0, 10, (6, 3))
+    target = similarity(3.0, (0.1, 0.2, 0.3), (4, 5, 6), source)
+    target[:, axis] *= -1
+    return {"source": source, "target": target + rng.normal(0, 1, (6, 3)) * noise}
 
 
 LINE = np.arange(4.0)[:, None] * (1.0, 2.0, -1.0) + (5.0, 6.0, 7.0)
-TETRAHEDRON = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1.0)])
 OCTAHEDRON = np.concatenate([np.eye(3), -np.eye(3)])
 # Opposite points are moved alike: that tells nothing of the rotation, which a mirrored
 # octahedron leaves open
 SHAKEN = OCTAHEDRON * (2, 1, -1) + np.tile([(5, 0, 0), (-5, 0, 0), (0, 0, 0)], (2, 1))
-GOOD = {"source": CONF3D[:4, :3], "target": CONF3D[:4, 3:]}
+GOOD = {"source": MODEL[:4], "target": GROUND[:4]}
 BAD = [
-    ({"source": CONF3D[:2, :3], "target": CONF3D[:2, 3:]}, r"2 point\(s\).*three"),
-    ({"source": np.zeros((0, 3)), "target": np.zeros((0, 3))}, r"0 point\(s\)"),
-    ({"source": CONF3D[:3, :3]}, r"same shape \(n, 3\); got \(3, 3\) and \(4, 3\)"),
-    ({"source": CONF3D[None, :4, :3]}, "same shape"),
-    ({"source": CONF3D[:4, :2]}, r"source must have shape \(\.\.\., 3\)"),
-    ({"target": 3.0}, r"target must have shape"),
+    ({"source": MODEL[:2], "target": GROUND[:2]}, r"2 point\(s\).*three"),
+    ({"source": MODEL[:3]}, r"same shape \(n, 3\); got \(3, 3\) and \(4, 3\)"),
     ({"source": LINE}, "source: all points lie on one line.*free"),
-    ({"target": 1e6 + LINE}, "target: all points lie on one line"),
-    ({"source": np.ones((4, 3))}, "source: all points lie at one place"),
     ({"target": np.full((4, 3), 9.9e6)}, "target: all points lie at one place"),
-    ({"source": TETRAHEDRON, "target": TETRAHEDRON[[0, 2, 1, 3]]}, "mirror"),
+    (mirrored(0, 0.0), "mirror image of source"),
+    (mirrored(2, 0.01), "mirror image of source"),
     ({"source": OCTAHEDRON, "target": SHAKEN}, "do not fit together"),
-    ({"sigma": 0.0}, "sigma must be positive"),
     ({"sigma": np.ones(3)}, r"shape \(4,\) or \(4, 3\); got shape \(3,\)"),
-    ({"sigma": np.ones((4, 2))}, "sigma must be one number or"),
-    ({"sigma": [1, 1, np.nan, 1]}, r"sigma\[2\] is not a finite number"),
-    ({"source": np.where(CONF3D[:4, :3] == 81.25, np.nan, 1.0)}, r"source\[1, 2\] is"),
-    ({"target": np.full((4, 3), np.inf)}, "target.*not a finite"),
-    ({"target": [["a"] * 3] * 4}, "target must be numbers"),
 ]
 
 
@@ -374,16 +303,3 @@ BAD = [
 def test_bad_input_is_refused_and_named(change, message):
     with pytest.raises(ValueError, match=message):
         absolute(**(GOOD | change))
-
-
-@pytest.mark.parametrize("points", [[1.0, 2.0], [[1.0, 2.0, np.nan]]])
-def test_apply_checks_its_points(conf3d, points):
-    for method in (conf3d.apply, conf3d.apply_covariance):
-        with pytest.raises(ValueError, match="points"):
-            method(points)
-
-
-def test_apply_takes_stacks(conf3d):
-    stack = np.broadcast_to(CONF3D_POINTS, (2, 5, 3))
-    np.testing.assert_array_equal(conf3d.apply(stack)[1], conf3d.apply(CONF3D_POINTS))
-    assert conf3d.apply_covariance(stack).shape == (2, 5, 3, 3)

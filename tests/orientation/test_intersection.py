@@ -1,6 +1,5 @@
 """Intersection against OpenCV, SciPy and simulations, and its named failures."""
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -33,21 +32,31 @@ def scene(n, photos, camera, sigma=0.0, seed=1):
     return points, image + sigma * rng.normal(size=image.shape)
 
 
-@pytest.mark.parametrize("camera", [PLAIN, BACKWARD, FORWARD])
+EACH = [Camera(50.0), Camera(30.0, 0.5, K1=1e-5), Camera(80.0, P1=1e-5), PLAIN]
+
+
+@pytest.mark.parametrize("camera", [PLAIN, BACKWARD, FORWARD, EACH])
 @pytest.mark.parametrize("p", [2, 3, 4])
 def test_error_free_rays_give_the_points_back(camera, p):
-    points, image = scene(200, PHOTOS[:p], camera)
-    found = intersect(camera, PHOTOS[:p], image)
+    cameras = EACH[:p] if camera is EACH else [camera] * p
+    points = np.random.default_rng(1).uniform(-20, 20, (200, 3))
+    image = np.array([project(c, e, points) for c, e in zip(cameras, PHOTOS)])
+    found = intersect(cameras if camera is EACH else camera, PHOTOS[:p], image)
     assert np.all(found.status == "intersected")
     # 1e-15 of 100 units, over the angle of intersection
     np.testing.assert_allclose(found.points, points, rtol=0, atol=1e-11)
     assert np.all(found.redundancy == 2 * p - 3)
     assert np.abs(found.residuals).max() < 1e-12
+    # The rays point from the cameras to the points
+    d = points - PHOTOS[:p, None, :3]
+    d /= np.linalg.norm(d, axis=-1, keepdims=True)
+    directions = rays(cameras, PHOTOS[:p], image)
+    np.testing.assert_allclose(directions, d, rtol=0, atol=1e-13)
 
 
 def test_error_free_rays_meet_in_the_origin_at_any_angle():
     # No size of a coordinate tells how large a rounding error is there
-    for angle in np.radians(np.arange(4, 172, 0.5)):
+    for angle in np.radians(np.arange(4, 172, 2.0)):
         turns = np.array([-angle / 2, angle / 2])
         zero = np.zeros(2)
         circle = 10 * np.array([np.sin(turns), zero, np.cos(turns)])
@@ -56,39 +65,6 @@ def test_error_free_rays_meet_in_the_origin_at_any_angle():
         found = intersect(PLAIN, photos, image)
         assert found.status == "intersected", np.degrees(angle)
         np.testing.assert_allclose(found.points, 0, rtol=0, atol=1e-12)
-
-
-def test_one_camera_each():
-    cameras = [Camera(50.0), Camera(30.0, 0.5, K1=1e-5), Camera(80.0, P1=1e-5)]
-    rng = np.random.default_rng(2)
-    points = rng.uniform(-20, 20, (20, 3))
-    image = np.array(
-        [project(c, e, points) for c, e in zip(cameras, PHOTOS, strict=False)]
-    )
-    found = intersect(cameras, PHOTOS[:3], image)
-    np.testing.assert_allclose(found.points, points, rtol=0, atol=1e-11)
-
-
-def test_same_as_opencv_without_errors_and_better_with_them():
-    """OpenCV's linear solution weights its equations otherwise: its v'v is larger."""
-    projections = []
-    for x in PHOTOS[:2]:
-        M = np.diag([1.0, -1.0, -1.0]) @ rotation.matrix(*x[3:])
-        projections.append(np.column_stack([M, -M @ x[:3]]))
-
-    def opencv(image):
-        left, right = (np.ascontiguousarray((part * [1, -1] / 50).T) for part in image)
-        X = cv2.triangulatePoints(*projections, left, right)
-        return (X[:3] / X[3]).T
-
-    points, image = scene(100, PHOTOS[:2], PLAIN)
-    np.testing.assert_allclose(opencv(image), points, rtol=0, atol=1e-9)
-    _, image = scene(100, PHOTOS[:2], PLAIN, sigma=0.1)
-    ours = intersect(PLAIN, PHOTOS[:2], image)
-    v = project(PLAIN, PHOTOS[:2, None], opencv(image)) - image
-    least = (ours.residuals**2).sum(axis=(0, 2))
-    assert np.all(least <= (v**2).sum(axis=(0, 2)) * (1 + 1e-9))
-    assert np.any(least < (v**2).sum(axis=(0, 2)) * (1 - 1e-4))
 
 
 @pytest.mark.parametrize("camera", [BACKWARD, FORWARD])
@@ -210,21 +186,29 @@ def test_pooled_variance_weights_each_point_by_its_redundancy():
     np.testing.assert_allclose(found.covariance, expected, rtol=1e-9)
 
 
-def test_parallel_rays_are_named():
-    photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, 100, 0, 0, 0]])
-    found = intersect(PLAIN, photos, [[[5.0, 3.0], [5, 3]], [[5.0, 3.0], [-20, 3]]])
-    assert found.status.tolist() == ["parallel rays", "intersected"]
-    assert np.all(np.isnan(found.points[0])) and np.all(np.isnan(found.covariance[0]))
-    # As good as parallel: rays at 1e-10 rad meet 6e11 units away
-    almost = intersect(PLAIN, photos, [[5.0, 3.0], [5 - 5e-9, 3.0]])
-    assert almost.status == "parallel rays"
+SIDE = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, 100, 0, 0, 0]])
+# Two cameras face each other, 60 apart, and both look straight ahead
+FACING = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, -100, np.pi, 0, 0]])
 
 
-def test_a_point_behind_a_camera_is_named():
-    photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, 100, 0, 0, 0]])
-    # The rays diverge: their lines meet behind both cameras
-    found = intersect(PLAIN, photos, [[-10.0, 0.0], [20.0, 0.0]])
-    assert found.status == "behind a camera" and np.all(np.isnan(found.points))
+@pytest.mark.parametrize(
+    ("photos", "image", "status"),
+    [
+        (SIDE, [[5.0, 3.0], [5, 3]], "parallel rays"),
+        # As good as parallel: rays at 1e-10 rad meet 6e11 units away
+        (SIDE, [[5.0, 3.0], [5 - 5e-9, 3]], "parallel rays"),
+        *((FACING, [[0.0, 0], [off, 0]], "parallel rays") for off in (0, 1e-9, 1e-7)),
+        # The rays diverge: their lines meet behind both cameras
+        (SIDE, [[-10.0, 0], [20, 0]], "behind a camera"),
+    ],
+)
+def test_rays_that_do_not_meet_in_front_are_named(photos, image, status):
+    found = intersect(PLAIN, photos, image)
+    assert found.status == status
+    assert np.all(np.isnan(found.points)) and np.all(np.isnan(found.covariance))
+    # Not so the other points of the photos
+    both = np.stack([image, [[5.0, 3.0], [-20, 3]]], axis=1)
+    assert intersect(PLAIN, photos, both).status[0] == status
 
 
 def perspective(photo, point, c=50.0):
@@ -247,15 +231,6 @@ def test_a_point_behind_one_of_its_cameras_is_named(behind):
     found = intersect(PLAIN, photos, image, seen=seen)
     assert found.status == "intersected"
     np.testing.assert_allclose(found.points, point, rtol=0, atol=1e-11)
-
-
-def test_antiparallel_rays_are_parallel():
-    # Two cameras face each other, 60 apart, and both look straight ahead
-    photos = np.array([[0.0, 0, 100, 0, 0, 0], [60, 0, -100, np.pi, 0, 0]])
-    for off in (0, 1e-9, 1e-7):
-        found = intersect(PLAIN, photos, [[0.0, 0.0], [off, 0.0]])
-        assert found.status == "parallel rays" and np.all(np.isnan(found.points))
-        assert found.angle == pytest.approx(np.pi, abs=1e-8)
 
 
 def test_a_third_ray_tells_where_antiparallel_rays_end():
@@ -284,13 +259,6 @@ def test_rays_from_one_place_have_no_base():
         intersect(PLAIN, photos[:2], image[:2])
 
 
-def test_a_photo_given_twice_is_refused():
-    photos = PHOTOS[[0, 1, 0]]
-    _, image = scene(2, photos, PLAIN)
-    with pytest.raises(ValueError, match="photos 0 and 2 are the same"):
-        intersect(PLAIN, photos, image)
-
-
 IMAGE = np.zeros((2, 3, 2))
 
 
@@ -298,22 +266,11 @@ IMAGE = np.zeros((2, 3, 2))
     ("cameras", "photos", "image", "options", "message"),
     [
         (PLAIN, PHOTOS[:1], IMAGE[:1], {}, "two photos or more"),
-        (PLAIN, PHOTOS[0], IMAGE, {}, "two photos or more"),
-        (PLAIN, PHOTOS[:2], IMAGE[:, :, :1], {}, r"shape \(2, n, 2\)"),
         (PLAIN, PHOTOS[:3], IMAGE, {}, r"shape \(3, n, 2\)"),
-        (PLAIN, PHOTOS[:2], IMAGE * np.nan, {}, "image_points.*not a finite number"),
-        (PLAIN, np.full((2, 6), np.inf), IMAGE, {}, "exteriors.*not a finite number"),
+        (PLAIN, PHOTOS[[0, 1, 0]], IMAGE[[0, 1, 0]], {}, "photos 0 and 2 are the same"),
         ([PLAIN] * 3, PHOTOS[:2], IMAGE, {}, "3 cameras for 2 photos"),
         ([BACKWARD, FORWARD], PHOTOS[:2], IMAGE, {}, "same lens direction"),
-        (
-            PLAIN,
-            PHOTOS[:2],
-            IMAGE,
-            {"seen": [True, True]},
-            "seen must be True or False",
-        ),
         (PLAIN, PHOTOS[:2], IMAGE, {"seen": np.ones((2, 3))}, "seen must be True or"),
-        (PLAIN, PHOTOS[:2], IMAGE, {"sigma": 0.0}, "sigma must be positive"),
     ],
 )
 def test_bad_input_is_refused(cameras, photos, image, options, message):
@@ -345,18 +302,6 @@ def test_angle_is_that_of_the_photos_that_show_the_point():
     d /= np.linalg.norm(d, axis=-1, keepdims=True)
     expected = np.arccos([d[0, 0] @ d[1, 0], d[0, 1] @ d[2, 1]])
     np.testing.assert_allclose(found.angle, expected, rtol=1e-9)
-
-
-def test_rays_point_from_the_camera_to_the_points():
-    points, image = scene(30, PHOTOS, BACKWARD)
-    d = points - PHOTOS[:, None, :3]
-    d /= np.linalg.norm(d, axis=-1, keepdims=True)
-    found = rays([BACKWARD] * 4, PHOTOS, image)
-    np.testing.assert_allclose(found, d, rtol=0, atol=1e-13)
-    other = Camera(20.0, -0.3)
-    image[2] = project(other, PHOTOS[2], points)
-    found = rays([BACKWARD, BACKWARD, other, BACKWARD], PHOTOS, image)
-    np.testing.assert_allclose(found, d, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(("unit", "misses"), [(np.pi / 180, 8), (1.0, 0)])

@@ -1,6 +1,5 @@
 """Resection against Dewitt's program, OpenCV, SciPy and simulations."""
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,7 +9,8 @@ from scipy.stats import chi2
 
 from pgm_lab import rotation, simulate
 from pgm_lab.camera import Camera, collinearity, project
-from pgm_lab.orientation import resect, three_points
+from pgm_lab.orientation import resect
+from pgm_lab.orientation.resection import three_points
 
 # B. Dewitt, program resect (public domain): x, y mm; X, Y, Z of four and five targets.
 FIVE = np.array(
@@ -68,28 +68,22 @@ def dewitt(n):
 
 
 @pytest.mark.parametrize("n", [4, 5])
-def test_dewitt_orientation_and_residuals_to_the_printed_digits(n):
-    place, angles, _, residuals, _ = PRINTED[n]
-    found = dewitt(n)
-    assert found.status == "converged" and found.redundancy == 2 * n - 6
-    np.testing.assert_allclose(found.exterior[:3], place, rtol=0, atol=LAST_DIGIT)
-    np.testing.assert_allclose(
-        np.degrees(found.exterior[3:]), angles, rtol=0, atol=LAST_DIGIT
-    )
-    np.testing.assert_allclose(found.residuals, residuals, rtol=0, atol=LAST_DIGIT)
-
-
-@pytest.mark.parametrize("n", [4, 5])
-def test_dewitt_divides_by_observations_instead_of_redundancy(n):
-    """Its standard error and deviations are too small by sqrt(redundancy / 2n)."""
-    _, _, deviations, _, standard_error = PRINTED[n]
+def test_dewitt_to_the_printed_digits(n):
+    """Dewitt divides by observations, not redundancy: his deviations are too small."""
+    place, angles, deviations, residuals, standard_error = PRINTED[n]
     found = dewitt(n)
     too_small = np.sqrt(found.redundancy / (2 * n))
-    assert too_small == pytest.approx({5: 0.632, 4: 0.5}[n], abs=5e-4)
-    assert found.sigma0 * too_small == pytest.approx(standard_error, abs=LAST_DIGIT)
+    assert found.status == "converged" and found.redundancy == 2 * n - 6
+
+    def printed(values, expected):
+        np.testing.assert_allclose(values, expected, rtol=0, atol=LAST_DIGIT)
+
+    printed(found.exterior[:3], place)
+    printed(np.degrees(found.exterior[3:]), angles)
+    printed(found.residuals, residuals)
+    printed(found.sigma0 * too_small, standard_error)
     sd = np.sqrt(np.diag(found.covariance))
-    sd[3:] = np.degrees(sd[3:])
-    np.testing.assert_allclose(sd * too_small, deviations, rtol=0, atol=LAST_DIGIT)
+    printed(np.r_[sd[:3], np.degrees(sd[3:])] * too_small, deviations)
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -124,20 +118,6 @@ def test_same_as_scipy_least_squares_on_the_projection(camera):
         found.covariance, Q, rtol=1e-4, atol=1e-4 * sd.min() ** 2
     )
     assert found.sigma0 == pytest.approx(np.sqrt(2 * peer.cost / 10), rel=1e-9)
-
-
-def test_same_as_opencv_solvepnp():
-    camera = Camera(35.0)
-    rng = np.random.default_rng(6)
-    exterior, points, image = simulate.control_photo(camera, 12, rng, sigma=0.005)
-    found = resect(camera, image, points)
-    flip = np.diag([1.0, -1.0, -1.0])
-    _, rvec, tvec = cv2.solvePnP(points, image * [1, -1], np.diag([35.0, 35, 1]), None)
-    M = flip @ cv2.Rodrigues(rvec)[0]
-    centre = -(M.T @ flip @ tvec[:, 0])
-    # OpenCV stops at 1e-5 or so, relative
-    np.testing.assert_allclose(found.exterior[:3], centre, rtol=0, atol=2e-3)
-    np.testing.assert_allclose(rotation.matrix(*found.exterior[3:]), M, atol=2e-5)
 
 
 FROM = (4, False), (6, False), pytest.param(10, True, marks=pytest.mark.slow)
@@ -230,7 +210,7 @@ def test_closed_form_of_three_points_holds_the_truth(seed):
     exterior, points, image = simulate.control_photo(Camera(35.0), 3, rng)
     vectors = np.column_stack([image, np.full(3, -35.0)])
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
-    centres, M = three_points.solutions(vectors[None], points[None])
+    centres, M = three_points(vectors[None], points[None])
     off = np.linalg.norm(centres - exterior[:3], axis=1)
     found = resect(Camera(35.0), image, points)
     if found.status != "near the dangerous cylinder":
@@ -271,7 +251,7 @@ def test_points_on_a_line_are_named():
 
 @pytest.mark.parametrize(
     ("off_the_line", "status"),
-    [(1e-3, "weak geometry"), (0.1, "weak geometry"), (1.0, "converged")],
+    [(0.1, "weak geometry"), (1.0, "converged")],
 )
 def test_points_almost_on_a_line_are_weak_geometry(off_the_line, status):
     """Six points along 23 units: 0.1 off the line inflates variances above 1e6."""
@@ -344,32 +324,13 @@ def test_gimbal_lock_is_named_and_the_place_still_found():
     np.testing.assert_allclose(M, rotation.matrix(*exterior[3:]), rtol=0, atol=1e-9)
 
 
-def test_noise_that_no_photo_explains_shows_in_sigma0():
-    rng = np.random.default_rng(4)
-    _, points, image = simulate.control_photo(CAMERAS[0], 8, rng)
-    found = resect(CAMERAS[0], image * [1, -1], points)  # a mirrored photo
-    assert not (found.sigma0 < 0.05)
-
-
 @pytest.mark.parametrize(
-    ("image", "points", "start", "message"),
-    [
-        (FIVE[:2, :2], FIVE[:2, 2:], None, "2 points do not fix six unknowns"),
-        (FIVE[:, :2], FIVE[:4, 2:], None, "must be of the same points"),
-        (FIVE[:, :3], FIVE[:, 2:], None, r"image_points must have shape \(..., 2\)"),
-        (FIVE[:, :2] * np.nan, FIVE[:, 2:], None, "image_points.* not a finite number"),
-        (FIVE[:, :2], FIVE[:, 2:] * np.inf, None, "object_points.*not a finite number"),
-        (FIVE[:, :2], FIVE[:, 2:], [1, 2, 3], r"start must have shape \(..., 6\)"),
-    ],
+    ("n", "m", "message"),
+    [(2, 2, "2 points do not fix six unknowns"), (5, 4, "must be of the same points")],
 )
-def test_bad_input_is_refused(image, points, start, message):
+def test_too_few_points_are_refused(n, m, message):
     with pytest.raises(ValueError, match=message):
-        resect(Camera(152.916), image, points, start=start)
-
-
-def test_a_standard_deviation_must_be_positive():
-    with pytest.raises(ValueError, match="sigma must be positive"):
-        resect(Camera(152.916), FIVE[:, :2], FIVE[:, 2:], sigma=0.0)
+        resect(Camera(152.916), FIVE[:n, :2], FIVE[:m, 2:])
 
 
 def test_a_step_aside_and_a_tilt_look_alike_as_lesson_5_says():

@@ -12,8 +12,8 @@ import pytest
 
 from pgm_book.make.browser import offline_context, open_browser
 from pgm_book.make.page import slides_page
-from pgm_book.make.prepare import for_slides
 from pgm_book.make.site.build import build as build_site
+from pgm_book.make.slides import for_slides
 from tests import trial
 from tests.publish.example import example, quick_questions
 from tests.publish.watch import Deck, Watched, written

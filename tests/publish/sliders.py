@@ -13,17 +13,7 @@ from tests.publish.test_lab import LOADED, address, lab
 
 ROOT = Path(__file__).resolve().parents[2]
 SOON = 30_000  # ms; the machine may be busy with other tests
-__all__ = [
-    "LOADED",
-    "address",
-    "another",
-    "lab",
-    "lesson",
-    "moved",
-    "run",
-    "shows",
-    "work",
-]
+__all__ = ["LOADED", "address", "lab"]
 
 
 @pytest.fixture(scope="module")
@@ -37,16 +27,18 @@ def work(request, lesson, tmp_path_factory):
     """The folder that the lab opens: the chosen cells of the notebook, not run."""
     folder = tmp_path_factory.mktemp("lab") / "work"
     folder.mkdir()
-    notebook = nbformat.read(lesson, as_version=4)
+    nbformat.write(chosen(lesson, request.module.CELLS), folder / lesson.name)
+    return folder
+
+
+def chosen(path, texts):
+    """A notebook of the cells that hold these texts, not run."""
+    notebook = nbformat.read(path, as_version=4)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    notebook.cells = [
-        next(cell for cell in code if text in cell.source)
-        for text in request.module.CELLS
-    ]
+    notebook.cells = [next(c for c in code if text in c.source) for text in texts]
     for cell in notebook.cells:
         cell.outputs, cell.execution_count = [], None
-    nbformat.write(notebook, folder / lesson.name)
-    return folder
+    return notebook
 
 
 def run(page):

@@ -8,7 +8,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from pgm_book.make import assets
+from pgm_book.make import page
 from pgm_book.make.__main__ import ROOT, main
 from pgm_book.make.browser import find_browser
 from pgm_book.make.errors import PublishError
@@ -74,16 +74,6 @@ def test_a_solution_is_not_given_away_by_its_output(small):
     assert "[2143.5 1423.5]" not in page
 
 
-def test_a_picture_beside_the_notebook_is_put_into_the_file(tmp_path):
-    (tmp_path / "a map.svg").write_text(
-        '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
-    )
-    notebook = example(text("![A map](<a map.svg>)"))
-    nbformat.write(notebook, tmp_path / "01_example.ipynb")
-    page = slides_page(tmp_path / "01_example.ipynb")
-    assert 'alt="A map" src="data:image/svg+xml;base64,' in page
-
-
 def test_a_request_at_run_time_is_found(watched):
     page = "<script>fetch('https://example.org/data.json')</script>"
     with watched.page.expect_event("requestfailed"):
@@ -124,7 +114,7 @@ def test_a_downloaded_browser_comes_before_the_stub_of_ubuntu(monkeypatch):
 
 
 def test_a_missing_package_is_said(publish, monkeypatch, capsys):
-    monkeypatch.setattr(assets, "_MATHJAX", ("no-such-package", "static/"))
+    monkeypatch.setattr(page, "MATHJAX", ("no-such-package", "static/"))
     assert publish("slides") == 1
     assert "Python package no-such-package" in capsys.readouterr().err
 

@@ -1,14 +1,20 @@
-"""What a deck is made of: questions, pace, break, verdicts, titles, fit words."""
+"""What a deck is made of: questions, pace, break, verdicts, titles."""
 
 import nbformat
 import pytest
 from nbformat.v4 import new_notebook, new_output
 
 from pgm_book.common import checks, ledger
-from pgm_book.make import deck, pace, verdicts, wording
-from pgm_book.make.__main__ import main
-from pgm_book.make.forms import form_of
-from pgm_book.make.prepare import for_slides
+from pgm_book.make.form import form_of
+from pgm_book.make.slides import (
+    LEDGER,
+    STEP,
+    cards,
+    divided,
+    faults,
+    for_slides,
+    shares,
+)
 from pgm_book.make.student import slide_type, tags
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import ANSWER, QUESTION, code, quick_questions, text
@@ -19,7 +25,7 @@ NOTE = "notes"
 def slides(*cells, audience="lecturer", stem="") -> list[list]:
     """Return what the cells become, slide by slide."""
     prepared = for_slides(new_notebook(cells=cells), audience, stem)
-    return deck.slides(prepared.cells)
+    return divided(prepared.cells)
 
 
 def sources(slide) -> list[str]:
@@ -102,9 +108,9 @@ def test_the_note_of_a_section_is_on_each_of_its_slides():
 @pytest.mark.parametrize("whole", [60, 420, 540])
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_seconds_sum_to_the_section(whole, number):
-    found = pace.shares(whole, [1, 2] * number)
+    found = shares(whole, [1, 2] * number)
     assert sum(found) == whole and min(found) > 0
-    assert all(seconds % pace.STEP == 0 for seconds in found)
+    assert all(seconds % STEP == 0 for seconds in found)
 
 
 def test_what_is_left_out_of_the_lecture_takes_no_time():
@@ -184,7 +190,7 @@ def table(number: int) -> list:
         f"<td>{r['obtained']}</td><td>{r['verdict']}</td></tr>"
         for r in rows
     )
-    head = "".join(f"<th>{name}</th>" for name in verdicts.HEADER)
+    head = "".join(f"<th>{name}</th>" for name in LEDGER)
     html = f"<table><thead><tr>{head}</tr></thead><tbody>{cells}</tbody></table>"
     output = new_output("display_data", data={"text/html": html})
     return [text("## The verdict", "slide"), code("ledger.table(rows)", output)]
@@ -201,12 +207,12 @@ def test_a_slide_shows_at_most_three_verdicts(rows, on_slides):
     ]
     assert [page.count('class="verdict ') for page in html] == on_slides
     assert ("6 more are in the notebook" in html[0]) == (rows == 9)
-    assert wording.problems([cell for one in found for cell in one]) == []
+    assert faults([cell for one in found for cell in one]) == []
 
 
 def test_a_card_has_word_mark_place_and_the_first_sentence():
     row = ["Bani 2010, (2.3)", "a < b", "It is 1.5 mm. The rest is long.", "corrected"]
-    card = verdicts.cards([row], "One of 61")
+    card = cards([row], "One of 61")
     words = ['<span aria-hidden="true">≠</span> corrected', "Bani 2010, (2.3)"]
     for said in [*words, "a &lt; b", "It is 1.5 mm.", "One of 61"]:
         assert said in card
@@ -220,27 +226,7 @@ def test_the_note_has_the_rest_of_the_verdicts():
 
 
 def said(*cells) -> list[str]:
-    return wording.problems([text("# Title", "slide"), *cells])
-
-
-@pytest.mark.parametrize(
-    "words",
-    ["Run the cell below.", "See the picture at the top.", "It is typed in as printed.",
-     "Run this.", "Double-click here.", "As the table below shows."],
-)  # fmt: skip
-def test_a_slide_that_speaks_of_a_notebook_is_named(words):
-    (found,) = said(text(f"## Two\n\n{words}", "slide"))
-    assert found.startswith("slide 2 ('Two'): says '")
-    assert said(text("## Two", "slide"), text(words, NOTE)) == []
-
-
-@pytest.mark.parametrize(
-    "words",
-    ["A cell of the raster.", "r falls below 0.5.", "`run this`", "The rays run on.",
-     "626 m above the ground."],
-)  # fmt: skip
-def test_other_words_are_fine(words):
-    assert said(text(f"## Two\n\n{words}", "slide")) == []
+    return faults([text("# Title", "slide"), *cells])
 
 
 def test_a_slide_without_its_one_heading_is_named():
@@ -277,24 +263,11 @@ def test_what_waits_or_shows_nothing_is_fine(after):
     assert said(ASKED, *after) == []
 
 
-def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("pgm_book.make.legible.check", lambda folder, notebooks: None)
-    bad = new_notebook(cells=[text("# Title", "slide"), text("Run this.", "slide")])
-    for name in ("01_other", "02_new"):
-        nbformat.write(bad, tmp_path / f"{name}.ipynb")
-    monkeypatch.setattr(wording, "form_of", lambda path: path.stem == "02_new")
-    folders = ["--notebooks", str(tmp_path), "--build", str(tmp_path / "build")]
-    for name, code_ in (("01_other", 0), ("02_new", 1)):
-        assert main(["slides", name, *folders]) == code_
-        message = capsys.readouterr().err
-        assert f"{name}.ipynb, slide 2" in message and "'Run this'" in message
-
-
 @pytest.mark.parametrize("name", CHAPTERS)
 def test_what_every_deck_says_is_fit_for_a_hall(name):
     path = CHAPTERS[name]
     made = for_slides(nbformat.read(path, as_version=4), "lecturer", path.stem)
-    assert not form_of(path) or wording.problems(made.cells) == []
+    assert not form_of(path) or faults(made.cells) == []
 
 
 def test_an_exercise_that_ends_a_text_is_left_to_the_reader():
@@ -305,4 +278,4 @@ def test_an_exercise_that_ends_a_text_is_left_to_the_reader():
 
 def test_the_skeleton_is_fit_for_a_hall(lesson):
     notebook = nbformat.read(lesson, as_version=4)
-    assert wording.problems(for_slides(notebook, "lecturer", lesson.stem).cells) == []
+    assert faults(for_slides(notebook, "lecturer", lesson.stem).cells) == []

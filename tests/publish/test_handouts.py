@@ -7,15 +7,12 @@ import pytest
 from nbformat.v4 import new_output
 from pypdf import PdfReader
 
-from pgm_book.make import assets, tagged
+from pgm_book.make import tagged
 from pgm_book.make.browser import offline_context
-from pgm_book.make.forms import form_of
-from pgm_book.make.handouts import MARGINS, pdf_of
-from pgm_book.make.page import handout_page, own_scripts
-from pgm_book.make.paper import for_handouts
-from pgm_book.make.prepare import title
-from pgm_book.make.printed import faults
-from pgm_book.make.selfcontained import problems
+from pgm_book.make.form import form_of
+from pgm_book.make.handouts import faults, for_handouts, pdf_of
+from pgm_book.make.page import handout_page
+from pgm_book.make.slides import title
 from pgm_book.make.student import slide_type, tags
 from tests.publish.example import code, example, text
 from tests.publish.look import (
@@ -30,8 +27,7 @@ from tests.publish.watch import Watched
 
 WHY = ("why",)
 A4 = (595.28, 841.89)  # points
-SIDES = [float(MARGINS[side].removesuffix("mm")) for side in ("left", "right")]
-COLUMN = int((210 - sum(SIDES)) / 25.4 * 96)  # px
+COLUMN = int((210 - 2 * 15) / 25.4 * 96)  # px between the margins
 
 
 @pytest.fixture(scope="module")
@@ -243,8 +239,3 @@ def test_what_own_prints_is_left_out_and_the_rest_stays():
     cells = for_handouts(example(*(code("mean(x)", one) for one in printed))).cells
     assert cells[-2].outputs == []
     assert cells[-1].outputs[0].text == "3\n"
-
-
-def test_the_page_is_self_contained(built):
-    scripts = own_scripts(assets.handout_assets())
-    assert problems(built, scripts) == []

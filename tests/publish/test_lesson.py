@@ -7,9 +7,9 @@ from nbformat.v4 import new_output
 
 from pgm_book.common.predict import page as choices_page
 from pgm_book.make.browser import offline_context
+from pgm_book.make.handouts import for_handouts
 from pgm_book.make.page import handout_page, slides_page
-from pgm_book.make.paper import for_handouts
-from pgm_book.make.prepare import for_slides
+from pgm_book.make.slides import for_slides
 from pgm_book.make.student import student_copy, tags
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import overflow

@@ -8,7 +8,8 @@ import pytest
 from nbconvert import SlidesExporter
 from nbconvert.exporters.base import get_export_names, get_exporter
 
-from pgm_book.make import assets, plain
+from pgm_book.make import page as pages
+from pgm_book.make import plain
 from pgm_book.make.browser import offline_context
 from pgm_book.make.page import slides_page
 from tests.publish.conftest import CHAPTERS, ROOT
@@ -78,7 +79,7 @@ def test_other_formats_do_not_come_past_it(monkeypatch):
 
 def test_a_missing_package_is_said_in_a_sentence(monkeypatch):
     monkeypatch.setattr(plain.NbConvertApp, "initialized", lambda: True)
-    monkeypatch.setattr(assets, "_MATHJAX", ("no-such-package", "static/"))
+    monkeypatch.setattr(pages, "MATHJAX", ("no-such-package", "static/"))
     with pytest.raises(SystemExit, match="package no-such-package.*pip install -e"):
         plain.page(METADATA)
     monkeypatch.setitem(sys.modules, "pgm_book.make.page", None)

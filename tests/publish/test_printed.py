@@ -3,9 +3,7 @@
 import nbformat
 import pytest
 
-from pgm_book.make import paper, printed
-from pgm_book.make.errors import PublishError
-from pgm_book.make.handouts import print_pdf
+from pgm_book.make.handouts import faults, for_handouts, print_pdf
 from tests.publish.example import code, figure_output, png, text
 
 CHOICES = (
@@ -60,29 +58,29 @@ CELL = "<pre>def mean(x):\n    pass  # your code here</pre>"
 
 def test_a_handout_without_fault_has_none(pdf):
     body = QUESTION + ANSWERS + FULL + NEXT + TASK + CELL
-    assert printed.faults(pdf(body), asked(), "lesson") == []
+    assert faults(pdf(body), asked(), "lesson") == []
 
 
 @pytest.mark.parametrize(("form", "most"), [("lesson", 8), ("case", 6)])
 def test_too_many_pages_are_counted(pdf, form, most):
-    assert printed.faults(pdf(NEXT.join([FULL] * most)), EMPTY, form) == []
+    assert faults(pdf(NEXT.join([FULL] * most)), EMPTY, form) == []
     longer = pdf(NEXT.join([FULL] * (most + 1)))
-    assert printed.faults(longer, EMPTY, form) == [
+    assert faults(longer, EMPTY, form) == [
         f"it has {most + 1} pages, a {form} has {most}"
     ]
-    assert printed.faults(longer, EMPTY) == []
+    assert faults(longer, EMPTY) == []
 
 
 def test_a_heading_alone_at_the_foot_is_named(pdf):
     body = '<p style="height: 248mm">Text</p><h2>Alone</h2>' + NEXT + "<p>More</p>"
-    (fault,) = printed.faults(pdf(body), EMPTY)
+    (fault,) = faults(pdf(body), EMPTY)
     assert fault == "page 1: the heading 'Alone' stands alone at its foot"
 
 
 def test_a_heading_whose_text_is_overleaf_is_named_wherever_it_stands(pdf):
     # Lines, and a heading above another, are not what it heads; nor is the footer.
     body = FULL + "<h2>Over</h2><h3>Under</h3><hr>" + NEXT + "<p>More</p>"
-    assert printed.faults(pdf(body), EMPTY) == [
+    assert faults(pdf(body), EMPTY) == [
         f"page 1: the heading {title!r} stands alone at its foot"
         for title in ("Over", "Under")
     ]
@@ -91,15 +89,15 @@ def test_a_heading_whose_text_is_overleaf_is_named_wherever_it_stands(pdf):
 def test_a_heading_with_one_line_or_a_figure_below_it_is_not_alone(pdf):
     for below in ("<p>Text</p>", figure(40)):
         foot = '<p style="height: 225mm">Text</p><h2>Not alone</h2>' + below
-        assert printed.faults(pdf(foot + NEXT + "<p>More</p>"), EMPTY) == []
+        assert faults(pdf(foot + NEXT + "<p>More</p>"), EMPTY) == []
 
 
 def test_small_text_and_code_are_named_but_not_the_footer(pdf):
     sizes = (
         "<p style='font-size: {}pt'>Words</p><pre style='font-size: {}pt'>x = 1</pre>"
     )
-    assert printed.faults(pdf(sizes.format(9, 7.5)), EMPTY) == []
-    assert printed.faults(pdf(sizes.format(8.8, 7.2)), EMPTY) == [
+    assert faults(pdf(sizes.format(9, 7.5)), EMPTY) == []
+    assert faults(pdf(sizes.format(8.8, 7.2)), EMPTY) == [
         "page 1: the code 'x = 1' is 7.2 pt high, less than 7.5",
         "page 1: the text 'Words' is 8.8 pt high, less than 9",
     ]
@@ -111,8 +109,8 @@ def test_a_figure_with_small_labels_is_named(pdf):
         "display_data", data={"image/png": ""}, metadata={"image/png": shown}
     )
     book = nbformat.v4.new_notebook(cells=[code("show(fig)", output)])
-    assert printed.faults(pdf(figure(210)), book) == []
-    assert printed.faults(pdf(FULL + NEXT + figure(180)), book) == [
+    assert faults(pdf(figure(210)), book) == []
+    assert faults(pdf(FULL + NEXT + figure(180)), book) == [
         "page 2: the labels of the figure 'Residuals' are 6.3 pt high, less than 7"
     ]
 
@@ -120,14 +118,14 @@ def test_a_figure_with_small_labels_is_named(pdf):
 def test_a_figure_is_printed_no_smaller_than_its_labels_allow():
     output = figure_output()
     output.metadata["image/png"]["label"] = 15.0
-    last = paper.for_handouts(nbformat.v4.new_notebook(cells=[code("show()", output)]))
+    last = for_handouts(nbformat.v4.new_notebook(cells=[code("show()", output)]))
     shown = last.cells[0].outputs[0].metadata["image/png"]
     assert (shown.width, shown.label) == (400, 7.5)
 
 
 def test_a_page_nearly_empty_is_named_but_the_last(pdf):
     body = FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>"
-    (fault,) = printed.faults(pdf(body), EMPTY)
+    (fault,) = faults(pdf(body), EMPTY)
     assert fault.startswith("page 2: only ")
 
 
@@ -141,17 +139,5 @@ def test_a_page_nearly_empty_is_named_but_the_last(pdf):
     ],
 )
 def test_what_belongs_together_and_is_divided_is_named(pdf, body, what):
-    (fault,) = printed.faults(pdf(body), asked())
+    (fault,) = faults(pdf(body), asked())
     assert fault.startswith(f"page 1: the {what} ")
-
-
-def test_a_lesson_is_refused_and_what_is_none_is_listed(tmp_path, pdf, capsys):
-    (tmp_path / "data").mkdir()
-    rows = "notebook,form\n01_other,\n09_new,lesson\n"
-    (tmp_path / "data" / "chapters.csv").write_text(rows, encoding="utf-8")
-    old, new = (tmp_path / "notebooks" / f"{n}.ipynb" for n in ("01_other", "09_new"))
-    poor = pdf(FULL + NEXT + "<p>One line</p>" + NEXT + "<p>The end</p>")
-    printed.check({old: poor}, {old: EMPTY})
-    assert "01_other.ipynb, page 2" in capsys.readouterr().err
-    with pytest.raises(PublishError, match="09_new.ipynb, page 2"):
-        printed.check({new: poor}, {new: EMPTY})

@@ -3,12 +3,12 @@
 import nbformat
 from bs4 import BeautifulSoup
 
-from pgm_book.make import deck, form
+from pgm_book.make import form
 from pgm_book.make.browser import offline_context
-from pgm_book.make.forms import form_of
+from pgm_book.make.form import form_of
 from pgm_book.make.page import slides_page
-from pgm_book.make.prepare import title
 from pgm_book.make.sizes import measure, problems
+from pgm_book.make.slides import divided, title
 from pgm_book.make.student import slide_type
 from tests.publish.example import ANSWER, QUESTION, example, text
 from tests.publish.look import (
@@ -57,7 +57,7 @@ def test_title_and_language(slides, notebook):
 
 
 def test_as_many_slides_as_the_notebook_says(slides, prepared):
-    expected = len(deck.slides(prepared))
+    expected = len(divided(prepared))
     assert len(slides.looks) == expected
     assert slides.page.locator(".slide-number").inner_text().endswith(f"/ {expected}")
 

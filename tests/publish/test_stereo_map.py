@@ -128,6 +128,6 @@ def test_save_counts_its_points_and_says_how_to_keep_an_old_file(tmp_path):
         assert first.message.value.startswith("1 point is saved in ")
     old = path.read_bytes()
     second.buttons["Save"].click()
-    assert "is there already, and is not overwritten" in second.message.value
+    assert "already exists, and is not overwritten" in second.message.value
     assert "write another name beside the button" in second.message.value
     assert path.read_bytes() == old

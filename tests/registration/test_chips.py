@@ -1,4 +1,7 @@
-"""Chips found by Pearson's correlation, against other programs, and what fails."""
+"""Chips found by Pearson, against other programs; what fails; the table."""
+
+import csv
+import io
 
 import cv2
 import numpy as np
@@ -8,9 +11,10 @@ from hypothesis import strategies as st
 from scipy.stats import pearsonr
 
 from pgm_lab import datasets, matching, simulate
-from pgm_lab.registration import register
+from pgm_lab.registration import accuracy, register
 
-SCENE = datasets.landsat().grey[300:500, 200:420]
+LANDSAT = datasets.landsat().grey
+SCENE = LANDSAT[300:500, 200:420]
 POINTS = np.array([(x, y) for x in range(30, 191, 32) for y in range(30, 171, 28)])
 TEXTURE = simulate.texture(0.3, contrast=30.0, seed=5)
 
@@ -27,6 +31,9 @@ def noisy(image, sigma=40.0, seed=0, gain=0.9):
 
 def shifts(found):
     return np.stack([found.dx, found.dy], axis=1)
+
+
+# --- The peak ---
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32, float])
@@ -81,7 +88,7 @@ def test_an_image_that_is_moved_has_its_shifts_moved(dx, dy, p, q):
 @pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
 @settings(max_examples=20)
 @given(st.floats(0.1, 20), st.floats(-1e4, 1e5))
-def test_gain_and_offset_change_nothing(refine, gain, offset):
+def test_gain_and_offset_of_grey_values_change_nothing(refine, gain, offset):
     sensed = noisy(moved(SCENE, 1, 2))
     few = POINTS[:6]
     one = register(SCENE, sensed, few, refine=refine)
@@ -91,35 +98,27 @@ def test_gain_and_offset_change_nothing(refine, gain, offset):
     np.testing.assert_allclose(shifts(other), shifts(one), atol=1e-3)
 
 
-@pytest.mark.parametrize("refine", [None, "lsm"])
-def test_images_exchanged_turn_the_sign(refine):
-    sensed = noisy(moved(SCENE, 2, -1))
-    there = register(SCENE, sensed, POINTS, refine=refine)
-    back = register(sensed, SCENE, POINTS + (2, -1), refine=refine)
-    both = there.accepted & back.accepted
-    assert both.sum() > 20
-    limit = 0 if refine is None else 0.01
-    np.testing.assert_allclose(shifts(back)[both], -shifts(there)[both], atol=limit)
-
-
 @pytest.mark.parametrize(
-    ("refine", "limit"), [(None, 0.5), ("parabola", 0.12), ("lsm", 0.01)]
+    ("refine", "limit", "back"),
+    [(None, 0.5, 0), ("parabola", 0.12, 0.2), ("lsm", 0.01, 0.01)],
 )
-def test_a_part_of_a_pixel(refine, limit):
+def test_parts_of_a_pixel_and_images_exchanged(refine, limit, back):
+    """The sign turns; points between the pixels have the shift of the nearest."""
     pair = simulate.texture_pair(TEXTURE, (200, 220), (1.4, 1, 0, -0.7, 0, 1))
     found = register(*pair, POINTS, refine=refine)
     assert found.accepted.all()
     assert np.abs(shifts(found) - (1.4, -0.7)).max() <= limit
-
-
-@pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
-def test_points_between_the_pixels(refine):
-    """The chip lies around the nearest pixel; an ortho image has one shift for both."""
-    sensed = moved(SCENE, 2, -1)
+    sensed = noisy(moved(SCENE, 2, -1))
     one = register(SCENE, sensed, POINTS, refine=refine)
-    other = register(SCENE, sensed, POINTS + (0.3, -0.4), refine=refine)
-    np.testing.assert_allclose(shifts(other), shifts(one), atol=0.005)
-    np.testing.assert_array_equal(other.points, POINTS + (0.3, -0.4))
+    other = register(sensed, SCENE, POINTS + (2, -1), refine=refine)
+    both = one.accepted & other.accepted
+    assert both.sum() > 20
+    np.testing.assert_allclose(shifts(other)[both], -shifts(one)[both], atol=back)
+    sensed = moved(SCENE, 2, -1)
+    between = register(SCENE, sensed, POINTS + (0.3, -0.4), refine=refine)
+    whole = register(SCENE, sensed, POINTS, refine=refine)
+    np.testing.assert_allclose(shifts(between), shifts(whole), atol=0.005)
+    np.testing.assert_array_equal(between.points, POINTS + (0.3, -0.4))
 
 
 @pytest.mark.parametrize("refine", [None, "lsm"])
@@ -139,9 +138,11 @@ def test_an_offset_is_not_part_of_the_shift(refine):
     # Of half a pixel as well
     half = register(SCENE, sensed, POINTS, refine=refine, offset=(0.5, 0.25))
     known = whole.accepted & half.accepted
-    np.testing.assert_allclose(
-        shifts(half)[known], shifts(whole)[known] - (0.5, 0.25), atol=1e-3
-    )
+    expected = shifts(whole)[known] - (0.5, 0.25)
+    np.testing.assert_allclose(shifts(half)[known], expected, atol=1e-3)
+
+
+# --- Statuses ---
 
 
 @pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
@@ -158,16 +159,9 @@ def test_no_data_is_told_in_three_ways(refine):
         np.testing.assert_array_equal(found.dx, by_value.dx)
     lost = set(by_value.status)
     assert "no data in the window" in lost or "peak on the edge of the image" in lost
-    in_reference = register(
-        np.where(hole, 0, SCENE), sensed, POINTS, refine=refine, nodata=0
-    )
-    assert "no data in the template" in in_reference.status
-    touching = np.array(
-        [hole[y - 10 : y + 11, x - 10 : x + 11].any() for x, y in POINTS]
-    )
-    np.testing.assert_array_equal(
-        in_reference.status == "no data in the template", touching
-    )
+    found = register(np.where(hole, 0, SCENE), sensed, POINTS, refine=refine, nodata=0)
+    touching = [hole[y - 10 : y + 11, x - 10 : x + 11].any() for x, y in POINTS]
+    np.testing.assert_array_equal(found.status == "no data in the template", touching)
 
 
 def test_a_shift_as_large_as_the_radius_is_reported_but_not_accepted():
@@ -185,19 +179,17 @@ def test_the_statuses_of_single_chips():
     rows = 7000 + 900 * np.sin(np.pi / 2 * y + 0.5) + 300 * np.sin(x / 2)
     rows += 0.05 * (SCENE - SCENE.mean())
     reference[120:160, 60:110] = rows[120:160, 60:110]
-    points = [(5, 50), (67, 67), (85, 140), (180, 100), (12, 100), (500, 20)]
-    found = register(reference, moved(reference, 0, 1), points)
-    assert list(found.status) == [
-        "template leaves the image",
-        "flat template",
-        "ambiguous",
-        "accepted",
-        "accepted",
-        "template leaves the image",
-    ]
-    assert (
-        np.isnan(found.dx[[0, 1, 5]]).all() and np.isfinite(found.dx[[2, 3, 4]]).all()
-    )
+    expected = {
+        (5, 50): "template leaves the image",
+        (500, 20): "template leaves the image",
+        (67, 67): "flat template",
+        (85, 140): "ambiguous",
+        (180, 100): "accepted",
+        (12, 100): "accepted",
+    }
+    found = register(reference, moved(reference, 0, 1), list(expected))
+    assert list(found.status) == list(expected.values())
+    assert np.array_equal(np.isnan(found.dx), [True, True, True, False, False, False])
     assert set(found.status) <= set(matching.STATUSES)
 
 
@@ -229,17 +221,16 @@ def test_least_squares_matching_keeps_near_the_peak_or_fails():
     np.testing.assert_array_equal(shifts(fine)[failed], shifts(whole)[failed])
 
 
-def test_nothing_of_the_arguments_is_changed():
+def test_no_argument_is_changed_and_no_points_give_no_shifts():
     sensed, points = noisy(SCENE), POINTS.astype(float)
     before = SCENE.copy(), sensed.copy(), points.copy()
     register(SCENE, sensed, points, refine="lsm", nodata=0)
     for one, other in zip((SCENE, sensed, points), before, strict=True):
         np.testing.assert_array_equal(one, other)
-
-
-def test_no_points_give_no_shifts():
     found = register(SCENE, SCENE, np.zeros((0, 2)), refine="lsm")
     assert found.dx.shape == (0,) and found.covariance.shape == (0, 2, 2)
+    with pytest.raises(ValueError, match="there are no chips.*Give points"):
+        found.rmse_t  # noqa: B018
 
 
 @pytest.mark.parametrize(
@@ -250,10 +241,8 @@ def test_no_points_give_no_shifts():
         ({"sensed": np.dstack([SCENE] * 4)}, "Take one channel of a colour image"),
         ({"chip": 20}, "chip must be an odd number of pixels"),
         ({"radius": 0}, "radius must be a whole number, at least 1"),
-        ({"radius": 1.5}, "radius must be a whole number"),
         ({"refine": "spline"}, "refine must be one of 'parabola', 'lsm'"),
         ({"points": [(1, 2, 3)]}, "points"),
-        ({"points": [(np.nan, 2)]}, "points"),
         ({"threshold": 2}, "threshold must lie between"),
         ({"ratio": 0}, "ratio must be above 0"),
         ({"largest_sd": 0}, "largest_sd"),
@@ -267,3 +256,148 @@ def test_bad_arguments_are_told_with_what_to_do(changes, message):
     good = {"reference": SCENE, "sensed": SCENE, "points": POINTS}
     with pytest.raises(ValueError, match=message):
         register(**good | changes)
+
+
+# --- Changed ground: named so, and no other ---
+
+SIDE = 31  # px, of a field that is replaced: a chip with the radius, and two to spare
+
+
+def fields(factor, seed, share=0.3, shift=(1, 2), blur=0.0, sigma=15.0):
+    """A pair, points on a grid, and which of them stand on replaced ground.
+
+    What stands there instead is ground from elsewhere in the same image.
+    """
+    pair = simulate.ortho_pair(
+        LANDSAT, shift, factor, blur=blur, gain=0.9, offset=300, sigma=sigma, seed=seed
+    )
+    rows, columns = pair.sensed.shape
+    x, y = np.meshgrid(np.arange(20, columns - 20, 34), np.arange(20, rows - 20, 34))
+    points = np.stack([x.ravel(), y.ravel()], axis=1)
+    random = np.random.default_rng(seed)
+    changed = random.random(len(points)) < share
+    elsewhere = moved(pair.sensed, columns // 3, rows // 2)
+    sensed, half = pair.sensed.copy(), SIDE // 2
+    for x, y in points[changed]:
+        part = np.s_[y - half : y + half + 1, x - half : x + half + 1]
+        sensed[part] = elsewhere[part]
+    return pair.reference, sensed, points, changed
+
+
+@pytest.mark.parametrize("refine", [None, "lsm"])
+@pytest.mark.parametrize(("factor", "least"), [(2, 0.6), (3, 0.7), (4, 0.8)])
+def test_most_changed_chips_are_named_and_hardly_any_other(refine, factor, least):
+    """Those that are not lie where one of the two grounds has too little texture.
+
+    Measured with two seeds: see the assertions; nothing replaced is ever accepted.
+    """
+    named, wrongly, accepted = [], [], []
+    for seed in (1, 2):
+        reference, sensed, points, changed = fields(factor, seed)
+        found = register(reference, sensed, points, refine=refine)
+        named.append((found.status == "changed")[changed])
+        wrongly.append((found.status == "changed")[~changed])
+        accepted.append(found.accepted[changed])
+    assert np.mean(np.concatenate(named)) >= least
+    assert np.mean(np.concatenate(wrongly)) <= 0.01
+    assert not np.any(np.concatenate(accepted))
+
+
+@pytest.mark.parametrize("sigma", [15.0, 150.0, 400.0])
+def test_noise_is_no_change(sigma):
+    """Weak texture sinks in it, and is then below the threshold."""
+    found = register(*fields(3, 3, share=0.0, sigma=sigma)[:3])
+    assert 0 < found.accepted.sum()
+    assert np.mean(found.status == "changed") <= 0.01
+
+
+def test_a_flat_cloud_cannot_be_told_from_weak_texture():
+    """By its definition: textured in both images."""
+    reference, sensed, points, _ = fields(4, 1, share=0.0)
+    sensed[100:200, 100:200] = 9000
+    found = register(reference, sensed, points)
+    under = np.all((points > 116) & (points < 184), axis=1)
+    assert under.sum() >= 2
+    assert set(found.status[under]) == {"flat window"}
+
+
+def test_without_a_measure_of_what_is_usual_nothing_is_called_changed():
+    """Nothing is accepted; neighbours reach r = 1, where a rounding error is none."""
+    found = register(LANDSAT[:400, :400], LANDSAT[600:1000, 600:1000], [(50, 60)] * 9)
+    assert "changed" not in found.status
+    sensed = moved(LANDSAT.astype(float), 1, 1)
+    found = register(LANDSAT, 1.1 * sensed + 0.3, fields(3, 1)[2])
+    assert "changed" not in found.status and np.all(found.r > 0.999)
+
+
+def test_a_change_that_leaves_half_of_the_chip_is_left_to_r():
+    """And to the predicted precision: it is matched by something."""
+    reference, sensed, points, _ = fields(3, 1)
+    found = register(reference, sensed, points, threshold=0.3)
+    assert np.all(found.r[found.status == "changed"] < np.sqrt(0.5))
+
+
+def test_what_moved_farther_than_the_radius_is_named_too():
+    """As all that is matched by nothing within it; the docstring says so."""
+    reference, sensed, points, _ = fields(4, 1, share=0.0, blur=0.7)
+    far, half = sensed.copy(), 20
+    one = int(np.argmin(np.abs(points - 150).sum(axis=1)))
+    x, y = points[one]
+    part = np.s_[y - half : y + half, x - half : x + half]
+    far[part] = moved(sensed, 9, 0)[part]
+    assert register(reference, sensed, points).status[one] == "accepted"
+    assert register(reference, far, points).status[one] == "changed"
+
+
+# --- Sums and the table ---
+
+HERE, ELSEWHERE = LANDSAT[:400, :400], LANDSAT[600:1000, 700:1100]
+GRID = np.array([(x, y) for x in range(20, 381, 40) for y in range(20, 381, 40)])
+
+
+@pytest.fixture(scope="module")
+def result():
+    return register(HERE, moved(HERE, -2, 1), [(3, 9), *GRID])
+
+
+def test_the_sums_are_those_of_the_accepted_shifts(result):
+    assert 50 < result.accepted.sum() < len(result.points)
+    dx, dy = result.dx[result.accepted], result.dy[result.accepted]
+    assert result.accuracy == accuracy(dx, dy) and result.accuracy.n == len(dx)
+    for name in ("rmse_x", "rmse_y", "rmse_t", "ce90"):
+        assert getattr(result, name) == getattr(result.accuracy, name)
+    C = result.covariance
+    np.testing.assert_allclose(result.sd**2, (C[:, 0, 0] + C[:, 1, 1]) / 2)
+
+
+@pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
+@pytest.mark.parametrize("radius", [3, 10])
+def test_of_two_different_places_nothing_is_accepted(refine, radius):
+    one = register(HERE, ELSEWHERE, GRID, radius=radius, refine=refine)
+    assert not one.accepted.any()
+    for name in ("accuracy", "rmse_x", "rmse_y", "rmse_t", "ce90"):
+        with pytest.raises(ValueError, match="transformation is undetermined") as error:
+            getattr(one, name)
+        words = str(error.value)
+        for status in set(one.status):
+            assert f"{np.sum(one.status == status)} {status}" in words
+        most = max(set(one.status), key=list(one.status).count)
+        assert matching.STATUSES[most][1] in words and "larger than the radius" in words
+
+
+def test_the_table_is_read_again_as_it_was(tmp_path, result):
+    path = tmp_path / "new" / "shifts.csv"
+    result.save(path)
+    with pytest.raises(FileExistsError):
+        result.save(path)
+    text = path.read_text(encoding="utf-8")
+    assert text == result.csv()
+    head, *rows = csv.reader(io.StringIO(text))
+    assert all(len(row) == len(head) for row in rows)
+    assert head[3] == "shift of the column (px; sensed minus reference)"
+    numbers = np.array([[float(v) if v else np.nan for v in row[:-1]] for row in rows])
+    columns = result.dx, result.dy, result.r, result.second
+    entries = result.covariance[:, [0, 0, 1], [0, 1, 1]]
+    expected = [np.arange(len(rows)), result.points, np.stack(columns, axis=1), entries]
+    np.testing.assert_array_equal(numbers, np.column_stack(expected))
+    assert [row[-1] for row in rows] == list(result.status)

@@ -1,11 +1,21 @@
-"""Points on a grid, and where texture is good in what both images show."""
+"""Points on a grid, with texture in both images, or from a file; and their offset."""
 
 import numpy as np
 import pytest
 
 from pgm_lab import matching
 from pgm_lab.datasets import landsat
-from pgm_lab.registration import grid, pick, register
+from pgm_lab.registration import (
+    Raster,
+    grid,
+    offset,
+    pick,
+    read,
+    read_points,
+    register,
+)
+from tests.io import rasters
+from tests.io.rasters import NOWHERE, UTM, on_map
 
 GREY = landsat().grey[:260, :320]
 
@@ -32,13 +42,10 @@ def test_a_grid_is_square_and_in_the_middle(shape, step, margin):
     assert np.all(points == np.round(points))
 
 
-def test_an_image_with_no_room_for_a_grid():
+def test_a_grid_leaves_room_for_chip_and_radius():
     assert grid((27, 27), 5, 13).tolist() == [[13, 13]]
     with pytest.raises(ValueError, match="26 x 90 pixels has none that are 13 px"):
         grid((26, 90), 5, 13)
-
-
-def test_a_grid_leaves_room_for_chip_and_radius():
     found = register(GREY, GREY, grid(GREY.shape, 15, 13), chip=21, radius=3)
     assert not np.any(np.char.find(found.status, "leaves") >= 0)
 
@@ -52,36 +59,99 @@ def test_picked_points_leave_room_for_chip_and_radius(chip, radius):
     assert np.array_equal(points, expected)
 
 
-def in_sensed(points, offset, shape):
-    x, y = (points + offset).T
-    return (x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])
-
-
 @pytest.mark.parametrize("chip, radius", [(21, 4), (11, 16)])
 @pytest.mark.parametrize("offset", [(0, 0), (-40, 25), (60.4, -30.4)])
-def test_points_are_picked_where_both_images_have_data(offset, chip, radius):
-    sensed = np.ma.array(GREY[:200, :300].copy(), mask=False)
-    sensed[80:120, 100:150] = np.ma.masked
-    points = pick(GREY, 200, chip, radius, sensed=sensed, offset=offset)
+@pytest.mark.parametrize("kind", ["masked", "nan"])
+def test_points_are_picked_where_both_images_have_data(offset, chip, radius, kind):
+    hole = np.zeros((200, 300), bool)
+    hole[80:120, 100:150] = True
+    sensed = np.ma.array(GREY[:200, :300], mask=hole)
+    if kind == "nan":
+        sensed = sensed.astype(float).filled(np.nan)
+    reference = np.ma.array(GREY, mask=False)
+    reference[:, :60] = np.ma.masked
+    points = pick(reference, 200, chip, radius, sensed=sensed, offset=offset)
     assert len(points) > 50
+    assert points[:, 0].min() >= 60 + chip // 2
     reach = chip // 2 + radius
     steps = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1).T
     around = np.round(points + offset)[:, None] + steps
-    assert in_sensed(around.reshape(-1, 2), 0, sensed.shape).all()
     x, y = np.moveaxis(around, -1, 0).astype(int)
-    assert not sensed.mask[y, x].any()
+    assert x.min() >= 0 and y.min() >= 0 and x.max() < 300 and y.max() < 200
+    assert not hole[y, x].any()
 
 
-def test_masks_of_the_reference_and_nan_of_the_sensed_image_count_too():
-    reference = np.ma.array(GREY, mask=False)
-    reference[:, :100] = np.ma.masked
-    sensed = GREY.astype(float)
-    sensed[150:] = np.nan
-    points = pick(reference, 50, sensed=sensed)
-    assert len(points) > 10
-    assert points[:, 0].min() >= 110 and points[:, 1].max() < 150 - 13
+@pytest.mark.parametrize("offset", [(1000, 0), (1e300, -1e300)])
+def test_images_with_nothing_in_common_give_no_points(offset):
+    assert pick(GREY, 50, sensed=GREY, offset=offset).shape == (0, 2)
 
 
-def test_images_with_nothing_in_common_give_no_points():
-    assert pick(GREY, 50, sensed=GREY, offset=(1000, 0)).shape == (0, 2)
-    assert pick(GREY, 50, sensed=GREY, offset=(1e300, -1e300)).shape == (0, 2)
+def test_offset_of_two_images_on_one_map(tmp_path):
+    """The same point of the map, through both files."""
+    moved = UTM + [[0, 0, 63.0], [0, 0, -30]]
+    one = read(rasters.saved(tmp_path / "a.tif"))
+    other = read(rasters.saved(tmp_path / "b.tif", rasters.GREY[:15], transform=moved))
+    found = offset(one, other)
+    assert found == pytest.approx((-10.5, -5))
+    there = other.pixels(one.map((12.0, 7.0)))
+    assert there == pytest.approx(found + (12, 7), abs=1e-6)
+
+
+def test_offset_is_zero_without_georeference_and_on_the_same_grid():
+    """Also under another name of the map, and with other last digits."""
+    nowhere = Raster(rasters.GREY, NOWHERE)
+    assert np.array_equal(offset(nowhere, nowhere), (0, 0))
+    close = on_map(transform=UTM * (1 + 1e-12))
+    assert offset(on_map(), close) == pytest.approx(0, abs=1e-3)
+    rasterio = pytest.importorskip("rasterio")
+    text = rasterio.CRS.from_epsg(32748).to_wkt()
+    assert np.array_equal(offset(on_map(), on_map(crs=text)), (0, 0))
+
+
+@pytest.mark.parametrize(
+    "other, message",
+    [
+        (
+            Raster(rasters.GREY, NOWHERE),
+            "one image has no georeference and the reference",
+        ),
+        (on_map(crs="EPSG:32747"), "different coordinate.*EPSG:32748 and EPSG:32747"),
+        (on_map(crs=None), "different coordinate.*EPSG:32748 and none"),
+        (
+            on_map(transform=UTM * [[1.001, 1, 1], [1, 1, 1]]),
+            "6 x 6 and 6.006 x 6 map units.*gdalwarp -t_srs EPSG:32748 -tr 6 6 ",
+        ),
+        (on_map(transform=UTM + [[0, 0, 180], [0, 0, 0]]), "no part of the map"),
+        (on_map(transform=UTM + [[0, 0, 0], [0, 0, 120]]), "no part of the map"),
+    ],
+)
+def test_images_whose_grids_do_not_fit(other, message):
+    with pytest.raises(ValueError, match=message):
+        offset(on_map(), other)
+
+
+def test_points_in_map_coordinates(tmp_path):
+    pixels = np.array([(3.0, 4), (10.25, 7.5)])
+    path = tmp_path / "points.csv"
+    np.savetxt(path, on_map().map(pixels), delimiter=",")
+    assert read_points(path, on_map()) == pytest.approx(pixels, abs=1e-6)
+    np.savetxt(path, pixels, delimiter=",")
+    assert np.array_equal(read_points(path), pixels)
+    with pytest.raises(ValueError, match="no georeference"):
+        read_points(path, Raster(rasters.GREY, NOWHERE))
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("", "points.csv: the file holds no numbers"),
+        ("1,2,3\n", r"points.csv, line 1: 3 column\(s\), where points have 2"),
+        ("column,row\n1.5,2\n", "points.csv, line 1: 'column' is not a number"),
+        ("1.5,2\n1.5,x\n", "points.csv, line 2: 'x' is not a number"),
+    ],
+)
+def test_tables_that_are_no_points(tmp_path, text, message):
+    path = tmp_path / "points.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read_points(path)

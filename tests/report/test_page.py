@@ -1,27 +1,135 @@
-"""The page: formulas as people write them, a picture in space, a phone, odd names."""
+"""The pages: formulas as people write them, markup, odd names, a phone."""
 
 import os
 import re
 import shutil
 import subprocess
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, plot, report
-from pgm_lab.report import _figures, _limits, _space
-from pgm_lab.report._text import sections
-from pgm_lab.report._typeset import typesetter
+from pgm_lab import bundle, plot, registration, report
+from pgm_lab.report import _figures, network
+from pgm_lab.report._page import typesetter
+from tests.matching import photos
 from tests.networks import real
-from tests.report.test_control import plain
+from tests.registration import images
+from tests.report.pages import Page, plain
+
+STATUS = ["accepted"] * 30 + ["ambiguous"] * 4 + ["below threshold"] * 6
+MARKUP = "<script>alert(1)</script><img src=x onerror=alert(1)>r^2.png"
 
 
 @pytest.fixture(scope="module")
-def result():
-    return bundle.adjust(real())
+def odd():
+    """Two cameras, control, check points, a scale bar, a fixed point, odd names."""
+    net = real()
+    a, b = net.points[[0, 40]]
+    return bundle.adjust(
+        replace(
+            net,
+            cameras=2 * net.cameras,
+            camera=[0] * 5 + [1] * 4,
+            control=([0, 9, 30], net.points[[0, 9, 30]] + 0.02, 0.05),
+            check=([3, 4], net.points[[3, 4]]),
+            scale_bars=[(0, 40, np.linalg.norm(a - b) + 0.01, 0.02)],
+            fixed=[20],
+            photo_names=[f"<b>{i}" for i in range(9)],
+            point_names=[f'"{j}"&$\\frac{{{j}}}$' for j in range(50)],
+        )
+    )
+
+
+def of_network(odd):
+    return report.html(odd, about=MARKUP)
+
+
+def of_matching(_):
+    found = photos.result(status=STATUS)
+    return report.matching.html(found, *photos.pair(), about=MARKUP)
+
+
+def of_registration(_):
+    pair = images.pair()
+    points = registration.pick(pair[0], 40, sensed=pair[1])
+    found = registration.register(*pair, points, refine="lsm")
+    words = {"model": registration.fit(found), "settings": {"refine": "lsm"}}
+    return report.registration.html(found, *pair, **words, about=MARKUP)
+
+
+# Residuals, two lenses, stations, precision; photos, histograms, parallaxes; overlay,
+# scatter, shifts, what the model leaves of them, similarity
+FIGURES = {of_network: 5, of_matching: 3, of_registration: 5}
+
+
+@pytest.fixture(scope="module", params=FIGURES)
+def page(request, odd):
+    """The source of each page, and how many figures it has."""
+    return request.param(odd), FIGURES[request.param]
+
+
+def test_the_page_is_one_file_that_everyone_can_read(page):
+    source, figures = page
+    one = Page(source)
+    assert one.all("html") == [{"lang": "en"}]
+    assert len(one.all("h1")) == len(one.all("title")) == 1
+    assert not one.all("script") and not one.all("link")
+    assert len(one.all("img")) == figures
+    for image in one.all("img"):
+        assert image["src"].startswith("data:image/png;base64,")
+        assert len(image["src"]) > 10_000 and len(image["alt"]) > 60
+    assert all(head.get("scope") in ("col", "row") for head in one.all("th"))
+    tables = Page(plain(source)).tables
+    assert len(one.all("caption")) == len(one.all("table")) == len(tables)
+    for table in tables.values():
+        assert len({len(row) for row in table}) == 1 < len(table)
+    targets = {section.get("id") for section in one.all("section")}
+    assert {link["href"].removeprefix("#") for link in one.all("a")} <= targets
+    assert "http" not in source and "url(" not in source and "@import" not in source
+
+
+def test_names_are_shown_as_they_are_and_never_as_markup(page):
+    source, _ = page
+    assert "<script" not in source and "<img src=x" not in source
+    assert "<b>" not in source and MARKUP in "".join(Page(source).text)
+
+
+def test_names_with_mathematics_in_them_are_drawn_as_they_are(odd):
+    """matplotlib takes what stands between dollars for a formula, and stumbles."""
+    text = "".join(Page(report.html(odd)).text)
+    assert '"20"&$\\frac{20}$' in text and '"8"&$\\frac{8}$ in photo <b>6' in text
+    figure = plot.bundle.standardized_histogram(odd)
+    figure.canvas.draw()
+    plt.close(figure)
+
+
+def test_the_same_result_gives_the_same_page(page, odd, request):
+    source, _ = page
+    assert request.node.callspec.params["page"](odd) == source
+
+
+def test_no_plain_formula_is_left_on_the_page(monkeypatch):
+    monkeypatch.setattr(_figures, "png", lambda figure: plt.close(figure) or "png")
+    found = bundle.snoop(real(), most=2)
+    page = report.html(found)
+    body = re.sub('<img[^>]*>|aria-label="[^"]*"', "", page.partition("<main>")[2])
+    words = re.sub("<[^>]*>", "", body)
+    assert not re.search(r"\w\^|sigma0(?!_)|[0-9]e[-+][0-9]|(?<![^ (>])-[0-9]", words)
+    text = report.text(found)
+    assert "sigma0" in text and "^-2" in text
+
+
+def test_the_lines_of_a_paragraph_are_short_and_tables_are_straight(odd):
+    for part in network._sections(odd, "about", False):
+        for one in part.tables:
+            assert {len(row) for row in one.rows} == {len(one.header)}
+    lines = report.text(odd).splitlines()
+    assert all(len(line) <= 88 for line in lines if "  " not in line.strip())
+    start = next(i for i, line in enumerate(lines) if line.startswith("Object points"))
+    body = lines[start + 2 : start + 53]
+    assert len({line.rindex("  ") for line in body}) <= 3
 
 
 @pytest.mark.parametrize(
@@ -58,118 +166,6 @@ def test_names_are_never_typeset(name):
     assert html == f"point {shown} in photo 5, r<sup>3</sup>: −2.5"
 
 
-def test_no_plain_formula_is_left_on_the_page(result, monkeypatch):
-    monkeypatch.setattr(_figures, "png", lambda figure: plt.close(figure) or "png")
-    page = report.html(bundle.snoop(result.network, most=2))
-    body = re.sub('<img[^>]*>|aria-label="[^"]*"', "", page.partition("<main>")[2])
-    words = re.sub("<[^>]*>", "", body)
-    assert not re.search(r"\w\^|sigma0(?!_)|[0-9]e[-+][0-9]|(?<![^ (>])-[0-9]", words)
-    assert "sigma0" in report.text(result) and "^-2" in report.text(result)
-
-
-def test_names_with_mathematics_in_them_are_drawn_as_they_are(result):
-    """matplotlib takes what stands between dollars for a formula, and stumbles."""
-    odd = [rf"$\frac{{{i}}}$" for i in range(50)]
-    network = replace(result.network, photo_names=odd[:9], point_names=odd)
-    page = report.html(replace(result, network=network))
-    assert page.count("<img") == 4
-    assert "$\\frac{28}$ in photo $\\frac{5}$" in page
-    figure = plot.bundle.standardized_histogram(replace(result, network=network))
-    figure.canvas.draw()
-    plt.close(figure)
-
-
-def stations(result):
-    with plt.rc_context(plot.STYLE):
-        ((figure, words),) = _space.stations(result)
-    return figure, words
-
-
-def test_stations_and_points_are_drawn_in_space(result):
-    """The last step of the program of 2013: one scale, units on three axes."""
-    figure, words = stations(result)
-    (ax,) = figure.axes
-    labels = [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()]
-    assert labels == [f"{axis} (object units)" for axis in "XYZ"]
-    for expected in (result.points, result.exteriors[:, :3]):
-        drawn = [np.transpose(one._offsets3d) for one in ax.collections[:2]]
-        assert any(np.shape(d) == expected.shape and np.allclose(d, expected)
-                   for d in drawn)  # fmt: skip
-    limits = np.array([ax.get_xlim(), ax.get_ylim(), ax.get_zlim()])
-    everything = np.concatenate([result.points, result.exteriors[:, :3]])
-    assert np.all(limits[:, 0] <= everything.min(axis=0))
-    assert np.all(limits[:, 1] >= everything.max(axis=0))
-    scale = ax._box_aspect / np.ptp(limits, axis=1)
-    np.testing.assert_allclose(scale, scale[0])
-    names = {text.get_text() for text in ax.texts}
-    assert {"1, 2", "3, 4, 5", "6", "7", "8, 9"} == names  # close ones together
-    assert "9 projection centres as squares" in words and "50 object points" in words
-    assert "Y from 0 to 1751" in words
-    plt.close(figure)
-
-
-def test_coordinates_of_a_national_system_are_told_apart(result):
-    exteriors = result.exteriors.copy()
-    exteriors[:, :3] += 5e6
-    figure, words = stations(
-        replace(result, points=result.points + 5e6, exteriors=exteriors)
-    )
-    assert "Y from 5000000 to 5001751" in words
-    plt.close(figure)
-
-
-@pytest.mark.parametrize("most, cameras", [(8, 0), (9, 9)])
-def test_many_cameras_are_drawn_as_dots_alone(result, monkeypatch, most, cameras):
-    monkeypatch.setattr(_space, "MOST_CAMERAS", most)
-    monkeypatch.setattr(_space, "MOST_NAMES", 8)
-    monkeypatch.setattr(_space, "MOST_POINTS", 20)
-    drawn = []
-    camera = plot.space.draw_camera
-    monkeypatch.setattr(
-        plot.space, "draw_camera", lambda *a, **k: drawn.append(a) or camera(*a, **k)
-    )
-    figure, words = stations(result)
-    assert len(drawn) == cameras and "50 object points" in words
-    assert not figure.axes[0].texts
-    assert len(figure.axes[0].collections[0]._offsets3d[0]) == 17  # each third
-    plt.close(figure)
-
-
-def test_the_picture_is_in_the_page_and_the_text_has_none(result, monkeypatch):
-    titles = {part.title: part.figures for part in sections(result, "", False)}
-    assert titles["Photos"] == ("stations",)
-    ((png, words),) = _figures.pictures("stations", result)
-    assert len(png) > 10_000
-    monkeypatch.setattr(_figures, "png", lambda figure: plt.close(figure) or "png")
-    assert f'src="data:image/png;base64,png" alt="{words}"' in report.html(result)
-
-
-def test_each_limit_of_the_report_has_its_reason(result):
-    text = " ".join(report.text(result).split())
-    for words in (
-        "above 3.28 makes a ray suspect: chance takes one of a thousand",
-        "Pope's tau with the redundancy 693; the larger that is, the nearer the limit"
-        " comes to 3.29",
-        "tested at 5 %, the usual level: one right model of 20 is called wrong",
-        "above 0.9: there the sd of an unknown is more than 2.3 times",
-        "below 0.1 is called hardly controlled, as nine tenths",
-        "fewer than six rays: so many points give twice the coordinates",
-        "more than three times as uncertain as the median one; this is a choice",
-        "more than 2 times the stated one and a residual is more than 1.5 times",
-        "less than 0.25 mm or more than 300 mm from the middle, as in no camera, or 3",
-        "standard deviations below 10 nm, which nobody measures",
-    ):
-        assert words in text
-    assert "Limits" not in report.text(result, short=True)
-    known = replace(result, sigma0_prior=0.35)
-    assert "above 3.29" in _limits.limits(known)[0]
-    assert (
-        "stated before, so its limit is that of the normal" in _limits.limits(known)[0]
-    )
-    few = replace(result, redundancy=1)
-    assert _limits.limits(few)[0] == "Without redundancy no residual can be tested."
-
-
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "google-chrome", "chrome"))), None
 )
@@ -177,12 +173,8 @@ BROWSER = next(
 
 @pytest.mark.slow
 @pytest.mark.skipif(not BROWSER or os.name == "nt", reason="needs a browser")
-def test_on_a_phone_nothing_is_wider_than_the_page_but_in_its_own_box(
-    result, tmp_path: Path
-):
+def test_on_a_phone_nothing_is_wider_than_the_page_but_in_its_own_box(tmp_path):
     """In a window of 390 px: figures 700 px wide, tables and they scroll alone."""
-    long = "x" * 300
-    page = tmp_path / "r.html"
     probe = """<iframe id="phone" style="width:390px;height:900px" src="r.html">
 </iframe>
 <script>onload = () => {
@@ -196,7 +188,8 @@ def test_on_a_phone_nothing_is_wider_than_the_page_but_in_its_own_box(
   document.body.innerText = JSON.stringify(
     [wide, Math.min(...images), boxes.every(Boolean), captions.every(Boolean)]);
 }</script>"""
-    page.write_text(report.html(result, about=f"From {long}.txt."), encoding="utf-8")
+    source = report.html(bundle.adjust(real()), about=f"From {'x' * 300}.txt.")
+    (tmp_path / "r.html").write_text(source, encoding="utf-8")
     (tmp_path / "probe.html").write_text(probe)
     call = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"]
     call += ["--allow-file-access-from-files", "--virtual-time-budget=5000"]

@@ -6,9 +6,15 @@ import pytest
 
 from pgm_lab.camera import Camera, Photo
 from pgm_lab.simulate import aerial_block, aerial_pair, landscape
-from pgm_lab.simulate._photograph import hidden
-from pgm_lab.simulate._rays import Surface
-from pgm_lab.simulate.aerial import CAMERA, GSD, PIXEL, SENSOR, photograph
+from pgm_lab.simulate.aerial import (
+    GSD,
+    PIXEL,
+    SENSOR,
+    Surface,
+    _frame,
+    hidden,
+    render,
+)
 
 PART = (240, 180)
 
@@ -33,6 +39,12 @@ def test_ground_lies_on_the_surface(pair):
     for ground in pair.ground:
         X, Y, Z = np.moveaxis(ground, -1, 0)
         assert np.abs(land.at(land.dsm, X, Y) - Z).max() <= 1.01e-4  # m
+
+
+def taken(land, camera, exterior, corner, part):
+    """One photo without noise, and the ground that it shows."""
+    frame = _frame(camera, np.array(exterior), tuple(corner))
+    return next(render(land, Surface(land.dsm), [frame], part, 0, 0))
 
 
 def marched(land, photo, ground):
@@ -81,11 +93,9 @@ def test_photo_of_level_ground_is_a_perspective_of_the_orthophoto():
     """OpenCV warps the ground's grey values by four points: no ray is cast."""
     camera = Camera(24.0)
     land = landscape((-70, -60, 70, 60), relief=0, buildings=0, trees=0)
-    exterior = np.array([3.0, -2.0, 1000.0, 0.02, -0.015, 0.3])
+    exterior = [3.0, -2.0, 1000.0, 0.02, -0.015, 0.3]
     part, corner = (200, 150), (2044, 1349)
-    photo, ground = photograph(
-        land, camera, exterior, PIXEL, SENSOR, corner, part, sigma=0
-    )
+    photo, ground = taken(land, camera, exterior, corner, part)
     assert np.abs(ground[..., 2]).max() < 1e-4
     corners = np.array([(-30, -20, 0), (30, -20, 0), (30, 20, 0), (-30, 20, 0)], float)
     there = photo.project(corners).astype(np.float32)
@@ -137,11 +147,7 @@ def test_hidden_behind_a_wall_is_a_known_strip():
         exterior = np.array([X0, 0.0, 1000.0, 0.0, 0.0, 0.0])
         blank = Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR)
         corner = np.round(blank.project((0.0, 0.0, 0.0))).astype(int) - (130, 40)
-        photos.append(
-            photograph(
-                land, camera, exterior, PIXEL, SENSOR, tuple(corner), (260, 80), 0
-            )
-        )
+        photos.append(taken(land, camera, exterior, corner, (260, 80)))
     (_, left), (right, shown) = photos
     dark = hidden(left, right, shown, land, surface)
     ground = np.abs(left[..., 2]) < 0.01
@@ -163,21 +169,6 @@ def test_a_pixel_is_as_large_as_the_flight_says(pair):
     assert np.median(step) == pytest.approx(1.02 * GSD, rel=0.02)
     base = np.diff([p.exterior[:3] for p in (pair.left, pair.right)], axis=0)
     assert np.linalg.norm(base) == pytest.approx(0.4 * 4288 * GSD, rel=1e-4)
-
-
-def test_light_falls_off_to_the_corner_of_the_sensor():
-    land = landscape((-4, -4, 4, 4), relief=0, buildings=0, trees=0)
-    land.grey[:] = 200
-    means = []
-    for corner in ((2134, 1414), (0, 0)):
-        exterior = np.array([0.0, 0.0, 1000.0, 0.0, 0.0, 0.0])
-        photo, _ = photograph(
-            land, CAMERA, exterior, PIXEL, SENSOR, corner, (20, 20), 0
-        )
-        means.append(photo.grey.mean())
-    r2 = (2144**2 + 1424**2) * (PIXEL / 24) ** 2
-    assert means[0] == pytest.approx(200, abs=0.5)
-    assert means[1] / 200 == pytest.approx(1 - 0.6 * r2 + 0.2 * r2**2, abs=0.01)
 
 
 def test_noise_has_the_standard_deviation_asked_for_in_each_photo_its_own():
@@ -232,36 +223,16 @@ def test_photos_of_a_block_overlap_as_asked():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (dict(part=(5000, 100)), "part"),
-        (dict(part=(4, 4)), "part"),
+        (dict(part=(5000, 100)), "part must be"),
         (dict(overlap=0.3), "overlap must be from 0.5"),
         (dict(overlap=1), "overlap must be from 0.5"),
-        (dict(sigma=-1), "sigma must not be negative"),
-        (dict(relief=900), "relief must be at most"),
-        (dict(camera=24.0), "camera"),
-        (dict(seed="a"), "seed"),
     ],
 )
-def test_bad_arguments_are_refused(change, message):
+def test_what_no_flight_has_is_refused(change, message):
     with pytest.raises(ValueError, match=message):
         aerial_pair(**(dict(part=(24, 16)) | change))
     with pytest.raises(ValueError, match=message):
         aerial_block(1, 2, **(dict(part=(24, 16)) | change))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (dict(strips=0), "strips must be a whole number"),
-        (dict(photos=1.5), "photos must be a whole number"),
-        (dict(sidelap=-0.1), "sidelap must be from 0"),
-        (dict(trees="many"), "trees must be"),
-        (dict(cell=0), "cell must be"),
-    ],
-)
-def test_bad_blocks_are_refused(change, message):
-    with pytest.raises(ValueError, match=message):
-        aerial_block(**(dict(strips=1, photos=2, part=(24, 16)) | change))
 
 
 def test_block_that_is_too_large_for_one_landscape_is_refused():

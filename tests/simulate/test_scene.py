@@ -22,14 +22,15 @@ def test_points_lie_on_the_relief_and_on_their_rays():
     assert np.ptp(X[..., 2]) > 5  # the hills are there
 
 
-def test_a_pixel_shows_the_texture_of_its_ground_point():
+@pytest.mark.parametrize("cell", [CELL, 1.0])
+def test_a_pixel_shows_the_texture_of_its_ground_point(cell):
     texture = simulate.texture(0.2, waves=50)
     size, pixel = (30, 20), (0.05, 0.04)
-    grey = simulate.relief_photo(LENS, EXTERIOR, HILLS, texture, size, pixel, cell=CELL)
+    grey = simulate.relief_photo(LENS, EXTERIOR, HILLS, texture, size, pixel, cell=cell)
     column, row = 25, 4
     photo = frames.pixel_to_photo((column, row), size, pixel)
-    X = simulate.on_relief(LENS, EXTERIOR, photo, HILLS, CELL)
-    expected = simulate.grey_values(texture, X[:2] / CELL)
+    X = simulate.on_relief(LENS, EXTERIOR, photo, HILLS, cell)
+    expected = simulate.grey_values(texture, X[:2] / cell)
     assert grey.shape == (20, 30)
     assert grey[row, column] == pytest.approx(expected, abs=1e-6)
 
@@ -56,8 +57,6 @@ def test_noise_is_seeded_and_as_large_as_asked():
     ("changes", "message"),
     [
         ({"exterior": (0, 0, 100, 3.0, 0, 0)}, "must look down"),
-        ({"cell": 0}, "cell must be positive"),
-        ({"image_points": [np.nan, 0]}, "not a finite number"),
         ({"image_points": GRID, "cell": 0.02}, "too steep"),
     ],
 )
@@ -65,17 +64,3 @@ def test_what_shows_no_ground_is_refused(changes, message):
     arguments = dict(exterior=EXTERIOR, image_points=(0, 0), relief=HILLS, cell=CELL)
     with pytest.raises(ValueError, match=message):
         simulate.on_relief(LENS, **(arguments | changes))
-
-
-def test_without_a_cell_the_texture_is_in_object_units():
-    texture = simulate.texture(0.2, waves=50)
-    hills = simulate.texture(0.01, contrast=4.0, mean=8.0, waves=20, seed=5)
-    lens, size, pixel = camera.Camera(4.0), (5, 3), 0.2
-    grey = simulate.relief_photo(lens, EXTERIOR, hills, texture, size, pixel)
-    columns, rows = np.meshgrid(np.arange(5), np.arange(3))
-    photo = frames.pixel_to_photo(np.stack([columns, rows], axis=-1), size, pixel)
-    X = simulate.on_relief(lens, EXTERIOR, photo, hills)
-    heights = simulate.grey_values(hills, X[..., :2])
-    np.testing.assert_allclose(X[..., 2], heights, rtol=0, atol=1e-6)
-    expected = simulate.grey_values(texture, X[..., :2])
-    np.testing.assert_allclose(grey, expected, rtol=0, atol=1e-6)

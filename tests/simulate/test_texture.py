@@ -14,44 +14,25 @@ PLACE = st.floats(-200.0, 200.0)
 SMALL = st.floats(-0.3, 0.3)
 
 
-def phase(texture, points):
-    return 2 * np.pi * points @ texture.frequencies.T + texture.phases
-
-
 @given(PLACE, PLACE, st.sampled_from([0.05, 0.2, 0.4]))
-def test_gradients_are_the_complex_step_derivatives_of_the_grey_values(x, y, cutoff):
-    texture = simulate.texture(cutoff, seed=7)
+def test_grey_value_and_gradient_are_the_sum_written_out_wave_by_wave(x, y, cutoff):
+    """The gradient by a complex step, of the order of 40 grey values a pixel."""
+    texture = simulate.texture(cutoff, mean=90.0, seed=7)
+
+    def value(x, y):
+        waves = zip(texture.frequencies, texture.amplitudes, texture.phases)
+        return 90.0 + sum(
+            a * np.cos(2 * np.pi * (fx * x + fy * y) + phi)
+            for (fx, fy), a, phi in waves
+        )
+
     h = 1e-30
-    derivative = [
-        (np.cos(phase(texture, np.array([x, y]) + step)) @ texture.amplitudes).imag / h
-        for step in ([1j * h, 0], [0, 1j * h])
-    ]
+    derivative = value(x + 1j * h, y).imag / h, value(x, y + 1j * h).imag / h
+    tight = {"rtol": 0, "atol": 1e-9}
+    grey = simulate.grey_values(texture, (x, y))
+    np.testing.assert_allclose(grey, value(x, y), **tight)
     found = simulate.grey_gradients(texture, (x, y))
-    # Gradients are of the order of 40 grey values a pixel
-    np.testing.assert_allclose(found, derivative, rtol=0, atol=1e-9)
-
-
-def test_gradients_are_the_finite_differences_of_the_grey_values():
-    texture = simulate.texture(0.4, seed=3)
-    points = np.random.default_rng(1).uniform(-50, 50, (40, 2))
-    h = 1e-4
-    for axis, step in enumerate(h * np.eye(2)):
-        ahead = simulate.grey_values(texture, points + step)
-        behind = simulate.grey_values(texture, points - step)
-        found = simulate.grey_gradients(texture, points)[:, axis]
-        # h^2 times the third derivative, of the order of 100, over six
-        np.testing.assert_allclose(found, (ahead - behind) / (2 * h), atol=1e-5)
-
-
-def test_grey_values_are_the_sum_written_out_wave_by_wave():
-    texture = simulate.texture(waves=5, mean=90.0, seed=2)
-    x, y = 3.25, -7.5
-    expected = 90.0
-    for (fx, fy), a, phi in zip(
-        texture.frequencies, texture.amplitudes, texture.phases
-    ):
-        expected += a * np.cos(2 * np.pi * (fx * x + fy * y) + phi)
-    assert simulate.grey_values(texture, (x, y)) == pytest.approx(expected, abs=1e-12)
+    np.testing.assert_allclose(found, derivative, **tight)
 
 
 def test_many_points_give_what_each_gives_alone():
@@ -88,24 +69,6 @@ def test_frequencies_fill_the_disc_evenly():
     assert np.mean(radius < 0.5) == pytest.approx(0.25, abs=4 * 0.0031)
 
 
-@pytest.mark.parametrize("cutoff", [0.1, 0.2, 0.4])
-def test_spectrum_of_an_image_is_empty_above_the_cutoff(cutoff):
-    texture = simulate.texture(cutoff, seed=4)
-    image, _ = simulate.texture_pair(texture, (256, 256), (0, 1, 0, 0, 0, 1))
-    # Blackman-Harris: the edge of the image spreads a wave by four lines of the
-    # spectrum, and leaves 92 dB less (4e-10 of the power) beyond
-    k = 2 * np.pi * np.arange(256) / 256
-    window = 0.35875 - 0.48829 * np.cos(k) + 0.14128 * np.cos(2 * k)
-    window -= 0.01168 * np.cos(3 * k)
-    power = np.abs(np.fft.fft2((image - 120) * np.outer(window, window))) ** 2
-    f = np.fft.fftfreq(256)
-    radius = np.hypot(f, f[:, None])
-    beyond = radius > cutoff + 6 / 256
-    assert power[beyond].sum() < 1e-7 * power.sum()
-    inside = (radius > 0.8 * cutoff) & (radius < cutoff)
-    assert power[inside].sum() > 0.2 * power.sum()
-
-
 @given(PLACE, SMALL, SMALL, PLACE, SMALL, SMALL)
 def test_a_pair_holds_the_grey_values_at_warped_coordinates(t, a, b, u, c, d):
     affine = (t, 1 + a, b, u, c, 1 + d)
@@ -121,17 +84,6 @@ def test_a_pair_holds_the_grey_values_at_warped_coordinates(t, a, b, u, c, d):
     np.testing.assert_allclose(left, simulate.grey_values(texture, pixels), **tight)
     expected = 1.08 * simulate.grey_values(texture, back) + 4
     np.testing.assert_allclose(right, expected, **tight)
-
-
-def test_what_stands_at_a_point_stands_at_its_affine_image():
-    """A dark spot, so that the direction of the transformation cannot be mistaken."""
-    wave = np.array([[0.02, 0.0], [0.0, 0.02]])
-    spot = simulate.Texture(
-        wave, np.full(2, 50.0), -2 * np.pi * 0.02 * 20 * np.ones(2), 100.0
-    )
-    left, right = simulate.texture_pair(spot, (41, 41), (9, 1, 0, -5, 0, 1))
-    assert np.unravel_index(left.argmax(), left.shape) == (20, 20)
-    assert np.unravel_index(right.argmax(), right.shape) == (15, 29)
 
 
 def test_noise_of_both_images_has_the_wanted_size_and_is_independent():
@@ -176,7 +128,7 @@ def test_whole_grey_values_are_rounded_and_clipped(dtype, highest, gain):
 
 
 @pytest.mark.parametrize("factor", [2, 4])
-@pytest.mark.parametrize("shift", [(0, 0), (3, 1), (-5, 2), (1, -6), (-2, -7)])
+@pytest.mark.parametrize("shift", [(0, 0), (3, 1), (-5, 2), (1, -6)])
 def test_shrunk_pixels_are_the_means_of_their_squares(shift, factor):
     image = np.random.default_rng(0).integers(0, 65536, (41, 54)).astype(np.uint16)
     before = image.copy()
@@ -205,59 +157,18 @@ def test_shrunk_plane_is_shifted_by_shift_over_factor(factor):
     np.testing.assert_allclose(right - left, expected, rtol=0, atol=1e-9)
 
 
-SAME = (0, 1, 0, 0, 0, 1)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda t: simulate.texture(0.0), "cutoff must lie between 0 and 0.5"),
         (lambda t: simulate.texture(0.6), "cutoff must lie between 0 and 0.5"),
-        (lambda t: simulate.texture(np.nan), "cutoff is not a finite number"),
-        (lambda t: simulate.texture(contrast=0), "contrast must be positive"),
-        (
-            lambda t: simulate.texture(waves=0),
-            "waves must be a whole number, at least 1",
-        ),
-        (lambda t: simulate.texture(waves=2.5), "waves must be a whole number"),
-        (lambda t: simulate.texture(mean=np.inf), "mean is not a finite number"),
-        (lambda t: simulate.grey_values(t, (1, 2, 3)), r"shape \(\.\.\., 2\)"),
-        (
-            lambda t: simulate.grey_gradients(t, (1, np.nan)),
-            r"points\[1\] is not a fin",
-        ),
-        (lambda t: simulate.texture_pair(t, (5,), SAME), "shape must be"),
-        (lambda t: simulate.texture_pair(t, (5, 2.5), SAME), "shape must be"),
-        (lambda t: simulate.texture_pair(t, (5, 0), SAME), "shape must be positive"),
-        (lambda t: simulate.texture_pair(t, (5, 5), SAME[:5]), "affine must be six"),
-        (lambda t: simulate.texture_pair(t, (5, 5), np.zeros(6)), "flatten the plane"),
         (
             lambda t: simulate.texture_pair(t, (5, 5), (0, 1, 2, 0, 2, 4)),
-            "a1 b2 - a2 b1 is 0",
-        ),
-        (
-            lambda t: simulate.texture_pair(t, (5, 5), SAME, sigma=-1),
-            "sigma must not be negative",
-        ),
-        (
-            lambda t: simulate.texture_pair(t, (5, 5), SAME, dtype=np.int32),
-            "dtype must be uint8, uint16 or float",
-        ),
-        (
-            lambda t: simulate.shrunk_pair(np.zeros(5), (0, 0), 2),
-            "image must have shape",
+            "flatten the plane: a1 b2 - a2 b1 is 0",
         ),
         (
             lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0.5, 0), 2),
             "shift must be two whole numbers",
-        ),
-        (
-            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0, 0), 1),
-            "factor must be a whole number, at least 2",
-        ),
-        (
-            lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (0, 0), 2.5),
-            "factor must be a whole number",
         ),
         (
             lambda t: simulate.shrunk_pair(np.zeros((9, 9)), (8, 0), 2),
@@ -265,6 +176,6 @@ SAME = (0, 1, 0, 0, 0, 1)
         ),
     ],
 )
-def test_bad_input_says_what_was_expected(call, message):
+def test_what_has_no_truth_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call(simulate.texture(waves=3))

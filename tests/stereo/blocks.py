@@ -1,5 +1,6 @@
 """A strip of tiny photos, and photos that make trouble where they are read."""
 
+import dataclasses
 import errno
 import os
 import signal
@@ -12,6 +13,7 @@ from pgm_lab import simulate
 from pgm_lab.stereo import PhotoFile
 
 HEIGHTS = (-5.0, 65.0)
+PAIRS = [(0, 1), (1, 2), (2, 3)]
 NUMBERS = dict(heights=HEIGHTS, cell=1.0, progress=False)
 
 
@@ -29,18 +31,21 @@ def content(folder):
     }
 
 
-def on_disk(photo, path, kind=PhotoFile, **more):
-    """Save the grey values of a photo; its name with its orientation."""
-    np.save(path, photo.grey)
-    return kind(
-        path,
-        photo.camera,
-        tuple(photo.exterior),
-        photo.pixel_size,
-        photo.image_size,
-        photo.corner,
-        **more,
-    )
+def saved(photos, folder):
+    """Photos as files, by the names of their numbers."""
+    files = []
+    for k, p in enumerate(photos):
+        np.save(folder / f"{k}.npy", p.grey)
+        own = p.camera, tuple(p.exterior), p.pixel_size, p.image_size, p.corner
+        files.append(PhotoFile(folder / f"{k}.npy", *own))
+    return files
+
+
+def replaced(photos, k, kind, folder, **more):
+    """The photos, one of which makes trouble."""
+    given = {f.name: getattr(photos[k], f.name) for f in dataclasses.fields(photos[k])}
+    troubled = kind(**given, log=str(folder / "log.txt"), **more)
+    return [troubled if i == k else p for i, p in enumerate(photos)]
 
 
 @dataclass(frozen=True, eq=False)

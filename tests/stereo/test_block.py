@@ -8,45 +8,25 @@ import pytest
 
 from pgm_lab import stereo
 from pgm_lab.camera import Camera, Photo
-from pgm_lab.stereo import _merge
-from tests.stereo.blocks import (
-    HEIGHTS,
-    NUMBERS,
-    Counted,
-    Deadly,
-    Failing,
-    Full,
-    content,
-    on_disk,
-    strip,
-)
-
-PAIRS = [(0, 1), (1, 2), (2, 3)]
+from pgm_lab.stereo import block as module
+from tests.stereo import blocks
+from tests.stereo.blocks import HEIGHTS, NUMBERS, PAIRS, content, replaced
 
 
 @pytest.fixture(scope="module")
 def block():
-    return strip()
+    return blocks.strip()
 
 
 @pytest.fixture(scope="module")
 def photos(block, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("photos")
-    return [on_disk(p, folder / f"{k}.npy") for k, p in enumerate(block[0])]
+    return blocks.saved(block[0], tmp_path_factory.mktemp("photos"))
 
 
 @pytest.fixture(scope="module")
 def serial(photos, tmp_path_factory):
     folder = tmp_path_factory.mktemp("serial")
-    found = stereo.plot_block(photos, PAIRS, folder, workers=1, **NUMBERS)
-    return found, content(folder)
-
-
-def replaced(photos, k, kind, folder, **more):
-    """The photos, one of which makes trouble."""
-    given = {f.name: getattr(photos[k], f.name) for f in dataclasses.fields(photos[k])}
-    troubled = kind(**given, log=str(folder / "log.txt"), **more)
-    return [troubled if i == k else p for i, p in enumerate(photos)]
+    return plot(photos, folder), content(folder)
 
 
 @pytest.fixture
@@ -56,34 +36,37 @@ def empty(tmp_path):
     return folder
 
 
+def plot(photos, folder, pairs=PAIRS, **more):
+    return stereo.plot_block(photos, pairs, folder, **(NUMBERS | {"workers": 1} | more))
+
+
+def statuses(block):
+    return [pair.status for pair in block.pairs]
+
+
 def test_the_surface_is_the_landscape(block, serial):
     """Where two photos of a pair see it, and as well as 0.3 px of parallax allow."""
     s, (photos, land) = serial[0].surface, block
-    rows, columns = s.z.shape
-    X = s.corner[0] + s.cell * np.arange(columns)
-    Y = s.corner[1] - s.cell * np.arange(rows)
-    X, Y = np.meshgrid(X, Y)
+    X, Y = s.grid()
     truth = land.at(land.dsm, X, Y)
     points = np.stack([X, Y, truth], -1).reshape(-1, 3)
-    seen = [inside(photo, points) for photo in photos]
+    seen = []
+    for photo in photos:  # half a window from the edge
+        px, size = photo.project(points), np.array(photo.grey.shape[::-1])
+        seen.append(((px > 4) & (px < size - 5)).all(1))
     both = np.any([seen[i] & seen[j] for i, j in PAIRS], axis=0).reshape(X.shape)
     found = stereo.quality(s.z, truth, both)
     base = np.linalg.norm(photos[1].exterior[:3] - photos[0].exterior[:3])
     assert found.nmad < 0.3 * (1000 / base) * (1000 / 24 * 5.49e-3)
     assert found.completeness > 0.95
-
-
-def inside(photo, points, margin=4):
-    """Whether a photo shows points, half a window from its edge."""
-    px, size = photo.project(points), np.array(photo.grey.shape[::-1])
-    return ((px > margin) & (px < size - 1 - margin)).all(1)
+    assert HEIGHTS[0] <= np.nanmin(s.z) and np.nanmax(s.z) <= HEIGHTS[1]
 
 
 def test_processes_write_the_same_bytes_though_one_of_them_is_killed(
     photos, serial, empty, tmp_path
 ):
-    deadly = replaced(photos, 2, Deadly, tmp_path)
-    found = stereo.plot_block(deadly, PAIRS, empty, workers=2, **NUMBERS)
+    deadly = replaced(photos, 2, blocks.Deadly, tmp_path)
+    found = plot(deadly, empty, workers=2)
     assert content(empty) == serial[1]
     np.testing.assert_array_equal(found.surface.z, serial[0].surface.z)
     np.testing.assert_array_equal(found.surface.measured, serial[0].surface.measured)
@@ -91,24 +74,33 @@ def test_processes_write_the_same_bytes_though_one_of_them_is_killed(
     assert [p.attempts for p in found.pairs] == [1, 1, 1]  # it was not alone
 
 
-def test_photos_in_memory_give_the_same_pairs(block, serial, empty):
-    stereo.plot_block(block[0], PAIRS, empty, workers=1, **NUMBERS)
+def test_a_pair_that_kills_every_process_is_named_and_the_rest_goes_on(
+    photos, serial, empty, tmp_path
+):
+    deadly = replaced(photos, 3, blocks.Deadly, tmp_path, times=99)
+    found = plot(deadly, empty, workers=2)
+    (pair,) = found.failed
+    assert (pair.left, pair.right) == (2, 3)
+    assert pair.reason.startswith("BrokenProcessPool: its process died")
+    for name in ("pair_00000_00001.npz", "pair_00001_00002.npz"):
+        assert content(empty)[name] == serial[1][name]
+
+
+def test_photos_in_memory_give_the_same_pairs_and_are_known_again(block, serial, empty):
+    plot(block[0], empty)
     found = {k: v for k, v in content(empty).items() if not k.startswith("photos")}
     assert found == serial[1]
-    # again: the photos of the folder are the same, and nothing is plotted
-    again = stereo.plot_block(block[0], PAIRS, empty, workers=1, **NUMBERS)
-    assert {p.status for p in again.pairs} == {"found"}
+    assert statuses(plot(block[0], empty)) == ["found"] * 3
 
 
 def test_after_a_stop_only_what_is_missing_is_plotted(photos, serial, empty, tmp_path):
-    counted = replaced(photos, 1, Counted, tmp_path)
-    stereo.plot_block(counted, PAIRS, empty, workers=1, **NUMBERS)
+    counted = replaced(photos, 1, blocks.Counted, tmp_path)
+    plot(counted, empty)
     (empty / "pair_00000_00001.npz").unlink()
     whole = (empty / "pair_00002_00003.npz").read_bytes()
     (empty / "pair_00002_00003.npz").write_bytes(whole[:-50])  # a disk lost its power
     (tmp_path / "log.txt").unlink()
-    found = stereo.plot_block(counted, PAIRS, empty, workers=1, **NUMBERS)
-    assert [p.status for p in found.pairs] == ["plotted", "found", "plotted"]
+    assert statuses(plot(counted, empty)) == ["plotted", "found", "plotted"]
     assert (tmp_path / "log.txt").read_text().split() == ["1.npy"]
     assert content(empty) == serial[1]
 
@@ -116,26 +108,24 @@ def test_after_a_stop_only_what_is_missing_is_plotted(photos, serial, empty, tmp
 def test_a_stop_by_hand_loses_nothing_that_was_plotted(
     photos, serial, empty, monkeypatch
 ):
-    from pgm_lab.stereo import block as module
+    plot_pair = module.plot_pair
 
     def stopped(task):
         if task.pair == (1, 2):
             raise KeyboardInterrupt
-        return module._tasks_plot_pair(task)
+        return plot_pair(task)
 
-    monkeypatch.setattr(module, "_tasks_plot_pair", module.plot_pair, raising=False)
     monkeypatch.setattr(module, "plot_pair", stopped)
     with pytest.raises(KeyboardInterrupt):
-        stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
+        plot(photos, empty)
     monkeypatch.undo()
-    found = stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
-    assert [p.status for p in found.pairs] == ["found", "plotted", "plotted"]
+    assert statuses(plot(photos, empty)) == ["found", "plotted", "plotted"]
     assert content(empty) == serial[1]
 
 
 def test_a_pair_that_failed_is_tried_again(photos, serial, empty, tmp_path):
-    failing = replaced(photos, 2, Failing, tmp_path, times=2)
-    found = stereo.plot_block(failing, PAIRS, empty, workers=1, retries=2, **NUMBERS)
+    failing = replaced(photos, 2, blocks.Failing, tmp_path, times=2)
+    found = plot(failing, empty, retries=2)
     assert [p.attempts for p in found.pairs] == [1, 2, 2]
     assert content(empty) == serial[1]
 
@@ -143,19 +133,16 @@ def test_a_pair_that_failed_is_tried_again(photos, serial, empty, tmp_path):
 def test_a_pair_that_keeps_failing_is_named_and_the_rest_goes_on(
     photos, empty, tmp_path
 ):
-    failing = replaced(photos, 3, Failing, tmp_path, times=99)
-    found = stereo.plot_block(failing, PAIRS, empty, workers=1, **NUMBERS)
+    found = plot(replaced(photos, 3, blocks.Failing, tmp_path, times=99), empty)
     (pair,) = found.failed
     assert (pair.left, pair.right, pair.attempts) == (2, 3, 2)
     assert pair.reason == "RuntimeError: a disk was asleep"
-    assert not pair.file.exists()
-    assert len(found.files) == 4
+    assert not pair.file.exists() and len(found.files) == 4
 
 
 def test_a_full_disk_stops_the_run(photos, empty, tmp_path):
-    full = replaced(photos, 1, Full, tmp_path)
     with pytest.raises(OSError, match="disk is full.*make room"):
-        stereo.plot_block(full, PAIRS, empty, workers=1, **NUMBERS)
+        plot(replaced(photos, 1, blocks.Full, tmp_path), empty)
 
 
 @pytest.mark.parametrize(
@@ -163,80 +150,69 @@ def test_a_full_disk_stops_the_run(photos, empty, tmp_path):
     [{"cell": 2.0}, {"heights": (-4.0, 65.0)}, {"matching": {"window": 9}}],
 )
 def test_a_folder_of_other_numbers_is_refused_until_told(photos, empty, changed):
-    stereo.plot_block(photos, PAIRS[:1], empty, workers=1, **NUMBERS)
+    plot(photos, empty, PAIRS[:1])
     (name,) = changed
     with pytest.raises(FileExistsError, match=f"another block: {name} was .* and is "):
-        stereo.plot_block(photos, PAIRS[:1], empty, workers=1, **(NUMBERS | changed))
-    found = stereo.plot_block(
-        photos, PAIRS[:1], empty, workers=1, overwrite=True, **(NUMBERS | changed)
-    )
-    assert found.pairs[0].status == "plotted"
+        plot(photos, empty, PAIRS[:1], **changed)
+    found = plot(photos, empty, PAIRS[:1], overwrite=True, **changed)
+    assert statuses(found) == ["plotted"]
 
 
-def test_a_photo_with_another_orientation_is_refused_until_told(photos, empty):
-    stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
+def test_more_pairs_may_come_later_but_no_other_orientation_until_told(
+    photos, serial, empty
+):
+    plot(photos, empty, PAIRS[:2])
+    assert statuses(plot(photos, empty)) == ["found", "found", "plotted"]
+    assert content(empty) == serial[1]
     moved = (*photos[3].exterior[:2], 1021.0, *photos[3].exterior[3:])
     other = [*photos[:3], dataclasses.replace(photos[3], exterior=moved)]
     with pytest.raises(FileExistsError, match=r"photos\[3\] is another"):
-        stereo.plot_block(other, PAIRS, empty, workers=1, **NUMBERS)
-    found = stereo.plot_block(other, PAIRS, empty, workers=1, overwrite=True, **NUMBERS)
-    assert [p.status for p in found.pairs] == ["found", "found", "plotted"]
-
-
-def test_more_pairs_may_come_later(photos, serial, empty):
-    stereo.plot_block(photos, PAIRS[:2], empty, workers=1, **NUMBERS)
-    found = stereo.plot_block(photos, PAIRS, empty, workers=1, **NUMBERS)
-    assert [p.status for p in found.pairs] == ["found", "found", "plotted"]
-    assert content(empty) == serial[1]
+        plot(other, empty)
+    found = plot(other, empty, overwrite=True)
+    assert statuses(found) == ["found", "found", "plotted"]
 
 
 def test_a_folder_of_other_things_is_refused(photos, empty):
     (empty / "letter.txt").write_text("dear")
     with pytest.raises(FileExistsError, match="other files, and no block"):
-        stereo.plot_block(photos, PAIRS, empty, **NUMBERS)
+        plot(photos, empty)
 
 
 @pytest.mark.parametrize("how", ["mean", "median"])
 def test_the_size_of_the_tiles_changes_nothing(serial, tmp_path, monkeypatch, how):
     files = [p.file for p in serial[0].pairs]
-    whole = _merge.merge(files, 1.0, tmp_path, how)
-    monkeypatch.setattr(_merge, "TILE", 7)
-    tiled = _merge.merge(files, 1.0, tmp_path, how)
+    whole = module.merge(files, 1.0, tmp_path, how)
+    monkeypatch.setattr(module, "TILE", 7)
+    tiled = module.merge(files, 1.0, tmp_path, how)
     np.testing.assert_array_equal(whole.z, tiled.z)
     np.testing.assert_array_equal(whole.measured, tiled.measured)
 
 
 def test_where_pairs_overlap_measured_heights_are_weighted(tmp_path):
     """Three surfaces of two cells, by hand."""
-    files = []
-    for k, (z, weight, first) in enumerate(
-        [
-            ([[1.0, 2.0]], [[1, 0]], (0, 0)),
-            ([[4.0, np.nan]], [[3, 0]], (0, 0)),
-            ([[6.0, 10.0]], [[0, 4]], (1, 0)),
-        ]
-    ):
-        files.append(tmp_path / f"{k}.npz")
-        np.savez(
-            files[-1],
-            z=np.array(z, np.float32),
-            weight=np.array(weight, np.float32),
-            box=np.array([*first, 2, 1]),
-        )
-    mean = _merge.merge(files, 0.5, tmp_path, "mean")
+    surfaces = [
+        ([[1.0, 2.0]], [[1, 0]], (0, 0)),
+        ([[4.0, np.nan]], [[3, 0]], (0, 0)),
+        ([[6.0, 10.0]], [[0, 4]], (1, 0)),
+    ]
+    files = [tmp_path / f"{k}.npz" for k in range(3)]
+    for file, (z, weight, first) in zip(files, surfaces):
+        layers = {"z": np.float32(z), "weight": np.float32(weight)}
+        np.savez(file, box=np.array([*first, 2, 1]), **layers)
+    mean = module.merge(files, 0.5, tmp_path, "mean")
     # cell 0: (1 + 3 * 4) / 4; cell 1: nowhere measured, so 2 and 6; cell 2: 10
     np.testing.assert_allclose(mean.z, [[3.25, 4, 10]])
     assert mean.measured.tolist() == [[True, False, True]]
     assert mean.corner == (0.25, -0.25)
-    median = _merge.merge(files, 0.5, tmp_path, "median")
+    median = module.merge(files, 0.5, tmp_path, "median")
     np.testing.assert_allclose(median.z, [[2.5, 4, 10]])
 
 
 def test_neighbours_are_the_next_of_a_strip_and_with_more_overlap_the_next_but_one(
-    block,
+    block, photos
 ):
-    found = stereo.neighbours(block[0], ground=20)
-    assert found.tolist() == [[0, 1], [1, 2], [2, 3]]
+    for given in (block[0], photos):  # of files no grey value is read
+        assert stereo.neighbours(given, ground=20).tolist() == [[0, 1], [1, 2], [2, 3]]
     more = stereo.neighbours(block[0], ground=20, least=0.15)
     assert more.tolist() == [[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]]
 
@@ -251,11 +227,6 @@ def test_overlap_is_a_share_of_the_smaller_footprint():
     assert stereo.neighbours([low, high], ground=0, least=0.85).tolist() == [[0, 1]]
 
 
-def test_neighbours_reads_no_grey_value(block, photos):
-    found = stereo.neighbours(photos, ground=20)
-    assert found.tolist() == stereo.neighbours(block[0], ground=20).tolist()
-
-
 def test_a_photo_that_looks_up_has_no_neighbours(block):
     up = dataclasses.replace(block[0][0], exterior=np.array([0, 0, 1000, np.pi, 0, 0]))
     with pytest.raises(ValueError, match=r"photos\[1\] does not look down"):
@@ -263,12 +234,11 @@ def test_a_photo_that_looks_up_has_no_neighbours(block):
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".tif", ".png"])
-def test_a_photo_file_is_read_grey(tmp_path, block, suffix):
+def test_a_photo_file_is_read_grey(tmp_path, block, photos, suffix):
     grey = cv2.GaussianBlur(block[0][0].grey, (0, 0), 2)
-    colour = cv2.merge([grey, grey, grey])
     path = tmp_path / f"Höhe{suffix}"
-    path.write_bytes(cv2.imencode(suffix, colour)[1].tobytes())
-    photo = dataclasses.replace(on_disk(block[0][0], tmp_path / "a.npy"), path=path)
+    path.write_bytes(cv2.imencode(suffix, cv2.merge([grey] * 3))[1].tobytes())
+    photo = dataclasses.replace(photos[0], path=path)
     assert photo.blank().grey.shape == grey.shape
     np.testing.assert_allclose(photo.read().grey, grey, atol=3)
 
@@ -277,10 +247,12 @@ def test_a_photo_file_is_read_grey(tmp_path, block, suffix):
     "changed, error, words",
     [
         ({"pairs": []}, ValueError, "pairs is empty"),
+        ({"pairs": [0, 1]}, ValueError, r"pairs must have shape \(n, 2\)"),
         ({"pairs": [(0, 4)]}, ValueError, "indices from 0 to 3"),
         ({"pairs": [(0, 0)]}, ValueError, "paired with itself"),
         ({"pairs": [(0, 1), (0, 1)]}, ValueError, "same pair more than once"),
         ({"folder": "no/such"}, FileNotFoundError, "is no folder: make it first"),
+        ({"folder": ""}, ValueError, "folder must be the name of a folder"),
         ({"heights": (60, 0)}, ValueError, "low < high"),
         ({"heights": (300, 400)}, ValueError, "none of the 1 .* were matched"),
         ({"workers": 0}, ValueError, "workers must be a whole number, at least 1"),
@@ -289,18 +261,10 @@ def test_a_photo_file_is_read_grey(tmp_path, block, suffix):
         ({"progress": 1}, ValueError, "progress must be True or False"),
         ({"merging": "sum"}, ValueError, "merging must be one of"),
         ({"cell": 0}, ValueError, "cell must be positive"),
-        ({"folder": ""}, ValueError, "folder must be the name of a folder"),
         ({"photos": [1, 2]}, ValueError, "photos must be a sequence of camera.Photo"),
-        ({"pairs": [0, 1]}, ValueError, r"pairs must have shape \(n, 2\)"),
         ({"matching": {"widow": 9}}, ValueError, "no argument of match_dense: widow"),
     ],
 )
 def test_what_does_not_fit_is_said_in_a_sentence(photos, empty, changed, error, words):
-    good = dict(photos=photos, pairs=[(0, 1)], folder=empty, workers=1) | NUMBERS
     with pytest.raises(error, match=words):
-        stereo.plot_block(**(good | changed))
-
-
-def test_heights_are_those_asked_for(serial):
-    z = serial[0].surface.z
-    assert np.nanmin(z) >= HEIGHTS[0] and np.nanmax(z) <= HEIGHTS[1]
+        plot(**({"photos": photos, "folder": empty, "pairs": [(0, 1)]} | changed))

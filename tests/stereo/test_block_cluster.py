@@ -1,7 +1,6 @@
 """A block of photos on a cluster of two workers: the same bytes, whoever dies."""
 
 import contextlib
-import dataclasses
 import json
 import os
 import pickle
@@ -9,24 +8,21 @@ import random
 import subprocess
 import sys
 import types
-from concurrent.futures import Future
 
 import pytest
 
 from pgm_lab import stereo
-from pgm_lab.stereo import _cluster, _pools, _tasks
-from tests.stereo.blocks import NUMBERS, Deadly, Failing, content, on_disk, strip
+from pgm_lab.stereo import block
+from tests.stereo import blocks
+from tests.stereo.blocks import NUMBERS, PAIRS, content, replaced
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")
 
-PAIRS = [(0, 1), (1, 2), (2, 3)]
-
 
 @pytest.fixture(scope="module")
 def photos(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("photos")
-    return [on_disk(p, folder / f"{k}.npy") for k, p in enumerate(strip()[0])]
+    return blocks.saved(blocks.strip()[0], tmp_path_factory.mktemp("photos"))
 
 
 @pytest.fixture(scope="module")
@@ -102,34 +98,25 @@ def test_a_cluster_writes_the_same_bytes_as_the_serial_run(
 
 
 @pytest.fixture
-def folders(tmp_path):
+def folder(tmp_path):
     (tmp_path / "block").mkdir()
-    return tmp_path / "block", str(tmp_path / "log.txt")
-
-
-def trouble(photos, k, kind, log, **more):
-    given = {f.name: getattr(photos[k], f.name) for f in dataclasses.fields(photos[k])}
-    return [
-        kind(**given, log=log, **more) if i == k else p for i, p in enumerate(photos)
-    ]
+    return tmp_path / "block"
 
 
 @pytest.mark.slow
 def test_a_worker_killed_in_the_middle_changes_nothing(
-    processes, photos, serial, folders
+    processes, photos, serial, folder, tmp_path
 ):
-    folder, log = folders
-    deadly = trouble(photos, 2, Deadly, log)
+    deadly = replaced(photos, 2, blocks.Deadly, tmp_path)
     found = plot(deadly, folder, processes)
     assert not found.failed
     assert content(folder) == serial
 
 
 def test_a_pair_that_failed_on_a_worker_is_tried_again(
-    cluster, photos, serial, folders
+    cluster, photos, serial, folder, tmp_path
 ):
-    folder, log = folders
-    failing = trouble(photos, 0, Failing, log)
+    failing = replaced(photos, 0, blocks.Failing, tmp_path)
     found = plot(failing, folder, cluster)
     assert [p.attempts for p in found.pairs] == [2, 1, 1]
     assert content(folder) == serial
@@ -137,43 +124,20 @@ def test_a_pair_that_failed_on_a_worker_is_tried_again(
 
 def test_a_task_is_small(photos, tmp_path):
     """Names and numbers go over the wire, no grey values."""
-    task = _tasks.Task(
+    task = block.Task(
         (0, 1), photos[0], photos[1], (0, 1), 1.0, {}, "0" * 32, tmp_path / "pair.npz"
     )
     assert len(pickle.dumps(task)) < 2048 < photos[0].read().grey.nbytes
 
 
-def test_an_answer_that_was_lost_with_its_worker_is_in_the_file(
-    cluster, photos, serial, tmp_path, monkeypatch
-):
-    """Dask may wait for ever for it."""
-
-    def never(self, timeout=None):
-        raise TimeoutError
-
-    monkeypatch.setattr(distributed.Future, "result", never)
-    found = plot(photos, tmp_path, cluster)
-    assert [p.status for p in found.pairs] == ["plotted"] * 3
-    assert content(tmp_path) == serial
-
-
 @pytest.mark.slow
-def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folders, tmp_path):
-    folder, log = folders
-    ending = trouble(photos, 2, Deadly, log)
+def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folder, tmp_path):
+    ending = replaced(photos, 2, blocks.Deadly, tmp_path)
     with dask.config.set({"distributed.comm.timeouts.connect": "200ms"}):
         with started(tmp_path, n_workers=1, **THREADS) as lost:
             with pytest.raises(ConnectionError, match="the cluster was lost"):
                 plot(ending, folder, lost)
     assert (folder / "pair_00000_00001.npz").exists()
-
-
-def test_a_task_that_was_taken_back_tells_of_a_lost_cluster():
-    """As dask takes back all of them then; `close` does, too, but asks no more."""
-    task = Future()
-    task.cancel()
-    with pytest.raises(ConnectionError, match="the cluster was lost.*call again"):
-        _pools._error(task)
 
 
 def test_without_dask_the_error_says_what_to_install(photos, tmp_path, monkeypatch):
@@ -193,9 +157,8 @@ def test_a_client_is_a_client(photos, tmp_path):
         plot(photos, tmp_path, 3)
 
 
-def test_a_cluster_without_workers_is_said(photos, folders, tmp_path, monkeypatch):
-    folder, _ = folders
-    monkeypatch.setattr(_cluster, "PATIENCE", 0.2)
+def test_a_cluster_without_workers_is_said(photos, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(block, "PATIENCE", 0.2)
     with started(tmp_path, n_workers=0) as idle:
         with distributed.Client(idle, set_as_default=False) as client:
             with pytest.raises(ConnectionError, match="has no worker"):
@@ -207,12 +170,12 @@ def test_a_cluster_without_workers_is_said(photos, folders, tmp_path, monkeypatc
 def test_a_worker_that_does_not_see_the_folder_is_named(
     cluster, photos, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(_cluster, "LIST", "on another disk")
+    monkeypatch.setattr(block, "_belongs", lambda *_: None)  # the list is not written
     with pytest.raises(FileNotFoundError, match="worker tcp.* does not see"):
         plot(photos, tmp_path, cluster)
 
 
-class Mourned(Failing):
+class Mourned(blocks.Failing):
     """Says what dask says when a worker was killed."""
 
     def fail(self):
@@ -221,21 +184,19 @@ class Mourned(Failing):
 
 
 def test_a_pair_that_dask_says_has_killed_a_worker_is_not_tried_for_ever(
-    cluster, photos, folders
+    cluster, photos, folder, tmp_path
 ):
     """Once with others, once alone, which is the only attempt that counts."""
-    folder, log = folders
-    found = plot(trouble(photos, 3, Mourned, log, times=99), folder, cluster)
+    found = plot(replaced(photos, 3, Mourned, tmp_path, times=99), folder, cluster)
     assert [(p.left, p.right, p.attempts) for p in found.failed] == [(2, 3, 1)]
     assert found.failed[0].reason.startswith("KilledWorker: ")
 
 
 @pytest.mark.slow
 def test_a_pair_that_kills_every_worker_is_named_and_the_rest_goes_on(
-    processes, photos, serial, folders
+    processes, photos, serial, folder, tmp_path
 ):
-    folder, log = folders
-    deadly = trouble(photos, 3, Deadly, log, times=99)
+    deadly = replaced(photos, 3, blocks.Deadly, tmp_path, times=99)
     found = plot(deadly, folder, processes)
     assert [(p.left, p.right) for p in found.failed] == [(2, 3)]
     assert found.failed[0].reason.startswith("KilledWorker: ")

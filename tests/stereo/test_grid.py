@@ -7,73 +7,70 @@ from scipy.interpolate import LinearNDInterpolator
 from pgm_lab import stereo
 from pgm_lab.stereo.grid import SOURCES
 
+ALL = (0, 0, 30, 20)
+
 
 def plane(x, y):
     return 0.3 * x - 0.2 * y + 5
 
 
-def scattered(n=3000, size=(30.0, 20.0), seed=1):
-    xy = np.random.default_rng(seed).random((n, 2)) * size
+def scattered(n=3000, seed=1):
+    xy = np.random.default_rng(seed).random((n, 2)) * ALL[2:]
     return np.column_stack([xy, plane(*xy.T)])
 
 
-def inner(surface):
-    """Cells whose middles lie well inside the hull."""
-    return (slice(1, -1), slice(1, -1)), surface.z[1:-1, 1:-1]
+def largest_error(surface):
+    """Of cells whose middles lie well inside the hull."""
+    return np.abs(surface.z - plane(*surface.grid()))[1:-1, 1:-1].max()
 
 
-def test_plane_is_met_exactly_by_any_number_of_points_a_cell():
+def test_a_plane_is_met_exactly_by_any_number_of_points_a_cell_and_far_away():
     for cell in (0.3, 1.0, 4.0):
-        surface = stereo.surface(scattered(), cell)
-        where, z = inner(surface)
-        X, Y = surface.grid()
-        assert np.allclose(z, plane(X, Y)[where], atol=1e-9)
+        assert largest_error(stereo.surface(scattered(), cell)) < 1e-9
+    away = np.array([4.3e5, 9.1e6])
+    far = stereo.surface(
+        scattered() + (*away, 0), 1.0, extent=(*away, *(away + (30, 20)))
+    )
+    near = stereo.surface(scattered(), 1.0, extent=ALL)
+    assert np.allclose(far.z, near.z, atol=1e-6)
 
 
 def test_one_point_a_cell_is_the_linear_interpolation_of_all_points():
     rng = np.random.default_rng(3)
     columns, rows = np.meshgrid(np.arange(20), np.arange(12))
-    xy = np.stack([columns, rows], -1).reshape(-1, 2) + rng.uniform(
-        0.01, 0.99, (240, 2)
-    )
+    cells = np.stack([columns, rows], -1).reshape(-1, 2)
+    xy = cells + rng.uniform(0.01, 0.99, (240, 2))
     points = np.column_stack([xy, rng.normal(0, 1, 240)])
     surface = stereo.surface(points, 1.0, extent=(0, 0, 20, 12))
-    X, Y = surface.grid()
-    expected = LinearNDInterpolator(points[:, :2], points[:, 2])(X, Y)
+    expected = LinearNDInterpolator(points[:, :2], points[:, 2])(*surface.grid())
     inside = np.isfinite(expected)
     assert inside.mean() > 0.8 and (surface.n == 1).all()
     assert np.allclose(surface.z[inside], expected[inside], atol=1e-9)
 
 
 def test_rows_fall_and_the_corner_is_the_middle_of_the_first_cell():
-    surface = stereo.surface(scattered(), 0.5, extent=(0, 0, 30, 20))
+    surface = stereo.surface(scattered(), 0.5, extent=ALL)
     assert surface.z.shape == (40, 60) and surface.corner == (0.25, 19.75)
     X, Y = surface.grid()
     assert (X[0, 0], Y[0, 0]) == surface.corner
     assert (X[-1, -1], Y[-1, -1]) == (29.75, 0.25)
 
 
-def test_median_of_a_cell_does_not_follow_a_blunder():
-    points = scattered()
-    points[np.arange(0, 3000, 60), 2] += 50
-    surface = stereo.surface(points, 2.0)  # some twenty points a cell
-    X, Y = surface.grid()
-    where, z = inner(surface)
-    assert np.abs(z - plane(X, Y)[where]).max() < 0.5
-
-
-def test_the_point_of_median_height_stands_for_its_cell():
+def test_the_point_of_median_height_stands_for_its_cell_and_a_blunder_does_not():
     x, y = np.meshgrid(np.arange(5) + 0.5, np.arange(4) + 0.5)
     centres = np.stack([x, y, plane(x, y)], -1).reshape(-1, 3)
     columns = [centres + (0, 0, dz) for dz in (-5.0, 0.0, 0.2, 30.0)]
     surface = stereo.surface(np.concatenate(columns), 1.0, extent=(0, 0, 5, 4))
     assert np.allclose(surface.z, plane(*surface.grid()) + 0.1)
+    points = scattered()
+    points[::60, 2] += 50
+    assert largest_error(stereo.surface(points, 2.0)) < 0.5  # some 20 points a cell
 
 
 def test_nothing_is_invented_outside_the_hull():
     points = scattered()
     triangle = points[points[:, 0] / 30 + points[:, 1] / 20 < 1]
-    surface = stereo.surface(triangle, 0.5, extent=(0, 0, 30, 20))
+    surface = stereo.surface(triangle, 0.5, extent=ALL)
     X, Y = surface.grid()
     beyond = X / 30 + Y / 20 > 1.05
     assert np.isnan(surface.z[beyond]).all()
@@ -84,39 +81,26 @@ def test_nothing_is_invented_outside_the_hull():
 def test_gap_wider_than_the_largest_stays_empty_and_a_smaller_one_is_filled():
     points = scattered()
     pond = np.hypot(points[:, 0] - 15, points[:, 1] - 10) < 4
-    for largest, filled in ((None, True), (12.0, True), (3.0, False)):
+    for largest, name in (
+        (None, "interpolated"), (12.0, "interpolated"), (3.0, "gap too wide"),
+    ):  # fmt: skip
         surface = stereo.surface(points[~pond], 0.5, largest_gap=largest)
         X, Y = surface.grid()
         middle = np.hypot(X - 15, Y - 10) < 1.5
-        assert np.isfinite(surface.z[middle]).all() == filled
-        name = "interpolated" if filled else "gap too wide"
         assert (surface.source[middle] == SOURCES.index(name)).all()
+        assert np.isfinite(surface.z[middle]).all() == (name == "interpolated")
 
 
 def test_number_and_spread_of_the_points_in_each_cell():
     heights = [1.0, 2, 4, 7, 7, 9]
     places = [(0.5, 0.5), (0.4, 0.5), (0.6, 0.6), (1.5, 0.5), (0.5, 1.5), (1.5, 1.5)]
-    surface = stereo.surface(
-        np.column_stack([places, heights]), 1.0, extent=(0, 0, 2, 2)
-    )
+    points = np.column_stack([places, heights])
+    surface = stereo.surface(points, 1.0, extent=(0, 0, 2, 2))
     assert np.array_equal(surface.n, [(1, 1), (3, 1)])
     assert surface.sd[1, 0] == pytest.approx(np.std([1, 2, 4], ddof=1))
     assert np.isnan(surface.sd[0, 0]) and surface.measured.all()
-
-
-def test_point_on_the_edge_belongs_to_the_last_cell():
-    points = [(0.0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
-    surface = stereo.surface(points, 1.0)
-    assert np.array_equal(surface.n, [(1, 1), (1, 1)])
-
-
-def test_large_coordinates_do_not_lose_decimals():
-    east, north = 4.3e5, 9.1e6
-    z = stereo.surface(
-        scattered() + (east, north, 0), 1.0, extent=(east, north, east + 30, north + 20)
-    ).z
-    near = stereo.surface(scattered(), 1.0, extent=(0, 0, 30, 20)).z
-    assert np.allclose(z, near, atol=1e-6)
+    corners = [(0.0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]  # in the last cells
+    assert np.array_equal(stereo.surface(corners, 1.0).n, [(1, 1), (1, 1)])
 
 
 def test_duplicates_and_rows_with_nan_change_nothing():
@@ -126,22 +110,21 @@ def test_duplicates_and_rows_with_nan_change_nothing():
     assert np.array_equal(one.z, other.z, equal_nan=True)
 
 
+THREE = [(0.0, 0, 0), (1, 0, 1), (0, 1, 5)]
+
+
 @pytest.mark.parametrize(
-    ("points", "cell", "message"),
+    ("points", "how", "message"),
     [
-        ([(0.0, 0, 0), (1, 1, 1)], 0.1, "three points or more; got 2"),
-        ([(0.0, 0, 0), (1, 1, 1), (2, 2, 5), (3, 3, 1)], 0.1, "on one line"),
-        ([(0.0, 0, 0), (1, 0, 1), (0, 1, 5)], 10.0, "take smaller cells"),
-        ([(0.0, 0, 0), (1, 0, 1), (0, 1, 5)], 1e-5, "larger cells or a smaller extent"),
-        ([(0.0, 0), (1, 0), (0, 1)], 0.1, "shape"),
-        ([(0.0, 0, 0), (1, np.inf, 1), (0, 1, 5)], 0.1, "infinite"),
+        (THREE[:2], {"cell": 0.1}, "three points or more; got 2"),
+        ([(k, k, k**2) for k in range(4)], {"cell": 0.1}, "on one line"),
+        (THREE, {"cell": 10.0}, "take smaller cells"),
+        (THREE, {"cell": 1e-5}, "larger cells or a smaller extent"),
+        (THREE, {"cell": 1.0, "extent": (30, 0, 0, 20)}, "X least, Y least"),
+        ([(0.0, 0), (1, 0), (0, 1)], {"cell": 0.1}, "shape"),
+        ([(0.0, 0, 0), (1, np.inf, 1), (0, 1, 5)], {"cell": 0.1}, "infinite"),
     ],
 )
-def test_what_no_surface_can_be_made_of(points, cell, message):
+def test_what_no_surface_can_be_made_of(points, how, message):
     with pytest.raises(ValueError, match=message):
-        stereo.surface(points, cell)
-
-
-def test_extent_in_the_wrong_order_is_refused():
-    with pytest.raises(ValueError, match="X least, Y least"):
-        stereo.surface(scattered(10), 1.0, extent=(30, 0, 0, 20))
+        stereo.surface(points, **how)

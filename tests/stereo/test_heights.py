@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from pgm_lab import orientation, rotation, stereo
 from pgm_lab.camera import Camera
@@ -50,8 +51,11 @@ def test_points_and_sigma_z_are_those_of_the_adjusted_intersection():
     xy = photo_coordinates(pair, points.cells, disparities(match, points))
     found = orientation.intersect(Camera(C), exteriors, xy, sigma=sigma * PIXEL)
     assert np.allclose(points.xyz, found.points, atol=1e-7)
-    sd = np.sqrt(found.covariance[:, 2, 2])
-    assert np.allclose(points.sd[:, 2], sd, rtol=1e-6)
+    assert np.allclose(points.sd[:, 2] ** 2, found.covariance[:, 2, 2], rtol=1e-6)
+    # As in textbooks: H / B times the GSD times the error in pixels
+    H = pair.stations[0, 2] - points.xyz[:, 2]
+    textbook = H / BASE * (PIXEL * H / C) * np.sqrt(2) * sigma
+    assert np.allclose(points.sd[:, 2], textbook, rtol=1e-6)
 
 
 def test_points_are_those_of_the_scale_factors():
@@ -82,16 +86,7 @@ def test_covariance_is_that_of_many_trials():
     assert np.allclose(sd**2, np.diag(points.covariance[0]))
 
 
-def test_sigma_z_of_the_textbook():
-    pair = normal_pair((0, 0, 0))
-    match = dense(sd=0.3)
-    points = stereo.intersect(pair, match)
-    H = pair.stations[0, 2] - points.xyz[:, 2]
-    gsd = PIXEL * H / C
-    assert np.allclose(points.sd[:, 2], H / BASE * gsd * 0.3, rtol=1e-6)
-
-
-def test_step_takes_every_so_manyth_row_and_column():
+def test_step_takes_every_nth_row_and_column():
     pair, match = normal_pair(), dense()
     whole, part = stereo.intersect(pair, match), stereo.intersect(pair, match, step=3)
     chosen = (whole.cells % 3 == 0).all(-1)
@@ -114,3 +109,40 @@ def test_match_of_another_pair_is_refused():
     other = DenseMatch(*np.zeros((3, 5, 5)), np.zeros((5, 5), np.uint8))
     with pytest.raises(ValueError, match="not of the same pair"):
         stereo.intersect(normal_pair(), other)
+
+
+def test_quality_by_hand_where_it_is_asked_for_and_known():
+    found = stereo.quality([1.0, 2.5, np.nan, 3.0], [0.0, 2.0, 5.0, 3.0])
+    assert found.n == 3 and found.completeness == 0.75
+    assert found.mean == pytest.approx(0.5)
+    assert found.rmse == pytest.approx(np.sqrt(1.25 / 3))
+    assert found.nmad == pytest.approx(1.4826 * 0.5)
+    truth = np.array([[0.0, np.nan], [0.0, 0.0]])
+    found = stereo.quality(np.ones((2, 2)), truth, [[True, True], [False, True]])
+    assert found.n == 2 and found.completeness == 1
+    none = stereo.quality([np.nan, np.nan], [1.0, 2.0])
+    assert none.n == 0 and none.completeness == 0 and np.isnan(none.rmse)
+
+
+def test_nmad_is_the_standard_deviation_of_normal_errors_and_ignores_blunders():
+    e = np.random.default_rng(1).normal(0.1, 0.3, 40_000)
+    found = stereo.quality(e, np.zeros_like(e))
+    assert found.nmad == pytest.approx(0.3, rel=0.02)
+    share = np.diff(stats.norm(0.1, 0.3).cdf([-found.le95, found.le95]))
+    assert share == pytest.approx(0.95, abs=0.005)
+    e[:400] = 100
+    spoilt = stereo.quality(e, np.zeros_like(e))
+    assert spoilt.nmad == pytest.approx(0.3, rel=0.03) and spoilt.rmse > 9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([1.0, 2.0], [1.0]), "one shape"),
+        (([1.0, np.inf], [1.0, 2.0]), "infinite"),
+        (([1.0], [1.0], [0.5]), "True or False"),
+    ],
+)
+def test_heights_that_cannot_be_compared(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        stereo.quality(*arguments)

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from pgm_lab import simulate, stereo
 from pgm_lab.camera import Camera, Photo
-from pgm_lab.stereo import _elements
+from pgm_lab.stereo import parallax
 
 LENS = Camera(24.0, 0.05, -0.03, K1=-1.5e-4, K2=1.5e-7, P1=1e-5, P2=-8e-6)
 LEFT = np.array((-195.0, 2, 1000, 0.014, -0.019, 0.035))
@@ -58,31 +58,32 @@ def turned(photo, element, by):
     return replace(photo, exterior=exterior)
 
 
+def measured(left, right, heights=HEIGHTS, **more):
+    return stereo.y_parallax(stereo.epipolar_pair(left, right, heights), **more)
+
+
+def relief(aerial):
+    return aerial.landscape.dsm.min(), aerial.landscape.dsm.max()
+
+
 def test_a_simulated_flight_is_well_oriented(aerial):
-    Z = aerial.landscape.dsm
-    pair = stereo.epipolar_pair(aerial.left, aerial.right, (Z.min(), Z.max()))
+    pair = stereo.epipolar_pair(aerial.left, aerial.right, relief(aerial))
     found = stereo.y_parallax(pair)
     assert found.verdict == "well oriented" and "well oriented" in found.message
     assert found.n > 20 and found.rmse < 0.1 and abs(found.mean) < 0.03
     assert found.nmad <= found.rmse * 1.5
-    rows = found.matched[:, 1] - found.points[:, 1]
-    np.testing.assert_array_equal(found.values[found.used], rows[found.used])
+    off = (found.points - found.matched)[found.used]
+    np.testing.assert_array_equal(found.values[found.used], -off[:, 1])
     # Matched at the truth, in the columns too
-    xyz = pair.object_points(
-        *found.points[found.used].T,
-        (found.points - found.matched)[found.used, 0],
-    )
+    xyz = pair.object_points(*found.points[found.used].T, off[:, 0])
     column, row = np.rint(pair.to_photo(0, found.points[found.used])).astype(int).T
-    truth = aerial.ground[0][row, column]
-    assert np.median(np.abs(xyz - truth)) < 0.2
+    assert np.median(np.abs(xyz - aerial.ground[0][row, column])) < 0.2
 
 
 @pytest.mark.parametrize("name", ["phi", *slow("omega", "kappa")])
 def test_a_flight_with_one_angle_wrong_by_a_degree_is_diagnosed(aerial, name):
-    Z = aerial.landscape.dsm
     wrong = turned(aerial.right, *ONE_OFF[name])
-    pair = stereo.epipolar_pair(aerial.left, wrong, (Z.min(), Z.max()))
-    found = stereo.y_parallax(pair)
+    found = measured(aerial.left, wrong, relief(aerial))
     assert found.verdict == "wrong orientation"
     best = found.elements[0]
     assert best.name == name
@@ -114,7 +115,7 @@ def test_an_element_that_is_wrong_explains_the_parallaxes_of_exact_points(photos
     left, right = photos
     X = np.random.default_rng(3).uniform((-150, -200, -60), (150, 200, 60), (40, 3))
     wrong = turned(right, *ONE_OFF[name])
-    found, together = _elements.explanations(
+    found, together = parallax.explanations(
         (left, wrong), left.project(X), right.project(X), PIXEL
     )
     assert found[0].name == name and together < 0.01
@@ -125,7 +126,7 @@ def test_an_element_that_is_wrong_explains_the_parallaxes_of_exact_points(photos
 def test_two_wrong_elements_need_a_new_relative_orientation(photos):
     left, right = photos
     wrong = turned(turned(right, 3, DEGREE), 5, 2 * DEGREE)
-    found = stereo.y_parallax(stereo.epipolar_pair(left, wrong, HEIGHTS), number=40)
+    found = measured(left, wrong, number=40)
     assert found.together < 0.1 < found.elements[0].remaining
     assert "No element of the right photo alone explains it" in found.message
 
@@ -136,22 +137,20 @@ def test_exchanged_images_are_found_out(overlap):
     left = photographed(np.array([-x, *LEFT[1:]]))
     right = photographed(np.array([x, *RIGHT[1:]]))
     exchanged = replace(left, grey=right.grey), replace(right, grey=left.grey)
-    found = stereo.y_parallax(stereo.epipolar_pair(*exchanged, HEIGHTS), number=40)
+    found = measured(*exchanged, number=40)
     assert found.verdict == "photos exchanged"
     assert "Exchange the images" in found.message
 
 
 def test_photos_exchanged_with_their_orientations_are_as_good(photos):
-    found = stereo.y_parallax(stereo.epipolar_pair(*photos[::-1], HEIGHTS), number=40)
-    assert found.verdict == "well oriented"
+    assert measured(*photos[::-1], number=40).verdict == "well oriented"
 
 
 def test_other_ground_and_water_have_too_few_points(photos):
     left, right = photos
     noise = np.random.default_rng(5).normal(90, 1, right.grey.shape).round()
     for grey in (photographed(RIGHT, seed=7).grey, noise):
-        pair = stereo.epipolar_pair(left, replace(right, grey=grey), HEIGHTS)
-        found = stereo.y_parallax(pair, number=30)
+        found = measured(left, replace(right, grey=grey), number=30)
         assert found.verdict == "too few points"
         assert "do not show the same ground" in found.message
         assert np.isnan(found.rmse) or found.n < 6
@@ -185,10 +184,8 @@ def test_a_place_that_does_not_fit_is_left_out_by_name(photos):
 def test_points_of_the_callers_are_measured_where_they_are(photos):
     pair = stereo.epipolar_pair(*photos, HEIGHTS)
     rows, columns = pair.left.shape
-    chosen = np.stack(
-        np.meshgrid(np.linspace(40, columns - 40, 5), np.linspace(40, rows - 40, 4)),
-        -1,
-    ).reshape(-1, 2).round()  # fmt: skip
+    x, y = np.linspace(40, columns - 40, 5), np.linspace(40, rows - 40, 4)
+    chosen = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2).round()
     found = stereo.y_parallax(pair, chosen)
     np.testing.assert_array_equal(found.points, chosen)
     assert found.n >= 6 and found.rmse < 0.1

@@ -30,20 +30,26 @@ def terrain(surface):
     return stereo.Terrain(surface.z, origin, surface.corner, surface.cell)
 
 
+def table(file):
+    return np.genfromtxt(file, delimiter=",", names=True)
+
+
 def test_points_as_csv(points, tmp_path):
-    file = stereo.save_points(points, tmp_path / "new" / "points.csv")
-    read = np.genfromtxt(file, delimiter=",", names=True)
+    read = table(stereo.save_points(points, tmp_path / "new" / "points.csv"))
     assert np.allclose(read["Y"], points.xyz[:, 1], atol=1e-4, rtol=0)
     assert np.allclose(read["sd_Z"], points.sd[:, 2])
     assert np.array_equal(read["column"], points.cells[:, 0])
 
 
-def test_points_as_las(points, tmp_path):
+def test_points_as_las_also_when_they_are_far_apart(points, tmp_path):
     laspy = pytest.importorskip("laspy")
     read = laspy.read(stereo.save_points(points, tmp_path / "points.las"))
     assert np.allclose(read.xyz, points.xyz, atol=0.51e-4, rtol=0)
     for name, values in (("sd_X", points.sd[:, 0]), ("r", points.r)):
         assert np.allclose(read[name], values)
+    points.xyz[0] = 0
+    read = laspy.read(stereo.save_points(points, tmp_path / "far.las"))
+    assert np.allclose(read.xyz, points.xyz, atol=0.02, rtol=0)
 
 
 def test_compressed_points_or_what_to_install(points, tmp_path):
@@ -57,79 +63,60 @@ def test_compressed_points_or_what_to_install(points, tmp_path):
         assert not list(tmp_path.iterdir())
 
 
-def test_points_far_apart_fit_into_las(points, tmp_path):
-    laspy = pytest.importorskip("laspy")
-    points.xyz[0] = (0, 0, 0)
-    read = laspy.read(stereo.save_points(points, tmp_path / "points.las"))
-    assert np.allclose(read.xyz, points.xyz, atol=0.02, rtol=0)
-
-
-@pytest.mark.parametrize("name", ["surface", "terrain"])
-def test_heights_as_geotiff(name, tmp_path, request):
+@pytest.mark.parametrize(
+    ("name", "layer"), [("surface", "source"), ("terrain", "origin")]
+)
+def test_heights_as_geotiff_and_as_csv(name, layer, tmp_path, request):
     rasterio = pytest.importorskip("rasterio")
     what = request.getfixturevalue(name)
-    file = stereo.save_surface(what, tmp_path / "dsm.tif", crs="EPSG:32748")
-    layer = what.source if name == "surface" else what.origin
-    with rasterio.open(file) as read:
+    values, (x, y) = getattr(what, layer), what.corner
+    with rasterio.open(
+        stereo.save_surface(what, tmp_path / "dsm.tif", crs="EPSG:32748")
+    ) as read:
         assert np.array_equal(read.read(1), what.z.astype(np.float32), equal_nan=True)
-        assert np.array_equal(read.read(2), layer)
+        assert np.array_equal(read.read(2), values)
         assert np.isnan(read.nodata) and read.crs.to_epsg() == 32748
         # rasterio gives the middle of a cell
-        assert read.xy(0, 0) == what.corner
-        assert read.xy(1, 2) == (what.corner[0] + 1.0, what.corner[1] - 0.5)
-        second = "source" if name == "surface" else "origin"
-        assert read.descriptions == ("height", second)
+        assert read.xy(0, 0) == (x, y) and read.xy(1, 2) == (x + 1.0, y - 0.5)
+        assert read.descriptions == ("height", layer)
+        assert read.tags(2)["meaning"].startswith(("0 measured, 1 ", "0 ground, 1 "))
+    read = table(stereo.save_surface(what, tmp_path / "dsm.csv"))
+    known = np.isfinite(what.z)
+    assert (read["X"][0], read["Y"][0]) == (x + 1.5, y)
+    assert np.allclose(read["Z"], what.z[known])
+    assert np.array_equal(read[layer], values[known])
 
 
-def test_heights_as_csv(terrain, tmp_path):
-    read = np.genfromtxt(
-        stereo.save_surface(terrain, tmp_path / "dtm.csv"), delimiter=",", names=True
-    )
-    assert len(read) == np.isfinite(terrain.z).sum()
-    assert read["X"][0] == terrain.corner[0] + 1.5
-    assert read["Y"][0] == terrain.corner[1]
-    assert read["Z"][0] == pytest.approx(terrain.z[0, 3])
-    assert (read["origin"] == 1).all()
-
-
-def test_a_file_that_is_there_stays(points, tmp_path):
+def test_a_file_that_is_there_stays_and_nothing_half_written(points, surface, tmp_path):
     file = tmp_path / "points.csv"
     file.write_text("mine")
-    with pytest.raises(FileExistsError, match="is there already"):
+    with pytest.raises(FileExistsError, match="already exists"):
         stereo.save_points(points, file)
     assert file.read_text() == "mine"
     stereo.save_points(points, file, overwrite=True)
     assert file.read_text().startswith("X,Y,Z")
-
-
-def test_nothing_half_written_is_left(surface, tmp_path):
     pytest.importorskip("rasterio")
     with pytest.raises(ValueError, match="is not known"):
         stereo.save_surface(surface, tmp_path / "dsm.tif", crs="nowhere")
-    assert not list(tmp_path.iterdir())
+    assert list(tmp_path.iterdir()) == [file]
 
 
-@pytest.mark.parametrize(
-    ("library", "name", "save"),
-    [("laspy", "a.las", "save_points"), ("rasterio", "a.tif", "save_surface")],
-)
-def test_missing_library_is_named(
-    library, name, save, points, surface, tmp_path, monkeypatch
-):
-    monkeypatch.setitem(sys.modules, library, None)
-    what = points if save == "save_points" else surface
-    with pytest.raises(ImportError, match=f"pip install {library}"):
-        getattr(stereo, save)(what, tmp_path / name)
+def test_missing_library_is_named(points, surface, tmp_path, monkeypatch):
+    for library in ("laspy", "rasterio"):
+        monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ImportError, match="pip install laspy"):
+        stereo.save_points(points, tmp_path / "a.las")
+    with pytest.raises(ImportError, match="pip install rasterio"):
+        stereo.save_surface(surface, tmp_path / "a.tif")
 
 
-def test_unknown_end_is_refused_with_what_can_be_written(points, surface, tmp_path):
+def test_what_cannot_be_saved_is_refused_with_what_can(points, surface, tmp_path):
     with pytest.raises(ValueError, match=r"\.csv or \.las or \.laz"):
         stereo.save_points(points, tmp_path / "points.txt")
     with pytest.raises(ValueError, match=r"\.csv or \.tif"):
         stereo.save_surface(surface, tmp_path / "dsm.png")
-
-
-def test_no_points_are_not_saved(tmp_path):
+    with pytest.raises(ValueError, match="no place for it"):
+        stereo.save_surface(surface, tmp_path / "dsm.csv", crs="EPSG:32748")
     none = stereo.Points(*np.empty((2, 0, 3)), np.empty(0), np.empty((0, 2)))
     with pytest.raises(ValueError, match="no points"):
         stereo.save_points(none, tmp_path / "points.csv")

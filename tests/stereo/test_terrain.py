@@ -7,7 +7,7 @@ from scipy.interpolate import RBFInterpolator
 
 from pgm_lab import simulate, stereo
 from pgm_lab.simulate.landscape import BUILDING, OPEN, TREE
-from pgm_lab.stereo import _plate
+from pgm_lab.stereo import terrain as module
 from pgm_lab.stereo.terrain import BETWEEN, GROUND, NOTHING, UNDER
 
 CELL = 0.5
@@ -109,7 +109,7 @@ def test_the_plate_is_the_thin_plate_spline_of_its_ground():
     ground = np.stack([rows[known], columns[known]], -1)
     spline = RBFInterpolator(ground, hill[known], neighbors=300)
     under = spline(np.stack([rows[~known], columns[~known]], -1))
-    plate = _plate.lay(hill, known, 1)
+    plate = module._plate(hill, known, 1)
     assert np.abs(plate[~known] - under).max() < 0.05  # m, on a hill of 10 m
     assert np.abs(plate - hill)[known].max() < 0.02
 
@@ -118,7 +118,7 @@ def test_the_bending_energy_is_that_of_a_thin_plate():
     """The sum of zxx^2 + 2 zxy^2 + zyy^2, known in closed form for these surfaces."""
     n = 20
     y, x = np.mgrid[:n, :n].astype(float)
-    bending = _plate._bending((n, n))
+    bending = module._bending((n, n))
     energies = [np.ravel(z) @ (bending @ np.ravel(z)) for z in (x, x * y, x**2, y**2)]
     np.testing.assert_allclose(
         energies, [0, 2 * (n - 1) ** 2, 4 * n * (n - 2), 4 * n * (n - 2)], atol=1e-9

@@ -32,8 +32,7 @@ def test_the_table_is_read_by_the_bundle_to_the_last_bit(ground, tmp_path):
 
 
 def test_the_bundle_of_the_two_photos_agrees(ground, bare):
-    network = stereo_map.network(ground)
-    found = bundle.adjust(network, ())
+    found = bundle.adjust(stereo_map.network(ground), ())
     assert found.status == "converged" and found.redundancy == len(ground.points) - 5
     assert found.sigma0 < 1.5
     truth = np.array([true_ground(bare, p) for p in ground.points])
@@ -41,23 +40,18 @@ def test_the_bundle_of_the_two_photos_agrees(ground, bare):
     assert np.sqrt(np.mean(errors**2, axis=0)).max() < 0.5  # m; a pixel is 0.69 m
 
 
-def test_an_old_file_stays_unless_asked(ground, tmp_path):
-    path = tmp_path / "my_points.csv"
-    stereo_map.save(ground, path)
-    with pytest.raises(FileExistsError):
-        stereo_map.save(ground, path)
-    stereo_map.save(stereo_map.undo(ground), path, overwrite=True)
-
-
-def test_nothing_is_saved_without_points(oriented, tmp_path):
+def test_what_cannot_be_saved_leaves_everything_as_it_was(
+    ground, oriented, unknown, tmp_path
+):
     with pytest.raises(ValueError, match="no point was kept yet"):
         stereo_map.save(oriented, tmp_path / "none.csv")
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_pair_that_is_not_oriented_is_no_network_yet(unknown):
     with pytest.raises(ValueError, match="not oriented yet"):
         stereo_map.network(unknown)
+    assert not list(tmp_path.iterdir())
+    stereo_map.save(ground, tmp_path / "my_points.csv")
+    with pytest.raises(FileExistsError):
+        stereo_map.save(ground, tmp_path / "my_points.csv")
+    stereo_map.save(stereo_map.undo(ground), tmp_path / "my_points.csv", overwrite=True)
 
 
 def test_two_cameras_make_a_network_and_no_four_files(ground, tmp_path):
@@ -76,9 +70,8 @@ def test_the_saved_file_is_taken_by_the_network_as_its_rows_are(ground, tmp_path
     points = dict(zip(whole.point_names, whole.points))
     for observed in (path, str(path), observations.read(path).rows):
         network = bundle.Network.of(whole.cameras[0], photos, points, observed)
-        assert np.array_equal(network.photo, whole.photo)
-        assert np.array_equal(network.point, whole.point)
-        assert np.array_equal(network.xy, whole.xy)
+        for name in ("photo", "point", "xy"):
+            assert np.array_equal(getattr(network, name), getattr(whole, name))
         np.testing.assert_allclose(network.sigma, whole.sigma, rtol=1e-12)
     as_texts = ({str(name): row for name, row in t.items()} for t in (photos, points))
     network = bundle.Network.of(whole.cameras[0], *as_texts, path)

@@ -18,15 +18,7 @@ from pgm_book.make.site import (
 
 
 def build(chapters: Iterable[Path], folder: Path) -> Path:
-    """Write the site into ``folder/site``; return its first page.
-
-    Parameters
-    ----------
-    chapters : iterable of Path
-        The notebooks, executed.
-    folder : Path
-        The folder ``build``; ``site-source`` in it is made anew, too.
-    """
+    """Write the site into ``folder/site``; return its first page."""
     source, site = Path(folder) / "site-source", Path(folder) / "site"
     for made in (source, site):
         shutil.rmtree(made, ignore_errors=True)

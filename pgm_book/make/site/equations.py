@@ -26,18 +26,7 @@ The search finds them too, in Python ``pgm_book.common.ledger.code("M 2.94")``.
 
 
 def write(folder: Path) -> list[str]:
-    """Write the equation index.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the sources of the site are.
-
-    Returns
-    -------
-    list of str
-        The name of the page, for the table of contents.
-    """
+    """Write the equation index."""
     parts = [TEXT]
     for source, found in by_source().items():
         parts.append(_heading(source, "-"))

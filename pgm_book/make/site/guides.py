@@ -1,43 +1,30 @@
-"""The guides: what README says on a reader's own network, photos and images.
+"""The guides: what docs/ says on a reader's own network, photos and images."""
 
-The note on a block of photos comes along, since README leads to it.
-"""
-
-import re
 import shutil
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
-SECTIONS = {
-    "network": "Your own network",
-    "photos": "Your own photos",
-    "aerial": "Your own aerial photos",
-    "images": "Your own images",
+PAGES = {
+    "network": "own_network.md",
+    "photos": "own_photos.md",
+    "aerial": "own_aerial.md",
+    "images": "own_images.md",
+    "block": "block_of_photos.md",
 }
-BLOCK = "docs/block_of_photos.md"
 
 
 def write(folder: Path) -> list[str]:
-    """Write a page for each section of README; return their names."""
+    """Write a page for each; return their names."""
     target = folder / "guides"
     target.mkdir()
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    for name, heading in SECTIONS.items():
-        text = f"# {heading}\n{section(readme, heading)}"
+    for name, file in PAGES.items():
+        text = (ROOT / "docs" / file).read_text(encoding="utf-8")
         # The sample lies beside the pages, file by file.
-        text = text.replace("[data/sample](data/sample)", _sample(folder))
-        text = text.replace(f"({BLOCK})", "(block.md)")
+        text = text.replace("[data/sample](../data/sample)", _sample(folder))
+        for other, its_file in PAGES.items():
+            text = text.replace(f"({its_file})", f"({other}.md)")
         (target / f"{name}.md").write_text(text, encoding="utf-8")
-    shutil.copy(ROOT / BLOCK, target / "block.md")
-    return [f"guides/{name}" for name in (*SECTIONS, "block")]
-
-
-def section(text: str, heading: str) -> str:
-    """Return what stands below a heading of the second level, up to the next."""
-    found = re.search(rf"^## {re.escape(heading)}\n(.*?)(?=^## |\Z)", text, re.M | re.S)
-    if not found:
-        raise ValueError(f"README.md has no section {heading!r}")
-    return found[1]
+    return [f"guides/{name}" for name in PAGES]
 
 
 def _sample(folder: Path) -> str:

@@ -51,18 +51,7 @@ def place(test: str) -> tuple[str, str]:
 
 
 def write(folder: Path) -> list[str]:
-    """Write a page for each file of proofs, and a page that lists them.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the sources of the site are.
-
-    Returns
-    -------
-    list of str
-        The name of the page that lists them, for the table of contents.
-    """
+    """Write a page for each file of proofs, and a page that lists them."""
     target = folder / FOLDER
     target.mkdir(parents=True, exist_ok=True)
     files = sorted(AUDIT.glob("*.py"))

@@ -115,7 +115,7 @@ def write(folder: Path, pages: dict[str, list[str]]) -> None:
             top.append(f"{part}/index")
         else:
             top += names
-    shutil.copy(ROOT / "docs" / PICTURE, folder)
+    shutil.copy(ROOT / "docs" / "pictures" / PICTURE, folder)
     page = START.format(picture=PICTURE, prediction=prediction(), toctree=_toctree(top))
     (folder / "index.md").write_text(page, encoding="utf-8")
 

@@ -88,18 +88,7 @@ def all_verdicts() -> list[Verdict]:
 
 
 def write(folder: Path) -> list[str]:
-    """Write the page of the verdicts.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the sources of the site are.
-
-    Returns
-    -------
-    list of str
-        The name of the page, for the table of contents.
-    """
+    """Write the page of the verdicts."""
     (folder / f"{PAGE}.md").write_text(TEXT, encoding="utf-8")
     return [PAGE]
 
@@ -175,13 +164,7 @@ def breakable(name: str, sign: str) -> Markup:
 
 
 def chapter_pages(pages: set[str]) -> dict[str, str]:
-    """The page of each chapter; where a chapter has a case, the case.
-
-    Parameters
-    ----------
-    pages : set of str
-        All pages of the site.
-    """
+    """The page of each chapter; where a chapter has a case, the case."""
     by_name = {page.rpartition("/")[2]: page for page in pages}
     found = {}
     for row in datasets.rows("chapters.csv"):

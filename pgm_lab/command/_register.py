@@ -1,0 +1,248 @@
+"""pgm_lab register: how far two images of one place lie off each other."""
+
+import argparse
+import importlib.util
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pgm_lab import registration
+from pgm_lab.command import _options
+from pgm_lab.command._options import (
+    TABLES,
+    Outcome,
+    Output,
+    Parser,
+    number,
+    odd,
+    positive,
+    share,
+    whole,
+)
+from pgm_lab.io.files import printable
+from pgm_lab.registration import Model, Raster, Registration
+from pgm_lab.registration.model import NAMES
+from pgm_lab.report import registration as report
+
+DESCRIPTION = (
+    "How far a sensed image lies off a reference image of the same place, and how sure"
+    " that is. GeoTIFF where rasterio is installed; PNG, TIFF and JPEG without a place"
+    " on the map; 8 or 16 bit."
+)
+EPILOG = "Shifts are sensed minus reference, columns to the right and rows down."
+NO_MEMORY = (
+    "there is not enough memory for these images: cut out the part that both show, or"
+    " take fewer points"
+)
+NUMBER = 100  # points that are picked
+RASTERS = (".tif", ".tiff")
+REFINE = {"none": None, "parabola": "parabola", "lsm": "lsm"}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "chip": {"type": odd, "metavar": "PX"},
+    "radius": {"type": whole, "metavar": "PX"},
+    "refine": {"choices": tuple(REFINE), "default": "lsm"},
+    "threshold": {"type": share, "metavar": "R"},
+    "largest_sd": {"type": positive, "metavar": "PX"},
+    "smooth": {"type": number, "metavar": "PX"},
+    "offset": {"type": number, "nargs": 2, "metavar": ("COLUMN", "ROW")},
+}
+
+
+def add_options(parser: Parser) -> None:
+    """Add what the subcommand takes."""
+    parser.add_argument("reference", type=Path, help="image that is taken as right")
+    parser.add_argument("sensed", type=Path, help="image that is compared with it")
+    where = parser.add_mutually_exclusive_group()
+    points = "points of the reference image: column row, one a line"
+    _options.add_file(where, "--points", points)
+    _options.add_file(where, "--map-points", "the same as x y on its map")
+    words = report.SETTINGS["grid"]
+    where.add_argument("--grid", type=whole, metavar="STEP", help=words)
+    words = f"{report.SETTINGS['number']}; {NUMBER} when missing"
+    where.add_argument("--number", type=whole, metavar="N", help=words)
+    for name, kind in OPTIONS.items():
+        option = "--" + name.replace("_", "-")
+        parser.add_argument(option, dest=name, help=report.SETTINGS[name], **kind)
+    parser.add_argument(
+        "--model",
+        choices=tuple(NAMES),
+        default="shift",
+        help="what is fitted to the shifts of the points: one shift for all, or scales,"
+        " rotation and shear too",
+    )
+    words = "band to read, from 1"
+    parser.add_argument("--band", type=whole, metavar="N", help=words)
+    words = "grey value that is no data"
+    parser.add_argument("--nodata", type=number, metavar="VALUE", help=words)
+    words = "of the reference image, where the file does not say it"
+    parser.add_argument("--pixel-size", type=positive, metavar="METRES", help=words)
+    _options.add_outputs(parser)
+    _options.add_csv(parser)
+    words = "write the sensed image in the pixels of the reference image, as GeoTIFF"
+    _options.add_file(parser, "--resampled", words)
+
+
+def check(parser: Parser, options: argparse.Namespace) -> None:
+    """Refuse before the work what would go wrong after it."""
+    files = (
+        Output("--csv", options.csv, TABLES),
+        Output("--resampled", options.resampled, RASTERS),
+    )
+    inputs = options.reference, options.sensed, options.points, options.map_points
+    _options.check_outputs(parser, options, inputs, *files)
+    if options.resampled is not None and not importlib.util.find_spec("rasterio"):
+        parser.error("--resampled needs rasterio: pip install rasterio")
+
+
+def run(options: argparse.Namespace) -> Outcome:
+    """Register two images, and report how they lie."""
+    if _options.same_file(options.reference, options.sensed):
+        raise ValueError(
+            f"{options.reference} and {options.sensed} are the same file: two images of"
+            " the same place are needed"
+        )
+    steps = "reading", "registering", "resampling", "reporting"
+    with _options.progress(*steps) as begin:
+        begin()
+        reference, sensed = _read(options)
+        offset = _offset(options, reference, sensed)
+        settings = _settings(options, reference, offset)
+        begin()
+        found = _register(reference, sensed, settings, offset)
+        model = _model(options, found, offset)
+        begin()
+        files: dict[Path, str | bytes] = {}
+        if options.resampled is not None:
+            assert model is not None  # or `_model` had raised
+            new = _resampled(reference, sensed, model, options.resampled)
+            files[options.resampled] = new
+        begin()
+        names = (printable(path.name) for path in (options.reference, options.sensed))
+        words: dict[str, Any] = {
+            "model": model,
+            "pixel_size": options.pixel_size,
+            "settings": settings,
+            "about": "Reference image {}, sensed image {}.".format(*names),
+        }
+        both = found, reference, sensed
+        files |= _options.written(
+            options,
+            lambda: report.text(*both, **words),
+            lambda: report.html(*both, **words),
+        )
+        if options.csv is not None:
+            files[options.csv] = _csv(found, reference)
+        return Outcome(report.text(*both, **words, short=True), files)
+
+
+def _read(options: argparse.Namespace) -> tuple[Raster, Raster]:
+    """Read both images."""
+    reference, sensed = (
+        registration.read(path, options.band, nodata=options.nodata)
+        for path in (options.reference, options.sensed)
+    )
+    if options.pixel_size is not None and reference.pixel_size is not None:
+        size = " x ".join(f"{one:g}" for one in reference.pixel_size)
+        raise ValueError(
+            f"{printable(options.reference)} says that its pixels have {size} m: leave"
+            " out --pixel-size"
+        )
+    return reference, sensed
+
+
+def _offset(
+    options: argparse.Namespace, reference: Raster, sensed: Raster
+) -> np.ndarray:
+    """Return by how many pixels (column, row) the sensed image is ahead."""
+    if options.offset is None:
+        return registration.offset(reference, sensed)
+    return np.array(options.offset)
+
+
+def _settings(
+    options: argparse.Namespace, reference: Raster, offset: np.ndarray
+) -> dict[str, Any]:
+    """What the registration is asked for, points among it."""
+    numbers = "chip", "radius", "threshold", "largest_sd", "smooth"
+    asked = {name: getattr(options, name) for name in numbers}
+    settings = {name: value for name, value in asked.items() if value is not None}
+    settings["refine"] = REFINE[options.refine]
+    if options.offset is not None or reference.transform is not None:
+        settings["offset"] = offset
+    if options.points is not None:
+        return {"points": registration.read_points(options.points), **settings}
+    if options.map_points is not None:
+        points = registration.read_points(options.map_points, reference)
+        return {"points": points, **settings}
+    if options.grid is not None:
+        return {"grid": options.grid, **settings}
+    return {"number": options.number or NUMBER, **settings}
+
+
+def _register(
+    reference: Raster, sensed: Raster, settings: dict[str, Any], offset: np.ndarray
+) -> Registration:
+    """Register points that were given, lie on a grid, or are picked in the texture."""
+    asked = {k: v for k, v in settings.items() if k not in ("number", "grid")}
+    chip, radius = settings.get("chip", 21), settings.get("radius", 3)
+    grey = reference.values
+    if "grid" in settings:
+        margin = chip // 2 + radius
+        asked["points"] = registration.grid(grey.shape, settings["grid"], margin)
+    elif "number" in settings:
+        number, other = settings["number"], sensed.values
+        asked["points"] = registration.pick(
+            grey, number, chip, radius, sensed=other, offset=offset
+        )
+        if not len(asked["points"]):
+            raise ValueError(
+                "there is no texture in what both images show: give points, or a"
+                " smaller chip"
+            )
+    found = registration.register(grey, sensed.values, **asked)
+    if not np.any(found.accepted):
+        raise ValueError(
+            f"{report.reason(found)} Do both images show the same place, in the same"
+            " band, neither turned nor scaled? Are they farther apart than --radius?"
+            " --offset COLUMN ROW says where to begin"
+        )
+    return found
+
+
+def _model(
+    options: argparse.Namespace, found: Registration, offset: np.ndarray
+) -> Model | None:
+    """One transformation for the whole image; none from too few points."""
+    try:
+        return registration.fit(found, options.model, offset=offset)
+    except ValueError:
+        if options.resampled is not None:
+            raise
+        return None
+
+
+def _resampled(reference: Raster, sensed: Raster, model: Model, path: Path) -> bytes:
+    """Return the sensed image on the grid of the reference, as a file holds it."""
+    values = registration.resample(sensed.values, model, reference.grey.shape)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, path.name)
+        try:
+            registration.write(file, reference.with_values(values))
+        except (ValueError, OSError) as error:
+            raise type(error)(str(error).replace(str(file), str(path))) from None
+        return file.read_bytes()
+
+
+def _csv(found: Registration, reference: Raster) -> str:
+    """Return all points with every digit, with their map coordinates if known."""
+    if reference.transform is None:
+        return found.csv()
+    head, *rows = found.csv().splitlines()
+    on_map = [f"{x!r},{y!r}" for x, y in reference.map(found.points).tolist()]
+    lines = []
+    for row, place in zip((head, *rows), ("x on the map,y on the map", *on_map)):
+        *at, rest = row.split(",", 3)  # behind number, column and row
+        lines.append(",".join([*at, place, rest]))
+    return "\n".join([*lines, ""])

@@ -1,0 +1,564 @@
+"""Images with their place on the map: GeoTIFF where rasterio is installed.
+
+Without rasterio, images without a georeference can still be read and written.
+"""
+
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Self
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+from PIL import Image
+
+from pgm_lab import _validate
+from pgm_lab.io import files, photo
+
+INSTALL = "pip install rasterio"
+MAX_PIXELS = 10**9  # of an image
+NO_MAP = "no georeference: shifts are in pixels only"
+
+# By the first bytes of a file: a virtual raster named .tif must not lead elsewhere.
+_DRIVERS = {
+    b"II*\0": "GTiff",
+    b"MM\0*": "GTiff",
+    b"II+\0": "GTiff",
+    b"MM\0+": "GTiff",
+    b"\x89PNG": "PNG",
+    b"\xff\xd8\xff": "JPEG",
+    b"\0\0\0\x0cjP": "JP2OpenJPEG",
+    b"\xff\x4f\xff\x51": "JP2OpenJPEG",
+}
+# libjpeg goes on with grey where a file was cut off; an error is better.
+_STRICT = {"GDAL_ERROR_ON_LIBJPEG_WARNING": True}
+# Tags of TIFF that make it a GeoTIFF: pixel scale, tie points, transformation, keys;
+# and GDAL's own for no data.
+_GEO_TAGS = {33550, 33922, 34264, 34735, 42113}
+_CHANNELS = "red", "green", "blue", "alpha"
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """An image on the map.
+
+    Attributes
+    ----------
+    grey : ndarray (rows, columns)
+        Grey values of one band, in the type of the file.
+    mask : ndarray (rows, columns) of bool
+        Where there is no data.
+    transform : ndarray (2, 3) or None
+        As GeoTIFF counts, from the outer corner of the first pixel: takes (column +
+        0.5, row + 0.5, 1) of a pixel's centre to (x, y) on the map. None without a
+        georeference.
+    crs : str or None
+        Coordinate reference system: "EPSG:32648", or its text where it has no number.
+    pixel_size : ndarray (2,) or None
+        (across, down) on the ground in metres; None where it is not known, or not the
+        same everywhere.
+    nodata : float or None
+        Grey value that the file states for no data.
+    path : str or None
+        File it was read from.
+    remark : str
+        What is not known of its place on the map, and what to do.
+    """
+
+    grey: np.ndarray = field(repr=False)
+    mask: np.ndarray = field(repr=False)
+    transform: np.ndarray | None = None
+    crs: str | None = None
+    pixel_size: np.ndarray | None = None
+    nodata: float | None = None
+    path: str | None = None
+    remark: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse parts that do not fit together."""
+        grey = _validate.grey_image(self.grey, "grey")
+        if np.shape(self.mask) != grey.shape or np.asarray(self.mask).dtype != bool:
+            raise ValueError(
+                f"mask must be True or False for each pixel, {grey.shape}; got shape"
+                f" {np.shape(self.mask)}"
+            )
+        if self.transform is not None:
+            _validate.of_shape(self.transform, (2, 3), "transform")
+
+    @property
+    def values(self) -> np.ndarray | np.ma.MaskedArray:
+        """Grey values, masked where there is no data, as `register` takes them."""
+        return np.ma.array(self.grey, mask=self.mask) if self.mask.any() else self.grey
+
+    def map(self, pixels: ArrayLike) -> np.ndarray:
+        """Return map coordinates.
+
+        Parameters
+        ----------
+        pixels : array_like (..., 2)
+            (column, row), whole numbers at pixel centres.
+
+        Returns
+        -------
+        ndarray (..., 2)
+            (x, y) in the unit of the coordinate reference system.
+
+        Raises
+        ------
+        ValueError
+            If there is no georeference, or pixels are not (..., 2) or not finite.
+        """
+        A, corner = self.affine()
+        return (_validate.points(pixels, 2, "pixels") + 0.5) @ A.T + corner
+
+    def pixels(self, map_points: ArrayLike) -> np.ndarray:
+        """Return pixel coordinates.
+
+        Parameters
+        ----------
+        map_points : array_like (..., 2)
+            (x, y) in the unit of the coordinate reference system.
+
+        Returns
+        -------
+        ndarray (..., 2)
+            (column, row), whole numbers at pixel centres; not rounded.
+
+        Raises
+        ------
+        ValueError
+            If there is no georeference, or map_points are not (..., 2) or not finite.
+        """
+        A, corner = self.affine()
+        points = _validate.points(map_points, 2, "map_points")
+        return (points - corner) @ np.linalg.inv(A).T - 0.5
+
+    def with_values(self, values: ArrayLike) -> Self:
+        """Return other pixels in the same place.
+
+        Parameters
+        ----------
+        values : array_like (rows, columns)
+            Grey values in this image's grid; masked or NaN where there are none.
+
+        Returns
+        -------
+        Raster
+
+        Raises
+        ------
+        ValueError
+            If they have another shape.
+        """
+        values = _validate.grey_image(values, "values")
+        if values.shape != self.grey.shape:
+            raise ValueError(
+                f"values must have this image's shape {self.grey.shape}; got"
+                f" {values.shape}"
+            )
+        mask = without_data(values)
+        return replace(self, grey=np.ma.getdata(values), mask=mask, path=None)
+
+    def affine(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the 2 x 2 matrix from pixels to the map, and the first corner (2,).
+
+        Raises
+        ------
+        ValueError
+            If there is no georeference.
+        """
+        if self.transform is None:
+            raise ValueError(
+                f"{self.path or 'this image'} has no georeference, so that its pixels"
+                " have no place on the map"
+            )
+        return self.transform[:, :2], self.transform[:, 2]
+
+
+def read(
+    path: str | os.PathLike, band: int | None = None, *, nodata: float | None = None
+) -> Raster:
+    """Read one band of an ortho image.
+
+    Parameters
+    ----------
+    path : str or path
+        GeoTIFF or JPEG 2000, if rasterio is installed (the extra geo, or ``pip install
+        rasterio``); or an image without georeference, such as PNG or JPEG. The content
+        decides, not the name.
+    band : int, optional
+        Number of the band, from 1; not needed if there is one only.
+    nodata : float, optional
+        Grey value of no data; else as the file states it.
+
+    Returns
+    -------
+    Raster
+
+    Raises
+    ------
+    OSError
+        If the file is missing or cannot be read.
+    ImportError
+        If it is a GeoTIFF and rasterio is not installed.
+    ValueError
+        If it is no image, is damaged, has no data, or several bands and none is chosen.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from pgm_lab.datasets import landsat
+    >>> image = landsat().grey[:200, :300]
+    >>> with TemporaryDirectory() as folder:
+    ...     name = Path(folder, "red.png")
+    ...     file = write(name, Raster(image, np.zeros(image.shape, bool)))
+    ...     found = read(file)
+    >>> found.grey.dtype, found.remark
+    (dtype('uint16'), 'no georeference: shifts are in pixels only')
+    """
+    name = f"image, {files.printable(path)}"
+    file = files.existing(path, name)
+    if band is not None:
+        band = _validate.whole(band, "band", 1)
+    if nodata is not None:
+        nodata = _validate.number(nodata, "nodata")
+    head = files.content(file, name, 8)
+    driver = next((d for magic, d in _DRIVERS.items() if head.startswith(magic)), None)
+    if driver and installed():
+        found = _read_gdal(file, driver, name, band)
+    else:
+        found = _read_plain(file, name, band)
+    grey, mask = found["grey"], found["mask"]
+    if nodata is not None:
+        mask, found["nodata"] = grey == nodata, nodata
+    if grey.dtype.kind == "f":
+        mask = mask | ~np.isfinite(grey)
+    if mask.all():
+        raise ValueError(f"{name}: there is no data in it, all pixels are marked so")
+    return Raster(**(found | {"mask": mask, "path": str(file)}))
+
+
+def write(path: str | os.PathLike, raster: Raster, *, overwrite: bool = False) -> Path:
+    """Write an image with its place on the map.
+
+    Parameters
+    ----------
+    path : str or path
+        Name of the file: .tif, or .png for 8 or 16 bits without georeference and
+        without pixels that have no data.
+    raster : Raster
+        What to write.
+    overwrite : bool
+        Whether a file of this name may be replaced.
+
+    Returns
+    -------
+    Path
+        The file, which is written atomically.
+
+    Raises
+    ------
+    FileExistsError
+        If the file is there already.
+    ImportError
+        If it needs rasterio, which is not installed.
+    OSError
+        If it cannot be written.
+    ValueError
+        If the file cannot hold the image: its message says which can.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> image = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    >>> with TemporaryDirectory() as folder:
+    ...     file = write(Path(folder, "a.tif"), Raster(image, image > 99))
+    ...     bool(np.all(read(file).grey == image))
+    True
+    """
+    _validate.instance(raster, Raster, "raster")
+    raster = replace(raster, grey=photo.native(raster.grey))
+    name, kind = files.printable(path), Path(path).suffix.lower()
+    if kind not in (".tif", ".tiff", ".png"):
+        raise ValueError(f"{name}: the name must end in .tif or .png")
+    on_map = raster.transform is not None or raster.crs is not None
+    special = on_map or bool(raster.mask.any())
+    what = "a georeference" if on_map else "pixels without data"
+    if kind == ".png" and special:
+        raise ValueError(f"{name}: PNG cannot hold {what}; let the name end in .tif")
+    if kind == ".png" and raster.grey.dtype not in (np.uint8, np.uint16):
+        raise ValueError(
+            f"{name}: PNG cannot hold {raster.grey.dtype}; let the name end in .tif"
+        )
+    if special and not installed():
+        raise ImportError(f"{name}: to write {what}, rasterio is needed: {INSTALL}")
+    try:
+        with files.written_whole(path, overwrite=overwrite) as part:
+            if kind == ".png" or not installed():
+                _, coded = cv2.imencode(kind, raster.grey)
+                part.write_bytes(coded.tobytes())
+            else:
+                grey, nodata = raster.grey, None
+                if raster.mask.any():
+                    nodata = _free_value(raster)
+                    grey = np.where(raster.mask, grey.dtype.type(nodata), grey)
+                write_bands(
+                    part, grey[None], raster.transform, raster.crs, nodata=nodata
+                )
+    except FileExistsError:
+        raise
+    except OSError as error:
+        reason = error.strerror or error
+        raise OSError(f"{name}: it cannot be written ({reason})") from None
+    return files.place(path)
+
+
+def installed() -> bool:
+    """Whether rasterio can be imported."""
+    try:
+        import rasterio  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def without_data(values: np.ndarray) -> np.ndarray:
+    """Return where grey values are masked, NaN or infinite (rows, columns)."""
+    mask, grey = np.ma.getmaskarray(values), np.ma.getdata(values)
+    return mask | ~np.isfinite(grey) if grey.dtype.kind == "f" else mask
+
+
+def same_crs(one: str | None, other: str | None) -> bool:
+    """Whether two texts name the same coordinate reference system."""
+    if one == other:
+        return True
+    if not (one and other and installed()):
+        return False
+    from rasterio.crs import CRS
+
+    return CRS.from_user_input(one) == CRS.from_user_input(other)
+
+
+def write_bands(
+    path: Path,
+    bands: np.ndarray,
+    transform: ArrayLike | None = None,
+    crs: str | None = None,
+    *,
+    nodata: float | None = None,
+    names: Sequence[str] = (),
+    tags: Mapping[int, Mapping[str, str]] | None = None,
+    **options: str,
+) -> None:
+    """Write a GeoTIFF in place; for an atomic one, give it a temporary name.
+
+    Parameters
+    ----------
+    path : Path
+    bands : ndarray (bands, rows, columns)
+    transform : array_like (2, 3), optional
+        As of a `Raster`: from the outer corner of the first pixel.
+    crs : str, optional
+        "EPSG:32748", for example.
+    nodata : float, optional
+    names : sequence of str
+        Descriptions of the bands.
+    tags : mapping of int to mapping, optional
+        Further words on a band, by its number from 1.
+    **options
+        Creation options of GDAL, such as ``compress="deflate"``.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    ValueError
+        If `crs` is not known.
+    """
+    import rasterio
+    from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
+
+    count, rows, columns = bands.shape
+    profile = {"driver": "GTiff", "height": rows, "width": columns, "count": count}
+    profile |= {"dtype": bands.dtype.name, "nodata": nodata, "BIGTIFF": "IF_SAFER"}
+    try:
+        if transform is not None:
+            affine = rasterio.Affine(*np.ravel(transform))
+            system = None if crs is None else rasterio.CRS.from_user_input(crs)
+            profile |= {"transform": affine, "crs": system}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(path, "w", **profile, **options) as file:
+                file.write(bands)
+                for number, name in enumerate(names, 1):
+                    file.set_band_description(number, name)
+                for number, words in (tags or {}).items():
+                    file.update_tags(number, **words)
+    except CRSError:
+        raise ValueError(
+            f"crs {crs!r:.60} is not known; give it as 'EPSG:32748', for example"
+        ) from None
+    except RasterioError as error:
+        raise OSError(" ".join(str(error.__cause__ or error).split())) from None
+
+
+# --- Reading by rasterio ---
+
+
+def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str, Any]:
+    """Read the fields of a Raster with one driver of GDAL."""
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+    try:
+        with warnings.catch_warnings(), rasterio.Env(**_STRICT):
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(path, driver=driver) as file:
+                number = _band(file, name, band)
+                if driver == "PNG":  # GDAL takes 0 for what was cut off
+                    photo.pixels(path, name)
+                if file.width * file.height > MAX_PIXELS:
+                    raise ValueError(
+                        f"{name}: {file.height} x {file.width} pixels are too many to"
+                        " be read at once; cut out the part that both images show"
+                    )
+                grey = file.read(number)
+                mask = file.read_masks(number) == 0
+                return _fields(file, number, grey, mask, name)
+    except RasterioError as error:
+        cause = error.__cause__ or error
+        reason = " ".join(str(cause).split())[:200].replace(str(path), "the file")
+        raise ValueError(
+            f"{name}: this is not an image that can be read, or it is damaged"
+            f" ({reason}); copy or export it again"
+        ) from None
+
+
+def _band(file: Any, name: str, band: int | None) -> int:
+    """Number of the band to read."""
+    from rasterio.enums import ColorInterp
+
+    what = [one.name for one in file.colorinterp]
+    bands = [n for n in file.indexes if file.colorinterp[n - 1] != ColorInterp.alpha]
+    if band is None and len(bands) == 1:
+        return bands[0]
+    if band is not None and band in file.indexes:
+        return band
+    named = [f"{n} ({file.descriptions[n - 1] or what[n - 1]})" for n in bands]
+    raise _choose(name, named, band)
+
+
+def _choose(name: str, bands: Sequence[str], band: int | None) -> ValueError:
+    """What to say of a file with several bands, or without the one that was chosen."""
+    many = len(bands)
+    more = ", ..." if many > 12 else ""
+    wrong = f", and no band {band}" if band is not None else ""
+    return ValueError(
+        f"{name}: it has {many} band{'s' * (many > 1)}, {', '.join(bands[:12])}{more}"
+        f"{wrong}; say which one to read: band=1, for example"
+    )
+
+
+def _fields(
+    file: Any, number: int, grey: np.ndarray, mask: np.ndarray, name: str
+) -> dict[str, Any]:
+    """Fields of a Raster from an open file and what was read of it."""
+    if grey.dtype.kind == "c":
+        raise ValueError(f"{name}: its values are complex numbers; take their modulus")
+    transform = np.array(file.transform[:6]).reshape(2, 3)
+    placed = not np.array_equal(transform, [[1, 0, 0], [0, 1, 0]])
+    placed = placed and bool(np.linalg.det(transform[:, :2]))
+    size, remark = _size(file.crs, transform) if placed else (None, NO_MAP)
+    return {
+        "grey": photo.native(grey),
+        "mask": mask,
+        "transform": transform if placed else None,
+        "crs": file.crs.to_string() if placed and file.crs else None,
+        "pixel_size": size,
+        "nodata": file.nodatavals[number - 1],
+        "remark": remark,
+    }
+
+
+def _size(crs: Any, transform: np.ndarray) -> tuple[np.ndarray | None, str]:
+    """Size of a pixel in metres, or why it is not known."""
+    if not crs:
+        return None, (
+            "no coordinate reference system: the unit of the map is not known, and"
+            " shifts are in pixels only"
+        )
+    if crs.is_geographic:
+        return None, (
+            "its map is in degrees, and a pixel has not the same size in metres"
+            " everywhere; project both images first, for example with gdalwarp -t_srs"
+            " EPSG:32648 -r cubic in.tif out.tif (the number is that of your UTM zone)"
+        )
+    try:
+        metres = crs.linear_units_factor[1]
+    except Exception:  # a local system may state no unit
+        return None, (
+            "its coordinate reference system states no unit: shifts are in pixels only"
+        )
+    return metres * np.hypot(*transform[:, :2]), ""
+
+
+# --- Reading without rasterio ---
+
+
+def _read_plain(path: Path, name: str, band: int | None) -> dict[str, Any]:
+    """Read the fields of a Raster from an image without a georeference."""
+    if _tags(path) & _GEO_TAGS:
+        raise ImportError(
+            f"{name}: this is a GeoTIFF, and its place on the map and its pixels"
+            f" without data can only be read with rasterio: {INSTALL}"
+        )
+    values = photo.pixels(path, name)
+    mask = np.zeros(values.shape[:2], bool)
+    if values.ndim == 3:
+        channels = _CHANNELS[: values.shape[2]]
+        if "alpha" in channels:
+            mask = values[..., -1] == 0
+        if band is None or band > len(channels):
+            named = [f"{n} ({channel})" for n, channel in enumerate(channels, 1)]
+            raise _choose(name, named, band)
+        values = np.ascontiguousarray(values[..., band - 1])
+    elif band not in (None, 1):
+        raise _choose(name, ["1 (grey)"], band)
+    return {"grey": photo.native(values), "mask": mask, "remark": NO_MAP}
+
+
+def _tags(path: Path) -> set[int]:
+    """Numbers of the tags of a TIFF; none of any other file."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as image:
+                return set(getattr(image, "tag_v2", ()))
+    except Exception:  # whatever is wrong, reading the pixels says it
+        return set()
+
+
+# --- Writing ---
+
+
+def _free_value(raster: Raster) -> float:
+    """A grey value that no pixel with data has, to stand for no data."""
+    grey = raster.grey
+    if grey.dtype.kind == "f":
+        return np.nan
+    limits = np.iinfo(grey.dtype)
+    values = grey[~raster.mask]
+    stated = [] if raster.nodata is None else [raster.nodata]
+    for one in (*stated, 0, limits.max, limits.min):
+        if limits.min <= one <= limits.max and not np.any(values == one):
+            return one
+    gaps = np.setdiff1d(np.arange(limits.min, limits.max + 1), values)
+    if not len(gaps):
+        raise ValueError(
+            f"all grey values of {grey.dtype} are in use, and none is left to stand for"
+            " no data: write the image in a wider type, grey.astype('float32')"
+        )
+    return int(gaps[0])

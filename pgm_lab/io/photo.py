@@ -1,0 +1,218 @@
+"""A photo of a user as grey values: from a file, a Pillow image or an array."""
+
+import io
+import os
+import warnings
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+from PIL import Image
+
+from pgm_lab import _validate
+from pgm_lab.io import files
+
+Photo = str | os.PathLike | Image.Image | ArrayLike
+
+COLOURS = "refuse", "grey"
+# Rec. 601: how bright red, green and blue look; OpenCV and Pillow weight the same way.
+GREY_OF_RGB = (0.299, 0.587, 0.114)
+ORIENTATION = 0x0112  # the tag of EXIF that says how the camera was held
+DEEP = "I", "F", "I;16", "I;16B", "I;16L"  # grey with more than 8 bits in Pillow
+
+
+def read(
+    photo: Photo, name: str = "photo", *, colour: str = "refuse"
+) -> np.ndarray | np.ma.MaskedArray:
+    """Read one grey photo from a file, a Pillow image or an array.
+
+    Parameters
+    ----------
+    photo : str, path, PIL.Image.Image or array_like
+        A file that Pillow opens: JPEG, PNG, TIFF and more. An array has (rows,
+        columns), with the channels red, green and blue, perhaps alpha, in a third axis;
+        it may be masked.
+    name : str
+        What messages call it.
+    colour : {"refuse", "grey"}
+        "grey" takes 0.299 R + 0.587 G + 0.114 B (Rec. 601), not rounded. Three channels
+        that are all the same are grey already.
+
+    Returns
+    -------
+    ndarray or MaskedArray (rows, columns)
+        Grey values in their own type, 8 or 16 bit or float; of colours in float32. As
+        the camera was held: the orientation that EXIF states is followed. Masked where
+        a value is NaN or infinite, or transparent by more than half; an array without a
+        mask if all pixels have data.
+
+    Raises
+    ------
+    FileNotFoundError, OSError
+        If the file cannot be read.
+    ValueError
+        If it is empty, damaged or no image, has too many pixels, or colours that
+        nobody asked to turn into grey; or an array is not what is described here.
+
+    Examples
+    --------
+    >>> rgb = np.zeros((20, 30, 3), np.uint8) + np.array([10, 20, 30], np.uint8)
+    >>> print(read(rgb, colour="grey")[0, 0])
+    18.15
+    """
+    _validate.text(name, "name")
+    colour = _validate.choice(colour, "colour", COLOURS)
+    mask: Any = np.ma.nomask
+    if isinstance(photo, str | os.PathLike):
+        name = f"{name}, {files.printable(photo)}"
+        values = pixels(photo, name)
+    elif isinstance(photo, Image.Image):
+        values = _from_pillow(photo)
+    else:
+        mask = np.ma.getmask(photo)
+        values = _validate.numeric(
+            np.ma.getdata(photo) if np.any(mask) else photo, name
+        )
+    return _grey(values, mask, name, colour)
+
+
+def pixels(path: str | os.PathLike, name: str) -> np.ndarray:
+    """Return the pixels of an image file, all channels, as the camera was held."""
+    data = files.content(path, name)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of large photos, and odd EXIF
+            with Image.open(io.BytesIO(data)) as image:
+                return _from_pillow(image, data)
+    except Image.DecompressionBombError:
+        raise ValueError(
+            f"{name}: the image has too many pixels to be read at once; cut out the"
+            " part that both photos show"
+        ) from None
+    except Image.UnidentifiedImageError:
+        raise ValueError(
+            f"{name}: this is not an image that can be read; save it as JPEG, PNG or"
+            " TIFF"
+        ) from None
+    except Exception as error:  # the decoders raise whatever they stumble over
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(
+            f"{name}: the image is damaged ({reason}); copy or export it again"
+        ) from None
+
+
+def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
+    """Return (rows, columns) as the camera was held, from the head of the file."""
+    with Image.open(files.existing(path, name)) as image:
+        columns, rows = image.size
+        if tags := getattr(
+            image, "tag_v2", None
+        ):  # the size of a TIFF is turned already
+            columns, rows = tags[256], tags[257]
+        turned = image.getexif().get(ORIENTATION, 1) >= 5
+        return (columns, rows) if turned else (rows, columns)
+
+
+def native(values: np.ndarray) -> np.ndarray:
+    """Return numbers in the byte order of this machine, in a type that OpenCV takes."""
+    kind, size = values.dtype.kind, values.dtype.itemsize
+    if kind == "b":
+        return values.astype(np.uint8)
+    if kind == "f" and size < 4:
+        return values.astype(np.float32)
+    if (kind, size) in (("u", 1), ("u", 2), ("i", 2), ("f", 4)):
+        return values.astype(values.dtype.newbyteorder("="), copy=False)
+    with np.errstate(over="ignore"):  # infinity is masked
+        return values.astype(float, copy=False)
+
+
+# --- Pixels from Pillow ---
+
+
+def _from_pillow(image: Image.Image, data: bytes = b"") -> np.ndarray:
+    """Pixels of a Pillow image, which came from `data`, as the camera was held."""
+    sixteen = any("16" in str(tile[3]) for tile in getattr(image, "tile", ()))
+    image.load()  # whatever is damaged raises here
+    values = _channels(image)
+    if sixteen and image.mode not in DEEP and data:  # colours, cut to 8 bits by Pillow
+        values = _deep_colours(data, values)
+    return _upright(values, image.getexif().get(ORIENTATION, 1))
+
+
+def _channels(image: Image.Image) -> np.ndarray:
+    """Pixels (rows, columns), or with 3 or 4 channels; grey with alpha has 4, too."""
+    if image.mode in DEEP:
+        return np.asarray(image)
+    clear = "transparency" in image.info or image.mode in ("LA", "La", "PA", "RGBa")
+    if clear or image.mode == "RGBA":
+        return np.asarray(image.convert("RGBA"))
+    return np.asarray(image.convert("L" if image.mode in ("1", "L") else "RGB"))
+
+
+def _deep_colours(data: bytes, values: np.ndarray) -> np.ndarray:
+    """Pixels with 16 bits, where OpenCV can read them; else `values`, with 8."""
+    try:
+        coded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        return values
+    if coded is None or coded.dtype != np.uint16 or coded.shape != values.shape:
+        return values
+    return coded[..., [2, 1, 0, 3][: coded.shape[2]]]  # from blue, green, red
+
+
+def _upright(values: np.ndarray, orientation: int) -> np.ndarray:
+    """Pixels as the camera was held, from one of the eight orientations of EXIF."""
+    if orientation in (5, 6, 7, 8):
+        values = np.swapaxes(values, 0, 1)
+    if orientation in (3, 4, 7, 8):
+        values = values[::-1]
+    if orientation in (2, 3, 6, 7):
+        values = values[:, ::-1]
+    return np.ascontiguousarray(values)
+
+
+# --- From channels to grey values ---
+
+
+def _grey(values: np.ndarray, mask: Any, name: str, colour: str) -> np.ndarray:
+    """One grey value a pixel, masked where there is none."""
+    deep = values.ndim == 3
+    if values.ndim not in (2, 3) or deep and values.shape[2] not in (1, 3, 4):
+        raise ValueError(
+            f"{name} must be a photo: a file, a Pillow image, or an array (rows,"
+            f" columns) or (rows, columns, 3); got shape {values.shape}"
+        )
+    if not values.size:
+        raise ValueError(f"{name} has no pixels: its shape is {values.shape}")
+    values = native(values)
+    if deep:
+        mask = mask.any(axis=2) if np.ndim(mask) else mask
+        if values.shape[2] == 4:
+            whole = values.dtype.kind in "iu"
+            opaque = float(np.iinfo(values.dtype).max) if whole else 1.0
+            mask = mask | (values[..., 3] < opaque / 2)
+        values = _one_channel(values, name, colour)
+    if values.dtype.kind == "f":
+        mask = mask | ~np.isfinite(values)
+    if np.all(mask):
+        raise ValueError(f"{name} has no data: all pixels are masked, NaN or infinite")
+    return np.ma.array(values, mask=mask) if np.any(mask) else values
+
+
+def _one_channel(values: np.ndarray, name: str, colour: str) -> np.ndarray:
+    """Grey values of red, green and blue."""
+    first, *others = np.moveaxis(values[..., :3], 2, 0)
+    if all(np.array_equal(first, other) for other in others):
+        return np.ascontiguousarray(first)
+    if colour == "refuse":
+        raise ValueError(
+            f"{name} has colours, and matching compares grey values:"
+            ' colour="grey" turns it into 0.299 R + 0.587 G + 0.114 B; or hand over one'
+            " channel"
+        )
+    wide = np.float64 if values.dtype == np.float64 else np.float32
+    grey = np.zeros(values.shape[:2], wide)
+    for weight, channel in zip(GREY_OF_RGB, (first, *others)):
+        grey += wide(weight) * channel
+    return grey

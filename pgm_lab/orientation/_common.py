@@ -1,0 +1,67 @@
+"""What the orientations share: small turns of a rotation, and fits that are as good.
+
+R = matrix(omega, phi, kappa).T turns image (or model) space into object space. A small
+turn psi about the axes of object space makes it R + [psi]x R. Turns, unlike the angles,
+have no gimbal lock.
+"""
+
+import warnings
+
+import numpy as np
+import scipy
+
+from pgm_lab import rotation
+from pgm_lab.camera import imaging
+
+# Beyond this standard deviation of a turn (rad) its linear propagation is a guess.
+WEAK = 0.1
+
+# Probability with which errors of known size stay below the limit.
+KNOWN = 0.999
+
+
+def axes(angles: np.ndarray) -> np.ndarray:
+    """Axes (..., 3, 3), one a column, about which each angle turns matrix(angles).T."""
+    M = rotation.matrix(*np.moveaxis(angles, -1, 0))
+    return np.swapaxes(M, -1, -2) @ imaging.axes_of_angles(M, angles[..., 2])
+
+
+def angles(R: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Angles (3,) of R, their derivatives (3, 3) by small turns, and if it is gimbal.
+
+    With gimbal lock the rows of omega and kappa are NaN.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # the return value says it
+        found = rotation.angles(R.T)
+    by_turns = np.linalg.pinv(axes(found), rcond=1e-12)
+    locked = bool(rotation.is_gimbal(R.T))
+    if locked:
+        by_turns[[0, 2]] = np.nan
+    return found, by_turns, locked
+
+
+def cross_matrix(vectors: np.ndarray) -> np.ndarray:
+    """Matrices [a]x (..., 3, 3) with [a]x b = a x b."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def extents(points: np.ndarray) -> np.ndarray:
+    """Length, width, (depth) of a set of points (n, 2) or (n, 3), in their unit."""
+    return np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+
+
+def largest_objective(
+    least: float, redundancy: int, sigma: float | None, level: float
+) -> float:
+    """Sum of squares vᵀv up to which a solution fits as well as the one with the least.
+
+    By the chi-square distribution if the standard deviation sigma of an observation is
+    known, else by the `level` quantile of the ratio of two such sums.
+    """
+    if sigma is not None:
+        return max(least, sigma**2 * scipy.stats.chi2.ppf(KNOWN, redundancy))
+    return least * scipy.stats.f.ppf(level, redundancy, redundancy)

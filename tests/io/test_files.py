@@ -1,0 +1,200 @@
+"""Files of users: what exists is kept, what is written is complete or not there."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pgm_lab.io import files
+
+POSIX = pytest.mark.skipif(os.name == "nt", reason="modes and pipes of POSIX")
+
+
+@pytest.fixture
+def old(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("mine")
+    return path
+
+
+def names(folder):
+    return sorted(one.name for one in folder.iterdir())
+
+
+def test_texts_and_bytes_are_written_as_they_are(tmp_path):
+    """UTF-8 with the line ends given, on Windows too, in a folder that is made."""
+    paths = tmp_path / "new" / "µ.csv", tmp_path / "new" / "b.bin"
+    files.save({str(paths[0]): "µ\r\n1\n", paths[1]: b"\0\n"})
+    assert files.place(paths[0]) == paths[0]
+    assert [path.read_bytes() for path in paths] == [b"\xc2\xb5\r\n1\n", b"\0\n"]
+    assert names(tmp_path / "new") == ["b.bin", "µ.csv"]
+
+
+def test_what_exists_is_replaced_only_when_told(old):
+    with pytest.raises(FileExistsError, match=r"a\.csv already exists.*overwrite=True"):
+        files.save({old.with_name("new"): "1", old: "new"})
+    with pytest.raises(FileExistsError), files.written_whole(old):
+        raise AssertionError("never reached")
+    for wrong in ("no", 1, None):
+        with pytest.raises(ValueError, match="overwrite must be True or False"):
+            files.save({old: "new"}, overwrite=wrong)
+    assert names(old.parent) == ["a.csv"] and old.read_text() == "mine"
+    files.save({old: "new"}, overwrite=True)
+    assert names(old.parent) == ["a.csv"] and old.read_text() == "new"
+
+
+def test_what_another_program_wrote_meanwhile_stays(tmp_path):
+    path = tmp_path / "a.csv"
+    with pytest.raises(FileExistsError), files.written_whole(path) as part:
+        part.write_text("ours")
+        path.write_text("theirs")
+    assert names(tmp_path) == ["a.csv"] and path.read_text() == "theirs"
+
+
+@POSIX
+def test_the_mode_is_kept_and_a_new_file_has_the_usual_one(old):
+    old.chmod(0o640)
+    files.save({old: "new", old.with_name("b.csv"): ""}, overwrite=True)
+    usual = old.with_name("usual")
+    usual.touch()
+    modes = [p.stat().st_mode & 0o777 for p in (old, old.with_name("b.csv"), usual)]
+    assert modes == [0o640, modes[2], modes[2]]
+
+
+def test_a_write_protected_file_stays(old):
+    old.chmod(0o444)
+    with pytest.raises(PermissionError, match=r"a\.csv is write-protected"):
+        files.save({old: "new"}, overwrite=True)
+    assert old.read_text() == "mine"
+    old.chmod(0o644)  # or Windows cannot remove it
+
+
+@POSIX
+def test_a_link_stays_and_its_target_is_written(old, tmp_path):
+    link, dangling = tmp_path / "link", tmp_path / "dangling"
+    link.symlink_to("a.csv")
+    dangling.symlink_to("b.csv")
+    with pytest.raises(FileExistsError):
+        files.save({link: "new"})
+    files.save({link: "new", dangling: "b"}, overwrite=True)
+    assert os.readlink(link) == "a.csv" and os.readlink(dangling) == "b.csv"
+    assert old.read_text() == "new" and (tmp_path / "b.csv").read_text() == "b"
+
+
+@POSIX
+def test_folders_pipes_and_devices_are_neither_replaced_nor_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    before = os.stat("/dev/null")
+    for path in (tmp_path / "pipe", "/dev/null"):
+        with pytest.raises(OSError, match="a pipe or a device; name a file"):
+            files.save({path: "x"}, overwrite=True)
+        with pytest.raises(OSError, match="a pipe or a device; save its content"):
+            files.content(path, "photo")
+    assert os.stat("/dev/null").st_rdev == before.st_rdev
+    for path in (tmp_path, "."):
+        with pytest.raises(IsADirectoryError, match="this is a folder; name a file"):
+            files.save({path: "x"}, overwrite=True)
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError, match="file is a file, not a folder"):
+        files.save({tmp_path / "file" / "a.csv": "x"})
+    assert names(tmp_path) == ["file", "pipe"]
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+@pytest.mark.parametrize(
+    "url", ["https://a.org/b.csv", "s3://a/b.csv", "file:///tmp/b"]
+)
+def test_an_address_in_the_network_becomes_no_folder(tmp_path, monkeypatch, url, kind):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match="on this computer; got the address"):
+        files.save({kind(url): "x"})
+    with pytest.raises(ValueError, match="photo must be .* on this computer"):
+        files.existing(kind(url), "photo")
+    assert names(tmp_path) == []
+
+
+def test_a_drive_is_no_address():
+    assert files._local("C:/data/a.csv", "path") == Path("C:/data/a.csv")
+
+
+def test_a_tilde_is_the_home_of_the_user(tmp_path, monkeypatch):
+    for name in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(tmp_path))
+    files.save({"~/a.csv": "1"})
+    assert names(tmp_path) == ["a.csv"]
+    assert files.content("~/a.csv", "points") == b"1"
+
+
+@pytest.mark.parametrize("path", ["", " ", None, 3, b"a.csv"])
+def test_what_is_no_name_is_refused(path):
+    with pytest.raises(ValueError, match="path must be the name of a file; got"):
+        files.save({path: "x"})
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left"), KeyboardInterrupt()])
+@pytest.mark.parametrize("step", ["open", "replace"])
+@pytest.mark.parametrize("nth", range(3))
+def test_a_set_is_replaced_as_a_whole(old, monkeypatch, step, nth, error):
+    """Whichever file the disk is full at, or the user interrupts."""
+    paths = [old, old.with_name("b.csv"), old.with_name("c.csv")]  # b is new
+    paths[2].write_text("mine too")
+    original, calls = getattr(Path, step), []
+
+    def fails(self, *arguments, **options):
+        if self.suffix == ".part" and arguments[:1] != ("r",):
+            calls.append(self)
+            if len(calls) == nth + 1:
+                raise error
+        return original(self, *arguments, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, step, fails)
+        with pytest.raises(type(error)):
+            files.save(dict.fromkeys(paths, "new"), overwrite=True)
+    assert names(old.parent) == ["a.csv", "c.csv"]
+    assert [old.read_text(), paths[2].read_text()] == ["mine", "mine too"]
+    files.save(dict.fromkeys(paths, "new"), overwrite=True)
+    assert names(old.parent) == ["a.csv", "b.csv", "c.csv"]
+    assert [path.read_text() for path in paths] == ["new"] * 3
+
+
+def test_a_program_that_is_killed_leaves_the_old_file_whole(old):
+    code = (
+        "import os, sys; from pgm_lab.io import files\n"
+        "with files.written_whole(sys.argv[1], overwrite=True) as part:\n"
+        "    part.write_text('half'); os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, old]).returncode == 9
+    assert old.read_text() == "mine"
+    (left,) = set(names(old.parent)) - {"a.csv"}
+    assert left.startswith(".pgm_lab-")
+
+
+def test_a_long_name_is_written_too(tmp_path):
+    path = tmp_path / ("a" * 251 + ".csv")
+    files.save({path: "1"})
+    assert path.read_text() == "1"
+
+
+@pytest.mark.parametrize(
+    "make, error, message",
+    [
+        (lambda path: None, FileNotFoundError, "points: there is no such file"),
+        (Path.mkdir, IsADirectoryError, "points: this is a folder, not a file"),
+        (Path.touch, ValueError, "points: the file is empty"),
+        pytest.param(
+            *(lambda path: path.symlink_to(path), OSError, "it cannot be read"),
+            marks=POSIX,
+        ),
+    ],
+)
+def test_files_that_cannot_be_read(tmp_path, make, error, message):
+    make(tmp_path / "a")
+    with pytest.raises(error, match=message):
+        files.existing(tmp_path / "a", "points")
+
+
+def test_nothing_in_a_name_reaches_the_terminal_as_a_command():
+    assert files.printable("Foto ä日\x1b[2J\n.png") == "Foto ä日\\x1b[2J\\n.png"

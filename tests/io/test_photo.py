@@ -1,0 +1,236 @@
+"""Photos of all kinds come in as the camera saw them, or are refused with a reason."""
+
+import io
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from PIL import Image, ImageOps
+
+from pgm_lab.io import photo as photos
+from pgm_lab.matching import read
+
+RNG = np.random.default_rng(5)
+GREY = RNG.integers(0, 256, (12, 17), dtype=np.uint8)
+DEEP = RNG.integers(0, 65536, (12, 17), dtype=np.uint16)
+RGB = RNG.integers(0, 256, (12, 17, 3), dtype=np.uint8)
+DEEP_RGB = RNG.integers(0, 65536, (12, 17, 3), dtype=np.uint16)
+WEIGHTS = np.array([0.299, 0.587, 0.114])
+# What undoes each orientation of EXIF, from its table in the standard
+UPRIGHT = {
+    1: lambda a: a,
+    2: lambda a: a[:, ::-1],
+    3: lambda a: np.rot90(a, 2),
+    4: lambda a: a[::-1],
+    5: lambda a: np.swapaxes(a, 0, 1),
+    6: lambda a: np.rot90(a, -1),
+    7: lambda a: np.rot90(np.swapaxes(a, 0, 1), 2),
+    8: lambda a: np.rot90(a, 1),
+}
+
+
+def saved(image, path, **options):
+    if not isinstance(image, Image.Image):
+        image = Image.fromarray(image)
+    image.save(path, **options)
+    return path
+
+
+def same(found, expected):
+    assert not isinstance(found, np.ma.MaskedArray)
+    assert found.dtype == expected.dtype
+    np.testing.assert_array_equal(found, expected)
+
+
+def grey_of(photo):
+    return read(photo, colour="grey")
+
+
+def chunk(kind, body):
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(
+        ">I", zlib.crc32(kind + body)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "values, names",
+    [
+        (GREY, ["photo.png", "photo.tif", "photo.bmp", "Foto ä日.png"]),
+        (np.repeat(GREY[..., None], 3, axis=2), ["photo.png"]),
+        (DEEP, ["photo.png", "photo.tif"]),
+        (GREY / np.float32(7), ["photo.tif"]),
+    ],
+)
+def test_grey_values_of_a_file_are_those_that_were_saved(tmp_path, values, names):
+    """8 and 16 bits and floats; three equal channels are grey already."""
+    for name in names:
+        path = saved(values, tmp_path / name)
+        for photo in (path, str(path), values):
+            same(read(photo), values if values.ndim == 2 else GREY)
+
+
+def test_colours_are_refused_with_what_to_do_or_weighted_when_asked(tmp_path):
+    for photo in (RGB, Image.fromarray(RGB), saved(RGB, tmp_path / "c.png")):
+        with pytest.raises(ValueError, match='left.* has colours.*colour="grey"'):
+            read(photo, "left")
+        np.testing.assert_allclose(grey_of(photo), RGB @ WEIGHTS, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["photo.png", "photo.tif"])
+def test_colours_of_16_bits_keep_them_all(tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(cv2.imencode(path.suffix, DEEP_RGB[..., ::-1])[1].tobytes())
+    grey = grey_of(path)
+    np.testing.assert_allclose(grey, DEEP_RGB @ WEIGHTS, rtol=1e-6)
+    assert grey.dtype == np.float32
+
+
+@pytest.mark.parametrize("mode, kinds", [("P", ["png", "gif"]), ("CMYK", ["tif"])])
+def test_palettes_and_other_colour_spaces_become_red_green_and_blue(
+    tmp_path, mode, kinds
+):
+    image = Image.fromarray(RGB).convert(mode)
+    expected = np.asarray(image.convert("RGB")) @ WEIGHTS
+    for photo in (image, *(saved(image, tmp_path / f"p.{kind}") for kind in kinds)):
+        np.testing.assert_allclose(grey_of(photo), expected, rtol=1e-6)
+
+
+def test_black_and_white_becomes_0_and_255():
+    assert set(np.unique(read(Image.fromarray(GREY).convert("1")))) == {0, 255}
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("kind", ["png", "jpg", "tif", "16 bits"])
+def test_the_orientation_of_exif_is_followed(tmp_path, orientation, kind):
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    if kind == "16 bits":
+        path = tmp_path / "o.png"
+        data = cv2.imencode(".png", DEEP_RGB[..., ::-1])[1].tobytes()
+        body = chunk(b"eXIf", exif.tobytes().removeprefix(b"Exif\0\0"))
+        path.write_bytes(data[:33] + body + data[33:])  # behind the header
+        expected = UPRIGHT[orientation](DEEP_RGB) @ WEIGHTS
+        np.testing.assert_allclose(grey_of(path), expected, rtol=1e-6)
+    else:
+        path = saved(GREY, tmp_path / f"o.{kind}", exif=exif)
+        with Image.open(saved(GREY, tmp_path / f"0.{kind}")) as plain:
+            expected = UPRIGHT[orientation](np.asarray(plain))
+        same(read(path), expected)
+        with Image.open(io.BytesIO(path.read_bytes())) as image:
+            same(read(image), expected)
+            np.testing.assert_array_equal(ImageOps.exif_transpose(image), expected)
+    assert photos.shape(path, "photo") == expected.shape
+
+
+def test_what_is_transparent_is_masked(tmp_path):
+    alpha = np.full(GREY.shape, 255, np.uint8)
+    alpha[:3], alpha[3, 0], alpha[3, 1] = 0, 127, 128
+    expected = alpha < 128
+    rgba = np.dstack([RGB, alpha])
+    deep = np.dstack([DEEP_RGB, alpha * np.uint16(257)]).astype(np.uint16)
+    path = tmp_path / "deep.png"
+    path.write_bytes(cv2.imencode(".png", deep)[1].tobytes())
+    for photo in (rgba, Image.fromarray(rgba), saved(rgba, tmp_path / "a.png"), path,
+                  np.dstack([RGB / 255, alpha / 255])):  # fmt: skip
+        np.testing.assert_array_equal(np.ma.getmaskarray(grey_of(photo)), expected)
+    la = Image.fromarray(np.dstack([GREY, alpha]), "LA")
+    found = read(saved(la, tmp_path / "la.png"))
+    np.testing.assert_array_equal(found.mask, expected)
+    np.testing.assert_array_equal(found.data[~expected], GREY[~expected])
+    palette = Image.fromarray(GREY).quantize(8)
+    found = read(saved(palette, tmp_path / "p.png", transparency=2))
+    np.testing.assert_array_equal(found.mask, np.asarray(palette) == 2)
+
+
+def test_masks_and_values_that_are_none_are_kept_as_masks():
+    mask = GREY > 200
+    found = read(np.ma.array(GREY, mask=mask))
+    np.testing.assert_array_equal(found.mask, mask)
+    same(found.data, GREY)
+    grey = GREY / 3
+    grey[2, 3], grey[4, 5], grey[0, 0] = np.nan, np.inf, -np.inf
+    found = read(np.ma.array(grey, mask=mask))
+    np.testing.assert_array_equal(found.mask, mask | ~np.isfinite(grey))
+    colours = np.ma.array(RGB, mask=np.zeros(RGB.shape, bool))
+    colours.mask[1, 2, 2] = True
+    assert np.argwhere(grey_of(colours).mask).tolist() == [[1, 2]]
+    same(read(np.ma.array(GREY)), GREY)
+
+
+def test_types_that_opencv_does_not_take_are_changed():
+    for given_as, kept in [(">u2", np.uint16), (np.float16, np.float32),
+                           (np.int64, float), (bool, np.uint8)]:  # fmt: skip
+        assert read(GREY.astype(given_as)).dtype == kept
+    same(read(GREY.tolist()), GREY.astype(float))
+
+
+@given(arrays.arrays(np.uint8, st.tuples(*[st.integers(1, 9)] * 2)))
+def test_any_grey_photo_comes_back_from_memory_and_from_png(grey):
+    same(read(grey), grey)
+    same(read(Image.fromarray(grey)), grey)
+    file = io.BytesIO()
+    Image.fromarray(grey).save(file, "png")
+    with Image.open(file) as image:
+        same(read(image), grey)
+
+
+@given(st.binary(max_size=400), st.sampled_from(["png", "tiff", "jpeg", "none"]))
+def test_no_file_whatever_it_holds_fails_from_deep_inside(tmp_path_factory, data, kind):
+    path = tmp_path_factory.mktemp("bytes") / "photo"
+    begin = io.BytesIO()
+    if kind != "none":
+        Image.fromarray(GREY).save(begin, kind)
+    path.write_bytes(begin.getvalue()[: len(data) // 2] + data)
+    try:
+        read(path)
+    except ValueError as error:
+        assert "\n" not in str(error) and str(path) in str(error)
+
+
+def test_files_that_cannot_be_read_say_so_in_a_line(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"right, .*x\.png: there is no such"):
+        read(tmp_path / "x.png", "right")
+    with pytest.raises(OSError, match="cannot be read"):
+        read("null\0byte")
+    (tmp_path / "text.png").write_text("no photo")
+    with pytest.raises(ValueError, match="not an image that can be read; save it as"):
+        read(tmp_path / "text.png")
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg", "tif"])
+def test_a_file_that_was_cut_off_is_damaged(tmp_path, kind):
+    path = saved(np.tile(GREY, (20, 20)), tmp_path / f"cut.{kind}")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(ValueError, match=f"cut.{kind}: the image is damaged"):
+        read(path)
+
+
+def test_a_bomb_is_not_unpacked(tmp_path):
+    """A file of a few bytes that says it has 30000 x 30000 pixels."""
+    data = saved(GREY, tmp_path / "bomb.png").read_bytes()
+    header = chunk(b"IHDR", struct.pack(">II", 30_000, 30_000) + data[24:29])
+    (tmp_path / "bomb.png").write_bytes(data[:8] + header + data[33:])
+    with pytest.raises(ValueError, match="too many pixels"):
+        read(tmp_path / "bomb.png")
+
+
+@pytest.mark.parametrize(
+    ("photo", "message"),
+    [
+        (np.zeros(5), r"got shape \(5,\)"),
+        (np.zeros((5, 5, 2)), r"got shape \(5, 5, 2\)"),
+        (np.zeros((0, 5)), "has no pixels"),
+        (np.full((5, 5), np.nan), "left has no data"),
+        (np.ma.masked_all((5, 5)), "left has no data"),
+        (None, "left must be numbers"),
+        (b"photo.png", "left must be numbers"),
+    ],
+)
+def test_arrays_that_are_no_photo_are_refused(photo, message):
+    with pytest.raises(ValueError, match=message):
+        read(photo, "left")
