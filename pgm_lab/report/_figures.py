@@ -195,13 +195,13 @@ def stations(result: Bundle) -> Drawn:
         for axis, *ends in zip("XYZ", low, high)
     )
     distance = np.linalg.norm(centres - points.mean(axis=0), axis=1)
-    words = {
+    numbers = {
         "stations": len(centres),
         "points": len(points),
         "spans": spans,
         "distance": np.mean(distance),
     }
-    yield figure, words
+    yield figure, numbers
 
 
 def _cameras(ax: Axes3D, result: Bundle, size: float) -> list[np.ndarray]:

@@ -116,9 +116,9 @@ def _of_photos(
 
 def _photo_quality(result: Bundle, names: list[str]) -> Table:
     network, m = result.network, len(result.exteriors)
-    rms = UM * _rms(result.residuals, network.photo, m)
+    rms = UM * np.sqrt(_means(result.residuals**2, network.photo, m))
     w, where = _largest(result.standardized, network.photo, m)
-    redundancy = _mean(result.redundancy_numbers, network.photo, m)
+    redundancy = _means(result.redundancy_numbers, network.photo, m).mean(axis=1)
     points = [
         str(network.point_names[network.point[k]]) if k >= 0 else "-" for k in where
     ]
@@ -137,7 +137,8 @@ def points(result: Bundle) -> Table:
     """Return coordinates, precision and fit of each point."""
     network, n = result.network, len(result.points)
     names = [str(name) for name in network.point_names]
-    rms = UM * np.sqrt(np.mean(_rms(result.residuals, network.point, n) ** 2, axis=1))
+    squares = _means(result.residuals**2, network.point, n)
+    rms = UM * np.sqrt(squares.mean(axis=1))
     w, where = _largest(result.standardized, network.point, n)
     photos = [
         str(network.photo_names[network.photo[k]]) if k >= 0 else "-" for k in where
@@ -155,22 +156,11 @@ def points(result: Bundle) -> Table:
     return Table("Object points, in object units", header, list(zip(*columns)))
 
 
-def _rms(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
-    return np.sqrt(_sums(values**2, group, size) / _counts(group, size)[:, None])
-
-
-def _mean(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
-    return np.mean(_sums(values, group, size), axis=1) / _counts(group, size)
-
-
-def _sums(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
-    return np.array([np.bincount(group, v, minlength=size) for v in values.T]).T
-
-
-def _counts(group: np.ndarray, size: int) -> np.ndarray:
-    """Return the sizes of the groups, NaN for an empty one."""
+def _means(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
+    """Return the mean of the rows of each group, NaN for an empty one."""
+    sums = np.array([np.bincount(group, v, minlength=size) for v in values.T]).T
     counts = np.bincount(group, minlength=size).astype(float)
-    return np.where(counts > 0, counts, np.nan)
+    return sums / np.where(counts > 0, counts, np.nan)[:, None]
 
 
 def _largest(

@@ -101,12 +101,8 @@ def text(
 
     Parameters
     ----------
-    found : matching.Match
-        What `matching.match` returned.
-    settings : mapping {name: value}, optional
-        Arguments that `matching.match` was given.
-    about : str
-        A sentence for the head of the report.
+    found, settings, about
+        As for `html`.
     short : bool
         Leave out the points and how they were computed.
 
@@ -195,20 +191,9 @@ class Case:
         return np.median((found.points - found.chosen)[found.accepted], axis=0)
 
     @cached_property
-    def length(self) -> float:
-        """Median length of the parallaxes in pixels."""
-        found = self.found
-        return self.median(np.hypot(*(found.points - found.chosen).T))
-
-    @cached_property
     def shape(self) -> np.ndarray:
         """Median shape (2, 2) of the accepted windows: how the right photo lies."""
         return np.median(self.found.shape[self.found.accepted], axis=0)
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether one photo is a mirror image of the other."""
-        return bool(np.linalg.det(self.shape) <= 0)
 
     @property
     def angle(self) -> float:
@@ -234,11 +219,6 @@ class Case:
         found = self.found
         return _points.crowded(found.chosen[found.accepted], found.left_size)
 
-    @property
-    def ambiguous(self) -> int:
-        """Number of points that look the same elsewhere."""
-        return int(np.sum(np.isin(self.found.status, AMBIGUOUS)))
-
     @cached_property
     def odd(self) -> np.ndarray:
         """Indices of accepted points whose shape is far from that of the others."""
@@ -248,11 +228,6 @@ class Case:
         relative = self.found.shape[good] @ np.linalg.inv(self.shape)
         s = np.linalg.svd(relative, compute_uv=False)
         return good[(s[:, 0] > ODD) | (s[:, 1] < 1 / ODD)]
-
-    @cached_property
-    def imprecise(self) -> np.ndarray:
-        """Indices of accepted points that are hardly a measurement."""
-        return np.flatnonzero(self.found.accepted & (self.found.sd > COARSE))
 
     @property
     def exchanged(self) -> bool:

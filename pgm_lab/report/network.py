@@ -84,10 +84,8 @@ def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> s
 
     Parameters
     ----------
-    found : Bundle or Snooping
-        What `adjust` or `snoop` returns.
-    about : str
-        A sentence for the head of the report: the object, the files, the date.
+    found, about
+        As for `html`.
     short : bool
         Leave out the tables of photos and points.
 
@@ -130,7 +128,10 @@ def _sections(
 
 def findings(result: Bundle) -> list[Finding]:
     """List all warnings of a result; none when nothing is wrong."""
-    values = _values(Case(result))
+    values = _values(Case(result)) | {
+        "mirrored_image": mirrored_image(result),
+        "mirrored_object": mirrored_object(result),
+    }
     return _page.sections("network_findings.j2", values)[0].findings
 
 
@@ -337,21 +338,6 @@ class Case:
     def doubt(self) -> Finding | None:
         """What is wrong with the image coordinates, if anything seems to be."""
         return doubt(self.network)
-
-    @property
-    def wrong_frame(self) -> bool:
-        """Whether the unit or the axes of the image coordinates are in doubt."""
-        return self.doubt is not None and self.doubt.title == COORDINATES
-
-    @property
-    def mirrored_image(self) -> str | None:
-        """What hints at a mirrored image."""
-        return mirrored_image(self.result)
-
-    @property
-    def mirrored_object(self) -> str | None:
-        """What hints at a mirrored object."""
-        return mirrored_object(self.result)
 
     @property
     def changed_c(self) -> tuple[float, float] | None:

@@ -59,11 +59,8 @@ def test_ids_of_any_value_in_any_order_become_indices_and_names(tmp_path):
     assert network.point.tolist() == [0, 1, 2, 1, 0]
     assert network.xy[3].tolist() == [-5.2, -1.1]
     assert network.sigma[3].tolist() == [0.003, 0.001]
-
-
-def test_exteriors_are_positions_then_angles(tmp_path):
-    exterior = bundle.read(*files(tmp_path)).exteriors[1]
-    assert exterior.tolist() == [300, 0, 1000, 0.1, 0, 3.1]
+    # positions, then angles
+    assert network.exteriors[1].tolist() == [300, 0, 1000, 0.1, 0, 3.1]
 
 
 def test_the_network_of_2013_is_read_bit_by_bit(tmp_path, muliawan):
@@ -212,17 +209,12 @@ def test_the_line_is_counted_with_comments_and_blank_lines(tmp_path):
         bundle.read(*files(tmp_path, points=points))
 
 
-@pytest.mark.parametrize("text", ["", "\n\r\n \t", "% nothing but a comment"])
 @pytest.mark.parametrize("name", NAMES)
-def test_an_empty_file_is_refused(tmp_path, name, text):
-    paths = files(tmp_path, **{name.split(".")[0]: text})
-    with pytest.raises(ValueError, match=name + ": the file holds no numbers"):
-        bundle.read(*paths)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_missing_file_is_named(tmp_path, name):
-    paths = files(tmp_path)
+def test_an_empty_file_and_a_missing_one_are_named(tmp_path, name):
+    for text in ("", "\n\r\n \t", "% nothing but a comment"):
+        paths = files(tmp_path, **{name.split(".")[0]: text})
+        with pytest.raises(ValueError, match=name + ": the file holds no numbers"):
+            bundle.read(*paths)
     (tmp_path / name).unlink()
     with pytest.raises(FileNotFoundError, match=name + ": there is no such file"):
         bundle.read(*paths)
@@ -345,21 +337,16 @@ def test_all_four_files_are_replaced_or_none(
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
 
 
+# A comma is a decimal one only where something else separates
 @pytest.mark.parametrize(
-    "text, number",
+    "number, texts",
     [
-        ("5,1,2", None),
-        ("5, 1, 2", None),
-        ("5 ,1 ,2", None),
-        (" 5,1,2 ", None),
-        ("5,1,2;", None),
-        ("5;1;2;", None),
-        ("5;1,5;2", "1,5"),
-        ("5 1,5 2", "1,5"),
-        ("5\t-1,5\t2", "-1,5"),
-        ("5 1,234.5", "1,234.5"),
-        ("5 1,5e-3;", "1,5e-3"),
+        (None, ["5,1,2", "5, 1, 2", "5 ,1 ,2", " 5,1,2 ", "5,1,2;", "5;1;2;"]),
+        ("1,5", ["5;1,5;2", "5 1,5 2"]),
+        ("-1,5", ["5\t-1,5\t2"]),
+        ("1,234.5", ["5 1,234.5"]),
+        ("1,5e-3", ["5 1,5e-3;"]),
     ],
 )
-def test_a_comma_is_a_decimal_one_only_where_something_else_separates(text, number):
-    assert _text.decimal_comma(text) == number
+def test_a_decimal_comma_is_recognised(number, texts):
+    assert [_text.decimal_comma(text) for text in texts] == [number] * len(texts)

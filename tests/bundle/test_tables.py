@@ -30,10 +30,8 @@ def test_rows_in_any_order_find_their_photos_and_points():
 
 
 def test_rows_carry_standard_deviations_or_covariances():
-    assert of([(*row, 0.002, 0.003) for row in ROWS]).sigma[3].tolist() == [
-        0.002,
-        0.003,
-    ]
+    network = of([(*row, 0.002, 0.003) for row in ROWS])
+    assert network.sigma[3].tolist() == [0.002, 0.003]
     network = of([(*row, C) for row in ROWS])
     np.testing.assert_array_equal(network.covariance[2], C)
     np.testing.assert_allclose(network.sigma[2], (0.002, 0.003), rtol=1e-15)

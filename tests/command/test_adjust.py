@@ -206,15 +206,16 @@ TEN = "has ten in a row or a column: c x0 y0"
 
 BAD = {
     # decimal commas, in every file and with every separator of a spreadsheet
-    "comma, interior": (INTERIOR, decimal_commas(" "), 2, COMMA),
-    "comma, exterior": (EXTERIOR, decimal_commas(" "), 2, COMMA),
-    "comma, points": (POINTS, decimal_commas(" "), 2, COMMA),
-    "comma, image": (IMAGE, decimal_commas(" "), 2, COMMA),
-    "comma and ;, interior": (INTERIOR, decimal_commas(";"), 2, COMMA),
-    "comma and ;, exterior": (EXTERIOR, decimal_commas(";"), 2, COMMA),
-    "comma and ;, points": (POINTS, decimal_commas(";"), 2, COMMA),
-    "comma and ;, image": (IMAGE, decimal_commas(";"), 2, COMMA),
-    "comma and tab": (IMAGE, decimal_commas("\t"), 2, COMMA),
+    **{
+        f"comma and {separator!r}, {which}": (
+            which,
+            decimal_commas(separator),
+            2,
+            COMMA,
+        )
+        for separator in " ;\t"
+        for which in (INTERIOR, EXTERIOR, POINTS, IMAGE)
+    },
     "one decimal comma": (POINTS, word(7, 2, "1,5"), 7, COMMA),
     "thousands": (POINTS, word(7, 2, "1,234.5"), 7, COMMA),
     "comma and comma": (POINTS, decimal_commas(","), 2, "decimals need a point"),

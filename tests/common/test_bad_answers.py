@@ -2,14 +2,14 @@
 
 import importlib
 import inspect
-import pkgutil
+import re
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pgm_lab.checks
 import pytest
-from pgm_lab.checks import CheckFailed
 
+from pgm_book.common.checks import CheckFailed
 from tests import good_arguments
 
 ARRAYS = {
@@ -59,18 +59,17 @@ def functions():
 
 
 def checks():
-    """All checks, by module and name."""
-    for module in pkgutil.iter_modules(pgm_lab.checks.__path__):
-        if module.name.startswith("chapter"):
-            home = importlib.import_module(f"pgm_lab.checks.{module.name}")
-            for name, one in vars(home).items():
-                own = inspect.isfunction(one) and one.__module__ == home.__name__
-                if (
-                    own
-                    and not name.startswith("_")
-                    and inspect.signature(one).parameters
-                ):
-                    yield f"{module.name}.{name}", one
+    """All checks that a notebook calls, by lesson, module and name."""
+    root = Path(__file__).parents[2]
+    for path in sorted(root.glob("pgm_book/ch*/*checks.py")):
+        chapter, module = path.parent.name, path.stem
+        home = importlib.import_module(f"pgm_book.{chapter}.{module}")
+        called = (
+            f"chapter{chapter[2:].lstrip('0') or 0}{'c' * module.startswith('case')}"
+        )
+        texts = [p.read_text(encoding="utf-8") for p in root.glob("notebooks/*.ipynb")]
+        for name in sorted(set(re.findall(rf"{called}\.(\w+)\(", "".join(texts)))):
+            yield f"{chapter}.{module}.{name}", getattr(home, name)
 
 
 def given(full):
@@ -78,19 +77,21 @@ def given(full):
     dx, dy = np.array([(3.0, 0), (1, -3), (0, 2)]).T
     pair, land = good_arguments.normal_pair(), good_arguments.level_land()
     return {
-        "chapter7.border": dict(dx=dx, dy=dy, radius=3),
-        "chapter8.mark": dict(pair=pair, place=(30, 30), land=land),
-        "chapter8c.marks": dict(pair=pair, places=np.full((1, 2), 30), land=land),
+        "ch07.checks.border": dict(dx=dx, dy=dy, radius=3),
+        "ch08.checks.mark": dict(pair=pair, place=(30, 30), land=land),
+        "ch08.case_checks.marks": dict(
+            pair=pair, places=np.full((1, 2), 30), land=land
+        ),
     }.get(full, {})
 
 
-NO_CHECKS = {"chapter6c.rescaled"}  # makes the matrices that a check compares
+NO_CHECKS = {"ch06.case_checks.rescaled"}  # makes the matrices that a check compares
 GOOD = {  # of checks of several answers: the others
-    "chapter0.tenth": dict(point=10, computed=(2.24795, 3.53131)),
-    "chapter6c.largest_difference": dict(
+    "ch00.checks.tenth": dict(point=10, computed=(2.24795, 3.53131)),
+    "ch06.case_checks.largest_difference": dict(
         photo=1, unknown="kappa", unit="rad", moved_um=1.0
     ),
-    "chapter7c.forged": dict(shifts=np.ones((50, 2)), mean=(1, 0)),
+    "ch07.case_checks.forged": dict(shifts=np.ones((50, 2)), mean=(1, 0)),
 }
 
 
