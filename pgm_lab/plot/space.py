@@ -182,12 +182,12 @@ def draw_axes(
     return origin + length * M
 
 
-def draw_faces(ax: Axes3D, faces: Faces, alpha: float = 1.0) -> np.ndarray:
+def draw_faces(ax: Axes3D, faces: Faces) -> np.ndarray:
     """Draw polygons in space; returns all their corners, for `fit`.
 
     What lies on the ground, at Z = 0, is drawn first: seen from above it hides nothing.
     """
-    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha, "zorder": 1}
+    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": 1.0, "zorder": 1}
     on_ground = [face for face in faces if not face[0][:, 2].any()]
     for part in (on_ground, [face for face in faces if face[0][:, 2].any()]):
         polygons, colors = zip(*part) if part else ((), ())
