@@ -1,6 +1,6 @@
 """Feedback on the exercises of chapter 3, least squares matching."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
@@ -143,58 +143,45 @@ def bilinear(function: Callable) -> None:
     answers = np.array([float(call(function, image, *p, shape=())) for p in points])
 
     def surface(
-        product: int = 1,
-        exchanged: bool = False,
-        turned: bool = False,
+        rest: Callable = lambda dx, dy: (dx, dy),
+        twist: int = 1,
         dtype: type = float,
+        at: Sequence = points,
     ) -> np.ndarray:
         """Grey values at all points, with the slips asked for."""
         grey: np.ndarray = image.astype(dtype)
         found = []
-        for column, row in points:
-            c, r = (row, column) if turned else (column, row)
-            i, j = int(r), int(c)
-            dx, dy = (r - i, c - j) if exchanged else (c - j, r - i)
-            (g0, g1), (g2, g3) = grey[i : i + 2, j : j + 2]
-            with np.errstate(over="ignore"):
-                twist = (g3 + g0 - g1 - g2) * dx * dy * product
-                found.append(g0 + (g1 - g0) * dx + (g2 - g0) * dy + twist)
-        return np.array(found)
-
-    def mixed(rest: Callable) -> np.ndarray:
-        """Grey values with other parts of a pixel than dx and dy."""
-        found = []
-        for column, row in points:
+        for column, row in at:
             j, i = int(column), int(row)
             dx, dy = rest(column - j, row - i)
-            found.append([1 - dy, dy] @ image[i : i + 2, j : j + 2] @ [1 - dx, dx])
+            (g0, g1), (g2, g3) = grey[i : i + 2, j : j + 2]
+            with np.errstate(over="ignore"):
+                product = (g3 + g0 - g1 - g2) * dx * dy * twist
+                found.append(g0 + (g1 - g0) * dx + (g2 - g0) * dy + product)
         return np.array(found)
 
     expected = surface()
+    turned = surface(at=[(row, column) for column, row in points])
     run_over = "8 bit grey values overflow when they are subtracted: make them float"
+    nearer = "the pixel that is nearer must count more"
     slips = [
         (np.floor(expected), "a fraction of a grey value is cut off"),
         (np.floor(expected + 0.5), "the grey value is rounded; keep its fraction"),
-        (surface(product=0), "the term with dx dy is missing"),
-        (surface(product=-1), "the sign of the term with dx dy is reversed"),
-        (surface(exchanged=True), "dx and dy are exchanged"),
-        (surface(turned=True), "an image is indexed [row, column]"),
+        (surface(twist=0), "the term with dx dy is missing"),
+        (surface(twist=-1), "the sign of the term with dx dy is reversed"),
+        (surface(lambda dx, dy: (dy, dx)), "dx and dy are exchanged"),
+        (turned, "an image is indexed [row, column]"),
         ([image[int(r), int(c)] for c, r in points], "that is the pixel before"),
         (surface(dtype=np.uint8), run_over),
-        (mixed(lambda dx, dy: (dx, 0)), "dy changes nothing"),
-        (mixed(lambda dx, dy: (0, dy)), "dx changes nothing"),
-        (mixed(lambda dx, dy: (round(dx), round(dy))), "that is the nearest pixel"),
+        (surface(lambda dx, dy: (dx, 0)), "dy changes nothing"),
+        (surface(lambda dx, dy: (0, dy)), "dx changes nothing"),
+        (surface(lambda dx, dy: (round(dx), round(dy))), "that is the nearest pixel"),
         ([image[round(r), round(c)] for c, r in points], "that is the nearest pixel"),
-        (mixed(lambda dx, dy: (0.5, 0.5)), "dx and dy change nothing"),
-        *(
-            (mixed(turn), "the pixel that is nearer must count more")
-            for turn in (
-                lambda dx, dy: (1 - dx, 1 - dy),
-                lambda dx, dy: (1 - dx, dy),
-                lambda dx, dy: (dx, 1 - dy),
-            )
-        ),
-        (surface(dtype=np.uint8, product=0), run_over),
+        (surface(lambda dx, dy: (0.5, 0.5)), "dx and dy change nothing"),
+        (surface(lambda dx, dy: (1 - dx, 1 - dy)), nearer),
+        (surface(lambda dx, dy: (1 - dx, dy)), nearer),
+        (surface(lambda dx, dy: (dx, 1 - dy)), nearer),
+        (surface(twist=0, dtype=np.uint8), run_over),
     ]
     other = "a bilinear surface through the four pixels around has another value there"
     between = near(answers[:3], expected[:3])

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
 from pgm_lab.image import resample
 
 DEFECTS = {
@@ -78,10 +77,10 @@ def match(
 
     Parameters
     ----------
-    left, right : array_like (rows, columns)
+    left, right : ndarray (rows, columns)
         Grey values.
     points : array_like (n, 2)
-        (column, row) of pixels in the left image: whole numbers.
+        (column, row) of whole pixels in the left image.
     start : array_like (n, 2)
         Where they lie in the right image, to a pixel or so.
     defects : iterable of str
@@ -91,16 +90,6 @@ def match(
         Pixels across the template, the window of the left image, odd.
     iterations : int
         How many steps at most.
-
-    Returns
-    -------
-    Match
-
-    Raises
-    ------
-    ValueError
-        If a defect is unknown, points are not (n, 2) or not whole numbers, or a window
-        reaches beyond the left image or is not odd.
 
     Notes
     -----
@@ -128,13 +117,11 @@ def match(
     >>> print(match(*pair, [(30, 30)], [(32, 29)], ["h1 without grey value"]).status[0])
     singular
     """
-    left, right = _validate.image(left, "left"), _validate.image(right, "right", 2)
-    iterations = _validate.whole(iterations, "iterations", 1)
-    named = _validate.texts(defects, "defects")
-    defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in named}
-    points = _validate.point_list(points, "points")
-    start = _validate.point_list(start, "start", len(points))
-    x, y, grey = _windows(left, points, _validate.window(template, "template"))
+    defects = set(defects)
+    if unknown := defects - DEFECTS.keys():
+        raise ValueError(f"defects must be of DEFECTS; got {', '.join(unknown)}")
+    points, start = np.asarray(points, float), np.asarray(start, float)
+    x, y, grey = _windows(left, points, template)
     origin = points if "uncentred" in defects else np.zeros_like(points)
     x, y = x + origin[:, :1], y + origin[:, 1:]
     n, u = len(start), 6 if "six parameters" in defects else 8
@@ -173,13 +160,6 @@ def _windows(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """x, y from the centre of the window, and grey values (n, pixels)."""
     half = size // 2
-    far = np.array(image.shape[::-1]) - 1 - half
-    outside = np.any((centres < half) | (centres > far))
-    if outside or np.any(centres != np.round(centres)):
-        raise ValueError(
-            f"points must be whole numbers, {half} px or more from the border of"
-            " the left image"
-        )
     y, x = (part.ravel() for part in np.mgrid[-half : half + 1, -half : half + 1])
     column, row = np.moveaxis(centres.astype(int)[:, :, None] + [x, y], 1, 0)
     return x, y, image[row, column]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pgm_book.common.checks import answer_of, call, compare, first_slip, near, report
-from pgm_lab import _validate, rotation
+from pgm_lab import rotation
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants, and
 # so many digits that a rounded answer shows
@@ -36,9 +36,6 @@ def plane_turn(function: Callable) -> None:
     def right(kappa: float) -> np.ndarray:
         return rotation.matrix(0, 0, kappa)[:2, :2]
 
-    def rounded(digits: int) -> Callable:
-        return lambda kappa: right(kappa).round(digits)
-
     slips = {
         "the sines have the wrong signs: this M is transposed, it leads back from the"
         " turned frame to the old one": lambda k: right(k).T,
@@ -60,7 +57,7 @@ def plane_turn(function: Callable) -> None:
     }
     for digits in range(2, 8):
         hint = f"right, but rounded to {digits} decimals: keep all digits"
-        slips[hint] = rounded(digits)
+        slips[hint] = lambda k, digits=digits: right(k).round(digits)
     slips[_SINGLE] = lambda k: right(k).astype(np.float32)
     cases = [(0.5,), (-1.1,), (2.4,)]
     otherwise = "the rows are not e_x and e_y in the old frame"
@@ -72,6 +69,9 @@ def rotation_matrix(function: Callable) -> None:
     """Check the reader's rotation_matrix(omega, phi, kappa)."""
     answers = np.array([call(function, *a, shape=(3, 3)) for a in _ATTITUDES])
     expected = rotation.matrix(*np.transpose(_ATTITUDES))
+    element_by_element = [
+        rotation.matrix(*np.diag(attitude)).prod(axis=0) for attitude in _ATTITUDES
+    ]
     slips = [
         (expected.swapaxes(-1, -2), "it is transposed: it leads from image to object"),
         (_ordered("okp"), "phi was made last: kappa is"),
@@ -80,21 +80,19 @@ def rotation_matrix(function: Callable) -> None:
          " stands on the right"),
         (_ordered("opk", (1, 1, -1)), "kappa turns the wrong way: a sign in its turn"),
         (_ordered("opk", (1, -1, 1)), "phi turns the wrong way: a sign in its turn"),
-        (_in_degrees(), "the angles are radians already"),
-        (_element_by_element(), "multiply matrices with @, not element by element"),
+        (rotation.matrix(*np.radians(_ATTITUDES).T), "the angles are radians already"),
+        (element_by_element, "multiply matrices with @, not element by element"),
         *_few_digits(expected),
     ]  # fmt: skip
-    single = [np.diag([k == 0, k == 1, k == 2]).diagonal() * 0.4 for k in range(3)]
-    names = ("omega", "phi", "kappa")
     failing = [
         name
-        for name, angles in zip(names, single, strict=True)
+        for name, angles in zip(("omega", "phi", "kappa"), 0.4 * np.eye(3))
         if not near(call(function, *angles, shape=(3, 3)), rotation.matrix(*angles))
     ]
     otherwise = "each turn alone is right, their product is not"
     if failing:
         otherwise = f"the turn by {' and '.join(failing)} alone is not right"
-    if len(failing) == len(names):
+    if len(failing) == 3:
         otherwise = "none of the three turns alone is right"
     rigid = bool(np.all(rotation.defect(answers) < 1e-9))
     hint = first_slip(answers, slips, otherwise)
@@ -119,15 +117,6 @@ def _ordered(order: str, signs: tuple[int, int, int] = (1, 1, 1)) -> np.ndarray:
     return np.array(matrices)
 
 
-def _element_by_element() -> np.ndarray:
-    turns = (np.diag(attitude) for attitude in _ATTITUDES)
-    return np.array([rotation.matrix(*one.T).prod(axis=0) for one in turns])
-
-
-def _in_degrees() -> np.ndarray:
-    return rotation.matrix(*np.radians(_ATTITUDES).T)
-
-
 def is_rotation(function: Callable) -> None:
     """Check the reader's is_rotation(M, tolerance), which answers True or False."""
     properties = []
@@ -146,6 +135,8 @@ def angles(function: Callable) -> None:
         answers = np.array([call(function, one, shape=(3,)) for one in M])
     half = np.arctan(np.tan(expected))
     half[:, 1] = expected[:, 1]
+    opposite = expected - np.pi * np.sign(expected) * (1, 0, 1)
+    transposed = [rotation.angles(one.T) for one in M]
     slips = [
         (half, "right where cos is positive only: arctan cannot know the quadrant"),
         (half * (1, 1, -1), "the sign of kappa is reversed, and the quadrant is lost"),
@@ -160,15 +151,11 @@ def angles(function: Callable) -> None:
             expected * (-1, 1, -1),
             "the signs of omega and kappa are reversed: each has a minus in (M 2.10)",
         ),
-        (
-            _opposite(expected),
-            "half a turn off: the quotient has both signs reversed",
-        ),
+        (opposite, "half a turn off: the quotient has both signs reversed"),
         *_swapped(expected),
+        *_few_digits(expected),
+        (transposed, "these are the angles of the transposed matrix"),
     ]
-    slips += _few_digits(expected)
-    turned = np.array([_from_transposed(one) for one in M])
-    slips.append((turned, "these are the angles of the transposed matrix"))
     good = near(answers, expected)
     wrong = [n for k, n in enumerate(("omega", "phi", "kappa"))
              if not near(answers[:, k], expected[:, k])]  # fmt: skip
@@ -197,17 +184,6 @@ def _swapped(expected: np.ndarray) -> list[tuple[np.ndarray, str]]:
             turned = np.arctan2(np.sin(turned), np.cos(turned))
             slips.append((turned, f"{name}: the numerator comes first in arctan2"))
     return slips
-
-
-def _opposite(expected: np.ndarray) -> np.ndarray:
-    """Angles with omega and kappa half a turn off, between -pi and pi."""
-    turned = expected.copy()
-    turned[:, ::2] -= np.pi * np.sign(turned[:, ::2])
-    return turned
-
-
-def _from_transposed(M: np.ndarray) -> np.ndarray:
-    return rotation.angles(M.T)
 
 
 def unit(function: Callable) -> None:
@@ -240,7 +216,7 @@ def _unit_hint(
     """What is wrong with one answer, or nothing."""
     answer = answer_of(function, attitude, printed, first="exercise 4.2")
     if not isinstance(answer, str) or answer not in ("degrees", "radians"):
-        got = _validate.shown(answer)
+        got = repr(answer) if isinstance(answer, str) else type(answer).__name__
         return f'the answer must be "degrees" or "radians", not {got}'
     if answer == name:
         return ""

@@ -15,7 +15,7 @@ In OpenCV y points down, and k_i = K_i c^(2i), p1 = -P2 c, p2 = P1 c.
 Arguments that are not as described raise ValueError.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -200,7 +200,7 @@ def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
 
 
 def collinearity(
-    camera: Camera | Sequence[Camera] | np.ndarray,
+    camera: Camera | np.ndarray,
     exterior: ArrayLike,
     points: ArrayLike,
     measured: ArrayLike,
@@ -217,9 +217,8 @@ def collinearity(
 
     Parameters
     ----------
-    camera : Camera, sequence of Camera, or ndarray (..., 10)
-        One camera; or one for each photo, the first axis of `exterior`, with the same
-        lens direction; or interior parameters that broadcast, with `lens`.
+    camera : Camera or ndarray (..., 10)
+        One camera; or interior parameters that broadcast, with `lens`.
     exterior : array_like (..., 6)
         (X0, Y0, Z0, omega, phi, kappa). Hand over (photos, 1, 6) with points (n, 3)
         and measured (photos, n, 2): then each rotation is computed once.
@@ -249,7 +248,11 @@ def collinearity(
     exterior = _validate.points(exterior, 6, "exterior")
     points = _validate.points(points, 3, "points")
     measured = _validate.points(measured, 2, "measured")
-    interior, lens = _interior(camera, lens, exterior)
+    _validate.choice(lens, "lens", LENSES)
+    if isinstance(camera, Camera):
+        interior, lens = camera.interior, camera.lens
+    else:
+        interior = _validate.points(camera, 10, "camera")
     named = {"exterior": exterior, "points": points, "measured": measured}
     _validate.broadcast(camera=interior, **named)
     wrt = (wrt,) if isinstance(wrt, str) else tuple(_validate.several(wrt, "wrt"))
@@ -267,23 +270,3 @@ def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
         " point its distortion turns back; check K1 ... b2 and the unit (mm)",
     )
     return x
-
-
-def _interior(
-    camera: Camera | Sequence[Camera] | np.ndarray, lens: str, exterior: np.ndarray
-) -> tuple[np.ndarray, str]:
-    """Interior parameters (..., 10) that broadcast, and the direction of the lens."""
-    _validate.choice(lens, "lens", LENSES)
-    if isinstance(camera, Camera):
-        return camera.interior, camera.lens
-    if isinstance(camera, np.ndarray):
-        return _validate.points(camera, 10, "camera"), lens
-    camera = _validate.several(camera, "camera", Camera)
-    n, lenses = len(camera), [one.lens for one in camera]
-    if len(set(lenses)) != 1 or exterior.shape[:-1][:1] != (n,):
-        raise ValueError(
-            f"{n} cameras need the same lens direction and as many photos in the first"
-            f" axis of exterior; got lenses {lenses} and shape {exterior.shape}"
-        )
-    interior = np.array([one.interior for one in camera])
-    return interior.reshape(n, *[1] * (exterior.ndim - 2), 10), camera[0].lens

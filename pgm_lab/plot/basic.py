@@ -306,10 +306,6 @@ def error_ellipse(
         Factor by which the ellipse is drawn too large.
     **style
         Handed to `matplotlib.patches.Ellipse`.
-
-    Returns
-    -------
-    matplotlib.patches.Ellipse
     """
     variance, axes = np.linalg.eigh(_validate.covariances(covariance, "covariance"))
     variance = np.maximum(variance, 0.0)  # but for rounding
@@ -318,7 +314,10 @@ def error_ellipse(
     )
     angle = np.degrees(np.arctan2(axes[1, 0], axes[0, 0]))
     style = {"fill": False, "color": RED, "linewidth": 2.2} | style
-    return ax.add_patch(Ellipse(position, width, height, angle=angle, **style))
+    x, y = np.asarray(position)
+    ellipse = Ellipse((x, y), width, height, angle=angle, **style)
+    ax.add_patch(ellipse)
+    return ellipse
 
 
 def frame(
@@ -335,10 +334,11 @@ def frame(
     """
     look: Look = {"arrowstyle": "-|>", "linewidth": 3.5, "shrinkA": 0, "shrinkB": 0}
     text: Look = {"textcoords": "offset points", "fontsize": 18, "va": "center"}
-    for name, tip in zip(names, (x_end, y_end)):
-        ax.annotate("", tip, origin, arrowprops=look | {"color": color})
-        ax.annotate(name, tip, xytext=(9, 0), color=color, **text)
-    ax.plot(*origin, "o", color=color, markersize=12)
+    (x0, y0), *tips = np.asarray([origin, x_end, y_end])
+    for name, (x, y) in zip(names, tips):
+        ax.annotate("", (x, y), (x0, y0), arrowprops=look | {"color": color})
+        ax.annotate(name, (x, y), xytext=(9, 0), color=color, **text)
+    ax.plot(x0, y0, "o", color=color, markersize=12)
 
 
 def plain(axis: Axis, digits: tuple[int, ...] = (1, 2, 5)) -> None:

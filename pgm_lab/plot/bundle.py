@@ -26,14 +26,8 @@ MAX_PHOTOS = 16
 SYMBOL = {"w": "w", "tau": "τ"}
 
 
-def lens_curve(
-    result: Bundle,
-    rho_max: float | None = None,
-    decentring: bool = False,
-    camera: int = 0,
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw the distortion of the lens over the radius with its confidence band.
+def lens_curve(result: Bundle, decentring: bool = False, camera: int = 0) -> Figure:
+    """Draw the distortion of the lens over the radius with its 95 % band.
 
     Above the curve with its band, below half the width of the band alone. The radii at
     which points were measured are shaded: beyond them the curve is extrapolated.
@@ -41,25 +35,16 @@ def lens_curve(
     Parameters
     ----------
     result : bundle.Bundle
-    rho_max : float, optional
-        Largest radius drawn, in mm; a tenth beyond the outermost point if missing.
     decentring : bool
         Draw the decentring distortion too.
     camera : int
         Index of the camera.
-    confidence : float
-        Probability of the band, at each radius.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
-    confidence = _validate.probability(confidence, "confidence")
     network, lens = result.network, result.cameras[camera]
     own = network.camera[network.photo] == camera
     measured = np.hypot(*(network.xy[own] - (lens.x0, lens.y0)).T)
-    rho = np.linspace(0, 1.1 * measured.max() if rho_max is None else rho_max, 301)
-    quantile = scipy.stats.t.ppf((1 + confidence) / 2, result.redundancy or np.inf)
+    rho = np.linspace(0, 1.1 * measured.max(), 301)
+    quantile = scipy.stats.t.ppf(0.975, result.redundancy or np.inf)
 
     fig, axes = plt.subplots(
         2, 1, figsize=(10, 6.2), sharex=True, height_ratios=(1.7, 1)
@@ -79,7 +64,7 @@ def lens_curve(
         ax.axhline(0, color=basic.BLACK, linewidth=1)
     what = "correction" if lens.lens == "backward" else "distortion"
     axes[0].set(ylabel=f"{what} (µm)", xlim=(0, rho[-1]))
-    axes[0].set_title(f"Lens {what} with its {confidence * 100:g} % band")
+    axes[0].set_title(f"Lens {what} with its 95 % band")
     axes[1].set(
         xlabel="distance from the principal point (mm)", ylabel="half band (µm)"
     )
@@ -95,12 +80,13 @@ def residual_vectors(
     result: Bundle,
     photo: int | Sequence[int] | None = None,
     magnify: float | None = None,
-    critical: float | None = None,
 ) -> Figure:
     """Draw the residuals on each photo, outliers in another colour.
 
     A dot is a measured point, the line from it its residual; a cross marks the
-    principal point. Above each photo stands the RMS of its residuals.
+    principal point. Above each photo stands the RMS of its residuals. An outlier, whose
+    standardised residual is beyond `bundle.critical_value` of its test (Baarda's w or
+    Pope's tau) in x or y, gets its name.
 
     Parameters
     ----------
@@ -110,13 +96,6 @@ def residual_vectors(
         RMS.
     magnify : float, optional
         How many times too large the residuals are; a round number is chosen if missing.
-    critical : float, optional
-        A standardised residual beyond it, in x or y, is an outlier and gets its name;
-        `bundle.critical_value` of its test (Baarda's w or Pope's tau) if missing.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
 
     Raises
     ------
@@ -125,7 +104,7 @@ def residual_vectors(
     """
     network = result.network
     v = UM * result.residuals  # computed - observed
-    critical = critical_value(result) if critical is None else critical
+    critical = critical_value(result)
     outlier = np.any(np.abs(result.standardized) > critical, axis=1)
     m = len(result.exteriors)
     count = np.bincount(network.photo, minlength=m)

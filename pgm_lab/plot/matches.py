@@ -38,10 +38,6 @@ def side_by_side(
     lines : int
         How many matches are joined by lines; 0 for none.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     ValueError
@@ -93,16 +89,7 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     That is relief, and matches that do not fit their neighbours. The common part is the
     affine transformation from left to right that leaves the least sum of lengths.
 
-    Parameters
-    ----------
-    left : as for `matching.read`
-        The left photo.
-    found : matching.Match
-        What `matching.match` returned; at least one point must be accepted.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `left` is as for `matching.read`; at least one point of `found` must be accepted.
     """
     grey = _same(left, "left", found, 0)
     if not np.any(found.accepted):
@@ -114,21 +101,10 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
 def remainders(found: matching.Match) -> np.ndarray:
     """What an affine transformation leaves of the parallaxes of the accepted points.
 
-    Parameters
-    ----------
-    found : matching.Match
-        What `matching.match` returned.
-
-    Returns
-    -------
-    ndarray (m, 2)
-        Right less transformed left point, in pixels. With fewer than three points, or
-        on one line, what is not determined stays as in the left photo.
-
-    Notes
-    -----
-    The sum of the lengths is made small by weights 1 / length, over and over; a few
-    wrong matches then count little (Weiszfeld 1937).
+    Right less transformed left point (m, 2), in pixels. With fewer than three points,
+    or on one line, what is not determined stays as in the left photo. The sum of the
+    lengths is minimised by weights 1 / length (Weiszfeld 1937): a few wrong matches
+    count little.
 
     Examples
     --------
@@ -156,16 +132,7 @@ def remainders(found: matching.Match) -> np.ndarray:
 def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
     """Draw how much alike the windows are, and how precise the accepted matches.
 
-    Parameters
-    ----------
-    found : matching.Match
-        What `matching.match` returned.
-    threshold : float, optional
-        Least r that was accepted, drawn as a limit.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `threshold` is the least r that was accepted, drawn as a limit.
     """
     fig, (above, below) = plt.subplots(1, 2, figsize=(12, 4.4))
     r = found.r[np.isfinite(found.r)]

@@ -39,10 +39,6 @@ def fringes(
         sensed one before and after resampling.
     corner : array_like (2,)
         (column, row) of the first pixel of the part, for the axes.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     first = _grey(reference, "reference")
     left, top = np.asarray(corner) - 0.5
@@ -94,10 +90,6 @@ def shifts(
         What the arrows are.
     say : function
         Puts a status into other words.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     good = _some(found)
     grey = _grey(reference, "reference")
@@ -134,10 +126,6 @@ def scatter(
     errors : array_like (n, 2), optional
         How far each shift is off, in pixels, such as the residuals of a model; those
         from the mean shift when missing. Only those of accepted points are drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     good = _some(found)
     d = np.column_stack([found.dx, found.dy])[good]
@@ -181,17 +169,8 @@ def scatter(
 def similarity(found: Registration, errors: ArrayLike) -> Figure:
     """Draw if r, and the predicted standard deviation, tell how far off a shift is.
 
-    Parameters
-    ----------
-    found : Registration
-        What `registration.register` returned; at least one point must be accepted.
-    errors : array_like (n, 2)
-        How far each shift is off, in pixels, such as the residuals of a model; only
-        those of accepted points are drawn.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `errors` (n, 2) are how far each shift is off, in pixels, such as the residuals of a
+    model; only those of accepted points are drawn.
     """
     good = _some(found)
     errors = _of_points(errors, good, "errors")

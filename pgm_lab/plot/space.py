@@ -51,10 +51,6 @@ def space(
         Elevation and azimuth of the reader's eye, in degrees.
     zoom : float
         Factor by which the drawing is enlarged.
-
-    Returns
-    -------
-    Axes3D
     """
     # What is drawn later lies on top: matplotlib's own guess hides cameras
     ax = fig.add_subplot(where, projection="3d", computed_zorder=False)
@@ -186,12 +182,12 @@ def draw_axes(
     return origin + length * M
 
 
-def draw_faces(ax: Axes3D, faces: Faces, alpha: float = 1.0) -> np.ndarray:
+def draw_faces(ax: Axes3D, faces: Faces) -> np.ndarray:
     """Draw polygons in space; returns all their corners, for `fit`.
 
     What lies on the ground, at Z = 0, is drawn first: seen from above it hides nothing.
     """
-    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": alpha, "zorder": 1}
+    look = {"edgecolors": "white", "linewidths": 0.4, "alpha": 1.0, "zorder": 1}
     on_ground = [face for face in faces if not face[0][:, 2].any()]
     for part in (on_ground, [face for face in faces if face[0][:, 2].any()]):
         polygons, colors = zip(*part) if part else ((), ())
@@ -321,7 +317,7 @@ def _below_horizon(M: np.ndarray, c: float, corners: np.ndarray) -> np.ndarray:
 
 
 def directions(M: np.ndarray, c: float) -> list[tuple[str, np.ndarray]]:
-    """Names of the directions in front of the camera, and their places on the horizon."""
+    """Names of the directions in front of the camera, and their places in the photo."""
     azimuth = np.radians(45 * np.arange(len(DIRECTIONS)))
     level = np.column_stack([np.sin(azimuth), np.cos(azimuth), np.zeros(len(azimuth))])
     U, V, W = M @ level.T

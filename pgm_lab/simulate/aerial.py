@@ -19,7 +19,7 @@ GSD = HEIGHT / CAMERA.c * PIXEL
 # Photos
 OPTICS = 0.4, 0.35  # px, sd of the blur of the ground, and of the photo
 BAND = 48  # rows of a photo at a time
-IN_FRONT = 0.5  # m, what is so much higher on the ray hides a point
+IN_FRONT = 0.5  # m, what is higher than a point by this hides it
 LEVEL = 0.15  # m, neighbours no higher than that do not
 SAME = 0.05  # m, a ray that meets the surface so near to a point shows it
 
@@ -93,7 +93,7 @@ def aerial_pair(
     Raises
     ------
     ValueError
-        If the part is larger than the sensor, or the overlap is not as said.
+        If the part is larger than the sensor, or the overlap out of its range.
 
     Examples
     --------
@@ -298,7 +298,7 @@ def _meet(
     right, down = dx / land.cell, -dy / land.cell
     column = (X0 - land.corner[0]) / land.cell - Z0 * right
     row = (land.corner[1] - Y0) / land.cell - Z0 * down
-    Z = surface.meet(row, down, column, right)
+    Z = surface.meet(np.array([row, down, column, right]))
     return np.stack([X0 + (Z - Z0) * dx, Y0 + (Z - Z0) * dy, Z], -1)
 
 
@@ -386,23 +386,18 @@ class Surface:
         self.z = z
         self.tops = [(block, _tops(z, block)) for block in BLOCKS]
 
-    def meet(
-        self,
-        row: np.ndarray,
-        down: np.ndarray,
-        column: np.ndarray,
-        right: np.ndarray,
-    ) -> np.ndarray:
+    def meet(self, rays: np.ndarray) -> np.ndarray:
         """Heights (n,) where rays that come from above first meet the surface.
 
-        At height 0 the rays are at (row, column), in cells; for each metre of height
-        they move by so many cells down and right.
+        Rays (4, n) are (row, down, column, right): where they are at height 0, in
+        cells, and the cells by which they move down and right for a metre of height.
 
         A ray goes down in steps of at most a block sideways while it stays above the
         tops of the blocks around, then with smaller blocks, and at last by half a cell,
         so that no more than the corner of a cell is missed. The step that ends below
         the surface is closed in on.
         """
+        row, down, column, right = rays
         z = np.full(row.shape, float(self.z.max()) + 0.1)
         level = 1 / np.maximum(np.maximum(np.abs(down), np.abs(right)), 1 / STEEP)
         for block, top in self.tops:
@@ -418,10 +413,10 @@ class Surface:
                 free = top[r, c] < low
                 go = go[free]
                 z[go] = low[free]
-        return self._close((row, down, column, right), z, level / 2)
+        return self._close(rays, z, level / 2)
 
     def _close(
-        self, rays: tuple[np.ndarray, ...], high: np.ndarray, step: np.ndarray
+        self, rays: np.ndarray, high: np.ndarray, step: np.ndarray
     ) -> np.ndarray:
         """From heights above the surface down to it, by steps, then by false position.
 
@@ -430,19 +425,20 @@ class Surface:
         """
         # Step down to the first height below the surface
         z = np.empty_like(high)
-        low, over, under = z.copy(), self._above(high, *rays), z.copy()
+        low, over, under = z.copy(), self._above(high, rays), z.copy()
         go = np.arange(high.size)
         while go.size:
             low[go] = high[go] - step[go]
-            under[go] = self._above(low[go], *(ray[go] for ray in rays))
+            under[go] = self._above(low[go], rays[:, go])
             go = go[under[go] > 0]
             high[go], over[go] = low[go], under[go]
+
         # Close in between the last two heights; every third time by halving
         go = np.arange(high.size)
         for k in range(MAX_ITERATIONS):
             share = 0.5 if k % 3 == 2 else over / (over - under)
             middle = high + share * (low - high)
-            d = self._above(middle, *rays)
+            d = self._above(middle, rays)
             z[go] = middle
             far = np.abs(d) > CLOSE
             if not far.any():
@@ -450,18 +446,12 @@ class Surface:
             up = d > 0
             high, over = np.where(up, middle, high)[far], np.where(up, d, over)[far]
             low, under = np.where(up, low, middle)[far], np.where(up, under, d)[far]
-            go, rays = go[far], tuple(ray[far] for ray in rays)
+            go, rays = go[far], rays[:, far]
         return z
 
-    def _above(
-        self,
-        z: np.ndarray,
-        row: np.ndarray,
-        down: np.ndarray,
-        column: np.ndarray,
-        right: np.ndarray,
-    ) -> np.ndarray:
+    def _above(self, z: np.ndarray, rays: np.ndarray) -> np.ndarray:
         """How far rays are above the surface where they have the height z."""
+        row, down, column, right = rays
         return z - bilinear(self.z, row + z * down, column + z * right)
 
 

@@ -1,6 +1,5 @@
 """A real landscape with houses and trees on it, and every height known."""
 
-import dataclasses
 from dataclasses import dataclass, field
 
 import cv2
@@ -189,7 +188,7 @@ def _places(
     ends: tuple[float, float],
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Rows and columns (n, 2): uniform in each zone, as dense as said."""
+    """Random places (n, 2), row and column: uniform in each zone, with its density."""
     edges = np.clip([X[0], *ends, X[-1]], X[0], X[-1])
     expected = np.array(densities) * np.diff(edges) * (Y[0] - Y[-1]) / HECTARE
     if n is None:
@@ -282,7 +281,7 @@ def _open_places(tile: np.ndarray, side: int) -> np.ndarray:
 def _clouds(
     shape: tuple[int, int], size: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Smooth random field (rows, columns), sd about 1, of so many cells a wave."""
+    """Smooth random field (rows, columns), sd about 1, with waves of `size` cells."""
     rows, columns = (int(n / size) + 4 for n in shape)
     coarse = rng.standard_normal((rows, columns)).astype(np.float32)
     down, across = (
@@ -295,7 +294,7 @@ def _clouds(
 
 
 def grain(sigma: float) -> np.ndarray:
-    """Random field (rows, columns), sd 1, smooth over so many cells; its edges meet."""
+    """Periodic random field (rows, columns), sd 1, smooth over `sigma` cells."""
     white = np.random.default_rng(0).standard_normal((GRAIN, GRAIN), np.float32)
     around = np.pad(white, 16, mode="wrap")
     smooth = cv2.GaussianBlur(around, (0, 0), sigma)[16:-16, 16:-16]
@@ -312,11 +311,11 @@ class _Site:
     kind: np.ndarray
     cell: float
     paved: np.ndarray
-    fine: np.ndarray = dataclasses.field(default_factory=lambda: grain(0.8))
-    coarse: np.ndarray = dataclasses.field(default_factory=lambda: grain(2.5))
+    fine: np.ndarray = field(default_factory=lambda: grain(0.8))
+    coarse: np.ndarray = field(default_factory=lambda: grain(2.5))
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
-        """Window of so many cells around a place, as far as it is inside."""
+        """Window of `reach` cells around a place, as far as it is inside."""
         rows, columns = self.dtm.shape
         a, b = max(0, int(row - reach)), min(rows, int(row + reach) + 2)
         c, d = max(0, int(column - reach)), min(columns, int(column + reach) + 2)
@@ -507,7 +506,7 @@ def _shadow(dsm: np.ndarray, cell: float) -> np.ndarray:
     """Height below which the sun does not reach, at each cell.
 
     The shadow of a point falls off with the distance; the highest over all distances up
-    to 2^n cells is that up to 2^(n-1), and the same from so many cells further on.
+    to 2^n cells is that up to 2^(n-1), and the same from 2^(n-1) cells further on.
     """
     height = dsm.copy()
     drop = np.tan(ELEVATION) * cell
@@ -527,7 +526,7 @@ def _shadow(dsm: np.ndarray, cell: float) -> np.ndarray:
 
 
 def _moved(by: int, n: int) -> tuple[slice, slice]:
-    """Where n values land that move by so many cells, and which of them do."""
+    """Slices to and from: where n values land that move `by` cells, and which do."""
     return slice(max(0, by), n + min(0, by)), slice(max(0, -by), n - max(0, by))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pgm_book.ch00 import checks as chapter0
+from pgm_book.ch00 import checks
 from pgm_lab import datasets, frames
 from tests.common.slips import unnamed
 
@@ -16,7 +16,7 @@ LEFT, RIGHT = (
 
 @pytest.mark.parametrize("computed", [LEFT[9], LEFT[9].tolist(), tuple(LEFT[9])])
 def test_the_tenth_point_passes_in_any_container(computed, capsys):
-    chapter0.tenth(10, computed)
+    checks.tenth(10, computed)
     assert capsys.readouterr().out.startswith("✓ point 10: you changed a number")
 
 
@@ -30,4 +30,4 @@ def test_what_was_left_is_named():
         ("ten", LEFT[9], "one number"),
         (10, np.full(3, 1.0), "two numbers"),
     ]
-    assert unnamed(chapter0.tenth, slips) == []
+    assert unnamed(checks.tenth, slips) == []

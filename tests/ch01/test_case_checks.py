@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from pgm_book.ch01 import case_checks as chapter1c
+from pgm_book.ch01 import case_checks
 from tests.common.slips import unnamed
 
 
@@ -19,8 +19,8 @@ def table(photo, size, px, decimals=6, digits=7, y=1, half=0.0):
 
 
 def test_right_answers_pass(capsys):
-    chapter1c.size_and_centre(lambda pixel, mm: tuple(line(pixel, mm)))
-    chapter1c.to_table(table)
+    case_checks.size_and_centre(lambda pixel, mm: tuple(line(pixel, mm)))
+    case_checks.to_table(table)
     assert capsys.readouterr().out.count("✓") == 2
 
 
@@ -38,7 +38,7 @@ def test_slip_in_size_and_centre_is_named():
         (lambda p, m: line(p, m).round(4), "rounded"),
         (lambda p, m: line(p, m) * 2, "all twenty points"),
     ]
-    assert unnamed(chapter1c.size_and_centre, slips) == []
+    assert unnamed(case_checks.size_and_centre, slips) == []
 
 
 def test_slip_in_to_table_is_named():
@@ -50,4 +50,6 @@ def test_slip_in_to_table_is_named():
         ({"half": 0.5}, "half a pixel"),
         ({"half": 7.0}, "round to six decimals"),
     ]
-    assert unnamed(lambda slip: chapter1c.to_table(partial(table, **slip)), slips) == []
+    assert (
+        unnamed(lambda slip: case_checks.to_table(partial(table, **slip)), slips) == []
+    )

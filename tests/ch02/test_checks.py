@@ -1,14 +1,14 @@
 """Exercise feedback of chapter 2: right answers pass, each slip is named."""
 
 import numpy as np
+import pytest
 from numpy.lib.stride_tricks import sliding_window_view
 
-from pgm_book.ch02 import checks as _maps
-from pgm_book.ch02 import checks as chapter2
+from pgm_book.ch02 import checks
 from pgm_lab import ncc
 from tests.common.slips import unnamed
 
-FIVE = chapter2.FIVE
+FIVE = checks.FIVE
 R = np.corrcoef(FIVE[:, :4].ravel(), FIVE[:, 1:].ravel())[0, 1]
 
 A, B = (window - window.mean() for window in (FIVE[:, :4], FIVE[:, 1:]))
@@ -47,15 +47,15 @@ def size(template, left, right):
 
 
 def test_right_answers_pass(capsys):
-    chapter2.correlation(ncc.correlation)
-    chapter2.correlation(lambda a, b: [ncc.correlation(a, b)][0])
-    chapter2.shifted(R)
-    chapter2.shifted(round(R, 3))
-    chapter2.line(line)
-    chapter2.peak_of_parabola(parabola)
-    chapter2.correlation_map(correlation_map)
-    chapter2.correlation_map(ncc.correlation_map)
-    chapter2.search_width(size)
+    checks.correlation(ncc.correlation)
+    checks.correlation(lambda a, b: [ncc.correlation(a, b)][0])
+    checks.shifted(R)
+    checks.shifted(round(R, 3))
+    checks.line(line)
+    checks.peak_of_parabola(parabola)
+    checks.correlation_map(correlation_map)
+    checks.correlation_map(ncc.correlation_map)
+    checks.search_width(size)
     assert capsys.readouterr().out.count("✓") == 9
 
 
@@ -77,8 +77,53 @@ def two_kinds_of_sd(a, b):
     return np.cov(a.ravel(), b.ravel())[0, 1] / (a.std() * b.std())
 
 
-def test_slip_in_the_correlation_is_named():
-    slips = [
+def beta(x, y):
+    return line(x, y)[1]
+
+
+def windows_and_template(template, search):
+    w = sliding_window_view(search, template.shape).reshape(-1, template.size)
+    shape = np.subtract(search.shape, template.shape) + 1
+    return w, template.ravel() - template.mean(), shape
+
+
+def whole_mean(template, search):
+    w, t, shape = windows_and_template(template, search - search.mean())
+    return (w @ t / np.sqrt((w * w).sum(axis=1) * (t @ t))).reshape(shape)
+
+
+def one_sum(template, search):
+    w, t, shape = windows_and_template(template, search)
+    w = w - w.mean(axis=1, keepdims=True)
+    return (w @ t / np.sqrt(np.sum(w**2 * t**2, axis=1))).reshape(shape)
+
+
+def cosines(template, search):
+    return checks.map_of(template, search, centred=False)
+
+
+def filled(rows, columns):
+    """A map of which only these rows and columns are filled."""
+
+    def function(template, search):
+        r = np.zeros(np.subtract(search.shape, template.shape) + 1)
+        r[rows, columns] = correlation_map(template, search)[rows, columns]
+        return r
+
+    return function
+
+
+def test_map_of_the_check_is_that_of_the_package():
+    rng = np.random.default_rng(3)
+    search = rng.uniform(0, 9, (11, 8))
+    expected = ncc.correlation_map(search[4:8, 2:5], search)
+    np.testing.assert_allclose(
+        checks.map_of(search[4:8, 2:5], search), expected, atol=1e-6
+    )
+
+
+SLIPS = {
+    checks.correlation: [
         (lambda a, b: cosine(a, b), "take off the mean"),
         (lambda a, b: ncc.correlation(a, b) ** 2, "r squared"),
         (lambda a, b: abs(ncc.correlation(a, b)), "has a sign"),
@@ -99,12 +144,8 @@ def test_slip_in_the_correlation_is_named():
         (lambda a, b: a * b, "must return one number here; got an array"),
         (lambda a, b: 0.5, "must give 1 or −1"),
         (lambda a, b: None, "returns nothing"),
-    ]
-    assert unnamed(chapter2.correlation, slips) == []
-
-
-def test_slip_in_the_shifted_window_is_named():
-    slips = [
+    ],
+    checks.shifted: [
         (..., "still empty"),
         ([0.5, 0.6], "one number"),
         ("high", "one number"),
@@ -122,16 +163,8 @@ def test_slip_in_the_shifted_window_is_named():
         (np.sum(A * B) / (20 * FIVE.var()), "its own contrast"),
         (np.corrcoef(FIVE[:4].ravel(), FIVE[1:].ravel())[0, 1], "dropped rows"),
         (cosine(FIVE[:, :4], FIVE[:, 1:]), "subtract the mean of each window first"),
-    ]
-    assert unnamed(chapter2.shifted, slips) == []
-
-
-def beta(x, y):
-    return line(x, y)[1]
-
-
-def test_slip_in_the_line_is_named():
-    slips = [
+    ],
+    checks.line: [
         (lambda x, y: (-beta(x, y) * x.mean(), beta(x, y)), "mean of y is missing"),
         (lambda x, y: line(x, y)[::-1], "gain comes last"),
         (lambda x, y: (y.mean() - x.mean(), beta(x, y)), "multiplied by the gain"),
@@ -163,12 +196,8 @@ def test_slip_in_the_line_is_named():
         (lambda x, y: (round(line(x, y)[0], 2), beta(x, y)), "rounded"),
         (lambda x, y: np.round(line(x, y), 3), "rounded"),
         (lambda x, y: np.float32(line(x, y)), "single precision"),
-    ]
-    assert unnamed(chapter2.line, slips) == []
-
-
-def test_slip_in_the_parabola_is_named():
-    slips = [
+    ],
+    checks.peak_of_parabola: [
         (lambda a, b, c: -parabola(a, b, c), "the sign: the top"),
         (lambda a, b, c: 2 * parabola(a, b, c), "twice as far"),
         (lambda a, b, c: -2 * parabola(a, b, c), "and a factor of two"),
@@ -182,44 +211,8 @@ def test_slip_in_the_parabola_is_named():
         (lambda a, b, c: (b - a) / (c - b), "equal neighbours must give 0"),
         (lambda a, b, c: 0.0, "exact parabola is not found"),
         (lambda a, b, c: None, "returns nothing"),
-    ]
-    assert unnamed(chapter2.peak_of_parabola, slips) == []
-
-
-def windows_and_template(template, search):
-    w = sliding_window_view(search, template.shape).reshape(-1, template.size)
-    shape = np.subtract(search.shape, template.shape) + 1
-    return w, template.ravel() - template.mean(), shape
-
-
-def whole_mean(template, search):
-    w, t, shape = windows_and_template(template, search - search.mean())
-    return (w @ t / np.sqrt((w * w).sum(axis=1) * (t @ t))).reshape(shape)
-
-
-def one_sum(template, search):
-    w, t, shape = windows_and_template(template, search)
-    w = w - w.mean(axis=1, keepdims=True)
-    return (w @ t / np.sqrt(np.sum(w**2 * t**2, axis=1))).reshape(shape)
-
-
-def cosines(template, search):
-    return _maps.map_of(template, search, centred=False)
-
-
-def filled(rows, columns):
-    """A map of which only these rows and columns are filled."""
-
-    def function(template, search):
-        r = np.zeros(np.subtract(search.shape, template.shape) + 1)
-        r[rows, columns] = correlation_map(template, search)[rows, columns]
-        return r
-
-    return function
-
-
-def test_slip_in_the_map_is_named():
-    slips = [
+    ],
+    checks.correlation_map: [
         (filled(slice(0), slice(0)), "all zeros. Your turn!"),
         (filled(slice(1), slice(1)), r"only r\[0, 0\] is filled"),
         (filled(slice(1), slice(None)), "only the first row"),
@@ -232,10 +225,10 @@ def test_slip_in_the_map_is_named():
         (lambda t, s: correlation_map(t, s).astype(np.float32), "single precision"),
         (cosines, "subtract the mean from each"),
         (
-            lambda t, s: _maps.map_of(t, s, divided=False),
+            lambda t, s: checks.map_of(t, s, divided=False),
             "divide by the two contrasts",
         ),
-        (lambda t, s: _maps.map_of(t, s, divided=False), "a gain and an offset"),
+        (lambda t, s: checks.map_of(t, s, divided=False), "a gain and an offset"),
         (lambda t, s: correlation_map(t, s) ** 2, "r squared"),
         (lambda t, s: -correlation_map(t, s), "sign is reversed"),
         (lambda t, s: correlation_map(t, s)[::-1, ::-1], "180 degrees"),
@@ -245,21 +238,8 @@ def test_slip_in_the_map_is_named():
         (whole_mean, "not that of the whole search window"),
         (one_sum, "squares of each window first"),
         (lambda t, s: np.zeros((9, 12)), "must return shape"),
-    ]
-    assert unnamed(chapter2.correlation_map, slips) == []
-
-
-def test_map_of_the_check_is_that_of_the_package():
-    rng = np.random.default_rng(3)
-    search = rng.uniform(0, 9, (11, 8))
-    expected = ncc.correlation_map(search[4:8, 2:5], search)
-    np.testing.assert_allclose(
-        _maps.map_of(search[4:8, 2:5], search), expected, atol=1e-6
-    )
-
-
-def test_slip_in_the_search_size_is_named():
-    slips = [
+    ],
+    checks.search_width: [
         (lambda w, a, b: size(w, a, b) - 2, "on the border"),
         (lambda w, a, b: size(w, a, b) - 1, "must be odd; a pixel is missing"),
         (lambda w, a, b: w + 2 * np.max(a - b) + 2, "may be negative"),
@@ -277,5 +257,10 @@ def test_slip_in_the_search_size_is_named():
         (lambda w, a, b: size(w, a, b) + 2, "could be smaller"),
         (lambda w, a, b: w + 2 * np.min(np.abs(b - a)) + 2, "no place of the search"),
         (lambda w, a, b: w + 2 * abs(b[1] - a[1]) + 2, "columns may differ more"),
-    ]
-    assert unnamed(chapter2.search_width, slips) == []
+    ],
+}
+
+
+@pytest.mark.parametrize("check", SLIPS, ids=lambda check: check.__name__)
+def test_each_slip_is_named(check):
+    assert unnamed(check, SLIPS[check]) == []

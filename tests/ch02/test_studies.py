@@ -7,7 +7,7 @@ script still says what the table does, not the times in it.
 import numpy as np
 import pytest
 
-from pgm_book.ch02.studies import windows as ncc_windows
+from pgm_book.ch02.studies import windows
 from pgm_book.common import results
 
 TABLE = results.rows("ch02", "windows")
@@ -23,17 +23,17 @@ def column(name, scene, **where):
 
 
 def test_table_holds_all_sizes_of_all_scenes():
-    assert tuple(TABLE[0]) == ncc_windows.COLUMNS
-    sizes = len(ncc_windows.TEMPLATES) * len(ncc_windows.REACHES)
-    for scene in ncc_windows.SCENES:
+    assert tuple(TABLE[0]) == windows.COLUMNS
+    sizes = len(windows.TEMPLATES) * len(windows.REACHES)
+    for scene in windows.SCENES:
         assert len(column("success", scene)) == sizes
-        assert np.all(column("points", scene) == ncc_windows.POINTS)
+        assert np.all(column("points", scene) == windows.POINTS)
 
 
-@pytest.mark.parametrize("scene", ncc_windows.SCENES)
+@pytest.mark.parametrize("scene", windows.SCENES)
 def test_rows_repeat(scene):
-    pair = ncc_windows.SCENES[scene](ncc_windows.POINTS)
-    *shares, rms, predicted, _ = ncc_windows.row(pair, 9, 5)
+    pair = windows.SCENES[scene](windows.POINTS)
+    *shares, rms, predicted, _ = windows.row(pair, 9, 5)
     where = {"template": 9, "reach_px": 5}
     printed = [
         column(name, scene, **where)[0]
@@ -56,11 +56,11 @@ def test_a_larger_template_fails_more_often_where_it_spans_a_step_in_depth():
 
 def test_on_slopes_there_is_a_best_template():
     rms = column("rms_px", "texture", reach_px=15)
-    assert list(ncc_windows.TEMPLATES)[rms.argmin()] == 15
+    assert list(windows.TEMPLATES)[rms.argmin()] == 15
 
 
 def test_a_wider_search_finds_fewer_and_costs_more():
-    for scene in ncc_windows.SCENES:
+    for scene in windows.SCENES:
         for template in (5, 21):
             success = column("success", scene, template=template)
             assert np.all(np.diff(success) <= 0)
@@ -70,6 +70,6 @@ def test_a_wider_search_finds_fewer_and_costs_more():
 
 def test_predicted_precision_is_of_the_order_of_the_error_and_never_above_it():
     """Parallax, slopes and mismatches are no part of the prediction."""
-    for scene in ncc_windows.SCENES:
+    for scene in windows.SCENES:
         ratio = column("predicted_px", scene) / column("rms_px", scene)
         assert np.all(ratio < 1) and np.all(ratio > 0.1)

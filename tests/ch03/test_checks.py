@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from pgm_book.ch03 import case_checks as chapter3c
-from pgm_book.ch03 import checks as chapter3
+from pgm_book.ch03 import case_checks, checks
 from pgm_book.common.checks import CheckFailed
-from pgm_book.program import lsm as textbook
+from pgm_book.program import lsm
 from tests.common.slips import unnamed
 
-A, B, START = chapter3c.PRINTED_A, chapter3c.PRINTED_B, chapter3c.PRINTED_START
+A, B, START = case_checks.PRINTED_A, case_checks.PRINTED_B, case_checks.PRINTED_START
 ROW = START[1] + B @ (1, *START)
 PRINTED_ROW = 1049.06028818143
 
@@ -46,13 +45,13 @@ def stop(q, half, limit=0.01):
 
 
 def test_right_answers_pass(capsys):
-    chapter3c.corrected_row(ROW)
-    chapter3c.corrected_row(np.float32(ROW))  # 6e-5 px from it
-    chapter3.design(columns)
-    chapter3.bilinear(bilinear)
-    chapter3c.precision(precision)
-    chapter3c.precision(lambda J, v: list(precision(J, v)))
-    chapter3.stop(stop)
+    case_checks.corrected_row(ROW)
+    case_checks.corrected_row(np.float32(ROW))  # 6e-5 px from it
+    checks.design(columns)
+    checks.bilinear(bilinear)
+    case_checks.precision(precision)
+    case_checks.precision(lambda J, v: list(precision(J, v)))
+    checks.stop(stop)
     assert capsys.readouterr().out.count("✓") == 7
 
 
@@ -61,7 +60,7 @@ def test_distance_of_the_corner_is_as_good_as_both_coordinates():
         at = np.array([(1, x, y) for x in (-half, half) for y in (-half, half)])
         return np.hypot(at @ q[:3], at @ q[3:6]).max() <= 0.01
 
-    chapter3.stop(by_distance)
+    checks.stop(by_distance)
 
 
 def test_stop_may_name_all_eight_corrections():
@@ -69,12 +68,12 @@ def test_stop_may_name_all_eight_corrections():
         a0, a1, a2, b0, b1, b2, h0, h1 = np.abs(step)
         return max(a0 + half * (a1 + a2), b0 + half * (b1 + b2)) <= 0.01
 
-    chapter3.stop(by_name)
+    checks.stop(by_name)
 
 
 def test_stop_says_two_things_at_most():
     with pytest.raises(CheckFailed) as failed:
-        chapter3.stop(lambda step, half: True)
+        checks.stop(lambda step, half: True)
     assert str(failed.value).count(";") == 1
 
 
@@ -84,26 +83,7 @@ def test_every_pixel_of_the_window_is_as_good_as_its_corners():
         moved = [q[k] + q[k + 1] * x + q[k + 2] * y for k in (0, 3)]
         return bool(np.max(np.abs(moved)) <= 0.01)
 
-    chapter3.stop(by_pixel)
-
-
-def test_slip_in_the_corrected_row_is_named():
-    slips = [
-        (..., "still empty"),
-        (None, "still empty"),
-        ("1049", "must be one number"),
-        ((1.0, 2.0), "must be one number"),
-        (PRINTED_ROW, "that is the printed row"),
-        (ROW - START[1], "that is the correction"),
-        (2 * START[1] - ROW, "added, not subtracted"),
-        (START[1] + B @ (1, *START[::-1]), "column and row are exchanged"),
-        (START[0] + B @ (1, *START), "starts from the row of the start"),
-        (START[0] + A @ (1, *START), "that is the column"),
-        (START[1] + A @ (1, *START), "takes b0, b1, b2"),
-        (START[1] + B[0], "b1 and b2 are missing"),
-        (ROW + 0.001, "does not follow"),
-    ]
-    assert unnamed(chapter3c.corrected_row, slips) == []
+    checks.stop(by_pixel)
 
 
 def changed(*edits):
@@ -126,8 +106,93 @@ SWAPPED = (
 )
 
 
-def test_slip_in_the_columns_is_named():
-    slips = [
+def s0(J, v):
+    return precision(J, v)[0]
+
+
+def cofactor(J):
+    return np.linalg.inv(J.T @ J)[0, 0]
+
+
+def test_wrong_s0_carried_on_is_named_once():
+    def carried(J, v):
+        S0 = np.sqrt(v @ v) / (len(J) - J.shape[1])
+        return S0, S0 * np.sqrt(cofactor(J))
+
+    with pytest.raises(CheckFailed) as failed:
+        case_checks.precision(carried)
+    assert "root ends too early" in str(failed.value)
+    assert "does not follow" not in str(failed.value)
+
+
+def corners(q, half, sides):
+    """Look at the corners of one diagonal only: (x, y) = (s, side * s) half windows."""
+    at = [(1, s * half, side * s * half) for s in (-1, 1) for side in sides]
+    return max(abs(c @ q[k : k + 3]) for c in np.array(at) for k in (0, 3)) <= 0.01
+
+
+def limits_of_the_listing(q, half):
+    a0, a1, a2, b0, b1, b2 = np.abs(q[:6])
+    return (a1 <= 0.03 or b2 <= 0.03) and (a2 <= 0.03 or b1 <= 0.03)
+
+
+def test_transposed_photo_and_point_are_as_good():
+    checks.bilinear(lambda g, c, r: bilinear(g.T, r, c))
+
+
+def test_answers_are_not_given_away():
+    for check, wrong in (
+        (case_checks.corrected_row, 1050.0),
+        (case_checks.precision, lambda J, v: (0.0, 0.0)),
+    ):
+        with pytest.raises(CheckFailed) as failed:
+            check(wrong)
+        text = str(failed.value)
+        assert "1049" not in text and "sqrt" not in text
+
+
+def row_shift(A, B):
+    g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
+    return g @ d / (g @ g)
+
+
+def matched(*edits):
+    """The book's match, its answer changed by functions of trail, sigma0 and Q."""
+
+    def match(left, right, point, start, size):
+        answer = list(lsm.match(left, right, point, start, size))
+        for k, edit in edits:
+            answer[k] = edit(answer[k])
+        return answer
+
+    return match
+
+
+def test_a_right_match_passes():
+    checks.row_shift(row_shift)
+    checks.row_shift(lambda A, B: np.float32(row_shift(A, B)))
+    checks.design(lambda *a: columns(*a).astype(np.float32))
+    checks.match(matched())
+    checks.match(lambda *a: tuple(matched()(*a)))
+
+
+SLIPS = {
+    case_checks.corrected_row: [
+        (..., "still empty"),
+        (None, "still empty"),
+        ("1049", "must be one number"),
+        ((1.0, 2.0), "must be one number"),
+        (PRINTED_ROW, "that is the printed row"),
+        (ROW - START[1], "that is the correction"),
+        (2 * START[1] - ROW, "added, not subtracted"),
+        (START[1] + B @ (1, *START[::-1]), "column and row are exchanged"),
+        (START[0] + B @ (1, *START), "starts from the row of the start"),
+        (START[0] + A @ (1, *START), "that is the column"),
+        (START[1] + A @ (1, *START), "takes b0, b1, b2"),
+        (START[1] + B[0], "b1 and b2 are missing"),
+        (ROW + 0.001, "does not follow"),
+    ],
+    checks.design: [
         (lambda *a: None, "returns nothing"),
         (lambda *a: columns(*a).T, "must return shape"),
         (lambda B, Bx, By, x, y, h1: columns(B, Bx, By, x, y, 1.0), "h1 is missing at"),
@@ -153,12 +218,8 @@ def test_slip_in_the_columns_is_named():
         (lambda *a: columns(*a)[:, [0, 1, 2, 0, 1, 2, 6, 7]], "along By .*; a1 and a2"),
         (lambda *a: columns(*a)[:, [0, 3, 1, 4, 2, 5, 6, 7]], "look at the order"),
         (changed((7, lambda *a: np.zeros_like(a[0]))), "how does h0"),
-    ]
-    assert unnamed(chapter3.design, slips) == []
-
-
-def test_slip_in_the_bilinear_surface_is_named():
-    slips = [
+    ],
+    checks.bilinear: [
         (lambda g, c, r: ..., "returns nothing"),
         (lambda g, c, r: float(int(bilinear(g, c, r))), "is cut off"),
         (lambda g, c, r: np.floor(bilinear(g, c, r) + 0.5), "is rounded"),
@@ -181,20 +242,8 @@ def test_slip_in_the_bilinear_surface_is_named():
         (lambda g, c, r: bilinear(g, *turned(c, r, 1, 1)), "nearer must count"),
         (lambda g, c, r: bilinear(g, *turned(c, r, 1, 0)), "nearer must count"),
         (lambda g, c, r: bilinear(g, *turned(c, r, 0, 1)), "nearer must count"),
-    ]
-    assert unnamed(chapter3.bilinear, slips) == []
-
-
-def s0(J, v):
-    return precision(J, v)[0]
-
-
-def cofactor(J):
-    return np.linalg.inv(J.T @ J)[0, 0]
-
-
-def test_slip_in_the_precision_is_named():
-    slips = [
+    ],
+    case_checks.precision: [
         (lambda J, v: None, "returns nothing"),
         (lambda J, v: s0(J, v), "must return shape"),
         (
@@ -217,34 +266,8 @@ def test_slip_in_the_precision_is_named():
         (lambda J, v: (np.sqrt(v @ v / 283), 0.01), "rows and columns of J"),
         (lambda J, v: (s0(J, v), 0.01), "does not follow from S0"),
         (lambda J, v: (0.5, precision(J, v)[1]), "not that of"),
-    ]
-    assert unnamed(chapter3c.precision, slips) == []
-
-
-def test_wrong_s0_carried_on_is_named_once():
-    def carried(J, v):
-        S0 = np.sqrt(v @ v) / (len(J) - J.shape[1])
-        return S0, S0 * np.sqrt(cofactor(J))
-
-    with pytest.raises(CheckFailed) as failed:
-        chapter3c.precision(carried)
-    assert "root ends too early" in str(failed.value)
-    assert "does not follow" not in str(failed.value)
-
-
-def corners(q, half, sides):
-    """Look at the corners of one diagonal only: (x, y) = (s, side * s) half windows."""
-    at = [(1, s * half, side * s * half) for s in (-1, 1) for side in sides]
-    return max(abs(c @ q[k : k + 3]) for c in np.array(at) for k in (0, 3)) <= 0.01
-
-
-def limits_of_the_listing(q, half):
-    a0, a1, a2, b0, b1, b2 = np.abs(q[:6])
-    return (a1 <= 0.03 or b2 <= 0.03) and (a2 <= 0.03 or b1 <= 0.03)
-
-
-def test_slip_in_the_stop_rule_is_named():
-    slips = [
+    ],
+    checks.stop: [
         (lambda q, half: None, "returns nothing"),
         (lambda q, half: False, "goes on after small steps"),
         (lambda q, half: True, "the window still shifts"),
@@ -275,32 +298,8 @@ def test_slip_in_the_stop_rule_is_named():
         (lambda q, half: stop(q, half + 1), "although no pixel from"),
         (lambda q, half: stop(q, half * 2**0.5), "although no pixel from"),
         (lambda q, half: stop(q, half - 1), "add up to more"),
-    ]
-    assert unnamed(chapter3.stop, slips) == []
-
-
-def test_transposed_photo_and_point_are_as_good():
-    chapter3.bilinear(lambda g, c, r: bilinear(g.T, r, c))
-
-
-def test_answers_are_not_given_away():
-    for check, wrong in (
-        (chapter3c.corrected_row, 1050.0),
-        (chapter3c.precision, lambda J, v: (0.0, 0.0)),
-    ):
-        with pytest.raises(CheckFailed) as failed:
-            check(wrong)
-        text = str(failed.value)
-        assert "1049" not in text and "sqrt" not in text
-
-
-def row_shift(A, B):
-    g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
-    return g @ d / (g @ g)
-
-
-def test_slip_in_the_step_is_named():
-    slips = [
+    ],
+    checks.row_shift: [
         (lambda A, B: -row_shift(A, B), "sign is reversed"),
         (lambda A, B: row_shift(A, B) / 2, "divided by 2"),
         (
@@ -320,32 +319,8 @@ def test_slip_in_the_step_is_named():
             lambda A, B: row_shift(A, B) * 1.3,
             "not the least squares solution",
         ),
-    ]
-    assert unnamed(chapter3.row_shift, slips) == []
-
-
-def matched(*edits):
-    """The book's match, its answer changed by functions of trail, sigma0 and Q."""
-
-    def match(left, right, point, start, size):
-        answer = list(textbook.match(left, right, point, start, size))
-        for k, edit in edits:
-            answer[k] = edit(answer[k])
-        return answer
-
-    return match
-
-
-def test_a_right_match_passes():
-    chapter3.row_shift(row_shift)
-    chapter3.row_shift(lambda A, B: np.float32(row_shift(A, B)))
-    chapter3.design(lambda *a: columns(*a).astype(np.float32))
-    chapter3.match(matched())
-    chapter3.match(lambda *a: tuple(matched()(*a)))
-
-
-def test_slip_in_the_match_is_named():
-    slips = [
+    ],
+    checks.match: [
         (lambda *a: None, "returns nothing"),
         (lambda *a: matched()(*a)[0], "three things"),
         (matched((0, lambda t: t[-1])), "trail of shape"),
@@ -363,5 +338,10 @@ def test_slip_in_the_match_is_named():
             matched((0, lambda t: np.r_[t[:1], t[:2].mean(0)[None], t[1:]])),
             "only a part of a step",
         ),
-    ]
-    assert unnamed(chapter3.match, slips) == []
+    ],
+}
+
+
+@pytest.mark.parametrize("check", SLIPS, ids=lambda check: check.__name__)
+def test_each_slip_is_named(check):
+    assert unnamed(check, SLIPS[check]) == []

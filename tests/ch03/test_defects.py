@@ -124,8 +124,7 @@ def test_whole_grey_values_and_gradients_are_whole():
 
 
 def test_window_that_leaves_the_right_image_is_named():
-    both = images()
-    m = match(*both, [(40, 40), (50, 70)], [(5, 40), np.round(TRUE[2])])
+    m = match(*images(), [(40, 40), (50, 70)], [(5, 40), np.round(TRUE[2])])
     assert list(m.status) == ["outside the image", "converged"]
     assert np.all(np.isnan(m.points[0])) and m.iterations[0] == 0
 
@@ -136,26 +135,12 @@ def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
     copies = [image.copy() for image in both]
     m = match(*both, LEFT, np.round(TRUE), defects)
     assert m.points.shape == (3, 2) and m.status.shape == (3,)
-    for image, copy in zip(both, copies):
-        np.testing.assert_array_equal(image, copy)
+    np.testing.assert_array_equal(both, copies)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"defects": ["centred"]}, "defects must be one of"),
-        ({"points": [(40.5, 40)]}, "points must be whole numbers"),
-        ({"points": [(5, 40)]}, "10 px or more from the border"),
-        ({"start": [(40, 40), (41, 41)]}, r"start must have shape \(1, 2\)"),
-        ({"template": 20}, "template must be an odd number"),
-        ({"left": np.zeros((3, 3, 3))}, "left must have shape"),
-    ],
-)
-def test_bad_input_is_refused_with_its_name(change, message):
-    left, right = images()
-    good = dict(left=left, right=right, points=[(40, 40)], start=[(42, 39)])
-    with pytest.raises(ValueError, match=message):
-        match(**(good | change))
+def test_an_unknown_defect_is_refused():
+    with pytest.raises(ValueError, match="defects must be of DEFECTS; got centred"):
+        match(*images(), LEFT, TRUE, ["centred"])
 
 
 # The table

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pgm_book.ch04 import case_checks as chapter4c
+from pgm_book.ch04 import case_checks
 from pgm_book.common.checks import CheckFailed
 from tests.common.slips import unnamed
 
@@ -13,7 +13,7 @@ UNTRANSPOSED = [(1, 2), (1, 3), (2, 1), (2, 2), (2, 3), (3, 1), (3, 2)]
 def test_no_hint_gives_a_wrong_element_away():
     for answer in (..., [], 13, [(3, 1), (2, 2)], [(0, 2), (1, 1)], UNTRANSPOSED):
         with pytest.raises(CheckFailed) as failed:
-            chapter4c.wrong_elements(answer)
+            case_checks.wrong_elements(answer)
         for place in ("(1, 3)", "(2, 2)", "m13", "m22"):
             assert place not in str(failed.value)
 
@@ -35,15 +35,15 @@ def test_slip_in_the_wrong_elements_is_named():
         (13, "must be a list of pairs"),
         ([(1.5, 3), (2, 2)], r"1 wrong element\(s\) not found, 1 right"),
     ]
-    assert unnamed(chapter4c.wrong_elements, slips) == []
+    assert unnamed(case_checks.wrong_elements, slips) == []
 
 
 def test_right_answers_pass(capsys):
-    chapter4c.wrong_elements([(2, 2), (1, 3)])
-    chapter4c.wrong_elements([[1, 3], [2, 2]])
+    case_checks.wrong_elements([(2, 2), (1, 3)])
+    case_checks.wrong_elements([[1, 3], [2, 2]])
     assert capsys.readouterr().out.count("✓") == 2
 
 
 def test_near_misses_do_not_pass():
     with pytest.raises(CheckFailed):
-        chapter4c.wrong_elements([(1 + 1e-6, 3), (2, 2)])
+        case_checks.wrong_elements([(1 + 1e-6, 3), (2, 2)])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pgm_book.ch04 import checks as chapter4
+from pgm_book.ch04 import checks
 from pgm_book.common.checks import CheckFailed
 from pgm_lab import rotation
 from tests.common.slips import unnamed
@@ -44,20 +44,20 @@ def unit(attitude, printed):
 
 
 def test_right_answers_pass(capsys):
-    chapter4.plane_turn(frame)
-    chapter4.plane_turn(lambda k: frame(k).tolist())
-    chapter4.rotation_matrix(product())
-    chapter4.rotation_matrix(rotation.matrix)
-    chapter4.is_rotation(is_rotation)
-    chapter4.is_rotation(
+    checks.plane_turn(frame)
+    checks.plane_turn(lambda k: frame(k).tolist())
+    checks.rotation_matrix(product())
+    checks.rotation_matrix(rotation.matrix)
+    checks.is_rotation(is_rotation)
+    checks.is_rotation(
         lambda M, t: (
             np.allclose(M @ M.T, np.eye(3), rtol=0, atol=t)
             and abs(np.linalg.det(M) - 1) <= t
         )
     )
-    chapter4.angles(angles)
-    chapter4.angles(rotation.angles)
-    chapter4.unit(unit)
+    checks.angles(angles)
+    checks.angles(rotation.angles)
+    checks.unit(unit)
     assert capsys.readouterr().out.count("✓") == 9
 
 
@@ -65,8 +65,66 @@ def frame(kappa):
     return rotation.matrix(0, 0, kappa)[:2, :2]
 
 
-def test_slip_in_the_turn_in_the_plane_is_named():
-    slips = [
+def largest(M):
+    return np.abs(M @ M.T - np.eye(3)).max()
+
+
+def plain(M):
+    """Arctangent of the quotient."""
+    omega, kappa = np.arctan(-M[2, 1] / M[2, 2]), np.arctan(-M[1, 0] / M[0, 0])
+    return np.array([omega, np.arcsin(M[2, 0]), kappa])
+
+
+def swapped(which, minus=True):
+    """angles with the arguments of arctan2 exchanged."""
+
+    def exchanged(M):
+        sign = -1 if minus else 1
+        answer = angles(M)
+        if "omega" in which:
+            answer[0] = np.arctan2(M[2, 2], sign * M[2, 1])
+        if "kappa" in which:
+            answer[2] = np.arctan2(M[0, 0], sign * M[1, 0])
+        return answer
+
+    return exchanged
+
+
+def positive(M):
+    return angles(M) % (2 * np.pi)
+
+
+def nearer(size):
+    """unit by a poor measure of the differences."""
+
+    def judged(attitude, printed):
+        degrees = size(rotation.matrix(*np.radians(attitude)) - printed)
+        radians = size(rotation.matrix(*attitude) - printed)
+        return "degrees" if degrees < radians else "radians"
+
+    return judged
+
+
+def nearly_unit(attitude, printed):
+    """The rule that small angles in radians and large ones in degrees break."""
+    return "degrees" if np.abs(printed - np.eye(3)).max() < 0.1 else "radians"
+
+
+@pytest.mark.parametrize("off", [1e-6, 1e-4])
+def test_near_misses_do_not_pass(off):
+    for check, function in [
+        (checks.rotation_matrix, product()),
+        (checks.angles, angles),
+        (checks.plane_turn, frame),
+    ]:
+        with pytest.raises(CheckFailed):
+            check(lambda *a, function=function: function(*a) + off)
+    with pytest.raises(CheckFailed):
+        checks.is_rotation(lambda M, t: is_rotation(M, t + 300 * off))
+
+
+SLIPS = {
+    checks.plane_turn: [
         (lambda k: frame(-k), "transposed, it leads back"),
         (lambda k: frame(k)[::-1], "exchanged: x comes first"),
         (lambda k: frame(k) * [[1], [-1]], "e_y has the wrong sign"),
@@ -87,12 +145,8 @@ def test_slip_in_the_turn_in_the_plane_is_named():
         (lambda k: frame(k).astype(np.float32).astype(float), "a float32"),
         (lambda k: None, "returns nothing yet"),
         (lambda k: np.eye(3), r"must return shape \(2, 2\)"),
-    ]
-    assert unnamed(chapter4.plane_turn, slips) == []
-
-
-def test_slip_in_the_matrix_is_named():
-    slips = [
+    ],
+    checks.rotation_matrix: [
         (lambda o, p, k: product()(o, p, k).T, "transposed: it leads from image"),
         (product("xyz"), "the turn made first, omega, stands on the right"),
         (product("yzx"), "phi was made last"),
@@ -115,16 +169,8 @@ def test_slip_in_the_matrix_is_named():
         ),
         (lambda o, p, k: turn(2, k) * turn(1, p) * turn(0, o), "matrices with @"),
         (lambda o, p, k: None, "returns nothing yet"),
-    ]
-    assert unnamed(chapter4.rotation_matrix, slips) == []
-
-
-def largest(M):
-    return np.abs(M @ M.T - np.eye(3)).max()
-
-
-def test_slip_in_the_test_of_a_rotation_is_named():
-    slips = [
+    ],
+    checks.is_rotation: [
         (lambda M, t: largest(M) <= t, "a mirror passes"),
         (lambda M, t: np.linalg.det(M) > 0, "tolerance is not looked at"),
         (lambda M, t: abs(np.linalg.det(M) - 1) <= t, "determinant alone"),
@@ -183,37 +229,8 @@ def test_slip_in_the_test_of_a_rotation_is_named():
         (lambda M, t: largest(M) <= t and np.diag(M).prod() > 0, "may be negative"),
         (lambda M, t: True, "a row longer than 1 passes"),
         (lambda M, t: False, "a true rotation is refused"),
-    ]
-    assert unnamed(chapter4.is_rotation, slips) == []
-
-
-def plain(M):
-    """Arctangent of the quotient."""
-    omega, kappa = np.arctan(-M[2, 1] / M[2, 2]), np.arctan(-M[1, 0] / M[0, 0])
-    return np.array([omega, np.arcsin(M[2, 0]), kappa])
-
-
-def swapped(which, minus=True):
-    """angles with the arguments of arctan2 exchanged."""
-
-    def exchanged(M):
-        sign = -1 if minus else 1
-        answer = angles(M)
-        if "omega" in which:
-            answer[0] = np.arctan2(M[2, 2], sign * M[2, 1])
-        if "kappa" in which:
-            answer[2] = np.arctan2(M[0, 0], sign * M[1, 0])
-        return answer
-
-    return exchanged
-
-
-def positive(M):
-    return angles(M) % (2 * np.pi)
-
-
-def test_slip_in_the_angles_is_named():
-    slips = [
+    ],
+    checks.angles: [
         (lambda M: angles(M) * (-1, 1, -1), "each has a minus in"),
         (swapped("omega and kappa"), "omega and kappa: the numerator comes first"),
         (swapped("omega and kappa", False), "omega and kappa: the numerator"),
@@ -259,28 +276,8 @@ def test_slip_in_the_angles_is_named():
             "right to six digits only",
         ),
         (lambda M: M, "must return shape"),
-    ]
-    assert unnamed(chapter4.angles, slips) == []
-
-
-def nearer(size):
-    """unit by a poor measure of the differences."""
-
-    def judged(attitude, printed):
-        degrees = size(rotation.matrix(*np.radians(attitude)) - printed)
-        radians = size(rotation.matrix(*attitude) - printed)
-        return "degrees" if degrees < radians else "radians"
-
-    return judged
-
-
-def nearly_unit(attitude, printed):
-    """The rule that small angles in radians and large ones in degrees break."""
-    return "degrees" if np.abs(printed - np.eye(3)).max() < 0.1 else "radians"
-
-
-def test_slip_in_the_unit_is_named():
-    slips = [
+    ],
+    checks.unit: [
         (lambda a, M: "degrees", "made of radians is taken for one of degrees"),
         (lambda a, M: "radians", "made of degrees is taken for one of radians"),
         (
@@ -310,18 +307,10 @@ def test_slip_in_the_unit_is_named():
         (lambda a, M: None, "returns nothing yet"),
         (lambda a, M: 1 / 0, "stopped with ZeroDivisionError"),
         (..., "not a function yet"),
-    ]
-    assert unnamed(chapter4.unit, slips) == []
+    ],
+}
 
 
-@pytest.mark.parametrize("off", [1e-6, 1e-4])
-def test_near_misses_do_not_pass(off):
-    for check, function in [
-        (chapter4.rotation_matrix, product()),
-        (chapter4.angles, angles),
-        (chapter4.plane_turn, frame),
-    ]:
-        with pytest.raises(CheckFailed):
-            check(lambda *a, function=function: function(*a) + off)
-    with pytest.raises(CheckFailed):
-        chapter4.is_rotation(lambda M, t: is_rotation(M, t + 300 * off))
+@pytest.mark.parametrize("check", SLIPS, ids=lambda check: check.__name__)
+def test_each_slip_is_named(check):
+    assert unnamed(check, SLIPS[check]) == []

@@ -15,11 +15,18 @@ def test_every_row_belongs_to_exactly_one_chapter():
     assert len(found) == len(ROWS) == len(ledger.verdicts())
 
 
-def test_unknown_chapter_and_place_are_named():
-    with pytest.raises(ValueError, match="no verdicts of chapter '99'"):
-        ledger.verdicts("99")
-    with pytest.raises(ValueError, match="no such place: Table 99"):
-        ledger.verdicts("1", places=["(2.5b)", "Table 99"])
+@pytest.mark.parametrize(
+    ("unknown", "message"),
+    [
+        ({"chapter": "99"}, "no verdicts of chapter '99'"),
+        ({"places": ["(2.5b)", "Table 99"]}, "no such place: Table 99"),
+        ({"verdict": "wrong"}, "verdict must be one of"),
+        ({"source": "Bani"}, "source must be one of"),
+    ],
+)
+def test_what_the_ledger_does_not_have_is_named(unknown, message):
+    with pytest.raises(ValueError, match=message):
+        ledger.verdicts(**unknown)
 
 
 def test_rows_are_those_of_source_and_verdict():
@@ -31,10 +38,6 @@ def test_rows_are_those_of_source_and_verdict():
     ]
     assert found == wanted and found
     assert ledger.verdicts("7", source="Bani 2010") == []
-    with pytest.raises(ValueError, match="verdict must be one of"):
-        ledger.verdicts(verdict="wrong")
-    with pytest.raises(ValueError, match="source must be one of"):
-        ledger.verdicts(source="Bani")
 
 
 def test_three_menus_filter_the_table(monkeypatch):
@@ -99,16 +102,11 @@ def test_summary_counts_what_the_figure_shows():
     assert sum(numbers) - sum(years) == len(ROWS)
 
 
-def test_table_shows_what_is_printed_beside_what_we_get(monkeypatch):
+@pytest.mark.parametrize("causes", [False, True])
+def test_table_shows_what_is_printed_beside_what_we_get(monkeypatch, causes):
     shown = []
     monkeypatch.setattr(plot.basic, "publish_display_data", shown.append)
-    ledger.table(ledger.verdicts("1", places=["Metode, GSD"]), "GSD")
-    assert ">20 cm<" in shown[0]["text/html"] and "22.9 cm" in shown[0]["text/html"]
-    assert "unclear" not in shown[0]["text/html"]
-
-
-def test_table_shows_the_causes_when_asked(monkeypatch):
-    shown = []
-    monkeypatch.setattr(plot.basic, "publish_display_data", shown.append)
-    ledger.table(ledger.verdicts("1", places=["Metode, GSD"]), "GSD", causes=True)
-    assert ">unclear</td>" in shown[0]["text/html"]
+    ledger.table(ledger.verdicts("1", places=["Metode, GSD"]), "GSD", causes=causes)
+    page = shown[0]["text/html"]
+    assert ">20 cm<" in page and "22.9 cm" in page
+    assert (">unclear</td>" in page) == causes

@@ -100,7 +100,7 @@ def test_names_with_mathematics_in_them_are_drawn_as_they_are(odd):
     """matplotlib takes what stands between dollars for a formula, and stumbles."""
     text = "".join(Page(report.html(odd)).text)
     assert '"20"&$\\frac{20}$' in text and '"8"&$\\frac{8}$ in photo <b>6' in text
-    figure = plot.bundle.standardized_histogram(odd)
+    figure = plot.bundle.residual_vectors(odd)
     figure.canvas.draw()
     plt.close(figure)
 

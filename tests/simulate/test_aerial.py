@@ -7,6 +7,7 @@ import pytest
 from pgm_lab.camera import Camera, Photo
 from pgm_lab.simulate import aerial_block, aerial_pair, landscape
 from pgm_lab.simulate.aerial import (
+    CAMERA,
     GSD,
     PIXEL,
     SENSOR,
@@ -122,7 +123,7 @@ def test_ray_meets_a_wall_where_geometry_says():
     right = np.full(400, -0.5)  # one cell to the left for 2 m up
     column = np.linspace(30, 70, 400)
     still = np.zeros(400)
-    Z = Surface(z).meet(still + 1, still, column, right)
+    Z = Surface(z).meet(np.array([still + 1, still, column, right]))
     met = column + Z * right
     ground, roof = met < 49, met > 50
     assert np.abs(Z[ground]).max() < 1e-4
@@ -169,6 +170,19 @@ def test_a_pixel_is_as_large_as_the_flight_says(pair):
     assert np.median(step) == pytest.approx(1.02 * GSD, rel=0.02)
     base = np.diff([p.exterior[:3] for p in (pair.left, pair.right)], axis=0)
     assert np.linalg.norm(base) == pytest.approx(0.4 * 4288 * GSD, rel=1e-4)
+
+
+def test_light_falls_off_to_the_corner_of_the_sensor():
+    land = landscape((-4, -4, 4, 4), relief=0, buildings=0, trees=0)
+    land.grey[:] = 200
+    above = [0.0, 0, 1000, 0, 0, 0]
+    middle, corner = (
+        taken(land, CAMERA, above, at, (20, 20))[0].grey.mean()
+        for at in ((2134, 1414), (0, 0))
+    )
+    r2 = (2144**2 + 1424**2) * (PIXEL / 24) ** 2
+    assert middle == pytest.approx(200, abs=0.5)
+    assert corner / 200 == pytest.approx(1 - 0.6 * r2 + 0.2 * r2**2, abs=0.01)
 
 
 def test_noise_has_the_standard_deviation_asked_for_in_each_photo_its_own():
