@@ -346,18 +346,6 @@ def screen(view: tuple[float, float]) -> np.ndarray:
     return np.array([(-s, c, 0.0), up])
 
 
-def together(centres: np.ndarray, distance: float) -> list[str]:
-    """Numbers of the cameras; the first of those at one place bears them all."""
-    if not len(centres):
-        return []
-    near = np.linalg.norm(centres[:, None] - centres[None], axis=2) < distance
-    first = near.argmax(axis=1)
-    return [
-        ", ".join(str(j + 1) for j in np.flatnonzero(first == i))
-        for i in range(len(near))
-    ]
-
-
 def fill(
     ax: Axes3D, drawn: np.ndarray, where: tuple[float, float, float, float]
 ) -> None:
