@@ -225,7 +225,7 @@ def height_threshold(error: np.ndarray, r: np.ndarray, limit: float) -> None:
 
 def height_errors(error: np.ndarray, sigma: float) -> None:
     """Show measured errors of heights (m) beside the predicted normal curve."""
-    error = error.astype(float)  # bins of single precision would be others
+    sigma = float(sigma)  # it may come in single precision
     far = 6 * sigma
     nmad = 1.4826 * float(np.median(np.abs(error - np.median(error))))
     outside = 100 * float(np.mean(np.abs(error) > far))
