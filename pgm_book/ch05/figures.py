@@ -30,6 +30,13 @@ EDGES = (
     *((4, 5), (6, 7), (4, 8), (8, 7), (5, 9), (9, 6), (8, 9)),
 )
 CONTROL = (0, 1, 2, 8)  # corners whose ground coordinates are known
+HEIGHT, C, SIGMA = 120.0, 35.0, 0.003  # m, mm, mm: of the sliders
+FAR, NEAR = 10.0, Camera(35.0)  # m, and the camera: of the clouds
+ANGLES = (10, 40, 90, 150)
+BASES = (20, 160)  # m
+
+
+# --- What does one ray know? ---
 
 
 def one_ray() -> None:
@@ -82,6 +89,36 @@ def one_ray() -> None:
         " W, then U and V lead to the object point. Image point and object point lie"
         " on one straight line through the perspective centre.",
     )
+
+
+def _write(ax: Axes3D, at: ArrayLike, words: str, colour: str, where: str) -> None:
+    look: Look = {"fontsize": TEXT, "color": colour, "zorder": 9}
+    ax.text(*np.asarray(at), words, ha=where, va="center", **look)
+
+
+# --- How does the image move with each unknown? ---
+
+
+def adjustment_steps(size: np.ndarray, error: np.ndarray) -> None:
+    """Show the relative error of a central difference against its step."""
+    fig, ax = plt.subplots(figsize=(7, 4.2))
+    ax.plot(size, error, "o-", color=plot.BLUE, label="error")
+    best = int(np.argmin(error))
+    mark: Look = {"color": plot.RED, "markersize": 12, "zorder": 4}
+    ax.plot(size[best], error[best], "D", label="smallest", **mark)
+    ax.set(xscale="log", yscale="log", xlabel="step (rad)", ylabel="relative error")
+    ax.legend(loc="upper center")
+    valley = size[error < 1e-8]
+    plot.show(
+        fig,
+        "Relative error of a central difference against its step, both logarithmic: a"
+        " valley. From the right it falls with the square of the step; to the left it"
+        f" rises again, unevenly. From {valley.min():.0e} to {valley.max():.0e} rad it"
+        " is below 1e-08; a diamond marks the smallest.",
+    )
+
+
+# --- What do two photos know of each other? ---
 
 
 def epipolar_plane() -> None:
@@ -177,64 +214,7 @@ def to_the_ground() -> None:
     )
 
 
-def meeting(photos: np.ndarray, points: ArrayLike, names: Sequence[str]) -> None:
-    """Show two photos (2, 6) and points (n, 3) in space, with all rays between them."""
-    points = np.asarray(points)
-    fig = plt.figure(figsize=(10, 4.2), layout="none")
-    ax = space.space(fig, view=(14, 38))
-    drawn = [points]
-    styles = ((plot.BLUE, "-"), (plot.RED, "--"))
-    for exterior, (colour, style), name in zip(photos, styles, names):
-        for point in points:
-            ray = np.array([exterior[:3], point])
-            ax.plot(*ray.T, color=colour, lw=1.1, ls=style, **FRONT)
-        look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
-        drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
-        up = rotation.matrix(*exterior[3:])[2]
-        drawn.append(exterior[None, :3] + 0.3 * up)  # room for the name
-    ax.plot(*points.T, "o", color=plot.BLACK, markersize=7, **FRONT)
-    # To the lower left of the points, as this view has it
-    corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
-    tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
-    drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
-    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
-    plot.show(
-        fig,
-        f"Two cameras in space look down at {len(points)} points; a ray runs from each"
-        " camera to each point. A thick bar marks the upper edge of each photo.",
-    )
-
-
-def _write(ax: Axes3D, at: ArrayLike, words: str, colour: str, where: str) -> None:
-    look: Look = {"fontsize": TEXT, "color": colour, "zorder": 9}
-    ax.text(*np.asarray(at), words, ha=where, va="center", **look)
-
-
-# --- Precision: steps of a difference, clouds of points, base and ellipse ---
-
-HEIGHT, C, SIGMA = 120.0, 35.0, 0.003  # m, mm, mm: of the sliders
-FAR, NEAR = 10.0, Camera(35.0)  # m, and the camera: of the clouds
-ANGLES = (10, 40, 90, 150)
-BASES = (20, 160)  # m
-
-
-def adjustment_steps(size: np.ndarray, error: np.ndarray) -> None:
-    """Show the relative error of a central difference against its step."""
-    fig, ax = plt.subplots(figsize=(7, 4.2))
-    ax.plot(size, error, "o-", color=plot.BLUE, label="error")
-    best = int(np.argmin(error))
-    mark: Look = {"color": plot.RED, "markersize": 12, "zorder": 4}
-    ax.plot(size[best], error[best], "D", label="smallest", **mark)
-    ax.set(xscale="log", yscale="log", xlabel="step (rad)", ylabel="relative error")
-    ax.legend(loc="upper center")
-    valley = size[error < 1e-8]
-    plot.show(
-        fig,
-        "Relative error of a central difference against its step, both logarithmic: a"
-        " valley. From the right it falls with the square of the step; to the left it"
-        f" rises again, unevenly. From {valley.min():.0e} to {valley.max():.0e} rad it"
-        " is below 1e-08; a diamond marks the smallest.",
-    )
+# --- How far apart should the stations be? ---
 
 
 def point_clouds() -> None:
@@ -326,3 +306,31 @@ def vertical_precision(base: float) -> tuple[float, float]:
     found = orientation.intersect(Camera(C), pair, image, sigma=SIGMA)
     sx, _, sz = np.sqrt(np.diag(found.covariance[0]))
     return float(sx), float(sz)
+
+
+def meeting(photos: np.ndarray, points: ArrayLike, names: Sequence[str]) -> None:
+    """Show two photos (2, 6) and points (n, 3) in space, with all rays between them."""
+    points = np.asarray(points)
+    fig = plt.figure(figsize=(10, 4.2), layout="none")
+    ax = space.space(fig, view=(14, 38))
+    drawn = [points]
+    styles = ((plot.BLUE, "-"), (plot.RED, "--"))
+    for exterior, (colour, style), name in zip(photos, styles, names):
+        for point in points:
+            ray = np.array([exterior[:3], point])
+            ax.plot(*ray.T, color=colour, lw=1.1, ls=style, **FRONT)
+        look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
+        drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
+        up = rotation.matrix(*exterior[3:])[2]
+        drawn.append(exterior[None, :3] + 0.3 * up)  # room for the name
+    ax.plot(*points.T, "o", color=plot.BLACK, markersize=7, **FRONT)
+    # To the lower left of the points, as this view has it
+    corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
+    tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
+    drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
+    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
+    plot.show(
+        fig,
+        f"Two cameras in space look down at {len(points)} points; a ray runs from each"
+        " camera to each point. A thick bar marks the upper edge of each photo.",
+    )

@@ -18,6 +18,14 @@ C = 35.0  # mm, of the sketches
 LARGE = {"K1": 6e-4, "P1": 4e-3, "b1": 0.12, "b2": 0.12}
 WORDS = {"K1": "radial", "P1": "decentring", "b1": "affinity", "b2": "shear"}
 NAMES = ["c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2"]
+MOTIONS = (
+    *(f"shift in {axis}" for axis in "XYZ"),
+    *(f"rotation about {axis}" for axis in "XYZ"),
+    "scale",
+)
+
+
+# --- One ray, nineteen unknowns ---
 
 
 def ray() -> None:
@@ -128,6 +136,9 @@ def lens_by_hand() -> None:
     interact(draw, K1=K1, P2=P2)
 
 
+# --- How many equations, how many unknowns? ---
+
+
 def zeros(photos: np.ndarray, points: np.ndarray) -> None:
     """Show what is not zero in the normal matrix of rays from photos to points."""
     groups = {"camera": np.zeros(10, int)}
@@ -162,6 +173,9 @@ def zeros(photos: np.ndarray, points: np.ndarray) -> None:
     )
 
 
+# --- What can no photo feel? ---
+
+
 def motions(exteriors: np.ndarray, points: np.ndarray) -> None:
     """Show the seven motions of a network that no photo feels."""
     fig = _seven_motions(exteriors, points)
@@ -174,13 +188,6 @@ def motions(exteriors: np.ndarray, points: np.ndarray) -> None:
         " in X, Y and Z, rotations about X, Y and Z, and a scale. In each, cameras and"
         " points move together. The axes X, Y and Z stand beside them.",
     )
-
-
-MOTIONS = (
-    *(f"shift in {axis}" for axis in "XYZ"),
-    *(f"rotation about {axis}" for axis in "XYZ"),
-    "scale",
-)
 
 
 def _seven_motions(exteriors: np.ndarray, points: np.ndarray) -> Figure:
@@ -226,36 +233,7 @@ def _seven_motions(exteriors: np.ndarray, points: np.ndarray) -> Figure:
     return fig
 
 
-def curve(result: bundle.Bundle) -> None:
-    """Show the radial correction of the lens with its band."""
-    fig = plot.bundle.lens_curve(result)
-    fig.set_size_inches(7, 4.9)
-    plot.show(
-        fig,
-        "Above: the radial correction of the lens against the distance from the"
-        " principal point, with its 95 per cent band. Below: half the width of the"
-        " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
-        " opening quickly beyond the last measured point.",
-    )
-
-
-def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> None:
-    """Show what an error x of one control point does, and what the adjustment says.
-
-    Predicted standard deviation and true error are RMS of the other points, all in mm.
-    """
-    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
-    ax.plot(x, true, "o-", color=plot.RED, lw=3, label="true error of the points")
-    text = "their standard deviation"
-    ax.plot(x, predicted, "s--", color=plot.BLUE, lw=3, label=text)
-    ax.set(xlabel="error of one control point (mm)", ylabel="RMS (mm)", ylim=(0, None))
-    ax.legend(loc="upper left")
-    plot.show(
-        fig,
-        "Against the error of one control point up to"
-        f" {x[-1]:g} mm: the true error of the points grows to {true[-1]:.2f} mm, their"
-        f" standard deviation stays at {predicted[-1]:.2f} mm.",
-    )
+# --- Your bundle adjustment ---
 
 
 def which_photos(given: bundle.Network) -> None:
@@ -307,3 +285,41 @@ def _by_place(stations: np.ndarray) -> list[tuple[np.ndarray, list[str]]]:
         if not near:
             found.append((station, names))
     return found
+
+
+# --- How well is the lens known? ---
+
+
+def curve(result: bundle.Bundle) -> None:
+    """Show the radial correction of the lens with its band."""
+    fig = plot.bundle.lens_curve(result)
+    fig.set_size_inches(7, 4.9)
+    plot.show(
+        fig,
+        "Above: the radial correction of the lens against the distance from the"
+        " principal point, with its 95 per cent band. Below: half the width of the"
+        " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
+        " opening quickly beyond the last measured point.",
+    )
+
+
+# --- Precision is not accuracy ---
+
+
+def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> None:
+    """Show what an error x of one control point does, and what the adjustment says.
+
+    Predicted standard deviation and true error are RMS of the other points, all in mm.
+    """
+    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+    ax.plot(x, true, "o-", color=plot.RED, lw=3, label="true error of the points")
+    text = "their standard deviation"
+    ax.plot(x, predicted, "s--", color=plot.BLUE, lw=3, label=text)
+    ax.set(xlabel="error of one control point (mm)", ylabel="RMS (mm)", ylim=(0, None))
+    ax.legend(loc="upper left")
+    plot.show(
+        fig,
+        "Against the error of one control point up to"
+        f" {x[-1]:g} mm: the true error of the points grows to {true[-1]:.2f} mm, their"
+        f" standard deviation stays at {predicted[-1]:.2f} mm.",
+    )

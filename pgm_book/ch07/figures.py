@@ -23,6 +23,124 @@ LABEL: Look = {
 ARROW: Look = {"arrowstyle": "-|>", "linewidth": 2.4}
 BAR = "|-|, widthA=0.4, widthB=0.4"
 EXACT: Look = {"shrinkA": 0, "shrinkB": 0, "mutation_scale": 12, "linewidth": 2.2}
+REACH, PART = 4, 25  # px that the sliders go to each side, and across what they show
+WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
+SHOWN = 0.5  # px to each side of the truth
+
+
+# --- What has changed here? ---
+
+
+def changes(reference: np.ndarray, sensed: np.ndarray, limit: float) -> Figure:
+    """Draw two images side by side, and where their grey values differ."""
+    fig = plt.figure(figsize=(10, 4.1), layout="compressed")
+    names = ("reference", "sensed")
+    axes = fig.subplot_mosaic("rcc;scc")
+    for name, image in zip(names, (reference, sensed)):
+        axes[name[0]].imshow(grey_levels(image, name), vmin=0, vmax=1)
+        axes[name[0]].set_title(f"{name} image")
+    changed = np.abs(sensed.astype(float) - reference) > limit
+    share = 100 * changed.mean()
+    axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
+    axes["c"].set_title(
+        f"black: differ by more than {limit:g} grey values, {share:.0f} %"
+    )
+    for ax in axes.values():
+        ax.set(xticks=[], yticks=[])
+        ax.grid(False)
+    axes["c"].spines[["top", "right"]].set_visible(True)
+    return fig
+
+
+def two_colours(
+    reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int], size: int
+) -> None:
+    """Show a square part of both images in two colours, and as difference."""
+    window, extent = _part(centre, size)
+    one, other = reference[window].astype(float), sensed[window].astype(float)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4.1), layout="compressed")
+    overlay(one, other, ax=axes[0])
+    axes[0].images[0].set_extent(extent)
+    axes[0].set_title("green: reference,\nmagenta: sensed")
+    change = other - one
+    far = _far(change)
+    axes[1].imshow(change, extent=extent, cmap="gray", vmin=-far, vmax=far)
+    axes[1].set(title="sensed − reference,\nin grey", xlabel="column (px)", yticks=[])
+    axes[1].grid(False)
+    plot.show(
+        fig,
+        "A part of both images, one on the other, the reference in green and the sensed"
+        " one in magenta. The fields are grey, so both show the same. Along every edge"
+        " of a field runs a narrow fringe, green on one side and magenta on the other."
+        " Beside it the difference: level grey in the fields, a white or a black line"
+        " along their edges.",
+    )
+
+
+def _part(
+    centre: tuple[int, int], size: int
+) -> tuple[tuple[slice, slice], tuple[float, float, float, float]]:
+    """Rows and columns of a square part, and its (left, right, bottom, top) edges."""
+    left, top = (at - size // 2 for at in centre)
+    edges = (left - 0.5, left + size - 0.5, top + size - 0.5, top - 0.5)
+    return (slice(top, top + size), slice(left, left + size)), edges
+
+
+def _far(change: np.ndarray) -> float:
+    """Difference that is drawn white, and black with a minus; few are larger."""
+    return max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
+
+
+def fringe_by_hand(
+    reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int]
+) -> None:
+    """Show a part of both images pixel by pixel, and sliders that draw one back."""
+    window, extent = _part(centre, PART)
+    one = reference[window].astype(float)
+    panels: Look = {"sharey": True, "layout": "compressed"}
+    far = _far(sensed[window] - one)
+
+    def draw(dx: int, dy: int) -> None:
+        there, _ = _part((centre[0] + dx, centre[1] + dy), PART)
+        moved = sensed[there].astype(float)
+        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5.2), **panels)
+        overlay(one, moved, ax=left)
+        left.images[0].set_extent(extent)
+        change = moved - one
+        look: Look = {"cmap": "gray", "vmin": -far, "vmax": far}
+        right.imshow(change, extent=extent, interpolation="nearest", **look)
+        right.grid(False)
+        for ax in (left, right):
+            _line_a_pixel(ax, extent)
+            ax.set(xlabel="column (px)")
+        left.set_title("green: reference, magenta: sensed")
+        right.set_title("sensed − reference, in grey")
+        drawn = f"sensed image drawn back by {dx} columns and {dy} rows"
+        fig.suptitle(drawn)
+        plot.show(
+            fig,
+            f"A part of both images of {PART} by {PART} pixels, in two colours and as"
+            f" difference, with a thin line between any two pixels; {drawn}.",
+        )
+
+    look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
+    dx = IntSlider(0, description="columns", **look)
+    interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
+
+
+def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
+    """Draw a thin line between pixels, and name every fifth."""
+    left, right, bottom, top = extent
+    look: Look = {"color": "0.7", "linewidth": 0.6, "alpha": 0.7}
+    for x in np.arange(left, right + 0.1):
+        ax.axvline(x, **look)
+    for y in np.arange(top, bottom + 0.1):
+        ax.axhline(y, **look)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MultipleLocator(5))
+
+
+# --- How far has one corner moved? ---
 
 
 def chip_search(
@@ -67,24 +185,6 @@ def chip_search(
         f" point. Middle, the sensed image with a search window that reaches {radius}"
         " pixels farther to each side; in it the chip at its best place, and an arrow,"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
-        f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
-    )
-
-
-def chip_and_map(reference: ArrayLike, point: ArrayLike, r: np.ndarray) -> None:
-    """Show a chip, and beside it what its search found: r for every shift."""
-    x, y = np.floor(np.asarray(point) + 0.5)
-    panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
-    fig, (left, right) = plt.subplots(
-        1, 2, figsize=(7, 4), layout="compressed", gridspec_kw=panels
-    )
-    _photo(left, reference, "reference", (x, y), CHIP / 2)
-    left.set_title("chip")
-    _table_of_r(right, r)
-    right.set_title("r for every shift")
-    plot.show(
-        fig,
-        f"Left, a chip of {CHIP} by {CHIP} pixels. Right, r for every shift as a map of"
         f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
     )
 
@@ -136,6 +236,27 @@ def _short(r: float) -> str:
     return text.replace("0.", ".", 1) if "0." in text else text[:-1]
 
 
+def chip_and_map(reference: ArrayLike, point: ArrayLike, r: np.ndarray) -> None:
+    """Show a chip, and beside it what its search found: r for every shift."""
+    x, y = np.floor(np.asarray(point) + 0.5)
+    panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
+    fig, (left, right) = plt.subplots(
+        1, 2, figsize=(7, 4), layout="compressed", gridspec_kw=panels
+    )
+    _photo(left, reference, "reference", (x, y), CHIP / 2)
+    left.set_title("chip")
+    _table_of_r(right, r)
+    right.set_title("r for every shift")
+    plot.show(
+        fig,
+        f"Left, a chip of {CHIP} by {CHIP} pixels. Right, r for every shift as a map of"
+        f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
+    )
+
+
+# --- What do fifty chips say together? ---
+
+
 def chip_places(image: ArrayLike, points: ArrayLike) -> Figure:
     """Draw the chips on their image, with their numbers."""
     fig, ax = plt.subplots(figsize=(5.6, 5.2), layout="compressed")
@@ -145,6 +266,9 @@ def chip_places(image: ArrayLike, points: ArrayLike) -> Figure:
         outline(ax, point, CHIP, plot.ORANGE, linewidth=1.6)
     ax.set(xlabel="column (px)", ylabel="row (px)")
     return fig
+
+
+# --- What lies between the pixels? ---
 
 
 def chip_parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
@@ -172,154 +296,6 @@ def chip_parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     )
     ax.legend(loc="upper right", fontsize=15)
     return fig
-
-
-# --- Figures of two images that do not lie on each other: changes, and their fringe ---
-
-REACH, PART = 4, 25  # px that the sliders go to each side, and across what they show
-
-
-def changes(reference: np.ndarray, sensed: np.ndarray, limit: float) -> Figure:
-    """Draw two images side by side, and where their grey values differ."""
-    fig = plt.figure(figsize=(10, 4.1), layout="compressed")
-    names = ("reference", "sensed")
-    axes = fig.subplot_mosaic("rcc;scc")
-    for name, image in zip(names, (reference, sensed)):
-        axes[name[0]].imshow(grey_levels(image, name), vmin=0, vmax=1)
-        axes[name[0]].set_title(f"{name} image")
-    changed = np.abs(sensed.astype(float) - reference) > limit
-    share = 100 * changed.mean()
-    axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
-    axes["c"].set_title(
-        f"black: differ by more than {limit:g} grey values, {share:.0f} %"
-    )
-    for ax in axes.values():
-        ax.set(xticks=[], yticks=[])
-        ax.grid(False)
-    axes["c"].spines[["top", "right"]].set_visible(True)
-    return fig
-
-
-def two_colours(
-    reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int], size: int
-) -> None:
-    """Show a square part of both images in two colours, and as difference."""
-    window, extent = _part(centre, size)
-    one, other = reference[window].astype(float), sensed[window].astype(float)
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.1), layout="compressed")
-    overlay(one, other, ax=axes[0])
-    axes[0].images[0].set_extent(extent)
-    axes[0].set_title("green: reference,\nmagenta: sensed")
-    change = other - one
-    far = _far(change)
-    axes[1].imshow(change, extent=extent, cmap="gray", vmin=-far, vmax=far)
-    axes[1].set(title="sensed − reference,\nin grey", xlabel="column (px)", yticks=[])
-    axes[1].grid(False)
-    plot.show(
-        fig,
-        "A part of both images, one on the other, the reference in green and the sensed"
-        " one in magenta. The fields are grey, so both show the same. Along every edge"
-        " of a field runs a narrow fringe, green on one side and magenta on the other."
-        " Beside it the difference: level grey in the fields, a white or a black line"
-        " along their edges.",
-    )
-
-
-def before_and_after(
-    reference: np.ndarray, sensed: np.ndarray, again: np.ndarray
-) -> None:
-    """Show what counts as changed, before and after the sensed image was resampled.
-
-    Where it has no data `again` is masked or NaN.
-    """
-    resampled = np.ma.filled(np.ma.asarray(again, float), np.nan)
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="compressed")
-    shares = []
-    pairs = ("before", sensed.astype(float)), ("after", resampled)
-    for ax, (name, other) in zip(axes, pairs):
-        change = np.abs(other - reference)
-        changed = change > 300
-        shares.append(100 * changed.sum() / np.isfinite(change).sum())
-        ax.imshow(changed, cmap="binary", interpolation="nearest")
-        ax.set(xticks=[], yticks=[], title=f"{name}: {shares[-1]:.0f} % changed")
-        ax.grid(False)
-        ax.spines[["top", "right"]].set_visible(True)
-    plot.show(
-        fig,
-        f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
-        f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
-        " what is left are tilted squares, whole fields, on an almost empty ground.",
-        colours=8,
-    )
-
-
-def fringe_by_hand(
-    reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int]
-) -> None:
-    """Show a part of both images pixel by pixel, and sliders that draw one back."""
-    window, extent = _part(centre, PART)
-    one = reference[window].astype(float)
-    panels: Look = {"sharey": True, "layout": "compressed"}
-    far = _far(sensed[window] - one)
-
-    def draw(dx: int, dy: int) -> None:
-        there, _ = _part((centre[0] + dx, centre[1] + dy), PART)
-        moved = sensed[there].astype(float)
-        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5.2), **panels)
-        overlay(one, moved, ax=left)
-        left.images[0].set_extent(extent)
-        change = moved - one
-        look: Look = {"cmap": "gray", "vmin": -far, "vmax": far}
-        right.imshow(change, extent=extent, interpolation="nearest", **look)
-        right.grid(False)
-        for ax in (left, right):
-            _line_a_pixel(ax, extent)
-            ax.set(xlabel="column (px)")
-        left.set_title("green: reference, magenta: sensed")
-        right.set_title("sensed − reference, in grey")
-        drawn = f"sensed image drawn back by {dx} columns and {dy} rows"
-        fig.suptitle(drawn)
-        plot.show(
-            fig,
-            f"A part of both images of {PART} by {PART} pixels, in two colours and as"
-            f" difference, with a thin line between any two pixels; {drawn}.",
-        )
-
-    look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
-    dx = IntSlider(0, description="columns", **look)
-    interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
-
-
-def _part(
-    centre: tuple[int, int], size: int
-) -> tuple[tuple[slice, slice], tuple[float, float, float, float]]:
-    """Rows and columns of a square part, and its (left, right, bottom, top) edges."""
-    left, top = (at - size // 2 for at in centre)
-    edges = (left - 0.5, left + size - 0.5, top + size - 0.5, top - 0.5)
-    return (slice(top, top + size), slice(left, left + size)), edges
-
-
-def _far(change: np.ndarray) -> float:
-    """Difference that is drawn white, and black with a minus; few are larger."""
-    return max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
-
-
-def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
-    """Draw a thin line between pixels, and name every fifth."""
-    left, right, bottom, top = extent
-    look: Look = {"color": "0.7", "linewidth": 0.6, "alpha": 0.7}
-    for x in np.arange(left, right + 0.1):
-        ax.axvline(x, **look)
-    for y in np.arange(top, bottom + 0.1):
-        ax.axhline(y, **look)
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MultipleLocator(5))
-
-
-# --- Figures of the shifts of many chips: around the truth, and on trial ---
-
-WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
-SHOWN = 0.5  # px to each side of the truth
 
 
 def darts(clouds: Mapping[str, np.ndarray], truth: np.ndarray) -> None:
@@ -359,6 +335,9 @@ def darts(clouds: Mapping[str, np.ndarray], truth: np.ndarray) -> None:
         f" median misses the truth by: {', '.join(said)}.",
         colours=128,
     )
+
+
+# --- Which shifts deserve trust? ---
 
 
 def beyond(true: np.ndarray, found: np.ndarray, r: np.ndarray) -> None:
@@ -439,4 +418,35 @@ def trial(
         f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips;"
         f" all tests of register together pass {kept[1]:.0f} and {kept[0]:.1f}.",
         colours=96,
+    )
+
+
+# --- Does your program make them fit? ---
+
+
+def before_and_after(
+    reference: np.ndarray, sensed: np.ndarray, again: np.ndarray
+) -> None:
+    """Show what counts as changed, before and after the sensed image was resampled.
+
+    Where it has no data `again` is masked or NaN.
+    """
+    resampled = np.ma.filled(np.ma.asarray(again, float), np.nan)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="compressed")
+    shares = []
+    pairs = ("before", sensed.astype(float)), ("after", resampled)
+    for ax, (name, other) in zip(axes, pairs):
+        change = np.abs(other - reference)
+        changed = change > 300
+        shares.append(100 * changed.sum() / np.isfinite(change).sum())
+        ax.imshow(changed, cmap="binary", interpolation="nearest")
+        ax.set(xticks=[], yticks=[], title=f"{name}: {shares[-1]:.0f} % changed")
+        ax.grid(False)
+        ax.spines[["top", "right"]].set_visible(True)
+    plot.show(
+        fig,
+        f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
+        f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
+        " what is left are tilted squares, whole fields, on an almost empty ground.",
+        colours=8,
     )

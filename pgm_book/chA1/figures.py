@@ -15,6 +15,49 @@ from pgm_lab import plot
 from pgm_lab.adjustment import critical_w
 from pgm_lab.plot.basic import Look, interact
 
+KNOWN = "A"  # the bench mark whose height is known, drawn as a triangle
+SPOTS = {
+    "A": (0.0, 0.0), "B": (0.75, 0.62), "C": (2.1, 0.5), "D": (1.5, -0.5),
+    "E": (2.6, -0.6),
+}  # fmt: skip
+ROUND = "AE"  # the line that runs a long way round
+LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
+
+
+# --- Four ways to one height ---
+
+
+def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
+    """Draw bench marks A to E and the levelled lines between them, with labels."""
+    texts = [text.replace("-", "−") for text in labels]
+    fig, ax = plt.subplots(figsize=(10, 4.6))
+    _draw_net(ax, lines, texts, len(lines) * [plot.SKY])
+    return fig
+
+
+def _draw_net(ax: Axes, lines: Sequence[str], labels: list[str], colours: list) -> None:
+    """Draw the lines as arrows, in the direction in which they were levelled."""
+    t = np.linspace(0, 1, 41)[:, None]
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 2}
+    for line, label, colour in zip(lines, labels, colours):
+        a, b = (np.array(SPOTS[name]) for name in line)
+        way = a + t * (b - a) - 4 * t * (1 - t) * (0, 0.62 * (line == ROUND))
+        ax.plot(*way.T, color=colour, linewidth=3, zorder=1)
+        arrow = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 28}
+        ax.annotate("", way[-3], way[-5], arrowprops=arrow)
+        x, y = way[LABELS.get(line, 19)]
+        ax.text(x, y, label, ha="center", va="center", fontsize=15, bbox=box)
+    for name, (x, y) in SPOTS.items():
+        known = name == KNOWN
+        ax.plot(x, y, "^" if known else "o", color=plot.BLACK, markersize=15)
+        ax.text(x, y + 0.13, name, fontsize=20, weight="bold", ha="center")
+    ax.text(-0.12, -0.03, "known", fontsize=15, ha="right")
+    ax.set(xlim=(-0.5, 2.8), ylim=(-1.1, 0.95))
+    ax.axis("off")
+
+
+# --- How does one answer come of many? ---
+
 
 def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None:
     """Show p v^2 of observations of one unknown, and their sum, over the unknown."""
@@ -81,6 +124,9 @@ def observation_space() -> Figure:
     return fig
 
 
+# --- How good is the result? ---
+
+
 def scatter(repeated: ArrayLike, ours: float, stated: float, redundancy: int) -> None:
     """Show sigma0 (mm) of repeated surveys, with the limits of a global test."""
     sigma0s = np.asarray(repeated)
@@ -108,122 +154,7 @@ def scatter(repeated: ArrayLike, ours: float, stated: float, redundancy: int) ->
     )
 
 
-def tangent(base: float, depth: float, start: float) -> None:
-    """Show where the tangent of an angle over the depth leads from a start value."""
-
-    def angle(Y: np.ndarray | float) -> np.ndarray:
-        return np.asarray(2000 * np.arctan2(base / 2, Y))
-
-    slope = -1000 * base / (start**2 + base**2 / 4)
-    end = start + float(angle(depth) - angle(start)) / slope
-    fig, ax = plt.subplots(figsize=(7, 3.2))
-    left, right = min(end, 0.0) - 0.15 * start, 1.2 * start
-    Y = np.linspace(0.3 * depth, right, 300)
-    ax.plot(Y, angle(Y), color=plot.BLUE, label="angle between the rays")
-    line = np.array([end, right])
-    ax.plot(line, angle(start) + slope * (line - start), "--", color=plot.ORANGE,
-            label="Taylor's first term")  # fmt: skip
-    ax.axhline(float(angle(depth)), color=plot.GREY, linestyle=":", label="measured")
-    ax.plot(start, angle(start), "o", color=plot.BLACK, markersize=11)
-    ax.plot(end, angle(depth), "X", color=plot.RED, markersize=14)
-    ax.plot(depth, angle(depth), "*", color=plot.BLACK, markersize=18)
-    marks = {"start": (start, angle(start)), "first step": (end, angle(depth))}
-    marks |= {"point": (depth, angle(depth))}
-    above: Look = {"textcoords": "offset points", "xytext": (9, 9)}
-    for name, (Y0, seen) in marks.items():
-        ax.annotate(name, (float(Y0), float(seen)), **above)
-    ax.axvline(0, color=plot.BLACK, linewidth=1)
-    ax.text(8, float(angle(0.32 * depth)), "stations", rotation=90, va="top")
-    ax.set(xlim=(left, right), xlabel="Y (m)", ylabel="angle (mrad)")
-    ax.set_ylim(0, 1.05 * float(angle(0.3 * depth)))
-    ax.legend(loc="upper left")
-    plot.show(
-        fig,
-        "The angle between two rays falls with the depth Y, steeply at first and then"
-        f" ever less. The tangent at the start, Y = {start:.0f} m, is much flatter than"
-        f" the curve at the point, Y = {depth:.0f} m: it meets the measured angle at"
-        f" Y = {end:.0f} m.",
-    )
-
-
-def point(
-    stations: np.ndarray, position: ArrayLike, covariance: np.ndarray, off: ArrayLike
-) -> None:
-    """Show rays to a point with its error ellipse, and the errors of repetitions in it.
-
-    Stations (k, 2), position, covariance and errors (m, 2) are in metres.
-    """
-    errors, magnify = np.asarray(off), 400
-    fig, axes = plt.subplots(1, 2, figsize=(7, 3.3))
-    for station in stations:
-        way = np.transpose([station, position])
-        axes[0].plot(*way, color=plot.GREY, linewidth=1.4)
-    axes[0].plot(*stations.T, "^", color=plot.BLACK, markersize=12)
-    plot.error_ellipse(axes[0], position, covariance, magnify=magnify)
-    axes[0].set(xlabel="X (m)", ylabel="Y (m)")
-    axes[0].set_title(f"rays, and 95 %\nellipse × {magnify:g}", fontsize=14)
-    first = stations[np.argmin(stations[:, 0])]
-    axes[0].annotate(
-        "stations", first, xytext=(-12, 0), textcoords="offset points",
-        ha="right", va="center",
-    )  # fmt: skip
-    axes[0].margins(0.12)
-    C = covariance
-    look: Look = {"markersize": 3, "alpha": 0.6, "color": plot.BLUE}
-    axes[1].plot(*(1000 * errors.T), ".", **look)
-    plot.error_ellipse(axes[1], (0, 0), 1e6 * C, linewidth=3)
-    axes[1].set(xlabel="error in X (mm)", ylabel="error in Y (mm)")
-    axes[1].set_title(f"{len(errors)} repetitions\nand 95 % ellipse", fontsize=14)
-    for ax in axes:  # as wide as there is room: both are tall and narrow
-        ax.set_aspect("equal", adjustable="datalim")
-    sd = 1000 * np.sqrt(np.diag(C))
-    plot.show(
-        fig,
-        f"Left, {len(stations)} stations, their rays to a point and its error ellipse,"
-        f" enlarged {magnify:g} times. The standard deviations are {sd[0]:.0f} mm in X"
-        f" and {sd[1]:.0f} mm in Y. Right, the errors of {len(errors)} repetitions, and"
-        " the predicted ellipse around nearly all of them.",
-    )
-
-
-# --- Figures of a levelling net: its lines, who controls them, where a blunder goes ---
-
-KNOWN = "A"  # the bench mark whose height is known, drawn as a triangle
-SPOTS = {
-    "A": (0.0, 0.0), "B": (0.75, 0.62), "C": (2.1, 0.5), "D": (1.5, -0.5),
-    "E": (2.6, -0.6),
-}  # fmt: skip
-ROUND = "AE"  # the line that runs a long way round
-LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
-
-
-def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
-    """Draw bench marks A to E and the levelled lines between them, with labels."""
-    texts = [text.replace("-", "−") for text in labels]
-    fig, ax = plt.subplots(figsize=(10, 4.6))
-    _draw_net(ax, lines, texts, len(lines) * [plot.SKY])
-    return fig
-
-
-def _draw_net(ax: Axes, lines: Sequence[str], labels: list[str], colours: list) -> None:
-    """Draw the lines as arrows, in the direction in which they were levelled."""
-    t = np.linspace(0, 1, 41)[:, None]
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 2}
-    for line, label, colour in zip(lines, labels, colours):
-        a, b = (np.array(SPOTS[name]) for name in line)
-        way = a + t * (b - a) - 4 * t * (1 - t) * (0, 0.62 * (line == ROUND))
-        ax.plot(*way.T, color=colour, linewidth=3, zorder=1)
-        arrow = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 28}
-        ax.annotate("", way[-3], way[-5], arrowprops=arrow)
-        x, y = way[LABELS.get(line, 19)]
-        ax.text(x, y, label, ha="center", va="center", fontsize=15, bbox=box)
-    for name, (x, y) in SPOTS.items():
-        known = name == KNOWN
-        ax.plot(x, y, "^" if known else "o", color=plot.BLACK, markersize=15)
-        ax.text(x, y + 0.13, name, fontsize=20, weight="bold", ha="center")
-    ax.text(-0.12, -0.03, "known", fontsize=15, ha="right")
-    ax.set(xlim=(-0.5, 2.8), ylim=(-1.1, 0.95))
-    ax.axis("off")
+# --- Who controls whom? ---
 
 
 def levelling_control(lines: Sequence[str], share: np.ndarray) -> None:
@@ -233,6 +164,9 @@ def levelling_control(lines: Sequence[str], share: np.ndarray) -> None:
     _draw_net(ax, lines, [f"{one:.2f}" for one in share], colours)
     each = ", ".join(f"{line} {one:.2f}" for line, one in zip(lines, share))
     plot.show(fig, f"The net with the redundancy number of each line: {each}.")
+
+
+# --- Which line is wrong? ---
 
 
 def tested(
@@ -261,6 +195,24 @@ def tested(
     plot.show(fig, f"Bars of |w| for each line. {'; '.join(told)}. The limit is 3.29.")
 
 
+def _results(
+    A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unknowns, absolute values of Baarda's w, and redundancy numbers."""
+    x, v, _, _ = textbook.adjust(A, p, observed)
+    r = textbook.redundancy_numbers(A, p)
+    controlled = np.where(r > 1e-9, r, np.inf)  # w is 0 where nothing controls
+    return x, np.abs(v) * np.sqrt(p / controlled) / sigma0, r
+
+
+def _limit(ax: Axes, names: list[str]) -> None:
+    """Name the lines, and draw the limit of Baarda's w."""
+    limit = critical_w()
+    ax.axhline(limit, color=plot.BLACK, linestyle="--")
+    ax.text(len(names) - 0.4, limit + 0.1, f"{limit:.2f}", ha="right", va="bottom")
+    ax.set(xticks=range(len(names)), xticklabels=names, ylabel="|w| (Baarda)")
+
+
 def blunder(
     A: np.ndarray,
     p: np.ndarray,
@@ -273,32 +225,6 @@ def blunder(
     """Show what a blunder of so many mm in one line does to all w and heights."""
     fig, axes = plt.subplots(2, 1, figsize=(7, 3.8), height_ratios=(4, 3))
     plot.show(fig, _draw_blunder(fig, axes, A, p, observed, sigma0, lines, line, size))
-
-
-def blunder_by_hand(
-    A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float, lines: list[str]
-) -> None:
-    """Show the same with a list of the lines, and a slider for the size."""
-    data = A, p, observed, sigma0, lines
-
-    def draw(line: str, size: int) -> None:
-        fig, axes = plt.subplots(1, 2, figsize=(10, 3.7), width_ratios=(2, 1))
-        plot.show(fig, _draw_blunder(fig, axes, *data, line, size))
-
-    look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
-    slider = IntSlider(20, description="mm", **look)
-    names = Dropdown(options=lines, value=lines[0], description="line")
-    interact(draw, line=names, size=slider)
-
-
-def _results(
-    A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unknowns, absolute values of Baarda's w, and redundancy numbers."""
-    x, v, _, _ = textbook.adjust(A, p, observed)
-    r = textbook.redundancy_numbers(A, p)
-    controlled = np.where(r > 1e-9, r, np.inf)  # w is 0 where nothing controls
-    return x, np.abs(v) * np.sqrt(p / controlled) / sigma0, r
 
 
 def _draw_blunder(
@@ -343,13 +269,105 @@ def _draw_blunder(
     )
 
 
-def _limit(ax: Axes, names: list[str]) -> None:
-    """Name the lines, and draw the limit of Baarda's w."""
-    limit = critical_w()
-    ax.axhline(limit, color=plot.BLACK, linestyle="--")
-    ax.text(len(names) - 0.4, limit + 0.1, f"{limit:.2f}", ha="right", va="bottom")
-    ax.set(xticks=range(len(names)), xticklabels=names, ylabel="|w| (Baarda)")
-
-
 def _signed(number: float, digits: int = 1) -> str:
     return f"{number:+.{digits}f}".replace("-", "−")
+
+
+def blunder_by_hand(
+    A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float, lines: list[str]
+) -> None:
+    """Show the same with a list of the lines, and a slider for the size."""
+    data = A, p, observed, sigma0, lines
+
+    def draw(line: str, size: int) -> None:
+        fig, axes = plt.subplots(1, 2, figsize=(10, 3.7), width_ratios=(2, 1))
+        plot.show(fig, _draw_blunder(fig, axes, *data, line, size))
+
+    look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
+    slider = IntSlider(20, description="mm", **look)
+    names = Dropdown(options=lines, value=lines[0], description="line")
+    interact(draw, line=names, size=slider)
+
+
+# --- What if the equations are not linear? ---
+
+
+def tangent(base: float, depth: float, start: float) -> None:
+    """Show where the tangent of an angle over the depth leads from a start value."""
+
+    def angle(Y: np.ndarray | float) -> np.ndarray:
+        return np.asarray(2000 * np.arctan2(base / 2, Y))
+
+    slope = -1000 * base / (start**2 + base**2 / 4)
+    end = start + float(angle(depth) - angle(start)) / slope
+    fig, ax = plt.subplots(figsize=(7, 3.2))
+    left, right = min(end, 0.0) - 0.15 * start, 1.2 * start
+    Y = np.linspace(0.3 * depth, right, 300)
+    ax.plot(Y, angle(Y), color=plot.BLUE, label="angle between the rays")
+    line = np.array([end, right])
+    ax.plot(line, angle(start) + slope * (line - start), "--", color=plot.ORANGE,
+            label="Taylor's first term")  # fmt: skip
+    ax.axhline(float(angle(depth)), color=plot.GREY, linestyle=":", label="measured")
+    ax.plot(start, angle(start), "o", color=plot.BLACK, markersize=11)
+    ax.plot(end, angle(depth), "X", color=plot.RED, markersize=14)
+    ax.plot(depth, angle(depth), "*", color=plot.BLACK, markersize=18)
+    marks = {"start": (start, angle(start)), "first step": (end, angle(depth))}
+    marks |= {"point": (depth, angle(depth))}
+    above: Look = {"textcoords": "offset points", "xytext": (9, 9)}
+    for name, (Y0, seen) in marks.items():
+        ax.annotate(name, (float(Y0), float(seen)), **above)
+    ax.axvline(0, color=plot.BLACK, linewidth=1)
+    ax.text(8, float(angle(0.32 * depth)), "stations", rotation=90, va="top")
+    ax.set(xlim=(left, right), xlabel="Y (m)", ylabel="angle (mrad)")
+    ax.set_ylim(0, 1.05 * float(angle(0.3 * depth)))
+    ax.legend(loc="upper left")
+    plot.show(
+        fig,
+        "The angle between two rays falls with the depth Y, steeply at first and then"
+        f" ever less. The tangent at the start, Y = {start:.0f} m, is much flatter than"
+        f" the curve at the point, Y = {depth:.0f} m: it meets the measured angle at"
+        f" Y = {end:.0f} m.",
+    )
+
+
+# --- How good is a point? ---
+
+
+def point(
+    stations: np.ndarray, position: ArrayLike, covariance: np.ndarray, off: ArrayLike
+) -> None:
+    """Show rays to a point with its error ellipse, and the errors of repetitions in it.
+
+    Stations (k, 2), position, covariance and errors (m, 2) are in metres.
+    """
+    errors, magnify = np.asarray(off), 400
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.3))
+    for station in stations:
+        way = np.transpose([station, position])
+        axes[0].plot(*way, color=plot.GREY, linewidth=1.4)
+    axes[0].plot(*stations.T, "^", color=plot.BLACK, markersize=12)
+    plot.error_ellipse(axes[0], position, covariance, magnify=magnify)
+    axes[0].set(xlabel="X (m)", ylabel="Y (m)")
+    axes[0].set_title(f"rays, and 95 %\nellipse × {magnify:g}", fontsize=14)
+    first = stations[np.argmin(stations[:, 0])]
+    axes[0].annotate(
+        "stations", first, xytext=(-12, 0), textcoords="offset points",
+        ha="right", va="center",
+    )  # fmt: skip
+    axes[0].margins(0.12)
+    C = covariance
+    look: Look = {"markersize": 3, "alpha": 0.6, "color": plot.BLUE}
+    axes[1].plot(*(1000 * errors.T), ".", **look)
+    plot.error_ellipse(axes[1], (0, 0), 1e6 * C, linewidth=3)
+    axes[1].set(xlabel="error in X (mm)", ylabel="error in Y (mm)")
+    axes[1].set_title(f"{len(errors)} repetitions\nand 95 % ellipse", fontsize=14)
+    for ax in axes:  # as wide as there is room: both are tall and narrow
+        ax.set_aspect("equal", adjustable="datalim")
+    sd = 1000 * np.sqrt(np.diag(C))
+    plot.show(
+        fig,
+        f"Left, {len(stations)} stations, their rays to a point and its error ellipse,"
+        f" enlarged {magnify:g} times. The standard deviations are {sd[0]:.0f} mm in X"
+        f" and {sd[1]:.0f} mm in Y. Right, the errors of {len(errors)} repetitions, and"
+        " the predicted ellipse around nearly all of them.",
+    )
