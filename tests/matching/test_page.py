@@ -149,9 +149,7 @@ def test_matches_in_one_part(corner, place):
 
 
 def test_many_ambiguous_points():
-    status = (
-        ["ambiguous"] * 5 + ["left-right check failed"] * 3 + ["accepted"] * 32
-    )
+    status = ["ambiguous"] * 5 + ["left-right check failed"] * 3 + ["accepted"] * 32
     assert "8 points of 40" in said(
         photos.result(status=status), "Many ambiguous points"
     )
