@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, frames, lsm, matching, ncc
 from pgm_lab.bundle.files import read_sigma, whole_numbers
 from pgm_lab.bundle.network import RAY
-from pgm_lab.io import files as _files
-from pgm_lab.io import text as _numbers
+from pgm_lab.io import files, text
 
 Match = ncc.Match | lsm.Match | matching.Match
 NO_SIGMA = "Without sx and sy nothing says how good they are"
@@ -94,7 +93,7 @@ class Observations:
             If it cannot be written; an old one stays.
         """
         overwrite = _validate.flag(overwrite, "overwrite")
-        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+        files.save({path: self.csv()}, overwrite=overwrite)
 
     def csv(self) -> str:
         """Return the table that `save` writes."""
@@ -146,7 +145,7 @@ def read(path: str | os.PathLike) -> Observations:
     ...     read(path).rows[0][:4]
     (1, 7, np.float64(5.0), np.float64(1.0))
     """
-    table = _numbers.read_table(path, "image coordinates", RAY, 2, NO_SIGMA)
+    table = text.read_table(path, "image coordinates", RAY, 2, NO_SIGMA)
     point, photo = table.ids(0, "point"), table.ids(1, "photo")
     sigma = read_sigma(table)
     C = np.zeros((len(sigma), 2, 2))

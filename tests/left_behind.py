@@ -184,7 +184,7 @@ FOLDERS = [
     folder
     for folder in [ROOT, *(f for f in ROOT.rglob("*") if f.is_dir())]
     if not any(
-        part.startswith(".") or part in OF_TOOLS
+        part.startswith((".", "work-")) or part in OF_TOOLS
         for part in folder.relative_to(ROOT).parts
     )
 ]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pgm_book.make.environment import ROOT
 
-FOLDERS = ("pgm_lab", "data", "notebooks", "pgm_book", "tools", "tests", "docs")
+FOLDERS = ("pgm_lab", "data", "notebooks", "pgm_book", "tests", "docs")
 FILES = ("README.md", "pyproject.toml", "conftest.py")
 SKIPPED = shutil.ignore_patterns("results", ".ipynb_checkpoints")
 

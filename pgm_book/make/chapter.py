@@ -38,9 +38,12 @@ def begin(number: str, name: str) -> list[Path]:
     written = {
         f"notebooks/{file}_{name}.ipynb": "lesson.ipynb",
         f"notebooks/{file}_case_{name}.ipynb": "case.ipynb",
-        f"data/predictions/{file}.csv": "predictions.csv",
-        f"pgm_lab/checks/chapter{number}.py": "checks.py",
-        f"tests/checks/test_chapter{number}.py": "test_checks.py",
+        f"pgm_book/ch{file}/__init__.py": "package.py",
+        f"pgm_book/ch{file}/checks.py": "checks.py",
+        f"pgm_book/ch{file}/predictions.csv": "predictions.csv",
+        f"pgm_book/ch{file}/case_predictions.csv": "case_predictions.csv",
+        f"tests/ch{file}/__init__.py": "",
+        f"tests/ch{file}/test_checks.py": "test_checks.py",
     }
     there = [path for path in written if (ROOT / path).exists()]
     if there or (row and row["notebook"]):
@@ -53,10 +56,11 @@ def begin(number: str, name: str) -> list[Path]:
     words = {"NUMBER": number, "FILE": file, "TITLE": title, "QUESTION": question}
     words["LOWER"] = title[0].lower() + title[1:]
     for path, template in written.items():
-        text = (TEMPLATES / template).read_text(encoding="utf-8")
+        text = (TEMPLATES / template).read_text(encoding="utf-8") if template else ""
         quoted = {word: json.dumps(new)[1:-1] for word, new in words.items()}
         write(ROOT / path, filled(text, quoted if "ipynb" in path else words))
-    listed(rows, row, number, title, question, [Path(path).stem for path in written])
+    stems = [f"{file}_{name}", f"{file}_case_{name}"]
+    listed(rows, row, number, title, question, stems)
     return [ROOT / path for path in written]
 
 

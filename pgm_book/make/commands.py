@@ -208,6 +208,8 @@ def tests_of(word: str) -> list[str]:
         f"pgm_lab/{word}",
         f"pgm_lab/{word}.py",
     ]
+    if word in ("common", "program", "course"):
+        patterns.append(f"pgm_book/{word}")
     if re.fullmatch(r"\d\d|A\d", number):
         patterns = [f"tests/ch{number}", f"notebooks/{number}_*.ipynb"]
         patterns += [f"pgm_book/ch{number}/*.py"]

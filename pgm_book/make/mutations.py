@@ -24,7 +24,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 LIST = ROOT / "tests" / "mutations.csv"
 DRAWN = ROOT / "tests" / "mutations_drawn.csv"
-COPIED = ("pgm_lab", "pgm_book", "tests", "tools", "data", "notebooks", "docs")
+COPIED = ("pgm_lab", "pgm_book", "tests", "data", "notebooks", "docs")
 COPIED_FILES = ("conftest.py", "pyproject.toml")
 
 # What pytest's exit codes say of a fault; 2 comes from imports that fail, 4 from a

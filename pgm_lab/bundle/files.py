@@ -17,8 +17,7 @@ import numpy as np
 from pgm_lab import _validate
 from pgm_lab.bundle.network import RAY, Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
-from pgm_lab.io import files as _files
-from pgm_lab.io import text as _numbers
+from pgm_lab.io import files, text
 from pgm_lab.io.files import printable
 from pgm_lab.io.text import Source, Table
 
@@ -89,10 +88,10 @@ def read(
     _validate.choice(lens, "lens", LENSES)
     sigma = _validate.standard_deviation(sigma)
     camera = _read_interior(interior, lens)
-    photos = _numbers.read_table(exterior, "exterior orientations", EXTERIOR)
-    objects = _numbers.read_table(points, "object points", POINT)
+    photos = text.read_table(exterior, "exterior orientations", EXTERIOR)
+    objects = text.read_table(points, "object points", POINT)
     without = NO_SIGMA if sigma is None else ""
-    rays = _numbers.read_table(image, "image coordinates", RAY, 2, without)
+    rays = text.read_table(image, "image coordinates", RAY, 2, without)
 
     photo_ids = _unique(photos, "photo")
     point_ids = _unique(objects, "point")
@@ -134,7 +133,7 @@ def read(
 
 
 def _read_interior(path: Source, lens: str) -> Camera:
-    content = _numbers.read_numbers(path)
+    content = text.read_numbers(path)
     if content.columns.tolist() not in ([10], [1] * 10):
         reason = (
             f"{len(content.numbers)} number(s) in {len(content.line)} line(s), where an"
@@ -143,7 +142,7 @@ def _read_interior(path: Source, lens: str) -> Camera:
         )
         if np.any(content.comma):
             reason += ". A comma separates columns; decimals need a point"
-        _numbers.fail(content.path, content.line[-1], reason)
+        text.fail(content.path, content.line[-1], reason)
     found = content.table()
     c = found.values[:1, 0]
     found.refuse(c <= 0, "the principal distance c = {} must be above zero", c)
@@ -239,7 +238,7 @@ def write(
         )
         for path, (heading, rows) in zip(paths, contents)
     }
-    _files.save(texts, overwrite=overwrite)
+    files.save(texts, overwrite=overwrite)
     return paths
 
 
@@ -251,7 +250,7 @@ def whole_numbers(names: Sequence, argument: str) -> list[int]:
         raise ValueError(
             f"{argument} must be whole numbers to be written as ids; got {names[:5]}"
         ) from None
-    if max(map(abs, ids), default=0) > _numbers.LARGEST_ID:
+    if max(map(abs, ids), default=0) > text.LARGEST_ID:
         raise ValueError(
             f"{argument} must be below 2^53, about 9e15, to be written as ids: larger"
             " ones would change"

@@ -9,7 +9,7 @@ import numpy as np
 from pgm_lab import matching, observations
 from pgm_lab.command import _options
 from pgm_lab.command._options import TABLES, Outcome, Output, Parser, odd, share
-from pgm_lab.io import text as _numbers
+from pgm_lab.io import text
 from pgm_lab.io.files import printable
 from pgm_lab.io.photo import COLOURS
 from pgm_lab.matching.pair import STARTS
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> Outcome:
         begin()
         if options.points is not None:
             columns = ("column", "row")
-            table = _numbers.read_table(options.points, "points", columns, 0)
+            table = text.read_table(options.points, "points", columns, 0)
             settings["points"] = table.values
         colour = options.colour or COLOURS[0]
         left = matching.read(options.left, "left", colour=colour)

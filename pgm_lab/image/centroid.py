@@ -185,5 +185,5 @@ def _is_cut(g: np.ndarray, ring: np.ndarray) -> np.ndarray:
     """
     outlying = np.abs(g - np.median(g[..., ring], axis=-1)[..., None, None])
     highest = outlying[..., ring].max(axis=-1)
-    noise = scipy.stats.median_abs_deviation(g[..., ring], axis=-1, scale="normal")
+    noise = 1.4826 * np.median(outlying[..., ring], axis=-1)
     return (highest > 6 * noise) & (highest > outlying.max(axis=(-2, -1)) / 4)

@@ -93,9 +93,7 @@ def save(contents: Mapping[Name, str | bytes], *, overwrite: bool = False) -> No
 
 
 @contextlib.contextmanager
-def written_whole(
-    path: str | os.PathLike, *, overwrite: bool = False
-) -> Iterator[Path]:
+def atomic(path: str | os.PathLike, *, overwrite: bool = False) -> Iterator[Path]:
     """Give a temporary name to write to; the file replaces `path` when all went well.
 
     Raises as `save` does.

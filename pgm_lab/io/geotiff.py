@@ -296,7 +296,7 @@ def write(path: str | os.PathLike, raster: Raster, *, overwrite: bool = False) -
     if special and not installed():
         raise ImportError(f"{name}: to write {what}, rasterio is needed: {INSTALL}")
     try:
-        with files.written_whole(path, overwrite=overwrite) as part:
+        with files.atomic(path, overwrite=overwrite) as part:
             if kind == ".png" or not installed():
                 _, coded = cv2.imencode(kind, raster.grey)
                 part.write_bytes(coded.tobytes())
@@ -373,11 +373,15 @@ def write_bands(
 
     Raises
     ------
+    ImportError
+        If rasterio is not installed.
     OSError
         If it cannot be written.
     ValueError
         If `crs` is not known.
     """
+    if not installed():
+        raise ImportError(f"a GeoTIFF is written by rasterio: {INSTALL}")
     import rasterio
     from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
 

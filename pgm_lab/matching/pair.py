@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
-from pgm_lab.io import files as _files
-from pgm_lab.io import text as _numbers
+from pgm_lab.io import files, text
 from pgm_lab.io.photo import Photo, read
 from pgm_lab.matching import _starts
 from pgm_lab.matching._correlate import correlate
@@ -112,7 +111,7 @@ class Match:
         1,4.0,4.0,,,,,,,,template leaves the image
         """
         overwrite = _validate.flag(overwrite, "overwrite")
-        _files.save({_files.place(path): self.csv()}, overwrite=overwrite)
+        files.save({path: self.csv()}, overwrite=overwrite)
 
     def csv(self) -> str:
         """Return the table that `save` writes."""
@@ -121,7 +120,7 @@ class Match:
             [self.chosen, self.points, C[:, 0, 0], C[:, 0, 1], C[:, 1, 1], self.r,
              self.quality]
         )  # fmt: skip
-        return _numbers.written(COLUMNS, numbers, self.status)
+        return text.written(COLUMNS, numbers, self.status)
 
 
 def match(

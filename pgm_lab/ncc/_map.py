@@ -4,6 +4,9 @@ Products by the Fourier transform, sums by running sums, in double precision; wi
 too faint for that by definition.
 """
 
+import math
+from functools import lru_cache
+
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import as_strided, sliding_window_view
@@ -26,8 +29,8 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     values with a large offset and little contrast, for a faint window beside a bright
     pixel, and at the limits of the number types.
     (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Fifty search
-    windows of 51 pixels in one call take 1.3 to 1.5 times as long as with OpenCV, a
-    large one twice, a small one three times: collect small ones.
+    windows of 51 pixels in one call take 1.4 times as long as with OpenCV, one map
+    twice, a small one of real numbers five times: collect small ones.
 
     Parameters
     ----------
@@ -71,6 +74,10 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
             f"template {(h, w)} is larger than search {(H, W)}, both (rows, columns)."
             " Take a smaller template, or swap the two arguments"
         )
+    if template.ndim == search.ndim == 2 and template.dtype == search.dtype == np.uint8:
+        r = _from_whole_sums(template, search)
+        if r is not None:
+            return r
     if np.any(flat(template)):
         raise ValueError(
             "template is flat: all its grey values are equal, and no correlation is"
@@ -108,13 +115,42 @@ def _grey_values(values: ArrayLike, name: str) -> np.ndarray:
     return array
 
 
+def _from_whole_sums(template: np.ndarray, search: np.ndarray) -> np.ndarray | None:
+    """The map of 8 bit grey values from sums in whole numbers; None if in doubt.
+
+    A third of the time of `exact_maps` for a small one. No number that OpenCV comes
+    upon is above the product of the two norms: up to 2^22 no rounding is above 1/8, and
+    since the sums are whole numbers, all roundings together show in their fractions.
+    """
+    n, (h, w) = template.size, template.shape
+    t, s = template.astype(np.float32), search.astype(np.float32)
+    t -= round(cv2.mean(template)[0])
+    s -= round(cv2.mean(search)[0])
+    t_total, t_squares = cv2.sumElems(t)[0], cv2.norm(t, cv2.NORM_L2SQR)
+    t_ssd = n * t_squares - t_total**2
+    if t_ssd == 0 or t_squares * cv2.norm(s, cv2.NORM_L2SQR) > 2.0**44:
+        return None
+    products = cv2.matchTemplate(s, t, cv2.TM_CCORR)
+    whole = np.rint(products)
+    if cv2.norm(products, whole, cv2.NORM_INF) > 1 / 4:
+        return None
+    sums = cv2.integral2(s, sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
+    total, squares = (_differences(running, 1, h, w)[0] for running in sums)
+    ssd = np.maximum(n * squares - total * total, 1.0)  # 1 for flat windows: r is 0
+    ssd *= t_ssd * (1 + 1e-15)  # so that no rounding takes r beyond 1
+    return (n * whole.astype(float) - t_total * total) / np.sqrt(ssd)
+
+
 def exact_maps(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     """Correlation maps of templates (k, h, w), none flat, in searches (k, H, W)."""
     (k, h, w), (H, W) = templates.shape, searches.shape[1:]
     rows, columns = H - h + 1, W - w + 1
     high, wide = rows, columns
     if H * W > LARGE:
-        high, wide = (max(TILE, 4 * size) - size for size in (h, w))
+        high, wide = (
+            math.ceil(n / max(1, round(n / (max(TILE, 4 * size) - size))))
+            for n, size in ((rows, h), (columns, w))
+        )
     t = unit(templates)
     r = np.empty((k, rows, columns))
     for part in chunks(k, H * W):
@@ -236,10 +272,15 @@ def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
 def box_sums(g: np.ndarray, h: int, w: int) -> np.ndarray:
     """Sums over all windows of h x w of images (k, H, W)."""
     k, H, W = g.shape
-    down = np.tri(H - h + 1, H, h - 1, g.dtype) - np.tri(H - h + 1, H, -1, g.dtype)
-    across = np.tri(W, W - w + 1, 0, g.dtype) - np.tri(W, W - w + 1, -w, g.dtype)
-    rows = g.reshape(k * H, W) @ across
-    return down @ rows.reshape(k, H, W - w + 1)
+    rows = g.reshape(k * H, W) @ _band(W, w, g.dtype).T
+    return _band(H, h, g.dtype) @ rows.reshape(k, H, W - w + 1)
+
+
+@lru_cache(maxsize=32)
+def _band(n: int, size: int, dtype: np.dtype) -> np.ndarray:
+    """Which of n pixels are in each run of `size`: ones and zeros (runs, n)."""
+    runs = n - size + 1
+    return np.tri(runs, n, size - 1, dtype) - np.tri(runs, n, -1, dtype)
 
 
 # --- Windows ---

@@ -19,14 +19,14 @@ from pgm_lab.ncc._map import (
     exponents,
     few,
     products,
-    unit,
 )
 
 NOWHERE = -2.0  # below every correlation: not searched
 # Error of a map in single precision, over the energy of the search window in units of
 # that of its faintest window: at most 1.5 roundings were seen
 ERROR = 4 * 2.0**-23
-FAINT = 1e-6
+FAINT = 1e-6  # energy of a window over that of its search window, or none is known
+TINY = np.float32(1e-15)  # energy that single precision does not hold well
 
 
 @dataclass(frozen=True)
@@ -53,17 +53,16 @@ def peaks(templates: np.ndarray, searches: np.ndarray, searched: np.ndarray) -> 
     found, error = _rough_maps(templates, searches)
     if not searched.all():
         found[:, :-1][~searched] = NOWHERE
-    first, r, other, second = _highest(found)
+    first, other, second = _highest(found)
 
     # Search again in exact maps where rounding could decide
-    reached = np.count_nonzero(found >= (r - 2 * error)[:, None, None], axis=(1, 2))
-    unsure = np.flatnonzero(reached > 1)
+    unsure = np.flatnonzero(_lead(found, first) <= 2 * error)
     for k in (unsure[part] for part in chunks(len(unsure), searches[0].size)):
         exact = np.full((len(k), *found.shape[1:]), -1.0)
         exact[:, :-1] = np.where(
             searched[k], exact_maps(templates[k], searches[k]), NOWHERE
         )
-        first[k], _, other[k], second[k] = _highest(exact)
+        first[k], other[k], second[k] = _highest(exact)
 
     # Compute exactly what was found
     k, h, w = templates.shape
@@ -100,13 +99,16 @@ def _rough_maps(
         t, s = _single(templates[part]), _single(searches[part])
         ssd = box_sums(s, h, w)
         ssd *= ssd
-        ssd /= -h * w
+        ssd *= -1 / (h * w)
         ssd += box_sums(s * s, h, w)
         t_energy, energy = (_energy(g) for g in (t, s))
         faintest = ssd.min(axis=(1, 2))
-        error[part] = ERROR * energy / np.maximum(faintest, FAINT * energy)
+        known = (faintest > FAINT * energy) & (np.minimum(t_energy, energy) > TINY)
+        ratio = energy / np.where(known, faintest, 1)
+        error[part] = np.where(known, ERROR * ratio, np.inf)
         np.maximum(ssd, (FAINT * energy)[:, None, None], out=ssd)
         ssd *= t_energy[:, None, None]
+        np.maximum(ssd, TINY**2, out=ssd)
         np.divide(products(t, s), np.sqrt(ssd, out=ssd), out=found[part, :-1])
     return found, error
 
@@ -123,11 +125,11 @@ def _single(windows: np.ndarray) -> np.ndarray:
         g = windows.astype(np.float32).reshape(len(windows), -1)
         g -= (np.add.reduce(g, axis=1) / np.float32(g.shape[1]))[:, None]
         return g.reshape(windows.shape)
-    return unit(windows).astype(np.float32)
+    return centred(windows).astype(np.float32)
 
 
 def _highest(maps: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Place (k, 2) and value of the highest peak and of the second, -1 if none.
+    """Places (k, 2) of the highest peak and of the second; its value, -1 if none.
 
     A peak is no lower than its eight neighbours; the second is no neighbour of the
     first.
@@ -135,7 +137,6 @@ def _highest(maps: np.ndarray) -> tuple[np.ndarray, ...]:
     k, rows, columns = maps.shape
     at = np.arange(k)
     highest = maps.reshape(k, -1).argmax(axis=1)
-    r = maps.reshape(k, -1)[at, highest].astype(float)
     row, column = np.divmod(highest, columns)
     around = cv2.dilate(maps.reshape(-1, columns), np.ones((3, 3), np.uint8))
     others = np.where(maps >= around.reshape(maps.shape), maps, -1)
@@ -149,10 +150,19 @@ def _highest(maps: np.ndarray) -> tuple[np.ndarray, ...]:
     second = np.maximum(others.reshape(k, -1)[at, other], -1).astype(float)
     return (
         np.column_stack([row, column]),
-        r,
         np.column_stack(np.divmod(other, columns)),
         second,
     )
+
+
+def _lead(maps: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """By how much the highest value of each map is above all others."""
+    at = np.arange(len(maps)), first[:, 0], first[:, 1]
+    highest = maps[at]
+    maps[at] = NOWHERE
+    lead = highest - maps.max(axis=(1, 2))
+    maps[at] = highest
+    return lead
 
 
 def _cut(

@@ -11,8 +11,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
+from pgm_lab._statuses import STATUSES
 from pgm_lab.io import files, text
-from pgm_lab.matching import STATUSES
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 REFINEMENTS = ("parabola", "lsm")

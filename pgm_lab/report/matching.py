@@ -39,7 +39,7 @@ ODD = 1.5  # times longer or shorter than in the other windows
 WEAK, COARSE = 0.2, 1.0  # px, for a typical and for a single point
 STILL = 0.02  # px
 ASIDE = 0.1  # of the width of the left photo
-AMBIGUOUS = "ambiguous", "another point from the right"
+AMBIGUOUS = "ambiguous", "left-right check failed"
 
 
 def html(

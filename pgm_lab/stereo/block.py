@@ -301,9 +301,8 @@ def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
 @contextlib.contextmanager
 def _new(path: Path) -> Iterator[Any]:
     """A file to write, which takes its place when it is whole."""
-    with _files.written_whole(path, overwrite=True) as part, part.open("xb") as file:
+    with _files.atomic(path, overwrite=True) as part, part.open("xb") as file:
         yield file
-        file.close()  # before it is renamed
 
 
 def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
@@ -574,15 +573,17 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
     first = boxes[:, :2].min(0)
     boxes = np.stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], 1) - first
     columns, rows = boxes[:, 1].max(0).tolist()
+    combine = _mean if how == "mean" else _median
     names = [folder / "z.npy", folder / "measured.npy"]
     with _new(names[0]) as z_file, _new(names[1]) as measured_file:
         start = _npy_head(z_file, (rows, columns), "<f4")
-        _npy_head(measured_file, (rows, columns), "|b1")
+        _npy_head(measured_file, (rows, columns), "|b1")  # as long as the other
         for row in range(0, rows, TILE):
             for column in range(0, columns, TILE):
                 low = np.array([column, row])
                 high = np.minimum(low + TILE, (columns, rows))
-                z, measured = _tile(files, boxes, np.stack([low, high]), how)
+                parts = _parts(files, boxes, np.stack([low, high]))
+                z, measured = combine((high - low)[::-1], parts)
                 _put(z_file, start, columns, low, z.astype("<f4"))
                 _put(measured_file, start, columns, low, measured)
     large = rows * columns > _validate.MOST
@@ -591,34 +592,51 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
     return Surface(z, (float(x), float(-y)), cell, measured)
 
 
-def _tile(
-    files: Sequence[Path], boxes: np.ndarray, tile: np.ndarray, how: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of a tile, and which of them were measured; boxes are (low, high)."""
+Part = tuple[tuple[slice, slice], np.ndarray, np.ndarray]  # where, heights, weights
+
+
+def _parts(
+    files: Sequence[Path], boxes: np.ndarray, tile: np.ndarray
+) -> Iterator[Part]:
+    """What each pair has in a tile, and where; boxes and tile are (low, high)."""
     low, high = np.maximum(boxes[:, 0], tile[0]), np.minimum(boxes[:, 1], tile[1])
-    touching = np.flatnonzero((low < high).all(1)).tolist()
-    columns, rows = tile[1] - tile[0]
-    # What each pair has there; one empty layer spares asking whether there is any
-    z = np.full((len(touching) + 1, rows, columns), np.nan, np.float32)
-    weight = np.zeros(z.shape, np.float32)
-    for layer, k in enumerate(touching):
-        here = layer, *_slices(low[k] - tile[0], high[k] - tile[0])
-        there = _slices(low[k] - boxes[k, 0], high[k] - boxes[k, 0])
-        heights, weights = _read(files[k], "z", "weight")
-        z[here], weight[here] = heights[there], weights[there]
-    measured = np.any(weight > 0, axis=0)
-    with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", RuntimeWarning
-        )  # NaN where no pair has a height
-        if how == "median":
-            z[measured & (weight == 0)] = np.nan
-            return np.nanmedian(z, axis=0), measured
+    for k in np.flatnonzero((low < high).all(1)).tolist():
+        part = _slices(low[k] - boxes[k, 0], high[k] - boxes[k, 0])
+        z, weight = _read(files[k], "z", "weight")
+        yield _slices(low[k] - tile[0], high[k] - tile[0]), z[part], weight[part]
+
+
+def _mean(shape: np.ndarray, parts: Iterator[Part]) -> tuple[np.ndarray, np.ndarray]:
+    """Mean by weights; where no pair has measured, that of interpolated heights."""
+    weights, heights, count, plain = np.zeros((4, *shape))
+    for where, z, weight in parts:
         known = ~np.isnan(z)
-        heights = np.where(known, z, 0).astype(float)
-        plain = heights.sum(0) / known.sum(0)
-        total = np.where(measured, weight.sum(0, dtype=float), 1)
-        return np.where(measured, (weight * heights).sum(0) / total, plain), measured
+        z = np.where(known, z, 0).astype(float)
+        weights[where] += weight
+        heights[where] += weight * z
+        count[where] += known
+        plain[where] += z
+    measured = weights > 0
+    with np.errstate(invalid="ignore"):  # 0 / 0 is NaN where no pair has a height
+        mean = np.where(
+            measured, heights / np.where(measured, weights, 1), plain / count
+        )
+    return mean, measured
+
+
+def _median(shape: np.ndarray, parts: Iterator[Part]) -> tuple[np.ndarray, np.ndarray]:
+    """Median of measured heights, of interpolated ones where none is measured."""
+    layers, of = [np.full(shape, np.nan, np.float32)], [np.zeros(shape, bool)]
+    for where, z, weight in parts:
+        layers.append(layers[0].copy())
+        of.append(of[0].copy())
+        layers[-1][where], of[-1][where] = z, weight > 0
+    heights, has = np.stack(layers), np.stack(of)
+    measured: np.ndarray = np.any(has, axis=0)
+    heights[measured & ~has] = np.nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # where no pair has a height
+        return np.nanmedian(heights, axis=0), measured
 
 
 def _slices(low: np.ndarray, high: np.ndarray) -> tuple[slice, slice]:

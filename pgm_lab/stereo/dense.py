@@ -390,16 +390,12 @@ def _moment(a: np.ndarray, window: int, p: int, q: int) -> np.ndarray:
 
 
 class _Peaks(NamedTuple):
-    """Where the correlation is highest.
+    """Where the correlation is highest."""
 
-    d: disparity in px; r: correlation coefficient, -1 where no window has enough image;
-    sd: of the disparity, from the peak; inside: not at an end of the search.
-    """
-
-    d: np.ndarray
-    r: np.ndarray
-    sd: np.ndarray
-    inside: np.ndarray
+    d: np.ndarray  # disparity, px
+    r: np.ndarray  # correlation coefficient; -1 where no window has enough image
+    sd: np.ndarray  # of the disparity, from the peak, px
+    inside: np.ndarray  # not at an end of the search
 
 
 def _search(
@@ -410,11 +406,7 @@ def _search(
     reach: int,
     least: float,
 ) -> _Peaks:
-    """Disparity of the highest correlation among start - reach ... start + reach.
-
-    least: share of a window that must be image in both. Three values around the peak
-    give its place to parts of a pixel.
-    """
+    """Highest correlation within `reach`; `least` is the share that must be image."""
 
     def work(rows: slice) -> _Peaks:
         part = _Image(left.grey[rows], left.mask[rows])
@@ -486,28 +478,21 @@ AROUND = 4  # windows: the neighbourhood in which correlation of residuals is me
 
 
 class _Refined(NamedTuple):
-    """Disparities and their standard deviations in px.
+    """Disparities by least squares."""
 
-    converged: near the start; whole: the window is image everywhere.
-    """
-
-    d: np.ndarray
-    sd: np.ndarray
-    converged: np.ndarray
-    whole: np.ndarray
+    d: np.ndarray  # px
+    sd: np.ndarray  # px
+    converged: np.ndarray  # near the start
+    whole: np.ndarray  # the window is image everywhere
 
 
 class _Solution(NamedTuple):
-    """Solution of the normal equations of all windows.
+    """Solution of the normal equations of all windows."""
 
-    step: in px; variance: of the step, if residuals were independent; slope, residual:
-    of each pixel, the slope without what offset and gain explain.
-    """
-
-    step: np.ndarray
-    variance: np.ndarray
-    slope: np.ndarray
-    residual: np.ndarray
+    step: np.ndarray  # px
+    variance: np.ndarray  # of the step, if residuals were independent
+    slope: np.ndarray  # of each pixel, without what offset and gain explain
+    residual: np.ndarray  # of each pixel
 
 
 def _least_squares(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.io import files as _files
+from pgm_lab.io import files, geotiff
 from pgm_lab.stereo.grid import SOURCES, Surface
 from pgm_lab.stereo.heights import Points
 from pgm_lab.stereo.terrain import ORIGINS, Terrain
@@ -144,11 +144,10 @@ def _save(
     suffix = Path(path).suffix.lower().replace(".tiff", ".tif")
     if suffix not in writers:
         raise ValueError(
-            f"path must end in {' or '.join(writers)}; got"
-            f" {_files.printable(path):.200}"
+            f"path must end in {' or '.join(writers)}; got {files.printable(path):.200}"
         )
-    file = _files.place(path)
-    with _files.written_whole(file, overwrite=overwrite) as part:
+    file = files.place(path)
+    with files.atomic(file, overwrite=overwrite) as part:
         writers[suffix](what, part)
     return file
 
@@ -208,54 +207,15 @@ def _layer(surface: Surface | Terrain) -> tuple[str, np.ndarray, tuple[str, ...]
 def _surface_tif(surface: Surface | Terrain, path: Path, crs: str | None) -> None:
     cell, (x, y) = surface.cell, surface.corner
     name, layer, meanings = _layer(surface)
-    _write_geotiff(
+    meaning = ", ".join(f"{k} {one}" for k, one in enumerate(meanings))
+    geotiff.write_bands(
         path,
         np.stack([surface.z.astype(np.float32), layer.astype(np.float32)]),
         # Of the outer corner of the first cell
-        (cell, 0, x - cell / 2, 0, -cell, y + cell / 2),
+        [[cell, 0, x - cell / 2], [0, -cell, y + cell / 2]],
         crs,
-        ("height", name),
-        ", ".join(f"{k} {one}" for k, one in enumerate(meanings)),
+        nodata=np.nan,
+        names=("height", name),
+        tags={2: {"meaning": meaning}},
+        compress="deflate",
     )
-
-
-def _write_geotiff(
-    path: Path,
-    bands: np.ndarray,
-    transform: tuple[float, ...],
-    crs: str | None,
-    names: tuple[str, ...],
-    meaning: str,
-) -> None:
-    """Write bands (k, rows, columns); `meaning` becomes a tag of the last one."""
-    try:
-        import rasterio
-    except ImportError:
-        raise ImportError(
-            "a GeoTIFF is written by rasterio: pip install rasterio"
-        ) from None
-    count, rows, columns = bands.shape
-    profile = {
-        "driver": "GTiff",
-        "height": rows,
-        "width": columns,
-        "count": count,
-        "dtype": bands.dtype,
-        "nodata": np.nan,
-        "compress": "deflate",
-        "BIGTIFF": "IF_SAFER",
-        "transform": rasterio.Affine(*transform),
-    }
-    try:
-        if crs is not None:
-            profile["crs"] = rasterio.CRS.from_user_input(crs)
-        with rasterio.open(path, "w", **profile) as file:
-            file.write(bands)
-            file.descriptions = names
-            file.update_tags(count, meaning=meaning)
-    except rasterio.errors.CRSError:
-        raise ValueError(
-            f"crs {crs!r:.60} is not known; give it as 'EPSG:32748', for example"
-        ) from None
-    except rasterio.errors.RasterioError as error:
-        raise OSError(" ".join(str(error.__cause__ or error).split())) from None

@@ -185,18 +185,13 @@ def _control(
 
 @dataclass(frozen=True, eq=False)
 class _Area:
-    """Part of the right photo where a point is sought.
-
-    centre, half: middle (2,), and pixels to each side, (columns, rows); curve: (k, 2)
-    or None, the epipolar curve near which alone is searched; distance: largest distance
-    from it, in pixels; reason: where the prediction comes from, in words.
-    """
+    """Part of the right photo where a point is sought."""
 
     centre: np.ndarray
-    half: np.ndarray
-    curve: np.ndarray | None
-    distance: float
-    reason: str
+    half: np.ndarray  # pixels to each side, (columns, rows)
+    curve: np.ndarray | None  # epipolar curve (k, 2), near which alone is searched
+    distance: float  # largest one from it, in pixels
+    reason: str  # where the prediction comes from, in words
 
 
 def _search_area(

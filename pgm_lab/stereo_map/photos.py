@@ -48,10 +48,6 @@ def read_photo(
     exterior : array_like (6,), optional
         (X0, Y0, Z0, omega, phi, kappa); zero when missing.
 
-    Returns
-    -------
-    Photo
-
     Raises
     ------
     ValueError
@@ -85,19 +81,9 @@ def exif_camera(
 ) -> tuple[float | None, float | None]:
     """Principal distance and pixel size in mm that EXIF states; None where it does not.
 
-    Parameters
-    ----------
-    photo : str, path or PIL.Image.Image
-        Arrays have no EXIF.
-    image_size : (columns, rows)
-
-    Returns
-    -------
-    c : float or None
-        The focal length, which is the principal distance to some per cent: a start.
-    pixel_size : float or None
-        From the resolution of the focal plane; else from the focal length of a camera
-        for 35 mm film with the same field of view.
+    c is the focal length: a start, good to some per cent. The pixel size is from the
+    resolution of the focal plane, or else from the focal length of a camera for 35 mm
+    film with the same field of view. Arrays have no EXIF. image_size: (columns, rows).
     """
     columns, rows = _validate.image_size(image_size)
     if isinstance(photo, str | os.PathLike):

@@ -40,24 +40,17 @@ def observations(session: Session) -> Observations:
 def save(session: Session, path: str | os.PathLike, *, overwrite: bool = False) -> None:
     """Save the points on the list: the table of image coordinates of `bundle.read`.
 
-    Parameters
-    ----------
-    session : Session
-    path : str or path
-        A file of comma-separated values: point, photo, x, y, sx, sy in mm. The left
-        photo is 1, the right one 2. `bundle.read` and `bundle.Network.of` take it; the
-        rows of `observations` also have the covariances.
-    overwrite : bool
-        Whether a file of this name may be replaced.
+    Comma-separated: point, photo, x, y, sx, sy in mm; the left photo is 1, the right
+    one 2. `bundle.read` and `bundle.Network.of` take it; the rows of `observations`
+    also have the covariances.
 
     Raises
     ------
     ValueError
         If no point was kept yet.
-    FileExistsError
-        If the file is there already.
-    OSError
-        If it cannot be written; an old one stays.
+    FileExistsError, OSError
+        If the file is there already and `overwrite` is False, or cannot be written: an
+        old one stays.
     """
     observations(session).save(path, overwrite=overwrite)
 
@@ -87,30 +80,16 @@ def save_network(
 ) -> tuple[Path, ...]:
     """Save photos and points as the four files that `bundle.read` takes.
 
-    The files have no place for the correlations of x and y; `network` has them.
-
-    Parameters
-    ----------
-    session : Session
-        Oriented, with the same camera for both photos.
-    folder : str or path
-        Where interior.txt, exterior.txt, points.txt and image.txt shall stand.
-    overwrite : bool
-        Whether files of these names may be replaced.
-
-    Returns
-    -------
-    tuple of pathlib.Path
-        The four files, in the order of `bundle.read`.
+    They are interior.txt, exterior.txt, points.txt and image.txt of a folder, returned
+    in the order of `bundle.read`. Correlations of x and y have no place in them;
+    `network` has them.
 
     Raises
     ------
     ValueError
         As `network`, or if the photos have two cameras.
-    FileExistsError
-        If a file is there already.
-    OSError
-        If a file cannot be written.
+    FileExistsError, OSError
+        If a file is there already and `overwrite` is False, or cannot be written.
     """
     overwrite = _validate.flag(overwrite, "overwrite")
     whole = network(session)

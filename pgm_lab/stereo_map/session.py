@@ -35,7 +35,7 @@ WORDS = {
     " says where to look.",
     "ambiguous": "Two places look nearly alike. A click in the right photo says where"
     " to look.",
-    "another point from the right": "The way back from the right photo ends elsewhere:"
+    "left-right check failed": "The way back from the right photo ends elsewhere:"
     " one of the photos may not show the point.",
     "peak on the border of the search": "The best place lies on the border of the"
     " search. A click in the right photo says where to look.",

@@ -1,10 +1,13 @@
 """Times of normalized correlation beside OpenCV, in one run: `make benchmark`.
 
-Compare the medians within a group; the tests assert that both give the same, no times.
+Compare the medians within a group; the tests assert that both give the same.
 OpenCV works in float32: where it can be trusted, both agree to 1e-4. The times should
 not depend on what the process has done before: the groups named "primed" run after a
 block of some MB has been freed, after which the C library no longer gives memory back.
+Only `test_match_over_the_bare_loop` looks at a time.
 """
+
+import time
 
 import cv2
 import numpy as np
@@ -103,21 +106,43 @@ def test_match(benchmark):
     np.testing.assert_array_equal(found.points, points + [-5, 3])
 
 
+def bare_loop(left, right, points):
+    """Highest value and its place; no second peak, no covariance."""
+    found = np.empty(points.shape)
+    for i, (x, y) in enumerate(points):
+        template = left[y - 10 : y + 11, x - 10 : x + 11]
+        r = opencv(template, right[y - 25 : y + 26, x - 25 : x + 26])
+        column, row = cv2.minMaxLoc(r)[3]
+        found[i] = x + column - 15, y + row - 15
+    return found
+
+
 @pytest.mark.benchmark(group=MATCH)
 def test_match_opencv(benchmark):
-    """The bare loop: highest value and its place; no second peak, no covariance."""
     left, right, points = scene()
+    found = benchmark(bare_loop, left, right, points)
+    np.testing.assert_array_equal(found, points + [-5, 3])
 
-    def loop():
-        found = np.empty(points.shape)
-        for i, (x, y) in enumerate(points):
-            template = left[y - 10 : y + 11, x - 10 : x + 11]
-            r = opencv(template, right[y - 25 : y + 26, x - 25 : x + 26])
-            column, row = cv2.minMaxLoc(r)[3]
-            found[i] = x + column - 15, y + row - 15
-        return found
 
-    np.testing.assert_array_equal(benchmark(loop), points + [-5, 3])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_match_over_the_bare_loop(dtype):
+    """Processor times in turn, which other programs disturb less; run with -s."""
+    left, right, points = scene()
+    left, right = left.astype(dtype), right.astype(dtype)
+    peer = left.astype(np.float32), right.astype(np.float32)  # OpenCV takes no 16 bit
+    peer = (left, right) if dtype == np.uint8 else peer
+    times = np.empty((2, 15))
+    for i in range(15):
+        for row, match, images in (
+            (times[0], ncc.match, (left, right)),
+            (times[1], bare_loop, peer),
+        ):
+            start = time.process_time()
+            match(*images, points)
+            row[i] = time.process_time() - start
+    ratio = times[0].min() / times[1].min()
+    print(f"\n{np.dtype(dtype).name}: {ratio:.2f} times the bare loop")
+    assert ratio < 2
 
 
 ROWS = "4000 points along rows, parallaxes up to 80 px"

@@ -27,17 +27,6 @@ def test_finds_the_true_centre_of_a_target_without_noise(dx, dy, diameter):
     assert found.status == "ok"
 
 
-@given(st.integers(0, 6), st.integers(0, 6), st.floats(0.1, 10.0))
-def test_moves_with_the_window_and_does_not_depend_on_gain(rows, columns, gain):
-    window = simulate.target((8.3, 9.1), diameter=6.0, shape=(19, 19))
-    moved = np.pad(window, ((rows, 0), (columns, 0)), constant_values=40.0)
-    still = image.centroid(window, background=40.0, sigma=1.0)
-    found = image.centroid(gain * moved, background=gain * 40.0, sigma=gain)
-    np.testing.assert_allclose(
-        found.position, still.position + (columns, rows), rtol=0, atol=1e-10
-    )
-
-
 def test_dark_target_is_the_mirror_of_a_bright_one():
     bright = simulate.target((10.2, 9.6))
     dark = image.centroid(240.0 - bright, sigma=2.0, dark=True)
@@ -104,12 +93,6 @@ def test_covariance_agrees_with_simulated_errors(noise):
     assert low < errors.sum() < high
 
 
-def test_covariance_with_a_threshold_of_three_sigma_is_right_to_thirty_per_cent():
-    # The covariance leaves out that the threshold selects pixels by their noise
-    mean = _normalised_errors(5.0, threshold=15.0, seed=62).mean() / 2
-    assert 0.77 < mean < 1.3
-
-
 def test_noise_is_estimated_from_the_ring_of_border_pixels():
     window = simulate.photograph(np.full((5000, 21, 21), 50.0), 4.0, seed=8)
     sigma = image.centroid(window).sigma
@@ -129,13 +112,6 @@ def test_one_window_and_a_stack_give_the_same():
     np.testing.assert_allclose(one.covariance, stack.covariance[1, 0], rtol=1e-12)
 
 
-def test_input_is_not_changed():
-    window = simulate.target((10.0, 10.0))
-    before = window.copy()
-    image.centroid(window, threshold=5.0)
-    np.testing.assert_array_equal(window, before)
-
-
 @pytest.mark.parametrize("sigma", [None, 3.0])
 @pytest.mark.parametrize("background", [None, 90.0])
 @pytest.mark.parametrize("threshold", [0.0, 3.0, 6.0, 9.0])
@@ -149,10 +125,6 @@ def test_empty_windows_are_named_and_have_no_position(
     assert np.all((found.status == "flat") | (found.status == "border"))
     assert np.mean(found.status == "flat") > 0.99
     assert np.all(np.isnan(found.position)) and np.all(np.isnan(found.covariance))
-
-
-def test_window_of_one_grey_value_is_flat():
-    assert image.centroid(np.full((21, 21), 90.0)).status == "flat"
 
 
 @pytest.mark.parametrize("centre", [(1.0, 10.0), (10.0, 18.5), (3.0, 10.0)])

@@ -35,7 +35,7 @@ def test_texts_and_bytes_are_written_as_they_are(tmp_path):
 def test_what_exists_is_replaced_only_when_told(old):
     with pytest.raises(FileExistsError, match=r"a\.csv already exists.*overwrite=True"):
         files.save({old.with_name("new"): "1", old: "new"})
-    with pytest.raises(FileExistsError), files.written_whole(old):
+    with pytest.raises(FileExistsError), files.atomic(old):
         raise AssertionError("never reached")
     for wrong in ("no", 1, None):
         with pytest.raises(ValueError, match="overwrite must be True or False"):
@@ -47,7 +47,7 @@ def test_what_exists_is_replaced_only_when_told(old):
 
 def test_what_another_program_wrote_meanwhile_stays(tmp_path):
     path = tmp_path / "a.csv"
-    with pytest.raises(FileExistsError), files.written_whole(path) as part:
+    with pytest.raises(FileExistsError), files.atomic(path) as part:
         part.write_text("ours")
         path.write_text("theirs")
     assert names(tmp_path) == ["a.csv"] and path.read_text() == "theirs"
@@ -163,7 +163,7 @@ def test_a_set_is_replaced_as_a_whole(old, monkeypatch, step, nth, error):
 def test_a_program_that_is_killed_leaves_the_old_file_whole(old):
     code = (
         "import os, sys; from pgm_lab.io import files\n"
-        "with files.written_whole(sys.argv[1], overwrite=True) as part:\n"
+        "with files.atomic(sys.argv[1], overwrite=True) as part:\n"
         "    part.write_text('half'); os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, old]).returncode == 9

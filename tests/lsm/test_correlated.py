@@ -108,15 +108,6 @@ def test_a_window_across_a_depth_edge_is_worth_fewer_pixels_but_never_nonsense()
     assert np.median(found.effective_pixels[good]) < 441 / 2
 
 
-def test_equal_images_and_few_parameters_are_no_trouble():
-    image = lsm_scene.scene(lsm_scene.SOFT, 2, size=100).images(0.0)[0]
-    points = [(40, 45), (60, 50)]
-    for options in ({}, {"radiometric": False}, {"template": 5}):
-        found = lsm.match(image, image, points, **options)
-        assert found.accepted.all() and np.isfinite(found.effective_pixels).all()
-        assert np.isfinite(found.covariance).all()
-
-
 def test_sums_over_lags_count_each_pair_of_pixels_twice():
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(2, 3, 2, 7, 7))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pgm_book.ch03 import defects
-from pgm_lab import lsm, simulate
+from pgm_lab import lsm
 from pgm_lab.lsm import _iteration, rigorous
 
 
@@ -40,19 +40,6 @@ def test_a_window_is_lost_four_times_as_large_or_small_mirrored_or_stretched(
     affine, lost
 ):
     assert _iteration._lost(window(affine=affine), window()[:, :, 0], 10)[0] == lost
-
-
-def test_a_window_may_reach_to_the_last_pixels_of_the_right_photo():
-    left, right = simulate.texture_pair(
-        simulate.texture(seed=1), (60, 60), (3.25, 1, 0, -1.5, 0, 1)
-    )
-    start = [(33.25, 1, 0, 26.5, 0, 1, 0, 1)]  # columns to 43.25, rows to 36.5
-
-    def status(rows, columns):
-        return lsm.adjust(left, right[:rows, :columns], [(30, 28)], start).status[0]
-
-    assert status(38, 45) == "converged"
-    assert status(37, 45) != "converged" and status(38, 44) != "accepted"
 
 
 def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():

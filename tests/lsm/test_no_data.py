@@ -97,17 +97,6 @@ def test_right_windows_that_touch_no_data_are_named_and_the_rest_is_matched_as_w
     )
 
 
-def test_neighbours_are_not_touched_by_what_the_parts_of_others_hold(pair):
-    """The parts of all points stand below each other in one array."""
-    left, right = pair
-    points = np.array([(60.0, 60), (120, 120), (60, 180)])
-    start = transformed(points)
-    bad = right.astype(float)
-    bad[100:140, 100:140] = np.nan
-    found = lsm.match(left, bad, points, start)
-    assert found.status.tolist() == ["accepted", "no data in the window", "accepted"]
-
-
 def test_a_window_that_comes_to_no_data_on_its_way_is_named(pair):
     left, right = pair
     truth = transformed([(100.0, 100.0)])

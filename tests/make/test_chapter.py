@@ -50,7 +50,7 @@ ONCE = [
     "tests/make/test_chapters.py::test_the_table_in_readme_is_current",
     "tests/make/test_chapters.py::test_every_notebook_is_listed_once",
     "tests/make/test_house.py::test_the_map_in_docs_is_current",
-    "tests/checks/test_chapter97.py",
+    "tests/ch97/test_checks.py",
 ]
 
 
@@ -72,11 +72,11 @@ def test_the_tests_pass_at_once(project):
 
 def test_what_was_written_is_well_formed(begun):
     files = [
-        *(begun / "pgm_lab" / "checks").glob("chapter97.py"),
-        *(begun / "tests" / "checks").glob("test_chapter97.py"),
+        *(begun / "pgm_book" / "ch97").glob("*.py"),
+        *(begun / "tests" / "ch97").glob("test_*.py"),
         *(begun / "notebooks").glob("97_*.ipynb"),
     ]
-    assert len(files) == 4
+    assert len(files) == 5
     for command in (["check"], ["format", "--check"]):
         result = trial.run(begun, "ruff", *command, "--no-cache", *map(str, files))
         assert result.returncode == 0, result.stdout
@@ -91,9 +91,9 @@ def test_the_tables_list_it_and_its_case(begun):
     before = (chapter.TABLE).read_text(encoding="utf-8").splitlines()
     assert table[: len(before)] == before
     assert table[-2:] == [
-        "97,97_trial,Trial,,Which question does this chapter answer?,,18,lesson",
+        "97,97_trial,Trial,,Which question does this chapter answer?,,18,lesson,,",
         "97c,97_case_trial,Trial: the case,,What do the printed numbers prove?,,30,"
-        "case",
+        "case,,",
     ]
 
 
@@ -101,7 +101,7 @@ def test_the_tables_list_it_and_its_case(begun):
     ("number", "name", "why"),
     [
         ("97", "trial", "chapter 97 exists already: .*97_trial"),
-        ("97", "another", "chapter 97 exists already: .*checks/chapter97.py"),
+        ("97", "another", "chapter 97 exists already: .*ch97/checks.py"),
         ("0", "start", "chapter 0 exists already"),
         ("x", "trial", "the number must be like 9 or A3; got 'x'"),
         ("98", "Wrong name", "the name must be like cloud_shadows; got 'Wrong name'"),

@@ -26,7 +26,7 @@ EXTRAS = {
     "requirements-publish.txt": ["test", "publish"],
     "requirements-oldest.txt": ["test"],
 }
-OURS = {"pgm_lab", "pgm_book", "tools", "tests", "conftest"}
+OURS = {"pgm_lab", "pgm_book", "tests", "conftest"}
 
 # Where the name of a package is not the name under which it is imported.
 PACKAGES = {
@@ -48,7 +48,6 @@ PLACES = {
     "notebooks": [],
     "pgm_book": ["test", "publish", "dev"],
     "pgm_book/make": ["test", "publish"],
-    "tools": ["test", "dev"],
     "tests": ["test", "publish", "dev"],
     # a reader's copy and what starts before anything is installed
     "pgm_book/make/student.py": [],

@@ -103,6 +103,7 @@ def test_all_the_tests_are_run_by_one_task_or_the_other(tried):
         ("A1", ["notebooks/A1_least_squares_adjustment.ipynb"]),
         ("ncc", ["tests/ncc", "pgm_lab/ncc"]),
         ("make", ["tests/make"]),
+        ("common", ["tests/common", "pgm_book/common"]),
         ("tests/ncc", ["tests/ncc"]),
     ],
 )

@@ -64,29 +64,6 @@ def test_of_transposed_images_the_matches_are_transposed(seed, refine):
         )
 
 
-@given(
-    seed=st.integers(0, 10**6),
-    columns=st.integers(-4, 4),
-    rows=st.integers(-4, 4),
-)
-@settings(max_examples=20, deadline=None)
-def test_what_is_cut_off_both_images_moves_points_and_matches_alike(
-    seed, columns, rows
-):
-    rng = np.random.default_rng(seed)
-    left = rng.integers(0, 256, (70, 70)).astype(np.uint8)
-    right = np.roll(left, (rows, columns), axis=(0, 1))
-    points = rng.uniform(24, 46, (10, 2))
-    whole = ncc.match(left, right, points, search=(31, 35), refine="parabola")
-    x, y = rng.integers(0, 7, 2)
-    part = ncc.match(
-        *(left[y:], right[:, x:], points - (0, y), points - (x, 0)),
-        **{"search": (31, 35), "refine": "parabola"},
-    )
-    np.testing.assert_array_equal(part.status, whole.status)
-    np.testing.assert_allclose(part.points, whole.points - (x, 0), atol=1e-9)
-
-
 # -- lines
 
 

@@ -37,35 +37,22 @@ def shifts(found):
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32, float])
-def test_r_is_pearsons(kind):
-    """Of the very windows, by two other programs."""
+def test_shifts_and_r_are_those_of_two_other_programs(kind):
     scale = 100 if kind == np.uint8 else 1
-    reference = ((SCENE - SCENE.min()) / scale).clip(0, 255 * 257 / scale).astype(kind)
-    sensed = noisy(moved(reference * 1.0, 2, -1), 40 / scale) - 300
+    reference = ((SCENE - SCENE.min()) / scale).astype(kind)
+    sensed = noisy(moved(reference * 1.0, -2, 1), 400 / scale)
     sensed = sensed.clip(0, 255 * 257 / scale).astype(kind)
     found = register(reference, sensed, POINTS, threshold=-1)
-    assert found.accepted.sum() > 20
-    for i in range(len(POINTS)):
-        x, y = POINTS[i]
-        u, v = (POINTS[i] + shifts(found)[i]).astype(int)
-        a = reference[y - 10 : y + 11, x - 10 : x + 11].ravel().astype(float)
-        b = sensed[v - 10 : v + 11, u - 10 : u + 11].ravel().astype(float)
-        assert abs(found.r[i] - np.corrcoef(a, b)[0, 1]) < 1e-12
-        assert abs(found.r[i] - pearsonr(a, b).statistic) < 1e-12
-
-
-def test_shifts_are_those_of_opencv():
-    sensed = noisy(moved(SCENE, -2, 1), 400.0)
-    found = register(SCENE, sensed, POINTS, threshold=-1)
     for i, (x, y) in enumerate(POINTS):
-        r = cv2.matchTemplate(
-            sensed[y - 13 : y + 14, x - 13 : x + 14].astype(np.float32),
-            SCENE[y - 10 : y + 11, x - 10 : x + 11].astype(np.float32),
-            cv2.TM_CCOEFF_NORMED,
-        )
-        _, highest, _, (column, row) = cv2.minMaxLoc(r)
+        window = sensed[y - 13 : y + 14, x - 13 : x + 14]
+        chip = reference[y - 10 : y + 11, x - 10 : x + 11]
+        both = window.astype(np.float32), chip.astype(np.float32)
+        r = cv2.matchTemplate(*both, cv2.TM_CCOEFF_NORMED)
+        column, row = cv2.minMaxLoc(r)[3]
         assert (found.dx[i], found.dy[i]) == (column - 3, row - 3)
-        assert abs(found.r[i] - highest) < 1e-4
+        there = window[row : row + 21, column : column + 21]
+        r = pearsonr(chip.ravel().astype(float), there.ravel().astype(float))[0]
+        assert abs(found.r[i] - r) < 1e-12
     assert found.accepted.sum() > 20
 
 
@@ -83,19 +70,6 @@ def test_an_image_that_is_moved_has_its_shifts_moved(dx, dy, p, q):
     together = register(moved(SCENE, p, q), moved(sensed, p, q), POINTS + (p, q))
     np.testing.assert_array_equal(shifts(together), shifts(before))
     np.testing.assert_allclose(together.r, before.r, atol=1e-12)
-
-
-@pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
-@settings(max_examples=20)
-@given(st.floats(0.1, 20), st.floats(-1e4, 1e5))
-def test_gain_and_offset_of_grey_values_change_nothing(refine, gain, offset):
-    sensed = noisy(moved(SCENE, 1, 2))
-    few = POINTS[:6]
-    one = register(SCENE, sensed, few, refine=refine)
-    other = register(SCENE, gain * sensed + offset, few, refine=refine, noise=(1, gain))
-    np.testing.assert_array_equal(other.status, one.status)
-    np.testing.assert_allclose(other.r, one.r, atol=1e-9)
-    np.testing.assert_allclose(shifts(other), shifts(one), atol=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -238,18 +212,12 @@ def test_no_argument_is_changed_and_no_points_give_no_shifts():
     [
         ({"sensed": SCENE[:-1]}, "Cut both to the area.*offset="),
         ({"reference": np.dstack([SCENE] * 3)}, "Take one channel of a colour image"),
-        ({"sensed": np.dstack([SCENE] * 4)}, "Take one channel of a colour image"),
         ({"chip": 20}, "chip must be an odd number of pixels"),
         ({"radius": 0}, "radius must be a whole number, at least 1"),
         ({"refine": "spline"}, "refine must be one of 'parabola', 'lsm'"),
-        ({"points": [(1, 2, 3)]}, "points"),
-        ({"threshold": 2}, "threshold must lie between"),
-        ({"ratio": 0}, "ratio must be above 0"),
-        ({"largest_sd": 0}, "largest_sd"),
+        ({"largest_sd": 0}, "largest_sd must be positive"),
         ({"smooth": 9}, "smooth must be 0, or from 0.3 to 3 px"),
-        ({"offset": (1, 2, 3)}, "offset"),
-        ({"nodata": np.nan}, "nodata"),
-        ({"noise": (-1, 1)}, "noise"),
+        ({"offset": (1, 2, 3)}, "offset must have shape"),
     ],
 )
 def test_bad_arguments_are_told_with_what_to_do(changes, message):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pgm_lab import image, simulate
-from pgm_lab.datasets import landsat
 from pgm_lab.registration import Model, fit, pick, register, resample
 from pgm_lab.registration import model as module
 
@@ -128,32 +127,16 @@ def test_the_type_is_kept_rounded_and_clipped(dtype):
         assert np.array_equal(again.data, expected)
 
 
-def warp_and_look_again(reference, sensed):
+def test_after_warping_the_shift_is_gone():
+    """Where both images are exact, what is left is a thousandth of it."""
+    reference, sensed = scene(shape=(300, 320)), scene((1.3, 1.6), shape=(300, 320))
     points = pick(reference, 60, sensed=sensed)
     before = register(reference, sensed, points, refine="lsm")
     again = resample(sensed, fit(before), reference.shape)
     after = register(reference, again, points, refine="lsm")
     assert min(before.accepted.mean(), after.accepted.mean()) > 0.8
-    return before.accuracy, after.accuracy
-
-
-def test_after_warping_the_fringe_is_gone():
-    """Where both images are exact, what is left is a thousandth of the shift."""
-    big = (300, 320)
-    before, after = warp_and_look_again(scene(shape=big), scene((1.3, 1.6), shape=big))
     assert before.rmse_t == pytest.approx(np.hypot(1.3, 1.6), rel=1e-3)
     assert after.rmse_t < 1e-3 * before.rmse_t
-
-
-def test_after_warping_a_real_image_the_fringe_is_gone():
-    """Landsat is sharp: each interpolation moves it by some hundredths of a pixel."""
-    reference = landsat().grey[:300, :300]
-    row, column = np.mgrid[:290, :290]
-    places = np.stack([column, row], axis=-1) + (1.3, 1.6)
-    sensed = np.round(image.resample(reference, places)).astype(np.uint16)
-    before, after = warp_and_look_again(reference[:290, :290], sensed)
-    assert after.rmse_t < 0.02 * before.rmse_t
-    assert after.robust_rmse_t < 0.01 * before.robust_rmse_t
 
 
 @pytest.mark.parametrize("shape", [(0, 5), (5,), (10**6, 10**6), (5.5, 5)])

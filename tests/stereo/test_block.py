@@ -189,18 +189,19 @@ def test_the_size_of_the_tiles_changes_nothing(serial, tmp_path, monkeypatch, ho
 
 
 def test_where_pairs_overlap_measured_heights_are_weighted(tmp_path):
-    """Three surfaces of two cells, by hand."""
+    """Four surfaces of two cells, by hand."""
     surfaces = [
         ([[1.0, 2.0]], [[1, 0]], (0, 0)),
         ([[4.0, np.nan]], [[3, 0]], (0, 0)),
         ([[6.0, 10.0]], [[0, 4]], (1, 0)),
+        ([[np.nan, 99.0]], [[0, 0]], (1, 0)),
     ]
-    files = [tmp_path / f"{k}.npz" for k in range(3)]
+    files = [tmp_path / f"{k}.npz" for k in range(4)]
     for file, (z, weight, first) in zip(files, surfaces):
         layers = {"z": np.float32(z), "weight": np.float32(weight)}
         np.savez(file, box=np.array([*first, 2, 1]), **layers)
     mean = module.merge(files, 0.5, tmp_path, "mean")
-    # cell 0: (1 + 3 * 4) / 4; cell 1: nowhere measured, so 2 and 6; cell 2: 10
+    # cell 0: (1 + 3 * 4) / 4; cell 1: nowhere measured, so 2 and 6; cell 2: 10 alone
     np.testing.assert_allclose(mean.z, [[3.25, 4, 10]])
     assert mean.measured.tolist() == [[True, False, True]]
     assert mean.corner == (0.25, -0.25)

@@ -1,0 +1,1 @@
+"""Chapter NUMBER, LOWER: its checks, figures and predictions."""
