@@ -1,8 +1,8 @@
 """Predicted and sampled standard deviations of shifts, and the pair without a shift.
 
 ``python -m pgm_book.ch07.studies.precision`` writes
-pgm_book/ch07/results/precision.csv and chapter7_null.csv in a few minutes;
-tests/registration/test_studies.py repeats a part.
+results/precision.csv and results/null.csv in a few minutes;
+tests/ch07/test_studies.py repeats a part.
 
 Repeated with new noise, a shift scatters (`sampled`) about a mean that need not be the
 truth (`bias`, RMS over the chips): an alias, or a bias of the parabola, is the same
@@ -21,6 +21,7 @@ import numpy as np
 from scipy import ndimage
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import datasets, registration, simulate
 
 REPEATS = 60
@@ -144,11 +145,6 @@ def slopes(grey: np.ndarray) -> list[np.ndarray]:
     ]
 
 
-def write() -> None:
-    """Write both tables."""
-    pairs.write("null", NULL, null())
-    pairs.write("precision", COLUMNS, rows())
-
-
 if __name__ == "__main__":
-    write()
+    study.write("ch07", "null", NULL, null())
+    study.write("ch07", "precision", COLUMNS, rows())

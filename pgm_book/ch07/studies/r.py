@@ -1,8 +1,8 @@
-"""Is r accuracy? Chips accepted by r, and by other tests, right ones and wrong ones.
+"""Whether r is accuracy: chips accepted by r and by other tests, right and wrong.
 
-``python -m pgm_book.ch07.studies.r`` writes pgm_book/ch07/results/tests.csv,
-chapter7_r_and_error.csv and chapter7_beyond.csv within a minute;
-tests/registration/test_studies.py repeats a part.
+``python -m pgm_book.ch07.studies.r`` writes results/tests.csv,
+results/r_and_error.csv and results/beyond.csv within a minute;
+tests/ch07/test_studies.py repeats a part.
 
 Chips 21 x 21 side by side, radius 3, refined by a parabola. A chip is wrong by more
 than 1 px, in column or row. Tests: r at least, the second peak over the first at most,
@@ -20,6 +20,7 @@ import numpy as np
 from scipy.stats import rankdata, spearmanr
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import ncc, registration, simulate
 
 WRONG = 1.0  # px
@@ -161,7 +162,7 @@ def rows(condition: str) -> Iterator[tuple]:
 
 
 def correlations(condition: str) -> Iterator[tuple]:
-    """Rows of the second table: does r go with the shift, or with the error?"""
+    """Rows of the second table: whether r goes with the shift, or with the error."""
     c = chips(condition)
     for which, k in (("right", ~c.wrong), ("all", np.ones(len(c.r), bool))):
         if k.any():
@@ -204,13 +205,8 @@ def number(value: float) -> str:
     return f"{value:.3f}" if np.isfinite(value) else ""
 
 
-def write() -> None:
-    """Write the tables."""
-    pairs.write("tests", COLUMNS, (row for c in CONDITIONS for row in rows(c)))
-    both = (row for c in CONDITIONS for row in correlations(c))
-    pairs.write("r_and_error", CORRELATIONS, both)
-    pairs.write("beyond", FAR, beyond())
-
-
 if __name__ == "__main__":
-    write()
+    study.write("ch07", "tests", COLUMNS, (row for c in CONDITIONS for row in rows(c)))
+    both = (row for c in CONDITIONS for row in correlations(c))
+    study.write("ch07", "r_and_error", CORRELATIONS, both)
+    study.write("ch07", "beyond", FAR, beyond())
