@@ -2,7 +2,6 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import FloatSlider, SelectMultiple
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
@@ -101,6 +100,7 @@ def lens_grids() -> None:
 
 def lens_by_hand() -> None:
     """Show a grid of image points with sliders for K1 and P2."""
+    import ipywidgets
 
     def draw(K1: float, P2: float) -> None:
         camera = np.zeros(10)
@@ -118,8 +118,8 @@ def lens_by_hand() -> None:
         )
 
     look: Look = {"step": 0.5, "continuous_update": False}
-    K1 = FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
-    P2 = FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
+    K1 = ipywidgets.FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
+    P2 = ipywidgets.FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
     interact(draw, K1=K1, P2=P2)
 
 
@@ -244,6 +244,8 @@ def which_photos(given: room.Network) -> None:
     given : Network
         A network of one camera.
     """
+    import ipywidgets
+
     whole = room.adjust(_validate.instance(given, room.Network, "given"))
     numbers = range(1, len(whole.exteriors) + 1)
 
@@ -274,7 +276,7 @@ def which_photos(given: room.Network) -> None:
             f" the standard deviation of c is {sd:.0f} micrometres.",
         )
 
-    choice = SelectMultiple(
+    choice = ipywidgets.SelectMultiple(
         options=list(numbers), value=list(numbers), description="photos", rows=9
     )
     interact(draw, photos=choice)

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
@@ -359,6 +358,8 @@ def fringe_by_hand(
     size : int
         Pixels across the part, odd.
     """
+    import ipywidgets
+
     one, other = _alike(reference, sensed)
     window, extent = _part(one.shape, centre, size)
     _part(one.shape, centre, size + 2 * REACH)  # room for the sliders
@@ -389,8 +390,8 @@ def fringe_by_hand(
         )
 
     look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
-    dx = IntSlider(0, description="columns", **look)
-    interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
+    dx = ipywidgets.IntSlider(0, description="columns", **look)
+    interact(draw, dx=dx, dy=ipywidgets.IntSlider(0, description="rows", **look))
 
 
 def _alike(

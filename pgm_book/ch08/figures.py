@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from ipywidgets import Dropdown, FloatSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -540,6 +539,8 @@ def mark_by_hand(
     reach : float
         How far the slider goes to each side, px.
     """
+    import ipywidgets
+
     column, row = _place(pair, place)
     start = _validate.number(start, "start")
     reach = _validate.positive_number(reach, "reach", "pixels")
@@ -567,8 +568,8 @@ def mark_by_hand(
         )
 
     look: Look = {"step": 0.5, "continuous_update": False, "description": "disparity"}
-    slider = FloatSlider(start, min=start - reach, max=start + reach, **look)
-    names = Dropdown(options=[COLOURS, GLASSES], description="colours")
+    slider = ipywidgets.FloatSlider(start, min=start - reach, max=start + reach, **look)
+    names = ipywidgets.Dropdown(options=[COLOURS, GLASSES], description="colours")
     interact(draw, disparity=slider, colours=names)
 
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from ipywidgets import Dropdown, IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
@@ -387,6 +386,8 @@ def blunder_by_hand(
     A, p, observed, sigma0, lines
         As for `blunder`.
     """
+    import ipywidgets
+
     data = _net_data(A, p, observed, sigma0, lines)
 
     def draw(line: str, size: int) -> None:
@@ -394,8 +395,8 @@ def blunder_by_hand(
         basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
 
     look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
-    slider = IntSlider(20, description="mm", **look)
-    names = Dropdown(options=data[-1], value=data[-1][0], description="line")
+    slider = ipywidgets.IntSlider(20, description="mm", **look)
+    names = ipywidgets.Dropdown(options=data[-1], value=data[-1][0], description="line")
     interact(draw, line=names, size=slider)
 
 
