@@ -2,7 +2,6 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import FloatSlider, SelectMultiple
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -106,6 +105,7 @@ def _grid(ax: Axes, camera: np.ndarray) -> None:
 
 def lens_by_hand() -> None:
     """Show a grid of image points with sliders for K1 and P2."""
+    import ipywidgets
 
     def draw(K1: float, P2: float) -> None:
         camera = np.zeros(10)
@@ -123,8 +123,8 @@ def lens_by_hand() -> None:
         )
 
     look: Look = {"step": 0.5, "continuous_update": False}
-    K1 = FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
-    P2 = FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
+    K1 = ipywidgets.FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
+    P2 = ipywidgets.FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
     interact(draw, K1=K1, P2=P2)
 
 
@@ -258,9 +258,23 @@ def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> Non
     )
 
 
+<<<<<<< HEAD
 def which_photos(given: bundle.Network) -> None:
     """Show how well c is determined by photos that are chosen from a list."""
     whole = bundle.adjust(given)
+=======
+def which_photos(given: room.Network) -> None:
+    """Show how well c is determined by some photos of a network, with a list of them.
+
+    Parameters
+    ----------
+    given : Network
+        A network of one camera.
+    """
+    import ipywidgets
+
+    whole = room.adjust(_validate.instance(given, room.Network, "given"))
+>>>>>>> 5faff247b4a76486106a475b4c6108d3b6dae55b
     numbers = range(1, len(whole.exteriors) + 1)
 
     def draw(photos: tuple[int, ...]) -> None:
@@ -290,7 +304,7 @@ def which_photos(given: bundle.Network) -> None:
             f" the standard deviation of c is {sd:.0f} micrometres.",
         )
 
-    choice = SelectMultiple(
+    choice = ipywidgets.SelectMultiple(
         options=list(numbers), value=list(numbers), description="photos", rows=9
     )
     interact(draw, photos=choice)

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from ipywidgets import Dropdown, FloatSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -355,7 +354,15 @@ def mark_by_hand(
 
     The left mark stays on its point, the slider moves the right one along the row.
     """
+<<<<<<< HEAD
     column, row = place
+=======
+    import ipywidgets
+
+    column, row = _place(pair, place)
+    start = _validate.number(start, "start")
+    reach = _validate.positive_number(reach, "reach", "pixels")
+>>>>>>> 5faff247b4a76486106a475b4c6108d3b6dae55b
 
     def draw(disparity: float, colours: str) -> None:
         d = disparity
@@ -380,8 +387,8 @@ def mark_by_hand(
         )
 
     look: Look = {"step": 0.5, "continuous_update": False, "description": "disparity"}
-    slider = FloatSlider(start, min=start - reach, max=start + reach, **look)
-    names = Dropdown(options=[COLOURS, GLASSES], description="colours")
+    slider = ipywidgets.FloatSlider(start, min=start - reach, max=start + reach, **look)
+    names = ipywidgets.Dropdown(options=[COLOURS, GLASSES], description="colours")
     interact(draw, disparity=slider, colours=names)
 
 
