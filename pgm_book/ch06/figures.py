@@ -258,23 +258,11 @@ def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> Non
     )
 
 
-<<<<<<< HEAD
 def which_photos(given: bundle.Network) -> None:
     """Show how well c is determined by photos that are chosen from a list."""
-    whole = bundle.adjust(given)
-=======
-def which_photos(given: room.Network) -> None:
-    """Show how well c is determined by some photos of a network, with a list of them.
-
-    Parameters
-    ----------
-    given : Network
-        A network of one camera.
-    """
     import ipywidgets
 
-    whole = room.adjust(_validate.instance(given, room.Network, "given"))
->>>>>>> 5faff247b4a76486106a475b4c6108d3b6dae55b
+    whole = bundle.adjust(given)
     numbers = range(1, len(whole.exteriors) + 1)
 
     def draw(photos: tuple[int, ...]) -> None:

@@ -255,29 +255,11 @@ def before_and_after(
 def fringe_by_hand(
     reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int]
 ) -> None:
-<<<<<<< HEAD
     """Show a part of both images pixel by pixel, and sliders that draw one back."""
-    window, extent = _part(centre, PART)
-    one = reference[window].astype(float)
-=======
-    """Show a part of both images with a line a pixel, and sliders that draw one back.
-
-    Parameters
-    ----------
-    reference, sensed : array_like (rows, columns)
-        Grey values.
-    centre : array_like (2,)
-        (column, row) of the part, at least `size` / 2 + 4 pixels from the edge.
-    size : int
-        Pixels across the part, odd.
-    """
     import ipywidgets
 
-    one, other = _alike(reference, sensed)
-    window, extent = _part(one.shape, centre, size)
-    _part(one.shape, centre, size + 2 * REACH)  # room for the sliders
-    rows, columns = window
->>>>>>> 5faff247b4a76486106a475b4c6108d3b6dae55b
+    window, extent = _part(centre, PART)
+    one = reference[window].astype(float)
     panels: Look = {"sharey": True, "layout": "compressed"}
     far = _far(sensed[window] - one)
 

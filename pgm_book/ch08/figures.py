@@ -354,15 +354,9 @@ def mark_by_hand(
 
     The left mark stays on its point, the slider moves the right one along the row.
     """
-<<<<<<< HEAD
-    column, row = place
-=======
     import ipywidgets
 
-    column, row = _place(pair, place)
-    start = _validate.number(start, "start")
-    reach = _validate.positive_number(reach, "reach", "pixels")
->>>>>>> 5faff247b4a76486106a475b4c6108d3b6dae55b
+    column, row = place
 
     def draw(disparity: float, colours: str) -> None:
         d = disparity

@@ -204,164 +204,7 @@ def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
     return fig
 
 
-<<<<<<< HEAD
 def _draw_net(ax: Axes, lines: Sequence[str], labels: list[str], colours: list) -> None:
-=======
-def levelling_control(lines: Sequence[str], share: ArrayLike) -> None:
-    """Show the net with the redundancy number of each line.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        As for `net`.
-    share : array_like (n,)
-        Redundancy numbers.
-    """
-    names = _lines(lines)
-    share = _validate.of_shape(share, (len(names),), "share")
-    fig, ax = plt.subplots(figsize=(7, 3))
-    colours = [plt.get_cmap("cividis")(float(one)) for one in share]
-    _draw_net(ax, names, [f"{one:.2f}" for one in share], colours, 15)
-    each = ", ".join(f"{line} {one:.2f}" for line, one in zip(names, share))
-    basic.show(fig, f"The net with the redundancy number of each line: {each}.")
-
-
-def tested(
-    A: ArrayLike,
-    p: ArrayLike,
-    surveys: Mapping[str, ArrayLike],
-    sigma0: float,
-    lines: Sequence[str],
-) -> None:
-    """Show Baarda's w of each line as bars, for one or more surveys.
-
-    Parameters
-    ----------
-    A, p
-        As for `program_adjustment.adjust`.
-    surveys : mapping of str to array_like (n,)
-        Observations, by the name of the survey.
-    sigma0 : float
-        Standard deviation of an observation of weight 1, as stated before.
-    lines : sequence of str
-        Names of the lines.
-    """
-    names = _lines(lines)
-    sigma0 = _validate.positive_number(sigma0, "sigma0", "in the unit of observed")
-    _validate.size("surveys", len(_validate.mapping(surveys, "surveys")))
-    fig, ax = plt.subplots(figsize=(7, 2.8))
-    width = 0.8 / max(len(surveys), 1)
-    told = []
-    for k, (name, observed) in enumerate(surveys.items()):
-        w = _results(A, p, observed, sigma0, names, f"surveys: {name}")[1]
-        look: Look = {"color": [basic.SKY, basic.RED][k % 2], "label": name}
-        look |= {"hatch": "//" if k % 2 else None, "edgecolor": "white"}
-        ax.bar(np.arange(len(names)) + width * (k + 0.5) - 0.4, w, width, **look)
-        each = ", ".join(f"{line} {one:.1f}" for line, one in zip(names, w))
-        told.append(f"{name}: {each}")
-    _limit(ax, names)
-    ax.legend()
-    basic.show(fig, f"Bars of |w| for each line. {'; '.join(told)}. The limit is 3.29.")
-
-
-def blunder(
-    A: ArrayLike,
-    p: ArrayLike,
-    observed: ArrayLike,
-    sigma0: float,
-    lines: Sequence[str],
-    line: str,
-    size: float,
-) -> None:
-    """Show what a blunder in one line does to all w, and to the heights.
-
-    Parameters
-    ----------
-    A, p, observed
-        As for `program_adjustment.adjust`, in metres.
-    sigma0 : float
-        Standard deviation of an observation of weight 1, as stated before, in metres.
-    lines : sequence of str
-        Names of the lines.
-    line : str
-        The line with the blunder.
-    size : float
-        The blunder in millimetres.
-    """
-    data = _net_data(A, p, observed, sigma0, lines)
-    line = _validate.choice(line, "line", tuple(data[-1]))
-    size = _validate.number(size, "size")
-    fig, axes = plt.subplots(2, 1, figsize=(7, 3.8), height_ratios=(4, 3))
-    basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
-
-
-def blunder_by_hand(
-    A: ArrayLike,
-    p: ArrayLike,
-    observed: ArrayLike,
-    sigma0: float,
-    lines: Sequence[str],
-) -> None:
-    """Show the same with a list of the lines, and a slider for the size of the blunder.
-
-    Parameters
-    ----------
-    A, p, observed, sigma0, lines
-        As for `blunder`.
-    """
-    import ipywidgets
-
-    data = _net_data(A, p, observed, sigma0, lines)
-
-    def draw(line: str, size: int) -> None:
-        fig, axes = plt.subplots(1, 2, figsize=(10, 3.7), width_ratios=(2, 1))
-        basic.show(fig, _draw_blunder(fig, axes, *data, line=line, size=size))
-
-    look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
-    slider = ipywidgets.IntSlider(20, description="mm", **look)
-    names = ipywidgets.Dropdown(options=data[-1], value=data[-1][0], description="line")
-    interact(draw, line=names, size=slider)
-
-
-def _lines(lines: Sequence[str]) -> list[str]:
-    names = _validate.texts(lines, "lines")
-    wrong = [n for n in names if len(n) != 2 or not set(n) <= SPOTS.keys()]
-    if wrong or not names:
-        raise ValueError(f"lines must be names like 'AB', of A to E; got {wrong}")
-    return names
-
-
-def _net_data(
-    A: ArrayLike, p: ArrayLike, observed: ArrayLike, sigma0: float, lines: Sequence[str]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, list[str]]:
-    names = _lines(lines)
-    sigma0 = _validate.positive_number(sigma0, "sigma0", "metres")
-    _results(A, p, observed, sigma0, names, "observed")
-    A, p = _validate.finite(A, "A"), _validate.finite(p, "p")
-    return A, p, _validate.finite(observed, "observed"), sigma0, names
-
-
-def _results(
-    A: ArrayLike,
-    p: ArrayLike,
-    observed: ArrayLike,
-    sigma0: float,
-    names: list[str],
-    name: str,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unknowns, absolute values of Baarda's w, and redundancy numbers."""
-    observed = _validate.of_shape(observed, (len(names),), name)
-    x, v, _, _ = textbook.adjust(A, p, observed)
-    r = textbook.redundancy_numbers(A, p)
-    controlled = np.where(r > 1e-9, r, np.inf)  # w is 0 where nothing controls
-    w = np.abs(v) * np.sqrt(_validate.finite(p, "p") / controlled) / sigma0
-    return x, w, r
-
-
-def _draw_net(
-    ax: Axes, lines: list[str], labels: list[str], colours: list, size: float
-) -> None:
->>>>>>> 5faff247b4a76486106a475b4c6108d3b6dae55b
     """Draw the lines as arrows, in the direction in which they were levelled."""
     t = np.linspace(0, 1, 41)[:, None]
     box = {"facecolor": "white", "edgecolor": "none", "pad": 2}
@@ -435,6 +278,8 @@ def blunder_by_hand(
     A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float, lines: list[str]
 ) -> None:
     """Show the same with a list of the lines, and a slider for the size."""
+    import ipywidgets
+
     data = A, p, observed, sigma0, lines
 
     def draw(line: str, size: int) -> None:
@@ -442,8 +287,8 @@ def blunder_by_hand(
         plot.show(fig, _draw_blunder(fig, axes, *data, line, size))
 
     look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
-    slider = IntSlider(20, description="mm", **look)
-    names = Dropdown(options=lines, value=lines[0], description="line")
+    slider = ipywidgets.IntSlider(20, description="mm", **look)
+    names = ipywidgets.Dropdown(options=lines, value=lines[0], description="line")
     interact(draw, line=names, size=slider)
 
 
