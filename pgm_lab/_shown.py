@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from IPython import display, get_ipython
-
 
 def publish_display_data(
     data: dict[str, Any], metadata: dict[str, Any] | None = None
@@ -12,6 +10,8 @@ def publish_display_data(
 
     IPython's own function would start a shell, which keeps a thread and a file open.
     """
+    from IPython import display, get_ipython
+
     if get_ipython() is None:
         print(data["text/plain"])
     else:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.patches import FancyArrowPatch
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -260,6 +259,7 @@ def towards(angle: float) -> np.ndarray:
 
 def base_by_hand() -> None:
     """Show two vertical photos, their rays and the error ellipse, and a slider."""
+    import ipywidgets
 
     def draw(base: int) -> None:
         angle = np.degrees(2 * np.arctan(base / 2 / HEIGHT))
@@ -290,7 +290,9 @@ def base_by_hand() -> None:
         )
 
     look: Look = {"min": BASES[0], "max": BASES[1], "step": 20}
-    base = IntSlider(40, description="base (m)", continuous_update=False, **look)
+    base = ipywidgets.IntSlider(
+        40, description="base (m)", continuous_update=False, **look
+    )
     interact(draw, base=base)
 
 

@@ -9,8 +9,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.linalg import lapack
 
 from pgm_book.ch06 import published
 from pgm_lab.bundle import dense
@@ -231,7 +231,8 @@ def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int
     Without "pinv" it is scaled first, and regular: nothing has to be dropped.
     """
     if {"pinv", "pinv of NumPy"} & set(defects):
-        s, U, V, scale, *_ = lapack.dgejsv(N, joba=2)  # np.linalg.svd loses digits
+        # np.linalg.svd loses digits
+        s, U, V, scale, *_ = scipy.linalg.lapack.dgejsv(N, joba=2)
         s *= scale[0] / scale[1]
         kept = int(np.sum(s > tolerance(N, defects)))
         return (V[:, :kept] / s[:kept]) @ U[:, :kept].T, kept

@@ -2,7 +2,6 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import FloatSlider, SelectMultiple
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
@@ -114,6 +113,7 @@ def _grid(ax: Axes, camera: np.ndarray) -> None:
 
 def lens_by_hand() -> None:
     """Show a grid of image points with sliders for K1 and P2."""
+    import ipywidgets
 
     def draw(K1: float, P2: float) -> None:
         camera = np.zeros(10)
@@ -131,8 +131,8 @@ def lens_by_hand() -> None:
         )
 
     look: Look = {"step": 0.5, "continuous_update": False}
-    K1 = FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
-    P2 = FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
+    K1 = ipywidgets.FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
+    P2 = ipywidgets.FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
     interact(draw, K1=K1, P2=P2)
 
 
@@ -238,6 +238,8 @@ def _seven_motions(exteriors: np.ndarray, points: np.ndarray) -> Figure:
 
 def which_photos(given: bundle.Network) -> None:
     """Show how well c is determined by photos that are chosen from a list."""
+    import ipywidgets
+
     whole = bundle.adjust(given)
     numbers = range(1, len(whole.exteriors) + 1)
 
@@ -268,7 +270,7 @@ def which_photos(given: bundle.Network) -> None:
             f" the standard deviation of c is {sd:.0f} micrometres.",
         )
 
-    choice = SelectMultiple(
+    choice = ipywidgets.SelectMultiple(
         options=list(numbers), value=list(numbers), description="photos", rows=9
     )
     interact(draw, photos=choice)

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
@@ -95,6 +94,8 @@ def fringe_by_hand(
     reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int]
 ) -> None:
     """Show a part of both images pixel by pixel, and sliders that draw one back."""
+    import ipywidgets
+
     window, extent = _part(centre, PART)
     one = reference[window].astype(float)
     panels: Look = {"sharey": True, "layout": "compressed"}
@@ -124,8 +125,8 @@ def fringe_by_hand(
         )
 
     look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
-    dx = IntSlider(0, description="columns", **look)
-    interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
+    dx = ipywidgets.IntSlider(0, description="columns", **look)
+    interact(draw, dx=dx, dy=ipywidgets.IntSlider(0, description="rows", **look))
 
 
 def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from ipywidgets import Dropdown, FloatSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -189,6 +188,8 @@ def mark_by_hand(
 
     The left mark stays on its point, the slider moves the right one along the row.
     """
+    import ipywidgets
+
     column, row = place
 
     def draw(disparity: float, colours: str) -> None:
@@ -214,8 +215,8 @@ def mark_by_hand(
         )
 
     look: Look = {"step": 0.5, "continuous_update": False, "description": "disparity"}
-    slider = FloatSlider(start, min=start - reach, max=start + reach, **look)
-    names = Dropdown(options=[COLOURS, GLASSES], description="colours")
+    slider = ipywidgets.FloatSlider(start, min=start - reach, max=start + reach, **look)
+    names = ipywidgets.Dropdown(options=[COLOURS, GLASSES], description="colours")
     interact(draw, disparity=slider, colours=names)
 
 

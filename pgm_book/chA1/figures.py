@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from ipywidgets import Dropdown, IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
@@ -277,6 +276,8 @@ def blunder_by_hand(
     A: np.ndarray, p: np.ndarray, observed: np.ndarray, sigma0: float, lines: list[str]
 ) -> None:
     """Show the same with a list of the lines, and a slider for the size."""
+    import ipywidgets
+
     data = A, p, observed, sigma0, lines
 
     def draw(line: str, size: int) -> None:
@@ -284,8 +285,8 @@ def blunder_by_hand(
         plot.show(fig, _draw_blunder(fig, axes, *data, line, size))
 
     look: Look = {"min": -40, "max": 40, "step": 2, "continuous_update": False}
-    slider = IntSlider(20, description="mm", **look)
-    names = Dropdown(options=lines, value=lines[0], description="line")
+    slider = ipywidgets.IntSlider(20, description="mm", **look)
+    names = ipywidgets.Dropdown(options=lines, value=lines[0], description="line")
     interact(draw, line=names, size=slider)
 
 

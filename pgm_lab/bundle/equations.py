@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.bundle.network import Network
@@ -161,11 +161,13 @@ class Rays:
         return self.camera * self.points + self.point
 
     @cached_property
-    def _at_places(self) -> sparse.csc_array:
+    def _at_places(self) -> "scipy.sparse.csc_array":
         """Matrix (cameras n, k) with ones where a ray belongs to a place."""
         k = len(self.place)
         shape = self.cameras * self.points, k
-        return sparse.csc_array((np.ones(k), self.place, np.arange(k + 1)), shape=shape)
+        return scipy.sparse.csc_array(
+            (np.ones(k), self.place, np.arange(k + 1)), shape=shape
+        )
 
     def total_by_camera(self, values: np.ndarray) -> np.ndarray:
         """Sum values (..., k) by camera and point: (..., cameras, n)."""

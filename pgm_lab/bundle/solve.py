@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
@@ -147,7 +147,10 @@ def adjust(
     # Covariances, residuals and their tests
     history = History(*map(np.array, (objectives, steps, changes)))
     scale, factor = _factor(problem, state, reduced, move)
-    Q = lapack.dpotrs(factor, np.diag(scale), lower=True)[0] * scale[:, None]
+    Q = (
+        scipy.linalg.lapack.dpotrs(factor, np.diag(scale), lower=True)[0]
+        * scale[:, None]
+    )
     return _result(
         problem, datum, state, eq, reduced, Q, move, sigma0_prior, status, history
     )
@@ -162,7 +165,9 @@ def _corrections(
     """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
     refuse.check_points(problem.network, reduced)
     scale, factor = _factor(problem, state, reduced, move)
-    dx = scale * lapack.dpotrs(factor, scale * reduced.right, lower=True)[0]
+    dx = (
+        scale * scipy.linalg.lapack.dpotrs(factor, scale * reduced.right, lower=True)[0]
+    )
     dx_points = reduced.points_alone()
     decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
     dx_points = dx_points - reduced.times_kept(dx[:, None])[0]
@@ -187,7 +192,7 @@ def _factor(
     E = move.kept / scale[:, None]
     E /= np.sqrt(np.einsum("ud,ud->d", E, E))
     scaled = reduced.S * scale[:, None] * scale + E @ E.T
-    factor, failed = lapack.dpotrf(scaled, lower=True)
+    factor, failed = scipy.linalg.lapack.dpotrf(scaled, lower=True)
     pivots = np.diagonal(factor) ** 2
     if failed or not pivots.min(initial=1.0) > 1 / normal.INFLATION_LIMIT:
         refuse.check_attitudes(problem.network, state.exteriors)

@@ -269,7 +269,7 @@ def of_matching(
         yield plot.matches.histograms(found, threshold), {"threshold": threshold}
 
     def parallaxes() -> Drawn:
-        length = np.hypot(*plot.matches.remainders(found).T)
+        length = np.hypot(*plot.matches.affine_residuals(found).T)
         shown = {"median": float(np.median(length)), "longest": float(length.max())}
         yield plot.matches.parallaxes(left, found), shown
 

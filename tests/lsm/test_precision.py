@@ -219,7 +219,7 @@ def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiome
         assert sigma0[k] == pytest.approx(np.sqrt(vv / r), rel=1e-4)
         h1 = solution[7] if radiometric else 1.0
         # Noise in the design matrix: of each slope, and of each right grey value
-        of_slope = _fine.DERIVATIVE @ _fine.DERIVATIVE
+        of_slope = _fine.derivative_kernel() @ _fine.derivative_kernel()
         E = of_slope * np.array(2 * [len(x), x @ x, y @ y])
         E = np.diag([*E, 0, len(x)][:u] if radiometric else E)
         pixel = vv / r / (1 + h1**2)

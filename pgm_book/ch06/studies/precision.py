@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy import stats
+import scipy
 from tqdm import tqdm
 
 from pgm_book.ch06.studies import starts
@@ -82,8 +82,8 @@ def errors(e: np.ndarray, C: np.ndarray, redundancy: int) -> tuple[np.ndarray, .
     # sigma0 is itself estimated: t and F instead of normal and chi square
     together = np.einsum("...i,...i->...", e, np.linalg.solve(C, e[..., None])[..., 0])
     together /= u
-    within = alone <= stats.f.ppf(0.95, 1, redundancy)
-    inside = together <= stats.f.ppf(0.95, u, redundancy)
+    within = alone <= scipy.stats.f.ppf(0.95, 1, redundancy)
+    inside = together <= scipy.stats.f.ppf(0.95, u, redundancy)
     return within, alone, inside, together
 
 
@@ -118,12 +118,12 @@ def precision(networks: int = NETWORKS) -> list[tuple]:
         rows.append((together_name, "", networks, *BLANK, *rate(inside, 95, together)))
 
     sigma0 = collected("sigma0")
-    low, high = np.sqrt(stats.chi2.ppf([0.025, 0.975], r) / r)
+    low, high = np.sqrt(scipy.stats.chi2.ppf([0.025, 0.975], r) / r)
     within = (low < sigma0) & (sigma0 < high)
     e, sd = sigma0 - 1, np.array(1 / np.sqrt(2 * r))
     rows.append(("sigma0", "1", networks, *described(e, sd, within, (e / sd) ** 2)))
     w = collected("standardized")
-    within = np.abs(w) < stats.norm.ppf(0.975)
+    within = np.abs(w) < scipy.stats.norm.ppf(0.975)
     one = np.array(1.0)
     title = "standardised residuals, w"  # Baarda: sigma0 = 1 is given
     rows.append((title, "1", networks, *described(w, one, within, w**2)))

@@ -18,7 +18,7 @@ chips: `explained` is the share of the variance of the differences that goes wit
 from collections.abc import Iterator
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from pgm_book.ch07.studies import pairs
 from pgm_book.common import study
@@ -133,11 +133,11 @@ def by_gradients(degree: int) -> tuple[np.ndarray, np.ndarray, float]:
 
 def slopes(grey: np.ndarray) -> list[np.ndarray]:
     """Derivatives by column and row of the cubic spline through the pixels."""
-    c = ndimage.spline_filter(grey, mode="mirror")
+    c = scipy.ndimage.spline_filter(grey, mode="mirror")
     value, slope = np.array([1, 4, 1]) / 6, np.array([-1, 0, 1]) / 2
     return [
-        ndimage.correlate1d(
-            ndimage.correlate1d(c, slope, along, mode="mirror"),
+        scipy.ndimage.correlate1d(
+            scipy.ndimage.correlate1d(c, slope, along, mode="mirror"),
             *(value, 1 - along),
             mode="mirror",
         )

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import rankdata, spearmanr
+import scipy
 
 from pgm_book.ch07.studies import pairs
 from pgm_book.common import study
@@ -141,7 +141,7 @@ def area(c: Chips, test: str) -> float:
         "border": ~c.border,
         "status": c.status == "accepted",
     }[test].astype(float)
-    rank = rankdata(np.where(np.isfinite(score), score, -np.inf))
+    rank = scipy.stats.rankdata(np.where(np.isfinite(score), score, -np.inf))
     right, wrong = np.sum(~c.wrong), np.sum(c.wrong)
     if not right or not wrong:
         return np.nan
@@ -167,7 +167,10 @@ def correlations(condition: str) -> Iterator[tuple]:
     for which, k in (("right", ~c.wrong), ("all", np.ones(len(c.r), bool))):
         if k.any():
             medians = (np.median(v[k]) for v in (c.r, c.shift, c.error))
-            ranks = (spearmanr(c.r[k], v[k]).statistic for v in (c.shift, c.error))
+            ranks = (
+                scipy.stats.spearmanr(c.r[k], v[k]).statistic
+                for v in (c.shift, c.error)
+            )
             yield (condition, which, k.sum(), *map(number, (*medians, *ranks)))
 
 

@@ -17,7 +17,7 @@ wrong one (0.5: nothing, 1: all), `area_highest` the same of the highest value.
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy.stats import rankdata
+import scipy
 
 from pgm_book.ch07.studies import pairs
 from pgm_book.common import study
@@ -60,7 +60,7 @@ def differences(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def ranks(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Pearson's r of the ranks of the grey values (Spearman)."""
-    return pearson(rankdata(x, axis=-1), rankdata(y, axis=-1))
+    return pearson(scipy.stats.rankdata(x, axis=-1), scipy.stats.rankdata(y, axis=-1))
 
 
 MEASURES: dict[str, Callable] = {
@@ -124,7 +124,8 @@ def area(score: np.ndarray, right: np.ndarray) -> str:
     n, m = np.sum(right), np.sum(~right)
     if not n or not m:
         return ""
-    return f"{(rankdata(score)[right].sum() - n * (n + 1) / 2) / (n * m):.3f}"
+    ranks = scipy.stats.rankdata(score)[right].sum()
+    return f"{(ranks - n * (n + 1) / 2) / (n * m):.3f}"
 
 
 if __name__ == "__main__":

@@ -311,7 +311,7 @@ def errors_and_quality(
     return distance(start, truth), distance(found.points, truth)[k], q[k]
 
 
-def one_door(folder: Path) -> Iterator[Row]:
+def one_call(folder: Path) -> Iterator[Row]:
     """200 points by `matching.match`, photos turned by 10 degrees, scale 1.2."""
     pairs = [rephotographed(n, s, 10, 1.2) for n, s in subjects(folder).items()]
     for pair in pairs + graffiti(folder):
@@ -320,7 +320,7 @@ def one_door(folder: Path) -> Iterator[Row]:
         k = found.accepted
         kept = k & (found.quality >= RECOMMENDED)
         yield (
-            "one door, 200 points",
+            "one call, 200 points",
             f"{pair.name}{'' if pair.name == 'graffiti' else ' (made)'}",
             f"{(error <= 1).sum()} right, {(error > 1).sum()} wrong; quality keeps"
             f" {kept.sum()}, {(error[kept] > 1).sum()} wrong",
@@ -426,6 +426,6 @@ ROWS = {
     "masked": no_data,
     "stereobm": rows_like_stereobm,
     "wrong": wrong_ones,
-    "door": one_door,
+    "call": one_call,
     "curve": curve,
 }
