@@ -169,13 +169,6 @@ def test_without_redundancy_no_number_is_invented(without_redundancy, monkeypatc
     assert len(page.all("img")) == 2  # there is no precision to draw
 
 
-def test_a_short_report_has_no_long_tables(result):
-    short, whole = report.text(result, short=True), report.text(result)
-    assert "Object points" in whole and "Object points" not in short
-    assert "Limits" in whole and "Limits" not in short
-    assert len(short.splitlines()) < 100 < len(whole.splitlines())
-
-
 # --- The summary ---
 
 
@@ -219,20 +212,6 @@ def test_the_summary_counts_what_the_redundancy_is_made_of(result, quiet):
     assert case.unknowns == 213
 
 
-@pytest.mark.parametrize(
-    "changes, datum_, words",
-    [
-        ({}, "inner", "inner constraints on all points"),
-        ({}, "photos", "inner constraints on the projection centres"),
-        ({"datum_points": [1, 2, 3, 4]}, None, "inner constraints on 4 chosen points"),
-    ],
-)
-def test_the_datum_is_said_with_what_it_means(real_network, changes, datum_, words):
-    more = () if datum_ is None else (datum_,)
-    found = bundle.adjust(replace(real_network, **changes), ("c",), *more)
-    assert words in datum(found)
-
-
 def test_snooping_is_told_with_what_it_rejected(real_network):
     found = bundle.snoop(real_network)
     text = joined(report.text(found))
@@ -265,30 +244,6 @@ def test_the_report_says_which_test_its_residuals_are_for_and_whence_its_limit(r
     assert "tau (Pope's, with the sigma0 estimated" in joined(report.text(result))
     assert "w (Baarda's, with the sigma0 stated before" in joined(report.text(stated))
     assert "redundancy 693; one false" in joined(report.text(result))
-
-
-LIMITS = [
-    "above 3.28 makes a ray suspect: chance takes one of a thousand",
-    "Pope's tau with the redundancy 693; the larger that is, the nearer the limit comes"
-    " to 3.29",
-    "tested at 5 %, the usual level: one right model of 20 is called wrong",
-    "above 0.9: there the sd of an unknown is more than 2.3 times",
-    "below 0.1 is called hardly controlled, as nine tenths",
-    "fewer than six rays: so many points give twice the coordinates",
-    "more than three times as uncertain as the median one; this is a choice",
-    "more than 2 times the stated one and a residual is more than 1.5 times",
-    "less than 0.25 mm or more than 300 mm from the middle, as in no camera, or 3",
-    "standard deviations below 10 nm, which nobody measures",
-    "X0, Y0, Z0 are the projection centre, XL, YL, ZL in the files",
-]
-
-
-def test_each_limit_has_its_reason(result):
-    text = joined(report.text(result))
-    assert [words for words in LIMITS if words not in text] == []
-    known = joined(report.text(replace(result, sigma0_prior=0.35)))
-    assert "above 3.29" in known
-    assert "stated before, so its limit is that of the normal" in known
 
 
 # --- Warnings, on both sides of their limits ---
@@ -382,10 +337,6 @@ WARNED = [
 @pytest.mark.parametrize("title, change", WARNED)
 def test_each_warning_comes_with_its_cause_and_alone(quiet, title, change):
     assert list(findings(change(quiet))) == ([title] if title else [])
-
-
-def test_nothing_is_warned_of_where_nothing_is_wrong(quiet):
-    assert "No warnings." in report.text(quiet)
 
 
 def test_weak_photos_are_named_with_their_rays(quiet):
@@ -664,18 +615,6 @@ def test_the_summary_counts_weighted_coordinates_and_nothing_else(of_control):
     assert "The control points carry the datum" in datum(of_control)
 
 
-def test_without_weighted_control_there_is_nothing_to_test(controlled):
-    index, given, sigma = controlled.control
-    control = index, given, np.where(sigma < 1, 0, sigma)
-    held = replace(controlled, control=control, scale_bars=())
-    text = report.text(adjusted(held))
-    assert "Control points: adjusted - given, in object units\n" in text
-    assert "r X" not in text and "Scale bars" not in text
-    assert "so the image coordinates are" in joined(text)
-    none = replace(held, control=None, check=None, fixed=())
-    assert "Control and checks" not in report.text(adjusted(none))
-
-
 NO_MORE = "There are no more control coordinates than the datum needs"
 
 
@@ -728,14 +667,6 @@ def test_a_wrong_control_point_comes_before_the_rays(controlled):
     assert said.endswith("once it is right, good rays among these fit.")
 
 
-def test_a_wrong_scale_bar_is_named_by_its_ends(controlled):
-    found = bundle.snoop(with_bar(controlled, 1, -2.0), SOME)
-    w = found.result.scale_bar_standardized[1]
-    said = findings(found.result)["Control that does not fit"]
-    assert f"the scale bar P7 to P13 (tau = {w:.1f})" in said and w > 0
-    assert "scale bar 2 has the largest residual" in found.stopped
-
-
 @pytest.mark.parametrize("of_ray, first", [(4.9, True), (5.1, False)])
 def test_what_has_the_larger_residual_is_looked_at_first(of_control, of_ray, first):
     w = one(np.zeros_like(of_control.control_standardized), 5.0, (0, 2))
@@ -783,37 +714,6 @@ def test_a_gross_error_of_control_makes_sigma0_as_large_as_one_of_a_ray(
     w = getattr(large, kind).copy()
     w.flat[0] = 6.0
     assert Case(replace(large, **{kind: w})).gross
-
-
-FREE = {"control": None, "fixed": ()}
-
-
-@pytest.mark.parametrize(
-    "changes, end",
-    [
-        ({"scale_bars": ()}, "not estimated, or a control point is wrong."),
-        (FREE, "not estimated, or a scale bar is wrong."),
-        ({"control": None, "scale_bars": ()}, "or a control point is wrong."),
-        (FREE | {"scale_bars": ()}, "that was not estimated."),
-    ],
-)
-def test_sigma0_names_only_what_the_network_has(of_control, changes, end):
-    nothing = {KINDS[0]: np.zeros((0, 3)), KINDS[1]: np.zeros(0)}
-    net = replace(of_control.network, **changes)
-    said = findings(replace(of_control, network=net, sigma0=3.0, **nothing))[STATED]
-    assert said.endswith(end)
-    judged = "image coordinates" if changes == FREE | {"scale_bars": ()} else ""
-    assert not judged or "The image coordinates are worse" in said
-
-
-def test_scale_bars_alone_give_the_scale_of_a_free_network(controlled):
-    bars = replace(controlled, control=None, check=None, fixed=())
-    for free in (bars, replace(bars, scale_bars=())):
-        words = datum(bundle.adjust(free, SOME))
-        bar = len(free.scale_bars) > 0
-        assert ("Origin and directions are those of" in words) == bar
-        assert ("Origin, directions and scale are those of" in words) != bar
-        assert ("The scale bars give the scale." in words) == bar
 
 
 def test_observations_without_any_error_can_be_reported(of_control, monkeypatch):
@@ -916,30 +816,6 @@ def test_stations_and_points_are_drawn_in_space(result, close):
     assert names == {"100, 101", "102, 103, 104", "105", "106", "107, 108"}
     assert shown["stations"] == 9 and shown["points"] == 50
     assert "Y from 0 to 1751" in shown["spans"]
-
-
-def test_coordinates_of_a_national_system_are_told_apart(result, close):
-    exteriors = result.exteriors.copy()
-    exteriors[:, :3] += 5e6
-    far = replace(result, points=result.points + 5e6, exteriors=exteriors)
-    _, shown = drawn(_figures.stations(far))
-    assert "Y from 5000000 to 5001751" in shown["spans"]
-
-
-@pytest.mark.parametrize("most, cameras", [(8, 0), (9, 9)])
-def test_many_cameras_are_drawn_as_dots_alone(
-    result, monkeypatch, most, cameras, close
-):
-    for name, value in (("CAMERAS", most), ("NAMES", 8), ("POINTS", 20)):
-        monkeypatch.setattr(_figures, f"MAX_{name}", value)
-    seen, camera = [], plot.space.draw_camera
-    monkeypatch.setattr(
-        plot.space, "draw_camera", lambda *a, **k: seen.append(a) or camera(*a, **k)
-    )
-    figure, shown = drawn(_figures.stations(result))
-    assert len(seen) == cameras and shown["points"] == 50
-    assert not figure.axes[0].texts
-    assert len(figure.axes[0].collections[0]._offsets3d[0]) == 17  # each third
 
 
 # --- Rounding ---

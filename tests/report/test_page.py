@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, plot, registration, report
+from pgm_lab import bundle, registration, report
 from pgm_lab.report import _figures, network
 from pgm_lab.report._page import typesetter
 from tests.matching import photos
@@ -94,15 +94,6 @@ def test_names_are_shown_as_they_are_and_never_as_markup(page):
     source, _ = page
     assert "<script" not in source and "<img src=x" not in source
     assert "<b>" not in source and MARKUP in "".join(Page(source).text)
-
-
-def test_names_with_mathematics_in_them_are_drawn_as_they_are(odd):
-    """matplotlib takes what stands between dollars for a formula, and stumbles."""
-    text = "".join(Page(report.html(odd)).text)
-    assert '"20"&$\\frac{20}$' in text and '"8"&$\\frac{8}$ in photo <b>6' in text
-    figure = plot.bundle.standardized_histogram(odd)
-    figure.canvas.draw()
-    plt.close(figure)
 
 
 def test_the_same_result_gives_the_same_page(page, odd, request):
