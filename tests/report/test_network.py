@@ -753,10 +753,10 @@ def test_many_rays_are_drawn_as_means_that_show_what_the_camera_lacks(
     monkeypatch.setattr(_figures, "DENSE", 10)
     noise = np.random.default_rng(6).normal(0, 3e-4, result.residuals.shape)
     xy = result.network.xy
-    _, shown = drawn(_figures.residuals(replace(result, residuals=noise), 0))
+    _, shown = drawn(_figures.residuals(Case(replace(result, residuals=noise))))
     assert not shown["single"] and shown["beyond"] <= 1
     noise[xy[:, 0] > np.median(xy[:, 0]), 0] += 1e-3
-    _, shown = drawn(_figures.residuals(replace(result, residuals=noise), 0))
+    _, shown = drawn(_figures.residuals(Case(replace(result, residuals=noise))))
     assert shown["beyond"] >= 5 and 0.8 < shown["largest"] < 1.4
 
 
@@ -784,7 +784,7 @@ def test_the_largest_semi_axis_tells_how_precise_a_point_is(quiet, close):
     covariance = axes @ np.diag([1.0, 4.0, 16.0]) @ axes.swapaxes(1, 2)
     covariance[-1] *= 4
     found = replace(quiet, covariance_points=covariance)
-    _, shown = drawn(_figures.precision(found))
+    _, shown = drawn(_figures.precision(Case(found)))
     assert (shown["least"], shown["largest"]) == pytest.approx((4, 8))
     assert shown["worst"][0] == quiet.network.point_names[-1]
 
@@ -793,13 +793,13 @@ def test_the_largest_semi_axis_tells_how_precise_a_point_is(quiet, close):
 def test_points_are_drawn_in_the_plane_in_which_they_spread(quiet, plane, close):
     size = [100.0 if axis in plane else 10.0 for axis in "XYZ"]
     points = np.random.default_rng(3).normal(size=(50, 3)) * size
-    _, shown = drawn(_figures.precision(replace(quiet, points=points)))
+    _, shown = drawn(_figures.precision(Case(replace(quiet, points=points))))
     assert shown["plane"] == plane
 
 
 def test_stations_and_points_are_drawn_in_space(result, close):
     """The last step of the program of 2013: one scale, units on three axes."""
-    figure, shown = drawn(_figures.stations(result))
+    figure, shown = drawn(_figures.stations(Case(result)))
     (ax,) = figure.axes
     labels = [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()]
     assert labels == [f"{axis} (object units)" for axis in "XYZ"]

@@ -11,7 +11,7 @@ from pgm_lab import plot, registration, report
 from pgm_lab.matching import STATUSES
 from pgm_lab.report import _figures
 from pgm_lab.report import registration as module
-from pgm_lab.report.registration import COMMON, WORDS, findings
+from pgm_lab.report.registration import COMMON, WORDS
 from tests.registration import images
 from tests.report.pages import Page, joined, plain
 
@@ -38,7 +38,7 @@ def case(found, model=None, settings=LSM):
 
 
 def said(found, **more):
-    return dict(findings(case(found, **more)))
+    return dict(case(found, **more).findings)
 
 
 def text(found, **more):
