@@ -113,6 +113,14 @@ def test_an_address_in_the_network_becomes_no_folder(tmp_path, monkeypatch, url,
     assert names(tmp_path) == []
 
 
+def test_a_tilde_is_the_home_of_the_user_and_a_drive_no_address(tmp_path, monkeypatch):
+    for name in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(name, str(tmp_path))
+    files.save({"~/a.csv": "1"})
+    assert names(tmp_path) == ["a.csv"] and files.content("~/a.csv", "a") == b"1"
+    assert files._local("C:/data/a.csv", "path") == Path("C:/data/a.csv")
+
+
 @pytest.mark.parametrize("path", ["", " ", None, 3, b"a.csv"])
 def test_what_is_no_name_is_refused(path):
     with pytest.raises(ValueError, match="path must be the name of a file; got"):

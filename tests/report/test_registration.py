@@ -116,14 +116,6 @@ def test_ce90_of_normal_errors_is_1_517_times_their_rmse():
     assert "CE90 is 1.517 times RMSE_T" in joined(text(result()))
 
 
-def test_what_resampling_leaves_is_the_scatter():
-    found = result(shift=(1.0, 0.0), scatter=0.1, seed=5)
-    d = np.column_stack([found.dx, found.dy])
-    left = np.sqrt(np.mean(np.sum((d - d.mean(axis=0)) ** 2, axis=1)))
-    assert f"removes it; {left:.3f} px would be left" in joined(text(found))
-    assert "would be left" not in text(result(shift=(0, 0), scatter=0.1))
-
-
 @pytest.mark.parametrize("kind", ["shift", "affine"])
 def test_the_model_is_shown_with_its_standard_deviations(found, kind):
     model = fit(found, kind)
