@@ -15,15 +15,6 @@ def window(column=30.0, row=20.0, affine=(1.0, 0.0, 0.0, 1.0)):
     return np.array([[[column, a1, a2], [row, b1, b2]]])
 
 
-@pytest.mark.parametrize("half", [5, 10, 40])
-def test_a_window_is_lost_beyond_half_its_size(half):
-    start = window()[:, :, 0]
-    for move in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-        for part, lost in ((0.99, False), (1.01, True)):
-            at = start[0] + half * part * np.array(move)
-            assert _iteration._lost(window(*at), start, half)[0] == lost
-
-
 @pytest.mark.parametrize(
     ("affine", "lost"),
     [
