@@ -1,13 +1,10 @@
 """Windows are followed as far as they may go, and bad arguments are named."""
 
-import inspect
-
 import numpy as np
 import pytest
 
-from pgm_book.ch03 import defects
 from pgm_lab import lsm
-from pgm_lab.lsm import _iteration, rigorous
+from pgm_lab.lsm import _iteration
 
 
 def window(column=30.0, row=20.0, affine=(1.0, 0.0, 0.0, 1.0)):
@@ -31,18 +28,6 @@ def test_a_window_is_lost_four_times_as_large_or_small_mirrored_or_stretched(
     affine, lost
 ):
     assert _iteration._lost(window(affine=affine), window()[:, :, 0], 10)[0] == lost
-
-
-def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():
-    rng = np.random.default_rng(2)
-    grey, gradients = rng.uniform(size=(21, 21)), rng.normal(size=(21, 21, 2))
-    of = lsm.cramer_rao(grey, gradients, 1.0)
-    assert np.array_equal(of, lsm.cramer_rao(grey, gradients, 1.0, gain=1.0))
-    for match in (lsm.match, rigorous.adjust, defects.match):
-        assert inspect.signature(match).parameters["template"].default == 21
-    bad = np.where(grey == grey.max(), np.nan, grey)
-    with pytest.raises(ValueError, match="grey.* is not a finite number"):
-        lsm.cramer_rao(bad, gradients, 1.0)
 
 
 @pytest.mark.parametrize(

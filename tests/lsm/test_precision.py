@@ -158,59 +158,6 @@ def test_the_dense_adjustment_names_windows_that_leave_an_image():
         lsm.adjust(left, right, [(30, 30)], p)
 
 
-@pytest.mark.parametrize("radiometric", [True, False])
-def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiometric):
-    """At whole pixels interpolation leaves the noise as it is: sigma0^2 = vᵀv / r."""
-    half = 5
-    left, right = simulate.texture_pair(
-        SOFT, (60, 60), (0, 1, 0, 0, 0, 1), sigma=2.0, gain=1.0, seed=3
-    )
-    left, right = left - left.mean(), right - right.mean()
-    pixels = np.array([[30, 28], [25, 33]])
-    gradients = _fine.gradient(left)
-    template = _normal_equations.templates(left, gradients, pixels, half, radiometric)
-    windows = [
-        np.s_[y - half : y + half + 1, x - half : x + half + 1] for x, y in pixels
-    ]
-    B = np.array([right[w].ravel() for w in windows])
-    found = _normal_equations.solve(template, B)
-    T = np.zeros((2, 2, 3)) + np.eye(2, 3, 1)
-    T[:, :, 0] = pixels
-    C, sigma0, pixels, singular = _normal_equations.precision(
-        template, T, found, correlated=False
-    )
-    np.testing.assert_array_equal(pixels, 121)
-    assert not singular.any()
-    _, x, y = _normal_equations.window_grid(half)
-    u = 8 if radiometric else 6
-    for k, w in enumerate(windows):
-        gx, gy = (g[w].ravel() for g in gradients)
-        G = [gx, x * gx, y * gx, gy, x * gy, y * gy]
-        A = np.column_stack([*G, np.ones_like(gx), B[k]][:u])
-        observed = left[w].ravel() - (0 if radiometric else B[k])
-        solution, (vv,), *_ = np.linalg.lstsq(A, observed)
-        r = len(A) - u
-        assert sigma0[k] == pytest.approx(np.sqrt(vv / r), rel=1e-4)
-        h1 = solution[7] if radiometric else 1.0
-        # Noise in the design matrix: of each slope, and of each right grey value
-        of_slope = _fine.DERIVATIVE @ _fine.DERIVATIVE
-        E = of_slope * np.array(2 * [len(x), x @ x, y @ y])
-        E = np.diag([*E, 0, len(x)][:u] if radiometric else E)
-        pixel = vv / r / (1 + h1**2)
-        N, Q = A.T @ A, np.linalg.inv(A.T @ A)
-        # The other image adds its noise to each residual that a noisy column multiplies
-        other = pixel * np.diag([*6 * [h1**2], 0, 1][:u])
-        more = np.linalg.inv(N - pixel * E)
-        middle = vv / r * (N - pixel * E) + other @ (pixel * E)
-        whole = more @ middle @ more  # `precision` takes the first three terms
-        first = vv / r * Q
-        assert C[k].shape == (u, u)
-        at = np.ix_([0, 3], [0, 3])
-        rest = np.abs(whole - first)[at].max()
-        assert rest > 0
-        np.testing.assert_allclose(C[k][at], whole[at], rtol=0, atol=0.15 * rest)
-
-
 def test_without_radiometric_parameters_the_covariance_is_as_promised():
     """Errors of many matches, and the bound for known h0 and h1."""
     affine = (2.3, 1, 0, -1.6, 0, 1)

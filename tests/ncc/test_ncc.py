@@ -224,6 +224,16 @@ def test_sums_that_opencv_did_not_get_whole_are_not_taken(error, monkeypatch):
     np.testing.assert_allclose(r, truth, rtol=0, atol=1e-12)
 
 
+def test_single_precision_is_not_asked_for_what_it_cannot_hold():
+    """Norms so large that the fractions of the sums would be lost."""
+    search = eight_bit("black and white", RNG, 50)
+    for width, taken in ((5, True), (21, False)):
+        template = search[5 : 5 + width, 7 : 7 + width]
+        assert (_map._from_whole_sums(template, search) is not None) == taken
+        r = ncc.correlation_map(template, search)
+        np.testing.assert_allclose(r, whole_map(template, search), atol=1e-12)
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
 def test_a_large_map_is_put_together_from_tiles(dtype):
     """Two by three, the last ones smaller; contrasts differ between them."""
@@ -442,6 +452,21 @@ def test_ambiguous_where_the_texture_repeats():
     assert found.status[0] == "ambiguous" and found.r[0] < 0.9
     once = ncc.match(left, noisy, [(70, 70)], search=51, ratio=1)
     assert once.status[0] == "accepted"  # nobody asked
+
+
+def test_ridge_instead_of_a_peak_on_an_edge():
+    """Along a straight edge nothing tells one position from the next."""
+    edge = np.where(np.arange(100) < 50, 50.0, 200.0) + np.zeros((100, 1))
+    edge = cv2.GaussianBlur(edge, (0, 0), 2)
+    points = grid(46, 56, 2)
+    found = ncc.match(edge, edge, points, template=11, search=31, ratio=1)
+    assert "accepted" not in found.status
+    assert "position not determined" in found.status
+    rng = np.random.default_rng(8)
+    left, right = edge + rng.normal(0, 3, (2, *edge.shape))
+    found = ncc.match(left, right, points, template=11, search=31)
+    # Noise makes peaks along the ridge, one as high as the other
+    assert "accepted" not in found.status and "ambiguous" in found.status
 
 
 @given(seed=st.integers(0, 10**6))

@@ -157,6 +157,17 @@ def test_the_search_goes_to_the_place_on_the_line_nearest_to_the_start(shifted):
     assert set(found.status) == {"accepted"}
 
 
+def test_the_fraction_of_a_point_counts_from_the_line(shifted):
+    """The point lies 0.4 rows below the middle of its template, and its line too."""
+    left, right, points, truth = shifted
+    found = ncc.match(
+        *(left, right, points + [0.3, 0.4], points, 15, (17, 31)),
+        **{"refine": "parabola", "lines": rows_of(truth + [0.3, 0.4]), "distance": 0.5},
+    )
+    assert set(found.status) == {"accepted"}
+    np.testing.assert_allclose(found.points, truth + [0.3, 0.4], atol=0.15)
+
+
 def test_where_an_edge_crosses_the_line_the_match_is_there_and_its_covariance_says_so():
     """Aslant edges: alone they tell nothing along themselves. The error of the line,
     uniform up to `distance`, goes into the covariance along the edge."""
@@ -365,18 +376,3 @@ def test_a_line_beyond_the_image_leaves_nothing_to_search(noise):
     found = ncc.match(*noise, [(40, 40)], None, 9, 21, lines=[(0, 1, -2)])
     assert list(found.status) == ["window leaves the image"]  # rows 0.5 to 3.5
     assert np.all(np.isnan(found.points))
-
-
-def test_a_fraction_of_a_point_stays_on_its_line():
-    rng = np.random.default_rng(5)
-    steps = cv2.GaussianBlur(rng.normal(0, 60, (1, 100)), (1, 7), 0) + 128
-    left = np.tile(steps, (90, 1))
-    right = np.roll(left, -5, axis=1)
-    points = np.column_stack([np.arange(30.0, 60, 3), np.full(10, 40.4)])
-    lines = np.tile([0.0, 1.0, -40.4], (10, 1))
-    found = ncc.match(
-        left, right, points, points - (5, 0), 9, (11, 31), -1, 1, "parabola",
-        lines=lines, distance=0.5,
-    )  # fmt: skip
-    # All edges run down: where a match lies along them, the line alone says
-    np.testing.assert_allclose(found.points[:, 1], 40.4, rtol=0, atol=1e-6)

@@ -89,17 +89,6 @@ def test_covariance_is_that_of_many_trials():
     assert np.allclose(sd**2, np.diag(points.covariance[0]))
 
 
-def test_rays_that_meet_behind_the_photos_give_no_points():
-    pair, match = normal_pair(), dense()
-    far = match.disparity.copy()
-    at = tuple(np.argwhere(match.status == 0)[0])
-    far[at] = -1e5
-    beyond = DenseMatch(far, match.r, match.sd, match.status)
-    points = stereo.intersect(pair, beyond)
-    assert len(points.xyz) == np.sum(match.status == 0) - 1
-    assert np.isfinite(points.xyz).all()
-
-
 def test_quality_by_hand_where_it_is_asked_for_and_known():
     found = stereo.quality([1.0, 2.5, np.nan, 3.0], [0.0, 2.0, 5.0, 3.0])
     assert found.n == 3 and found.completeness == 0.75
