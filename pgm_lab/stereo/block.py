@@ -207,7 +207,11 @@ def plot_block(
         "matching": matching,
         "pgm_lab": __version__,
     }
-    folder = _existing(folder)
+    folder = Path(folder).absolute()
+    if not folder.is_dir():
+        raise FileNotFoundError(
+            f"{_files.printable(folder)} is no folder: make it first, for the surfaces"
+        )
     files = {k: _on_disk(photos[k], folder) for k in np.unique(indices).tolist()}
     prints = {k: file.fingerprint() for k, file in files.items()}
     known = numbers | {f"photos[{k}]": one for k, one in prints.items()}
@@ -267,19 +271,6 @@ def _indices(pairs: ArrayLike, n: int) -> np.ndarray:
 # --- The folder: what it holds, and which photos and numbers it belongs to ---
 
 
-def _existing(folder: Any) -> Path:
-    if not isinstance(folder, str | os.PathLike) or not str(folder).strip():
-        raise ValueError(
-            f"folder must be the name of a folder; got {_validate.shown(folder)}"
-        )
-    path = Path(folder).absolute()
-    if not path.is_dir():
-        raise FileNotFoundError(
-            f"{_files.printable(path)} is no folder: make it first, for the surfaces"
-        )
-    return path
-
-
 def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
     """Write a photo that is in memory, under a name that tells its content."""
     if isinstance(photo, PhotoFile):
@@ -312,14 +303,13 @@ def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
     then = json.loads(path.read_text("utf-8")) if path.exists() else {}
     changed = [name for name in now if then.get(name, now[name]) != now[name]]
     if changed and not overwrite:
-        name, more = changed[0], len(changed) - 1
+        name = changed[0]
         what = f"{name} was {then[name]} and is {now[name]}"
         if name.startswith("photos"):
             what = f"{name} is another, or has another orientation"
         raise FileExistsError(
-            f"{_files.printable(folder)} belongs to another block: {what}"
-            f"{f', and {more} more' if more else ''}. Name another folder, or let"
-            " overwrite=True plot anew what differs"
+            f"{_files.printable(folder)} belongs to another block: {what}. Name another"
+            " folder, or let overwrite=True plot anew what differs"
         )
     # A block just begun has nothing but photos
     others = (one for one in folder.iterdir() if not one.name.startswith("."))
@@ -569,9 +559,9 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
     of the tiles, and whichever pair was ready first. (`rasterio.merge` goes band by
     band, so that heights would not know their weights.)
     """
-    boxes = np.array([_read(file, "box")[0] for file in files])
-    first = boxes[:, :2].min(0)
-    boxes = np.stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], 1) - first
+    boxes = np.array([_read(file, "box")[0].reshape(2, 2) for file in files])
+    first = boxes[:, 0].min(0)
+    boxes = boxes.cumsum(1) - first  # low, high
     columns, rows = boxes[:, 1].max(0).tolist()
     combine = _mean if how == "mean" else _median
     names = [folder / "z.npy", folder / "measured.npy"]

@@ -110,24 +110,16 @@ def test_equalising_takes_away_gain_and_offset(gain, offset):
 
 
 @pytest.mark.parametrize("dtype", TYPES)
-def test_gradient_is_half_the_difference_of_the_neighbours(dtype):
+def test_gradient_is_half_of_the_sobel_of_size_one_of_opencv(dtype):
     grey = scene(dtype)
     gx, gy = image.gradient(grey)
     assert gx.dtype == gy.dtype == float and gx.shape == gy.shape == grey.shape
-    for r, c in ((1, 1), (20, 31), (58, 81)):
-        assert gx[r, c] == (float(grey[r, c + 1]) - float(grey[r, c - 1])) / 2
-        assert gy[r, c] == (float(grey[r + 1, c]) - float(grey[r - 1, c])) / 2
+    for ours, (dx, dy) in ((gx, (1, 0)), (gy, (0, 1))):
+        sobel = cv2.Sobel(grey.astype(float), cv2.CV_64F, dx, dy, ksize=1, scale=0.5)
+        inner = np.s_[1:-1, 1:-1]
+        np.testing.assert_allclose(ours[inner], sobel[inner], rtol=0, atol=1e-12)
     border = float(grey[7, 1]) - float(grey[7, 0])
     assert gx[7, 0] == border and gy[-1, 5] == float(grey[-1, 5]) - float(grey[-2, 5])
-
-
-def test_gradient_is_half_of_opencv_sobel_of_size_one():
-    grey = scene(float)
-    gx, gy = image.gradient(grey)
-    inner = np.s_[1:-1, 1:-1]
-    for ours, (dx, dy) in ((gx, (1, 0)), (gy, (0, 1))):
-        sobel = cv2.Sobel(grey, cv2.CV_64F, dx, dy, ksize=1, scale=0.5)
-        np.testing.assert_allclose(ours[inner], sobel[inner], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("f", [0.05, 0.2, 0.4])
@@ -176,45 +168,11 @@ def test_pixels_of_level_k_lie_at_2_to_the_k_times_their_coordinates(shape):
 
 
 @pytest.mark.parametrize(
-    "function",
-    [
-        image.statistics,
-        image.histogram,
-        image.equalize,
-        image.gradient,
-        lambda g: image.pyramid(g, 2),
-    ],
-)
-@pytest.mark.parametrize(
-    ("grey", "message"),
-    [
-        (np.zeros((4, 4, 3)), "one channel of a colour image"),
-        (np.zeros(9), "image must have shape"),
-        (np.full((5, 5), np.inf), "not a finite number"),
-        (np.empty((0, 5)), "image must have at least"),
-        ("photo.png", "image must be numbers"),
-    ],
-)
-def test_an_image_is_two_dimensional_and_finite(function, grey, message):
-    with pytest.raises(ValueError, match=message):
-        function(grey)
-
-
-@pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: image.statistics([[5.0]]), "two pixels or more"),
-        (
-            lambda: image.histogram(np.eye(3), bins=0),
-            "bins must be a whole number, at least 1",
-        ),
         (lambda: image.equalize(np.full((3, 3), 7)), "two different grey values"),
         (lambda: image.gradient(np.eye(2)), "at least 3 x 3 pixels"),
-        (
-            lambda: image.pyramid(np.eye(9), 0),
-            "levels must be a whole number, at least 1",
-        ),
-        (lambda: image.pyramid(np.eye(9), 1.5), "levels must be a whole number"),
         (lambda: image.pyramid(np.eye(9), 4), "levels must be at most 3"),
     ],
 )

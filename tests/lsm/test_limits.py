@@ -1,27 +1,15 @@
 """Windows are followed as far as they may go, and bad arguments are named."""
 
-import inspect
-
 import numpy as np
 import pytest
 
-from pgm_book.ch03 import defects
 from pgm_lab import lsm
-from pgm_lab.lsm import _iteration, rigorous
+from pgm_lab.lsm import _iteration
 
 
 def window(column=30.0, row=20.0, affine=(1.0, 0.0, 0.0, 1.0)):
     a1, a2, b1, b2 = affine
     return np.array([[[column, a1, a2], [row, b1, b2]]])
-
-
-@pytest.mark.parametrize("half", [5, 10, 40])
-def test_a_window_is_lost_beyond_half_its_size(half):
-    start = window()[:, :, 0]
-    for move in ((1, 0), (0, 1), (-1, 0), (0, -1)):
-        for part, lost in ((0.99, False), (1.01, True)):
-            at = start[0] + half * part * np.array(move)
-            assert _iteration._lost(window(*at), start, half)[0] == lost
 
 
 @pytest.mark.parametrize(
@@ -40,18 +28,6 @@ def test_a_window_is_lost_four_times_as_large_or_small_mirrored_or_stretched(
     affine, lost
 ):
     assert _iteration._lost(window(affine=affine), window()[:, :, 0], 10)[0] == lost
-
-
-def test_what_is_not_said_is_a_gain_of_one_and_a_window_of_21_pixels():
-    rng = np.random.default_rng(2)
-    grey, gradients = rng.uniform(size=(21, 21)), rng.normal(size=(21, 21, 2))
-    of = lsm.cramer_rao(grey, gradients, 1.0)
-    assert np.array_equal(of, lsm.cramer_rao(grey, gradients, 1.0, gain=1.0))
-    for match in (lsm.match, rigorous.adjust, defects.match):
-        assert inspect.signature(match).parameters["template"].default == 21
-    bad = np.where(grey == grey.max(), np.nan, grey)
-    with pytest.raises(ValueError, match="grey.* is not a finite number"):
-        lsm.cramer_rao(bad, gradients, 1.0)
 
 
 @pytest.mark.parametrize(

@@ -119,26 +119,6 @@ def test_an_image_without_any_data_matches_nothing(pair):
     assert lsm.match(left, empty, at).status[0] == "no data in the window"
 
 
-@pytest.mark.parametrize("mask", [np.ma.nomask, np.zeros((260, 250), bool)])
-def test_a_mask_that_hides_nothing_changes_nothing(pair, mask):
-    left, right = pair
-    points = [(60, 60), (120, 130)]
-    masked = [np.ma.array(image, mask=mask) for image in pair]
-    np.testing.assert_array_equal(
-        lsm.match(*masked, points).points, lsm.match(left, right, points).points
-    )
-    assert isinstance(masked[0].mask, np.ndarray | np.bool_)
-
-
-def test_masked_images_are_not_changed(pair):
-    left, right = (holed(image, "masked", [(60, 60)]) for image in pair)
-    copies = left.copy(), right.copy()
-    lsm.match(left, right, [(60, 60), (120, 130)])
-    for image, copy in zip((left, right), copies, strict=True):
-        np.testing.assert_array_equal(image.mask, copy.mask)
-        np.testing.assert_array_equal(image.data, copy.data)
-
-
 @pytest.mark.parametrize("kind", [np.uint8, np.float32, np.float64, "masked"])
 def test_memory_goes_by_points_and_not_by_pixels(pair, kind):
     """Ten points in 400 million pixels, most of which are never fetched."""

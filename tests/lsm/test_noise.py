@@ -65,10 +65,3 @@ def test_only_the_ratio_of_the_noise_counts_and_equal_is_the_default():
     ]
     np.testing.assert_allclose(other[0], other[1], rtol=1e-12)
     assert not np.allclose(other[0], default, rtol=1e-4)
-
-
-@pytest.mark.parametrize("noise", [(0, 0), (-1, 1), 2.0, (1, 1, 1), (np.nan, 1)])
-def test_noise_that_is_none_is_refused(noise):
-    image = np.random.default_rng(0).normal(size=(40, 40))
-    with pytest.raises(ValueError, match="noise"):
-        lsm.match(image, image, [(20, 20)], noise=noise)

@@ -32,19 +32,6 @@ def test_fine_interpolation_errs_by_a_thousandth_of_the_contrast(cutoff, largest
     )
 
 
-def test_fine_interpolation_returns_constants_and_pixels():
-    image = np.full((40, 40), 300.0)
-    fine = _fine.coefficients(image)
-    x, y = np.random.default_rng(1).uniform(0, 39, (2, 100))
-    # The filters are normalised: no ripple of the window is left in a constant, but for
-    # the rounding of single precision
-    np.testing.assert_allclose(_fine.sample(fine, x, y), 300, rtol=1e-6)
-    image = image_of(SOFT)
-    y, x = np.mgrid[20:70, 20:70].astype(float)
-    found = _fine.sample(_fine.coefficients(image), x, y)
-    np.testing.assert_allclose(found, image[20:70, 20:70], rtol=0, atol=0.03)
-
-
 def test_gradients_are_those_of_the_texture():
     image = image_of(SOFT)
     points = inner_points()
@@ -133,19 +120,6 @@ def test_the_bound_counts_what_radiometric_parameters_cost():
     known = lsm.cramer_rao(grey, gradients, 1.0, radiometric=False)
     assert np.linalg.eigvalsh(full - known).min() > -1e-15
     assert np.isinf(lsm.cramer_rao(np.ones((5, 5)), np.zeros((5, 5, 2)), 1.0)).all()
-
-
-@pytest.mark.parametrize(
-    ("grey", "gradients", "sigma", "message"),
-    [
-        (np.ones((4, 4)), np.ones((4, 4, 2)), 1, "w odd"),
-        (np.ones((5, 5)), np.ones((5, 4, 2)), 1, "as grey"),
-        (np.ones((5, 5)), np.ones((5, 5, 2)), 0, "sigma must be positive"),
-    ],
-)
-def test_the_bound_refuses_bad_input(grey, gradients, sigma, message):
-    with pytest.raises(ValueError, match=message):
-        lsm.cramer_rao(grey, gradients, sigma)
 
 
 def test_the_dense_adjustment_finds_the_minimum_and_says_how_good_it_is():

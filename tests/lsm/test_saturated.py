@@ -82,12 +82,3 @@ def test_only_saturated_pixels_are_not_counted(scene):
     )
     worth = cut.effective_pixels[cut.accepted]
     assert worth.max() < 441 and worth.min() < 400
-
-
-def test_lines_that_run_one_way_determine_no_position(scene):
-    _, right, *_ = scene
-    lines = np.tile(right[0], (420, 1))
-    for image in (lines, lines.T):
-        found = lsm.match(image, image, [(60.0, 60.0)], [(60.3, 60.2)])
-        assert found.status[0] == "position not determined"
-        assert np.isnan(found.points).all()

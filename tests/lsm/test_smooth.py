@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _fine
 
 PAIR = simulate.texture_pair(
     simulate.texture(0.35, seed=2), (120, 140), (2.3, 1, 0, -1.4, 0, 1), sigma=2.0
@@ -34,16 +34,6 @@ def test_what_derivatives_make_of_smoothed_noise(smooth):
     assert _fine.derivative_gain(smooth) < _fine.derivative_gain(0.0)
 
 
-def test_residuals_are_compared_as_far_as_smoothed_noise_is_alike():
-    """Half of all directions, no further than half a window."""
-    assert _normal_equations._lags(0.0, 21) == _normal_equations.LAGS
-    lags = _normal_equations._lags(1.0, 21)
-    both = {*lags, *((-x, -y) for x, y in lags), (0, 0)}
-    disc = {(x, y) for x in range(-3, 4) for y in range(-3, 4) if x * x + y * y <= 9}
-    assert both == disc and 2 * len(lags) + 1 == len(disc)
-    assert _normal_equations._reach(_normal_equations._lags(3.0, 5)) == 2
-
-
 def test_no_data_reach_as_far_as_the_smoothing():
     """Grey values around a hole rest on it."""
     left, right = PAIR
@@ -53,9 +43,3 @@ def test_no_data_reach_as_far_as_the_smoothing():
         left, hole, [(70, 60), (100, 80)], [(72, 59), (102, 79)], smooth=1
     )
     assert list(found.status) == ["no data in the window", "accepted"]
-
-
-@pytest.mark.parametrize("smooth", [-1, 0.1, 3.5, np.nan])
-def test_how_much_may_be_smoothed(smooth):
-    with pytest.raises(ValueError, match="smooth"):
-        lsm.match(*PAIR, POINTS, smooth=smooth)

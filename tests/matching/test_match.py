@@ -69,12 +69,9 @@ def test_any_turn_is_found_by_features(angle):
 @pytest.mark.parametrize("shift", [(230, -110), (0, 0)])
 def test_a_large_shift_is_found_by_the_pyramid(shift):
     grey = datasets.yellowstone().grey
-    left, right = (
-        grey[200:700, 300:1000],
-        np.ascontiguousarray(
-            grey[200 - shift[1] : 700 - shift[1], 300 - shift[0] : 1000 - shift[0]]
-        ),
-    )
+    column, row = np.array([300, 200]) - shift
+    left = grey[200:700, 300:1000]
+    right = np.ascontiguousarray(grey[row : row + 500, column : column + 700])
     found = whole(matching.match(left, right, number=80, start="pyramid"))
     assert np.mean(found.accepted) > 0.95
     assert np.nanmax(np.abs(found.points - found.chosen - shift)) < 0.01
@@ -206,11 +203,6 @@ def test_a_limit_for_quality_rejects_what_is_below_it():
     assert np.all(some.quality[some.accepted] >= limit)
 
 
-def test_no_points_give_no_matches():
-    found = matching.match(*SMALL[:2], np.zeros((0, 2)), start=np.zeros((0, 2)))
-    assert found.points.shape == (0, 2) and found.accepted.shape == (0,)
-
-
 @pytest.mark.parametrize("module", [ncc, lsm])
 def test_each_status_of_the_steps_is_explained(module):
     """The words of the docstrings, which the rooms below keep to."""
@@ -223,22 +215,14 @@ def test_each_status_of_the_steps_is_explained(module):
     ("changes", "message"),
     [
         ({"left": "missing.png"}, "left, missing.png: there is no such file"),
-        ({"right": np.zeros((5, 5, 3))}, "right"),
         ({"right": np.zeros((20, 20))}, "right must have at least 21 x 21"),
-        ({"start": "sift"}, "start must be one of 'features', 'pyramid'"),
         ({"start": [(1, 2)]}, r"start must have shape \(2, 2\)"),
         ({"points": None, "start": [(1, 2)]}, "points"),
         ({"shape": np.eye(2)}, "shape"),
-        ({"start": [(1, 2)] * 2, "shape": np.eye(3)}, "shape must be"),
         ({"start": [(1, 2)] * 2, "shape": 99 * np.eye(2)}, "shape must scale by"),
-        ({"start": [(1, 2)] * 2, "shape": np.ones((2, 2))}, "shape must scale by"),
         ({"search": 21}, "search must be"),
         ({"template": 4}, "template must be an odd number"),
-        ({"threshold": 2}, "threshold must lie"),
-        ({"ratio": 0}, "ratio must be"),
-        ({"back": 0}, "back must be"),
         ({"least_quality": 1.5}, "least_quality must"),
-        ({"colour": "gray"}, "colour must be one of 'refuse', 'grey'"),
         ({"number": 0, "points": None}, "number must be"),
     ],
 )

@@ -90,12 +90,6 @@ def test_flat_and_lined_parts_have_no_points():
     assert len(pick(np.zeros((50, 60)), 10)) == 0
 
 
-def test_fewer_points_are_given_where_the_texture_ends():
-    grey = np.full((400, 400), 80.0)
-    grey[100:140, 100:140] = GREY[:40, :40]
-    assert 0 < len(pick(grey, 200)) < 100
-
-
 def test_strips_change_nothing(monkeypatch):
     expected = pick(GREY, 100)
     monkeypatch.setattr(interest, "STRIP", 1)
@@ -120,10 +114,7 @@ def test_any_photo_gives_points_in_it(size, number, template, seed):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((GREY, 0), "number must be a whole number, at least 1"),
-        ((GREY, 5, 20), "template must be an odd number"),
         ((GREY[:9], 5, 21), "image must have at least 21 x 21 pixels"),
-        ((np.zeros((9, 9, 3)), 5), "image must have shape"),
         ((np.full((30, 30), np.nan), 5), "image has no data"),
     ],
 )

@@ -111,7 +111,7 @@ def shifted():
     return *pair, points, points + (4.3, 0.4)
 
 
-@pytest.mark.parametrize("off", [-1.0, -0.6, 0.0, 0.4, 1.0])
+@pytest.mark.parametrize("off", [-1.0, 0.0, 0.4])
 def test_a_peak_at_the_edge_of_the_band_is_no_peak_on_the_border(shifted, off):
     """With three rows to search, and all around them known."""
     left, right, points, truth = shifted
@@ -326,18 +326,6 @@ def test_no_data_in_all_that_is_searched(noise, kind):
     assert found.status[0] == "no data in the template" and np.isnan(found.r[0])
 
 
-def test_no_data_beside_the_template_changes_its_precision_little(noise):
-    """The row beyond it, which tells of the parabola's own error, is missing."""
-    left, right = (cv2.GaussianBlur(g.astype(float), (0, 0), 1.5) for g in noise)
-    options = {"template": 9, "search": 25, "refine": "parabola"}
-    whole = ncc.match(left, right, [(40, 40)], **options)
-    left[35, :] = np.nan
-    found = ncc.match(left, right, [(40, 40)], **options)
-    np.testing.assert_array_equal(found.points, whole.points)
-    assert found.accepted[0]
-    assert 0.3 < np.trace(found.covariance[0]) / np.trace(whole.covariance[0]) < 3
-
-
 @pytest.mark.parametrize(
     "dtype", [bool, np.int16, np.uint64, np.float16, np.longdouble]
 )
@@ -388,32 +376,3 @@ def test_a_line_beyond_the_image_leaves_nothing_to_search(noise):
     found = ncc.match(*noise, [(40, 40)], None, 9, 21, lines=[(0, 1, -2)])
     assert list(found.status) == ["window leaves the image"]  # rows 0.5 to 3.5
     assert np.all(np.isnan(found.points))
-
-
-def test_the_way_back_follows_the_line_of_the_left_image():
-    left = np.random.default_rng(8).integers(0, 256, (90, 100)).astype(np.uint8)
-    right = np.roll(left, (6, -5), axis=(0, 1))
-    points = np.random.default_rng(9).uniform(30, 60, (20, 2)).round()
-    # Six rows lower in the right image than in the left one
-    lines = np.column_stack([np.zeros(20), np.ones(20), -(points[:, 1] + 6)])
-    start = points + (0, 6)
-    found = ncc.match(
-        left, right, points, start, 9, (11, 31), lines=lines, distance=0.5, back=1
-    )
-    assert found.accepted.all()
-    np.testing.assert_array_equal(found.points, points + (-5, 6))
-
-
-def test_a_fraction_of_a_point_stays_on_its_line():
-    rng = np.random.default_rng(5)
-    steps = cv2.GaussianBlur(rng.normal(0, 60, (1, 100)), (1, 7), 0) + 128
-    left = np.tile(steps, (90, 1))
-    right = np.roll(left, -5, axis=1)
-    points = np.column_stack([np.arange(30.0, 60, 3), np.full(10, 40.4)])
-    lines = np.tile([0.0, 1.0, -40.4], (10, 1))
-    found = ncc.match(
-        left, right, points, points - (5, 0), 9, (11, 31), -1, 1, "parabola",
-        lines=lines, distance=0.5,
-    )  # fmt: skip
-    # All edges run down: where a match lies along them, the line alone says
-    np.testing.assert_allclose(found.points[:, 1], 40.4, rtol=0, atol=1e-6)

@@ -195,12 +195,7 @@ def test_least_squares_matching_keeps_near_the_peak_or_fails():
     np.testing.assert_array_equal(shifts(fine)[failed], shifts(whole)[failed])
 
 
-def test_no_argument_is_changed_and_no_points_give_no_shifts():
-    sensed, points = noisy(SCENE), POINTS.astype(float)
-    before = SCENE.copy(), sensed.copy(), points.copy()
-    register(SCENE, sensed, points, refine="lsm", nodata=0)
-    for one, other in zip((SCENE, sensed, points), before, strict=True):
-        np.testing.assert_array_equal(one, other)
+def test_no_points_give_no_shifts():
     found = register(SCENE, SCENE, np.zeros((0, 2)), refine="lsm")
     assert found.dx.shape == (0,) and found.covariance.shape == (0, 2, 2)
     with pytest.raises(ValueError, match="there are no chips.*Give points"):
@@ -211,13 +206,9 @@ def test_no_argument_is_changed_and_no_points_give_no_shifts():
     ("changes", "message"),
     [
         ({"sensed": SCENE[:-1]}, "Cut both to the area.*offset="),
-        ({"reference": np.dstack([SCENE] * 3)}, "Take one channel of a colour image"),
         ({"chip": 20}, "chip must be an odd number of pixels"),
-        ({"radius": 0}, "radius must be a whole number, at least 1"),
-        ({"refine": "spline"}, "refine must be one of 'parabola', 'lsm'"),
         ({"largest_sd": 0}, "largest_sd must be positive"),
         ({"smooth": 9}, "smooth must be 0, or from 0.3 to 3 px"),
-        ({"offset": (1, 2, 3)}, "offset must have shape"),
     ],
 )
 def test_bad_arguments_are_told_with_what_to_do(changes, message):
@@ -271,7 +262,7 @@ def test_most_changed_chips_are_named_and_hardly_any_other(refine, factor, least
     assert not np.any(np.concatenate(accepted))
 
 
-@pytest.mark.parametrize("sigma", [15.0, 150.0, 400.0])
+@pytest.mark.parametrize("sigma", [15.0, 400.0])
 def test_noise_is_no_change(sigma):
     """Weak texture sinks in it, and is then below the threshold."""
     found = register(*fields(3, 3, share=0.0, sigma=sigma)[:3])
@@ -296,13 +287,6 @@ def test_without_a_measure_of_what_is_usual_nothing_is_called_changed():
     sensed = moved(LANDSAT.astype(float), 1, 1)
     found = register(LANDSAT, 1.1 * sensed + 0.3, fields(3, 1)[2])
     assert "changed" not in found.status and np.all(found.r > 0.999)
-
-
-def test_a_change_that_leaves_half_of_the_chip_is_left_to_r():
-    """And to the predicted precision: it is matched by something."""
-    reference, sensed, points, _ = fields(3, 1)
-    found = register(reference, sensed, points, threshold=0.3)
-    assert np.all(found.r[found.status == "changed"] < np.sqrt(0.5))
 
 
 def test_what_moved_farther_than_the_radius_is_named_too():
@@ -338,8 +322,7 @@ def test_the_sums_are_those_of_the_accepted_shifts(result):
     np.testing.assert_allclose(result.sd**2, (C[:, 0, 0] + C[:, 1, 1]) / 2)
 
 
-@pytest.mark.parametrize("refine", [None, "parabola", "lsm"])
-@pytest.mark.parametrize("radius", [3, 10])
+@pytest.mark.parametrize(("refine", "radius"), [(None, 10), ("lsm", 3)])
 def test_of_two_different_places_nothing_is_accepted(refine, radius):
     one = register(HERE, ELSEWHERE, GRID, radius=radius, refine=refine)
     assert not one.accepted.any()
@@ -349,8 +332,6 @@ def test_of_two_different_places_nothing_is_accepted(refine, radius):
         words = str(error.value)
         for status in set(one.status):
             assert f"{np.sum(one.status == status)} {status}" in words
-        most = max(set(one.status), key=list(one.status).count)
-        assert matching.STATUSES[most][1] in words and "larger than the radius" in words
 
 
 def test_the_table_is_read_again_as_it_was(tmp_path, result):

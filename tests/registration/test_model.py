@@ -167,23 +167,11 @@ def test_forty_per_cent_of_blunders_do_no_harm(kind, where, what):
         assert np.sum(model.used) >= 0.97 * (100 - len(bad))
         assert error_at_corners(model, kind) < (0.02 if kind == "shift" else 0.06)
         assert model.sigma0 == pytest.approx(1, abs=0.25)
-
-
-def test_blunders_are_left_out_and_say_so():
-    found, bad = with_blunders(scene(seed=3), 0.25, "anywhere", "alike")
-    model = fit(found, "affine")
-    assert not model.used[bad].any()
-    assert np.isnan(model.standardized[bad]).all()
-    assert np.isnan(model.redundancy_numbers[bad]).all()
-    assert np.isfinite(model.residuals).all()
-    assert model.redundancy == 2 * model.used.sum() - 6
-    assert np.array_equal(fit(found, "affine").parameters, model.parameters)
-
-
-def test_more_than_half_that_agree_on_something_else_win():
-    """What the breakdown point of 50 per cent says, from the other side."""
-    found, _ = with_blunders(scene("shift"), 0.6, "anywhere", "alike")
-    assert fit(found).parameters == pytest.approx((2.0, -3.0), abs=0.01)
+        out = ~model.used
+        assert np.isnan(model.standardized[out]).all()
+        assert np.isnan(model.redundancy_numbers[out]).all()
+        assert np.isfinite(model.residuals).all()
+        assert model.redundancy == 2 * model.used.sum() - len(model.parameters)
 
 
 def test_predicted_deviations_that_are_too_small_cost_no_points():

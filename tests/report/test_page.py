@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, registration, report
+from pgm_lab import bundle, plot, registration, report
 from pgm_lab.report import _figures, network
 from pgm_lab.report._page import typesetter
 from tests.matching import photos

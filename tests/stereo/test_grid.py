@@ -121,8 +121,6 @@ THREE = [(0.0, 0, 0), (1, 0, 1), (0, 1, 5)]
         (THREE, {"cell": 10.0}, "take smaller cells"),
         (THREE, {"cell": 1e-5}, "larger cells or a smaller extent"),
         (THREE, {"cell": 1.0, "extent": (30, 0, 0, 20)}, "X least, Y least"),
-        ([(0.0, 0), (1, 0), (0, 1)], {"cell": 0.1}, "shape"),
-        ([(0.0, 0, 0), (1, np.inf, 1), (0, 1, 5)], {"cell": 0.1}, "infinite"),
     ],
 )
 def test_what_no_surface_can_be_made_of(points, how, message):

@@ -58,7 +58,7 @@ def test_points_and_sigma_z_are_those_of_the_adjusted_intersection():
     assert np.allclose(points.sd[:, 2], textbook, rtol=1e-6)
 
 
-def test_points_are_those_of_the_scale_factors():
+def test_points_are_those_of_the_scale_factors_at_every_step():
     pair, match = normal_pair(), dense()
     points = stereo.intersect(pair, match)
     left, right = (
@@ -69,6 +69,9 @@ def test_points_are_those_of_the_scale_factors():
     factors = orientation.scale_factors(*exteriors, left, right)
     along = factors[:, :1] * left @ pair.rotation
     assert np.allclose(points.xyz, pair.stations[0] + along, atol=1e-7)
+    part = stereo.intersect(pair, match, step=3)
+    chosen = (points.cells % 3 == 0).all(-1)
+    assert np.array_equal(points.xyz[chosen], part.xyz)
 
 
 def test_covariance_is_that_of_many_trials():
@@ -84,31 +87,6 @@ def test_covariance_is_that_of_many_trials():
     # A covariance from n trials is good to sqrt(2 / n) = 0.7 % of the variances
     assert np.allclose(points.covariance[0], trials, atol=0.03 * np.outer(sd, sd))
     assert np.allclose(sd**2, np.diag(points.covariance[0]))
-
-
-def test_step_takes_every_nth_row_and_column():
-    pair, match = normal_pair(), dense()
-    whole, part = stereo.intersect(pair, match), stereo.intersect(pair, match, step=3)
-    chosen = (whole.cells % 3 == 0).all(-1)
-    assert np.array_equal(whole.cells[chosen], part.cells)
-    assert np.array_equal(whole.xyz[chosen], part.xyz)
-
-
-def test_rays_that_meet_behind_the_photos_give_no_points():
-    pair, match = normal_pair(), dense()
-    far = match.disparity.copy()
-    at = tuple(np.argwhere(match.status == 0)[0])
-    far[at] = -1e5
-    beyond = DenseMatch(far, match.r, match.sd, match.status)
-    points = stereo.intersect(pair, beyond)
-    assert len(points.xyz) == np.sum(match.status == 0) - 1
-    assert np.isfinite(points.xyz).all()
-
-
-def test_match_of_another_pair_is_refused():
-    other = DenseMatch(*np.zeros((3, 5, 5)), np.zeros((5, 5), np.uint8))
-    with pytest.raises(ValueError, match="not of the same pair"):
-        stereo.intersect(normal_pair(), other)
 
 
 def test_quality_by_hand_where_it_is_asked_for_and_known():
@@ -133,16 +111,3 @@ def test_nmad_is_the_standard_deviation_of_normal_errors_and_ignores_blunders():
     e[:400] = 100
     spoilt = stereo.quality(e, np.zeros_like(e))
     assert spoilt.nmad == pytest.approx(0.3, rel=0.03) and spoilt.rmse > 9
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([1.0, 2.0], [1.0]), "one shape"),
-        (([1.0, np.inf], [1.0, 2.0]), "infinite"),
-        (([1.0], [1.0], [0.5]), "True or False"),
-    ],
-)
-def test_heights_that_cannot_be_compared(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        stereo.quality(*arguments)

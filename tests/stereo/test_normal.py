@@ -60,6 +60,7 @@ def check(photos, pair, X):
     assert inside(pair.left, one, -1).all() and inside(pair.right, other, -1).all()
     back = pair.object_points(*one.T, one[:, 0] - other[:, 0])
     np.testing.assert_allclose(back, X, atol=1e-6)
+    assert np.abs(np.median(one[:, 0] - other[:, 0])) < 3  # zero in mid-height
     for k in SIDES:
         pixels = photos[k].project(X)
         there = pair.from_photo(k, pixels)
@@ -78,16 +79,6 @@ def test_any_two_photos_have_no_y_parallax(o1, p1, k1, o2, p2, k2, by, bz):
     for k in SIDES:  # nothing is lost, and little is there that nobody shows
         shown = np.isfinite((pair.left, pair.right)[k]).mean()
         assert shown > 0.4
-
-
-def test_a_simulated_pair_has_no_y_parallax():
-    scene = simulate.aerial_pair(part=(240, 180))
-    photos = scene.left, scene.right
-    X = scene.ground[0][::11, ::11].reshape(-1, 3)
-    pair = stereo.epipolar_pair(*photos, (X[:, 2].min() - 1, X[:, 2].max() + 1))
-    check(photos, pair, X)
-    assert pair.pixel_size == photos[0].pixel_size
-    assert np.linalg.norm(np.subtract(*pair.stations)) == pair.base
 
 
 @pytest.mark.parametrize("by, axis", [((1, 0), 0), ((0, 1), 1)])
@@ -112,23 +103,6 @@ def test_grey_values_come_from_where_to_photo_says(by, axis):
         assert np.isnan(grey[~inside(photos[k].grey, place, 0.49)]).all()
 
 
-def test_parts_of_photos_give_the_same_grey_values():
-    """A part of a ramp is a ramp: grey values are columns of the whole photo."""
-    photos = tuple(
-        replace(p, grey=p.grey[40:220, 60:260], image_size=SIZE, corner=(60, 40))
-        for p in (ramp(LEFT), ramp(RIGHT))
-    )
-    pair = stereo.epipolar_pair(*photos, HEIGHTS)
-    check(photos, pair, points())
-    for k, image in zip(SIDES, (pair.left, pair.right)):
-        at = mesh(image)
-        place = pair.to_photo(k, at)
-        middle = inside(photos[k].grey, place, 8)
-        grey = image[at[..., 1], at[..., 0]]
-        assert middle.sum() > 200
-        assert np.abs(grey - place[..., 0] - 60)[middle].max() < 1e-2
-
-
 def test_pixels_without_data_stay_without():
     hole = np.zeros(SIZE[::-1], bool)
     hole[130:150, 140:170] = True
@@ -148,12 +122,6 @@ def test_pixels_without_data_stay_without():
         # The hole does not swing into its neighbours
         assert np.nanmax(np.abs((pair.left - full.left)[far])) < 0.5
         np.testing.assert_array_equal(pair.right, full.right)
-
-
-def test_a_photo_without_any_data_is_refused():
-    empty = replace(ramp(LEFT), grey=np.full(SIZE[::-1], np.nan))
-    with pytest.raises(ValueError, match="no grey values at all"):
-        stereo.epipolar_pair(empty, ramp(RIGHT), HEIGHTS)
 
 
 def test_a_lens_that_turns_back_right_outside_the_photo_does_no_harm():
@@ -226,15 +194,6 @@ def test_relative_orientation_alone_is_enough():
     np.testing.assert_allclose(back, found.points, atol=1e-7)
 
 
-def test_disparity_is_about_zero_in_the_middle_of_the_ground():
-    photos = ramp(LEFT), ramp(RIGHT)
-    pair = stereo.epipolar_pair(*photos, HEIGHTS)
-    X = points() * (1, 1, 0) + (0, 0, 30)
-    X = X[seen_by_both(photos, X)]
-    one, other = (pair.from_photo(k, photos[k].project(X)) for k in SIDES)
-    assert np.abs(np.median(one[:, 0] - other[:, 0])) < 1
-
-
 REFUSED = {
     "the same station": ((*LEFT[:3], 0.1, 0, 0), {}, "stand at the same place"),
     "no overlap": ((5000.0, 0, 1000, 0, 0, 0), {}, "no ground in common"),
@@ -245,12 +204,7 @@ REFUSED = {
     "face to face": (
         (150.0, 0, 1020, 0, np.pi - 0.1, 0), {}, "more than 90 degrees apart",
     ),
-    "heights exchanged": (RIGHT, {"heights": (60, 0)}, r"heights must be \(least"),
     "no heights": (RIGHT, {"heights": None}, "either heights or depths"),
-    "depths too": (RIGHT, {"depths": (900, 1000)}, "either heights or depths"),
-    "negative depths": (
-        RIGHT, {"heights": None, "depths": (-9, 1)}, "least, greatest.*positive",
-    ),
     "a strip": ((850.0, 0, 1020, 0, 0, 0), {}, "at least 32"),
 }  # fmt: skip
 
@@ -271,15 +225,6 @@ def test_parts_with_exchanged_orientations_are_told_so():
     )
     with pytest.raises(ValueError, match="orientations exchanged they would"):
         stereo.epipolar_pair(*wrong, HEIGHTS)
-
-
-def test_a_pair_that_was_not_made_of_photos_has_no_pixels_of_them():
-    made = stereo.epipolar_pair(ramp(LEFT), ramp(RIGHT), HEIGHTS)
-    pair = replace(made, photos=None)
-    with pytest.raises(ValueError, match="not made of photos"):
-        pair.to_photo(0, (3.0, 4))
-    with pytest.raises(ValueError, match="side must be at most 1"):
-        made.to_photo(2, (3.0, 4))
 
 
 def test_disparities_that_do_not_meet_in_front_have_no_point():

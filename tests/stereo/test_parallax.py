@@ -80,18 +80,6 @@ def test_a_simulated_flight_is_well_oriented(aerial):
     assert np.median(np.abs(xyz - aerial.ground[0][row, column])) < 0.2
 
 
-@pytest.mark.parametrize("name", ["phi", *slow("omega", "kappa")])
-def test_a_flight_with_one_angle_wrong_by_a_degree_is_diagnosed(aerial, name):
-    wrong = turned(aerial.right, *ONE_OFF[name])
-    found = measured(aerial.left, wrong, relief(aerial))
-    assert found.verdict == "wrong orientation"
-    best = found.elements[0]
-    assert best.name == name
-    assert best.correction == pytest.approx(-DEGREE, rel=0.05)
-    assert best.remaining < 0.15 and found.together < 0.15
-    assert f"{name} corrected by -" in found.message
-
-
 @pytest.mark.parametrize("name", ["by", "kappa", *slow("bz", "omega", "phi")])
 def test_in_a_whole_format_each_element_is_told_from_the_others(photos, name):
     left, right = photos
@@ -99,7 +87,7 @@ def test_in_a_whole_format_each_element_is_told_from_the_others(photos, name):
     pair = stereo.epipolar_pair(left, turned(right, k, error), HEIGHTS)
     found = stereo.y_parallax(pair, number=40)
     assert found.verdict == "wrong orientation"
-    assert found.elements[0].name == name
+    assert found.elements[0].name == name and f"{name} corrected by" in found.message
     # by and bz are counted across the base, which is not quite that of object space
     assert found.elements[0].correction == pytest.approx(-error, rel=0.05)
     assert found.elements[0].remaining < 0.1

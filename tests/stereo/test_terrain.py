@@ -59,15 +59,6 @@ def test_a_bare_hill_is_left_as_it_is(land):
     assert np.abs(opening(land.dtm) - land.dtm).max() > 2
 
 
-def test_noise_of_the_heights_is_not_taken_for_objects(land):
-    noise = np.random.default_rng(2).normal(0, 0.12, land.dsm.shape)
-    found = stereo.filter_terrain(of(land.dsm + noise))
-    kept = (found.origin == GROUND)[land.kind == OPEN].mean()
-    assert kept > 0.6
-    under = stereo.quality(found.z, land.dtm, land.kind == BUILDING)
-    assert under.rmse < 0.20
-
-
 def test_cells_that_were_interpolated_say_nothing_about_the_ground(land):
     # A ramp between two roofs, where nothing was measured
     z = np.full((80, 80), 10.0)

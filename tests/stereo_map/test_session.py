@@ -73,22 +73,20 @@ def test_object_point_and_its_errors_are_those_of_the_intersection(oriented, mea
         ((1e9, 30), "outside"),
         ((3, 100), "template leaves the image"),
         ((417, 297), "template leaves the image"),
+        ((130, 130), "flat template"),
     ],
 )
-def test_a_click_at_the_border_or_outside_gets_a_reason(oriented, pixel, status):
+def test_what_cannot_be_measured_gets_a_reason(pair, pixel, status):
+    flat = pair.left.grey.copy()
+    flat[80:180, 80:180] = 117
+    oriented = stereo_map.open_pair(replace(pair.left, grey=flat), pair.right)
     point = stereo_map.measure(oriented, pixel)
     assert point.status == status and not point.accepted
     assert np.isnan(point.right).all() and np.isnan(point.xyz).all()
     assert point.why.endswith(".")
     with pytest.raises(ValueError, match="only a point that was found is kept"):
         stereo_map.add(oriented, point)
-
-
-def test_ground_without_texture_gets_a_reason(pair):
-    flat = pair.left.grey.copy()
-    flat[80:180, 80:180] = 117
-    session = stereo_map.open_pair(replace(pair.left, grey=flat), pair.right)
-    assert stereo_map.measure(session, (130, 130)).status == "flat template"
+    assert "Sought" not in drawing.lines(oriented, point)[0]
 
 
 def test_what_the_right_photo_does_not_show_is_not_found(pair, oriented):
@@ -150,23 +148,15 @@ def test_control_points_bring_the_model_to_the_ground(bare, unknown):
     assert np.sqrt(np.mean(errors**2, axis=0)).max() < 0.5  # m; a pixel is 0.69 m
 
 
-@pytest.mark.parametrize(
-    ("control", "message"),
-    [
-        ({1: (0, 0, 0), 2: (1, 0, 0)}, "three points or more"),
-        ({1: (0, 0, 0), 2: (1, 0, 0), 99: (0, 1, 0)}, "point 99, which is not on"),
-        ({1: (0, 0), 2: (1, 0), 3: (0, 1)}, r"control\[1\]"),
-    ],
-)
-def test_wrong_control_points_are_refused(unknown, control, message):
-    with pytest.raises(ValueError, match=message):
-        stereo_map.orient(unknown, control)
-
-
-def test_too_few_points_do_not_orient(unknown):
+def test_too_few_points_or_control_points_do_not_orient(unknown):
     few = replace(unknown, points=unknown.points[:4])
     with pytest.raises(ValueError, match="5 points or more.*there are 4"):
         stereo_map.orient(few)
+    control = {1: (0, 0, 0), 2: (1, 0, 0)}
+    with pytest.raises(ValueError, match="three points or more"):
+        stereo_map.orient(unknown, control)
+    with pytest.raises(ValueError, match="point 99, which is not on"):
+        stereo_map.orient(unknown, control | {99: (0, 1, 0)})
 
 
 def test_undo_takes_back_points_and_orientation_step_by_step(unknown):
@@ -211,11 +201,6 @@ def test_a_pair_without_overlap_finds_next_to_nothing(pair):
 
 
 # --- What the program says of a point ---
-
-
-def test_a_click_at_the_edge_was_not_sought(oriented):
-    lines = drawing.lines(oriented, stereo_map.measure(oriented, (0, 0)))
-    assert "Too near to the edge" in lines[0] and "Sought" not in lines[0]
 
 
 def test_the_base_of_a_model_has_its_sign(unknown):
