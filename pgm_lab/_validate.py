@@ -282,11 +282,7 @@ def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
 
 
 def grey_image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
-    """Return one grey image (rows, columns) as it is: neither converted nor copied.
-
-    A masked array remains one; NaN and infinity may stand in it. No grey value is
-    looked at, so that a large image costs nothing where nobody needs it.
-    """
+    """Return one grey image as it is: a mask, NaN and infinity may stand in it."""
     masked = isinstance(values, np.ma.MaskedArray)
     array = numeric(np.ma.getdata(values) if masked else values, name)
     if array.ndim != 2:
@@ -313,10 +309,7 @@ def window_shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
 
 
 def covariances(values: ArrayLike, name: str, *, singular: bool = True) -> np.ndarray:
-    """Return covariances (..., 2, 2): symmetric and positive semi-definite.
-
-    With `singular` False a direction without any error is refused too.
-    """
+    """Return covariances (..., 2, 2): symmetric and positive semi-definite."""
     array = finite(values, name)
     if array.shape[-2:] != (2, 2):
         raise ValueError(f"{name} must have shape (..., 2, 2); got shape {array.shape}")

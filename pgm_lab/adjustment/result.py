@@ -136,23 +136,13 @@ class Adjustment:
         """Test whether sigma0 agrees with its value before the adjustment.
 
         The statistic redundancy * sigma0^2 / sigma0_prior^2 follows chi-square when the
-        model and the weights are right; it is refused below `lower` or above `upper`,
-        which happens by chance with probability alpha.
-
-        Parameters
-        ----------
-        alpha : float
-            Probability of refusing a right model, half of it at either end.
-
-        Returns
-        -------
-        GlobalTest
+        model and the weights are right. A right model is rejected with probability
+        alpha.
 
         Raises
         ------
         ValueError
-            If sigma0_prior was not given, there is no redundancy, or alpha is not
-            between 0 and 1.
+            If sigma0_prior was not given, or there is no redundancy.
         """
         alpha = _validate.probability(alpha, "alpha")
         if self.sigma0_prior is None:

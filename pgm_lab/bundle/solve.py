@@ -182,12 +182,10 @@ def _corrections(
 def _factor(
     problem: Problem, state: State, reduced: Reduced, move: Motions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
-
-    S has no value for a motion; E Eᵀ gives it one, since the columns of E are the
-    motions. The solution does not notice, and the inverse is one of the generalised
-    ones: they differ only by motions, which the S-transformation takes away.
-    """
+    """Scale, and Cholesky factor of the scaled S, made regular along motions."""
+    # S has no value for a motion; E Eᵀ gives it one, since the columns of E are the
+    # motions. The solution does not notice, and the inverse is a generalised one: such
+    # differ only by motions, which the S-transformation takes away
     scale = 1 / np.sqrt(np.where(reduced.diagonal > 0, reduced.diagonal, 1.0))
     E = move.kept / scale[:, None]
     E /= np.sqrt(np.einsum("ud,ud->d", E, E))
@@ -221,11 +219,8 @@ def _line_search(
     slack: float,
     wanted: bool,
 ) -> tuple[float, tuple[State, Equations, float] | None]:
-    """Halve the step until vᵀPv falls enough: the step, and what is there.
-
-    It is 0, and there is nothing, if vᵀPv never falls. Without line search the full
-    step is wanted, wherever it leads.
-    """
+    """Halve the step until vᵀPv falls enough: the step (or 0), and what is there."""
+    # Without line search the full step is taken, wherever it leads
     step = 1.0
     while step >= SMALLEST_STEP:
         there = problem.moved(state, step * dx, step * dx_points)
@@ -264,10 +259,7 @@ def _result(
     status: str,
     history: History,
 ) -> Bundle:
-    """Covariances, tests, and everything in the order of the network.
-
-    Q (U + 6 m, U + 6 m) is a generalised inverse of S.
-    """
+    """Results in the order of the network; Q is a generalised inverse of S."""
     network, rays = problem.network, problem.rays
     redundancy, phi = problem.redundancy(move.number), history.objective[-1]
     sigma0 = np.sqrt(phi / redundancy) if redundancy else np.nan
@@ -352,10 +344,7 @@ def _of_rays(
     points: np.ndarray,
     QZ: np.ndarray,
 ) -> np.ndarray:
-    """Diagonal (2, k) of A Q Bᵀ for equations B, such as A, of the rays; in any datum.
-
-    `points` (3, 3, n) and QZ (6 + u, 3, k) are from `Reduced.cofactors`.
-    """
+    """Diagonal (2, k) of A Q Bᵀ for equations B, such as A, of the rays; any datum."""
     rays = problem.rays
     of_points = points.take(rays.point, axis=-1)
     by_point = np.einsum("irk,ijk->jrk", eq.point, of_points)

@@ -27,10 +27,8 @@ def axes(angles: np.ndarray) -> np.ndarray:
 
 
 def angles(R: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Angles (3,) of R, their derivatives (3, 3) by small turns, and if it is gimbal.
-
-    With gimbal lock the rows of omega and kappa are NaN.
-    """
+    """Angles (3,) of R, their derivatives (3, 3), and if in gimbal lock."""
+    # In gimbal lock the rows of omega and kappa are NaN
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the return value says it
         found = rotation.angles(R.T)
@@ -57,11 +55,8 @@ def extents(points: np.ndarray) -> np.ndarray:
 def largest_objective(
     least: float, redundancy: int, sigma: float | None, level: float
 ) -> float:
-    """Sum of squares vᵀv up to which a solution fits as well as the one with the least.
-
-    By the chi-square distribution if the standard deviation sigma of an observation is
-    known, else by the `level` quantile of the ratio of two such sums.
-    """
+    """Largest sum of squares vᵀv that fits as well as the least one."""
+    # By chi-square if sigma is known, else by the `level` quantile of two sums' ratio
     if sigma is not None:
         return max(least, sigma**2 * scipy.stats.chi2.ppf(KNOWN, redundancy))
     return least * scipy.stats.f.ppf(level, redundancy, redundancy)

@@ -120,9 +120,8 @@ def absolute(
     Raises
     ------
     ValueError
-        If arguments are not as described, there are fewer than three points, all of
-        them lie at one place or on one line, or the target is the source's mirror
-        image.
+        If there are fewer than three points, all lie at one place or on one line, or
+        the target is the source's mirror image.
 
     Notes
     -----
@@ -132,8 +131,7 @@ def absolute(
     References
     ----------
     Horn 1987, "Closed-form solution of absolute orientation using unit quaternions",
-    JOSA A 4(4); Umeyama 1991, "Least-squares estimation of transformation parameters
-    between two point patterns", IEEE PAMI 13(4), for the start; Wolf and Dewitt 2000,
+    JOSA A 4(4); Umeyama 1991 (`rotation.best_fit`) for the start; Wolf and Dewitt 2000,
     "Elements of Photogrammetry", 3rd ed., for the adjustment.
 
     Examples
@@ -238,10 +236,8 @@ def _checked(
 def _closed_form(
     source: np.ndarray, target: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Centroid of the source, start values (7,) and rotation that go with it.
-
-    Exact if each point has one weight in all directions.
-    """
+    """Centroid of the source, start values (7,) and their rotation."""
+    # Exact if each point has one weight in all directions
     p = 1 / (1 / weights).mean(axis=1)
     centroid, about = (
         np.average(points, axis=0, weights=p) for points in (source, target)

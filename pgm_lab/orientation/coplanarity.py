@@ -79,12 +79,12 @@ def by_image(
 def by_orientation(
     base: np.ndarray, u1: np.ndarray, u2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of F by base and by small turns of the right photo: B in (M 2.37).
+    """Derivatives of F by base and small rotations of the right photo: B in (M 2.37).
 
-    For rays u' and u'' (..., n, 3) in object space. By the base it is u' x u''. A small
-    turn psi moves u'' by psi x u'' and F, then, by psi . (u'' x (b x u')). Omega turns
-    about the X axis at any attitude: the first component is the derivative by it. Phi
-    and kappa turn about other axes, see `_common.axes`: (M 2.36), (M 2.41) to (M 2.45).
+    For rays u' and u'' (..., n, 3) in object space: u' x u'' by the base. A small
+    rotation psi moves u'' by psi x u'' and so F by psi . (u'' x (b x u')). Omega
+    rotates about X at any attitude, phi and kappa about `_common.axes`:
+    (M 2.36), (M 2.41) to (M 2.45).
 
     Examples
     --------
@@ -101,14 +101,11 @@ def distances(
 ) -> Coplanarity:
     """Distance of each pair of image points from the surface of coplanar ones.
 
-    The corrections v are least in vᵀv under F(l + v) = 0, so they are parallel to the
-    gradient of F in l + v. When a parameter p changes, the surface moves by
-    dF/dp / |dF/dl| at that foot point: the derivative of the distance. Hence a
-    Gauss-Markov adjustment of the distances is that of the conditions (M 2.37), which
-    need -F on the right, and not F.
-
-    The iteration to the foot point is that of Lindstrom 2010, "Triangulation made
-    easy", CVPR.
+    The least corrections v under F(l + v) = 0 are parallel to the gradient of F in l +
+    v. A parameter p moves the surface there by dF/dp / |dF/dl|, the derivative of the
+    distance: to adjust the distances is to adjust the conditions (M 2.37), which need
+    -F on the right. Iteration to the foot point: Lindstrom 2010, "Triangulation made
+    easy".
 
     Examples
     --------

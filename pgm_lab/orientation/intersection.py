@@ -62,7 +62,7 @@ def intersect(
 ) -> Intersection:
     """Intersect the rays of each point, and adjust it to its image points.
 
-    The start is the point nearest to all rays, which needs no approximation.
+    No start values are needed: the point nearest to all rays is one.
 
     Parameters
     ----------
@@ -81,8 +81,7 @@ def intersect(
     Raises
     ------
     ValueError
-        If arguments are not as described, there are fewer than two photos, two photos
-        are the same, or all stand at the same place.
+        If there are fewer than two photos, two are the same, or all stand at one place.
 
     References
     ----------

@@ -153,17 +153,16 @@ def relative(
     Raises
     ------
     ValueError
-        If arguments are not as described, there are fewer than five points, one is
-        given twice, they lie on a line or have no parallax, the given base has the
-        wrong sign, or the points do not determine the five unknowns.
+        If there are fewer than five points, one is given twice, they lie on a line or
+        have no parallax, the base has the wrong sign, or the points do not determine
+        the five unknowns.
 
     Notes
     -----
-    The coplanarity conditions A v + B d = -F of (M 2.37) are adjusted directly and
-    without an approximation: see `coplanarity.distances`.
-
-    Of points in one plane the base and its opposite may both have a model in front of
-    the cameras: the status is "several solutions", and the sign of `base` may decide.
+    The conditions A v + B d = -F of (M 2.37) are adjusted without approximation, see
+    `coplanarity.distances`. Of points in one plane the base and its opposite may both
+    have a model in front of the cameras: the status is "several solutions", and the
+    sign of `base` may decide.
 
     References
     ----------
@@ -396,11 +395,9 @@ def _intersected(models: Models, rays: Rays) -> _Model:
 
 
 def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
-    """Cofactors (n, 3, 3) of the points from those (5, 5) of the orientation.
-
-    The collinearity equations of all points have the same solution; there one point
-    is N_pp^-1 + N_pp^-1 N_pe Q N_ep N_pp^-1.
-    """
+    """Cofactors (n, 3, 3) of the points from those (5, 5) of the orientation."""
+    # The collinearity equations of all points have the same solution; there one point
+    # is N_pp^-1 + N_pp^-1 N_pe Q N_ep N_pp^-1
     base, R = models
     points = _intersected(models, rays).points
     away = points - base
@@ -428,12 +425,8 @@ def _weak(base: np.ndarray, covariance: np.ndarray) -> bool:
 
 
 def _search(bx: float, rays: Rays, near: Models | None = None) -> Models:
-    """Models (k) that fit, from a grid of rotations, each with the base that suits it.
-
-    The grid lies all around, or around the rotation of `near`, whose bases are tried
-    too. It is adjusted to a few points at once, then the best of the models that differ
-    to all points.
-    """
+    """Models (k) that fit, from a grid of rotations (around `near`)."""
+    # Adjusted to a few points at once, then the best of the different models to all
     few = len(rays[0]) <= FEW
     first, second, last = KEPT_OF_FEW if few else KEPT
     chosen = _spread(rays[0], POINTS)
@@ -499,10 +492,8 @@ def _first_that_differ(
 
 
 def _in_front(models: Models, rays: Rays) -> Models:
-    """The models with the base reversed where points lie behind both cameras.
-
-    The base and its opposite fit equally well: only the side of the points differs.
-    """
+    """Reverse the base of models whose points lie behind both cameras."""
+    # The base and its opposite fit equally well: only the side of the points differs
     base, R = models
     model = _intersected(models, rays)
     behind = np.sum(model.behind_both, axis=-1) > np.sum(model.in_front, axis=-1)
@@ -512,10 +503,7 @@ def _in_front(models: Models, rays: Rays) -> Models:
 def _best(
     models: Models, rays: Rays, sigma: float | None, near: Models | None = None
 ) -> Models:
-    """Those of the models that fit the points equally well, the best one first.
-
-    With a model `near` the one with the most similar rotation is first.
-    """
+    """Models that fit equally well, the best first, or the one most like `near`."""
     base, R = models
     model = _intersected(models, rays)
     misfit = np.sum(model.conditions.distance**2, axis=-1)

@@ -83,7 +83,7 @@ def resect(
     start: ArrayLike | None = None,
     sigma: float | None = None,
 ) -> Resection:
-    """Find where a photo was taken from, and how the camera was turned.
+    """Exterior orientation of a photo from known points.
 
     Without start values, triples of points are solved in closed form, and the
     adjustment starts from each of their solutions. Four points or more, in general
@@ -105,7 +105,7 @@ def resect(
     Raises
     ------
     ValueError
-        If arguments are not as described, or there are fewer than three points.
+        If there are fewer than three points.
 
     References
     ----------
@@ -227,11 +227,9 @@ def _adjusted(
     M: np.ndarray,
     sigma: float | None,
 ) -> tuple[Adjustment, np.ndarray]:
-    """Adjust from each start (k, 3), (k, 3, 3) at once; parameters (k, 6) are finite.
-
-    Each in a frame of its own, parallel to its camera with the origin amid the points:
-    there all angles are small, so that no attitude is near the gimbal lock.
-    """
+    """Adjust from each start (k, 3), (k, 3, 3) at once: parameters (k, 6)."""
+    # Each in a frame of its own, parallel to its camera with the origin amid the
+    # points: there all angles are small, far from the gimbal lock
     middle = object_points.mean(axis=0)
     local = np.einsum("kij,nj->kni", M, object_points - middle)
     first = np.zeros((len(M), 6))
@@ -310,16 +308,15 @@ def _failure(found: Adjustment, centres: np.ndarray, object_points: np.ndarray) 
 def three_points(
     vectors: np.ndarray, object_points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Perspective centres and rotations M from which three points look as they do.
+    """Centres (k, 3) and rotations M (k, 3, 3) from which three points look as they do.
 
-    Of t triples, the unit vectors (t, 3, 3) to their image points, one a row, in the
-    frame of the camera, and their object points (t, 3, 3). Each has up to four
-    solutions; all together are returned, (k, 3) and (k, 3, 3).
+    Of t triples: unit vectors (t, 3, 3) to the image points, one a row, in the frame of
+    the camera, and object points (t, 3, 3). Each triple has up to four solutions.
 
-    The three distances s1, s2 = u s1 and s3 = v s1 obey three laws of cosines.
-    Eliminating s1 and u leaves an equation of degree four in v (Grunert 1841). Roots
-    that noise has made a little complex count with their real part: they belong to
-    double roots, at the dangerous cylinder.
+    The distances s1, s2 = u s1 and s3 = v s1 obey three laws of cosines; without s1 and
+    u an equation of degree four in v remains (Grunert 1841). Roots that noise has made
+    a little complex count with their real part: double roots, at the dangerous
+    cylinder.
 
     References
     ----------
@@ -422,11 +419,9 @@ def _triples(points: np.ndarray) -> np.ndarray:
 
 
 def _near_cylinder(centre: np.ndarray, object_points: np.ndarray) -> bool:
-    """Whether a centre is near the upright cylinders through all triples of points.
-
-    Through three points goes a circle, and over it stands the dangerous cylinder: a
-    camera on it can move a little without a change of the three angles it sees.
-    """
+    """Whether a centre is near the dangerous cylinder of any three points."""
+    # A camera on the cylinder over their circle can move a little without a change of
+    # the three angles it sees
     a, b, c = np.moveaxis(object_points[_triples(object_points)], 1, 0)
     u, v = b - a, c - a
     axis = np.cross(u, v)
