@@ -55,7 +55,7 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
     positions : array_like (n, 3)
         Projection centres or object points.
     centre : array_like (3,)
-        What the rotations and the scale leave in place.
+        Fixed point of rotations and scale.
 
     Returns
     -------

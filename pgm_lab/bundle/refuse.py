@@ -212,9 +212,8 @@ def mirrored_image(result: Bundle) -> str | None:
 def mirrored_object(result: Bundle) -> str | None:
     """Say that the adjusted points are a mirror image of their start values.
 
-    Of all rotations R and scales, vᵀv of the start values is least by the singular
-    values s of their product with the adjusted points; the last counts negative if the
-    best R would be a reflection (Umeyama 1991).
+    Singular values s of their product tell (Umeyama 1991): the last counts negative if
+    the best rotation would be a reflection.
     """
     start, points = (X - X.mean(axis=0) for X in (result.network.points, result.points))
     U, s, Vt = np.linalg.svd(start.T @ points)

@@ -67,10 +67,9 @@ class Bundle:
         (P Qvv P)_ii / P_ii, between 0 and 1: how far other observations control the
         coordinate. The redundancy number, unless x and y of the ray are correlated.
     standardized : ndarray (k, 2)
-        Residuals over their standard deviations: Baarda's w, from `sigma0_prior`, if
-        that was given, else Pope's tau, from `sigma0`; `residual_test` says which. 0
-        where nothing controls the coordinate. Pv over the roots of the diagonal of
-        P Qvv P if x and y of a ray are correlated.
+        Residuals over their standard deviations, see `residual_test`: Baarda's w if
+        `sigma0_prior` was given, else Pope's tau; 0 where nothing controls them. Pv
+        over the roots of the diagonal of P Qvv P if x and y of a ray are correlated.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
     control_redundancy_numbers, control_standardized : ndarray (q, 3)
@@ -180,11 +179,7 @@ class Bundle:
 
     @property
     def behind(self) -> np.ndarray:
-        """Indices (b,) of rays whose point lies behind its photo.
-
-        The equations do not notice: such a point has an image like any other. Empty in
-        a solution of the task.
-        """
+        """Indices (b,) of rays whose point lies behind its photo: there should be none."""
         return behind(self.network, self.exteriors, self.points)
 
     @property

@@ -45,8 +45,8 @@ def adjust(
     network : Network
         Observations, start values and datum points.
     estimate : sequence of str
-        Interior parameters that are unknowns, from `camera.PARAMETERS`; () for none.
-        The same for each camera; the others keep their values.
+        Interior parameters to estimate, from `camera.PARAMETERS`, for each camera; ()
+        for none.
     datum : {"inner", "photos", "fixed", "none"}, optional
         "inner": inner constraints on the datum points (G of (M 2.95): seven, or six
         with scale bars), at the current points in each iteration. "photos": the same on
@@ -54,9 +54,8 @@ def adjust(
         shows the rank defect. When missing: "fixed" if there are fixed or control
         points, else "inner".
     sigma0_prior : float, optional
-        Standard deviation of unit weight before the adjustment; 1 if the sigmas of the
-        network are trusted. Residuals are standardised by it (Baarda's w), and without
-        it by the estimated sigma0 (Pope's tau).
+        Standard deviation of unit weight beforehand; 1 if the sigmas of the network are
+        trusted. Residuals become Baarda's w; without it Pope's tau.
     line_search : bool
         False takes full steps, to see why one does not.
     tolerance : float

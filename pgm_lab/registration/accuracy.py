@@ -71,21 +71,7 @@ class Accuracy:
     shifts: np.ndarray = field(repr=False, compare=False)
 
     def times(self, pixel_size: ArrayLike) -> "Accuracy":
-        """Return the same in metres.
-
-        Parameters
-        ----------
-        pixel_size : array_like () or (2,)
-            Of a pixel, or (across, down), in metres.
-
-        Returns
-        -------
-        Accuracy
-
-        Raises
-        ------
-        ValueError
-            If pixel_size is not one positive number or two.
+        """Return the same in metres.; `pixel_size` is one number or (across, down).
 
         Examples
         --------
@@ -109,16 +95,10 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
     Accuracy
         In the same unit.
 
-    Raises
-    ------
-    ValueError
-        If dx and dy are not two lists of finite numbers of the same length.
-
     Notes
     -----
-    The standard deviations of the mean and of RMSE_T are those of independent shifts.
-    RMSE_T^2 is the mean of n squared lengths q, so that sd(RMSE_T) = sd(q) / (2 RMSE_T
-    sqrt(n)); no distribution of the shifts is assumed.
+    Of independent shifts: RMSE_T^2 is the mean of n squared lengths q, so that
+    sd(RMSE_T) = sd(q) / (2 RMSE_T sqrt(n)), whatever their distribution.
 
     References
     ----------

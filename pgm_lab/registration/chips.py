@@ -82,13 +82,7 @@ class Registration:
 
     @cached_property
     def accuracy(self) -> Accuracy:
-        """Means, root mean squares and quantiles of the accepted shifts, in pixels.
-
-        Raises
-        ------
-        ValueError
-            If no chip is accepted: then the transformation is undetermined.
-        """
+        """Means, root mean squares and quantiles of the accepted shifts, in pixels."""
         if not self.accepted.any():
             raise ValueError(self._nothing_accepted())
         return accuracy(self.dx[self.accepted], self.dy[self.accepted])
@@ -187,10 +181,9 @@ def register(
 ) -> Registration:
     """Find chips of the reference image in the sensed image, all in one call.
 
-    A chip is cut out of the reference image around each point, and compared with every
-    place up to `radius` pixels from the same point in the sensed image. It is found
-    where Pearson's correlation coefficient r (Br 1) is highest; the shift is sensed
-    minus reference. A chip is accepted only if it passes all tests, not by r alone.
+    The chip around each point is compared with every place up to `radius` pixels away
+    in the sensed image, and found where Pearson's r (Br 1) is highest; the shift is
+    sensed minus reference. It is accepted only if it passes all tests, not by r alone.
 
     Parameters
     ----------
@@ -203,8 +196,8 @@ def register(
     chip : int
         Pixels across a chip, odd, at least 5.
     radius : int
-        Whole pixels to each side that are searched, at least 1. A shift of more is
-        never found; one of just so many lies on the border, and is not accepted.
+        Whole pixels searched to each side, at least 1; a peak on that border is not
+        accepted.
     refine : None, "parabola" or "lsm"
         Whole pixels, as in the paper; the vertex of the paraboloid through the peak
         and its eight neighbours; or least squares matching (`lsm.match`) from there.
@@ -237,9 +230,8 @@ def register(
     Raises
     ------
     ValueError
-        If an image or an argument is not what is described here; for a colour image,
-        and for images of two shapes without `offset`. What happens to a single chip is
-        told by its status.
+        For a colour image, or images of two shapes without `offset`. What happens to a
+        single chip is told by its status.
 
     Notes
     -----
@@ -253,28 +245,20 @@ def register(
 
     in either image: what sampling loses, and what noise hides. It changed if R would
     have been accepted, but less than half of V is explained, and the signal-to-noise
-    ratio r^2 : (1 - r^2) is below a quarter of that of R. A field that was ploughed
-    does so, a cloud with texture, and what moved farther than the radius; not what is
-    flat in one of the images. At least five chips have to be accepted.
+    ratio r^2 : (1 - r^2) is below a quarter of that of R: a ploughed field, a cloud
+    with texture, what moved farther than the radius. At least five chips must be
+    accepted.
 
-    Averaging over the pixel leaves an alias of what is too fine for it, most of it in
-    the high frequencies, and that does not move with the rest. In a Landsat image,
-    averaged down 2 to 4 times, 50 picked chips had errors (RMSE_T, both axes) of 0.04
-    to 0.05 px by "lsm" without smoothing, with a mean of up to 0.03; smoothed by 1 px
-    0.02 and 0.006. Blurred before it was averaged down, so that there was no alias, it
-    gave 0.006 to 0.008 px, and without smoothing a sixth less. "parabola": 0.07 to 0.11
-    with the alias, 0.03 to 0.04 without.
+    Detail too fine for a pixel leaves an alias that does not move with the rest. In a
+    Landsat image, averaged down 2 to 4 times, 50 picked chips had errors (RMSE_T) of
+    0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006 to 0.008
+    without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. The predicted
+    standard deviation of "lsm" holds within a tenth, with the alias within a fifth;
+    that of "parabola" is half as large as the errors with the alias. With very weak
+    texture and large noise errors may be larger than predicted; a larger chip helps.
 
-    The predicted standard deviation of "lsm" is that of the errors within a tenth where
-    there is noise, and within a fifth with the alias; that of "parabola" is half as
-    large as the errors with the alias.
-
-    Where the texture is very weak and the noise large, chips were seen that are off by
-    more than their predicted standard deviation tells; a larger chip helps.
-
-    Not accounted for: what all chips agree on. Shadows that moved, or an error of each
-    image of its own, give shifts that are precise, and not those of the ground; and
-    whether the reference image is right no comparison tells.
+    Not accounted for is what all chips agree on: shadows that moved, or an error of
+    either image, give precise shifts that are not those of the ground.
 
     References
     ----------
