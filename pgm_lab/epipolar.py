@@ -110,8 +110,7 @@ def line(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        As `plane`, and if an epipolar plane is parallel to the right photo, which then
-        shows nothing of it.
+        As `plane`, and if an epipolar plane is parallel to the right photo.
 
     References
     ----------
@@ -197,8 +196,8 @@ def curve(
     Raises
     ------
     ValueError
-        If the ray does not reach a height going forwards, or a point is not in front
-        of the right photo or so far outside that its lens has no solution.
+        If the ray does not reach a height, or a point is not in front of the right
+        photo or too far outside for its lens.
 
     Examples
     --------
@@ -334,8 +333,7 @@ def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.nda
     ----------
     left, right : Photo
     corrected : bool
-        Whether the pixels that F is for are freed from lens distortion, as
-        `Photo.without_lens` does it. Without lens distortion it makes no difference.
+        F is for pixels freed from lens distortion by `Photo.without_lens`.
 
     Returns
     -------

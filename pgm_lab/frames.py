@@ -86,8 +86,8 @@ def pixel_to_photo(
     pixel_size : float or (x, y)
         Size of a pixel on the sensor, in mm.
     check_size : bool
-        Refuse points that lie outside the image, but inside one with columns and rows
-        exchanged. False for computed points, which may rightly lie outside.
+        Refuse points outside the image that are inside with columns and rows exchanged;
+        False for computed points.
     covariance : array_like (..., 2, 2), optional
         Of (column, row) in square pixels, one for each point or one for all.
 
@@ -96,9 +96,8 @@ def pixel_to_photo(
     photo : ndarray (..., 2)
         (x, y) in mm.
     covariance : ndarray (..., 2, 2)
-        Of (x, y) in mm^2, only if one was given: J C J^T with
-        J = diag(size_x, -size_y). The y axis changes its direction, and the covariance
-        between x and y its sign.
+        Of (x, y) in mm^2, only if one was given: J C J^T with J = diag(size_x,
+        -size_y).
 
     Raises
     ------
@@ -273,9 +272,6 @@ def scale_number(
 ) -> np.ndarray | float:
     """Scale number H / c: metres on the ground for each metre in the photo.
 
-    The image scale is 1 : scale number; in a tilted photo or over hilly ground it
-    changes from point to point.
-
     Parameters
     ----------
     flying_height : array_like
@@ -329,14 +325,7 @@ def flying_height(
 ) -> np.ndarray | float:
     """Height above the ground, in m, that gives a wanted ground sampling distance.
 
-    Parameters
-    ----------
-    gsd : array_like
-        Ground sampling distance, in m.
-    pixel_size : array_like
-        Size of a pixel on the sensor, in mm.
-    principal_distance : array_like
-        In mm. All three broadcast against each other.
+    The inverse of `ground_sampling_distance`, by its arguments.
 
     Examples
     --------

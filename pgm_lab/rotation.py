@@ -48,7 +48,7 @@ HALF_TURN = 1e-9
 def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
     """Rotation matrix M = M_kappa M_phi M_omega, (..., 3, 3), of omega, phi, kappa.
 
-    It turns object space into image space: first omega turns about x, then phi about
+    It turns object space into image space: first omega rotates about x, then phi about
     the new y, then kappa about the new z.
 
     Parameters
@@ -323,8 +323,7 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
     """Rotation matrix (..., 3, 3) of a Rodrigues vector 2 tan(angle / 2) axis.
 
     It turns the camera, as omega, phi, kappa do: (0, 0, 2 tan(kappa / 2)) is kappa.
-    The formula of Muliawan gives the matrix from image to object: its transpose.
-    OpenCV's vector is another: angle times axis.
+    (OpenCV's vector is another: angle times axis.)
 
     Parameters
     ----------
@@ -333,7 +332,7 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (M 2.14), transposed.
+    Muliawan 2013, (M 2.14), transposed: his matrix is from image to object.
 
     Examples
     --------

@@ -86,8 +86,8 @@ def profile(
     rho : array_like (n,)
         Distance from the principal point, in mm.
     kind : {"radial", "decentring"}
-        K1 rho^3 + K2 rho^5 + K3 rho^7, or sqrt(P1^2 + P2^2) rho^2: the displacement at
-        right angles to the axis of the decentring, a third of that on it.
+        K1 rho^3 + K2 rho^5 + K3 rho^7, or sqrt(P1^2 + P2^2) rho^2: the displacement
+        at right angles to the axis of the decentring, three times on it.
     camera : int
         Index of the camera.
 

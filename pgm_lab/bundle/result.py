@@ -179,7 +179,7 @@ class Bundle:
 
     @property
     def behind(self) -> np.ndarray:
-        """Indices (b,) of rays whose point lies behind its photo: there should be none."""
+        """Indices (b,) of rays whose point lies behind its photo."""
         return behind(self.network, self.exteriors, self.points)
 
     @property

@@ -94,18 +94,18 @@ class Raster:
         return np.ma.array(self.grey, mask=self.mask) if self.mask.any() else self.grey
 
     def map(self, pixels: ArrayLike) -> np.ndarray:
-        """Return map coordinates. (x, y), (..., 2), of pixels (column, row)."""
+        """Map coordinates (..., 2), (x, y), of pixels (column, row)."""
         A, corner = self.affine()
         return (_validate.points(pixels, 2, "pixels") + 0.5) @ A.T + corner
 
     def pixels(self, map_points: ArrayLike) -> np.ndarray:
-        """Return pixel coordinates. (column, row), (..., 2), of map points (x, y)."""
+        """Pixels (..., 2), (column, row), of map points (x, y)."""
         A, corner = self.affine()
         points = _validate.points(map_points, 2, "map_points")
         return (points - corner) @ np.linalg.inv(A).T - 0.5
 
     def with_values(self, values: ArrayLike) -> Self:
-        """Return other pixels in the same place. (rows, columns); no data where they are masked or NaN."""
+        """Other values (rows, columns) in the same place; no data if masked or NaN."""
         values = _validate.grey_image(values, "values")
         if values.shape != self.grey.shape:
             raise ValueError(
