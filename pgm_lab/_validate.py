@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 MAX_NUMBERS = 10**8  # in an array that a function makes: 800 MB
-MOST = MAX_NUMBERS
 AXES = {
     2: "(x, y)",
     3: "(X, Y, Z)",
@@ -259,21 +258,6 @@ def image_size(size: ArrayLike) -> np.ndarray:
             f" got {array.tolist()}. From an array, it is image.shape[1::-1]"
         )
     return array
-
-
-def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
-    """Refuse an image size that holds the pixels only with rows for columns."""
-
-    def holds(size: np.ndarray) -> bool:
-        return bool(np.all((pixels >= -0.5) & (pixels <= size - 0.5)))
-
-    if not holds(size) and holds(size[::-1]):
-        columns, rows = size.astype(int)
-        raise ValueError(
-            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
-            " inside one with the two exchanged: image_size must be (columns, rows),"
-            " and image.shape is (rows, columns)"
-        )
 
 
 def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:

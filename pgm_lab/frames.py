@@ -121,7 +121,7 @@ def pixel_to_photo(
     """
     pixels = _validate.points(pixels, 2, "pixels")
     if _validate.flag(check_size, "check_size"):
-        _validate.not_exchanged(_validate.image_size(image_size), pixels)
+        _check_not_exchanged(_validate.image_size(image_size), pixels)
     xc, yc = image_centre(image_size)
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
     x = (pixels[..., 0] - xc) * size_x
@@ -193,6 +193,21 @@ def photo_to_pixel(
     return pixels, _propagated(covariance, pixels, 1 / size_x, -1 / size_y)
 
 
+def _check_not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
+    """Reject an image size that holds the pixels only with rows for columns."""
+
+    def holds(size: np.ndarray) -> bool:
+        return bool(np.all((pixels >= -0.5) & (pixels <= size - 0.5)))
+
+    if not holds(size) and holds(size[::-1]):
+        columns, rows = size.astype(int)
+        raise ValueError(
+            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
+            " inside one with the two exchanged: image_size must be (columns, rows),"
+            " and image.shape is (rows, columns)"
+        )
+
+
 def _propagated(
     covariance: ArrayLike, points: np.ndarray, by_x: float, by_y: float
 ) -> np.ndarray:
@@ -239,7 +254,7 @@ def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.
 
 
 def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
-    """Matrix (3, 3) that turns photo coordinates (x, y, 1) into the image vector.
+    """Matrix (3, 3) from photo coordinates (x, y, 1) to the image vector.
 
     That is (x - x0, y - y0, -c), in mm: the ray from the perspective centre.
 

@@ -1,4 +1,4 @@
-"""What an adjustment says of itself: residuals, covariance, redundancy, tests."""
+"""Result of an adjustment: residuals, covariance, redundancy, tests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -217,10 +217,10 @@ def write(
         *network.xy.T.tolist(),
         *network.sigma.T.tolist(),
     )
-    turned = network.exteriors[:, [3, 4, 5, 0, 1, 2]]
+    reordered = network.exteriors[:, [3, 4, 5, 0, 1, 2]]
     contents = (
         (f"{' '.join(PARAMETERS)}; lens {camera.lens}", [camera.interior.tolist()]),
-        (f"{' '.join(EXTERIOR)}; radians", zip(photo_ids, *turned.T.tolist())),
+        (f"{' '.join(EXTERIOR)}; radians", zip(photo_ids, *reordered.T.tolist())),
         (" ".join(POINT), zip(point_ids, *network.points.T.tolist())),
         (f"{' '.join(RAY)}; mm", rays),
     )

@@ -424,7 +424,7 @@ def _broadcast(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndar
 
 
 def _camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndarray:
-    """Camera (m,) of each photo; the first one where nothing is said."""
+    """Camera (m,) of each photo; by default the first one."""
     of_photos = np.zeros(m, int) if values is None or not _given(values) else values
     camera = _indices(of_photos, cameras, "camera", m)
     _validate.refuse(
@@ -536,7 +536,7 @@ def _refuse_doubles(
 
 
 def _places(names: Iterable, table: Iterable, what: str, where: str) -> np.ndarray:
-    """Places of names in a table; where the i-th one stands is for the message."""
+    """Indices of names in a table; `where` is for messages."""
     place = {key: i for i, key in enumerate(table)}
     found = []
     for i, name in enumerate(_validate.several(names, where)):
@@ -557,7 +557,7 @@ def _rows(values: Iterable, name: str) -> list[tuple]:
 
 
 def _values(table: Mapping, columns: int, name: str, finite: bool = True) -> np.ndarray:
-    """Values of a table as rows of so many numbers."""
+    """Values of a table as rows of `columns` numbers."""
     rows = {k: _validate.real(row, f"{name}, {k!r}") for k, row in table.items()}
     for key, row in rows.items():
         if row.shape != (columns,) or (finite and not np.all(np.isfinite(row))):

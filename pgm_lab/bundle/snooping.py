@@ -80,7 +80,7 @@ def snoop(
     sigma0_prior: float | None = None,
     progress: bool = False,
 ) -> Snooping:
-    """Find blunders: remove the ray with the largest residual, adjust, look again.
+    """Find blunders: remove the ray with the largest residual, adjust, test again.
 
     One ray at a time, because a blunder also distorts the residuals of good rays.
 
@@ -154,7 +154,7 @@ def snoop(
 
 
 def _needed(result: Bundle, row: int, alpha: float, defect: NetworkDefect) -> str:
-    """Say which ray should go but cannot, and how many residuals stay too large."""
+    """Which ray cannot be removed, and how many residuals stay too large."""
     network = result.network
     photo = network.photo_names[network.photo[row]]
     point = network.point_names[network.point[row]]

@@ -146,10 +146,8 @@ def adjust(
     # Covariances, residuals and their tests
     history = History(*map(np.array, (objectives, steps, changes)))
     scale, factor = _factor(problem, state, reduced, move)
-    Q = (
-        scipy.linalg.lapack.dpotrs(factor, np.diag(scale), lower=True)[0]
-        * scale[:, None]
-    )
+    inverse = scipy.linalg.lapack.dpotrs(factor, np.diag(scale), lower=True)[0]
+    Q = inverse * scale[:, None]
     return _result(
         problem, datum, state, eq, reduced, Q, move, sigma0_prior, status, history
     )
@@ -164,9 +162,8 @@ def _corrections(
     """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
     refuse.check_points(problem.network, reduced)
     scale, factor = _factor(problem, state, reduced, move)
-    dx = (
-        scale * scipy.linalg.lapack.dpotrs(factor, scale * reduced.right, lower=True)[0]
-    )
+    right = scale * reduced.right
+    dx = scale * scipy.linalg.lapack.dpotrs(factor, right, lower=True)[0]
     dx_points = reduced.points_alone()
     decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
     dx_points = dx_points - reduced.times_kept(dx[:, None])[0]
@@ -216,7 +213,7 @@ def _line_search(
     dx_points: np.ndarray,
     decrease: float,
     slack: float,
-    wanted: bool,
+    line_search: bool,
 ) -> tuple[float, tuple[State, Equations, float] | None]:
     """Halve the step until vᵀPv falls enough: the step (or 0), and what is there."""
     # Without line search the full step is taken, wherever it leads
@@ -226,9 +223,9 @@ def _line_search(
         eq = problem.equations(there)
         after = problem.objective(there, eq.v)
         goal = phi - 2 * SUFFICIENT_DECREASE * step * decrease + slack
-        if after <= goal or (not wanted and np.isfinite(after)):
+        if after <= goal or (not line_search and np.isfinite(after)):
             return step, (there, eq, after)
-        if not wanted:
+        if not line_search:
             break
         step /= 2
     return 0.0, None

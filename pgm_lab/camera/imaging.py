@@ -234,7 +234,7 @@ def equations(
         m1, m2, m3 = M[:, :, None]  # (M 2.24), b14 to b26
         by["point"] = c / -W * (m1 * by_x + m2 * by_y + m3 * by_c)
     if "exterior" in wrt:
-        # (M 2.24), b11 to b23: first by turns about the axes of the camera, then by
+        # (M 2.24), b11 to b23: first by rotations about the axes of the camera, then by
         # the angles, whose axes are the columns of `axes_of_angles`
         by_1, by_2, by_3 = (
             -c * by_y - y * by_c,

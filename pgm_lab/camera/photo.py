@@ -149,10 +149,10 @@ class Photo:
         return self.to_pixel(project(self.camera, self.exterior, points))
 
     def outline(self, n: int = 30) -> np.ndarray:
-        """Pixels (4 n, 2) along the edge of `grey`, n a side, in one turn."""
+        """Pixels (4 n, 2) along the edge of `grey`, n a side, all around."""
         n = _validate.whole(n, "n", 1, 10**6)
         t, o = np.arange(n) / n, np.zeros(n)
-        turn = [(t, o), (o + 1, t), (1 - t, o + 1), (o, 1 - t)]
+        around = [(t, o), (o + 1, t), (1 - t, o + 1), (o, 1 - t)]
         rows, columns = self.grey.shape
-        edge = np.concatenate([np.stack(side, -1) for side in turn])
+        edge = np.concatenate([np.stack(side, -1) for side in around])
         return edge * (columns, rows) - 0.5

@@ -402,7 +402,7 @@ def _band(file: Any, name: str, band: int | None) -> int:
 
 
 def _choose(name: str, bands: Sequence[str], band: int | None) -> ValueError:
-    """What to say of a file with several bands, or without the one that was chosen."""
+    """Error for a file with several bands, or without the chosen one."""
     many = len(bands)
     more = ", ..." if many > 12 else ""
     wrong = f", and no band {band}" if band is not None else ""

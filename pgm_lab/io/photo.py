@@ -106,10 +106,10 @@ def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
         columns, rows = image.size
         if tags := getattr(
             image, "tag_v2", None
-        ):  # the size of a TIFF is turned already
+        ):  # a TIFF states its upright size already
             columns, rows = tags[256], tags[257]
-        turned = image.getexif().get(ORIENTATION, 1) >= 5
-        return (columns, rows) if turned else (rows, columns)
+        sideways = image.getexif().get(ORIENTATION, 1) >= 5
+        return (columns, rows) if sideways else (rows, columns)
 
 
 def native(values: np.ndarray) -> np.ndarray:

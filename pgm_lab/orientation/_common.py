@@ -1,8 +1,8 @@
-"""What the orientations share: small turns of a rotation, and fits that are as good.
+"""What the orientations share: small rotations, and fits that are equally good.
 
-R = matrix(omega, phi, kappa).T turns image (or model) space into object space. A small
-turn psi about the axes of object space makes it R + [psi]x R. Turns, unlike the angles,
-have no gimbal lock.
+R = matrix(omega, phi, kappa).T rotates image (or model) space into object space. A
+small rotation psi about the axes of object space makes it R + [psi]x R. It has no
+gimbal lock, unlike the angles.
 """
 
 import warnings
@@ -13,7 +13,7 @@ import scipy
 from pgm_lab import rotation
 from pgm_lab.camera import imaging
 
-# Beyond this standard deviation of a turn (rad) its linear propagation is a guess.
+# Beyond this standard deviation of a rotation (rad) its linear propagation is a guess.
 WEAK = 0.1
 
 # Probability with which errors of known size stay below the limit.
@@ -21,7 +21,7 @@ KNOWN = 0.999
 
 
 def axes(angles: np.ndarray) -> np.ndarray:
-    """Axes (..., 3, 3), one a column, about which each angle turns matrix(angles).T."""
+    """Axes (..., 3, 3), one a column, about which the angles rotate."""
     M = rotation.matrix(*np.moveaxis(angles, -1, 0))
     return np.swapaxes(M, -1, -2) @ imaging.axes_of_angles(M, angles[..., 2])
 
@@ -32,11 +32,11 @@ def angles(R: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the return value says it
         found = rotation.angles(R.T)
-    by_turns = np.linalg.pinv(axes(found), rcond=1e-12)
+    by_rotation = np.linalg.pinv(axes(found), rcond=1e-12)
     locked = bool(rotation.is_gimbal(R.T))
     if locked:
-        by_turns[[0, 2]] = np.nan
-    return found, by_turns, locked
+        by_rotation[[0, 2]] = np.nan
+    return found, by_rotation, locked
 
 
 def cross_matrix(vectors: np.ndarray) -> np.ndarray:

@@ -14,7 +14,8 @@ from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import _common
 
 # Width over length of a set of points below which it counts as a line: the variance of
-# the turn about it grows with 1/width^2, and normal equations hold 12 digits of that.
+# the rotation about it grows with 1/width^2, and normal equations hold 12 digits of
+# that.
 LINE = 1e-6
 
 # Extent over size of coordinates below which points differ by their rounding alone.
@@ -55,7 +56,7 @@ class Absolute:
     centroid : ndarray (3,)
         The source's centroid C, about which `local_covariance` is written.
     local_covariance : ndarray (7, 7)
-        Of the scale, of small turns about the target's axes (radians), and of the
+        Of the scale, of small rotations about the target's axes (radians), and of the
         transformed centroid. It has no gimbal lock.
     """
 
@@ -105,7 +106,7 @@ class Absolute:
 def absolute(
     source: ArrayLike, target: ArrayLike, sigma: ArrayLike | None = None
 ) -> Absolute:
-    """Fit scale, rotation and translation that turn source points into target points.
+    """Fit scale, rotation and translation from source points to target points.
 
     Parameters
     ----------
@@ -150,14 +151,15 @@ def absolute(
     local = (source - centroid) @ R0.T
 
     def transformed(x):
-        # Small turns of the closed form: unlike its angles they have no gimbal lock
-        turned = x[0] * local @ rotation.matrix(*x[1:4])
-        J = _jacobian(x[0], turned)
+        # Small rotations of the closed form: unlike its angles they have no gimbal lock
+        rotated = x[0] * local @ rotation.matrix(*x[1:4])
+        J = _jacobian(x[0], rotated)
         J[..., 1:4] = J[..., 1:4] @ _common.axes(x[1:4])
-        return (turned + x[4:]).ravel(), J.reshape(-1, 7)
+        return (rotated + x[4:]).ravel(), J.reshape(-1, 7)
 
-    # Adjust scale, turns and the shift of the centroid
-    names = ("scale", "turn about X", "turn about Y", "turn about Z", "TX", "TY", "TZ")
+    # Adjust scale, rotation and the shift of the centroid
+    rotations = (f"rotation about {axis}" for axis in "XYZ")
+    names = ("scale", *rotations, "TX", "TY", "TZ")
     result = adjust(
         transformed,
         start,
@@ -173,10 +175,10 @@ def absolute(
     variance = result.sigma0**2 if sigma is None else 1.0
     local_covariance = variance * L @ result.cofactor @ L.T
 
-    # From turns to angles, and from the centroid to the origin
-    angles, by_turns, locked = _common.angles(R)
+    # From small rotations to angles, and from the centroid to the origin
+    angles, by_rotation, locked = _common.angles(R)
     K = np.eye(7)
-    K[1:4, 1:4] = by_turns
+    K[1:4, 1:4] = by_rotation
     K[4:] = _jacobian(scale, -scale * R @ centroid)
     weak = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1] > _common.WEAK**2
     status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
@@ -267,7 +269,7 @@ def _closed_form(
 
 
 def _jacobian(scale: float, y: np.ndarray) -> np.ndarray:
-    """Derivatives (..., 3, 7) of y = scale R p + shift by scale, small turns, shift."""
+    """Derivatives (..., 3, 7) of scale R p + shift by scale, small rotations, shift."""
     J = np.zeros((*y.shape, 7))
     J[..., 0] = y / scale
     J[..., 1:4] = -_common.cross_matrix(y)

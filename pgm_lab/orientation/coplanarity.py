@@ -29,15 +29,16 @@ class Coplanarity:
         smallest corrections that make the rays meet amount to.
     left, right : ndarray (..., n, 2)
         These corrections v', v''.
-    by_base, by_turns : ndarray (..., n, 3)
-        Derivatives of the distance by the base and by small turns of the right photo.
+    by_base, by_rotation : ndarray (..., n, 3)
+        Derivatives of the distance by the base and by small rotations of the right
+        photo.
     """
 
     distance: np.ndarray
     left: np.ndarray
     right: np.ndarray
     by_base: np.ndarray
-    by_turns: np.ndarray
+    by_rotation: np.ndarray
 
 
 def condition(
@@ -133,9 +134,9 @@ def distances(
     v1, v2 = -t[..., None] * n1, -t[..., None] * n2
     u1 = corrected(left, v1)
     u2 = corrected(right, v2) @ np.swapaxes(R, -1, -2)
-    by_base, by_turns = by_orientation(base, u1, u2)
+    by_base, by_rotation = by_orientation(base, u1, u2)
     per_slope = np.where(slope > 0, slope, np.inf)[..., None]
-    return Coplanarity(t * slope, v1, v2, by_base / per_slope, by_turns / per_slope)
+    return Coplanarity(t * slope, v1, v2, by_base / per_slope, by_rotation / per_slope)
 
 
 def corrected(rays: np.ndarray, v: np.ndarray) -> np.ndarray:

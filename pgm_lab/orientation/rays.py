@@ -118,7 +118,7 @@ def scale_factors(
 
     References
     ----------
-    (H 2) to (H 5); his R turns the image into object space.
+    (H 2) to (H 5); his R rotates the image into object space.
 
     Examples
     --------

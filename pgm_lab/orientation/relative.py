@@ -15,7 +15,7 @@ from pgm_lab.camera import Camera, ideal, imaging
 from pgm_lab.orientation import _common, coplanarity
 from pgm_lab.orientation.rays import nearest_factors
 
-NAMES = ("by", "bz", "turn about X", "turn about Y", "turn about Z")
+NAMES = ("by", "bz", "rotation about X", "rotation about Y", "rotation about Z")
 
 # --- Limits of the geometry ---
 
@@ -36,7 +36,7 @@ NO_BASE = 3.0
 # each, with this number of swings about the axis.
 TILTS = {0: 1, 35: 6, 70: 10, 105: 10}
 SWINGS = 8
-# A given start is tried as it is, and turned by this angle (rad) about each axis.
+# A given start is tried as it is, and rotated by this angle (rad) about each axis.
 AROUND_START = 0.4
 # Number of points of the search; iterations of its three steps, and the models that
 # they keep. Five or six points (FEW) have many solutions, and all are wanted.
@@ -201,9 +201,9 @@ def relative(
     model = _intersected((b, R), rays)
     noise = result.sigma0 if sigma is None else sigma
     Q = _cofactor(result)
-    angles, by_turns, locked = _common.angles(R)
+    angles, by_rotation, locked = _common.angles(R)
     to_exterior = np.zeros((6, 5))
-    to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
+    to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_rotation
     point_status = np.where(model.in_front, "intersected", "behind a camera")
     point_status[model.parallel] = "parallel rays"
     met = point_status == "intersected"
@@ -259,7 +259,7 @@ def _rays(
     if all(width <= LINE * length for length, width in sizes):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
-            " turn about such a line. Add points off the line"
+            " rotate about such a line. Add points off the line"
         )
     _, first = np.unique(np.hstack([left, right]), axis=0, return_index=True)
     if len(again := np.setdiff1d(np.arange(len(left)), first)):
@@ -322,16 +322,16 @@ def _fit(
     start = np.concatenate([base[..., 1:], np.zeros_like(base)], axis=-1)
 
     def model(x, R0):
-        # Small turns of the start: unlike angles they have no gimbal lock
-        turned = rotation.matrix(*np.moveaxis(x[..., 2:], -1, 0))
+        # Small rotations of the start: unlike angles they have no gimbal lock
+        rotated = rotation.matrix(*np.moveaxis(x[..., 2:], -1, 0))
         b = np.concatenate([np.full((*x.shape[:-1], 1), bx), x[..., :2]], axis=-1)
-        return b, np.swapaxes(turned, -1, -2) @ R0
+        return b, np.swapaxes(rotated, -1, -2) @ R0
 
     def distances(x, R0):
-        b, turned = model(x, R0)
-        found = coplanarity.distances(b, turned, *rays)
-        by_turns = found.by_turns @ _common.axes(x[..., 2:])
-        A = np.concatenate([found.by_base[..., 1:], by_turns], axis=-1)
+        b, rotated = model(x, R0)
+        found = coplanarity.distances(b, rotated, *rays)
+        by_rotation = found.by_rotation @ _common.axes(x[..., 2:])
+        A = np.concatenate([found.by_base[..., 1:], by_rotation], axis=-1)
         return c + found.distance, A
 
     result = adjust(
@@ -365,7 +365,7 @@ def _adjusted(
 
 
 def _cofactor(result: Adjustment) -> np.ndarray:
-    """Cofactors (5, 5) of by, bz and small turns of the adjusted rotation."""
+    """Cofactors (5, 5) of by, bz and small rotations after the adjustment."""
     to_turns = np.eye(5)
     to_turns[2:, 2:] = _common.axes(result.x[2:])
     return to_turns @ result.cofactor @ to_turns.T
@@ -403,9 +403,9 @@ def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
     away = points - base
     by_left = imaging.perspective(-rays[0][0, 2], points)[2]
     by_right = imaging.perspective(-rays[1][0, 2], away @ R)[2] @ R.T
-    # A turn psi of the photo moves the point, seen from it, by -psi x away
-    by_turns = by_right @ _common.cross_matrix(away)
-    by_orientation = np.concatenate([-by_right[..., 1:], by_turns], axis=-1)
+    # A rotation psi of the photo moves the point, seen from it, by -psi x away
+    by_rotation = by_right @ _common.cross_matrix(away)
+    by_orientation = np.concatenate([-by_right[..., 1:], by_rotation], axis=-1)
     across = np.swapaxes(by_right, -1, -2)
     N = np.swapaxes(by_left, -1, -2) @ by_left + across @ by_right
     N_inverse = np.linalg.inv(N)
@@ -414,7 +414,7 @@ def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
 
 
 def _weak(base: np.ndarray, covariance: np.ndarray) -> bool:
-    """Whether a turn, or the direction of the base, is uncertain by a large angle."""
+    """Whether the rotation, or the direction of the base, is very uncertain."""
     length = np.linalg.norm(base)
     across = (np.eye(3) - np.outer(base, base) / length**2)[:, 1:] / length
     directions = (covariance[2:, 2:], across @ covariance[:2, :2] @ across.T)
@@ -562,9 +562,9 @@ def _rotation_grid() -> np.ndarray:
 
 
 def _around(R: np.ndarray) -> np.ndarray:
-    """R (3, 3) and R turned about each axis either way, (7, 3, 3)."""
-    turns = AROUND_START * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-    return rotation.matrix(*turns.T) @ R
+    """R (3, 3) and R rotated about each axis either way, (7, 3, 3)."""
+    rotations = AROUND_START * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    return rotation.matrix(*rotations.T) @ R
 
 
 def _base_for(R: np.ndarray, rays: Rays, bx: float) -> np.ndarray:

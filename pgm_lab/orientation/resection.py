@@ -154,17 +154,17 @@ def resect(
         return _no_result(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
-    best, turned = chosen[0], [_common.angles(M[k].T) for k in chosen]
-    exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, turned)])
+    best, rotated = chosen[0], [_common.angles(M[k].T) for k in chosen]
+    exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, rotated)])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
         return replace(_no_result(n, status), solutions=exteriors)
 
-    # Propagate its covariance from turns to angles
-    _, angles_by_turns, locked = turned[0]
+    # Propagate its covariance from rotations to angles
+    _, angles_by_rotation, locked = rotated[0]
     T = np.zeros((6, 6))
     T[:3, :3] = back[best]
-    T[3:, 3:] = angles_by_turns @ back[best] @ _common.axes(x[best, 3:])
+    T[3:, 3:] = angles_by_rotation @ back[best] @ _common.axes(x[best, 3:])
     return Resection(
         exterior=exteriors[0],
         covariance=T @ found.covariance[best] @ T.T,

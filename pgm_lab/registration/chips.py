@@ -22,7 +22,7 @@ MAX_STEP = 1.0  # px that least squares matching may end from the highest whole 
 
 # A chip that changed is compared with its neighbours
 NEIGHBOURS = 8  # accepted chips around it
-MIN_ACCEPTED = 5  # below which nobody can say what is usual
+MIN_ACCEPTED = 5  # to know what is usual
 UNEXPLAINED = 0.5  # least share of its variance that the other image does not explain
 SNR_RATIO = 4.0  # signal-to-noise ratio that is expected, over its own, at least
 

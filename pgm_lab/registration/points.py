@@ -56,11 +56,11 @@ def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
             f"an image of {rows} x {columns} pixels has none that are {margin} px from"
             " its edge (margin)"
         )
-    many = [(n - 2 * margin - 1) // step + 1 for n in (columns, rows)]
-    _validate.size("step", *many, 2)
+    counts = [(n - 2 * margin - 1) // step + 1 for n in (columns, rows)]
+    _validate.size("step", *counts, 2)
     x, y = (
         step * np.arange(m) + (n - 1 - step * (m - 1)) // 2
-        for m, n in zip(many, (columns, rows))
+        for m, n in zip(counts, (columns, rows))
     )
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(float)
 

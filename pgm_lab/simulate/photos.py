@@ -9,7 +9,7 @@ from pgm_lab import camera, rotation
 from pgm_lab.camera import Camera, imaging
 
 TRIES = 10_000  # some seconds; thirty points and 35 mm need a tenth of them
-GOLDEN_ANGLE = np.pi * (3 - 5**0.5)  # a turn that never comes back to the same side
+GOLDEN_ANGLE = np.pi * (3 - 5**0.5)  # rotations by it never repeat a direction
 
 
 # --- One photo, and two ---
@@ -71,8 +71,8 @@ def control_photo(
     True
     """
     for _ in range(TRIES):
-        turn, M = rotations(rng, 2)
-        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5] @ turn
+        of_object, M = rotations(rng, 2)
+        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5] @ of_object
         centre = M.T @ [*rng.uniform(-10, 10, 2), rng.uniform(80, 200)]
         near = -(points - centre) @ M[2] < 20
         if np.any(near) or rotation.is_gimbal(M, cosine=0.01):
