@@ -494,9 +494,8 @@ class StereoPair:
     left, right : ndarray (rows, columns)
         Grey values, float64.
     disparity : ndarray (rows, columns)
-        Disparity d of every pixel of the left image; px. NaN where it is unknown:
-        ``np.isfinite(disparity)`` is the mask of the known ones. Known does not mean
-        seen: the right image may hide the point, or end before it.
+        Disparity d of every pixel of the left image; px; NaN where it is unknown. Known
+        does not mean seen: the right image may hide the point, or end before it.
     focal_length : float
         In px.
     baseline : float

@@ -236,18 +236,14 @@ class Epipole:
     Attributes
     ----------
     status : {"inside the photo", "outside the photo", "at infinity"}
-        "at infinity": the base is parallel to the photo, as in the normal case, and all
-        its epipolar lines are parallel.
+        "at infinity": the base is parallel to the photo, as in the normal case.
     direction : ndarray (3,)
         Unit vector to the other station in the frame of the photo: x right, y up, z
         against the view. At infinity (direction[0], direction[1]) is that of all lines.
     ideal : ndarray (2,) or None
-        (x, y) in mm, without lens and principal point; None at infinity. If the other
-        station lies behind the photo (direction[2] > 0), the base pierces it extended
-        backwards.
+        (x, y) in mm, without lens and principal point; None at infinity.
     pixel : ndarray (2,) or None
-        (column, row), with lens; None unless it lies inside the photo: outside of it
-        the distortion of the lens is not known.
+        (column, row), with lens; None unless it lies inside the photo.
     """
 
     status: str

@@ -64,12 +64,10 @@ class Bundle:
     redundancy_numbers : ndarray (k, 2)
         Share of each image coordinate in the redundancy.
     testable : ndarray (k, 2)
-        (P Qvv P)_ii / P_ii, between 0 and 1: how far other observations control the
-        coordinate. The redundancy number, unless x and y of the ray are correlated.
+        (P Qvv P)_ii / P_ii; the redundancy number, unless x and y are correlated.
     standardized : ndarray (k, 2)
-        Residuals over their standard deviations, see `residual_test`: Baarda's w if
-        `sigma0_prior` was given, else Pope's tau; 0 where nothing controls them. Pv
-        over the roots of the diagonal of P Qvv P if x and y of a ray are correlated.
+        Baarda's w if `sigma0_prior` was given, else Pope's tau (`residual_test`); 0
+        where nothing controls them.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
     control_redundancy_numbers, control_standardized : ndarray (q, 3)
@@ -90,8 +88,7 @@ class Bundle:
         "converged", "too many iterations", or "diverged": no step lowers vᵀPv.
     iterations : int
     history : pgm_lab.adjustment.History
-        vᵀPv, step length, and a bound of the largest change of an unknown in units of
-        its standard deviation, in each iteration.
+        vᵀPv, step length, and a bound of the change of all unknowns, each iteration.
     """
 
     network: Network

@@ -65,7 +65,7 @@ class Raster:
     path : str or None
         File it was read from.
     remark : str
-        What is not known of its place on the map, and what to do.
+        What is not known of its place on the map.
     """
 
     grey: np.ndarray = field(repr=False)

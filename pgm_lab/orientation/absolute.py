@@ -41,23 +41,20 @@ class Absolute:
     residuals : ndarray (n, 3)
         v = computed - observed, in the unit of the target.
     standardized : ndarray (n, 3)
-        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
-        tau; 0 where nothing controls them.
+        Baarda's w with `sigma`, else Pope's tau; 0 where nothing controls them.
     sigma0 : float
-        Standard deviation of unit weight. Without `sigma` that of a target coordinate;
-        with it, how many times larger than expected the residuals are.
+        Standard deviation of unit weight; without `sigma` that of a target coordinate.
     redundancy : int
         3 n - 7.
     status : str
-        "converged"; "gimbal lock": omega and kappa are not separable (phi = +-90
-        degrees), their rows of `covariance` are NaN, all the rest holds; "weak
-        geometry": the points lie nearly on a line, the covariance is rough; else what
-        the adjustment reports.
+        "converged"; "gimbal lock": omega and kappa are not separable, their rows of
+        `covariance` are NaN; "weak geometry": the points lie nearly on a line, the
+        covariance is rough; or a status of `adjust`.
     centroid : ndarray (3,)
-        The source's centroid C, about which `local_covariance` is written.
+        Of the source, for `local_covariance`.
     local_covariance : ndarray (7, 7)
-        Of the scale, of small rotations about the target's axes (radians), and of the
-        transformed centroid. It has no gimbal lock.
+        Of scale, small rotations about the target's axes, and transformed centroid; it
+        has no gimbal lock.
     """
 
     parameters: np.ndarray
@@ -94,10 +91,7 @@ class Absolute:
         return self.scale * local @ self.rotation.T + about
 
     def apply_covariance(self, points: ArrayLike) -> np.ndarray:
-        """Covariance (..., 3, 3) of transformed points, from that of the parameters.
-
-        The points themselves are taken as free of errors.
-        """
+        """Covariance (..., 3, 3) of transformed points, by that of the parameters."""
         local = _validate.points(points, 3, "points") - self.centroid
         J = _jacobian(self.scale, self.scale * local @ self.rotation.T)
         return J @ self.local_covariance @ np.swapaxes(J, -1, -2)

@@ -83,21 +83,19 @@ class Relative:
         v = computed - observed in the left and the right photo, in mm; of image
         coordinates freed from principal point and lens distortion.
     standardized : ndarray (n,)
-        Residuals over their standard deviations (Baarda's w with `sigma`, else Pope's
-        tau): one for a point, because its four coordinates are controlled by one
-        condition. 0 where nothing controls them.
+        Baarda's w with `sigma`, else Pope's tau: one a point, whose four coordinates
+        one condition controls; 0 where nothing does.
     sigma0 : float
         Standard deviation of an image coordinate from the residuals, in mm; NaN with
         five points, which have no redundancy.
     redundancy : int
         n - 5.
     status : str
-        "converged"; "no redundancy": five points, nothing is controlled; "several
-        solutions": another model fits as well, see `solutions` (a `sigma` helps to tell
-        them apart, and points outside of one plane); "no base": a rotation
-        alone fits as well; "weak geometry": a direction is uncertain by more than 0.1
-        rad; "gimbal lock": omega and kappa are not separable, their covariance is NaN;
-        "points behind a camera": see `point_status`; or what the adjustment reports.
+        "converged"; "no redundancy": five points; "several solutions": another model
+        fits as well (a `sigma` helps, and points outside of one plane); "no base": a
+        rotation alone fits as well; "weak geometry": a direction is uncertain by more
+        than 0.1 rad; "gimbal lock": omega and kappa are not separable, their covariance
+        is NaN; "points behind a camera": see `point_status`; or a status of `adjust`.
     point_status : ndarray (n,) of str
         "intersected", "behind a camera", "parallel rays".
     solutions : ndarray (k, 6)

@@ -51,8 +51,7 @@ class Resection:
     residuals : ndarray (n, 2)
         v = computed - observed, in mm.
     standardized : ndarray (n, 2)
-        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
-        tau.
+        Baarda's w with `sigma`, else Pope's tau.
     redundancy_numbers : ndarray (n, 2)
         Share of each coordinate in the redundancy.
     solutions : ndarray (k, 6)

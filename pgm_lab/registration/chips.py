@@ -45,12 +45,10 @@ class Registration:
     points : ndarray (n, 2)
         (column, row) in the reference image, in pixels, as given.
     dx, dy : ndarray (n,)
-        Shift in pixels, sensed minus reference, beyond the offset that was given: dx to
-        the right, dy down. Of the highest peak, also where the status warns of it; NaN
-        where nothing was compared.
+        Shift in pixels, sensed minus reference, beyond the offset, right and down. Of
+        the highest peak, whatever the status; NaN where nothing was compared.
     r : ndarray (n,)
-        Pearson's correlation coefficient at the highest whole pixel; NaN where nothing
-        was compared.
+        Pearson's r at the highest whole pixel; NaN where nothing was compared.
     second : ndarray (n,)
         At the second highest peak; -1 where there is no other, NaN as for r.
     covariance : ndarray (n, 2, 2)
@@ -74,10 +72,7 @@ class Registration:
 
     @property
     def sd(self) -> np.ndarray:
-        """Predicted standard deviation of a coordinate in pixels: ndarray (n,).
-
-        The root of the mean variance of dx and dy; NaN unless accepted.
-        """
+        """Predicted standard deviation (n,) of a coordinate, in pixels."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
     @cached_property
@@ -126,8 +121,8 @@ class Registration:
         Parameters
         ----------
         path : str or path
-            A file of comma-separated values (CSV), whose first line names its columns
-            with their units. Chips are numbered from 0; unknown values are empty.
+            A CSV file; its first line names columns and units. Unknown values are
+            empty.
         overwrite : bool
             Whether a file of this name may be replaced.
 

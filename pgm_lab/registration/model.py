@@ -51,10 +51,9 @@ class Model:
         (a0, b0), or (a0, a1, a2, b0, b1, b2); a0 and b0 in pixels, the others have no
         unit.
     covariance : ndarray (u, u)
-        Of the parameters, a posteriori: with the estimated sigma0.
+        Of the parameters, with the estimated sigma0.
     sigma0 : float
-        Estimated standard deviation of unit weight: how many of its predicted standard
-        deviations a shift is really off.
+        Errors over predicted standard deviations.
     redundancy : int
         Coordinates of the points used, less parameters.
     residuals : ndarray (n, 2)
@@ -62,8 +61,7 @@ class Model:
     redundancy_numbers : ndarray (n, 2)
         Share of each coordinate in the redundancy; NaN unless used.
     standardized : ndarray (n, 2)
-        Residuals over their standard deviations, from the estimated sigma0: Pope's tau.
-        NaN unless used.
+        Pope's tau; NaN unless used.
     used : ndarray (n,) of bool
         Accepted by the matching, and no blunder.
     centre : ndarray (2,)

@@ -40,11 +40,9 @@ class AerialPair:
     landscape : Landscape
     ground : tuple of two ndarray (rows, columns, 3)
         Object point that each pixel of left and right shows, in m: where its ray first
-        meets the bilinear heights of the DSM. Such a point may lie on the wall of a
-        house, which is a ramp as wide as a cell.
+        meets the bilinear DSM.
     hidden : tuple of two ndarray (rows, columns) of bool
-        Pixels of the left photo whose point the right one does not show (something
-        stands before it, or it is outside), and the other way round.
+        Pixels whose point the other photo does not show: occluded, or outside.
     """
 
     left: Photo

@@ -51,8 +51,7 @@ class Landscape:
     cell : float
         Side of a cell in m.
     borders : (X, X)
-        Where open fields end and mixed ground begins, and where that ends and the wood
-        begins, in m.
+        Where mixed ground and where the wood begin, in m.
     """
 
     grey: np.ndarray = field(repr=False)

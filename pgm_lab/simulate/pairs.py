@@ -192,11 +192,9 @@ class OrthoPair:
     reference, sensed : ndarray (rows, columns)
         Grey values.
     shift : ndarray (2,)
-        (columns, rows) from a point of the reference image to the same point of the
-        sensed one, in pixels: the truth.
+        The true (columns, rows) from reference to sensed image, in pixels.
     changed : ndarray (rows, columns) of bool
-        Pixels of the reference image of which at least a part is a field that the
-        sensed image shows changed.
+        Pixels of the reference image that show, in part, a changed field.
     """
 
     reference: np.ndarray = field(repr=False)

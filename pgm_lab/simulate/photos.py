@@ -180,7 +180,7 @@ def rough(
 
 @dataclass(frozen=True)
 class KnownNetwork:
-    """What is true in a simulated network, and what was measured in it.
+    """A simulated network: the truth, and what was measured.
 
     ``bundle.Network(net.camera, net.exteriors, net.points, net.photo, net.point,
     net.xy, net.sigma)`` is the network to adjust.
