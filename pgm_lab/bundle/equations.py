@@ -127,7 +127,7 @@ class Rays:
 
     @cached_property
     def stacks(self) -> list[tuple[slice, slice]]:
-        """Successive photos with equally many rays, and their rays: taken at once."""
+        """Successive photos with equally many rays, and their rays: stacked."""
         counts = np.bincount(self.photo, minlength=len(self.unknowns))
         stacks, first = [], 0
         for photo, own in enumerate(self.photos):
@@ -264,7 +264,7 @@ class Problem:
         k = len(rays.photo)
         A = np.empty((10 + len(self.estimated), 2, k))
         for some in (slice(i, i + RAYS_AT_ONCE) for i in range(0, k, RAYS_AT_ONCE)):
-            with np.errstate(all="ignore"):  # a step too far is refused by its vᵀPv
+            with np.errstate(all="ignore"):  # a step too far is rejected by its vᵀPv
                 v, _, by = imaging.equations(
                     interior,
                     state.exteriors,
