@@ -24,7 +24,6 @@ from numpy.typing import ArrayLike
 from PIL import Image
 
 from pgm_lab import _validate
-from pgm_lab._shown import publish_display_data
 
 if TYPE_CHECKING:
     from ipywidgets import ValueWidget
@@ -70,6 +69,21 @@ STYLE: dict[Any, Any] = {
 
 
 # --- What reaches the notebook: a figure, a table, a figure that follows sliders ---
+
+
+def publish_display_data(
+    data: dict[str, Any], metadata: dict[str, Any] | None = None
+) -> None:
+    """Show in the IPython that runs; elsewhere print the words, and start none.
+
+    IPython's own function would start a shell, which keeps a thread and a file open.
+    """
+    from IPython import display, get_ipython
+
+    if get_ipython() is None:
+        print(data["text/plain"])
+    else:
+        display.publish_display_data(data, metadata)
 
 
 def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> None:

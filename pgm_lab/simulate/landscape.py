@@ -8,7 +8,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, datasets
-from pgm_lab.image.resampling import _cubic
+from pgm_lab.image.resampling import cubic_weights
 
 OPEN, BUILDING, TREE, WATER = 0, 1, 2, 3
 ZONES = ("open", "mixed", "wood")
@@ -548,8 +548,8 @@ def cubic(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
     """
     rows, columns = layer.shape
     flat = np.pad(layer, 2, mode="edge").ravel()
-    i, down = _cubic(np.clip(row, -0.999, rows - 0.001), a=-0.75)
-    j, across = _cubic(np.clip(column, -0.999, columns - 0.001), a=-0.75)
+    i, down = cubic_weights(np.clip(row, -0.999, rows - 0.001), a=-0.75)
+    j, across = cubic_weights(np.clip(column, -0.999, columns - 0.001), a=-0.75)
     first = (i + 2) * (columns + 4) + j + 2
     out = np.zeros(row.shape, np.float32)
     for k, weight in enumerate(down):
@@ -560,7 +560,7 @@ def cubic(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
 
 def _cubic_matrix(x: np.ndarray, n: int) -> np.ndarray:
     """Weights (places, n) of n values at places inside, from 1 to n - 2."""
-    first, weights = _cubic(x, a=-0.75)
+    first, weights = cubic_weights(x, a=-0.75)
     out = np.zeros((len(x), n))
     for k, w in enumerate(weights):
         out[np.arange(len(x)), first + k] = w

@@ -23,7 +23,7 @@ from pgm_book.common.real_pairs.pairs import (
     subjects,
 )
 from pgm_lab import datasets, lsm, matching, ncc
-from pgm_lab.matching._quality import RECOMMENDED, quality
+from pgm_lab.matching import RECOMMENDED_QUALITY, quality
 
 Row = tuple[str, str, str]  # what, pair, figures
 
@@ -286,7 +286,7 @@ def _wrong(pair: Stereo, how: str, points: np.ndarray) -> Row:
     truth = pair.truth(points)
     points, truth = (v[~np.isnan(truth[:, 0])] for v in (points, truth))
     e_ncc, e_lsm, q = errors_and_quality(pair, points, truth)
-    kept = q >= RECOMMENDED
+    kept = q >= RECOMMENDED_QUALITY
     return (
         f"wrong, {how}",
         f"{pair.name}, {len(points)}",
@@ -318,7 +318,7 @@ def one_call(folder: Path) -> Iterator[Row]:
         found = matching.match(pair.left, pair.right)
         error = distance(found.points, pair.truth(found.chosen))
         k = found.accepted
-        kept = k & (found.quality >= RECOMMENDED)
+        kept = k & (found.quality >= RECOMMENDED_QUALITY)
         yield (
             "one call, 200 points",
             f"{pair.name}{'' if pair.name == 'graffiti' else ' (made)'}",
