@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 from scipy.optimize import least_squares, minimize
 from scipy.stats import chi2
 
@@ -273,9 +275,9 @@ def test_parameters_fixed_by_constraints_have_no_variance_and_no_correlation():
         args=[C],
         constraints=lambda x, C: ((C @ x[..., None])[..., 0] - 1 / 3, C),
     )
-    assert found.x[0, 1] == pytest.approx(1 / 3, rel=1e-14)
-    np.testing.assert_array_equal(found.sd[:, :2], 0)
-    np.testing.assert_array_equal(found.correlation[:, :2], 0)
+    assert found.x[0, 1] == approx(1 / 3, rel=1e-14)
+    equal(found.sd[:, :2], 0)
+    equal(found.correlation[:, :2], 0)
     assert np.all(found.sd[:, 2:] > 0) and np.all(found.status == "converged")
     assert np.all(np.abs(found.correlation) <= 1 + 1e-12)
     assert not np.isnan(found.history.change).any()
@@ -335,7 +337,7 @@ def test_rounding_of_a_constraint_does_not_shorten_steps(start):
     options = {"args": [stations], "constraints": circle}
     found = adjust(distances, offset + start, readings, **options)
     assert found.status == "converged"
-    np.testing.assert_array_equal(found.history.step, 1)
+    equal(found.history.step, 1)
 
 
 def test_a_constraint_that_nothing_satisfies_does_not_converge():
@@ -384,7 +386,7 @@ def test_datum_of_a_levelling_net_changes_heights_but_nothing_observed(i):
     free, held = level(inner), level(fixed(i, 100.0))
     assert_same(free, held, (*OBSERVATIONS, "sigma0"))
     assert free.redundancy == held.redundancy == 3
-    assert held.x[i] == pytest.approx(100, rel=1e-14)
+    assert held.x[i] == approx(100, rel=1e-14)
     assert np.ptp(free.x - held.x) < 1e-11  # one shift for all
     assert np.trace(free.cofactor) < np.trace(held.cofactor) - 0.1
     N = LEVELLING.T @ np.diag(1 / LENGTHS) @ LEVELLING
@@ -440,12 +442,12 @@ def test_line_search_converges_where_full_steps_run_away():
     assert damped.status == "converged"
     assert damped.history.step[0] < 1 and damped.history.step[-1] == 1
     halved = np.log2(damped.history.step)
-    np.testing.assert_array_equal(halved, np.round(halved))
+    equal(halved, np.round(halved))
     assert np.all(np.diff(damped.history.objective) <= 0)
     full = adjust(*arguments, line_search=False, max_iterations=3)
     assert full.status == "too many iterations" and abs(full.x[0]) > 1e3
     assert np.all(np.diff(full.history.objective) > 0)
-    np.testing.assert_array_equal(full.history.step, 1)
+    equal(full.history.step, 1)
 
 
 def test_near_the_solution_every_step_is_full_and_damping_changes_nothing():
@@ -453,7 +455,7 @@ def test_near_the_solution_every_step_is_full_and_damping_changes_nothing():
     damped = adjust(*arguments, args=[STATIONS])
     full = adjust(*arguments, args=[STATIONS], line_search=False)
     assert_same(damped, full, rtol=0, atol=0)
-    np.testing.assert_array_equal(damped.history.step, 1)
+    equal(damped.history.step, 1)
 
 
 @given(st.lists(st.floats(-9, 9), min_size=2, max_size=2), st.integers(0, 99))
@@ -557,7 +559,7 @@ def test_nothing_handed_over_is_changed():
     found = adjust(distances, start, readings, args=[stations], weights=weights)
     found.x[:] = 0
     for one, other in zip(given, before):
-        np.testing.assert_array_equal(one, other)
+        equal(one, other)
 
 
 # --- Agreement with scipy ---
@@ -609,7 +611,7 @@ def test_redundancy_numbers_add_up_to_the_redundancy(
     found = adjust(linear(A), np.zeros(3), observations, **options)
     assert found.redundancy == made - 3 + 2 * weighted + constrained
     total = found.redundancy_numbers.sum() + found.parameter_redundancy_numbers.sum()
-    assert total == pytest.approx(found.redundancy, abs=1e-8)
+    assert total == approx(found.redundancy, abs=1e-8)
     if not correlated:
         assert np.all(found.redundancy_numbers > -1e-12)
         assert np.all(found.redundancy_numbers < 1 + 1e-12)
@@ -648,7 +650,7 @@ def test_squared_w_is_what_an_own_error_of_the_observation_takes_from_v_P_v(corr
         with_error = np.column_stack([A, np.eye(9)[i]])
         other = adjust(linear(with_error), np.zeros(4), observations, **options)
         drop = 6 * found.sigma0**2 - 5 * other.sigma0**2
-        assert found.standardized[i] ** 2 == pytest.approx(drop, rel=1e-8)
+        assert found.standardized[i] ** 2 == approx(drop, rel=1e-8)
         # an observation that is too large has a negative v and a positive error
         assert np.sign(found.standardized[i]) == -np.sign(other.x[3])
 
@@ -656,7 +658,7 @@ def test_squared_w_is_what_an_own_error_of_the_observation_takes_from_v_P_v(corr
 def test_an_observation_that_nothing_controls_gets_no_standardised_residual():
     A = np.array([[1.0, 0], [1, 0], [1, 0], [0, 1]])
     found = adjust(linear(A), [0, 0], [1.0, 1.1, 0.9, 5.0], sigma0_prior=0.1)
-    assert found.redundancy_numbers[3] == pytest.approx(0, abs=1e-12)
+    assert found.redundancy_numbers[3] == approx(0, abs=1e-12)
     assert found.standardized[3] == 0 and abs(found.residuals[3]) < 1e-12
     assert np.all(found.standardized[1:3] != 0)
 
@@ -666,7 +668,7 @@ def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
     bare = adjust(linear(A), [0, 0], [1.0, 2.0])
     assert bare.redundancy == 0 and bare.status == "converged"
     assert np.isnan(bare.sigma0) and np.isnan(bare.sd).all()
-    np.testing.assert_array_equal(bare.standardized, 0)
+    equal(bare.standardized, 0)
     known = adjust(linear(A), [0, 0], [1.0, 2.0], sigma0_prior=0.1)
     close(known.covariance, 0.01 * np.linalg.inv(A.T @ A))
     with pytest.raises(ValueError, match="without redundancy"):
@@ -681,9 +683,9 @@ def test_global_test_compares_sigma0_with_its_prior(factor, accepted):
     prior = plain.sigma0 / factor
     found = adjust(*arguments, weights=weights, sigma0_prior=prior)
     test = found.global_test(alpha=0.1)
-    assert test.statistic == pytest.approx(6 * factor**2)
-    assert test.lower == pytest.approx(chi2.ppf(0.05, 6))
-    assert test.upper == pytest.approx(chi2.ppf(0.95, 6))
+    assert test.statistic == approx(6 * factor**2)
+    assert test.lower == approx(chi2.ppf(0.05, 6))
+    assert test.upper == approx(chi2.ppf(0.95, 6))
     assert test.accepted == accepted
     with pytest.raises(ValueError, match="needs sigma0_prior"):
         plain.global_test()
@@ -711,7 +713,7 @@ def test_a_weight_on_the_parameter_cures_a_defect_and_a_useless_constraint_does_
     found = level(None, parameter_weights=[1.0, 0, 0, 0])
     close(found.residuals, level(fixed(0)).residuals, atol=1e-12)
     assert found.redundancy == 3
-    assert found.parameter_redundancy_numbers[0] == pytest.approx(0, abs=1e-9)
+    assert found.parameter_redundancy_numbers[0] == approx(0, abs=1e-9)
     row = np.array([[1.0, -1.0, 0.0, 0.0]])
     with pytest.raises(RankDefect, match="x1, x2, x3, x4"):
         level(lambda x: (row @ x - 1.2, row))
@@ -768,7 +770,7 @@ def test_a_stack_equals_a_loop(kind):
         assert (found.status[i], found.iterations[i]) == (alone.status, count)
         objective = found.history.objective[: count + 1, i]
         close(objective, alone.history.objective, rtol=1e-12)
-        np.testing.assert_array_equal(found.history.step[:count, i], alone.history.step)
+        equal(found.history.step[:count, i], alone.history.step)
         assert not found.history.step[count:, i].any()
         assert not found.history.change[count:, i].any()
 
@@ -784,7 +786,7 @@ def test_leading_axes_are_those_of_the_start_values():
     found = adjust(distances, *shaped, **options)
     for name, values in fields(flat).items():
         values = values.reshape(2, 3, *values.shape[1:])
-        np.testing.assert_array_equal(getattr(found, name), values)
+        equal(getattr(found, name), values)
     assert found.status.shape == found.iterations.shape == (2, 3)
     assert found.sd.shape == (2, 3, 2)
     rows = found.iterations.max()
@@ -834,8 +836,8 @@ def test_every_problem_of_a_stack_gets_its_own_status():
     expected = ["converged", "singular", "diverged", "too many iterations"]
     assert list(found.status) == expected
     alone = adjust(model, start[:1], observations, args=[a[:1], b[:1]])
-    np.testing.assert_array_equal(found.x[0], alone.x[0])
-    np.testing.assert_array_equal(found.cofactor[0], alone.cofactor[0])
+    equal(found.x[0], alone.x[0])
+    equal(found.cofactor[0], alone.cofactor[0])
     assert np.isnan(found.x[1]).all() and np.isnan(found.sd[1]).all()
     assert np.isnan(found.residuals[1]).all() and np.isnan(found.sigma0[1])
     assert np.isnan(found.sigma0[2]) and found.iterations[2] == 0
@@ -849,7 +851,7 @@ def test_a_wrong_jacobian_is_called_divergence():
 
     found = adjust(wrong, [20.0, 70.0], READINGS)
     assert found.status == "diverged"
-    np.testing.assert_array_equal(found.x, [20, 70])  # left where it was
+    equal(found.x, [20, 70])  # left where it was
     assert found.history.step[-1] == 0
     assert found.history.objective[-1] == found.history.objective[0]
 
@@ -861,7 +863,7 @@ def test_a_step_to_where_nothing_is_defined_is_shortened():
 
     found = adjust(logarithm, [5.0], [0.01, -0.01, 0.0])
     assert found.status == "converged" and found.history.step[0] < 1
-    assert found.x[0] == pytest.approx(1, abs=1e-6)
+    assert found.x[0] == approx(1, abs=1e-6)
     full = adjust(logarithm, [5.0], [0.01, -0.01, 0.0], line_search=False)
     assert full.status == "diverged"
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
 
 from pgm_lab.adjustment import normal
 
@@ -21,9 +23,9 @@ def test_solution_and_cofactor_in_any_units(seed, decade):
     expected = np.linalg.lstsq(A, np.arange(8.0), rcond=None)[0]
     cofactor = np.linalg.inv(N)
     assert not singular
-    np.testing.assert_allclose(dx * units, expected, rtol=1e-6, atol=1e-9)
+    close(dx * units, expected, rtol=1e-6, atol=1e-9)
     scaled = Q * units * units[:, None]
-    np.testing.assert_allclose(scaled, cofactor, rtol=1e-6, atol=1e-9)
+    close(scaled, cofactor, rtol=1e-6, atol=1e-9)
 
 
 def test_correlates_are_the_lagrange_multipliers():
@@ -31,8 +33,8 @@ def test_correlates_are_the_lagrange_multipliers():
     N, n = A.T @ A, A.T @ np.arange(8.0)
     C, c = np.array([[1.0, 2, 0, 0], [0, 3e5, 0, -1e5]]), np.array([0.3, -2e5])
     dx, _, k, _ = normal.solve(N, n, C, c)
-    np.testing.assert_allclose(N @ dx + C.T @ k, n, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(C @ dx, -c, rtol=1e-12)
+    close(N @ dx + C.T @ k, n, rtol=1e-9, atol=1e-9)
+    close(C @ dx, -c, rtol=1e-12)
 
 
 def test_a_stack_holds_regular_and_singular_problems():
@@ -41,9 +43,9 @@ def test_a_stack_holds_regular_and_singular_problems():
     A[2, :, 0] = A[2, :, 1] - 3 * A[2, :, 2]
     N = np.swapaxes(A, 1, 2) @ A
     dx, Q, _, singular = normal.solve(N, np.ones((3, 4)))
-    np.testing.assert_array_equal(singular, [False, True, True])
+    equal(singular, [False, True, True])
     assert np.isnan(dx[1:]).all() and np.isnan(Q[1:]).all()
-    np.testing.assert_allclose(N[0] @ dx[0], 1, rtol=1e-9)
+    close(N[0] @ dx[0], 1, rtol=1e-9)
 
 
 def test_null_space_is_the_direction_that_no_observation_sees():
@@ -52,7 +54,7 @@ def test_null_space_is_the_direction_that_no_observation_sees():
     found = normal.null_space(A.T @ A, ["a", "b", "c", "d"])
     assert found.defect == 1 and found.names == ("a", "b", "d")
     direction = found.vectors[:, 0] / found.vectors[3, 0]
-    np.testing.assert_allclose(direction, [-1e-5, 2e-5, 0, 1], atol=1e-12)
+    close(direction, [-1e-5, 2e-5, 0, 1], atol=1e-12)
 
 
 def test_two_defects_are_counted_and_each_parameter_named_once():

@@ -3,6 +3,8 @@ simulated pair whose ground is known, by correlation and by a simulated operator
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import simulate, stereo
 
@@ -108,7 +110,7 @@ def test_a_common_error_makes_six_numbers_alike_and_leaves_the_differences(
     assert before.max() / before.min() > 3
     for one, other in zip(alone, common):
         difference = [np.std(zone[1] - zone[0]) for zone in (one, other)]
-        assert difference[0] == pytest.approx(difference[1], rel=0.03)
+        assert difference[0] == approx(difference[1], rel=0.03)
 
 
 def test_matching_at_the_finest_level_alone_works_where_the_search_is_wide():
@@ -131,7 +133,7 @@ def test_matching_at_the_finest_level_alone_works_where_the_search_is_wide():
     assert max(wrong[:2]) < 0.01
     # Places tried a pixel: 91 against 25 on the coarsest of three levels, then 7 and 7
     coarse_to_fine = 25 / 16 + 7 / 4 + 7
-    assert 91 / coarse_to_fine == pytest.approx(8.8, abs=0.05)
+    assert 91 / coarse_to_fine == approx(8.8, abs=0.05)
 
 
 def multiplications(left, right, window, search, lines):
@@ -168,4 +170,4 @@ def test_operations_grow_with_the_places_searched_and_with_the_window():
     for n in (3, 7, 15):
         windows = np.lib.stride_tricks.sliding_window_view(image, (n, n))
         fast = total[n:, n:] - total[:-n, n:] - total[n:, :-n] + total[:-n, :-n]
-        np.testing.assert_allclose(fast, windows.sum(axis=(2, 3)), atol=1e-9)
+        close(fast, windows.sum(axis=(2, 3)), atol=1e-9)

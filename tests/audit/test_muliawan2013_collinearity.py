@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import camera as cam
 from pgm_lab import rotation
@@ -66,16 +68,16 @@ def test_2_18_and_2_19_give_the_image_with_the_scale_minus_f_over_q():
         rays = rotation.matrix(*exterior[3:]) @ (point - exterior[:3])
         scale = -F / rays[2]
         x, y, minus_f = scale * rays
-        assert scale > 0 and minus_f == pytest.approx(-F, rel=1e-15)
+        assert scale > 0 and minus_f == approx(-F, rel=1e-15)
         image = cam.project(Camera(F), exterior, point)
-        np.testing.assert_allclose((x, y), image, rtol=0, atol=1e-12)
+        close((x, y), image, rtol=0, atol=1e-12)
 
 
 def test_2_20_follows_from_2_19_and_not_from_2_2():
     # (2.2) turns by omega alone, without station and scale
     for exterior, point in CASES:
         x, y, minus_f = rotation.matrix(*exterior[3:]) @ (point - exterior[:3])
-        np.testing.assert_allclose(
+        close(
             (-F * x / minus_f, -F * y / minus_f), ratio(F, exterior, point), rtol=1e-12
         )
         x, y, minus_f = rotation.matrix(exterior[3], 0, 0) @ point
@@ -87,7 +89,7 @@ def test_2_20_and_2_21_hold_with_brackets_and_not_with_absolute_values():
     images = []
     for exterior, point in CASES:
         images.append(cam.project(CAMERA, exterior, point) - CENTRE)
-        np.testing.assert_allclose(images[-1], ratio(F, exterior, point), rtol=1e-12)
+        close(images[-1], ratio(F, exterior, point), rtol=1e-12)
     # -f |...| would be negative throughout; a half of the coordinates is not
     assert 0.2 < np.mean(np.array(images) > 0) < 0.8
 
@@ -107,7 +109,7 @@ def test_2_22_and_2_23_are_first_order_with_v_computed_minus_observed():
             angles, place = [b[k] for k in row[:3]], [b[k] for k in row[3:]]
             right = np.dot(angles, move[:3]) + np.dot(place, move[6:] - move[3:6])
             misclosure = observed[axis] - computed[axis]  # J or K
-            assert v[axis] + misclosure == pytest.approx(right, abs=3e-4)
+            assert v[axis] + misclosure == approx(right, abs=3e-4)
             assert abs(v[1 - axis] + misclosure - right) > 3e-3
 
 
@@ -135,11 +137,11 @@ def test_2_24_b13_needs_m21_for_m12():
     for exterior, point in CASES:
         _, y = ratio(F, exterior, point)
         b13 = as_printed.muliawan_listing(F, exterior, point)["b13"]
-        assert b13 == pytest.approx(y, rel=1e-12)
+        assert b13 == approx(y, rel=1e-12)
     # The printed formula with this one element replaced
     for m, (dX, _, _), (_, _, q), printed, derivative in one_by_one("b13"):
         repaired = printed - F / q * (m[1, 0] - m[0, 1]) * dX
-        assert repaired == pytest.approx(derivative, rel=1e-12)
+        assert repaired == approx(derivative, rel=1e-12)
 
 
 def test_2_24_b22_needs_two_signs_turned():
@@ -175,9 +177,9 @@ def test_2_24_b22_needs_two_signs_turned():
 def test_2_24_b23_has_the_wrong_sign():
     for exterior, point in CASES:
         printed = as_printed.muliawan_2_24(F, exterior, point)["b23"]
-        assert -printed == pytest.approx(derivatives(exterior, point)["b23"], rel=1e-12)
+        assert -printed == approx(derivatives(exterior, point)["b23"], rel=1e-12)
         x, _ = ratio(F, exterior, point)
-        assert -printed == pytest.approx(-x, rel=1e-12)  # y moves by -x
+        assert -printed == approx(-x, rel=1e-12)  # y moves by -x
 
 
 def test_2_24_b26_needs_m33_for_m32():
@@ -185,8 +187,8 @@ def test_2_24_b26_needs_m33_for_m32():
     # The printed formula with this one element replaced
     for m, _, (_, s, q), printed, derivative in one_by_one("b26"):
         repaired = printed + F / q**2 * s * (m[2, 2] - m[2, 1])
-        assert repaired == pytest.approx(derivative, rel=1e-12)
-        assert repaired == pytest.approx(F / q**2 * (s * m[2, 2] - q * m[1, 2]))
+        assert repaired == approx(derivative, rel=1e-12)
+        assert repaired == approx(F / q**2 * (s * m[2, 2] - q * m[1, 2]))
 
 
 def test_listing_computes_all_twelve_coefficients_right():
@@ -199,20 +201,18 @@ def test_listing_computes_all_twelve_coefficients_right():
         for row, axis in ((as_printed.ROW_X, 0), (as_printed.ROW_Y, 1)):
             values = np.array([b[name] for name in row])
             model = [*result.exterior[axis, 3:], *result.point[axis]]
-            np.testing.assert_allclose(values, model, rtol=1e-11)
-            np.testing.assert_allclose(
-                -values[3:], result.exterior[axis, :3], rtol=1e-11
-            )
+            close(values, model, rtol=1e-11)
+            close(-values[3:], result.exterior[axis, :3], rtol=1e-11)
 
 
 def test_2_25_to_2_27_are_the_ray_in_the_frame_of_the_camera():
     for exterior, point in CASES:
         *_, (r, s, q) = as_printed.terms(exterior, point)
         depth = cam.collinearity(CAMERA, exterior, point, (0, 0)).depth
-        assert -q == pytest.approx(float(depth), rel=1e-13)
+        assert -q == approx(float(depth), rel=1e-13)
         distance = np.linalg.norm(point - exterior[:3])
-        assert np.linalg.norm((r, s, q)) == pytest.approx(distance, rel=1e-13)
-        np.testing.assert_allclose(
+        assert np.linalg.norm((r, s, q)) == approx(distance, rel=1e-13)
+        close(
             (-F * r / q, -F * s / q),
             cam.project(CAMERA, exterior, point) - CENTRE,
             rtol=1e-12,
@@ -224,9 +224,9 @@ def test_2_28_and_2_29_are_observed_minus_computed():
         observed = cam.project(CAMERA, exterior, point) + (0.02, -0.05)
         *_, (r, s, q) = as_printed.terms(exterior, point)
         misclosure = observed - CENTRE + F * np.array([r, s]) / q
-        np.testing.assert_allclose(misclosure, (0.02, -0.05), atol=1e-12)
+        close(misclosure, (0.02, -0.05), atol=1e-12)
         v = cam.collinearity(CAMERA, exterior, point, observed).v
-        np.testing.assert_allclose(misclosure, -v, atol=1e-12)
+        close(misclosure, -v, atol=1e-12)
 
 
 # Resection, (2.63) to (2.68)
@@ -270,7 +270,7 @@ def test_2_65_to_2_67_converge_to_the_true_exterior():
     exterior = TRUE + (20, -30, 40, 0.05, -0.04, 0.06)
     for _ in range(6):
         exterior = exterior + step(exterior, observed, GROUND)[0]
-    np.testing.assert_allclose(exterior, TRUE, rtol=0, atol=1e-8)
+    close(exterior, TRUE, rtol=0, atol=1e-8)
 
 
 def test_2_64_holds_to_first_order_for_finite_increments():
@@ -284,7 +284,7 @@ def test_2_64_holds_to_first_order_for_finite_increments():
         for part in (1, 0.5)
     ]
     assert np.abs(left[0]).max() < 1e-3 < 0.05 < np.abs(A @ move).max()
-    np.testing.assert_allclose(left[1], left[0] / 4, rtol=0, atol=2e-6)
+    close(left[1], left[0] / 4, rtol=0, atol=2e-6)
 
 
 def test_2_64_second_row_needs_y_on_the_left():
@@ -295,9 +295,7 @@ def test_2_64_second_row_needs_y_on_the_left():
     computed = observed.ravel() - b
     printed = b.copy()
     printed[1::2] = observed[:, 0] - computed[1::2]
-    np.testing.assert_allclose(
-        np.linalg.lstsq(A, b, rcond=None)[0], TRUE - exterior, rtol=0, atol=1e-6
-    )
+    close(np.linalg.lstsq(A, b, rcond=None)[0], TRUE - exterior, rtol=0, atol=1e-6)
     wrong = np.linalg.lstsq(A, printed, rcond=None)[0]
     assert np.linalg.norm(wrong[:3]) > 100  # start values good to a millimetre
 

@@ -7,6 +7,7 @@ stops when its corrections are small: 1e-6 of a standard deviation is what it le
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
 
 from pgm_lab import bundle, datasets
 from pgm_lab.camera import Camera
@@ -26,7 +27,7 @@ def ours():
 def test_redundancy_and_variance_of_unit_weight(ours):
     assert ours.status == "converged"
     assert ours.redundancy == DATA.redundancy == 693
-    np.testing.assert_allclose(ours.sigma0**2, DATA.variance, rtol=1e-9)  # 10 digits
+    close(ours.sigma0**2, DATA.variance, rtol=1e-9)  # 10 digits
 
 
 @pytest.mark.parametrize("which", ["interior", "exteriors", "points"])
@@ -39,7 +40,7 @@ def test_parameters_to_a_millionth_of_their_standard_deviation(ours, which):
 @pytest.mark.parametrize("which", ["interior", "exteriors", "points"])
 def test_standard_deviations_to_eight_digits(ours, which):
     expected = getattr(DATA, f"{which}_sd")
-    np.testing.assert_allclose(getattr(ours, f"sd_{which}"), expected, rtol=1e-8)
+    close(getattr(ours, f"sd_{which}"), expected, rtol=1e-8)
 
 
 def test_with_the_other_lens_direction_the_camera_is_another_one(ours):

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from pgm_book.ch06 import figures as ch06_figures
 from pgm_lab import _rounding, bundle, datasets, plot
-from pgm_lab.plot import _style
+from pgm_lab.plot import space
 
 NETWORK = datasets.muliawan2013()
 EXTERIORS, POINTS = NETWORK.exteriors, NETWORK.object_points
@@ -150,13 +150,13 @@ def test_screen_directions_are_those_of_the_drawing():
     steps = np.concatenate([np.zeros((1, 3)), np.eye(3)])
     x, y, _ = proj3d.proj_transform(*steps.T, ax.get_proj())
     seen = np.array([x[1:] - x[0], y[1:] - y[0]])
-    expected = _style.screen(view)
+    expected = space.screen(view)
     scale = np.linalg.norm(seen[0]) / np.linalg.norm(expected[0])
     np.testing.assert_allclose(seen, scale * expected, atol=1e-12)
 
 
 def test_object_is_seen_openly_and_the_network_across():
-    right, up = _style.screen(_style.best_view(EXTERIORS[:, :3], POINTS))
+    right, up = space.screen(space.best_view(EXTERIORS[:, :3], POINTS))
     # The targets lie on a wall: seen edge-on, one extent would vanish
     extents = np.linalg.svd((POINTS - POINTS.mean(axis=0)) @ np.array([right, up]).T)[1]
     assert extents[1] > 0.25 * extents[0]
@@ -170,7 +170,7 @@ def test_a_network_along_any_direction_lies_across_the_picture():
     rng = np.random.default_rng(1)
     centres = rng.normal(size=(5, 3))
     points = 30 * along + rng.normal(size=(20, 3))
-    right, _ = _style.screen(_style.best_view(centres, points))
+    right, _ = space.screen(space.best_view(centres, points))
     # 35 degrees off, so that depth shows
     assert abs(right @ along) == pytest.approx(np.cos(np.radians(35)), abs=0.05)
 
@@ -182,7 +182,7 @@ def test_drawing_fills_its_place_in_the_figure(view):
     ax.set_proj_type("ortho")
     ax.view_init(*view)
     where = np.array([0.2, 0.1, 0.7, 0.5])
-    _style.fill(ax, POSITIONS, where)
+    space.fill(ax, POSITIONS, where)
     fig.canvas.draw()
     x, y, _ = proj3d.proj_transform(*POSITIONS.T, ax.get_proj())
     seen = ax.transData.transform(np.column_stack([x, y])) / (900, 500)
