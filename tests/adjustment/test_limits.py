@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose as close
 from pytest import approx
 
-from pgm_book.ch06 import defects
 from pgm_lab import bundle
 from pgm_lab.adjustment import RankDefect, adjust, normal
 from pgm_lab.bundle import datum, snooping, solve
@@ -180,22 +179,3 @@ def test_the_bundle_has_the_same_limit_of_inflation(share, regular):
     else:
         with pytest.raises(RankDefect, match="rank 37 of 38"):
             solve._factor(problem, state, alike, move)
-
-
-@pytest.mark.parametrize(
-    "rms, status", [(0.99e3, "not converged"), (1.01e3, "diverged")]
-)
-def test_a_run_with_defects_has_diverged_beyond_a_metre_in_the_image(rms, status):
-    v = [np.full((2, 2), 1.0), np.full((2, 2), rms)]
-    assert defects._status(v, [1.0], ()) == status
-
-
-@pytest.mark.parametrize(
-    "moved, status", [(1.1e-7, "not converged"), (0.9e-7, "converged")]
-)
-def test_a_run_with_defects_is_still_below_a_ten_millionth_of_a_millimetre(
-    moved, status
-):
-    v = [np.zeros((2, 2)), np.zeros((2, 2))]
-    v[1][1, 0] = moved
-    assert defects._status(v, [1.0], ()) == status

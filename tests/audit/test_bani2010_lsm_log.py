@@ -26,37 +26,28 @@ ROWS, UNKNOWNS = 17 * 17, 6  # the loops run from 2 to 18 over a grid of 19
 PRINTED_DETERMINANT = 1.54977096612953e29
 
 
-def corrected_point(x, y):
-    """The update of the listing: y with the x that has just been updated."""
-    x = x + PRINTED_A @ (1, x, y)
-    return x, y + PRINTED_B @ (1, x, y)
-
-
 SHIFT = np.array(PRINTED_POINT) - START
 
 
 def test_corrected_point_follows_from_the_six_parameters_to_the_last_digit():
-    # Parameters of 15 digits times 1049 are good to 1e-12; so is the sum
-    point = corrected_point(*START)
-    close(point, PRINTED_POINT, rtol=0, atol=6e-12)
-    assert f"{point[0]:.12f}" == "267.950495643963"
-    assert f"{point[1]:.11f}" == "1049.06028818143"
+    # Parameters of 15 digits times 1049 are good to 1e-12; so is the sum. The update of
+    # the listing takes for y the x that has just been updated
+    x, y = START
+    x = x + PRINTED_A @ (1, x, y)
+    y = y + PRINTED_B @ (1, x, y)
+    assert (f"{x:.12f}", f"{y:.11f}") == ("267.950495643963", "1049.06028818143")
 
 
 def test_update_of_y_takes_the_updated_x_which_costs_0001_px_here():
-    x, y = START
-    as_2_9 = y + PRINTED_B @ (1, x, y)
+    as_2_9 = START[1] + PRINTED_B @ (1, *START)
     assert PRINTED_POINT[1] - as_2_9 == approx(0.0014, abs=5e-5)
     # It is the product of two corrections, and vanishes with them
-    product = PRINTED_B[1] * SHIFT[0]
-    assert PRINTED_POINT[1] - as_2_9 == approx(product, rel=1e-6)
+    assert PRINTED_POINT[1] - as_2_9 == approx(PRINTED_B[1] * SHIFT[0], rel=1e-6)
 
 
 def test_a0_and_b0_are_the_shift_at_the_corner_of_the_image_1083_px_away():
-    at_corner = np.array(affine(PRINTED, 0, 0))
-    at_match = np.array(affine(PRINTED, *START))
-    close(at_corner, (130.34, 48.50), atol=5e-3)
-    close(at_match, (-0.0495, 0.0589), atol=5e-5)
+    close(affine(PRINTED, 0, 0), (130.34, 48.50), atol=5e-3)
+    close(affine(PRINTED, *START), (-0.0495, 0.0589), atol=5e-5)
     # Increments: with (2.8) for x' itself the match would lie beside the image
     assert affine(PRINTED, *START)[0] < 0
 
@@ -82,34 +73,32 @@ def test_standard_deviation_of_a0_is_two_hundred_times_that_of_the_shift():
     close(far[[1, 2, 4, 5]], near[[1, 2, 4, 5]], rtol=1e-4)
 
 
-def test_determinant_does_not_depend_on_the_origin_of_the_coordinates():
-    # x + c = x * 1 + c: a triangular matrix with ones on its diagonal, determinant 1.
-    # Elimination loses digits with the far origin: whole numbers are exact
-    def exact(matrix):
-        m, result = [[Fraction(int(v)) for v in row] for row in matrix], Fraction(1)
-        for k in range(len(m)):
-            result *= m[k][k]
-            for row in m[k + 1 :]:
-                factor = row[k] / m[k][k]
-                row[k:] = [a - factor * b for a, b in zip(row[k:], m[k][k:])]
-        return result
+def exact_determinant(matrix):
+    """Elimination loses digits with the far origin: whole numbers are exact."""
+    m, result = [[Fraction(int(v)) for v in row] for row in matrix], Fraction(1)
+    for k in range(len(m)):
+        result *= m[k][k]
+        for row in m[k + 1 :]:
+            factor = row[k] / m[k][k]
+            row[k:] = [a - factor * b for a, b in zip(row[k:], m[k][k:])]
+    return result
 
+
+def test_determinant_does_not_depend_on_the_origin_of_the_coordinates():
+    # x + c = x * 1 + c: a triangular matrix with ones on its diagonal, determinant 1
     x, y = window(8)
     gx, gy = np.round(gradient(x, y, 9.0))
-    near, far = (
-        design(gx, gy, x + c[0], y + c[1]).astype(np.int64) for c in ((0, 0), START)
-    )
-    assert exact((near.T @ near).tolist()) == exact((far.T @ far).tolist()) > 0
+    A = [design(gx, gy, x + a, y + b).astype(np.int64) for a, b in ((0, 0), START)]
+    near, far = (exact_determinant(a.T @ a) for a in A)
+    assert near == far > 0
 
 
 def test_condition_does_depend_on_the_origin_and_the_determinant_does_not_see_it():
     near, far = (np.linalg.cond(normal_matrix(c)) for c in ((0, 0), START))
     assert near < 1e3 and far > 1e10
     # The determinant follows the contrast instead, with its twelfth power
-    ratio = np.linalg.det(normal_matrix((0, 0), contrast=18.0)) / np.linalg.det(
-        normal_matrix((0, 0), contrast=9.0)
-    )
-    assert ratio == approx(2**12, rel=1e-9)
+    one, two = (np.linalg.det(normal_matrix((0, 0), contrast=c)) for c in (9.0, 18.0))
+    assert two / one == approx(2**12, rel=1e-9)
 
 
 def test_normal_matrix_is_positive_definite_where_gradients_point_in_two_directions():
@@ -153,24 +142,21 @@ def test_printed_determinant_stands_for_gradients_of_about_5_5_a_pixel():
 def test_printed_s0_is_the_root_divided_by_r_and_stands_for_6_46_grey_values():
     # The listing divides the root by r = 289 - 6. The same V'V in (2.14e):
     r = ROWS - UNKNOWNS
-    assert r == 283
-    VtV = (PRINTED_S0 * r) ** 2
-    assert np.sqrt(VtV / r) == approx(6.4628, abs=5e-5)
+    S0 = np.sqrt((PRINTED_S0 * r) ** 2 / r)
+    assert r == 283 and S0 == approx(6.4628, abs=5e-5)
     # 0.384 grey values would be less than the rounding of two images to whole ones
-    assert PRINTED_S0 < np.sqrt(2 / 12) < np.sqrt(VtV / r)
+    assert PRINTED_S0 < np.sqrt(2 / 12) < S0
 
 
 def test_s0_of_the_listing_depends_on_the_size_of_the_window_and_2_14e_does_not():
     rng = np.random.default_rng(7)
-    listing, printed = [], []
+    s0 = []
     for half in (5, 8, 16):
         x, y = window(half)
-        A = design(*gradient(x, y), x, y)
-        L = rng.normal(0, 6.5, x.size)
-        V = A @ np.linalg.lstsq(A, L)[0] - L
-        r = x.size - 6
-        listing.append(np.sqrt(V @ V) / r)
-        printed.append(np.sqrt(V @ V / r))
+        A, L = design(*gradient(x, y), x, y), rng.normal(0, 6.5, x.size)
+        V, r = A @ np.linalg.lstsq(A, L)[0] - L, x.size - 6
+        s0.append((np.sqrt(V @ V) / r, np.sqrt(V @ V / r)))
+    listing, printed = np.transpose(s0)
     close(printed, 6.5, rtol=0.25)
     assert listing[0] > 2.5 * listing[2]
 
@@ -235,19 +221,13 @@ def test_stop_rule_does_not_look_at_the_shifts():
     assert min(abs(PRINTED[0]), abs(PRINTED[3])) > 0.5
 
 
-def test_only_step_moves_the_match_by_005_and_006_px_and_not_by_less_than_001():
+def test_only_step_moves_the_match_by_005_px_and_corners_by_more_than_a_pixel():
     close(SHIFT, (-0.0495, 0.0603), atol=5e-5)
     assert np.all(np.abs(SHIFT) > 0.01)
-
-
-def test_only_step_moves_corners_of_the_window_by_more_than_a_pixel():
-    corners = START + np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None] * [
-        [8],
-        [9],
-    ]
-    move = np.hypot(*affine(PRINTED, *np.moveaxis(corners, -1, 0)))
-    close(move.min(axis=0), (1.061, 1.195), atol=1e-3)
-    close(move.max(axis=0), (1.155, 1.293), atol=1e-3)
+    signs = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])
+    for half, least, most in ((8, 1.061, 1.155), (9, 1.195, 1.293)):
+        move = np.hypot(*affine(PRINTED, *(START + half * signs).T))
+        close((move.min(), move.max()), (least, most), atol=1e-3)
 
 
 def returned(solvable, steps):

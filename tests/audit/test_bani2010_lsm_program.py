@@ -133,11 +133,9 @@ def test_b_needs_the_grey_value_of_the_match_and_not_its_row():
 
 def test_image_to_resample_is_the_one_that_2_8_gives_fractions_in():
     # Template pixels are whole, their matches are not: III.3, 7 reads the template
-    x, y = window(8, (332, 1063))
-    assert np.all(x == np.round(x)) and np.all(y == np.round(y))
-    x1, y1 = np.add(window(8, START), affine(PRINTED, *window(8, START)))
-    assert np.abs(x1 - np.round(x1)).max() > 0.4
-    assert np.abs(y1 - np.round(y1)).max() > 0.4
+    assert all(np.all(v == np.round(v)) for v in window(8, (332, 1063)))
+    there = np.add(window(8, START), affine(PRINTED, *window(8, START)))
+    assert np.all(np.abs(there - np.round(there)).max(axis=1) > 0.4)
 
 
 def test_bilinear_interpolation_returns_the_pixels_of_the_template_themselves():

@@ -1,15 +1,14 @@
 """The textbook's adjustment with one large matrix, and the published network."""
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose as close
 from numpy.testing import assert_array_equal as equal
 
-from pgm_book.ch06 import published
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.bundle import dense
+from tests.networks import real
 
-NET = published.network()
+NET = real()
 STATE = NET.interior[0], NET.exteriors, NET.points, NET.photo, NET.point, NET.xy
 
 
@@ -54,19 +53,3 @@ def test_several_cameras_have_columns_of_their_own():
     equal(both.sum(axis=1), one[:, 54:64])
     odd = np.repeat(camera[NET.photo] == 1, 2)
     assert not both[odd, 0].any() and not both[~odd, 1].any()
-
-
-def test_the_published_network_is_that_of_the_tables():
-    data = datasets.muliawan2013()
-    equal(NET.xy, data.xy)
-    equal(NET.sigma, data.sigma)
-    some = published.network([7, 1, 4, 4])
-    assert some.photo_names == (1, 4, 7)
-    equal(some.exteriors, data.exteriors[[0, 3, 6]])
-    equal(some.xy, data.xy[np.isin(data.photo, [0, 3, 6])])
-
-
-@pytest.mark.parametrize("photos", [[0, 1, 2], [1, 2, 10]])
-def test_a_photo_that_does_not_exist_is_refused(photos):
-    with pytest.raises(ValueError, match="photos must be numbers from 1 to 9"):
-        published.network(photos)

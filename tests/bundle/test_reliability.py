@@ -207,17 +207,13 @@ def test_significance_tells_planted_parameters_from_absent_ones():
     assert one.effect == approx(abs(one.value) * largest)
 
 
-def test_significance_speaks_of_each_camera():
-    found = bundle.adjust(small(cameras=2), ("c", "x0", "K1"))
-    names = [one.name for one in bundle.significance(found)]
-    expected = ["x0 of camera 1", "K1 of camera 1", "x0 of camera 2", "K1 of camera 2"]
-    assert names == expected
-
-
-def test_the_effect_is_that_of_the_points_the_camera_saw():
+def test_significance_speaks_of_each_camera_and_of_the_points_it_saw():
     network = small(cameras=2)
     found = bundle.adjust(network, ("c", "x0", "b1"))
-    for number, one in enumerate(bundle.significance(found)[1::2]):
+    judged = bundle.significance(found)
+    names = [f"{name} of camera {i}" for i in (1, 2) for name in ("x0", "b1")]
+    assert [one.name for one in judged] == names
+    for number, one in enumerate(judged[1::2]):
         own = network.camera[network.photo] == number
         x = network.xy[own, 0] - found.cameras[number].x0
         assert one.effect == approx(abs(one.value) * np.abs(x).max())

@@ -11,7 +11,8 @@ import pytest
 from numpy.testing import assert_allclose as close
 from scipy.optimize import least_squares
 
-from pgm_lab import bundle, camera, datasets
+from pgm_lab import bundle, datasets
+from tests.networks import real
 
 PHOTOS, POINTS, INTERIOR = 9, 50, 10
 CAMERA_AND_PHOTOS = INTERIOR + 6 * PHOTOS
@@ -129,17 +130,7 @@ def own():
 
 @pytest.fixture(scope="module")
 def ours():
-    data = datasets.muliawan2013()
-    network = bundle.Network(
-        camera.Camera(*data.interior),
-        data.exteriors,
-        data.object_points,
-        data.photo,
-        data.point,
-        data.xy,
-        data.sigma,
-    )
-    return bundle.adjust(network)
+    return bundle.adjust(real())
 
 
 def similarity(source, target):
