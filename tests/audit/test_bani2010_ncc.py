@@ -33,22 +33,16 @@ def test_2_6a_to_2_6c_are_the_sums_about_the_means():
     close(sums(TEMPLATE, MATCHING), expected, rtol=1e-10)
 
 
-def test_2_6d_is_the_gain_of_y_by_least_squares_on_x():
+def test_2_6d_is_the_line_by_least_squares_and_2_6e_lacks_the_mean_of_y():
+    # y = alpha + beta x; the listing has the mean of y
     sxx, _, sxy = sums(TEMPLATE, MATCHING)
-    slope = np.polynomial.Polynomial.fit(TEMPLATE.ravel(), MATCHING.ravel(), 1)
-    assert sxy / sxx == approx(slope.convert().coef[1], rel=1e-12)
-
-
-def test_2_6e_lacks_the_mean_of_y_which_the_listing_has():
-    sxx, _, sxy = sums(TEMPLATE, MATCHING)
-    beta = sxy / sxx
     line = np.polynomial.Polynomial.fit(TEMPLATE.ravel(), MATCHING.ravel(), 1)
-    offset = line.convert().coef[0]
-    printed = -beta * TEMPLATE.sum() / TEMPLATE.size
-    listing = MATCHING.sum() / MATCHING.size - beta * TEMPLATE.sum() / TEMPLATE.size
-    assert listing == approx(offset, rel=1e-12)
-    assert offset - printed == approx(MATCHING.mean(), rel=1e-12)
-    assert ncc.regression(TEMPLATE, MATCHING).alpha == approx(offset, rel=1e-12)
+    alpha, beta = line.convert().coef
+    assert sxy / sxx == approx(beta, rel=1e-12)
+    printed = -sxy / sxx * TEMPLATE.sum() / TEMPLATE.size
+    assert printed + MATCHING.sum() / MATCHING.size == approx(alpha, rel=1e-12)
+    assert ncc.regression(TEMPLATE, MATCHING).alpha == approx(alpha, rel=1e-12)
+    assert alpha - printed == approx(MATCHING.mean(), rel=1e-12)
 
 
 def test_2_6f_and_the_listing_give_the_correlation_coefficient():
@@ -85,9 +79,16 @@ def test_r_is_one_exactly_for_a_positive_linear_relation():
     assert np.std(r) == approx(440**-0.5, rel=0.1)
 
 
-def test_25_values_of_r_need_a_search_window_of_9_by_9():
-    template, search = RNG.normal(size=(5, 5)), RNG.normal(size=(9, 9))
-    assert ncc.correlation_map(template, search).size == 25
+def test_19_in_21_allows_nine_positions_and_the_printed_shift_is_not_among_them():
+    for window, search, count in ((5, 9, 25), (19, 21, 9)):  # 25 values need 9 x 9
+        grey = RNG.normal(size=(window, window)), RNG.normal(size=(search, search))
+        assert ncc.correlation_map(*grey).size == count
+    assert RECTANGLE["right"] - RECTANGLE["left"] == 21
+    shift = np.subtract(MATCHED, np.floor(np.add(CENTRE, 0.5)).astype(int))
+    assert tuple(shift) == (-64, -14)
+    # Farther than the listing's +-15 around the point, too: its search window lies
+    # around the best place in the whole image
+    assert np.abs(shift).max() > 15
 
 
 def test_printed_rectangle_is_21_wide_around_the_rounded_centre():
@@ -101,18 +102,6 @@ def test_printed_rectangle_is_21_wide_around_the_rounded_centre():
         "right": left + 21,
         "bottom": top + 21,
     }
-
-
-def test_19_in_21_allows_nine_positions_and_the_printed_shift_is_not_among_them():
-    template, search = RNG.normal(size=(19, 19)), RNG.normal(size=(21, 21))
-    assert ncc.correlation_map(template, search).size == 9
-    width = RECTANGLE["right"] - RECTANGLE["left"]
-    shift = np.subtract(MATCHED, np.floor(np.add(CENTRE, 0.5)).astype(int))
-    assert width == 21
-    assert tuple(shift) == (-64, -14)
-    # Farther than the listing's +-15 around the point, too: its search window lies
-    # around the best place in the whole image
-    assert np.abs(shift).max() > 15
 
 
 def test_searching_again_around_the_highest_value_finds_the_same():
