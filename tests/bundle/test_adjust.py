@@ -1,7 +1,6 @@
 """The bundle adjustment: equal to the dense core, to another start, in any datum."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from numpy.testing import assert_array_equal as equal
 from pytest import approx
 
 from pgm_lab import bundle, rotation, simulate
-from pgm_lab.bundle import solve
 from pgm_lab.camera import PARAMETERS, Camera
 from tests.networks import G, dense, moved, real, small
 
@@ -374,23 +372,3 @@ def test_unknowns_are_told_by_owner_and_parameter_in_the_order_of_the_covariance
     found = bundle.adjust(small(), ("c", "K1"))
     assert found.interior_names == ("c", "K1") and found.names[2] == "X0 of photo 1"
     assert bundle.adjust(small(), ()).names[0] == "X0 of photo 1"
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("far", ["exteriors", "points"])
-def test_rounding_is_that_of_the_largest_number_on_either_side_of_the_origin(far, sign):
-    state = SimpleNamespace(
-        interior=np.zeros((1, 10)), exteriors=np.ones((2, 6)), points=np.ones((4, 3))
-    )
-    getattr(state, far)[1, 2] = sign * 5e6
-    problem = SimpleNamespace(
-        estimated=[], held=np.zeros((3, 4), bool), rays=SimpleNamespace(level=0.0)
-    )
-    # A coordinate moves a residual by two of its standard deviations
-    reduced = SimpleNamespace(diagonal=np.full(12, 4.0), V_diagonal=np.full((3, 4), 4))
-    found = solve._rounding(problem, state, reduced)
-    assert found == approx(solve.ROUNDING * 2 * 5e6)
-    # What is held is not moved
-    problem.held[2, 1] = True
-    held = solve._rounding(problem, state, reduced)
-    assert held == approx(solve.ROUNDING * 2 if far == "points" else found)

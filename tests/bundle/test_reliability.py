@@ -134,16 +134,6 @@ def test_snooping_does_not_judge_an_adjustment_that_did_not_converge(monkeypatch
     assert "too many iterations" in found.stopped
 
 
-def test_snooping_hands_on_what_is_known_of_sigma0():
-    network = with_error(small(photos=8, points=20), 11, (0.03, 0.0))
-    found = bundle.snoop(network, SOME, sigma0_prior=2.0)
-    assert found.result.sigma0_prior == found.before.sigma0_prior == 2.0
-    assert found.critical == approx(3.2905, abs=1e-4)
-    estimated = bundle.snoop(network, SOME)
-    assert estimated.critical == bundle.critical_value(estimated.result)
-    assert estimated.removed[0].sigma0 == estimated.before.sigma0
-
-
 def test_a_false_alarm_happens_as_often_as_alpha_says():
     network = small(photos=5, points=10)
     rng = np.random.default_rng(8)
@@ -257,7 +247,11 @@ def test_snooping_with_a_stated_sigma0_keeps_its_measure(stated, rays):
     found = bundle.snoop(real(), sigma0_prior=stated)
     assert len(found.removed) == rays
     assert found.stopped == "no residual above the limit"
+    assert found.result.sigma0_prior == found.before.sigma0_prior == stated
+    assert found.critical == bundle.critical_value(found.result)
     assert found.result.residual_test == ("tau" if stated is None else "w")
+    for blunder in found.removed[:1]:
+        assert blunder.sigma0 == found.before.sigma0
 
 
 # Of an error below the limit nothing is found; a number rounded above one hides none

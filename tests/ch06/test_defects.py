@@ -288,18 +288,6 @@ def test_a_negative_variance_has_no_root():
     )
 
 
-# What each of them does
-
-
-def test_x_over_c_takes_a_millimetre_off_c_and_hides_it():
-    # x - x/c is x (1 - 1/c): the network of images smaller by that, with a c smaller
-    run, good = adjust(*NET, ["x/c"]), adjust(*NET)
-    assert run.status == "converged" and run.rms[-1] > 0.08
-    c = run.interior[-1, 0]
-    assert c == approx(good.interior[-1, 0] * (1 - 1 / c), abs=2e-4)
-    assert run.own_rms[-1] / good.rms[-1] == approx(1 - 1 / c, rel=1e-3)
-
-
 # Input
 
 
