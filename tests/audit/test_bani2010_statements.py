@@ -171,18 +171,15 @@ def computed(c=LENS.c, x0=0.0, y0=0.0, exterior=EXTERIOR, points=POINTS):
 
 def test_collinearity_equations_of_a_known_camera_have_nine_parameters():
     """Each of the nine moves the image, and no combination of fewer does the same."""
-    nine = []
-    for k in range(6):
-        step = np.zeros(6)
-        step[k] = 1e-5
-        plus, minus = (computed(exterior=EXTERIOR + s * step) for s in (1, -1))
-        nine.append((plus - minus) / 2e-5)
-    for k in range(3):
-        step = np.zeros(3)
-        step[k] = 1e-5
-        plus, minus = (computed(points=POINTS + s * step) for s in (1, -1))
-        nine.append((plus - minus) / 2e-5)
-    A = np.stack(nine, axis=-1)  # (points, 2, 9)
+    nine = [("exterior", EXTERIOR, step) for step in 1e-5 * np.eye(6)]
+    nine += [("points", POINTS, step) for step in 1e-5 * np.eye(3)]
+    A = np.stack(  # (points, 2, 9)
+        [
+            (computed(**{what: x + step}) - computed(**{what: x - step})) / 2e-5
+            for what, x, step in nine
+        ],
+        axis=-1,
+    )
     assert A.shape[-1] == 9 and np.all(np.abs(A).max(axis=(0, 1)) > 1e-3)
     # Seen alone: to move the station is to move the point the other way
     close(A[..., :3], -A[..., 6:], rtol=1e-6, atol=1e-9)

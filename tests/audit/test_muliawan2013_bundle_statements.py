@@ -45,8 +45,6 @@ def precision(photos, points=range(net.POINTS)):
 
 
 def test_1_4_interior_start_values_are_a_length_and_nine_zeros():
-    # Values taken from a calibration would be none of them zero; those that the photos
-    # have differ from zero by 25 and 7 standard deviations (x0, y0)
     assert PRINTED.interior[0] == 35 and not np.any(PRINTED.interior[1:])
     result, x = net.adjusted()
     t = np.abs(net.unpack(x)[0] / result.sd[INTERIOR])
@@ -171,14 +169,10 @@ def test_largest_difference_is_an_angle_in_radians_and_the_smallest_zero():
 
 
 def test_means_of_the_differences_mix_signs_and_units(solved):
-    # 0.000277 in all 54 numbers: radians and millimetres, plus and minus. 0.00027 is
-    # its first two digits; the angles alone change by 0.0042 rad in the mean
     assert EXTERIOR_DIFFERENCES.mean() == approx(0.000277, abs=1e-6)
     angles = np.abs(EXTERIOR_DIFFERENCES[:, 3:]).mean()
     assert angles == approx(0.0041, abs=1e-4)
     assert angles > 10 * EXTERIOR_DIFFERENCES.mean()
-    # 1.59e-5 with signs (1.588e-5 printed), 1.2e-4 without; and the differences are
-    # rounding: a correct adjustment changes a coordinate by 0.0027 mm in the mean
     assert POINT_DIFFERENCES.mean() == approx(1.59e-5, abs=0.01e-5)
     assert np.abs(POINT_DIFFERENCES).mean() == approx(1.2e-4, abs=0.01e-4)
     assert np.abs(POINT_DIFFERENCES).max() == approx(0.0005, abs=2e-6)
@@ -188,8 +182,6 @@ def test_means_of_the_differences_mix_signs_and_units(solved):
 
 
 def test_plots_of_right_and_wrong_points_are_the_same(solved):
-    # On a figure 100 mm high the largest difference is 0.003 mm; the photos differ by
-    # 0.3 mm RMS, up to 4.9 mm
     points = net.unpack(solved[1])[2]
     size = np.ptp(points, axis=0).max()
     moved = np.linalg.norm(points - PRINTED.published_object_points, axis=1).max()

@@ -156,8 +156,6 @@ def test_2_78_holds_for_v_observed_minus_computed():
 
 
 def test_2_79_corrects_the_start_values_and_needs_delta_3_too(solved):
-    # One step from the printed start values is enough, 0.133 mm fall to 0.00031: they
-    # are that good. With exteriors and points alone, as (2.79) stands, nothing is won
     v, A = net.misclosure(net.START)
     Q = net.cofactor(A.T @ A, net.constraints(PRINTED.object_points))
     once = net.START - Q @ (A.T @ v.ravel())
@@ -283,8 +281,6 @@ def test_2_90_needs_w_minus_f_and_3_3_2_4_has_t_plus():
 
 
 def test_2_91_uses_one_name_for_two_blocks():
-    # N dot ij stands for A1'PA1 of a photo (6 x 6) and for A2'PA2 of a point (3 x 3);
-    # the block of a photo has 54 rows in all, that of the points 150
     _, A = net.misclosure(net.START)
     photos = A[:, EXTERIOR].T @ A[:, EXTERIOR]
     points = A[:, OBJECT].T @ A[:, OBJECT]
@@ -448,8 +444,6 @@ def test_v_of_3_3_2_5_is_zero_for_any_data():
 
 
 def test_delta_3_of_3_3_2_6_is_a_correction_and_not_the_parameter(solved):
-    # For the focal length 35 mm and -0.42 mm; nine parameters start at zero, and for
-    # them the sum of all corrections is the value, the last correction is not
     interior = net.unpack(solved[1])[0]
     assert interior[0] - PRINTED.interior[0] == approx(-0.419, abs=0.001)
     assert np.all(PRINTED.interior[1:] == 0)

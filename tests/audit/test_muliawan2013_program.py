@@ -95,9 +95,7 @@ def test_a3_of_the_listing_takes_row_j_of_the_file_for_point_j():
         ("2 P1 xy", "converged", 11, 0.09, 0.12),
     ],
 )
-def test_parts_of_a3_and_the_misclosure_of_the_listing(
-    part, status, steps, least, most
-):
+def test_parts_of_a3_and_misclosure_of_the_listing(part, status, steps, least, most):
     bad = run(only=(part,), steps=20)
     assert bad.status == status and len(bad.corrections) == steps
     assert least < off_published(run(part)) < most
@@ -106,11 +104,11 @@ def test_parts_of_a3_and_the_misclosure_of_the_listing(
     if part == "x/c":
         # x - x/c is x (1 - 1/c): c is a millimetre short, and the fit that the program
         # sees is as good as any
-        c, own = run(only=()).interior[-1, 0], bad.own_rms[-1]
-        assert c - bad.interior[-1, 0] == approx(1.03, abs=0.01)
-        assert bad.interior[-1, 0] == approx(c * (1 - 1 / c), abs=2e-4)
-        assert own / run(only=()).rms[-1] == approx(1 - 1 / c, rel=1e-3)
-        assert own < RIGHT < bad.rms[-1] / 200
+        c, good = bad.interior[-1, 0], run(only=())
+        assert good.interior[-1, 0] - c == approx(1.03, abs=0.01)
+        assert c == approx(good.interior[-1, 0] * (1 - 1 / c), abs=2e-4)
+        assert bad.own_rms[-1] / good.rms[-1] == approx(1 - 1 / c, rel=1e-3)
+        assert bad.own_rms[-1] < RIGHT < bad.rms[-1] / 200
     if part == "centre twice":
         # From step to step between the right principal point and none
         assert np.all(bad.rms[1:12:2] < 0.01) and np.all(bad.rms[2:12:2] > 0.12)

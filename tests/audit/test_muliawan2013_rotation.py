@@ -1,6 +1,8 @@
 """Proofs of the verdicts on Muliawan 2013. What chapter 4 touches: (2.2) to (2.14),
 (2.56) to (2.62). Each matrix is written as printed; scipy says what a rotation is."""
 
+import itertools
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose as close
@@ -72,17 +74,11 @@ def matrix_2_13(tilt, azimuth, swing):
 
 
 def matrix_2_14(a, b, c):
-    delta = 1 + (a * a + b * b + c * c) / 4
-    return (
-        np.array(
-            [
-                [1 + (a * a - b * b - c * c) / 4, -c + a * b / 2, b + a * c / 2],
-                [c + b * a / 2, 1 + (-a * a + b * b - c * c) / 4, -a + b * c / 2],
-                [-b + c * a / 2, a + c * b / 2, 1 + (-a * a - b * b + c * c) / 4],
-            ]
-        )
-        / delta
-    )
+    s = np.array([[a * a - b * b - c * c, 0, 0], [0, b * b - a * a - c * c, 0],
+                  [0, 0, c * c - a * a - b * b]]) / 4  # fmt: skip
+    turn = [[1, -c + a * b / 2, b + a * c / 2], [c + b * a / 2, 1, -a + b * c / 2],
+            [-b + c * a / 2, a + c * b / 2, 1]]  # fmt: skip
+    return (turn + s) / (1 + (a * a + b * b + c * c) / 4)
 
 
 @pytest.mark.parametrize(
@@ -96,37 +92,28 @@ def test_2_3_2_5_2_7_are_coordinates_in_a_frame_that_was_turned_right_handed(
     close(printed(0.7), expected, rtol=0, atol=1e-15)
 
 
-def clockwise_on_the_retina(forward, before, after):
-    """Whether an eye that looks forward sees a direction turn clockwise."""
-    up = np.roll(forward, 1)
-    right = np.cross(forward, up)
-    first, second = (np.arctan2(v @ up, v @ right) for v in (before, after))
-    return second < first
-
-
 @pytest.mark.parametrize(("printed", "axis"), [(r_omega, 0), (r_phi, 1), (r_kappa, 2)])
 def test_positive_turns_are_clockwise_for_an_eye_that_looks_along_the_axis(
     printed, axis
 ):
-    along = np.eye(3)[axis]
     # An axis of the frame, not parallel to the turn, before and after it
     other = (axis + 2) % 3
-    before, after = np.eye(3)[other], printed(0.1)[other]
-    assert clockwise_on_the_retina(along, before, after)
-    assert not clockwise_on_the_retina(-along, before, after)
+    both = np.eye(3)[other], printed(0.1)[other]
+    for forward, clockwise in ((np.eye(3)[axis], True), (-np.eye(3)[axis], False)):
+        up = np.roll(forward, 1)
+        right = np.cross(forward, up)
+        before, after = (np.arctan2(v @ up, v @ right) for v in both)
+        assert (after < before) == clockwise
 
 
 @anywhere
 def test_turns_follow_each_other_only_if_2_4_and_2_6_take_the_turned_vector(attitude):
     omega, phi, kappa = attitude
     X = np.array([0.3, -1.2, 2.0])
-    once = r_omega(omega) @ X
-    twice = r_phi(phi) @ once
-    thrice = r_kappa(kappa) @ twice
+    thrice = r_kappa(kappa) @ (r_phi(phi) @ (r_omega(omega) @ X))
     close(thrice, full_matrix(*attitude) @ X, rtol=0, atol=1e-14)
     # As printed the last equation knows neither omega nor phi
-    as_printed = r_kappa(kappa) @ X
-    assert np.abs(as_printed - thrice).max() > 0.3
+    assert np.abs(r_kappa(kappa) @ X - thrice).max() > 0.3
 
 
 @anywhere
@@ -175,14 +162,12 @@ def test_2_10_holds_for_the_nine_photos_with_the_quadrant_from_both_signs():
 @anywhere
 def test_2_11_and_2_12_hold_for_2_8_and_for_its_mirror(attitude):
     R = full_matrix(*attitude)
-    mirror = np.diag([1, 1, -1]) @ R
-    for matrix in (R, mirror):
+    # Only the determinant tells them apart
+    for matrix, determinant in ((R, 1), (np.diag([1, 1, -1]) @ R, -1)):
         close(matrix.T @ matrix, np.eye(3), rtol=0, atol=1e-15)
         close(matrix @ matrix.T, np.eye(3), rtol=0, atol=1e-15)
         close(np.linalg.inv(matrix), matrix.T, rtol=0, atol=1e-15)
-    # Only the determinant tells them apart
-    assert np.linalg.det(R) == approx(1)
-    assert np.linalg.det(mirror) == approx(-1)
+        assert np.linalg.det(matrix) == approx(determinant)
 
 
 @anywhere
@@ -213,18 +198,18 @@ def test_2_14_is_a_rotation_by_its_vector_and_transposed_to_2_8(vector):
     assert np.abs(R - full_matrix(0, 0, kappa)).max() > 1
 
 
-def test_2_57_to_2_59_turn_from_image_to_object_and_combine_to_2_60():
-    for omega, phi, kappa in ATTITUDES:
-        (co, so), (cp, sp), (ck, sk) = parts(omega), parts(phi), parts(kappa)
-        m_omega = np.array([[1, 0, 0], [0, co, -so], [0, so, co]])
-        m_phi = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-        m_kappa = np.array([[ck, -sk, 0], [sk, ck, 0], [0, 0, 1]])
-        equal(m_omega, r_omega(omega).T)
-        equal(m_phi, r_phi(phi).T)
-        equal(m_kappa, r_kappa(kappa).T)
-        product = m_omega @ m_phi @ m_kappa  # (2.60), (2.61)
-        expected = full_matrix(omega, phi, kappa).T
-        close(product, expected, rtol=0, atol=1e-15)
+@anywhere
+def test_2_57_to_2_59_turn_from_image_to_object_and_combine_to_2_60(attitude):
+    (co, so), (cp, sp), (ck, sk) = map(parts, attitude)
+    printed = (
+        np.array([[1, 0, 0], [0, co, -so], [0, so, co]]),
+        np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]),
+        np.array([[ck, -sk, 0], [sk, ck, 0], [0, 0, 1]]),
+    )
+    for m, r, angle in zip(printed, (r_omega, r_phi, r_kappa), attitude):
+        equal(m, r(angle).T)
+    product = np.linalg.multi_dot(printed)  # (2.60), (2.61)
+    close(product, full_matrix(*attitude).T, rtol=0, atol=1e-15)
 
 
 @anywhere
@@ -237,13 +222,11 @@ def test_seven_elements_of_2_62_are_those_of_the_transposed_2_8(attitude):
 @anywhere
 def test_2_62_is_a_rotation_only_with_sin_phi_and_cos_kappa(attitude):
     omega, phi, kappa = attitude
-    printed = matrix_2_62(*attitude)
-    assert rotation.defect(printed) > 0.1
-    repaired = printed.copy()
-    repaired[0, 2] = np.sin(phi)
-    assert rotation.defect(repaired) > 0.1  # each of the two is needed
-    repaired[1, 1] += np.cos(omega) * (np.cos(kappa) - np.sin(kappa))
-    assert rotation.defect(repaired) < 1e-15
-    half = printed.copy()
-    half[1, 1] = repaired[1, 1]
-    assert rotation.defect(half) > 0.1
+    for first, second in itertools.product((False, True), repeat=2):
+        M = matrix_2_62(*attitude)
+        if first:
+            M[0, 2] = np.sin(phi)
+        if second:
+            M[1, 1] += np.cos(omega) * (np.cos(kappa) - np.sin(kappa))
+        right = first and second  # each of the two is needed
+        assert rotation.defect(M) < 1e-15 if right else rotation.defect(M) > 0.1

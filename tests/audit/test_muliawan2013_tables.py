@@ -135,8 +135,6 @@ def test_table_4_14_c_x0_y0_are_not_those_of_the_data(solved):
 
 
 def test_table_4_14_lens_displaces_by_millimetres(solved):
-    # 10 mm from the centre, where the outermost targets are: 5.5 mm. The correct lens
-    # moves them by 0.006 mm
     interior = net.unpack(solved[1])[0]
     largest = []
     for lens in (PRINTED.published_interior, interior):
