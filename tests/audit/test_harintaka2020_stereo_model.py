@@ -1,7 +1,10 @@
 """Proofs of the verdicts on Harintaka 2020, the stereo model: parallax in x and y, the
 mark above, below and on the ground, and what an uncorrected lens does to the model."""
 
+import itertools
+
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose as close
 from pytest import approx
 
@@ -89,53 +92,47 @@ def test_tie_points_fit_as_well_wherever_the_whole_block_lies():
 
 
 def test_a_mark_of_more_x_parallax_is_above_and_a_mark_of_less_below():
-    point = np.array([[200.0, 30.0, 12.0]])
-    (left,), (right,) = images(point)
-    for columns, side in ((4, 1), (-4, -1)):
+    both = images(np.array([[200.0, 30.0, 12.0]]))
+    assert met(both)[0, 2] == approx(12.0)
+    for columns in (4, -4):
         # The left mark to the right of the object, the right one to its left; or not
-        moved = np.array([[left + (columns / 2 * PIXEL, 0)],
-                          [right - (columns / 2 * PIXEL, 0)]])  # fmt: skip
+        moved = both + np.array([[[columns / 2]], [[-columns / 2]]]) * (PIXEL, 0)
         rise = met(moved)[0, 2] - 12.0
-        assert np.sign(rise) == side
+        assert np.sign(rise) == np.sign(columns)
         assert rise == approx(columns * WORTH * 0.976, rel=0.01)
-    assert met(np.array([[left], [right]]))[0, 2] == approx(12.0)
     # With the photos exchanged before the eyes, near and far exchange as well
     p = images(GROUND)[0, :, 0] - images(GROUND)[1, :, 0]
     assert np.all(np.diff(GROUND[np.argsort(p), 2]) > 0)
     assert np.all(np.diff(GROUND[np.argsort(-p), 2]) < 0)
 
 
-def test_a_wrong_match_floats_above_or_pierces_the_ground():
+def shifted(columns, axis):
+    """What it does to a point if its image in the right photo moves so far."""
     both = images(GROUND)
-    for columns in (-3, 3):
-        slipped = both.copy()
-        slipped[1, :, 0] += columns * PIXEL
-        dz = met(slipped)[:, 2] - GROUND[:, 2]
-        assert np.all(np.sign(dz) == -np.sign(columns))
-        assert np.abs(dz).mean() == approx(3 * WORTH, rel=0.06)
+    both[1, :, axis] += columns * PIXEL
+    return met(both) - GROUND
+
+
+@pytest.mark.parametrize("columns", [-3, 3])
+def test_a_wrong_match_floats_above_or_pierces_the_ground(columns):
+    dz = shifted(columns, 0)[:, 2]
+    assert np.all(np.sign(dz) == -np.sign(columns))
+    assert np.abs(dz).mean() == approx(3 * WORTH, rel=0.06)
 
 
 def test_a_shift_across_the_base_leaves_heights_and_a_shift_along_it_does_not():
-    both = images(GROUND)
-    moved = {}
-    for name, axis in (("along", 0), ("across", 1)):
-        one = both.copy()
-        one[1, :, axis] += PIXEL
-        moved[name] = met(one) - GROUND
-    assert np.abs(moved["along"][:, 2]).mean() == approx(WORTH, rel=0.06)
-    assert np.abs(moved["across"][:, 2]).max() < 1e-3
+    along, across = np.abs(shifted(1, 0)), np.abs(shifted(1, 1))
+    assert along[:, 2].mean() == approx(WORTH, rel=0.06)
+    assert across[:, 2].max() < 1e-3
     # Across, the point moves by half a pixel on the ground
-    assert np.abs(moved["across"][:, 1]).mean() == approx(0.112, abs=0.005)
+    assert across[:, 1].mean() == approx(0.112, abs=0.005)
 
 
 def test_intervals_of_search_shrink_from_a_square_to_a_line():
     """Places tried for a search of s pixels each way, as the two texts describe it."""
-    places = {}
-    for s in (5, 12, 30):
-        square = sum(1 for _ in range(-s, s + 1) for _ in range(-s, s + 1))
-        line = sum(1 for _ in range(-s, s + 1))
-        places[s] = square / line
-    assert places == {5: 11, 12: 25, 30: 61}
+    for s, ratio in ((5, 11), (12, 25), (30, 61)):
+        line = range(-s, s + 1)
+        assert len(list(itertools.product(line, line))) / len(line) == ratio
 
 
 # The lens
