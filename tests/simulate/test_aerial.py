@@ -7,6 +7,7 @@ import pytest
 from pgm_lab.camera import Camera
 from pgm_lab.simulate import aerial_block, aerial_pair, landscape
 from pgm_lab.simulate.aerial import (
+    CAMERA,
     GSD,
     PIXEL,
     SENSOR,
@@ -108,6 +109,38 @@ def test_photo_of_level_ground_is_a_perspective_of_the_orthophoto():
     difference = photo.grey[inner] - expected[inner]
     assert difference.std() < 0.6  # rounding to whole grey values has 0.29
     assert abs(difference.mean()) < 0.05
+
+
+def test_ray_meets_a_wall_where_geometry_says():
+    """A step of 10 m between two cells, seen from aside: roof, wall, ground."""
+    z = np.zeros((3, 100), np.float32)
+    z[:, 50:] = 10
+    right = np.full(400, -0.5)  # one cell to the left for 2 m up
+    column = np.linspace(30, 70, 400)
+    still = np.zeros(400)
+    Z = Surface(z).meet(np.array([still + 1, still, column, right]))
+    met = column + Z * right
+    ground, roof = met < 49, met > 50
+    assert np.abs(Z[ground]).max() < 1e-4
+    np.testing.assert_allclose(Z[roof], 10, atol=1e-4)
+    # a ray that is at column x at height 0 is at x - 5 at height 10
+    np.testing.assert_array_equal(ground, column < 49)
+    np.testing.assert_array_equal(roof, column > 55)
+    wall = ~ground & ~roof
+    np.testing.assert_allclose(Z[wall], (met[wall] - 49) * 10, atol=1.1e-4)
+
+
+def test_light_falls_off_to_the_corner_of_the_sensor():
+    land = landscape((-4, -4, 4, 4), relief=0, buildings=0, trees=0)
+    land.grey[:] = 200
+    above = [0.0, 0, 1000, 0, 0, 0]
+    middle, corner = (
+        taken(land, CAMERA, above, at, (20, 20))[0].grey.mean()
+        for at in ((2134, 1414), (0, 0))
+    )
+    r2 = (2144**2 + 1424**2) * (PIXEL / 24) ** 2
+    assert middle == pytest.approx(200, abs=0.5)
+    assert corner / 200 == pytest.approx(1 - 0.6 * r2 + 0.2 * r2**2, abs=0.01)
 
 
 def test_a_pixel_is_as_large_as_the_flight_says(pair):
