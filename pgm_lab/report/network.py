@@ -17,7 +17,7 @@ from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import imaging
 from pgm_lab.report import _page, _tables
-from pgm_lab.report._page import NUMBERS, Finding, Section, as_html, as_text, count
+from pgm_lab.report._page import Finding, Section, as_html, as_text, count
 from pgm_lab.report._tables import UM
 
 TITLE = "Bundle adjustment"
@@ -154,6 +154,7 @@ class Case:
         self.stated = result.sigma0_prior or 1.0
         self.critical = critical_value(result)
         self.test_name = NAMES[result.residual_test]
+        self.controlled = is_controlled(self.network)
 
     # --- Names ---
 
@@ -209,31 +210,10 @@ class Case:
         )
 
     @property
-    def judged(self) -> str:
-        """Whose standard deviations sigma0 judges."""
-        return "the observations" if self.weighted else "the image coordinates"
-
-    @property
     def one_sigma(self) -> float | None:
         """Standard deviation of all image coordinates in µm, if it is the same."""
         sigma = self.network.sigma
         return UM * sigma.flat[0] if np.ptp(sigma) == 0 else None
-
-    @property
-    def compared(self) -> str:
-        """How precise the observations are, against what was stated."""
-        ratio = self.result.sigma0 / self.stated
-        direction = "better" if ratio < 1 else "worse"
-        factor = max(ratio, 1 / ratio)
-        if factor < 1.1:
-            return "as good as stated"
-        if factor < 1.75:
-            return f"about {100 * abs(ratio - 1):.0f} % {direction} than stated"
-        if factor > len(NUMBERS):
-            return f"about {plain(factor, 3)} times {direction} than stated"
-        whole = round(factor)
-        word = NUMBERS[whole] if abs(factor - whole) <= 0.25 else f"{factor:.1f}"
-        return f"about {word} times {direction} than stated"
 
     @property
     def interval(self) -> np.ndarray:
@@ -285,12 +265,6 @@ class Case:
         suspects = self.suspected_control
         rays = np.max(np.abs(self.result.standardized), initial=0)
         return bool(suspects) and bool(abs(suspects[0][1]) > rays)
-
-    @property
-    def kinds_of_control(self) -> list[str]:
-        """What of control may be wrong."""
-        what = ["a control point"] if is_controlled(self.network) else []
-        return what + (["a scale bar"] if len(self.network.scale_bars) else [])
 
     @property
     def least_control(self) -> bool:

@@ -340,11 +340,3 @@ def test_no_data_gets_a_value_that_no_pixel_has(
 def test_parts_that_do_not_fit_together(parts, message):
     with pytest.raises(ValueError, match=message):
         Raster(*parts)
-
-
-def test_other_pixels_in_the_same_place():
-    again = on_map().with_values(np.ma.masked_less(GREY / 2, 3))
-    assert np.array_equal(again.transform, UTM) and again.crs == "EPSG:32748"
-    assert again.grey.dtype == float and np.array_equal(again.mask, GREY / 2 < 3)
-    with pytest.raises(ValueError, match=r"shape \(20, 30\); got \(19, 30\)"):
-        on_map().with_values(GREY[1:])

@@ -80,25 +80,6 @@ def test_colours_are_refused_with_what_to_do_or_weighted_when_asked(tmp_path):
         np.testing.assert_allclose(grey_of(photo), RGB @ WEIGHTS, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["photo.png", "photo.tif"])
-def test_colours_of_16_bits_keep_them_all(tmp_path, name):
-    path = tmp_path / name
-    path.write_bytes(cv2.imencode(path.suffix, DEEP_RGB[..., ::-1])[1].tobytes())
-    grey = grey_of(path)
-    np.testing.assert_allclose(grey, DEEP_RGB @ WEIGHTS, rtol=1e-6)
-    assert grey.dtype == np.float32
-
-
-@pytest.mark.parametrize("mode, kinds", [("P", ["png", "gif"]), ("CMYK", ["tif"])])
-def test_palettes_and_other_colour_spaces_become_red_green_and_blue(
-    tmp_path, mode, kinds
-):
-    image = Image.fromarray(RGB).convert(mode)
-    expected = np.asarray(image.convert("RGB")) @ WEIGHTS
-    for photo in (image, *(saved(image, tmp_path / f"p.{kind}") for kind in kinds)):
-        np.testing.assert_allclose(grey_of(photo), expected, rtol=1e-6)
-
-
 @pytest.mark.parametrize("orientation", range(1, 9))
 @pytest.mark.parametrize("kind", ["png", "jpg", "tif", "16 bits"])
 def test_the_orientation_of_exif_is_followed(tmp_path, orientation, kind):

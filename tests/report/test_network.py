@@ -666,6 +666,19 @@ def test_the_limit_of_control_is_that_of_the_rays(of_control, kind, size, warned
     assert ("Control that does not fit" in said) == warned
 
 
+def test_sigma0_names_only_what_the_network_has(of_control):
+    nothing = {KINDS[0]: np.zeros((0, 3)), KINDS[1]: np.zeros(0)}
+    free = {"control": None, "fixed": (), "check": None}
+    for changes, end in (
+        ({"scale_bars": ()}, "not estimated, or a control point is wrong."),
+        (free, "not estimated, or a scale bar is wrong."),
+        (free | {"scale_bars": ()}, "that was not estimated."),
+    ):
+        net = replace(of_control.network, **changes)
+        found = replace(of_control, network=net, sigma0=3.0, **nothing)
+        assert findings(found)[STATED].endswith(end)
+
+
 def test_many_wrong_coordinates_are_told_the_largest_first(of_control):
     w = np.zeros_like(of_control.control_standardized)
     w[0, 0], w[4, 2] = 4.0, -6.0

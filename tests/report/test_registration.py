@@ -108,14 +108,6 @@ def test_accuracies_are_those_that_anybody_computes(found):
     assert "Not in metres: the size of a pixel" in joined(in_pixels)
 
 
-def test_ce90_of_normal_errors_is_1_517_times_their_rmse():
-    drawn = np.random.default_rng(2).normal(0, 0.3, (200_000, 2))
-    length = np.hypot(*drawn.T)
-    ratio = np.quantile(length, 0.9) / np.sqrt(np.mean(length**2))
-    assert pytest.approx(ratio, abs=0.005) == module.RATIO
-    assert "CE90 is 1.517 times RMSE_T" in joined(text(result()))
-
-
 @pytest.mark.parametrize("kind", ["shift", "affine"])
 def test_the_model_is_shown_with_its_standard_deviations(found, kind):
     model = fit(found, kind)

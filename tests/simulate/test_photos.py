@@ -110,14 +110,6 @@ def test_rolled_photos_are_turned_by_quarters(rolled):
     assert np.abs(np.degrees(net.exteriors[:, 5]) - expected).max() < 3
 
 
-def test_distance_sets_the_unit_of_the_object():
-    small, large = (
-        simulate.network(LENSES[1], 9, 30, rng(), distance=d) for d in (2.0, 2000.0)
-    )
-    np.testing.assert_allclose(1000 * small.points, large.points, rtol=1e-12)
-    np.testing.assert_allclose(small.xy, large.xy, atol=1e-9)
-
-
 @pytest.mark.parametrize("lens", LENSES[1:3], ids=["backward", "forward"])
 def test_an_adjustment_finds_the_true_camera_as_precisely_as_it_says(lens):
     """Twenty networks: the errors of the camera in their sd have a mean square of 1."""
