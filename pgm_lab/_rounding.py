@@ -14,7 +14,7 @@ def round_number(value: float) -> float:
 
 
 def plain(value: float, digits: int = 2) -> str:
-    """Write a number with so many digits, and never with an exponent."""
+    """Write a number with `digits` digits, and never with an exponent."""
     return np.format_float_positional(
         value, digits, unique=False, fractional=False, trim="-"
     )

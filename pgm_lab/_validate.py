@@ -152,7 +152,7 @@ def smoothing(smooth: float) -> float:
 
 
 def size(name: str, *counts: int) -> None:
-    """Refuse an array of so many numbers before it is allocated."""
+    """Reject an array of too many numbers before it is allocated."""
     if math.prod(counts) > MAX_NUMBERS:
         raise ValueError(
             f"{name} asks for {' x '.join(map(str, counts))} numbers at once; the limit"

@@ -104,7 +104,7 @@ class Observations:
         return "\n".join([f"% {', '.join(RAY)}; mm", *lines, ""])
 
     def __str__(self) -> str:
-        """Say how many points each photo shows, and what was dropped and why."""
+        """Number of points of each photo, and what was dropped and why."""
         lines = []
         for photo, number in Counter(self.photo).items():
             why = [f"{n} {s}" for (p, s), n in self.dropped.items() if p == photo]

@@ -524,7 +524,7 @@ def _warn_ambiguous(where: np.ndarray, case: str, pair: str, choice: str) -> Non
     """Warn that two angles of some matrices cannot be separated, and what is chosen."""
     if np.any(where):
         warnings.warn(
-            f"{case}: {pair} of {_which(where)} cannot be separated; {choice}",
+            f"{case}: {pair} of {_which(where)} are not told apart; {choice}",
             RuntimeWarning,
             stacklevel=3,
         )

@@ -23,7 +23,7 @@ class Reliability:
         controls the coordinate.
     external : ndarray (k, 2)
         What such an error does if it stays: no unknown, and no function of the unknowns
-        moves by more than so many of its standard deviations.
+        moves by more than this many standard deviations.
     """
 
     internal: np.ndarray

@@ -53,7 +53,7 @@ class Model:
     covariance : ndarray (u, u)
         Of the parameters, with the estimated sigma0.
     sigma0 : float
-        Errors over predicted standard deviations.
+        Of unit weight: errors over predicted standard deviations.
     redundancy : int
         Coordinates of the points used, less parameters.
     residuals : ndarray (n, 2)

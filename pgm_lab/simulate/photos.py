@@ -61,7 +61,7 @@ def control_photo(
     Raises
     ------
     ValueError
-        If the lens shows too little for so many points.
+        If the lens shows too little for n points.
 
     Examples
     --------
