@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _fine, _iteration, _normal_equations
 
 AFFINE = (3.3, 1.015, 0.02, -2.2, -0.025, 0.99)
 SOFT = simulate.texture(0.2, seed=4)
@@ -338,3 +338,19 @@ def test_a_window_of_any_type_of_number_is_the_same_window(kind):
     p[:, [0, 3]] = start
     dense = lsm.adjust(left, right, points, p, kind(21))
     assert dense.residuals.shape == (2, 441) and set(dense.redundancy) == {433}
+
+
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+@pytest.mark.parametrize("stretch", [1.0, 1.3])
+def test_a_window_may_reach_to_the_outermost_pixel_centres_and_no_farther(
+    side, stretch
+):
+    rows, columns = 60, 80
+    half, side = 10, np.array(side)
+    reach = stretch * half
+    low, high = np.full(2, reach), np.array([columns - 1, rows - 1]) - reach
+    edge = np.where(side > 0, high, np.where(side < 0, low, (low + high) / 2))
+    T = np.tile(np.eye(2, 3, 1) * stretch, (2, 1, 1))
+    T[:, :, 0] = edge - 1e-9 * side, edge + 1e-3 * side
+    outside = _iteration.outside(T, half, (rows, columns))
+    np.testing.assert_array_equal(outside, [False, True])
