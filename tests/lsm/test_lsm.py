@@ -354,3 +354,21 @@ def test_a_window_may_reach_to_the_outermost_pixel_centres_and_no_farther(
     T[:, :, 0] = edge - 1e-9 * side, edge + 1e-3 * side
     outside = _iteration.outside(T, half, (rows, columns))
     np.testing.assert_array_equal(outside, [False, True])
+
+
+def test_a_match_whose_covariance_is_singular_is_none(monkeypatch):
+    precision = _normal_equations.precision
+
+    def singular_first(*given):
+        Q, sigma0, pixels, singular = precision(*given)
+        singular[0] = True
+        return Q, sigma0, pixels, singular
+
+    monkeypatch.setattr(_normal_equations, "precision", singular_first)
+    left, right = pair()
+    points = spread(4)
+    found = lsm.match(left, right, points, transformed(points))
+    np.testing.assert_array_equal(found.accepted, [False, True, True, True])
+    assert found.status[0] == "position not determined"
+    for values in (found.points, found.covariance, found.sigma0, found.parameters):
+        assert np.isnan(values[0]).all() and np.isfinite(values[1:]).all()
