@@ -4,10 +4,8 @@ import numpy as np
 
 
 def round_number(value: float) -> float:
-    """The largest of 1, 2 and 5 times a power of ten that is not above the value.
+    """Largest of 1, 2 and 5 times a power of ten that is not above the value.
 
-    Examples
-    --------
     >>> round_number(0.034)
     0.02
     """
@@ -43,8 +41,6 @@ def two_digits(value: float) -> str:
 def scientific(value: float, sd: float) -> tuple[str, str]:
     """Write a value and its sd with two digits of the sd, however small they are.
 
-    Examples
-    --------
     >>> scientific(1.234567e-5, 3.2e-8)
     ('1.2346e-05', '3.2e-08')
     """

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 MAX_NUMBERS = 10**8  # in an array that a function makes: 800 MB
-MOST = MAX_NUMBERS
 AXES = {
     2: "(x, y)",
     3: "(X, Y, Z)",
@@ -261,32 +260,13 @@ def image_size(size: ArrayLike) -> np.ndarray:
     return array
 
 
-def not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
-    """Refuse an image size that holds the pixels only with rows for columns."""
-
-    def holds(size: np.ndarray) -> bool:
-        return bool(np.all((pixels >= -0.5) & (pixels <= size - 0.5)))
-
-    if not holds(size) and holds(size[::-1]):
-        columns, rows = size.astype(int)
-        raise ValueError(
-            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
-            " inside one with the two exchanged: image_size must be (columns, rows),"
-            " and image.shape is (rows, columns)"
-        )
-
-
 def image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
     """Return one grey image as a float array (rows, columns), finite throughout."""
     return grey_image(finite(values, name), name, least)
 
 
 def grey_image(values: ArrayLike, name: str = "image", least: int = 1) -> np.ndarray:
-    """Return one grey image (rows, columns) as it is: neither converted nor copied.
-
-    A masked array remains one; NaN and infinity may stand in it. No grey value is
-    looked at, so that a large image costs nothing where nobody needs it.
-    """
+    """Return one grey image as it is: a mask, NaN and infinity may stand in it."""
     masked = isinstance(values, np.ma.MaskedArray)
     array = numeric(np.ma.getdata(values) if masked else values, name)
     if array.ndim != 2:
@@ -313,10 +293,7 @@ def window_shapes(shape: ArrayLike | None, n: int) -> np.ndarray:
 
 
 def covariances(values: ArrayLike, name: str, *, singular: bool = True) -> np.ndarray:
-    """Return covariances (..., 2, 2): symmetric and positive semi-definite.
-
-    With `singular` False a direction without any error is refused too.
-    """
+    """Return covariances (..., 2, 2): symmetric and positive semi-definite."""
     array = finite(values, name)
     if array.shape[-2:] != (2, 2):
         raise ValueError(f"{name} must have shape (..., 2, 2); got shape {array.shape}")

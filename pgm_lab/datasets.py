@@ -73,7 +73,7 @@ def path(name: str | Path) -> Path:
     FileNotFoundError
         If the file is missing; the message says how to get it back.
     ValueError
-        If the file is damaged: its checksum differs.
+        If its checksum differs.
 
     Examples
     --------
@@ -98,8 +98,7 @@ def rows(name: str | Path) -> list[dict[str, str]]:
     Parameters
     ----------
     name : str or Path
-        As of `path`, for example "harintaka2020_table1.csv", or a folder such as
-        "audit": then the rows of all its CSV files, in the order of their names.
+        As of `path`; or a folder such as "audit", for all its CSV files by name.
 
     Raises
     ------
@@ -469,9 +468,8 @@ def landsat() -> Orthophoto:
 def landsat_pair() -> tuple[Orthophoto, Orthophoto]:
     """Load the same ground, 600 x 1000, from two scenes of one pass of Landsat 8.
 
-    The ground was seen once; then the scenes of rows 077 and 078 were processed and
-    resampled each by itself. A correct registration finds no shift, which makes the
-    pair a test for false ones.
+    The scenes of rows 077 and 078 were resampled each by itself; a correct registration
+    finds no shift.
 
     Examples
     --------
@@ -496,9 +494,8 @@ class StereoPair:
     left, right : ndarray (rows, columns)
         Grey values, float64.
     disparity : ndarray (rows, columns)
-        Disparity d of every pixel of the left image; px. NaN where it is unknown:
-        ``np.isfinite(disparity)`` is the mask of the known ones. Known does not mean
-        seen: the right image may hide the point, or end before it.
+        Disparity d of every pixel of the left image; px; NaN where it is unknown. Known
+        does not mean seen: the right image may hide the point, or end before it.
     focal_length : float
         In px.
     baseline : float
@@ -518,11 +515,6 @@ class StereoPair:
         self, columns: Iterable[int], rows: Iterable[int]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Points of a grid in the left image whose disparity is known.
-
-        Parameters
-        ----------
-        columns, rows : iterable of int
-            Where the lines of the grid lie, such as ``range(80, 720, 20)``.
 
         Returns
         -------
@@ -545,10 +537,9 @@ class StereoPair:
 def motorcycle() -> StereoPair:
     """Load the stereo pair 'Motorcycle', 500 x 741, with its true disparities.
 
-    Part of the Middlebury stereo benchmark of 2014, reduced to a quarter; it comes with
-    scikit-image, so that no network is needed. Grey is 0.299 R + 0.587 G + 0.114 B
-    (Rec. 601), from 0 to 255, not rounded. The disparities were measured with
-    structured light. At the edges of objects the reduction has mixed near and far.
+    From the Middlebury stereo benchmark of 2014, reduced to a quarter, as scikit-image
+    has it. Grey is 0.299 R + 0.587 G + 0.114 B (Rec. 601), 0 to 255, not rounded.
+    Disparities from structured light; at edges the reduction has mixed near and far.
 
     Raises
     ------
@@ -557,10 +548,9 @@ def motorcycle() -> StereoPair:
 
     Notes
     -----
-    How far can the truth be trusted? Least squares matching along the rows, in windows
-    of 11 x 11 with a clear texture and disparities within 1 px, differs from it by
-    -0.08 px in the median, with a standard deviation of 0.08 px: it can judge a matcher
-    to a tenth of a pixel, not to a hundredth.
+    Least squares matching along the rows, in 11 x 11 windows with texture and
+    disparities within 1 px, differs by -0.08 px (median, sd 0.08 px): the truth judges
+    a matcher to a tenth of a pixel, not to a hundredth.
 
     References
     ----------

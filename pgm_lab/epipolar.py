@@ -110,8 +110,7 @@ def line(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        As `plane`, and if an epipolar plane is parallel to the right photo, which then
-        shows nothing of it.
+        As `plane`, and if an epipolar plane is parallel to the right photo.
 
     References
     ----------
@@ -197,8 +196,8 @@ def curve(
     Raises
     ------
     ValueError
-        If the ray does not reach a height going forwards, or a point is not in front
-        of the right photo or so far outside that its lens has no solution.
+        If the ray does not reach a height, or a point is not in front of the right
+        photo or too far outside for its lens.
 
     Examples
     --------
@@ -237,18 +236,14 @@ class Epipole:
     Attributes
     ----------
     status : {"inside the photo", "outside the photo", "at infinity"}
-        "at infinity": the base is parallel to the photo, as in the normal case, and all
-        its epipolar lines are parallel.
+        "at infinity": the base is parallel to the photo, as in the normal case.
     direction : ndarray (3,)
         Unit vector to the other station in the frame of the photo: x right, y up, z
         against the view. At infinity (direction[0], direction[1]) is that of all lines.
     ideal : ndarray (2,) or None
-        (x, y) in mm, without lens and principal point; None at infinity. If the other
-        station lies behind the photo (direction[2] > 0), the base pierces it extended
-        backwards.
+        (x, y) in mm, without lens and principal point; None at infinity.
     pixel : ndarray (2,) or None
-        (column, row), with lens; None unless it lies inside the photo: outside of it
-        the distortion of the lens is not known.
+        (column, row), with lens; None unless it lies inside the photo.
     """
 
     status: str
@@ -334,8 +329,7 @@ def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.nda
     ----------
     left, right : Photo
     corrected : bool
-        Whether the pixels that F is for are freed from lens distortion, as
-        `Photo.without_lens` does it. Without lens distortion it makes no difference.
+        F is for pixels freed from lens distortion by `Photo.without_lens`.
 
     Returns
     -------

@@ -86,8 +86,8 @@ def pixel_to_photo(
     pixel_size : float or (x, y)
         Size of a pixel on the sensor, in mm.
     check_size : bool
-        Refuse points that lie outside the image, but inside one with columns and rows
-        exchanged. False for computed points, which may rightly lie outside.
+        Refuse points outside the image that are inside with columns and rows exchanged;
+        False for computed points.
     covariance : array_like (..., 2, 2), optional
         Of (column, row) in square pixels, one for each point or one for all.
 
@@ -96,9 +96,8 @@ def pixel_to_photo(
     photo : ndarray (..., 2)
         (x, y) in mm.
     covariance : ndarray (..., 2, 2)
-        Of (x, y) in mm^2, only if one was given: J C J^T with
-        J = diag(size_x, -size_y). The y axis changes its direction, and the covariance
-        between x and y its sign.
+        Of (x, y) in mm^2, only if one was given: J C J^T with J = diag(size_x,
+        -size_y).
 
     Raises
     ------
@@ -122,7 +121,7 @@ def pixel_to_photo(
     """
     pixels = _validate.points(pixels, 2, "pixels")
     if _validate.flag(check_size, "check_size"):
-        _validate.not_exchanged(_validate.image_size(image_size), pixels)
+        _check_not_exchanged(_validate.image_size(image_size), pixels)
     xc, yc = image_centre(image_size)
     size_x, size_y = _validate.pair(pixel_size, "pixel_size", "mm")
     x = (pixels[..., 0] - xc) * size_x
@@ -194,6 +193,21 @@ def photo_to_pixel(
     return pixels, _propagated(covariance, pixels, 1 / size_x, -1 / size_y)
 
 
+def _check_not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
+    """Reject an image size that holds the pixels only with rows for columns."""
+
+    def holds(size: np.ndarray) -> bool:
+        return bool(np.all((pixels >= -0.5) & (pixels <= size - 0.5)))
+
+    if not holds(size) and holds(size[::-1]):
+        columns, rows = size.astype(int)
+        raise ValueError(
+            f"the pixels lie outside an image of {columns} columns and {rows} rows, but"
+            " inside one with the two exchanged: image_size must be (columns, rows),"
+            " and image.shape is (rows, columns)"
+        )
+
+
 def _propagated(
     covariance: ArrayLike, points: np.ndarray, by_x: float, by_y: float
 ) -> np.ndarray:
@@ -240,7 +254,7 @@ def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.
 
 
 def interior_matrix(c: float, x0: float = 0.0, y0: float = 0.0) -> np.ndarray:
-    """Matrix (3, 3) that turns photo coordinates (x, y, 1) into the image vector.
+    """Matrix (3, 3) from photo coordinates (x, y, 1) to the image vector.
 
     That is (x - x0, y - y0, -c), in mm: the ray from the perspective centre.
 
@@ -272,9 +286,6 @@ def scale_number(
     flying_height: ArrayLike, principal_distance: ArrayLike
 ) -> np.ndarray | float:
     """Scale number H / c: metres on the ground for each metre in the photo.
-
-    The image scale is 1 : scale number; in a tilted photo or over hilly ground it
-    changes from point to point.
 
     Parameters
     ----------
@@ -329,14 +340,7 @@ def flying_height(
 ) -> np.ndarray | float:
     """Height above the ground, in m, that gives a wanted ground sampling distance.
 
-    Parameters
-    ----------
-    gsd : array_like
-        Ground sampling distance, in m.
-    pixel_size : array_like
-        Size of a pixel on the sensor, in mm.
-    principal_distance : array_like
-        In mm. All three broadcast against each other.
+    The inverse of `ground_sampling_distance`, by its arguments.
 
     Examples
     --------

@@ -77,16 +77,14 @@ class Observations:
         Parameters
         ----------
         path : str or path
-            A file of comma-separated values: point, photo, x, y, sx, sy in mm. It has
-            no place for the correlation of x and y; `rows` have it.
+            CSV: point, photo, x, y, sx, sy in mm, without the correlation of x and y.
         overwrite : bool
             Whether a file of this name may be replaced.
 
         Raises
         ------
         ValueError
-            If the names of photos or points are not whole numbers, as the bundle's
-            files want them.
+            If names of photos or points are not whole numbers.
         FileExistsError
             If the file is there already.
         OSError
@@ -166,8 +164,7 @@ def from_matches(
 ) -> Observations:
     """Turn matches of one photo with others into image observations.
 
-    Only accepted matches are taken. A point without any is left out in the left photo
-    too.
+    Only accepted matches count; a point without any is left out in the left photo too.
 
     Parameters
     ----------
@@ -195,28 +192,21 @@ def from_matches(
     Raises
     ------
     ValueError
-        If a match has not n points, no match was accepted, names are not unique, or a
-        number is not what is described here.
+        If a match has not n points, none was accepted, or names are not unique.
 
     Notes
     -----
-    A point is chosen in the left photo: its position there has no error by definition,
-    and matching puts all noise into the right one. But half of that noise came from the
-    left window, and it moves the matches in all other photos alike, which covariances
-    of 2 x 2, ray by ray, cannot say. Counted as an error e_0 of the left point, it
-    stays where it was made: with e_i from the noise of the right window, the match
-    scatters by e_i - J e_0, and
+    Matching puts all noise into the right photo. But a part came from the left window,
+    and moves the matches in all other photos alike. Counted as an error e_0 of the left
+    point, with e_i from the right window, the match scatters by e_i - J e_0, and
 
         C = C_i + J C_0 J^T,    C_i = (1 - s) C,    J C_0 J^T = s C
 
     with J, the affine shape that least squares matching found (the identity for `ncc`),
-    and s, the share. All observations are then independent of each other. s = 1/2 is
-    right for equal noise and contrast. C_0 is the mean over the photos of a point. The
-    point that is then measured is the one that the left window shows with its noise,
-    beside the chosen one by e_0: on a surface, a point of the same surface. A share
-    near 0 keeps the chosen point, and is right with two photos, but calls the matches
-    in more of them independent, which they are not. The rounding of whole pixels in
-    `ncc` is shared in the same way; the sum, which makes the parallax, stays right.
+    and s, the share, 1/2 for equal noise and contrast; C_0 is the mean over the photos.
+    All observations are then independent. The point measured lies beside the chosen one
+    by e_0, on the same surface. A share near 0 keeps the chosen point, but calls the
+    matches in more than two photos independent, which they are not.
 
     Examples
     --------

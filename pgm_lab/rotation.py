@@ -1,9 +1,9 @@
 """Rotation matrices: from object space into image space, and every way to write them.
 
-`matrix` gives M = M_kappa M_phi M_omega. It turns a vector of object space into the
+`matrix` gives M = M_kappa M_phi M_omega. It rotates a vector of object space into the
 image space of a camera that looks along its negative z axis: (U, V, W) = M (X - X0).
 The rows of M are the camera's axes in object space. Angles are in radians; a positive
-one turns the camera counter-clockwise as seen from the tip of the axis. Rodrigues
+one rotates the camera counter-clockwise as seen from the tip of the axis. Rodrigues
 vectors and quaternions have the same sense.
 
 All functions take stacks: leading axes (...) broadcast. A matrix that is no rotation,
@@ -35,10 +35,10 @@ __all__ = [
     "to_tilt_azimuth_swing",
 ]
 
-# Below this cosine (or sine) of the middle angle the two others are not told apart.
+# Below this cosine (or sine) of the middle angle the two others cannot be separated.
 SINGULAR = 1e-10
 
-# cos(angle / 2) below which a rotation counts as a half turn.
+# cos(angle / 2) below which a rotation counts as one by 180 degrees.
 HALF_TURN = 1e-9
 
 
@@ -48,8 +48,8 @@ HALF_TURN = 1e-9
 def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
     """Rotation matrix M = M_kappa M_phi M_omega, (..., 3, 3), of omega, phi, kappa.
 
-    It turns object space into image space: first omega turns about x, then phi about
-    the new y, then kappa about the new z.
+    It rotates object space into image space: first omega rotates about x, then phi
+    about the new y, then kappa about the new z.
 
     Parameters
     ----------
@@ -102,12 +102,12 @@ def derivatives(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarra
     sk, ck = np.sin(kappa), np.cos(kappa)
     first, second, third = M[..., 0, :], M[..., 1, :], M[..., 2, :]
     dM = np.zeros((*M.shape[:-2], 3, 3, 3))
-    # By omega: M_omega stands to the right, so columns change places
+    # By omega: M_omega is the right factor, so columns change places
     dM[..., 0, :, 1], dM[..., 0, :, 2] = -M[..., 2], M[..., 1]
     # By phi: the third row goes into the first two, and they into the third
     dM[..., 1, 0, :], dM[..., 1, 1, :] = -ck * third, sk * third
     dM[..., 1, 2, :] = ck * first - sk * second
-    # By kappa: M_kappa stands to the left, so rows change places
+    # By kappa: M_kappa is the left factor, so rows change places
     dM[..., 2, 0, :], dM[..., 2, 1, :] = second, -first
     return dM + 0.0
 
@@ -169,7 +169,7 @@ def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
 def is_gimbal(
     M: ArrayLike, tolerance: float = 1e-6, cosine: float = SINGULAR
 ) -> np.ndarray:
-    """Whether cos(phi) is below `cosine`, so that omega and kappa are not told apart.
+    """Whether cos(phi) is below `cosine`, so that omega and kappa cannot be separated.
 
     M and tolerance are those of `angles`.
 
@@ -210,7 +210,7 @@ def from_tilt_azimuth_swing(
            [0., 0., 1.]])
     """
     tilt, azimuth, swing = _angles(tilt=tilt, azimuth=azimuth, swing=swing)
-    # Turn by the azimuth about Z, tip by the tilt about x, turn by the swing about z
+    # Rotate by the azimuth about Z, the tilt about x, the swing about z
     upright = matrix(0.0, 0.0, -azimuth)
     tipped = matrix(tilt, 0.0, 0.0)
     return matrix(0.0, 0.0, swing - np.pi) @ tipped @ upright
@@ -250,7 +250,7 @@ def to_tilt_azimuth_swing(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
 def from_quaternion(quaternion: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     """Rotation matrix (..., 3, 3) of a unit quaternion (w, x, y, z), the scalar first.
 
-    It turns the camera, as omega, phi, kappa do: (cos(a/2), 0, 0, sin(a/2)) is
+    It rotates the camera, as omega, phi, kappa do: (cos(a/2), 0, 0, sin(a/2)) is
     kappa = a. A quaternion and its negative give the same matrix.
 
     Parameters
@@ -322,9 +322,8 @@ def to_quaternion(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
 def from_rodrigues(vector: ArrayLike) -> np.ndarray:
     """Rotation matrix (..., 3, 3) of a Rodrigues vector 2 tan(angle / 2) axis.
 
-    It turns the camera, as omega, phi, kappa do: (0, 0, 2 tan(kappa / 2)) is kappa.
-    The formula of Muliawan gives the matrix from image to object: its transpose.
-    OpenCV's vector is another: angle times axis.
+    It rotates the camera, as omega, phi, kappa do: (0, 0, 2 tan(kappa / 2)) is kappa.
+    (OpenCV's vector is another: angle times axis.)
 
     Parameters
     ----------
@@ -333,7 +332,7 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (M 2.14), transposed.
+    Muliawan 2013, (M 2.14), transposed: his matrix is from image to object.
 
     Examples
     --------
@@ -352,7 +351,8 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
 def to_rodrigues(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     """Rodrigues vector (..., 3), 2 tan(angle / 2) axis, of a rotation matrix.
 
-    M and tolerance are those of `angles`. A half turn has none: ValueError.
+    M and tolerance are those of `angles`. A rotation by 180 degrees has none:
+    ValueError.
 
     Examples
     --------
@@ -370,7 +370,7 @@ def to_rodrigues(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
 
 
 def angle_between(first: ArrayLike, second: ArrayLike) -> np.ndarray | float:
-    """Angle in radians by which one camera must be turned to stand as another.
+    """Angle in radians of the rotation from one attitude to another.
 
     Parameters
     ----------
@@ -379,8 +379,8 @@ def angle_between(first: ArrayLike, second: ArrayLike) -> np.ndarray | float:
 
     Examples
     --------
-    >>> turned = [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]
-    >>> print(f"{angle_between(turned, np.eye(3)):.3f} rad")
+    >>> rotated = [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]
+    >>> print(f"{angle_between(rotated, np.eye(3)):.3f} rad")
     0.927 rad
     """
     second = np.swapaxes(_rotation(second, 1e-6, "second"), -1, -2)
@@ -521,10 +521,10 @@ def _which(bad: np.ndarray | bool, name: str = "M") -> str:
 
 
 def _warn_ambiguous(where: np.ndarray, case: str, pair: str, choice: str) -> None:
-    """Warn that two angles of some matrices are not told apart, and what is chosen."""
+    """Warn that two angles of some matrices cannot be separated, and what is chosen."""
     if np.any(where):
         warnings.warn(
-            f"{case}: {pair} of {_which(where)} are not told apart; {choice}",
+            f"{case}: {pair} of {_which(where)} cannot be separated; {choice}",
             RuntimeWarning,
             stacklevel=3,
         )

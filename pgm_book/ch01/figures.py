@@ -3,7 +3,6 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
@@ -231,6 +230,8 @@ def target_pull(
 
 def target_by_hand() -> None:
     """Show a target with sliders for the window, and for the background taken off."""
+    import ipywidgets
+
     clean = simulate.target(PLACE, 8.0, (SIDE, SIDE), background=40.0)
     photo = simulate.photograph(clean, noise=4.0, seed=2, bits=8)
 
@@ -265,9 +266,9 @@ def target_by_hand() -> None:
     look: Look = {"continuous_update": False}
     interact(
         draw,
-        size=IntSlider(21, 15, 27, 2, description="window", **look),
-        shift=IntSlider(4, -6, 6, description="moved", **look),
-        background=IntSlider(0, 0, 40, 5, description="taken off", **look),
+        size=ipywidgets.IntSlider(21, 15, 27, 2, description="window", **look),
+        shift=ipywidgets.IntSlider(4, -6, 6, description="moved", **look),
+        background=ipywidgets.IntSlider(0, 0, 40, 5, description="taken off", **look),
     )
 
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 from mpl_toolkits.mplot3d import Axes3D
@@ -170,6 +169,8 @@ def templates(
 
 def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> None:
     """Show the search of a point that sliders place, with the size of its template."""
+    import ipywidgets
+
     (rows, columns), edge = left.shape, 60
 
     def draw(x: int, y: int, size: int) -> None:
@@ -195,9 +196,14 @@ def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> N
         plot.show(fig, f"Template, search window and map of r; {drawn}.", colours=128)
 
     look: Look = {"continuous_update": False}
-    x = IntSlider(318, 130, columns - edge, 2, description="column", **look)
-    y = IntSlider(318, edge, rows - edge, 2, description="row", **look)
-    interact(draw, x=x, y=y, size=IntSlider(21, 3, 61, 2, description="width", **look))
+    x = ipywidgets.IntSlider(318, 130, columns - edge, 2, description="column", **look)
+    y = ipywidgets.IntSlider(318, edge, rows - edge, 2, description="row", **look)
+    interact(
+        draw,
+        x=x,
+        y=y,
+        size=ipywidgets.IntSlider(21, 3, 61, 2, description="width", **look),
+    )
 
 
 # --- Parts of these figures: a window, a map of r, and r as a landscape ---

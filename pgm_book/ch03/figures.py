@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
@@ -146,6 +145,7 @@ def shift_by_hand(
     left: ArrayLike, right: ArrayLike, point: ArrayLike, size: int, truth: ArrayLike
 ) -> None:
     """Show the film of a match, with sliders for its start."""
+    import ipywidgets
 
     def draw(columns: int, rows: int, turn: int) -> None:
         c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
@@ -163,9 +163,11 @@ def shift_by_hand(
     look: Look = {"continuous_update": False}
     interact(
         draw,
-        columns=IntSlider(-4, min=-9, max=9, description="columns (px)", **look),
-        rows=IntSlider(-4, min=-9, max=9, description="rows (px)", **look),
-        turn=IntSlider(0, min=-30, max=30, description="turn (°)", **look),
+        columns=ipywidgets.IntSlider(
+            -4, min=-9, max=9, description="columns (px)", **look
+        ),
+        rows=ipywidgets.IntSlider(-4, min=-9, max=9, description="rows (px)", **look),
+        turn=ipywidgets.IntSlider(0, min=-30, max=30, description="turn (°)", **look),
     )
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pgm_book.common.checks import CheckFailed, report
+from pgm_lab import _validate
 
 
 def wrong_elements(answer: object) -> None:
@@ -11,8 +12,8 @@ def wrong_elements(answer: object) -> None:
         raise CheckFailed("wrong is still empty. Your turn!")
 
     try:
-        found = np.array(answer, float)
-    except (ValueError, TypeError):
+        found = _validate.finite(answer, "wrong")
+    except ValueError:
         found = np.empty(0)
     if found.ndim != 2 or found.shape[1] != 2:
         raise CheckFailed("wrong must be a list of pairs such as [(3, 2)]")

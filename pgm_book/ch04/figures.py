@@ -5,7 +5,6 @@ from typing import cast
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc
@@ -106,6 +105,7 @@ def mirror() -> None:
 
 def attitude_by_hand() -> None:
     """Show a camera above the meadow, and sliders that turn it."""
+    import ipywidgets
 
     def draw(omega: int, phi: int, kappa: int) -> None:
         exterior = np.array([*PLACE, *np.radians([omega, phi, kappa])])
@@ -119,9 +119,9 @@ def attitude_by_hand() -> None:
             colours=128,
         )
 
-    def slider(name: str, most: int) -> IntSlider:
+    def slider(name: str, most: int) -> ipywidgets.IntSlider:
         look: Look = {"description": f"{name} (°)", "continuous_update": False}
-        return IntSlider(0, -most, most, 5, **look)
+        return ipywidgets.IntSlider(0, -most, most, 5, **look)
 
     interact(draw, omega=slider("ω", 90), phi=slider("φ", 90), kappa=slider("κ", 180))
 

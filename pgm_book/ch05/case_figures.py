@@ -4,81 +4,58 @@ from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
-from pgm_lab.plot import basic
+from pgm_lab import plot
 from pgm_lab.plot.basic import Look
 
 PIXEL = 12.19  # um
 FORMAT = (23.6, 15.8)  # mm
-MARKED = {0: ("o", basic.BLUE), 1: ("s", basic.RED), 4: ("D", basic.PURPLE)}
-MARKED |= {9: ("^", basic.ORANGE)}
+MARKED = {0: ("o", plot.BLUE), 1: ("s", plot.RED), 4: ("D", plot.PURPLE)}
+MARKED |= {9: ("^", plot.ORANGE)}
 LARGER = 40  # times, residuals
+PUBLISHED = 3  # the step after which the values were published
 
 
-def heights(z: ArrayLike, last: int = 3) -> None:
-    """Show the heights of ten points after each step of an adjustment.
-
-    Parameters
-    ----------
-    z : array_like (steps + 1, 10)
-        Heights before the first step, and after each.
-    last : int
-        The step after which the values were published.
-    """
-    z = _validate.finite(z, "z")
-    if z.ndim != 2 or z.shape[1] != 10 or len(z) < 2:
-        raise ValueError(f"z must have shape (steps + 1, 10); got {z.shape}")
-    last = _validate.whole(last, "last", 0, len(z) - 1)
+def heights(z: np.ndarray) -> None:
+    """Show the heights (steps + 1, 10) of ten points before and after each step."""
     fig, ax = plt.subplots(figsize=(7, 3.9))
     for i in range(10):
         if i not in MARKED:
             label = "six others" if i == 2 else None
-            ax.plot(z[:, i], "-", color=basic.GREY, linewidth=1.4, label=label)
+            ax.plot(z[:, i], "-", color=plot.GREY, linewidth=1.4, label=label)
     for i, (mark, colour) in MARKED.items():
         ax.plot(z[:, i], f"{mark}-", color=colour, label=f"point {i + 1}")
     ax.set(yscale="symlog", ylim=(-1e5, 1e3), xticks=range(len(z)), xlabel="steps made")
     ax.set(ylabel="Z (unit not printed,\nlog scale)")
-    ax.axvline(last, color=basic.BLACK, linewidth=1.2, linestyle="--")
-    ax.text(last - 0.05, -2.5e4, "published", fontsize=14, ha="right")
+    ax.axvline(PUBLISHED, color=plot.BLACK, linewidth=1.2, linestyle="--")
+    ax.text(PUBLISHED - 0.05, -2.5e4, "published", fontsize=14, ha="right")
     fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    basic.show(
+    plot.show(
         fig,
         "Height Z of the ten points after each step. Seven settle, point 1 near -4.5."
         " Three run away: point 2 over -3, -7, -18 and -62 to -408, point 5 far beyond"
         " the frame, point 10 upwards to 214. The published values are those after"
-        f" {last} steps.",
+        f" {PUBLISHED} steps.",
     )
 
 
-def residuals(photos: ArrayLike, v: ArrayLike) -> None:
-    """Show residuals of both photos as arrows, enlarged.
-
-    Parameters
-    ----------
-    photos, v : array_like (2, n, 2)
-        Image points and their residuals, in mm.
-    """
-    photos = _validate.finite(photos, "photos")
-    v = _validate.of_shape(v, photos.shape, "v")
-    if photos.ndim != 3 or photos.shape[::2] != (2, 2):
-        raise ValueError(f"photos must have shape (2, n, 2); got {photos.shape}")
+def residuals(photos: np.ndarray, v: np.ndarray) -> None:
+    """Show residuals (2, n, 2) of both photos in mm as arrows, enlarged."""
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.4), sharey=True)
     look: Look = {"angles": "xy", "scale_units": "xy", "scale": 1 / LARGER}
-    look |= {"width": 0.012, "color": basic.RED, "zorder": 3}
+    look |= {"width": 0.012, "color": plot.RED, "zorder": 3}
     width, height = FORMAT
     for ax, name, xy, r in zip(axes, ("left photo", "right photo"), photos, v):
         frame = plt.Rectangle((-width / 2, -height / 2), width, height, fc="#EEF3F7")
         ax.add_patch(frame)
-        ax.plot(*xy.T, "o", color=basic.BLACK, markersize=4)
+        ax.plot(*xy.T, "o", color=plot.BLACK, markersize=4)
         ax.quiver(*xy.T, *r.T, **look)
         ax.set(title=name, xlabel="x (mm)", aspect="equal")
         ax.set(xlim=(-12.2, 12.2), ylim=(-8.3, 8.3))
     axes[0].set_ylabel("y (mm)")
     axes[0].quiver(-10.5, -6.8, 0.1, 0, **look)
     axes[0].text(-11, -6, f"100 µm = {100 / PIXEL:.1f} px", fontsize=13)
-    basic.show(
+    plot.show(
         fig,
         f"Both photos with {photos.shape[1]} points and their residuals, drawn"
         f" {LARGER} times too large beside a bar of 100 micrometres. In each photo all"
@@ -90,27 +67,11 @@ def residuals(photos: ArrayLike, v: ArrayLike) -> None:
 
 
 def ladder(sigma0: Mapping[str, float]) -> None:
-    """Show what is left under each reading of the same data, on a log scale.
-
-    Parameters
-    ----------
-    sigma0 : mapping of str to float
-        In mm, by the reading; the published one first.
-    """
-    found = _validate.mapping(sigma0, "sigma0")
-    names = _validate.texts(list(found), "sigma0")
-    if not names:
-        raise ValueError("sigma0 must hold one reading or more")
-    sizes = 1000 * np.array(
-        [
-            _validate.positive_number(one, f"sigma0, {name}", "mm")
-            for name, one in found.items()
-        ]
-    )
+    """Show sigma0 (mm) of each reading of the same data, the published one first."""
+    names, sizes = list(sigma0), 1000 * np.array(list(sigma0.values()))
     fig, ax = plt.subplots(figsize=(10, 0.9 + 0.36 * len(names)))
-    colours = [basic.RED] + [
-        basic.GREY if s > 500 else basic.BLUE if s > 10 else basic.GREEN
-        for s in sizes[1:]
+    colours = [plot.RED] + [
+        plot.GREY if s > 500 else plot.BLUE if s > 10 else plot.GREEN for s in sizes[1:]
     ]
     rows = np.arange(len(names))[::-1]
     hatches = ["//"] + ["" if s > 10 else ".." for s in sizes[1:]]
@@ -120,38 +81,28 @@ def ladder(sigma0: Mapping[str, float]) -> None:
     for row, size in zip(rows, sizes):
         text = f"{size:.0f} µm" if size > 20 else f"{size:.3g} µm"
         ax.text(1.15 * size, row, text, va="center", fontsize=15)
-    ax.axvline(PIXEL, color=basic.BLACK, linestyle="--", linewidth=1.5)
+    ax.axvline(PIXEL, color=plot.BLACK, linestyle="--", linewidth=1.5)
     ax.text(1.1 * PIXEL, -0.75, "one pixel", fontsize=15)
     ax.set(xscale="log", xlim=(0.2, 5e4), ylim=(-1, len(names) - 0.4))
     ax.set_xlabel("sigma0 (µm)")
     ax.grid(axis="y", visible=False)
     said = ", ".join(f"{name}: {size:.3g}" for name, size in zip(names, sizes))
-    basic.show(
+    plot.show(
         fig,
         f"Sigma0 in micrometres of {len(names)} readings of the same data, on a log"
         f" scale. {said}. One pixel is 12.19.",
     )
 
 
-def misprints(deviation: ArrayLike, names: Sequence[str]) -> None:
-    """Show how far printed coefficients are from differences, on a log scale.
-
-    Parameters
-    ----------
-    deviation : array_like (n,)
-        Relative deviations.
-    names : sequence of str
-        Names of the coefficients, such as "b11".
-    """
-    names = _validate.texts(names, "names")
-    size = np.abs(_validate.of_shape(deviation, (len(names),), "deviation"))
-    size = np.maximum(size, 1e-12)
+def misprints(deviation: np.ndarray, names: Sequence[str]) -> None:
+    """Show relative deviations of printed coefficients from differences, log scale."""
+    size = np.maximum(np.abs(deviation), 1e-12)
     fig, ax = plt.subplots(figsize=(7, 3.6))
     wrong = size > 1e-6
     labels = [f"$b_{{{name[1:]}}}$" for name in names]
     for those, colour, hatch, word in (
-        (~wrong, basic.BLUE, "", "agree"),
-        (wrong, basic.RED, "//", "do not"),
+        (~wrong, plot.BLUE, "", "agree"),
+        (wrong, plot.RED, "//", "do not"),
     ):
         look: Look = {"color": colour, "hatch": hatch, "edgecolor": "white"}
         at = np.flatnonzero(those)
@@ -162,7 +113,7 @@ def misprints(deviation: ArrayLike, names: Sequence[str]) -> None:
     ax.legend(loc="upper left", ncols=2)
     ax.grid(axis="x", visible=False)
     worst = [name for name, bad in zip(names, wrong) if bad]
-    basic.show(
+    plot.show(
         fig,
         f"Relative deviation of {len(names)} printed coefficients from central"
         f" differences, on a log scale: {len(names) - len(worst)} agree to some nine"

@@ -239,7 +239,7 @@ def _why_stopped(said: str) -> str:
             ": derivatives asks for a function, which it calls itself: begin with"
             " `lambda e:`, and write e in the place of exterior."
         )
-    if "A must have shape" in said or "matmul" in said:
+    if any(word in said for word in ("A must have shape", "matmul", "broadcast")):
         return (
             ": A has a row for each photo coordinate, ten here, and missing is one"
             " column of as many: np.ravel makes it of a table."

@@ -4,15 +4,14 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.patches import FancyArrowPatch
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, orientation, rotation
+from pgm_lab import orientation, plot, rotation
 from pgm_lab.camera import Camera, project
-from pgm_lab.plot import basic, space
+from pgm_lab.plot import space
 from pgm_lab.plot.basic import Look, interact
 from pgm_lab.plot.space import fill
 
@@ -30,6 +29,13 @@ EDGES = (
     *((4, 5), (6, 7), (4, 8), (8, 7), (5, 9), (9, 6), (8, 9)),
 )
 CONTROL = (0, 1, 2, 8)  # corners whose ground coordinates are known
+HEIGHT, C, SIGMA = 120.0, 35.0, 0.003  # m, mm, mm: of the sliders
+FAR, NEAR = 10.0, Camera(35.0)  # m, and the camera: of the clouds
+ANGLES = (10, 40, 90, 150)
+BASES = (20, 160)  # m
+
+
+# --- What does one ray know? ---
 
 
 def one_ray() -> None:
@@ -37,7 +43,7 @@ def one_ray() -> None:
     fig = plt.figure(figsize=(10, 5.0), layout="none")
     ax = space.space(fig, view=(12, -68))
     M, centre, size = rotation.matrix(*CAMERA[3:]), CAMERA[:3], 1.35
-    drawn = [*space.draw_camera(ax, CAMERA, size, axes=False, color=basic.GREY)]
+    drawn = [*space.draw_camera(ax, CAMERA, size, axes=False, color=plot.GREY)]
     U, V, W = 1.15, 0.75, -3.1
     steps = centre + np.cumsum([(0, 0, 0), (0, 0, W), (U, 0, 0), (0, V, 0)], 0) @ M
     scale = -size / W
@@ -46,35 +52,35 @@ def one_ray() -> None:
         + np.cumsum([(0, 0, 0), (0, 0, -size), (scale * U, 0, 0), (0, scale * V, 0)], 0)
         @ M
     )
-    ax.plot(*np.array([centre, steps[-1]]).T, color=basic.RED, **THICK)
-    for corners, colour in ((steps, basic.BLUE), (small, basic.BLACK)):
+    ax.plot(*np.array([centre, steps[-1]]).T, color=plot.RED, **THICK)
+    for corners, colour in ((steps, plot.BLUE), (small, plot.BLACK)):
         ax.plot(*corners.T, color=colour, linewidth=2, linestyle="--", zorder=4)
-    ax.plot(*small[-1], "o", color=basic.RED, markersize=9, zorder=6)
-    ax.plot(*steps[-1], "s", color=basic.BLUE, markersize=9, zorder=6)
-    ax.plot(*small[1], "+", color=basic.BLACK, markersize=14, mew=2.5, zorder=6)
+    ax.plot(*small[-1], "o", color=plot.RED, markersize=9, zorder=6)
+    ax.plot(*steps[-1], "s", color=plot.BLUE, markersize=9, zorder=6)
+    ax.plot(*small[1], "+", color=plot.BLACK, markersize=14, mew=2.5, zorder=6)
     for at, words, colour, where in (
-        (centre, "perspective centre   \n$(X_0, Y_0, Z_0)$  ", basic.BLACK, "right"),
+        (centre, "perspective centre   \n$(X_0, Y_0, Z_0)$  ", plot.BLACK, "right"),
         (
             small[1] + 0.2 * (steps[1] - small[1]),
             "principal point  ",
-            basic.BLACK,
+            plot.BLACK,
             "right",
         ),
-        (small[-1], "    image point $(x, y)$", basic.RED, "left"),
-        (steps[-1], "  object point $(X, Y, Z)$", basic.BLUE, "left"),
-        (centre + 0.74 * (small[1] - centre), " $c$", basic.BLACK, "left"),
-        ((small[1] + small[2]) / 2 - (0, 0, 0.3), "$x$", basic.BLACK, "center"),
-        ((small[2] + small[3]) / 2 - (0, 0, 0.34), "$y$", basic.BLACK, "center"),
-        ((small[1] + steps[1]) / 2, "$W$  ", basic.BLUE, "right"),
-        ((steps[1] + steps[2]) / 2 - (0, 0, 0.14), "$U$", basic.BLUE, "center"),
-        ((steps[2] + steps[3]) / 2 - (0, 0, 0.08), "  $V$", basic.BLUE, "left"),
+        (small[-1], "    image point $(x, y)$", plot.RED, "left"),
+        (steps[-1], "  object point $(X, Y, Z)$", plot.BLUE, "left"),
+        (centre + 0.74 * (small[1] - centre), " $c$", plot.BLACK, "left"),
+        ((small[1] + small[2]) / 2 - (0, 0, 0.3), "$x$", plot.BLACK, "center"),
+        ((small[2] + small[3]) / 2 - (0, 0, 0.34), "$y$", plot.BLACK, "center"),
+        ((small[1] + steps[1]) / 2, "$W$  ", plot.BLUE, "right"),
+        ((steps[1] + steps[2]) / 2 - (0, 0, 0.14), "$U$", plot.BLUE, "center"),
+        ((steps[2] + steps[3]) / 2 - (0, 0, 0.08), "  $V$", plot.BLUE, "left"),
     ):
         _write(ax, at, f"{words} " if where == "right" else words, colour, where)
     drawn += [*space.draw_axes(ax, centre, M, 0.9)]
     corner = np.array([-2.0, -0.6, 0.0])
     drawn += [*space.draw_axes(ax, corner, length=0.8, names=("X", "Y", "Z"))]
     fill(ax, np.array([*drawn, *steps]), (0.12, 0.05, 0.6, 0.9))
-    basic.show(
+    plot.show(
         fig,
         "A camera in space and one ray. From the perspective centre the principal"
         " distance c leads along the negative z axis to the principal point of the"
@@ -84,17 +90,47 @@ def one_ray() -> None:
     )
 
 
+def _write(ax: Axes3D, at: ArrayLike, words: str, colour: str, where: str) -> None:
+    look: Look = {"fontsize": TEXT, "color": colour, "zorder": 9}
+    ax.text(*np.asarray(at), words, ha=where, va="center", **look)
+
+
+# --- How does the image move with each unknown? ---
+
+
+def adjustment_steps(size: np.ndarray, error: np.ndarray) -> None:
+    """Show the relative error of a central difference against its step."""
+    fig, ax = plt.subplots(figsize=(7, 4.2))
+    ax.plot(size, error, "o-", color=plot.BLUE, label="error")
+    best = int(np.argmin(error))
+    mark: Look = {"color": plot.RED, "markersize": 12, "zorder": 4}
+    ax.plot(size[best], error[best], "D", label="smallest", **mark)
+    ax.set(xscale="log", yscale="log", xlabel="step (rad)", ylabel="relative error")
+    ax.legend(loc="upper center")
+    valley = size[error < 1e-8]
+    plot.show(
+        fig,
+        "Relative error of a central difference against its step, both logarithmic: a"
+        " valley. From the right it falls with the square of the step; to the left it"
+        f" rises again, unevenly. From {valley.min():.0e} to {valley.max():.0e} rad it"
+        " is below 1e-08; a diamond marks the smallest.",
+    )
+
+
+# --- What do two photos know of each other? ---
+
+
 def epipolar_plane() -> None:
     """Show two rays, the base between their stations, and the plane of all three."""
     fig = plt.figure(figsize=(10, 4.6), layout="none")
     ax = space.space(fig, view=(18, -72))
     point, drawn = np.array([0.25, 0.5, 0.0]), [np.array([(0.25, 0.5, -0.3)])]
     triangle = np.array([*PAIR[:, :3], point])
-    pale: Look = {"facecolors": basic.YELLOW, "alpha": 0.45, "zorder": 0}
+    pale: Look = {"facecolors": plot.YELLOW, "alpha": 0.45, "zorder": 0}
     plane = Poly3DCollection([triangle], **pale, **space.FREE)
     ax.add_collection3d(plane)
     for exterior, colour, mark, sign in zip(
-        PAIR, (basic.BLUE, basic.RED), ("o", "s"), (-1, 1)
+        PAIR, (plot.BLUE, plot.RED), ("o", "s"), (-1, 1)
     ):
         look: Look = {"color": colour, "axes": False}
         drawn.append(space.draw_camera(ax, exterior, 1.0, **look))
@@ -117,18 +153,18 @@ def epipolar_plane() -> None:
         name = "left station" if sign < 0 else "right station"
         _write(ax, exterior[:3] + (0, 0, 0.25), name, colour, "center")
         drawn.append(exterior[None, :3] + (0, 0, 0.4))
-    ax.plot(*PAIR[:, :3].T, color=basic.BLACK, **THICK)
-    ax.plot(*point, "D", color=basic.BLACK, markersize=9, **FRONT)
+    ax.plot(*PAIR[:, :3].T, color=plot.BLACK, **THICK)
+    ax.plot(*point, "D", color=plot.BLACK, markersize=9, **FRONT)
     for at, words in (
         (PAIR[:, :3].mean(axis=0) + (0, 0, 0.18), "base"),
         (point - (0, 0, 0.2), "object point"),
         (triangle.mean(axis=0) + (0.05, 0, -0.5), "epipolar\nplane"),
     ):
-        _write(ax, at, words, basic.BLACK, "center")
+        _write(ax, at, words, plot.BLACK, "center")
     corner = np.array([-1.9, 0.5, 0.0])
     drawn.append(space.draw_axes(ax, corner, length=0.6, names=("X", "Y", "Z")))
     fill(ax, np.concatenate(drawn), (0.03, 0.03, 0.94, 0.94))
-    basic.show(
+    plot.show(
         fig,
         "Two cameras, the base between their perspective centres, and the two rays of"
         " one object point. Base and rays span a triangle, the epipolar plane. It cuts"
@@ -146,21 +182,19 @@ def to_the_ground() -> None:
     for (house, names), where in zip(both, places):
         ax = space.space(fig, view=(20, -60))
         for edge in EDGES:
-            ax.plot(
-                *house[list(edge)].T, color=basic.BLUE, linewidth=2.2, clip_on=False
-            )
-        look: Look = {"color": basic.RED, "markersize": 10} | FRONT
+            ax.plot(*house[list(edge)].T, color=plot.BLUE, linewidth=2.2, clip_on=False)
+        look: Look = {"color": plot.RED, "markersize": 10} | FRONT
         ax.plot(*house[list(CONTROL)].T, "^", **look)
         origin = np.array([-1.6, -1.2, 0.0])
         tips = space.draw_axes(ax, origin, length=1.5, names=names)
         ground = np.array([(-1.6, -1.2, 0), (5, -1.2, 0), (5, 4, 0), (-1.6, 4, 0)])
         if names[0] == "X":
-            pale: Look = {"facecolors": basic.GREEN, "alpha": 0.15, "zorder": 0}
+            pale: Look = {"facecolors": plot.GREEN, "alpha": 0.15, "zorder": 0}
             flat = Poly3DCollection([ground], **pale, **space.FREE)
             ax.add_collection3d(flat)
             house = np.concatenate([house, ground])
         fill(ax, np.array([*house, origin, *tips, *(1.15 * tips)]), where)
-    arrow: Look = {"arrowstyle": "-|>", "lw": 3, "color": basic.BLACK}
+    arrow: Look = {"arrowstyle": "-|>", "lw": 3, "color": plot.BLACK}
     fig.text(0.18, 0.9, "model, in a frame of its own", fontsize=TEXT, ha="center")
     fig.text(0.77, 0.9, "ground", fontsize=TEXT, ha="center")
     plt.figtext(
@@ -169,8 +203,8 @@ def to_the_ground() -> None:
     fig.add_artist(
         FancyArrowPatch((0.38, 0.5), (0.55, 0.5), mutation_scale=25, **arrow)
     )
-    fig.text(0.5, 0.02, "▲ control points", color=basic.RED, fontsize=TEXT, ha="center")
-    basic.show(
+    fig.text(0.5, 0.02, "▲ control points", color=plot.RED, fontsize=TEXT, ha="center")
+    plot.show(
         fig,
         "Left a small house, turned, in a frame x, y, z of its own: the model. Right"
         " the same house, larger and upright on the ground in the frame X, Y, Z. An"
@@ -179,100 +213,12 @@ def to_the_ground() -> None:
     )
 
 
-def meeting(exteriors: ArrayLike, points: ArrayLike, names: Sequence[str]) -> None:
-    """Show photos and points in space, with a ray from each photo to each point.
-
-    Parameters
-    ----------
-    exteriors : array_like (2, 6)
-        X0, Y0, Z0, omega, phi, kappa of the photos; angles in radians.
-    points : array_like (n, 3)
-        Object points.
-    names : sequence of str
-        One for each photo.
-    """
-    photos = _validate.of_shape(exteriors, (2, 6), "exteriors")
-    points = _validate.points(points, 3, "points").reshape(-1, 3)
-    names = _validate.texts(names, "names", 2)
-    fig = plt.figure(figsize=(10, 4.2), layout="none")
-    ax = space.space(fig, view=(14, 38))
-    drawn = [points]
-    styles = ((basic.BLUE, "-"), (basic.RED, "--"))
-    for exterior, (colour, style), name in zip(photos, styles, names):
-        for point in points:
-            ray = np.array([exterior[:3], point])
-            ax.plot(*ray.T, color=colour, lw=1.1, ls=style, **FRONT)
-        look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
-        drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
-        up = rotation.matrix(*exterior[3:])[2]
-        drawn.append(exterior[None, :3] + 0.3 * up)  # room for the name
-    ax.plot(*points.T, "o", color=basic.BLACK, markersize=7, **FRONT)
-    # To the lower left of the points, as this view has it
-    corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
-    tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
-    drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
-    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
-    basic.show(
-        fig,
-        f"Two cameras in space look down at {len(points)} points; a ray runs from each"
-        " camera to each point. A thick bar marks the upper edge of each photo.",
-    )
+# --- How far apart should the stations be? ---
 
 
-def _write(ax: Axes3D, at: ArrayLike, words: str, colour: str, where: str) -> None:
-    look: Look = {"fontsize": TEXT, "color": colour, "zorder": 9}
-    ax.text(*np.asarray(at), words, ha=where, va="center", **look)
-
-
-# --- Figures of precision: steps of a difference, clouds of points, base and ellipse ---
-
-HEIGHT, C, SIGMA = 120.0, 35.0, 0.003  # m, mm, mm: of the sliders
-FAR, NEAR = 10.0, Camera(35.0)  # m, and the camera: of the clouds
-ANGLES = (10, 40, 90, 150)
-BASES = (20, 160)  # m
-
-
-def adjustment_steps(size: ArrayLike, error: ArrayLike) -> None:
-    """Show the relative error of a central difference against its step.
-
-    Parameters
-    ----------
-    size : array_like (n,)
-        Steps, positive.
-    error : array_like (n,)
-        Relative errors, positive.
-    """
-    size = _validate.finite(size, "size")
-    error = _validate.of_shape(error, size.shape, "error")
-    if size.ndim != 1 or not size.size or not (np.all(size > 0) and np.all(error > 0)):
-        raise ValueError("size and error must be lists of one length, all positive")
-    fig, ax = plt.subplots(figsize=(7, 4.2))
-    ax.plot(size, error, "o-", color=basic.BLUE, label="error")
-    best = int(np.argmin(error))
-    mark: basic.Look = {"color": basic.RED, "markersize": 12, "zorder": 4}
-    ax.plot(size[best], error[best], "D", label="smallest", **mark)
-    ax.set(xscale="log", yscale="log", xlabel="step (rad)", ylabel="relative error")
-    ax.legend(loc="upper center")
-    valley = size[error < 1e-8] if np.any(error < 1e-8) else size[[best]]
-    basic.show(
-        fig,
-        "Relative error of a central difference against its step, both logarithmic: a"
-        " valley. From the right it falls with the square of the step; to the left it"
-        f" rises again, unevenly. From {valley.min():.0e} to {valley.max():.0e} rad it"
-        " is below 1e-08; a diamond marks the smallest.",
-    )
-
-
-def point_clouds(seed: int = 4) -> None:
-    """Show simulated intersections of two rays at four angles, with their ellipses.
-
-    Parameters
-    ----------
-    seed : int
-        Of the errors of the image points.
-    """
-    seed = _validate.whole(seed, "seed", 0, 2**32 - 1)
-    rng, sigma = np.random.default_rng(seed), 0.001
+def point_clouds() -> None:
+    """Show simulated intersections of two rays at four angles, with their ellipses."""
+    rng, sigma = np.random.default_rng(4), 0.001
     fig, axes = plt.subplots(2, 2, figsize=(7, 3.7), sharex=True, sharey=True)
     totals = []
     for ax, angle in zip(axes.flat, ANGLES):
@@ -283,9 +229,9 @@ def point_clouds(seed: int = 4) -> None:
         cloud, C = 1000 * found.points[:, [2, 0]], 1e6 * found.covariance.mean(axis=0)
         totals.append(np.sqrt(np.trace(C)))
         for ray in pair[:, [2, 0]]:
-            ax.plot(*np.transpose([ray, (0, 0)]), color=basic.GREY, linewidth=1.2)
-        ax.plot(*cloud.T, ".", color=basic.SKY, markersize=4)
-        basic.error_ellipse(ax, (0, 0), C[np.ix_([2, 0], [2, 0])], 0.95, zorder=3)
+            ax.plot(*np.transpose([ray, (0, 0)]), color=plot.GREY, linewidth=1.2)
+        ax.plot(*cloud.T, ".", color=plot.SKY, markersize=4)
+        plot.error_ellipse(ax, (0, 0), C[np.ix_([2, 0], [2, 0])], 0.95, zorder=3)
         ax.text(-6.6, 1.5, f"{angle}°", fontsize=16, weight="bold")
         ax.text(-6.6, -2.2, f"{totals[-1]:.2f} mm", fontsize=TEXT)
         ax.set(xlim=(-7, 7), ylim=(-2.6, 2.6), aspect="equal")
@@ -293,7 +239,7 @@ def point_clouds(seed: int = 4) -> None:
         ax.set_ylabel("X (mm)")
     for ax in axes[1]:
         ax.set_xlabel("Z, depth (mm)")
-    basic.show(
+    plot.show(
         fig,
         "Clouds of 400 simulated intersections with the 95 % ellipse of their"
         " covariance, for rays that meet at 10, 40, 90 and 150 degrees. At 10 degrees"
@@ -305,14 +251,7 @@ def point_clouds(seed: int = 4) -> None:
 
 
 def towards(angle: float) -> np.ndarray:
-    """Exteriors (2, 6) of two cameras 10 m from the origin that look at it.
-
-    Parameters
-    ----------
-    angle : float
-        Between the two rays, in degrees.
-    """
-    angle = _validate.number(angle, "angle")
+    """Exteriors (2, 6) of cameras 10 m from the origin, whose rays meet at an angle."""
     a = np.radians([-angle / 2, angle / 2])
     zero = np.zeros(2)
     return np.column_stack([FAR * np.sin(a), zero, FAR * np.cos(a), zero, a, zero])
@@ -320,6 +259,7 @@ def towards(angle: float) -> np.ndarray:
 
 def base_by_hand() -> None:
     """Show two vertical photos, their rays and the error ellipse, and a slider."""
+    import ipywidgets
 
     def draw(base: int) -> None:
         angle = np.degrees(2 * np.arctan(base / 2 / HEIGHT))
@@ -328,23 +268,21 @@ def base_by_hand() -> None:
             1, 2, figsize=(10, 4.2), width_ratios=(1.25, 1)
         )
         stations = np.array([(-base / 2, HEIGHT), (base / 2, HEIGHT)])
-        for station, colour, style in zip(
-            stations, (basic.BLUE, basic.RED), ("-", "--")
-        ):
+        for station, colour, style in zip(stations, (plot.BLUE, plot.RED), ("-", "--")):
             ray = np.array([station, (0, 0)])
             side.plot(*ray.T, color=colour, linestyle=style)
             side.plot(*station, "s", color=colour)
-        side.plot(*stations.T, color=basic.BLACK, linewidth=1.5)
+        side.plot(*stations.T, color=plot.BLACK, linewidth=1.5)
         side.text(0, HEIGHT + 7, f"base {base} m", ha="center", fontsize=TEXT)
         side.set(xlim=(-110, 110), ylim=(-12, 145), aspect="equal")
         side.set(xlabel="X (m)", ylabel="Z (m)", title=f"rays meet at {angle:.0f}°")
         covariance = np.diag([sx**2, sz**2])
-        basic.error_ellipse(error, (0, 0), covariance, 0.95, color=basic.BLACK)
+        plot.error_ellipse(error, (0, 0), covariance, 0.95, color=plot.BLACK)
         error.set(xlim=(-150, 150), ylim=(-240, 240), aspect="equal")
         error.set(xlabel="X (mm)", ylabel="Z (mm)", title="error ellipse, 95 %")
         numbers = f"$\\sigma_X$ = {sx:.0f} mm\n$\\sigma_Z$ = {sz:.0f} mm"
         error.text(-142, 160, numbers, fontsize=TEXT)
-        basic.show(
+        plot.show(
             fig,
             f"Left two vertical photos {HEIGHT:.0f} m above a point midway between"
             f" them, base {base} m, rays that meet at {angle:.0f} degrees. Right the"
@@ -352,20 +290,17 @@ def base_by_hand() -> None:
         )
 
     look: Look = {"min": BASES[0], "max": BASES[1], "step": 20}
-    base = IntSlider(40, description="base (m)", continuous_update=False, **look)
+    base = ipywidgets.IntSlider(
+        40, description="base (m)", continuous_update=False, **look
+    )
     interact(draw, base=base)
 
 
 def vertical_precision(base: float) -> tuple[float, float]:
     """Standard deviations in X and Z (m) of a point midway between vertical photos.
 
-    Parameters
-    ----------
-    base : float
-        In metres; the photos are taken from 120 m with c = 35 mm, their image
-        coordinates are good to 3 µm.
+    They are taken from 120 m with c = 35 mm; image coordinates are good to 3 µm.
     """
-    base = _validate.positive_number(base, "base", "m")
     zero = np.zeros(2)
     places = np.column_stack([(-base / 2, base / 2), zero, np.full(2, HEIGHT)])
     pair = np.column_stack([places, zero, zero, zero])
@@ -373,3 +308,31 @@ def vertical_precision(base: float) -> tuple[float, float]:
     found = orientation.intersect(Camera(C), pair, image, sigma=SIGMA)
     sx, _, sz = np.sqrt(np.diag(found.covariance[0]))
     return float(sx), float(sz)
+
+
+def meeting(photos: np.ndarray, points: ArrayLike, names: Sequence[str]) -> None:
+    """Show two photos (2, 6) and points (n, 3) in space, with all rays between them."""
+    points = np.asarray(points)
+    fig = plt.figure(figsize=(10, 4.2), layout="none")
+    ax = space.space(fig, view=(14, 38))
+    drawn = [points]
+    styles = ((plot.BLUE, "-"), (plot.RED, "--"))
+    for exterior, (colour, style), name in zip(photos, styles, names):
+        for point in points:
+            ray = np.array([exterior[:3], point])
+            ax.plot(*ray.T, color=colour, lw=1.1, ls=style, **FRONT)
+        look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
+        drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
+        up = rotation.matrix(*exterior[3:])[2]
+        drawn.append(exterior[None, :3] + 0.3 * up)  # room for the name
+    ax.plot(*points.T, "o", color=plot.BLACK, markersize=7, **FRONT)
+    # To the lower left of the points, as this view has it
+    corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
+    tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
+    drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
+    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
+    plot.show(
+        fig,
+        f"Two cameras in space look down at {len(points)} points; a ray runs from each"
+        " camera to each point. A thick bar marks the upper edge of each photo.",
+    )

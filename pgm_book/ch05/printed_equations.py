@@ -7,7 +7,7 @@ For the trial of the printed formulas. Nothing here is for use in a computation:
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_lab import _validate, camera, rotation
+from pgm_lab import camera, rotation
 
 STEP = 1e-5  # of the finite differences: in radians, and as a share of the distance
 
@@ -42,9 +42,7 @@ def coefficients(f: float, exterior: ArrayLike, point: ArrayLike) -> np.ndarray:
     >>> np.argwhere(np.abs(off) > 1e-6) + 1  # here b23 alone, whose sign is wrong
     array([[2, 3]])
     """
-    f = _validate.positive_number(f, "f", "mm")
-    exterior = _validate.one_point(exterior, 6, "exterior")
-    point = _validate.one_point(point, 3, "point")
+    exterior, point = np.array(exterior, float), np.array(point, float)
     m = rotation.matrix(*exterior[3:])
     dX, dY, dZ = d = point - exterior[:3]
     r, s, q = m @ d
@@ -72,19 +70,7 @@ def coefficients(f: float, exterior: ArrayLike, point: ArrayLike) -> np.ndarray:
 def moved_by_each(f: float, exterior: ArrayLike, point: ArrayLike) -> np.ndarray:
     """How x and y change when each unknown is moved a little: central differences.
 
-    Parameters
-    ----------
-    f : float
-        Principal distance in mm.
-    exterior : array_like (6,)
-        (X0, Y0, Z0, omega, phi, kappa).
-    point : array_like (3,)
-        Object point.
-
-    Returns
-    -------
-    ndarray (2, 6)
-        Rows x and y; columns omega, phi, kappa, X, Y, Z.
+    Arguments and columns as for `coefficients`.
 
     Examples
     --------
@@ -92,11 +78,8 @@ def moved_by_each(f: float, exterior: ArrayLike, point: ArrayLike) -> np.ndarray
     array([[0.5, 0. , 0. ],
            [0. , 0.5, 0. ]])
     """
-    f = _validate.positive_number(f, "f", "mm")
-    exterior = _validate.one_point(exterior, 6, "exterior")
-    point = _validate.one_point(point, 3, "point")
     one = camera.Camera(f)
-    unknown = np.concatenate([exterior, point])
+    unknown = np.concatenate([exterior, point]).astype(float)
     # The error falls with the square of the step, rounding grows with its inverse
     step = np.diag(STEP * np.repeat([1.0, np.linalg.norm(unknown[:3])], [3, 3]))
     step = np.insert(step, 0, np.zeros((3, 6)), axis=1)

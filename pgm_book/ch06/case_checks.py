@@ -92,9 +92,6 @@ def unit_diagonal(function: Callable) -> None:
 
 def rescaled(N: np.ndarray) -> np.ndarray:
     """N with ones on its diagonal, whatever its units are: the right answer."""
-    N = _validate.of_shape(N, (None, None), "N")
-    if N.shape[0] != N.shape[1] or np.any(np.diagonal(N) <= 0):
-        raise ValueError("N must be square, with a diagonal above zero")
     return N / np.outer(_roots(N), _roots(N))
 
 

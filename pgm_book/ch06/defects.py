@@ -9,11 +9,10 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.linalg import lapack
 
 from pgm_book.ch06 import published
-from pgm_lab import _validate
 from pgm_lab.bundle import dense
 from pgm_lab.bundle.dense import scaled as scaled  # so it is called in chapter 6
 from pgm_lab.camera import imaging
@@ -82,7 +81,6 @@ def network(order: str = "photo") -> tuple[np.ndarray, ...]:
     They are (interior, exteriors, points, photo, point, xy). The image points stand by
     "photo", as in Tables 4.4 to 4.12, or by "point", then photo: it matters to "rows".
     """
-    _validate.choice(order, "order", ("photo", "point"))
     net = published.network()
     photo, point = net.photo, net.point
     rows = np.lexsort((photo, point) if order == "point" else (point, photo))
@@ -128,7 +126,7 @@ def adjust(
     Raises
     ------
     ValueError
-        If a shape is wrong, a number is not finite, or a defect is unknown.
+        If a defect is unknown.
 
     References
     ----------
@@ -142,10 +140,11 @@ def adjust(
     >>> print(adjust(*network(), ["sign"]).status)
     diverged
     """
-    defects = {_validate.choice(name, "defects", tuple(DEFECTS)) for name in defects}
-    sigma = float(_validate.positive(sigma, "sigma", "mm"))
-    max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
-    state, image = _checked(interior, exteriors, points, photo, point, xy)
+    defects = set(defects)
+    if unknown := defects - DEFECTS.keys():
+        raise ValueError(f"{min(unknown)} is none of the defects {', '.join(DEFECTS)}")
+    state = tuple(np.asarray(a, float) for a in (interior, exteriors, points))
+    image = np.asarray(photo), np.asarray(point), np.asarray(xy, float)
     states, status = [state], "not converged"
     sums: list[float] = []
     v, right = [misclosure(*state, *image, defects)], [misclosure(*state, *image)]
@@ -232,7 +231,8 @@ def inverse(N: np.ndarray, defects: Iterable[str] = ()) -> tuple[np.ndarray, int
     Without "pinv" it is scaled first, and regular: nothing has to be dropped.
     """
     if {"pinv", "pinv of NumPy"} & set(defects):
-        s, U, V, scale, *_ = lapack.dgejsv(N, joba=2)  # np.linalg.svd loses digits
+        # np.linalg.svd loses digits
+        s, U, V, scale, *_ = scipy.linalg.lapack.dgejsv(N, joba=2)
         s *= scale[0] / scale[1]
         kept = int(np.sum(s > tolerance(N, defects)))
         return (V[:, :kept] / s[:kept]) @ U[:, :kept].T, kept
@@ -277,25 +277,3 @@ def _accuracies(
     sd_exteriors = sd[:own].reshape(exteriors.shape)[:, dense.ANGLES_FIRST]
     sd_points = sd[first:][: points.size].reshape(points.shape)
     return sigma0, sd[own:other], sd_exteriors, sd_points
-
-
-def _checked(*given: ArrayLike) -> tuple[State, State]:
-    """State and image points as arrays that fit to each other."""
-    interior, exteriors, points, photo, point, xy = given
-    interior = _validate.points(interior, 10, "interior")
-    exteriors = _validate.points(exteriors, 6, "exteriors")
-    points, xy = _validate.points(points, 3, "points"), _validate.points(xy, 2, "xy")
-    if (interior.ndim, exteriors.ndim, points.ndim, xy.ndim) != (1, 2, 2, 2):
-        raise ValueError(
-            "interior, exteriors, points, xy must have shapes (10,), (m, 6), (n, 3) and"
-            " (k, 2)"
-        )
-    index = {"photo": (photo, len(exteriors)), "point": (point, len(points))}
-    for name, (values, count) in index.items():
-        if np.shape(values) != (len(xy),) or not np.isin(values, range(count)).all():
-            raise ValueError(
-                f"{name} must have a whole number from 0 to {count - 1} for each of the"
-                f" {len(xy)} rows of xy"
-            )
-    image = np.asarray(photo, dtype=int), np.asarray(point, dtype=int), xy
-    return (interior, exteriors, points), image

@@ -2,29 +2,29 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import FloatSlider, SelectMultiple
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, to_rgb
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patheffects import withStroke
-from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
-from numpy.typing import ArrayLike
 
 from pgm_book.program import bundle as textbook
-from pgm_lab import _validate, bundle
-from pgm_lab import bundle as room
-from pgm_lab._rounding import round_number
-from pgm_lab.plot import _doors, basic, space
-from pgm_lab.plot import bundle as pictures
+from pgm_lab import bundle, plot
+from pgm_lab.plot import space
 from pgm_lab.plot.basic import Look, interact
-from pgm_lab.plot.space import best_view, fill, screen, together
+from pgm_lab.plot.space import best_view, fill
 
 C = 35.0  # mm, of the sketches
 # Drawn so large that they can be seen; the order is that of a camera's parameters
 LARGE = {"K1": 6e-4, "P1": 4e-3, "b1": 0.12, "b2": 0.12}
 WORDS = {"K1": "radial", "P1": "decentring", "b1": "affinity", "b2": "shear"}
 NAMES = ["c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2"]
+MOTIONS = (
+    *(f"shift in {axis}" for axis in "XYZ"),
+    *(f"rotation about {axis}" for axis in "XYZ"),
+    "scale",
+)
+
+
+# --- One ray, nineteen unknowns ---
 
 
 def ray() -> None:
@@ -36,44 +36,44 @@ def ray() -> None:
     foot = centre + 2.4 * along
     meets = centre + (target - centre) * 2.4 / ((target - centre) @ along)
     plane = np.array([foot - 2.6 * across, foot + 1.2 * across])
-    ax.plot(*plane.T, lw=4, color=basic.BLACK)
+    ax.plot(*plane.T, lw=4, color=plot.BLACK)
     axis = np.array([centre, centre + 3.2 * along])
-    ax.plot(*axis.T, "--", color=basic.GREY, lw=2)
-    ax.plot(*np.array([centre, target]).T, color=basic.BLUE, lw=3)
+    ax.plot(*axis.T, "--", color=plot.GREY, lw=2)
+    ax.plot(*np.array([centre, target]).T, color=plot.BLUE, lw=3)
     for place, colour in (
-        (centre, basic.BLACK),
-        (meets, basic.RED),
-        (target, basic.GREEN),
-        (foot, basic.GREY),
+        (centre, plot.BLACK),
+        (meets, plot.RED),
+        (target, plot.GREEN),
+        (foot, plot.GREY),
     ):
         ax.plot(*place, "o", color=colour, ms=14, zorder=3)
     for words, (x, y), colour in (
-        ("perspective centre", centre + (-1.6, 0.35), basic.BLACK),
-        ("principal point", foot + (0.25, 0.2), basic.GREY),
-        ("image plane", plane[1] + (-0.7, 0.2), basic.BLACK),
-        ("$c$", centre + 1.2 * along + (0, 0.2), basic.GREY),
-        ("image point:\n2 observations, $x, y$", meets + (-3.6, -0.7), basic.RED),
-        ("target", target + (0.3, -0.1), basic.GREEN),
+        ("perspective centre", centre + (-1.6, 0.35), plot.BLACK),
+        ("principal point", foot + (0.25, 0.2), plot.GREY),
+        ("image plane", plane[1] + (-0.7, 0.2), plot.BLACK),
+        ("$c$", centre + 1.2 * along + (0, 0.2), plot.GREY),
+        ("image point:\n2 observations, $x, y$", meets + (-3.6, -0.7), plot.RED),
+        ("target", target + (0.3, -0.1), plot.GREEN),
     ):
         ax.text(x, y, words, fontsize=16, color=colour)
     for words, height, colour in (
         (
             "photo: 6 unknowns\n$X_0, Y_0, Z_0, \\omega, \\varphi, \\kappa$",
             4.3,
-            basic.BLACK,
+            plot.BLACK,
         ),
         (
             "camera: 10 unknowns\n$c, x_0, y_0, K_1, K_2, K_3,$\n$P_1, P_2, b_1, b_2$",
             2.3,
-            basic.RED,
+            plot.RED,
         ),
-        ("target: 3 unknowns\n$X, Y, Z$", 0.4, basic.GREEN),
+        ("target: 3 unknowns\n$X, Y, Z$", 0.4, plot.GREEN),
     ):
         box = {"boxstyle": "round", "fc": "white", "ec": colour, "lw": 2.5}
         ax.text(5.2, height, words, fontsize=16, va="center", bbox=box)
     ax.set(xlim=(-1.8, 8.6), ylim=(-2.1, 5.0), aspect="equal")
     ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         "One ray from a target through the image plane to the perspective centre. The"
         " principal point and c are marked. Three boxes count the unknowns: the target"
@@ -91,7 +91,7 @@ def lens_grids() -> None:
         symbol = f"${name[0]}_{name[1]}$"
         ax.set_title(f"{symbol}, {WORDS[name]}", fontsize=17, loc="center")
         ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         "A square grid, and what each parameter makes of it, drawn much too large. K1"
         " pulls the corners outwards, P1 pushes one side more than the other, b1"
@@ -99,8 +99,21 @@ def lens_grids() -> None:
     )
 
 
+def _grid(ax: Axes, camera: np.ndarray) -> None:
+    """Draw a grid of image points, and where the camera's lens moves it."""
+    x, y = np.meshgrid(np.linspace(-10, 10, 9), np.linspace(-7.5, 7.5, 7))
+    moved = textbook.without_lens(np.column_stack([x.ravel(), y.ravel()]), camera)
+    u, v = moved.T.reshape(2, *x.shape)
+    for across, up, colour, width in ((x, y, "0.7", 1.2), (u, v, plot.BLUE, 2.2)):
+        ax.plot(across, up, color=colour, lw=width)
+        ax.plot(across.T, up.T, color=colour, lw=width)
+    ax.set_aspect("equal")
+    ax.grid(False)
+
+
 def lens_by_hand() -> None:
     """Show a grid of image points with sliders for K1 and P2."""
+    import ipywidgets
 
     def draw(K1: float, P2: float) -> None:
         camera = np.zeros(10)
@@ -110,7 +123,7 @@ def lens_by_hand() -> None:
         ax.set(xlabel="x (mm)", ylabel="y (mm)", xlim=(-16, 16), ylim=(-13, 13))
         corner = textbook.without_lens([[10.0, 7.5]], camera)[0] - (10, 7.5)
         ax.set_title(f"corner moved by ({corner[0]:.2f}, {corner[1]:.2f}) mm")
-        basic.show(
+        plot.show(
             fig,
             f"A grid of image points, and where K1 = {K1:g}e-4 per mm² and P2 ="
             f" {P2:g}e-3 per mm move it: the corner by ({corner[0]:.2f},"
@@ -118,23 +131,16 @@ def lens_by_hand() -> None:
         )
 
     look: Look = {"step": 0.5, "continuous_update": False}
-    K1 = FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
-    P2 = FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
+    K1 = ipywidgets.FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
+    P2 = ipywidgets.FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
     interact(draw, K1=K1, P2=P2)
 
 
-def zeros(photo: ArrayLike, point: ArrayLike) -> None:
-    """Show which parts of the normal matrix of a network are not zero.
+# --- How many equations, how many unknowns? ---
 
-    Parameters
-    ----------
-    photo, point : array_like (k,) of int
-        Photo and point of each ray, from 0.
-    """
-    photos = _validate.indices(photo, 10**4, "photo")
-    points = _validate.indices(point, 10**4, "point", len(photos))
-    if not len(photos):
-        raise ValueError("photo and point must hold one ray or more")
+
+def zeros(photos: np.ndarray, points: np.ndarray) -> None:
+    """Show what is not zero in the normal matrix of rays from photos to points."""
     groups = {"camera": np.zeros(10, int)}
     groups["photos"] = 1 + np.repeat(np.arange(photos.max() + 1), 6)
     groups["points"] = 1 + photos.max() + 1 + np.repeat(np.arange(points.max() + 1), 3)
@@ -145,7 +151,7 @@ def zeros(photo: ArrayLike, point: ArrayLike) -> None:
     meet[row, column] = meet[column, row] = True
     full = meet[np.ix_(owner, owner)]
     fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
-    ax.imshow(full, cmap=ListedColormap(["white", basic.BLUE]), interpolation="nearest")
+    ax.imshow(full, cmap=ListedColormap(["white", plot.BLUE]), interpolation="nearest")
     ends = np.cumsum([len(part) for part in groups.values()])
     names = [f"{name} {len(part)}" for name, part in groups.items()]
     middles = ends - [len(part) / 2 for part in groups.values()]
@@ -154,11 +160,11 @@ def zeros(photo: ArrayLike, point: ArrayLike) -> None:
     ax.tick_params(length=0)
     ax.grid(False)
     for end in ends[:-1] - 0.5:
-        ax.axhline(end, color=basic.GREY, lw=1)
-        ax.axvline(end, color=basic.GREY, lw=1)
+        ax.axhline(end, color=plot.GREY, lw=1)
+        ax.axvline(end, color=plot.GREY, lw=1)
     share = 100 * (1 - full.mean())
     ax.set_title(f"{share:.0f} % of the normal matrix is zero")
-    basic.show(
+    plot.show(
         fig,
         f"The normal matrix of {len(full)} unknowns, what is not zero in blue: full"
         " bands for the camera, full blocks where photos meet points, small blocks for"
@@ -167,21 +173,16 @@ def zeros(photo: ArrayLike, point: ArrayLike) -> None:
     )
 
 
-def motions(exteriors: ArrayLike, points: ArrayLike) -> None:
-    """Show the seven motions of a network that no photo feels.
+# --- What can no photo feel? ---
 
-    Parameters
-    ----------
-    exteriors : array_like (m, 6)
-        Exterior orientations.
-    points : array_like (n, 3)
-        Object points.
-    """
-    fig = seven_motions(exteriors, points)
+
+def motions(exteriors: np.ndarray, points: np.ndarray) -> None:
+    """Show the seven motions of a network that no photo feels."""
+    fig = _seven_motions(exteriors, points)
     fig.set_size_inches(7, 4.0)
     for text in [*fig.texts, *(text for ax in fig.axes for text in ax.texts)]:
         text.set_fontsize(13)
-    basic.show(
+    plot.show(
         fig,
         "Seven small pictures of the network with arrows at cameras and points: shifts"
         " in X, Y and Z, rotations about X, Y and Z, and a scale. In each, cameras and"
@@ -189,76 +190,71 @@ def motions(exteriors: ArrayLike, points: ArrayLike) -> None:
     )
 
 
-def curve(result: room.Bundle) -> None:
-    """Show the radial correction of the lens with its band.
+def _seven_motions(exteriors: np.ndarray, points: np.ndarray) -> Figure:
+    """Draw the seven ways to move a whole network that no photo notices.
 
-    Parameters
-    ----------
-    result : Bundle
-        An adjusted network with K1, K2 and K3.
+    Grey is the network as it stands, arrows lead cameras and points along each of the
+    seven columns of G; their lengths compare within a panel only.
     """
-    fig = pictures.lens_curve(result)
-    fig.set_size_inches(7, 4.9)
-    basic.show(
-        fig,
-        "Above: the radial correction of the lens against the distance from the"
-        " principal point, with its 95 per cent band. Below: half the width of the"
-        " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
-        " opening quickly beyond the last measured point.",
-    )
+    positions = np.concatenate([exteriors[:, :3], points])
+    reach = np.ptp(positions, axis=0).max()
+    fig = plt.figure(figsize=(13, 6.8), layout="none")
+    m = len(exteriors)
+    # About the middle between cameras and object, or one of them would hardly move
+    centre = (positions[:m].mean(axis=0) + points.mean(axis=0)) / 2
+    everything = bundle.motions(positions, centre)
+    lengths = np.linalg.norm(everything, axis=2).max(axis=1)
+    steps = 0.24 * reach * everything / lengths[:, None, None]
+    room = np.concatenate([positions, *(positions + steps)])
+    view = best_view(exteriors[:, :3], points)
+    for number, (name, step) in enumerate(zip(MOTIONS, steps)):
+        # Shifts above, rotations below, the scale at their right in the middle
+        row, column = divmod(number, 3) if number < 6 else (0.5, 3)
+        where = (0.245 * column, 0.5 - 0.5 * row, 0.26, 0.44)
+        ax = space.space(fig, view=view)
+        look: Look = {"axes": False, "color": plot.GREY}
+        for exterior in exteriors:
+            space.draw_camera(ax, exterior, 0.13 * reach, **look)
+        ax.plot(*points.T, "o", color=plot.GREY, markersize=3.5, **space.FREE)
+        some = slice(m, None, -(-len(points) // 12))  # a dozen of the points is enough
+        for at, color, wide in ((some, plot.BLUE, 2.0), (slice(m), plot.RED, 3.2)):
+            arrows: Look = {"linewidth": wide, "arrow_length_ratio": 0.3, "zorder": 5}
+            arrows |= space.FREE | {"color": color}
+            ax.quiver(*positions[at].T, *step[at].T, **arrows)
+        fill(ax, room, where)
+        fig.text(where[0] + 0.13, where[1] + 0.45, name, fontsize=20, ha="center")
+    ax = space.space(fig, view=view)
+    tips = space.draw_axes(ax, (0, 0, 0), names=("X", "Y", "Z"), fontsize=18)
+    for drawn in (*ax.collections, *ax.texts):
+        drawn.set_color(plot.BLACK)  # orange and blue are cameras and points here
+    fill(ax, 1.3 * np.vstack([np.zeros(3), tips]), (0.81, 0.78, 0.11, 0.18))
+    for y, word, color in ((0.16, "cameras", plot.RED), (0.1, "points", plot.BLUE)):
+        fig.text(0.865, y, word, fontsize=19, color=color, ha="center")
+    return fig
 
 
-def wrong_control(wrong: ArrayLike, sd: ArrayLike, error: ArrayLike) -> None:
-    """Show what an error of one control point does, and what the adjustment says.
-
-    Parameters
-    ----------
-    wrong : array_like (n,)
-        Error of one control point, mm.
-    sd, error : array_like (n,)
-        Standard deviation and true error of the other points, RMS, mm.
-    """
-    lists = (wrong, "wrong"), (sd, "sd"), (error, "error")
-    x, predicted, true = (_validate.finite(g, name) for g, name in lists)
-    if x.ndim != 1 or not x.shape == predicted.shape == true.shape:
-        raise ValueError("wrong, sd and error must have the same length")
-    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
-    ax.plot(x, true, "o-", color=basic.RED, lw=3, label="true error of the points")
-    text = "their standard deviation"
-    ax.plot(x, predicted, "s--", color=basic.BLUE, lw=3, label=text)
-    ax.set(xlabel="error of one control point (mm)", ylabel="RMS (mm)", ylim=(0, None))
-    ax.legend(loc="upper left")
-    basic.show(
-        fig,
-        "Against the error of one control point up to"
-        f" {x[-1]:g} mm: the true error of the points grows to {true[-1]:.2f} mm, their"
-        f" standard deviation stays at {predicted[-1]:.2f} mm.",
-    )
+# --- Your bundle adjustment ---
 
 
-def which_photos(given: room.Network) -> None:
-    """Show how well c is determined by some photos of a network, with a list of them.
+def which_photos(given: bundle.Network) -> None:
+    """Show how well c is determined by photos that are chosen from a list."""
+    import ipywidgets
 
-    Parameters
-    ----------
-    given : Network
-        A network of one camera.
-    """
-    whole = room.adjust(_validate.instance(given, room.Network, "given"))
+    whole = bundle.adjust(given)
     numbers = range(1, len(whole.exteriors) + 1)
 
     def draw(photos: tuple[int, ...]) -> None:
         chosen = np.isin(numbers, photos)
         try:
-            one = room.adjust(given.only(np.flatnonzero(chosen)))
+            one = bundle.adjust(given.only(np.flatnonzero(chosen)))
         except ValueError as reason:
             print(f"these photos do not do: {reason}")
             return
         sd = 1000 * one.sd_interior[0] * whole.sigma0 / one.sigma0  # µm
         fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
         stations, points = whole.exteriors[:, :3], whole.points
-        ax.plot(*points[:, :2].T, ".", color=basic.GREY, ms=6, label="targets")
-        looks = (("used", chosen, basic.BLUE, "^"), ("left out", ~chosen, "0.75", "v"))
+        ax.plot(*points[:, :2].T, ".", color=plot.GREY, ms=6, label="targets")
+        looks = (("used", chosen, plot.BLUE, "^"), ("left out", ~chosen, "0.75", "v"))
         for name, kind, colour, marker in looks:
             look: Look = {"color": colour, "ms": 15, "ls": "none", "label": name}
             ax.plot(*stations[kind, :2].T, marker, **look)
@@ -268,13 +264,13 @@ def which_photos(given: room.Network) -> None:
         ax.legend(loc="center left")
         ax.set(xlabel="X (mm)", ylabel="Y (mm)", title=f"sd of c: {sd:.0f} µm")
         ax.margins(0.12)
-        basic.show(
+        plot.show(
             fig,
             f"The network from above. Photos {', '.join(map(str, photos))} are used;"
             f" the standard deviation of c is {sd:.0f} micrometres.",
         )
 
-    choice = SelectMultiple(
+    choice = ipywidgets.SelectMultiple(
         options=list(numbers), value=list(numbers), description="photos", rows=9
     )
     interact(draw, photos=choice)
@@ -293,277 +289,39 @@ def _by_place(stations: np.ndarray) -> list[tuple[np.ndarray, list[str]]]:
     return found
 
 
-def _grid(ax: Axes, camera: np.ndarray) -> None:
-    """Draw a grid of image points, and where the camera's lens moves it."""
-    x, y = np.meshgrid(np.linspace(-10, 10, 9), np.linspace(-7.5, 7.5, 7))
-    moved = textbook.without_lens(np.column_stack([x.ravel(), y.ravel()]), camera)
-    u, v = moved.T.reshape(2, *x.shape)
-    for across, up, colour, width in ((x, y, "0.7", 1.2), (u, v, basic.BLUE, 2.2)):
-        ax.plot(across, up, color=colour, lw=width)
-        ax.plot(across.T, up.T, color=colour, lw=width)
-    ax.set_aspect("equal")
-    ax.grid(False)
+# --- How well is the lens known? ---
 
 
-# --- A network of photos in space: its cameras, points and precision, its free motions ---
-
-MOTIONS = (
-    *(f"shift in {axis}" for axis in "XYZ"),
-    *(f"rotation about {axis}" for axis in "XYZ"),
-    "scale",
-)
-
-
-def seven_motions(
-    exteriors: ArrayLike,
-    points: ArrayLike,
-    view: tuple[float, float] | None = None,
-    size: float | None = None,
-) -> Figure:
-    """Draw the seven ways to move a whole network that no photo notices.
-
-    Grey is the network as it stands, arrows lead cameras and points along each of the
-    seven columns of G; their lengths compare within a panel only.
-
-    Parameters
-    ----------
-    exteriors : array_like (m, 6)
-        (X0, Y0, Z0, omega, phi, kappa).
-    points : array_like (n, 3)
-        Object points.
-    view : (float, float), optional
-        Elevation and azimuth of the reader's eye, in degrees; if missing, from
-        where the object is seen most openly, with the cameras at its side.
-    size : float, optional
-        Length of the cameras drawn, in object units.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    exteriors, points = _network(exteriors, points)
-    view = _doors.view(view)
-    if not len(exteriors) or not len(points):
-        raise ValueError("exteriors and points must be one or more")
-    if size is not None:
-        size = _validate.positive_number(size, "size", "object units")
-    if len(points) < 2:
-        raise ValueError("points must be two or more, to be seen in space")
-    positions = np.concatenate([exteriors[:, :3], points])
-    reach = np.ptp(positions, axis=0).max()
-    size = 0.13 * reach if size is None else size
-    fig = plt.figure(figsize=(13, 6.8), layout="none")
-    m = len(exteriors)
-    # About the middle between cameras and object, or one of them would hardly move
-    centre = (positions[:m].mean(axis=0) + points.mean(axis=0)) / 2
-    everything = bundle.motions(positions, centre)
-    lengths = np.linalg.norm(everything, axis=2).max(axis=1)
-    steps = 0.24 * reach * everything / lengths[:, None, None]
-    room = np.concatenate([positions, *(positions + steps)])
-    view = best_view(exteriors[:, :3], points) if view is None else view
-    for number, (name, step) in enumerate(zip(MOTIONS, steps)):
-        # Shifts above, rotations below, the scale at their right in the middle
-        row, column = divmod(number, 3) if number < 6 else (0.5, 3)
-        where = (0.245 * column, 0.5 - 0.5 * row, 0.26, 0.44)
-        ax = space.space(fig, view=view)
-        look: Look = {"axes": False, "color": basic.GREY}
-        for exterior in exteriors:
-            space.draw_camera(ax, exterior, size, **look)
-        ax.plot(*points.T, "o", color=basic.GREY, markersize=3.5, **space.FREE)
-        some = slice(m, None, -(-len(points) // 12))  # a dozen of the points is enough
-        for at, color, wide in ((some, basic.BLUE, 2.0), (slice(m), basic.RED, 3.2)):
-            arrows: Look = {"linewidth": wide, "arrow_length_ratio": 0.3, "zorder": 5}
-            arrows |= space.FREE | {"color": color}
-            ax.quiver(*positions[at].T, *step[at].T, **arrows)
-        fill(ax, room, where)
-        fig.text(where[0] + 0.13, where[1] + 0.45, name, fontsize=20, ha="center")
-    ax = space.space(fig, view=view)
-    tips = space.draw_axes(ax, (0, 0, 0), names=("X", "Y", "Z"), fontsize=18)
-    for drawn in (*ax.collections, *ax.texts):
-        drawn.set_color(basic.BLACK)  # orange and blue are cameras and points here
-    fill(ax, 1.3 * np.vstack([np.zeros(3), tips]), (0.81, 0.78, 0.11, 0.18))
-    for y, word, color in ((0.16, "cameras", basic.RED), (0.1, "points", basic.BLUE)):
-        fig.text(0.865, y, word, fontsize=19, color=color, ha="center")
-    return fig
-
-
-def network_3d(
-    exteriors: ArrayLike,
-    points: ArrayLike,
-    covariance_points: ArrayLike | None = None,
-    factor: float | None = None,
-    *,
-    names: bool = True,
-    view: tuple[float, float] | None = None,
-    size: float | None = None,
-    unit: str = "mm",
-) -> Figure:
-    """Draw cameras and points, and how precisely the points are known.
-
-    Parameters
-    ----------
-    exteriors : array_like (m, 6)
-        (X0, Y0, Z0, omega, phi, kappa); without any, shape (0, 6), the points fill the
-        picture.
-    points : array_like (n, 3)
-        Object points.
-    covariance_points : array_like (n, 3, 3), optional
-        Covariance of each point; then standard ellipsoids are drawn, whose half axes
-        are one standard deviation.
-    factor : float, optional
-        How many times too large the ellipsoids are; a round number if missing.
-    names : bool
-        Number the cameras; those at one place share a label.
-    view : (float, float), optional
-        Elevation and azimuth of the reader's eye, in degrees; if missing, from
-        where the object is seen most openly, with the cameras at its side.
-    size : float, optional
-        Length of the cameras drawn, in object units.
-    unit : str
-        Unit of the object frame.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit.
-    """
-    names = _validate.flag(names, "names")
-    view = _doors.view(view)
-    _validate.text(unit, "unit")
-    if size is not None:
-        size = _validate.positive_number(size, "size", "object units")
-    if factor is not None:
-        factor = _validate.positive_number(factor, "factor", "of the ellipsoids")
-    exteriors, points = _network(exteriors, points)
-    if covariance_points is not None:
-        shape = len(points), 3, 3
-        C = _validate.of_shape(covariance_points, shape, "covariance_points")
-        _refuse_no_covariance(C, "covariance_points")
-    positions = np.concatenate([exteriors[:, :3], points])
-    reach = np.ptp(positions, axis=0).max()
-    size = 0.1 * reach if size is None else size
-    fig = plt.figure(figsize=(11, 7.4), layout="none")
-    view = best_view(exteriors[:, :3], points) if view is None else view
-    ax = space.space(fig, view=view)
-    drawn = [points]
-    for exterior, name in zip(exteriors, together(exteriors[:, :3], 0.4 * size)):
-        look: Look = {"axes": False, "color": basic.BLUE}
-        drawn.append(space.draw_camera(ax, exterior, size, **look))
-        to_the_right = drawn[-1].mean(axis=0) - exterior[:3]
-        if names and name:
-            side = "right" if screen(view)[0] @ to_the_right > 0 else "left"
-            text: Look = {"color": basic.BLUE, "fontsize": 20, "zorder": 9}
-            text |= {"ha": side, "va": "center"}
-            text["path_effects"] = [withStroke(linewidth=4, foreground="white")]
-            ax.text(*exterior[:3], f"  {name}  ", **text)
-    ax.plot(*points.T, "o", color=basic.BLACK, markersize=3.5, **space.FREE)
-    title = (
-        f"{len(exteriors)} photos, " * bool(len(exteriors)) + f"{len(points)} points"
+def curve(result: bundle.Bundle) -> None:
+    """Show the radial correction of the lens with its band."""
+    fig = plot.bundle.lens_curve(result)
+    fig.set_size_inches(7, 4.9)
+    plot.show(
+        fig,
+        "Above: the radial correction of the lens against the distance from the"
+        " principal point, with its 95 per cent band. Below: half the width of the"
+        " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
+        " opening quickly beyond the last measured point.",
     )
-    if covariance_points is not None:
-        longest = np.sqrt(np.linalg.eigvalsh(C)[:, -1])
-        if factor is None:
-            factor = round_number(0.06 * reach / longest.max())
-        drawn.append(_ellipsoids(ax, points, C, factor))
-        title += f"; standard ellipsoids {factor:,g} times too large"
-    drawn.append(_scale_bar(ax, np.concatenate(drawn), unit))
-    fill(ax, np.concatenate(drawn), (0.08, 0.04, 0.87, 0.86))
-    fig.suptitle(title, fontsize=18)
-    return fig
 
 
-def ellipsoids(
-    positions: np.ndarray, covariances: np.ndarray, factor: float = 1.0, n: int = 13
-) -> np.ndarray:
-    """Surfaces of standard ellipsoids as meshes.
+# --- Precision is not accuracy ---
 
-    Parameters
-    ----------
-    positions : ndarray (k, 3)
-    covariances : ndarray (k, 3, 3)
-    factor : float
-        By which they are enlarged.
-    n : int
-        Circles of latitude; twice as many of longitude.
 
-    Returns
-    -------
-    ndarray (k, n, 2 n, 3)
+def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> None:
+    """Show what an error x of one control point does, and what the adjustment says.
+
+    Predicted standard deviation and true error are RMS of the other points, all in mm.
     """
-    positions = _validate.of_shape(positions, (None, 3), "positions")
-    shape = len(positions), 3, 3
-    covariances = _validate.of_shape(covariances, shape, "covariances")
-    _refuse_no_covariance(covariances, "covariances")
-    factor = _validate.positive_number(factor, "factor", "of the ellipsoids")
-    n = _validate.whole(n, "n", 2, 1000)
-    _validate.size("n", len(positions), n, 2 * n, 3)
-    latitude = np.linspace(-np.pi / 2, np.pi / 2, n)[:, None]
-    longitude = np.linspace(0, 2 * np.pi, 2 * n)[None]
-    sphere = np.stack(
-        np.broadcast_arrays(
-            np.cos(latitude) * np.cos(longitude),
-            np.cos(latitude) * np.sin(longitude),
-            np.sin(latitude),
-        ),
-        axis=-1,
-    )
-    variance, axes = np.linalg.eigh(covariances)
-    root = axes * np.sqrt(np.maximum(variance, 0))[:, None, :]  # root root' = C
-    offset = np.einsum("kij,abj->kabi", root, sphere)
-    return positions[:, None, None] + factor * offset
-
-
-def _ellipsoids(
-    ax: Axes3D, positions: np.ndarray, covariances: np.ndarray, factor: float
-) -> np.ndarray:
-    mesh = ellipsoids(positions, covariances, factor)
-    corners = [mesh[:, :-1, :-1], mesh[:, :-1, 1:], mesh[:, 1:, 1:], mesh[:, 1:, :-1]]
-    faces = np.stack(corners, axis=3).reshape(-1, 4, 3)
-    normal = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    # Light comes from the reader, a little from above
-    right, up = screen((ax.elev, ax.azim))
-    light = np.abs(normal @ (np.cross(right, up) + 0.5 * up)) / np.hypot(1, 0.5)
-    colors = (0.35 + 0.65 * light[:, None]) * to_rgb(basic.ORANGE)
-    look = {"facecolors": colors, "edgecolors": colors, "linewidths": 0.2}
-    ax.add_collection3d(Poly3DCollection(faces, zorder=4, **look, **space.FREE))
-    return mesh.reshape(-1, 3)
-
-
-def _scale_bar(ax: Axes3D, drawn: np.ndarray, unit: str) -> np.ndarray:
-    """Draw the three axes of a round length at the lower left of what was drawn."""
-    right, up = screen((ax.elev, ax.azim))
-    middle = drawn.mean(axis=0)
-    across, height = (drawn - middle) @ right, (drawn - middle) @ up
-    length = round_number(0.3 * np.ptp(drawn, axis=0).max())
-    origin = middle + (across.min() - 0.4 * length) * right + height.min() * up
-    lines = np.stack([np.tile(origin, (3, 1)), origin + length * np.eye(3)], axis=1)
-    look = {"linewidths": 3, "colors": space.AXES, "zorder": 2}
-    ax.add_collection3d(Line3DCollection(lines, **look, **space.FREE))
-    for axis, name, color in zip(np.eye(3), "XYZ", space.AXES):
-        text = {"color": color, "fontsize": 18, "ha": "center", "va": "center"}
-        ax.text(*(origin + 1.13 * length * axis), name, **text)
-    above = origin + 0.5 * length * np.eye(3)[2]
-    ax.text(*above, f"{length:g} {unit}  ", fontsize=16, ha="right", va="center")
-    return lines.reshape(-1, 3)
-
-
-def _network(exteriors: ArrayLike, points: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    exteriors = _validate.points(exteriors, 6, "exteriors").reshape(-1, 6)
-    return exteriors, _validate.points(points, 3, "points").reshape(-1, 3)
-
-
-def _refuse_no_covariance(C: np.ndarray, name: str) -> None:
-    """Refuse matrices that are not symmetric or have no positive variance."""
-    _validate.refuse(
-        np.any(np.abs(C - C.swapaxes(1, 2)) > 1e-9 * np.abs(C).max(initial=0), (1, 2)),
-        name + "{} is not symmetric, as each covariance is",
-    )
-    _validate.refuse(
-        np.linalg.eigvalsh(C)[:, -1] <= 0,
-        name + "{} is no covariance: it has no positive variance",
+    fig, ax = plt.subplots(figsize=(7, 4.4), layout="constrained")
+    ax.plot(x, true, "o-", color=plot.RED, lw=3, label="true error of the points")
+    text = "their standard deviation"
+    ax.plot(x, predicted, "s--", color=plot.BLUE, lw=3, label=text)
+    ax.set(xlabel="error of one control point (mm)", ylabel="RMS (mm)", ylim=(0, None))
+    ax.legend(loc="upper left")
+    plot.show(
+        fig,
+        "Against the error of one control point up to"
+        f" {x[-1]:g} mm: the true error of the points grows to {true[-1]:.2f} mm, their"
+        f" standard deviation stays at {predicted[-1]:.2f} mm.",
     )

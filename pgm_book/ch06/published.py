@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from pgm_lab import _validate, datasets
+from pgm_lab import datasets
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import Camera
 
@@ -43,9 +43,9 @@ def network(photos: Collection[int] | None = None) -> Network:
     if photos is None:
         return whole
     m = len(data.exteriors)
-    numbers = np.unique(_validate.real(_validate.several(photos, "photos"), "photos"))
+    numbers = np.unique(list(photos))
     if not np.isin(numbers, np.arange(m) + 1).all():
         raise ValueError(
             f"photos must be numbers from 1 to {m}; got {numbers.tolist()}"
         )
-    return whole.only(numbers.astype(int) - 1)
+    return whole.only(numbers - 1)

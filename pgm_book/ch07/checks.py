@@ -1,5 +1,6 @@
 """Checks of the exercises of chapter 7, Pearson registration."""
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -49,10 +50,10 @@ def best_shift(function: Callable[..., object]) -> None:
     maps, shifts, wanted = [], [], []
     for point, chip, radius, shift in SEARCHES:
         sensed = moved(shift)
-        dx, dy, r = search_of(function, SCENE, sensed, point, chip, radius)
+        dx, dy, r = search_of(function, scene(), sensed, point, chip, radius)
         maps.append(r)
         shifts.append((dx, dy))
-        wanted.append(map_of(SCENE, sensed, point, chip, radius))
+        wanted.append(map_of(scene(), sensed, point, chip, radius))
     right, hint = judge_maps(maps, wanted)
     found, true = np.array(shifts), np.array([s for *_, s in SEARCHES])
     radii = np.array([[radius] for _, _, radius, _ in SEARCHES])
@@ -215,8 +216,8 @@ def chip_shifts(function: Callable[..., object]) -> None:
     chip, radius = 11, 3
     points = np.array([(30, 40), (58, 33), (32, 62), (61, 58)])
     inside = moved((1.3, -0.6))
-    right = program_registration.chip_shifts(SCENE, inside, points, chip, radius)
-    given = SCENE, inside, points, chip, radius
+    right = program_registration.chip_shifts(scene(), inside, points, chip, radius)
+    given = scene(), inside, points, chip, radius
     before = "exercises 7.2 and 7.4"
     found = call(function, *given, shape=right.shape, first=before)
     whole = np.round(right)
@@ -256,11 +257,11 @@ def _at_the_border(
     """Whether a peak on the border becomes NaN, on all four sides, and no other."""
 
     def nan_at(sensed: np.ndarray) -> np.ndarray:
-        answer = answer_of(function, SCENE, sensed, points, chip, radius)
+        answer = answer_of(function, scene(), sensed, points, chip, radius)
         return np.isnan(real(answer, "the answer")).all(axis=-1)
 
     claim = "NaN where the peak lies on the border of the search, and only there"
-    left = np.arange(SCENE.shape[1]) < 46
+    left = np.arange(scene().shape[1]) < 46
     inside = moved((1.8, -2.2))  # the peak one pixel from the border
     try:
         for shift in ((3, 0), (-3, 1), (0, 3), (1, -3)):
@@ -281,8 +282,6 @@ def _at_the_border(
 
 # --- What the check of the search for one chip (chapter 7) looks at ---
 
-NOISE = np.random.default_rng(7).normal(0, 100, (84, 96))
-SCENE = scipy.ndimage.gaussian_filter(NOISE, 1.2)
 SEARCHES = [  # point, chip, radius, shift of the sensed image
     ((38, 47), 9, 3, (2, -1)),
     ((51, 40), 7, 4, (-3, -2)),
@@ -290,9 +289,16 @@ SEARCHES = [  # point, chip, radius, shift of the sensed image
 ]
 
 
+@functools.cache
+def scene() -> np.ndarray:
+    """Smoothed noise, in which every window differs from the others."""
+    noise = np.random.default_rng(7).normal(0, 100, (84, 96))
+    return scipy.ndimage.gaussian_filter(noise, 1.2)
+
+
 def moved(shift: tuple[float, float]) -> np.ndarray:
     """The scene with every point moved by (columns, rows)."""
-    return scipy.ndimage.shift(SCENE, shift[::-1], order=3, mode="mirror")
+    return scipy.ndimage.shift(scene(), shift[::-1], order=3, mode="mirror")
 
 
 def search_of(
@@ -333,16 +339,16 @@ def judge_maps(maps: list[np.ndarray], wanted: list[np.ndarray]) -> tuple[bool, 
             r[::-1, ::-1] for r in wanted
         ],
         "point is (column, row), and an image is indexed [row, column]": [
-            map_of(SCENE, s, p[::-1], c, k) for p, c, k, s in cases
+            map_of(scene(), s, p[::-1], c, k) for p, c, k, s in cases
         ],
         "the chip is cut out of the reference image, the windows out of the sensed": [
-            map_of(s, SCENE, p, c, k) for p, c, k, s in cases
+            map_of(s, scene(), p, c, k) for p, c, k, s in cases
         ],
         "both windows come from the reference image": [
-            map_of(SCENE, SCENE, p, c, k) for p, c, k, s in cases
+            map_of(scene(), scene(), p, c, k) for p, c, k, s in cases
         ],
         "the chip moves along: it stays in its place in the reference image": [
-            np.array([[_r(SCENE, s, p, (i, j), (i, j), c) for i in range(-k, k + 1)]
+            np.array([[_r(scene(), s, p, (i, j), (i, j), c) for i in range(-k, k + 1)]
                       for j in range(-k, k + 1)])
             for p, c, k, s in cases
         ],
@@ -399,10 +405,10 @@ def keeps_inside(function: Callable[..., object]) -> bool:
     """Whether a search near the edge stops, or leaves out what is outside."""
     step = np.arange(-3, 4)
     for x, y in ((5, 40), (40, 5), (90, 40), (40, 79)):
-        whole_x = (x + step >= 4) & (x + step < SCENE.shape[1] - 4)
-        whole_y = (y + step >= 4) & (y + step < SCENE.shape[0] - 4)
+        whole_x = (x + step >= 4) & (x + step < scene().shape[1] - 4)
+        whole_y = (y + step >= 4) & (y + step < scene().shape[0] - 4)
         try:
-            _, _, r = answer_of(function, SCENE, SCENE, (x, y), 9, 3)
+            _, _, r = answer_of(function, scene(), scene(), (x, y), 9, 3)
             left_out = real(r, "r")[~(whole_y[:, None] & whole_x)]
         except (CheckFailed, IndexError, TypeError, ValueError):
             continue

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from ipywidgets import IntSlider
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
@@ -12,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from pgm_book.common.figures import outline
 from pgm_book.program.registration import best_shift, peak_of_parabola
-from pgm_lab import _validate
-from pgm_lab.plot import _doors, basic
+from pgm_lab import plot
 from pgm_lab.plot.basic import Look, grey_levels, interact, overlay
 
 CHIP = 21  # px across, as in the paper
@@ -24,24 +22,138 @@ LABEL: Look = {
 ARROW: Look = {"arrowstyle": "-|>", "linewidth": 2.4}
 BAR = "|-|, widthA=0.4, widthB=0.4"
 EXACT: Look = {"shrinkA": 0, "shrinkB": 0, "mutation_scale": 12, "linewidth": 2.2}
+REACH, PART = 4, 25  # px that the sliders go to each side, and across what they show
+WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
+SHOWN = 0.5  # px to each side of the truth
+
+
+# --- What has changed here? ---
+
+
+def changes(reference: np.ndarray, sensed: np.ndarray, limit: float) -> Figure:
+    """Draw two images side by side, and where their grey values differ."""
+    fig = plt.figure(figsize=(10, 4.1), layout="compressed")
+    names = ("reference", "sensed")
+    axes = fig.subplot_mosaic("rcc;scc")
+    for name, image in zip(names, (reference, sensed)):
+        axes[name[0]].imshow(grey_levels(image, name), vmin=0, vmax=1)
+        axes[name[0]].set_title(f"{name} image")
+    changed = np.abs(sensed.astype(float) - reference) > limit
+    share = 100 * changed.mean()
+    axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
+    axes["c"].set_title(
+        f"black: differ by more than {limit:g} grey values, {share:.0f} %"
+    )
+    for ax in axes.values():
+        ax.set(xticks=[], yticks=[])
+        ax.grid(False)
+    axes["c"].spines[["top", "right"]].set_visible(True)
+    return fig
+
+
+def two_colours(
+    reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int], size: int
+) -> None:
+    """Show a square part of both images in two colours, and as difference."""
+    window, extent = _part(centre, size)
+    one, other = reference[window].astype(float), sensed[window].astype(float)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4.1), layout="compressed")
+    overlay(one, other, ax=axes[0])
+    axes[0].images[0].set_extent(extent)
+    axes[0].set_title("green: reference,\nmagenta: sensed")
+    change = other - one
+    far = _far(change)
+    axes[1].imshow(change, extent=extent, cmap="gray", vmin=-far, vmax=far)
+    axes[1].set(title="sensed − reference,\nin grey", xlabel="column (px)", yticks=[])
+    axes[1].grid(False)
+    plot.show(
+        fig,
+        "A part of both images, one on the other, the reference in green and the sensed"
+        " one in magenta. The fields are grey, so both show the same. Along every edge"
+        " of a field runs a narrow fringe, green on one side and magenta on the other."
+        " Beside it the difference: level grey in the fields, a white or a black line"
+        " along their edges.",
+    )
+
+
+def _part(
+    centre: tuple[int, int], size: int
+) -> tuple[tuple[slice, slice], tuple[float, float, float, float]]:
+    """Rows and columns of a square part, and its (left, right, bottom, top) edges."""
+    left, top = (at - size // 2 for at in centre)
+    edges = (left - 0.5, left + size - 0.5, top + size - 0.5, top - 0.5)
+    return (slice(top, top + size), slice(left, left + size)), edges
+
+
+def _far(change: np.ndarray) -> float:
+    """Difference that is drawn white, and black with a minus; few are larger."""
+    return max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
+
+
+def fringe_by_hand(
+    reference: np.ndarray, sensed: np.ndarray, centre: tuple[int, int]
+) -> None:
+    """Show a part of both images pixel by pixel, and sliders that draw one back."""
+    import ipywidgets
+
+    window, extent = _part(centre, PART)
+    one = reference[window].astype(float)
+    panels: Look = {"sharey": True, "layout": "compressed"}
+    far = _far(sensed[window] - one)
+
+    def draw(dx: int, dy: int) -> None:
+        there, _ = _part((centre[0] + dx, centre[1] + dy), PART)
+        moved = sensed[there].astype(float)
+        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5.2), **panels)
+        overlay(one, moved, ax=left)
+        left.images[0].set_extent(extent)
+        change = moved - one
+        look: Look = {"cmap": "gray", "vmin": -far, "vmax": far}
+        right.imshow(change, extent=extent, interpolation="nearest", **look)
+        right.grid(False)
+        for ax in (left, right):
+            _line_a_pixel(ax, extent)
+            ax.set(xlabel="column (px)")
+        left.set_title("green: reference, magenta: sensed")
+        right.set_title("sensed − reference, in grey")
+        drawn = f"sensed image drawn back by {dx} columns and {dy} rows"
+        fig.suptitle(drawn)
+        plot.show(
+            fig,
+            f"A part of both images of {PART} by {PART} pixels, in two colours and as"
+            f" difference, with a thin line between any two pixels; {drawn}.",
+        )
+
+    look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
+    dx = ipywidgets.IntSlider(0, description="columns", **look)
+    interact(draw, dx=dx, dy=ipywidgets.IntSlider(0, description="rows", **look))
+
+
+def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
+    """Draw a thin line between pixels, and name every fifth."""
+    left, right, bottom, top = extent
+    look: Look = {"color": "0.7", "linewidth": 0.6, "alpha": 0.7}
+    for x in np.arange(left, right + 0.1):
+        ax.axvline(x, **look)
+    for y in np.arange(top, bottom + 0.1):
+        ax.axhline(y, **look)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MultipleLocator(5))
+
+
+# --- How far has one corner moved? ---
 
 
 def chip_search(
     reference: ArrayLike,
     sensed: ArrayLike,
     point: ArrayLike,
-    chip: int = 21,
-    radius: int = 3,
+    chip: int,
+    radius: int,
 ) -> None:
-    """Show the search for one chip on the images themselves, its parts named.
-
-    Parameters
-    ----------
-    reference, sensed, point, chip, radius
-        As for `program_registration.best_shift`.
-    """
+    """Show the search for one chip on the images themselves, its parts named."""
     dx, dy, r = best_shift(reference, sensed, point, chip, radius)
-    x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
+    x, y = np.floor(np.asarray(point) + 0.5)
     half, room = chip / 2, chip / 2 + radius
     panels: Look = {"width_ratios": (0.85, 0.85, 1), "wspace": 0.08}
     fig, axes = plt.subplots(
@@ -51,58 +163,29 @@ def chip_search(
     for ax, image, name in zip(axes, (reference, sensed), ("reference", "sensed")):
         _photo(ax, image, name, (x, y), room + 4)
         ax.set_title(f"{name} image")
-    outline(left, (x, y), chip, basic.ORANGE, linewidth=3)
-    left.plot(x, y, "+", color=basic.ORANGE, markersize=18, markeredgewidth=3)
+    outline(left, (x, y), chip, plot.ORANGE, linewidth=3)
+    left.plot(x, y, "+", color=plot.ORANGE, markersize=18, markeredgewidth=3)
     left.annotate("point", (x, y), (x + 2, y + 6), arrowprops=ARROW, **LABEL)
     left.set_xlabel(f"solid: chip, {chip} × {chip} px", loc="left")
-    outline(right, (x, y), 2 * room, basic.SKY, linewidth=3, linestyle="--")
-    outline(right, (x, y), chip, basic.ORANGE, linewidth=2.5, linestyle=":")
-    outline(right, (x + dx, y + dy), chip, basic.ORANGE, linewidth=3)
-    look = EXACT | {"arrowstyle": BAR, "color": basic.BLUE}
+    outline(right, (x, y), 2 * room, plot.SKY, linewidth=3, linestyle="--")
+    outline(right, (x, y), chip, plot.ORANGE, linewidth=2.5, linestyle=":")
+    outline(right, (x + dx, y + dy), chip, plot.ORANGE, linewidth=3)
+    look = EXACT | {"arrowstyle": BAR, "color": plot.BLUE}
     right.annotate("", (x - room, y - 4), (x - half, y - 4), arrowprops=look)
     right.text(x - half + 1, y - 4, f"radius {radius}", va="center", **LABEL)
-    look = EXACT | {"arrowstyle": "-|>", "color": basic.BLACK}
+    look = EXACT | {"arrowstyle": "-|>", "color": plot.BLACK}
     right.annotate("", (x + dx, y + 6 + dy), (x, y + 6), arrowprops=look)
     right.text(x + max(dx, 0) + 1, y + 6, "shift", va="center", **LABEL)
     words = "dashed: search window\ndotted: same place\nsolid: best place"
     right.set_xlabel(words, loc="left")
-    table_of_r(numbers, r, numbers=True)
+    _table_of_r(numbers, r)
     numbers.set_title("r for every shift")
-    basic.show(
+    plot.show(
         fig,
         f"Left, the reference image with a chip of {chip} by {chip} pixels around a"
         f" point. Middle, the sensed image with a search window that reaches {radius}"
         " pixels farther to each side; in it the chip at its best place, and an arrow,"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
-        f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
-    )
-
-
-def chip_and_map(reference: ArrayLike, point: ArrayLike, r: ArrayLike) -> None:
-    """Show a chip, and beside it what its search found: r for every shift.
-
-    Parameters
-    ----------
-    reference : array_like (rows, columns)
-        Grey values.
-    point : array_like (2,)
-        (column, row) of the chip's middle.
-    r : array_like (2 radius + 1, 2 radius + 1)
-        From `program_registration.best_shift`, of a chip of 21 pixels.
-    """
-    reference, r = _validate.image(reference, "reference"), _doors.square_map(r)
-    x, y = np.floor(_validate.one_point(point, 2, "point") + 0.5)
-    panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
-    fig, (left, right) = plt.subplots(
-        1, 2, figsize=(7, 4), layout="compressed", gridspec_kw=panels
-    )
-    _photo(left, reference, "reference", (x, y), CHIP / 2)
-    left.set_title("chip")
-    table_of_r(right, r, numbers=True)
-    right.set_title("r for every shift")
-    basic.show(
-        fig,
-        f"Left, a chip of {CHIP} by {CHIP} pixels. Right, r for every shift as a map of"
         f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
     )
 
@@ -131,21 +214,8 @@ def _words(r: np.ndarray) -> str:
     )
 
 
-def table_of_r(ax: Axes, r: ArrayLike, numbers: bool = False) -> None:
-    """Draw the correlations of a search by colour, over the shift.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    r : array_like (2 radius + 1, 2 radius + 1)
-        From `program_registration.best_shift`.
-    numbers : bool
-        Write r into every field.
-    """
-    _doors.axes(ax)
-    r = _doors.square_map(r)
-    numbers = _validate.flag(numbers, "numbers")
+def _table_of_r(ax: Axes, r: np.ndarray) -> None:
+    """Draw the correlations of a search by colour and number, over the shift."""
     half = len(r) / 2
     low = float(min(r.min(), 0.0))
     ax.imshow(r, extent=(-half, half, half, -half), cmap="cividis", vmin=low, vmax=1)
@@ -154,8 +224,8 @@ def table_of_r(ax: Axes, r: ArrayLike, numbers: bool = False) -> None:
     step = [k - len(r) // 2 for k in range(len(r))]
     ax.set(xticks=step, yticks=step)
     row, column = np.unravel_index(r.argmax(), r.shape)
-    outline(ax, (step[int(column)], step[int(row)]), 1, basic.RED, linewidth=4)
-    for (i, j), value in np.ndenumerate(r if numbers else r[:0]):
+    outline(ax, (step[int(column)], step[int(row)]), 1, plot.RED, linewidth=4)
+    for (i, j), value in np.ndenumerate(r):
         ink = "black" if value > 0.45 * (1 + low) else "white"
         middle: Look = {"ha": "center", "va": "center", "fontsize": 13}
         ax.text(step[j], step[i], _short(value), color=ink, **middle)
@@ -167,46 +237,43 @@ def _short(r: float) -> str:
     return text.replace("0.", ".", 1) if "0." in text else text[:-1]
 
 
-def chip_places(image: ArrayLike, points: ArrayLike, chip: int = 21) -> Figure:
-    """Draw the chips on their image, with their numbers.
+def chip_and_map(reference: ArrayLike, point: ArrayLike, r: np.ndarray) -> None:
+    """Show a chip, and beside it what its search found: r for every shift."""
+    x, y = np.floor(np.asarray(point) + 0.5)
+    panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
+    fig, (left, right) = plt.subplots(
+        1, 2, figsize=(7, 4), layout="compressed", gridspec_kw=panels
+    )
+    _photo(left, reference, "reference", (x, y), CHIP / 2)
+    left.set_title("chip")
+    _table_of_r(right, r)
+    right.set_title("r for every shift")
+    plot.show(
+        fig,
+        f"Left, a chip of {CHIP} by {CHIP} pixels. Right, r for every shift as a map of"
+        f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
+    )
 
-    Parameters
-    ----------
-    image : array_like (rows, columns)
-        Grey values of the reference image.
-    points : array_like (n, 2)
-        (column, row) of their middles.
-    chip : int
-        Pixels across a chip.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    image = _validate.image(image)
-    points = _validate.point_list(points, "points")
-    chip = _validate.window(chip, "chip", 1)
+# --- What do fifty chips say together? ---
+
+
+def chip_places(image: ArrayLike, points: ArrayLike) -> Figure:
+    """Draw the chips on their image, with their numbers."""
     fig, ax = plt.subplots(figsize=(5.6, 5.2), layout="compressed")
     ax.imshow(grey_levels(image, "image"), vmin=0, vmax=1)
     ax.grid(False)
     for point in points:
-        outline(ax, point, chip, basic.ORANGE, linewidth=1.6)
+        outline(ax, point, CHIP, plot.ORANGE, linewidth=1.6)
     ax.set(xlabel="column (px)", ylabel="row (px)")
     return fig
 
 
+# --- What lies between the pixels? ---
+
+
 def chip_parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
-    """Draw the parabola through three correlations, its parts named.
-
-    Parameters
-    ----------
-    r_left, r_middle, r_right : float
-        r at the shifts -1, 0 and 1 from the highest; the middle one is the highest.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the parabola through three correlations, its parts named."""
     top = peak_of_parabola(r_left, r_middle, r_right)
     slope, half = (r_right - r_left) / 2, (r_left + r_right) / 2 - r_middle
     t = np.linspace(-1.35, 1.35, 200)
@@ -214,10 +281,10 @@ def chip_parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     span = height - min(r_left, r_right)
     fig, ax = plt.subplots(figsize=(10, 3.4))
     ax.tick_params(labelsize=15)
-    ax.plot(t, r_middle + slope * t + half * t**2, color=basic.BLUE, label="parabola")
-    ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=basic.BLACK, ms=13)
-    ax.vlines(top, 0, height, color=basic.RED, linestyle="--", label="peak, at t")
-    ax.plot(top, height, "X", color=basic.RED, markersize=15)
+    ax.plot(t, r_middle + slope * t + half * t**2, color=plot.BLUE, label="parabola")
+    ax.plot((-1, 0, 1), (r_left, r_middle, r_right), "o", color=plot.BLACK, ms=13)
+    ax.vlines(top, 0, height, color=plot.RED, linestyle="--", label="peak, at t")
+    ax.plot(top, height, "X", color=plot.RED, markersize=15)
     names = ("$r_{left}$", "$r_{middle}$", "$r_{right}$")
     for x, r, name in zip((-1, 0, 1), (r_left, r_middle, r_right), names):
         text: Look = {"textcoords": "offset points", "fontsize": 19, "ha": "right"}
@@ -232,260 +299,26 @@ def chip_parabola(r_left: float, r_middle: float, r_right: float) -> Figure:
     return fig
 
 
-# --- Figures of two images that do not lie on each other: changes, and their fringe ---
-
-REACH = 4  # px that the sliders go to each side
-
-
-def changes(reference: ArrayLike, sensed: ArrayLike, limit: float = 300.0) -> Figure:
-    """Draw two images side by side, and where their grey values differ.
-
-    Parameters
-    ----------
-    reference, sensed : array_like (rows, columns)
-        Grey values.
-    limit : float
-        Pixels that differ by more grey values than this count as changed.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    one, other = _alike(reference, sensed)
-    limit = _validate.not_negative(limit, "limit", "grey values")
-    tall = one.shape[0] > 0.8 * one.shape[1]
-    fig = plt.figure(figsize=(10, 4.1), layout="compressed")
-    names = ("reference", "sensed")
-    # Side by side, or two small ones beside a large one
-    axes = fig.subplot_mosaic("rsc" if tall else "rcc;scc")
-    for name, image in zip(names, (one, other)):
-        axes[name[0]].imshow(grey_levels(image, name), vmin=0, vmax=1)
-        axes[name[0]].set_title(f"{name} image")
-    changed = np.abs(other - one) > limit
-    share, gap = 100 * changed.mean(), "\n" if tall else " "
-    axes["c"].imshow(changed, cmap="binary", interpolation="nearest")
-    axes["c"].set_title(
-        f"black: differ by more{gap}than {limit:g} grey values, {share:.0f} %"
-    )
-    for ax in axes.values():
-        ax.set(xticks=[], yticks=[])
-        ax.grid(False)
-    for side in ("top", "right"):
-        axes["c"].spines[side].set_visible(True)
-    return fig
-
-
-def two_colours(
-    reference: ArrayLike, sensed: ArrayLike, centre: ArrayLike, size: int = 61
-) -> None:
-    """Show a part of both images laid on each other in two colours, and as difference.
-
-    Parameters
-    ----------
-    reference, sensed : array_like (rows, columns)
-        Grey values.
-    centre : array_like (2,)
-        (column, row) of the part.
-    size : int
-        Pixels across the part, odd.
-    """
-    one, other = _alike(reference, sensed)
-    window, extent = _part(one.shape, centre, size)
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.1), layout="compressed")
-    overlay(one[window], other[window], ax=axes[0])
-    axes[0].images[0].set_extent(extent)
-    axes[0].set_title("green: reference,\nmagenta: sensed")
-    change = (other - one)[window]
-    far = _far(change)
-    axes[1].imshow(change, extent=extent, cmap="gray", vmin=-far, vmax=far)
-    axes[1].set(title="sensed − reference,\nin grey", xlabel="column (px)", yticks=[])
-    axes[1].grid(False)
-    basic.show(
-        fig,
-        "A part of both images, one on the other, the reference in green and the sensed"
-        " one in magenta. The fields are grey, so both show the same. Along every edge"
-        " of a field runs a narrow fringe, green on one side and magenta on the other."
-        " Beside it the difference: level grey in the fields, a white or a black line"
-        " along their edges.",
-    )
-
-
-def before_and_after(
-    reference: ArrayLike, sensed: ArrayLike, again: ArrayLike, limit: float = 300.0
-) -> None:
-    """Show what counts as changed, before and after the sensed image was resampled.
-
-    Parameters
-    ----------
-    reference, sensed : array_like (rows, columns)
-        Grey values.
-    again : array_like (rows, columns)
-        Those of the sensed image in the pixels of the reference; masked or NaN where
-        there are none.
-    limit : float
-        As for `changes`.
-    """
-    limit = _validate.not_negative(limit, "limit", "grey values")
-    pairs = _alike(reference, sensed), _alike(reference, again, "again")
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="compressed")
-    shares = []
-    for ax, (one, other), name in zip(axes, pairs, ("before", "after")):
-        changed = np.abs(other - one) > limit
-        shares.append(100 * changed.sum() / max(1, np.isfinite(other - one).sum()))
-        ax.imshow(changed, cmap="binary", interpolation="nearest")
-        ax.set(xticks=[], yticks=[], title=f"{name}: {shares[-1]:.0f} % changed")
-        ax.grid(False)
-        ax.spines[["top", "right"]].set_visible(True)
-    basic.show(
-        fig,
-        f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
-        f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
-        " what is left are tilted squares, whole fields, on an almost empty ground.",
-        colours=8,
-    )
-
-
-def fringe_by_hand(
-    reference: ArrayLike, sensed: ArrayLike, centre: ArrayLike, size: int = 25
-) -> None:
-    """Show a part of both images with a line a pixel, and sliders that draw one back.
-
-    Parameters
-    ----------
-    reference, sensed : array_like (rows, columns)
-        Grey values.
-    centre : array_like (2,)
-        (column, row) of the part, at least `size` / 2 + 4 pixels from the edge.
-    size : int
-        Pixels across the part, odd.
-    """
-    one, other = _alike(reference, sensed)
-    window, extent = _part(one.shape, centre, size)
-    _part(one.shape, centre, size + 2 * REACH)  # room for the sliders
-    rows, columns = window
-    panels: Look = {"sharey": True, "layout": "compressed"}
-    far = _far(other[window] - one[window])
-
-    def draw(dx: int, dy: int) -> None:
-        moved = other[_moved(rows, dy), _moved(columns, dx)]
-        fig, (left, right) = plt.subplots(1, 2, figsize=(10, 5.2), **panels)
-        overlay(one[window], moved, ax=left)
-        left.images[0].set_extent(extent)
-        change = moved - one[window]
-        look: Look = {"cmap": "gray", "vmin": -far, "vmax": far}
-        right.imshow(change, extent=extent, interpolation="nearest", **look)
-        right.grid(False)
-        for ax in (left, right):
-            _line_a_pixel(ax, extent)
-            ax.set(xlabel="column (px)")
-        left.set_title("green: reference, magenta: sensed")
-        right.set_title("sensed − reference, in grey")
-        drawn = f"sensed image drawn back by {dx} columns and {dy} rows"
-        fig.suptitle(drawn)
-        basic.show(
-            fig,
-            f"A part of both images of {size} by {size} pixels, in two colours and as"
-            f" difference, with a thin line between any two pixels; {drawn}.",
-        )
-
-    look: Look = {"min": -REACH, "max": REACH, "continuous_update": False}
-    dx = IntSlider(0, description="columns", **look)
-    interact(draw, dx=dx, dy=IntSlider(0, description="rows", **look))
-
-
-def _alike(
-    reference: ArrayLike, sensed: ArrayLike, name: str = "sensed"
-) -> tuple[np.ndarray, np.ndarray]:
-    """Both images, of the same shape; float, with NaN where `again` has no data."""
-    one = _validate.image(reference, "reference").astype(float)
-    if name == "again":
-        grey = _validate.grey_image(sensed, name)
-        mask = np.ma.getmaskarray(grey)
-        other = np.where(mask, np.nan, np.ma.getdata(grey).astype(float))
-    else:
-        other = _validate.image(sensed, name).astype(float)
-    if one.shape != other.shape:
-        raise ValueError(
-            f"reference has shape {one.shape} and {name} {other.shape}; cut or"
-            " resample one of them, so that both have the same pixels"
-        )
-    return one, other
-
-
-def _part(
-    shape: tuple[int, ...], centre: ArrayLike, size: int
-) -> tuple[tuple[slice, slice], tuple[float, float, float, float]]:
-    """Rows and columns of a square part, and its (left, right, bottom, top) edges."""
-    size = _validate.window(size, "size", 1)
-    far = max(shape) + size
-    x, y = np.clip(np.floor(_validate.one_point(centre, 2, "centre") + 0.5), -far, far)
-    left, top = int(x) - size // 2, int(y) - size // 2
-    if min(left, top) < 0 or left + size > shape[1] or top + size > shape[0]:
-        raise ValueError(
-            f"the part of {size} x {size} pixels around the centre ({x:.0f}, {y:.0f})"
-            f" leaves the image of {shape[0]} rows and {shape[1]} columns"
-        )
-    edges = (left - 0.5, left + size - 0.5, top + size - 0.5, top - 0.5)
-    return (slice(top, top + size), slice(left, left + size)), edges
-
-
-def _far(change: np.ndarray) -> float:
-    """Difference that is drawn white, and black with a minus; few are larger."""
-    return max(float(np.quantile(np.abs(change), 0.99)), 1e-9)
-
-
-def _moved(part: slice, step: int) -> slice:
-    return slice(part.start + step, part.stop + step)
-
-
-def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
-    """Draw a thin line between pixels, and name every fifth."""
-    left, right, bottom, top = extent
-    look: Look = {"color": "0.7", "linewidth": 0.6, "alpha": 0.7}
-    for x in np.arange(left, right + 0.1):
-        ax.axvline(x, **look)
-    for y in np.arange(top, bottom + 0.1):
-        ax.axhline(y, **look)
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(MultipleLocator(5))
-
-
-# --- Figures of the shifts of many chips: around the truth, and on trial ---
-
-WRONG = 1.0  # px: a shift that is farther off than this is a wrong match
-SHOWN = 0.5  # px to each side of the truth
-
-
-def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
-    """Show the shifts that several methods found, like darts around the bull's eye.
-
-    Parameters
-    ----------
-    methods : mapping of str to array_like (n, 2)
-        (dx, dy) in pixels, by the name of the method.
-    truth : array_like (2,)
-        The true shift in pixels.
-    """
-    clouds = _clouds(methods)
-    x, y = _validate.one_point(truth, 2, "truth")
-    size = (max(5.0, 2.33 * len(clouds)), 3.8)
-    look: Look = {"squeeze": False, "sharey": True, "layout": "compressed"}
-    fig, axes = plt.subplots(1, len(clouds), figsize=size, **look)
+def darts(clouds: Mapping[str, np.ndarray], truth: np.ndarray) -> None:
+    """Show shifts (n, 2) that several methods found around the truth, like darts."""
+    x, y = truth
+    look: Look = {"sharey": True, "layout": "compressed"}
+    fig, axes = plt.subplots(1, len(clouds), figsize=(2.33 * len(clouds), 3.8), **look)
     said = []
-    for ax, (name, cloud) in zip(axes[0], clouds.items()):
+    for ax, (name, cloud) in zip(axes, clouds.items()):
         middle = np.median(cloud, axis=0)
-        ax.axhline(y, color=basic.GREEN, linewidth=2.5)
-        ax.axvline(x, color=basic.GREEN, linewidth=2.5, label="truth")
+        ax.axhline(y, color=plot.GREEN, linewidth=2.5)
+        ax.axvline(x, color=plot.GREEN, linewidth=2.5, label="truth")
         whole: Look = {
             "mfc": "none",
             "markersize": 18,
             "mew": 2.2,
             "label": "whole pixel",
         }
-        ax.plot(*np.round((x, y)), "s", color=basic.BLACK, **whole)
-        ax.plot(*cloud.T, "o", color=basic.SKY, alpha=0.45, ms=7, label="one chip")
+        ax.plot(*np.round((x, y)), "s", color=plot.BLACK, **whole)
+        ax.plot(*cloud.T, "o", color=plot.SKY, alpha=0.45, ms=7, label="one chip")
         cross: Look = {"mec": "white", "markersize": 14, "label": "median"}
-        ax.plot(*middle, "X", color=basic.BLACK, **cross)
+        ax.plot(*middle, "X", color=plot.BLACK, **cross)
         ax.set(xlim=(x - SHOWN, x + SHOWN), ylim=(y + SHOWN, y - SHOWN), aspect="equal")
         off = float(np.hypot(*(middle - (x, y))))
         ax.set_title(f"{name}:\noff by {off:.3f} px", fontsize=14)
@@ -493,11 +326,11 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
         ax.yaxis.set_major_locator(MultipleLocator(0.5))
         ax.xaxis.set_major_locator(MultipleLocator(0.5))
         said.append(f"{name} {off:.3f} px")
-    axes[0, 0].set_ylabel("dy (px), downwards")
-    handles = axes[0, 0].get_legend_handles_labels()
+    axes[0].set_ylabel("dy (px), downwards")
+    handles = axes[0].get_legend_handles_labels()
     spacing: Look = {"handlelength": 1.4, "columnspacing": 1.2}
     fig.legend(*handles, loc="outside lower center", ncols=4, **spacing)
-    basic.show(
+    plot.show(
         fig,
         "The shifts of all chips around the true shift, one panel for each method. The"
         f" median misses the truth by: {', '.join(said)}.",
@@ -505,37 +338,27 @@ def darts(methods: Mapping[str, ArrayLike], truth: ArrayLike) -> None:
     )
 
 
-def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> None:
-    """Show what a search reports of shifts beyond its radius, and with what r.
+# --- Which shifts deserve trust? ---
 
-    Parameters
-    ----------
-    true, found : array_like (n,)
-        Shifts of n chips along one axis, in pixels.
-    r : array_like (n,)
-        Correlation at the peak of each.
-    radius : int
-        Of the search, in pixels.
-    """
-    true, found, r = _lists(true=true, found=found, r=r)
-    radius = _validate.whole(radius, "radius", 1)
+
+def beyond(true: np.ndarray, found: np.ndarray, r: np.ndarray) -> None:
+    """Show what a search of radius 3 reports of true shifts beyond it, with what r."""
+    radius = 3
     wrong = np.abs(found - true) > WRONG
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.9), gridspec_kw={"wspace": 0.08})
-    end = max(float(true.max()), radius + 1.0)
-    axes[0].plot((0, end), (0, end), color=basic.GREEN, label="as it should be")
-    axes[0].axhline(radius, color=basic.BLACK, linestyle=":", label="end of the search")
+    end = float(true.max())
+    axes[0].plot((0, end), (0, end), color=plot.GREEN, label="as it should be")
+    axes[0].axhline(radius, color=plot.BLACK, linestyle=":", label="end of the search")
     axes[0].set(
         xlabel="true dx (px)", ylabel="reported dx (px)", ylim=(-radius - 1, end)
     )
-    axes[1].axhline(0.8, color=basic.BLACK, linestyle=":", label="threshold 0.8")
+    axes[1].axhline(0.8, color=plot.BLACK, linestyle=":", label="threshold 0.8")
     axes[1].set(xlabel="true dx (px)", ylabel="r at the peak", ylim=(-0.1, 1.03))
-    for chosen, mark, colour, name in _kinds(wrong):
-        look: Look = {
-            "color": colour,
-            "linestyle": "none",
-            "markersize": 6,
-            "alpha": 0.55,
-        }
+    for chosen, mark, colour, name in (
+        (~wrong, "o", plot.SKY, "right within 1 px"),
+        (wrong, "X", plot.RED, "wrong"),
+    ):
+        look: Look = {"color": colour, "ls": "none", "markersize": 6, "alpha": 0.55}
         axes[0].plot(true[chosen], found[chosen], mark, **look)
         axes[1].plot(true[chosen], r[chosen], mark, label=name, **look)
     axes[0].set_title("what is reported")
@@ -543,7 +366,7 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
     axes[1].legend(loc="lower left", markerscale=1.6)
     passed = int(np.sum(wrong & (r >= 0.8)))
     axes[1].set_title(f"{passed} of {wrong.sum()} wrong ones\nhave r ≥ 0.8")
-    basic.show(
+    plot.show(
         fig,
         "Left, reported against true shift: on the diagonal up to the radius, and from"
         " there on level, for no larger answer exists. Right, r against the true shift:"
@@ -553,48 +376,32 @@ def beyond(true: ArrayLike, found: ArrayLike, r: ArrayLike, radius: int = 3) -> 
 
 
 def trial(
-    error: ArrayLike,
-    r: ArrayLike,
-    tests: Mapping[str, ArrayLike],
-    accepted: ArrayLike,
-    limit: float = 0.8,
+    error: np.ndarray,
+    r: np.ndarray,
+    tests: Mapping[str, np.ndarray],
+    accepted: np.ndarray,
+    limit: float,
 ) -> None:
     """Show what tests accept of right and of wrong chips, at every threshold.
 
-    Parameters
-    ----------
-    error : array_like (n,)
-        Length of each chip's error in pixels.
-    r : array_like (n,)
-        Its correlation.
-    tests : mapping of str to array_like (n,)
-        The larger, the more a test trusts a chip; NaN: not at all. By their names.
-    accepted : array_like (n,) of bool
-        What all tests of `register` together accept.
-    limit : float
-        Threshold of r to be marked.
+    The larger its score, the more a test trusts a chip; NaN: not at all. A threshold
+    of r is marked, and what all tests of `register` together accept.
     """
-    error, r, kept_by_all = _lists(error=error, r=r, accepted=accepted)
-    if np.asarray(accepted).dtype != bool:
-        raise ValueError("accepted must have True or False for each chip")
-    limit = _validate.number(limit, "limit")
     wrong = error > WRONG
-    if wrong.all() or not wrong.any():
-        raise ValueError("error must have chips within a pixel and chips beyond it")
-    scores = _tests(tests, len(r))
     fig, ax = plt.subplots(figsize=(10, 3.7))
     ax.tick_params(labelsize=15)
-    styles = [(basic.BLUE, "-"), (basic.ORANGE, "--"), (basic.PURPLE, "-.")]
-    for (name, score), (colour, line) in zip(scores.items(), styles):
+    styles = [(plot.BLUE, "-"), (plot.ORANGE, "--"), (plot.PURPLE, "-.")]
+    for (name, score), (colour, line) in zip(tests.items(), styles):
+        score = np.where(np.isfinite(score), score, -np.inf)
         order = np.unique(score)[::-1]
         steps = [[np.mean(score[k] >= t) for t in order] for k in (wrong, ~wrong)]
         curve = 100 * np.hstack([np.zeros((2, 1)), steps])
         ax.plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
     share = [100 * float(np.mean(r[k] >= limit)) for k in (wrong, ~wrong)]
-    kept = [100 * float(np.mean(kept_by_all[k] > 0)) for k in (wrong, ~wrong)]
+    kept = [100 * float(np.mean(accepted[k])) for k in (wrong, ~wrong)]
     for at, mark, colour, name, text_at in (
-        (share, "o", basic.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
-        (kept, "*", basic.BLACK, "all tests of register", (2.0, 101)),
+        (share, "o", plot.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
+        (kept, "*", plot.BLACK, "all tests of register", (2.0, 101)),
     ):
         ax.plot(*at, mark, color=colour, markersize=18, clip_on=False, zorder=5)
         text = f"{name}: {at[1]:.0f} % of the right, {at[0]:.1f} % of the wrong"
@@ -605,7 +412,7 @@ def trial(
     ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
     ax.set(xlim=(0, 25), ylim=(min(50, share[1], kept[1]) - 8, 106))
     ax.legend(loc="lower right", fontsize=15)
-    basic.show(
+    plot.show(
         fig,
         f"Receiver operating characteristic curves of {' and of '.join(tests)}: right"
         f" against wrong chips that a threshold accepts. At r ≥ {limit:g} pass"
@@ -615,40 +422,32 @@ def trial(
     )
 
 
-def _kinds(wrong: np.ndarray) -> tuple[tuple[np.ndarray, str, str, str], ...]:
-    """Right and wrong chips, with mark, colour and name."""
-    return (
-        (~wrong, "o", basic.SKY, "right within 1 px"),
-        (wrong, "X", basic.RED, "wrong"),
+# --- Does your program make them fit? ---
+
+
+def before_and_after(
+    reference: np.ndarray, sensed: np.ndarray, again: np.ndarray
+) -> None:
+    """Show what counts as changed, before and after the sensed image was resampled.
+
+    Where it has no data `again` is masked or NaN.
+    """
+    resampled = np.ma.filled(np.ma.asarray(again, float), np.nan)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="compressed")
+    shares = []
+    pairs = ("before", sensed.astype(float)), ("after", resampled)
+    for ax, (name, other) in zip(axes, pairs):
+        change = np.abs(other - reference)
+        changed = change > 300
+        shares.append(100 * changed.sum() / np.isfinite(change).sum())
+        ax.imshow(changed, cmap="binary", interpolation="nearest")
+        ax.set(xticks=[], yticks=[], title=f"{name}: {shares[-1]:.0f} % changed")
+        ax.grid(False)
+        ax.spines[["top", "right"]].set_visible(True)
+    plot.show(
+        fig,
+        f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
+        f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
+        " what is left are tilted squares, whole fields, on an almost empty ground.",
+        colours=8,
     )
-
-
-def _clouds(methods: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-    """Shifts (n, 2) by the name of the method."""
-    methods = _validate.mapping(methods, "methods")
-    found = {}
-    for name, shifts in methods.items():
-        _validate.text(name, "methods: a name")
-        cloud = _validate.of_shape(shifts, (None, 2), f"methods: {name}")
-        found[name] = cloud
-    return found
-
-
-def _lists(**lists: ArrayLike) -> list[np.ndarray]:
-    """Lists of the same length."""
-    arrays = [_validate.finite(values, name) for name, values in lists.items()]
-    if any(a.ndim != 1 or a.shape != arrays[0].shape or not a.size for a in arrays):
-        raise ValueError(f"{', '.join(lists)} must be lists of the same length")
-    return arrays
-
-
-def _tests(tests: Mapping[str, ArrayLike], n: int) -> dict[str, np.ndarray]:
-    """Scores (n,) by the name of the test; what has none comes last."""
-    found = {}
-    for name, score in _validate.mapping(tests, "tests").items():
-        _validate.text(name, "tests: a name")
-        values = _validate.real(score, f"tests: {name}")
-        if values.shape != (n,):
-            raise ValueError(f"tests: {name} must have one number for each chip")
-        found[name] = np.where(np.isfinite(values), values, -np.inf)
-    return found

@@ -6,44 +6,32 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import ArrayLike
 
-from pgm_lab import _validate
-from pgm_lab.plot import basic
-from pgm_lab.plot.basic import grey_levels
+from pgm_lab import plot
+from pgm_lab.plot.basic import Look, grey_levels
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair, Surface, Terrain
 
 TILE, HIGH = 31, 19  # px across and down, of what is shown around a mark
 REACH = 24  # px to each side, of the row it is looked for in
-WAYS = (("interactive", basic.BLUE, "o"), ("automatic", basic.ORANGE, "s"))
+WAYS = (("interactive", plot.BLUE, "o"), ("automatic", plot.ORANGE, "s"))
 HALF_DIGIT = 0.005  # m, of a printed number
+Pair = Sequence[float]  # of the interactive and of the automatic way
 
 
-def six(points: ArrayLike, interactive: ArrayLike, automatic: ArrayLike) -> None:
-    """Show the means of both ways at each location, and their differences.
-
-    Parameters
-    ----------
-    points : array_like (n,)
-        Test points at each location.
-    interactive, automatic : array_like (n,)
-        Printed means in m, with two decimals.
-    """
-    n, hand, machine = _lists(
-        points=points, interactive=interactive, automatic=automatic
-    )
+def six(n: np.ndarray, hand: np.ndarray, machine: np.ndarray) -> None:
+    """Show the means of both ways (m) at locations of n points, and the differences."""
     at = np.arange(len(n))
     fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 2.8))
     for (name, colour, mark), values, off in zip(WAYS, (hand, machine), (-0.12, 0.12)):
         ax.plot(at + off, values, mark, color=colour, ms=11, label=name)
     ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2))
     ax.legend(loc="lower left")
-    look: basic.Look = {"fmt": "D", "color": basic.BLACK, "capsize": 7, "ms": 7}
+    look: Look = {"fmt": "D", "color": plot.BLACK, "capsize": 7, "ms": 7}
     difference = machine - hand
     beside.errorbar(at, 100 * difference, yerr=200 * HALF_DIGIT, **look)
     share = 2 * hand  # cm: 2 % of the interactive mean
-    dash: basic.Look = {"color": basic.RED, "ms": 44, "mew": 3, "label": "2 %"}
+    dash: Look = {"color": plot.RED, "ms": 44, "mew": 3, "label": "2 %"}
     beside.plot(at, share, "_", **dash)
     beside.legend(loc="upper right", markerscale=0.5)
     beside.set(title="automatic − interactive", ylabel="cm", ylim=(0, 6.5))
@@ -56,7 +44,7 @@ def six(points: ArrayLike, interactive: ArrayLike, automatic: ArrayLike) -> None
         f" {100 * (b - a):.0f} ± 1 cm"
         for k, (a, b) in enumerate(zip(hand, machine))
     )
-    basic.show(
+    plot.show(
         fig,
         "Left the means of Table 1, right their differences with bars as long as the"
         " rounding of the digits; a stroke at 2 % of each interactive mean meets each"
@@ -65,48 +53,32 @@ def six(points: ArrayLike, interactive: ArrayLike, automatic: ArrayLike) -> None
     )
 
 
-def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
-    """Show points of the left photo, and rows of the right one to find them in.
+def marks(pair: NormalPair, places: np.ndarray, starts: Sequence[int]) -> None:
+    """Show places (column, row) of the left photo, and rows of the right one for them.
 
-    Parameters
-    ----------
-    pair : NormalPair
-        Two photos in the normal case.
-    places : array_like (n, 2)
-        (column, row) of the marks in the left photo, whole pixels; up to four.
-    starts : array_like (n,)
-        Disparity in the middle of what is shown of the right photo, in px.
+    The starts are the disparities (px) in the middle of what is shown of those rows.
     """
-    _validate.instance(pair, NormalPair, "pair")
-    places = np.round(_validate.point_list(places, "places")).astype(int)
-    starts = _validate.of_shape(starts, (len(places),), "starts")
-    if not 1 <= len(places) <= 4:
-        raise ValueError("places must be one to four points")
     half, high = TILE // 2, HIGH // 2
     parts = []
     for (column, row), start in zip(places, starts):
         rows = slice(row - high, row + high + 1)
-        middle = column - round(start)
+        middle = column - start
         columns, rest = slice(column - half, column + half + 1), middle - REACH
-        tile = pair.left[rows, columns]
-        strip = pair.right[rows, max(rest, 0) : middle + REACH + 1]
-        shapes = tile.shape == (HIGH, TILE) and strip.shape == (HIGH, 2 * REACH + 1)
-        if min(rows.start, columns.start, rest) < 0 or not shapes:
-            raise ValueError("a place lies too near to the edge of the photo")
-        parts.append((tile, strip, column - rest))
-    shape: basic.Look = {"gridspec_kw": {"width_ratios": (TILE, 2 * REACH + 1)}}
+        strip = pair.right[rows, rest : middle + REACH + 1]
+        parts.append((pair.left[rows, columns], strip, column - rest))
+    shape: Look = {"gridspec_kw": {"width_ratios": (TILE, 2 * REACH + 1)}}
     shape |= {"figsize": (7, 0.5 + 1.3 * len(places)), "squeeze": False}
     shape["layout"] = "compressed"
     fig, axes = plt.subplots(len(places), 2, **shape)
     for (left, right), (tile, strip, d), name in zip(axes, parts, "ABCD"):
         left.imshow(grey_levels(tile, "left"), vmin=0, vmax=1)
         left.plot(half, high, "+", color="black", ms=22, mew=5)
-        left.plot(half, high, "+", color=basic.YELLOW, ms=20, mew=2)
+        left.plot(half, high, "+", color=plot.YELLOW, ms=20, mew=2)
         left.set(xticks=[], yticks=[], ylabel=name)
         # A column further to the right is a disparity less
         extent = (d + 0.5, d - 2 * REACH - 0.5, HIGH - 0.5, -0.5)
         right.imshow(grey_levels(strip, "right"), vmin=0, vmax=1, extent=extent)
-        right.axhline(high, color=basic.YELLOW, lw=1, ls=(0, (2, 6)))
+        right.axhline(high, color=plot.YELLOW, lw=1, ls=(0, (2, 6)))
         right.xaxis.set_major_locator(MultipleLocator(10))
         right.xaxis.set_minor_locator(MultipleLocator(2))
         right.set(yticks=[])
@@ -115,7 +87,7 @@ def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
     axes[0, 0].set_title("left: the mark")
     axes[0, 1].set_title("right: where is it?")
     axes[-1, 1].set_xlabel("disparity (px)")
-    basic.show(
+    plot.show(
         fig,
         f"{len(places)} points, a row for each: a cross in a part of the left photo,"
         " beside it the same rows of the right photo over a scale of disparities.",
@@ -124,51 +96,33 @@ def marks(pair: NormalPair, places: ArrayLike, starts: ArrayLike) -> None:
 
 
 def gaps(
-    land: Landscape, spots: ArrayLike, dsm: Surface, dtm: Terrain, row: int
+    land: Landscape, spots: np.ndarray, dsm: Surface, dtm: Terrain, row: int
 ) -> None:
-    """Show where an operator finds ground, and a profile of both ways beside the truth.
-
-    Parameters
-    ----------
-    land : Landscape
-        The truth.
-    spots : array_like (n, 3)
-        Points on the ground that were measured interactively, in m.
-    dsm, dtm : Surface, Terrain
-        Of the automatic way, in the same cells.
-    row : int
-        Of the cells, for the profile.
-    """
-    _validate.instance(land, Landscape, "land")
-    _validate.instance(dsm, Surface, "dsm")
-    _validate.instance(dtm, Terrain, "dtm")
-    spots = _validate.of_shape(spots, (None, 3), "spots")
-    row = _validate.whole(row, "row", 0, dsm.z.shape[0] - 1)
+    """Show an operator's spots (n, 3), and a profile of both ways and the truth."""
     X = dsm.corner[0] + dsm.cell * np.arange(dsm.z.shape[1])
-    rows = np.arange(dsm.z.shape[0])
-    Y = dsm.corner[1] - dsm.cell * rows
+    Y = dsm.corner[1] - dsm.cell * np.arange(dsm.z.shape[0])
     at = np.full_like(X, Y[row])
     fig, (ax, below) = plt.subplots(2, 1, figsize=(10, 4.3), sharex=True)
     seen = land.at(land.grey, *np.meshgrid(X, Y))
-    box: basic.Look = {"extent": (X[0], X[-1], Y[-1], Y[0]), "aspect": "auto"}
+    box: Look = {"extent": (X[0], X[-1], Y[-1], Y[0]), "aspect": "auto"}
     ax.imshow(grey_levels(seen, "grey"), **box)
-    ax.plot(*spots[:, :2].T, ".", color=basic.YELLOW, ms=7, mec="black", mew=0.6)
-    ax.axhline(Y[row], color=basic.RED, lw=1.5)
+    ax.plot(*spots[:, :2].T, ".", color=plot.YELLOW, ms=7, mec="black", mew=0.6)
+    ax.axhline(Y[row], color=plot.RED, lw=1.5)
     ax.grid(False)
     ax.set_ylabel("Y (m)")
     for border, name in zip((X[0], *land.borders), ("open", "mixed", "wood")):
         box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none"}
         ax.text(border + 3, Y[0] - 3, name, va="top", fontsize=15, bbox=box)
     top, ground = land.at(land.dsm, X, at), land.at(land.dtm, X, at)
-    below.plot(X, top, color=basic.GREY, lw=1.2, label="true surface")
-    below.plot(X, ground, color=basic.BLACK, label="true ground")
-    below.plot(X, dsm.z[row], color=basic.RED, lw=1.2, label="automatic, unedited")
-    below.plot(X, dtm.z[row], color=basic.ORANGE, lw=1.8, label="automatic, filtered")
+    below.plot(X, top, color=plot.GREY, lw=1.2, label="true surface")
+    below.plot(X, ground, color=plot.BLACK, label="true ground")
+    below.plot(X, dsm.z[row], color=plot.RED, lw=1.2, label="automatic, unedited")
+    below.plot(X, dtm.z[row], color=plot.ORANGE, lw=1.8, label="automatic, filtered")
     near = np.abs(spots[:, 1] - Y[row]) < 3
-    below.plot(*spots[near][:, [0, 2]].T, "o", color=basic.BLUE, ms=6, label="operator")
+    below.plot(*spots[near][:, [0, 2]].T, "o", color=plot.BLUE, ms=6, label="operator")
     below.set(xlabel="X (m)", ylabel="Z (m)", xlim=(X[0], X[-1]))
     below.legend(loc="upper left", ncols=2)
-    basic.show(
+    plot.show(
         fig,
         f"Above the land from above with {len(spots)} points that an operator measured:"
         " evenly in open and mixed ground, in gaps between crowns in the wood. Below a"
@@ -180,19 +134,14 @@ def gaps(
 
 
 def compared(
-    alone: Mapping[str, ArrayLike], common: Mapping[str, ArrayLike], longer: float
+    alone: Mapping[str, Pair], common: Mapping[str, Pair], longer: float
 ) -> None:
-    """Show RMSE of both ways, without and with an error that both share.
+    """Show RMSE (m) of both ways by the kind of ground, without and with one error.
 
-    Parameters
-    ----------
-    alone, common : mapping of str to array_like (2,)
-        RMSE of the interactive and of the automatic way in m, by the kind of ground.
-    longer : float
-        By how much the base is too long for both ways, in m.
+    Both ways share it: their base is too long.
     """
-    error = f"base {_validate.number(longer, 'longer'):.2f} m too long"
-    found = [_pairs(one, name) for one, name in ((alone, "alone"), (common, "common"))]
+    error = f"base {longer:.2f} m too long"
+    found = alone, common
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.4), sharey=True)
     for ax, values, title in zip(axes, found, ("orientation right", error)):
         _bars(ax, values)
@@ -205,7 +154,7 @@ def compared(
         + ", ".join(f"{k} {v[0]:.2f} and {v[1]:.2f} m" for k, v in values.items())
         for title, values in zip(("right", error), found)
     )
-    basic.show(
+    plot.show(
         fig,
         "RMSE of the interactive and the automatic way by kind of ground, left with the"
         f" right orientation, right with an error that both share. {'; '.join(said)}.",
@@ -213,70 +162,36 @@ def compared(
     )
 
 
-def bowl(points: ArrayLike, errors: ArrayLike, parallaxes: ArrayLike) -> None:
-    """Show errors of height over a model, beside its y parallaxes.
-
-    Parameters
-    ----------
-    points : array_like (n, 2)
-        X and Y in m.
-    errors : array_like (n,)
-        Errors of height in m.
-    parallaxes : array_like (n,)
-        y parallaxes in px.
-    """
-    at = _validate.point_list(points, "points")
-    dz, py = _lists(errors=errors, parallaxes=parallaxes)
-    if len(dz) != len(at):
-        raise ValueError("points and errors must be of one length")
-    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 3.5))
-    most = np.abs(dz).max()
-    look: basic.Look = {"cmap": "PuOr", "vmin": -most, "vmax": most, "marker": "s"}
-    shown = ax.scatter(*at.T, c=dz, s=70, **look)
-    fig.colorbar(shown, ax=ax, label="error of height (m)", shrink=0.9)
-    ax.set(xlabel="X (m)", ylabel="Y (m)", aspect="equal")
-    ax.grid(False)
-    beside.hist(py, bins=np.linspace(-1, 1, 41).tolist(), color=basic.BLUE)
-    beside.set(xlabel="y parallax (px)", ylabel="points", xlim=(-1, 1))
-    basic.show(
-        fig,
-        f"Left errors of height over the model, a bowl from {dz.min():.1f} to"
-        f" {dz.max():.1f} m. Right a histogram of y parallaxes from -1 to 1 px: none is"
-        f" larger than {np.abs(py).max():.2f} px.",
-        colours=64,
-    )
-
-
-def _bars(ax: Axes, values: Mapping[str, Sequence[float]]) -> None:
+def _bars(ax: Axes, values: Mapping[str, Pair]) -> None:
     """Two bars for each kind of ground."""
     at = np.arange(len(values))
     for k, ((name, colour, _), off) in enumerate(zip(WAYS, (-0.2, 0.2))):
         heights = [one[k] for one in values.values()]
-        look: basic.Look = {"hatch": "//" if k else "", "edgecolor": basic.BLACK}
+        look: Look = {"hatch": "//" if k else "", "edgecolor": plot.BLACK}
         bars = ax.bar(at + off, heights, 0.38, color=colour, label=name, **look)
         ax.bar_label(bars, fmt="%.2f", fontsize=14, padding=3, rotation=90)
     ax.set_xticks(at, list(values))
     ax.grid(False, axis="x")
 
 
-def _pairs(values: Mapping[str, ArrayLike], name: str) -> dict[str, list[float]]:
-    """Two numbers for each kind of ground."""
-    found = {
-        kind: _validate.of_shape(two, (2,), f"{name}, {kind}").tolist()
-        for kind, two in _validate.mapping(values, name).items()
-    }
-    if not found:
-        raise ValueError(f"{name} must hold one kind of ground or more")
-    return found
-
-
-def _lists(**lists: ArrayLike) -> list[np.ndarray]:
-    """Lists of one length, by the names of the arguments."""
-    found = [_validate.of_shape(one, (None,), name) for name, one in lists.items()]
-    if len({len(one) for one in found}) != 1 or not len(found[0]):
-        *names, last = lists
-        raise ValueError(f"{', '.join(names)} and {last} must be lists of one length")
-    return found
+def bowl(at: np.ndarray, dz: np.ndarray, py: np.ndarray) -> None:
+    """Show errors of height (m) at places of a model, beside its y parallaxes (px)."""
+    fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 3.5))
+    most = np.abs(dz).max()
+    look: Look = {"cmap": "PuOr", "vmin": -most, "vmax": most, "marker": "s"}
+    shown = ax.scatter(*at.T, c=dz, s=70, **look)
+    fig.colorbar(shown, ax=ax, label="error of height (m)", shrink=0.9)
+    ax.set(xlabel="X (m)", ylabel="Y (m)", aspect="equal")
+    ax.grid(False)
+    beside.hist(py, bins=np.linspace(-1, 1, 41).tolist(), color=plot.BLUE)
+    beside.set(xlabel="y parallax (px)", ylabel="points", xlim=(-1, 1))
+    plot.show(
+        fig,
+        f"Left errors of height over the model, a bowl from {dz.min():.1f} to"
+        f" {dz.max():.1f} m. Right a histogram of y parallaxes from -1 to 1 px: none is"
+        f" larger than {np.abs(py).max():.2f} px.",
+        colours=64,
+    )
 
 
 # --- Which of the printed figures of Harintaka 2020 follow from which ---
@@ -310,11 +225,11 @@ ARROWS = (
     ("tie", "pixels"),
 )
 FATE = {
-    "given": basic.GREY,
-    "holds": basic.GREEN,
-    "no source": basic.PURPLE,
-    "2.3 to 3 px": basic.GREY,
-    "asks for 0.76 m": basic.GREY,
+    "given": plot.GREY,
+    "holds": plot.GREEN,
+    "no source": plot.PURPLE,
+    "2.3 to 3 px": plot.GREY,
+    "asks for 0.76 m": plot.GREY,
 }
 
 
@@ -323,20 +238,20 @@ def follows() -> None:
     fig, ax = plt.subplots(figsize=(10, 4.5))
     drawn = {}
     for name, (x, y, printed, fate) in BOXES.items():
-        colour = FATE.get(fate.partition(":")[0], basic.RED)
-        box: basic.Look = {"boxstyle": "round,pad=0.35", "facecolor": "white"}
+        colour = FATE.get(fate.partition(":")[0], plot.RED)
+        box: Look = {"boxstyle": "round,pad=0.35", "facecolor": "white"}
         box |= {"edgecolor": colour, "linewidth": 2.4}
         text = printed if fate == "given" else f"{printed}\n→ {fate}"
-        middle: basic.Look = {"ha": "center", "va": "center", "fontsize": 13.5}
+        middle: Look = {"ha": "center", "va": "center", "fontsize": 13.5}
         drawn[name] = ax.text(x, y, text, bbox=box, **middle).get_bbox_patch()
     for first, second in ARROWS:
-        look: basic.Look = {"arrowstyle": "-|>", "color": basic.GREY, "lw": 1.8}
+        look: Look = {"arrowstyle": "-|>", "color": plot.GREY, "lw": 1.8}
         look |= {"patchA": drawn[first], "patchB": drawn[second], "mutation_scale": 18}
         ends = BOXES[second][:2], BOXES[first][:2]
         ax.annotate("", *ends, arrowprops=look, zorder=0)
     ax.set(xlim=(0.2, 10.2), ylim=(-0.5, 5.6))
     ax.axis("off")
-    basic.show(
+    plot.show(
         fig,
         "Printed figures in boxes, arrows from what they follow from. Green holds: H/f,"
         " and the tie points, 0.07 pixel. Red is corrected: GSD, 0.229 m. Purple has no"

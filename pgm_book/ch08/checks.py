@@ -1,5 +1,6 @@
 """Checks of the exercises of chapter 8, stereo plotting."""
 
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -27,8 +28,13 @@ SEARCHES = [
     (60, 25, 9, 0, 12, 5.6),
     (70, 33, 5, -12, 0, -7.4),
 ]
-NOISE = np.random.default_rng(8).normal(0, 100, (60, 120))
-SCENE = scipy.ndimage.gaussian_filter(NOISE, 1.2)
+
+
+@functools.cache
+def scene() -> np.ndarray:
+    """Smoothed noise, in which every window differs from the others."""
+    noise = np.random.default_rng(8).normal(0, 100, (60, 120))
+    return scipy.ndimage.gaussian_filter(noise, 1.2)
 
 
 def model_point(function: Callable[..., object]) -> None:
@@ -215,8 +221,8 @@ def _on_the_other_side() -> np.ndarray:
 def _search(function: Callable[..., object], *case: float) -> tuple[float, float]:
     """Disparity and r that a function finds in a scene that was moved."""
     column, row, window, low, high, shift = case
-    right = scipy.ndimage.shift(SCENE, (0, -shift), order=3, mode="mirror")
-    answer = answer_of(function, SCENE, right, column, row, window, low, high)
+    right = scipy.ndimage.shift(scene(), (0, -shift), order=3, mode="mirror")
+    answer = answer_of(function, scene(), right, column, row, window, low, high)
     try:
         d, r = real(answer, "the answer").astype(float).reshape(2)
     except Exception:  # whatever a stranger's object raises
@@ -253,13 +259,13 @@ def sigma_height(function: Callable[..., object]) -> None:
 
 def row_points(function: Callable[..., object]) -> None:
     """Check the object points along one row."""
-    noise = np.random.default_rng(3).normal(0, 50, SCENE.shape)
-    moved = scipy.ndimage.shift(SCENE, (0, -2.3), order=3, mode="mirror")
-    right = np.where(np.arange(SCENE.shape[1]) < 70, moved, noise)
+    noise = np.random.default_rng(3).normal(0, 50, scene().shape)
+    moved = scipy.ndimage.shift(scene(), (0, -2.3), order=3, mode="mirror")
+    right = np.where(np.arange(scene().shape[1]) < 70, moved, noise)
     stations = np.array([(10.0, -20.0, 1000.0), (400.0, 5.0, 1010.0)])
     origin = np.array([(3.0, 1.0), (-6.0, 1.0)])
     turn = matrix(0.02, -0.05, 0.3)
-    pair = NormalPair(SCENE, right, turn, stations, 24.0, 0.0055, origin)
+    pair = NormalPair(scene(), right, turn, stations, 24.0, 0.0055, origin)
     arguments = (pair, 30, np.arange(20, 100, 8), 7, -6, 6, 0.8)
     wanted = textbook.row_points(*arguments)
     answer = answer_of(function, *arguments, first="exercises 8.1 and 8.4")

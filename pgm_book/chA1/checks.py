@@ -444,4 +444,5 @@ def nets() -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
 
 
 def solve(A: np.ndarray, p: np.ndarray, observations: np.ndarray) -> np.ndarray:
+    """Unknowns by the normal equations."""
     return np.linalg.solve(A.T @ (p[:, None] * A), A.T @ (p * observations))

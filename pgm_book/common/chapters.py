@@ -1,7 +1,7 @@
 """The chapters of the workbook as ``data/chapters.csv`` lists them: README's table."""
 
 from pgm_lab import datasets
-from pgm_lab._shown import publish_display_data
+from pgm_lab.plot.basic import publish_display_data
 
 HEADER = ("no.", "chapter", "asks", "sources", "minutes")
 

@@ -10,7 +10,6 @@ import re
 from collections.abc import Collection
 
 import matplotlib.pyplot as plt
-from ipywidgets import Dropdown
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -148,6 +147,8 @@ def explore() -> None:
 
     In a page that does not run, the table holds the whole ledger.
     """
+    import ipywidgets
+
     chapters = dict.fromkeys(row["chapter"] for row in verdicts())
     menus = {"source": _by_year(verdicts()), "chapter": chapters, "verdict": VERDICTS}
 
@@ -164,11 +165,14 @@ def explore() -> None:
     plot.interact(
         draw,
         **{
-            name: Dropdown(options=[("all", None), *zip(values, values)], value=None,
-                           description=name)
+            name: ipywidgets.Dropdown(
+                options=[("all", None), *zip(values, values)],
+                value=None,
+                description=name,
+            )
             for name, values in menus.items()
         },
-    )  # fmt: skip
+    )
 
 
 def figure(rows: list[dict[str, str]]) -> Figure:

@@ -32,6 +32,9 @@ class CheckFailed(AssertionError):
         return [f"✗ {self}"]
 
 
+# --- What a lesson calls ---
+
+
 def keep(function: Callable) -> None:
     """Keep a function that passed its check in the reader's program, ``my_pgm.py``.
 
@@ -56,7 +59,7 @@ def keep(function: Callable) -> None:
     before = path.read_text(encoding="utf-8")
     after = merged(before, imports, sources)
     if after != before:
-        files.save({path: after}, overwrite=True)
+        files.save({path: after}, overwrite=True)  # atomic
     print(f"✓ {function.__name__} is a part of your program now, {FILE}.")
 
 
@@ -114,30 +117,27 @@ def with_arrays(function: Callable) -> Callable:
 # --- Out of the notebook: a function's source, its helpers, and their imports ---
 
 
-def collected(function: Any) -> tuple[list[str], dict[str, str]]:
-    """Return the imports a function needs, and its source and its helpers' by name."""
-    imports, values, sources = set(), set(), {}
-    waiting = [function]
+def collected(function: Any) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the imports by the name they give, and the sources by function."""
+    imports, sources, waiting, values = {}, {}, [function], set()
     while waiting:
         one = waiting.pop()
-        sources[one.__name__] = source_of(one)
-        for name in sorted(names_read(sources[one.__name__]) - sources.keys()):
-            value = one.__globals__.get(name)
-            origin = getattr(value, "__module__", ""), getattr(value, "__name__", "")
+        source = sources[one.__name__] = source_of(one)
+        for name in sorted(names_read(source) & one.__globals__.keys()):
+            value = one.__globals__[name]
             if isinstance(value, FunctionType) and value.__globals__ is one.__globals__:
-                waiting.append(value)
+                waiting += [value] if name not in sources else []
             elif line := import_of(name, value):
-                imports.add(line)
-            elif name in one.__globals__ and origin != (MODULE, name):
-                values.add(name)
+                imports[name] = line
+            elif getattr(value, "__module__", "") != MODULE:  # it is not there already
+                values.add(f"`{name}`")
     if values:
         raise CheckFailed(
-            f"{function.__name__} is right, but it uses"
-            f" {', '.join(f'`{name}`' for name in sorted(values))} of this notebook,"
-            f" which {FILE} does not have. Hand it over as an argument, or set it"
-            " inside the function; then run this cell again."
+            f"{function.__name__} is right, but it uses {', '.join(sorted(values))} of"
+            f" this notebook, which {FILE} does not have. Hand it over as an argument,"
+            " or set it inside the function; then run this cell again."
         )
-    return sorted(imports), sources
+    return imports, sources
 
 
 def source_of(function: Any) -> str:
@@ -156,14 +156,13 @@ def source_of(function: Any) -> str:
 
 def names_read(source: str) -> set[str]:
     """Names that a function takes from outside it, nested functions included."""
-    module = symtable.symtable(source, FILE, "exec")
-    read, scopes = set(), [module]
+    scopes, read = [symtable.symtable(source, FILE, "exec")], set()
     for scope in scopes:
         scopes += scope.get_children()
         read |= {
-            symbol.get_name()
-            for symbol in scope.get_symbols()
-            if symbol.is_referenced() and (scope is module or symbol.is_global())
+            one.get_name()
+            for one in scope.get_symbols()
+            if one.is_global() and one.is_referenced()
         }
     return read - set(dir(builtins))
 
@@ -171,15 +170,14 @@ def names_read(source: str) -> set[str]:
 def import_of(name: str, value: Any) -> str:
     """Write the import that gives a value its name; nothing if there is none."""
     if isinstance(value, ModuleType):
-        path = value.__name__
-        return f"import {path}" + (f" as {name}" if path != name else "")
+        line, original = f"import {value.__name__}", value.__name__
+        return line if original == name else f"{line} as {name}"
     home = "numpy" if isinstance(value, np.ufunc) else getattr(value, "__module__", "")
     original = getattr(value, "__name__", "")
-    if home in ("", None, "__main__") or not original:
-        return ""
     # From where a reader would take it: pgm_lab.ncc rather than pgm_lab.ncc._windows
-    for package in itertools.accumulate(home.split("."), "{}.{}".format):
-        if getattr(sys.modules.get(package), original, None) is value:
+    for package in itertools.accumulate((home or "").split("."), "{}.{}".format):
+        offered = getattr(sys.modules.get(package), original or "?", None)
+        if offered is value and package != "__main__":
             line = f"from {package} import {original}"
             return line if original == name else f"{line} as {name}"
     return ""
@@ -188,56 +186,40 @@ def import_of(name: str, value: Any) -> str:
 # --- Into the program: functions and imports replace their like, the rest stays ---
 
 
-def merged(text: str, imports: list[str], sources: dict[str, str]) -> str:
+def merged(text: str, imports: dict[str, str], sources: dict[str, str]) -> str:
     """Put imports and functions into the text of a program.
 
     A function takes the place of one of its name, or of an import of that name: the
     book's own, which was used until now.
     """
-    bound = {name: node for node in parsed(text).body for name in names_bound(node)}
-    wanted = {names_bound(parsed(line).body[0])[0]: line for line in imports}
-    lines = text.splitlines()
+    lines, imports, sources = text.splitlines(), imports.copy(), sources.copy()
     # From the last statement to the first, so that line numbers hold
-    for name, node in sorted(bound.items(), key=lambda pair: -pair[1].lineno):
-        first = min(
-            [node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))]
-        )
-        place = slice(first - 1, last_line(node, lines))
-        is_function = isinstance(node, ast.FunctionDef)
-        if name in sources and is_function:
-            lines[place] = sources.pop(name).splitlines()
-        elif name in sources and is_import(node) and len(names_bound(node)) == 1:
-            lines[place] = []
-        elif name in wanted and (is_function or wanted[name] == ast.unparse(node)):
-            del wanted[name]  # it stands there already, or the reader's own does
-        elif name in sources or name in wanted:
-            raise CheckFailed(
-                f"{FILE} uses the name {name} for something else, in line {first}."
-                " Rename one of the two; then run this cell again."
-            )
+    for node in reversed(parsed(text).body):
+        names, place = names_bound(node), place_of(node, lines)
+        is_function, line = isinstance(node, ast.FunctionDef), ast.unparse(node)
+        for name in names:
+            if name in sources and is_function:
+                lines[place] = sources.pop(name).splitlines()
+            elif name in sources and is_import(node) and len(names) == 1:
+                lines[place] = []
+            elif name in imports and (is_function or line == imports[name]):
+                del imports[name]  # it stands there already, or the reader's own does
+            elif name in sources or name in imports:
+                raise CheckFailed(
+                    f"{FILE} uses the name {name} for something else, in line"
+                    f" {place.start + 1}. Rename one of the two; then run this cell"
+                    " again."
+                )
     # New imports end the head of docstring and imports, new functions the program
-    body = parsed("\n".join(lines)).body
-    head = list(
-        itertools.takewhile(lambda n: is_import(n) or type(n) is ast.Expr, body)
-    )
-    end = head[-1].end_lineno if head else 0
-    if wanted:
-        gap = [""] if head and not is_import(head[-1]) else []
-        lines[end:end] = [*gap, *wanted.values()]
+    end, gap = 0, []
+    for node in parsed("\n".join(lines)).body:
+        if not (is_import(node) or type(node) is ast.Expr):
+            break
+        end, gap = node.end_lineno, [] if is_import(node) else [""]
+    if imports:
+        lines[end:end] = [*gap, *sorted(imports.values())]
     whole = ["\n".join(lines).strip("\n"), *sources.values()]
     return "\n\n\n".join(part for part in whole if part) + "\n"
-
-
-def last_line(node: ast.stmt, lines: list[str]) -> int:
-    """Return a statement's last line, the comments at a function's end included."""
-    end = node.end_lineno or 0
-    if isinstance(node, ast.FunctionDef):
-        for number, line in enumerate(lines[end:], start=end + 1):
-            if line.strip() and not line[0].isspace():
-                break
-            if line.strip():
-                end = number
-    return end
 
 
 def parsed(text: str) -> ast.Module:
@@ -259,6 +241,16 @@ def names_bound(node: ast.stmt) -> list[str]:
         return [node.name]
     names = (one for one in ast.walk(node) if isinstance(one, ast.Name))
     return [one.id for one in names if isinstance(one.ctx, ast.Store)]
+
+
+def place_of(node: ast.stmt, lines: list[str]) -> slice:
+    """Lines of a statement: a function's decorators and last comments included."""
+    start = min(one.lineno for one in [node, *getattr(node, "decorator_list", [])])
+    end = node.end_lineno
+    if isinstance(node, ast.FunctionDef):
+        inside = itertools.takewhile(lambda s: not s or s[0].isspace(), lines[end:])
+        end += len("\n".join(inside).rstrip().splitlines())
+    return slice(start - 1, end)
 
 
 def is_import(node: ast.stmt) -> bool:

@@ -4,7 +4,7 @@ import csv
 from html import escape
 from pathlib import Path
 
-from pgm_lab._shown import publish_display_data
+from pgm_lab.plot.basic import publish_display_data
 
 BOOK = Path(__file__).parents[1]
 

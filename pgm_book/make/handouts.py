@@ -26,6 +26,7 @@ NARROWEST = 60.0  # mm
 OWN = re.compile(r"^\w+: the book's own\. .*\n?", re.MULTILINE)  # of checks.own
 HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
 SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
+OF_BOOK = re.compile(r"^from pgm_book\b.*\n", re.MULTILINE)  # checks and figures
 PREPARES = re.compile(r"import |from |plt\.style\.use\(")
 
 FOOTER = """\
@@ -64,6 +65,8 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
         cell.metadata.pop("slideshow", None)
         if {"derive", "why"} & set(tags(cell)):
             cell.source = cell.source.replace("<details>", "<details open>")
+        if cell.cell_type == "code":
+            cell.source = OF_BOOK.sub("", cell.source)
         _leave_out_own(cell)
         for output in cell.get("outputs", []):
             _shorten(output)

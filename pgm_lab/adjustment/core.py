@@ -61,10 +61,9 @@ def adjust(
     covariance : array_like (..., n, n), optional
         Instead of weights: covariance of the observations, then P is its inverse.
     sigma0_prior : float, optional
-        Standard deviation of unit weight before the adjustment; 1 if the weights are
-        1/sigma^2 of trusted sigmas. Residuals are standardised by it (Baarda's w).
-        Without it there is no global test, and residuals are standardised by the
-        estimated sigma0 (Pope's tau).
+        Standard deviation of unit weight beforehand; 1 if the weights are 1/sigma^2 of
+        trusted sigmas. It allows the global test, and standardises residuals to
+        Baarda's w; without it they are Pope's tau, by the estimated sigma0.
     parameter_weights : array_like (..., u), optional
         Weights of parameters that were observed too; 0 for free ones.
     parameter_values : array_like (..., u), optional
@@ -90,13 +89,11 @@ def adjust(
     Raises
     ------
     ValueError
-        If shapes do not fit, numbers are not finite, weights are negative, covariances
-        not positive definite, or a single problem computes values at the start that are
-        not finite. In a stack such a problem gets the status "diverged".
+        If shapes do not fit, weights are negative, covariances not positive definite,
+        or values at the start not finite (in a stack: status "diverged").
     RankDefect
-        If a single problem leaves parameters undetermined, as fewer observations than
-        unknowns do, or its constraints depend on each other; the message names the
-        parameters. In a stack such a problem gets the status "singular".
+        If parameters are undetermined, which the message names, or constraints depend
+        on each other (in a stack: status "singular").
 
     References
     ----------
@@ -413,10 +410,7 @@ def _iterate(
     tolerance: float,
     max_iterations: int,
 ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
-    """Iterate each problem until it converges or cannot go on.
-
-    Returns the statuses, the numbers of iterations and the columns of the history.
-    """
+    """Iterate each problem to its end: statuses, iterations, columns of the history."""
     m, u = state.x.shape
     redundancy = model.redundancy(u, state.c.shape[-1])
     level = np.sqrt(model.objective(model.observations))

@@ -21,23 +21,12 @@ def residual_test(sigma0_prior: float | None) -> str:
 def critical_w(alpha: float = 0.001) -> float:
     """Limit that the absolute value of Baarda's w exceeds with probability alpha.
 
-    w is standard normal if the stated standard deviations are right, and the
-    observation has no blunder.
+    w is standard normal if the stated sigmas are right and there is no blunder.
 
     Parameters
     ----------
     alpha : float
-        Probability of a false alarm in one test, on both sides together.
-
-    Returns
-    -------
-    float
-        No unit.
-
-    Raises
-    ------
-    ValueError
-        If alpha is not between 0 and 1.
+        Probability of a false alarm in one test, two-sided; between 0 and 1.
 
     References
     ----------
@@ -55,27 +44,20 @@ def critical_tau(redundancy: ArrayLike, alpha: float = 0.001) -> float | np.ndar
     """Limit that the absolute value of Pope's tau exceeds with probability alpha.
 
     ``tau = t sqrt(r) / sqrt(r - 1 + t^2)`` with r the redundancy and t the limit of
-    Student's t with r - 1 degrees of freedom. The blunder itself enlarges the sigma0
-    that it is divided by, so no tau is above the root of r, nor is the limit; it comes
-    to that of w as r grows.
+    Student's t with r - 1 degrees of freedom. A blunder enlarges the sigma0 that it is
+    divided by: no tau is above the root of r. The limit tends to that of w.
 
     Parameters
     ----------
     redundancy : array_like (...) of int
         Degrees of freedom of sigma0.
     alpha : float
-        Probability of a false alarm in one test, on both sides together.
+        Probability of a false alarm in one test, two-sided; between 0 and 1.
 
     Returns
     -------
     float or ndarray (...)
-        No unit; inf where the redundancy is below 2: then each tau is 1 or 0, and
-        tells nothing.
-
-    Raises
-    ------
-    ValueError
-        If alpha is not between 0 and 1.
+        inf where the redundancy is below 2: then each tau is 1 or 0.
 
     References
     ----------

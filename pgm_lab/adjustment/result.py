@@ -1,4 +1,4 @@
-"""What an adjustment says of itself: residuals, covariance, redundancy, tests."""
+"""Result of an adjustment: residuals, covariance, redundancy, tests."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -72,9 +72,8 @@ class Adjustment:
     redundancy_numbers : ndarray (..., n)
         Share of each observation in the redundancy; 0 where the weight is 0.
     standardized : ndarray (..., n)
-        Residuals over their standard deviations: Baarda's w, from `sigma0_prior`, if
-        that was given, else Pope's tau, from `sigma0`; `residual_test` says which. 0
-        where nothing controls the observation: its redundancy number is 0.
+        Baarda's w if `sigma0_prior` was given, else Pope's tau (`residual_test`); 0
+        where nothing controls the observation.
     parameter_residuals, parameter_redundancy_numbers : ndarray (..., u)
         The same for the weighted parameters; 0 for free ones.
     status : ndarray (...) of str
@@ -112,10 +111,7 @@ class Adjustment:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance (..., u, u) of the parameters: sigma0^2 Q.
-
-        Without redundancy sigma0_prior takes the place of sigma0; NaN if there is none.
-        """
+        """Covariance (..., u, u): sigma0^2 Q, without redundancy sigma0_prior^2 Q."""
         prior = np.nan if self.sigma0_prior is None else self.sigma0_prior
         sigma0 = np.where(self.redundancy > 0, self.sigma0, prior)
         return sigma0[..., None, None] ** 2 * self.cofactor
@@ -136,23 +132,13 @@ class Adjustment:
         """Test whether sigma0 agrees with its value before the adjustment.
 
         The statistic redundancy * sigma0^2 / sigma0_prior^2 follows chi-square when the
-        model and the weights are right; it is refused below `lower` or above `upper`,
-        which happens by chance with probability alpha.
-
-        Parameters
-        ----------
-        alpha : float
-            Probability of refusing a right model, half of it at either end.
-
-        Returns
-        -------
-        GlobalTest
+        model and the weights are right. A right model is rejected with probability
+        alpha.
 
         Raises
         ------
         ValueError
-            If sigma0_prior was not given, there is no redundancy, or alpha is not
-            between 0 and 1.
+            If sigma0_prior was not given, or there is no redundancy.
         """
         alpha = _validate.probability(alpha, "alpha")
         if self.sigma0_prior is None:

@@ -55,7 +55,7 @@ def motions(positions: ArrayLike, centre: ArrayLike = (0, 0, 0)) -> np.ndarray:
     positions : array_like (n, 3)
         Projection centres or object points.
     centre : array_like (3,)
-        What the rotations and the scale leave in place.
+        Fixed point of rotations and scale.
 
     Returns
     -------
@@ -97,11 +97,9 @@ def all_motions(state: State, interior: int) -> Motions:
 
 
 def _angles_by_rotation(exteriors: np.ndarray) -> np.ndarray:
-    """Changes of (omega, phi, kappa), the rows, by rotations about X, Y, Z: (m, 3, 3).
-
-    The axes of omega, phi and kappa in the object frame, X, (0, cos omega, sin omega)
-    and the third row of M, times the changes of the angles are the rotation.
-    """
+    """Changes of (omega, phi, kappa), the rows, by rotations about X, Y, Z."""
+    # The axes of the three angles in the object frame, X, (0, cos omega, sin omega) and
+    # the third row of M, times their changes are the rotation
     (so, sp, _), (co, cp, _) = np.sin(exteriors.T[3:]), np.cos(exteriors.T[3:])
     by = np.zeros((3, 3, len(exteriors)))
     by[1, 1:] = co, so

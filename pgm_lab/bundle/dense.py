@@ -32,7 +32,7 @@ def derivatives(
     interior : ndarray (10,) or (m, 10)
         `camera.PARAMETERS` of all photos, or of each.
     exteriors, points : ndarray (m, 6), (n, 3)
-        (X0, Y0, Z0, omega, phi, kappa) and (X, Y, Z), in object units and radians.
+        (X0, Y0, Z0, omega, phi, kappa) and (X, Y, Z).
     photo, point : ndarray (k,) of int
         Photo and point of each ray.
     xy : ndarray (k, 2)
@@ -44,8 +44,7 @@ def derivatives(
     v : ndarray (k, 2)
         Computed - observed, in mm: -f of (M 2.86).
     A1, A3, A2 : ndarray (k, 2, 6), (k, 2, 10), (k, 2, 3)
-        By (omega, phi, kappa, X0, Y0, Z0), by the interior parameters in the order of
-        `camera.PARAMETERS`, by (X, Y, Z).
+        By (omega, phi, kappa, X0, Y0, Z0), by `camera.PARAMETERS`, by (X, Y, Z).
 
     References
     ----------
@@ -83,7 +82,7 @@ def design(
     photo, point : ndarray (k,) of int
         Photo and point of each ray.
     m, n : int
-        Number of photos and of points.
+        Numbers of photos and points.
     camera : array_like (m,) of int
         The camera of each photo, if there are several.
 
@@ -124,15 +123,7 @@ def design(
 def normal_matrix(A: np.ndarray, sigma: ArrayLike) -> np.ndarray:
     """Normal matrix AᵀPA with P = 1 / sigma^2; singular without a datum.
 
-    Parameters
-    ----------
-    A : ndarray (2 k, u)
-    sigma : array_like
-        Standard deviation of each row, in mm, or of all.
-
-    Returns
-    -------
-    ndarray (u, u)
+    A is (2 k, u), sigma the standard deviation of each row, in mm, or of all.
 
     References
     ----------
@@ -148,14 +139,7 @@ def G(points: np.ndarray) -> np.ndarray:
 
     A network moved along a column of G, its cameras with it, has the same images.
 
-    Parameters
-    ----------
-    points : ndarray (n, 3)
-
-    Returns
-    -------
-    ndarray (3 n, 7)
-        Three rows a point; three shifts, three rotations about X, Y, Z, the scale.
+    (3 n, 7) of points (n, 3): three shifts, three rotations about X, Y, Z, the scale.
 
     References
     ----------

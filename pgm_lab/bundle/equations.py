@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.bundle.network import Network
@@ -127,7 +127,7 @@ class Rays:
 
     @cached_property
     def stacks(self) -> list[tuple[slice, slice]]:
-        """Successive photos with equally many rays, and their rays: taken at once."""
+        """Successive photos with equally many rays, and their rays: stacked."""
         counts = np.bincount(self.photo, minlength=len(self.unknowns))
         stacks, first = [], 0
         for photo, own in enumerate(self.photos):
@@ -161,11 +161,13 @@ class Rays:
         return self.camera * self.points + self.point
 
     @cached_property
-    def _at_places(self) -> sparse.csc_array:
+    def _at_places(self) -> "scipy.sparse.csc_array":
         """Matrix (cameras n, k) with ones where a ray belongs to a place."""
         k = len(self.place)
         shape = self.cameras * self.points, k
-        return sparse.csc_array((np.ones(k), self.place, np.arange(k + 1)), shape=shape)
+        return scipy.sparse.csc_array(
+            (np.ones(k), self.place, np.arange(k + 1)), shape=shape
+        )
 
     def total_by_camera(self, values: np.ndarray) -> np.ndarray:
         """Sum values (..., k) by camera and point: (..., cameras, n)."""
@@ -262,7 +264,7 @@ class Problem:
         k = len(rays.photo)
         A = np.empty((10 + len(self.estimated), 2, k))
         for some in (slice(i, i + RAYS_AT_ONCE) for i in range(0, k, RAYS_AT_ONCE)):
-            with np.errstate(all="ignore"):  # a step too far is refused by its vᵀPv
+            with np.errstate(all="ignore"):  # a step too far is rejected by its vᵀPv
                 v, _, by = imaging.equations(
                     interior,
                     state.exteriors,

@@ -49,13 +49,12 @@ def read(
     Parameters
     ----------
     interior, exterior, points, image : str or path
-        The files, as the head of this module describes them. The ids of photos and
-        points become `photo_names` and `point_names`, in the order of the files.
+        The files, as described at the head of this module. Ids become `photo_names` and
+        `point_names`, in the order of the files.
     lens : {"backward", "forward"}
         Direction of the lens model, see `camera.Camera`; no file says it.
     sigma : float, optional
-        Standard deviation of all image coordinates in mm, in place of sx and sy, which
-        may then be missing.
+        Standard deviation of all image coordinates in mm, in place of sx and sy.
 
     Returns
     -------
@@ -186,11 +185,9 @@ def write(
     Parameters
     ----------
     network : Network
-        With one camera. What the files have no place for is refused, not left out;
-        the direction of the lens stands in a comment.
+        With one camera; the direction of the lens goes into a comment.
     folder : str or path
-        Where interior.txt, exterior.txt, points.txt and image.txt shall stand; made
-        if it is missing.
+        For interior.txt, exterior.txt, points.txt and image.txt; made if missing.
     overwrite : bool
         Whether files of these names may be replaced.
 
@@ -202,9 +199,9 @@ def write(
     Raises
     ------
     ValueError
-        If the network has several cameras, fixed points, control, check points, scale
-        bars, chosen datum points or covariances, or names that are not whole numbers,
-        too large, or the same number.
+        If the files have no place for something: several cameras, fixed, control, check
+        or chosen datum points, scale bars, covariances, names that are not whole
+        numbers.
     FileExistsError
         If a file is there already.
     OSError
@@ -220,10 +217,10 @@ def write(
         *network.xy.T.tolist(),
         *network.sigma.T.tolist(),
     )
-    turned = network.exteriors[:, [3, 4, 5, 0, 1, 2]]
+    reordered = network.exteriors[:, [3, 4, 5, 0, 1, 2]]
     contents = (
         (f"{' '.join(PARAMETERS)}; lens {camera.lens}", [camera.interior.tolist()]),
-        (f"{' '.join(EXTERIOR)}; radians", zip(photo_ids, *turned.T.tolist())),
+        (f"{' '.join(EXTERIOR)}; radians", zip(photo_ids, *reordered.T.tolist())),
         (" ".join(POINT), zip(point_ids, *network.points.T.tolist())),
         (f"{' '.join(RAY)}; mm", rays),
     )

@@ -86,9 +86,8 @@ def profile(
     rho : array_like (n,)
         Distance from the principal point, in mm.
     kind : {"radial", "decentring"}
-        K1 rho^3 + K2 rho^5 + K3 rho^7, or the profile sqrt(P1^2 + P2^2) rho^2; a point
-        is moved by this much at right angles to the axis of the decentring, three times
-        on it.
+        K1 rho^3 + K2 rho^5 + K3 rho^7, or sqrt(P1^2 + P2^2) rho^2: the displacement
+        at right angles to the axis of the decentring, three times on it.
     camera : int
         Index of the camera.
 
@@ -97,15 +96,10 @@ def profile(
     distortion, sd : ndarray (n,)
         In mm. What was not estimated counts as free of error.
 
-    Raises
-    ------
-    ValueError
-        If the kind is unknown or a radius is not finite.
-
     References
     ----------
-    (M 2.47), (M 2.52); Brown 1971, "Close-range camera calibration", Photogrammetric
-    Engineering 37(8), for the profile of the decentring.
+    (M 2.47), (M 2.52); Brown 1971, "Close-range camera calibration", for the
+    decentring.
 
     Examples
     --------

@@ -54,16 +54,15 @@ class Network:
     photo_names, point_names : sequence, optional
         Names for reports; 1, 2, ... when missing.
     covariance : array_like (k, 2, 2), optional
-        Covariances of x and y of each ray in mm^2, as matching gives them, in place of
-        `sigma`, which then holds the roots of their diagonals. The weight matrix P has
-        their inverses as blocks of 2 x 2.
+        Of x and y of each ray in mm^2, as matching gives them, in place of `sigma`,
+        which then holds the roots of their diagonals.
 
     Raises
     ------
     ValueError
-        If shapes do not fit, an index does not exist, a number is not finite, a sigma
-        is not positive, a covariance is singular, a photo has a point twice, a camera
-        has no photo, or a point has two of the roles fixed, control and check.
+        If shapes or indices do not fit, a sigma is not positive, a covariance singular,
+        a photo has a point twice, a camera no photo, or a point two of the roles fixed,
+        control and check.
 
     See Also
     --------
@@ -185,9 +184,8 @@ class Network:
         Raises
         ------
         ValueError
-            If a name is not in its table, which the message tells with the place; if a
-            file is wrong, with its name and the number of the line; or as `Network`
-            does.
+            If a name is not in its table, a file is wrong (name and line), or as
+            `Network`.
         FileNotFoundError
             If there is no such file.
 
@@ -243,8 +241,7 @@ class Network:
     def only(self, photos: ArrayLike) -> "Network":
         """Return the network of some photos, by their indices.
 
-        Points go that these photos leave with too few rays, with what was said of them;
-        and cameras that took none of these photos.
+        Points with too few rays go, and cameras that took none of these photos.
 
         Examples
         --------
@@ -427,7 +424,7 @@ def _broadcast(values: np.ndarray, shape: tuple[int, ...], name: str) -> np.ndar
 
 
 def _camera_of_photos(values: ArrayLike | None, m: int, cameras: int) -> np.ndarray:
-    """Camera (m,) of each photo; the first one where nothing is said."""
+    """Camera (m,) of each photo; by default the first one."""
     of_photos = np.zeros(m, int) if values is None or not _given(values) else values
     camera = _indices(of_photos, cameras, "camera", m)
     _validate.refuse(
@@ -539,7 +536,7 @@ def _refuse_doubles(
 
 
 def _places(names: Iterable, table: Iterable, what: str, where: str) -> np.ndarray:
-    """Places of names in a table; where the i-th one stands is for the message."""
+    """Indices of names in a table; `where` is for messages."""
     place = {key: i for i, key in enumerate(table)}
     found = []
     for i, name in enumerate(_validate.several(names, where)):
@@ -560,7 +557,7 @@ def _rows(values: Iterable, name: str) -> list[tuple]:
 
 
 def _values(table: Mapping, columns: int, name: str, finite: bool = True) -> np.ndarray:
-    """Values of a table as rows of so many numbers."""
+    """Values of a table as rows of `columns` numbers."""
     rows = {k: _validate.real(row, f"{name}, {k!r}") for k, row in table.items()}
     for key, row in rows.items():
         if row.shape != (columns,) or (finite and not np.all(np.isfinite(row))):

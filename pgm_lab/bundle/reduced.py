@@ -118,11 +118,9 @@ class Reduced:
         return product
 
     def cofactors(self, rays: Rays, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cofactors of the points (3, 3, n), and of QZ what the rays need.
-
-        That is (6 + u, 3, k): the rows of the unknowns of a ray's photo, the columns
-        of its point. Q is any symmetric generalised inverse of S.
-        """
+        """Cofactors (3, 3, n) of the points, and QZ (6 + u, 3, k) for the rays."""
+        # The rows of QZ are the unknowns of a ray's photo, the columns those of its
+        # point; Q is any symmetric generalised inverse of S
         ZQZ, QZ = self.Z.propagate(Q)
         points = self.V_inverse + ZQZ
         if (bars := self.bars) is not None:

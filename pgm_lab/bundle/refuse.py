@@ -18,7 +18,7 @@ from pgm_lab.bundle.result import Bundle
 from pgm_lab.camera import PARAMETERS, Camera
 
 ANGLES = ("omega", "kappa")
-GIMBAL_LOCK = 1e-6  # cos phi from which omega and kappa turn about one axis
+GIMBAL_LOCK = 1e-6  # cos phi below which omega and kappa have one axis
 
 # How many times better a mirror image must fit: points in a plane fit both equally
 # well, but for their errors
@@ -82,7 +82,7 @@ def check_counts(network: Network) -> None:
 
 
 def check_attitudes(network: Network, exteriors: np.ndarray) -> None:
-    """Refuse photos at the gimbal lock, where omega and kappa turn about one axis."""
+    """Refuse photos at the gimbal lock, where omega and kappa have one axis."""
     locked = np.flatnonzero(np.abs(np.cos(exteriors[:, 4])) < GIMBAL_LOCK)
     if len(locked):
         names = [str(network.photo_names[i]) for i in locked]
@@ -128,7 +128,7 @@ def refuse_kept(scaled: np.ndarray, names: tuple[str, ...]) -> None:
     """Name the interior and exterior unknowns that a singular matrix leaves free.
 
     `scaled` is the reduced normal matrix, scaled by the diagonal before the reduction:
-    what is left of a direction says how much of it the points have not taken away.
+    what is left of a direction is not yet absorbed by the points.
     """
     eigenvalues, vectors = np.linalg.eigh(scaled)
     free = vectors[:, eigenvalues < len(names) / normal.INFLATION_LIMIT]
@@ -152,7 +152,7 @@ def _listed(names: Sequence) -> str:
 
 
 def cameras(network: Network, state: State, status: str) -> tuple[Camera, ...]:
-    """Return the adjusted cameras, or refuse one with a c that no camera has."""
+    """Return the adjusted cameras; a c that is not positive is an error."""
     wrong = np.flatnonzero(~(state.interior[:, 0] > 0))
     if len(wrong):
         c, b1 = state.interior[wrong[0], [0, 8]]
@@ -170,7 +170,7 @@ def cameras(network: Network, state: State, status: str) -> tuple[Camera, ...]:
 
 
 def _cause(network: Network, state: State, status: str, b1: float) -> str:
-    """Say why c came out negative, from where the points lie and from what b1 does."""
+    """Why c came out negative: by the side of the points, and by b1."""
     if status != "converged":
         return (
             "Is the image mirrored: y counted downwards, x to the left, or the two"
@@ -192,7 +192,7 @@ def _cause(network: Network, state: State, status: str, b1: float) -> str:
 
 
 def mirrored_image(result: Bundle) -> str | None:
-    """Say that the affinity of a camera mirrors the image."""
+    """Warning if the affinity of a camera mirrors the image, else None."""
     several = len(result.cameras) > 1
     reversed_x = [
         f"b1{f' of camera {number}' if several else ''} = {camera.b1:.3f}"
@@ -210,11 +210,10 @@ def mirrored_image(result: Bundle) -> str | None:
 
 
 def mirrored_object(result: Bundle) -> str | None:
-    """Say that the adjusted points are a mirror image of their start values.
+    """Warning if the adjusted points are a mirror image of their start values.
 
-    Of all rotations R and scales, vᵀv of the start values is least by the singular
-    values s of their product with the adjusted points; the last counts negative if the
-    best R would be a reflection (Umeyama 1991).
+    By the singular values s of their product (Umeyama 1991): the last counts negative
+    if the best rotation would be a reflection.
     """
     start, points = (X - X.mean(axis=0) for X in (result.network.points, result.points))
     U, s, Vt = np.linalg.svd(start.T @ points)

@@ -64,15 +64,13 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
     ----------
     result : Bundle
     delta0 : float
-        Non-centrality of Baarda's w: 4.13 finds an error with probability 80 per cent
-        when one test in a thousand is a false alarm.
+        Non-centrality of Baarda's w: 4.13 for power 80 per cent and alpha 0.001.
 
     Returns
     -------
     Reliability
-        By the sigma0 that was stated, or else the estimated one. For Pope's tau it
-        holds as far as the redundancy is large: with a small one tau finds only much
-        larger errors, since they enlarge sigma0 too.
+        By the stated sigma0, else the estimated one. With a small redundancy Pope's tau
+        finds only much larger errors, since they enlarge sigma0 too.
 
     References
     ----------
@@ -93,29 +91,8 @@ def reliability(result: Bundle, delta0: float = 4.13) -> Reliability:
 def critical_value(result: Bundle, alpha: float = 0.001) -> float:
     """Limit that a standardised residual exceeds by chance with probability alpha.
 
-    With sigma0_prior that of Baarda's w, 3.29 for a false alarm in a thousand tests.
-    Without it that of Pope's tau, which depends on the redundancy: 3.28 for the 693 of
-    the network of 2013, less for fewer. `result.residual_test` says which it is.
-
-    Parameters
-    ----------
-    result : Bundle
-    alpha : float
-        Probability of a false alarm in one test.
-
-    Returns
-    -------
-    float
-        No unit; inf if the redundancy is below 2 and sigma0_prior not known.
-
-    Raises
-    ------
-    ValueError
-        If alpha is not between 0 and 1.
-
-    References
-    ----------
-    `adjustment.critical_w` and `adjustment.critical_tau`, with their sources.
+    `adjustment.critical_w` with sigma0_prior, else `adjustment.critical_tau`, which is
+    inf if the redundancy is below 2. `result.residual_test` says which it is.
     """
     _validate.instance(result, Bundle, "result")
     if result.residual_test == "w":
@@ -126,18 +103,8 @@ def critical_value(result: Bundle, alpha: float = 0.001) -> float:
 def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, float]]:
     """Pairs of interior and exterior unknowns with a correlation above a limit.
 
-    Those between exterior orientations depend on the datum.
-
-    Parameters
-    ----------
-    result : Bundle
-    limit : float
-        Smallest absolute correlation that is listed, below 1.
-
-    Returns
-    -------
-    list of (name, name, correlation)
-        The largest first.
+    (name, name, correlation), the largest first. Those between exterior orientations
+    depend on the datum.
     """
     limit = _validate.number(limit, "limit")
     _validate.instance(result, Bundle, "result")
@@ -154,20 +121,7 @@ def correlations(result: Bundle, limit: float = 0.9) -> list[tuple[str, str, flo
 def significance(result: Bundle, alpha: float = 0.05) -> list[Significance]:
     """Test each interior parameter but c against zero.
 
-    Parameters
-    ----------
-    result : Bundle
-    alpha : float
-        Probability of calling a parameter significant that is zero.
-
-    Returns
-    -------
-    list of Significance
-
-    Raises
-    ------
-    ValueError
-        If alpha is not between 0 and 1.
+    alpha, between 0 and 1, is the probability to call a zero parameter significant.
 
     References
     ----------

@@ -64,13 +64,10 @@ class Bundle:
     redundancy_numbers : ndarray (k, 2)
         Share of each image coordinate in the redundancy.
     testable : ndarray (k, 2)
-        (P Qvv P)_ii / P_ii, between 0 and 1: how far other observations control the
-        coordinate. The redundancy number, unless x and y of the ray are correlated.
+        (P Qvv P)_ii / P_ii; the redundancy number, unless x and y are correlated.
     standardized : ndarray (k, 2)
-        Residuals over their standard deviations: Baarda's w, from `sigma0_prior`, if
-        that was given, else Pope's tau, from `sigma0`; `residual_test` says which. 0
-        where nothing controls the coordinate. Pv over the roots of the diagonal of
-        P Qvv P if x and y of a ray are correlated.
+        Baarda's w if `sigma0_prior` was given, else Pope's tau (`residual_test`); 0
+        where nothing controls them.
     control_residuals : ndarray (q, 3)
         Computed - given coordinates of the control points.
     control_redundancy_numbers, control_standardized : ndarray (q, 3)
@@ -91,8 +88,7 @@ class Bundle:
         "converged", "too many iterations", or "diverged": no step lowers vᵀPv.
     iterations : int
     history : pgm_lab.adjustment.History
-        vᵀPv, step length, and a bound of the largest change of an unknown in units of
-        its standard deviation, in each iteration.
+        vᵀPv, step length, and a bound of the change of all unknowns, each iteration.
     """
 
     network: Network
@@ -180,11 +176,7 @@ class Bundle:
 
     @property
     def behind(self) -> np.ndarray:
-        """Indices (b,) of rays whose point lies behind its photo.
-
-        The equations do not notice: such a point has an image like any other. Empty in
-        a solution of the task.
-        """
+        """Indices (b,) of rays whose point lies behind its photo."""
         return behind(self.network, self.exteriors, self.points)
 
     @property

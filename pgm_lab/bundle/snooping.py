@@ -60,10 +60,7 @@ class Snooping:
     critical : float
         Limit of the standardised residuals of the result, for the same test.
     stopped : str
-        "no residual above the limit", or why there still are some: the limit of
-        blunders is reached, the network would not be determined without the next ray,
-        a control point or a scale bar has the largest residual, or the adjustment did
-        not converge.
+        "no residual above the limit", or why there still are some.
     """
 
     before: Bundle
@@ -83,7 +80,7 @@ def snoop(
     sigma0_prior: float | None = None,
     progress: bool = False,
 ) -> Snooping:
-    """Find blunders: remove the ray with the largest residual, adjust, look again.
+    """Find blunders: remove the ray with the largest residual, adjust, test again.
 
     One ray at a time, because a blunder also distorts the residuals of good rays.
 
@@ -96,9 +93,9 @@ def snoop(
     most : int
         Most rays to remove.
     sigma0_prior : float, optional
-        1 tests by Baarda's w: the sigmas of the network are trusted, and the limit
-        stays. When missing, by Pope's tau: only the ratios of the sigmas are trusted.
-        Then sigma0 falls with each ray removed, and the next one stands out more.
+        1 tests by Baarda's w: the sigmas of the network are trusted. When missing, by
+        Pope's tau; then sigma0 falls with each ray removed, and the next stands out
+        more.
 
     Returns
     -------
@@ -107,7 +104,7 @@ def snoop(
     Raises
     ------
     ValueError, RankDefect
-        As `adjust`; if alpha is not between 0 and 1.
+        As `adjust`.
 
     References
     ----------
@@ -157,7 +154,7 @@ def snoop(
 
 
 def _needed(result: Bundle, row: int, alpha: float, defect: NetworkDefect) -> str:
-    """Say which ray should go but cannot, and how many residuals stay too large."""
+    """Which ray cannot be removed, and how many residuals stay too large."""
     network = result.network
     photo = network.photo_names[network.photo[row]]
     point = network.point_names[network.point[row]]

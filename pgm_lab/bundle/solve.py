@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.adjustment import normal
@@ -45,8 +45,8 @@ def adjust(
     network : Network
         Observations, start values and datum points.
     estimate : sequence of str
-        Interior parameters that are unknowns, from `camera.PARAMETERS`; () for none.
-        The same for each camera; the others keep their values.
+        Interior parameters to estimate, from `camera.PARAMETERS`, for each camera; ()
+        for none.
     datum : {"inner", "photos", "fixed", "none"}, optional
         "inner": inner constraints on the datum points (G of (M 2.95): seven, or six
         with scale bars), at the current points in each iteration. "photos": the same on
@@ -54,9 +54,8 @@ def adjust(
         shows the rank defect. When missing: "fixed" if there are fixed or control
         points, else "inner".
     sigma0_prior : float, optional
-        Standard deviation of unit weight before the adjustment; 1 if the sigmas of the
-        network are trusted. Residuals are standardised by it (Baarda's w), and without
-        it by the estimated sigma0 (Pope's tau).
+        Standard deviation of unit weight beforehand; 1 if the sigmas of the network are
+        trusted. Residuals become Baarda's w; without it Pope's tau.
     line_search : bool
         False takes full steps, to see why one does not.
     tolerance : float
@@ -147,7 +146,8 @@ def adjust(
     # Covariances, residuals and their tests
     history = History(*map(np.array, (objectives, steps, changes)))
     scale, factor = _factor(problem, state, reduced, move)
-    Q = lapack.dpotrs(factor, np.diag(scale), lower=True)[0] * scale[:, None]
+    inverse = scipy.linalg.lapack.dpotrs(factor, np.diag(scale), lower=True)[0]
+    Q = inverse * scale[:, None]
     return _result(
         problem, datum, state, eq, reduced, Q, move, sigma0_prior, status, history
     )
@@ -162,7 +162,8 @@ def _corrections(
     """Gauss-Newton step of kept unknowns and points, and dx'N dx."""
     refuse.check_points(problem.network, reduced)
     scale, factor = _factor(problem, state, reduced, move)
-    dx = scale * lapack.dpotrs(factor, scale * reduced.right, lower=True)[0]
+    right = scale * reduced.right
+    dx = scale * scipy.linalg.lapack.dpotrs(factor, right, lower=True)[0]
     dx_points = reduced.points_alone()
     decrease = reduced.right @ dx + np.vdot(reduced.n_point, dx_points)
     dx_points = dx_points - reduced.times_kept(dx[:, None])[0]
@@ -177,17 +178,15 @@ def _corrections(
 def _factor(
     problem: Problem, state: State, reduced: Reduced, move: Motions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scale, and Cholesky factor of the scaled S, made regular along the free motions.
-
-    S has no value for a motion; E Eᵀ gives it one, since the columns of E are the
-    motions. The solution does not notice, and the inverse is one of the generalised
-    ones: they differ only by motions, which the S-transformation takes away.
-    """
+    """Scale, and Cholesky factor of the scaled S, made regular along motions."""
+    # S has no value for a motion; E Eᵀ gives it one, since the columns of E are the
+    # motions. The solution does not notice, and the inverse is a generalised one: such
+    # differ only by motions, which the S-transformation takes away
     scale = 1 / np.sqrt(np.where(reduced.diagonal > 0, reduced.diagonal, 1.0))
     E = move.kept / scale[:, None]
     E /= np.sqrt(np.einsum("ud,ud->d", E, E))
     scaled = reduced.S * scale[:, None] * scale + E @ E.T
-    factor, failed = lapack.dpotrf(scaled, lower=True)
+    factor, failed = scipy.linalg.lapack.dpotrf(scaled, lower=True)
     pivots = np.diagonal(factor) ** 2
     if failed or not pivots.min(initial=1.0) > 1 / normal.INFLATION_LIMIT:
         refuse.check_attitudes(problem.network, state.exteriors)
@@ -214,22 +213,19 @@ def _line_search(
     dx_points: np.ndarray,
     decrease: float,
     slack: float,
-    wanted: bool,
+    line_search: bool,
 ) -> tuple[float, tuple[State, Equations, float] | None]:
-    """Halve the step until vᵀPv falls enough: the step, and what is there.
-
-    It is 0, and there is nothing, if vᵀPv never falls. Without line search the full
-    step is wanted, wherever it leads.
-    """
+    """Halve the step until vᵀPv falls enough: the step (or 0), and what is there."""
+    # Without line search the full step is taken, wherever it leads
     step = 1.0
     while step >= SMALLEST_STEP:
         there = problem.moved(state, step * dx, step * dx_points)
         eq = problem.equations(there)
         after = problem.objective(there, eq.v)
         goal = phi - 2 * SUFFICIENT_DECREASE * step * decrease + slack
-        if after <= goal or (not wanted and np.isfinite(after)):
+        if after <= goal or (not line_search and np.isfinite(after)):
             return step, (there, eq, after)
-        if not wanted:
+        if not line_search:
             break
         step /= 2
     return 0.0, None
@@ -259,10 +255,7 @@ def _result(
     status: str,
     history: History,
 ) -> Bundle:
-    """Covariances, tests, and everything in the order of the network.
-
-    Q (U + 6 m, U + 6 m) is a generalised inverse of S.
-    """
+    """Results in the order of the network; Q is a generalised inverse of S."""
     network, rays = problem.network, problem.rays
     redundancy, phi = problem.redundancy(move.number), history.objective[-1]
     sigma0 = np.sqrt(phi / redundancy) if redundancy else np.nan
@@ -347,10 +340,7 @@ def _of_rays(
     points: np.ndarray,
     QZ: np.ndarray,
 ) -> np.ndarray:
-    """Diagonal (2, k) of A Q Bᵀ for equations B, such as A, of the rays; in any datum.
-
-    `points` (3, 3, n) and QZ (6 + u, 3, k) are from `Reduced.cofactors`.
-    """
+    """Diagonal (2, k) of A Q Bᵀ for equations B, such as A, of the rays; any datum."""
     rays = problem.rays
     of_points = points.take(rays.point, axis=-1)
     by_point = np.einsum("irk,ijk->jrk", eq.point, of_points)

@@ -25,8 +25,7 @@ def ray(
     M (..., 3, 3) is the derivative by (X, Y, Z), and -M the one by (X0, Y0, Z0):
     (M 2.25) to (M 2.27) and (B 4), where r, s, q stand for U, V, W.
 
-    With `photo` (k,), the photo of each of k points, `exterior` (photos, 6) has a row a
-    photo, and each rotation is computed once.
+    With `photo` (k,), that of each point, `exterior` (photos, 6) has a row a photo.
     """
     M = _of_photo(attitude(exterior), photo)
     from_centre = points - _of_photo(exterior[..., :3], photo)
@@ -51,11 +50,9 @@ def attitude(exterior: np.ndarray) -> np.ndarray:
 
 
 def axes_of_angles(M: np.ndarray, kappa: np.ndarray) -> np.ndarray:
-    """Axes (..., 3, 3), one a column, about which omega, phi and kappa turn a camera.
-
-    In the camera's frame: omega turns about the X axis of the object, M (1, 0, 0), phi
-    about M_kappa (0, 1, 0), kappa about the z axis.
-    """
+    """Axes (..., 3, 3) of omega, phi, kappa in the camera's frame, one a column."""
+    # Omega rotates about the X axis of the object, M (1, 0, 0), phi about
+    # M_kappa (0, 1, 0), kappa about the z axis
     a1, a2, a3 = _entries(M[..., 0])
     sin, cos, zero = np.sin(kappa), np.cos(kappa), np.zeros_like(kappa)
     return _matrix([a1, sin, zero], [a2, cos, zero], [a3, zero, zero + 1])
@@ -237,7 +234,7 @@ def equations(
         m1, m2, m3 = M[:, :, None]  # (M 2.24), b14 to b26
         by["point"] = c / -W * (m1 * by_x + m2 * by_y + m3 * by_c)
     if "exterior" in wrt:
-        # (M 2.24), b11 to b23: first by turns about the axes of the camera, then by
+        # (M 2.24), b11 to b23: first by rotations about the axes of the camera, then by
         # the angles, whose axes are the columns of `axes_of_angles`
         by_1, by_2, by_3 = (
             -c * by_y - y * by_c,
@@ -277,10 +274,8 @@ def _matrix(*rows: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _first(values: np.ndarray, leading: int, axes: int = 1) -> np.ndarray:
-    """View of values (..., n) or (..., n, k) with the last axes first.
-
-    The others become as many as `leading`, so that they broadcast as they did.
-    """
+    """View of values (..., n) or (..., n, k) with the last axes first."""
+    # The others become as many as `leading`, so that they broadcast as they did
     missing = leading + axes - values.ndim
     values = values[(None,) * missing] if missing else values
     return values.transpose(*range(leading, values.ndim), *range(leading))

@@ -151,7 +151,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     ----------
     camera : Camera
     measured : array_like (..., 2)
-        Image coordinates as measured, in mm.
+        In mm.
 
     Raises
     ------
@@ -177,13 +177,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
 def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     """Measured coordinates (..., 2) of ideal ones: the inverse of `ideal`.
 
-    For lens "backward" it may have no solution.
-
-    Parameters
-    ----------
-    camera : Camera
-    ideal : array_like (..., 2)
-        Ideal coordinates, reduced to the principal point, in mm.
+    In mm. For lens "backward" it may have no solution: ValueError.
 
     Examples
     --------
@@ -211,9 +205,8 @@ def collinearity(
 
     lens "backward": v = p - (m + d(m)) with m = measured - (x0, y0);
     lens "forward": v = (x0, y0) + p + d(p) - measured;
-    p is the projected point and d the distortion. An iteration that may diverge to NaN
-    calls `imaging.misclosure`, which does the same unchecked.
-    Points behind the camera are not refused: they have a negative depth.
+    p is the projected point and d the distortion. Points behind the camera are not
+    refused: they have a negative depth.
 
     Parameters
     ----------

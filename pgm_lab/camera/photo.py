@@ -14,9 +14,8 @@ from pgm_lab.camera.model import Camera, ideal, measured, project
 class Photo:
     """Grey values of a photo, or of a part of it, with its orientation.
 
-    Pixels are (column, row) of `grey`, integers at pixel centres. Of two photos that
-    are oriented relative to each other alone, the left one has the exterior (0, 0, 0,
-    0, 0, 0) and the right one that of `orientation.relative`.
+    Pixels are (column, row) of `grey`, integers at pixel centres. After a relative
+    orientation the left exterior is zero, the right one that of `orientation.relative`.
 
     Attributes
     ----------
@@ -114,10 +113,7 @@ class Photo:
         return image @ attitude(self.exterior)
 
     def of_rays(self, directions: ArrayLike) -> np.ndarray:
-        """Pixels (..., 2) of directions (..., 3) in object space: undoes `rays`.
-
-        A direction that does not lie in front of the camera is refused.
-        """
+        """Pixels (..., 2) of directions (..., 3) in object space, all in front."""
         u = _validate.points(directions, 3, "directions") @ attitude(self.exterior).T
         _validate.refuse(
             u[..., 2] >= 0, "directions{} do not lie in front of the camera"
@@ -126,11 +122,7 @@ class Photo:
         return self.to_pixel(measured(self.camera, xy))
 
     def seen_at(self, directions: ArrayLike) -> np.ndarray:
-        """Pixels (..., 2) of directions (..., 3), as `of_rays`, that refuses none.
-
-        NaN where a direction does not lie in front of the camera, or so far outside of
-        the photo that the lens has no solution.
-        """
+        """As `of_rays`; NaN behind the camera, or too far outside for the lens."""
         u = _validate.points(directions, 3, "directions") @ attitude(self.exterior).T
         ahead = u[..., 2] < 0
         xy = -self.camera.c * u[..., :2] / np.where(ahead, u[..., 2], -1)[..., None]
@@ -149,10 +141,10 @@ class Photo:
         return self.to_pixel(project(self.camera, self.exterior, points))
 
     def outline(self, n: int = 30) -> np.ndarray:
-        """Pixels (4 n, 2) along the edge of `grey`, n a side, in one turn."""
+        """Pixels (4 n, 2) along the edge of `grey`, n a side, all around."""
         n = _validate.whole(n, "n", 1, 10**6)
         t, o = np.arange(n) / n, np.zeros(n)
-        turn = [(t, o), (o + 1, t), (1 - t, o + 1), (o, 1 - t)]
+        around = [(t, o), (o + 1, t), (1 - t, o + 1), (o, 1 - t)]
         rows, columns = self.grey.shape
-        edge = np.concatenate([np.stack(side, -1) for side in turn])
+        edge = np.concatenate([np.stack(side, -1) for side in around])
         return edge * (columns, rows) - 0.5

@@ -3,6 +3,7 @@
 import argparse
 import os
 import sys
+from functools import partial
 from pathlib import Path
 
 from pgm_lab import bundle, report
@@ -63,12 +64,8 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--snoop", action="store_true", help="reject blunders, one ray at a time"
     )
-    parser.add_argument(
-        "--sigma",
-        type=_options.positive,
-        metavar="MM",
-        help="standard deviation of all image coordinates, in place of sx and sy",
-    )
+    words = "standard deviation of all image coordinates, in place of sx and sy"
+    _options.add(parser, "--sigma", words, _options.positive, "MM")
 
 
 def _parameters(words: str) -> tuple[str, ...]:
@@ -83,29 +80,20 @@ def _parameters(words: str) -> tuple[str, ...]:
 
 def check(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse before the work what would go wrong after it."""
-    _options.check_outputs(parser, options, _files(options))
-
-
-def _files(options: argparse.Namespace) -> list[Path]:
-    return [getattr(options, name) for name in FILES]
+    _options.check_outputs(parser, options, [getattr(options, name) for name in FILES])
 
 
 def run(options: argparse.Namespace) -> Outcome:
     """Adjust the network of the files, and report it."""
-    files = _files(options)
+    files = [getattr(options, name) for name in FILES]
     interior, exterior, points, image = files
-    network = bundle.read(
-        interior, exterior, points, image, options.lens, sigma=options.sigma
-    )
+    settings = {"lens": options.lens, "sigma": options.sigma}
+    network = bundle.read(interior, exterior, points, image, **settings)
     _refuse_too_large(network)
     found = _adjusted(network, options)
     about = f"From {', '.join(printable(path.name) for path in files)}."
-    reports = _options.written(
-        options,
-        lambda: report.text(found, about=about),
-        lambda: report.html(found, about=about),
-    )
-    return Outcome(report.text(found, about=about, short=True), reports)
+    text = partial(report.text, found, about=about)
+    return _options.outcome(options, text, partial(report.html, found, about=about))
 
 
 def _adjusted(
@@ -115,17 +103,14 @@ def _adjusted(
     settings = {"estimate": options.estimate, "datum": options.datum}
     settings["progress"] = sys.stderr.isatty()
     wrong = doubt(network)
-    found: bundle.Bundle | bundle.Snooping
     try:
-        if options.snoop:
-            found = bundle.snoop(network, **settings)
-            result = found.result
-        else:
-            found = result = bundle.adjust(network, **settings)
+        work = bundle.snoop if options.snoop else bundle.adjust
+        found: bundle.Bundle | bundle.Snooping = work(network, **settings)
     except (ValueError, ArithmeticError) as error:
         if wrong is None:
             raise
         raise ValueError(f"{wrong.words} The adjustment failed: {error}") from None
+    result = found.result if isinstance(found, bundle.Snooping) else found
     if result.status != "converged":
         cause = (
             wrong.words

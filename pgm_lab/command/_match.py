@@ -1,6 +1,7 @@
 """pgm_lab match: points of one photo in another."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,19 @@ import numpy as np
 
 from pgm_lab import matching, observations
 from pgm_lab.command import _options
-from pgm_lab.command._options import TABLES, Outcome, Output, Parser, odd, share
-from pgm_lab.io import text
+from pgm_lab.command._options import (
+    TABLES,
+    Outcome,
+    Parser,
+    add,
+    odd,
+    positive,
+    share,
+    whole,
+)
 from pgm_lab.io.files import printable
 from pgm_lab.io.photo import COLOURS
+from pgm_lab.io.text import read_table
 from pgm_lab.matching.pair import STARTS
 from pgm_lab.report import matching as report
 
@@ -34,7 +44,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "colour": {"choices": COLOURS},
     "threshold": {"type": share, "metavar": "R"},
     "ratio": {"type": share, "metavar": "SHARE"},
-    "back": {"type": _options.positive, "metavar": "PX"},
+    "back": {"type": positive, "metavar": "PX"},
     "least_quality": {"type": share, "metavar": "Q"},
 }
 
@@ -44,31 +54,23 @@ def add_options(parser: Parser) -> None:
     parser.add_argument("left", type=Path, help="photo in which the points are chosen")
     parser.add_argument("right", type=Path, help="photo in which they are sought")
     where = parser.add_mutually_exclusive_group()
-    points = "points to match: column row, one a line; picked when missing"
-    _options.add_file(where, "--points", points)
-    words = report.SETTINGS["number"]
-    where.add_argument("--number", type=_options.whole, metavar="N", help=words)
+    words = "points to match: column row, one a line; picked when missing"
+    add(where, "--points", words)
+    add(where, "--number", report.SETTINGS["number"], whole, "N")
     for name, kind in OPTIONS.items():
         option = "--" + name.removeprefix("least_")
         parser.add_argument(option, dest=name, help=report.SETTINGS[name], **kind)
     _options.add_outputs(parser)
     _options.add_csv(parser)
-    image = "write the image file of pgm_lab adjust: photos 1 and 2, in mm"
-    _options.add_file(parser, "--image-csv", image)
-    parser.add_argument(
-        "--pixel-size",
-        type=_options.positive,
-        metavar="MM",
-        help="size of a pixel, for --image-csv",
-    )
+    words = "write the image file of pgm_lab adjust: photos 1 and 2, in mm"
+    add(parser, "--image-csv", words)
+    words = "size of a pixel, for --image-csv"
+    add(parser, "--pixel-size", words, positive, "MM")
 
 
 def check(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse before the work what would go wrong after it."""
-    tables = (
-        Output("--csv", options.csv, TABLES),
-        Output("--image-csv", options.image_csv, TABLES),
-    )
+    tables = ("--csv", options.csv, TABLES), ("--image-csv", options.image_csv, TABLES)
     inputs = options.left, options.right, options.points
     _options.check_outputs(parser, options, inputs, *tables)
     if options.image_csv is not None and options.pixel_size is None:
@@ -88,7 +90,7 @@ def run(options: argparse.Namespace) -> Outcome:
         begin()
         if options.points is not None:
             columns = ("column", "row")
-            table = text.read_table(options.points, "points", columns, 0)
+            table = read_table(options.points, "points", columns, 0)
             settings["points"] = table.values
         colour = options.colour or COLOURS[0]
         left = matching.read(options.left, "left", colour=colour)
@@ -100,16 +102,14 @@ def run(options: argparse.Namespace) -> Outcome:
         begin()
         about = f"From {printable(options.left.name)}, {printable(options.right.name)}."
         words: dict[str, Any] = {"settings": settings, "about": about}
-        files = _options.written(
-            options,
-            lambda: report.text(found, **words),
-            lambda: report.html(found, left, right, **words),
-        )
+        files: dict[Path, str | bytes] = {}
         if options.csv is not None:
             files[options.csv] = found.csv()
         if options.image_csv is not None:
             files[options.image_csv] = _image_file(found, options.pixel_size)
-        return Outcome(report.text(found, **words, short=True), files)
+        text = partial(report.text, found, **words)
+        html = partial(report.html, found, left, right, **words)
+        return _options.outcome(options, text, html, files)
 
 
 def _image_file(found: matching.Match, pixel_size: float) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import math
 import os
 import stat
 import sys
@@ -31,12 +32,18 @@ class Outcome(NamedTuple):
     files: Mapping[Path, str | bytes]
 
 
-class Output(NamedTuple):
-    """A file to write, the option that names it, and how its name may end."""
-
-    option: str
-    path: Path | None
-    endings: Sequence[str]
+def outcome(
+    options: argparse.Namespace,
+    text: Callable[..., str],
+    html: Callable[[], str],
+    more: Mapping[Path, str | bytes] | None = None,
+) -> Outcome:
+    """Make the short report, the long ones that were asked for, and more files."""
+    reports = {
+        path: text() if path.suffix.lower() == ".txt" else html()
+        for path in options.report
+    }
+    return Outcome(text(short=True), reports | dict(more or {}))
 
 
 @contextlib.contextmanager
@@ -59,74 +66,47 @@ def progress(*steps: str) -> Iterator[Callable[[], None]]:
 # --- Options ---
 
 
-def add_file(parser: Any, option: str, words: str) -> None:
-    """Add an option that takes a file."""
-    parser.add_argument(option, type=Path, metavar="FILE", help=words)
+def add(
+    parser: Any, option: str, words: str, kind: Any = Path, name: str = "FILE"
+) -> None:
+    """Add an option that takes a value, a file unless its kind is said."""
+    parser.add_argument(option, type=kind, metavar=name, help=words)
 
 
 def add_outputs(parser: Parser) -> None:
     """Add the options --report and --force."""
-    parser.add_argument(
-        "--report",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="write the whole report, as .html or .txt; may be given several times",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="replace files that exist already"
-    )
+    words = "write the whole report, as .html or .txt; may be given several times"
+    several: dict = {"action": "append", "default": [], "metavar": "FILE"}
+    parser.add_argument("--report", type=Path, help=words, **several)
+    words = "replace files that exist already"
+    parser.add_argument("--force", action="store_true", help=words)
 
 
 def add_csv(parser: Parser) -> None:
     """Add the option --csv."""
-    add_file(parser, "--csv", "write all points, whatever became of them")
-
-
-def written(
-    options: argparse.Namespace, text: Callable[[], str], html: Callable[[], str]
-) -> dict[Path, str | bytes]:
-    """Return the reports that were asked for."""
-    return {
-        path: text() if path.suffix.lower() == ".txt" else html()
-        for path in options.report
-    }
+    add(parser, "--csv", "write all points, whatever became of them")
 
 
 # --- Kinds of values ---
 
 
-def number(word: str) -> float:
-    """Read a finite number."""
-    return _number(word, "a number", -float("inf"))
+def _number(what: str, good: Callable[[float], bool]) -> Callable[[str], float]:
+    """Return what reads a finite number of some kind."""
 
-
-def positive(word: str) -> float:
-    """Read a number above zero."""
-    return _number(word, "a number above zero", 0.0)
-
-
-def _number(word: str, what: str, above: float) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = float("nan")
-    if not above < value < float("inf"):
+    def read(word: str) -> float:
+        with contextlib.suppress(ValueError):
+            value = float(word)
+            if math.isfinite(value) and good(value):
+                return value
         hint = "; a decimal needs a point" if "," in word else ""
         raise argparse.ArgumentTypeError(f"{word!r} is not {what}{hint}")
-    return value
+
+    return read
 
 
-def share(word: str) -> float:
-    """Read a number from 0 to 1."""
-    try:
-        value = float(word)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"{word!r} is not a number from 0 to 1")
-    return value
+number = _number("a number", lambda value: True)
+positive = _number("a number above zero", lambda value: value > 0)
+share = _number("a number from 0 to 1", lambda value: 0 <= value <= 1)
 
 
 def whole(word: str) -> int:
@@ -154,17 +134,20 @@ def check_outputs(
     parser: Parser,
     options: argparse.Namespace,
     inputs: Sequence[Path | None],
-    *more: Output,
+    *more: tuple[str, Path | None, Sequence[str]],
 ) -> None:
-    """Refuse files that cannot be written, or are an input or another output."""
-    reports = [Output("--report", path, REPORTS) for path in options.report]
+    """Refuse files that cannot be written, or are an input or another output.
+
+    `more` are an option, its file or None, and the endings that its name may have.
+    """
+    reports = [("--report", path, REPORTS) for path in options.report]
     outputs = [
-        (one.option, one.path, one.endings) for one in (*reports, *more) if one.path
+        *reports,
+        *((option, path, endings) for option, path, endings in more if path),
     ]
     for option, path, endings in outputs:
         if wrong := _wrong(path, endings, options.force):
             parser.error(f"{option} {path}: {wrong}")
-    for option, path, _ in outputs:
         for read in inputs:
             if read and same_file(read, path):
                 parser.error(f"{option} {path}: this is the input {read}")

@@ -3,6 +3,7 @@
 import argparse
 import importlib.util
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,8 @@ from pgm_lab.command import _options
 from pgm_lab.command._options import (
     TABLES,
     Outcome,
-    Output,
     Parser,
+    add,
     number,
     odd,
     positive,
@@ -55,13 +56,12 @@ def add_options(parser: Parser) -> None:
     parser.add_argument("reference", type=Path, help="image that is taken as right")
     parser.add_argument("sensed", type=Path, help="image that is compared with it")
     where = parser.add_mutually_exclusive_group()
-    points = "points of the reference image: column row, one a line"
-    _options.add_file(where, "--points", points)
-    _options.add_file(where, "--map-points", "the same as x y on its map")
-    words = report.SETTINGS["grid"]
-    where.add_argument("--grid", type=whole, metavar="STEP", help=words)
+    words = "points of the reference image: column row, one a line"
+    add(where, "--points", words)
+    add(where, "--map-points", "the same as x y on its map")
+    add(where, "--grid", report.SETTINGS["grid"], whole, "STEP")
     words = f"{report.SETTINGS['number']}; {NUMBER} when missing"
-    where.add_argument("--number", type=whole, metavar="N", help=words)
+    add(where, "--number", words, whole, "N")
     for name, kind in OPTIONS.items():
         option = "--" + name.replace("_", "-")
         parser.add_argument(option, dest=name, help=report.SETTINGS[name], **kind)
@@ -72,24 +72,19 @@ def add_options(parser: Parser) -> None:
         help="what is fitted to the shifts of the points: one shift for all, or scales,"
         " rotation and shear too",
     )
-    words = "band to read, from 1"
-    parser.add_argument("--band", type=whole, metavar="N", help=words)
-    words = "grey value that is no data"
-    parser.add_argument("--nodata", type=number, metavar="VALUE", help=words)
+    add(parser, "--band", "band to read, from 1", whole, "N")
+    add(parser, "--nodata", "grey value that is no data", number, "VALUE")
     words = "of the reference image, where the file does not say it"
-    parser.add_argument("--pixel-size", type=positive, metavar="METRES", help=words)
+    add(parser, "--pixel-size", words, positive, "METRES")
     _options.add_outputs(parser)
     _options.add_csv(parser)
     words = "write the sensed image in the pixels of the reference image, as GeoTIFF"
-    _options.add_file(parser, "--resampled", words)
+    add(parser, "--resampled", words)
 
 
 def check(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse before the work what would go wrong after it."""
-    files = (
-        Output("--csv", options.csv, TABLES),
-        Output("--resampled", options.resampled, RASTERS),
-    )
+    files = ("--csv", options.csv, TABLES), ("--resampled", options.resampled, RASTERS)
     inputs = options.reference, options.sensed, options.points, options.map_points
     _options.check_outputs(parser, options, inputs, *files)
     if options.resampled is not None and not importlib.util.find_spec("rasterio"):
@@ -107,7 +102,10 @@ def run(options: argparse.Namespace) -> Outcome:
     with _options.progress(*steps) as begin:
         begin()
         reference, sensed = _read(options)
-        offset = _offset(options, reference, sensed)
+        # By how many pixels (column, row) the sensed image is ahead
+        offset = np.array(options.offset)
+        if options.offset is None:
+            offset = registration.offset(reference, sensed)
         settings = _settings(options, reference, offset)
         begin()
         found = _register(reference, sensed, settings, offset)
@@ -126,15 +124,13 @@ def run(options: argparse.Namespace) -> Outcome:
             "settings": settings,
             "about": "Reference image {}, sensed image {}.".format(*names),
         }
-        both = found, reference, sensed
-        files |= _options.written(
-            options,
-            lambda: report.text(*both, **words),
-            lambda: report.html(*both, **words),
-        )
         if options.csv is not None:
             files[options.csv] = _csv(found, reference)
-        return Outcome(report.text(*both, **words, short=True), files)
+        both = found, reference, sensed
+        text, html = (
+            partial(one, *both, **words) for one in (report.text, report.html)
+        )
+        return _options.outcome(options, text, html, files)
 
 
 def _read(options: argparse.Namespace) -> tuple[Raster, Raster]:
@@ -152,15 +148,6 @@ def _read(options: argparse.Namespace) -> tuple[Raster, Raster]:
     return reference, sensed
 
 
-def _offset(
-    options: argparse.Namespace, reference: Raster, sensed: Raster
-) -> np.ndarray:
-    """Return by how many pixels (column, row) the sensed image is ahead."""
-    if options.offset is None:
-        return registration.offset(reference, sensed)
-    return np.array(options.offset)
-
-
 def _settings(
     options: argparse.Namespace, reference: Raster, offset: np.ndarray
 ) -> dict[str, Any]:
@@ -172,13 +159,14 @@ def _settings(
     if options.offset is not None or reference.transform is not None:
         settings["offset"] = offset
     if options.points is not None:
-        return {"points": registration.read_points(options.points), **settings}
-    if options.map_points is not None:
-        points = registration.read_points(options.map_points, reference)
-        return {"points": points, **settings}
-    if options.grid is not None:
-        return {"grid": options.grid, **settings}
-    return {"number": options.number or NUMBER, **settings}
+        settings["points"] = registration.read_points(options.points)
+    elif options.map_points is not None:
+        settings["points"] = registration.read_points(options.map_points, reference)
+    elif options.grid is not None:
+        settings["grid"] = options.grid
+    else:
+        settings["number"] = options.number or NUMBER
+    return settings
 
 
 def _register(
@@ -239,10 +227,9 @@ def _csv(found: Registration, reference: Raster) -> str:
     """Return all points with every digit, with their map coordinates if known."""
     if reference.transform is None:
         return found.csv()
-    head, *rows = found.csv().splitlines()
     on_map = [f"{x!r},{y!r}" for x, y in reference.map(found.points).tolist()]
-    lines = []
-    for row, place in zip((head, *rows), ("x on the map,y on the map", *on_map)):
+    places, lines = ("x on the map,y on the map", *on_map), []
+    for row, place in zip(found.csv().splitlines(), places):
         *at, rest = row.split(",", 3)  # behind number, column and row
         lines.append(",".join([*at, place, rest]))
     return "\n".join([*lines, ""])

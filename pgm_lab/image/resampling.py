@@ -140,12 +140,12 @@ def resample(
         pieces = max(1, x.size // CHUNK)
         parts = zip(*(np.array_split(c.ravel(), pieces) for c in (x, y)), strict=True)
         weights = _WEIGHTS[method]
-        grey = np.concatenate([_weighted_sum(image, u, v, weights) for u, v in parts])
+        grey = np.concatenate([weighted_sum(image, u, v, weights) for u, v in parts])
     grey = grey.reshape(x.shape)
     return grey if outside is None else np.where(beyond, float(outside), grey)
 
 
-def _weighted_sum(
+def weighted_sum(
     image: np.ndarray,
     x: np.ndarray,
     y: np.ndarray,
@@ -193,7 +193,7 @@ def _bilinear(x: np.ndarray) -> tuple[np.ndarray, list]:
     return first.astype(int), [1 - t, t]
 
 
-def _cubic(x: np.ndarray, a: float = -0.5) -> tuple[np.ndarray, list]:
+def cubic_weights(x: np.ndarray, a: float = -0.5) -> tuple[np.ndarray, list]:
     """Cubic convolution; only with a = -0.5 is it exact for second degree."""
 
     def near(s: np.ndarray) -> np.ndarray:  # distance 0 to 1
@@ -207,6 +207,6 @@ def _cubic(x: np.ndarray, a: float = -0.5) -> tuple[np.ndarray, list]:
     return first.astype(int) - 1, [far(1 + t), near(t), near(1 - t), far(2 - t)]
 
 
-_WEIGHTS = {"nearest": _nearest, "bilinear": _bilinear, "cubic": _cubic}
+_WEIGHTS = {"nearest": _nearest, "bilinear": _bilinear, "cubic": cubic_weights}
 _ORDERS = {"spline3": 3, "spline5": 5}
 METHODS = (*_WEIGHTS, *_ORDERS)

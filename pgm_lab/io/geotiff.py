@@ -65,7 +65,7 @@ class Raster:
     path : str or None
         File it was read from.
     remark : str
-        What is not known of its place on the map, and what to do.
+        What is not known of its place on the map.
     """
 
     grey: np.ndarray = field(repr=False)
@@ -94,65 +94,18 @@ class Raster:
         return np.ma.array(self.grey, mask=self.mask) if self.mask.any() else self.grey
 
     def map(self, pixels: ArrayLike) -> np.ndarray:
-        """Return map coordinates.
-
-        Parameters
-        ----------
-        pixels : array_like (..., 2)
-            (column, row), whole numbers at pixel centres.
-
-        Returns
-        -------
-        ndarray (..., 2)
-            (x, y) in the unit of the coordinate reference system.
-
-        Raises
-        ------
-        ValueError
-            If there is no georeference, or pixels are not (..., 2) or not finite.
-        """
+        """Map coordinates (..., 2), (x, y), of pixels (column, row)."""
         A, corner = self.affine()
         return (_validate.points(pixels, 2, "pixels") + 0.5) @ A.T + corner
 
     def pixels(self, map_points: ArrayLike) -> np.ndarray:
-        """Return pixel coordinates.
-
-        Parameters
-        ----------
-        map_points : array_like (..., 2)
-            (x, y) in the unit of the coordinate reference system.
-
-        Returns
-        -------
-        ndarray (..., 2)
-            (column, row), whole numbers at pixel centres; not rounded.
-
-        Raises
-        ------
-        ValueError
-            If there is no georeference, or map_points are not (..., 2) or not finite.
-        """
+        """Pixels (..., 2), (column, row), of map points (x, y)."""
         A, corner = self.affine()
         points = _validate.points(map_points, 2, "map_points")
         return (points - corner) @ np.linalg.inv(A).T - 0.5
 
     def with_values(self, values: ArrayLike) -> Self:
-        """Return other pixels in the same place.
-
-        Parameters
-        ----------
-        values : array_like (rows, columns)
-            Grey values in this image's grid; masked or NaN where there are none.
-
-        Returns
-        -------
-        Raster
-
-        Raises
-        ------
-        ValueError
-            If they have another shape.
-        """
+        """Other values (rows, columns) in the same place; no data if masked or NaN."""
         values = _validate.grey_image(values, "values")
         if values.shape != self.grey.shape:
             raise ValueError(
@@ -163,13 +116,7 @@ class Raster:
         return replace(self, grey=np.ma.getdata(values), mask=mask, path=None)
 
     def affine(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the 2 x 2 matrix from pixels to the map, and the first corner (2,).
-
-        Raises
-        ------
-        ValueError
-            If there is no georeference.
-        """
+        """Return the 2 x 2 matrix from pixels to the map, and the first corner (2,)."""
         if self.transform is None:
             raise ValueError(
                 f"{self.path or 'this image'} has no georeference, so that its pixels"
@@ -186,9 +133,8 @@ def read(
     Parameters
     ----------
     path : str or path
-        GeoTIFF or JPEG 2000, if rasterio is installed (the extra geo, or ``pip install
-        rasterio``); or an image without georeference, such as PNG or JPEG. The content
-        decides, not the name.
+        GeoTIFF or JPEG 2000, if rasterio is installed (``pip install rasterio``); or an
+        image without georeference, such as PNG or JPEG. The content decides.
     band : int, optional
         Number of the band, from 1; not needed if there is one only.
     nodata : float, optional
@@ -257,7 +203,7 @@ def write(path: str | os.PathLike, raster: Raster, *, overwrite: bool = False) -
     Returns
     -------
     Path
-        The file, which is written atomically.
+        The file, written atomically.
 
     Raises
     ------
@@ -456,7 +402,7 @@ def _band(file: Any, name: str, band: int | None) -> int:
 
 
 def _choose(name: str, bands: Sequence[str], band: int | None) -> ValueError:
-    """What to say of a file with several bands, or without the one that was chosen."""
+    """Error for a file with several bands, or without the chosen one."""
     many = len(bands)
     more = ", ..." if many > 12 else ""
     wrong = f", and no band {band}" if band is not None else ""

@@ -30,9 +30,8 @@ def read(
     Parameters
     ----------
     photo : str, path, PIL.Image.Image or array_like
-        A file that Pillow opens: JPEG, PNG, TIFF and more. An array has (rows,
-        columns), with the channels red, green and blue, perhaps alpha, in a third axis;
-        it may be masked.
+        A file that Pillow opens: JPEG, PNG, TIFF and more; or an array (rows, columns),
+        perhaps masked, with red, green, blue and perhaps alpha in a third axis.
     name : str
         What messages call it.
     colour : {"refuse", "grey"}
@@ -42,18 +41,17 @@ def read(
     Returns
     -------
     ndarray or MaskedArray (rows, columns)
-        Grey values in their own type, 8 or 16 bit or float; of colours in float32. As
-        the camera was held: the orientation that EXIF states is followed. Masked where
-        a value is NaN or infinite, or transparent by more than half; an array without a
-        mask if all pixels have data.
+        Grey values in their own type, 8 or 16 bit or float; of colours in float32.
+        Upright as EXIF states. Masked where a value is NaN, infinite, or more than half
+        transparent; an array without a mask if all pixels have data.
 
     Raises
     ------
     FileNotFoundError, OSError
         If the file cannot be read.
     ValueError
-        If it is empty, damaged or no image, has too many pixels, or colours that
-        nobody asked to turn into grey; or an array is not what is described here.
+        If it is empty, damaged or no image, has too many pixels, or colours without
+        `colour`.
 
     Examples
     --------
@@ -108,10 +106,10 @@ def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
         columns, rows = image.size
         if tags := getattr(
             image, "tag_v2", None
-        ):  # the size of a TIFF is turned already
+        ):  # a TIFF states its upright size already
             columns, rows = tags[256], tags[257]
-        turned = image.getexif().get(ORIENTATION, 1) >= 5
-        return (columns, rows) if turned else (rows, columns)
+        sideways = image.getexif().get(ORIENTATION, 1) >= 5
+        return (columns, rows) if sideways else (rows, columns)
 
 
 def native(values: np.ndarray) -> np.ndarray:

@@ -71,7 +71,7 @@ class Table(NamedTuple):
         return ids.astype(np.int64)
 
     def refuse_repeated(self, keys: np.ndarray, what: str, *values: np.ndarray) -> None:
-        """Refuse a row whose key stands in a row above it."""
+        """Refuse a row whose key occurs in a row above it."""
         _, first, which = np.unique(keys, return_index=True, return_inverse=True)
         above = first[which]
         again = above != np.arange(len(keys))
@@ -177,7 +177,7 @@ def decimal_comma(line: str) -> str | None:
 def _floats(
     path: Path, line: np.ndarray, rows: list[list[str]], ids: int
 ) -> np.ndarray:
-    """Turn the words of all lines into numbers, or say which word is none."""
+    """Numbers of the words of all lines; an error names the first that is none."""
     words = " ".join(word for row in rows for word in row)
     if not _ODD.search(words):
         try:
@@ -193,7 +193,7 @@ def _floats(
 
 
 def _hint(row: list[str], k: int, ids: int, first: bool) -> str:
-    """Say what to do about the k-th word of a row, which is no number."""
+    """What to do about the k-th word of a row, which is not a number."""
     word = row[k]
     numbers = sum(1 for one in row if _NUMBER.fullmatch(one))
     if _NUMBER.fullmatch(word.translate(_MINUS)):

@@ -1,8 +1,8 @@
 """The iteration of least squares matching, for some points at a time.
 
 Parts of the right image around the points are cut out once and resampled in each
-iteration: quickly at first, then by the spline of `_fine`. What fails is tried again
-from where blurred images take it.
+iteration: quickly at first, then by the spline of `half_pixels`. What fails is tried
+again from where blurred images take it.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from pgm_lab.image.resampling import mirrored
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _normal_equations, half_pixels
 from pgm_lab.lsm._normal_equations import put, take
 
 STATUS = "<U40"
@@ -23,7 +23,9 @@ MAX_REMAP = 32_766  # px, what cv2.remap can address
 SPLINE = -1  # besides OpenCV's names
 METHODS = cv2.INTER_LINEAR, cv2.INTER_LANCZOS4, SPLINE  # from rough to fine
 COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
-AROUND = _fine.RADIUS + 1  # px to each side that the spline, and all others, rest on
+AROUND = (
+    half_pixels.RADIUS + 1
+)  # px to each side that the spline, and all others, rest on
 PATIENCE = 4  # iterations before the derivatives of both windows are used
 SLACK = 1.0  # px a window may move before its part is cut anew; then twice as much
 MAX_STRETCH = 3  # half windows that a corner may lie from the middle along x or y
@@ -160,7 +162,7 @@ def _windows(
     digits), how many pixels have texture, and a status, which is that of a template
     that cannot be matched; "not converged" of all others, for now.
     """
-    grey = cut(left, pixels, s.half + _fine.RADIUS + margin(blur))
+    grey = cut(left, pixels, s.half + half_pixels.RADIUS + margin(blur))
     means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
     no_data = np.isnan(means[:, 0])
     if s.radiometric:
@@ -172,7 +174,7 @@ def _windows(
     stack = blurred(grey.reshape(-1, size), blur)
     middle = np.stack([np.zeros(m, int), np.arange(m) * size], axis=1) + size // 2
     template = _normal_equations.templates(
-        stack, _fine.gradient(stack), middle, s.half, s.radiometric
+        stack, half_pixels.gradient(stack), middle, s.half, s.radiometric
     )
     status = np.full(m, "not converged", dtype=STATUS)
     status[template.singular] = "position not determined"
@@ -332,7 +334,7 @@ class Parts:
     @cached_property
     def fine(self) -> np.ndarray:
         """Coefficients of splines through the grey values."""
-        return _fine.inner_coefficients(self.grey)
+        return half_pixels.inner_coefficients(self.grey)
 
     def at(self, X: np.ndarray, k: np.ndarray, method: int) -> np.ndarray:
         """Grey values at X (j, 2, pixels) of the windows k (j,).
@@ -344,10 +346,10 @@ class Parts:
         size = self.grey.shape[1]
         place = self.place[k, None]
         if method == SPLINE:
-            inner = size - 2 * _fine.RADIUS
-            y = y - _fine.RADIUS + place * inner
+            inner = size - 2 * half_pixels.RADIUS
+            y = y - half_pixels.RADIUS + place * inner
             fine = self.fine.reshape(-1, 2 * inner)
-            return _fine.sample(fine, x - _fine.RADIUS, y)
+            return half_pixels.sample(fine, x - half_pixels.RADIUS, y)
         y += place * size
         x, y = x.astype(np.float32), y.astype(np.float32)
         return cv2.remap(self.grey.reshape(-1, size), x, y, method).astype(float)
@@ -356,8 +358,8 @@ class Parts:
 def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
     """Parts (m, size, size) of an image, as far to each side of the pixels (m, 2).
 
-    Beyond its edge the image is mirrored, as the filters of `_fine` do. Pixels that are
-    masked, NaN or infinite become NaN: what rests on them is NaN too.
+    Beyond its edge the image is mirrored, as the filters of `half_pixels` do. Pixels
+    that are masked, NaN or infinite become NaN: what rests on them is NaN too.
     """
     size, shape = 2 * reach + 1, np.array(image.shape[::-1])
     found = np.empty((len(pixels), size, size))

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from pgm_lab.adjustment import normal
-from pgm_lab.lsm import _fine
+from pgm_lab.lsm import half_pixels
 
 # Share of its sum of squares below which what is left of a window is rounding
 ROUNDING = 1e-13
@@ -222,7 +222,7 @@ def precision(
         N[:, :m, m] = N[:, m, :m] = found.sums[:, :m]
         N[:, m, m] = found.square
     # S is diagonal: sums over a window of x, of y and of xy are zero
-    squares = _fine.derivative_gain(smooth) * (window_grid(half) ** 2).sum(axis=1)
+    squares = half_pixels.derivative_gain(smooth) * (window_grid(half) ** 2).sum(axis=1)
     S, other = np.zeros((2, len(T), u))
     S[:, :3] = S[:, 3:6] = of_left[:, None] * squares
     other[:, :6] = of_right[:, None]
@@ -258,11 +258,11 @@ def _observation_equations(
 
 
 def _noise_gain(T: np.ndarray, half: int) -> np.ndarray:
-    """Mean of `_fine.noise_gain` over some pixels of the windows T (m, 2, 3)."""
+    """Mean of `half_pixels.noise_gain` over some pixels of the windows T (m, 2, 3)."""
     some = np.rint(np.linspace(-half, half, 7))
     x, y = (part.ravel() for part in np.meshgrid(some, some))
     column, row = np.moveaxis(T @ np.array([np.ones_like(x), x, y]), 1, 0)
-    return _fine.noise_gain(column, row).mean(axis=1)
+    return half_pixels.noise_gain(column, row).mean(axis=1)
 
 
 def _weakest_gradient(N: np.ndarray) -> np.ndarray:

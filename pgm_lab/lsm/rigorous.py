@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 from pgm_lab.adjustment import Adjustment
 from pgm_lab.adjustment import adjust as least_squares
-from pgm_lab.lsm import _fine
+from pgm_lab.lsm import half_pixels
 from pgm_lab.lsm._normal_equations import window_grid
 
 NAMES = ("a0", "a1", "a2", "b0", "b1", "b2", "h0", "h1")
@@ -101,7 +101,7 @@ def adjust(
         ~inside.all(axis=1), "the windows of points {} leave the left image"
     )
     mean = right.mean()
-    fine = _fine.coefficients(right - mean)
+    fine = half_pixels.coefficients(right - mean)
     last_row, last_column = np.array(right.shape) - 1
     u = 8 if radiometric else 6
 
@@ -111,8 +111,8 @@ def adjust(
         h0, h1 = (p[:, [6]], p[:, [7]]) if radiometric else (0.0, 1.0)
         X, Y = x - offset[:, :1], y - offset[:, 1:]
         column, row = a0 + a1 * X + a2 * Y, b0 + b1 * X + b2 * Y
-        B = mean + _fine.sample(fine, column, row)
-        Bx, By = _fine.sample_gradient(fine, column, row)
+        B = mean + half_pixels.sample(fine, column, row)
+        Bx, By = half_pixels.sample_gradient(fine, column, row)
         outside = (column < 0) | (column > last_column) | (row < 0) | (row > last_row)
         B[outside] = np.nan
         A = np.stack(

@@ -82,7 +82,7 @@ def _covariance_of_slope(
 
     p and q are the shares of noise in the variances of the left and the right window.
     """
-    of_left, of_right = (np.einsum("kij,kij->k", one, one) for one in (left, right))
+    of_left, of_right = (_products(one, one) for one in (left, right))
     p, q = _shares(of_left, of_right, r, noise)
     # The gradients of the window with less noise, without what noise adds to them
     less = p <= q
@@ -107,7 +107,7 @@ def _one_sided(windows: np.ndarray) -> np.ndarray:
         np.stack([np.sum(windows[:, :, i] ** 2, 1), np.sum(windows[:, i] ** 2, 1)], 1)
         for i in (0, -1)
     )
-    return (last - first) / np.einsum("kij,kij->k", windows, windows)[:, None]
+    return (last - first) / _products(windows, windows)[:, None]
 
 
 def _shares(
@@ -126,12 +126,17 @@ def _gradients(windows: np.ndarray) -> np.ndarray:
         windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2],
         windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1],
     )
-    variance = np.einsum("kij,kij->k", windows, windows) / windows[0].size
+    variance = _products(windows, windows) / windows[0].size
     G = np.empty((len(windows), 2, 2))
     for i, j in ((0, 0), (0, 1), (1, 1)):
-        products = np.einsum("kij,kij->k", twice[i], twice[j])
+        products = _products(twice[i], twice[j])
         G[:, i, j] = G[:, j, i] = products / (4 * twice[0][0].size * variance)
     return G
+
+
+def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Sums (k,) of the products of two stacks of windows."""
+    return np.vecdot(a.reshape(len(a), -1), b.reshape(len(b), -1))
 
 
 def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""What the orientations share: small turns of a rotation, and fits that are as good.
+"""What the orientations share: small rotations, and fits that are equally good.
 
-R = matrix(omega, phi, kappa).T turns image (or model) space into object space. A small
-turn psi about the axes of object space makes it R + [psi]x R. Turns, unlike the angles,
-have no gimbal lock.
+R = matrix(omega, phi, kappa).T rotates image (or model) space into object space. A
+small rotation psi about the axes of object space makes it R + [psi]x R. It has no
+gimbal lock, unlike the angles.
 """
 
 import warnings
@@ -13,7 +13,7 @@ import scipy
 from pgm_lab import rotation
 from pgm_lab.camera import imaging
 
-# Beyond this standard deviation of a turn (rad) its linear propagation is a guess.
+# Beyond this standard deviation of a rotation (rad) its linear propagation is a guess.
 WEAK = 0.1
 
 # Probability with which errors of known size stay below the limit.
@@ -21,24 +21,22 @@ KNOWN = 0.999
 
 
 def axes(angles: np.ndarray) -> np.ndarray:
-    """Axes (..., 3, 3), one a column, about which each angle turns matrix(angles).T."""
+    """Axes (..., 3, 3), one a column, about which the angles rotate."""
     M = rotation.matrix(*np.moveaxis(angles, -1, 0))
     return np.swapaxes(M, -1, -2) @ imaging.axes_of_angles(M, angles[..., 2])
 
 
 def angles(R: np.ndarray) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Angles (3,) of R, their derivatives (3, 3) by small turns, and if it is gimbal.
-
-    With gimbal lock the rows of omega and kappa are NaN.
-    """
+    """Angles (3,) of R, their derivatives (3, 3), and if in gimbal lock."""
+    # In gimbal lock the rows of omega and kappa are NaN
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the return value says it
         found = rotation.angles(R.T)
-    by_turns = np.linalg.pinv(axes(found), rcond=1e-12)
+    by_rotation = np.linalg.pinv(axes(found), rcond=1e-12)
     locked = bool(rotation.is_gimbal(R.T))
     if locked:
-        by_turns[[0, 2]] = np.nan
-    return found, by_turns, locked
+        by_rotation[[0, 2]] = np.nan
+    return found, by_rotation, locked
 
 
 def cross_matrix(vectors: np.ndarray) -> np.ndarray:
@@ -57,11 +55,8 @@ def extents(points: np.ndarray) -> np.ndarray:
 def largest_objective(
     least: float, redundancy: int, sigma: float | None, level: float
 ) -> float:
-    """Sum of squares vᵀv up to which a solution fits as well as the one with the least.
-
-    By the chi-square distribution if the standard deviation sigma of an observation is
-    known, else by the `level` quantile of the ratio of two such sums.
-    """
+    """Largest sum of squares vᵀv that fits as well as the least one."""
+    # By chi-square if sigma is known, else by the `level` quantile of two sums' ratio
     if sigma is not None:
         return max(least, sigma**2 * scipy.stats.chi2.ppf(KNOWN, redundancy))
     return least * scipy.stats.f.ppf(level, redundancy, redundancy)

@@ -14,7 +14,8 @@ from pgm_lab.adjustment import adjust
 from pgm_lab.orientation import _common
 
 # Width over length of a set of points below which it counts as a line: the variance of
-# the turn about it grows with 1/width^2, and normal equations hold 12 digits of that.
+# the rotation about it grows with 1/width^2, and normal equations hold 12 digits of
+# that.
 LINE = 1e-6
 
 # Extent over size of coordinates below which points differ by their rounding alone.
@@ -40,23 +41,20 @@ class Absolute:
     residuals : ndarray (n, 3)
         v = computed - observed, in the unit of the target.
     standardized : ndarray (n, 3)
-        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
-        tau; 0 where nothing controls them.
+        Baarda's w with `sigma`, else Pope's tau; 0 where nothing controls them.
     sigma0 : float
-        Standard deviation of unit weight. Without `sigma` that of a target coordinate;
-        with it, how many times larger than expected the residuals are.
+        Standard deviation of unit weight; without `sigma` that of a target coordinate.
     redundancy : int
         3 n - 7.
     status : str
-        "converged"; "gimbal lock": omega and kappa are not separable (phi = +-90
-        degrees), their rows of `covariance` are NaN, all the rest holds; "weak
-        geometry": the points lie nearly on a line, the covariance is rough; else what
-        the adjustment reports.
+        "converged"; "gimbal lock": omega and kappa are not separable, their rows of
+        `covariance` are NaN; "weak geometry": the points lie nearly on a line, the
+        covariance is rough; or a status of `adjust`.
     centroid : ndarray (3,)
-        The source's centroid C, about which `local_covariance` is written.
+        Of the source, for `local_covariance`.
     local_covariance : ndarray (7, 7)
-        Of the scale, of small turns about the target's axes (radians), and of the
-        transformed centroid. It has no gimbal lock.
+        Of scale, small rotations about the target's axes, and transformed centroid; it
+        has no gimbal lock.
     """
 
     parameters: np.ndarray
@@ -93,10 +91,7 @@ class Absolute:
         return self.scale * local @ self.rotation.T + about
 
     def apply_covariance(self, points: ArrayLike) -> np.ndarray:
-        """Covariance (..., 3, 3) of transformed points, from that of the parameters.
-
-        The points themselves are taken as free of errors.
-        """
+        """Covariance (..., 3, 3) of transformed points, by that of the parameters."""
         local = _validate.points(points, 3, "points") - self.centroid
         J = _jacobian(self.scale, self.scale * local @ self.rotation.T)
         return J @ self.local_covariance @ np.swapaxes(J, -1, -2)
@@ -105,7 +100,7 @@ class Absolute:
 def absolute(
     source: ArrayLike, target: ArrayLike, sigma: ArrayLike | None = None
 ) -> Absolute:
-    """Fit scale, rotation and translation that turn source points into target points.
+    """Fit scale, rotation and translation from source points to target points.
 
     Parameters
     ----------
@@ -120,9 +115,8 @@ def absolute(
     Raises
     ------
     ValueError
-        If arguments are not as described, there are fewer than three points, all of
-        them lie at one place or on one line, or the target is the source's mirror
-        image.
+        If there are fewer than three points, all lie at one place or on one line, or
+        the target is the source's mirror image.
 
     Notes
     -----
@@ -132,8 +126,7 @@ def absolute(
     References
     ----------
     Horn 1987, "Closed-form solution of absolute orientation using unit quaternions",
-    JOSA A 4(4); Umeyama 1991, "Least-squares estimation of transformation parameters
-    between two point patterns", IEEE PAMI 13(4), for the start; Wolf and Dewitt 2000,
+    JOSA A 4(4); Umeyama 1991 (`rotation.best_fit`) for the start; Wolf and Dewitt 2000,
     "Elements of Photogrammetry", 3rd ed., for the adjustment.
 
     Examples
@@ -152,14 +145,15 @@ def absolute(
     local = (source - centroid) @ R0.T
 
     def transformed(x):
-        # Small turns of the closed form: unlike its angles they have no gimbal lock
-        turned = x[0] * local @ rotation.matrix(*x[1:4])
-        J = _jacobian(x[0], turned)
+        # Small rotations of the closed form: unlike its angles they have no gimbal lock
+        rotated = x[0] * local @ rotation.matrix(*x[1:4])
+        J = _jacobian(x[0], rotated)
         J[..., 1:4] = J[..., 1:4] @ _common.axes(x[1:4])
-        return (turned + x[4:]).ravel(), J.reshape(-1, 7)
+        return (rotated + x[4:]).ravel(), J.reshape(-1, 7)
 
-    # Adjust scale, turns and the shift of the centroid
-    names = ("scale", "turn about X", "turn about Y", "turn about Z", "TX", "TY", "TZ")
+    # Adjust scale, rotation and the shift of the centroid
+    rotations = (f"rotation about {axis}" for axis in "XYZ")
+    names = ("scale", *rotations, "TX", "TY", "TZ")
     result = adjust(
         transformed,
         start,
@@ -175,10 +169,10 @@ def absolute(
     variance = result.sigma0**2 if sigma is None else 1.0
     local_covariance = variance * L @ result.cofactor @ L.T
 
-    # From turns to angles, and from the centroid to the origin
-    angles, by_turns, locked = _common.angles(R)
+    # From small rotations to angles, and from the centroid to the origin
+    angles, by_rotation, locked = _common.angles(R)
     K = np.eye(7)
-    K[1:4, 1:4] = by_turns
+    K[1:4, 1:4] = by_rotation
     K[4:] = _jacobian(scale, -scale * R @ centroid)
     weak = np.linalg.eigvalsh(local_covariance[1:4, 1:4])[-1] > _common.WEAK**2
     status = "gimbal lock" if locked else "weak geometry" if weak else "converged"
@@ -238,10 +232,8 @@ def _checked(
 def _closed_form(
     source: np.ndarray, target: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Centroid of the source, start values (7,) and rotation that go with it.
-
-    Exact if each point has one weight in all directions.
-    """
+    """Centroid of the source, start values (7,) and their rotation."""
+    # Exact if each point has one weight in all directions
     p = 1 / (1 / weights).mean(axis=1)
     centroid, about = (
         np.average(points, axis=0, weights=p) for points in (source, target)
@@ -271,7 +263,7 @@ def _closed_form(
 
 
 def _jacobian(scale: float, y: np.ndarray) -> np.ndarray:
-    """Derivatives (..., 3, 7) of y = scale R p + shift by scale, small turns, shift."""
+    """Derivatives (..., 3, 7) of scale R p + shift by scale, small rotations, shift."""
     J = np.zeros((*y.shape, 7))
     J[..., 0] = y / scale
     J[..., 1:4] = -_common.cross_matrix(y)

@@ -29,15 +29,16 @@ class Coplanarity:
         smallest corrections that make the rays meet amount to.
     left, right : ndarray (..., n, 2)
         These corrections v', v''.
-    by_base, by_turns : ndarray (..., n, 3)
-        Derivatives of the distance by the base and by small turns of the right photo.
+    by_base, by_rotation : ndarray (..., n, 3)
+        Derivatives of the distance by the base and by small rotations of the right
+        photo.
     """
 
     distance: np.ndarray
     left: np.ndarray
     right: np.ndarray
     by_base: np.ndarray
-    by_turns: np.ndarray
+    by_rotation: np.ndarray
 
 
 def condition(
@@ -79,12 +80,12 @@ def by_image(
 def by_orientation(
     base: np.ndarray, u1: np.ndarray, u2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of F by base and by small turns of the right photo: B in (M 2.37).
+    """Derivatives of F by base and small rotations of the right photo: B in (M 2.37).
 
-    For rays u' and u'' (..., n, 3) in object space. By the base it is u' x u''. A small
-    turn psi moves u'' by psi x u'' and F, then, by psi . (u'' x (b x u')). Omega turns
-    about the X axis at any attitude: the first component is the derivative by it. Phi
-    and kappa turn about other axes, see `_common.axes`: (M 2.36), (M 2.41) to (M 2.45).
+    For rays u' and u'' (..., n, 3) in object space: u' x u'' by the base. A small
+    rotation psi moves u'' by psi x u'' and so F by psi . (u'' x (b x u')). Omega
+    rotates about X at any attitude, phi and kappa about `_common.axes`:
+    (M 2.36), (M 2.41) to (M 2.45).
 
     Examples
     --------
@@ -101,14 +102,11 @@ def distances(
 ) -> Coplanarity:
     """Distance of each pair of image points from the surface of coplanar ones.
 
-    The corrections v are least in vᵀv under F(l + v) = 0, so they are parallel to the
-    gradient of F in l + v. When a parameter p changes, the surface moves by
-    dF/dp / |dF/dl| at that foot point: the derivative of the distance. Hence a
-    Gauss-Markov adjustment of the distances is that of the conditions (M 2.37), which
-    need -F on the right, and not F.
-
-    The iteration to the foot point is that of Lindstrom 2010, "Triangulation made
-    easy", CVPR.
+    The least corrections v under F(l + v) = 0 are parallel to the gradient of F in l +
+    v. A parameter p moves the surface there by dF/dp / |dF/dl|, the derivative of the
+    distance: to adjust the distances is to adjust the conditions (M 2.37), which need
+    -F on the right. Iteration to the foot point: Lindstrom 2010, "Triangulation made
+    easy".
 
     Examples
     --------
@@ -136,9 +134,9 @@ def distances(
     v1, v2 = -t[..., None] * n1, -t[..., None] * n2
     u1 = corrected(left, v1)
     u2 = corrected(right, v2) @ np.swapaxes(R, -1, -2)
-    by_base, by_turns = by_orientation(base, u1, u2)
+    by_base, by_rotation = by_orientation(base, u1, u2)
     per_slope = np.where(slope > 0, slope, np.inf)[..., None]
-    return Coplanarity(t * slope, v1, v2, by_base / per_slope, by_turns / per_slope)
+    return Coplanarity(t * slope, v1, v2, by_base / per_slope, by_rotation / per_slope)
 
 
 def corrected(rays: np.ndarray, v: np.ndarray) -> np.ndarray:

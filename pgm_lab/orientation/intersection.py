@@ -24,8 +24,7 @@ class Intersection:
     points : ndarray (n, 3)
         Object points; NaN where the status is not "intersected".
     covariance : ndarray (n, 3, 3)
-        Their covariance, from `sigma` if it was given, else from the sigma0 of all
-        points together: that of a single point rests on one redundancy only.
+        From `sigma`, else from the sigma0 of all points together.
     sigma0 : ndarray (n,)
         Standard deviation of an image coordinate from this point's residuals, in mm.
     redundancy : ndarray (n,) of int
@@ -33,8 +32,8 @@ class Intersection:
     residuals : ndarray (photos, n, 2)
         v = computed - observed, in mm; NaN where the photo does not show the point.
     standardized : ndarray (photos, n, 2)
-        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
-        tau, each point by its own sigma0; 0 where nothing controls them.
+        Baarda's w with `sigma`, else Pope's tau by the sigma0 of the point; 0 where
+        nothing controls them.
     angle : ndarray (n,)
         Angle of intersection in radians: the largest between the first ray and another.
     status : ndarray (n,) of str
@@ -62,7 +61,7 @@ def intersect(
 ) -> Intersection:
     """Intersect the rays of each point, and adjust it to its image points.
 
-    The start is the point nearest to all rays, which needs no approximation.
+    No start values are needed: the point nearest to all rays is one.
 
     Parameters
     ----------
@@ -81,8 +80,7 @@ def intersect(
     Raises
     ------
     ValueError
-        If arguments are not as described, there are fewer than two photos, two photos
-        are the same, or all stand at the same place.
+        If there are fewer than two photos, two are the same, or all stand at one place.
 
     References
     ----------

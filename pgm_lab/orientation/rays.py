@@ -17,7 +17,7 @@ PARALLEL = 1e-12
 def image_vectors(cameras: Sequence[Camera], image_points: np.ndarray) -> np.ndarray:
     """Unit vectors (photos, n, 3) along (x, y, -c), in the frames of the cameras.
 
-    Of measured image points (photos, n, 2) in mm; one camera for each photo.
+    Of measured image points (photos, n, 2) in mm; one camera a photo.
     """
     vectors = np.empty((*image_points.shape[:-1], 3))
     for camera in dict.fromkeys(cameras):
@@ -88,15 +88,9 @@ def scale_factors(
 ) -> np.ndarray:
     """Scale factors (..., 2) of two rays: how far along them their point lies.
 
-    The two factors fulfil lambda' u' - lambda'' u'' = b, with the base b and the rays u
-    turned into object space. These are three equations. Rays without errors fulfil all
-    of them, and any two give the same answer; otherwise it depends on the choice:
-
-    - "xyz": all three by least squares, the points where the rays come closest;
-    - "xy": the two that (H 4) and (H 5) use. They do without z, but where both rays
-      have no y component (for a base along x) they are 0/0, and near there a small
-      y parallax moves the point far along its ray;
-    - "xz": weak only where the rays cross at a small angle, as any intersection is.
+    The factors fulfil lambda' u' - lambda'' u'' = b, three equations with the base b
+    and the rays u in object space. With errors the answer depends on those that are
+    solved.
 
     Parameters
     ----------
@@ -106,7 +100,10 @@ def scale_factors(
         Rays (x, y, -c) in the frames of the photos; x and y reduced to the principal
         point and free of distortion (`camera.ideal`).
     components : {"xyz", "xy", "xz"}
-        Which equations are solved.
+        "xyz": all, by least squares, where the rays come closest. "xy": those of (H 4),
+        (H 5); near rays without a y component (base along x) they are 0/0, and a small
+        y parallax moves the point far. "xz": weak only where rays cross at small
+        angles.
 
     Returns
     -------
@@ -121,7 +118,7 @@ def scale_factors(
 
     References
     ----------
-    (H 2) to (H 5); his R turns the image into object space.
+    (H 2) to (H 5); his R rotates the image into object space.
 
     Examples
     --------
@@ -156,10 +153,8 @@ def scale_factors(
 def nearest_factors(
     b: np.ndarray, u1: np.ndarray, u2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares solution of lambda' u1 - lambda'' u2 = b, and where there is none.
-
-    Works for two components or three; with two it is Cramer's rule.
-    """
+    """Least squares solution of lambda' u1 - lambda'' u2 = b, and where none is."""
+    # With two components it is Cramer's rule
     if b.shape[-1] == 2:
         normal = u1[..., 0] * u2[..., 1] - u1[..., 1] * u2[..., 0]
         first = b[..., 0] * u2[..., 1] - b[..., 1] * u2[..., 0]

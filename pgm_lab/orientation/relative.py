@@ -15,7 +15,7 @@ from pgm_lab.camera import Camera, ideal, imaging
 from pgm_lab.orientation import _common, coplanarity
 from pgm_lab.orientation.rays import nearest_factors
 
-NAMES = ("by", "bz", "turn about X", "turn about Y", "turn about Z")
+NAMES = ("by", "bz", "rotation about X", "rotation about Y", "rotation about Z")
 
 # --- Limits of the geometry ---
 
@@ -36,7 +36,7 @@ NO_BASE = 3.0
 # each, with this number of swings about the axis.
 TILTS = {0: 1, 35: 6, 70: 10, 105: 10}
 SWINGS = 8
-# A given start is tried as it is, and turned by this angle (rad) about each axis.
+# A given start is tried as it is, and rotated by this angle (rad) about each axis.
 AROUND_START = 0.4
 # Number of points of the search; iterations of its three steps, and the models that
 # they keep. Five or six points (FEW) have many solutions, and all are wanted.
@@ -83,21 +83,19 @@ class Relative:
         v = computed - observed in the left and the right photo, in mm; of image
         coordinates freed from principal point and lens distortion.
     standardized : ndarray (n,)
-        Residuals over their standard deviations (Baarda's w with `sigma`, else Pope's
-        tau): one for a point, because its four coordinates are controlled by one
-        condition. 0 where nothing controls them.
+        Baarda's w with `sigma`, else Pope's tau: one a point, whose four coordinates
+        one condition controls; 0 where nothing does.
     sigma0 : float
         Standard deviation of an image coordinate from the residuals, in mm; NaN with
         five points, which have no redundancy.
     redundancy : int
         n - 5.
     status : str
-        "converged"; "no redundancy": five points, nothing is controlled; "several
-        solutions": another model fits as well, see `solutions` (a `sigma` helps to tell
-        them apart, and points outside of one plane); "no base": a rotation
-        alone fits as well; "weak geometry": a direction is uncertain by more than 0.1
-        rad; "gimbal lock": omega and kappa are not separable, their covariance is NaN;
-        "points behind a camera": see `point_status`; or what the adjustment reports.
+        "converged"; "no redundancy": five points; "several solutions": another model
+        fits as well (a `sigma` helps, and points outside of one plane); "no base": a
+        rotation alone fits as well; "weak geometry": a direction is uncertain by more
+        than 0.1 rad; "gimbal lock": omega and kappa are not separable, their covariance
+        is NaN; "points behind a camera": see `point_status`; or a status of `adjust`.
     point_status : ndarray (n,) of str
         "intersected", "behind a camera", "parallel rays".
     solutions : ndarray (k, 6)
@@ -153,17 +151,16 @@ def relative(
     Raises
     ------
     ValueError
-        If arguments are not as described, there are fewer than five points, one is
-        given twice, they lie on a line or have no parallax, the given base has the
-        wrong sign, or the points do not determine the five unknowns.
+        If there are fewer than five points, one is given twice, they lie on a line or
+        have no parallax, the base has the wrong sign, or the points do not determine
+        the five unknowns.
 
     Notes
     -----
-    The coplanarity conditions A v + B d = -F of (M 2.37) are adjusted directly and
-    without an approximation: see `coplanarity.distances`.
-
-    Of points in one plane the base and its opposite may both have a model in front of
-    the cameras: the status is "several solutions", and the sign of `base` may decide.
+    The conditions A v + B d = -F of (M 2.37) are adjusted without approximation, see
+    `coplanarity.distances`. Of points in one plane the base and its opposite may both
+    have a model in front of the cameras: the status is "several solutions", and the
+    sign of `base` may decide.
 
     References
     ----------
@@ -202,9 +199,9 @@ def relative(
     model = _intersected((b, R), rays)
     noise = result.sigma0 if sigma is None else sigma
     Q = _cofactor(result)
-    angles, by_turns, locked = _common.angles(R)
+    angles, by_rotation, locked = _common.angles(R)
     to_exterior = np.zeros((6, 5))
-    to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_turns
+    to_exterior[1:3, :2], to_exterior[3:, 2:] = np.eye(2), by_rotation
     point_status = np.where(model.in_front, "intersected", "behind a camera")
     point_status[model.parallel] = "parallel rays"
     met = point_status == "intersected"
@@ -260,7 +257,7 @@ def _rays(
     if all(width <= LINE * length for length, width in sizes):
         raise ValueError(
             "left_points and right_points lie on lines (or at one place): the photo can"
-            " turn about such a line. Add points off the line"
+            " rotate about such a line. Add points off the line"
         )
     _, first = np.unique(np.hstack([left, right]), axis=0, return_index=True)
     if len(again := np.setdiff1d(np.arange(len(left)), first)):
@@ -323,16 +320,16 @@ def _fit(
     start = np.concatenate([base[..., 1:], np.zeros_like(base)], axis=-1)
 
     def model(x, R0):
-        # Small turns of the start: unlike angles they have no gimbal lock
-        turned = rotation.matrix(*np.moveaxis(x[..., 2:], -1, 0))
+        # Small rotations of the start: unlike angles they have no gimbal lock
+        rotated = rotation.matrix(*np.moveaxis(x[..., 2:], -1, 0))
         b = np.concatenate([np.full((*x.shape[:-1], 1), bx), x[..., :2]], axis=-1)
-        return b, np.swapaxes(turned, -1, -2) @ R0
+        return b, np.swapaxes(rotated, -1, -2) @ R0
 
     def distances(x, R0):
-        b, turned = model(x, R0)
-        found = coplanarity.distances(b, turned, *rays)
-        by_turns = found.by_turns @ _common.axes(x[..., 2:])
-        A = np.concatenate([found.by_base[..., 1:], by_turns], axis=-1)
+        b, rotated = model(x, R0)
+        found = coplanarity.distances(b, rotated, *rays)
+        by_rotation = found.by_rotation @ _common.axes(x[..., 2:])
+        A = np.concatenate([found.by_base[..., 1:], by_rotation], axis=-1)
         return c + found.distance, A
 
     result = adjust(
@@ -366,7 +363,7 @@ def _adjusted(
 
 
 def _cofactor(result: Adjustment) -> np.ndarray:
-    """Cofactors (5, 5) of by, bz and small turns of the adjusted rotation."""
+    """Cofactors (5, 5) of by, bz and small rotations after the adjustment."""
     to_turns = np.eye(5)
     to_turns[2:, 2:] = _common.axes(result.x[2:])
     return to_turns @ result.cofactor @ to_turns.T
@@ -396,19 +393,17 @@ def _intersected(models: Models, rays: Rays) -> _Model:
 
 
 def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
-    """Cofactors (n, 3, 3) of the points from those (5, 5) of the orientation.
-
-    The collinearity equations of all points have the same solution; there one point
-    is N_pp^-1 + N_pp^-1 N_pe Q N_ep N_pp^-1.
-    """
+    """Cofactors (n, 3, 3) of the points from those (5, 5) of the orientation."""
+    # The collinearity equations of all points have the same solution; there one point
+    # is N_pp^-1 + N_pp^-1 N_pe Q N_ep N_pp^-1
     base, R = models
     points = _intersected(models, rays).points
     away = points - base
     by_left = imaging.perspective(-rays[0][0, 2], points)[2]
     by_right = imaging.perspective(-rays[1][0, 2], away @ R)[2] @ R.T
-    # A turn psi of the photo moves the point, seen from it, by -psi x away
-    by_turns = by_right @ _common.cross_matrix(away)
-    by_orientation = np.concatenate([-by_right[..., 1:], by_turns], axis=-1)
+    # A rotation psi of the photo moves the point, seen from it, by -psi x away
+    by_rotation = by_right @ _common.cross_matrix(away)
+    by_orientation = np.concatenate([-by_right[..., 1:], by_rotation], axis=-1)
     across = np.swapaxes(by_right, -1, -2)
     N = np.swapaxes(by_left, -1, -2) @ by_left + across @ by_right
     N_inverse = np.linalg.inv(N)
@@ -417,7 +412,7 @@ def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
 
 
 def _weak(base: np.ndarray, covariance: np.ndarray) -> bool:
-    """Whether a turn, or the direction of the base, is uncertain by a large angle."""
+    """Whether the rotation, or the direction of the base, is very uncertain."""
     length = np.linalg.norm(base)
     across = (np.eye(3) - np.outer(base, base) / length**2)[:, 1:] / length
     directions = (covariance[2:, 2:], across @ covariance[:2, :2] @ across.T)
@@ -428,12 +423,8 @@ def _weak(base: np.ndarray, covariance: np.ndarray) -> bool:
 
 
 def _search(bx: float, rays: Rays, near: Models | None = None) -> Models:
-    """Models (k) that fit, from a grid of rotations, each with the base that suits it.
-
-    The grid lies all around, or around the rotation of `near`, whose bases are tried
-    too. It is adjusted to a few points at once, then the best of the models that differ
-    to all points.
-    """
+    """Models (k) that fit, from a grid of rotations (around `near`)."""
+    # Adjusted to a few points at once, then the best of the different models to all
     few = len(rays[0]) <= FEW
     first, second, last = KEPT_OF_FEW if few else KEPT
     chosen = _spread(rays[0], POINTS)
@@ -499,10 +490,8 @@ def _first_that_differ(
 
 
 def _in_front(models: Models, rays: Rays) -> Models:
-    """The models with the base reversed where points lie behind both cameras.
-
-    The base and its opposite fit equally well: only the side of the points differs.
-    """
+    """Reverse the base of models whose points lie behind both cameras."""
+    # The base and its opposite fit equally well: only the side of the points differs
     base, R = models
     model = _intersected(models, rays)
     behind = np.sum(model.behind_both, axis=-1) > np.sum(model.in_front, axis=-1)
@@ -512,10 +501,7 @@ def _in_front(models: Models, rays: Rays) -> Models:
 def _best(
     models: Models, rays: Rays, sigma: float | None, near: Models | None = None
 ) -> Models:
-    """Those of the models that fit the points equally well, the best one first.
-
-    With a model `near` the one with the most similar rotation is first.
-    """
+    """Models that fit equally well, the best first, or the one most like `near`."""
     base, R = models
     model = _intersected(models, rays)
     misfit = np.sum(model.conditions.distance**2, axis=-1)
@@ -574,9 +560,9 @@ def _rotation_grid() -> np.ndarray:
 
 
 def _around(R: np.ndarray) -> np.ndarray:
-    """R (3, 3) and R turned about each axis either way, (7, 3, 3)."""
-    turns = AROUND_START * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-    return rotation.matrix(*turns.T) @ R
+    """R (3, 3) and R rotated about each axis either way, (7, 3, 3)."""
+    rotations = AROUND_START * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    return rotation.matrix(*rotations.T) @ R
 
 
 def _base_for(R: np.ndarray, rays: Rays, bx: float) -> np.ndarray:

@@ -51,8 +51,7 @@ class Resection:
     residuals : ndarray (n, 2)
         v = computed - observed, in mm.
     standardized : ndarray (n, 2)
-        Residuals over their standard deviations: Baarda's w with `sigma`, else Pope's
-        tau.
+        Baarda's w with `sigma`, else Pope's tau.
     redundancy_numbers : ndarray (n, 2)
         Share of each coordinate in the redundancy.
     solutions : ndarray (k, 6)
@@ -83,7 +82,7 @@ def resect(
     start: ArrayLike | None = None,
     sigma: float | None = None,
 ) -> Resection:
-    """Find where a photo was taken from, and how the camera was turned.
+    """Exterior orientation of a photo from known points.
 
     Without start values, triples of points are solved in closed form, and the
     adjustment starts from each of their solutions. Four points or more, in general
@@ -105,7 +104,7 @@ def resect(
     Raises
     ------
     ValueError
-        If arguments are not as described, or there are fewer than three points.
+        If there are fewer than three points.
 
     References
     ----------
@@ -154,17 +153,17 @@ def resect(
         return _no_result(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
-    best, turned = chosen[0], [_common.angles(M[k].T) for k in chosen]
-    exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, turned)])
+    best, rotated = chosen[0], [_common.angles(M[k].T) for k in chosen]
+    exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, rotated)])
     status = _status(found, chosen, centres, object_points)
     if n == 3 and len(chosen) > 1 and start is None:
         return replace(_no_result(n, status), solutions=exteriors)
 
-    # Propagate its covariance from turns to angles
-    _, angles_by_turns, locked = turned[0]
+    # Propagate its covariance from rotations to angles
+    _, angles_by_rotation, locked = rotated[0]
     T = np.zeros((6, 6))
     T[:3, :3] = back[best]
-    T[3:, 3:] = angles_by_turns @ back[best] @ _common.axes(x[best, 3:])
+    T[3:, 3:] = angles_by_rotation @ back[best] @ _common.axes(x[best, 3:])
     return Resection(
         exterior=exteriors[0],
         covariance=T @ found.covariance[best] @ T.T,
@@ -227,11 +226,9 @@ def _adjusted(
     M: np.ndarray,
     sigma: float | None,
 ) -> tuple[Adjustment, np.ndarray]:
-    """Adjust from each start (k, 3), (k, 3, 3) at once; parameters (k, 6) are finite.
-
-    Each in a frame of its own, parallel to its camera with the origin amid the points:
-    there all angles are small, so that no attitude is near the gimbal lock.
-    """
+    """Adjust from each start (k, 3), (k, 3, 3) at once: parameters (k, 6)."""
+    # Each in a frame of its own, parallel to its camera with the origin amid the
+    # points: there all angles are small, far from the gimbal lock
     middle = object_points.mean(axis=0)
     local = np.einsum("kij,nj->kni", M, object_points - middle)
     first = np.zeros((len(M), 6))
@@ -310,16 +307,15 @@ def _failure(found: Adjustment, centres: np.ndarray, object_points: np.ndarray) 
 def three_points(
     vectors: np.ndarray, object_points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Perspective centres and rotations M from which three points look as they do.
+    """Centres (k, 3) and rotations M (k, 3, 3) from which three points look as they do.
 
-    Of t triples, the unit vectors (t, 3, 3) to their image points, one a row, in the
-    frame of the camera, and their object points (t, 3, 3). Each has up to four
-    solutions; all together are returned, (k, 3) and (k, 3, 3).
+    Of t triples: unit vectors (t, 3, 3) to the image points, one a row, in the frame of
+    the camera, and object points (t, 3, 3). Each triple has up to four solutions.
 
-    The three distances s1, s2 = u s1 and s3 = v s1 obey three laws of cosines.
-    Eliminating s1 and u leaves an equation of degree four in v (Grunert 1841). Roots
-    that noise has made a little complex count with their real part: they belong to
-    double roots, at the dangerous cylinder.
+    The distances s1, s2 = u s1 and s3 = v s1 obey three laws of cosines; without s1 and
+    u an equation of degree four in v remains (Grunert 1841). Roots that noise has made
+    a little complex count with their real part: double roots, at the dangerous
+    cylinder.
 
     References
     ----------
@@ -422,11 +418,9 @@ def _triples(points: np.ndarray) -> np.ndarray:
 
 
 def _near_cylinder(centre: np.ndarray, object_points: np.ndarray) -> bool:
-    """Whether a centre is near the upright cylinders through all triples of points.
-
-    Through three points goes a circle, and over it stands the dangerous cylinder: a
-    camera on it can move a little without a change of the three angles it sees.
-    """
+    """Whether a centre is near the dangerous cylinder of any three points."""
+    # A camera on the cylinder over their circle can move a little without a change of
+    # the three angles it sees
     a, b, c = np.moveaxis(object_points[_triples(object_points)], 1, 0)
     u, v = b - a, c - a
     axis = np.cross(u, v)

@@ -9,14 +9,11 @@ import html
 import io
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy
-from IPython.display import DisplayHandle, display
-from IPython.utils.capture import capture_output
-from ipywidgets import ValueWidget
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backend_bases import RendererBase
@@ -27,7 +24,9 @@ from numpy.typing import ArrayLike
 from PIL import Image
 
 from pgm_lab import _validate
-from pgm_lab._shown import publish_display_data
+
+if TYPE_CHECKING:
+    from ipywidgets import ValueWidget
 
 # The palette of Okabe and Ito (2008), told apart in all common kinds of colour vision.
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
@@ -70,6 +69,21 @@ STYLE: dict[Any, Any] = {
 
 
 # --- What reaches the notebook: a figure, a table, a figure that follows sliders ---
+
+
+def publish_display_data(
+    data: dict[str, Any], metadata: dict[str, Any] | None = None
+) -> None:
+    """Show in the IPython that runs; elsewhere print the words, and start none.
+
+    IPython's own function would start a shell, which keeps a thread and a file open.
+    """
+    from IPython import display, get_ipython
+
+    if get_ipython() is None:
+        print(data["text/plain"])
+    else:
+        display.publish_display_data(data, metadata)
 
 
 def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> None:
@@ -222,7 +236,7 @@ def _text_table(header: Sequence[str], cells: list[list[str]], caption: str) -> 
     return "\n".join([caption, *(line.rstrip() for line in lines)])
 
 
-def interact(draw: Callable[..., object], **sliders: ValueWidget) -> None:
+def interact(draw: Callable[..., object], **sliders: "ValueWidget") -> None:
     """Show sliders and below them what a function draws, anew after each move.
 
     `ipywidgets.interact` gives the picture to a widget of the page. Where a program
@@ -250,6 +264,9 @@ def interact(draw: Callable[..., object], **sliders: ValueWidget) -> None:
     IntSlider(value=21, max=61, min=3)
     ...21 px...
     """
+    from IPython.display import DisplayHandle, display
+    from ipywidgets import ValueWidget
+
     if not callable(draw):
         raise ValueError(f"draw must be a function of the sliders, not {draw!r}")
     for name, slider in sliders.items():
@@ -269,9 +286,11 @@ def interact(draw: Callable[..., object], **sliders: ValueWidget) -> None:
 
 
 def _drawn(
-    draw: Callable[..., object], sliders: dict[str, ValueWidget]
+    draw: Callable[..., object], sliders: dict[str, "ValueWidget"]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """What `draw` shows or prints now, with its metadata, without showing it yet."""
+    from IPython.utils.capture import capture_output
+
     with capture_output(stderr=False) as seen:
         draw(**{name: slider.value for name, slider in sliders.items()})
     if seen.outputs:

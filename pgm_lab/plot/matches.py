@@ -94,11 +94,11 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     grey = _same(left, "left", found, 0)
     if not np.any(found.accepted):
         raise ValueError("found has no accepted match: there are no parallaxes to draw")
-    at, vectors = found.chosen[found.accepted], remainders(found)
+    at, vectors = found.chosen[found.accepted], affine_residuals(found)
     return arrows(grey, at, vectors, "Parallaxes less their affine part")
 
 
-def remainders(found: matching.Match) -> np.ndarray:
+def affine_residuals(found: matching.Match) -> np.ndarray:
     """What an affine transformation leaves of the parallaxes of the accepted points.
 
     Right less transformed left point (m, 2), in pixels. With fewer than three points,
@@ -112,7 +112,7 @@ def remainders(found: matching.Match) -> np.ndarray:
     >>> shift = (3.25, 1, 0, -1.5, 0, 1)
     >>> grey = simulate.texture_pair(simulate.texture(seed=1), (90, 120), shift)
     >>> found = matching.match(*grey, [(40, 40), (70, 45), (60, 60), (50, 30)])
-    >>> bool(np.all(np.abs(remainders(found)) < 0.01))
+    >>> bool(np.all(np.abs(affine_residuals(found)) < 0.01))
     True
     """
     at = found.chosen[found.accepted]

@@ -334,28 +334,13 @@ def best_view(centres: np.ndarray, points: np.ndarray) -> tuple[float, float]:
     x, y = np.linalg.svd(horizontal - horizontal.mean(axis=0))[2][0]
     side = np.degrees(np.arctan2(-x, y))  # lays the longest extent across the picture
     views = [(ELEVATION, side + turn) for turn in (-35.0, 35.0, 145.0, 215.0)]
-    area = [np.linalg.det(np.cov(screen(view) @ points.T)) for view in views]
+    area = []
+    for elevation, azimuth in np.radians(views):
+        s, c = np.sin(azimuth), np.cos(azimuth)
+        up = (-np.sin(elevation) * c, -np.sin(elevation) * s, np.cos(elevation))
+        on_paper = np.array([(-s, c, 0.0), up])  # to the right and upwards
+        area.append(np.linalg.det(np.cov(on_paper @ points.T)))
     return views[int(np.argmax(area))]
-
-
-def screen(view: tuple[float, float]) -> np.ndarray:
-    """Directions (2, 3) to the right and upwards as the reader sees them."""
-    elevation, azimuth = np.radians(view)
-    s, c = np.sin(azimuth), np.cos(azimuth)
-    up = (-np.sin(elevation) * c, -np.sin(elevation) * s, np.cos(elevation))
-    return np.array([(-s, c, 0.0), up])
-
-
-def together(centres: np.ndarray, distance: float) -> list[str]:
-    """Numbers of the cameras; the first of those at one place bears them all."""
-    if not len(centres):
-        return []
-    near = np.linalg.norm(centres[:, None] - centres[None], axis=2) < distance
-    first = near.argmax(axis=1)
-    return [
-        ", ".join(str(j + 1) for j in np.flatnonzero(first == i))
-        for i in range(len(near))
-    ]
 
 
 def fill(

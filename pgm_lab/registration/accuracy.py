@@ -27,23 +27,19 @@ class Accuracy:
     sd_x, sd_y : float
         Standard deviation of a shift about the mean; NaN of one shift alone.
     sd_mean_x, sd_mean_y : float
-        Standard deviation of the mean: sd over the root of n; NaN of one shift alone.
+        Standard deviation of the mean; NaN of one shift alone.
     rmse_x, rmse_y, rmse_t : float
-        Root mean squares of the shifts, and of both together (Br 2-4). A mean shift is
-        in them: RMSE^2 = mean^2 + (n - 1) / n sd^2.
+        Root mean squares of the shifts, and of both together (Br 2-4), means included.
     sd_rmse_t : float
         Standard deviation of RMSE_T; NaN of one shift alone.
     ce90 : float
-        Circular error: the length that nine tenths of the shifts do not exceed,
-        counted (the quantile 0.9, interpolated). A tenth of blunders do not change it.
+        Circular error: the 0.9 quantile of the lengths.
     ce90_normal : float
-        What it would be if the shifts were normal, alike in x and y, without a mean:
-        1.5174 times RMSE_T. Far from `ce90`, they are not.
+        The same of normal shifts without a mean, alike in x and y: 1.5174 RMSE_T.
     median_x, median_y : float
-        Median shift, which a few blunders hardly move.
+        Median shift.
     spread_x, spread_y : float
-        Robust standard deviation about the median: 1.4826 times the median absolute
-        deviation.
+        Robust standard deviation: 1.4826 times the median absolute deviation.
     robust_rmse_t : float
         RMSE_T from medians and spreads, for shifts with blunders among them.
     shifts : ndarray (n, 2)
@@ -71,21 +67,7 @@ class Accuracy:
     shifts: np.ndarray = field(repr=False, compare=False)
 
     def times(self, pixel_size: ArrayLike) -> "Accuracy":
-        """Return the same in metres.
-
-        Parameters
-        ----------
-        pixel_size : array_like () or (2,)
-            Of a pixel, or (across, down), in metres.
-
-        Returns
-        -------
-        Accuracy
-
-        Raises
-        ------
-        ValueError
-            If pixel_size is not one positive number or two.
+        """Return the same in metres.; `pixel_size` is one number or (across, down).
 
         Examples
         --------
@@ -109,16 +91,10 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
     Accuracy
         In the same unit.
 
-    Raises
-    ------
-    ValueError
-        If dx and dy are not two lists of finite numbers of the same length.
-
     Notes
     -----
-    The standard deviations of the mean and of RMSE_T are those of independent shifts.
-    RMSE_T^2 is the mean of n squared lengths q, so that sd(RMSE_T) = sd(q) / (2 RMSE_T
-    sqrt(n)); no distribution of the shifts is assumed.
+    Of independent shifts: RMSE_T^2 is the mean of n squared lengths q, so that
+    sd(RMSE_T) = sd(q) / (2 RMSE_T sqrt(n)), whatever their distribution.
 
     References
     ----------

@@ -22,7 +22,7 @@ MAX_STEP = 1.0  # px that least squares matching may end from the highest whole 
 
 # A chip that changed is compared with its neighbours
 NEIGHBOURS = 8  # accepted chips around it
-MIN_ACCEPTED = 5  # below which nobody can say what is usual
+MIN_ACCEPTED = 5  # to know what is usual
 UNEXPLAINED = 0.5  # least share of its variance that the other image does not explain
 SNR_RATIO = 4.0  # signal-to-noise ratio that is expected, over its own, at least
 
@@ -45,12 +45,10 @@ class Registration:
     points : ndarray (n, 2)
         (column, row) in the reference image, in pixels, as given.
     dx, dy : ndarray (n,)
-        Shift in pixels, sensed minus reference, beyond the offset that was given: dx to
-        the right, dy down. Of the highest peak, also where the status warns of it; NaN
-        where nothing was compared.
+        Shift in pixels, sensed minus reference, beyond the offset, right and down. Of
+        the highest peak, whatever the status; NaN where nothing was compared.
     r : ndarray (n,)
-        Pearson's correlation coefficient at the highest whole pixel; NaN where nothing
-        was compared.
+        Pearson's r at the highest whole pixel; NaN where nothing was compared.
     second : ndarray (n,)
         At the second highest peak; -1 where there is no other, NaN as for r.
     covariance : ndarray (n, 2, 2)
@@ -74,21 +72,12 @@ class Registration:
 
     @property
     def sd(self) -> np.ndarray:
-        """Predicted standard deviation of a coordinate in pixels: ndarray (n,).
-
-        The root of the mean variance of dx and dy; NaN unless accepted.
-        """
+        """Predicted standard deviation (n,) of a coordinate, in pixels."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
     @cached_property
     def accuracy(self) -> Accuracy:
-        """Means, root mean squares and quantiles of the accepted shifts, in pixels.
-
-        Raises
-        ------
-        ValueError
-            If no chip is accepted: then the transformation is undetermined.
-        """
+        """Means, root mean squares and quantiles of the accepted shifts, in pixels."""
         if not self.accepted.any():
             raise ValueError(self._nothing_accepted())
         return accuracy(self.dx[self.accepted], self.dy[self.accepted])
@@ -132,8 +121,8 @@ class Registration:
         Parameters
         ----------
         path : str or path
-            A file of comma-separated values (CSV), whose first line names its columns
-            with their units. Chips are numbered from 0; unknown values are empty.
+            A CSV file; its first line names columns and units. Unknown values are
+            empty.
         overwrite : bool
             Whether a file of this name may be replaced.
 
@@ -187,10 +176,9 @@ def register(
 ) -> Registration:
     """Find chips of the reference image in the sensed image, all in one call.
 
-    A chip is cut out of the reference image around each point, and compared with every
-    place up to `radius` pixels from the same point in the sensed image. It is found
-    where Pearson's correlation coefficient r (Br 1) is highest; the shift is sensed
-    minus reference. A chip is accepted only if it passes all tests, not by r alone.
+    The chip around each point is compared with every place up to `radius` pixels away
+    in the sensed image, and found where Pearson's r (Br 1) is highest; the shift is
+    sensed minus reference. It is accepted only if it passes all tests, not by r alone.
 
     Parameters
     ----------
@@ -203,8 +191,8 @@ def register(
     chip : int
         Pixels across a chip, odd, at least 5.
     radius : int
-        Whole pixels to each side that are searched, at least 1. A shift of more is
-        never found; one of just so many lies on the border, and is not accepted.
+        Whole pixels searched to each side, at least 1; a peak on that border is not
+        accepted.
     refine : None, "parabola" or "lsm"
         Whole pixels, as in the paper; the vertex of the paraboloid through the peak
         and its eight neighbours; or least squares matching (`lsm.match`) from there.
@@ -237,9 +225,8 @@ def register(
     Raises
     ------
     ValueError
-        If an image or an argument is not what is described here; for a colour image,
-        and for images of two shapes without `offset`. What happens to a single chip is
-        told by its status.
+        For a colour image, or images of two shapes without `offset`. What happens to a
+        single chip is told by its status.
 
     Notes
     -----
@@ -253,28 +240,20 @@ def register(
 
     in either image: what sampling loses, and what noise hides. It changed if R would
     have been accepted, but less than half of V is explained, and the signal-to-noise
-    ratio r^2 : (1 - r^2) is below a quarter of that of R. A field that was ploughed
-    does so, a cloud with texture, and what moved farther than the radius; not what is
-    flat in one of the images. At least five chips have to be accepted.
+    ratio r^2 : (1 - r^2) is below a quarter of that of R: a ploughed field, a cloud
+    with texture, what moved farther than the radius. At least five chips must be
+    accepted.
 
-    Averaging over the pixel leaves an alias of what is too fine for it, most of it in
-    the high frequencies, and that does not move with the rest. In a Landsat image,
-    averaged down 2 to 4 times, 50 picked chips had errors (RMSE_T, both axes) of 0.04
-    to 0.05 px by "lsm" without smoothing, with a mean of up to 0.03; smoothed by 1 px
-    0.02 and 0.006. Blurred before it was averaged down, so that there was no alias, it
-    gave 0.006 to 0.008 px, and without smoothing a sixth less. "parabola": 0.07 to 0.11
-    with the alias, 0.03 to 0.04 without.
+    Detail too fine for a pixel leaves an alias that does not move with the rest. In a
+    Landsat image, averaged down 2 to 4 times, 50 picked chips had errors (RMSE_T) of
+    0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006 to 0.008
+    without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. The predicted
+    standard deviation of "lsm" holds within a tenth, with the alias within a fifth;
+    that of "parabola" is half as large as the errors with the alias. With very weak
+    texture and large noise errors may be larger than predicted; a larger chip helps.
 
-    The predicted standard deviation of "lsm" is that of the errors within a tenth where
-    there is noise, and within a fifth with the alias; that of "parabola" is half as
-    large as the errors with the alias.
-
-    Where the texture is very weak and the noise large, chips were seen that are off by
-    more than their predicted standard deviation tells; a larger chip helps.
-
-    Not accounted for: what all chips agree on. Shadows that moved, or an error of each
-    image of its own, give shifts that are precise, and not those of the ground; and
-    whether the reference image is right no comparison tells.
+    Not accounted for is what all chips agree on: shadows that moved, or an error of
+    either image, give precise shifts that are not those of the ground.
 
     References
     ----------

@@ -51,10 +51,9 @@ class Model:
         (a0, b0), or (a0, a1, a2, b0, b1, b2); a0 and b0 in pixels, the others have no
         unit.
     covariance : ndarray (u, u)
-        Of the parameters, a posteriori: with the estimated sigma0.
+        Of the parameters, with the estimated sigma0.
     sigma0 : float
-        Estimated standard deviation of unit weight: how many of its predicted standard
-        deviations a shift is really off.
+        Errors over predicted standard deviations.
     redundancy : int
         Coordinates of the points used, less parameters.
     residuals : ndarray (n, 2)
@@ -62,8 +61,7 @@ class Model:
     redundancy_numbers : ndarray (n, 2)
         Share of each coordinate in the redundancy; NaN unless used.
     standardized : ndarray (n, 2)
-        Residuals over their standard deviations, from the estimated sigma0: Pope's tau.
-        NaN unless used.
+        Pope's tau; NaN unless used.
     used : ndarray (n,) of bool
         Accepted by the matching, and no blunder.
     centre : ndarray (2,)
@@ -104,20 +102,7 @@ class Model:
     def apply(self, points: ArrayLike) -> np.ndarray:
         """Return where points of the reference image lie in the sensed image.
 
-        Parameters
-        ----------
-        points : array_like (..., 2)
-            (column, row) in the reference image, in pixels.
-
-        Returns
-        -------
-        ndarray (..., 2)
-            (column, row) in the sensed image, in pixels.
-
-        Raises
-        ------
-        ValueError
-            If points are not (..., 2) or not finite.
+        Both (..., 2), (column, row) in pixels.
         """
         points = _validate.points(points, 2, "points")
         parameters = self.parameters.reshape(2, -1)
@@ -135,11 +120,10 @@ def fit(
 ) -> Model:
     """Fit one shift, or one affine transformation, to what was registered.
 
-    Each accepted shift is an observation, weighted by its predicted covariance. The
-    start is the least median of squares: of many models through the fewest points that
-    fix one, that with the smallest median of the residuals. Then points whose residual
-    is longer than 3.72 robust standard deviations (one good point in 1000) are left
-    out, and the others adjusted, until the choice no longer changes.
+    Accepted shifts are weighted by their predicted covariance. The start is the least
+    median of squares, over models through the fewest points. Points whose residual
+    exceeds 3.72 robust standard deviations (one good point in 1000) are rejected, and
+    the others adjusted, until the choice no longer changes.
 
     Parameters
     ----------
@@ -148,8 +132,7 @@ def fit(
     kind : {"shift", "affine"}
         An affine transformation has a scale for each axis, a rotation and a shear too.
     offset : array_like (2,)
-        As given to `register`: (columns, rows) that the sensed image's pixels are
-        counted ahead of those of the reference, in pixels.
+        As given to `register`.
 
     Returns
     -------
@@ -163,17 +146,15 @@ def fit(
 
     Notes
     -----
-    Up to nearly half of the points may be blunders, wherever they lie and even if they
-    agree with each other: the median does not see them (breakdown point 50 per cent).
-    If more agree on something else than on the truth, the model is something else.
+    Nearly half of the points may be blunders, even if they agree with each other
+    (breakdown point 50 per cent).
 
-    sigma0 is 1 where the predicted standard deviations hold. Well above 1, they are too
-    small: the images differ in more than a shift and white noise (alias, terrain,
-    another resampling), or this model is too simple. The covariance, and what counts as
-    a blunder, follow sigma0; residuals within 3.72 predicted standard deviations are
-    never taken for blunders. All this supposes errors that are independent from point
-    to point. Whole-pixel shifts are not: all may be rounded to the same side. Refine
-    them first.
+    sigma0 well above 1 says that the images differ in more than a shift and white noise
+    (alias, terrain, resampling), or that the model is too simple. The covariance, and
+    what counts as a blunder, follow sigma0; residuals within 3.72 predicted standard
+    deviations are no blunders. Errors are supposed independent from point to point:
+    whole-pixel shifts, which may all be rounded to one side, are not; refine them
+    first.
 
     References
     ----------
@@ -304,7 +285,7 @@ def resample(
     *,
     method: str = "spline3",
 ) -> np.ma.MaskedArray:
-    """Resample the sensed image into the pixels of the reference image.
+    """Resample the sensed image into the pixels of the reference image, strip by strip.
 
     Parameters
     ----------
@@ -323,15 +304,6 @@ def resample(
         In the type of the sensed image, rounded and clipped to what it holds. Masked
         outside the sensed image, and where one of the 4 x 4 pixels around has no data
         (of the 2 x 2 if bilinear, the nearest if nearest); 0 under the mask.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not what is described here.
-
-    Notes
-    -----
-    It works strip by strip: besides both images it needs little memory.
 
     Examples
     --------

@@ -34,7 +34,7 @@ def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
     Raises
     ------
     ValueError
-        If an argument is not what is described here, or no pixel is left.
+        If no pixel is left.
 
     Examples
     --------
@@ -56,11 +56,11 @@ def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
             f"an image of {rows} x {columns} pixels has none that are {margin} px from"
             " its edge (margin)"
         )
-    many = [(n - 2 * margin - 1) // step + 1 for n in (columns, rows)]
-    _validate.size("step", *many, 2)
+    counts = [(n - 2 * margin - 1) // step + 1 for n in (columns, rows)]
+    _validate.size("step", *counts, 2)
     x, y = (
         step * np.arange(m) + (n - 1 - step * (m - 1)) // 2
-        for m, n in zip(many, (columns, rows))
+        for m, n in zip(counts, (columns, rows))
     )
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(float)
 
@@ -92,19 +92,18 @@ def pick(
     sensed : array_like (rows, columns), optional
         The sensed image: no point is picked where it has no data within the radius.
     offset : array_like (2,)
-        As `register` takes it: column and row in the sensed image less those in the
-        reference, about.
+        As for `register`.
 
     Returns
     -------
     ndarray (m, 2)
-        (column, row), whole pixels, the best first; fewer than `number` where the
-        images have no more in common, or no more texture; perhaps none.
+        (column, row), whole pixels, the best first; fewer than `number` where there is
+        no more overlap or texture, perhaps none.
 
     Raises
     ------
     ValueError
-        If an argument is not what is described here, or the image is too small.
+        If the image is too small.
 
     Examples
     --------
@@ -188,9 +187,8 @@ def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.nda
 def offset(reference: Raster, sensed: Raster) -> np.ndarray:
     """Offset of the pixel indices between the two grids.
 
-    Two images of one place may begin at different corners. A point of the map that has
-    (column, row) in the reference image has (column, row) + offset in the sensed one:
-    what `register` and `fit` take.
+    A point of the map with (column, row) in the reference image has (column, row) +
+    offset in the sensed one: what `register` and `fit` take.
 
     Parameters
     ----------
@@ -206,8 +204,8 @@ def offset(reference: Raster, sensed: Raster) -> np.ndarray:
     Raises
     ------
     ValueError
-        If the grids do not fit together: the message says how to make them; or the
-        images have no part of the map in common.
+        If the grids do not fit together (the message says what to do) or do not
+        overlap.
 
     Examples
     --------

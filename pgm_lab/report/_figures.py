@@ -45,12 +45,13 @@ def png(figure: Figure) -> str:
     return base64.b64encode(buffer.getvalue()).decode()
 
 
-def _drawer(kinds: dict[str, Callable[[], Drawn]]) -> Callable[[str], list]:
-    """Return a function that draws the figures of a name."""
+def _drawer(*kinds: Callable[..., Drawn], **given: Any) -> Callable[[str], list]:
+    """Return a function that draws the figures of a name, that of a function."""
+    named = {kind.__name__: kind for kind in kinds}
 
     def draw(name: str) -> list[tuple[str, dict[str, Any]]]:
         with plt.rc_context(plot.STYLE):
-            return [(png(figure), shown) for figure, shown in kinds[name]()]
+            return [(png(figure), shown) for figure, shown in named[name](**given)]
 
     return draw
 
@@ -60,28 +61,17 @@ def _drawer(kinds: dict[str, Callable[[], Drawn]]) -> Callable[[str], list]:
 
 def of_network(case: "Case") -> Callable[[str], list]:
     """Return what draws the figures of network.j2."""
-    result = case.result
-    return _drawer(
-        {
-            "residuals": lambda: residuals(result, len(case.suspects)),
-            "lens": lambda: lens(result),
-            "precision": lambda: precision(result),
-            "stations": lambda: stations(result),
-        }
-    )
+    return _drawer(residuals, lens, precision, stations, case=case)
 
 
-def residuals(result: Bundle, suspects: int) -> Drawn:
+def residuals(case: "Case") -> Drawn:
     """Residual vectors of the photos, or their means where they would be a blot."""
-    network = result.network
+    result, network = case.result, case.network
     if len(network.xy) > DENSE * len(network.exteriors):
         yield mean_residuals(result)
         return
-    shown = {
-        "single": True,
-        "rms": UM * np.sqrt(np.mean(result.residuals**2)),
-        "suspects": suspects,
-    }
+    rms = UM * np.sqrt(np.mean(result.residuals**2))
+    shown = {"single": True, "rms": rms, "suspects": len(case.suspects)}
     yield plot.bundle.residual_vectors(result), shown
 
 
@@ -110,30 +100,24 @@ def mean_residuals(result: Bundle) -> tuple[Figure, dict[str, Any]]:
     ax.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     ax.set_title("Mean residuals of all photos")
     ax.margins(0.08)
-    shown = {
-        "single": False,
-        "cells": np.sum(filled),
-        "largest": length.max(),
-        "beyond": np.sum(beyond),
-    }
-    return figure, shown
+    shown = {"single": False, "cells": np.sum(filled)}
+    return figure, shown | {"largest": length.max(), "beyond": np.sum(beyond)}
 
 
-def lens(result: Bundle) -> Drawn:
+def lens(case: "Case") -> Drawn:
     """Radial distortion of each camera with its confidence band."""
+    result = case.result
     for number, camera in enumerate(result.cameras):
         own = result.network.camera[result.network.photo] == number
         if np.any(own) and np.any(camera.interior[3:6]):
             of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""
-            yield (
-                plot.bundle.lens_curve(result, camera=number),
-                {"of_camera": of_camera},
-            )
+            curve = plot.bundle.lens_curve(result, camera=number)
+            yield curve, {"of_camera": of_camera}
 
 
-def precision(result: Bundle) -> Drawn:
+def precision(case: "Case") -> Drawn:
     """Where points are precise: in the coordinate plane in which they spread most."""
-    points = result.points
+    result, points = case.result, case.result.points
     spread = np.cov(points.T)
     planes = [[0, 1], [0, 2], [1, 2]]
     axes = max(planes, key=lambda plane: np.linalg.det(spread[np.ix_(plane, plane)]))
@@ -157,17 +141,13 @@ def precision(result: Bundle) -> Drawn:
         ax.annotate(str(name), place, parse_math=False, **away)
     ax.set(xlabel=f"{names[0]} (object units)", ylabel=f"{names[1]} (object units)")
     ax.set_aspect("equal", adjustable="datalim")
-    shown = {
-        "plane": "".join(names),
-        "least": np.min(largest),
-        "largest": np.max(largest),
-        "worst": worst_names,
-    }
-    yield figure, shown
+    ends = {"least": np.min(largest), "largest": np.max(largest)}
+    yield figure, {"plane": "".join(names), "worst": worst_names, **ends}
 
 
-def stations(result: Bundle) -> Drawn:
+def stations(case: "Case") -> Drawn:
     """Stations and points in space, the last step of Muliawan's program."""
+    result = case.result
     centres, points = result.exteriors[:, :3], result.points
     everything = np.concatenate([centres, points])
     low, high = everything.min(axis=0), everything.max(axis=0)
@@ -176,12 +156,8 @@ def stations(result: Bundle) -> Drawn:
     ax.set_axis_on()
     shown = points[:: -(-len(points) // MAX_POINTS)]
     ax.scatter(*shown.T, s=14, color=plot.BLUE, label="object points", depthshade=False)
-    label: dict = {
-        "label": "projection centres",
-        "color": plot.RED,
-        "depthshade": False,
-    }
-    ax.scatter(*centres.T, s=30, marker="s", **label)
+    look: dict = {"color": plot.RED, "label": "projection centres", "marker": "s"}
+    ax.scatter(*centres.T, s=30, depthshade=False, **look)
     drawn = [everything]
     if len(centres) <= MAX_CAMERAS:
         size = CAMERA_SIZE * float(np.linalg.norm(high - low))
@@ -195,13 +171,8 @@ def stations(result: Bundle) -> Drawn:
         for axis, *ends in zip("XYZ", low, high)
     )
     distance = np.linalg.norm(centres - points.mean(axis=0), axis=1)
-    numbers = {
-        "stations": len(centres),
-        "points": len(points),
-        "spans": spans,
-        "distance": np.mean(distance),
-    }
-    yield figure, numbers
+    numbers = {"stations": len(centres), "points": len(points)}
+    yield figure, numbers | {"spans": spans, "distance": np.mean(distance)}
 
 
 def _cameras(ax: Axes3D, result: Bundle, size: float) -> list[np.ndarray]:
@@ -269,13 +240,11 @@ def of_matching(
         yield plot.matches.histograms(found, threshold), {"threshold": threshold}
 
     def parallaxes() -> Drawn:
-        length = np.hypot(*plot.matches.remainders(found).T)
+        length = np.hypot(*plot.matches.affine_residuals(found).T)
         shown = {"median": float(np.median(length)), "longest": float(length.max())}
         yield plot.matches.parallaxes(left, found), shown
 
-    return _drawer(
-        {"photos": photos, "histograms": histograms, "parallaxes": parallaxes}
-    )
+    return _drawer(photos, histograms, parallaxes)
 
 
 # --- A registration ---
@@ -283,17 +252,10 @@ def of_matching(
 
 def of_registration(case: "Images") -> Callable[[str], list]:
     """Return what draws the figures of registration.j2."""
-    return _drawer(
-        {
-            "overlay": lambda: _overlay(case),
-            "shifts": lambda: _shifts(case),
-            "scatter": lambda: _scatter(case),
-            "similarity": lambda: _similarity(case),
-        }
-    )
+    return _drawer(overlay, shifts, scatter, similarity, case=case)
 
 
-def _overlay(case: "Images") -> Drawn:
+def overlay(case: "Images") -> Drawn:
     """A part of both images, laid over each other before and after."""
     first, last = _part(case)
     size = last - first
@@ -302,11 +264,8 @@ def _overlay(case: "Images") -> Drawn:
     images = {"before": _before(case, first, shape)}
     if case.model is not None and case.agrees:
         # The same model, in the pixels of this part
-        of_part = replace(
-            case.model,
-            centre=case.model.centre - first,
-            offset=case.model.offset + first,
-        )
+        moved = {"centre": case.model.centre - first}
+        of_part = replace(case.model, offset=case.model.offset + first, **moved)
         title = f"after, by the model: {case.model.kind}"
         images[title] = registration.resample(case.sensed.values, of_part, shape)
     yield plot.registration.fringes(reference, images, first), {}
@@ -341,7 +300,8 @@ def _before(
     return inside
 
 
-def _shifts(case: "Images") -> Drawn:
+def shifts(case: "Images") -> Drawn:
+    """The shifts as arrows, and what the model leaves of them."""
     if not np.any(case.found.accepted):
         return
     say = case.label
@@ -357,10 +317,12 @@ def _shifts(case: "Images") -> Drawn:
         )
 
 
-def _scatter(case: "Images") -> Drawn:
+def scatter(case: "Images") -> Drawn:
+    """The shifts as points of the search window."""
     errors = None if case.model is None else -case.errors  # observed less computed
     yield plot.registration.scatter(case.found, case.radius, errors), {}
 
 
-def _similarity(case: "Images") -> Drawn:
+def similarity(case: "Images") -> Drawn:
+    """Errors over r, and over the predicted sd."""
     yield plot.registration.similarity(case.found, case.errors), {}

@@ -2,12 +2,15 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pgm_lab import _validate
-from pgm_lab.report._page import Table
+from pgm_lab.matching import Match
+from pgm_lab.registration import Registration
+from pgm_lab.report import _page
+from pgm_lab.report._page import Finding, Section, Table
 
 MAX_ROWS = 200  # of a table of points
 HALF = 0.5  # of the points
@@ -22,18 +25,55 @@ PLACES = np.array(
 
 
 Words = Mapping[str, tuple[str, str, str]]  # of each status: name, meaning, what helps
+Found = Match | Registration
 
 
-class Found(Protocol):
-    """What has a status for each point."""
+class Points:
+    """What the sentences of both reports need to know; a subclass adds its own.
+
+    `NAME` is that of the templates, `FEW` the number of points below which they are
+    few, `WORDS` and `SETTINGS` explain the statuses and what was asked.
+    """
+
+    NAME: str
+    FEW: int
+    WORDS: Words
+    SETTINGS: Mapping[str, str]
+
+    def __init__(self, found: Found, asked: dict[str, Any]) -> None:
+        self.found, self.asked = found, asked
 
     @property
-    def status(self) -> np.ndarray:
-        """The keys of `matching.STATUSES` (n,)."""
+    def values(self) -> dict[str, Any]:
+        """What all templates are given."""
+        good = self.found.accepted
+        values = {
+            "case": self,
+            "found": self.found,
+            "n": len(good),
+            "accepted": int(np.sum(good)),
+            "lost": lost(self.found, self.WORDS),
+            "few": np.sum(good) < max(self.FEW, HALF * len(good)),
+            "SMALL": SMALL,
+        }
+        return values | _page.constants(type(self).__module__)
 
     @property
-    def accepted(self) -> np.ndarray:
-        """Whether the status is "accepted" (n,)."""
+    def findings(self) -> list[Finding]:
+        """All warnings; none when nothing is wrong."""
+        template = f"{self.NAME}_findings.j2"
+        return _page.sections(template, self.values)[0].findings
+
+    def sections(self, about: str, short: bool, draw: Any = None) -> list[Section]:
+        """Collect the report, the summary first; what is empty is left out."""
+        values = self.values | {
+            "findings": self.findings,
+            "status_table": status_table(self.found, self.WORDS),
+            "settings_table": settings_table(self.asked, self.SETTINGS),
+            "about": about,
+            "short": short,
+        }
+        return _page.sections(f"{self.NAME}.j2", values, draw)
 
 
 # --- What became of the points ---
@@ -53,24 +93,11 @@ class Status(NamedTuple):
         return f"{self.meaning}. {self.help[:1].upper()}{self.help[1:]}."
 
 
-def statuses(found: Found, known: Words) -> list[Status]:
-    """Return the statuses that occur, in the order of those that are known."""
-    words, numbers = np.unique(found.status, return_counts=True)
-    of_status = dict(zip(words.tolist(), numbers.tolist()))
-    return [Status(*known[s], of_status[s]) for s in known if s in of_status]
-
-
 def lost(found: Found, known: Words) -> list[Status]:
     """Return why points were not accepted, the most frequent reason first."""
     words, numbers = np.unique(found.status[~found.accepted], return_counts=True)
     order = np.argsort(-numbers, kind="stable")
     return [Status(*known[str(words[i])], int(numbers[i])) for i in order]
-
-
-def few(found: Found, least: int) -> bool:
-    """Whether few points were accepted."""
-    n, m = len(found.status), int(np.sum(found.accepted))
-    return m < least or m < HALF * n
 
 
 def crowded(at: np.ndarray, size: tuple[int, int]) -> tuple[float, str] | None:
@@ -88,9 +115,12 @@ def crowded(at: np.ndarray, size: tuple[int, int]) -> tuple[float, str] | None:
 
 def status_table(found: Found, known: Words) -> Table:
     """Return how many points have which status, what it means and what helps."""
+    words, numbers = np.unique(found.status, return_counts=True)
+    of_status = dict(zip(words.tolist(), numbers.tolist()))
     rows = [
-        (one.name, str(one.number), one.meaning, one.help or "-")
-        for one in statuses(found, known)
+        (name, str(of_status[status]), meaning, help or "-")
+        for status, (name, meaning, help) in known.items()
+        if status in of_status
     ]
     header = ("status", "points", "what it means", "what helps")
     return Table("What became of the points", header, rows)

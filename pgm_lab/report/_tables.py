@@ -1,5 +1,6 @@
 """The numbers of a bundle adjustment as tables of words, rounded by their precision."""
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,15 +21,33 @@ UM = 1e3  # micrometres in a millimetre
 
 UNITS = dict(zip(PARAMETERS, ["mm"] * 3 + ["mm^-2", "mm^-4", "mm^-6"] + ["mm^-1"] * 2))
 MAX_SUSPECTS = 25  # rows
+AXES = "dX", "dY", "dZ"
 
 
-def with_sd(values: np.ndarray, sd: np.ndarray) -> list[list[str]]:
-    """Return the columns v1, sd1, v2, sd2, ...; "held" where the sd is zero."""
-    columns = []
-    for value, precision in zip(np.transpose(values), np.transpose(sd)):
+Column = tuple[str, Sequence[str]]  # its header, and its cells
+
+
+def _table(caption: str, *columns: Column) -> Table:
+    header, cells = zip(*columns)
+    return Table(caption, header, list(zip(*cells)))
+
+
+def _fixed(headers: Sequence[str], values: np.ndarray, decimals: int) -> list[Column]:
+    """Return a column for each of the last axis of some values."""
+    return [(head, fixed(v, decimals)) for head, v in zip(headers, values.T)]
+
+
+def _named(header: str, names: Iterable[object]) -> Column:
+    return header, [str(name) for name in names]
+
+
+def _with_sd(headers: str, values: np.ndarray, sd: np.ndarray) -> list[Column]:
+    """Return a value and its sd in turn; "held" where the sd is zero."""
+    columns: list[Column] = []
+    for name, value, precision in zip(headers.split(), values.T, sd.T):
         words = rounded(precision, precision)
         held = ["held" if s == 0 else word for s, word in zip(precision, words)]
-        columns += [rounded(value, precision), held]
+        columns += [(name, rounded(value, precision)), (f"sd {name}", held)]
     return columns
 
 
@@ -75,85 +94,77 @@ def lenses(result: Bundle) -> list[Table]:
         rho_max = np.hypot(*(network.xy[own] - one.interior[1:3]).T).max()
         step = round_number(rho_max / 6)
         rho = np.append(np.arange(step, 0.97 * rho_max, step), rho_max)
-        columns = [fixed(rho, 2)]
+        columns: list[Column] = [("rho (mm)", fixed(rho, 2))]
         for kind in ("radial", "decentring"):
             curve, sd = profile(result, rho, kind, number)
-            columns += with_sd(UM * curve[:, None], UM * sd[:, None])
-        header = ("rho (mm)", "radial (µm)", "sd (µm)", "decentring (µm)", "sd (µm)")
+            (_, values), (_, sds) = _with_sd(
+                kind, UM * curve[:, None], UM * sd[:, None]
+            )
+            columns += [(f"{kind} (µm)", values), ("sd (µm)", sds)]
         of_camera = f" of camera {number + 1}" if len(result.cameras) > 1 else ""
         caption = (
             f"Lens{of_camera}: K1 rho^3 + K2 rho^5 + K3 rho^7 and sqrt(P1^2 + P2^2)"
             " rho^2; the last radius is the largest measured"
         )
-        tables.append(Table(caption, header, list(zip(*columns))))
+        tables.append(_table(caption, *columns))
     return tables
 
 
 def photos(result: Bundle) -> list[Table]:
     """Return stations, angles in radians, in degrees, and the quality of each photo."""
-    names = [str(name) for name in result.network.photo_names]
-    centres = result.exteriors[:, :3], result.sd_exteriors[:, :3]
-    angles = result.exteriors[:, 3:], result.sd_exteriors[:, 3:]
-    stations, turns = "X0 Y0 Z0", "omega phi kappa"
+    photo = _named("photo", result.network.photo_names)
+    X0, angles = np.hsplit(result.exteriors, 2)
+    sd_X0, sd_angles = np.hsplit(result.sd_exteriors, 2)
+    turns = "omega phi kappa"
     return [
-        _of_photos("Projection centres, in object units", stations, names, *centres),
-        _of_photos("Angles of the photos, in radians", turns, names, *angles),
-        _of_photos(
-            "Angles of the photos, in degrees", turns, names, *map(np.degrees, angles)
-        ),
-        _photo_quality(result, names),
-    ]
+        _table(f"{caption}, in {unit}", photo, *_with_sd(columns, values, sd))
+        for caption, unit, columns, values, sd in (
+            ("Projection centres", "object units", "X0 Y0 Z0", X0, sd_X0),
+            ("Angles of the photos", "radians", turns, angles, sd_angles),
+            (
+                "Angles of the photos",
+                "degrees",
+                turns,
+                *np.degrees([angles, sd_angles]),
+            ),
+        )
+    ] + [_photo_quality(result, photo)]
 
 
-def _of_photos(
-    caption: str, columns: str, names: list[str], values: np.ndarray, sd: np.ndarray
-) -> Table:
-    header = ["photo"]
-    for column in columns.split():
-        header += [column, f"sd {column}"]
-    return Table(caption, header, list(zip(names, *with_sd(values, sd))))
-
-
-def _photo_quality(result: Bundle, names: list[str]) -> Table:
+def _photo_quality(result: Bundle, photo: Column) -> Table:
     network, m = result.network, len(result.exteriors)
     rms = UM * np.sqrt(_means(result.residuals**2, network.photo, m))
     w, where = _largest(result.standardized, network.photo, m)
     redundancy = _means(result.redundancy_numbers, network.photo, m).mean(axis=1)
-    points = [
-        str(network.point_names[network.point[k]]) if k >= 0 else "-" for k in where
-    ]
-    columns, header = [names], ["photo"]
+    points = [network.point_names[network.point[k]] if k >= 0 else "-" for k in where]
+    columns = [photo]
     if len(result.cameras) > 1:
-        columns.append([str(k + 1) for k in network.camera])
-        header.append("camera")
-    columns += [[str(k) for k in network.rays_of_photos], *(fixed(c, 2) for c in rms.T)]
-    columns += [fixed(redundancy, 2), fixed(w, 1), points]
-    header += ["rays", "RMS x (µm)", "RMS y (µm)", "mean r"]
-    header += [f"largest |{result.residual_test}|", "at point"]
-    return Table("Fit of the photos", header, list(zip(*columns)))
+        columns.append(_named("camera", network.camera + 1))
+    columns += [
+        _named("rays", network.rays_of_photos),
+        *_fixed(("RMS x (µm)", "RMS y (µm)"), rms, 2),
+        ("mean r", fixed(redundancy, 2)),
+        (f"largest |{result.residual_test}|", fixed(w, 1)),
+        _named("at point", points),
+    ]
+    return _table("Fit of the photos", *columns)
 
 
 def points(result: Bundle) -> Table:
     """Return coordinates, precision and fit of each point."""
     network, n = result.network, len(result.points)
-    names = [str(name) for name in network.point_names]
     squares = _means(result.residuals**2, network.point, n)
-    rms = UM * np.sqrt(squares.mean(axis=1))
     w, where = _largest(result.standardized, network.point, n)
-    photos = [
-        str(network.photo_names[network.photo[k]]) if k >= 0 else "-" for k in where
-    ]
-    columns = (
-        names,
-        *with_sd(result.points, result.sd_points),
-        [str(k) for k in network.rays_of_points],
-        fixed(rms, 2),
-        fixed(w, 1),
-        photos,
+    photos = [network.photo_names[network.photo[k]] if k >= 0 else "-" for k in where]
+    return _table(
+        "Object points, in object units",
+        _named("point", network.point_names),
+        *_with_sd("X Y Z", result.points, result.sd_points),
+        _named("rays", network.rays_of_points),
+        ("RMS (µm)", fixed(UM * np.sqrt(squares.mean(axis=1)), 2)),
+        (f"largest |{result.residual_test}|", fixed(w, 1)),
+        _named("in photo", photos),
     )
-    header: tuple[str, ...] = ("point", "X", "sd X", "Y", "sd Y", "Z", "sd Z")
-    header += ("rays", "RMS (µm)", f"largest |{result.residual_test}|", "in photo")
-    return Table("Object points, in object units", header, list(zip(*columns)))
 
 
 def _means(values: np.ndarray, group: np.ndarray, size: int) -> np.ndarray:
@@ -183,37 +194,33 @@ def suspects(case: "Case") -> Table:
         caption += f": the {MAX_SUSPECTS} largest of {len(rays)}"
         rays = rays[:MAX_SUSPECTS]
     smallest = reliability(result).internal[rays]
-    columns = [
-        [str(network.point_names[j]) for j in network.point[rays]],
-        [str(network.photo_names[i]) for i in network.photo[rays]],
-        *(fixed(column, 2) for column in UM * result.residuals[rays].T),
-        *(fixed(column, 1) for column in result.standardized[rays].T),
-        *(fixed(column, 1) for column in UM * smallest.T),
-    ]
     w = result.residual_test
-    header = ["point", "photo", "v x (µm)", "v y (µm)", f"{w} x", f"{w} y"]
-    header += ["smallest found x (µm)", "smallest found y (µm)"]
-    return Table(caption, header, list(zip(*columns)))
+    return _table(
+        caption,
+        _named("point", [network.point_names[j] for j in network.point[rays]]),
+        _named("photo", [network.photo_names[i] for i in network.photo[rays]]),
+        *_fixed(("v x (µm)", "v y (µm)"), UM * result.residuals[rays], 2),
+        *_fixed((f"{w} x", f"{w} y"), result.standardized[rays], 1),
+        *_fixed(("smallest found x (µm)", "smallest found y (µm)"), UM * smallest, 1),
+    )
 
 
 def rejected(found: Snooping) -> Table:
     """Return the rays that data snooping rejected, in that order."""
-    w = found.result.residual_test
-    rows = [
-        (
-            str(number),
-            str(one.point),
-            str(one.photo),
-            *(f"{value:.1f}" for value in one.standardized),
-            *(f"{UM * value:.2f}" for value in one.error),
-            f"{one.sigma0:.3f}",
-        )
-        for number, one in enumerate(found.removed, start=1)
-    ]
-    header = ["step", "point", "photo", f"{w} x", f"{w} y"]
-    header += ["error x (µm)", "error y (µm)", "sigma0 before"]
-    caption = "Rays rejected by data snooping, with the estimated error of each"
-    return Table(caption, header, rows)
+    w, removed = found.result.residual_test, found.removed
+    return _table(
+        "Rays rejected by data snooping, with the estimated error of each",
+        _named("step", range(1, len(removed) + 1)),
+        _named("point", [one.point for one in removed]),
+        _named("photo", [one.photo for one in removed]),
+        *_fixed((f"{w} x", f"{w} y"), np.array([x.standardized for x in removed]), 1),
+        *_fixed(
+            ("error x (µm)", "error y (µm)"),
+            UM * np.array([x.error for x in removed]),
+            2,
+        ),
+        ("sigma0 before", fixed(np.array([one.sigma0 for one in removed]), 3)),
+    )
 
 
 def known(result: Bundle) -> list[Table]:
@@ -222,11 +229,10 @@ def known(result: Bundle) -> list[Table]:
     if network.control is not None and len(network.control[0]):
         tables.append(_control(result, network.control[0], network.control[2]))
     if network.check is not None and len(network.check[0]):
-        names = [str(network.point_names[j]) for j in network.check[0]]
-        columns = _differences(result.check_differences)
+        names = [network.point_names[j] for j in network.check[0]]
+        differences = zip(AXES, _differences(result.check_differences))
         caption = "Check points: adjusted - given, in object units"
-        header = ("point", "dX", "dY", "dZ")
-        tables.append(Table(caption, header, list(zip(names, *columns))))
+        tables.append(_table(caption, _named("point", names), *differences))
     if len(network.scale_bars):
         tables.append(_scale_bars(result))
     return tables
@@ -234,38 +240,38 @@ def known(result: Bundle) -> list[Table]:
 
 def _control(result: Bundle, index: np.ndarray, sigma: np.ndarray) -> Table:
     """Control points; r and w, or tau, only where a coordinate is an observation."""
-    names = [str(result.network.point_names[j]) for j in index]
     v = np.where(sigma == 0, np.nan, result.control_residuals)
-    differences = [
-        ["held" if s == 0 else word for s, word in zip(of_axis, words)]
-        for of_axis, words in zip(sigma.T, _differences(v))
-    ]
+    columns = [_named("point", [result.network.point_names[j] for j in index])]
+    for axis, of_axis, words in zip(AXES, sigma.T, _differences(v)):
+        held = ["held" if s == 0 else word for s, word in zip(of_axis, words)]
+        columns.append((axis, held))
     weighted = (sigma > 0) & np.isfinite(sigma)
     caption = "Control points: adjusted - given, in object units"
-    header, columns = ["point", "dX", "dY", "dZ"], [names, *differences]
     if np.any(weighted):
         r, w = _tested(
             result.control_redundancy_numbers, result.control_standardized, weighted
         )
-        columns += [fixed(axis, 2) for axis in r.T]
-        columns += [fixed(axis, 1) for axis in w.T]
         test = result.residual_test
-        header += [f"{name} {axis}" for name in ("r", test) for axis in "XYZ"]
+        columns += _fixed(("r X", "r Y", "r Z"), r, 2)
+        columns += _fixed([f"{test} {axis}" for axis in "XYZ"], w, 1)
         caption += f"; r and {test} of coordinates with a standard deviation"
-    return Table(caption, header, list(zip(*columns)))
+    return _table(caption, *columns)
 
 
 def _scale_bars(result: Bundle) -> Table:
     a, b, length, sigma = result.network.scale_bars.T
     names = result.network.point_names
-    bars = [f"{names[int(i)]} to {names[int(j)]}" for i, j in zip(a, b)]
     r, w = _tested(
         result.scale_bar_redundancy_numbers, result.scale_bar_standardized, sigma > 0
     )
-    lengths = [rounded(one, sigma) for one in (length, result.scale_bar_residuals)]
-    columns = bars, *lengths, fixed(r, 2), fixed(w, 1)
-    header = ("bar", "length", "adjusted - given", "r", result.residual_test)
-    return Table("Scale bars, in object units", header, list(zip(*columns)))
+    return _table(
+        "Scale bars, in object units",
+        ("bar", [f"{names[int(i)]} to {names[int(j)]}" for i, j in zip(a, b)]),
+        ("length", rounded(length, sigma)),
+        ("adjusted - given", rounded(result.scale_bar_residuals, sigma)),
+        ("r", fixed(r, 2)),
+        (result.residual_test, fixed(w, 1)),
+    )
 
 
 def _differences(values: np.ndarray) -> list[list[str]]:

@@ -9,8 +9,8 @@ import numpy as np
 from pgm_lab import _validate, matching
 from pgm_lab._rounding import fixed, rounded
 from pgm_lab.matching import RECOMMENDED_QUALITY, STATUSES, Match
-from pgm_lab.report import _page, _points
-from pgm_lab.report._page import Finding, Section, Table, as_html, as_text
+from pgm_lab.report import _points
+from pgm_lab.report._page import Finding, Table, as_html, as_text
 
 __all__ = ["html", "text"]
 
@@ -87,7 +87,7 @@ def html(
 
     case = _case(found, settings, about)
     draw = _figures.of_matching(found, left, right, case.asked.get("threshold"))
-    return as_html(TITLE, _sections(case, about, False, draw), {about} - {""})
+    return as_html(TITLE, case.sections(about, False, draw), {about} - {""})
 
 
 def text(
@@ -121,7 +121,7 @@ def text(
     '5 of 5 points were found;'
     """
     case = _case(found, settings, about)
-    return as_text(TITLE, _sections(case, about, _validate.flag(short, "short")))
+    return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
 
 
 def reason(found: Match) -> str:
@@ -142,43 +142,16 @@ def _case(found: Match, settings: Mapping[str, object] | None, about: str) -> "C
     return Case(found, asked)
 
 
-def _sections(case: "Case", about: str, short: bool, draw: Any = None) -> list[Section]:
-    """Collect the report, the summary first; what is empty is left out."""
-    values = _values(case) | {
-        "findings": findings(case.found),
-        "status_table": _points.status_table(case.found, WORDS),
-        "settings_table": _points.settings_table(case.asked, SETTINGS),
-        "about": about,
-        "short": short,
-    }
-    return _page.sections("matching.j2", values, draw)
-
-
 def findings(found: Match) -> list[Finding]:
     """List all warnings of a matching; none when nothing is wrong."""
-    values = _values(Case(found, {}))
-    return _page.sections("matching_findings.j2", values)[0].findings
+    return Case(found, {}).findings
 
 
-def _values(case: "Case") -> dict[str, Any]:
-    found = case.found
-    values = {
-        "case": case,
-        "found": found,
-        "n": len(found.chosen),
-        "accepted": int(np.sum(found.accepted)),
-        "lost": _points.lost(found, WORDS),
-        "few": _points.few(found, FEW),
-        "SMALL": _points.SMALL,
-    }
-    return values | _page.constants(__name__)
-
-
-class Case:
+class Case(_points.Points):
     """What the sentences of the report need to know of a matching."""
 
-    def __init__(self, found: Match, asked: dict[str, Any]) -> None:
-        self.found, self.asked = found, asked
+    NAME, FEW, WORDS, SETTINGS = "matching", FEW, WORDS, SETTINGS
+    found: Match
 
     def median(self, values: np.ndarray) -> float:
         """Return the median of the accepted points."""

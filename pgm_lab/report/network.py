@@ -408,35 +408,23 @@ class Case:
 
 COORDINATES = "Image coordinates"
 
-# 2 theta of the reflection (cos, sin; sin, -cos), and what turns axes so
-REFLECTED = {
-    0: ("count y downwards", "Change the sign of y"),
-    90: ("have x and y exchanged", "Exchange the columns x and y (and sx, sy)"),
-    180: ("count x to the left", "Change the sign of x"),
-    -90: (
-        "have x and y exchanged, both with the wrong sign",
-        "Exchange the columns and change both signs",
-    ),
-}
-
 
 def doubt(network: Network) -> Finding | None:
     """Say that the image coordinates are no mm with x to the right and y up."""
-    found = _compared(network)
-    words, advice = _unit(network, found)
-    if not words and found is not None:
-        words, advice = _reflected(found)
-    if words:
-        return Finding(COORDINATES, f"The image coordinates seem to {words}. {advice}.")
-    sigma = float(np.median(network.sigma))
-    if sigma < FINEST:
-        return Finding(
-            "Unit of the standard deviations",
-            f"Image coordinates are said to have a standard deviation of {sigma:.2g}"
-            f" mm. Nobody measures to {UM * UM * FINEST:g} nm: are sx and sy in metres,"
-            " or is the exponent wrong? Give them in mm (1 µm is 0.001).",
-        )
-    return None
+    A = _compared(network)
+    farthest = float(np.hypot(*network.xy.T).max())
+    times = 1.0 if A is None else float(np.sqrt(np.abs(np.linalg.det(A))))
+    ratio = max(times, 1 / times)
+    if ratio <= SCALE:  # right, or all in one wrong unit, or nothing to compare with
+        ratio = 0.0
+        times = 1e3 if farthest > FARTHEST else 1e-3 if farthest < NEAREST else 1.0
+    unit = "centimetres" if times > 0.03 else "metres"
+    if times >= 1:
+        unit = "pixels or micrometres" if times > 1 else ""
+    values = {"unit": unit, "ratio": ratio, "times": times, "farthest": farthest}
+    values |= {"reflected": _reflected(A), "sigma": float(np.median(network.sigma))}
+    found = _page.sections("doubt.j2", values | _page.constants(__name__))[0].findings
+    return found[0] if found else None
 
 
 def _compared(network: Network) -> np.ndarray | None:
@@ -468,45 +456,10 @@ def _compared(network: Network) -> np.ndarray | None:
     return A
 
 
-def _unit(network: Network, A: np.ndarray | None) -> tuple[str, str]:
-    """Return what unit the image coordinates have, if it is not mm, and what to do."""
-    farthest = float(np.hypot(*network.xy.T).max())
-    times = 1.0 if A is None else float(np.sqrt(np.abs(np.linalg.det(A))))
-    there = f"the farthest point is {plain(farthest, 3)} from the middle of its photo"
-    if 1 / SCALE <= times <= SCALE:
-        if NEAREST <= farthest <= FARTHEST:
-            return "", ""
-        # all of the input in one wrong unit, or no start values to compare with
-        times = 1e3 if farthest > FARTHEST else 1e-3
-    else:
-        ratio = max(times, 1 / times)
-        size = "too large" if times > 1 else "too small"
-        there += f", {plain(ratio, 2)} times {size} for c and the start values"
-    if times > 1:
-        return (
-            f"be in pixels or micrometres, not in millimetres: {there}",
-            "Columns and rows of pixels become x = (column - middle column) times the"
-            " size of a pixel in mm, and y = (middle row - row) times that size; c, sx"
-            " and sy are in mm too",
-        )
-    unit = "be in centimetres" if times > 0.03 else "be in metres"
-    factor = 10 if times > 0.03 else 1000
-    return (
-        f"{unit}, not in millimetres: {there}",
-        f"Multiply x and y by {factor}, and sx and sy (and c) where they have the same"
-        " unit",
-    )
-
-
-def _reflected(A: np.ndarray) -> tuple[str, str]:
-    """Return which axes of the image are the wrong way round, and what to do."""
-    if np.linalg.det(A) > 0:
-        return "", ""
+def _reflected(A: np.ndarray | None) -> int | None:
+    """Return 2 theta in degrees of a reflection (cos, sin; sin, -cos), else None."""
+    if A is None or np.linalg.det(A) > 0:
+        return None
     twice = np.degrees(np.arctan2(A[0, 1] + A[1, 0], A[0, 0] - A[1, 1]))
     nearest = int(90 * np.round(twice / 90))
-    words, advice = REFLECTED[180 if abs(nearest) == 180 else nearest]
-    return (
-        f"{words}, compared with the start values",
-        f"{advice}: x must point right and y up, seen in the photo. If that is so, the"
-        " start values are a mirror image",
-    )
+    return abs(nearest) if abs(nearest) == 180 else nearest

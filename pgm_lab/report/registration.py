@@ -12,7 +12,7 @@ from pgm_lab._rounding import fixed, plain, rounded, scientific
 from pgm_lab.registration import Model, Raster, Registration, fit
 from pgm_lab.registration.accuracy import ROBUST_SD
 from pgm_lab.report import _page, _points
-from pgm_lab.report._page import Finding, Section, Table, as_html, as_text
+from pgm_lab.report._page import Table, as_html, as_text
 
 __all__ = ["html", "text"]
 
@@ -110,7 +110,7 @@ def html(
 
     case = _case(found, reference, sensed, model, pixel_size, settings, about)
     draw = _figures.of_registration(case)
-    return as_html(TITLE, _sections(case, about, False, draw), {about} - {""})
+    return as_html(TITLE, case.sections(about, False, draw), {about} - {""})
 
 
 def text(
@@ -150,7 +150,7 @@ def text(
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
     case = _case(found, reference, sensed, model, pixel_size, settings, about)
-    return as_text(TITLE, _sections(case, about, _validate.flag(short, "short")))
+    return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
 
 
 def reason(found: Registration) -> str:
@@ -201,43 +201,14 @@ def _raster(image: Raster | ArrayLike, name: str) -> Raster:
     return Raster(np.ma.getdata(values), np.ma.getmaskarray(values))
 
 
-def _sections(case: "Case", about: str, short: bool, draw: Any = None) -> list[Section]:
-    """Collect the report, the summary first; what is empty is left out."""
-    values = _values(case) | {
-        "findings": findings(case),
-        "status_table": _points.status_table(case.found, WORDS),
-        "settings_table": _points.settings_table(case.asked, SETTINGS),
-        "about": about,
-        "short": short,
-    }
-    return _page.sections("registration.j2", values, draw)
-
-
-def findings(case: "Case") -> list[Finding]:
-    """List all warnings of a registration; none when nothing is wrong."""
-    return _page.sections("registration_findings.j2", _values(case))[0].findings
-
-
-def _values(case: "Case") -> dict[str, Any]:
-    found = case.found
-    values = {
-        "case": case,
-        "found": found,
-        "model": case.model,
-        "n": len(found.points),
-        "accepted": int(np.sum(found.accepted)),
-        "lost": _points.lost(found, WORDS),
-        "few": _points.few(found, FEW),
-        "SMALL": _points.SMALL,
-    }
-    return values | _page.constants(__name__)
-
-
-class Case:
+class Case(_points.Points):
     """Two images, what was asked and what was found: all that the sentences need.
 
     `pixel_size` (2,) is across and down in metres, or None.
     """
+
+    NAME, FEW, WORDS, SETTINGS = "registration", FEW, WORDS, SETTINGS
+    found: Registration
 
     def __init__(
         self,
@@ -248,8 +219,9 @@ class Case:
         asked: dict[str, Any],
         pixel_size: np.ndarray | None,
     ) -> None:
-        self.found, self.reference, self.sensed = found, reference, sensed
-        self.model, self.asked, self.pixel_size = model, asked, pixel_size
+        super().__init__(found, asked)
+        self.reference, self.sensed = reference, sensed
+        self.model, self.pixel_size = model, pixel_size
         rows, columns = reference.grey.shape
         self.size = columns, rows
         offset = asked["offset"]

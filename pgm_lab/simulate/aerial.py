@@ -40,11 +40,9 @@ class AerialPair:
     landscape : Landscape
     ground : tuple of two ndarray (rows, columns, 3)
         Object point that each pixel of left and right shows, in m: where its ray first
-        meets the bilinear heights of the DSM. Such a point may lie on the wall of a
-        house, which is a ramp as wide as a cell.
+        meets the bilinear DSM.
     hidden : tuple of two ndarray (rows, columns) of bool
-        Pixels of the left photo whose point the right one does not show (something
-        stands before it, or it is outside), and the other way round.
+        Pixels whose point the other photo does not show: occluded, or outside.
     """
 
     left: Photo
@@ -93,7 +91,7 @@ def aerial_pair(
     Raises
     ------
     ValueError
-        If the part is larger than the sensor, or the overlap out of its range.
+        If the part is larger than the sensor, or the overlap out of range.
 
     Examples
     --------
@@ -156,8 +154,7 @@ def aerial_block(
     strips, photos : int
         How many strips, from north to south, and photos in each, from west to east.
     part : (columns, rows)
-        The middle of the sensor is read out: the photos are so large, and overlap as
-        such. With less than the whole sensor, (4288, 2848), the base is shorter.
+        Of the sensor, in pixels, around its middle; a smaller one has a shorter base.
     overlap, sidelap : float
         Between the photos of a strip, 0.5 or more, and between strips, 0 or more.
     sigma, seed, relief, cell, buildings, trees, camera
@@ -252,12 +249,10 @@ def render(
 ) -> Iterator[tuple[Photo, np.ndarray]]:
     """Photos of 8 bit from frames without grey values, with the points they show.
 
-    A pixel is 1.5 cells of the landscape wide. Before they are sampled, the grey values
-    of the ground are blurred by a normal curve of 0.4 px, about the area of a pixel and
-    the optics: of a wave of half a cycle a pixel, the finest that a photo holds, 0.45
-    remains, of one of a whole cycle 0.04, so that little comes back as an alias. The
-    edges of houses and crowns, which are sharp on the ground, are blurred by 0.35 px in
-    the photo.
+    A pixel is 1.5 cells wide. The grey values of the ground are blurred by a normal
+    curve of 0.4 px before sampling (a wave of half a cycle a pixel keeps 0.45, one of a
+    whole cycle 0.04, so that there is little alias), the sharp edges of houses and
+    crowns by 0.35 px in the photo.
     """
     first = frames[0]
     pixel = first.pixel_size * first.exterior[2] / first.camera.c  # m, at height 0
@@ -303,10 +298,8 @@ def _meet(
 
 
 def _foliage(land: Landscape, leaves: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Share of the light that foliage sends back: a texture in space, not from above.
-
-    The side of a crown, a few cells wide from above, would be drawn out otherwise.
-    """
+    """Share of the light that foliage sends back: a texture in space."""
+    # The side of a crown, a few cells wide from above, would be drawn out otherwise
     X, Y, Z = (points[..., i] for i in range(3))
     tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
     row = (0.35 * Z - Y) / land.cell % len(leaves)
@@ -330,9 +323,8 @@ def hidden(
 ) -> np.ndarray:
     """Whether another photo, which shows `ground`, does not show points.
 
-    Outside of it, and where the ray from its station to the point first meets something
-    else. The four pixels around the image of a point decide, where all of them show
-    something clearly above the point, or none. The rays of the others are cast.
+    Outside of it, or where the ray to the point meets something before. Four pixels
+    around the image decide where they agree; other rays are cast.
     """
     rows, columns = other.grey.shape
     Z = ground[..., 2]
@@ -356,10 +348,8 @@ def hidden(
 
 
 def _roughly_projected(photo: Photo, points: np.ndarray) -> np.ndarray:
-    """Pixels of points, to hundredths: `Photo.project` proves more, and takes longer.
-
-    What the lens displaces is put in again five times; each is ten times closer.
-    """
+    """Pixels of points, to hundredths; quicker than `Photo.project`."""
+    # Each of five iterations brings the distortion ten times closer
     camera = photo.camera
     ray = (points - photo.exterior[:3]) @ imaging.attitude(photo.exterior).T
     xy = image = -camera.c * ray[..., :2] / ray[..., 2:]
@@ -391,11 +381,8 @@ class Surface:
 
         Rays (4, n) are (row, down, column, right): where they are at height 0, in
         cells, and the cells by which they move down and right for a metre of height.
-
-        A ray goes down in steps of at most a block sideways while it stays above the
-        tops of the blocks around, then with smaller blocks, and at last by half a cell,
-        so that no more than the corner of a cell is missed. The step that ends below
-        the surface is closed in on.
+        Steps go over whole blocks, then smaller ones, at last half a cell: only the
+        corner of a cell is missed.
         """
         row, down, column, right = rays
         z = np.full(row.shape, float(self.z.max()) + 0.1)
@@ -418,11 +405,8 @@ class Surface:
     def _close(
         self, rays: np.ndarray, high: np.ndarray, step: np.ndarray
     ) -> np.ndarray:
-        """From heights above the surface down to it, by steps, then by false position.
-
-        Rays that are still on their way stand together in the arrays `high` (heights
-        above the surface, by `over`), `low` (below it, by `under`).
-        """
+        """Close in on the surface from above: by steps, then by false position."""
+        # `high` are heights above the surface, by `over`; `low` below it, by `under`
         # Step down to the first height below the surface
         z = np.empty_like(high)
         low, over, under = z.copy(), self._above(high, rays), z.copy()

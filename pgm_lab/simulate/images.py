@@ -22,8 +22,7 @@ def target(
 ) -> np.ndarray:
     """Images of circular targets with exactly known centres, without noise.
 
-    A disc with a soft edge, integrated over the area of each pixel. The edge falls from
-    foreground to background as the distribution function of a normal distribution with
+    A disc integrated over each pixel. Its edge is a normal distribution function with
     the standard deviation `blur`, so the centre is exact by symmetry.
 
     Parameters
@@ -31,8 +30,8 @@ def target(
     centre : array_like (..., 2)
         (column, row) of the centres in pixels, integers at pixel centres.
     diameter : float
-        Diameter of the disc at half height, in pixels. Below four times the blur the
-        profile has a peak that the quadrature over the pixel misses a little.
+        At half height, in pixels. Below four times the blur the quadrature over the
+        pixel misses a little of the peak.
     shape : (rows, columns)
         Shape of each image.
     foreground, background : float

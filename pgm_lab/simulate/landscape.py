@@ -8,7 +8,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, datasets
-from pgm_lab.image.resampling import _cubic
+from pgm_lab.image.resampling import cubic_weights
 
 OPEN, BUILDING, TREE, WATER = 0, 1, 2, 3
 ZONES = ("open", "mixed", "wood")
@@ -42,8 +42,8 @@ class Landscape:
     grey : ndarray (rows, columns) of float32
         Grey values as seen from above, in the sun.
     dtm, dsm : ndarray (rows, columns) of float32
-        Heights of the ground, and of what the sky sees, in m. Between the middles of
-        cells both are bilinear, so the wall of a house is a ramp as wide as a cell.
+        Heights of the ground, and of what the sky sees, in m; bilinear between the
+        middles of cells, so the wall of a house is a ramp as wide as a cell.
     kind : ndarray (rows, columns) of uint8
         `OPEN`, `BUILDING`, `TREE` or `WATER`.
     corner : (X, Y)
@@ -51,8 +51,7 @@ class Landscape:
     cell : float
         Side of a cell in m.
     borders : (X, X)
-        Where open fields end and mixed ground begins, and where that ends and the wood
-        begins, in m.
+        Where mixed ground and where the wood begin, in m.
     """
 
     grey: np.ndarray = field(repr=False)
@@ -104,8 +103,8 @@ def landscape(
 ) -> Landscape:
     """Landscape with open fields, mixed ground and a wood, from west to east.
 
-    Its hills have the shape of a real elevation model, its meadows the texture of a
-    real orthophoto. Houses and trees stand on it, in the sun and with their shadows.
+    Hills from a real elevation model, meadows with the texture of a real orthophoto,
+    houses and trees in the sun, with their shadows.
 
     Parameters
     ----------
@@ -132,9 +131,8 @@ def landscape(
 
     Notes
     -----
-    Elevation model: the Jacksboro fault (``data/README.md``), whose posts are put 20 m
-    apart and joined by a cubic spline. Ground: patches of `datasets.yellowstone`
-    without trees, quilted.
+    Elevation model: the Jacksboro fault (``data/README.md``), its posts put 20 m apart.
+    Ground: `datasets.yellowstone`, without trees.
 
     Examples
     --------
@@ -205,11 +203,9 @@ def _places(
 
 
 def _terrain(X: np.ndarray, Y: np.ndarray, relief: float) -> np.ndarray:
-    """Heights (rows, columns) in m, from 0 to `relief`, at columns X and rows Y.
-
-    A cubic spline through the heights of the elevation model, so that neither the
-    slope nor the curvature jumps at its posts; beyond its edge it is mirrored.
-    """
+    """Heights (rows, columns) in m, from 0 to `relief`, at columns X and rows Y."""
+    # A cubic spline: neither slope nor curvature jumps at the posts of the elevation
+    # model, which is mirrored beyond its edge
     if relief == 0:
         return np.zeros((len(Y), len(X)), np.float32)
     with np.load(datasets.path("jacksboro_fault_dem.npz")) as data:
@@ -234,13 +230,10 @@ def _mirrored(index: np.ndarray, n: int) -> np.ndarray:
 def _meadow(
     shape: tuple[int, int], cell: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Grey values (rows, columns) of open ground, out of the orthophoto.
-
-    Patches of the orthophoto without trees and shadows, each from another place, turned
-    and mirrored, overlap by a third. Where n of them meet, their weighted sum is over
-    the root of the sum of squared weights, not over the sum, which would flatten the
-    contrast there.
-    """
+    """Grey values (rows, columns) of open ground: quilted patches of the orthophoto."""
+    # The patches, rotated and mirrored, overlap by a third. Where they meet, the
+    # weighted sum is over the root of the squared weights: over their sum it would lose
+    # contrast.
     # The orthophoto in cells of the landscape, each the mean of the pixels it covers
     ortho = datasets.yellowstone()
     n = round(len(ortho.grey) * ortho.gsd / cell)
@@ -503,11 +496,9 @@ def _lighten(albedo: np.ndarray, dsm: np.ndarray, cell: float) -> np.ndarray:
 
 
 def _shadow(dsm: np.ndarray, cell: float) -> np.ndarray:
-    """Height below which the sun does not reach, at each cell.
-
-    The shadow of a point falls off with the distance; the highest over all distances up
-    to 2^n cells is that up to 2^(n-1), and the same from 2^(n-1) cells further on.
-    """
+    """Height below which the sun does not reach, at each cell."""
+    # The highest shadow over distances up to 2^n cells is that up to 2^(n-1), and the
+    # same from 2^(n-1) cells further on
     height = dsm.copy()
     drop = np.tan(ELEVATION) * cell
     rows, columns = dsm.shape
@@ -557,8 +548,8 @@ def cubic(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
     """
     rows, columns = layer.shape
     flat = np.pad(layer, 2, mode="edge").ravel()
-    i, down = _cubic(np.clip(row, -0.999, rows - 0.001), a=-0.75)
-    j, across = _cubic(np.clip(column, -0.999, columns - 0.001), a=-0.75)
+    i, down = cubic_weights(np.clip(row, -0.999, rows - 0.001), a=-0.75)
+    j, across = cubic_weights(np.clip(column, -0.999, columns - 0.001), a=-0.75)
     first = (i + 2) * (columns + 4) + j + 2
     out = np.zeros(row.shape, np.float32)
     for k, weight in enumerate(down):
@@ -569,7 +560,7 @@ def cubic(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
 
 def _cubic_matrix(x: np.ndarray, n: int) -> np.ndarray:
     """Weights (places, n) of n values at places inside, from 1 to n - 2."""
-    first, weights = _cubic(x, a=-0.75)
+    first, weights = cubic_weights(x, a=-0.75)
     out = np.zeros((len(x), n))
     for k, w in enumerate(weights):
         out[np.arange(len(x)), first + k] = w

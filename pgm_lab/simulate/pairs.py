@@ -61,8 +61,8 @@ def texture_pair(
 
     Notes
     -----
-    Where the transformation shrinks the texture, its frequencies grow; beyond 0.5
-    cycles per pixel the right image shows an alias, as a camera's would.
+    Where the texture shrinks to more than 0.5 cycles per pixel, the right image has an
+    alias, as a camera's would.
 
     References
     ----------
@@ -86,11 +86,9 @@ def texture_pair(
 
 
 def _image(texture: Texture, shape: tuple[int, int]) -> np.ndarray:
-    """Grey values at all pixels of an image.
-
-    cos(u + v) = cos u cos v - sin u sin v separates rows from columns: two small
-    matrices multiplied, instead of a cosine for each pixel and wave.
-    """
+    """Grey values at all pixels of an image."""
+    # cos(u + v) = cos u cos v - sin u sin v separates rows from columns: two small
+    # matrices multiplied, instead of a cosine for each pixel and wave
     rows, columns = shape
     fx, fy = 2 * np.pi * texture.frequencies.T
     u = np.arange(rows)[:, None] * fy + texture.phases
@@ -100,10 +98,8 @@ def _image(texture: Texture, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _warped(texture: Texture, affine: ArrayLike) -> Texture:
-    """The texture as seen in the coordinates p' = t + J p: again a sum of waves.
-
-    From p = J^-1 (p' - t) follows f . p = f' . p' - f' . t with f' = J^-T f.
-    """
+    """The texture as seen in p' = t + J p: again a sum of waves."""
+    # From p = J^-1 (p' - t) follows f . p = f' . p' - f' . t with f' = J^-T f
     a0, a1, a2, b0, b1, b2 = np.asarray(affine, dtype=float)
     t, J = np.array([a0, b0]), np.array([[a1, a2], [b1, b2]])
     if abs(a1 * b2 - a2 * b1) < 1e-12 * np.sum(J**2) or not np.any(J):
@@ -130,9 +126,8 @@ def shrunk_pair(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two small images out of one large, shifted by a known part of a pixel.
 
-    The image is cut twice, the second time shifted by whole pixels, and both parts are
-    averaged down. What stands at (x, y) in the left image stands at (x, y) plus
-    shift / factor in the right one: a real image with known sub-pixel truth.
+    Two cuts, one shifted by whole pixels, are averaged down: what stands at (x, y) in
+    the left image stands at (x, y) plus shift / factor in the right one.
 
     Parameters
     ----------
@@ -155,8 +150,8 @@ def shrunk_pair(
 
     Notes
     -----
-    The mean over a square keeps a part of the detail too fine for the small pixels. It
-    appears as an alias that does not move by shift / factor.
+    The mean keeps a part of the detail too fine for the small pixels: an alias, which
+    does not move by shift / factor.
 
     Examples
     --------
@@ -197,11 +192,9 @@ class OrthoPair:
     reference, sensed : ndarray (rows, columns)
         Grey values.
     shift : ndarray (2,)
-        (columns, rows) from a point of the reference image to the same point of the
-        sensed one, in pixels: the truth.
+        The true (columns, rows) from reference to sensed image, in pixels.
     changed : ndarray (rows, columns) of bool
-        Pixels of the reference image of which at least a part is a field that the
-        sensed image shows changed.
+        Pixels of the reference image that show, in part, a changed field.
     """
 
     reference: np.ndarray = field(repr=False)
@@ -226,9 +219,9 @@ def ortho_pair(
 ) -> OrthoPair:
     """Two ortho images out of one scene, shifted by a known part of a pixel.
 
-    The scene is blurred, cut twice, the second time shifted by whole pixels, and both
-    cuts are averaged down (`shrunk_pair`). The sensed image may show some of its fields
-    changed, through haze, with another gain and offset; each image has its own noise.
+    The scene is blurred, then cut and averaged down as by `shrunk_pair`. The sensed
+    image may show changed fields, haze, another gain and offset; each has its own
+    noise.
 
     Parameters
     ----------
@@ -246,9 +239,8 @@ def ortho_pair(
     sigma : float
         Standard deviation of the white noise in each image, in grey values.
     haze : float
-        Where it is thickest, the share of the ground's light that is lost, from 0 to
-        below 1; as bright as the scene's brightest hundredth, haze takes its place.
-        Elsewhere less, down to none.
+        Share of the ground's light that is lost where it is thickest, from 0 to below
+        1. Haze is as bright as the scene's brightest hundredth.
     changed : float
         Probability of a field to change, from 0 to 1.
     dtype : data type, optional
@@ -264,20 +256,17 @@ def ortho_pair(
 
     Notes
     -----
-    The shift is exact: it is whole pixels of the scene over `factor`, and nothing is
-    interpolated. Haze and changed fields alter what is seen, not where it is.
+    The shift is exact: nothing is interpolated, and haze and fields move nothing.
 
-    What the averages keep is a matter of the transfer function. A mean over a pixel
-    keeps sin(pi f) / (pi f) of a wave of f cycles per pixel: 0.64 at 0.5, the finest
-    that the pixels can hold, and still 0.30 at 0.75. What is above 0.5 appears as a
-    wave of 1 - f, an alias, and this one moves backwards. The blur b multiplies it by
-    exp(-2 pi^2 b^2 f^2): with b = 0.7, 0.09 at 0.5 and 0.004 at 0.75. Of the contrast
+    A mean over a pixel keeps sin(pi f) / (pi f) of a wave of f cycles per pixel, 0.30
+    at 0.75; above 0.5 it appears as an alias of 1 - f, which moves backwards. The blur
+    b multiplies by exp(-2 pi^2 b^2 f^2), with b = 0.7 by 0.004 at 0.75. Of the contrast
     of `datasets.landsat` at factor 4, shifted by (0.5, 0.25), 0.29 do not move along
     without blur, 0.05 with b = 0.5, 0.011 with 0.7, and 0.0007 with 1.
 
-    Fields are squares of 24 pixels, turned by a random angle. Every second that changes
-    is harvested: it keeps a fifth of its contrast, about another brightness. In place
-    of the others stands ground from elsewhere in the scene.
+    Fields are squares of 24 pixels at a random angle. Of those that change every second
+    one is harvested (a fifth of its contrast, another brightness), the others show
+    ground from elsewhere in the scene.
 
     Examples
     --------

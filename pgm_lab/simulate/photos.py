@@ -9,7 +9,7 @@ from pgm_lab import camera, rotation
 from pgm_lab.camera import Camera, imaging
 
 TRIES = 10_000  # some seconds; thirty points and 35 mm need a tenth of them
-GOLDEN_ANGLE = np.pi * (3 - 5**0.5)  # a turn that never comes back to the same side
+GOLDEN_ANGLE = np.pi * (3 - 5**0.5)  # rotations by it never repeat a direction
 
 
 # --- One photo, and two ---
@@ -71,8 +71,8 @@ def control_photo(
     True
     """
     for _ in range(TRIES):
-        turn, M = rotations(rng, 2)
-        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5] @ turn
+        of_object, M = rotations(rng, 2)
+        points = rng.uniform(-30, 30, (n, 3)) * [1, 1, 0 if flat else 0.5] @ of_object
         centre = M.T @ [*rng.uniform(-10, 10, 2), rng.uniform(80, 200)]
         near = -(points - centre) @ M[2] < 20
         if np.any(near) or rotation.is_gimbal(M, cosine=0.01):
@@ -93,9 +93,9 @@ def pair(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Two photos of the same unknown points; the left one at the origin, zero angles.
 
-    The right photo stands one unit to the right, up to half a unit higher or lower, and
-    is turned by up to 30 degrees, about its axis by any angle. The points lie 1.5 to 4
-    units away, within 20 mm of both image centres.
+    The right one stands one unit to the right, up to half a unit off, rotated by up to
+    30 degrees, about its axis by any angle. The points are 1.5 to 4 units away, within
+    20 mm of both image centres.
 
     Parameters
     ----------
@@ -153,9 +153,9 @@ def rough(
     rng : numpy.random.Generator
         Source of the random directions.
     degrees : float
-        Angle by which the camera is turned, about any axis; below 180.
+        Rotation of the camera, about any axis; below 180.
     share : float
-        Distance by which it is moved, in any direction, over its own from the origin.
+        Shift in any direction, over its distance from the origin.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def rough(
 
 @dataclass(frozen=True)
 class KnownNetwork:
-    """What is true in a simulated network, and what was measured in it.
+    """A simulated network: the truth, and what was measured.
 
     ``bundle.Network(net.camera, net.exteriors, net.points, net.photo, net.point,
     net.xy, net.sigma)`` is the network to adjust.
@@ -227,9 +227,8 @@ def network(
 ) -> KnownNetwork:
     """Simulate photos of an object from several sides, or an aerial block.
 
-    The Z axis points from the object to the cameras. Without `block` all photos look at
-    one object, as wide as their view and deep by a fifth of their distance, from
-    stations around its normal. With `block` they stand in strips above a terrain.
+    The Z axis points from the object to the cameras. Without `block` all photos
+    look at one object, as wide as their view and a fifth of their distance deep.
 
     Parameters
     ----------
@@ -243,17 +242,16 @@ def network(
         Photos in which a point was measured, chosen at random among those that see it.
         3.4 means 3 for six points of ten and 4 for the others; None means all photos.
     convergent : bool
-        The axes are inclined against the normal of the object: up to 35 degrees, each
-        to another side; in a block all by 20 degrees. False leaves them parallel.
+        Axes inclined up to 35 degrees, each to another side (in a block all by 20
+        degrees), or parallel.
     rolled : bool
-        The cameras are turned about their axes by 0, 90, 180, 270, 0 ... degrees. False
-        leaves them upright.
+        Cameras rotated about their axes by 0, 90, 180, 270, 0 ... degrees, or upright.
     flat : bool
         All points in the plane Z = 0.
     block : bool
-        Photos in strips, with overlaps of 80 % and 60 %; then `rays` is needed.
+        Strips above a terrain, overlaps 80 % and 60 %; needs `rays`.
     sigma : float
-        Standard deviation of the image coordinates, normally distributed; mm. May be 0.
+        Standard deviation of the image coordinates; mm. May be 0.
     distance : float
         Distance of the cameras from the object, which sets its unit: 2000 is in mm.
     image_size : array_like (2,)

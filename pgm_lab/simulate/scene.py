@@ -83,8 +83,8 @@ def relief_photo(
 ) -> np.ndarray:
     """Photo (rows, columns) of a relief that carries a texture, not rounded.
 
-    A pixel shows the texture at its middle. Let `cell` be the size of a pixel on the
-    ground or larger, so that the photo holds the finest detail.
+    A pixel shows the texture at its middle; `cell` should not be smaller than a pixel
+    on the ground.
 
     Parameters
     ----------

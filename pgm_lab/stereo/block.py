@@ -576,7 +576,7 @@ def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface
                 z, measured = combine((high - low)[::-1], parts)
                 _put(z_file, start, columns, low, z.astype("<f4"))
                 _put(measured_file, start, columns, low, measured)
-    large = rows * columns > _validate.MOST
+    large = rows * columns > _validate.MAX_NUMBERS
     z, measured = (np.load(name, mmap_mode="r" if large else None) for name in names)
     x, y = (first + 0.5) * cell
     return Surface(z, (float(x), float(-y)), cell, measured)

@@ -171,7 +171,7 @@ def _box(
 def _shape(low: np.ndarray, high: np.ndarray, cell: float) -> tuple[int, int]:
     """Rows and columns; an edge that is off by rounding makes no cell of its own."""
     columns, rows = np.maximum(np.ceil((high - low) / cell - 1e-9), 1)
-    if rows * columns > _validate.MOST:
+    if rows * columns > _validate.MAX_NUMBERS:
         raise ValueError(
             f"cells of {cell:g} m would be {rows:.0f} x {columns:.0f}, more than 10^8:"
             " take larger cells or a smaller extent"

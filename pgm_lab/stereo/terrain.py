@@ -4,8 +4,7 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
+import scipy
 
 from pgm_lab import _validate
 from pgm_lab.stereo.grid import Surface
@@ -189,9 +188,11 @@ def _plate(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
     mean = _sum(np.where(known, z, 0.0), side) / np.maximum(n, 1)
     level = mean[n > 0].mean()
     weight = (n / side**2).ravel()
-    normal = sparse.diags(weight) + STIFFNESS * _bending(n.shape)
+    normal = scipy.sparse.diags(weight) + STIFFNESS * _bending(n.shape)
     right = weight * (mean.ravel() - level)
-    plate = spsolve(normal.tocsc(), right, permc_spec="MMD_AT_PLUS_A").reshape(n.shape)
+    plate = scipy.sparse.linalg.spsolve(
+        normal.tocsc(), right, permc_spec="MMD_AT_PLUS_A"
+    ).reshape(n.shape)
     rows, columns = z.shape
     wide = cv2.resize(
         plate.astype(np.float32), None, fx=side, fy=side, interpolation=cv2.INTER_CUBIC
@@ -208,18 +209,18 @@ def _sum(values: np.ndarray, side: int) -> np.ndarray:
     ).sum((1, 3))
 
 
-def _bending(shape: tuple[int, int]) -> sparse.csr_matrix:
+def _bending(shape: tuple[int, int]) -> "scipy.sparse.csr_matrix":
     """Energy of a plate: squares of its second differences, xx + 2 xy + yy."""
     rows, columns = shape
-    xx = sparse.kron(sparse.eye(rows), _second(columns))
-    yy = sparse.kron(_second(rows), sparse.eye(columns))
-    xy = sparse.kron(_first(rows), _first(columns))
+    xx = scipy.sparse.kron(scipy.sparse.eye(rows), _second(columns))
+    yy = scipy.sparse.kron(_second(rows), scipy.sparse.eye(columns))
+    xy = scipy.sparse.kron(_first(rows), _first(columns))
     return xx.T @ xx + 2 * xy.T @ xy + yy.T @ yy
 
 
-def _second(n: int) -> sparse.spmatrix:
-    return sparse.diags([1.0, -2.0, 1.0], [0, 1, 2], shape=(max(n - 2, 0), n))
+def _second(n: int) -> "scipy.sparse.spmatrix":
+    return scipy.sparse.diags([1.0, -2.0, 1.0], [0, 1, 2], shape=(max(n - 2, 0), n))
 
 
-def _first(n: int) -> sparse.spmatrix:
-    return sparse.diags([-1.0, 1.0], [0, 1], shape=(n - 1, n))
+def _first(n: int) -> "scipy.sparse.spmatrix":
+    return scipy.sparse.diags([-1.0, 1.0], [0, 1], shape=(n - 1, n))

@@ -9,10 +9,8 @@ import os
 from collections.abc import Callable
 from types import ModuleType
 
-import ipywidgets as widgets
 import matplotlib
 import numpy as np
-from IPython.display import display
 from matplotlib.backend_bases import LocationEvent, MouseEvent
 from matplotlib.figure import Figure
 
@@ -46,6 +44,8 @@ class Program:
     """
 
     def __init__(self, first: Session, file: str | os.PathLike = "my_points.csv"):
+        import ipywidgets as widgets
+
         _validate.instance(first, Session, "first")
         self.session: Session = first
         self.point: Measurement | None = None
@@ -230,6 +230,8 @@ def start(first: Session, file: str | os.PathLike = "my_points.csv") -> Program:
     Program
         Its `session` is what was measured, at any time.
     """
+    from IPython.display import display
+
     program = Program(first, file)
     display(program.box)
     return program

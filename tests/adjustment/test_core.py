@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 from scipy.optimize import least_squares, minimize
 from scipy.stats import chi2
 
@@ -115,28 +117,12 @@ def test_covariance_with_rounding_errors_off_its_diagonal_is_accepted():
 
 
 def test_covariance_in_units_as_far_apart_as_metres_and_radians():
-    A, observations, _, rng = problem(4)
-    units, covariance = np.geomspace(1e-9, 1e9, 9), spd(rng, 9)
-    found = adjust(linear(A), np.zeros(3), observations, covariance=covariance)
-    other = adjust(
-        linear(A * units[:, None]),
-        np.zeros(3),
-        observations * units,
-        covariance=covariance * units * units[:, None],
-    )
+    A, L, _, rng = problem(4)
+    units, C = np.geomspace(1e-9, 1e9, 9), spd(rng, 9)
+    found = adjust(linear(A), np.zeros(3), L, covariance=C)
+    scaled = {"observations": L * units, "covariance": C * units * units[:, None]}
+    other = adjust(linear(A * units[:, None]), np.zeros(3), **scaled)
     assert_same(other, found, ("x", "standardized"))
-
-
-def test_weight_three_counts_like_three_equal_observations():
-    A, observations, _, _ = problem(5)
-    weights = np.array([3, 1, 2, 1, 1, 1, 1, 1, 1])
-    once = adjust(linear(A), np.zeros(3), observations, weights=weights)
-    repeated = np.repeat(A, weights, axis=0), np.repeat(observations, weights)
-    often = adjust(linear(repeated[0]), np.zeros(3), repeated[1])
-    assert_same(once, often, ("x", "cofactor"))
-    assert (once.redundancy, often.redundancy) == (6, 9)
-    # the same vᵀPv, spread over another redundancy
-    assert np.isclose(6 * once.sigma0**2, 9 * often.sigma0**2, rtol=1e-10)
 
 
 def test_weight_zero_leaves_an_observation_out():
@@ -179,28 +165,6 @@ def test_weighted_parameters_are_further_observations(correlated):
         close(getattr(found, name), getattr(other, name)[:9])
     close(found.parameter_residuals, other.residuals[9:])
     close(found.parameter_redundancy_numbers, other.redundancy_numbers[9:])
-
-
-def test_a_huge_weight_fixes_a_parameter_at_its_start_value():
-    A, observations, _, _ = problem(9)
-    start = np.array([0.7, 0.0, 0.0])
-    p = np.array([1e10, 0, 0])
-    found = adjust(linear(A), start, observations, parameter_weights=p)
-    fixed = adjust(linear(A[:, 1:]), start[1:], observations - 0.7 * A[:, 0])
-    # held by weights 1e10 times those of the observations
-    close(found.x, [0.7, *fixed.x], atol=1e-9)
-    close(found.sigma0, fixed.sigma0, rtol=1e-8)
-    close(found.cofactor[1:, 1:], fixed.cofactor, rtol=1e-8)
-    assert found.redundancy == fixed.redundancy == 7
-
-
-def test_weighted_parameters_let_the_start_be_elsewhere():
-    observed = {"parameter_weights": [4.0, 1.0], "parameter_values": [48.0, 31.0]}
-    one, other = (
-        adjust(distances, start, READINGS, args=[STATIONS], **observed)
-        for start in ([50.0, 30.0], [30.0, 60.0])
-    )
-    close(one.x, other.x, rtol=1e-8)
 
 
 # --- Constraints ---
@@ -273,9 +237,9 @@ def test_parameters_fixed_by_constraints_have_no_variance_and_no_correlation():
         args=[C],
         constraints=lambda x, C: ((C @ x[..., None])[..., 0] - 1 / 3, C),
     )
-    assert found.x[0, 1] == pytest.approx(1 / 3, rel=1e-14)
-    np.testing.assert_array_equal(found.sd[:, :2], 0)
-    np.testing.assert_array_equal(found.correlation[:, :2], 0)
+    assert found.x[0, 1] == approx(1 / 3, rel=1e-14)
+    equal(found.sd[:, :2], 0)
+    equal(found.correlation[:, :2], 0)
     assert np.all(found.sd[:, 2:] > 0) and np.all(found.status == "converged")
     assert np.all(np.abs(found.correlation) <= 1 + 1e-12)
     assert not np.isnan(found.history.change).any()
@@ -335,7 +299,7 @@ def test_rounding_of_a_constraint_does_not_shorten_steps(start):
     options = {"args": [stations], "constraints": circle}
     found = adjust(distances, offset + start, readings, **options)
     assert found.status == "converged"
-    np.testing.assert_array_equal(found.history.step, 1)
+    equal(found.history.step, 1)
 
 
 def test_a_constraint_that_nothing_satisfies_does_not_converge():
@@ -384,45 +348,11 @@ def test_datum_of_a_levelling_net_changes_heights_but_nothing_observed(i):
     free, held = level(inner), level(fixed(i, 100.0))
     assert_same(free, held, (*OBSERVATIONS, "sigma0"))
     assert free.redundancy == held.redundancy == 3
-    assert held.x[i] == pytest.approx(100, rel=1e-14)
+    assert held.x[i] == approx(100, rel=1e-14)
     assert np.ptp(free.x - held.x) < 1e-11  # one shift for all
     assert np.trace(free.cofactor) < np.trace(held.cofactor) - 0.1
     N = LEVELLING.T @ np.diag(1 / LENGTHS) @ LEVELLING
     close(free.cofactor, np.linalg.pinv(N), atol=1e-12)
-
-
-def test_free_trilateration_net_has_the_shape_of_the_fixed_one():
-    truth = np.array([[0.0, 0], [100, 5], [90, 95], [10, 80], [55, 40]])
-    one, two = np.triu_indices(5, 1)
-    rng = np.random.default_rng(3)
-    measured = np.linalg.norm(truth[one] - truth[two], axis=1)
-    measured = measured + 0.02 * rng.normal(size=10)
-
-    def sides(x):
-        points = x.reshape(5, 2)
-        difference = points[one] - points[two]
-        side = np.linalg.norm(difference, axis=1)
-        J = np.zeros((10, 5, 2))
-        J[np.arange(10), one] = difference / side[:, None]
-        J[np.arange(10), two] = -difference / side[:, None]
-        return side, J.reshape(10, 10)
-
-    def inner(x):  # two shifts, one rotation, of each iteration's corrections
-        X, Y = x.reshape(5, 2).T
-        rows = [np.tile([1.0, 0], 5), np.tile([0, 1.0], 5), np.ravel([Y, -X], "F")]
-        return np.zeros(3), np.array(rows)
-
-    def held(x):
-        rows = np.eye(10)[[0, 1, 3]]
-        return rows @ (x - truth.ravel()), rows
-
-    start = (truth + rng.normal(size=(5, 2))).ravel()
-    free, held = (adjust(sides, start, measured, constraints=c) for c in (inner, held))
-    assert free.redundancy == held.redundancy == 3
-    # different paths to the same minimum: where the stop rule, 1e-6 sd, leaves them
-    close(free.residuals, held.residuals, atol=1e-7)
-    close(free.sigma0, held.sigma0, rtol=1e-7)
-    assert np.trace(free.cofactor) < np.trace(held.cofactor)
 
 
 # --- The iteration ---
@@ -440,20 +370,12 @@ def test_line_search_converges_where_full_steps_run_away():
     assert damped.status == "converged"
     assert damped.history.step[0] < 1 and damped.history.step[-1] == 1
     halved = np.log2(damped.history.step)
-    np.testing.assert_array_equal(halved, np.round(halved))
+    equal(halved, np.round(halved))
     assert np.all(np.diff(damped.history.objective) <= 0)
     full = adjust(*arguments, line_search=False, max_iterations=3)
     assert full.status == "too many iterations" and abs(full.x[0]) > 1e3
     assert np.all(np.diff(full.history.objective) > 0)
-    np.testing.assert_array_equal(full.history.step, 1)
-
-
-def test_near_the_solution_every_step_is_full_and_damping_changes_nothing():
-    arguments = distances, [49.0, 31.0], READINGS
-    damped = adjust(*arguments, args=[STATIONS])
-    full = adjust(*arguments, args=[STATIONS], line_search=False)
-    assert_same(damped, full, rtol=0, atol=0)
-    np.testing.assert_array_equal(damped.history.step, 1)
+    equal(full.history.step, 1)
 
 
 @given(st.lists(st.floats(-9, 9), min_size=2, max_size=2), st.integers(0, 99))
@@ -502,23 +424,6 @@ def test_iteration_ends_with_the_first_change_below_the_tolerance_in_sd(toleranc
     assert np.isclose(history.objective[-1], found.residuals @ found.residuals)
 
 
-@pytest.mark.parametrize("prior", [None, 0.01])
-def test_change_is_measured_in_prior_standard_deviations_where_there_are_any(prior):
-    A, observations, weights, _ = problem(13)
-    options = {"weights": weights, "sigma0_prior": prior}
-    found = adjust(linear(A), np.ones(3), observations, **options)
-    at_start = np.sqrt(np.sum(weights * (A.sum(axis=1) - observations) ** 2) / 6)
-    sd = np.sqrt(np.diag(found.cofactor)) * (prior or at_start)
-    assert np.isclose(found.history.change[0], np.max(np.abs(found.x - 1) / sd))
-
-
-def test_linear_problem_is_solved_by_the_first_step():
-    A, observations, _, _ = problem(14)
-    found = adjust(linear(A), 1e3 * np.ones(3), observations)
-    assert found.iterations == 2  # the second one finds nothing left
-    assert found.history.change[1] < 1e-6
-
-
 @pytest.mark.parametrize("offset", [0.0, 1e5, 1e7])
 def test_what_rounding_leaves_is_not_iterated_away(offset):
     # Without errors sigma0 and all sd end as rounding, 1e-9 m for coordinates of 1e7 m
@@ -557,7 +462,7 @@ def test_nothing_handed_over_is_changed():
     found = adjust(distances, start, readings, args=[stations], weights=weights)
     found.x[:] = 0
     for one, other in zip(given, before):
-        np.testing.assert_array_equal(one, other)
+        equal(one, other)
 
 
 # --- Agreement with scipy ---
@@ -609,7 +514,7 @@ def test_redundancy_numbers_add_up_to_the_redundancy(
     found = adjust(linear(A), np.zeros(3), observations, **options)
     assert found.redundancy == made - 3 + 2 * weighted + constrained
     total = found.redundancy_numbers.sum() + found.parameter_redundancy_numbers.sum()
-    assert total == pytest.approx(found.redundancy, abs=1e-8)
+    assert total == approx(found.redundancy, abs=1e-8)
     if not correlated:
         assert np.all(found.redundancy_numbers > -1e-12)
         assert np.all(found.redundancy_numbers < 1 + 1e-12)
@@ -626,11 +531,8 @@ def test_residuals_are_standardised_by_their_own_covariance(correlated, prior):
     Q = np.linalg.inv(A.T @ P @ A)
     Qvv = C - A @ Q @ A.T
     close(found.redundancy_numbers, np.diag(Qvv @ P))
-    unit = prior or found.sigma0
-    w = P @ found.residuals / np.sqrt(np.diag(P @ Qvv @ P)) / unit
-    close(found.standardized, w)
-    if not correlated:
-        close(found.standardized, found.residuals / np.sqrt(np.diag(Qvv)) / unit)
+    w = P @ found.residuals / np.sqrt(np.diag(P @ Qvv @ P))
+    close(found.standardized, w / (prior or found.sigma0))
     # covariance and correlation follow from the cofactors
     sd = np.sqrt(np.diag(Q))
     close(found.cofactor, Q)
@@ -648,17 +550,9 @@ def test_squared_w_is_what_an_own_error_of_the_observation_takes_from_v_P_v(corr
         with_error = np.column_stack([A, np.eye(9)[i]])
         other = adjust(linear(with_error), np.zeros(4), observations, **options)
         drop = 6 * found.sigma0**2 - 5 * other.sigma0**2
-        assert found.standardized[i] ** 2 == pytest.approx(drop, rel=1e-8)
+        assert found.standardized[i] ** 2 == approx(drop, rel=1e-8)
         # an observation that is too large has a negative v and a positive error
         assert np.sign(found.standardized[i]) == -np.sign(other.x[3])
-
-
-def test_an_observation_that_nothing_controls_gets_no_standardised_residual():
-    A = np.array([[1.0, 0], [1, 0], [1, 0], [0, 1]])
-    found = adjust(linear(A), [0, 0], [1.0, 1.1, 0.9, 5.0], sigma0_prior=0.1)
-    assert found.redundancy_numbers[3] == pytest.approx(0, abs=1e-12)
-    assert found.standardized[3] == 0 and abs(found.residuals[3]) < 1e-12
-    assert np.all(found.standardized[1:3] != 0)
 
 
 def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
@@ -666,7 +560,7 @@ def test_without_redundancy_there_is_no_sigma0_and_the_prior_takes_its_place():
     bare = adjust(linear(A), [0, 0], [1.0, 2.0])
     assert bare.redundancy == 0 and bare.status == "converged"
     assert np.isnan(bare.sigma0) and np.isnan(bare.sd).all()
-    np.testing.assert_array_equal(bare.standardized, 0)
+    equal(bare.standardized, 0)
     known = adjust(linear(A), [0, 0], [1.0, 2.0], sigma0_prior=0.1)
     close(known.covariance, 0.01 * np.linalg.inv(A.T @ A))
     with pytest.raises(ValueError, match="without redundancy"):
@@ -681,9 +575,9 @@ def test_global_test_compares_sigma0_with_its_prior(factor, accepted):
     prior = plain.sigma0 / factor
     found = adjust(*arguments, weights=weights, sigma0_prior=prior)
     test = found.global_test(alpha=0.1)
-    assert test.statistic == pytest.approx(6 * factor**2)
-    assert test.lower == pytest.approx(chi2.ppf(0.05, 6))
-    assert test.upper == pytest.approx(chi2.ppf(0.95, 6))
+    assert test.statistic == approx(6 * factor**2)
+    assert test.lower == approx(chi2.ppf(0.05, 6))
+    assert test.upper == approx(chi2.ppf(0.95, 6))
     assert test.accepted == accepted
     with pytest.raises(ValueError, match="needs sigma0_prior"):
         plain.global_test()
@@ -711,7 +605,7 @@ def test_a_weight_on_the_parameter_cures_a_defect_and_a_useless_constraint_does_
     found = level(None, parameter_weights=[1.0, 0, 0, 0])
     close(found.residuals, level(fixed(0)).residuals, atol=1e-12)
     assert found.redundancy == 3
-    assert found.parameter_redundancy_numbers[0] == pytest.approx(0, abs=1e-9)
+    assert found.parameter_redundancy_numbers[0] == approx(0, abs=1e-9)
     row = np.array([[1.0, -1.0, 0.0, 0.0]])
     with pytest.raises(RankDefect, match="x1, x2, x3, x4"):
         level(lambda x: (row @ x - 1.2, row))
@@ -768,7 +662,7 @@ def test_a_stack_equals_a_loop(kind):
         assert (found.status[i], found.iterations[i]) == (alone.status, count)
         objective = found.history.objective[: count + 1, i]
         close(objective, alone.history.objective, rtol=1e-12)
-        np.testing.assert_array_equal(found.history.step[:count, i], alone.history.step)
+        equal(found.history.step[:count, i], alone.history.step)
         assert not found.history.step[count:, i].any()
         assert not found.history.change[count:, i].any()
 
@@ -784,7 +678,7 @@ def test_leading_axes_are_those_of_the_start_values():
     found = adjust(distances, *shaped, **options)
     for name, values in fields(flat).items():
         values = values.reshape(2, 3, *values.shape[1:])
-        np.testing.assert_array_equal(getattr(found, name), values)
+        equal(getattr(found, name), values)
     assert found.status.shape == found.iterations.shape == (2, 3)
     assert found.sd.shape == (2, 3, 2)
     rows = found.iterations.max()
@@ -834,8 +728,8 @@ def test_every_problem_of_a_stack_gets_its_own_status():
     expected = ["converged", "singular", "diverged", "too many iterations"]
     assert list(found.status) == expected
     alone = adjust(model, start[:1], observations, args=[a[:1], b[:1]])
-    np.testing.assert_array_equal(found.x[0], alone.x[0])
-    np.testing.assert_array_equal(found.cofactor[0], alone.cofactor[0])
+    equal(found.x[0], alone.x[0])
+    equal(found.cofactor[0], alone.cofactor[0])
     assert np.isnan(found.x[1]).all() and np.isnan(found.sd[1]).all()
     assert np.isnan(found.residuals[1]).all() and np.isnan(found.sigma0[1])
     assert np.isnan(found.sigma0[2]) and found.iterations[2] == 0
@@ -849,7 +743,7 @@ def test_a_wrong_jacobian_is_called_divergence():
 
     found = adjust(wrong, [20.0, 70.0], READINGS)
     assert found.status == "diverged"
-    np.testing.assert_array_equal(found.x, [20, 70])  # left where it was
+    equal(found.x, [20, 70])  # left where it was
     assert found.history.step[-1] == 0
     assert found.history.objective[-1] == found.history.objective[0]
 
@@ -861,21 +755,9 @@ def test_a_step_to_where_nothing_is_defined_is_shortened():
 
     found = adjust(logarithm, [5.0], [0.01, -0.01, 0.0])
     assert found.status == "converged" and found.history.step[0] < 1
-    assert found.x[0] == pytest.approx(1, abs=1e-6)
+    assert found.x[0] == approx(1, abs=1e-6)
     full = adjust(logarithm, [5.0], [0.01, -0.01, 0.0], line_search=False)
     assert full.status == "diverged"
-
-
-def test_problems_are_only_computed_while_they_iterate():
-    start, readings, stations, _ = stack()
-    sizes = []
-
-    def counted(x, stations):
-        sizes.append(len(x))
-        return distances(x, stations)
-
-    found = adjust(counted, start, readings, args=[stations])
-    assert sum(sizes) == 12 + found.iterations.sum()  # full steps all along
 
 
 # --- Bad input ---

@@ -1,9 +1,9 @@
 """Normal equations: scaling, constraints, and the diagnosis of what is undetermined."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose as close
 
 from pgm_lab.adjustment import normal
 
@@ -21,9 +21,9 @@ def test_solution_and_cofactor_in_any_units(seed, decade):
     expected = np.linalg.lstsq(A, np.arange(8.0), rcond=None)[0]
     cofactor = np.linalg.inv(N)
     assert not singular
-    np.testing.assert_allclose(dx * units, expected, rtol=1e-6, atol=1e-9)
+    close(dx * units, expected, rtol=1e-6, atol=1e-9)
     scaled = Q * units * units[:, None]
-    np.testing.assert_allclose(scaled, cofactor, rtol=1e-6, atol=1e-9)
+    close(scaled, cofactor, rtol=1e-6, atol=1e-9)
 
 
 def test_correlates_are_the_lagrange_multipliers():
@@ -31,19 +31,8 @@ def test_correlates_are_the_lagrange_multipliers():
     N, n = A.T @ A, A.T @ np.arange(8.0)
     C, c = np.array([[1.0, 2, 0, 0], [0, 3e5, 0, -1e5]]), np.array([0.3, -2e5])
     dx, _, k, _ = normal.solve(N, n, C, c)
-    np.testing.assert_allclose(N @ dx + C.T @ k, n, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(C @ dx, -c, rtol=1e-12)
-
-
-def test_a_stack_holds_regular_and_singular_problems():
-    A = np.stack([design(2), design(3), design(4)])
-    A[1, :, 0] = 0
-    A[2, :, 0] = A[2, :, 1] - 3 * A[2, :, 2]
-    N = np.swapaxes(A, 1, 2) @ A
-    dx, Q, _, singular = normal.solve(N, np.ones((3, 4)))
-    np.testing.assert_array_equal(singular, [False, True, True])
-    assert np.isnan(dx[1:]).all() and np.isnan(Q[1:]).all()
-    np.testing.assert_allclose(N[0] @ dx[0], 1, rtol=1e-9)
+    close(N @ dx + C.T @ k, n, rtol=1e-9, atol=1e-9)
+    close(C @ dx, -c, rtol=1e-12)
 
 
 def test_null_space_is_the_direction_that_no_observation_sees():
@@ -52,7 +41,7 @@ def test_null_space_is_the_direction_that_no_observation_sees():
     found = normal.null_space(A.T @ A, ["a", "b", "c", "d"])
     assert found.defect == 1 and found.names == ("a", "b", "d")
     direction = found.vectors[:, 0] / found.vectors[3, 0]
-    np.testing.assert_allclose(direction, [-1e-5, 2e-5, 0, 1], atol=1e-12)
+    close(direction, [-1e-5, 2e-5, 0, 1], atol=1e-12)
 
 
 def test_two_defects_are_counted_and_each_parameter_named_once():
@@ -64,24 +53,8 @@ def test_two_defects_are_counted_and_each_parameter_named_once():
     assert "rank 2 of 4" in message and "x1, x2, x3" in message
 
 
-def test_a_regular_matrix_has_no_null_space():
-    A = design(7)
-    found = normal.null_space(A.T @ A)
-    assert found.defect == 0 and found.names == ()
-
-
 def test_a_constraint_takes_its_direction_out_of_the_null_space():
     A = design(8)
     A[:, 0], A[:, 2] = 0, A[:, 1]
     found = normal.null_space(A.T @ A, constraint=np.array([[0.0, 1e6, -1e6, 0]]))
     assert found.defect == 1 and found.names == ("x1",)
-
-
-@pytest.mark.parametrize(("departure", "defect"), [(1e-4, 0), (1e-7, 1), (0, 1)])
-def test_solve_and_null_space_agree_where_determined_ends(departure, defect):
-    A = design(9)
-    A = np.column_stack([A, A[:, 0] + A[:, 1]])
-    A[0, 4] += departure  # inflates variances by about departure^-2; the limit is 1e12
-    N = A.T @ A
-    assert normal.solve(N, np.zeros(5))[3] == bool(defect)
-    assert normal.null_space(N).defect == defect

@@ -38,10 +38,6 @@ PUBLISHED = pack(
     PRINTED.published_exteriors,
     PRINTED.published_object_points,
 )
-PUBLISHED_SD = {
-    "exteriors": PRINTED.published_exteriors_sd,
-    "points": PRINTED.published_object_points_sd,
-}
 
 
 def misclosure(x):
@@ -66,14 +62,11 @@ def rms(x):
 
 def helmert(points):
     """G (3n, 7) of (2.95) as printed: shifts, turns about X, Y, Z, scale."""
-    X, Y, Z = np.asarray(points).T
-    one, nil = np.ones_like(X), np.zeros_like(X)
     rows = [
-        [one, nil, nil, nil, Z, -Y, X],
-        [nil, one, nil, -Z, nil, X, Y],
-        [nil, nil, one, Y, -X, nil, Z],
+        [(1, 0, 0, 0, Z, -Y, X), (0, 1, 0, -Z, 0, X, Y), (0, 0, 1, Y, -X, 0, Z)]
+        for X, Y, Z in points
     ]
-    return np.moveaxis(np.array(rows), -1, 0).reshape(-1, 7)
+    return np.array(rows).reshape(-1, 7)
 
 
 def constraints(points):

@@ -1,6 +1,7 @@
 """Proof of the verdict on Bani 2010, II.1.2.1: the legend of figure 2.6."""
 
 import numpy as np
+from numpy.testing import assert_allclose as close
 
 from pgm_lab import epipolar, rotation
 from pgm_lab.camera import Camera, Photo
@@ -31,7 +32,7 @@ def test_e_are_lines_of_the_plane_that_o1_and_o2_span_only_together_with_p():
         other = photos[1] if photo is photos[0] else photos[0]
         found = epipolar.line(other, photo, other.project(P))
         found *= np.sign(np.sum(found * lines, axis=1, keepdims=True))
-        np.testing.assert_allclose(found, lines, atol=1e-9)
+        close(found, lines, atol=1e-9)
     # O1 and O2 lie in the planes of all points: they alone do not tell which one
     assert np.abs(planes @ (O2 - O1)).max() < 1e-12
     apart = np.degrees(np.arccos(np.abs(planes @ planes.T)[np.triu_indices(3, 1)]))

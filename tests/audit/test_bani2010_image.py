@@ -5,45 +5,40 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_lab import image, simulate
 
-SAME = (0, 1, 0, 0, 0, 1)
+TEXTURE = simulate.texture(0.2, seed=1)
+POINTS = np.random.default_rng(3).uniform((0, 0), (138.99, 118.99), (20_000, 2))
 
 
-def texture_image(cutoff=0.2, shape=(120, 140), dtype=None, contrast=40.0, seed=1):
-    texture = simulate.texture(cutoff, contrast=contrast, seed=seed)
-    return simulate.texture_pair(texture, shape, SAME, dtype=dtype)[0]
-
-
-def between_pixels(shape=(120, 140), n=20_000):
-    rows, columns = shape
-    return np.random.default_rng(3).uniform(
-        (0, 0), (columns - 1.01, rows - 1.01), (n, 2)
-    )
+def texture_image(dtype=None, contrast=40.0):
+    texture = simulate.texture(0.2, contrast=contrast, seed=1)
+    same = (0, 1, 0, 0, 0, 1)
+    return simulate.texture_pair(texture, (120, 140), same, dtype=dtype)[0]
 
 
 # Statistics and histogram
 
 
 def test_2_1_is_the_mean_and_the_standard_deviation_that_is_right_on_average():
-    rng = np.random.default_rng(1)
-    windows = rng.normal(100, 5, (4000, 3, 3))
+    windows = np.random.default_rng(1).normal(100, 5, (4000, 3, 3))
     found = [image.statistics(window) for window in windows]
     variance = np.mean([s.sd**2 for s in found])
     # 4000 variances with 8 degrees of freedom: standard deviation 25 sqrt(2 / 32000)
-    assert variance == pytest.approx(25.0, abs=4 * 0.2)
+    assert variance == approx(25.0, abs=4 * 0.2)
     assert abs(variance * 8 / 9 - 25) > 4 * 0.2  # with RC below it is too small
-    first = windows[0]
-    g_m = sum(first[r, c] for c in range(3) for r in range(3)) / 9
-    sigma = np.sqrt(
-        sum((first[r, c] - g_m) ** 2 for r in range(3) for c in range(3)) / 8
-    )
-    assert (found[0].mean, found[0].sd) == pytest.approx((g_m, sigma), rel=1e-12)
+    g = windows[0].ravel()
+    g_m = sum(g) / 9
+    sigma = np.sqrt(sum((g - g_m) ** 2) / 8)
+    assert (found[0].mean, found[0].sd) == approx((g_m, sigma), rel=1e-12)
 
 
 def test_equalisation_gives_both_photos_one_brightness_and_contrast_but_not_a_patch():
-    left = texture_image(dtype=np.uint8)
+    left = texture_image(np.uint8)
     # The same scene taken darker and flatter, monotone but not linear
     right = np.round(150 * (left / 255.0) ** 1.5 + 20).astype(np.uint8)
     before = [image.statistics(g) for g in (left, right)]
@@ -51,8 +46,8 @@ def test_equalisation_gives_both_photos_one_brightness_and_contrast_but_not_a_pa
     assert before[0].mean - before[1].mean > 40 and before[0].sd - before[1].sd > 5
     # Evenly from 0 to 255: mean 127.5, standard deviation 256 / sqrt(12)
     for s in after:
-        assert s.mean == pytest.approx(127.5, abs=1.5)
-        assert s.sd == pytest.approx(73.9, abs=1)
+        assert s.mean == approx(127.5, abs=1.5)
+        assert s.sd == approx(73.9, abs=1)
     # The right photo shows the same patch, and a bright wall beside it
     wall = np.full((120, 70), 240, dtype=np.uint8)
     shifted = np.hstack([right[:, 70:], wall])
@@ -66,14 +61,12 @@ def test_equalisation_gives_both_photos_one_brightness_and_contrast_but_not_a_pa
 def test_8_bits_are_256_grey_values_and_rounding_to_them_adds_029():
     assert np.iinfo(np.uint8).max + 1 == 2**8 == 256
     smooth = texture_image()
-    rounded = texture_image(dtype=np.uint8)
-    inside = (smooth > 0) & (smooth < 255)
-    error = (rounded - smooth)[inside]
-    assert error.std() == pytest.approx(1 / np.sqrt(12), rel=0.02)
+    error = (texture_image(np.uint8) - smooth)[(smooth > 0) & (smooth < 255)]
+    assert error.std() == approx(1 / np.sqrt(12), rel=0.02)
     assert np.abs(error).max() <= 0.5
     # 12 bits over the same range: a sixteenth
     fine = np.round(smooth * 4095 / 255) * 255 / 4095
-    assert (fine - smooth).std() == pytest.approx(1 / np.sqrt(12) / 16, rel=0.02)
+    assert (fine - smooth).std() == approx(1 / np.sqrt(12) / 16, rel=0.02)
 
 
 # Gradients
@@ -84,64 +77,57 @@ def test_2_12_and_2_13_are_the_slope_through_three_pixels():
     rows, columns = np.indices((9, 11)).astype(float)
     gx, gy = image.gradient(2 * columns**2 - 3 * columns + rows**2 + columns * rows)
     inner = np.s_[1:-1, 1:-1]
-    np.testing.assert_allclose(gx[inner], (4 * columns - 3 + rows)[inner], atol=1e-12)
-    np.testing.assert_allclose(gy[inner], (2 * rows + columns)[inner], atol=1e-12)
+    close(gx[inner], (4 * columns - 3 + rows)[inner], atol=1e-12)
+    close(gy[inner], (2 * rows + columns)[inner], atol=1e-12)
     for f, share in ((0.05, 0.984), (0.2, 0.757), (0.4, 0.234)):
         gx, _ = image.gradient(np.tile(np.sin(2 * np.pi * f * np.arange(101)), (3, 1)))
         assert gx[1, 50] / (2 * np.pi * f * np.cos(2 * np.pi * f * 50)) == (
-            pytest.approx(share, abs=5e-4)
+            approx(share, abs=5e-4)
         )
 
 
 def test_whole_number_gradients_of_the_listing_are_cut_towards_zero():
     """Differences of whole grey values, halved as whole numbers: cut towards zero."""
     for contrast, shrunk in ((40.0, 0.014), (5.0, 0.11)):
-        g = texture_image(dtype=np.uint8, contrast=contrast)
+        g = texture_image(np.uint8, contrast=contrast)
         right = image.gradient(g)[0][:, 1:-1]
         difference = g[:, 2:].astype(int) - g[:, :-2]
         whole = np.trunc(difference / 2)
         odd = difference % 2 == 1
-        assert odd.mean() == pytest.approx(0.5, abs=0.02)
-        np.testing.assert_array_equal(np.abs(right) - np.abs(whole), odd / 2)
+        assert odd.mean() == approx(0.5, abs=0.02)
+        equal(np.abs(right) - np.abs(whole), odd / 2)
         found = 1 - np.abs(whole).sum() / np.abs(right).sum()
-        assert found == pytest.approx(shrunk, rel=0.1)
+        assert found == approx(shrunk, rel=0.1)
 
 
 # Resampling
 
 
 def test_nearest_neighbour_is_the_value_of_the_nearest_pixel():
-    g = texture_image()
-    points = between_pixels(n=300)
+    g, points = texture_image(), POINTS[:300]
     rows, columns = np.indices(g.shape)
     squared = (columns - points[:, 0, None, None]) ** 2
     squared += (rows - points[:, 1, None, None]) ** 2
     nearest = squared.reshape(300, -1).argmin(axis=1)
-    found = image.resample(g, points, "nearest")
-    np.testing.assert_array_equal(found, g.ravel()[nearest])
+    equal(image.resample(g, points, "nearest"), g.ravel()[nearest])
 
 
 def four_pixels(g, points):
     """Grey values of the four around each point, its distance from the first."""
     x, y = np.floor(points).astype(int).T
-    dx, dy = (points - np.floor(points)).T
-    return g[y, x], g[y, x + 1], g[y + 1, x], g[y + 1, x + 1], dx, dy
+    return g[y, x], g[y, x + 1], g[y + 1, x], g[y + 1, x + 1], *(points % 1).T
 
 
 def test_bilinear_value_is_the_weighted_mean_of_four_pixels_and_not_their_mean():
     g = texture_image()
-    points = between_pixels()
-    g0, g1, g2, g3, dx, dy = four_pixels(g, points)
+    g0, g1, g2, g3, dx, dy = four_pixels(g, POINTS)
     plain = (g0 + g1 + g2 + g3) / 4
     weighted = (1 - dy) * ((1 - dx) * g0 + dx * g1) + dy * ((1 - dx) * g2 + dx * g3)
-    found = image.resample(g, points, "bilinear")
-    np.testing.assert_allclose(found, weighted, rtol=0, atol=1e-10)
+    close(image.resample(g, POINTS, "bilinear"), weighted, rtol=0, atol=1e-10)
     # The plain mean is right in the middle of the four only
-    middle = np.floor(points[:200]) + 0.5
-    found = image.resample(g, middle, "bilinear")
-    np.testing.assert_allclose(found, plain[:200], rtol=0, atol=1e-10)
-    texture = simulate.texture(0.2, seed=1)
-    truth = simulate.grey_values(texture, points)
+    middle = np.floor(POINTS[:200]) + 0.5
+    close(image.resample(g, middle, "bilinear"), plain[:200], rtol=0, atol=1e-10)
+    truth = simulate.grey_values(TEXTURE, POINTS)
     assert np.std(weighted - truth) < 3.5 and np.std(plain - truth) > 10
 
 
@@ -155,30 +141,25 @@ def test_cubic_convolution_takes_sixteen_pixels():
         assert np.all(np.abs(rows - point[1]) < 2)
 
 
-def as_in_the_listing(g, points, offset):
-    """Bilinear polynomial of four pixels, cut to a whole number after `offset`; in our
-    words, to be read beside the two listings."""
+def polynomial(g, points):
+    """Bilinear polynomial of four pixels, in our words, beside the two listings."""
     g0, g1, g2, g3, dx, dy = four_pixels(g, points)
-    value = g0 + (g1 - g0) * dx + (g2 - g0) * dy + (g3 + g0 - g1 - g2) * dx * dy
-    return value, np.trunc(value + offset)
+    return g0 + (g1 - g0) * dx + (g2 - g0) * dy + (g3 + g0 - g1 - g2) * dx * dy
 
 
 def test_polynomial_of_the_listing_is_the_bilinear_one():
-    g = texture_image(dtype=np.uint8).astype(float)
-    points = between_pixels()
-    value, _ = as_in_the_listing(g, points, 0.0)
-    found = image.resample(g, points, "bilinear")
-    np.testing.assert_allclose(value, found, rtol=0, atol=1e-11)
+    g = texture_image(np.uint8).astype(float)
+    found = image.resample(g, POINTS, "bilinear")
+    close(polynomial(g, POINTS), found, rtol=0, atol=1e-11)
 
 
-def test_listing_of_chapter_iii_cuts_half_a_grey_value_off_and_the_appendix_rounds():
-    g = texture_image(dtype=np.uint8).astype(float)
-    points = between_pixels()
-    value, cut = as_in_the_listing(g, points, 0.0)
-    _, rounded = as_in_the_listing(g, points, 0.5)
+@pytest.mark.parametrize(("offset", "mean"), [(0.0, -0.5), (0.5, 0.0)])
+def test_listing_of_chapter_iii_cuts_half_a_grey_value_off_and_the_appendix_rounds(
+    offset, mean
+):
+    value = polynomial(texture_image(np.uint8).astype(float), POINTS)
+    error = np.trunc(value + offset) - value
     # Errors are even over one grey value: 1 / sqrt(12) = 0.289; 20,000 of them give
     # the mean to 0.002
-    assert np.mean(cut - value) == pytest.approx(-0.5, abs=0.01)
-    assert np.std(cut - value) == pytest.approx(0.289, abs=0.005)
-    assert np.mean(rounded - value) == pytest.approx(0.0, abs=0.01)
-    assert np.std(rounded - value) == pytest.approx(0.289, abs=0.005)
+    assert np.mean(error) == approx(mean, abs=0.01)
+    assert np.std(error) == approx(0.289, abs=0.005)

@@ -5,6 +5,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from .matching import (
     PRINTED,
@@ -24,37 +26,28 @@ ROWS, UNKNOWNS = 17 * 17, 6  # the loops run from 2 to 18 over a grid of 19
 PRINTED_DETERMINANT = 1.54977096612953e29
 
 
-def corrected_point(x, y):
-    """The update of the listing: y with the x that has just been updated."""
-    x = x + PRINTED_A @ (1, x, y)
-    return x, y + PRINTED_B @ (1, x, y)
-
-
 SHIFT = np.array(PRINTED_POINT) - START
 
 
 def test_corrected_point_follows_from_the_six_parameters_to_the_last_digit():
-    # Parameters of 15 digits times 1049 are good to 1e-12; so is the sum
-    point = corrected_point(*START)
-    np.testing.assert_allclose(point, PRINTED_POINT, rtol=0, atol=6e-12)
-    assert f"{point[0]:.12f}" == "267.950495643963"
-    assert f"{point[1]:.11f}" == "1049.06028818143"
+    # Parameters of 15 digits times 1049 are good to 1e-12; so is the sum. The update of
+    # the listing takes for y the x that has just been updated
+    x, y = START
+    x = x + PRINTED_A @ (1, x, y)
+    y = y + PRINTED_B @ (1, x, y)
+    assert (f"{x:.12f}", f"{y:.11f}") == ("267.950495643963", "1049.06028818143")
 
 
 def test_update_of_y_takes_the_updated_x_which_costs_0001_px_here():
-    x, y = START
-    as_2_9 = y + PRINTED_B @ (1, x, y)
-    assert PRINTED_POINT[1] - as_2_9 == pytest.approx(0.0014, abs=5e-5)
+    as_2_9 = START[1] + PRINTED_B @ (1, *START)
+    assert PRINTED_POINT[1] - as_2_9 == approx(0.0014, abs=5e-5)
     # It is the product of two corrections, and vanishes with them
-    product = PRINTED_B[1] * SHIFT[0]
-    assert PRINTED_POINT[1] - as_2_9 == pytest.approx(product, rel=1e-6)
+    assert PRINTED_POINT[1] - as_2_9 == approx(PRINTED_B[1] * SHIFT[0], rel=1e-6)
 
 
 def test_a0_and_b0_are_the_shift_at_the_corner_of_the_image_1083_px_away():
-    at_corner = np.array(affine(PRINTED, 0, 0))
-    at_match = np.array(affine(PRINTED, *START))
-    np.testing.assert_allclose(at_corner, (130.34, 48.50), atol=5e-3)
-    np.testing.assert_allclose(at_match, (-0.0495, 0.0589), atol=5e-5)
+    close(affine(PRINTED, 0, 0), (130.34, 48.50), atol=5e-3)
+    close(affine(PRINTED, *START), (-0.0495, 0.0589), atol=5e-5)
     # Increments: with (2.8) for x' itself the match would lie beside the image
     assert affine(PRINTED, *START)[0] < 0
 
@@ -73,41 +66,39 @@ def test_standard_deviation_of_a0_is_two_hundred_times_that_of_the_shift():
         np.sqrt(np.diag(np.linalg.inv(normal_matrix(c)))) for c in ((0, 0), START)
     )
     even = np.hypot(1, np.hypot(*START) / np.sqrt(8 * 9 / 3))
-    assert even == pytest.approx(221, abs=0.5)
-    assert far[0] / near[0] == pytest.approx(262, abs=1)
-    assert far[3] / near[3] == pytest.approx(243, abs=1)
+    assert even == approx(221, abs=0.5)
+    assert far[0] / near[0] == approx(262, abs=1)
+    assert far[3] / near[3] == approx(243, abs=1)
     # A scale or a shear keeps its own
-    np.testing.assert_allclose(far[[1, 2, 4, 5]], near[[1, 2, 4, 5]], rtol=1e-4)
+    close(far[[1, 2, 4, 5]], near[[1, 2, 4, 5]], rtol=1e-4)
+
+
+def exact_determinant(matrix):
+    """Elimination loses digits with the far origin: whole numbers are exact."""
+    m, result = [[Fraction(int(v)) for v in row] for row in matrix], Fraction(1)
+    for k in range(len(m)):
+        result *= m[k][k]
+        for row in m[k + 1 :]:
+            factor = row[k] / m[k][k]
+            row[k:] = [a - factor * b for a, b in zip(row[k:], m[k][k:])]
+    return result
 
 
 def test_determinant_does_not_depend_on_the_origin_of_the_coordinates():
-    # x + c = x * 1 + c: a triangular matrix with ones on its diagonal, determinant 1.
-    # Elimination loses digits with the far origin: whole numbers are exact
-    def exact(matrix):
-        m, result = [[Fraction(int(v)) for v in row] for row in matrix], Fraction(1)
-        for k in range(len(m)):
-            result *= m[k][k]
-            for row in m[k + 1 :]:
-                factor = row[k] / m[k][k]
-                row[k:] = [a - factor * b for a, b in zip(row[k:], m[k][k:])]
-        return result
-
+    # x + c = x * 1 + c: a triangular matrix with ones on its diagonal, determinant 1
     x, y = window(8)
     gx, gy = np.round(gradient(x, y, 9.0))
-    near, far = (
-        design(gx, gy, x + c[0], y + c[1]).astype(np.int64) for c in ((0, 0), START)
-    )
-    assert exact((near.T @ near).tolist()) == exact((far.T @ far).tolist()) > 0
+    A = [design(gx, gy, x + a, y + b).astype(np.int64) for a, b in ((0, 0), START)]
+    near, far = (exact_determinant(a.T @ a) for a in A)
+    assert near == far > 0
 
 
 def test_condition_does_depend_on_the_origin_and_the_determinant_does_not_see_it():
     near, far = (np.linalg.cond(normal_matrix(c)) for c in ((0, 0), START))
     assert near < 1e3 and far > 1e10
     # The determinant follows the contrast instead, with its twelfth power
-    ratio = np.linalg.det(normal_matrix((0, 0), contrast=18.0)) / np.linalg.det(
-        normal_matrix((0, 0), contrast=9.0)
-    )
-    assert ratio == pytest.approx(2**12, rel=1e-9)
+    one, two = (np.linalg.det(normal_matrix((0, 0), contrast=c)) for c in (9.0, 18.0))
+    assert two / one == approx(2**12, rel=1e-9)
 
 
 def test_normal_matrix_is_positive_definite_where_gradients_point_in_two_directions():
@@ -128,7 +119,7 @@ def root_mean_square_gradient():
     """Grey values a pixel that the printed determinant stands for, if the gradients are
     spread evenly over the window and over all directions."""
     spread = np.mean(window(8)[0] ** 2)
-    assert spread == pytest.approx(24)
+    assert spread == approx(24)
     return np.sqrt((PRINTED_DETERMINANT / spread**4) ** (1 / 6) / ROWS)
 
 
@@ -136,7 +127,7 @@ def test_printed_determinant_stands_for_gradients_of_about_5_5_a_pixel():
     # That the even spread is a fair guess: within a third for 20 windows of the test
     # image. Which pixels it was, only the photo could tell
     printed = root_mean_square_gradient()
-    assert printed == pytest.approx(5.52, abs=0.01)
+    assert printed == approx(5.52, abs=0.01)
     ratios = []
     for k in range(20):
         x, y = window(8, (40.0 * k, 0.0))
@@ -151,25 +142,22 @@ def test_printed_determinant_stands_for_gradients_of_about_5_5_a_pixel():
 def test_printed_s0_is_the_root_divided_by_r_and_stands_for_6_46_grey_values():
     # The listing divides the root by r = 289 - 6. The same V'V in (2.14e):
     r = ROWS - UNKNOWNS
-    assert r == 283
-    VtV = (PRINTED_S0 * r) ** 2
-    assert np.sqrt(VtV / r) == pytest.approx(6.4628, abs=5e-5)
+    S0 = np.sqrt((PRINTED_S0 * r) ** 2 / r)
+    assert r == 283 and S0 == approx(6.4628, abs=5e-5)
     # 0.384 grey values would be less than the rounding of two images to whole ones
-    assert PRINTED_S0 < np.sqrt(2 / 12) < np.sqrt(VtV / r)
+    assert PRINTED_S0 < np.sqrt(2 / 12) < S0
 
 
 def test_s0_of_the_listing_depends_on_the_size_of_the_window_and_2_14e_does_not():
     rng = np.random.default_rng(7)
-    listing, printed = [], []
+    s0 = []
     for half in (5, 8, 16):
         x, y = window(half)
-        A = design(*gradient(x, y), x, y)
-        L = rng.normal(0, 6.5, x.size)
-        V = A @ np.linalg.lstsq(A, L)[0] - L
-        r = x.size - 6
-        listing.append(np.sqrt(V @ V) / r)
-        printed.append(np.sqrt(V @ V / r))
-    np.testing.assert_allclose(printed, 6.5, rtol=0.25)
+        A, L = design(*gradient(x, y), x, y), rng.normal(0, 6.5, x.size)
+        V, r = A @ np.linalg.lstsq(A, L)[0] - L, x.size - 6
+        s0.append((np.sqrt(V @ V) / r, np.sqrt(V @ V / r)))
+    listing, printed = np.transpose(s0)
+    close(printed, 6.5, rtol=0.25)
     assert listing[0] > 2.5 * listing[2]
 
 
@@ -185,22 +173,22 @@ def test_s0_has_the_unit_of_the_grey_values_and_not_of_the_pixel():
         V = A @ X - L
         S0 = np.sqrt(V @ V / (x.size - 6))
         found.append((S0, X[0], S0 * np.sqrt(np.linalg.inv(A.T @ A)[0, 0])))
-    assert found[0][0] / found[1][0] == pytest.approx(255, rel=1e-9)
-    np.testing.assert_allclose(found[0][1:], found[1][1:], rtol=1e-9)
+    assert found[0][0] / found[1][0] == approx(255, rel=1e-9)
+    close(found[0][1:], found[1][1:], rtol=1e-9)
 
 
 def test_standard_deviation_of_the_printed_match_is_nearer_007_than_001_px():
     # S0 over root of the gradient energy: even spread assumed, see the determinant
     S0 = PRINTED_S0 * np.sqrt(ROWS - UNKNOWNS)
     sd = S0 / (root_mean_square_gradient() * np.sqrt(ROWS))
-    assert sd == pytest.approx(0.069, abs=0.001)
+    assert sd == approx(0.069, abs=0.001)
     # The one step that was made is no longer than that
     assert np.all(np.abs(SHIFT) < sd)
 
 
 def test_typed_s0_has_a_digit_more_than_the_log():
     assert "0.3841766144168957".replace("66", "6", 1) == "0.384176144168957"
-    assert 0.3841766144168957 - PRINTED_S0 == pytest.approx(4.7e-7, abs=1e-8)
+    assert 0.3841766144168957 - PRINTED_S0 == approx(4.7e-7, abs=1e-8)
 
 
 def goes_on(p, joined=any):
@@ -233,19 +221,13 @@ def test_stop_rule_does_not_look_at_the_shifts():
     assert min(abs(PRINTED[0]), abs(PRINTED[3])) > 0.5
 
 
-def test_only_step_moves_the_match_by_005_and_006_px_and_not_by_less_than_001():
-    np.testing.assert_allclose(SHIFT, (-0.0495, 0.0603), atol=5e-5)
+def test_only_step_moves_the_match_by_005_px_and_corners_by_more_than_a_pixel():
+    close(SHIFT, (-0.0495, 0.0603), atol=5e-5)
     assert np.all(np.abs(SHIFT) > 0.01)
-
-
-def test_only_step_moves_corners_of_the_window_by_more_than_a_pixel():
-    corners = START + np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])[:, None] * [
-        [8],
-        [9],
-    ]
-    move = np.hypot(*affine(PRINTED, *np.moveaxis(corners, -1, 0)))
-    np.testing.assert_allclose(move.min(axis=0), (1.061, 1.195), atol=1e-3)
-    np.testing.assert_allclose(move.max(axis=0), (1.155, 1.293), atol=1e-3)
+    signs = np.array([(-1, -1), (1, -1), (-1, 1), (1, 1)])
+    for half, least, most in ((8, 1.061, 1.155), (9, 1.195, 1.293)):
+        move = np.hypot(*affine(PRINTED, *(START + half * signs).T))
+        close((move.min(), move.max()), (least, most), atol=1e-3)
 
 
 def returned(solvable, steps):
@@ -283,4 +265,4 @@ def test_standard_deviations_of_the_parameters_need_more_than_s0():
         6.46 * np.sqrt(np.linalg.inv(normal_matrix((0, 0), contrast=c))[0, 0])
         for c in (40.0, 9.0)
     ]
-    assert sd[1] / sd[0] == pytest.approx(40 / 9, rel=1e-9)
+    assert sd[1] / sd[0] == approx(40 / 9, rel=1e-9)

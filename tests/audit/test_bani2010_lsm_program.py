@@ -5,7 +5,9 @@ test_bani2010_lsm_log.py.
 The listing is described here in our own words, one property at a time."""
 
 import numpy as np
-import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_lab import datasets
 
@@ -49,27 +51,27 @@ def test_nineteen_pairs_cannot_carry_a_shear_or_a_rotation():
     assert np.ptp(x1, axis=0).max() == 0 and np.ptp(y1, axis=1).max() == 0
     # With the printed shear of -0.127, a corner would be wrong by more than 2 px
     wrong = np.hypot(*np.subtract(lattice(local), true_grid(local)))
-    assert wrong.max() == pytest.approx(2.34, abs=0.01)
+    assert wrong.max() == approx(2.34, abs=0.01)
 
 
 def test_lattice_turns_the_shears_into_scales():
     p = np.array([0, 1.0, 0.02, 0, -0.03, 1.0])
     x1, y1 = lattice(p)
-    np.testing.assert_allclose(np.diff(x1, axis=1), 1.02, rtol=1e-12)
-    np.testing.assert_allclose(np.diff(y1, axis=0), 0.97, rtol=1e-12)
+    close(np.diff(x1, axis=1), 1.02, rtol=1e-12)
+    close(np.diff(y1, axis=0), 0.97, rtol=1e-12)
 
 
 def test_differences_between_lattice_points_are_gradients_only_at_their_spacing():
     # Half the difference over two steps of 1.02 px: 2 per cent too large on a ramp.
     x1, _ = lattice(np.array([0, 1.02, 0, 0, 0, 1.0]))
     ramp = 7.0 * x1
-    np.testing.assert_allclose((ramp[:, 2:] - ramp[:, :-2]) / 2, 7.0 * 1.02)
+    close((ramp[:, 2:] - ramp[:, :-2]) / 2, 7.0 * 1.02)
     # A step is then shorter by this factor, and zero where the right one is zero
     x, y = window(8)
     gx, gy = gradient(x, y)
     L = grey(x + 0.1, y + 0.1) - grey(x, y)
     steps = [np.linalg.lstsq(design(k * gx, k * gy, x, y), L)[0] for k in (1, 1.02)]
-    np.testing.assert_allclose(steps[0], 1.02 * steps[1], rtol=1e-9)
+    close(steps[0], 1.02 * steps[1], rtol=1e-9)
 
 
 def bilinear(image, x, y):
@@ -110,10 +112,10 @@ def test_whole_grey_values_add_029_and_cutting_half_a_grey_value_of_brightness()
     x, y = np.meshgrid(np.arange(5, 50) + 0.37, np.arange(5, 50) + 0.61)
     value = bilinear(image, x, y)
     rounded, cut = np.floor(value + 0.5) - value, np.floor(value) - value
-    assert rounded.std() == pytest.approx(np.sqrt(1 / 12), rel=0.1)
+    assert rounded.std() == approx(np.sqrt(1 / 12), rel=0.1)
     assert abs(rounded.mean()) < 0.03
-    assert cut.std() == pytest.approx(np.sqrt(1 / 12), rel=0.1)
-    assert cut.mean() == pytest.approx(-0.5, abs=0.03)
+    assert cut.std() == approx(np.sqrt(1 / 12), rel=0.1)
+    assert cut.mean() == approx(-0.5, abs=0.03)
     # Beside the 6.46 of the log the 0.29 adds a thousandth
     assert np.hypot(6.46, 0.29) / 6.46 - 1 < 0.0011
 
@@ -131,18 +133,16 @@ def test_b_needs_the_grey_value_of_the_match_and_not_its_row():
 
 def test_image_to_resample_is_the_one_that_2_8_gives_fractions_in():
     # Template pixels are whole, their matches are not: III.3, 7 reads the template
-    x, y = window(8, (332, 1063))
-    assert np.all(x == np.round(x)) and np.all(y == np.round(y))
-    x1, y1 = np.add(window(8, START), affine(PRINTED, *window(8, START)))
-    assert np.abs(x1 - np.round(x1)).max() > 0.4
-    assert np.abs(y1 - np.round(y1)).max() > 0.4
+    assert all(np.all(v == np.round(v)) for v in window(8, (332, 1063)))
+    there = np.add(window(8, START), affine(PRINTED, *window(8, START)))
+    assert np.all(np.abs(there - np.round(there)).max(axis=1) > 0.4)
 
 
 def test_bilinear_interpolation_returns_the_pixels_of_the_template_themselves():
     # IV.1.3.1 applies it to both images: at whole coordinates nothing changes
     image = small_image(40.0)
     x, y = np.meshgrid(np.arange(5.0, 50), np.arange(5.0, 50))
-    np.testing.assert_array_equal(bilinear(image, x, y), image[5:50, 5:50])
+    equal(bilinear(image, x, y), image[5:50, 5:50])
 
 
 def test_arrangement_of_the_design_matrix_is_in_table_2_2_and_not_in_4_1():
@@ -165,4 +165,4 @@ def test_six_parameters_put_the_difference_of_brightness_into_s0():
     for A in (six, eight):
         V = A @ np.linalg.lstsq(A, L)[0] - L
         s0.append(np.sqrt(V @ V / (x.size - A.shape[1])))
-    assert s0[0] > 5 and s0[1] == pytest.approx(1, abs=0.15)
+    assert s0[0] > 5 and s0[1] == approx(1, abs=0.15)

@@ -3,7 +3,8 @@
 
 import cv2
 import numpy as np
-import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import ncc, simulate
 
@@ -29,32 +30,26 @@ def sums(x, y):
 def test_2_6a_to_2_6c_are_the_sums_about_the_means():
     x, y = TEMPLATE - TEMPLATE.mean(), MATCHING - MATCHING.mean()
     expected = np.sum(x * x), np.sum(y * y), np.sum(x * y)
-    np.testing.assert_allclose(sums(TEMPLATE, MATCHING), expected, rtol=1e-10)
+    close(sums(TEMPLATE, MATCHING), expected, rtol=1e-10)
 
 
-def test_2_6d_is_the_gain_of_y_by_least_squares_on_x():
+def test_2_6d_is_the_line_by_least_squares_and_2_6e_lacks_the_mean_of_y():
+    # y = alpha + beta x; the listing has the mean of y
     sxx, _, sxy = sums(TEMPLATE, MATCHING)
-    slope = np.polynomial.Polynomial.fit(TEMPLATE.ravel(), MATCHING.ravel(), 1)
-    assert sxy / sxx == pytest.approx(slope.convert().coef[1], rel=1e-12)
-
-
-def test_2_6e_lacks_the_mean_of_y_which_the_listing_has():
-    sxx, _, sxy = sums(TEMPLATE, MATCHING)
-    beta = sxy / sxx
     line = np.polynomial.Polynomial.fit(TEMPLATE.ravel(), MATCHING.ravel(), 1)
-    offset = line.convert().coef[0]
-    printed = -beta * TEMPLATE.sum() / TEMPLATE.size
-    listing = MATCHING.sum() / MATCHING.size - beta * TEMPLATE.sum() / TEMPLATE.size
-    assert listing == pytest.approx(offset, rel=1e-12)
-    assert offset - printed == pytest.approx(MATCHING.mean(), rel=1e-12)
-    assert ncc.regression(TEMPLATE, MATCHING).alpha == pytest.approx(offset, rel=1e-12)
+    alpha, beta = line.convert().coef
+    assert sxy / sxx == approx(beta, rel=1e-12)
+    printed = -sxy / sxx * TEMPLATE.sum() / TEMPLATE.size
+    assert printed + MATCHING.sum() / MATCHING.size == approx(alpha, rel=1e-12)
+    assert ncc.regression(TEMPLATE, MATCHING).alpha == approx(alpha, rel=1e-12)
+    assert alpha - printed == approx(MATCHING.mean(), rel=1e-12)
 
 
 def test_2_6f_and_the_listing_give_the_correlation_coefficient():
     sxx, syy, sxy = sums(TEMPLATE, MATCHING)
     expected = np.corrcoef(TEMPLATE.ravel(), MATCHING.ravel())[0, 1]
-    assert ncc.correlation(TEMPLATE, MATCHING) == pytest.approx(expected, abs=1e-14)
-    assert sxy / np.sqrt(sxx * syy) == pytest.approx(expected, abs=1e-12)
+    assert ncc.correlation(TEMPLATE, MATCHING) == approx(expected, abs=1e-14)
+    assert sxy / np.sqrt(sxx * syy) == approx(expected, abs=1e-12)
 
 
 def test_h0_and_h1_of_2_7_need_the_left_window_regressed_on_the_right():
@@ -62,31 +57,38 @@ def test_h0_and_h1_of_2_7_need_the_left_window_regressed_on_the_right():
     right = RNG.uniform(0, 255, (21, 21))
     left = 20.0 + 0.5 * right
     needed = ncc.regression(right, left)
-    assert (needed.alpha, needed.beta) == pytest.approx((20.0, 0.5))
+    assert (needed.alpha, needed.beta) == approx((20.0, 0.5))
     listing = ncc.regression(left, right)
-    assert (listing.alpha, listing.beta) == pytest.approx((-40.0, 2.0))
+    assert (listing.alpha, listing.beta) == approx((-40.0, 2.0))
 
 
 def test_r_is_one_exactly_for_a_positive_linear_relation():
     for gain, offset in ((0.1, 200.0), (3.0, -50.0)):
         positive = ncc.correlation(TEMPLATE, gain * TEMPLATE + offset)
         negative = ncc.correlation(TEMPLATE, -gain * TEMPLATE + offset)
-        assert positive == pytest.approx(1, abs=1e-14)
-        assert negative == pytest.approx(-1, abs=1e-14)
+        assert positive == approx(1, abs=1e-14)
+        assert negative == approx(-1, abs=1e-14)
     # and only then: 1 - r^2 is the share that the line leaves unexplained
     line = ncc.regression(TEMPLATE, MATCHING)
     residuals = MATCHING - line.alpha - line.beta * TEMPLATE
-    assert 1 - line.r**2 == pytest.approx(residuals.var() / MATCHING.var(), rel=1e-9)
+    assert 1 - line.r**2 == approx(residuals.var() / MATCHING.var(), rel=1e-9)
     noise = RNG.normal(size=(2, 2000, 441))
     r = [ncc.correlation(a, b) for a, b in zip(*noise, strict=True)]
     # Nothing in common: near 0, with a standard deviation of 1 / sqrt(440)
-    assert np.mean(r) == pytest.approx(0, abs=0.005)
-    assert np.std(r) == pytest.approx(440**-0.5, rel=0.1)
+    assert np.mean(r) == approx(0, abs=0.005)
+    assert np.std(r) == approx(440**-0.5, rel=0.1)
 
 
-def test_25_values_of_r_need_a_search_window_of_9_by_9():
-    template, search = RNG.normal(size=(5, 5)), RNG.normal(size=(9, 9))
-    assert ncc.correlation_map(template, search).size == 25
+def test_19_in_21_allows_nine_positions_and_the_printed_shift_is_not_among_them():
+    for window, search, count in ((5, 9, 25), (19, 21, 9)):  # 25 values need 9 x 9
+        grey = RNG.normal(size=(window, window)), RNG.normal(size=(search, search))
+        assert ncc.correlation_map(*grey).size == count
+    assert RECTANGLE["right"] - RECTANGLE["left"] == 21
+    shift = np.subtract(MATCHED, np.floor(np.add(CENTRE, 0.5)).astype(int))
+    assert tuple(shift) == (-64, -14)
+    # Farther than the listing's +-15 around the point, too: its search window lies
+    # around the best place in the whole image
+    assert np.abs(shift).max() > 15
 
 
 def test_printed_rectangle_is_21_wide_around_the_rounded_centre():
@@ -100,18 +102,6 @@ def test_printed_rectangle_is_21_wide_around_the_rounded_centre():
         "right": left + 21,
         "bottom": top + 21,
     }
-
-
-def test_19_in_21_allows_nine_positions_and_the_printed_shift_is_not_among_them():
-    template, search = RNG.normal(size=(19, 19)), RNG.normal(size=(21, 21))
-    assert ncc.correlation_map(template, search).size == 9
-    width = RECTANGLE["right"] - RECTANGLE["left"]
-    shift = np.subtract(MATCHED, np.floor(np.add(CENTRE, 0.5)).astype(int))
-    assert width == 21
-    assert tuple(shift) == (-64, -14)
-    # Farther than the listing's +-15 around the point, too: its search window lies
-    # around the best place in the whole image
-    assert np.abs(shift).max() > 15
 
 
 def test_searching_again_around_the_highest_value_finds_the_same():
@@ -152,9 +142,9 @@ def test_listing_hands_on_alpha_and_beta_of_the_last_window_not_of_the_best():
     search = image[55:91, 45:81]
     windows = np.lib.stride_tricks.sliding_window_view(search, (21, 21))
     best, highest, alpha, beta = searched_as_listed(template, windows)
-    assert best == (5, 5) and highest == pytest.approx(1)
+    assert best == (5, 5) and highest == approx(1)
     right = ncc.regression(template, windows[best])
-    assert (right.alpha, right.beta) == pytest.approx((8.0, 0.8))
+    assert (right.alpha, right.beta) == approx((8.0, 0.8))
     last = ncc.regression(template, windows[-1, -1])
     assert (alpha, beta) == (last.alpha, last.beta)
     assert abs(beta - 0.8) > 0.3
@@ -173,9 +163,9 @@ def test_printed_correlation_has_no_unit_and_no_published_image():
     printed = 0.745827602435878
     assert 0.7 < printed <= 1  # what the listing accepts
     r = ncc.correlation(TEMPLATE, MATCHING)
-    assert ncc.correlation(TEMPLATE / 255, MATCHING / 255) == pytest.approx(r)
+    assert ncc.correlation(TEMPLATE / 255, MATCHING / 255) == approx(r)
     larger = (np.kron(window, np.ones((2, 2))) for window in (TEMPLATE, MATCHING))
-    assert ncc.correlation(*larger) == pytest.approx(r)
+    assert ncc.correlation(*larger) == approx(r)
 
 
 def test_whole_pixels_are_good_to_half_a_pixel_and_a_parabola_to_hundredths():
@@ -193,6 +183,6 @@ def test_whole_pixels_are_good_to_half_a_pixel_and_a_parabola_to_hundredths():
             assert set(matched.status) == {"accepted"}
             found.append(matched.points - points - shift)
     rms = {refine: np.sqrt(np.mean(np.square(e))) for refine, e in errors.items()}
-    assert rms[None] == pytest.approx(0.289, abs=0.01)
+    assert rms[None] == approx(0.289, abs=0.01)
     assert np.abs(errors[None]).max() < 0.6
-    assert rms["parabola"] == pytest.approx(0.014, abs=0.003)
+    assert rms["parabola"] == approx(0.014, abs=0.003)

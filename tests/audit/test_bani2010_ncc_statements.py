@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from pytest import approx
 from scipy import stats
 
 from pgm_book.ch02.checks import FIVE
@@ -16,7 +17,7 @@ RNG = np.random.default_rng(746)
 
 def test_figure_2_8_prints_one_window_twice_as_no_two_photos_would():
     assert FIVE.shape == (5, 5) and (FIVE.min(), FIVE.max()) == (63, 146)
-    assert ncc.correlation(FIVE, FIVE) == pytest.approx(1.0, abs=1e-14)
+    assert ncc.correlation(FIVE, FIVE) == approx(1.0, abs=1e-14)
     # With noise of half a grey value in each photo before rounding, the chance that all
     # 25 agree is below 1e-7, wherever between two whole numbers the truth lies
     bounds = np.array([-0.5, 0.5])
@@ -51,14 +52,14 @@ def turned(degrees):
 
 
 def test_r_suffers_from_geometry_and_from_brightness_only_where_it_is_not_linear():
-    assert seen_again(turned(10)) == pytest.approx(0.63, abs=0.01)
-    assert seen_again(turned(20)) == pytest.approx(0.15, abs=0.01)
-    assert seen_again(windows(1.2)) == pytest.approx(0.53, abs=0.01)
+    assert seen_again(turned(10)) == approx(0.63, abs=0.01)
+    assert seen_again(turned(20)) == approx(0.15, abs=0.01)
+    assert seen_again(windows(1.2)) == approx(0.53, abs=0.01)
     # Gain and offset: nothing. A gamma of 1/2: hardly anything
     window = RNG.uniform(0, 200, (21, 21))
-    assert ncc.correlation(window, 0.3 * window + 60) == pytest.approx(1, abs=1e-14)
+    assert ncc.correlation(window, 0.3 * window + 60) == approx(1, abs=1e-14)
     darker = 255 * (np.clip(windows(), 0, 255) / 255) ** 0.5
-    assert seen_again(darker) == pytest.approx(0.99, abs=0.005)
+    assert seen_again(darker) == approx(0.99, abs=0.005)
 
 
 def test_any_path_of_the_search_ends_at_the_same_highest_value():
@@ -86,16 +87,16 @@ def test_windows_with_the_printed_r_share_56_per_cent_of_their_variance():
     e -= ncc.regression(a, e).beta * a
     b = PRINTED_R * a + np.sqrt(1 - PRINTED_R**2) * e / e.std()
     line = ncc.regression(a, b)
-    assert line.r == pytest.approx(PRINTED_R, abs=1e-12)
+    assert line.r == approx(PRINTED_R, abs=1e-12)
     left_over = np.var(b - line.alpha - line.beta * a) / np.var(b)
-    assert left_over == pytest.approx(1 - PRINTED_R**2, rel=1e-9)
-    assert left_over == pytest.approx(0.444, abs=5e-4)
+    assert left_over == approx(1 - PRINTED_R**2, rel=1e-9)
+    assert left_over == approx(0.444, abs=5e-4)
     # White noise in both photos takes r down to contrast^2 / (contrast^2 + sigma^2)
     sigma = np.sqrt(1 / PRINTED_R - 1)
-    assert sigma == pytest.approx(0.584, abs=5e-4)
+    assert sigma == approx(0.584, abs=5e-4)
     scene = RNG.normal(size=200_000)
     noisy = scene + sigma * RNG.normal(size=(2, 200_000))
-    assert ncc.correlation(*noisy) == pytest.approx(PRINTED_R, abs=0.005)
+    assert ncc.correlation(*noisy) == approx(PRINTED_R, abs=0.005)
 
 
 def test_printed_r_does_not_tell_the_right_place_where_the_pattern_repeats():
@@ -114,10 +115,10 @@ def test_printed_r_does_not_tell_the_right_place_where_the_pattern_repeats():
     near = [np.abs(best - place).max(axis=1) <= 2 for place in (right, wrong)]
     assert np.mean(near[0] | near[1]) > 0.95
     # Half of the matches lie 26 px aside, with an r as high as that of the others
-    assert np.mean(near[1]) == pytest.approx(0.5, abs=0.15)
-    assert np.mean(np.array(highest)[near[1]]) == pytest.approx(
+    assert np.mean(near[1]) == approx(0.5, abs=0.15)
+    assert np.mean(np.array(highest)[near[1]]) == approx(
         np.mean(np.array(highest)[near[0]]), abs=0.01
     )
-    assert np.mean(np.array(highest)[near[1]]) == pytest.approx(PRINTED_R, abs=0.03)
+    assert np.mean(np.array(highest)[near[1]]) == approx(PRINTED_R, abs=0.03)
     # By chance alone 441 unrelated pixels do not reach it: 15 standard deviations
-    assert pytest.approx(15.6, abs=0.1) == PRINTED_R * np.sqrt(440)
+    assert approx(15.6, abs=0.1) == PRINTED_R * np.sqrt(440)

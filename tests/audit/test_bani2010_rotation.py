@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_lab import rotation
 
@@ -24,7 +26,7 @@ def matrix_3(omega, phi, kappa):
 @pytest.mark.parametrize("attitude", ATTITUDES)
 def test_eight_elements_of_3_are_those_of_muliawan_2_8(attitude):
     wrong = np.abs(matrix_3(*attitude) - rotation.matrix(*attitude)) > 1e-12
-    np.testing.assert_array_equal(np.argwhere(wrong), [(0, 1)])
+    equal(np.argwhere(wrong), [(0, 1)])
 
 
 @pytest.mark.parametrize("attitude", ATTITUDES)
@@ -35,7 +37,7 @@ def test_m12_of_3_needs_sin_phi_to_be_orthogonal(attitude):
     M[0, 1] = np.sin(omega) * np.sin(phi) * np.cos(kappa)
     M[0, 1] += np.cos(omega) * np.sin(kappa)
     assert rotation.defect(M) < 1e-15
-    assert np.linalg.det(M) == pytest.approx(1)
+    assert np.linalg.det(M) == approx(1)
 
 
 def test_printed_m_left_was_not_computed_by_3_as_printed():
@@ -43,5 +45,5 @@ def test_printed_m_left_was_not_computed_by_3_as_printed():
     # its angles taken as degrees (the story of chapter 5). Without it m12 would be ten
     # times larger.
     attitude = np.radians((0.3346, 0.6424, -0.0338))
-    assert rotation.matrix(*attitude)[0, 1] == pytest.approx(-0.00052, abs=5.1e-6)
-    assert matrix_3(*attitude)[0, 1] == pytest.approx(0.00525, abs=5.1e-6)
+    assert rotation.matrix(*attitude)[0, 1] == approx(-0.00052, abs=5.1e-6)
+    assert matrix_3(*attitude)[0, 1] == approx(0.00525, abs=5.1e-6)

@@ -5,6 +5,9 @@ import colorsys
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_book.common import results
 from pgm_lab import camera, image, lsm, ncc, simulate
@@ -37,7 +40,7 @@ def test_an_object_of_two_pixels_fills_one_wherever_it_lies(size, least, whole):
 def test_a_half_to_a_third_of_a_pixel_is_what_whole_pixels_give():
     off = RNG.uniform(-0.5, 0.5, 200_000)
     assert np.abs(off).max() <= 0.5
-    assert np.sqrt(np.mean(off**2)) == pytest.approx(1 / np.sqrt(12), abs=0.001)
+    assert np.sqrt(np.mean(off**2)) == approx(1 / np.sqrt(12), abs=0.001)
     assert 1 / 4 < 1 / np.sqrt(12) < 1 / 3
 
 
@@ -48,7 +51,7 @@ def test_a_fifth_of_a_pixel_needs_nine_control_points_of_a_third():
         A = np.column_stack([np.ones(n), points])
         hat = A @ np.linalg.inv(A.T @ A) @ A.T
         mean_variance = np.trace(hat) / n
-        assert mean_variance == pytest.approx(3 / n, rel=1e-9)
+        assert mean_variance == approx(3 / n, rel=1e-9)
         assert (np.sqrt(mean_variance) / 3 <= 1 / 5) == enough
 
 
@@ -75,13 +78,10 @@ def test_a_round_target_is_measured_to_a_thousandth_of_a_pixel_if_noise_is_low()
 
 
 def test_brightness_changes_intensity_alone_and_grey_has_no_hue():
-    rgb = RNG.uniform(0.1, 1, (200, 3))
-    darker = 0.6 * rgb
-    for colour, other in zip(rgb, darker, strict=True):
+    for colour in RNG.uniform(0.1, 1, (200, 3)):
         h, s, v = colorsys.rgb_to_hsv(*colour)
-        h2, s2, v2 = colorsys.rgb_to_hsv(*other)
-        assert (h2, s2) == pytest.approx((h, s), abs=1e-9)
-        assert v2 == pytest.approx(0.6 * v)
+        darker = colorsys.rgb_to_hsv(*(0.6 * colour))
+        assert darker == approx((h, s, 0.6 * v), abs=1e-9)
     # A grey scene in two photos: intensity matches, hue is noise alone
     texture = simulate.texture(0.2, seed=5)
     at = np.stack(np.meshgrid(np.arange(31.0), np.arange(31.0)), axis=-1)
@@ -109,9 +109,9 @@ def test_area_based_matching_knows_grey_values_of_two_windows_and_no_more():
     keep = np.zeros(left.shape, bool)
     keep[45 - 22 : 45 + 23, 45 - 22 : 45 + 23] = True
     others = [np.where(keep, g, RNG.uniform(0, 255, g.shape)) for g in (left, right)]
-    np.testing.assert_array_equal(ncc.match(*others, point, search=31).r, found.r)
+    equal(ncc.match(*others, point, search=31).r, found.r)
     again = lsm.match(*others, point, np.rint(found.points))
-    np.testing.assert_allclose(again.points, fine.points, atol=1e-4)
+    close(again.points, fine.points, atol=1e-4)
 
 
 # V.2
@@ -129,7 +129,7 @@ def test_the_sizes_of_template_and_search_window_are_worth_a_study():
     assert 0.63 < motorcycle[9] < 0.65 and 0.52 < motorcycle[41] < 0.54
     assert all(photo[w] > 0.999 for w in photo if w >= 15)
     rms = column("orthophoto", "rms_px")
-    assert (rms[15], rms[41]) == pytest.approx((0.105, 0.067), abs=0.002)
+    assert (rms[15], rms[41]) == approx((0.105, 0.067), abs=0.002)
     wide = column("stereo pair", "success", "40")
     assert motorcycle[5] - wide[5] > 2 * (motorcycle[41] - wide[41])
 
@@ -138,8 +138,8 @@ def test_h0_and_h1_bring_the_errors_from_ten_times_the_bound_to_the_bound():
     rows = results.rows("ch03", "defects")
     good = [r for r in rows if r["scene"] == "good contrast"]
     scene = {r["defect"]: float(r["ratio"] or "nan") for r in good}
-    assert scene["none"] == pytest.approx(1.03, abs=0.005)
-    assert scene["six parameters"] == pytest.approx(9.58, abs=0.005)
+    assert scene["none"] == approx(1.03, abs=0.005)
+    assert scene["six parameters"] == approx(9.58, abs=0.005)
     # Once more, at the gain of 1.08 and the offset of 4
     texture, affine = simulate.texture(0.2, seed=3), (2.3, 1, 0, -1.6, 0, 1)
     look = {"gain": 1.08, "offset": 4.0, "sigma": 1.0, "seed": 4}
@@ -168,21 +168,18 @@ def computed(c=LENS.c, x0=0.0, y0=0.0, exterior=EXTERIOR, points=POINTS):
 
 def test_collinearity_equations_of_a_known_camera_have_nine_parameters():
     """Each of the nine moves the image, and no combination of fewer does the same."""
-    nine = []
-    for k in range(6):
-        step = np.zeros(6)
-        step[k] = 1e-5
-        plus, minus = (computed(exterior=EXTERIOR + s * step) for s in (1, -1))
-        nine.append((plus - minus) / 2e-5)
-    for k in range(3):
-        step = np.zeros(3)
-        step[k] = 1e-5
-        plus, minus = (computed(points=POINTS + s * step) for s in (1, -1))
-        nine.append((plus - minus) / 2e-5)
-    A = np.stack(nine, axis=-1)  # (points, 2, 9)
+    nine = [("exterior", EXTERIOR, step) for step in 1e-5 * np.eye(6)]
+    nine += [("points", POINTS, step) for step in 1e-5 * np.eye(3)]
+    A = np.stack(  # (points, 2, 9)
+        [
+            (computed(**{what: x + step}) - computed(**{what: x - step})) / 2e-5
+            for what, x, step in nine
+        ],
+        axis=-1,
+    )
     assert A.shape[-1] == 9 and np.all(np.abs(A).max(axis=(0, 1)) > 1e-3)
     # Seen alone: to move the station is to move the point the other way
-    np.testing.assert_allclose(A[..., :3], -A[..., 6:], rtol=1e-6, atol=1e-9)
+    close(A[..., :3], -A[..., 6:], rtol=1e-6, atol=1e-9)
     # Six are the photo's: all its points determine them
     assert np.linalg.matrix_rank(A[..., :6].reshape(-1, 6), tol=1e-6) == 6
 
@@ -190,10 +187,10 @@ def test_collinearity_equations_of_a_known_camera_have_nine_parameters():
 def test_interior_orientation_is_x0_y0_and_f_for_all_points_of_a_photo():
     """It acts on every point, knowing nothing of the object but the ray."""
     image_0 = computed()
-    np.testing.assert_allclose(computed(x0=0.1, y0=-0.2) - image_0, [[0.1, -0.2]] * 20)
-    np.testing.assert_allclose(computed(c=1.01 * LENS.c), 1.01 * image_0)
+    close(computed(x0=0.1, y0=-0.2) - image_0, [[0.1, -0.2]] * 20)
+    close(computed(c=1.01 * LENS.c), 1.01 * image_0)
     # The coordinates of an object point move its own image alone
     other = POINTS.copy()
     other[3] += (0.5, -0.2, 0.1)
     moved = np.abs(computed(points=other) - image_0).max(axis=1) > 1e-9
-    np.testing.assert_array_equal(np.flatnonzero(moved), [3])
+    equal(np.flatnonzero(moved), [3])

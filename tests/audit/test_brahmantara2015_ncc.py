@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 import numpy as np
-import pytest
+from pytest import approx
 
 from pgm_lab import ncc, simulate
 
@@ -26,7 +26,7 @@ def test_1_is_the_correlation_coefficient_and_2_6f_of_bani():
     assert covariance == about_means(X, Y)
     assert variances == [about_means(X, X), about_means(Y, Y)]
     r = covariance / (variances[0] * variances[1]) ** 0.5
-    assert ncc.correlation(X, Y) == pytest.approx(r, abs=1e-14)
+    assert ncc.correlation(X, Y) == approx(r, abs=1e-14)
 
 
 def test_441_grey_values_in_a_chip_of_21_by_21_and_nine_positions_for_radius_one():
@@ -42,7 +42,7 @@ def spreads(chip):
     windows = np.lib.stride_tricks.sliding_window_view(chip, (21, 21))
     norms = np.sqrt((windows**2).sum(axis=(2, 3)) * (reference**2).sum())
     with_means = (windows * reference).sum(axis=(2, 3)) / norms
-    assert with_means.shape == (7, 7) and with_means.max() == pytest.approx(1)
+    assert with_means.shape == (7, 7) and with_means.max() == approx(1)
     return ncc.correlation_map(reference, chip).std(), with_means.std()
 
 
@@ -56,6 +56,6 @@ def test_pearson_spreads_more_than_correlation_without_the_means_taken_off():
         pearson, with_means = spreads(chip)
         ratios.append(pearson / with_means)
         # Without a mean brightness there is no difference to speak of
-        assert np.divide(*spreads(chip - chip.mean())) == pytest.approx(1, abs=0.2)
-    assert min(ratios) == pytest.approx(8.4, abs=0.1)
-    assert max(ratios) == pytest.approx(12.0, abs=0.1)
+        assert np.divide(*spreads(chip - chip.mean())) == approx(1, abs=0.2)
+    assert min(ratios) == approx(8.4, abs=0.1)
+    assert max(ratios) == approx(12.0, abs=0.1)

@@ -1,14 +1,15 @@
 """Proofs of the verdicts on Brahmantara 2015, whole but for (1): fifty chips of two
 SPOT 6 images, their shifts summed up to one number. The images and the fifty shifts
 are not printed: what is proved is what follows from the digits, from arithmetic, and
-from pgm_book.common import results
-from pgm_book.common import results
 from a Landsat scene that is shifted by what we know."""
 
 import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_book.common import results
 from pgm_lab import datasets, matching, ncc, simulate
@@ -32,19 +33,11 @@ def whole_sums(n, fraction=1):
     return list(range(math.ceil(low), math.floor(high) + 1)), high - low
 
 
-@pytest.fixture(scope="module")
-def scene():
-    return datasets.landsat().grey.astype(float)
-
-
-@pytest.fixture(scope="module")
-def points():
-    """Chips with texture, far enough from the edges to look elsewhere."""
-    return chips_of(datasets.landsat().grey)[:200]
-
-
-def chips_of(grey):
-    return matching.pick(grey, 400, margin=100)
+LANDSAT = datasets.landsat().grey
+SCENE = LANDSAT.astype(float)
+CHIPS = matching.pick(LANDSAT, 400, margin=100)  # textured, far from the edges
+POINTS = CHIPS[:200]
+ELSEWHERE = (40, -35), (-60, 20), (33, 70)  # offsets at which no ground is the same
 
 
 def peaks(reference, sensed, points, offset=(0, 0), radius=3):
@@ -58,7 +51,7 @@ def peaks(reference, sensed, points, offset=(0, 0), radius=3):
     )
 
 
-def moved(image, shift):
+def moved(shift, image=SCENE):
     """The image moved by whole (columns, rows)."""
     return np.roll(image, (shift[1], shift[0]), axis=(0, 1))
 
@@ -67,15 +60,23 @@ def on_border(found, radius=3):
     return np.maximum(abs(found.dx), abs(found.dy)) == radius
 
 
+def found_length(found):
+    return accuracy(found.dx, found.dy).rmse_t
+
+
+def noise(sigma, seed):
+    return np.random.default_rng(seed).normal(0, sigma, SCENE.shape)
+
+
 # The numbers of the abstracts
 
 
 def test_the_digits_fix_the_sum_of_fifty_squares_to_286():
     whole, width = whole_sums(50)
-    assert whole == [286] and width == pytest.approx(2.4e-7, rel=0.01)
-    assert math.sqrt(286 / 50) == pytest.approx(RMSE_T, abs=HALF_DIGIT)
+    assert whole == [286] and width == approx(2.4e-7, rel=0.01)
+    assert math.sqrt(286 / 50) == approx(RMSE_T, abs=HALF_DIGIT)
     # A real sum meets a whole number with this chance: once in four million
-    assert 1 / width == pytest.approx(4.2e6, rel=0.01)
+    assert 1 / width == approx(4.2e6, rel=0.01)
     # Halves: four times the sum must be whole, and is, as for any other fraction that
     # divides a pixel. The digits do not rule them out; the method does, by whole pixels
     for fraction in (2, 3, 4, 10):
@@ -85,7 +86,7 @@ def test_the_digits_fix_the_sum_of_fifty_squares_to_286():
     for fraction, chance in ((2, 0.25), (10, 0.01)):
         parts = rng.integers(-3 * fraction, 3 * fraction + 1, (20_000, 100))
         share = np.mean((parts**2).sum(axis=1) % fraction**2 == 0)
-        assert share == pytest.approx(chance, rel=0.25)
+        assert share == approx(chance, rel=0.25)
 
 
 def test_fifty_and_not_another_number_of_chips_below_75_gives_a_whole_sum():
@@ -108,9 +109,9 @@ def test_286_cannot_be_split_into_the_two_coordinates():
     means = []
     for dx, dy in (alike.T, turned.T, blunders.T):
         found = accuracy(dx, dy)
-        assert found.rmse_t == pytest.approx(RMSE_T, abs=HALF_DIGIT)
+        assert found.rmse_t == approx(RMSE_T, abs=HALF_DIGIT)
         means.append(math.hypot(found.mean_x, found.mean_y))
-    assert means == pytest.approx([2.353, 0, 0.085], abs=0.001)
+    assert means == approx([2.353, 0, 0.085], abs=0.001)
     # The longest mean: fifty whole numbers of a sum have the least squares if alike
     least = [(50 - s % 50) * (s // 50) ** 2 + s % 50 * (s // 50 + 1) ** 2
              for s in range(151)]  # fmt: skip
@@ -120,63 +121,43 @@ def test_286_cannot_be_split_into_the_two_coordinates():
         for y in range(x + 1)
         if least[x] + least[y] <= 286 and (x + y) % 2 == 0  # squares: as odd as sums
     )
-    assert longest[1:] == (106, 52) and longest[0] == pytest.approx(2.361, abs=5e-4)
+    assert longest[1:] == (106, 52) and longest[0] == approx(2.361, abs=5e-4)
     assert least[106] + least[52] == 286 and longest[0] < RMSE_T
 
 
-def test_six_metres_times_the_pixels_are_the_printed_metres():
-    assert f"{RMSE_T * PIXEL:.8f}" == "14.34991289"
-    assert f"{math.sqrt(286 / 50) * PIXEL:.8f}" == "14.34991289"
-
-
-def test_the_rounded_numbers_are_roundings_of_the_long_ones():
+def test_printed_pixels_and_metres_agree_with_six_metres_a_pixel():
+    # Both abstracts print 2.391652149, 6, 14.34991289; in short 2.39, 14.35
+    for pixels in (RMSE_T, math.sqrt(286 / 50)):
+        assert f"{pixels * PIXEL:.8f}" == "14.34991289"
     assert f"{RMSE_T:.2f}" == "2.39" and f"{RMSE_T * PIXEL:.2f}" == "14.35"
-    # and 14.35 was not computed from 2.39
-    assert f"{2.39 * PIXEL:.2f}" == "14.34"
-
-
-def test_both_abstracts_print_the_same_numbers():
-    """In the order of each: images, years, RMSE_T, chips, their size, pixel, metres."""
-    indonesian = "2 6 2013 2014 2013 2014 50 21x21 2.391652149 6 14.34991289".split()
-    english = "2 6 2013 2014 2013 2014 50 21x21 2.391652149 6 14.34991289".split()
-    assert indonesian == english
-    assert math.prod(map(float, english[-3:-1])) == pytest.approx(float(english[-1]))
-
-
-def test_two_printed_pairs_give_a_pixel_of_six_metres():
+    assert f"{2.39 * PIXEL:.2f}" == "14.34"  # 14.35 was not computed from 2.39
     low, high = ((14.34991289 + s * 5e-9) / (RMSE_T - s * HALF_DIGIT) for s in (-1, 1))
     assert low < 6 < high and high - low < 1e-8
-    assert 18 / 3 == 6
+    # 12 m are two pixels, 18 m three, and not two of any pixel size of SPOT 6
+    assert 2 * PIXEL == 12 and 3 * PIXEL == 18 and 18 / 2 == 9
 
 
 # Equations (2) to (4) and what stands below them
 
 
-def test_2_and_3_are_root_mean_squares_and_not_spreads():
-    rng = np.random.default_rng(2015)
-    x, y = rng.integers(20, 900, (2, 50))
-    dx, dy = rng.integers(-3, 4, (2, 50)) + np.array([[2], [0]])
-    found = accuracy((x + dx) - x, (y + dy) - y)
-    assert found.n == 50
-    assert found.rmse_x == pytest.approx(math.sqrt(sum(d * d for d in dx) / 50))
-    assert found.rmse_y == pytest.approx(math.sqrt(sum(d * d for d in dy) / 50))
-    # A shift that all have in common counts as error
-    assert found.rmse_x**2 == pytest.approx(dx.mean() ** 2 + dx.var())
-
-
-def test_4_is_the_root_mean_square_of_the_lengths():
-    dx, dy = np.random.default_rng(4).normal(size=(2, 50))
+def test_2_to_4_are_root_mean_squares_and_not_spreads():
+    dx, dy = np.random.default_rng(2015).integers(-3, 4, (2, 50)) + [[2], [0]]
     found = accuracy(dx, dy)
-    assert found.rmse_t == pytest.approx(math.hypot(found.rmse_x, found.rmse_y))
-    assert found.rmse_t == pytest.approx(np.sqrt(np.mean(np.hypot(dx, dy) ** 2)))
+    assert found.n == 50
+    assert found.rmse_x == approx(math.sqrt(sum(d * d for d in dx) / 50))
+    assert found.rmse_y == approx(math.sqrt(sum(d * d for d in dy) / 50))
+    # A shift that all have in common counts as error
+    assert found.rmse_x**2 == approx(dx.mean() ** 2 + dx.var())
+    assert found.rmse_t == approx(math.hypot(found.rmse_x, found.rmse_y))
+    assert found.rmse_t == approx(np.sqrt(np.mean(np.hypot(dx, dy) ** 2)))
 
 
 def test_column_and_easting_give_one_rmse_but_for_the_pixel_size():
     dx, dy = np.random.default_rng(6).integers(-3, 4, (2, 50))
     pixels, metres = accuracy(dx, dy), accuracy(PIXEL * dx, -PIXEL * dy)
-    assert metres.rmse_t == pytest.approx(PIXEL * pixels.rmse_t)
-    assert metres.rmse_y == pytest.approx(PIXEL * pixels.rmse_y)  # northing runs up
-    assert pixels.times(PIXEL).rmse_t == pytest.approx(metres.rmse_t)
+    assert metres.rmse_t == approx(PIXEL * pixels.rmse_t)
+    assert metres.rmse_y == approx(PIXEL * pixels.rmse_y)  # northing runs up
+    assert pixels.times(PIXEL).rmse_t == approx(metres.rmse_t)
 
 
 def utm(longitude, latitude, central):
@@ -192,8 +173,8 @@ def test_easting_goes_with_longitude_and_northing_with_latitude():
     here = np.array(utm(*jakarta, 105))
     along = np.array(utm(jakarta[0] + 0.01, jakarta[1], 105)) - here
     up = np.array(utm(jakarta[0], jakarta[1] + 0.01, 105)) - here
-    assert along == pytest.approx((1106, -4), abs=1.5)  # m; 1107 on the ellipsoid
-    assert up == pytest.approx((4, 1112), abs=2)
+    assert along == approx((1106, -4), abs=1.5)  # m; 1107 on the ellipsoid
+    assert up == approx((4, 1112), abs=2)
 
 
 def test_jakarta_lies_in_utm_zone_48_south():
@@ -209,17 +190,17 @@ def test_4_35_m_subtracts_a_ce90_from_an_rmse():
     sums = 14.34991289, 10.0
     assert f"{sums[0] - sums[1]:.2f}" == "4.35"
     ratio = CE90_OVER_SD / RMSE_OVER_SD
-    assert ratio == pytest.approx(1.5174, abs=5e-5)
-    assert ratio * sums[0] == pytest.approx(21.77, abs=0.005)  # as CE90
+    assert ratio == approx(1.5174, abs=5e-5)
+    assert ratio * sums[0] == approx(21.77, abs=0.005)  # as CE90
     # The difference of two independent images, each of 10 m CE90
     relative = math.sqrt(2) * sums[1]
-    assert relative == pytest.approx(14.14, abs=0.005)
-    assert relative / ratio == pytest.approx(9.32, abs=0.005)  # as RMSE_T
+    assert relative == approx(14.14, abs=0.005)
+    assert relative / ratio == approx(9.32, abs=0.005)  # as RMSE_T
     # Like with like the pair is still worse than that, by half
-    assert sums[0] / (relative / ratio) == pytest.approx(1.54, abs=0.005)
+    assert sums[0] / (relative / ratio) == approx(1.54, abs=0.005)
     # But one pair has one common shift: of such pairs every eleventh lies farther apart
     chance = 10 ** -((sums[0] / relative) ** 2)
-    assert chance == pytest.approx(0.0934, abs=5e-5)
+    assert chance == approx(0.0934, abs=5e-5)
     # Fifty errors of their own, each as claimed, would not: a sum of 100 squares
     rng = np.random.default_rng(35)
     squares = rng.normal(0, relative / CE90_OVER_SD, (20_000, 100)) ** 2
@@ -229,30 +210,27 @@ def test_4_35_m_subtracts_a_ce90_from_an_rmse():
     # sampled, with the formulas left out
     rng = np.random.default_rng(90)
     one, other = (rng.normal(0, 10 / CE90_OVER_SD, (2, 400_000)) for _ in range(2))
-    assert np.quantile(np.hypot(*one), 0.9) == pytest.approx(10, rel=0.005)
+    assert np.quantile(np.hypot(*one), 0.9) == approx(10, rel=0.005)
     apart = accuracy(*(one - other))
-    assert apart.rmse_t == pytest.approx(9.32, rel=0.005)
-    assert apart.ce90 == pytest.approx(relative, rel=0.005)
-    assert np.mean(np.hypot(*(one - other)) > sums[0]) == pytest.approx(0.093, abs=2e-3)
+    assert apart.rmse_t == approx(9.32, rel=0.005)
+    assert apart.ce90 == approx(relative, rel=0.005)
+    assert np.mean(np.hypot(*(one - other)) > sums[0]) == approx(0.093, abs=2e-3)
 
 
 def test_ce90_is_a_length_that_single_points_exceed_and_no_rms():
     """One point in ten is farther off, as the paper concludes; the RMS is 6.6 m."""
-    assert 10 / (CE90_OVER_SD / RMSE_OVER_SD) == pytest.approx(6.59, abs=0.005)
+    assert 10 / (CE90_OVER_SD / RMSE_OVER_SD) == approx(6.59, abs=0.005)
     errors = np.random.default_rng(10).normal(0, 10 / CE90_OVER_SD, (2, 400_000))
     found = accuracy(*errors)
-    assert found.rmse_t == pytest.approx(6.59, rel=0.005)
-    assert np.mean(np.hypot(*errors) > 10) == pytest.approx(0.1, abs=0.002)
-    assert np.mean(np.hypot(*errors) > found.rmse_t) == pytest.approx(
-        1 / math.e, abs=2e-3
-    )
+    assert found.rmse_t == approx(6.59, rel=0.005)
+    assert np.mean(np.hypot(*errors) > 10) == approx(0.1, abs=0.002)
+    assert np.mean(np.hypot(*errors) > found.rmse_t) == approx(1 / math.e, abs=2e-3)
 
 
-def test_a_shift_common_to_both_images_is_not_seen(scene, points):
+def test_a_shift_common_to_both_images_is_not_seen():
     """No image is regarded as true: what is measured is relative."""
-    both = [peaks(moved(scene, s), moved(scene, (s[0] + 2, s[1] - 1)), points)
-            for s in ((0, 0), (3, 2))]  # fmt: skip
-    for found in both:
+    for x, y in ((0, 0), (3, 2)):
+        found = peaks(moved((x, y)), moved((x + 2, y - 1)), POINTS)
         assert np.all(found.dx == 2) and np.all(found.dy == -1)
 
 
@@ -268,29 +246,22 @@ def test_radius_one_has_nine_coefficients_and_radius_three_49():
         assert r.size == count == (2 * radius + 1) ** 2
 
 
-def test_radius_three_finds_18_m_along_an_axis_and_25_along_the_diagonal(scene, points):
+def test_radius_three_finds_18_m_along_an_axis_and_25_along_the_diagonal():
     for shift, metres in (((3, 0), 18.0), ((0, -3), 18.0), ((3, 3), 25.456)):
-        found = peaks(scene, moved(scene, shift), points)
+        found = peaks(SCENE, moved(shift), POINTS)
         assert np.all(found.dx == shift[0]) and np.all(found.dy == shift[1])
-        assert PIXEL * found_length(found) == pytest.approx(metres, abs=0.001)
+        assert PIXEL * found_length(found) == approx(metres, abs=0.001)
         assert np.all(on_border(found))
-    # and four pixels come out as three: the border does not tell them apart
-    beyond = peaks(scene, moved(scene, (4, 0)), points)
+    # A radius of two does not find them, and four pixels come out as three: the border
+    # does not tell them apart
+    assert not np.any(peaks(SCENE, moved((3, 0)), POINTS, radius=2).dx == 3)
+    beyond = peaks(SCENE, moved((4, 0)), POINTS)
     assert np.mean(on_border(beyond)) > 0.99
-    assert found_length(beyond) == pytest.approx(3, abs=0.02)
-    corner = peaks(scene, moved(scene, (4, 4)), points)
-    assert found_length(corner) == pytest.approx(math.hypot(3, 3), abs=0.05)
+    assert found_length(beyond) == approx(3, abs=0.02)
+    corner = peaks(SCENE, moved((4, 4)), POINTS)
+    assert found_length(corner) == approx(math.hypot(3, 3), abs=0.05)
     # The digits say how many at most: each peak on the border has a square of 9 or more
     assert 31 * 9 <= 286 < 32 * 9 and 50 * 9 > 286
-
-
-def found_length(found):
-    return accuracy(found.dx, found.dy).rmse_t
-
-
-def test_two_pixels_are_12_m_and_18_m_are_three():
-    assert 2 * PIXEL == 12 and 3 * PIXEL == 18
-    assert 18 / 2 == 9  # no pixel size of SPOT 6
 
 
 def test_12_m_are_more_than_10_m_and_still_too_few():
@@ -302,52 +273,35 @@ def test_12_m_are_more_than_10_m_and_still_too_few():
         return 1 - math.erf(metres / sd / math.sqrt(2)) ** 2
 
     # of the measured 2.39 px, if all of it were scatter
-    assert lost(3, RMSE_T / math.sqrt(2)) == pytest.approx(0.15, abs=0.005)
+    assert lost(3, RMSE_T / math.sqrt(2)) == approx(0.15, abs=0.005)
 
-    assert [lost(r * PIXEL) for r in (2, 3)] == pytest.approx([0.133, 0.0126], abs=5e-4)
+    assert [lost(r * PIXEL) for r in (2, 3)] == approx([0.133, 0.0126], abs=5e-4)
     # a shift rounds to the next whole pixel: half a pixel more is found
-    assert [lost((r + 0.5) * PIXEL) for r in (2, 3)] == pytest.approx(
+    assert [lost((r + 0.5) * PIXEL) for r in (2, 3)] == approx(
         [0.0452, 0.0029], abs=5e-5
     )
 
 
-def test_a_radius_above_two_finds_points_that_are_farther_off(scene, points):
-    sensed = moved(scene, (3, 0))
-    assert np.all(peaks(scene, sensed, points, radius=3).dx == 3)
-    assert not np.any(peaks(scene, sensed, points, radius=2).dx == 3)
-
-
 def test_a_blind_matcher_scores_more_than_286():
     """Uniform on 7 x 7: 400 +- 35. On real ground its peaks crowd at the border."""
-    one = np.zeros(19)
-    for x in range(-3, 4):
-        for y in range(-3, 4):
-            one[x * x + y * y] += 1 / 49
-    total = np.ones(1)
+    x, y = np.mgrid[-3:4, -3:4].reshape(2, -1)
+    one, total = np.bincount(x * x + y * y) / 49, np.ones(1)
     for _ in range(50):
         total = np.convolve(total, one)
     k = np.arange(len(total))
     mean = k @ total
     sd = math.sqrt((k - mean) ** 2 @ total)
-    assert (mean, sd) == pytest.approx((400, 34.64), abs=0.01)
-    assert (286 - mean) / sd == pytest.approx(-3.29, abs=0.005)
-    assert total[:287].sum() == pytest.approx(3.7e-4, rel=0.01)
-    assert math.sqrt(mean / 50) == pytest.approx(2.83, abs=0.005)
-    assert (
-        sum(max(abs(x), abs(y)) == 3 for x in range(-3, 4) for y in range(-3, 4)) == 24
-    )
-    grey = datasets.landsat().grey
-    elsewhere = [
-        peaks(grey, grey, chips_of(grey), offset=offset)
-        for offset in ((40, -35), (-60, 20), (33, 70))
-    ]
-    assert np.mean([on_border(f) for f in elsewhere]) == pytest.approx(0.80, abs=0.01)
-    assert np.mean([found_length(f) for f in elsewhere]) == pytest.approx(
-        3.48, abs=0.01
-    )
+    assert (mean, sd) == approx((400, 34.64), abs=0.01)
+    assert (286 - mean) / sd == approx(-3.29, abs=0.005)
+    assert total[:287].sum() == approx(3.7e-4, rel=0.01)
+    assert math.sqrt(mean / 50) == approx(2.83, abs=0.005)
+    assert np.sum(np.maximum(abs(x), abs(y)) == 3) == 24
+    elsewhere = [peaks(LANDSAT, LANDSAT, CHIPS, offset=offset) for offset in ELSEWHERE]
+    assert np.mean([on_border(f) for f in elsewhere]) == approx(0.80, abs=0.01)
+    assert np.mean([found_length(f) for f in elsewhere]) == approx(3.48, abs=0.01)
     # A part of the fifty may have been blind, the others perfect: the same sum
     one = np.mean([found_length(f) ** 2 for f in elsewhere])
-    assert 23 * one == pytest.approx(278, abs=1) and 24 * one > 286
+    assert 23 * one == approx(278, abs=1) and 24 * one > 286
 
 
 # r
@@ -359,44 +313,39 @@ def test_r_lies_between_minus_one_and_one():
         a, b = rng.integers(0, 4096, (2, 441))
         assert -1 <= ncc.correlation(a, b) <= 1
     a = rng.integers(0, 4096, 441)
-    assert ncc.correlation(a, 3 * a + 7) == pytest.approx(1, abs=1e-12)
-    assert ncc.correlation(a, 9 - 2 * a) == pytest.approx(-1, abs=1e-12)
+    assert ncc.correlation(a, 3 * a + 7) == approx(1, abs=1e-12)
+    assert ncc.correlation(a, 9 - 2 * a) == approx(-1, abs=1e-12)
     # but for constant windows, which have no r: 0 / 0
     with pytest.raises(ValueError):
         ncc.correlation(a, np.full(441, 7))
 
 
-def test_highest_r_lies_where_the_images_coincide(scene, points):
-    noise = np.random.default_rng(7).normal(0, 15, scene.shape)
-    found = peaks(scene, moved(0.9 * scene + noise, (-2, 1)), points)
+def test_highest_r_lies_where_the_images_coincide():
+    found = peaks(SCENE, moved((-2, 1), 0.9 * SCENE + noise(15, 7)), POINTS)
     assert np.all(found.dx == -2) and np.all(found.dy == 1) and np.all(found.r > 0.99)
     # inside the radius, and to half a pixel
-    half = simulate.ortho_pair(scene, (5, -3), 4, blur=0.7)  # 1.25, -0.75 px
+    half = simulate.ortho_pair(SCENE, (5, -3), 4, blur=0.7)  # 1.25, -0.75 px
     chips = matching.pick(np.rint(half.reference).astype(np.uint16), 50)
     found = peaks(half.reference, half.sensed, chips)
     error = np.column_stack([found.dx, found.dy]) - half.shift
     assert np.mean(np.abs(error).max(axis=1) < 0.5) >= 0.9
 
 
-def test_r_of_a_right_match_does_not_know_the_shift(scene, points):
+def test_r_of_a_right_match_does_not_know_the_shift():
     """Moved by whole pixels the same chips have the same r, to the last digit."""
-    noise = np.random.default_rng(8).normal(0, 600, scene.shape)
-    sensed = 0.9 * scene + noise
-    near, far = (
-        peaks(scene, sensed, points),
-        peaks(scene, moved(sensed, (3, -2)), points),
-    )
+    sensed = 0.9 * SCENE + noise(600, 8)
+    near, far = (peaks(SCENE, moved(s, sensed), POINTS) for s in ((0, 0), (3, -2)))
     right = (near.dx == 0) & (near.dy == 0)
     assert np.mean(right) > 0.9
-    np.testing.assert_allclose(far.r[right], near.r[right], atol=1e-12)
+    close(far.r[right], near.r[right], atol=1e-12)
     assert set(far.dx[right] - near.dx[right]) == {3}
     assert near.r[right].min() < 0.8 < near.r[right].max()
 
 
 @pytest.fixture(scope="module")
-def changed_fields(scene):
+def changed_fields():
     pair = simulate.ortho_pair(
-        *(scene, (5, -2), 3), gain=0.9, sigma=15, haze=0.3, changed=0.3, seed=1,
+        *(SCENE, (5, -2), 3), gain=0.9, sigma=15, haze=0.3, changed=0.3, seed=1,
         dtype=np.uint16,
     )  # fmt: skip
     chips = matching.pick(pair.reference, 400)
@@ -409,7 +358,7 @@ def changed_fields(scene):
 def many_chips():
     """The pair of the notebook: shifted by whole (2, -1) px, 1841 chips."""
     pair = simulate.ortho_pair(
-        *(datasets.landsat().grey, (4, -2), 2), gain=0.9, sigma=15, haze=0.3,
+        *(LANDSAT, (4, -2), 2), gain=0.9, sigma=15, haze=0.3,
         changed=0.3, seed=4, dtype=np.uint16,
     )  # fmt: skip
     chips = matching.pick(pair.reference, 2000, margin=32)
@@ -428,24 +377,21 @@ def test_whether_r_and_error_go_together_needs_the_truth(changed_fields, many_ch
     # Of many more chips: nearly every second; and right and wrong ones together
     found_more, error_more = many_chips
     low = found_more.r < 0.5
-    assert np.mean(error_more[low] >= 1) == pytest.approx(0.46, abs=0.01)
+    assert np.mean(error_more[low] >= 1) == approx(0.46, abs=0.01)
     lengths = np.hypot(found_more.dx, found_more.dy)
-    assert np.corrcoef(found_more.r, lengths)[0, 1] == pytest.approx(-0.45, abs=0.01)
+    assert np.corrcoef(found_more.r, lengths)[0, 1] == approx(-0.45, abs=0.01)
     # of the right ones the shift, which the paper calls the error, is one number, and
     # its rounding to whole pixels is all that differs
     assert {2.236} < set(length[right].round(3)) <= {1.0, 1.414, 2.0, 2.236}
 
 
-def test_low_r_has_other_causes_than_a_changed_pattern(scene, points):
+def test_low_r_has_other_causes_than_a_changed_pattern():
     """On one unchanged scene: noise, and a shift beyond the radius."""
-    same = peaks(scene, moved(scene, (3, 0)), points)
-    assert same.r.min() > 0.999
-    beyond = peaks(scene, moved(scene, (5, 0)), points)
-    assert np.mean(beyond.r < LOWEST_R) > 0.7
-    noisy = scene + np.random.default_rng(5).normal(0, 1000, scene.shape)
-    assert np.mean(peaks(scene, noisy, points).r < LOWEST_R) > 0.2
+    assert peaks(SCENE, moved((3, 0)), POINTS).r.min() > 0.999
+    assert np.mean(peaks(SCENE, moved((5, 0)), POINTS).r < LOWEST_R) > 0.7
+    assert np.mean(peaks(SCENE, SCENE + noise(1000, 5), POINTS).r < LOWEST_R) > 0.2
     # a changed pattern is one more
-    fields = simulate.ortho_pair(scene, (4, -2), 2, changed=0.5, seed=1)
+    fields = simulate.ortho_pair(SCENE, (4, -2), 2, changed=0.5, seed=1)
     chips = matching.pick(np.rint(fields.reference).astype(np.uint16), 100)
     column, row = chips.astype(int).T
     new = fields.changed[row, column]
@@ -453,25 +399,24 @@ def test_low_r_has_other_causes_than_a_changed_pattern(scene, points):
     assert np.median(r[new]) < 0.6 and np.median(r[~new]) > 0.8
 
 
-def test_a_lowest_r_of_0585041_speaks_for_the_fifty(scene, many_chips):
+def test_a_lowest_r_of_0585041_speaks_for_the_fifty(many_chips):
     """Ground that is not the same hardly ever reaches it; r^2 is a third."""
-    assert LOWEST_R**2 == pytest.approx(0.342, abs=0.0005)
-    grey = datasets.landsat().grey
-    chips = chips_of(grey)
-    for offset in ((40, -35), (-60, 20), (33, 70)):
-        assert np.mean(peaks(grey, grey, chips, offset=offset).r >= LOWEST_R) < 0.01
+    assert LOWEST_R**2 == approx(0.342, abs=0.0005)
+
+    def share(grey, chips, offset):
+        return np.mean(peaks(grey, grey, chips, offset=offset).r >= LOWEST_R)
+
+    assert all(share(LANDSAT, CHIPS, offset) < 0.01 for offset in ELSEWHERE)
     # another texture: an orthophoto of 0.1 m, averaged to 0.4 m
     meadow = datasets.yellowstone().grey.reshape(384, 4, 384, 4).mean(axis=(1, 3))
     chips = matching.pick(np.rint(meadow).astype(np.uint8), 200, margin=45)
-    for offset in ((40, -30), (-35, 33)):
-        assert np.mean(peaks(meadow, meadow, chips, offset=offset).r >= LOWEST_R) < 0.03
+    assert all(share(meadow, chips, offset) < 0.03 for offset in ((40, -30), (-35, 33)))
     # Near the right place a wrong match reaches it more easily
     found, error = many_chips
-    assert np.mean(found.r[error >= 1] >= LOWEST_R) == pytest.approx(0.15, abs=0.01)
+    assert np.mean(found.r[error >= 1] >= LOWEST_R) == approx(0.15, abs=0.01)
     # of a shift one pixel beyond the radius four of five chips do, all fifty never
-    beyond = peaks(grey, moved(grey, (4, 0)), chips_of(grey))
-    share = np.mean(beyond.r >= LOWEST_R)
-    assert share == pytest.approx(0.80, abs=0.05) and share**50 < 1e-3
+    reach = np.mean(peaks(LANDSAT, moved((4, 0), LANDSAT), CHIPS).r >= LOWEST_R)
+    assert reach == approx(0.80, abs=0.05) and reach**50 < 1e-3
 
 
 # Pearson against other measures: the standard deviation over the search
@@ -492,11 +437,11 @@ def measures(chip, windows):
     }
 
 
-def successes(scene, points, sensed, shift):
+def successes(sensed, shift):
     """Share of chips found at the shift, and the median deviation over the search."""
     right, spread = {}, {}
-    for column, row in points.astype(int):
-        chip = scene[row - 10 : row + 11, column - 10 : column + 11]
+    for column, row in POINTS.astype(int):
+        chip = SCENE[row - 10 : row + 11, column - 10 : column + 11]
         window = sensed[row - 13 : row + 14, column - 13 : column + 14]
         windows = np.lib.stride_tricks.sliding_window_view(window, (21, 21))
         for name, m in measures(chip, windows).items():
@@ -509,14 +454,13 @@ def successes(scene, points, sensed, shift):
     ]
 
 
-def test_a_larger_standard_deviation_does_not_make_a_match_safer(scene, points):
-    shift = 2, -1
-    noise = np.random.default_rng(0).normal(0, 300, scene.shape)
-    right, spread = successes(scene, points, moved(0.9 * scene + noise, shift), shift)
+def test_a_larger_standard_deviation_does_not_make_a_match_safer():
+    shift, sensed = (2, -1), moved((2, -1), 0.9 * SCENE + noise(300, 0))
+    right, spread = successes(sensed, shift)
     # Half the deviation, the same places; a 75th, the same too; 10^9 times as large,
     # and nearly half are wrong
-    assert spread["(1 + r) / 2"] == pytest.approx(spread["r"] / 2)
-    assert spread["r"] / spread["cosine"] == pytest.approx(75, abs=1)
+    assert spread["(1 + r) / 2"] == approx(spread["r"] / 2)
+    assert spread["r"] / spread["cosine"] == approx(75, abs=1)
     assert right["r"] == right["(1 + r) / 2"] == right["cosine"] == 1
     assert spread["product"] / spread["r"] > 1e9 and right["product"] < 0.6
     # Within one measure it says something, but less than the highest value itself
@@ -525,12 +469,11 @@ def test_a_larger_standard_deviation_does_not_make_a_match_safer(scene, points):
         for row in results.rows("ch07", "spread")
         if (row["condition"], row["measure"]) == ("changed fields", "Pearson r")
     )
-    assert 0.5 < float(study["area"]) == pytest.approx(0.8, abs=0.05)
-    assert float(study["area_highest"]) == pytest.approx(0.9, abs=0.05)
+    assert 0.5 < float(study["area"]) == approx(0.8, abs=0.05)
+    assert float(study["area_highest"]) == approx(0.9, abs=0.05)
     # What makes Pearson safer is that an offset does not touch it
-    sensed = moved(0.9 * scene - 5000 + noise, shift)
-    right, after = successes(scene, points, sensed, shift)
-    assert right["r"] == 1 and right["cosine"] == pytest.approx(0.905, abs=0.01)
+    right, after = successes(sensed - 5000, shift)
+    assert right["r"] == 1 and right["cosine"] == approx(0.905, abs=0.01)
     # while the cosine's own deviation rises four times
     assert 4 < after["cosine"] / spread["cosine"] < 4.5
 
@@ -552,17 +495,17 @@ def overlay(reference, sensed):
     return [np.clip((g - low) / (high - low), 0, 1) for g in (sensed, reference)]
 
 
-def test_red_and_green_of_one_grey_value_are_yellow(scene):
-    red, green = overlay(scene, scene)
-    np.testing.assert_array_equal(red, green)  # a hue of 60 degrees everywhere
+def test_red_and_green_of_one_grey_value_are_yellow():
+    red, green = overlay(SCENE, SCENE)
+    equal(red, green)  # a hue of 60 degrees everywhere
     # with another gain and offset only after a stretch of its own
-    red, green = overlay(scene, 0.9 * scene - 300)
+    red, green = overlay(SCENE, 0.9 * SCENE - 300)
     assert np.abs(red - green).mean() > 0.1
 
 
-def test_yellow_is_also_what_is_merely_even(scene):
+def test_yellow_is_also_what_is_merely_even():
     """Moved by 2.24 px, three quarters of the pixels look as if they were not."""
-    red, green = overlay(scene, moved(scene, (2, 1)))
+    red, green = overlay(SCENE, moved((2, 1)))
     alike = np.abs(red - green) < 0.1
     assert 0.5 < np.mean(alike) < 0.9
     edge = np.hypot(*np.gradient(green)) > 0.1
@@ -578,7 +521,7 @@ def test_scene_of_2013_was_taken_at_the_local_time_of_the_orbit():
     assert len(name) == 4 + 2 + 2 + 2 + 2 + 2 + 1
     hour = int(name[8:10]) + int(name[10:12]) / 60 + int(name[12:]) / 36000
     local = hour + 106.8 / 15
-    assert local == pytest.approx(9.85, abs=0.005)
+    assert local == approx(9.85, abs=0.005)
     assert abs(local - 10) < 0.5
 
 
@@ -589,26 +532,19 @@ def test_name_of_the_scene_of_2014_tells_a_date_and_no_time_of_the_orbit():
     utc, jakarta = hour + 106.8 / 15, hour - 7 + 106.8 / 15
     # Seen up to 45 degrees aside from 694 km: 6.3 degrees of longitude, 25 minutes
     aside = 60 * np.degrees(694 * math.tan(math.radians(45)) / 6371) / 15
-    assert aside == pytest.approx(25, abs=0.1)
-    assert utc == pytest.approx(13.1, abs=0.01) and jakarta == pytest.approx(
-        6.1, abs=0.01
-    )
+    assert aside == approx(25, abs=0.1)
+    assert utc == approx(13.1, abs=0.01) and jakarta == approx(6.1, abs=0.01)
     assert min(abs(utc - 10), abs(jakarta - 10)) > 3 > aside / 60
 
 
-def test_the_chip_files_are_called_gcp_and_counted_from_zero():
+def test_names_of_files_survey_and_band_as_they_must_be_read():
     names = ["gcp_window21x21_0.ers", "gep_window21x21_5.ers"]
     corrected = [name.replace("gep", "gcp") for name in names]
     assert len({name.partition("_")[0] for name in corrected}) == 1
     assert [int(n.rpartition("_")[2].removesuffix(".ers")) for n in names] == [0, 5]
-
-
-def test_gls_is_the_global_land_survey_and_too_coarse_for_this():
-    """25 m RMSE an image, says the survey that publishes it."""
+    # 25 m RMSE an image, says the survey that publishes it: too coarse for this
     assert [word[0] for word in "Global Land Survey".split()] == list("GLS")
     assert 25 > 14.35 > 10
-
-
-def test_the_third_band_by_wavelength_is_the_red_one():
+    # The third band by wavelength is the red one
     nanometres = {"near infrared": 825, "red": 660, "blue": 485, "green": 560}
     assert sorted(nanometres, key=nanometres.get)[3 - 1] == "red"

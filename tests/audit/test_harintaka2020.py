@@ -3,6 +3,8 @@ sampling distance and the size of an image file."""
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import datasets, frames
 
@@ -20,7 +22,7 @@ def test_scale_number_from_the_height_lies_in_the_printed_range_not_at_its_mean(
     assert round(number) == 41667
     assert low < number < high and low < mean < high
     # The mean would need a flying height of 960 m, 40 m below the printed one
-    assert mean * c / 1000 == pytest.approx(960.0)
+    assert mean * c / 1000 == approx(960.0)
     assert round(number, -3) != mean
 
 
@@ -33,13 +35,13 @@ def test_ground_sampling_distance_is_23_cm_and_not_20(data, pixel_size, gsd, hei
     pixel_size = pixel_size or data.camera_pixel_size
     h, c = data.flight["flying_height"], data.flight["principal_distance"]
     found = frames.ground_sampling_distance(pixel_size, h, c)
-    assert found == pytest.approx(gsd, abs=5e-6)
+    assert found == approx(gsd, abs=5e-6)
     assert round(100 * found) == 23
     printed = data.flight["ground_sampling_distance"]
     assert pixel_size / 1000 * data.flight["least_scale_number"] > printed + 0.01
     assert pixel_size / 1000 * data.flight["greatest_scale_number"] < 0.238
     needed = frames.flying_height(printed, pixel_size, c)
-    assert needed == pytest.approx(height, abs=0.005)
+    assert needed == approx(height, abs=0.005)
 
 
 def test_70_megabytes_are_48_bits_a_pixel_and_not_24(data):
@@ -47,5 +49,5 @@ def test_70_megabytes_are_48_bits_a_pixel_and_not_24(data):
     bits = data.flight["radiometric_resolution"]
     assert bits == 24
     mebibytes = columns * rows * np.array([bits, 2 * bits]) / 8 / 2**20
-    np.testing.assert_allclose(mebibytes, (34.94, 69.88), atol=0.005)
+    close(mebibytes, (34.94, 69.88), atol=0.005)
     assert round(mebibytes[1]) == data.flight["file_size_uncompressed"]

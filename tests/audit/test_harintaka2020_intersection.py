@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
 
 from pgm_lab import camera as cam
 from pgm_lab import rotation
@@ -43,7 +44,7 @@ def test_2_holds_with_r_from_image_to_object_and_a_positive_scale(photo):
     scale = ahead / CAMERA.c
     assert np.all(scale > 0) and np.ptp(scale) > 1  # of its own for each point
     ground = station + scale[:, None] * rays(IMAGES)[photo]
-    np.testing.assert_allclose(ground, POINTS, rtol=0, atol=1e-9)
+    close(ground, POINTS, rtol=0, atol=1e-9)
     wrong = IMAGES[photo].copy()  # R from object to image does not do
     turned = np.column_stack([wrong, np.full(len(wrong), -CAMERA.c)])
     turned = turned @ rotation.matrix(*angles).T
@@ -51,18 +52,17 @@ def test_2_holds_with_r_from_image_to_object_and_a_positive_scale(photo):
 
 
 def test_3_to_5_give_back_error_free_points_except_above_the_base():
-    for scale, station, ray in zip(scales(IMAGES), EXTERIORS[:, :3], rays(IMAGES)):
-        np.testing.assert_allclose(
-            station + scale[:, None] * ray, POINTS, rtol=0, atol=1e-7
-        )
+    def ground(images, exteriors=EXTERIORS):
+        both = zip(scales(images, exteriors), exteriors[:, :3], rays(images, exteriors))
+        return [station + scale[:, None] * ray for scale, station, ray in both]
+
+    for points in ground(IMAGES):
+        close(points, POINTS, rtol=0, atol=1e-7)
     # With errors the two still agree in X and Y, whatever happens, but not in Z: it is
     # not used, and the parallax goes there
-    images = IMAGES + np.random.default_rng(1).normal(0, 0.003, IMAGES.shape)
-    first, second = (
-        station + scale[:, None] * ray
-        for scale, station, ray in zip(scales(images), EXTERIORS[:, :3], rays(images))
-    )
-    np.testing.assert_allclose(first[:, :2], second[:, :2], rtol=0, atol=1e-6)
+    noise = np.random.default_rng(1).normal(0, 0.003, IMAGES.shape)
+    first, second = ground(IMAGES + noise)
+    close(first[:, :2], second[:, :2], rtol=0, atol=1e-6)
     assert np.median(np.abs(first[:, 2] - second[:, 2])) > 0.1
     # Vertical photos one behind the other, points on the line of flight: y = 0 in
     # both, by = 0, and (4), (5) are 0/0, though the rays meet well in x and z
@@ -73,13 +73,13 @@ def test_3_to_5_give_back_error_free_points_except_above_the_base():
     (x1, _, z1), (x2, _, z2) = np.moveaxis(rays(images, exteriors), -1, 1)
     bx, _, bz = exteriors[1, :3] - exteriors[0, :3]
     scale = (bx * z2 - bz * x2) / (x1 * z2 - z1 * x2)
-    ground = exteriors[0, :3] + scale[:, None] * rays(images, exteriors)[0]
-    np.testing.assert_allclose(ground, points, rtol=0, atol=1e-9)
-    # 3 micrometres of y in one photo: at y = 0.1 mm the scale is off by 1.5 per cent
-    points = np.array([(150, 1000 / 24 * y, 0) for y in (0.1, 1.0, 5.0)])
+    met = exteriors[0, :3] + scale[:, None] * rays(images, exteriors)[0]
+    close(met, points, rtol=0, atol=1e-9)
+    # 3 micrometres of y in one photo: at y = 0.1 mm the scale is off by 1.5 per cent,
+    # half of dy/y, since the two rays stand alike to the base
+    y = np.array([0.1, 1.0, 5.0])
+    points = np.column_stack([np.full(3, 150), 1000 / 24 * y, np.zeros(3)])
     images = cam.project(CAMERA, exteriors[:, None], points)
     exact, _ = scales(images, exteriors)
     images[1, :, 1] += 0.003
-    off = scales(images, exteriors)[0] / exact - 1
-    # Half of dy/y, since the two rays stand alike to the base
-    np.testing.assert_allclose(off, 0.003 / np.array([0.1, 1, 5]) / 2, rtol=0.03)
+    close(scales(images, exteriors)[0] / exact - 1, 0.003 / y / 2, rtol=0.03)

@@ -1,8 +1,12 @@
 """Proofs of the verdicts on Harintaka 2020, the stereo model: parallax in x and y, the
 mark above, below and on the ground, and what an uncorrected lens does to the model."""
 
+import itertools
+
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import camera as cam
 from pgm_lab import datasets, orientation
@@ -57,10 +61,10 @@ def model_without_lens(share, relief=0.0):
 def test_x_parallax_never_vanishes_and_is_the_height():
     left, right = images(GROUND)
     p = left[:, 0] - right[:, 0]
-    np.testing.assert_allclose(C * BASE / p, HEIGHT - GROUND[:, 2], rtol=1e-12)
+    close(C * BASE / p, HEIGHT - GROUND[:, 2], rtol=1e-12)
     assert p.min() > 9  # mm: without x parallax a point is infinitely far away
     # What vanishes at the right height is the difference to the mark's parallax
-    np.testing.assert_allclose(left[:, 1], right[:, 1], atol=1e-12)
+    close(left[:, 1], right[:, 1], atol=1e-12)
 
 
 def test_y_parallax_vanishes_with_good_orientation_but_also_with_a_bad_base():
@@ -71,8 +75,8 @@ def test_y_parallax_vanishes_with_good_orientation_but_also_with_a_bad_base():
     # A base that is 0.55 m too long is not: rays meet, and heights are 1.4 m wrong
     longer = NORMAL + [(0,) * 6, (0.55, 0, 0, 0, 0, 0)]
     wrong = met(both, longer)
-    np.testing.assert_allclose(images(wrong, longer), both, atol=1e-9)
-    assert np.mean(wrong[:, 2] - GROUND[:, 2]) == pytest.approx(-1.37, abs=0.03)
+    close(images(wrong, longer), both, atol=1e-9)
+    assert np.mean(wrong[:, 2] - GROUND[:, 2]) == approx(-1.37, abs=0.03)
 
 
 def test_tie_points_fit_as_well_wherever_the_whole_block_lies():
@@ -81,60 +85,54 @@ def test_tie_points_fit_as_well_wherever_the_whole_block_lies():
     lifted = NORMAL + (0, 0, 1.4, 0, 0, 0)
     here, there = met(both), met(both, lifted)
     v = [images(p, e) - both for p, e in ((here, NORMAL), (there, lifted))]
-    np.testing.assert_allclose(v[0], v[1], atol=1e-9)
-    np.testing.assert_allclose(there - here, np.tile((0, 0, 1.4), (60, 1)), atol=1e-6)
+    close(v[0], v[1], atol=1e-9)
+    close(there - here, np.tile((0, 0, 1.4), (60, 1)), atol=1e-6)
     # Noise of 0.07 pixel gives what is printed of tie points: a few centimetres
-    assert np.std(here[:, 2] - GROUND[:, 2]) == pytest.approx(0.057, abs=0.015)
+    assert np.std(here[:, 2] - GROUND[:, 2]) == approx(0.057, abs=0.015)
 
 
 def test_a_mark_of_more_x_parallax_is_above_and_a_mark_of_less_below():
-    point = np.array([[200.0, 30.0, 12.0]])
-    (left,), (right,) = images(point)
-    for columns, side in ((4, 1), (-4, -1)):
+    both = images(np.array([[200.0, 30.0, 12.0]]))
+    assert met(both)[0, 2] == approx(12.0)
+    for columns in (4, -4):
         # The left mark to the right of the object, the right one to its left; or not
-        moved = np.array([[left + (columns / 2 * PIXEL, 0)],
-                          [right - (columns / 2 * PIXEL, 0)]])  # fmt: skip
+        moved = both + np.array([[[columns / 2]], [[-columns / 2]]]) * (PIXEL, 0)
         rise = met(moved)[0, 2] - 12.0
-        assert np.sign(rise) == side
-        assert rise == pytest.approx(columns * WORTH * 0.976, rel=0.01)
-    assert met(np.array([[left], [right]]))[0, 2] == pytest.approx(12.0)
+        assert np.sign(rise) == np.sign(columns)
+        assert rise == approx(columns * WORTH * 0.976, rel=0.01)
     # With the photos exchanged before the eyes, near and far exchange as well
     p = images(GROUND)[0, :, 0] - images(GROUND)[1, :, 0]
     assert np.all(np.diff(GROUND[np.argsort(p), 2]) > 0)
     assert np.all(np.diff(GROUND[np.argsort(-p), 2]) < 0)
 
 
-def test_a_wrong_match_floats_above_or_pierces_the_ground():
+def shifted(columns, axis):
+    """What it does to a point if its image in the right photo moves so far."""
     both = images(GROUND)
-    for columns in (-3, 3):
-        slipped = both.copy()
-        slipped[1, :, 0] += columns * PIXEL
-        dz = met(slipped)[:, 2] - GROUND[:, 2]
-        assert np.all(np.sign(dz) == -np.sign(columns))
-        assert np.abs(dz).mean() == pytest.approx(3 * WORTH, rel=0.06)
+    both[1, :, axis] += columns * PIXEL
+    return met(both) - GROUND
+
+
+@pytest.mark.parametrize("columns", [-3, 3])
+def test_a_wrong_match_floats_above_or_pierces_the_ground(columns):
+    dz = shifted(columns, 0)[:, 2]
+    assert np.all(np.sign(dz) == -np.sign(columns))
+    assert np.abs(dz).mean() == approx(3 * WORTH, rel=0.06)
 
 
 def test_a_shift_across_the_base_leaves_heights_and_a_shift_along_it_does_not():
-    both = images(GROUND)
-    moved = {}
-    for name, axis in (("along", 0), ("across", 1)):
-        one = both.copy()
-        one[1, :, axis] += PIXEL
-        moved[name] = met(one) - GROUND
-    assert np.abs(moved["along"][:, 2]).mean() == pytest.approx(WORTH, rel=0.06)
-    assert np.abs(moved["across"][:, 2]).max() < 1e-3
+    along, across = np.abs(shifted(1, 0)), np.abs(shifted(1, 1))
+    assert along[:, 2].mean() == approx(WORTH, rel=0.06)
+    assert across[:, 2].max() < 1e-3
     # Across, the point moves by half a pixel on the ground
-    assert np.abs(moved["across"][:, 1]).mean() == pytest.approx(0.112, abs=0.005)
+    assert across[:, 1].mean() == approx(0.112, abs=0.005)
 
 
 def test_intervals_of_search_shrink_from_a_square_to_a_line():
     """Places tried for a search of s pixels each way, as the two texts describe it."""
-    places = {}
-    for s in (5, 12, 30):
-        square = sum(1 for _ in range(-s, s + 1) for _ in range(-s, s + 1))
-        line = sum(1 for _ in range(-s, s + 1))
-        places[s] = square / line
-    assert places == {5: 11, 12: 25, 30: 61}
+    for s, ratio in ((5, 11), (12, 25), (30, 61)):
+        line = range(-s, s + 1)
+        assert len(list(itertools.product(line, line))) / len(line) == ratio
 
 
 # The lens
@@ -143,8 +141,8 @@ def test_intervals_of_search_shrink_from_a_square_to_a_line():
 def test_a_lens_left_uncorrected_bends_the_model_and_hardly_shows_in_y_parallax():
     assert model_without_lens(0.0)[0] < 1e-6
     py, dz, points = model_without_lens(0.01)
-    assert py == pytest.approx(0.063, abs=0.006)  # px, after relative orientation
-    assert np.std(dz) == pytest.approx(1.0, abs=0.1)  # m
+    assert py == approx(0.063, abs=0.006)  # px, after relative orientation
+    assert np.std(dz) == approx(1.0, abs=0.1)  # m
     assert np.ptp(dz) > 4
     # A bowl: nearly all of it is one parabola about the middle of the model
     X, Y = points[:, 0], points[:, 1]
@@ -152,7 +150,7 @@ def test_a_lens_left_uncorrected_bends_the_model_and_hardly_shows_in_y_parallax(
     left = dz - bowl @ np.linalg.lstsq(bowl, dz, rcond=None)[0]
     assert np.std(left) < 0.05 * np.std(dz)
     # 1.4 per cent would be enough for all of Table 1
-    assert np.std(model_without_lens(0.014)[1]) == pytest.approx(1.4, abs=0.1)
+    assert np.std(model_without_lens(0.014)[1]) == approx(1.4, abs=0.1)
 
 
 def test_relative_orientation_again_mends_the_y_parallax_and_not_the_height():
@@ -165,7 +163,7 @@ def test_relative_orientation_again_mends_the_y_parallax_and_not_the_height():
     assert before > 2 and after < before / 20
     assert np.std(dz) > 0.9
     # With relief a tenth of a pixel is left, and heights still bend
-    assert model_without_lens(0.01, 40.0)[0] == pytest.approx(0.10, abs=0.02)
+    assert model_without_lens(0.01, 40.0)[0] == approx(0.10, abs=0.02)
     assert np.std(model_without_lens(0.01, 40.0)[1]) > 0.9
 
 
@@ -174,11 +172,11 @@ def test_h_over_f_is_the_scale_of_vertical_photos_at_one_height():
     step = np.array([(0.0, 0, 0), (1.0, 0, 0), (0, 0, 40.0), (1.0, 0, 40.0)])
     vertical = images(step, NORMAL)[0]
     flat, hill = (np.linalg.norm(vertical[k + 1] - vertical[k]) for k in (0, 2))
-    assert 1000 / flat == pytest.approx(number)
-    assert 1000 / hill == pytest.approx(0.96 * number)  # 40 m of relief: 4 per cent
+    assert 1000 / flat == approx(number)
+    assert 1000 / hill == approx(0.96 * number)  # 40 m of relief: 4 per cent
     # Tilted by 3 degrees the two ends of the long side differ by 5 per cent
     tilted = np.array([(0.0, 0, HEIGHT, 0, np.radians(3), 0)])
     corners = np.array([(x + d, 0.0, 0) for x in (-490, 490) for d in (-1.0, 1.0)])
     seen = cam.project(PLAIN, tilted, corners)
     scales = 2000 / np.linalg.norm(seen[1::2] - seen[::2], axis=1)
-    assert np.ptp(scales) / number == pytest.approx(0.10, abs=0.03)
+    assert np.ptp(scales) / number == approx(0.10, abs=0.03)

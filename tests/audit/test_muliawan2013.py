@@ -6,6 +6,9 @@ from functools import cache
 import cv2
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_lab import frames, image, simulate
 
@@ -16,7 +19,7 @@ def test_2_1_gives_the_ray_from_the_perspective_centre():
     x, y, x0, y0, c, depth = 3.0, -2.0, 0.1, -0.3, 35.0, 700.0
     ray = frames.interior_matrix(c, x0, y0) @ (x, y, 1)
     met = ray * depth / c
-    np.testing.assert_allclose(met, ((x - x0) * 20, (y - y0) * 20, -depth), rtol=1e-15)
+    close(met, ((x - x0) * 20, (y - y0) * 20, -depth), rtol=1e-15)
 
 
 def _centroid_2_15(window, first_index):
@@ -29,8 +32,8 @@ def test_2_15_counted_from_1_lies_one_pixel_beyond_2_17():
     # A target in the middle of the image must come out at the centre by (2.17)
     window = simulate.target((10, 7), diameter=5, shape=(15, 21), background=0)
     centre = frames.image_centre((21, 15))
-    np.testing.assert_allclose(_centroid_2_15(window, 1) - centre, 1, atol=1e-6)
-    np.testing.assert_allclose(_centroid_2_15(window, 0) - centre, 0, atol=1e-6)
+    close(_centroid_2_15(window, 1) - centre, 1, atol=1e-6)
+    close(_centroid_2_15(window, 0) - centre, 0, atol=1e-6)
 
 
 def test_2_15_needs_rows_up_to_n_and_columns_up_to_m():
@@ -39,7 +42,7 @@ def test_2_15_needs_rows_up_to_n_and_columns_up_to_m():
     rows, columns = window.shape
     printed = window[: min(columns, rows), : min(rows, columns)]
     assert printed.sum() < 1e-6 * window.sum()
-    np.testing.assert_allclose(_centroid_2_15(window, 0), (4, 15), atol=1e-6)
+    close(_centroid_2_15(window, 0), (4, 15), atol=1e-6)
 
 
 def test_2_15_without_background_removal_is_pulled_to_the_window_centre():
@@ -47,9 +50,7 @@ def test_2_15_without_background_removal_is_pulled_to_the_window_centre():
     window = simulate.target(truth, diameter=8)
     pull = _centroid_2_15(window, 0) - truth
     assert pull[0] < -1 and pull[1] > 0.8
-    np.testing.assert_allclose(
-        image.centroid(window, background=40.0, sigma=1.0).position, truth, atol=1e-4
-    )
+    close(image.centroid(window, background=40.0, sigma=1.0).position, truth, atol=1e-4)
 
 
 def test_2_16_and_2_17_agree_with_the_camera_matrix_of_opencv():
@@ -62,7 +63,7 @@ def test_2_16_and_2_17_agree_with_the_camera_matrix_of_opencv():
     normalised = cv2.undistortPoints(pixels[:, None], camera, None)[:, 0]
     expected = normalised * 24.0 * (1, -1)  # OpenCV's y points down
     photo = frames.pixel_to_photo(pixels, size, pixel)
-    np.testing.assert_allclose(photo, expected, rtol=0, atol=1e-12)
+    close(photo, expected, rtol=0, atol=1e-12)
 
 
 def test_image_centre_is_the_principal_point_only_if_x0_and_y0_are_zero():
@@ -70,9 +71,9 @@ def test_image_centre_is_the_principal_point_only_if_x0_and_y0_are_zero():
     # x and y component, so it is the image centre only for x0 = y0 = 0
     centre = frames.pixel_to_photo(frames.image_centre((100, 60)), (100, 60), 0.01)
     straight = frames.interior_matrix(35.0) @ (*centre, 1)
-    np.testing.assert_array_equal(straight, (0, 0, -35))
+    equal(straight, (0, 0, -35))
     oblique = frames.interior_matrix(35.0, 0.2, -0.1) @ (*centre, 1)
-    assert np.hypot(*oblique[:2]) == pytest.approx(np.hypot(0.2, 0.1))
+    assert np.hypot(*oblique[:2]) == approx(np.hypot(0.2, 0.1))
 
 
 @cache
@@ -101,4 +102,4 @@ def test_003_px_follows_from_one_set_of_conditions_and_not_from_others(
     grey = simulate.photograph(clean, noise=noise, seed=20132, bits=8)
     found = image.centroid(grey, threshold=threshold)
     rms = np.sqrt(np.mean((found.position - centre) ** 2))
-    assert rms == pytest.approx(px, rel=0.04)
+    assert rms == approx(px, rel=0.04)

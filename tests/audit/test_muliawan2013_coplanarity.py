@@ -4,6 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import camera as cam
 from pgm_lab import rotation
@@ -46,10 +48,14 @@ def expanded(b, one, two):
     )
 
 
+BASE = RIGHT[:3] - LEFT[:3]  # (2.32)
+PAIRS = [(ray(one, LEFT[3:]), ray(other, RIGHT[3:])) for one, other in zip(*IMAGES)]
+
+
 def condition(left=LEFT, right=RIGHT, first=None, second=None, i=0):
     first = IMAGES[0][i] if first is None else first
     second = IMAGES[1][i] if second is None else second
-    b = right[:3] - left[:3]  # (2.32)
+    b = right[:3] - left[:3]
     return expanded(b, ray(first, left[3:]), ray(second, right[3:]))
 
 
@@ -58,16 +64,11 @@ def complex_step(function, x):
 
 
 def test_2_30_to_2_32_vanish_for_two_rays_of_one_point_only():
-    size = np.linalg.norm(RIGHT[:3] - LEFT[:3]) * F * F
-    for i, j in itertools.product(range(12), repeat=2):
-        one, two = ray(IMAGES[0][i], LEFT[3:]), ray(IMAGES[1][j], RIGHT[3:])
-        b = RIGHT[:3] - LEFT[:3]
-        value = expanded(b, one, two)
-        assert value == pytest.approx(np.linalg.det([b, one, two]), abs=1e-12 * size)
-        if i == j:
-            assert abs(value) < 1e-12 * size
-        else:
-            assert abs(value) > 1e-5 * size
+    size = np.linalg.norm(BASE) * F * F
+    for (i, (one, _)), (j, (_, two)) in itertools.product(enumerate(PAIRS), repeat=2):
+        value = expanded(BASE, one, two)
+        assert value == approx(np.linalg.det([BASE, one, two]), abs=1e-12 * size)
+        assert abs(value) < 1e-12 * size if i == j else abs(value) > 1e-5 * size
 
 
 def test_2_33_to_2_35_turn_the_ray_into_object_space():
@@ -75,14 +76,14 @@ def test_2_33_to_2_35_turn_the_ray_into_object_space():
     for exterior, images in ((LEFT, IMAGES[0]), (RIGHT, IMAGES[1])):
         for point, image in zip(POINTS, images):
             there, here = point - exterior[:3], ray(image, exterior[3:])
-            np.testing.assert_allclose(np.cross(there, here), 0, atol=1e-8)
+            close(np.cross(there, here), 0, atol=1e-8)
             assert there @ here > 0
     # The coordinates must be reduced to the principal point, as (2.44) writes them
     shifted = cam.project(Camera(F, 0.5, -0.4), LEFT, POINTS[0])
     there = POINTS[0] - LEFT[:3]
     assert np.abs(np.cross(there, ray(shifted, LEFT[3:]))).max() > 100
     reduced = shifted - (0.5, -0.4)
-    np.testing.assert_allclose(np.cross(there, ray(reduced, LEFT[3:])), 0, atol=1e-8)
+    close(np.cross(there, ray(reduced, LEFT[3:])), 0, atol=1e-8)
 
 
 def test_2_36_differentiates_one_row_at_a_time():
@@ -95,7 +96,7 @@ def test_2_36_differentiates_one_row_at_a_time():
     numeric = (
         np.linalg.det(start + step * change) - np.linalg.det(start - step * change)
     ) / (2 * step)
-    assert derivative == pytest.approx(numeric, rel=1e-8)
+    assert derivative == approx(numeric, rel=1e-8)
 
 
 UNKNOWN = [1, 2, 3, 4, 5]  # YL, ZL, omega, phi, kappa of the right photo
@@ -103,23 +104,15 @@ UNKNOWN = [1, 2, 3, 4, 5]  # YL, ZL, omega, phi, kappa of the right photo
 
 def linearised(right, images):
     """F, and its derivatives by (x1, y1, x2, y2) and by the five unknowns."""
-    F0 = np.array([condition(right=right, first=a, second=b) for a, b in zip(*images)])
-    A = np.array(
-        [
-            complex_step(
-                lambda x: condition(right=right, first=x[:2], second=x[2:]),
-                np.concatenate(pair),
-            )
-            for pair in zip(*images)
-        ]
-    )
-    B = np.array(
-        [
-            complex_step(lambda x, p=pair: condition(LEFT, x, *p), right)
-            for pair in zip(*images)
-        ]
-    )
-    return F0, A, B[:, UNKNOWN]
+    F0, A, B = [], [], []
+    for first, second in zip(*images):
+        F0.append(condition(LEFT, right, first, second))
+        image = np.concatenate([first, second])
+        A.append(complex_step(lambda x: condition(LEFT, right, x[:2], x[2:]), image))
+        B.append(
+            complex_step(lambda x, p=(first, second): condition(LEFT, x, *p), right)
+        )
+    return np.array(F0), np.array(A), np.array(B)[:, UNKNOWN]
 
 
 def test_2_37_needs_minus_f_on_the_right_hand_side():
@@ -132,7 +125,7 @@ def test_2_37_needs_minus_f_on_the_right_hand_side():
     F0, _, B = linearised(start, IMAGES)
     right, printed = (np.linalg.lstsq(B, f, rcond=None)[0] for f in (-F0, F0))
     assert np.all(np.abs(error + right) < 0.02 * np.abs(error))
-    np.testing.assert_allclose(error + printed, 2 * error, rtol=0.02)
+    close(error + printed, 2 * error, rtol=0.02)
     assert np.all(np.abs(error - printed) < 0.02 * np.abs(error))
     # The same for the residuals of one pair: F + A v = 0 with v = -A'(AA')^-1 F
     pair = IMAGES[0][3] + (0.01, -0.02), IMAGES[1][3] + (-0.015, 0.01)
@@ -153,60 +146,46 @@ def test_last_element_of_b_below_2_37_is_a_derivative_and_no_quotient():
     right = RIGHT.copy()
     right[UNKNOWN] += move
     after, _, _ = linearised(right, IMAGES)
-    np.testing.assert_allclose(after - F0, B @ move, rtol=0.02)
+    close(after - F0, B @ move, rtol=0.02)
 
 
-def test_2_38_to_2_40_are_the_derivative_by_an_image_coordinate():
-    for i in range(12):
-        b, one = RIGHT[:3] - LEFT[:3], ray(IMAGES[0][i], LEFT[3:])
-        a13 = np.linalg.det([b, one, rotation.matrix(*RIGHT[3:])[0]])
-        numeric = complex_step(lambda x, i=i: condition(second=x, i=i), IMAGES[1][i])
-        assert a13 == pytest.approx(numeric[0], rel=1e-10)
+@pytest.mark.parametrize("i", range(12))
+def test_2_38_to_2_42_are_the_derivatives_by_an_image_coordinate_and_the_base(i):
+    one, two = PAIRS[i]
+    a13 = np.linalg.det([BASE, one, rotation.matrix(*RIGHT[3:])[0]])
+    numeric = complex_step(lambda x: condition(second=x, i=i), IMAGES[1][i])
+    assert a13 == approx(numeric[0], rel=1e-10)
+    (u1, v1, w1), (u2, v2, w2) = one, two
+    numeric = complex_step(lambda x: condition(LEFT, x, i=i), RIGHT)
+    assert -(u1 * w2 - u2 * w1) == approx(numeric[1], rel=1e-10)  # (2.41)
+    assert u1 * v2 - u2 * v1 == approx(numeric[2], rel=1e-10)  # (2.42)
 
 
-def test_2_41_and_2_42_are_the_derivatives_by_the_base():
-    for i in range(12):
-        (u1, v1, w1), (u2, v2, w2) = (
-            ray(IMAGES[0][i], LEFT[3:]),
-            ray(IMAGES[1][i], RIGHT[3:]),
-        )
-        numeric = complex_step(lambda x, i=i: condition(LEFT, x, i=i), RIGHT)
-        assert -(u1 * w2 - u2 * w1) == pytest.approx(numeric[1], rel=1e-10)
-        assert u1 * v2 - u2 * v1 == pytest.approx(numeric[2], rel=1e-10)
+@pytest.mark.parametrize("i", range(12))
+def test_2_43_to_2_45_are_the_derivative_by_omega_at_any_attitude(i):
+    one, (_, v2, w2) = PAIRS[i]
+    moved = complex_step(lambda a: ray(IMAGES[1][i], a), RIGHT[3:])
+    close(moved[0], (0, -w2, v2), rtol=1e-12)  # (2.44)
+    u1, v1, w1 = one
+    bx, by, bz = BASE
+    printed = bx * (v1 * v2 - (-w1 * w2)) - by * (u1 * v2) + bz * (-w2 * u1)  # (2.45)
+    numeric = complex_step(lambda x: condition(LEFT, x, i=i), RIGHT)
+    assert printed == approx(numeric[3], rel=1e-10)
+    assert printed == approx(np.linalg.det([BASE, one, (0, -w2, v2)]), rel=1e-10)
 
 
-def test_2_43_to_2_45_are_the_derivative_by_omega_at_any_attitude():
-    b = RIGHT[:3] - LEFT[:3]
-    for i in range(12):
-        one, (_, v2, w2) = ray(IMAGES[0][i], LEFT[3:]), ray(IMAGES[1][i], RIGHT[3:])
-        moved = complex_step(
-            lambda a, i=i: ray(IMAGES[1][i], a), RIGHT[3:].astype(complex)
-        )
-        np.testing.assert_allclose(moved[0], (0, -w2, v2), rtol=1e-12)  # (2.44)
-        u1, v1, w1 = one
-        printed = (  # (2.45)
-            b[0] * (v1 * v2 - (-w1 * w2)) - b[1] * (u1 * v2) + b[2] * (-w2 * u1)
-        )
-        numeric = complex_step(lambda x, i=i: condition(LEFT, x, i=i), RIGHT)
-        assert printed == pytest.approx(numeric[3], rel=1e-10)
-        determinant = np.linalg.det([b, one, (0, -w2, v2)])  # (2.43)
-        assert printed == pytest.approx(determinant, rel=1e-10)
-
-
-def test_phi_and_kappa_turn_about_axes_that_the_other_angles_have_moved():
+@pytest.mark.parametrize("i", range(12))
+def test_phi_and_kappa_turn_about_axes_that_the_other_angles_have_moved(i):
     # Omega is the outermost turn of R': its axis stays (1, 0, 0), hence (2.44). The
     # axes of phi and kappa are M_omega' (0, 1, 0) and M' (0, 0, 1); with the pattern
     # of (2.44) about (0, 1, 0) and (0, 0, 1) the derivatives would be wrong
-    for i in range(12):
-        here = ray(IMAGES[1][i], RIGHT[3:])
-        moved = complex_step(
-            lambda a, i=i: ray(IMAGES[1][i], a), RIGHT[3:].astype(complex)
-        )
-        axes = (turned(RIGHT[3], 0, 0).T[:, 1], turned(*RIGHT[3:]).T[:, 2])
-        for k, axis, fixed in zip((1, 2), axes, ((0, 1, 0), (0, 0, 1))):
-            np.testing.assert_allclose(moved[k], np.cross(axis, here), rtol=1e-11)
-            wrong = np.linalg.norm(np.cross(fixed, here) - moved[k])
-            assert wrong > 0.01 * np.linalg.norm(here)
+    here = PAIRS[i][1]
+    moved = complex_step(lambda a: ray(IMAGES[1][i], a), RIGHT[3:])
+    axes = turned(RIGHT[3], 0, 0)[1], turned(*RIGHT[3:])[2]
+    for k, axis in zip((1, 2), axes):
+        close(moved[k], np.cross(axis, here), rtol=1e-11)
+        wrong = np.linalg.norm(np.cross(np.eye(3)[k], here) - moved[k])
+        assert wrong > 0.01 * np.linalg.norm(here)
 
 
 def test_names_of_dependent_and_independent_relative_orientation_are_exchanged():

@@ -1,6 +1,7 @@
 """Proofs of the verdicts on Muliawan 2013, (2.46) to (2.55): the lens."""
 
 import numpy as np
+from numpy.testing import assert_allclose as close
 
 from pgm_book.ch06 import published
 from pgm_lab import bundle
@@ -31,24 +32,24 @@ def test_2_46_gives_both_axes_the_same_displacement():
     # along the diagonal, and further by sqrt(2)
     as_printed = np.stack([DR, DR], axis=-1)
     outward = np.sum(RADIAL * XY, axis=1) / R
-    np.testing.assert_allclose(outward, DR, rtol=1e-12)
+    close(outward, DR, rtol=1e-12)
     length = np.linalg.norm(as_printed, axis=1)
-    np.testing.assert_allclose(length, np.sqrt(2) * np.abs(DR), rtol=1e-12)
+    close(length, np.sqrt(2) * np.abs(DR), rtol=1e-12)
     assert np.abs(as_printed - RADIAL).max() > np.abs(RADIAL).max()
 
 
 def test_2_47_to_2_50_are_the_radial_distortion_of_the_camera_model():
-    np.testing.assert_allclose(R**2, XY[:, 0] ** 2 + XY[:, 1] ** 2, rtol=1e-14)
-    np.testing.assert_allclose(XY * (DR / R)[:, None], RADIAL, rtol=1e-12)
+    close(R**2, XY[:, 0] ** 2 + XY[:, 1] ** 2, rtol=1e-14)
+    close(XY * (DR / R)[:, None], RADIAL, rtol=1e-12)
     # (2.49): the three quotients are one
-    np.testing.assert_allclose(RADIAL / XY, (DR / R)[:, None] * [1, 1], rtol=1e-10)
+    close(RADIAL / XY, (DR / R)[:, None] * [1, 1], rtol=1e-10)
 
 
 def test_2_48_takes_its_coordinates_from_2_55_and_not_from_2_46():
     # (2.46) needs r, so r cannot come from (2.46); its left sides are displacements
     camera = Camera(35.0, x0=0.2, y0=-0.1)
     measured = XY + (0.2, -0.1)
-    np.testing.assert_allclose(cam.ideal(camera, measured), XY, atol=1e-14)
+    close(cam.ideal(camera, measured), XY, atol=1e-14)
     assert np.abs(np.hypot(DR, DR) - R).min() > 0.1
 
 
@@ -58,9 +59,9 @@ def test_2_51_needs_the_opposite_k_of_2_89():
     K1, K2, K3 = K
     subtracted = XY - RADIAL
     added = cam.ideal(Camera(35.0, K1=-K1, K2=-K2, K3=-K3), XY)
-    np.testing.assert_allclose(added, subtracted, rtol=0, atol=1e-14)
+    close(added, subtracted, rtol=0, atol=1e-14)
     same = cam.ideal(Camera(35.0, K1=K1, K2=K2, K3=K3), XY)
-    np.testing.assert_allclose(same - subtracted, 2 * RADIAL, rtol=0, atol=1e-13)
+    close(same - subtracted, 2 * RADIAL, rtol=0, atol=1e-13)
 
 
 def test_one_to_two_pixels_at_the_border_need_a_pixel_size():
@@ -97,8 +98,8 @@ def test_2_5_1_k_are_correlated_among_themselves_and_hardly_with_c():
 
     every = correlations()
     among = every[[1, 1, 2], [2, 3, 3]]  # K1 K2, K1 K3, K2 K3
-    np.testing.assert_allclose(among, (-0.92, 0.84, -0.98), rtol=0, atol=0.005)
-    np.testing.assert_allclose(every[0, 1:], (0.26, -0.25, 0.25), rtol=0, atol=0.005)
+    close(among, (-0.92, 0.84, -0.98), rtol=0, atol=0.005)
+    close(every[0, 1:], (0.26, -0.25, 0.25), rtol=0, atol=0.005)
     # It is the network: with three of the photos c and K3 are hardly told apart
     assert abs(correlations([1, 4, 7])[0, 3]) > 0.9
 
@@ -108,7 +109,7 @@ def test_2_52_is_the_decentring_distortion_of_the_camera_model():
     x, y = XY.T
     dx = P1 * (R**2 + 2 * x**2) + 2 * P2 * x * y
     dy = P2 * (R**2 + 2 * y**2) + 2 * P1 * x * y
-    np.testing.assert_allclose(np.stack([dx, dy], -1), lens(P1=P1, P2=P2), atol=1e-15)
+    close(np.stack([dx, dy], -1), lens(P1=P1, P2=P2), atol=1e-15)
 
 
 def test_decentring_is_not_only_across_the_radius():
@@ -118,8 +119,8 @@ def test_decentring_is_not_only_across_the_radius():
     along = np.abs(np.sum(d * XY, axis=1) / R)
     across = np.abs(d[:, 0] * XY[:, 1] - d[:, 1] * XY[:, 0]) / R
     size = R**2 * np.hypot(*LENS[3:5])
-    np.testing.assert_allclose((along / size).max(), 3, atol=0.01)
-    np.testing.assert_allclose((across / size).max(), 1, atol=0.01)
+    close((along / size).max(), 3, atol=0.01)
+    close((across / size).max(), 1, atol=0.01)
 
 
 def test_2_54_does_not_follow_from_2_53():
@@ -134,9 +135,7 @@ def test_2_54_does_not_follow_from_2_53():
 def test_2_54_is_affinity_and_shear_of_the_camera_model():
     b1, b2 = LENS[5:]
     x, y = XY.T
-    np.testing.assert_allclose(
-        np.stack([b1 * x + b2 * y, 0 * y], -1), lens(b1=b1, b2=b2), atol=1e-15
-    )
+    close(np.stack([b1 * x + b2 * y, 0 * y], -1), lens(b1=b1, b2=b2), atol=1e-15)
 
 
 def test_2_55_is_right_and_has_the_sign_that_2_89_lacks():
@@ -148,6 +147,6 @@ def test_2_55_is_right_and_has_the_sign_that_2_89_lacks():
     moved = cam.project(Camera(c + 0.01, x0=0.02, y0=-0.03), exterior, point)
     x, y, z = *before.T, -c
     expected = np.stack([0.02 - x / z * 0.01, -0.03 - y / z * 0.01], axis=-1)
-    np.testing.assert_allclose(moved - before, expected, rtol=0, atol=1e-12)
+    close(moved - before, expected, rtol=0, atol=1e-12)
     by_2_89 = np.stack([-0.02 - x / c * 0.01, 0.03 - y / c * 0.01], axis=-1)
-    np.testing.assert_allclose(by_2_89, -expected, rtol=0, atol=1e-12)
+    close(by_2_89, -expected, rtol=0, atol=1e-12)

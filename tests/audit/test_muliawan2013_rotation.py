@@ -1,8 +1,13 @@
 """Proofs of the verdicts on Muliawan 2013. What chapter 4 touches: (2.2) to (2.14),
 (2.56) to (2.62). Each matrix is written as printed; scipy says what a rotation is."""
 
+import itertools
+
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 from scipy.spatial.transform import Rotation
 
 from pgm_lab import datasets, rotation
@@ -69,17 +74,11 @@ def matrix_2_13(tilt, azimuth, swing):
 
 
 def matrix_2_14(a, b, c):
-    delta = 1 + (a * a + b * b + c * c) / 4
-    return (
-        np.array(
-            [
-                [1 + (a * a - b * b - c * c) / 4, -c + a * b / 2, b + a * c / 2],
-                [c + b * a / 2, 1 + (-a * a + b * b - c * c) / 4, -a + b * c / 2],
-                [-b + c * a / 2, a + c * b / 2, 1 + (-a * a - b * b + c * c) / 4],
-            ]
-        )
-        / delta
-    )
+    s = np.array([[a * a - b * b - c * c, 0, 0], [0, b * b - a * a - c * c, 0],
+                  [0, 0, c * c - a * a - b * b]]) / 4  # fmt: skip
+    turn = [[1, -c + a * b / 2, b + a * c / 2], [c + b * a / 2, 1, -a + b * c / 2],
+            [-b + c * a / 2, a + c * b / 2, 1]]  # fmt: skip
+    return (turn + s) / (1 + (a * a + b * b + c * c) / 4)
 
 
 @pytest.mark.parametrize(
@@ -90,47 +89,38 @@ def test_2_3_2_5_2_7_are_coordinates_in_a_frame_that_was_turned_right_handed(
 ):
     # scipy turns vectors right-handed; coordinates in the turned frame are the inverse
     expected = Rotation.from_euler(axis, 0.7).inv().as_matrix()
-    np.testing.assert_allclose(printed(0.7), expected, rtol=0, atol=1e-15)
-
-
-def clockwise_on_the_retina(forward, before, after):
-    """Whether an eye that looks forward sees a direction turn clockwise."""
-    up = np.roll(forward, 1)
-    right = np.cross(forward, up)
-    first, second = (np.arctan2(v @ up, v @ right) for v in (before, after))
-    return second < first
+    close(printed(0.7), expected, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(("printed", "axis"), [(r_omega, 0), (r_phi, 1), (r_kappa, 2)])
 def test_positive_turns_are_clockwise_for_an_eye_that_looks_along_the_axis(
     printed, axis
 ):
-    along = np.eye(3)[axis]
     # An axis of the frame, not parallel to the turn, before and after it
     other = (axis + 2) % 3
-    before, after = np.eye(3)[other], printed(0.1)[other]
-    assert clockwise_on_the_retina(along, before, after)
-    assert not clockwise_on_the_retina(-along, before, after)
+    both = np.eye(3)[other], printed(0.1)[other]
+    for forward, clockwise in ((np.eye(3)[axis], True), (-np.eye(3)[axis], False)):
+        up = np.roll(forward, 1)
+        right = np.cross(forward, up)
+        before, after = (np.arctan2(v @ up, v @ right) for v in both)
+        assert (after < before) == clockwise
 
 
 @anywhere
 def test_turns_follow_each_other_only_if_2_4_and_2_6_take_the_turned_vector(attitude):
     omega, phi, kappa = attitude
     X = np.array([0.3, -1.2, 2.0])
-    once = r_omega(omega) @ X
-    twice = r_phi(phi) @ once
-    thrice = r_kappa(kappa) @ twice
-    np.testing.assert_allclose(thrice, full_matrix(*attitude) @ X, rtol=0, atol=1e-14)
+    thrice = r_kappa(kappa) @ (r_phi(phi) @ (r_omega(omega) @ X))
+    close(thrice, full_matrix(*attitude) @ X, rtol=0, atol=1e-14)
     # As printed the last equation knows neither omega nor phi
-    as_printed = r_kappa(kappa) @ X
-    assert np.abs(as_printed - thrice).max() > 0.3
+    assert np.abs(r_kappa(kappa) @ X - thrice).max() > 0.3
 
 
 @anywhere
 def test_2_8_is_r_kappa_r_phi_r_omega_and_not_the_order_of_the_sentence(attitude):
     omega, phi, kappa = attitude
     product = r_kappa(kappa) @ r_phi(phi) @ r_omega(omega)
-    np.testing.assert_allclose(full_matrix(*attitude), product, rtol=0, atol=1e-15)
+    close(full_matrix(*attitude), product, rtol=0, atol=1e-15)
     other = r_omega(omega) @ r_phi(phi) @ r_kappa(kappa)
     between = Rotation.from_matrix(other @ product.T).magnitude()
     assert between > np.radians(10)
@@ -139,7 +129,7 @@ def test_2_8_is_r_kappa_r_phi_r_omega_and_not_the_order_of_the_sentence(attitude
 @anywhere
 def test_2_8_is_the_transposed_intrinsic_xyz_rotation_of_scipy(attitude):
     expected = Rotation.from_euler("XYZ", attitude).as_matrix().T
-    np.testing.assert_allclose(full_matrix(*attitude), expected, rtol=0, atol=1e-15)
+    close(full_matrix(*attitude), expected, rtol=0, atol=1e-15)
 
 
 def test_2_10_holds_for_the_nine_photos_with_the_quadrant_from_both_signs():
@@ -147,39 +137,37 @@ def test_2_10_holds_for_the_nine_photos_with_the_quadrant_from_both_signs():
     M = np.array([full_matrix(*attitude) for attitude in exteriors])
     omega, phi, kappa = exteriors.T
     m = np.moveaxis(M, 0, -1)
-    np.testing.assert_allclose(m[2, 0], np.sin(phi), rtol=0, atol=1e-15)
-    np.testing.assert_allclose(-m[2, 1] / m[2, 2], np.tan(omega), rtol=1e-10)
-    np.testing.assert_allclose(-m[1, 0] / m[0, 0], np.tan(kappa), rtol=1e-10)
+    close(m[2, 0], np.sin(phi), rtol=0, atol=1e-15)
+    close(-m[2, 1] / m[2, 2], np.tan(omega), rtol=1e-10)
+    close(-m[1, 0] / m[0, 0], np.tan(kappa), rtol=1e-10)
     # An arctangent of the quotient misses the quadrant in seven of the nine photos
     plain = np.arctan([-m[2, 1] / m[2, 2], -m[1, 0] / m[0, 0]])
     off = np.abs(plain - (omega, kappa)).max(axis=0)
-    np.testing.assert_array_equal(off < 1e-9, [1, 0, 1, 0, 0, 0, 0, 0, 0])
-    np.testing.assert_allclose(off[off > 1e-9], np.pi, rtol=1e-9)
+    equal(off < 1e-9, [1, 0, 1, 0, 0, 0, 0, 0, 0])
+    close(off[off > 1e-9], np.pi, rtol=1e-9)
     # Six of them then look away from the object, photo 2 is rolled by 180 degrees
     turned = np.array([full_matrix(o, p, k) for (o, k), p in zip(plain.T, phi)])
     angle = np.degrees(Rotation.from_matrix(np.swapaxes(M, 1, 2) @ turned).magnitude())
     assert np.all((angle[off > 1e-9] > 163) & (angle[off > 1e-9] < 180.001))
     to_object = datasets.muliawan2013().object_points.mean(axis=0) - stations
     along = np.sum(-turned[:, 2] * to_object, axis=1)
-    np.testing.assert_array_equal(along > 0, [1, 1, 1, 0, 0, 0, 0, 0, 0])
+    equal(along > 0, [1, 1, 1, 0, 0, 0, 0, 0, 0])
     assert np.all(np.sum(-M[:, 2] * to_object, axis=1) > 0)
-    assert angle[1] == pytest.approx(180)
-    np.testing.assert_allclose(turned[1, 2], M[1, 2], rtol=0, atol=1e-9)
+    assert angle[1] == approx(180)
+    close(turned[1, 2], M[1, 2], rtol=0, atol=1e-9)
     both = np.arctan2([-m[2, 1], -m[1, 0]], [m[2, 2], m[0, 0]])
-    np.testing.assert_allclose(both, (omega, kappa), rtol=0, atol=1e-14)
+    close(both, (omega, kappa), rtol=0, atol=1e-14)
 
 
 @anywhere
 def test_2_11_and_2_12_hold_for_2_8_and_for_its_mirror(attitude):
     R = full_matrix(*attitude)
-    mirror = np.diag([1, 1, -1]) @ R
-    for matrix in (R, mirror):
-        np.testing.assert_allclose(matrix.T @ matrix, np.eye(3), rtol=0, atol=1e-15)
-        np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), rtol=0, atol=1e-15)
-        np.testing.assert_allclose(np.linalg.inv(matrix), matrix.T, rtol=0, atol=1e-15)
     # Only the determinant tells them apart
-    assert np.linalg.det(R) == pytest.approx(1)
-    assert np.linalg.det(mirror) == pytest.approx(-1)
+    for matrix, determinant in ((R, 1), (np.diag([1, 1, -1]) @ R, -1)):
+        close(matrix.T @ matrix, np.eye(3), rtol=0, atol=1e-15)
+        close(matrix @ matrix.T, np.eye(3), rtol=0, atol=1e-15)
+        close(np.linalg.inv(matrix), matrix.T, rtol=0, atol=1e-15)
+        assert np.linalg.det(matrix) == approx(determinant)
 
 
 @anywhere
@@ -187,12 +175,12 @@ def test_2_13_is_a_rotation_from_object_to_image_and_names_the_nadir(attitude):
     tilt, azimuth, swing = attitude
     R = matrix_2_13(*attitude)
     product = r_kappa(swing - np.pi) @ r_omega(tilt) @ r_kappa(-azimuth)
-    np.testing.assert_allclose(R, product, rtol=0, atol=1e-15)
+    close(R, product, rtol=0, atol=1e-15)
     expected = rotation.from_tilt_azimuth_swing(*attitude)
-    np.testing.assert_allclose(R, expected, rtol=0, atol=1e-15)
+    close(R, expected, rtol=0, atol=1e-15)
     # Direction of view: the tilt from the nadir, towards the azimuth
     toward = np.array([np.sin(azimuth), np.cos(azimuth), 0]) * np.sin(tilt)
-    np.testing.assert_allclose(-R[2], toward - (0, 0, np.cos(tilt)), atol=1e-15)
+    close(-R[2], toward - (0, 0, np.cos(tilt)), atol=1e-15)
 
 
 @pytest.mark.parametrize("vector", [(0.3, -0.5, 0.8), (4.0, 1.0, -2.0)])
@@ -200,47 +188,45 @@ def test_2_14_is_a_rotation_by_its_vector_and_transposed_to_2_8(vector):
     R = matrix_2_14(*vector)
     length = np.linalg.norm(vector)
     turn = np.array(vector) / length * 2 * np.arctan(length / 2)
-    np.testing.assert_allclose(R, Rotation.from_rotvec(turn).as_matrix(), atol=1e-15)
-    np.testing.assert_allclose(R.T, rotation.from_rodrigues(vector), atol=1e-15)
-    np.testing.assert_allclose(R.T, matrix_2_14(*-np.array(vector)), atol=1e-15)
+    close(R, Rotation.from_rotvec(turn).as_matrix(), atol=1e-15)
+    close(R.T, rotation.from_rodrigues(vector), atol=1e-15)
+    close(R.T, matrix_2_14(*-np.array(vector)), atol=1e-15)
     # The same turn about z
     kappa = 0.6
     R = matrix_2_14(0, 0, 2 * np.tan(kappa / 2))
-    np.testing.assert_allclose(R.T, full_matrix(0, 0, kappa), rtol=0, atol=1e-15)
+    close(R.T, full_matrix(0, 0, kappa), rtol=0, atol=1e-15)
     assert np.abs(R - full_matrix(0, 0, kappa)).max() > 1
 
 
-def test_2_57_to_2_59_turn_from_image_to_object_and_combine_to_2_60():
-    for omega, phi, kappa in ATTITUDES:
-        (co, so), (cp, sp), (ck, sk) = parts(omega), parts(phi), parts(kappa)
-        m_omega = np.array([[1, 0, 0], [0, co, -so], [0, so, co]])
-        m_phi = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-        m_kappa = np.array([[ck, -sk, 0], [sk, ck, 0], [0, 0, 1]])
-        np.testing.assert_array_equal(m_omega, r_omega(omega).T)
-        np.testing.assert_array_equal(m_phi, r_phi(phi).T)
-        np.testing.assert_array_equal(m_kappa, r_kappa(kappa).T)
-        product = m_omega @ m_phi @ m_kappa  # (2.60), (2.61)
-        expected = full_matrix(omega, phi, kappa).T
-        np.testing.assert_allclose(product, expected, rtol=0, atol=1e-15)
+@anywhere
+def test_2_57_to_2_59_turn_from_image_to_object_and_combine_to_2_60(attitude):
+    (co, so), (cp, sp), (ck, sk) = map(parts, attitude)
+    printed = (
+        np.array([[1, 0, 0], [0, co, -so], [0, so, co]]),
+        np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]),
+        np.array([[ck, -sk, 0], [sk, ck, 0], [0, 0, 1]]),
+    )
+    for m, r, angle in zip(printed, (r_omega, r_phi, r_kappa), attitude):
+        equal(m, r(angle).T)
+    product = np.linalg.multi_dot(printed)  # (2.60), (2.61)
+    close(product, full_matrix(*attitude).T, rtol=0, atol=1e-15)
 
 
 @anywhere
 def test_seven_elements_of_2_62_are_those_of_the_transposed_2_8(attitude):
     printed, right = matrix_2_62(*attitude), full_matrix(*attitude).T
     wrong = np.abs(printed - right) > 1e-12
-    np.testing.assert_array_equal(np.argwhere(wrong), [(0, 2), (1, 1)])
+    equal(np.argwhere(wrong), [(0, 2), (1, 1)])
 
 
 @anywhere
 def test_2_62_is_a_rotation_only_with_sin_phi_and_cos_kappa(attitude):
     omega, phi, kappa = attitude
-    printed = matrix_2_62(*attitude)
-    assert rotation.defect(printed) > 0.1
-    repaired = printed.copy()
-    repaired[0, 2] = np.sin(phi)
-    assert rotation.defect(repaired) > 0.1  # each of the two is needed
-    repaired[1, 1] += np.cos(omega) * (np.cos(kappa) - np.sin(kappa))
-    assert rotation.defect(repaired) < 1e-15
-    half = printed.copy()
-    half[1, 1] = repaired[1, 1]
-    assert rotation.defect(half) > 0.1
+    for first, second in itertools.product((False, True), repeat=2):
+        M = matrix_2_62(*attitude)
+        if first:
+            M[0, 2] = np.sin(phi)
+        if second:
+            M[1, 1] += np.cos(omega) * (np.cos(kappa) - np.sin(kappa))
+        right = first and second  # each of the two is needed
+        assert rotation.defect(M) < 1e-15 if right else rotation.defect(M) > 0.1

@@ -1,13 +1,14 @@
 """The textbook's adjustment with one large matrix, and the published network."""
 
 import numpy as np
-import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
 
-from pgm_book.ch06 import published
-from pgm_lab import bundle, datasets
+from pgm_lab import bundle
 from pgm_lab.bundle import dense
+from tests.networks import real
 
-NET = published.network()
+NET = real()
 STATE = NET.interior[0], NET.exteriors, NET.points, NET.photo, NET.point, NET.xy
 
 
@@ -37,9 +38,9 @@ def test_cofactors_are_those_of_the_reduced_normal_equations():
     state = found.interior, found.exteriors, found.points
     sd = found.sigma0 * np.sqrt(np.diagonal(step(*state, *STATE[3:])[-1]))
     exteriors = sd[:54].reshape(9, 6)[:, dense.ANGLES_FIRST]
-    np.testing.assert_allclose(exteriors, found.sd_exteriors, rtol=1e-7)
-    np.testing.assert_allclose(sd[54:64], found.sd_interior, rtol=1e-7)
-    np.testing.assert_allclose(sd[64:].reshape(50, 3), found.sd_points, rtol=1e-7)
+    close(exteriors, found.sd_exteriors, rtol=1e-7)
+    close(sd[54:64], found.sd_interior, rtol=1e-7)
+    close(sd[64:].reshape(50, 3), found.sd_points, rtol=1e-7)
 
 
 def test_several_cameras_have_columns_of_their_own():
@@ -49,22 +50,6 @@ def test_several_cameras_have_columns_of_their_own():
     one = dense.design(A1, A3, A2, NET.photo, NET.point, 9, 50)
     assert A.shape == (900, 54 + 20 + 150)
     both = A[:, 54:74].reshape(900, 2, 10)
-    np.testing.assert_array_equal(both.sum(axis=1), one[:, 54:64])
+    equal(both.sum(axis=1), one[:, 54:64])
     odd = np.repeat(camera[NET.photo] == 1, 2)
     assert not both[odd, 0].any() and not both[~odd, 1].any()
-
-
-def test_the_published_network_is_that_of_the_tables():
-    data = datasets.muliawan2013()
-    np.testing.assert_array_equal(NET.xy, data.xy)
-    np.testing.assert_array_equal(NET.sigma, data.sigma)
-    some = published.network([7, 1, 4, 4])
-    assert some.photo_names == (1, 4, 7)
-    np.testing.assert_array_equal(some.exteriors, data.exteriors[[0, 3, 6]])
-    np.testing.assert_array_equal(some.xy, data.xy[np.isin(data.photo, [0, 3, 6])])
-
-
-@pytest.mark.parametrize("photos", [[0, 1, 2], [1, 2, 10]])
-def test_a_photo_that_does_not_exist_is_refused(photos):
-    with pytest.raises(ValueError, match="photos must be numbers from 1 to 9"):
-        published.network(photos)

@@ -7,6 +7,7 @@ stops when its corrections are small: 1e-6 of a standard deviation is what it le
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
 
 from pgm_lab import bundle, datasets
 from pgm_lab.camera import Camera
@@ -14,19 +15,23 @@ from pgm_lab.camera import Camera
 DATA = datasets.jaicov_9x50()
 
 
-@pytest.fixture(scope="module")
-def ours():
-    camera = Camera(*DATA.interior, lens="forward")
+def adjusted(lens):
     network = bundle.Network(
-        camera, DATA.exteriors, DATA.points, DATA.photo, DATA.point, DATA.xy, DATA.sigma
+        Camera(*DATA.interior, lens=lens),
+        *(DATA.exteriors, DATA.points, DATA.photo, DATA.point, DATA.xy, DATA.sigma),
     )
     return bundle.adjust(network)
+
+
+@pytest.fixture(scope="module")
+def ours():
+    return adjusted("forward")
 
 
 def test_redundancy_and_variance_of_unit_weight(ours):
     assert ours.status == "converged"
     assert ours.redundancy == DATA.redundancy == 693
-    np.testing.assert_allclose(ours.sigma0**2, DATA.variance, rtol=1e-9)  # 10 digits
+    close(ours.sigma0**2, DATA.variance, rtol=1e-9)  # 10 digits
 
 
 @pytest.mark.parametrize("which", ["interior", "exteriors", "points"])
@@ -39,15 +44,11 @@ def test_parameters_to_a_millionth_of_their_standard_deviation(ours, which):
 @pytest.mark.parametrize("which", ["interior", "exteriors", "points"])
 def test_standard_deviations_to_eight_digits(ours, which):
     expected = getattr(DATA, f"{which}_sd")
-    np.testing.assert_allclose(getattr(ours, f"sd_{which}"), expected, rtol=1e-8)
+    close(getattr(ours, f"sd_{which}"), expected, rtol=1e-8)
 
 
-def test_with_the_other_lens_direction_the_camera_is_another_one(ours):
+def test_with_the_other_lens_direction_the_camera_is_another_one():
     # or the comparison would say nothing about the lens
-    camera = Camera(*DATA.interior, lens="backward")
-    network = bundle.Network(
-        camera, DATA.exteriors, DATA.points, DATA.photo, DATA.point, DATA.xy, DATA.sigma
-    )
-    found = bundle.adjust(network).cameras[0].interior
+    found = adjusted("backward").cameras[0].interior
     difference = (found - DATA.adjusted_interior) / DATA.interior_sd
     assert abs(difference[3]) > 10  # K1 has the opposite sign

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from pytest import approx
 
 from pgm_lab import bundle
 from pgm_lab.bundle import lens
@@ -42,7 +44,7 @@ def test_parts_make_the_displacement_of_the_camera(shape):
     whole = sum(part(LENS, image) for part in (lens.radial, lens.decentring))
     whole = whole + lens.affinity(LENS, image)
     expected = imaging.distortion(LENS.interior[3:], image)
-    np.testing.assert_allclose(whole, expected, rtol=1e-12, atol=1e-15)
+    close(whole, expected, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("part", [lens.radial, lens.decentring, lens.affinity])
@@ -59,7 +61,7 @@ def test_radial_profile_is_what_the_lens_does_along_a_radius():
     r = np.linspace(0, 10, 7)
     found, _ = lens.profile(result((camera,)), r)
     expected = [displacement(camera, radius, 0.0)[0] for radius in r]
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    close(found, expected, rtol=1e-13)
 
 
 def test_decentring_profile_is_the_least_displacement_at_a_radius():
@@ -67,8 +69,8 @@ def test_decentring_profile_is_the_least_displacement_at_a_radius():
     around = np.linspace(0, 2 * np.pi, 20001)
     size = [np.hypot(*displacement(camera, 8.0, angle)) for angle in around]
     (found,), _ = lens.profile(result((camera,)), [8.0], "decentring")
-    assert found == pytest.approx(min(size), rel=1e-6)
-    assert 3 * found == pytest.approx(max(size), rel=1e-6)
+    assert found == approx(min(size), rel=1e-6)
+    assert 3 * found == approx(max(size), rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["radial", "decentring"])
@@ -87,14 +89,14 @@ def test_standard_deviation_of_the_profile_is_that_of_simulated_lenses(kind):
         other = result((Camera(*interior),))
         simulated.append(lens.profile(other, r, kind)[0])
     # 4000 samples know a standard deviation to 1.1 %: allow four times as much
-    np.testing.assert_allclose(np.std(simulated, axis=0), 1e-2 * sd, rtol=0.045)
+    close(np.std(simulated, axis=0), 1e-2 * sd, rtol=0.045)
 
 
 def test_what_was_not_estimated_is_free_of_error():
     adjusted = result(estimate=("c", "K1"))
     r = np.array([2.0, 5.0])
     _, sd = lens.profile(adjusted, r)
-    np.testing.assert_allclose(sd, r**3 * adjusted.sd_interior[1])
+    close(sd, r**3 * adjusted.sd_interior[1])
     assert not lens.profile(adjusted, r, "decentring")[1].any()
 
 
@@ -102,8 +104,8 @@ def test_second_camera_has_its_own_lens_and_covariance():
     other = Camera(30.0, K1=-5e-5)
     adjusted = result((LENS, other), estimate=("c", "K1"))
     distortion, sd = lens.profile(adjusted, [2.0], camera=1)
-    np.testing.assert_allclose(distortion, -5e-5 * 8)
-    np.testing.assert_allclose(sd, 8 * adjusted.sd_interior[3])
+    close(distortion, -5e-5 * 8)
+    close(sd, 8 * adjusted.sd_interior[3])
 
 
 def test_kind_of_profile_must_be_known():

@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 from scipy.spatial.transform import Rotation
 
 from pgm_lab import bundle, rotation
@@ -69,7 +72,7 @@ def test_an_image_turned_by_180_degrees_is_refused_and_either_cure_works(
     rolled = replace(wrong, exteriors=wrong.exteriors + [0, 0, 0, 0, 0, np.pi])
     cured = [bundle.adjust(one, estimate) for one in (rolled, image(wrong, -1))]
     for c in (one.cameras[0].c for one in cured):
-        assert c == pytest.approx(network.cameras[0].c, rel=0.03)
+        assert c == approx(network.cameras[0].c, rel=0.03)
 
 
 @pytest.mark.parametrize("estimate", [PARAMETERS, ("c",)])
@@ -79,9 +82,7 @@ def test_a_camera_that_looks_along_plus_z_is_recognised(network, estimate):
         bundle.adjust(looking_along_z(image(network, Y_DOWN)), estimate)
     assert "as in OpenCV, change the sign of y" in str(error.value)
     cured = looking_along_z(looking_along_z(network))
-    np.testing.assert_allclose(
-        imaging.attitude(cured.exteriors), imaging.attitude(network.exteriors)
-    )
+    close(imaging.attitude(cured.exteriors), imaging.attitude(network.exteriors))
 
 
 def test_without_convergence_nothing_is_claimed_but_the_axes_are_asked_for(network):
@@ -104,7 +105,7 @@ def test_x_to_the_left_is_said_before_all_else(network, estimate):
     """It fits as well as ever: only b1 = -2 betrays it."""
     result = bundle.adjust(image(network, X_LEFT), estimate)
     assert result.status == "converged"
-    assert result.cameras[0].b1 == pytest.approx(-2, abs=0.01)
+    assert result.cameras[0].b1 == approx(-2, abs=0.01)
     first, what = next(iter(found(result).items()))
     assert first == "Image coordinates" and "count x to the left" in what
     words = mirrored_image(result)
@@ -141,7 +142,7 @@ def test_a_fixed_camera_mirrors_the_object_and_the_report_says_so_first(
     assert result.status == "converged"
     # exchanged axes also exchange their sigmas, which differ in the small networks
     right = bundle.adjust(network, ())
-    assert result.sigma0 == pytest.approx(right.sigma0, rel=0.1)
+    assert result.sigma0 == approx(right.sigma0, rel=0.1)
     first, what = next(iter(found(result).items()))
     assert first == "Image coordinates" and called in what
     words = mirrored_object(result)
@@ -230,7 +231,7 @@ def test_rays_from_behind_are_those_of_a_negative_depth(plain):
     X = points[network.point] - result.exteriors[network.photo, :3]
     expected = np.flatnonzero(np.einsum("ki,ki->k", M[:, 2], X) >= 0)
     assert k in expected and len(expected) < len(network.xy) / 2
-    np.testing.assert_array_equal(result.behind, expected)
+    equal(result.behind, expected)
     assert "check the start values" in found(result)["Behind the camera"]
 
 

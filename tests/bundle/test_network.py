@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 
 from pgm_lab import bundle, camera, rotation
 from pgm_lab.adjustment import RankDefect
@@ -33,7 +36,7 @@ def test_the_seven_named_motions_really_change_no_image():
         # the points adjust themselves to the moved photos, and nothing else happens
         moved = bundle.adjust(there, (), max_iterations=20)
         still = bundle.adjust(network, (), max_iterations=20)
-        assert moved.sigma0 == pytest.approx(still.sigma0, rel=1e-9)
+        assert moved.sigma0 == approx(still.sigma0, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -111,11 +114,11 @@ def test_a_photo_near_the_gimbal_lock_is_adjusted_like_any_other(phi, cosine):
     M = rotation.matrix(*still.exteriors[3, 3:])
     turn = rotation.matrix(0.2, np.radians(phi), 0.4).T @ M
     near = moved(level, 1.0, turn, np.zeros(3))
-    assert np.cos(near.exteriors[3, 4]) == pytest.approx(cosine, rel=0.05)
+    assert np.cos(near.exteriors[3, 4]) == approx(cosine, rel=0.05)
     found = bundle.adjust(near, SOME, tolerance=1e-9)
     assert found.status == "converged"
-    assert found.sigma0 == pytest.approx(still.sigma0, rel=1e-9)
-    np.testing.assert_allclose(found.interior, still.interior, rtol=1e-6)
+    assert found.sigma0 == approx(still.sigma0, rel=1e-9)
+    close(found.interior, still.interior, rtol=1e-6)
     for locked in (90.0, 89.99999):
         exteriors = near.exteriors.copy()
         exteriors[3, 4] = np.radians(locked)
@@ -248,4 +251,4 @@ def test_nothing_of_the_network_is_changed():
     bundle.adjust(network)
     after = [network.exteriors, network.points, network.xy]
     for one, other in zip(before, after, strict=True):
-        np.testing.assert_array_equal(one, other)
+        equal(one, other)

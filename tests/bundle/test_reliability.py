@@ -5,6 +5,9 @@ from functools import partial
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
+from pytest import approx
 from scipy import stats
 
 from pgm_lab import bundle
@@ -43,7 +46,7 @@ def test_an_error_of_the_internal_reliability_moves_its_test_by_delta0():
         wrong = with_error(network, ray, error)
         there = bundle.adjust(wrong, SOME, sigma0_prior=1.0, tolerance=1e-9)
         moved = there.standardized - found.standardized
-        assert moved[ray, axis] == pytest.approx(-0.0413, rel=1e-3)
+        assert moved[ray, axis] == approx(-0.0413, rel=1e-3)
         in_sd = np.abs(there.interior - found.interior) / found.sd_interior
         in_sd *= found.sigma0  # its sd are a posteriori
         assert in_sd.max() < limits.external[ray, axis] / 100 * 1.001
@@ -73,12 +76,12 @@ def test_planted_blunders_are_found_one_by_one_with_their_size():
     for blunder in found.removed:
         assert blunder.photo == wrong.photo[blunder.ray] + 1
         assert blunder.point == wrong.point[blunder.ray] + 1
-        np.testing.assert_array_equal(blunder.xy, wrong.xy[blunder.ray])
+        equal(blunder.xy, wrong.xy[blunder.ray])
     # the last one stands alone: its error is known to a sigma / root of r, 1.5 um
     last = found.removed[-1]
-    np.testing.assert_allclose(last.error, planted[130], atol=0.004)
+    close(last.error, planted[130], atol=0.004)
     clean = bundle.adjust(network.without([11, 57, 130]), SOME)
-    np.testing.assert_allclose(found.result.sigma0, clean.sigma0, rtol=1e-8)
+    close(found.result.sigma0, clean.sigma0, rtol=1e-8)
     assert found.stopped == "no residual above the limit"
     falling = [blunder.sigma0 for blunder in found.removed] + [found.result.sigma0]
     assert np.all(np.diff(falling) < 0)
@@ -131,16 +134,6 @@ def test_snooping_does_not_judge_an_adjustment_that_did_not_converge(monkeypatch
     assert "too many iterations" in found.stopped
 
 
-def test_snooping_hands_on_what_is_known_of_sigma0():
-    network = with_error(small(photos=8, points=20), 11, (0.03, 0.0))
-    found = bundle.snoop(network, SOME, sigma0_prior=2.0)
-    assert found.result.sigma0_prior == found.before.sigma0_prior == 2.0
-    assert found.critical == pytest.approx(3.2905, abs=1e-4)
-    estimated = bundle.snoop(network, SOME)
-    assert estimated.critical == bundle.critical_value(estimated.result)
-    assert estimated.removed[0].sigma0 == estimated.before.sigma0
-
-
 def test_a_false_alarm_happens_as_often_as_alpha_says():
     network = small(photos=5, points=10)
     rng = np.random.default_rng(8)
@@ -153,7 +146,7 @@ def test_a_false_alarm_happens_as_often_as_alpha_says():
         above += np.sum(np.abs(found.standardized) > limit)
         count += found.standardized.size
     # 6000 tests, correlated within a network: 5 per cent to a relative 15 per cent
-    assert above / count == pytest.approx(0.05, rel=0.15)
+    assert above / count == approx(0.05, rel=0.15)
 
 
 def test_the_limit_of_tau_is_that_of_its_beta_distribution(of_2013):
@@ -161,9 +154,9 @@ def test_the_limit_of_tau_is_that_of_its_beta_distribution(of_2013):
     limit = bundle.critical_value(found, 0.001)
     f = found.redundancy
     # tau^2 / f is distributed as beta(1/2, (f - 1)/2)
-    assert limit == pytest.approx(np.sqrt(f * stats.beta.isf(0.001, 0.5, (f - 1) / 2)))
+    assert limit == approx(np.sqrt(f * stats.beta.isf(0.001, 0.5, (f - 1) / 2)))
     known = bundle.adjust(real(), sigma0_prior=0.35)
-    assert bundle.critical_value(known) == pytest.approx(3.2905, abs=1e-4)
+    assert bundle.critical_value(known) == approx(3.2905, abs=1e-4)
 
 
 def test_the_real_network_has_eight_rays_beyond_the_limit():
@@ -171,8 +164,8 @@ def test_the_real_network_has_eight_rays_beyond_the_limit():
     named = [(blunder.photo, blunder.point) for blunder in found.removed]
     assert named[:3] == [(6, 29), (7, 28), (7, 9)]
     assert len(named) == 8
-    assert found.before.sigma0 == pytest.approx(0.34898, abs=1e-5)
-    assert found.result.sigma0 == pytest.approx(0.30202, abs=1e-5)
+    assert found.before.sigma0 == approx(0.34898, abs=1e-5)
+    assert found.result.sigma0 == approx(0.30202, abs=1e-5)
 
 
 def test_correlations_are_those_of_the_covariance_largest_first(of_2013):
@@ -184,7 +177,7 @@ def test_correlations_are_those_of_the_covariance_largest_first(of_2013):
     C = found.covariance
     for one, other, r in pairs:
         i, j = index[one], index[other]
-        assert r == pytest.approx(C[i, j] / np.sqrt(C[i, i] * C[j, j]))
+        assert r == approx(C[i, j] / np.sqrt(C[i, i] * C[j, j]))
     assert ("K1", "K2") in [(one, other) for one, other, _ in pairs]
     triangle = np.triu(np.abs(found.correlation), 1)
     assert len(pairs) == np.sum(triangle > 0.9)
@@ -197,27 +190,23 @@ def test_significance_tells_planted_parameters_from_absent_ones():
     assert by_name["b1"].significant  # 2e-4, planted
     assert not by_name["b2"].significant  # not there
     one: Significance = by_name["b1"]
-    assert one.t == pytest.approx(one.value / one.sd)
-    assert one.p == pytest.approx(2 * stats.t.sf(abs(one.t), found.redundancy))
+    assert one.t == approx(one.value / one.sd)
+    assert one.p == approx(2 * stats.t.sf(abs(one.t), found.redundancy))
     # b1 displaces by b1 x, largest at the border
     largest = np.abs(found.network.xy[:, 0] - found.cameras[0].x0).max()
-    assert one.effect == pytest.approx(abs(one.value) * largest)
+    assert one.effect == approx(abs(one.value) * largest)
 
 
-def test_significance_speaks_of_each_camera():
-    found = bundle.adjust(small(cameras=2), ("c", "x0", "K1"))
-    names = [one.name for one in bundle.significance(found)]
-    expected = ["x0 of camera 1", "K1 of camera 1", "x0 of camera 2", "K1 of camera 2"]
-    assert names == expected
-
-
-def test_the_effect_is_that_of_the_points_the_camera_saw():
+def test_significance_speaks_of_each_camera_and_of_the_points_it_saw():
     network = small(cameras=2)
     found = bundle.adjust(network, ("c", "x0", "b1"))
-    for number, one in enumerate(bundle.significance(found)[1::2]):
+    judged = bundle.significance(found)
+    names = [f"{name} of camera {i}" for i in (1, 2) for name in ("x0", "b1")]
+    assert [one.name for one in judged] == names
+    for number, one in enumerate(judged[1::2]):
         own = network.camera[network.photo] == number
         x = network.xy[own, 0] - found.cameras[number].x0
-        assert one.effect == pytest.approx(abs(one.value) * np.abs(x).max())
+        assert one.effect == approx(abs(one.value) * np.abs(x).max())
 
 
 def test_without_errors_nothing_is_divided_by_zero(found):
@@ -228,7 +217,7 @@ def test_without_errors_nothing_is_divided_by_zero(found):
 def test_without_redundancy_parameters_are_tested_by_the_normal_distribution():
     found = bundle.adjust(small(), SOME, sigma0_prior=1.0)
     one = bundle.significance(replace(found, redundancy=0))[0]
-    assert one.p == pytest.approx(2 * stats.norm.sf(abs(one.t)))
+    assert one.p == approx(2 * stats.norm.sf(abs(one.t)))
 
 
 @pytest.mark.parametrize("alpha", [0, 1, np.nan, None, "0.05", [0.1, 0.2]])
@@ -245,11 +234,11 @@ def test_w_judges_by_the_stated_sigma_and_tau_by_the_estimated_one():
     # The image points of 2013 are stated to 1 um and measured to 0.35 um
     w, tau = bundle.adjust(real(), sigma0_prior=1.0), bundle.adjust(real())
     assert (w.residual_test, tau.residual_test) == ("w", "tau")
-    np.testing.assert_allclose(w.standardized, tau.standardized * tau.sigma0, atol=1e-9)
-    assert np.abs(w.standardized).max() == pytest.approx(2.81, abs=0.005)
-    assert np.abs(tau.standardized).max() == pytest.approx(8.06, abs=0.005)
+    close(w.standardized, tau.standardized * tau.sigma0, atol=1e-9)
+    assert np.abs(w.standardized).max() == approx(2.81, abs=0.005)
+    assert np.abs(tau.standardized).max() == approx(8.06, abs=0.005)
     limits = bundle.critical_value(w), bundle.critical_value(tau)
-    np.testing.assert_allclose(limits, (3.2905, 3.2812), atol=5e-5)
+    close(limits, (3.2905, 3.2812), atol=5e-5)
 
 
 @pytest.mark.parametrize("stated, rays", [(1.0, 0), (0.349, 6), (None, 8)])
@@ -258,7 +247,11 @@ def test_snooping_with_a_stated_sigma0_keeps_its_measure(stated, rays):
     found = bundle.snoop(real(), sigma0_prior=stated)
     assert len(found.removed) == rays
     assert found.stopped == "no residual above the limit"
+    assert found.result.sigma0_prior == found.before.sigma0_prior == stated
+    assert found.critical == bundle.critical_value(found.result)
     assert found.result.residual_test == ("tau" if stated is None else "w")
+    for blunder in found.removed[:1]:
+        assert blunder.sigma0 == found.before.sigma0
 
 
 # Of an error below the limit nothing is found; a number rounded above one hides none
@@ -276,5 +269,5 @@ def test_reliability_follows_from_the_redundancy_number(found, r, internal, exte
     numbers[3, 1] = r
     limits = bundle.reliability(replace(found, testable=numbers), delta0=3.0)
     sigma = found.network.sigma[3, 1] * found.sigma0
-    assert limits.internal[3, 1] == pytest.approx(internal * sigma)
-    assert limits.external[3, 1] == pytest.approx(external)
+    assert limits.internal[3, 1] == approx(internal * sigma)
+    assert limits.external[3, 1] == approx(external)

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose as close
+from numpy.testing import assert_array_equal as equal
 
 from pgm_lab import bundle
 from pgm_lab.camera import Camera
@@ -33,8 +35,8 @@ def test_rows_carry_standard_deviations_or_covariances():
     network = of([(*row, 0.002, 0.003) for row in ROWS])
     assert network.sigma[3].tolist() == [0.002, 0.003]
     network = of([(*row, C) for row in ROWS])
-    np.testing.assert_array_equal(network.covariance[2], C)
-    np.testing.assert_allclose(network.sigma[2], (0.002, 0.003), rtol=1e-15)
+    equal(network.covariance[2], C)
+    close(network.sigma[2], (0.002, 0.003), rtol=1e-15)
 
 
 def test_what_is_known_of_points_goes_by_their_names():
@@ -144,7 +146,7 @@ def test_some_photos_of_the_real_network_adjust_as_if_only_they_had_been_taken()
     )
     found = bundle.adjust(network.only(some))
     assert found.network.photo_names == (1, 4, 6, 7, 8)
-    np.testing.assert_array_equal(found.points, bundle.adjust(alone).points)
+    equal(found.points, bundle.adjust(alone).points)
 
 
 def test_points_that_lose_their_rays_go_with_all_that_was_said_of_them():
@@ -166,13 +168,13 @@ def test_points_that_lose_their_rays_go_with_all_that_was_said_of_them():
     assert part.datum_points.tolist() == [3, 5] and part.fixed.tolist() == [10]
     assert part.scale_bars.tolist() == [[5, 7, 200.0, 1.0]]
     assert part.check[0].tolist() == [4]
-    np.testing.assert_array_equal(part.check[1], network.points[[5]])
+    equal(part.check[1], network.points[[5]])
     for ray in range(len(part.xy)):
         photo = part.photo_names[part.photo[ray]] - 1
         point = part.point_names[part.point[ray]] - 1
         (same,) = np.flatnonzero((network.photo == photo) & (network.point == point))
-        np.testing.assert_array_equal(part.xy[ray], network.xy[same])
-        np.testing.assert_array_equal(part.sigma[ray], network.sigma[same])
+        equal(part.xy[ray], network.xy[same])
+        equal(part.sigma[ray], network.sigma[same])
 
 
 def test_a_known_point_needs_fewer_rays_to_stay():

@@ -1,7 +1,7 @@
 """A part of the convergence table of chapter 5, repeated.
 
-The whole is made by ``python -m pgm_book.ch05.studies.convergence``; this does not prove its
-1000 cases, only that the script still says what the table does.
+The whole is made by ``python -m pgm_book.ch05.studies.convergence``; this does not
+prove its 1000 cases, only that the script still says what the table does.
 """
 
 import numpy as np

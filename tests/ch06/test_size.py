@@ -7,8 +7,8 @@ depend on the machine, and on what else it has to do.
 import numpy as np
 import pytest
 
-from pgm_book.ch06.studies import network as bundle_network
-from pgm_book.ch06.studies import size as bundle_size
+from pgm_book.ch06.studies import network as networks
+from pgm_book.ch06.studies import size as study
 from pgm_book.common import results
 from pgm_lab import bundle
 from pgm_lab.bundle import reduced
@@ -21,15 +21,15 @@ def column(name):
 
 
 def test_the_table_has_the_sizes_of_the_script():
-    assert tuple(ROWS[0]) == bundle_size.COLUMNS
+    assert tuple(ROWS[0]) == study.COLUMNS
     found = [(int(row["photos"]), int(row["points"])) for row in ROWS]
-    assert found == [size[:2] for size in bundle_size.SIZES]
+    assert found == [size[:2] for size in study.SIZES]
 
 
 @pytest.mark.parametrize("which", [0, 1, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_row_repeats(which):
-    *size, _ = bundle_size.SIZES[which]
-    rays, iterations, _, peak = bundle_size.ours(*size, runs=1)
+    *size, _ = study.SIZES[which]
+    rays, iterations, _, peak = study.ours(*size, runs=1)
     assert rays == int(ROWS[which]["rays"])
     assert iterations == int(ROWS[which]["iterations"])
     # other versions of numpy hold a little more or less at a time
@@ -55,11 +55,11 @@ def test_time_and_memory_grow_with_the_rays_not_faster():
 @pytest.mark.parametrize("at_once", [1, 7, 10**6])
 def test_pairs_of_rays_in_portions_give_the_same(at_once, monkeypatch):
     """A portion may end amid the pairs of a ray, or of two photos."""
-    network = bundle_network.network(6, 20, 3.5, False)
+    network = networks.network(6, 20, 3.5, False)
     monkeypatch.setattr(reduced, "WHOLE", 0)
-    whole = bundle.adjust(network, bundle_network.ESTIMATE)
+    whole = bundle.adjust(network, networks.ESTIMATE)
     monkeypatch.setattr(reduced, "PAIRS_AT_ONCE", at_once)
-    found = bundle.adjust(network, bundle_network.ESTIMATE)
+    found = bundle.adjust(network, networks.ESTIMATE)
     np.testing.assert_allclose(found.points, whole.points, atol=1e-7)
     np.testing.assert_allclose(found.covariance, whole.covariance, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(found.sd_points, whole.sd_points, rtol=1e-6)

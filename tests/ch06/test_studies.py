@@ -1,8 +1,7 @@
 """Parts of the tables of chapter 6, repeated.
 
-The whole is made by the scripts bundle_starts, bundle_precision, bundle_snooping,
-bundle_design and bundle_parameters of tools/studies; this proves what the tables are
-cited for, and that the scripts still say what the tables do.
+The whole is made by the scripts in pgm_book/ch06/studies; this proves what the tables
+are cited for, and that the scripts still say what the tables do.
 """
 
 from dataclasses import replace
@@ -10,18 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_book.ch06.studies import design as bundle_design
-from pgm_book.ch06.studies import parameters as bundle_parameters
-from pgm_book.ch06.studies import precision as bundle_precision
-from pgm_book.ch06.studies import snooping as bundle_snooping
-from pgm_book.ch06.studies import starts as bundle_starts
+from pgm_book.ch06.studies import design, parameters, precision, snooping, starts
 from pgm_book.common import results
 from pgm_lab import bundle
 from pgm_lab.orientation import absolute
 
 
 def table(name):
-    return results.rows("ch06", f"{name}")
+    return results.rows("ch06", name)
 
 
 def named(row, columns):
@@ -54,12 +49,12 @@ def same_numbers(new, old, columns, rel):
 
 @pytest.fixture(scope="module")
 def net():
-    return bundle_starts.network()
+    return starts.network()
 
 
 @pytest.fixture(scope="module")
 def found(net):
-    return bundle_starts.solution(net)
+    return starts.solution(net)
 
 
 # --- starts
@@ -67,7 +62,7 @@ def found(net):
 
 def test_all_500_starts_of_the_promised_size_find_the_same_solution():
     """10 degrees and 20 per cent off, c by a factor from 0.5 to 2."""
-    row = by("starts", *bundle_starts.KEYS)["10", "20", "0", "line search"]
+    row = by("starts", *starts.KEYS)["10", "20", "0", "line search"]
     assert row["starts"] == row["same_solution"] == "500"
     for column in ("sigma0_relative", "camera_in_sd", "residuals_mm"):
         assert float(row[column]) < 1e-8
@@ -75,7 +70,7 @@ def test_all_500_starts_of_the_promised_size_find_the_same_solution():
 
 def test_line_search_reaches_farther_and_what_is_lost_is_not_hidden():
     rows = table("starts")
-    assert tuple(rows[0]) == bundle_starts.COLUMNS
+    assert tuple(rows[0]) == starts.COLUMNS
     searched, full = (
         [row for row in rows if row["method"] == method]
         for method in ("line search", "full steps")
@@ -87,16 +82,14 @@ def test_line_search_reaches_farther_and_what_is_lost_is_not_hidden():
     assert np.all(sum(number(rows, end) for end in ends) == number(rows, "starts"))
 
 
-@pytest.mark.parametrize(
-    ("case", "starts"), [((10, 0.2, 0.0), 12), ((30, 0.4, 0.0), 10)]
-)
-def test_the_script_still_says_what_the_table_of_starts_does(found, case, starts):
-    row = named(bundle_starts.row(found, *case, True, starts), bundle_starts.COLUMNS)
-    old = stored("starts", row, bundle_starts.KEYS)
+@pytest.mark.parametrize(("case", "n"), [((10, 0.2, 0.0), 12), ((30, 0.4, 0.0), 10)])
+def test_the_script_still_says_what_the_table_of_starts_does(found, case, n):
+    row = named(starts.row(found, *case, True, n), starts.COLUMNS)
+    old = stored("starts", row, starts.KEYS)
     p = int(old["same_solution"]) / int(old["starts"])
     # Once in ten thousand by the binomial distribution
-    allowed = 4 * np.sqrt(starts * p * (1 - p))
-    assert abs(int(row["same_solution"]) - starts * p) <= allowed
+    allowed = 4 * np.sqrt(n * p * (1 - p))
+    assert abs(int(row["same_solution"]) - n * p) <= allowed
     assert int(row["most_iterations"]) <= int(old["most_iterations"])
 
 
@@ -104,16 +97,16 @@ def test_a_mirrored_network_is_another_solution(found):
     """X -> -X of stations and points: the same camera and residuals, points behind."""
     mirror = np.r_[-1, -1, -1, 1, 1, 1]
     behind = replace(found, exteriors=mirror * found.exteriors, points=-found.points)
-    assert max(bundle_starts.differences(behind, found)) == 0
-    assert bundle_starts.in_front(found) and not bundle_starts.in_front(behind)
-    assert bundle_starts.ending(found, found) == "same"
-    assert bundle_starts.ending(behind, found) == "another"
+    assert max(starts.differences(behind, found)) == 0
+    assert starts.in_front(found) and not starts.in_front(behind)
+    assert starts.ending(found, found) == "same"
+    assert starts.ending(behind, found) == "another"
     lost = replace(found, status="too many iterations")
-    assert bundle_starts.ending(lost, found) == "no"
+    assert starts.ending(lost, found) == "no"
     # One ray is enough
     points = found.points.copy()
     points[0] = 2 * found.exteriors[0, :3] - points[0]
-    assert not bundle_starts.in_front(replace(found, points=points))
+    assert not starts.in_front(replace(found, points=points))
 
 
 # --- precision and accuracy
@@ -122,7 +115,7 @@ def test_a_mirrored_network_is_another_solution(found):
 def test_predicted_standard_deviations_are_those_of_2000_networks():
     """Four times 1.6 and 0.5 per cent, the uncertainty of 2000 single errors."""
     rows = table("precision")
-    assert tuple(rows[0]) == bundle_precision.COLUMNS
+    assert tuple(rows[0]) == precision.COLUMNS
     assert {row["networks"] for row in rows} == {"2000"}
     ratio = number([row for row in rows if row["ratio"]], "ratio")
     assert len(ratio) == 15 and np.abs(ratio - 1).max() < 0.064
@@ -142,8 +135,8 @@ def test_most_faultless_networks_have_a_residual_that_data_snooping_takes_out():
 
 def test_the_script_still_says_what_the_table_of_precision_does():
     """Forty networks: an sd is uncertain by 11 per cent, the points' by less."""
-    for row in bundle_precision.precision(40):
-        new = named(row, bundle_precision.COLUMNS)
+    for row in precision.precision(40):
+        new = named(row, precision.COLUMNS)
         old = stored("precision", new, ("quantity", "unit"))
         same_numbers(new, old, ("predicted_sd", "expected_percent"), 0.005)
         if new["ratio"]:
@@ -156,8 +149,8 @@ def test_the_script_still_says_what_the_table_of_precision_does():
 
 def test_errors_of_simulated_networks_contain_no_motion_of_the_datum():
     """A similarity fitted to them moves no coordinate by a hundredth of its sd."""
-    truth = bundle_precision.true_network()
-    (one,) = bundle_precision.measured(truth, 1)
+    truth = precision.true_network()
+    (one,) = precision.measured(truth, 1)
     one = bundle.adjust(one, sigma0_prior=1.0)
     moved = absolute(one.points, truth.points).apply(one.points) - one.points
     assert np.abs(moved / one.sd_points).max() < 0.01
@@ -198,8 +191,8 @@ def test_without_an_error_in_the_control_all_reported_precisions_hold():
 
 def test_the_script_still_says_what_the_table_of_control_does():
     """Five networks, each with another direction of the error."""
-    for row in bundle_precision.control(1.0, 5):
-        new = named(row, bundle_precision.CONTROL_COLUMNS)
+    for row in precision.control(1.0, 5):
+        new = named(row, precision.CONTROL_COLUMNS)
         old = stored("control", new, ("control", "error_mm"))
         same_numbers(new, old, ("sigma0", "points_error_mm"), 0.5)
 
@@ -210,7 +203,7 @@ def test_the_script_still_says_what_the_table_of_control_does():
 def test_a_blunder_as_large_as_its_internal_reliability_is_found_by_80_per_cent():
     """200 blunders: three times 2.8 per cent."""
     rows = by("snooping", "case")
-    assert tuple(table("snooping")[0]) == bundle_snooping.COLUMNS
+    assert tuple(table("snooping")[0]) == snooping.COLUMNS
     smallest, twice = rows["smallest found by 80 %",], rows["twice that",]
     assert float(smallest["tested_percent"]) == pytest.approx(80, abs=8.5)
     assert float(twice["tested_percent"]) > 99
@@ -233,12 +226,12 @@ def test_data_snooping_blames_the_images_for_a_wrong_control_point():
 
 def test_the_script_still_says_what_the_table_of_snooping_does():
     """Fifteen blunders: once in ten thousand by the binomial distribution."""
-    row = bundle_snooping.blunder("smallest found by 80 %", 15)
-    new = named(row, bundle_snooping.COLUMNS)
+    row = snooping.blunder("smallest found by 80 %", 15)
+    new = named(row, snooping.COLUMNS)
     assert abs(float(new["tested_percent"]) - 80) < 400 * np.sqrt(0.8 * 0.2 / 15)
     old = stored("snooping", new, ("case",))
     same_numbers(new, old, ("sigma0_before", "sigma0_after", "c_sd_mm"), 0.05)
-    row = named(bundle_snooping.blunder("twice that", 5), bundle_snooping.COLUMNS)
+    row = named(snooping.blunder("twice that", 5), snooping.COLUMNS)
     assert row["tested_percent"] == row["first_percent"] == "100.0"
 
 
@@ -248,7 +241,7 @@ def test_the_script_still_says_what_the_table_of_snooping_does():
 def test_rolled_convergent_photos_decorrelate_the_interior_orientation():
     """By so many times, on nine simulated photos of 50 points."""
     rows = by("design", "case")
-    assert tuple(table("design")[0]) == bundle_design.COLUMNS
+    assert tuple(table("design")[0]) == design.COLUMNS
 
     def ratio(column, worse, better):
         return float(rows[worse,][column]) / float(rows[better,][column])
@@ -293,8 +286,8 @@ def test_weak_choices_of_real_photos_are_wrong_by_more_than_they_say():
 @pytest.fixture(scope="module")
 def chosen_photos(net, found):
     """Rows of the real network and of photos chosen from it, as the script has them."""
-    rows = bundle_design.real(net, found.sigma0)
-    return [named(row, bundle_design.COLUMNS) for row in rows]
+    rows = design.real(net, found.sigma0)
+    return [named(row, design.COLUMNS) for row in rows]
 
 
 def test_photos_from_one_station_are_refused(chosen_photos):
@@ -310,13 +303,13 @@ def test_three_photos_are_weak_and_only_those_of_one_station_rank_deficient(net)
     for size, choices in ((3, 84), (4, 126), (5, 126), (6, 84)):
         row = rows[f"{size} photos",]
         assert int(row["choices"]) == choices
-        ends = [int(row[name]) for name in bundle_design.ENDINGS]
+        ends = [int(row[name]) for name in design.ENDINGS]
         assert sum(ends) == choices
         assert ends[1] == (size == 3)
     assert int(rows["3 photos",]["not_converged"]) == pytest.approx(10, abs=2)
     assert rows["5 photos",]["converged"] == "126"
     # Photos 1 and 5 are rolled, 6 stands elsewhere: not refused, and not found
-    ending, found = bundle_design.adjusted(bundle_design.chosen(net, (1, 5, 6)))
+    ending, found = design.adjusted(design.chosen(net, (1, 5, 6)))
     assert ending == "not_converged" and found is None
 
 
@@ -334,14 +327,14 @@ def test_more_photos_are_better_only_if_they_stand_elsewhere():
 
 
 def test_the_script_still_says_what_the_table_of_design_does(chosen_photos, found):
-    simulated = bundle_design.simulated(found.cameras[0], found.sigma0 / 1000)
-    rows = chosen_photos + [named(row, bundle_design.COLUMNS) for row in simulated]
-    ends = ("choices", *bundle_design.ENDINGS)
+    simulated = design.simulated(found.cameras[0], found.sigma0 / 1000)
+    rows = chosen_photos + [named(row, design.COLUMNS) for row in simulated]
+    ends = ("choices", *design.ENDINGS)
     for new in rows:
-        old = stored("design", new, bundle_design.KEYS)
+        old = stored("design", new, design.KEYS)
         assert [new[name] for name in ends] == [old[name] for name in ends]
         weak = float(old["sd_c_um"] or 0) > 1000  # rounding decides its last digits
-        for column in bundle_design.NUMBERS:
+        for column in design.NUMBERS:
             if column != "interior_pair" and not weak:
                 same_numbers(new, old, (column,), 0.02)
 
@@ -351,9 +344,9 @@ def test_the_script_still_says_what_the_table_of_design_does(chosen_photos, foun
 
 def test_the_table_of_parameters_is_what_the_script_says(net):
     """No chance here; other versions of numpy differ in the last digit at most."""
-    rows = bundle_parameters.forward(net, 2) + bundle_parameters.backward(net)
+    rows = parameters.forward(net, 2) + parameters.backward(net)
     for row in rows:
-        new = named(row, bundle_parameters.COLUMNS)
+        new = named(row, parameters.COLUMNS)
         old = stored("parameters", new, ("selection", "estimated", "changed"))
         assert float(new["sigma0"]) == pytest.approx(float(old["sigma0"]), abs=1.1e-4)
         assert float(new["c_mm"]) == pytest.approx(float(old["c_mm"]), abs=1.1e-4)
@@ -374,8 +367,8 @@ def test_radial_distortion_of_higher_order_is_worth_its_place_only_together():
 
 def test_both_lens_directions_describe_the_same_lens(net):
     rows = by("lens", "quantity")
-    for row in bundle_parameters.lenses(net):
-        new = named(row, bundle_parameters.LENS_COLUMNS)
+    for row in parameters.lenses(net):
+        new = named(row, parameters.LENS_COLUMNS)
         same_numbers(new, rows[new["quantity"],], ("backward", "forward"), 1e-4)
 
     # Opposite signs, and the distortion is 0.0005 of the coordinates

@@ -1,37 +1,32 @@
 """Parts of the tables of chapter 7, repeated, and what the tables are cited for.
 
-The whole is made by the scripts registration_* of tools/studies.
+The whole is made by the scripts in pgm_book/ch07/studies.
 """
 
 import numpy as np
 import pytest
 
-from pgm_book.ch07.studies import accuracy as registration_accuracy
-from pgm_book.ch07.studies import alias as registration_alias
-from pgm_book.ch07.studies import blind as registration_blind
-from pgm_book.ch07.studies import pairs
-from pgm_book.ch07.studies import precision as registration_precision
-from pgm_book.ch07.studies import r as registration_r
-from pgm_book.ch07.studies import spread as registration_spread
+from pgm_book.ch07.studies import accuracy, alias, blind, pairs, precision, spread
+from pgm_book.ch07.studies import r as of_r
 from pgm_book.common import results
 
 TABLES = {
-    "accuracy": registration_accuracy.COLUMNS,
-    "alias": registration_alias.COLUMNS,
-    "beyond": registration_r.FAR,
-    "blind": registration_blind.COLUMNS,
-    "null": registration_precision.NULL,
-    "precision": registration_precision.COLUMNS,
-    "r_and_error": registration_r.CORRELATIONS,
-    "radius": registration_accuracy.RADII,
-    "spread": registration_spread.COLUMNS,
-    "tests": registration_r.COLUMNS,
+    "accuracy": accuracy.COLUMNS,
+    "alias": alias.COLUMNS,
+    "beyond": of_r.FAR,
+    "blind": blind.COLUMNS,
+    "null": precision.NULL,
+    "precision": precision.COLUMNS,
+    "r_and_error": of_r.CORRELATIONS,
+    "radius": accuracy.RADII,
+    "spread": spread.COLUMNS,
+    "tests": of_r.COLUMNS,
 }
 
 
 def table(name, **keys):
     """Rows of a table that have these values."""
-    rows = results.rows("ch07", f"{name}")
+    rows = results.rows("ch07", name)
     found = [r for r in rows if all(r[k] == str(v) for k, v in keys.items())]
     assert found
     return found
@@ -88,7 +83,7 @@ def test_aliased_shifts_are_found_to_a_few_hundredths():
 
 def test_other_programs_err_more_on_the_same_chips():
     for row in table("accuracy", method="lsm", chips="picked"):
-        for other in registration_accuracy.OTHERS:
+        for other in accuracy.OTHERS:
             theirs = one(
                 "accuracy",
                 method=other,
@@ -101,7 +96,7 @@ def test_other_programs_err_more_on_the_same_chips():
 def test_accuracy_repeated_with_one_seed():
     rows = {
         r[3]: dict(zip(TABLES["accuracy"], map(str, r)))
-        for r in registration_accuracy.rows(0.7, 2, seeds=1, kinds=("picked",))
+        for r in accuracy.rows(0.7, 2, seeds=1, kinds=("picked",))
     }
     assert float(rows["lsm"]["rmse_t"]) <= 0.012
     for method, row in rows.items():
@@ -113,7 +108,7 @@ def test_accuracy_repeated_with_one_seed():
 @pytest.mark.slow
 def test_rmse_t_of_shifts_is_the_shift():
     """Radius 3 sees no more than a corner of its search, and its border says so."""
-    for row in registration_accuracy.radii():
+    for row in accuracy.radii():
         same("radius", row, ("shift_x", "shift_y", "radius"))
     for row in table("radius"):
         whole = np.hypot(*(np.rint(float(row[k])) for k in ("shift_x", "shift_y")))
@@ -142,7 +137,7 @@ def test_alias_draws_towards_whole_pixels_as_sin_2_pi_s():
 
 
 def test_alias_repeated_at_a_quarter():
-    for row in registration_alias.rows(4, 0.0):
+    for row in alias.rows(4, 0.0):
         same("alias", row, ("factor", "blur", "method", "fraction"), last=10)
 
 
@@ -163,13 +158,13 @@ def test_blur_or_smoothing_takes_it_away():
     ["noise 15", pytest.param("changed fields", marks=pytest.mark.slow), "canals"],
 )
 def test_tests_of_chips_repeated(condition):
-    for row in registration_r.rows(condition):
+    for row in of_r.rows(condition):
         same("tests", row, ("condition", "test", "limit"), last=20)
 
 
 def test_r_of_08_accepts_few_wrong_chips_and_refuses_many_right_ones():
     """The opposite of what is often said, inside the radius and on ordinary ground."""
-    ordinary = list(registration_r.CONDITIONS)[:6]
+    ordinary = list(of_r.CONDITIONS)[:6]
     for condition in ordinary:
         row = one("tests", condition=condition, test="r", limit=0.8)
         assert float(row["wrong_accepted"]) < 0.1
@@ -197,12 +192,12 @@ def test_each_test_finds_wrong_chips_that_others_miss():
     assert wrong("changed fields", "second peak", 0.9) > 0.5
     assert wrong("changed fields", "predicted sd", 0.1) == 0
     assert wrong("beyond, band-limited", "border") < 0.05
-    for condition in registration_r.CONDITIONS:
+    for condition in of_r.CONDITIONS:
         assert wrong(condition, "status") < 0.02
 
 
 def test_r_says_nothing_of_the_shift_and_something_of_the_error():
-    for condition in list(registration_r.CONDITIONS)[:4]:
+    for condition in list(of_r.CONDITIONS)[:4]:
         right = one("r_and_error", condition=condition, which="right")
         assert abs(float(right["rank_r_shift"])) < 0.1
     changed = one("r_and_error", condition="changed fields", which="all")
@@ -226,7 +221,7 @@ def test_predicted_standard_deviations():
 
 
 def test_precision_repeated():
-    row = registration_precision.row(0.7, (1, 2), 3, 15.0, "lsm", repeats=8)
+    row = precision.row(0.7, (1, 2), 3, 15.0, "lsm", repeats=8)
     new = dict(zip(TABLES["precision"], map(str, row), strict=True))
     keys = ("blur", "factor", "fraction_x", "fraction_y", "noise", "method")
     old = one("precision", **{k: new[k] for k in keys})
@@ -237,7 +232,7 @@ def test_precision_repeated():
 
 def test_the_null_pair_has_a_shift_of_its_own():
     """Without any chip, from all pixels at once, as least squares matching has it."""
-    mean, spread, explained = registration_precision.by_gradients(1)
+    mean, spread, explained = precision.by_gradients(1)
     assert explained > 0.6
     row = one("null", what="gradients, with slopes")
     assert [f"{m:.4f}" for m in mean] == [row["mean_x"], row["mean_y"]]
@@ -253,20 +248,20 @@ def test_the_null_pair_has_a_shift_of_its_own():
 
 @pytest.mark.slow
 def test_spread_repeated():
-    for row in registration_spread.rows("gain 0.9"):
+    for row in spread.rows("gain 0.9"):
         same("spread", row, ("condition", "measure"), last=20)
 
 
 def test_a_larger_standard_deviation_makes_no_match_safer():
-    for condition in registration_spread.CONDITIONS:
+    for condition in spread.CONDITIONS:
         of = {r["measure"]: r for r in table("spread", condition=condition)}
         right = {name: of[name]["right"] for name in of}
         # Increasing functions of r: other standard deviations, the same matches
         for name in ("r^3", "arctanh r", "r / 10"):
             assert right[name] == right["Pearson r"]
-        spread = {name: float(of[name]["spread"]) for name in of}
-        assert spread["Pearson r"] > 90 * spread["means left in"]
-        assert spread["squared differences"] == max(spread.values())
+        sd = {name: float(of[name]["spread"]) for name in of}
+        assert sd["Pearson r"] > 90 * sd["means left in"]
+        assert sd["squared differences"] == max(sd.values())
     noisy = {r["measure"]: r for r in table("spread", condition="noise 400")}
     assert float(noisy["means left in"]["right"]) > float(noisy["Pearson r"]["right"])
 
@@ -275,6 +270,6 @@ def test_a_larger_standard_deviation_makes_no_match_safer():
 
 
 def test_blind_matcher():
-    for row in registration_blind.rows():
+    for row in blind.rows():
         same("blind", row, ("quantity",))
     assert pairs.RADIUS == 3

@@ -1,12 +1,26 @@
-"""Figures of stereo plotting: what is drawn where, and what their words say."""
+"""Figures of chapter 8 and its case: what is drawn where, and what their words say."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pgm_book.ch08 import figures as ch08_figures
-from pgm_book.ch08 import figures as mark
-from pgm_lab import stereo
+from pgm_book.ch08 import case_figures
+from pgm_book.ch08 import figures as of_lesson
+from pgm_lab import simulate, stereo
 from tests import good_arguments
+
+GREY = 50 + 10.0 * (np.indices((60, 80)).sum(axis=0) % 7)
+PHOTO = SimpleNamespace(grey=GREY)
+LINE = np.array([(0.0, 30), (79, 31)])
+ERROR = np.array([0.1, 0.2, 0.3, 0.4, 3.0, 4.0])
+OF_ERROR = np.array([0.9, 0.9, 0.9, 0.5, 0.9, 0.2])
+
+
+def normal_pair(left, right):
+    origin = np.array([(3.0, 0.0), (-6.0, 0.0)])
+    stations = np.array([(0.0, 0, 1000), (400.0, 0, 1000)])
+    return stereo.NormalPair(left, right, np.eye(3), stations, 24.0, 0.005, origin)
 
 
 @pytest.fixture(scope="module")
@@ -15,9 +29,66 @@ def pair():
     column = np.arange(120)
     left = np.tile(100.0 * (np.abs(column - 60) < 6), (90, 1))
     right = np.tile(100.0 * (np.abs(column - 54) < 6), (90, 1))
-    origin = np.array([(3.0, 0.0), (-6.0, 0.0)])
-    stations = np.array([(0.0, 0, 1000), (400.0, 0, 1000)])
-    return stereo.NormalPair(left, right, np.eye(3), stations, 24.0, 0.005, origin)
+    return normal_pair(left, right)
+
+
+DRAWN = [
+    (of_lesson.parallax_sketch, (), "greater for the top than for the foot"),
+    (of_lesson.parallax_plane, (), "all lie on the epipolar line of p'"),
+    (of_lesson.parallax_worth, (), "2.0 times"),
+    (
+        of_lesson.epipolar_line,
+        (PHOTO, PHOTO, (40, 30), LINE, LINE, (0, 20)),
+        "2 strokes on it where the point would lie at 0, 20 m",
+    ),
+    (
+        of_lesson.y_parallaxes,
+        ({"as it is": np.array([0.0, 0.02, 0.1]), "ω": np.array([0.5, -0.4, 0.6])},),
+        "as it is: 0.02 px; ω: 0.50 px",
+    ),
+    (
+        of_lesson.height_threshold,
+        (ERROR, OF_ERROR, 0.8),
+        "At 0.8 it keeps 75 % of the right ones and 50 % of the wrong ones",
+    ),
+    (
+        case_figures.compared,
+        ({"open": (0.2, 0.1)}, {"open": (1.4, 1.5)}, 0.55),
+        "right: open 0.20 and 0.10 m; base 0.55 m too long: open 1.40 and 1.50 m",
+    ),
+    (
+        case_figures.bowl,
+        (
+            np.array([(0, 0), (9, 9), (0, 9)]),
+            np.array([1.5, -2.5, 0]),
+            np.array([0.05, -0.08, 0]),
+        ),
+        "from -2.5 to 1.5 m. Right a histogram of y parallaxes from -1 to 1 px: none is"
+        " larger than 0.08 px",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("draw", "arguments", "words"), DRAWN, ids=[d[0].__name__ for d in DRAWN]
+)
+def test_figure_says_what_it_shows(draw, arguments, words, alt_of):
+    assert words in alt_of(draw, *arguments)
+
+
+def test_photos_and_pyramids_are_drawn(pair, closed):
+    assert len(of_lesson.photo_pair(PHOTO, PHOTO).axes) == 2
+    rows = of_lesson.epipolar_rows(PHOTO, PHOTO, pair, row=30).axes
+    assert all(ax.lines[0].get_ydata()[0] == 30 for ax in rows)
+    # What the coarse level finds counts twice, in pixels of the fine one
+    coarse = normal_pair(pair.left[::2, ::2], pair.right[::2, ::2])
+    found = [SimpleNamespace(disparity=np.full(s, 6.0)) for s in ((90, 120), (45, 60))]
+    fig = of_lesson.levels([pair, coarse], found)
+    assert [ax.get_title() for ax in fig.axes[:2]] == [
+        "level 2: 60 × 45", "level 1: 120 × 90"
+    ]  # fmt: skip
+    values = [ax.images[-1].get_array().max() for ax in fig.axes[2:4]]
+    assert values == [12, 6]
 
 
 def green_and_magenta_agree(ax):
@@ -26,7 +97,7 @@ def green_and_magenta_agree(ax):
 
 
 def test_the_ground_is_grey_where_the_mark_stands_on_it(pair, figures):
-    ch08_figures.mark_positions(pair, (60, 45), (2, 6, 10))
+    of_lesson.mark_positions(pair, (60, 45), (2, 6, 10))
     fig, alt = figures[0]
     assert [green_and_magenta_agree(ax) for ax in fig.axes] == [False, True, False]
     assert "2.0, 6.0, 10.0 px" in alt
@@ -38,62 +109,47 @@ def test_the_slider_moves_the_right_photo_and_says_the_height(
     pair, figures, monkeypatch
 ):
     given = {}
-    monkeypatch.setattr(mark, "interact", lambda draw, **s: given.update(s, draw=draw))
-    ch08_figures.mark_by_hand(pair, (60, 45), start=0, reach=8)
+    monkeypatch.setattr(
+        of_lesson, "interact", lambda draw, **s: given.update(s, draw=draw)
+    )
+    of_lesson.mark_by_hand(pair, (60, 45), start=0, reach=8)
     for d in (0.0, 6.0):
-        given["draw"](d, mark.COLOURS)
+        given["draw"](d, of_lesson.COLOURS)
         fig, alt = figures[-1]
         assert green_and_magenta_agree(fig.axes[2]) == (d == 6)
         Z = pair.object_points(60, 45, d)[2]
         assert f"Z = {Z:.1f} m" in fig.get_suptitle()
         assert f"Disparity {d:.1f} px" in alt
     assert (given["disparity"].min, given["disparity"].max) == (-8, 8)
-
-
-def test_glasses_get_the_left_photo_in_red(pair, figures, monkeypatch):
-    given = {}
-    monkeypatch.setattr(mark, "interact", lambda draw, **s: given.update(s, draw=draw))
-    ch08_figures.mark_by_hand(pair, (60, 45))
-    given["draw"](0.0, mark.GLASSES)
-    red, green, blue = np.moveaxis(
-        np.asarray(figures[0][0].axes[2].images[0].get_array()), -1, 0
-    )
+    # Glasses get the left photo in red
+    given["draw"](0.0, of_lesson.GLASSES)
+    image = np.asarray(figures[-1][0].axes[2].images[0].get_array())
+    red, green, blue = np.moveaxis(image, -1, 0)
     assert np.array_equal(green, blue) and red[20, 20] == 1
     assert red[:, 20 - 5].min() == 1 and green[:, 20 - 5].min() == 1
     assert green[:, 20 + 3].max() == 0  # the right strip lies 6 px to the left
 
 
-def test_a_mark_at_the_edge_is_refused(pair):
-    with pytest.raises(ValueError, match="leaves the image"):
-        ch08_figures.mark_positions(pair, (10, 45), (0,))
-
-
 def test_one_photo_is_laid_on_the_other_by_the_disparity(pair, figures):
-    for d in (6, 0, -3):
-        ch08_figures.laid(pair, d)
+    mirrored = normal_pair(pair.right, pair.left)  # the strip at -6 px
+    for d in (-6, -3):
+        of_lesson.laid(mirrored, d)
         colours = np.asarray(figures[-1][0].axes[0].images[0].get_array())
         inside = colours[:, 10:110]
-        assert np.array_equal(inside[..., 0], inside[..., 1]) == (d == 6)
+        assert np.array_equal(inside[..., 0], inside[..., 1]) == (d == -6)
 
 
 def test_the_window_of_the_search_stands_where_r_is_highest(pair, figures):
-    ch08_figures.row_search(pair, (55, 45), 9, 3, 9)
+    of_lesson.row_search(pair, (55, 45), 9, 3, 9)
     fig, alt = figures[0]
     assert "7 values" in alt and "at 6 px" in alt
     frame = fig.axes[1].patches[0]
     assert frame.get_x() + frame.get_width() / 2 == 55 - 6
 
 
-def test_the_threshold_says_what_it_keeps(figures):
-    error = np.array([0.1, 0.2, 0.3, 0.4, 3.0, 4.0])
-    r = np.array([0.9, 0.9, 0.9, 0.5, 0.9, 0.2])
-    ch08_figures.height_threshold(error, r)
-    assert "75 % of the right" in figures[0][1] and "50 % of the wrong" in figures[0][1]
-
-
 def test_predicted_and_measured_errors_have_the_same_area(figures):
     error = np.random.default_rng(1).normal(0, 0.1, 4000)
-    ch08_figures.height_errors(error, 0.1)
+    of_lesson.height_errors(error, 0.1)
     fig, alt = figures[0]
     bars = sum(p.get_height() * p.get_width() for p in fig.axes[0].patches)
     x, y = fig.axes[0].lines[0].get_data()
@@ -101,32 +157,96 @@ def test_predicted_and_measured_errors_have_the_same_area(figures):
     assert "NMAD 0.10 m" in alt
 
 
-def test_a_profile_follows_the_row_and_says_how_much_is_right(figures):
-    land = good_arguments.level_land()
+def test_a_profile_follows_the_row_and_says_how_much_is_right(alt_of):
     X = np.linspace(-50, 50, 21)
     own = np.column_stack([X, 0.1 * X, np.where(X > 20, 25.0, 20.1)])
     own[3] = np.nan
-    ch08_figures.height_profile(own, own, land)
-    assert "70 % of the 20 heights" in figures[0][1]
+    alt = alt_of(of_lesson.height_profile, own, own, good_arguments.level_land())
+    assert "70 % of the 20 heights" in alt
 
 
 def test_light_comes_from_the_upper_left():
-    from pgm_book.ch08.figures import _shaded
-
     x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
-    assert _shaded(x + y, 1.0).mean() > _shaded(0 * x, 1.0).mean()
-    assert _shaded(0 * x, 1.0).mean() > _shaded(-x - y, 1.0).mean()
-    assert np.all(_shaded(np.full((4, 4), np.nan), 1.0) == 1)
-
-
-@pytest.mark.parametrize("draw", ["sketch", "plane", "worth"])
-def test_a_sketch_is_shown_with_its_words(draw, figures):
-    getattr(ch08_figures, f"parallax_{draw}")()
-    assert len(figures) == 1 and len(figures[0][1]) > 60
+    up, flat, down = (of_lesson._shaded(s * (x + y), 1.0).mean() for s in (1, 0, -1))
+    assert up > flat > down
+    assert np.all(of_lesson._shaded(np.full((4, 4), np.nan), 1.0) == 1)
 
 
 def test_half_the_base_makes_the_diamond_twice_as_high(figures):
-    ch08_figures.parallax_worth()
-    assert "2.0 times" in figures[0][1]
+    of_lesson.parallax_worth()
     tall = [np.ptp(ax.patches[0].get_xy()[:, 1]) for ax in figures[0][0].axes]
     assert 1.9 < tall[1] / tall[0] < 2.1
+
+
+# --- The case of the three locations ---
+
+
+def test_bars_of_the_differences_are_as_long_as_the_rounding(figures):
+    case_figures.six(np.array([44, 71]), np.array([1.39, 1.71]), np.array([1.42, 1.75]))
+    fig, alt = figures[0]
+    (bars,) = fig.axes[1].collections
+    low, high = np.array([one[:, 1] for one in bars.get_segments()]).T
+    assert low == pytest.approx([2, 3]) and high == pytest.approx([4, 5])  # cm
+    assert "location 2: 1.71 and 1.75 m, difference 4 ± 1 cm" in alt
+
+
+@pytest.mark.parametrize("disparity", [0, -6, 9])
+def test_the_scale_shows_the_disparity_of_the_same_ground(figures, disparity):
+    """A bright pixel is moved by a disparity; it is found where the scale says so."""
+    left, right = np.zeros((2, 60, 120))
+    left[30, 60] = right[30, 60 - disparity] = 100
+    places = np.array([(60, 30)])
+    case_figures.marks(normal_pair(left, right), places, [disparity + 5])
+    tile, strip = (ax.images[0] for ax in figures[0][0].axes)
+    assert np.argwhere(tile.get_array() > 0.5).tolist() == [[9, 15]]
+    first, last, *_ = strip.get_extent()
+    ((row, column),) = np.argwhere(strip.get_array() > 0.5)
+    assert row == 9 and first - 0.5 - column == disparity and last < first
+
+
+@pytest.fixture(scope="module")
+def surveyed():
+    """A landscape, its surface 5 m too high, and its ground as it is."""
+    land = simulate.landscape((-30, -20, 30, 20), seed=3)
+    x, y = np.meshgrid(np.arange(-28.0, 28, 2), np.arange(18.0, -18, -2))
+    z = land.at(land.dtm, x, y)
+    dsm = stereo.Surface(z + 5, (-28.0, 18.0), 2.0, z > -1)
+    dtm = stereo.Terrain(z, np.zeros(z.shape, np.uint8), (-28.0, 18.0), 2.0)
+    return land, dsm, dtm
+
+
+def test_a_profile_runs_through_the_chosen_row(figures, surveyed):
+    land, dsm, dtm = surveyed
+    spots = np.array([(0.0, 10.0, 7.0), (5.0, -10.0, 8.0)])
+    case_figures.gaps(land, spots, dsm, dtm, row=4)  # Y = 10
+    above, below = figures[0][0].axes
+    assert above.lines[0].get_xydata().tolist() == spots[:, :2].tolist()
+    lines = {line.get_label(): line for line in below.lines}
+    assert lines["operator"].get_xydata().tolist() == [[0, 7]]
+    for name in ("true ground", "automatic, filtered"):
+        assert np.allclose(lines[name].get_ydata(), dtm.z[4])
+
+
+def test_a_terrain_without_error_says_so(alt_of, surveyed):
+    land, dsm, dtm = surveyed
+    assert "RMSE 0.00 m open" in alt_of(of_lesson.terrain, dsm, dtm, land)
+
+
+def test_bars_are_as_high_as_their_numbers(figures):
+    case_figures.compared({"open": (0.2, 0.1)}, {"open": (1.4, 1.5)}, 0.55)
+    heights = [[bar.get_height() for bar in ax.patches] for ax in figures[0][0].axes]
+    assert heights == [[0.2, 0.1], [1.4, 1.5]]
+
+
+def test_every_figure_printed_stands_in_a_box(figures):
+    case_figures.follows()
+    fig, alt = figures[0]
+    boxes, arrows = case_figures.BOXES, case_figures.ARROWS
+    texts = [text.get_text() for text in fig.axes[0].texts if text.get_text()]
+    assert len(texts) == len(boxes)
+    assert all(end in boxes for arrow in arrows for end in arrow)
+    for _, _, printed, fate in boxes.values():
+        assert any(
+            printed in text and (fate in text or fate == "given") for text in texts
+        )
+    assert "Purple has no source" in alt

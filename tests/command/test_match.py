@@ -9,7 +9,7 @@ from PIL import Image
 from pgm_lab import matching, observations, report
 from pgm_lab.command import _match, main
 from pgm_lab.report import _figures
-from tests.command.calls import NO_IMAGE, NO_POINTS, drawn, image, tiff
+from tests.command.calls import NO_IMAGE, drawn, image
 from tests.command.conftest import no_work
 from tests.matching import photos
 
@@ -74,16 +74,10 @@ def test_every_setting_is_an_argument_of_the_function_and_an_option(capsys):
     "words, message",
     [
         (["--csv", "r.xlsx"], "the name must end in .csv, .txt"),
-        (["--report", "r.txt", "--csv", "R.TXT"], "is the same file"),
         (["--image-csv", "r.csv"], "--image-csv needs --pixel-size"),
         (["--points", "p.csv", "--number", "9"], "not allowed with argument --points"),
         (["--number", "0"], "'0' is not a whole number from 1"),
-        (["--number", "2.5"], "'2.5' is not a whole number from 1"),
         (["--template", "20"], "'20' is even"),
-        (["--search", "x"], "'x' is not a whole number"),
-        (["--start", "guess"], "invalid choice: 'guess'"),
-        (["--colour", "blue"], "invalid choice: 'blue'"),
-        (["--threshold", "1.5"], "'1.5' is not a number from 0 to 1"),
         (["--quality", "nan"], "'nan' is not a number from 0 to 1"),
         (["--pixel-size", "0,01"], "a decimal needs a point"),
     ],
@@ -106,11 +100,7 @@ def test_colours_are_refused_in_words_of_the_command_and_taken_where_asked(
 # --- Photos that are none, or do not fit ---
 
 NOISE = np.random.default_rng(5).integers(0, 255, photos.SIZE[::-1], np.uint8)
-BAD = NO_IMAGE | {
-    "huge header": (NO_IMAGE["huge header"][0], "right"),
-    "featureless": (image(np.full((200, 240), 99, np.uint8)), ""),
-    "no overlap": (image(NOISE), ""),
-}
+BAD = NO_IMAGE | {"no overlap": (image(NOISE), "")}
 
 
 @pytest.mark.parametrize("spoil, words", BAD.values(), ids=BAD.keys())
@@ -126,22 +116,6 @@ def test_a_bad_photo_ends_with_1_and_leaves_nothing(
     for where in (("--number", 20), ("--points", points)):
         assert words in match.ended(capsys, "--start", start, *where, *files)
     assert os.listdir(outputs) == []
-
-
-def test_a_photo_that_holds_nan_in_part_is_matched_elsewhere(match, capsys):
-    values = photos.pair()[1].astype(np.float32)
-    values[:, :60] = np.nan
-    tiff(values)(match.inputs[1])
-    assert match.run("--number", 20) == 0
-    assert "points were found" in capsys.readouterr().out
-
-
-def test_a_copy_of_the_photo_is_matched_and_called_the_same_photo(match, capsys):
-    match.inputs[1].write_bytes(match.inputs[0].read_bytes())
-    assert match.run("--number", 20) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "No parallax: Between the photos a typical point moved by less than" in said
-    assert "Is it the same photo twice?" in said
 
 
 def test_photos_of_two_sizes_make_no_image_file(match, outputs, capsys):
@@ -164,12 +138,11 @@ def test_without_any_match_the_commonest_reason_is_said(
 
 
 @pytest.mark.parametrize("name", ["match", "register"])
-@pytest.mark.parametrize("text, words", NO_POINTS.values(), ids=NO_POINTS.keys())
-def test_bad_points_end_with_1(request, outputs, tmp_path, capsys, name, text, words):
+def test_bad_points_end_with_1(request, outputs, tmp_path, capsys, name):
     call, points = request.getfixturevalue(name), tmp_path / "points.csv"
-    points.write_bytes(text.encode("latin-1"))
-    message = call.ended(capsys, "--points", points, "--report", outputs / "r.html")
-    assert "points.csv" in message and words in message
+    files = ("--points", points, "--report", outputs / "r.html")
+    assert "points.csv: there is no such file" in call.ended(capsys, *files)
+    points.write_text("column row\n10 20\n")
+    message = call.ended(capsys, *files)
+    assert "points.csv, line 1: 'column' is not a number; a heading" in message
     assert os.listdir(outputs) == []
-    message = call.ended(capsys, "--points", tmp_path / "none.csv")
-    assert "none.csv: there is no such file" in message

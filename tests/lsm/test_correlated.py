@@ -17,7 +17,7 @@ def matched(
     texture, template, sigma=2.0, *, blur=0.0, contrast=40.0, seed=5, **options
 ):
     """Result and errors (n, 2) of some 1000 windows; noise under a Gaussian blur."""
-    scene = lsm_scene.scene(texture, seed, contrast=contrast, room=20)
+    scene = lsm_scene.scene(texture, seed, contrast=contrast, margin=20)
     left, right = scene.images(0.0 if blur else sigma, seed=seed)
     if blur:
         rng = np.random.default_rng(seed)

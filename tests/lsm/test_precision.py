@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _normal_equations, half_pixels
 
 SOFT = simulate.texture(0.2, seed=4)
 
@@ -25,22 +25,35 @@ def image_of(texture, shape=(90, 100)):
 def test_fine_interpolation_errs_by_a_thousandth_of_the_contrast(cutoff, largest):
     texture = simulate.texture(cutoff, seed=6)
     points = inner_points()
-    fine = _fine.coefficients(image_of(texture))
-    found = _fine.sample(fine, *points.T)
+    fine = half_pixels.coefficients(image_of(texture))
+    found = half_pixels.sample(fine, *points.T)
     np.testing.assert_allclose(
         found, simulate.grey_values(texture, points), rtol=0, atol=largest
     )
+
+
+def test_fine_interpolation_returns_constants_and_pixels():
+    image = np.full((40, 40), 300.0)
+    fine = half_pixels.coefficients(image)
+    x, y = np.random.default_rng(1).uniform(0, 39, (2, 100))
+    # The filters are normalised: no ripple of the window is left in a constant, but for
+    # the rounding of single precision
+    np.testing.assert_allclose(half_pixels.sample(fine, x, y), 300, rtol=1e-6)
+    image = image_of(SOFT)
+    y, x = np.mgrid[20:70, 20:70].astype(float)
+    found = half_pixels.sample(half_pixels.coefficients(image), x, y)
+    np.testing.assert_allclose(found, image[20:70, 20:70], rtol=0, atol=0.03)
 
 
 def test_gradients_are_those_of_the_texture():
     image = image_of(SOFT)
     points = inner_points()
     truth = simulate.grey_gradients(SOFT, points)
-    found = _fine.sample_gradient(_fine.coefficients(image), *points.T)
+    found = half_pixels.sample_gradient(half_pixels.coefficients(image), *points.T)
     # Of some 25 grey values per pixel
     np.testing.assert_allclose(found.T, truth, rtol=0, atol=0.15)
     y, x = np.mgrid[20:70, 20:70]
-    gx, gy = _fine.gradient(image)
+    gx, gy = half_pixels.gradient(image)
     truth = simulate.grey_gradients(SOFT, np.stack([x, y], axis=-1))
     found = np.stack([gx, gy], axis=-1)[20:70, 20:70]
     # At 0.2 cycles a pixel the quintic spline loses 0.3 per cent of slopes up to 80
@@ -50,11 +63,11 @@ def test_gradients_are_those_of_the_texture():
 def test_interpolation_averages_noise_as_much_as_noise_gain_says():
     rng = np.random.default_rng(8)
     noise = rng.normal(size=(400, 400))
-    fine = _fine.coefficients(noise)
+    fine = half_pixels.coefficients(noise)
     y, x = np.mgrid[20:380, 20:380].astype(float)
     for dx, dy in [(0, 0), (0.5, 0.5), (0.25, 0.5), (0.1, 0.8)]:
-        variance = np.var(_fine.sample(fine, x + dx, y + dy))
-        expected = _fine.noise_gain(np.array(20.0 + dx), np.array(-3 + dy))
+        variance = np.var(half_pixels.sample(fine, x + dx, y + dy))
+        expected = half_pixels.noise_gain(np.array(20.0 + dx), np.array(-3 + dy))
         # Variance of the variance of 130,000 values that are nearly independent
         assert abs(variance / expected - 1) < 5 * np.sqrt(2 / x.size) * 1.5
 
@@ -63,7 +76,7 @@ def test_interpolation_averages_noise_as_much_as_noise_gain_says():
 def test_the_noise_of_a_window_is_that_of_its_pixels(half):
     T = np.array([[[30.3, 1, 0], [40.5, 0, 1]], [[30.3, 1.04, 0.02], [40.5, -0.03, 1]]])
     x, y = np.moveaxis(T @ _normal_equations.window_grid(half), 1, 0)
-    expected = _fine.noise_gain(x, y).mean(axis=1)
+    expected = half_pixels.noise_gain(x, y).mean(axis=1)
     found = _normal_equations._noise_gain(T, half)
     assert found[0] == pytest.approx(expected[0])  # a shift: all pixels alike
     assert found[1] == pytest.approx(expected[1], abs=0.02)  # 49 of them
@@ -156,6 +169,59 @@ def test_the_dense_adjustment_names_windows_that_leave_an_image():
         lsm.adjust(left, right, [(30, 30), (4, 30)], p)
     with pytest.raises(ValueError, match="parameters must be"):
         lsm.adjust(left, right, [(30, 30)], p)
+
+
+@pytest.mark.parametrize("radiometric", [True, False])
+def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiometric):
+    """At whole pixels interpolation leaves the noise as it is: sigma0^2 = vᵀv / r."""
+    half = 5
+    left, right = simulate.texture_pair(
+        SOFT, (60, 60), (0, 1, 0, 0, 0, 1), sigma=2.0, gain=1.0, seed=3
+    )
+    left, right = left - left.mean(), right - right.mean()
+    pixels = np.array([[30, 28], [25, 33]])
+    gradients = half_pixels.gradient(left)
+    template = _normal_equations.templates(left, gradients, pixels, half, radiometric)
+    windows = [
+        np.s_[y - half : y + half + 1, x - half : x + half + 1] for x, y in pixels
+    ]
+    B = np.array([right[w].ravel() for w in windows])
+    found = _normal_equations.solve(template, B)
+    T = np.zeros((2, 2, 3)) + np.eye(2, 3, 1)
+    T[:, :, 0] = pixels
+    C, sigma0, pixels, singular = _normal_equations.precision(
+        template, T, found, correlated=False
+    )
+    np.testing.assert_array_equal(pixels, 121)
+    assert not singular.any()
+    _, x, y = _normal_equations.window_grid(half)
+    u = 8 if radiometric else 6
+    for k, w in enumerate(windows):
+        gx, gy = (g[w].ravel() for g in gradients)
+        G = [gx, x * gx, y * gx, gy, x * gy, y * gy]
+        A = np.column_stack([*G, np.ones_like(gx), B[k]][:u])
+        observed = left[w].ravel() - (0 if radiometric else B[k])
+        solution, (vv,), *_ = np.linalg.lstsq(A, observed)
+        r = len(A) - u
+        assert sigma0[k] == pytest.approx(np.sqrt(vv / r), rel=1e-4)
+        h1 = solution[7] if radiometric else 1.0
+        # Noise in the design matrix: of each slope, and of each right grey value
+        of_slope = half_pixels.derivative_kernel() @ half_pixels.derivative_kernel()
+        E = of_slope * np.array(2 * [len(x), x @ x, y @ y])
+        E = np.diag([*E, 0, len(x)][:u] if radiometric else E)
+        pixel = vv / r / (1 + h1**2)
+        N, Q = A.T @ A, np.linalg.inv(A.T @ A)
+        # The other image adds its noise to each residual that a noisy column multiplies
+        other = pixel * np.diag([*6 * [h1**2], 0, 1][:u])
+        more = np.linalg.inv(N - pixel * E)
+        middle = vv / r * (N - pixel * E) + other @ (pixel * E)
+        whole = more @ middle @ more  # `precision` takes the first three terms
+        first = vv / r * Q
+        assert C[k].shape == (u, u)
+        at = np.ix_([0, 3], [0, 3])
+        rest = np.abs(whole - first)[at].max()
+        assert rest > 0
+        np.testing.assert_allclose(C[k][at], whole[at], rtol=0, atol=0.15 * rest)
 
 
 def test_without_radiometric_parameters_the_covariance_is_as_promised():

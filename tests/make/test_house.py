@@ -18,20 +18,7 @@ def broken(imports):
     return house.broken(imports)
 
 
-@pytest.mark.parametrize(
-    "rule",
-    [
-        "book",
-        "lessons",
-        pytest.param(
-            "drawing",
-            marks=pytest.mark.xfail(
-                strict=False, reason="_shown, ledger and the sample terrain move yet"
-            ),
-        ),
-        "circles",
-    ],
-)
+@pytest.mark.parametrize("rule", ["book", "lessons", "drawing", "circles"])
 def test_the_house_keeps_its_rules(broken, rule):
     """The library never imports the book, no lesson another, what computes no plot."""
     assert broken[rule] == [], "\n".join(broken[rule])
@@ -166,7 +153,7 @@ def test_the_map_shows_lessons_in_a_row_and_imports_downwards(tmp_path, written)
         pytest.param(
             "pgm_book",
             marks=pytest.mark.xfail(
-                strict=False, reason="figures of lessons still use pgm_lab.plot._..."
+                strict=False, reason="checks of lessons still use pgm_lab._validate"
             ),
         ),
     ],

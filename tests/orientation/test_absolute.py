@@ -4,7 +4,6 @@ What this does not prove: that the covariance holds for errors in the source tha
 not the same in all directions.
 """
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -112,22 +111,6 @@ def test_error_free_points_give_the_parameters_back(seed, scale, omega, phi, kap
         np.testing.assert_allclose(reached, target, rtol=0, atol=atol)
 
 
-@given(SEED)
-def test_agrees_with_scipy_and_opencv(seed):
-    rng = np.random.default_rng(seed)
-    source = rng.normal(0, 10, (8, 3))
-    angles = rng.uniform(-1.5, 1.5, 3)
-    target = similarity(1.7, angles, (5, 6, 7), source) + rng.normal(0, 0.3, (8, 3))
-    found = absolute(source, target)
-    s, t = source - source.mean(axis=0), target - target.mean(axis=0)
-    turned, _ = Rotation.align_vectors(t, s)
-    np.testing.assert_allclose(found.rotation, turned.as_matrix(), atol=1e-9)
-    # With force_rotation it is the similarity of Umeyama 1991
-    affine, scale = cv2.estimateAffine3D(source, target, force_rotation=True)
-    assert found.scale == pytest.approx(scale, rel=1e-6)
-    np.testing.assert_allclose(found.rotation, affine[:, :3], atol=1e-6)
-
-
 @given(SEED, st.booleans())
 def test_weights_give_the_minimum_that_scipy_finds(seed, each_coordinate):
     rng = np.random.default_rng(seed)
@@ -187,19 +170,6 @@ def test_covariance_holds_in_250_simulated_cases(angles, spread):
     assert np.var(w) == pytest.approx(1, abs=0.07)
 
 
-def test_covariance_of_the_angles_holds_in_250_simulated_cases():
-    rng = np.random.default_rng(12)
-    source, angles = rng.uniform(-50, 50, (6, 3)), (0.5, 1.2, -2.0)
-    exact = similarity(0.8, angles, (10, 20, 30), source)
-    truth = np.array([0.8, *angles, 10, 20, 30])
-    distances = []
-    for _ in range(250):
-        found = absolute(source, exact + rng.normal(0, 0.02, (6, 3)), 0.02)
-        error = found.parameters - truth
-        distances.append(error @ np.linalg.solve(found.covariance, error))
-    assert_chi_square(distances, 7)
-
-
 def test_sigma_of_any_shape_scales_the_covariance_alone(conf3d):
     known = absolute(MODEL, GROUND, sigma=0.1)
     ratio = conf3d.sigma0 / 0.1
@@ -231,16 +201,6 @@ def test_gimbal_lock_is_named_and_all_else_holds(sign):
     assert np.isfinite(found.apply_covariance(source)).all()
 
 
-def test_near_gimbal_lock_omega_and_kappa_are_uncertain_but_right():
-    angles = (0.3, np.pi / 2 - 1e-6, -0.8)
-    source = np.random.default_rng(5).normal(0, 10, (6, 3))
-    target = similarity(2.0, angles, (1, 2, 3), source)
-    found = absolute(source, target, sigma=1e-9)
-    assert found.status == "converged"
-    np.testing.assert_allclose(found.parameters[1:4], angles, atol=1e-8)
-    assert found.sd[1] > 1e5 * found.sd[2] and found.sd[3] > 1e5 * found.sd[2]
-
-
 def test_coordinates_far_from_the_origin_lose_only_their_rounding():
     rng = np.random.default_rng(3)
     source = rng.normal(0, 50, (5, 3))
@@ -253,24 +213,6 @@ def test_coordinates_far_from_the_origin_lose_only_their_rounding():
     np.testing.assert_allclose(
         far.apply_covariance(source + offset), near.apply_covariance(source), rtol=1e-6
     )
-
-
-def test_points_in_a_plane_are_never_mirrored():
-    rng = np.random.default_rng(8)
-    for _ in range(300):
-        source = rng.normal(0, 10, (5, 3)) * (1, 1, 0)
-        angles = rng.uniform(-1.5, 1.5, 3)
-        target = similarity(1.0, angles, 0, source) + rng.normal(0, 0.01, (5, 3))
-        found = absolute(source + rng.normal(0, 0.01, (5, 3)), target)
-        R = rotation.matrix(*angles).T
-        np.testing.assert_allclose(found.rotation, R, atol=0.05)
-
-
-def test_nearly_collinear_points_are_called_weak_geometry():
-    rng = np.random.default_rng(2)
-    source = np.linspace(0, 100, 6)[:, None] * (1, 2, 3) + rng.normal(0, 0.05, (6, 3))
-    found = absolute(source, source + rng.normal(0, 0.05, (6, 3)), sigma=0.05)
-    assert found.status == "weak geometry"
 
 
 def mirrored(axis, noise):

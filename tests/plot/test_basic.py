@@ -144,3 +144,43 @@ def test_palette_is_told_apart_by_its_lightness_too():
     colours = plt.matplotlib.colors.to_rgba_array([plot.BLUE, plot.RED, plot.YELLOW])
     lightness = colours[:, :3] @ (0.2126, 0.7152, 0.0722)
     assert np.all(np.diff(lightness) > 0.05)
+
+
+# --- Two images on each other ---
+
+EDGE = np.tile(np.arange(60) >= 30, (50, 1)) * 100.0  # dark left, bright from column 30
+MOVED = np.roll(EDGE, 2, axis=1)
+MOVED[:, :2] = 0
+
+
+def test_where_both_are_alike_it_is_grey_and_elsewhere_one_colour_is_left():
+    red, green, blue = np.moveaxis(plot.basic.composite(EDGE, MOVED), -1, 0)
+    assert np.array_equal(red, blue)
+    fringe = green > red
+    assert set(np.flatnonzero(fringe.any(axis=0))) == {30, 31}
+    assert np.array_equal(red[~fringe], green[~fringe])
+
+
+def test_the_colours_of_the_paper_are_red_and_green():
+    red, green, blue = np.moveaxis(plot.basic.composite(EDGE, MOVED, paper=True), -1, 0)
+    assert not blue.any()
+    assert np.all(green[:, 30] > red[:, 30])
+
+
+def test_what_is_missing_is_white():
+    for again in (
+        np.ma.masked_array(EDGE, EDGE < 50),
+        np.where(EDGE < 50, np.nan, EDGE),
+    ):
+        assert np.all(plot.basic.composite(EDGE, again)[:, :30] == 1)
+
+
+def test_images_of_two_shapes_are_not_laid_on_each_other():
+    with pytest.raises(ValueError, match="same pixels"):
+        plot.overlay(EDGE, EDGE[1:])
+
+
+def test_an_overlay_says_which_colour_is_which(closed):
+    title = plot.overlay(EDGE, MOVED).axes[0].get_title()
+    assert title == "green: reference, magenta: sensed, grey: alike"
+    assert "red: sensed" in plot.overlay(EDGE, MOVED, paper=True).axes[0].get_title()

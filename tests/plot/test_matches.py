@@ -91,21 +91,21 @@ def test_another_photo_than_the_matched_one_is_refused(grey):
         plot.matches.side_by_side(grey[0][:190], grey[1], photos.result())
 
 
-def test_remainders_are_what_no_affine_transformation_explains():
+def test_affine_residuals_are_what_no_affine_transformation_explains():
     """Of 40 points three are wrong; the others fit all the same."""
     A = np.array([(1.1, 0.2), (-0.15, 0.9)])
     found = photos.result()
     points = found.chosen @ A.T + (30, -7)
     points[[3, 20, 33]] += (25, -12)
-    v = plot.matches.remainders(photos.result(points=points))
+    v = plot.matches.affine_residuals(photos.result(points=points))
     good = np.delete(np.arange(40), [3, 20, 33])
     assert np.abs(v[good]).max() < 0.01
     np.testing.assert_allclose(v[[3, 20, 33]], np.tile((25.0, -12), (3, 1)), atol=0.01)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_few_points_leave_no_remainder(n):
-    assert np.abs(plot.matches.remainders(photos.result(n))).max() < 1e-9
+def test_few_points_leave_no_residual(n):
+    assert np.abs(plot.matches.affine_residuals(photos.result(n))).max() < 1e-9
 
 
 def test_arrows_are_long_as_they_say_and_far_ones_red(grey):
@@ -116,7 +116,7 @@ def test_arrows_are_long_as_they_say_and_far_ones_red(grey):
     found = photos.result(points=points)
     ax = plot.matches.parallaxes(grey[0], found).axes[0]
     far, near = [one for one in ax.collections if isinstance(one, Quiver)]
-    v = plot.matches.remainders(found)
+    v = plot.matches.affine_residuals(found)
     drawn = np.column_stack([near.U, near.V])
     np.testing.assert_allclose(drawn, np.delete(v, 8, axis=0))
     np.testing.assert_array_equal(far.get_offsets(), found.chosen[[8]])

@@ -239,3 +239,63 @@ def test_all_that_stands_above_the_ground_is_seen_inside_the_figure(pixel):
     points = np.concatenate([*lines, [t.get_position_3d() for t in pixel.texts]])
     seen = on_paper(pixel, points)
     assert np.all((seen > 0) & (seen < 1))
+
+
+# --- How a network is looked at ---
+
+
+@pytest.fixture(scope="module")
+def network():
+    data = datasets.muliawan2013()
+    return data.exteriors[:, :3], data.object_points
+
+
+def across_and_up(view):
+    """Directions (2, 3) to the right and upwards, as Matplotlib projects them."""
+    ax = plt.figure().add_subplot(projection="3d")
+    ax.set_proj_type("ortho")
+    ax.view_init(*view)
+    ax.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
+    ax.set_box_aspect((1, 1, 1))
+    steps = np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    x, y, _ = proj3d.proj_transform(*steps.T, ax.get_proj())
+    seen = np.array([x[1:] - x[0], y[1:] - y[0]])
+    return seen / np.linalg.norm(seen, axis=1, keepdims=True)
+
+
+def test_object_is_seen_openly_and_the_network_across(network):
+    centres, points = network
+    right, up = across_and_up(space.best_view(centres, points))
+    # The targets lie on a wall: seen edge-on, one extent would vanish
+    extents = np.linalg.svd((points - points.mean(axis=0)) @ np.array([right, up]).T)[1]
+    assert extents[1] > 0.25 * extents[0]
+    apart = (points.mean(axis=0) - centres.mean(axis=0)) @ right
+    assert abs(apart) > 0.5 * np.ptp(np.concatenate(network)[:, 1])
+
+
+def test_a_network_along_any_direction_lies_across_the_picture():
+    turn = np.radians(40)
+    along = np.array([np.cos(turn), np.sin(turn), 0])
+    rng = np.random.default_rng(1)
+    centres = rng.normal(size=(5, 3))
+    points = 30 * along + rng.normal(size=(20, 3))
+    right, _ = across_and_up(space.best_view(centres, points))
+    # 35 degrees off, so that depth shows
+    assert abs(right @ along) == pytest.approx(np.cos(np.radians(35)), abs=0.05)
+
+
+@pytest.mark.parametrize("view", [(16, 35), (80, -100), (0, 0)])
+def test_drawing_fills_its_place_in_the_figure(view, network, closed):
+    positions = np.concatenate(network)
+    fig = plt.figure(figsize=(9, 5), layout="none")
+    ax = fig.add_subplot(projection="3d")
+    ax.set_proj_type("ortho")
+    ax.view_init(*view)
+    where = np.array([0.2, 0.1, 0.7, 0.5])
+    space.fill(ax, positions, where)
+    fig.canvas.draw()
+    x, y, _ = proj3d.proj_transform(*positions.T, ax.get_proj())
+    seen = ax.transData.transform(np.column_stack([x, y])) / (900, 500)
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    np.testing.assert_allclose((low + high) / 2, where[:2] + where[2:] / 2, atol=1e-6)
+    assert np.max((high - low) / where[2:]) == pytest.approx(1, abs=1e-6)

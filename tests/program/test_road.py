@@ -1,4 +1,4 @@
-"""The road from the pixel to the network: every room of the package in one walk.
+"""The road from the pixel to the network: all of the package in one walk.
 
 Three photos of a hilly ground are simulated, points of the first are found in the
 others, and camera stations and ground points follow from nothing but grey values, the

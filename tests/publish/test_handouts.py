@@ -231,6 +231,12 @@ def test_an_answer_has_its_question_or_the_heading_above_it():
     assert "<details open><summary>Why so?</summary>" in second.source
 
 
+def test_on_paper_no_import_of_figures_and_checks_takes_a_line():
+    source = "from pgm_book.ch09 import figures\nfrom pgm_lab import ncc\n\nx = 1"
+    last = for_handouts(example(code(source))).cells[-1]
+    assert last.source == "from pgm_lab import ncc\n\nx = 1"
+
+
 def test_what_own_prints_is_left_out_and_the_rest_stays():
     said = "mean: the book's own. Yours takes its place.\n"
     printed = [

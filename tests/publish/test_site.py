@@ -26,7 +26,7 @@ KINDS = [
     "chapters/index",
     "chapters/07_pearson_registration",
     "guides/network",
-    "reference/ledger",
+    "reference/pgm_book.common.ledger",
     "verdicts",
     "equations",
     "glossary",

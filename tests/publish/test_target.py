@@ -9,7 +9,7 @@ from pgm_lab.plot import STYLE, basic
 from tests.publish.sliders import LOADED, address, lab, lesson, run, shows, work
 
 NAME = "01_pixel_to_photo"
-CELLS = ["plt.style.use", "target.target_by_hand"]
+CELLS = ["plt.style.use", "target_by_hand()"]
 __all__ = ["address", "lab", "lesson", "work"]
 
 

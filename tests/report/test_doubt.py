@@ -101,32 +101,28 @@ def test_a_network_all_in_another_unit_is_noticed_too(scale, words):
     assert words in doubt(odd).words
 
 
-@pytest.mark.parametrize(
-    "farthest, doubted", [(0.24, True), (0.26, False), (299.0, False), (301.0, True)]
-)
-def test_the_sizes_that_no_camera_has(farthest, doubted):
+def resized(farthest):
+    """The network of 2013 in a unit that puts its farthest image point there."""
     whole = real()
     scale = farthest / np.hypot(*whole.xy.T).max()
-    odd = replace(whole, cameras=Camera(35.0 * scale), xy=scale * whole.xy)
-    assert (doubt(odd) is not None) == doubted
+    return replace(whole, cameras=Camera(35.0 * scale), xy=scale * whole.xy)
 
 
-@pytest.mark.parametrize(
-    "times, doubted", [(1 / 3.1, True), (1 / 2.9, False), (2.9, False), (3.1, True)]
-)
-def test_three_times_too_large_or_small_is_another_unit(times, doubted):
+def multiplied(times):
     perfect = simulated(Camera(35.0), 9, 50)
-    odd = replace(perfect, xy=times * perfect.xy)
-    assert (doubt(odd) is not None) == doubted
+    return replace(perfect, xy=times * perfect.xy)
 
 
-@pytest.mark.parametrize("sigma, doubted", [(0.9e-5, True), (1.1e-5, False)])
-def test_standard_deviations_below_10_nm_are_doubted(sigma, doubted):
-    found = doubt(replace(real(), sigma=sigma))
-    assert (found is not None) == doubted
-    if doubted:
-        assert found.title == "Unit of the standard deviations"
-        assert "are sx and sy in metres" in found.words
+LIMITS = {  # which network, its numbers, and the numbers that are doubted
+    "sizes no camera has": (resized, (0.24, 0.26, 299.0, 301.0), (0.24, 301.0)),
+    "thrice": (multiplied, (1 / 3.1, 1 / 2.9, 2.9, 3.1), (1 / 3.1, 3.1)),
+    "10 nm": (lambda sigma: replace(real(), sigma=sigma), (9e-6, 1.1e-5), (9e-6,)),
+}
+
+
+@pytest.mark.parametrize("make, numbers, doubted", LIMITS.values(), ids=LIMITS.keys())
+def test_limits_of_doubt(make, numbers, doubted):
+    assert tuple(x for x in numbers if doubt(make(x)) is not None) == doubted
 
 
 @pytest.mark.parametrize("kind", ["metres", "exchanged"])
@@ -143,13 +139,9 @@ def test_headline_and_first_finding_say_so(kind):
     headline = text.partition("1  What to look at first")[0]
     assert words in headline and "than stated" not in headline
     assert "cannot be used before this is put right" in headline
-
-
-def test_a_tiny_sigma_does_not_send_the_reader_after_blunders():
-    text = report.text(bundle.adjust(replace(real(), sigma=1e-12)), short=True)
-    text = " ".join(text.split())
-    assert "are sx and sy in metres, or is the exponent wrong?" in text
-    assert "worse than stated" not in text
+    tiny = report.text(bundle.adjust(replace(network, sigma=1e-12)), short=True)
+    assert "in metres, or is the exponent wrong?" in " ".join(tiny.split())
+    assert "worse than stated" not in tiny
 
 
 @pytest.mark.parametrize("start, doubted", [(11.0, True), (12.0, False)])

@@ -25,12 +25,6 @@ def test_grey_value_is_the_integral_over_the_pixel(pixel):
     assert found == pytest.approx(40 + 160 * area, abs=1e-3)
 
 
-def test_target_is_symmetric_about_its_centre():
-    window = simulate.target((10, 10))
-    np.testing.assert_allclose(window, window[::-1], atol=1e-12)
-    np.testing.assert_allclose(window, window.T, atol=1e-12)
-
-
 def test_noise_has_the_wanted_size_and_repeats_with_its_seed():
     flat = np.full((200, 200), 100.0)
     noisy = simulate.photograph(flat, noise=3.0, seed=1)

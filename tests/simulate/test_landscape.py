@@ -77,15 +77,6 @@ def test_no_part_of_the_meadow_is_repeated():
     assert r.max() < 0.75
 
 
-def test_same_seed_same_bytes_other_seed_other_landscape():
-    box = (-20, -15, 20, 15)
-    one, again, other = (landscape(box, cell=0.25, seed=s) for s in (3, 3, 4))
-    for name in ("grey", "dtm", "dsm", "kind"):
-        assert getattr(one, name).tobytes() == getattr(again, name).tobytes()
-    assert one.grey.tobytes() != other.grey.tobytes()
-    assert one.kind.tobytes() != other.kind.tobytes()
-
-
 def test_so_many_trees_and_houses_as_asked_for():
     bare = landscape(BOX, cell=0.5, buildings=0, trees=0)
     assert not bare.kind.any()

@@ -35,12 +35,6 @@ def test_a_pixel_shows_the_texture_of_its_ground_point(cell):
     assert grey[row, column] == pytest.approx(expected, abs=1e-6)
 
 
-def test_level_ground_gives_the_plane_photo():
-    level = simulate.Texture(np.zeros((1, 2)), np.zeros(1), np.zeros(1), 12.0)
-    X = simulate.on_relief(camera.Camera(5.0), (3, 4, 112, 0, 0, 0), (1, -2), level)
-    np.testing.assert_allclose(X, (3 + 20, 4 - 40, 12), atol=1e-9)
-
-
 def test_noise_is_seeded_and_as_large_as_asked():
     texture = simulate.texture(0.2, waves=50)
     plain, noisy, again = (

@@ -98,20 +98,6 @@ def test_noise_of_both_images_has_the_wanted_size_and_is_independent():
     assert abs(np.corrcoef(errors)[0, 1]) < 4 / 200
 
 
-def test_the_same_seed_gives_the_same_texture_and_the_same_pair():
-    one, again, other = (simulate.texture(seed=s) for s in (1, 1, 2))
-    for name in ("frequencies", "amplitudes", "phases"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(again, name))
-    assert np.any(one.frequencies != other.frequencies)
-    affine = (0.5, 1, 0, 0, 0, 1)
-    pairs = [
-        simulate.texture_pair(one, (9, 9), affine, sigma=1, seed=s) for s in (3, 3, 4)
-    ]
-    for side in (0, 1):
-        np.testing.assert_array_equal(pairs[0][side], pairs[1][side])
-        assert np.all(pairs[0][side] != pairs[2][side])
-
-
 @pytest.mark.parametrize(
     ("dtype", "highest", "gain"), [(np.uint8, 255, 1.0), (np.uint16, 65535, 257.0)]
 )
@@ -145,16 +131,6 @@ def test_shrunk_pixels_are_the_means_of_their_squares(shift, factor):
         square = image[r0 - dy :, c0 - dx :][:factor, :factor].astype(float)
         assert square.shape == (factor, factor)
         assert right[r, c] == square.mean()
-
-
-@pytest.mark.parametrize("factor", [2, 4])
-def test_shrunk_plane_is_shifted_by_shift_over_factor(factor):
-    """On a plane, what stands at p in the left image stands at p + shift / factor."""
-    rows, columns = np.indices((60, 70))
-    left, right = simulate.shrunk_pair(3.0 * columns + 7.0 * rows, (3, -5), factor)
-    slopes = np.array([3.0, 7.0]) * factor  # grey values a small pixel
-    expected = -slopes @ (np.array([3, -5]) / factor)
-    np.testing.assert_allclose(right - left, expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -89,8 +89,10 @@ def rows(name: str, templates: tuple[int, ...] = TEMPLATES) -> Iterator[tuple]:
     """Rows of the table for one camera."""
     left, right, affine = photos(CAMERAS[name])
     for template in templates:
-        room = template // 2 + 12.0
-        across, down = (np.arange(room, n - room, template) for n in left.shape[::-1])
+        margin = template // 2 + 12.0
+        across, down = (
+            np.arange(margin, n - margin, template) for n in left.shape[::-1]
+        )
         points = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
         truth = lsm_scene.warp(affine, points)
         z = []

@@ -24,8 +24,8 @@ from tqdm import tqdm
 from pgm_book.common import study
 from pgm_lab import image, simulate
 from pgm_lab.adjustment import adjust
-from pgm_lab.image.resampling import _cubic, _weighted_sum
-from pgm_lab.lsm import _fine
+from pgm_lab.image.resampling import cubic_weights, weighted_sum
+from pgm_lab.lsm import half_pixels
 
 CUTOFFS = {"soft": 0.2, "sharp": 0.4}  # cycles per pixel
 METHODS = ("nearest", "bilinear", "cubic", "spline3", "spline5")
@@ -44,12 +44,12 @@ WINDOW, MARGIN = 21, 40
 
 def opencv_cubic(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
     """cv2.INTER_CUBIC: cubic convolution with a = -0.75, but at exact coordinates."""
-    return _weighted_sum(grey, *points.T, lambda x: _cubic(x, a=-0.75))
+    return weighted_sum(grey, *points.T, lambda x: cubic_weights(x, a=-0.75))
 
 
 def lsm(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
     """What pgm_lab.lsm does: a cubic spline on a grid of half pixels."""
-    return _fine.sample(_fine.coefficients(grey), *points.T)
+    return half_pixels.sample(half_pixels.coefficients(grey), *points.T)
 
 
 def errors(cutoff: float, seed: int, positions: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ def pull_in(
     kind: str, window: int, errors: Iterable[float], n: int = 1000
 ) -> list[tuple]:
     """Rows of the first table: starts off by `errors` pixels, in random directions."""
-    scene = lsm_scene.scene(TEXTURES[kind], 1, size=1300, spacing=36, room=30)
+    scene = lsm_scene.scene(TEXTURES[kind], 1, size=1300, spacing=36, margin=30)
     left, right = scene.images(1.0)
     rng = np.random.default_rng([31, window])
     chosen = rng.permutation(len(scene.points))[:n]
@@ -52,7 +52,7 @@ def windows(kind: str, sizes: Iterable[int] = SIZES, seeds: int = 2) -> list[tup
     """Rows of the second table: starts rounded to whole pixels."""
     table, reference = [], None
     scenes = [
-        lsm_scene.scene(TEXTURES[kind], seed, size=1300, spacing=42, room=28)
+        lsm_scene.scene(TEXTURES[kind], seed, size=1300, spacing=42, margin=28)
         for seed in range(seeds)
     ]
     pairs = [scene.images(1.0, seed=seed) for seed, scene in enumerate(scenes)]

@@ -65,8 +65,10 @@ def summary(
     tolerance: float,
 ) -> tuple:
     """Numbers of a row: windows side by side, starts rounded to whole pixels."""
-    room = window // 2 + 12
-    columns, rows = (np.arange(room, n - room, window + 1.0) for n in left.shape[::-1])
+    margin = window // 2 + 12
+    columns, rows = (
+        np.arange(margin, n - margin, window + 1.0) for n in left.shape[::-1]
+    )
     points = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
     truth = points + shift
     found = lsm.match(

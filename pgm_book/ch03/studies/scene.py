@@ -91,24 +91,26 @@ def scene(
     contrast: float = 40.0,
     size: int = 900,
     spacing: int = 26,
-    room: int = 12,
+    margin: int = 12,
 ) -> Scene:
-    """Scene of size x size pixels with points on a grid; `room` around each of them."""
+    """Scene of size x size pixels with points on a grid, `margin` around each."""
     rng = np.random.default_rng([3, seed])
     texture = simulate.texture(cutoff, contrast=contrast, seed=seed)
     J = np.eye(2) + rng.choice([-1, 1], (2, 2)) * rng.uniform(0.01, 0.02, (2, 2))
     middle = np.full(2, (size - 1) / 2)
     shift = middle - J @ middle + rng.uniform(-1, 1, 2)
     affine = np.column_stack([shift, J]).ravel()
-    return Scene(texture, affine, (size, size), grid(size, spacing, room, affine))
+    return Scene(texture, affine, (size, size), grid(size, spacing, margin, affine))
 
 
-def grid(size: int, spacing: int, room: int, affine: np.ndarray) -> np.ndarray:
-    """Points of a square grid that have `room` in both images."""
-    at = np.arange(room, size - room, float(spacing))
+def grid(size: int, spacing: int, margin: int, affine: np.ndarray) -> np.ndarray:
+    """Points of a square grid that have `margin` in both images."""
+    at = np.arange(margin, size - margin, float(spacing))
     points = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
     right = warp(affine, points)
-    return points[np.all((right > 1.1 * room) & (right < size - 1.1 * room), axis=1)]
+    return points[
+        np.all((right > 1.1 * margin) & (right < size - 1.1 * margin), axis=1)
+    ]
 
 
 def warp(affine: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -2,22 +2,19 @@
 
 (Relative orientation, which takes longer: over 250.)
 
-``python -m pgm_book.ch05.studies.convergence`` writes pgm_book/ch05/results/convergence.csv;
-it takes some minutes. tests/orientation/test_convergence.py repeats a part of it.
+``python -m pgm_book.ch05.studies.convergence`` writes results/convergence.csv in some
+minutes; tests/ch05/test_convergence.py repeats a part.
 """
-
-import csv
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from pgm_book.common import study
 from pgm_lab import simulate
 from pgm_lab.adjustment import adjust
 from pgm_lab.camera import Camera, imaging, project
 from pgm_lab.orientation import intersect, relative, resect
 
-TABLE = Path(__file__).parents[1] / "results" / "convergence.csv"
 CAMERA = Camera(35.0)
 SIGMA = 0.002
 DEGREES, SHARE = 30, 0.5
@@ -196,9 +193,4 @@ def rows(cases: int) -> list[tuple]:
 
 
 if __name__ == "__main__":
-    table = rows(1000)
-    TABLE.parent.mkdir(exist_ok=True)
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(table)
+    study.write("ch05", "convergence", COLUMNS, rows(1000))

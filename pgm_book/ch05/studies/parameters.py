@@ -6,22 +6,20 @@ the rays together best: the ten of the camera for both photos, the ten for the r
 photo alone, the six elements of the right photo, 26 in all; with those of the left
 photo 42. Choices of one size have the same redundancy: their sigma0 can be compared.
 
-``python -m pgm_book.ch05.studies.parameters`` writes chapter5_parameters.csv of
-data/results; it takes two minutes. tests/orientation/test_parameters.py repeats a part.
+``python -m pgm_book.ch05.studies.parameters`` writes results/parameters.csv in two
+minutes; tests/ch05/test_parameters.py repeats a part.
 """
 
-import csv
 from collections.abc import Sequence
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from pgm_book.common import study
 from pgm_lab import datasets, frames, orientation
 from pgm_lab.camera import PARAMETERS, Camera, imaging
 
-TABLE = Path(__file__).parents[1] / "results" / "parameters.csv"
 COLUMNS = ("out_of", "number", "choices", "settled", "rank", "parameters", "sigma0_px")
 ELEMENTS = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
 NAMES = (
@@ -125,8 +123,7 @@ def rows(out_of: int, number: int) -> list[tuple]:
 
 
 if __name__ == "__main__":
-    with open(TABLE, "w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(COLUMNS)
-        for size in ((26, 1), (26, 2), (26, 3), (42, 2), (42, 3)):
-            table.writerows(rows(*size))
+    sizes = (26, 1), (26, 2), (26, 3), (42, 2), (42, 3)
+    study.write(
+        "ch05", "parameters", COLUMNS, (r for size in sizes for r in rows(*size))
+    )

@@ -1,20 +1,18 @@
 """What each defect of the printed bundle adjustment does to the network of 2013.
 
-``python -m pgm_book.ch06.studies.defects`` writes pgm_book/ch06/results/defects.csv;
-it takes half a minute. tests/bundle/test_defects.py repeats a part of it.
+``python -m pgm_book.ch06.studies.defects`` writes results/defects.csv in half a minute;
+tests/ch06/test_defects.py repeats a part.
 """
 
-import csv
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from pgm_book.ch06.defects import PROGRAM, adjust, network
+from pgm_book.common import study
 from pgm_lab import datasets
 
-TABLE = Path(__file__).parents[1] / "results" / "defects.csv"
 COLUMNS = (
     *("part", "defects", "sorted_by", "status", "steps", "rms_um", "best_rms_um"),
     *("own_rms_um", "kept", "c_mm", "off_published_mrad"),
@@ -31,12 +29,12 @@ GROUPS = {
     "pinv": ("pinv",),
     "stop": ("stop",),
 }
-MOST = 100
+MAX_ITERATIONS = 100
 
 
 def row(part: str, defects, order: str = "point", label: str | None = None) -> tuple:
     """One run; what a diverging one ends with is chance and stays empty."""
-    run = adjust(*network(order), defects, max_iterations=MOST)
+    run = adjust(*network(order), defects, max_iterations=MAX_ITERATIONS)
     published = datasets.muliawan2013().published_exteriors[:, 3:]
     numbers = [""] * 7
     if run.status in ("converged", "stopped"):
@@ -91,7 +89,4 @@ if __name__ == "__main__":
     table = []
     for part in tqdm((alone, program, repairs)):
         table += part()
-    with TABLE.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(table)
+    study.write("ch06", "defects", COLUMNS, table)

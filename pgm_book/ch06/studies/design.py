@@ -1,7 +1,7 @@
 """What a network must look like to tell c, x0 and y0 from the exterior orientations.
 
-``python -m pgm_book.ch06.studies.design`` writes chapter6_design.csv of data/results;
-it takes some minutes. tests/bundle/test_studies.py repeats a part of it.
+``python -m pgm_book.ch06.studies.design`` writes results/design.csv in some minutes;
+tests/ch06/test_studies.py repeats a part.
 
 A choice of photos is refused if it has a rank defect, and has not converged if
 MAX_ITERATIONS steps were not enough: the data hardly determine something, and the
@@ -12,7 +12,6 @@ the real network of Muliawan 2013; only the geometry differs. Column sigma0_um a
 what each adjustment finds itself.
 """
 
-import csv
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -20,11 +19,11 @@ from itertools import combinations
 import numpy as np
 from tqdm import tqdm
 
-from pgm_book.ch06.studies import starts as bundle_starts
+from pgm_book.ch06.studies import starts
+from pgm_book.common import study
 from pgm_lab import bundle, simulate
 from pgm_lab.adjustment import normal
 
-TABLE = bundle_starts.TABLE.with_name("chapter6_design.csv")
 ENDINGS = ("converged", "refused", "not_converged")
 COLUMNS = (
     *("network", "case", "photos", "choices", *ENDINGS),
@@ -72,7 +71,7 @@ def adjusted(net: bundle.Network) -> tuple[str, bundle.Bundle | None]:
         return "refused", None
     if found.status != "converged":
         return "not_converged", None
-    if not bundle_starts.in_front(found):
+    if not starts.in_front(found):
         raise ValueError("points lie behind their photos; take better start values")
     return "converged", found
 
@@ -171,18 +170,11 @@ def simulated(cam, sigma: float) -> list[tuple]:
     return rows
 
 
-def write(path, columns, rows) -> None:
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
-
-
 if __name__ == "__main__":
-    net = bundle_starts.network()
-    found = bundle_starts.solution(net)
+    net = starts.network()
+    found = starts.solution(net)
     table = real(net, found.sigma0)
     for size in (3, 4, 5, 6):
         table += subsets(net, found.sigma0, size)
     table += simulated(found.cameras[0], found.sigma0 / 1000)
-    write(TABLE, COLUMNS, table)
+    study.write("ch06", "design", COLUMNS, table)

@@ -1,4 +1,4 @@
-"""The simulated networks of test_bundle.py and bundle_size.py."""
+"""The simulated networks of `size` and of the comparison with pycolmap."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
 """Which interior parameters the real network of Muliawan 2013 needs, and which lens.
 
-``python -m pgm_book.ch06.studies.parameters`` writes chapter6_parameters.csv and
-chapter6_lens.csv of data/results. tests/bundle/test_studies.py repeats it.
+``python -m pgm_book.ch06.studies.parameters`` writes results/parameters.csv and
+results/lens.csv; tests/ch06/test_studies.py repeats it.
 
 Parameters that are not estimated keep their start values, as a user would leave them:
 c = 35 mm, all others 0.
@@ -11,13 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from pgm_book.ch06.studies import starts as bundle_starts
-from pgm_book.ch06.studies.design import write
+from pgm_book.ch06.studies import starts
+from pgm_book.common import study
 from pgm_lab import bundle, camera
 from pgm_lab.camera import PARAMETERS, Camera
 
-TABLE = bundle_starts.TABLE.with_name("chapter6_parameters.csv")
-LENS_TABLE = bundle_starts.TABLE.with_name("chapter6_lens.csv")
 COLUMNS = (
     *("selection", "estimated", "changed", "t", "effect_um", "sigma0"),
     *("c_mm", "sd_c_mm", "sd_points_mm", "points_moved_mm"),
@@ -70,6 +68,7 @@ def row(selection, changed, name, tested, found, whole) -> tuple:
 
 
 def rms(values: np.ndarray) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
@@ -113,10 +112,11 @@ def correction(cam: Camera, radius: float, c: float) -> float:
 
 
 def compared(name: str, unit: str, ours: float, theirs: float) -> tuple:
+    """Row of the second table."""
     return name, unit, f"{ours:.6g}", f"{theirs:.6g}", f"{theirs - ours:.2g}"
 
 
 if __name__ == "__main__":
-    net = bundle_starts.network()
-    write(TABLE, COLUMNS, forward(net) + backward(net))
-    write(LENS_TABLE, LENS_COLUMNS, lenses(net))
+    net = starts.network()
+    study.write("ch06", "parameters", COLUMNS, forward(net) + backward(net))
+    study.write("ch06", "lens", LENS_COLUMNS, lenses(net))

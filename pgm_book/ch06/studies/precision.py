@@ -1,28 +1,25 @@
-"""Are the standard deviations of a bundle adjustment right, and what of wrong control?
+"""Standard deviations of a bundle adjustment on trial, and errors of control.
 
-``python -m pgm_book.ch06.studies.precision`` writes chapter6_precision.csv and
-chapter6_control.csv of data/results; it takes two minutes.
-tests/bundle/test_studies.py repeats a part of it.
+``python -m pgm_book.ch06.studies.precision`` writes results/precision.csv and
+results/control.csv in two minutes; tests/ch06/test_studies.py repeats a part.
 
 The adjusted network of Muliawan 2013 is taken as true, and measured again and again
 with normally distributed errors, as large as those of the real images.
 """
 
-import csv
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy import stats
+import scipy
 from tqdm import tqdm
 
-from pgm_book.ch06.studies import starts as bundle_starts
+from pgm_book.ch06.studies import starts
+from pgm_book.common import study
 from pgm_lab import bundle, camera
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.orientation import absolute
 
-TABLE = bundle_starts.TABLE.with_name("chapter6_precision.csv")
-CONTROL_TABLE = bundle_starts.TABLE.with_name("chapter6_control.csv")
 COLUMNS = (
     *("quantity", "unit", "networks", "predicted_sd", "sampled_sd", "ratio"),
     *("mean_error_in_sd", "inside_percent", "expected_percent", "mean_square"),
@@ -32,6 +29,7 @@ CONTROL_COLUMNS = (
     *("points_error_mm", "points_sd_mm", "largest_w", "control_residual_mm"),
 )
 NETWORKS = 2000
+BLANK = ("",) * 4
 ALARM = 3.29  # what Baarda's w exceeds once in a thousand
 CORNERS = np.array([0, 9, 30, 39])  # of the object: control points
 MM = ("mm", "mm^-2", "mm^-4", "mm^-6", "mm^-1")
@@ -51,7 +49,7 @@ PARTS = (
 
 def true_network() -> bundle.Network:
     """What is true: start values without errors, and image points that fit exactly."""
-    found = bundle_starts.solution(bundle_starts.network())
+    found = starts.solution(starts.network())
     net, cam = found.network, found.cameras[0]
     xy = camera.project(cam, found.exteriors[net.photo], found.points[net.point])
     return replace(
@@ -84,8 +82,8 @@ def errors(e: np.ndarray, C: np.ndarray, redundancy: int) -> tuple[np.ndarray, .
     # sigma0 is itself estimated: t and F instead of normal and chi square
     together = np.einsum("...i,...i->...", e, np.linalg.solve(C, e[..., None])[..., 0])
     together /= u
-    within = alone <= stats.f.ppf(0.95, 1, redundancy)
-    inside = together <= stats.f.ppf(0.95, u, redundancy)
+    within = alone <= scipy.stats.f.ppf(0.95, 1, redundancy)
+    inside = together <= scipy.stats.f.ppf(0.95, u, redundancy)
     return within, alone, inside, together
 
 
@@ -117,17 +115,15 @@ def precision(networks: int = NETWORKS) -> list[tuple]:
         for title, unit, part in parts:
             values = (a[..., part] for a in (e, sd, within, alone))
             rows.append((title, unit, networks, *described(*values)))
-        rows.append(
-            (together_name, "", networks, *blanks(4), *rate(inside, 95, together))
-        )
+        rows.append((together_name, "", networks, *BLANK, *rate(inside, 95, together)))
 
     sigma0 = collected("sigma0")
-    low, high = np.sqrt(stats.chi2.ppf([0.025, 0.975], r) / r)
+    low, high = np.sqrt(scipy.stats.chi2.ppf([0.025, 0.975], r) / r)
     within = (low < sigma0) & (sigma0 < high)
     e, sd = sigma0 - 1, np.array(1 / np.sqrt(2 * r))
     rows.append(("sigma0", "1", networks, *described(e, sd, within, (e / sd) ** 2)))
     w = collected("standardized")
-    within = np.abs(w) < stats.norm.ppf(0.975)
+    within = np.abs(w) < scipy.stats.norm.ppf(0.975)
     one = np.array(1.0)
     title = "standardised residuals, w"  # Baarda: sigma0 = 1 is given
     rows.append((title, "1", networks, *described(w, one, within, w**2)))
@@ -139,7 +135,7 @@ def precision(networks: int = NETWORKS) -> list[tuple]:
             100 * 0.999 ** w[0].size,  # if they were independent
         ),
     ):
-        rows.append((title, "", networks, *blanks(4), *rate(quiet, expected), ""))
+        rows.append((title, "", networks, *BLANK, *rate(quiet, expected), ""))
     return rows
 
 
@@ -153,12 +149,9 @@ def described(e, sd, within, squares) -> tuple[str, ...]:
 
 
 def rate(within, expected: float, squares=None) -> tuple[str, ...]:
+    """Found and expected percentage, and the mean square if there is one."""
     found = f"{100 * np.mean(within):.2f}", f"{expected:.1f}"
     return found if squares is None else (*found, f"{np.mean(squares):.3f}")
-
-
-def blanks(number: int) -> tuple[str, ...]:
-    return ("",) * number
 
 
 def control(size: float, networks: int = 50) -> list[tuple]:
@@ -221,17 +214,11 @@ def numbers(one, truth, points, C, others) -> tuple[float, ...]:
 
 
 def rms(values: list[tuple]) -> np.ndarray:
+    """Root mean square of each column."""
     return np.sqrt(np.mean(np.square(values), axis=0))
 
 
-def write(path, columns, rows) -> None:
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
-
-
 if __name__ == "__main__":
-    write(TABLE, COLUMNS, precision())
+    study.write("ch06", "precision", COLUMNS, precision())
     rows = [row for size in (0.0, 0.1, 1.0) for row in control(size)]
-    write(CONTROL_TABLE, CONTROL_COLUMNS, rows)
+    study.write("ch06", "control", CONTROL_COLUMNS, rows)

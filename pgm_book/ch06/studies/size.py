@@ -1,7 +1,7 @@
 """Time and memory of the bundle adjustment as the network grows, beside pycolmap.
 
-``python -m pgm_book.ch06.studies.size`` writes pgm_book/ch06/results/size.csv in some
-minutes; it needs pycolmap. tests/bundle/test_size.py repeats a part.
+``python -m pgm_book.ch06.studies.size`` writes results/size.csv in some minutes; it
+needs pycolmap. tests/ch06/test_size.py repeats a part.
 
 Seconds of the processor in one thread, all covariances included, the smallest of some
 runs. Networks, start values and the two settings of pycolmap are those of
@@ -9,18 +9,17 @@ test_bundle.py, which also proves that the results agree. The memory is the most
 our adjustment holds at once, the network itself not counted.
 """
 
-import csv
 import multiprocessing
 import os
 import time
 import tracemalloc
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
 
 from pgm_book.ch06.studies.network import ESTIMATE, network
+from pgm_book.common import study
 from pgm_lab import bundle
 
-FILE = Path(__file__).parents[1] / "results" / "size.csv"
 COLUMNS = (
     *("photos", "points", "rays", "iterations", "seconds", "peak_mb"),
     *("colmap_gauss_newton_s", "colmap_gauss_newton_iterations"),
@@ -75,19 +74,16 @@ def alone(function, *arguments):
         return pool.submit(function, *arguments).result()
 
 
-def write() -> None:
-    """Write the table."""
+def rows() -> Iterator[tuple]:
+    """Rows of the table, each program alone in a process."""
     os.environ["OMP_NUM_THREADS"] = "1"  # for the processes to come
-    with FILE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for *size, runs in SIZES:
-            row = alone(ours, *size, runs)
-            for gauss_newton, times in ((True, runs), (False, max(1, runs // 2))):
-                row += alone(theirs, *size, times, gauss_newton)
-            print(*size, *row)
-            writer.writerow((*size[:2], *row))
+    for *size, runs in SIZES:
+        row = alone(ours, *size, runs)
+        for gauss_newton, times in ((True, runs), (False, max(1, runs // 2))):
+            row += alone(theirs, *size, times, gauss_newton)
+        print(*size, *row)
+        yield (*size[:2], *row)
 
 
 if __name__ == "__main__":
-    write()
+    study.write("ch06", "size", COLUMNS, list(rows()))

@@ -1,9 +1,9 @@
 """What data snooping takes out: of faultless networks, of one blunder, of bad control.
 
-``python -m pgm_book.ch06.studies.snooping`` writes chapter6_snooping.csv of
-data/results; it takes a minute. tests/bundle/test_studies.py repeats a part of it.
+``python -m pgm_book.ch06.studies.snooping`` writes results/snooping.csv in a minute;
+tests/ch06/test_studies.py repeats a part.
 
-The networks are those of bundle_precision; a blunder is put on one image coordinate,
+The networks are those of `precision`; a blunder is put on one image coordinate,
 another one in each network, as large as its internal reliability or twice that.
 """
 
@@ -11,12 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from pgm_book.ch06.studies import starts as bundle_starts
-from pgm_book.ch06.studies.design import write
 from pgm_book.ch06.studies.precision import ALARM, CORNERS, measured, true_network
+from pgm_book.common import study
 from pgm_lab import bundle
 
-TABLE = bundle_starts.TABLE.with_name("chapter6_snooping.csv")
 COLUMNS = (
     *("case", "networks", "tested_percent", "first_percent", "others_removed"),
     *("most_others", "sigma0_before", "sigma0_after", "c_error_mm", "c_sd_mm"),
@@ -84,4 +82,4 @@ def row(case: str, found: list[tuple], planted: bool) -> tuple:
 
 if __name__ == "__main__":
     rows = [blunder(case) for case in BLUNDERS] + [control(case) for case in CONTROL]
-    write(TABLE, COLUMNS, rows)
+    study.write("ch06", "snooping", COLUMNS, rows)

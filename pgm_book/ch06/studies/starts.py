@@ -1,25 +1,23 @@
 """From how far the self-calibrating bundle adjustment finds the solution.
 
-``python -m pgm_book.ch06.studies.starts`` writes pgm_book/ch06/results/starts.csv; it
-takes some minutes. tests/bundle/test_studies.py repeats a part of it.
+``python -m pgm_book.ch06.studies.starts`` writes results/starts.csv in some minutes;
+tests/ch06/test_studies.py repeats a part.
 
 The network is the real one of Muliawan 2013. Its solution from the given start values
 is disturbed: the principal distance by a factor, each photo by a turn about any axis
 and by a shift in any direction, each point by a shift in any direction.
 """
 
-import csv
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from pgm_book.ch06 import published
+from pgm_book.common import study
 from pgm_lab import bundle, simulate
 from pgm_lab.camera import Camera, imaging
 
-TABLE = Path(__file__).parents[1] / "results" / "starts.csv"
 AGREE = 1e-8
 # Smaller than AGREE: what is still to come after a step is about a thirtieth of it.
 TOLERANCE = 1e-8
@@ -43,8 +41,6 @@ COLUMNS = (
     *("median_iterations", "most_iterations"),
     *("sigma0_relative", "camera_in_sd", "residuals_mm"),
 )
-
-
 network = published.network
 
 
@@ -148,8 +144,4 @@ def rows() -> list[tuple]:
 
 
 if __name__ == "__main__":
-    table = rows()
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(table)
+    study.write("ch06", "starts", COLUMNS, rows())

@@ -1,8 +1,8 @@
 """How well chips are found whose shift is known, beside other programs.
 
 ``python -m pgm_book.ch07.studies.accuracy`` writes
-pgm_book/ch07/results/accuracy.csv and chapter7_radius.csv within a few minutes;
-tests/registration/test_studies.py repeats a part.
+results/accuracy.csv and results/radius.csv within a few minutes;
+tests/ch07/test_studies.py repeats a part.
 
 Fifty chips of 21 x 21, radius 3, gain 0.9, noise 15: on strong corners (`picked`), or
 anywhere (`random`). Errors are of what `register` accepts without refinement, the same
@@ -22,6 +22,7 @@ import numpy as np
 from skimage.registration import phase_cross_correlation
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import registration, simulate
 
 SHIFTS = {
@@ -181,17 +182,12 @@ def radii() -> Iterator[tuple]:
             )
 
 
-def write() -> None:
-    """Write both tables."""
-    pairs.write("radius", RADII, radii())
+if __name__ == "__main__":
+    study.write("ch07", "radius", RADII, radii())
     every = (
         row
         for blur in (pairs.BAND_LIMITED, pairs.ALIASED)
         for factor in SHIFTS
         for row in rows(blur, factor)
     )
-    pairs.write("accuracy", COLUMNS, every)
-
-
-if __name__ == "__main__":
-    write()
+    study.write("ch07", "accuracy", COLUMNS, every)

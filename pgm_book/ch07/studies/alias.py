@@ -1,7 +1,7 @@
 """What an alias does to a registration, by the fraction of the shift.
 
-``python -m pgm_book.ch07.studies.alias`` writes pgm_book/ch07/results/alias.csv
-within a minute; tests/registration/test_studies.py repeats a part.
+``python -m pgm_book.ch07.studies.alias`` writes results/alias.csv
+within a minute; tests/ch07/test_studies.py repeats a part.
 
 A wave of f > 0.5 cycles a pixel looks like one of 1 - f that runs the other way. Moved
 back by the shift s, it is not where it was but ahead by a phase of 2 pi s, whatever its
@@ -17,6 +17,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import registration
 
 FACTORS = (4, 6, 8)
@@ -54,11 +55,6 @@ def spread(x: np.ndarray) -> float:
     return registration.accuracy(x, x).spread_x
 
 
-def write() -> None:
-    """Write the whole table."""
-    every = (row for f in FACTORS for blur in BLURS for row in rows(f, blur))
-    pairs.write("alias", COLUMNS, every)
-
-
 if __name__ == "__main__":
-    write()
+    every = (row for f in FACTORS for blur in BLURS for row in rows(f, blur))
+    study.write("ch07", "alias", COLUMNS, every)

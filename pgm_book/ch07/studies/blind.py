@@ -1,7 +1,7 @@
 """What a matcher that knows nothing reports, and one that is shown other ground.
 
-``python -m pgm_book.ch07.studies.blind`` writes pgm_book/ch07/results/blind.csv
-within seconds; tests/registration/test_studies.py repeats it.
+``python -m pgm_book.ch07.studies.blind`` writes results/blind.csv
+within seconds; tests/ch07/test_studies.py repeats it.
 
 The first draws each shift from the 49 places of radius 3, all alike. The second
 compares chips of the satellite image with ground more than 40 px away: a map of r is
@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import ncc
 
 PAPER = 286  # 50 times 2.391652149^2 of Brahmantara 2015
@@ -81,10 +82,5 @@ def rows() -> Iterator[tuple[str, str, str]]:
     yield "other ground: share with r of 0.8", "", f"{np.mean(r >= 0.8):.4f}"
 
 
-def write() -> None:
-    """Write the table."""
-    pairs.write("blind", COLUMNS, rows())
-
-
 if __name__ == "__main__":
-    write()
+    study.write("ch07", "blind", COLUMNS, rows())

@@ -1,15 +1,11 @@
 """Pairs of ortho images with known truth for the experiments of chapter 7."""
 
-import csv
-from collections.abc import Iterable, Sequence
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from pgm_lab import datasets, matching, simulate
 
-RESULTS = Path(__file__).parents[2] / "data" / "results"
 NUMBER = 50  # chips of a pair, as in Brahmantara 2015
 CHIP, RADIUS = 21, 3
 MARGIN = 30  # px from the edges of the image, further than any chip here is sought
@@ -50,12 +46,3 @@ def on_grid(reference: np.ndarray, step: int = CHIP) -> np.ndarray:
     """Chips side by side."""
     at = [np.arange(MARGIN, n - MARGIN, float(step)) for n in reference.shape[::-1]]
     return np.stack(np.meshgrid(*at), axis=-1).reshape(-1, 2)
-
-
-def write(name: str, columns: Sequence[str], rows: Iterable[Sequence]) -> None:
-    """Write a table of chapter 7, once all its rows are there."""
-    rows = list(rows)
-    with (RESULTS / f"chapter7_{name}.csv").open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)

@@ -1,8 +1,8 @@
 """Predicted and sampled standard deviations of shifts, and the pair without a shift.
 
 ``python -m pgm_book.ch07.studies.precision`` writes
-pgm_book/ch07/results/precision.csv and chapter7_null.csv in a few minutes;
-tests/registration/test_studies.py repeats a part.
+results/precision.csv and results/null.csv in a few minutes;
+tests/ch07/test_studies.py repeats a part.
 
 Repeated with new noise, a shift scatters (`sampled`) about a mean that need not be the
 truth (`bias`, RMS over the chips): an alias, or a bias of the parabola, is the same
@@ -18,9 +18,10 @@ chips: `explained` is the share of the variance of the differences that goes wit
 from collections.abc import Iterator
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import datasets, registration, simulate
 
 REPEATS = 60
@@ -132,11 +133,11 @@ def by_gradients(degree: int) -> tuple[np.ndarray, np.ndarray, float]:
 
 def slopes(grey: np.ndarray) -> list[np.ndarray]:
     """Derivatives by column and row of the cubic spline through the pixels."""
-    c = ndimage.spline_filter(grey, mode="mirror")
+    c = scipy.ndimage.spline_filter(grey, mode="mirror")
     value, slope = np.array([1, 4, 1]) / 6, np.array([-1, 0, 1]) / 2
     return [
-        ndimage.correlate1d(
-            ndimage.correlate1d(c, slope, along, mode="mirror"),
+        scipy.ndimage.correlate1d(
+            scipy.ndimage.correlate1d(c, slope, along, mode="mirror"),
             *(value, 1 - along),
             mode="mirror",
         )
@@ -144,11 +145,6 @@ def slopes(grey: np.ndarray) -> list[np.ndarray]:
     ]
 
 
-def write() -> None:
-    """Write both tables."""
-    pairs.write("null", NULL, null())
-    pairs.write("precision", COLUMNS, rows())
-
-
 if __name__ == "__main__":
-    write()
+    study.write("ch07", "null", NULL, null())
+    study.write("ch07", "precision", COLUMNS, rows())

@@ -1,8 +1,8 @@
-"""Is r accuracy? Chips accepted by r, and by other tests, right ones and wrong ones.
+"""Whether r is accuracy: chips accepted by r and by other tests, right and wrong.
 
-``python -m pgm_book.ch07.studies.r`` writes pgm_book/ch07/results/tests.csv,
-chapter7_r_and_error.csv and chapter7_beyond.csv within a minute;
-tests/registration/test_studies.py repeats a part.
+``python -m pgm_book.ch07.studies.r`` writes results/tests.csv,
+results/r_and_error.csv and results/beyond.csv within a minute;
+tests/ch07/test_studies.py repeats a part.
 
 Chips 21 x 21 side by side, radius 3, refined by a parabola. A chip is wrong by more
 than 1 px, in column or row. Tests: r at least, the second peak over the first at most,
@@ -17,9 +17,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import rankdata, spearmanr
+import scipy
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 from pgm_lab import ncc, registration, simulate
 
 WRONG = 1.0  # px
@@ -140,7 +141,7 @@ def area(c: Chips, test: str) -> float:
         "border": ~c.border,
         "status": c.status == "accepted",
     }[test].astype(float)
-    rank = rankdata(np.where(np.isfinite(score), score, -np.inf))
+    rank = scipy.stats.rankdata(np.where(np.isfinite(score), score, -np.inf))
     right, wrong = np.sum(~c.wrong), np.sum(c.wrong)
     if not right or not wrong:
         return np.nan
@@ -161,12 +162,15 @@ def rows(condition: str) -> Iterator[tuple]:
 
 
 def correlations(condition: str) -> Iterator[tuple]:
-    """Rows of the second table: does r go with the shift, or with the error?"""
+    """Rows of the second table: whether r goes with the shift, or with the error."""
     c = chips(condition)
     for which, k in (("right", ~c.wrong), ("all", np.ones(len(c.r), bool))):
         if k.any():
             medians = (np.median(v[k]) for v in (c.r, c.shift, c.error))
-            ranks = (spearmanr(c.r[k], v[k]).statistic for v in (c.shift, c.error))
+            ranks = (
+                scipy.stats.spearmanr(c.r[k], v[k]).statistic
+                for v in (c.shift, c.error)
+            )
             yield (condition, which, k.sum(), *map(number, (*medians, *ranks)))
 
 
@@ -204,13 +208,8 @@ def number(value: float) -> str:
     return f"{value:.3f}" if np.isfinite(value) else ""
 
 
-def write() -> None:
-    """Write the tables."""
-    pairs.write("tests", COLUMNS, (row for c in CONDITIONS for row in rows(c)))
-    both = (row for c in CONDITIONS for row in correlations(c))
-    pairs.write("r_and_error", CORRELATIONS, both)
-    pairs.write("beyond", FAR, beyond())
-
-
 if __name__ == "__main__":
-    write()
+    study.write("ch07", "tests", COLUMNS, (row for c in CONDITIONS for row in rows(c)))
+    both = (row for c in CONDITIONS for row in correlations(c))
+    study.write("ch07", "r_and_error", CORRELATIONS, both)
+    study.write("ch07", "beyond", FAR, beyond())

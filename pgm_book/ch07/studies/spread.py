@@ -1,7 +1,7 @@
-"""Is a measure with a larger standard deviation over the search the safer one?
+"""Whether a measure with a larger standard deviation over the search is safer.
 
-``python -m pgm_book.ch07.studies.spread`` writes pgm_book/ch07/results/spread.csv
-within a minute; tests/registration/test_studies.py repeats a part.
+``python -m pgm_book.ch07.studies.spread`` writes results/spread.csv
+within a minute; tests/ch07/test_studies.py repeats a part.
 
 Chips 21 x 21 side by side, radius 3, a shift of whole pixels: a match is right when the
 highest of the 49 values stands at the shift. Pearson's r beside the sum of products
@@ -17,9 +17,10 @@ wrong one (0.5: nothing, 1: all), `area_highest` the same of the highest value.
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy.stats import rankdata
+import scipy
 
 from pgm_book.ch07.studies import pairs
+from pgm_book.common import study
 
 FACTOR, SHIFT = 2, (2, -4)  # 1 px and -2 px
 CONDITIONS: dict[str, dict[str, float]] = {
@@ -59,7 +60,7 @@ def differences(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def ranks(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Pearson's r of the ranks of the grey values (Spearman)."""
-    return pearson(rankdata(x, axis=-1), rankdata(y, axis=-1))
+    return pearson(scipy.stats.rankdata(x, axis=-1), scipy.stats.rankdata(y, axis=-1))
 
 
 MEASURES: dict[str, Callable] = {
@@ -123,13 +124,9 @@ def area(score: np.ndarray, right: np.ndarray) -> str:
     n, m = np.sum(right), np.sum(~right)
     if not n or not m:
         return ""
-    return f"{(rankdata(score)[right].sum() - n * (n + 1) / 2) / (n * m):.3f}"
-
-
-def write() -> None:
-    """Write the whole table."""
-    pairs.write("spread", COLUMNS, (row for c in CONDITIONS for row in rows(c)))
+    ranks = scipy.stats.rankdata(score)[right].sum()
+    return f"{(ranks - n * (n + 1) / 2) / (n * m):.3f}"
 
 
 if __name__ == "__main__":
-    write()
+    study.write("ch07", "spread", COLUMNS, (row for c in CONDITIONS for row in rows(c)))

@@ -1,7 +1,7 @@
 """What dense matching finds, beside another program and with other settings.
 
-``python -m pgm_book.ch08.studies.matching`` writes pgm_book/ch08/results/matching.csv
-and chapter8_matching_size.csv within a few minutes; tests/stereo/test_matching_study.py
+``python -m pgm_book.ch08.studies.matching`` writes results/matching.csv
+and results/matching_size.csv within a few minutes; tests/ch08/test_matching_study.py
 repeats a part.
 
 A cell is right within 1 px of the true disparity. Scenes: "open" and "objects", ground
@@ -15,21 +15,19 @@ threshold that the threshold costs. SGBM is OpenCV's `StereoSGBM`, with the sett
 its sample and windows of 5 x 5.
 """
 
-import csv
 import time
 import tracemalloc
 from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 
 import cv2
 import numpy as np
 
+from pgm_book.common import study
 from pgm_lab import datasets, simulate, stereo
 from pgm_lab.camera import measured
 from pgm_lab.camera.imaging import attitude
 
-RESULTS = Path(__file__).parents[1] / "results"
 NEAR = 2.3  # m
 COLUMNS = (
     *("scene", "method", "window", "threshold", "levels", "refine"),
@@ -258,14 +256,6 @@ def sizes() -> Iterator[tuple]:
     cv2.setNumThreads(threads)
 
 
-def write(name: str, columns: tuple[str, ...], lines: Iterator[tuple]) -> None:
-    """Write one table."""
-    with open(RESULTS / f"chapter8_{name}.csv", "w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(lines)
-
-
 if __name__ == "__main__":
-    write("matching", COLUMNS, table())
-    write("matching_size", SIZES, sizes())
+    study.write("ch08", "matching", COLUMNS, table())
+    study.write("ch08", "matching_size", SIZES, sizes())

@@ -1,7 +1,7 @@
-"""How good are surface and terrain, in the open, under trees and on buildings?
+"""How good surface and terrain are, in the open, under trees and on buildings.
 
-``python -m pgm_book.ch08.studies.terrain`` writes pgm_book/ch08/results/terrain.csv
-within some minutes; tests/stereo/test_terrain_study.py repeats a part.
+``python -m pgm_book.ch08.studies.terrain`` writes results/terrain.csv
+within some minutes; tests/ch08/test_terrain_study.py repeats a part.
 
 A pair of `simulate.aerial_pair` is matched, gridded and filtered, and each height is
 compared with the truth of its cell, by zone of the landscape and by what stands there.
@@ -15,17 +15,15 @@ height; errors are in m. `predicted` is the root mean square of sigma_Z of the m
 points that lie there.
 """
 
-import csv
 from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
 
+from pgm_book.common import study
 from pgm_lab import simulate, stereo
 from pgm_lab.simulate.landscape import BUILDING, OPEN, TREE, ZONES
 
-FILE = Path(__file__).parents[1] / "results" / "terrain.csv"
 PART, SAMPLE = (1800, 1300), (300, 220)  # pixels
 CELL = 0.5  # m
 KINDS = {
@@ -100,14 +98,6 @@ def _places(land, X, Y) -> dict[tuple[str, str], np.ndarray]:  # type: ignore[no
     return {(z, k): zones[z] & of_kind[k] for z in zones for k in of_kind}
 
 
-def write() -> None:
-    """Write the whole table."""
-    found = [row for part in (SAMPLE, PART) for row in rows(part)]
-    with FILE.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(found)
-
-
 if __name__ == "__main__":
-    write()
+    both = (row for part in (SAMPLE, PART) for row in rows(part))
+    study.write("ch08", "terrain", COLUMNS, both)

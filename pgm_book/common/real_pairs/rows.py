@@ -23,7 +23,7 @@ from pgm_book.common.real_pairs.pairs import (
     subjects,
 )
 from pgm_lab import datasets, lsm, matching, ncc
-from pgm_lab.matching._quality import RECOMMENDED, quality
+from pgm_lab.matching import RECOMMENDED_QUALITY, quality
 
 Row = tuple[str, str, str]  # what, pair, figures
 
@@ -286,7 +286,7 @@ def _wrong(pair: Stereo, how: str, points: np.ndarray) -> Row:
     truth = pair.truth(points)
     points, truth = (v[~np.isnan(truth[:, 0])] for v in (points, truth))
     e_ncc, e_lsm, q = errors_and_quality(pair, points, truth)
-    kept = q >= RECOMMENDED
+    kept = q >= RECOMMENDED_QUALITY
     return (
         f"wrong, {how}",
         f"{pair.name}, {len(points)}",
@@ -311,16 +311,16 @@ def errors_and_quality(
     return distance(start, truth), distance(found.points, truth)[k], q[k]
 
 
-def one_door(folder: Path) -> Iterator[Row]:
+def one_call(folder: Path) -> Iterator[Row]:
     """200 points by `matching.match`, photos turned by 10 degrees, scale 1.2."""
     pairs = [rephotographed(n, s, 10, 1.2) for n, s in subjects(folder).items()]
     for pair in pairs + graffiti(folder):
         found = matching.match(pair.left, pair.right)
         error = distance(found.points, pair.truth(found.chosen))
         k = found.accepted
-        kept = k & (found.quality >= RECOMMENDED)
+        kept = k & (found.quality >= RECOMMENDED_QUALITY)
         yield (
-            "one door, 200 points",
+            "one call, 200 points",
             f"{pair.name}{'' if pair.name == 'graffiti' else ' (made)'}",
             f"{(error <= 1).sum()} right, {(error > 1).sum()} wrong; quality keeps"
             f" {kept.sum()}, {(error[kept] > 1).sum()} wrong",
@@ -426,6 +426,6 @@ ROWS = {
     "masked": no_data,
     "stereobm": rows_like_stereobm,
     "wrong": wrong_ones,
-    "door": one_door,
+    "call": one_call,
     "curve": curve,
 }

@@ -18,6 +18,8 @@ from docutils import nodes
 from sphinx import addnodes
 from sphinx.application import Sphinx
 
+import pgm_book.common
+import pgm_book.program
 import pgm_lab
 from pgm_book.common import ledger
 
@@ -31,7 +33,7 @@ def write(folder: Path) -> list[str]:
     target.mkdir()
     pages = []
     for room in rooms():
-        name = room.__name__.removeprefix("pgm_lab.")
+        name = _page_of(room)
         (target / f"{name}.rst").write_text(page(room), encoding="utf-8")
         pages.append(f"reference/{name}")
     return pages
@@ -41,7 +43,7 @@ def write(folder: Path) -> list[str]:
 def public_names() -> dict[str, str]:
     """Return the page of each public function and class by its full name."""
     return {
-        f"{module.__name__}.{name}": f"reference/{_room_of(module)}"
+        f"{module.__name__}.{name}": f"reference/{_page_of(module)}"
         for room in rooms()
         for module, names in contents(room).items()
         for name in names
@@ -71,8 +73,15 @@ def thing(name: str) -> object:
 
 
 def rooms() -> list[ModuleType]:
-    """Return the public modules and folders directly in the package."""
-    return _modules(pgm_lab)
+    """Return what is public in the library, what lessons share, and the ledger's."""
+    shared = [*_modules(pgm_book.common), *_modules(pgm_book.program)]
+    named = {name.rpartition(".")[0] for name in _in_ledger()}
+    lessons = sorted(name for name in named if name.startswith("pgm_book.ch"))
+    return [
+        *_modules(pgm_lab),
+        *(one for one in shared if "real_pairs" not in one.__name__),
+        *map(importlib.import_module, lessons),
+    ]
 
 
 def contents(room: ModuleType) -> dict[ModuleType, list[str]]:
@@ -146,8 +155,10 @@ def _modules(package: ModuleType) -> list[ModuleType]:
     ]
 
 
-def _room_of(module: ModuleType) -> str:
-    return module.__name__.split(".")[1]
+def _page_of(module: ModuleType) -> str:
+    """Return the name of the page that has a module: a room of the library has one."""
+    package, room, *_ = module.__name__.split(".")
+    return room if package == "pgm_lab" else module.__name__
 
 
 def setup(app: Sphinx) -> None:
@@ -168,7 +179,9 @@ def as_written(app, what, name, thing, *_) -> tuple[str, str] | None:
     for node in ast.walk(tree):
         # The full name of a class of ours, so that it becomes a link.
         meant = written_in.get(node.id) if isinstance(node, ast.Name) else None
-        if inspect.isclass(meant) and meant.__module__.startswith("pgm_lab."):
+        if inspect.isclass(meant) and meant.__module__.startswith(
+            ("pgm_lab.", "pgm_book.")
+        ):
             node.id = f"{meant.__module__}.{meant.__qualname__}"
     if isinstance(tree, ast.FunctionDef):
         returns = ast.unparse(tree.returns) if tree.returns else ""
@@ -200,7 +213,7 @@ def keep_types(app: Sphinx, tree: nodes.document) -> None:
 
 def lead_back(app: Sphinx, page: str, _template: str, context: dict, *_) -> None:
     """Lead each listing back to its entry: Sphinx takes one room or module for all."""
-    if not page.startswith("_modules/pgm_lab/"):
+    if not page.startswith(("_modules/pgm_lab/", "_modules/pgm_book/")):
         return
     module = page.removeprefix("_modules/").replace("/", ".")
 

@@ -6,6 +6,8 @@ to 0.42 cycles a pixel, finds the grey values between the pixels. Both steps are
 and the same everywhere: together they are two short filters.
 """
 
+import functools
+
 import cv2
 import numpy as np
 import scipy
@@ -21,10 +23,10 @@ def coefficients(image: np.ndarray) -> np.ndarray:
     In single precision, which is a ten millionth of the contrast: take the mean off.
     """
     image = image.astype(np.float32)
-    across = cv2.merge([_filter(image, kernel[None]) for kernel in KERNELS])
+    across = cv2.merge([_filter(image, kernel[None]) for kernel in kernels()])
     across = across.reshape(len(image), -1)  # pixel, half, pixel, half, ...
     both = np.empty((2 * len(image), across.shape[1]), np.float32)
-    for half, kernel in enumerate(KERNELS):
+    for half, kernel in enumerate(kernels()):
         both[half::2] = _filter(across, kernel[:, None])
     return both
 
@@ -38,7 +40,7 @@ def inner_coefficients(parts: np.ndarray) -> np.ndarray:
     size = parts.shape[1]
     inner = np.arange(size - 2 * RADIUS)
     K = np.zeros((2 * len(inner), size), np.float32)
-    for half, kernel in enumerate(KERNELS):
+    for half, kernel in enumerate(kernels()):
         for i, weight in enumerate(kernel):
             K[2 * inner + half, inner + half + i] = weight
     holes = np.isnan(parts)
@@ -70,7 +72,8 @@ def sample_gradient(fine: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarra
 def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives by x and y of the quintic spline through the pixels, at them."""
     image = image.astype(np.float32)
-    return _filter(image, DERIVATIVE[None]), _filter(image, DERIVATIVE[:, None])
+    kernel = derivative_kernel()
+    return _filter(image, kernel[None]), _filter(image, kernel[:, None])
 
 
 def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -78,8 +81,9 @@ def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
     One on a pixel, least in the middle between four: interpolation averages.
     """
-    at = np.linspace(0, 1, len(GAIN))
-    return np.interp(x % 1, at, GAIN) * np.interp(y % 1, at, GAIN)
+    values = gain()
+    at = np.linspace(0, 1, len(values))
+    return np.interp(x % 1, at, values) * np.interp(y % 1, at, values)
 
 
 def derivative_gain(smooth: float) -> float:
@@ -87,11 +91,12 @@ def derivative_gain(smooth: float) -> float:
 
     Smoothed by a Gaussian of this standard deviation in pixels; 0 is not smoothed.
     """
+    kernel = derivative_kernel()
     if not smooth:
-        return float(DERIVATIVE @ DERIVATIVE)
+        return float(kernel @ kernel)
     reach = np.arange(-np.ceil(4 * smooth), np.ceil(4 * smooth) + 1)
     gauss = np.exp(-(reach**2) / (2 * smooth**2))
-    both = np.convolve(DERIVATIVE, gauss)
+    both = np.convolve(kernel, gauss)
     return float(both @ both / (gauss @ gauss))
 
 
@@ -102,7 +107,8 @@ def _filter(image: np.ndarray, kernel: np.ndarray) -> np.ndarray:
     return cv2.filter2D(image, -1, kernel, anchor=anchor, borderType=BORDER)
 
 
-def _kernels() -> tuple[np.ndarray, np.ndarray]:
+@functools.cache
+def kernels() -> tuple[np.ndarray, np.ndarray]:
     """Filters for the coefficients on the pixels, and on the halves after them."""
     halves = np.arange(-RADIUS, RADIUS) + 0.5
     sinc = np.sinc(halves) * np.i0(WINDOW * np.sqrt(1 - (halves / RADIUS) ** 2))
@@ -116,7 +122,8 @@ def _kernels() -> tuple[np.ndarray, np.ndarray]:
     return on / on.sum(), between / between.sum()
 
 
-def _derivative() -> np.ndarray:
+@functools.cache
+def derivative_kernel() -> np.ndarray:
     """Filter that differentiates the quintic spline through the pixels, at them.
 
     It loses what lies above 0.35 cycles a pixel, which in real images is noise.
@@ -128,19 +135,15 @@ def _derivative() -> np.ndarray:
     return response[16 - RADIUS : 17 + RADIUS][::-1].copy()
 
 
-def _gain(steps: int = 32) -> np.ndarray:
+@functools.cache
+def gain(steps: int = 32) -> np.ndarray:
     """Sum of the squared weights of the pixels at 0, 1/steps, ..., 1 px after one."""
     n = 4 * RADIUS + 1
     impulse = np.zeros((1, n))
     impulse[0, n // 2] = 1
     spline = np.zeros(2 * n)
-    spline[0::2] = _filter(impulse, KERNELS[0][None])[0]
-    spline[1::2] = _filter(impulse, KERNELS[1][None])[0]
+    spline[0::2] = _filter(impulse, kernels()[0][None])[0]
+    spline[1::2] = _filter(impulse, kernels()[1][None])[0]
     x = np.arange(RADIUS, n - RADIUS - 1)[:, None] + np.linspace(0, 1, steps + 1)
     weights = scipy.ndimage.map_coordinates(spline, [2 * x], order=3, prefilter=False)
     return (weights**2).sum(axis=0)
-
-
-KERNELS = _kernels()
-DERIVATIVE = _derivative()
-GAIN = _gain()

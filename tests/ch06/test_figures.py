@@ -1,0 +1,186 @@
+"""Figures of chapter 6 and its case are drawn as the notebooks do; their words hold."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pgm_book.ch06 import case_figures, published
+from pgm_book.ch06 import figures as of_lesson
+from pgm_lab import bundle, plot
+
+NETWORK = published.network()
+EXTERIORS, POINTS = NETWORK.exteriors, NETWORK.points
+POSITIONS = np.concatenate([EXTERIORS[:, :3], POINTS])
+
+
+@pytest.fixture(scope="module")
+def found():
+    return bundle.adjust(NETWORK)
+
+
+LINE = np.array([0.1331, 3e-4, 3.1e-4])
+DRAWN = [
+    (of_lesson.ray, (), "the target has 3, the photo 6, the camera 10"),
+    (of_lesson.lens_grids, (), "K1 pulls the corners outwards"),
+    (of_lesson.zeros, (NETWORK.photo, NETWORK.point), "214 unknowns"),
+    (of_lesson.motions, (EXTERIORS, POINTS), "shifts in X, Y and Z, rotations"),
+    (
+        of_lesson.wrong_control,
+        (np.array([0, 1.0]), np.array([0.02, 0.02]), np.array([0.02, 0.35])),
+        "up to 1 mm: the true error of the points grows to 0.35 mm, their standard"
+        " deviation stays at 0.02 mm",
+    ),
+    (
+        case_figures.by_photo,
+        ({"start": np.array([0.13, 0.2]), "adjusted": np.array([3e-4, 2e-4])},),
+        "start 1.3e+02 to 2e+02 µm; adjusted 0.2 to 0.3 µm",
+    ),
+    (case_figures.steps, ({"sign": LINE, "none": LINE},), "None, short and 2 P1 xy"),
+    (
+        case_figures.networks,
+        ({"A: as taken": (EXTERIORS, POINTS), "B": (EXTERIORS[:5], POINTS)},),
+        "A: as taken; B.",
+    ),
+    (
+        case_figures.precisions,
+        ({"A": (20.0, 15, 14), "B": (np.nan, 3, 4)},),
+        "A: 20, 15, 14; B: nan, 3, 4.",
+    ),
+    (
+        case_figures.scatter,
+        ({"c": 1.02, "stations": 0.98}, 2000),
+        "2000 simulated networks over the predicted standard deviation, between 0.98",
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("draw", "arguments", "words"), DRAWN, ids=[d[0].__name__ for d in DRAWN]
+)
+def test_figure_says_what_it_shows(draw, arguments, words, alt_of):
+    assert words in alt_of(draw, *arguments)
+
+
+def test_result_of_an_adjustment_is_drawn(found, alt_of, figures):
+    assert "below 1 micrometre up to 6" in alt_of(of_lesson.curve, found)
+    assert "photos 2, 6 and 7" in alt_of(case_figures.left_over, found)
+    assert len(figures) == 2
+
+
+def test_sliders_say_where_the_corner_goes(monkeypatch, alt_of):
+    monkeypatch.setattr(of_lesson, "interact", lambda draw, **_: draw(3, 0))
+    # K1 r² x of (10, 7.5) with 3e-4 per mm²
+    assert "the corner by (0.47, 0.35) mm" in alt_of(of_lesson.lens_by_hand)
+
+
+def test_photos_are_chosen_from_a_list(monkeypatch, alt_of, found):
+    given = {}
+    monkeypatch.setattr(of_lesson, "interact", lambda f, photos: given.update(draw=f))
+    of_lesson.which_photos(NETWORK)
+    sd = 1000 * found.sd_interior[0]
+    assert f"the standard deviation of c is {sd:.0f} mic" in alt_of(
+        given["draw"], tuple(range(1, 10))
+    )
+    assert "these photos do not do" in alt_of(given["draw"], (3,))
+
+
+def test_the_share_of_zeros_is_that_of_the_normal_matrix(found, figures):
+    of_lesson.zeros(NETWORK.photo, NETWORK.point)
+    image = figures[0][0].axes[0].images[0].get_array()
+    # 10 x 214 twice less 10 x 10, the blocks of photos and points, rays
+    filled = 2 * 10 * 214 - 100 + 9 * 36 + 50 * 9 + 2 * 54 * 150
+    assert np.sum(image) == filled
+    assert f"{100 * (1 - filled / 214**2):.0f} per cent" in figures[0][1]
+
+
+def test_motions_are_the_derivatives_of_similarity_transformations():
+    points, centre, h = POINTS[:5], np.array([10.0, -20.0, 5.0]), 1e-6
+    found = bundle.motions(points, centre)
+    for axis in range(3):
+        unit = np.eye(3)[axis]
+        np.testing.assert_array_equal(found[axis], np.tile(unit, (5, 1)))
+        there, back = (
+            Rotation.from_rotvec(sign * h * unit).apply(points - centre)
+            for sign in (1, -1)
+        )
+        # Central differences: h^2 in the model, eps / h of 2000 mm in the rounding
+        np.testing.assert_allclose(found[3 + axis], (there - back) / (2 * h), atol=1e-5)
+    np.testing.assert_allclose(found[6], points - centre)
+
+
+def test_each_of_the_seven_panels_shows_its_motion(figures):
+    of_lesson.motions(EXTERIORS, POINTS)
+    fig = figures[0][0]
+    assert tuple(text.get_text() for text in fig.texts[:7]) == of_lesson.MOTIONS
+    middle = (EXTERIORS[:, :3].mean(axis=0) + POINTS.mean(axis=0)) / 2
+    expected = bundle.motions(POSITIONS, middle)
+    longest = 0.24 * np.ptp(POSITIONS, axis=0).max()
+    for ax, motion in zip(fig.axes[:-1], expected, strict=True):
+        # The arrows of the cameras were drawn last, from the tip, the heads afterwards
+        tips, tails = np.array(
+            [s[:2] for s in ax.collections[-1]._segments3d[:9]]
+        ).swapaxes(0, 1)
+        np.testing.assert_allclose(tails, EXTERIORS[:, :3], atol=1e-9)
+        scale = longest / np.linalg.norm(motion, axis=1).max()
+        np.testing.assert_allclose(
+            tips - tails, scale * motion[:9], atol=1e-9 * longest
+        )
+    words = {text.get_text(): text.get_color() for text in fig.texts[7:]}
+    assert words == {"cameras": plot.RED, "points": plot.BLUE}
+
+
+def test_bars_reach_the_residuals_of_their_photo_in_micrometres(figures):
+    rms = {
+        "start": np.array([0.13, 0.2, 0.09]),
+        "adjusted": np.array([3e-4, 2e-4, 4e-4]),
+    }
+    case_figures.by_photo(rms)
+    (ax,) = figures[0][0].axes
+    tops = [bar.get_y() + bar.get_height() for bar in ax.patches]
+    np.testing.assert_allclose(tops, [130, 200, 90, 0.3, 0.2, 0.4])
+    middles = [bar.get_x() + bar.get_width() / 2 for bar in ax.patches]
+    np.testing.assert_allclose(np.round(middles), [0, 1, 2, 0, 1, 2])
+    assert len(set(np.round(middles, 6))) == 6  # side by side
+
+
+def test_singular_values_below_the_limit_are_hollow(figures):
+    s = np.array([1e5, 1e2, 10.0, 1e-3, 0.0])
+    case_figures.kept({"N": s, "scaled": np.array([1.0, 0.5])}, 1.0)
+    (ax,) = figures[0][0].axes
+    kept, lost, line, scaled, _ = ax.lines
+    np.testing.assert_array_equal(kept.get_data(), [(1, 2, 3), (1e5, 1e2, 10)])
+    np.testing.assert_array_equal(lost.get_data(), [(4,), (1e-3,)])  # log has no 0
+    assert lost.get_markerfacecolor() == "none"
+    assert set(line.get_ydata()) == {1.0}
+    np.testing.assert_array_equal(scaled.get_ydata(), (1, 0.5))
+    names = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert names == ["N: 3 of 5 kept", "scaled"]
+
+
+def test_band_holds_the_standard_deviations_of_so_many_samples(figures):
+    case_figures.scatter({"c": 1.1, "X0": 0.9}, 200)
+    (ax,) = figures[0][0].axes
+    sampled = next(line for line in ax.lines if line.get_label() == "sampled")
+    np.testing.assert_allclose(sampled.get_ydata(), (1.1, 0.9))
+    (_, low), (_, high) = ax.patches[0].get_bbox().get_points()
+    samples = np.random.default_rng(1).normal(size=(20_000, 200))
+    expected = np.quantile(samples.std(axis=1, ddof=1), (0.025, 0.975))
+    # 20,000 repetitions know such a quantile to 0.001 of the standard deviation
+    np.testing.assert_allclose((low, high), expected, atol=0.004)
+
+
+def test_time_and_memory_stand_over_the_rays_of_their_network(figures):
+    seconds = {"pgm_lab": [0.01, 0.7, 2.0], "another": [0.003, 1.4, 4.0]}
+    rays, megabytes = [450, 8e4, 2e5], [3, 140, 330]
+    case_figures.speed(rays, seconds, megabytes, list("abc"))
+    (fig, alt), *_ = figures
+    left, right = fig.axes
+    for line, (name, values) in zip(left.lines, seconds.items(), strict=True):
+        assert line.get_label() == name
+        np.testing.assert_array_equal(line.get_xydata().T, (rays, values))
+    (line,) = right.lines
+    np.testing.assert_array_equal(line.get_xydata().T, (rays, megabytes))
+    assert line.get_color() == left.lines[0].get_color()  # whose memory it is
+    places = {text.get_text(): text.xy for text in right.texts}
+    assert places == dict(zip("abc", zip(rays, megabytes)))
+    assert "pgm_lab 2 s, another 4 s" in alt and "330 megabytes" in alt
