@@ -107,6 +107,22 @@ def test_a_window_across_a_depth_edge_is_worth_fewer_pixels_but_never_nonsense()
     assert np.median(found.effective_pixels[good]) < 441 / 2
 
 
+def test_sums_over_lags_count_each_pair_of_pixels_twice():
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 3, 2, 7, 7))
+    spaced = [_normal_equations._spaced(c.reshape(3, 2, 49), 49) for c in (a, b)]
+    found, n = _normal_equations._sums(*spaced, 49)
+    at = np.stack(np.mgrid[:7, :7][::-1], axis=-1).reshape(-1, 2)
+    apart = at[None] - at[:, None]
+    a, b = a.reshape(3, 2, 49), b.reshape(3, 2, 49)
+    for k, lag in enumerate(((0, 0), *_normal_equations.LAGS)):
+        pairs = np.all(apart == lag, axis=-1)
+        twice = 2 if k else 1
+        assert n[k, 0] == twice * pairs.sum()
+        expected = twice * np.einsum("mip,miq,pq->m", a, b, pairs)
+        np.testing.assert_allclose(found[k], expected, rtol=1e-4, atol=1e-4)
+
+
 def table():
     """The rows of the table that the script wrote."""
     return results.rows("ch03", "correlated")

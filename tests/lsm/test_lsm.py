@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _iteration, _normal_equations, half_pixels
 
 AFFINE = (3.3, 1.015, 0.02, -2.2, -0.025, 0.99)
 SOFT = simulate.texture(0.2, seed=4)
@@ -142,7 +142,7 @@ def test_normal_equations_with_h1_eliminated_solve_the_regression(radiometric):
     left, right = pair(sigma=3.0)
     pixels = np.array([(60, 70), (90, 50)])
     template = _normal_equations.templates(
-        left, _fine.gradient(left), pixels, 4, radiometric
+        left, half_pixels.gradient(left), pixels, 4, radiometric
     )
     rng = np.random.default_rng(5)
     B = left[70, 60] + rng.normal(0, 30, (2, 81))
@@ -338,3 +338,37 @@ def test_a_window_of_any_type_of_number_is_the_same_window(kind):
     p[:, [0, 3]] = start
     dense = lsm.adjust(left, right, points, p, kind(21))
     assert dense.residuals.shape == (2, 441) and set(dense.redundancy) == {433}
+
+
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+@pytest.mark.parametrize("stretch", [1.0, 1.3])
+def test_a_window_may_reach_to_the_outermost_pixel_centres_and_no_farther(
+    side, stretch
+):
+    rows, columns = 60, 80
+    half, side = 10, np.array(side)
+    reach = stretch * half
+    low, high = np.full(2, reach), np.array([columns - 1, rows - 1]) - reach
+    edge = np.where(side > 0, high, np.where(side < 0, low, (low + high) / 2))
+    T = np.tile(np.eye(2, 3, 1) * stretch, (2, 1, 1))
+    T[:, :, 0] = edge - 1e-9 * side, edge + 1e-3 * side
+    outside = _iteration.outside(T, half, (rows, columns))
+    np.testing.assert_array_equal(outside, [False, True])
+
+
+def test_a_match_whose_covariance_is_singular_is_none(monkeypatch):
+    precision = _normal_equations.precision
+
+    def singular_first(*given):
+        Q, sigma0, pixels, singular = precision(*given)
+        singular[0] = True
+        return Q, sigma0, pixels, singular
+
+    monkeypatch.setattr(_normal_equations, "precision", singular_first)
+    left, right = pair()
+    points = spread(4)
+    found = lsm.match(left, right, points, transformed(points))
+    np.testing.assert_array_equal(found.accepted, [False, True, True, True])
+    assert found.status[0] == "position not determined"
+    for values in (found.points, found.covariance, found.sigma0, found.parameters):
+        assert np.isnan(values[0]).all() and np.isfinite(values[1:]).all()

@@ -32,19 +32,6 @@ def test_fine_interpolation_errs_by_a_thousandth_of_the_contrast(cutoff, largest
     )
 
 
-def test_fine_interpolation_returns_constants_and_pixels():
-    image = np.full((40, 40), 300.0)
-    fine = half_pixels.coefficients(image)
-    x, y = np.random.default_rng(1).uniform(0, 39, (2, 100))
-    # The filters are normalised: no ripple of the window is left in a constant, but for
-    # the rounding of single precision
-    np.testing.assert_allclose(half_pixels.sample(fine, x, y), 300, rtol=1e-6)
-    image = image_of(SOFT)
-    y, x = np.mgrid[20:70, 20:70].astype(float)
-    found = half_pixels.sample(half_pixels.coefficients(image), x, y)
-    np.testing.assert_allclose(found, image[20:70, 20:70], rtol=0, atol=0.03)
-
-
 def test_gradients_are_those_of_the_texture():
     image = image_of(SOFT)
     points = inner_points()
@@ -169,59 +156,6 @@ def test_the_dense_adjustment_names_windows_that_leave_an_image():
         lsm.adjust(left, right, [(30, 30), (4, 30)], p)
     with pytest.raises(ValueError, match="parameters must be"):
         lsm.adjust(left, right, [(30, 30)], p)
-
-
-@pytest.mark.parametrize("radiometric", [True, False])
-def test_covariance_of_the_normal_equations_is_that_of_the_design_matrix(radiometric):
-    """At whole pixels interpolation leaves the noise as it is: sigma0^2 = vᵀv / r."""
-    half = 5
-    left, right = simulate.texture_pair(
-        SOFT, (60, 60), (0, 1, 0, 0, 0, 1), sigma=2.0, gain=1.0, seed=3
-    )
-    left, right = left - left.mean(), right - right.mean()
-    pixels = np.array([[30, 28], [25, 33]])
-    gradients = half_pixels.gradient(left)
-    template = _normal_equations.templates(left, gradients, pixels, half, radiometric)
-    windows = [
-        np.s_[y - half : y + half + 1, x - half : x + half + 1] for x, y in pixels
-    ]
-    B = np.array([right[w].ravel() for w in windows])
-    found = _normal_equations.solve(template, B)
-    T = np.zeros((2, 2, 3)) + np.eye(2, 3, 1)
-    T[:, :, 0] = pixels
-    C, sigma0, pixels, singular = _normal_equations.precision(
-        template, T, found, correlated=False
-    )
-    np.testing.assert_array_equal(pixels, 121)
-    assert not singular.any()
-    _, x, y = _normal_equations.window_grid(half)
-    u = 8 if radiometric else 6
-    for k, w in enumerate(windows):
-        gx, gy = (g[w].ravel() for g in gradients)
-        G = [gx, x * gx, y * gx, gy, x * gy, y * gy]
-        A = np.column_stack([*G, np.ones_like(gx), B[k]][:u])
-        observed = left[w].ravel() - (0 if radiometric else B[k])
-        solution, (vv,), *_ = np.linalg.lstsq(A, observed)
-        r = len(A) - u
-        assert sigma0[k] == pytest.approx(np.sqrt(vv / r), rel=1e-4)
-        h1 = solution[7] if radiometric else 1.0
-        # Noise in the design matrix: of each slope, and of each right grey value
-        of_slope = half_pixels.derivative_kernel() @ half_pixels.derivative_kernel()
-        E = of_slope * np.array(2 * [len(x), x @ x, y @ y])
-        E = np.diag([*E, 0, len(x)][:u] if radiometric else E)
-        pixel = vv / r / (1 + h1**2)
-        N, Q = A.T @ A, np.linalg.inv(A.T @ A)
-        # The other image adds its noise to each residual that a noisy column multiplies
-        other = pixel * np.diag([*6 * [h1**2], 0, 1][:u])
-        more = np.linalg.inv(N - pixel * E)
-        middle = vv / r * (N - pixel * E) + other @ (pixel * E)
-        whole = more @ middle @ more  # `precision` takes the first three terms
-        first = vv / r * Q
-        assert C[k].shape == (u, u)
-        at = np.ix_([0, 3], [0, 3])
-        rest = np.abs(whole - first)[at].max()
-        assert rest > 0
-        np.testing.assert_allclose(C[k][at], whole[at], rtol=0, atol=0.15 * rest)
 
 
 def test_without_radiometric_parameters_the_covariance_is_as_promised():

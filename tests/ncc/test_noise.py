@@ -80,3 +80,15 @@ def test_only_the_ratio_of_the_noise_is_used():
         for stated in ({}, {"noise": (3, 3)})
     )
     np.testing.assert_array_equal(default.covariance, equal.covariance)
+
+
+@pytest.mark.parametrize("noise", [(1, 0), (0.5, 1), (1, 1)])
+def test_shares_of_noise_make_the_correlation(noise):
+    """(1 - p)(1 - q) = r^2, p : q as the noise to the variances, none above 1."""
+    rng = np.random.default_rng(1)
+    left, right = rng.uniform(1, 1e4, (2, 50))
+    r = rng.uniform(0.2, 1, 50)
+    p, q = ncc._peak._shares(left, right, r, noise)
+    np.testing.assert_allclose((1 - p) * (1 - q), r**2, rtol=1e-9)
+    np.testing.assert_allclose(p * left * noise[1] ** 2, q * right * noise[0] ** 2)
+    assert np.all((p >= 0) & (q >= 0) & (p < 1) & (q < 1))

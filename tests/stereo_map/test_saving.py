@@ -84,7 +84,6 @@ def test_the_saved_file_is_taken_by_the_network_as_its_rows_are(ground, tmp_path
     [
         ("8,1,0.5,0.5,0.001,0.001", "points.csv, line 2: point 8 is not in points"),
         ("7,3,0.5,0.5,0.001,0.001", "points.csv, line 2: photo 3 is not in photos"),
-        ("7,1,0.5,0.5,0.001,0", "line 2: sy = 0: a standard deviation must be above"),
     ],
 )
 def test_a_wrong_line_of_a_file_is_named(tmp_path, line, message):
@@ -95,3 +94,10 @@ def test_a_wrong_line_of_a_file_is_named(tmp_path, line, message):
         bundle.Network.of(camera.Camera(35.0), photos, {7: (0, 0, -9)}, path)
     with pytest.raises(FileNotFoundError):
         bundle.Network.of(camera.Camera(35.0), photos, {7: (0, 0, -9)}, "none.csv")
+
+
+def test_observations_of_a_file_need_standard_deviations(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("7,1,0.5,0.5,0.001,0", encoding="utf-8")
+    with pytest.raises(ValueError, match="line 1: sy = 0: a standard deviation must"):
+        observations.read(path)
