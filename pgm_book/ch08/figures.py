@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from pgm_book.program.stereo import along_row
 from pgm_lab import _validate
+from pgm_lab._robust import nmad
 from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 from pgm_lab.plot import basic
@@ -356,7 +357,6 @@ def height_errors(error: ArrayLike, sigma: float) -> None:
     if not error.size:
         raise ValueError("error must have at least one number")
     far = 6 * sigma
-    nmad = 1.4826 * float(np.median(np.abs(error - np.median(error))))
     outside = 100 * float(np.mean(np.abs(error) > far))
     fig, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
     n, edges, _ = ax.hist(
@@ -370,8 +370,8 @@ def height_errors(error: ArrayLike, sigma: float) -> None:
     ax.legend(loc="upper left")
     basic.show(
         fig,
-        f"Histogram of the errors of {len(error)} heights, NMAD {nmad:.2f} m, with the"
-        f" predicted normal curve of standard deviation {sigma:.2f} m. {outside:.1f} %"
+        f"Histogram of the errors of {len(error)} heights, NMAD {nmad(error):.2f} m, with"
+        f" the predicted normal curve of standard deviation {sigma:.2f} m. {outside:.1f} %"
         " lie outside the axes.",
         colours=64,
     )
