@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 
-MAX_STRIP = 4_000_000  # pixels at a time
+STRIP = 4_000_000  # pixels at a time
 LSM_REACH = 10  # pixels around a template that `lsm.match` rests on, and one to spare
 SHRINK = 1.2  # by which the cells shrink until there are points enough
 
@@ -122,7 +122,7 @@ def _best_of_cells(
     """Best point (m, 2) of each square cell, and its texture (m,); strip by strip."""
     rows, columns = grey.shape
     border = template // 2 + LSM_REACH  # what the texture of a pixel rests on
-    at_once = max(1, MAX_STRIP // (columns * cell)) * cell
+    at_once = max(1, STRIP // (columns * cell)) * cell
     points, texture = [], []
     for top in range(0, rows, at_once):
         first, end = max(0, top - border), min(rows, top + at_once + border)
