@@ -7,6 +7,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab._robust import SD_OF_MAD
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class Centroid:
     sigma : ndarray (...)
         Standard deviation of the grey values that the covariance rests on.
     status : ndarray (...) of str
-        "ok"; "flat": no target stands out of the noise; "border": the target reaches
-        the edge of the window, a part of it is missing: take a larger window.
+        "ok"; "flat": nothing stands out of the noise; "border": part of the target is
+        outside, take a larger window.
     """
 
     position: np.ndarray
@@ -68,7 +69,6 @@ def centroid(
     Returns
     -------
     Centroid
-        Position, covariance, background, sigma and status of each window.
 
     Raises
     ------
@@ -78,13 +78,11 @@ def centroid(
 
     Notes
     -----
-    With weights w and W = sum(w), error propagation gives d x / d g_i = (x_i - x) / W.
-    The covariance holds for independent noise of equal size. It leaves out
-    that with a threshold the noise also decides which pixels count (with three sigma
-    the standard deviation holds to 15 per cent, and is too large by up to a half when
-    the window is five times as wide as the target), rounding to whole grey values,
-    uneven background, and that a circle seen at an angle is an ellipse whose centre is
-    not the image of the circle's centre.
+    With weights w and W = sum(w), error propagation gives d x / d g_i = (x_i - x) / W,
+    for independent noise of equal size. The covariance leaves out that with a threshold
+    the noise also decides which pixels count, rounding to whole grey values, uneven
+    background, and that a circle seen at an angle is an ellipse whose centre is not the
+    image of the circle's centre.
 
     References
     ----------
@@ -161,11 +159,9 @@ def _one_each(values: ArrayLike, name: str, shape: tuple[int, ...]) -> np.ndarra
 def _is_flat(
     total: np.ndarray, n: int, threshold: float, sigma: np.ndarray, ring_pixels: float
 ) -> np.ndarray:
-    """Whether n weights add up to no more than noise alone would.
-
-    The weights of n empty pixels have the sum `mean`, with the standard deviation
-    `sd`, in units of sigma; the level of the ring has an error of its own.
-    """
+    """Whether n weights add up to no more than noise alone would."""
+    # The weights of n empty pixels have the sum `mean`, with the standard deviation
+    # `sd`, in units of sigma; the level of the ring has an error of its own.
     if threshold == 0:
         mean, sd = 0.0, np.sqrt(n + n**2 / ring_pixels)
     else:
@@ -179,11 +175,9 @@ def _is_flat(
 
 
 def _is_cut(g: np.ndarray, ring: np.ndarray) -> np.ndarray:
-    """Whether a target reaches the ring: a quarter of its height, above all noise.
-
-    Median and median deviation, since the target would spoil mean and deviation.
-    """
+    """Whether a target reaches the ring: a quarter of its height, above all noise."""
+    # Median and median deviation, since the target would spoil mean and deviation
     outlying = np.abs(g - np.median(g[..., ring], axis=-1)[..., None, None])
     highest = outlying[..., ring].max(axis=-1)
-    noise = 1.4826 * np.median(outlying[..., ring], axis=-1)
+    noise = SD_OF_MAD * np.median(outlying[..., ring], axis=-1)
     return (highest > 6 * noise) & (highest > outlying.max(axis=(-2, -1)) / 4)

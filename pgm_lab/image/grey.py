@@ -121,10 +121,9 @@ def equalize(image: ArrayLike) -> np.ndarray:
 
     Notes
     -----
-    For 8 bits this is cv2.equalizeHist, which has no other depth.
-    skimage.exposure.equalize_hist does not take the darkest to 0, and puts floats into
-    256 bins. A pixel's new value depends on the whole image: the same point gets two
-    different values in two photos that show different things around it.
+    For 8 bits this is cv2.equalizeHist, which has no other depth. A pixel's new value
+    depends on the whole image: the same point gets two different values in two photos
+    that show different things around it.
 
     References
     ----------

@@ -92,13 +92,11 @@ def resample(
     Notes
     -----
     Bilinear reproduces a plane, cubic convolution a polynomial of degree two, the
-    splines those of degree three and five. Where cubic convolution and splines
-    reach beyond the image, it goes on as in a mirror, and this no longer holds.
-    A spline needs a pass over the whole image, however few the points.
-
-    Cubic convolution has smaller errors of the grey values than bilinear, but it moves
-    a soft texture as far, 0.013 px at most; a cubic spline moves it by 0.0007 px
-    (pgm_book/ch03/results/interpolation_bias.csv). Match with splines.
+    splines those of degree three and five; at the edge, where the image goes on as in a
+    mirror, this no longer holds. A spline needs a pass over the whole image, however
+    few the points. Match with splines: bilinear and cubic convolution move a soft
+    texture by up to 0.013 px, a cubic spline by 0.0007 px
+    (pgm_book/ch03/results/interpolation_bias.csv).
 
     References
     ----------
@@ -151,11 +149,7 @@ def weighted_sum(
     y: np.ndarray,
     weights: Callable[[np.ndarray], tuple[np.ndarray, list]],
 ) -> np.ndarray:
-    """Sum of the pixels around each point, weighted along columns and rows.
-
-    `weights` of a coordinate returns the first pixel that counts, and the weights of
-    this and the following ones.
-    """
+    """Sum of the pixels around each point; `weights`: the first, and those from it."""
     rows, columns = image.shape
     column, along_columns = weights(x)
     row, along_rows = weights(y)
@@ -171,10 +165,7 @@ def weighted_sum(
 
 
 def mirrored(index: np.ndarray, n: int) -> np.ndarray:
-    """Indices of a row of n pixels that goes on as in a mirror at both ends.
-
-    The outermost pixels are not repeated: -1 is 1, and n is n - 2.
-    """
+    """Indices of a row of n pixels that goes on as in a mirror: -1 is 1, n is n - 2."""
     if n == 1:
         return np.zeros_like(index)
     while True:

@@ -55,16 +55,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Found:
-    """Transformations T (m, 2, 3) and all that goes with them; NaN where not converged.
+    """Transformations and all that goes with them; NaN where not converged."""
 
-    `h` (m, 2) and Q (m, u, u), the covariance of (q, h0, h1), belong to grey values
-    less their `means` (m, 2), left and right.
-    """
-
-    T: np.ndarray
-    h: np.ndarray
-    Q: np.ndarray
-    means: np.ndarray
+    T: np.ndarray  # (m, 2, 3)
+    h: np.ndarray  # (m, 2) of grey values less their means
+    Q: np.ndarray  # (m, u, u) covariance of (q, h0, h1)
+    means: np.ndarray  # (m, 2) left and right
     sigma0: np.ndarray
     effective_pixels: np.ndarray
     r: np.ndarray
@@ -81,17 +77,18 @@ def at_once(half: int) -> int:
 def find(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
-    """Match the windows around left pixels (m, 2), from the transformations T.
-
-    A second attempt is made, where the first failed, from what blurred images tell:
-    there the texture is longer, and draws a window in from farther away.
-    """
+    """Match the windows around left pixels (m, 2), from the transformations T."""
+    # What failed gets a second attempt from where blurred images take it: there the
+    # texture is longer, and draws a window in from farther away.
     found = attempt(left, right, pixels, T, s)
     k = np.flatnonzero(np.isin(found.status, RETRIED))
     if not len(k):
         return found
-    start, arrived, n = from_afar(left, right, pixels[k], T[k], s)
+    template, means, _, status = _windows(left, right, pixels[k], T[k], s, BLUR)
+    goals = [(cv2.INTER_LINEAR, BLURRED_TOLERANCE)]
+    start, _, n = _iterate(template, right, means[:, 1], T[k], s, goals, status, BLUR)
     found.iterations[k] += n
+    arrived = status == "accepted"
     k, start = k[arrived], start[arrived]
     if not len(k):
         return found
@@ -113,15 +110,15 @@ def attempt(
     )
     good = np.flatnonzero(status == "accepted")
     template, last = take(template, good), take(last, good)
-    Q, sigma0, worth, singular = _normal_equations.precision(
+    Q, sigma0, effective, singular = _normal_equations.precision(
         template, T[good], last, s.noise, s.correlated, s.smooth
     )
     # Saturated pixels have no noise: they do not tell how large it is in the others
     k, u = template.rows.shape[2], Q.shape[1]
     n = textured[good]
     most = np.where(n < k, k * (n - u) / (k - u), np.inf)
-    Q *= np.maximum(worth / most, 1)[:, None, None]
-    worth = np.minimum(worth, most)
+    Q *= np.maximum(effective / most, 1)[:, None, None]
+    effective = np.minimum(effective, most)
     r = _normal_equations.correlation(template, last)
     status[good[~(np.abs(r) >= s.threshold)]] = "below threshold"
     status[good[singular]] = "position not determined"
@@ -134,18 +131,8 @@ def attempt(
         found[good] = values
         return found
 
-    h, Q, sigma0, worth, r = map(of_all, (last.h, Q, sigma0, worth, r))
-    return Found(T, h, Q, means, sigma0, worth, r, iterations, status)
-
-
-def from_afar(
-    left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Transformations (m, 2, 3) from blurred images, if they arrived, iterations."""
-    template, means, _, status = _windows(left, right, pixels, T, s, BLUR)
-    goals = [(cv2.INTER_LINEAR, BLURRED_TOLERANCE)]
-    T, _, iterations = _iterate(template, right, means[:, 1], T, s, goals, status, BLUR)
-    return T, status == "accepted", iterations
+    h, Q, sigma0, effective, r = map(of_all, (last.h, Q, sigma0, effective, r))
+    return Found(T, h, Q, means, sigma0, effective, r, iterations, status)
 
 
 def _windows(
@@ -156,12 +143,9 @@ def _windows(
     s: Settings,
     blur: float = 0.0,
 ) -> tuple[_normal_equations.Templates, np.ndarray, np.ndarray, np.ndarray]:
-    """Left windows around pixels (m, 2), and what is known of them before they move.
-
-    That is the means (m, 2) of both windows (counted from them, grey values keep more
-    digits), how many pixels have texture, and a status, which is that of a template
-    that cannot be matched; "not converged" of all others, for now.
-    """
+    """Left windows around pixels (m, 2), means, number of textured pixels, status."""
+    # The means (m, 2) are of both windows: counted from them, grey values keep more
+    # digits. The status is "not converged" of all that can be matched, for now.
     grey = cut(left, pixels, s.half + half_pixels.RADIUS + margin(blur))
     means = np.stack([grey.mean(axis=(1, 2))] * 2, axis=1)
     no_data = np.isnan(means[:, 0])
@@ -186,11 +170,8 @@ def _windows(
 
 
 def _textured(grey: np.ndarray) -> np.ndarray:
-    """How many pixels of windows (m, w, w) do not lie inside a saturated area.
-
-    Inside are those as bright as the brightest or as dark as the darkest one, and their
-    neighbours too.
-    """
+    """How many pixels of windows (m, w, w) do not lie inside a saturated area."""
+    # Inside: as bright as the brightest or as dark as the darkest, like all neighbours
     inside = np.zeros(grey.shape, bool)
     for extreme in (grey.max(axis=(1, 2)), grey.min(axis=(1, 2))):
         same = np.pad(
@@ -221,11 +202,9 @@ def _iterate(
     status: np.ndarray,
     blur: float = 0.0,
 ) -> tuple[np.ndarray, _normal_equations.Solution, np.ndarray]:
-    """Iterate from T (m, 2, 3), by one method of resampling to its goal, then the next.
-
-    Returns the transformations, the last solution and the numbers of iterations. The
-    status becomes "accepted" where the last goal was reached.
-    """
+    """Iterate from T (m, 2, 3), by one resampling to its goal, then by the next."""
+    # Returns the transformations, the last solution and the numbers of iterations. The
+    # status becomes "accepted" where the last goal was reached.
     T, first, half = T.copy(), T[:, :, 0].copy(), s.half
     grid = _normal_equations.window_grid(half)
     iterations = np.zeros(len(T), int)
@@ -300,15 +279,11 @@ def _lost(T: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Parts:
-    """The image around m windows, cut once for all methods of resampling.
+    """The image around m windows, cut once for all methods of resampling."""
 
-    `grey` (m, size, size) holds grey values in single precision; `corner` (n, 2) is the
-    top left pixel of a part in the image, `place` (n,) its index, by the point.
-    """
-
-    grey: np.ndarray
-    corner: np.ndarray
-    place: np.ndarray
+    grey: np.ndarray  # (m, size, size) in single precision
+    corner: np.ndarray  # (n, 2) top left pixel of the part of each point
+    place: np.ndarray  # (n,) index of that part
 
     @classmethod
     def of(
@@ -337,11 +312,9 @@ class Parts:
         return half_pixels.inner_coefficients(self.grey)
 
     def at(self, X: np.ndarray, k: np.ndarray, method: int) -> np.ndarray:
-        """Grey values at X (j, 2, pixels) of the windows k (j,).
-
-        The spline is good to a thousandth of the contrast; the others are quick, and
-        OpenCV 4 rounds X to 1/32 px for them. The parts stand below each other.
-        """
+        """Grey values at X (j, 2, pixels) of the windows k (j,)."""
+        # The spline is good to a thousandth of the contrast; the others are quick, and
+        # OpenCV 4 rounds X to 1/32 px for them. The parts stand below each other.
         x, y = np.moveaxis(X - self.corner[k, :, None], 1, 0)
         size = self.grey.shape[1]
         place = self.place[k, None]
@@ -356,11 +329,8 @@ class Parts:
 
 
 def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
-    """Parts (m, size, size) of an image, as far to each side of the pixels (m, 2).
-
-    Beyond its edge the image is mirrored, as the filters of `half_pixels` do. Pixels
-    that are masked, NaN or infinite become NaN: what rests on them is NaN too.
-    """
+    """Parts (m, size, size) of an image around pixels; NaN where there is no data."""
+    # Beyond its edge the image is mirrored, as the filters of `half_pixels` do
     size, shape = 2 * reach + 1, np.array(image.shape[::-1])
     found = np.empty((len(pixels), size, size))
     grey, mask = np.ma.getdata(image), np.ma.getmask(image)

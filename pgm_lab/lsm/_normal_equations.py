@@ -29,36 +29,27 @@ MAX_GAIN = 2.0  # effective pixels over pixels: noise that the texture is blind 
 
 @dataclass(frozen=True)
 class Templates:
-    """Left windows of m points, k pixels each, and what they alone determine.
+    """Left windows of m points, k pixels each, and what they alone determine."""
 
-    `rows` (m, u, k) holds G, then 1 if h0 is estimated, then A; `gram` their products;
-    `Q` the inverse of the normal matrix without h1, and `a` its solution for A; `flat`
-    marks windows whose grey values are all the same.
-    """
-
-    rows: np.ndarray
-    gram: np.ndarray
-    Q: np.ndarray
-    a: np.ndarray
+    rows: np.ndarray  # (m, u, k): G, then 1 if h0 is estimated, then A
+    gram: np.ndarray  # products of the rows
+    Q: np.ndarray  # inverse of the normal matrix without h1
+    a: np.ndarray  # its solution for A
     singular: np.ndarray
-    flat: np.ndarray
+    flat: np.ndarray  # all grey values are the same
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Corrections q (m, 2, 3) and (h0, h1) (m, 2), vᵀv (m,), B (m, k), and its sums.
+    """Solution of the normal equations of m points, for right windows B."""
 
-    `sums` (m, u) are the products of B with the rows of the templates, `square` (m,)
-    with itself, `total` (m,) with one.
-    """
-
-    q: np.ndarray
-    h: np.ndarray
-    vv: np.ndarray
-    B: np.ndarray
-    sums: np.ndarray
-    square: np.ndarray
-    total: np.ndarray
+    q: np.ndarray  # (m, 2, 3) corrections
+    h: np.ndarray  # (m, 2) h0 and h1
+    vv: np.ndarray  # (m,) vᵀv
+    B: np.ndarray  # (m, k)
+    sums: np.ndarray  # (m, u) products of B with the rows of the templates
+    square: np.ndarray  # (m,) of B with itself
+    total: np.ndarray  # (m,) of B with one
 
     @classmethod
     def blank(cls, left: Templates) -> "Solution":
@@ -144,13 +135,11 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
 
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
-    """Corrections q (m, 2, 3) by the mean derivatives of the left and right windows.
-
-    The left derivatives alone are quicker to use, and right where both windows look
-    alike. Where the left one is sharper, or both are aliased, they overrate what a step
-    changes: each falls short, and the iteration creeps or circles. The mean of both is
-    right to the second order (Benhimane and Malis 2004).
-    """
+    """Corrections q (m, 2, 3) by the mean derivatives of the left and right windows."""
+    # The left derivatives alone are quicker to use, and right where both windows look
+    # alike. Where the left one is sharper, or both are aliased, they overrate what a
+    # step changes, and the iteration creeps or circles. The mean of both is right to
+    # the second order (Benhimane and Malis 2004).
     m, u, k = left.rows.shape
     _, x, y = window_grid((round(k**0.5) - 1) // 2)
     C, A = left.rows[:, : 8 if u == 8 else 6].copy(), left.rows[:, -1]
@@ -169,10 +158,7 @@ def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
 
 
 def correlation(left: Templates, found: Solution) -> np.ndarray:
-    """Correlation coefficient (B 2.6f), in its computing form (B 2.6a) to (B 2.6c).
-
-    NaN where a window is flat.
-    """
+    """Correlation (B 2.6f) in its computing form; NaN where a window is flat."""
     *_, k = left.rows.shape
     total = left.rows[:, -1].sum(axis=1)
     xx = left.gram[:, -1, -1] - total**2 / k
@@ -193,15 +179,12 @@ def precision(
     correlated: bool = True,
     smooth: float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Covariance (m, u, u) of (q, h0, h1), sigma0, effective pixels, N singular (m,).
-
-    The noise of the left image to that of the right one is as `noise` says. The design
-    matrix is made of noisy grey values: on the average N is too large by S, the noise
-    that is in its columns, and AᵀL varies by S times the variance that the other image
-    adds to a residual. With N0 = N - S the covariance is
-    N0^-1 (variance N0 + other S) N0^-1, here to the second order in S: what is left
-    between two photos is not all noise, and the whole series would reject good matches.
-    """
+    """Covariance (m, u, u) of (q, h0, h1), sigma0, effective pixels, singular (m,)."""
+    # The design matrix is made of noisy grey values: on the average N is too large by
+    # S, the noise in its columns, and AᵀL varies by S times the variance that the other
+    # image adds to a residual. With N0 = N - S the covariance is N0^-1 (variance N0 +
+    # other S) N0^-1, here to the second order in S: what is left between two photos is
+    # not all noise, and the whole series would reject good matches.
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6
     half = (round(k**0.5) - 1) // 2
@@ -289,16 +272,11 @@ def effective_pixels(
     gain: np.ndarray,
     smooth: float = 0.0,
 ) -> np.ndarray:
-    """Independent pixels (m,) that would determine the position as well.
-
-    From the design (m, u, k), the inverse Q (m, u, u) of its normal matrix, and the
-    residuals v (m, k), row by row of square windows; white noise, when it is
-    interpolated, keeps the share `gain` (m,) of its variance in v. If the images were
-    smoothed before, by `smooth` px, residuals farther apart are alike, too.
-
-    White noise also shows some correlation, by chance. A factor that differs from one
-    by no more than its standard deviation is halved, and a large one is believed.
-    """
+    """Independent pixels (m,) that would determine the position as well."""
+    # The residuals v (m, k) are row by row of square windows; interpolation keeps the
+    # share `gain` (m,) of the variance of white noise in v. White noise also shows some
+    # correlation, by chance: a factor that differs from one by no more than its
+    # standard deviation is halved, and a large one is believed.
     _, u, k = design.shape
     # In single precision, for speed: sums of squares near one need no more
     vv = np.einsum("mk,mk->m", v, v)
@@ -337,14 +315,13 @@ def _reach(lags: Lags) -> int:
 def _covariances(
     design: np.ndarray, influence: np.ndarray, v: np.ndarray, k: int, lags: Lags
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Covariances c (lags, m) of two residuals, the first their variance, and s (m,).
-
-    The adjustment has taken u dimensions from the residuals, those that the texture
-    occupies: with the projector H = G Q G^T on them, E(v v^T) = (I - H) C (I - H). Let
-    s be the mean variance there, and h(d) the sum of all elements of H for pixels d
-    apart. Then the products of n(d) pairs of residuals add up to n(d) c(d) - s h(d),
-    and s is the mean of c(d) with the weights h(d): both follow from each other.
-    """
+    """Covariances c (lags, m) of two residuals, first their variance, and s (m,)."""
+    # The adjustment has taken u dimensions from the residuals, those that the texture
+    # occupies: with the projector H = G Q G^T on them, E(v v^T) = (I - H) C (I - H).
+    # Let s be the mean variance there, and h(d) the sum of all elements of H for pixels
+    # d apart. Then the products of n(d) pairs of residuals add up to n(d) c(d) - s
+    # h(d), and s is the mean of c(d) with the weights h(d): both follow from each
+    # other.
     u = design.shape[1]
     vv, n = _sums(v, v, k, lags)
     h, _ = _sums(influence, design, k, lags)
@@ -360,12 +337,9 @@ def _where_texture_is_strong(
     variance: np.ndarray,
     s: np.ndarray,
 ) -> np.ndarray:
-    """Variance (m,) of position by each pixel's residual, over that by their mean.
-
-    The squares of the residuals, with the squared influence of their pixels for
-    weights (White 1980), over what the adjustment leaves of their variance; of a pixel
-    that is taken whole, nothing can be said.
-    """
+    """Variance (m,) of position by each pixel's residual, over that by their mean."""
+    # Squared residuals, with the squared influence of their pixels for weights (White
+    # 1980), over what the adjustment leaves of their variance
     H = np.einsum("mik,mik->mk", influence, design)
     left = variance[:, None] - s[:, None] * H
     left = np.maximum(left, variance[:, None] / 2)
@@ -376,10 +350,8 @@ def _where_texture_is_strong(
 def _sums(
     a: np.ndarray, b: np.ndarray, k: int, lags: Lags = LAGS
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sums (lags, m) of a (m, i, k) times b moved by each lag and by its opposite.
-
-    First those without a move. Also the numbers (lags, 1) of pairs of pixels.
-    """
+    """Sums (lags, m) of a times b moved by each lag, and numbers of pairs (lags, 1)."""
+    # First without a move; then by each lag and its opposite
     width = round(k**0.5)
     sums, n = [np.vecdot(a, b).sum(axis=1)], [k]
     for x, y in lags:

@@ -13,15 +13,13 @@ import numpy as np
 import scipy
 
 RADIUS = 8  # pixels to each side that a coefficient rests on
-WINDOW = 7.0  # shape of the Kaiser window over the sinc
+KAISER_BETA = 7.0  # shape of the Kaiser window over the sinc
 BORDER = cv2.BORDER_REFLECT_101
 
 
 def coefficients(image: np.ndarray) -> np.ndarray:
-    """Coefficients (2 rows, 2 columns) of a cubic spline on a grid of half pixels.
-
-    In single precision, which is a ten millionth of the contrast: take the mean off.
-    """
+    """Coefficients (2 rows, 2 columns) of a cubic spline on a grid of half pixels."""
+    # In single precision, a ten millionth of the contrast: take the mean off
     image = image.astype(np.float32)
     across = cv2.merge([_filter(image, kernel[None]) for kernel in kernels()])
     across = across.reshape(len(image), -1)  # pixel, half, pixel, half, ...
@@ -32,11 +30,9 @@ def coefficients(image: np.ndarray) -> np.ndarray:
 
 
 def inner_coefficients(parts: np.ndarray) -> np.ndarray:
-    """Coefficients for all but `RADIUS` pixels at each edge of parts (m, size, size).
-
-    For many small images products with a matrix are the quickest filters. What rests on
-    a NaN is one.
-    """
+    """Coefficients of parts (m, size, size), but for `RADIUS` pixels at each edge."""
+    # For many small images products with a matrix are the quickest filters. What rests
+    # on a NaN is one.
     size = parts.shape[1]
     inner = np.arange(size - 2 * RADIUS)
     K = np.zeros((2 * len(inner), size), np.float32)
@@ -77,20 +73,14 @@ def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Variance of an interpolated grey value over that of a pixel, for white noise.
-
-    One on a pixel, least in the middle between four: interpolation averages.
-    """
+    """Variance of an interpolated grey value over that of a pixel, for white noise."""
     values = gain()
     at = np.linspace(0, 1, len(values))
     return np.interp(x % 1, at, values) * np.interp(y % 1, at, values)
 
 
 def derivative_gain(smooth: float) -> float:
-    """Variance of `gradient` over that of a pixel, for white noise smoothed before.
-
-    Smoothed by a Gaussian of this standard deviation in pixels; 0 is not smoothed.
-    """
+    """Variance of `gradient` over that of a pixel, for noise smoothed by a Gaussian."""
     kernel = derivative_kernel()
     if not smooth:
         return float(kernel @ kernel)
@@ -111,7 +101,7 @@ def _filter(image: np.ndarray, kernel: np.ndarray) -> np.ndarray:
 def kernels() -> tuple[np.ndarray, np.ndarray]:
     """Filters for the coefficients on the pixels, and on the halves after them."""
     halves = np.arange(-RADIUS, RADIUS) + 0.5
-    sinc = np.sinc(halves) * np.i0(WINDOW * np.sqrt(1 - (halves / RADIUS) ** 2))
+    sinc = np.sinc(halves) * np.i0(KAISER_BETA * np.sqrt(1 - (halves / RADIUS) ** 2))
     doubled = np.zeros(4 * RADIUS + 1)
     doubled[2 * RADIUS] = 1
     doubled[1::2] = sinc / sinc.sum()
@@ -124,10 +114,8 @@ def kernels() -> tuple[np.ndarray, np.ndarray]:
 
 @functools.cache
 def derivative_kernel() -> np.ndarray:
-    """Filter that differentiates the quintic spline through the pixels, at them.
-
-    It loses what lies above 0.35 cycles a pixel, which in real images is noise.
-    """
+    """Filter that differentiates the quintic spline through the pixels, at them."""
+    # It loses what lies above 0.35 cycles a pixel, which in real images is noise
     impulse = np.zeros(33)
     impulse[16] = 1
     spline = scipy.ndimage.spline_filter1d(impulse, 5, mode="mirror")

@@ -20,36 +20,29 @@ class Match:
     covariance : ndarray (n, 2, 2)
         Their covariance in square pixels; NaN unless accepted.
     sigma0 : ndarray (n,)
-        Standard deviation of a grey value of the left image minus h0 + h1 times one of
-        the right: sqrt(vᵀv / redundancy), freed from the smoothing that interpolation
-        does to noise.
+        sd of a left grey value minus h0 + h1 times the right one, before interpolation.
     effective_pixels : ndarray (n,)
         Pixels with white noise of sigma0 that would give the covariance: fewer than the
-        template has where neighbouring residuals are alike, or where they are larger on
-        strong texture. The whole number without `correlated`, less what is saturated:
-        pixels without noise do not tell how large it is elsewhere.
+        template has where neighbouring residuals are alike, or larger on strong
+        texture, or pixels are saturated.
     parameters : ndarray (n, 8)
-        (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), with x and y counted
-        from the left point.
+        (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), about the left point.
     parameter_covariance : ndarray (n, 8, 8)
-        Their covariance; zero for h0 and h1 if they were not estimated. It does not
-        know that noise in the right window makes h1 too small, by the share
-        sigma^2 / variance(B); the position does not suffer.
+        Their covariance; zero for h0 and h1 if they were not estimated. Noise in the
+        right window makes h1 too small, by the share sigma^2 / variance(B), which it
+        does not know; the position does not suffer.
     r : ndarray (n,)
-        Correlation coefficient (B 2.6f) of the left window and the right one, as it was
-        resampled for the last time.
+        Correlation coefficient (B 2.6f) of the left and the resampled right window.
     redundancy : int
         Grey values minus parameters.
     iterations : ndarray (n,) of int
         Iterations, coarse and fine.
     status : ndarray (n,) of str
-        "accepted"; "template leaves the image"; "window leaves the image" (the right
-        window did, at the start or later); "no data in the template"; "no data in the
-        window" (the same); "flat template" (or so saturated that fewer than twice as
-        many pixels as parameters are left); "flat window"; "position not determined"
-        (lines that all run one way); "diverged" (moved by more than half a window or
-        took an impossible shape); "not converged"; "below threshold" (it
-        converged, but to something else).
+        "accepted", or what went wrong, as explained in `matching.STATUSES`: "template
+        leaves the image", "window leaves the image", "no data in the template", "no
+        data in the window", "flat template" (also if saturation leaves fewer than twice
+        as many pixels as parameters), "flat window", "position not determined",
+        "diverged" (by more than half a window), "not converged", "below threshold".
     """
 
     points: np.ndarray
@@ -89,7 +82,7 @@ def match(
 
     Each iteration resamples the right window at (B 2.8), (B 2.9) and solves (B 2.10)
     for the corrections. At the solution h1 B'_x and h1 B'_y of (B 2.11) are the
-    derivatives of the left window, turned by a1, a2, b1, b2; therefore the left window
+    derivatives of the left window, rotated by a1, a2, b1, b2; therefore the left window
     is differentiated, once and on its own pixels, and only grey values are
     interpolated: quickly at first, then by a cubic spline on a doubled grid.
 
@@ -120,9 +113,7 @@ def match(
     threshold : float
         Smallest correlation r, or -r of a negative, that counts as a match.
     tolerance : float
-        The end is reached when an iteration moves no pixel of the window by more, in
-        pixels. What is left then is a hundredth of it where (B 2.10) holds, and up to a
-        third in images with much aliasing or noise.
+        Converged when an iteration moves no pixel of the window by more, in pixels.
     max_iterations : int
         Most iterations for a point; as many again in a second attempt.
     noise : array_like (2,)
@@ -132,9 +123,8 @@ def match(
         False takes the noise for white, as the textbook does.
     smooth : float
         Standard deviation in pixels of a Gaussian that both images are smoothed by
-        first, 0.3 to 3; with 0 they are not. What is too fine for the pixels appears
-        as an alias, most of it in the high frequencies, and does not move with the
-        rest: 1 px takes it away, and with noise alone costs a tenth of the precision.
+        first, 0.3 to 3; with 0 they are not. 1 px takes most aliasing away, and with
+        noise alone costs a tenth of the precision.
 
     Returns
     -------
@@ -150,21 +140,15 @@ def match(
     Notes
     -----
     The covariance is that of least squares with white noise, equal in both images
-    unless `noise` says otherwise. Where the texture is weak and only one image is noisy
-    that matters: the derivatives of the left window hold the noise of the left image
-    alone, and the predicted standard deviation may be wrong by a factor of two. It
-    allows for the noise in the gradients and for what interpolation takes from the
-    noise.
-
-    Residuals that are alike up to two pixels apart, or larger where the texture is
-    strong, count as fewer pixels: `effective_pixels`. Within a window, how alike two
-    residuals are is taken to depend only on how the two pixels lie to each other, and
-    one factor serves the whole covariance. What moves a window without leaving such
+    unless `noise` says otherwise; it allows for the noise in the gradients and for what
+    interpolation takes from the noise. Residuals that are alike up to two pixels apart,
+    or larger where the texture is strong, count as fewer pixels (`effective_pixels`),
+    by one factor for the whole covariance. What moves a window without leaving such
     residuals is not accounted for: a part of the aliasing, a curved surface.
 
     References
     ----------
-    Bani 2010, (B 2.7) to (B 2.20), where (B 2.20b) has a sign turned; Gruen 1985;
+    Bani 2010, (B 2.7) to (B 2.20), where (B 2.20b) has a wrong sign; Gruen 1985;
     Benhimane and Malis 2004 for the mean of both derivatives.
     White 1980 and Newey and West 1987, for the covariance of correlated residuals.
 

@@ -77,9 +77,9 @@ def cramer_rao(
     radiometric = _validate.flag(radiometric, "radiometric")
     sigma = _validate.positive_number(sigma, "sigma", "grey values")
     gain = _validate.positive_number(gain, "gain", "right over left")
-    turn = np.eye(2) if shape is None else _validate.finite(shape, "shape")
-    if turn.shape[-2:] != (2, 2):
-        raise ValueError(f"shape must be (..., 2, 2); got {turn.shape}")
+    affine = np.eye(2) if shape is None else _validate.finite(shape, "shape")
+    if affine.shape[-2:] != (2, 2):
+        raise ValueError(f"shape must be (..., 2, 2); got {affine.shape}")
     grid = window_grid(grey.shape[-1] // 2)
     k = grid.shape[1]
     g = gradients.reshape(*grey.shape[:-2], k, 2)
@@ -92,6 +92,8 @@ def cramer_rao(
     N = np.swapaxes(A, -1, -2) @ A
     _, Q, _, singular = normal.solve(N, np.zeros(N.shape[:-1]))
     middle = Q[..., [[0], [3]], [[0, 3]]]
-    bound = sigma**2 * (1 + 1 / gain**2) * (turn @ middle @ np.swapaxes(turn, -1, -2))
+    bound = (
+        sigma**2 * (1 + 1 / gain**2) * (affine @ middle @ np.swapaxes(affine, -1, -2))
+    )
     bound[singular] = np.inf
     return bound

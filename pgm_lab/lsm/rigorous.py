@@ -25,10 +25,9 @@ def adjust(
 ) -> Adjustment:
     """Adjust (B 2.10) with derivatives (B 2.11), both from the resampled right window.
 
-    This is the definition that `match` is tested against: every iteration interpolates
-    the grey values and both gradients of the right window, and vᵀv falls to its
-    minimum. It is some fifty times slower and returns all that an adjustment has to
-    say, such as residuals and redundancy numbers of each grey value.
+    The definition that `match` is tested against: every iteration interpolates the grey
+    values and both gradients of the right window. It is slower and returns all that an
+    adjustment has to say, such as residuals and redundancy numbers of each grey value.
 
     Parameters
     ----------
@@ -60,9 +59,8 @@ def adjust(
 
     Notes
     -----
-    Its covariance treats the gradients as free of errors and the grey values of the
-    right image for as noisy after interpolation as before: it is a few per cent too
-    small, `match` allows for both.
+    Its covariance, unlike that of `match`, takes the gradients for free of errors and
+    the grey values of the right image for as noisy after interpolation as before.
 
     References
     ----------

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from pgm_lab import ncc
+from pgm_lab.ncc._area import foot
 
 MAX_CANVAS = 4_000_000  # pixels: its memory does not grow with the points
 RIM = 2  # pixels of a part beyond what is searched, which refinement looks at
@@ -29,16 +30,15 @@ def correlate(
     lines: np.ndarray | None = None,
     **limits: Any,
 ) -> ncc.Match:
-    """Find points by `ncc.match` in a right photo resampled as the left one sees it.
-
-    `start` (n, 2), `shape` (n, 2, 2) and `lines` (n, 3) belong to the right photo, and
-    so do the positions that are found; `search`, and what the limits count in pixels,
-    to the left one.
-    """
+    """Find points by `ncc.match` in a right photo resampled as the left one sees it."""
+    # `start` (n, 2), `shape` (n, 2, 2) and `lines` (n, 3) belong to the right photo,
+    # and so do the positions that are found; `search`, and what the limits count in
+    # pixels, to the left one.
     if not len(points):
         return ncc.match(left, right, points, start, template, search, **limits)
     if lines is not None:
-        lines, start = _on_lines(lines, start)
+        lines = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
+        start = foot(start, lines)
     chunk = max(1, MAX_CANVAS // search**2)
     parts = [
         _of_canvas(
@@ -49,13 +49,6 @@ def correlate(
         for k in (slice(i, i + chunk) for i in range(0, len(points), chunk))
     ]
     return ncc.Match(*map(np.concatenate, zip(*(vars(one).values() for one in parts))))
-
-
-def _on_lines(lines: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lines with normals of length one, and the nearest points on them."""
-    lines = lines / np.hypot(lines[:, 0], lines[:, 1])[:, None]
-    away = np.sum(lines[:, :2] * start, axis=1) + lines[:, 2]
-    return lines, start - away[:, None] * lines[:, :2]
 
 
 def _of_canvas(
@@ -69,7 +62,7 @@ def _of_canvas(
     lines: np.ndarray | None,
     limits: dict[str, Any],
 ) -> ncc.Match:
-    """Find points that all have room in one canvas."""
+    """Find points that all fit in one canvas."""
     size = search + 2 * RIM
     middle = np.full((len(points), 2), size // 2)
     middle[:, 1] += np.arange(len(points)) * size
@@ -106,11 +99,9 @@ def _of_canvas(
 def canvas(
     image: np.ndarray, start: np.ndarray, shape: np.ndarray, size: int
 ) -> np.ndarray:
-    """Square parts (n size, size) of an image, rotated and scaled, one below another.
-
-    `start` (n, 2) are their middles, `shape` (n, 2, 2) leads from an offset in the
-    canvas to one in the image, `size` is odd. NaN where the image has no grey values.
-    """
+    """Square parts (n size, size) of an image, rotated and scaled, in a column."""
+    # `start` (n, 2) are their middles, `shape` (n, 2, 2) leads from an offset in the
+    # canvas to one in the image, `size` is odd. NaN where the image has no grey values.
     half = size // 2
     offset = np.arange(-half, half + 1)
     v, u = np.meshgrid(offset, offset, indexing="ij")

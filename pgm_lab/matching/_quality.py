@@ -6,9 +6,10 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, lsm
 
 RECOMMENDED = 0.5  # quality below which a match is better left out
-DOUBTFUL = 0.85  # px between the answers where the quality is 1/2
-SHARE = 3 / 7  # of the template's width: where most wrong matches were noticed
-LEAST, SMALLEST = 5, 7  # px across: narrower windows disagree by their noise alone
+HALF_QUALITY = 0.85  # px between the answers where the quality is 1/2
+WINDOW_RATIO = 3 / 7  # small window by template: here most wrong matches show
+MIN_TEMPLATE = 5  # px across
+MIN_WINDOW = 7  # px across: narrower windows disagree by their noise alone
 
 
 def quality(
@@ -21,12 +22,11 @@ def quality(
     """Tell matches that the whole template agrees on from those at a depth edge.
 
     The template may see two surfaces, one behind the other. Its match then belongs to
-    the one with more contrast, which need not be the point's own; r is high and the
-    predicted standard deviation small all the same. But its parts do not agree: five
-    small windows in it, around the point and to its left, right, top and bottom, are
-    matched alone, each from where the template's transformation puts it. Each ends at
-    some distance from there; d is the largest when the worst of the five is left out,
-    since one of them may have no texture.
+    the one with more contrast, with a high r and a small predicted standard deviation.
+    But its parts disagree: five small windows in it, around the point and to its left,
+    right, top and bottom, are matched alone, each from where the template's
+    transformation puts it. Each ends at some distance from there; d is the largest when
+    the worst of the five is left out, since one of them may have no texture.
 
     Parameters
     ----------
@@ -54,11 +54,10 @@ def quality(
 
     Notes
     -----
-    Keep what reaches `RECOMMENDED`. It is no probability, and says nothing about
-    precision: that is in the covariance, which holds for matches of one surface. It
-    does not notice what all parts agree on: a repeated pattern, taken for its
-    neighbour, or something that moved. The check from the right in `ncc.match` and a
-    model of all points, as in relative orientation, notice those.
+    Keep what reaches `RECOMMENDED_QUALITY`. It is no probability, and says nothing
+    about precision. It does not notice what all parts agree on: a repeated pattern,
+    taken for its neighbour, or something that moved. The check from the right in
+    `ncc.match` and a model of all points, as in relative orientation, notice those.
 
     Examples
     --------
@@ -69,7 +68,7 @@ def quality(
     >>> print(quality(left, right, [(30, 30)], found).round(2))
     [1.]
     """
-    template = _validate.window(template, "template", LEAST)
+    template = _validate.window(template, "template", MIN_TEMPLATE)
     _validate.instance(found, lsm.Match, "found")
     points = _validate.point_list(points, "points", len(found.points))
     answer = np.full(len(points), np.nan)
@@ -92,12 +91,13 @@ def quality(
     missed = np.linalg.norm(alone.points.reshape(there.shape) - there, axis=2)
     missed[np.isnan(missed)] = np.inf
     d = np.sort(missed, axis=1)[:, -2]
-    answer[k] = 1 / (1 + (d / DOUBTFUL) ** 2)
+    answer[k] = 1 / (1 + (d / HALF_QUALITY) ** 2)
     return answer
 
 
 def _small_windows(template: int) -> tuple[int, np.ndarray]:
     """Width of the small windows, and where they lie in the template (5, 2)."""
-    small = max(2 * int(SHARE * template / 2) + 1, min(SMALLEST, template - 2), LEAST)
+    width = 2 * int(WINDOW_RATIO * template / 2) + 1
+    small = max(width, min(MIN_WINDOW, template - 2), MIN_TEMPLATE)
     aside = max(1, (template - small) // 2 - 1)
     return small, aside * np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)])

@@ -25,9 +25,8 @@ MIN_INLIERS = 12  # features that fit together
 MIN_INLIER_SHARE = 0.25  # of those compared
 PLANE_SHARE = 0.85  # of what the fundamental matrix explains: then it is a plane
 # Pyramid
-COARSEST = 160  # pixels at most along the longer side of the smallest level
-TEMPLATE = 15  # pixels at each level
-SEARCH = 31
+COARSEST = 160  # px at most along the longer side of the smallest level
+TEMPLATE, SEARCH = 15, 31  # px across, at each level
 NUMBER = 300  # points at each level
 
 
@@ -36,25 +35,20 @@ NUMBER = 300  # points at each level
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Points that were found in both photos, left and right (m, 2).
+    """Points that were found in both photos."""
 
-    `noise` is their uncertainty in pixels. `F` is the fundamental matrix: (u, v, 1) F
-    (x, y, 1) = 0 for (x, y) left and (u, v) right. It is None where one plane, or the
-    turn of a camera, explains all of them.
-    """
-
-    left: np.ndarray
-    right: np.ndarray
-    noise: float = 1.5
+    left: np.ndarray  # (m, 2)
+    right: np.ndarray  # (m, 2)
+    noise: float = 1.5  # px, their uncertainty
+    # Fundamental matrix: (u, v, 1) F (x, y, 1) = 0 for (x, y) left and (u, v) right;
+    # None where one plane, or the rotation of a camera, explains all points
     F: np.ndarray | None = None
 
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 2) in the right photo, and shapes (n, 2, 2), of left points.
-
-        An affine transformation of the nearest neighbours, weighted by their distance
-        and without those that do not fit to the others. Its shape is drawn to that of
-        all points, the more the closer the neighbours stand to each other.
-        """
+        """Positions (n, 2) in the right photo, and shapes (n, 2, 2), of left points."""
+        # An affine transformation of the nearest neighbours, weighted by their distance
+        # and without those that do not fit to the others. Its shape is drawn to that of
+        # all points, the more the closer the neighbours stand to each other.
         middle = self.left.mean(axis=0, keepdims=True)
         m = len(self.left)
         all_of_them = np.arange(m)[None]
@@ -62,10 +56,7 @@ class Field:
         distance, near = scipy.spatial.cKDTree(self.left).query(
             points, min(NEIGHBOURS, m)
         )
-        distance, near = (
-            distance.reshape(len(points), -1),
-            near.reshape(len(points), -1),
-        )
+        distance, near = (a.reshape(len(points), -1) for a in (distance, near))
         reach = np.median(distance, axis=1, keepdims=True) + 1.0
         weight = 1 / (1 + (distance / reach) ** 2)
         return self._affine(points, near, shape[0], weight)
@@ -128,11 +119,8 @@ def from_features(left: np.ndarray, right: np.ndarray) -> Field:
 
 
 def _describe(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Features (m, 2) of a photo and their descriptors (m, 128).
-
-    The descriptors are the square roots of those of SIFT: their distance is that of
-    Hellinger (Arandjelovic and Zisserman 2012).
-    """
+    """Features (m, 2) of a photo and the square roots (m, 128) of their descriptors."""
+    # The distance of the roots is that of Hellinger (Arandjelovic and Zisserman 2012)
     mask = np.ma.getmask(image)
     grey = reduced(image, reduction(image))
     here = None
@@ -171,7 +159,7 @@ def reduction(image: np.ndarray) -> float:
 
 
 def reduced(image: np.ndarray, factor: float) -> np.ndarray:
-    """The photo with 8 bits, and so many times smaller."""
+    """The photo with 8 bits, smaller by a factor."""
     grey = eight_bit(image)
     if factor == 1:
         return grey
@@ -180,10 +168,8 @@ def reduced(image: np.ndarray, factor: float) -> np.ndarray:
 
 
 def of_full_size(points: np.ndarray, small: np.ndarray, full: np.ndarray) -> np.ndarray:
-    """Points of a reduced photo in the photo itself.
-
-    A pixel of the reduced one covers some of the other: its middle is that of theirs.
-    """
+    """Points of a reduced photo in the photo itself."""
+    # A pixel of the reduced one covers some of the other: its middle is that of theirs
     ratio = np.array(full.shape[::-1]) / small.shape[::-1]
     return (points + 0.5) * ratio - 0.5
 
@@ -319,6 +305,6 @@ def _refuse_few(found: int, of: int) -> None:
     if found < max(MIN_INLIERS, 0.1 * of):
         raise ValueError(
             f"only {found} of {of} points of the pyramid fit together: do both photos"
-            ' show the same, without much turn and change of scale? start="features"'
-            " stands those; or give points and start"
+            " show the same, without much rotation and change of scale?"
+            ' start="features" stands those; or give points and start'
         )

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 
 STRIP = 4_000_000  # pixels at a time
-BESIDE = 10  # pixels around a template that `lsm.match` rests on, and one to spare
-FINER = 1.2  # by which the cells shrink until there are points enough
+LSM_REACH = 10  # pixels around a template that `lsm.match` rests on, and one to spare
+SHRINK = 1.2  # by which the cells shrink until there are points enough
 
 
 def pick(
@@ -89,7 +89,7 @@ def pick(
     space = max(space, cell)
     chosen = _spread(points, space)
     while len(chosen) < number and space > cell:
-        space = max(space / FINER, cell)
+        space = max(space / SHRINK, cell)
         chosen = _spread(points, space)
     return chosen[:number].astype(float)
 
@@ -121,7 +121,7 @@ def _best_of_cells(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Best point (m, 2) of each square cell, and its texture (m,); strip by strip."""
     rows, columns = grey.shape
-    border = template // 2 + BESIDE  # what the texture of a pixel rests on
+    border = template // 2 + LSM_REACH  # what the texture of a pixel rests on
     at_once = max(1, STRIP // (columns * cell)) * cell
     points, texture = [], []
     for top in range(0, rows, at_once):
@@ -158,7 +158,7 @@ def _texture(grey: np.ndarray, mask: np.ndarray | None, template: int) -> np.nda
         values[mask] = values[~mask].mean()
     found = cv2.cornerMinEigenVal(values, template, ksize=3)
     if mask is not None:
-        around = np.ones((template + 2 * BESIDE, template + 2 * BESIDE), np.uint8)
+        around = np.ones((template + 2 * LSM_REACH, template + 2 * LSM_REACH), np.uint8)
         found[cv2.dilate(mask.astype(np.uint8), around) > 0] = 0
     return found
 

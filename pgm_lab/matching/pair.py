@@ -19,7 +19,7 @@ COLUMNS = (
     *("point", "left column", "left row", "right column", "right row"),
     *("variance column", "covariance", "variance row", "r", "quality", "status"),
 )
-SMALLEST = 5  # px across a template
+MIN_TEMPLATE = 5  # px across
 MAX_SCALE = 10.0  # from left to right
 COARSE_THRESHOLD = 0.5  # of the correlation of windows whose shapes are about known
 MAX_MOVE = 3.0  # px: farther from where correlation was best is another place
@@ -44,7 +44,7 @@ class Match:
     r : ndarray (n,)
         Correlation coefficient of the two windows; NaN where nothing was compared.
     quality : ndarray (n,)
-        Between 0 and 1, see `match`; NaN unless accepted, or "parts disagree".
+        From 0 to 1, see `matching.quality`; NaN unless accepted or "parts disagree".
     status : ndarray (n,) of str
         "accepted", or what went wrong first: the words of `STATUSES`.
     left_size, right_size : (int, int)
@@ -68,10 +68,7 @@ class Match:
 
     @property
     def sd(self) -> np.ndarray:
-        """Standard deviation of a coordinate in pixels: ndarray (n,).
-
-        The root of the mean variance of column and row; NaN unless accepted.
-        """
+        """Root (n,) of the mean variance of column and row, px; NaN unless accepted."""
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
@@ -168,13 +165,13 @@ def match(
     colour : {"refuse", "grey"}
         What to do with colours, see `read`.
     threshold : float
-        Smallest correlation r of the two windows, between 0 and 1.
+        Smallest correlation r of the two windows, from 0 to 1.
     ratio : float
         A match is ambiguous if a second place reaches this share of its correlation;
         with 1 none is.
     back : float or None
-        A match is sought again in the left photo, from the right, and has to end within
-        so many pixels from its point; None does not ask.
+        A match is searched again in the left photo, from the right, and has to end
+        within this distance of its point, in pixels; None leaves the check out.
     least_quality : float
         Between 0 and 1: small windows inside the template, matched alone, have to end
         where the template did. At a depth edge they do not, while r is high. A lower
@@ -207,8 +204,8 @@ def match(
     --------
     >>> from pgm_lab import simulate
     >>> texture = simulate.texture(seed=1)
-    >>> turned = (40, 0.95, 0.2, -15, -0.2, 0.95)
-    >>> pair = simulate.texture_pair(texture, (200, 240), turned, sigma=1.0)
+    >>> rotated = (40, 0.95, 0.2, -15, -0.2, 0.95)
+    >>> pair = simulate.texture_pair(texture, (200, 240), rotated, sigma=1.0)
     >>> found = match(*pair, [(120, 100), (60, 130)])
     >>> found.points.round(1)
     array([[174. ,  56. ],
@@ -216,7 +213,7 @@ def match(
     """
     left = read(left, "left", colour=colour)
     right = read(right, "right", colour=colour)
-    template = _validate.window(template, "template", SMALLEST)
+    template = _validate.window(template, "template", MIN_TEMPLATE)
     for name, photo in (("left", left), ("right", right)):
         if min(photo.shape) < template:
             raise ValueError(

@@ -15,12 +15,9 @@ def inside(centre: np.ndarray, size: int, shape: tuple[int, ...]) -> np.ndarray:
 def windows(
     image: np.ndarray, centre: np.ndarray, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Copies (n, rows, columns) of the windows around the centres, and what they lack.
-
-    Beyond the edge of the image its last row or column is repeated. Pixels that are
-    masked, NaN or infinite are True in the second array (None if there are none), and
-    get the lowest grey value of their window, which does no harm to the sums.
-    """
+    """Windows (n, rows, columns) of an image, and where they lack data, or None."""
+    # Beyond the edge the last row or column is repeated. What is missing gets the
+    # lowest grey value of its window, which does no harm to the sums.
     masked = np.ma.getmask(image) is not np.ma.nomask
     cut = _cut(np.ma.getdata(image), centre, size)
     missing = _cut(np.ma.getmaskarray(image), centre, size) if masked else None

@@ -17,9 +17,9 @@ from pgm_lab import _validate
 # Of the 16 digits of a variance, a window with so much less energy than all that is
 # summed up with it has lost 8
 FAINT = 1e-8
-CHUNK = 2**17  # grey values that are transformed at a time: what a cache holds
-LARGE = 2**15  # grey values of a search window that is searched tile by tile
-TILE = 160  # rows and columns of a tile, or four templates
+CHUNK = 2**17  # grey values transformed at a time: what a cache holds
+MAX_WHOLE = 2**15  # grey values: a larger search window is searched tile by tile
+TILE = 160  # px: rows and columns of a tile, or four templates
 
 
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
@@ -28,9 +28,8 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     Agrees with (B 2.6f) in exact arithmetic to 1e-6 everywhere, also for 16 bit grey
     values with a large offset and little contrast, for a faint window beside a bright
     pixel, and at the limits of the number types.
-    (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Fifty search
-    windows of 51 pixels in one call take 1.4 times as long as with OpenCV, one map
-    twice, a small one of real numbers five times: collect small ones.
+    (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Many small maps
+    are quicker in one call.
 
     Parameters
     ----------
@@ -64,10 +63,8 @@ def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     >>> print(r.shape, row, column)
     (31, 31) 10 12
     """
-    template, search = (
-        _grey_values(template, "template"),
-        _grey_values(search, "search"),
-    )
+    template = _grey_values(template, "template")
+    search = _grey_values(search, "search")
     (h, w), (H, W) = template.shape[-2:], search.shape[-2:]
     if h > H or w > W:
         raise ValueError(
@@ -116,12 +113,10 @@ def _grey_values(values: ArrayLike, name: str) -> np.ndarray:
 
 
 def _from_whole_sums(template: np.ndarray, search: np.ndarray) -> np.ndarray | None:
-    """The map of 8 bit grey values from sums in whole numbers; None if in doubt.
-
-    A third of the time of `exact_maps` for a small one. No number that OpenCV comes
-    upon is above the product of the two norms: up to 2^22 no rounding is above 1/8, and
-    since the sums are whole numbers, all roundings together show in their fractions.
-    """
+    """The map of 8 bit grey values from sums in whole numbers; None if in doubt."""
+    # No number that OpenCV comes upon is above the product of the two norms: up to 2^22
+    # no rounding is above 1/8, and since the sums are whole numbers, all roundings
+    # together show in their fractions.
     n, (h, w) = template.size, template.shape
     t, s = template.astype(np.float32), search.astype(np.float32)
     t -= round(cv2.mean(template)[0])
@@ -146,7 +141,7 @@ def exact_maps(templates: np.ndarray, searches: np.ndarray) -> np.ndarray:
     (k, h, w), (H, W) = templates.shape, searches.shape[1:]
     rows, columns = H - h + 1, W - w + 1
     high, wide = rows, columns
-    if H * W > LARGE:
+    if H * W > MAX_WHOLE:
         high, wide = (
             math.ceil(n / max(1, round(n / (max(TILE, 4 * size) - size))))
             for n, size in ((rows, h), (columns, w))
@@ -181,11 +176,9 @@ def _maps(t: np.ndarray, searches: np.ndarray) -> np.ndarray:
 
 
 def products(t: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Sums of products of each template with the windows of its search window.
-
-    A search window is written as one long row, its template with gaps: the correlation
-    of the two rows holds the map, and OpenCV transforms all rows in one call.
-    """
+    """Sums of products of each template with the windows of its search window."""
+    # A search window is written as one long row, its template with gaps: the
+    # correlation of both rows holds the map, and OpenCV transforms all in one call
     (k, h, w), (H, W) = t.shape, s.shape[1:]
     rows = np.zeros((2 * k, cv2.getOptimalDFTSize(H * W)), s.dtype)
     rows[:k, : H * W] = s.reshape(k, -1)
@@ -222,10 +215,8 @@ def _differences(running: np.ndarray, k: int, h: int, w: int) -> np.ndarray:
 def _by_definition(
     r: np.ndarray, faint: np.ndarray, t: np.ndarray, searches: np.ndarray
 ) -> None:
-    """Put into r, where faint, the correlation by definition; 0 for flat windows.
-
-    From the original grey values: faint windows lose their digits when centred.
-    """
+    """Put into r, where faint, the correlation by definition; 0 for flat windows."""
+    # From the original grey values: faint windows lose their digits when centred
     r[faint] = 0
     h, w = t.shape[1:]
     every = sliding_window_view(searches, (h, w), axis=(1, 2))
@@ -239,11 +230,9 @@ def _by_definition(
 
 
 def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
-    """Correlations of templates (k, h, w) with the few windows of patches (k, H, W).
-
-    Exact to some 1e-13: `t` is centred, `p` are the centred patches. A window is a
-    piece of its patch written as one row, the template a row with gaps.
-    """
+    """Exact correlations of centred templates t with the few windows of patches."""
+    # `p` are the centred patches. A window is a piece of its patch written as one row,
+    # the template a row with gaps.
     (k, h, w), (H, W) = t.shape, p.shape[1:]
     rows = np.zeros((k, h, W))
     rows[:, :, :w] = t
@@ -301,11 +290,8 @@ def flat(windows: np.ndarray) -> np.ndarray:
 def centred(
     windows: np.ndarray, exponent: np.ndarray | None = None, *, whole: bool = False
 ) -> np.ndarray:
-    """Windows (k, h, w) less their means, in double precision.
-
-    Real numbers are divided by a power of two, so that no square over- or underflows;
-    from whole ones a `whole` number is taken, so that all sums are exact.
-    """
+    """Windows (k, h, w) less their means, or less whole numbers, so sums are exact."""
+    # Real numbers are divided by a power of two, so that no square over- or underflows
     k, h, w = windows.shape
     if windows.dtype.kind in "ui" and windows.dtype.itemsize == 8:
         # More digits than double precision holds: the difference modulo 2^64 has all
@@ -316,9 +302,9 @@ def centred(
         exponent = exponents(windows) if exponent is None else exponent
         np.ldexp(rows, -exponent[:, None], out=rows)
     mean = np.add.reduce(rows, axis=1) / (h * w)
-    rows -= (
-        np.rint(mean)[:, None] if whole and windows.dtype.kind != "f" else mean[:, None]
-    )
+    if whole and windows.dtype.kind != "f":
+        mean = np.rint(mean)
+    rows -= mean[:, None]
     return rows.reshape(k, h, w)
 
 

@@ -11,13 +11,10 @@ def paraboloid(
     noise: tuple[float, float],
     line: tuple[np.ndarray, np.ndarray, float] | None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Top of the paraboloid through 3 x 3 values, its covariance, ridges, directions.
-
-    r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
-    normal, the distance of the peak, the largest) says more than the photos, as where a
-    ridge crosses it, the top is sought on the line, whose direction (k, 2) is told;
-    zero elsewhere.
-    """
+    """Top of the paraboloid through 3 x 3 values, covariance, ridges, directions."""
+    # r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
+    # normal, the distance of the peak, the largest) says more than the photos, as where
+    # a ridge crosses it, the top is sought on it, in its direction (k, 2); else zero.
     r = peaks.near
     step, D, K, ridge = _top(r)
     r0 = r[:, 1, 1]
@@ -34,11 +31,8 @@ def paraboloid(
         on, cov, u = _on_line(D, K, S, normal, off, distance)
         better = np.trace(cov, axis1=1, axis2=2) < np.trace(Q, axis1=1, axis2=2)
         crossed = _determined(on, cov) & (ridge | better)
-        step[crossed], Q[crossed], along[crossed] = (
-            on[crossed],
-            cov[crossed],
-            u[crossed],
-        )
+        for values, of_line in ((step, on), (Q, cov), (along, u)):
+            values[crossed] = of_line[crossed]
         ridge &= ~crossed
     return step, Q, ridge, along
 
@@ -57,11 +51,9 @@ def _on_line(
     off: np.ndarray,
     distance: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Highest place on a line that runs past the peak, its covariance, its direction.
-
-    x = u s - n d with the distance d of the peak: uᵀ(D - K x) = 0. The error of the
-    line, anything up to the largest distance, has the variance distance^2 / 3.
-    """
+    """Highest place on a line past the peak, its covariance, the line's direction."""
+    # x = u s - n d with the distance d of the peak: uᵀ(D - K x) = 0. The error of the
+    # line, anything up to the largest distance, has the variance distance^2 / 3.
     u = np.stack([normal[:, 1], -normal[:, 0]], axis=1)
     uD = np.sum(u * D, axis=1)
     uKu = np.einsum("ki,kij,kj->k", u, K, u)
@@ -78,10 +70,8 @@ def _on_line(
 def _covariance_of_slope(
     left: np.ndarray, right: np.ndarray, r: np.ndarray, noise: tuple[float, float]
 ) -> np.ndarray:
-    """Covariance (k, 2, 2) of D, from white noise in both centred windows.
-
-    p and q are the shares of noise in the variances of the left and the right window.
-    """
+    """Covariance (k, 2, 2) of D, from white noise in both centred windows."""
+    # p, q: shares of noise in the variances of the left and the right window
     of_left, of_right = (_products(one, one) for one in (left, right))
     p, q = _shares(of_left, of_right, r, noise)
     # The gradients of the window with less noise, without what noise adds to them
@@ -149,15 +139,13 @@ def _at_least(G: np.ndarray, smallest: np.ndarray) -> np.ndarray:
 def systematic_errors(
     templates: np.ndarray, wider: np.ndarray, step: np.ndarray, along: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Errors of the paraboloid without noise, in pixels: two vectors each.
-
-    The correlation of the template with its own surroundings (`wider` by one pixel on
-    each side) ought to have its top in the middle. It does not, because other pixels
-    enter and leave the window: its offset is the first error. The second is pixel
-    locking: of a wave of w radians per pixel the top is found at
-    tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
-    Where the top was sought `along` a line, both lie on it.
-    """
+    """Two errors (k, 2) of the paraboloid without noise, in pixels."""
+    # The correlation of the template with its own surroundings (`wider` by one pixel on
+    # each side) ought to have its top in the middle. It does not, because other pixels
+    # enter and leave the window: its offset is the first error. The second is pixel
+    # locking: of a wave of w radians per pixel the top is found at
+    # tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
+    # Where the top was sought `along` a line, both lie on it.
     t = centred(templates)
     offset, D, K, _ = _top(few(t, centred(wider), wider))
     inner = t[:, 1:-1, 1:-1]

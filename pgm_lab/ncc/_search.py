@@ -23,7 +23,7 @@ from pgm_lab.ncc._map import (
 
 NOWHERE = -2.0  # below every correlation: not searched
 # Error of a map in single precision, over the energy of the search window in units of
-# that of its faintest window: at most 1.5 roundings were seen
+# that of its faintest window
 ERROR = 4 * 2.0**-23
 FAINT = 1e-6  # energy of a window over that of its search window, or none is known
 TINY = np.float32(1e-15)  # energy that single precision does not hold well
@@ -31,19 +31,14 @@ TINY = np.float32(1e-15)  # energy that single precision does not hold well
 
 @dataclass(frozen=True)
 class Peaks:
-    """Of k correlation maps the highest value, and what is known of it.
-
-    `near` (k, 3, 3) holds the correlations around it, or around its neighbour inside
-    where it lies on the rim of the map; `second` the next highest peak, -1 if there is
-    none. `left` and `right` are the two windows, centred, to one scale.
-    """
+    """The highest values of k correlation maps, and what is known of them."""
 
     row: np.ndarray
     column: np.ndarray
     r: np.ndarray
-    second: np.ndarray
-    near: np.ndarray
-    left: np.ndarray
+    second: np.ndarray  # the next highest peak, -1 if there is none
+    near: np.ndarray  # (k, 3, 3) r around the peak, or its neighbour off the map's rim
+    left: np.ndarray  # both windows, centred, to one scale
     right: np.ndarray
 
 
@@ -88,10 +83,8 @@ def peaks(templates: np.ndarray, searches: np.ndarray, searched: np.ndarray) -> 
 def _rough_maps(
     templates: np.ndarray, searches: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Maps (k, rows + 1, columns) in single precision and bounds (k,) of their errors.
-
-    A row of -1 below each map keeps it apart from the next one.
-    """
+    """Maps (k, rows + 1, columns) in single precision, bounds (k,) of their errors."""
+    # A row of -1 below each map keeps it apart from the next one
     (k, H, W), (h, w) = searches.shape, templates.shape[1:]
     found = np.full((k, H - h + 2, W - w + 1), -1, np.float32)
     error = np.empty(k)
@@ -129,11 +122,8 @@ def _single(windows: np.ndarray) -> np.ndarray:
 
 
 def _highest(maps: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Places (k, 2) of the highest peak and of the second; its value, -1 if none.
-
-    A peak is no lower than its eight neighbours; the second is no neighbour of the
-    first.
-    """
+    """Places (k, 2) of the highest peak and of the second; its value, -1 if none."""
+    # A peak is no lower than its eight neighbours; the second is none of the first's
     k, rows, columns = maps.shape
     at = np.arange(k)
     highest = maps.reshape(k, -1).argmax(axis=1)
@@ -148,11 +138,8 @@ def _highest(maps: np.ndarray) -> tuple[np.ndarray, ...]:
     ] = -1
     other = others.reshape(k, -1).argmax(axis=1)
     second = np.maximum(others.reshape(k, -1)[at, other], -1).astype(float)
-    return (
-        np.column_stack([row, column]),
-        np.column_stack(np.divmod(other, columns)),
-        second,
-    )
+    first = np.column_stack([row, column])
+    return first, np.column_stack(np.divmod(other, columns)), second
 
 
 def _lead(maps: np.ndarray, first: np.ndarray) -> np.ndarray:

@@ -74,9 +74,8 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     a = right and b = left, h0 = alpha and h1 = beta. (The gain of the other direction
     is not 1 / beta but r^2 / beta.)
 
-    The computing form needs one pass over the grey values, but takes the difference of
-    large numbers: where the mean is 10^k times the standard deviation, 2k of the 16
-    digits are lost. `correlation` loses none.
+    The computing form takes the difference of large numbers: where the mean is 10^k
+    times the standard deviation, it loses 2k of the 16 digits; `correlation` none.
 
     Parameters
     ----------
@@ -86,7 +85,6 @@ def regression(a: ArrayLike, b: ArrayLike) -> Regression:
     Returns
     -------
     Regression
-        alpha, beta and r.
 
     Raises
     ------

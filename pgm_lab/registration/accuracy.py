@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab._robust import nmad
 
-ROBUST_SD = 1.4826  # sd of a normal distribution over its median absolute deviation
 # Normal errors of x and y, with mean 0 and sigma each, have RMSE_T = sqrt(2) sigma and
 # are longer than R with probability exp(-R^2 / (2 sigma^2)): 0.1 at sigma sqrt(2 ln 10)
 CE90_OF_RMSE = np.sqrt(np.log(10))  # 1.5174
@@ -126,7 +126,7 @@ def _summary(shifts: np.ndarray) -> Accuracy:
     if n > 1:
         sd = shifts.std(axis=0, ddof=1)
         sd_of_square = np.std(length**2, ddof=1)
-    spread = ROBUST_SD * np.median(np.abs(shifts - median), axis=0)
+    spread = nmad(shifts, axis=0)
     sd_rmse_t = sd_of_square / (2 * rmse_t * np.sqrt(n)) if rmse_t else 0 * sd_of_square
     of_both = {"mean": mean, "sd": sd, "sd_mean": sd / np.sqrt(n), "rmse": rmse}
     of_both |= {"median": median, "spread": spread}

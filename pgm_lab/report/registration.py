@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching, registration
+from pgm_lab._robust import SD_OF_MAD
 from pgm_lab._rounding import fixed, plain, rounded, scientific
 from pgm_lab.registration import Model, Raster, Registration, fit
-from pgm_lab.registration.accuracy import ROBUST_SD
 from pgm_lab.report import _page, _points
 from pgm_lab.report._page import Table, as_html, as_text
 
@@ -305,7 +305,7 @@ class Case(_points.Points):
         found = [self.errors]
         if np.sum(good) >= FEW and self.affine is not None:
             found.append(self.affine.residuals)
-        spreads = [ROBUST_SD * np.median(np.abs(v[good]), axis=0).max() for v in found]
+        spreads = [SD_OF_MAD * np.median(np.abs(v[good]), axis=0).max() for v in found]
         return bool(min(spreads) < self.chance / 2)
 
     @property

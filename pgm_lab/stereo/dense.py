@@ -18,12 +18,12 @@ from pgm_lab.stereo.normal import NormalPair
 
 # What a cell of `DenseMatch.status` means, by its number
 STATUSES = (
-    "matched",
-    "no image",
-    "no texture",
-    "below the threshold",
-    "at the end of the search",
-    "left and right disagree",
+    "accepted",
+    "no data in the window",
+    "flat template",
+    "below threshold",
+    "peak on the border of the search",
+    "left-right check failed",
     "not converged",
     "isolated",
 )
@@ -42,7 +42,7 @@ class DenseMatch:
     Attributes
     ----------
     disparity : ndarray (rows, columns) of float32
-        Left column minus right column, px; NaN where the status is not "matched".
+        Left column minus right column, px; NaN unless accepted.
     r : ndarray (rows, columns) of float32
         Correlation coefficient; NaN where there is none.
     sd : ndarray (rows, columns) of float32
@@ -97,8 +97,8 @@ def match_rows(
         Most levels of the pyramid; fewer, if the smaller side of the image would fall
         below 40 px.
     search : int
-        Largest disparity sought on the coarsest level, px there, to both sides: a pixel
-        of level 6 is 32 of the image.
+        Largest disparity searched on the coarsest level, px there, to both sides: a
+        pixel of level 6 is 32 of the image.
     refine : bool
         Whether to go on with least squares matching.
 
@@ -107,19 +107,18 @@ def match_rows(
     DenseMatch
         The status says why a cell has no disparity; the first reason that holds:
 
-        - "no image": the window, here or there, reaches beyond the image;
-        - "no texture": its grey values hardly vary;
-        - "below the threshold": no correlation coefficient is high enough;
-        - "at the end of the search": it still rises there;
-        - "left and right disagree": from right to left another place is found;
+        - "no data in the window": here or there it reaches beyond the image;
+        - "flat template": its grey values hardly vary;
+        - "below threshold": no correlation coefficient is high enough;
+        - "peak on the border of the search": it still rises there;
+        - "left-right check failed": from right to left another place is found;
         - "not converged": least squares matching moves on, or away by 1 px;
         - "isolated": part of a patch, smaller than two windows, that differs from what
           is around it.
 
-        The standard deviation is that of least squares matching, and knows that the
-        residuals of neighbours are correlated. Without `refine` it comes from the peak
-        of the correlation alone, and is rough: on simulated aerial photos errors are
-        half as large again.
+        The standard deviation is that of least squares matching, with the correlation
+        of neighbouring residuals. Without `refine` it comes from the peak of the
+        correlation alone, and is too small by a third or so.
 
     Raises
     ------
@@ -165,14 +164,14 @@ def match_rows(
     if refine:
         d, sd, converged, whole = _least_squares(L, R, d, status == 0, window + 2)
         status[(status == 0) & ~converged] = STATUSES.index("not converged")
-        status[(status == 0) & ~whole] = STATUSES.index("no image")
+        status[(status == 0) & ~whole] = STATUSES.index("no data in the window")
     isolated = _isolated(d, status == 0, MIN_PATCH * window**2)
     status[isolated] = STATUSES.index("isolated")
-    matched = status == 0
+    accepted = status == 0
     return DenseMatch(
-        np.where(matched, d, np.nan).astype(np.float32),
+        np.where(accepted, d, np.nan).astype(np.float32),
         np.where(peaks.r > -1, peaks.r, np.nan).astype(np.float32),
-        np.where(matched, sd, np.nan).astype(np.float32),
+        np.where(accepted, sd, np.nan).astype(np.float32),
         status,
     )
 
@@ -183,11 +182,11 @@ def _first_reason(
     """Statuses of the cells after correlation."""
     variance = _box(left.grey**2, window) - _box(left.grey, window) ** 2
     reasons = {
-        "no image": (peaks.r == -1) | (_box(left.mask, window) <= WHOLE),
-        "no texture": variance <= MIN_TEXTURE**2,
-        "below the threshold": peaks.r < threshold,
-        "at the end of the search": ~peaks.inside,
-        "left and right disagree": ~agree,
+        "no data in the window": (peaks.r == -1) | (_box(left.mask, window) <= WHOLE),
+        "flat template": variance <= MIN_TEXTURE**2,
+        "below threshold": peaks.r < threshold,
+        "peak on the border of the search": ~peaks.inside,
+        "left-right check failed": ~agree,
     }
     numbers = [STATUSES.index(name) for name in reasons]
     return np.select(list(reasons.values()), numbers, 0).astype(np.uint8)
@@ -241,10 +240,7 @@ def _rounded(d: np.ndarray) -> np.ndarray:
 def _warped(
     image: np.ndarray, d: np.ndarray, row: int = 0, how: int = cv2.INTER_LINEAR
 ) -> np.ndarray:
-    """Right image where the left pixels lie by their disparities; zero outside.
-
-    `row` is the row of the image that the first row of the disparities belongs to.
-    """
+    """Right image where the left pixels (from `row` on) lie; zero outside."""
     rows, columns = d.shape
     x = np.arange(columns, dtype=np.float32) - d
     y = np.arange(row, row + rows, dtype=np.float32)
@@ -281,11 +277,9 @@ def _levels(shape: tuple[int, ...], most: int) -> int:
 def _coarse_to_fine(
     left: _Image, right: _Image, levels: int, window: int, reach: int
 ) -> tuple["_Peaks", np.ndarray]:
-    """Peaks of the finest level, and whether both directions agree there.
-
-    The way back is the same search with both images exchanged and mirrored, in which a
-    disparity keeps its sign.
-    """
+    """Peaks of the finest level, and whether both directions agree there."""
+    # The way back is the same search with both images exchanged and mirrored, in which
+    # a disparity keeps its sign.
     lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
     there = back = np.zeros(lefts[-1].grey.shape, np.float32)
     for k in reversed(range(levels)):
@@ -303,10 +297,7 @@ def _coarse_to_fine(
 
 
 def _pyramid(image: _Image, levels: int) -> list[_Image]:
-    """Levels from fine to coarse; what is masked has no part in the means.
-
-    `image.pyramid` takes finite images only, and knows no mask.
-    """
+    """Levels from fine to coarse; what is masked has no part in the means."""
     out = [image]
     for _ in range(levels - 1):
         grey, mask = out[-1]
@@ -349,16 +340,14 @@ def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
 
 # --- Local planes of disparity: the shape of the ground under a window ---
 
-ROUGH = 0.3  # px about its plane: more than noise, so an edge or a crest
+MAX_ROUGHNESS = 0.3  # px about its plane: more than noise, so an edge or a crest
 MIN_SHARE = 0.3  # of a window that must be good
 
 
 def _on_planes(d: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
-    """Disparities on the planes through the good cells of their windows.
-
-    Where cells scatter about their plane by more than `ROUGH`, or few are good, the
-    median of 5 x 5 stays instead.
-    """
+    """Disparities on the planes through the good cells of their windows."""
+    # Where cells scatter about their plane by more than `MAX_ROUGHNESS`, or few are
+    # good, the median of 5 x 5 stays instead.
     level = float(d[good].mean()) if good.any() else 0.0
     w = good.astype(np.float32)
     v = np.where(good, d - np.float32(level), 0).astype(np.float32)
@@ -374,7 +363,7 @@ def _on_planes(d: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
     det = np.maximum(xx * yy - xy * xy, 1e-3)
     a, b = (xv * yy - yv * xy) / det, (yv * xx - xv * xy) / det
     rough = np.maximum(vv - a * xv - b * yv, 0)
-    own = np.clip(rough / ROUGH**2 - 1, 0, 1)
+    own = np.clip(rough / MAX_ROUGHNESS**2 - 1, 0, 1)
     own[n < MIN_SHARE * window**2] = 1
     plane = m - a * x - b * y + level
     return own * cv2.medianBlur(d, 5) + (1 - own) * plane
@@ -470,7 +459,7 @@ def _correlation(
 # --- Least squares matching of all cells at once, in windows shaped by the ground ---
 
 ITERATIONS = 3
-WIDER = 4  # px: planes reach further than windows, and so are quieter
+PLANE_MARGIN = 4  # px: planes reach further than windows, and so are quieter
 MAX_CORRECTION = 1.0  # px from the start
 MAX_LAST_STEP = 0.3  # px: after a longer one a window has not converged
 LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
@@ -498,13 +487,10 @@ class _Solution(NamedTuple):
 def _least_squares(
     left: _Image, right: _Image, d: np.ndarray, good: np.ndarray, window: int
 ) -> _Refined:
-    """Disparities by least squares: shift, gain and offset of each window.
-
-    The right image is warped by the disparities on their local planes, so that a window
-    on a slope has the shape it has in the left image. Good cells make the planes; the
-    others take the disparities of their neighbours. (`lsm.match` has two-dimensional
-    shifts and shapes of each window, for 70 times the time.)
-    """
+    """Disparities by least squares: shift, gain and offset of each window."""
+    # The right image is warped by the disparities on their local planes, so that a
+    # window on a slope has the shape it has in the left image. Good cells make the
+    # planes; the others take the disparities of their neighbours.
     # Gradients reach one pixel to each side, the interpolation four
     solid = cv2.erode(right.mask, np.ones((1, 9)), borderValue=0)
     here = cv2.erode(left.mask, np.ones((1, 3)), borderValue=0)
@@ -513,7 +499,7 @@ def _least_squares(
     def work(rows: slice) -> _Refined:
         at = start[rows]
         for _ in range(ITERATIONS):
-            shape = _rounded(_on_planes(at, good[rows], window + WIDER))
+            shape = _rounded(_on_planes(at, good[rows], window + PLANE_MARGIN))
             W = _warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
             found = _normal_equations(left.grey[rows], W, window)
             at = shape + found.step
@@ -528,12 +514,10 @@ def _least_squares(
 
 
 def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:
-    """Solve L = offset + h W + k dW/dx in all windows; the step is -k / h.
-
-    The sums of the normal equations are box filters, and moments about the means have
-    eliminated the offset. The gradient is the mean of both images': that of one alone
-    is too large by its noise.
-    """
+    """Solve L = offset + h W + k dW/dx in all windows; the step is -k / h."""
+    # Box filters sum the normal equations, and moments about the means have eliminated
+    # the offset. The gradient is the mean of both images': that of one alone is too
+    # large by its noise.
     g = cv2.Sobel(L + W, cv2.CV_32F, 1, 0, ksize=1, scale=0.25)
     mL, mW, mg = (_box(a, window) for a in (L, W, g))
     ww, gg = _box(W * W, window) - mW * mW, _box(g * g, window) - mg * mg
@@ -551,12 +535,11 @@ def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:
 
 
 def _inflation(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
-    """Factor of the variance for residuals that are correlated with their neighbours.
-
-    Interpolation makes them so. The variance of sum g e is the sum of all covariances,
-    sigma^2 sum rho_e rho_g: for near neighbours both correlations are measured in the
-    neighbourhood. A fit of three unknowns to n residuals takes about 3/n from each.
-    """
+    """Factor of the variance for residuals correlated with their neighbours."""
+    # Interpolation makes them so. The variance of sum g e is the sum of all
+    # covariances, sigma^2 sum rho_e rho_g: for near neighbours both correlations are
+    # measured in the neighbourhood. A fit of three unknowns to n residuals takes about
+    # 3/n from each.
     slope, residual = (
         np.where(good, a, 0).astype(np.float32) for a in (found.slope, found.residual)
     )

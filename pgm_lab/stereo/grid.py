@@ -97,10 +97,6 @@ def surface(
         If an argument is not what is described here, the points lie in fewer than three
         cells or on one line, or the cells would be more than 10^8.
 
-    Notes
-    -----
-    The time goes into the triangles, some 10 s for a million cells with points.
-
     Examples
     --------
     >>> corners = [(0, 0, 1), (4, 0, 1), (4, 4, 5), (0, 4, 5)]

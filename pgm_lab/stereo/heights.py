@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab._robust import nmad
 from pgm_lab.stereo.dense import DenseMatch
 from pgm_lab.stereo.normal import NormalPair
 
@@ -40,7 +41,6 @@ def intersect(
     match: DenseMatch,
     *,
     step: int = 1,
-    pointing: float = 0.0,
     covariance: bool = False,
 ) -> Points:
     """Object points of all matched cells, or of every `step`-th row and column.
@@ -62,10 +62,6 @@ def intersect(
         Of this pair.
     step : int
         Use every n-th row and column.
-    pointing : float
-        Standard deviation, in px, of column and row of the left pixel. Zero in
-        matching, which asks for the point of a given left pixel; otherwise how far the
-        detail that was meant may lie from it.
     covariance : bool
         Whether to give the covariances, too: the errors of X, Y and Z are correlated,
         since they run along the ray.
@@ -100,7 +96,6 @@ def intersect(
     _validate.instance(pair, NormalPair, "pair")
     _validate.instance(match, DenseMatch, "match")
     step = _validate.whole(step, "step", 1)
-    pointing = _validate.not_negative(pointing, "pointing", "in pixels")
     covariance = _validate.flag(covariance, "covariance")
     if match.status.shape != pair.left.shape:
         raise ValueError(
@@ -113,17 +108,15 @@ def intersect(
     met = ~np.isnan(xyz[:, 0])  # others meet behind the photos
     if not met.all():
         rows, columns, d, sd, xyz = (a[met] for a in (rows, columns, d, sd, xyz))
-    # How the point moves with a pixel of disparity, column and row, each by its sd
-    p = pair.parallax(d)
-    along = -(xyz - pair.stations[0]) * (pair.pixel_size * sd / p)[:, None]
-    aside = (pair.base * pair.pixel_size * pointing / p)[:, None]
-    moves = (along, aside * pair.rotation[0], aside * -pair.rotation[1])
+    # How the point moves along the ray with the sd of the disparity
+    share = pair.pixel_size * sd / pair.parallax(d)
+    moves = (pair.stations[0] - xyz) * share[:, None]
     return Points(
         xyz,
-        np.sqrt(sum(move**2 for move in moves)),
+        np.abs(moves),
         match.r[rows, columns],
         np.stack([columns, rows], -1),
-        sum(m[:, :, None] * m[:, None] for m in moves) if covariance else None,
+        moves[:, :, None] * moves[:, None] if covariance else None,
     )
 
 
@@ -141,8 +134,8 @@ class Quality:
     mean, rmse : float
         Mean error (height minus truth) and root mean square error.
     nmad : float
-        1.4826 times the median distance of the errors from their median: for normal
-        errors the standard deviation, and blunders hardly change it.
+        1.4826 times the median distance from the median: the sd of normal errors, which
+        blunders hardly change.
     completeness : float
         Share of the cells asked for that have a height.
     le95 : float
@@ -212,15 +205,10 @@ def quality(
         n=known.size,
         mean=float(known.mean()),
         rmse=float(np.sqrt(np.mean(known**2))),
-        nmad=nmad(known),
+        nmad=float(nmad(known)),
         completeness=known.size / error.size,
         le95=float(np.quantile(np.abs(known), 0.95)),
     )
-
-
-def nmad(errors: np.ndarray) -> float:
-    """1.4826 times the median distance from the median: sd of normal errors."""
-    return float(1.4826 * np.median(np.abs(errors - np.median(errors))))
 
 
 def _mask(where: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

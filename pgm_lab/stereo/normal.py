@@ -36,8 +36,8 @@ class NormalPair:
     left, right : ndarray (rows, columns) of float32
         Grey values; NaN where the photo shows nothing.
     rotation : ndarray (3, 3)
-        Turns object space into the frame of the normal images: x along the base, z
-        against the view.
+        Object space to the frame of the normal images: x along the base, z against the
+        view.
     stations : ndarray (2, 3)
         Projection centres in object space.
     c, pixel_size : float
@@ -138,7 +138,7 @@ def epipolar_pair(
     ----------
     left, right : Photo
         Of whatever cameras, sizes and kappa; they may be parts. Photos in the opposite
-        order give the images turned by 180 degrees.
+        order give the images rotated by 180 degrees.
     heights : (least, greatest), optional
         Z between which the ground lies; it says what both photos show. Give it from a
         map or from control points, a little too wide rather than too narrow. Either
@@ -164,9 +164,8 @@ def epipolar_pair(
     Notes
     -----
     Positions in the photo are computed exactly for every fourth pixel and linearly
-    between (off by less than 0.001 px with the lens of `simulate`), grey values by a
-    cubic spline, so that nothing is moved. In bands of rows: a pair of 24 megapixels
-    takes some 0.6 GB.
+    between (off by less than 0.001 px with usual lenses), grey values by a cubic
+    spline, so that nothing is moved.
 
     References
     ----------
@@ -375,13 +374,11 @@ def _resampled(
     size: tuple[int, int],
     ratio: float,
 ) -> np.ndarray:
-    """Image (rows, columns) of float32; NaN where the photo shows nothing.
-
-    `rays` gives the directions in object space of a mesh of columns and rows; `ratio`
-    is how many pixels of the photo go into one of the image. `image.resample` has the
-    same spline, but for finite images, in float64 and with exact positions of all
-    pixels: 24 megapixels would take 4 GB instead of 0.6.
-    """
+    """Image (rows, columns) of float32; NaN where the photo shows nothing."""
+    # `rays` gives the directions in object space of a mesh of columns and rows; `ratio`
+    # is how many pixels of the photo go into one of the image. (`image.resample`, in
+    # float64 and with exact positions of all pixels, would take seven times the
+    # memory.)
     columns, rows = size
     # Two more than are needed at the end, between which the last pixels lie
     x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)

@@ -11,13 +11,13 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching
+from pgm_lab._robust import nmad
 from pgm_lab.camera.photo import Photo
-from pgm_lab.stereo.heights import nmad
 from pgm_lab.stereo.normal import NormalPair, exchanged, normal_frame, to_normal
 
-GOOD = 0.1  # px, RMSE of the y parallax up to which a pair counts as well oriented
+MAX_RMSE = 0.1  # px, RMSE of the y parallax up to which a pair counts as well oriented
 MAX_NMADS = 5.0  # from the trend; a match beyond is taken for wrong
-LARGE = 0.1  # px; larger residuals count less and less: wrong matches among them
+LOSS_SCALE = 0.1  # px; larger residuals count less and less: wrong matches among them
 MIN_POINTS = 6  # for a trend over the image, and to check it
 UNIT = 0.01  # of the base, or radians: unknowns in this unit are alike
 ELEMENTS = ("by", "bz", "omega", "phi", "kappa")
@@ -117,7 +117,7 @@ class YParallax:
     @property
     def nmad(self) -> float:
         """1.4826 times the median distance from the median; NaN without any."""
-        return nmad(self.values[self.used]) if self.n else np.nan
+        return float(nmad(self.values[self.used])) if self.n else np.nan
 
     @property
     def message(self) -> str:
@@ -151,13 +151,13 @@ class YParallax:
     def _explained(self) -> str:
         if not self.elements:
             return "Orient the photos again."
-        limit = max(GOOD, 1.5 * self.together, 1.5 * self.elements[0].remaining)
+        limit = max(MAX_RMSE, 1.5 * self.together, 1.5 * self.elements[0].remaining)
         likely = [str(e) for e in self.elements if e.remaining <= limit]
         again = (
             f"a new relative orientation leaves {self.together:.2f} px"
             " (orientation.relative)"
         )
-        if self.elements[0].remaining > max(GOOD, 3 * self.together):
+        if self.elements[0].remaining > max(MAX_RMSE, 3 * self.together):
             return f"No element of the right photo alone explains it; {again}."
         one = "This one explains it" if len(likely) == 1 else "Each explains it alone"
         return f"{one}: {'; or '.join(likely)}. Check it, or orient again: {again}."
@@ -230,12 +230,9 @@ def y_parallax(
             pair.left, pair.right, points, number=number, template=template
         )
     except ValueError:  # too few features fit together, or there is no texture at all
-        n = 0 if points is None else len(points)
-        one, other = (
-            np.zeros((0, 2)) if points is None else points,
-            np.full((n, 2), np.nan),
-        )
-        return _undecided(pair, one, other, np.full(n, "nothing fits", "<U40"))
+        one = np.zeros((0, 2)) if points is None else points
+        status = np.full(len(one), "nothing fits", "<U40")
+        return _undecided(pair, one, np.full(one.shape, np.nan), status)
     one, other, good = found.chosen, found.points, found.accepted
     status = np.where(good, "used", found.status).astype("<U40")
     values = np.where(good, other[:, 1] - one[:, 1], np.nan)
@@ -247,7 +244,9 @@ def y_parallax(
 
     # Matches far from the trend are wrong
     trend, off = _trend(one, values, pair.left.shape)
-    wrong = np.abs(off) > MAX_NMADS * max(nmad(off[good]), LARGE / MAX_NMADS)
+    wrong = np.abs(off) > MAX_NMADS * max(
+        float(nmad(off[good])), LOSS_SCALE / MAX_NMADS
+    )
     status[wrong] = "off the trend"
     values = np.where(wrong, np.nan, values)
     used = status == "used"
@@ -261,9 +260,9 @@ def y_parallax(
     # Noise alone makes a trend of this size
     chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
     verdict = "wrong orientation"
-    if _rms(values[used]) < GOOD:
+    if _rms(values[used]) < MAX_RMSE:
         verdict = "well oriented"
-    elif _rms((values - off)[used]) < max(GOOD, chance):
+    elif _rms((values - off)[used]) < max(MAX_RMSE, chance):
         verdict = "no trend"
     return YParallax(one, other, values, status, trend, elements, together, verdict)
 
@@ -284,7 +283,9 @@ def _trend(
         return A[known] @ x - values[known]
 
     start = np.array([np.median(values[known]), 0, 0])
-    trend = scipy.optimize.least_squares(off, start, loss="soft_l1", f_scale=LARGE).x
+    trend = scipy.optimize.least_squares(
+        off, start, loss="soft_l1", f_scale=LOSS_SCALE
+    ).x
     return trend, values - A @ trend
 
 
@@ -308,10 +309,7 @@ def _undecided(
 def _parallaxes(
     photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray
 ) -> np.ndarray:
-    """X and y parallax (n, 2) in mm, in the normal case, of pixels (n, 2) of photos.
-
-    NaN where a ray does not look at the ground.
-    """
+    """X and y parallax (n, 2) in mm, in the normal case; NaN for rays to the sky."""
     R, c = normal_frame(*photos), photos[0].camera.c
     a, b = (to_normal(p.rays(at), R, c) for p, at in zip(photos, (one, other)))
     return a - b
@@ -320,10 +318,8 @@ def _parallaxes(
 def explanations(
     photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray, pixel_size: float
 ) -> tuple[tuple[Element, ...], float]:
-    """Each element corrected alone, the best first, and what all five together leave.
-
-    `one` and `other` are pixels (n, 2) of the same points in the left and right photo.
-    """
+    """Each element corrected alone, the best first, and what all five leave."""
+    # `one` and `other` are pixels (n, 2) of the same points in the left and right photo
     left, right = photos
     base = float(np.linalg.norm(right.exterior[:3] - left.exterior[:3]))
     axes = normal_frame(left, right)[1:]
@@ -343,7 +339,7 @@ def explanations(
             return remaining(corrections)
 
         found = scipy.optimize.least_squares(
-            residuals, np.zeros(len(which)), loss="soft_l1", f_scale=LARGE
+            residuals, np.zeros(len(which)), loss="soft_l1", f_scale=LOSS_SCALE
         )
         return found.x * units[which], float(np.sqrt(np.mean(found.fun**2)))
 

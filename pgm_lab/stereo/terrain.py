@@ -12,7 +12,7 @@ from pgm_lab.stereo.grid import Surface
 # Layers of `Terrain.origin`
 ORIGINS = ("ground", "interpolated under an object", "interpolated", "nothing")
 GROUND, UNDER, BETWEEN, NOTHING = range(4)
-MAX_ITERATIONS = 8  # of plate and residuals; three or four are usual
+MAX_ITERATIONS = 8  # of plate and residuals
 STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
 
 
@@ -25,7 +25,7 @@ class Terrain:
     z : ndarray (rows, columns)
         Heights in m; NaN where the surface has none.
     origin : ndarray (rows, columns) of uint8
-        Where each height comes from: index into `ORIGINS`.
+        Index into `ORIGINS`: where each height comes from.
     corner, cell
         As in `Surface`.
     """
@@ -174,11 +174,9 @@ def _wider(mask: np.ndarray, cells: float) -> np.ndarray:
 
 
 def _plate(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
-    """Heights (rows, columns) of a plate on the known ones.
-
-    The plate has cells of `side` by `side` and carries the mean of the known heights in
-    each, by their number; it has the least bending energy (thin plate spline).
-    """
+    """Heights of a plate with cells of `side` by `side` on the known ones."""
+    # It carries the mean of the known heights in each cell, by their number, and has
+    # the least bending energy (thin plate spline).
     if np.sum(known.any(0)) < 2 or np.sum(known.any(1)) < 2 or known.sum() < 10:
         raise ValueError(
             "too little of the surface is ground: all the rest stands out as objects."
@@ -204,9 +202,8 @@ def _sum(values: np.ndarray, side: int) -> np.ndarray:
     """Sums over cells of side by side, the last ones filled up with zeros."""
     rows, columns = (-n % side for n in values.shape)
     filled = np.pad(values, ((0, rows), (0, columns)))
-    return filled.reshape(
-        filled.shape[0] // side, side, filled.shape[1] // side, side
-    ).sum((1, 3))
+    wide = filled.shape[1] // side
+    return filled.reshape(-1, side, wide, side).sum((1, 3))
 
 
 def _bending(shape: tuple[int, int]) -> "scipy.sparse.csr_matrix":

@@ -19,16 +19,16 @@ ORIENTED = ("converged", "no redundancy", "several solutions", "weak geometry",
 
 # Where to look
 TOLERANCE = 2.0  # px from the epipolar curve, beside what the orientation misses
-WIDER = 1.3  # the depths of the points so far, and a little more
-NEAREST, FARTHEST = 1.0, 100.0  # depths in bases, where nothing else is known
+DEPTH_MARGIN = 1.3  # factor on the depths of the points so far
+MIN_DEPTH, MAX_DEPTH = 1.0, 100.0  # in bases, where nothing else is known
 SAMPLES = 97  # along an epipolar curve
-AFFINE_FROM = 6  # points; fewer give a shift
-MISLED_BY = {"shift": 0.15, "affine": 0.08}  # at most, of the photo's width
+MIN_AFFINE = 6  # points; fewer give a shift
+MAX_ERROR = {"shift": 0.15, "affine": 0.08}  # of the prediction, by the photo's width
 
 # From coarse to fine
-AT_FIRST = 100  # px to each side at the level where a wide search begins
-STEP = 4  # px to each side at the levels below it
-LAST = 20  # px to each side in the photo itself
+FIRST_REACH = 100  # px to each side at the level where a wide search begins
+REACH = 4  # px to each side at the levels below it
+LAST_REACH = 20  # px to each side in the photo itself
 MAX_SEARCH = 400_000  # pixels of a search window
 MIN_TEMPLATE = 11  # pixels across a template at a coarse level
 MIN_R = 0.5  # that leads on to the next level, or to least squares on the line
@@ -218,35 +218,29 @@ def _search_area(
 
 
 def _predicted(session: Session, pixel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Place and reach from the affine transformation of the points so far.
-
-    From their mean shift with fewer than six; from the whole photo without any.
-    """
+    """Place and reach by the affine transformation, or shift, of the points so far."""
     n, size = len(session.points), np.array(session.right.grey.shape[::-1])
     if n == 0:
         return (size - 1) / 2, size / 2
     chosen = np.array([p.left for p in session.points])
     found = np.array([p.right for p in session.points])
     middle = chosen.mean(axis=0)
-    kind = "affine" if n >= AFFINE_FROM else "shift"
+    kind = "affine" if n >= MIN_AFFINE else "shift"
     A = np.column_stack([np.ones(n), chosen - middle])
     a = np.concatenate([[1.0], pixel - middle])
     if kind == "shift":
         A, a = A[:, :1], a[:1]
     x, *_ = np.linalg.lstsq(A, found - chosen, rcond=1e-6)
     residuals = np.hypot(*(found - chosen - A @ x).T)
-    reach = max(MISLED_BY[kind] * max(size), 3 * residuals.max())
+    reach = max(MAX_ERROR[kind] * max(size), 3 * residuals.max())
     return pixel + a @ x, np.full(2, reach)
 
 
 def _curve(
     left: Photo, right: Photo, pixel: np.ndarray, depths: tuple[float, float]
 ) -> np.ndarray:
-    """Epipolar curve (k, 2) in pixels of the right photo, between two depths.
-
-    Depths are along the axis of the left camera, in steps of equal parallax. Only what
-    the photo may show is returned, perhaps nothing.
-    """
+    """Epipolar curve (k, 2) in the right photo, between two depths; perhaps nothing."""
+    # Depths are along the axis of the left camera, in steps of equal parallax
     near, far = depths
     t = 1 / np.linspace(1 / near, 1 / far, SAMPLES) / left.camera.c
     points = left.exterior[:3] + t[:, None] * left.rays(pixel)
@@ -256,10 +250,7 @@ def _curve(
 
 
 def _line(curve: np.ndarray, pixel: np.ndarray) -> np.ndarray:
-    """The straight line (a, b, d) along a curve, where it passes a pixel.
-
-    a column + b row + d = 0 with a^2 + b^2 = 1.
-    """
+    """The line a column + b row + d = 0, a^2 + b^2 = 1, along a curve at a pixel."""
     middle = (curve[:-1] + curve[1:]) / 2
     k = np.argmin(np.hypot(*(middle - pixel).T))
     (x0, y0), (dx, dy) = curve[k], curve[k + 1] - curve[k]
@@ -279,13 +270,13 @@ def _depths(session: Session, pixel: np.ndarray) -> tuple[float, float]:
             return float(near), float(far)
     xyz = np.array([p.xyz for p in session.points if p.accepted]).reshape(-1, 3)
     if len(xyz) < 3:
-        return NEAREST * base, FARTHEST * base
+        return MIN_DEPTH * base, MAX_DEPTH * base
     depth = _depth(left, xyz)
     middle = np.median(depth)
     # At least a tenth of the depth to each side, wherever the points so far lie
     return (
-        float(min(depth.min() / WIDER, middle / 1.1)),
-        float(max(depth.max() * WIDER, middle * 1.1)),
+        float(min(depth.min() / DEPTH_MARGIN, middle / 1.1)),
+        float(max(depth.max() * DEPTH_MARGIN, middle * 1.1)),
     )
 
 
@@ -307,9 +298,9 @@ def _narrowed(
 ) -> np.ndarray:
     """Place (2,) in the right photo, to a few pixels, by correlation level by level."""
     wide = float(np.max(area.half))
-    if wide <= LAST:
+    if wide <= LAST_REACH:
         return area.centre
-    first = max(int(np.ceil(np.log2(wide / AT_FIRST))), 1)
+    first = max(int(np.ceil(np.log2(wide / FIRST_REACH))), 1)
     first = min(first, len(left) - 1, len(right) - 1)
     place, half = area.centre, area.half
     for k in range(first, 0, -1):
@@ -333,7 +324,7 @@ def _narrowed(
             (rows, columns), MIN_R, 1.0, **along,
         )  # fmt: skip
         if found.r[0] >= MIN_R:
-            place, half = found.points[0] * step, np.full(2, STEP * step / 2)
+            place, half = found.points[0] * step, np.full(2, REACH * step / 2)
         elif 4 * columns * rows > MAX_SEARCH:  # else a finer level may tell
             break
     return place
@@ -346,7 +337,7 @@ def _matched(session: Session, point: Measurement, area: _Area) -> Measurement:
     """Correlate around the start of a point, then least squares."""
     left, right = (photo.grey for photo in session.photos)
     n, pixel, start = session.template, point.left, point.start
-    half = np.minimum(np.ceil(area.half), LAST).astype(int)
+    half = np.minimum(np.ceil(area.half), LAST_REACH).astype(int)
     threshold = THRESHOLD
     along: dict[str, Any] = {}
     if area.curve is not None:  # which controls the match, too
@@ -394,11 +385,9 @@ def _matched(session: Session, point: Measurement, area: _Area) -> Measurement:
 def _least_squares(
     left: np.ndarray, right: np.ndarray, pixel: np.ndarray, start: np.ndarray, n: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, str]:
-    """Place (2,), covariance, shape (2, 2), r and status of least squares matching.
-
-    A window of half the width follows the surface better where that is curved; what
-    the whole window says differently is counted as an error.
-    """
+    """Place (2,), covariance, shape (2, 2), r and status of least squares matching."""
+    # A window of half the width follows the surface better where that is curved; what
+    # the whole window says differently is counted as an error.
     wide = lsm.match(left, right, pixel[None], start, n, threshold=0.0)
     last = wide
     if str(wide.status[0]) == ACCEPTED:
@@ -483,11 +472,7 @@ def _positioned(
 def _intersected(
     photos: tuple[Photo, Photo], xy: np.ndarray, covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Object point, its covariance, and how the intersection ended.
-
-    Photo coordinates xy (2, 2) in mm and their covariances (2, 2, 2) are of the left
-    and the right photo. The orientation is taken as free of errors.
-    """
+    """Object point of xy (2, 2) in mm, its covariance, how the intersection ended."""
     exteriors = np.array([photo.exterior for photo in photos])
     cameras = [photo.camera for photo in photos]
     first = intersect(cameras, exteriors, xy)

@@ -82,8 +82,8 @@ def exif_camera(
     """Principal distance and pixel size in mm that EXIF states; None where it does not.
 
     c is the focal length: a start, good to some per cent. The pixel size is from the
-    resolution of the focal plane, or else from the focal length of a camera for 35 mm
-    film with the same field of view. Arrays have no EXIF. image_size: (columns, rows).
+    resolution of the focal plane, or from the focal length equivalent to 35 mm film.
+    Arrays have no EXIF. image_size: (columns, rows).
     """
     columns, rows = _validate.image_size(image_size)
     if isinstance(photo, str | os.PathLike):

@@ -204,10 +204,8 @@ class Program:
 
 
 def _ipympl() -> ModuleType:
-    """Canvases that answer to clicks; all other figures keep their own.
-
-    Importing ipympl makes its canvas that of every later figure of matplotlib.
-    """
+    """Canvases that answer to clicks; all other figures keep their own."""
+    # Importing ipympl makes its canvas that of every later figure of matplotlib
     backend = matplotlib.get_backend()
     from ipympl import backend_nbagg
 

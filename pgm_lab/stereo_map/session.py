@@ -72,11 +72,9 @@ class Measurement:
     r, r_fine : float
         Correlation at the highest peak, and after least squares matching.
     covariance : ndarray (2, 2)
-        Of `right`, in square pixels: that of least squares, and what a window of twice
-        the width says differently, which a curved surface does.
+        Of `right`, in square pixels, with what a window of twice the width adds.
     shape : ndarray (2, 2)
-        ((a1, a2), (b1, b2)) of (B 2.8), (B 2.9): how the left window lies in the right
-        photo.
+        ((a1, a2), (b1, b2)) of (B 2.8), (B 2.9), from left to right.
     template : ndarray (h, w)
         Grey values of the left window.
     window : ndarray (H, W)
@@ -87,10 +85,8 @@ class Measurement:
         Correlation at each place of the template in `window`.
     curve : ndarray (k, 2)
         Epipolar curve in the right photo, in pixels.
-    start : ndarray (2,)
-        Where the search in the right photo began.
-    reason : str
-        Why there.
+    start, reason : ndarray (2,), str
+        Where the search in the right photo began, and why there.
     photo : ndarray (2, 2)
         (x, y) in mm in the left and in the right photo.
     photo_covariance : ndarray (2, 2, 2)
@@ -158,9 +154,8 @@ class Session:
     left, right : Photo
         Not oriented yet, their exterior orientations are zero.
     space : {"none", "model", "object"}
-        What object coordinates are in: there are none; units of the model, in which the
-        base in x is 1, or -1 to the left; the unit of the given orientation or control
-        points.
+        What object coordinates are in: none; the model, whose base in x is 1, or -1 to
+        the left; the unit of the given orientation or control points.
     points : tuple of Measurement
         Those that were kept, in their order.
     heights : (low, high) or None
@@ -281,11 +276,9 @@ def open_pair(
 
 
 def _levels(grey: np.ndarray) -> list[np.ndarray]:
-    """The photo and its halves, in its own type; pixel p of level k is at 2**k p in it.
-
-    Where a pixel has no data stands the median of the others. (`image.pyramid` has
-    floats: eight times the memory of a photo of 8 bits.)
-    """
+    """The photo and its halves, of its type; pixel p of level k is at 2**k p in it."""
+    # Where a pixel has no data stands the median of the others. (`image.pyramid` has
+    # floats: eight times the memory of a photo of 8 bits.)
     first = np.ma.masked_invalid(grey, copy=False)
     mask = np.ma.getmaskarray(first) if np.ma.is_masked(first) else None
     image = np.asarray(first.data)
