@@ -228,7 +228,10 @@ def test_a_failed_run_leaves_the_file_alone(tmp_path):
 
 def test_names_choose_notebooks(tmp_path):
     path = stored(good(), tmp_path)
-    for names in ([], ["01"], ["01_example"], ["notebooks/01_example.ipynb"]):
-        assert form.choose(tmp_path, names) == [path]
-    with pytest.raises(PublishError, match="no notebook is called '02'.*: 01_example"):
-        form.choose(tmp_path, ["02"])
+    other = path.rename(tmp_path / "02_other.ipynb")
+    path = stored(good(), tmp_path)
+    assert form.choose(tmp_path, []) == [path, other]
+    for name in ("01", "01_example", "notebooks/01_example.ipynb"):
+        assert form.choose(tmp_path, [name]) == [path]
+    with pytest.raises(PublishError, match="is called '03'.*: 01_example, 02_other"):
+        form.choose(tmp_path, ["03"])
