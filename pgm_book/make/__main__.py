@@ -10,6 +10,8 @@ import nbformat
 from pgm_book.make import form
 from pgm_book.make.environment import ROOT
 from pgm_book.make.errors import PublishError, missing
+from pgm_book.make.student import write_copies
+from pgm_lab.io.files import save
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -25,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--build", type=Path, default=ROOT / "build")
     options = parser.parse_args(arguments)
     try:
-        notebooks = choose(options.notebooks, options.names)
+        notebooks = form.choose(options.notebooks, options.names)
         for path in PUBLISHERS[options.what](notebooks, options.build):
             print(path)
     except ModuleNotFoundError as error:
@@ -37,22 +39,6 @@ def main(arguments: list[str] | None = None) -> int:
     return 0
 
 
-def choose(folder: Path, names: list[str]) -> list[Path]:
-    """Return the notebooks of these names, or all; a name may be the number only."""
-    chapters = sorted(Path(folder).glob("[0-9A-Z]*.ipynb"))
-    if not chapters:
-        raise PublishError(f"there is no notebook in {folder}.")
-    chosen = []
-    for wanted in names:
-        stem = Path(wanted).name.removesuffix(".ipynb")
-        matches = [p for p in chapters if stem in (p.stem, p.stem.split("_")[0])]
-        if not matches:
-            known = ", ".join(path.stem for path in chapters)
-            raise PublishError(f"no notebook is called {wanted!r}; there are: {known}.")
-        chosen += matches
-    return chosen or chapters
-
-
 def slides(notebooks: list[Path], build: Path) -> Iterator[Path]:
     """Write ``build/slides/lecturer`` and ``student``; yield each path when done."""
     from pgm_book.make import sizes
@@ -62,8 +48,9 @@ def slides(notebooks: list[Path], build: Path) -> Iterator[Path]:
     said: dict[Path, list[str]] = {}
     for path in notebooks:
         for audience in ("lecturer", "student"):
-            page = slides_page(path, audience).encode("utf-8")
-            yield _write(build / "slides" / audience / f"{path.stem}.html", page)
+            target = build / "slides" / audience / f"{path.stem}.html"
+            save({target: slides_page(path, audience)}, overwrite=True)
+            yield target
         notebook = nbformat.read(path, as_version=4)
         said[path] = faults(for_slides(notebook, "lecturer", path.stem).cells)
     # All are written before any is refused, since a small label is best looked at.
@@ -93,17 +80,12 @@ def handouts(notebooks: list[Path], build: Path) -> Iterator[Path]:
     with open_browser() as browser:
         for path, page in pages.items():
             pdf = print_pdf(browser, page)
-            yield _write(build / "handouts" / f"{path.stem}.pdf", pdf)
+            target = build / "handouts" / f"{path.stem}.pdf"
+            save({target: pdf}, overwrite=True)
+            yield target
             prepared = for_handouts(nbformat.read(path, as_version=4))
             said[path] = faults(pdf, prepared, form.form_of(path))
     form.judge(said, "the handouts are written, but are not fit for paper:")
-
-
-def student(notebooks: list[Path], build: Path) -> Iterator[Path]:
-    """Write the student and the instructor copies; yield their paths."""
-    from pgm_book.make.student import write_copies
-
-    yield from write_copies(notebooks, build)
 
 
 def sizes(notebooks: list[Path], build: Path) -> Iterator[str]:
@@ -120,16 +102,10 @@ def site(notebooks: list[Path], build: Path) -> Iterator[Path]:
     yield build_site(notebooks, build)
 
 
-def _write(target: Path, content: bytes) -> Path:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_bytes(content)
-    return target
-
-
 PUBLISHERS = {
     "slides": slides,
     "handouts": handouts,
-    "student": student,
+    "student": write_copies,
     "sizes": sizes,
     "site": site,
 }

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from pgm_book.make import chapters, house, notebooks
 from pgm_lab import datasets
+from pgm_lab.io.files import save
 
 ROOT = Path(__file__).resolve().parents[2]
 TEMPLATES = ROOT / "pgm_book" / "make" / "templates" / "chapter"
@@ -21,13 +22,7 @@ TABLE = ROOT / "data" / "chapters.csv"
 
 
 def begin(number: str, name: str) -> list[Path]:
-    """Write the files of a new chapter, and list it; nothing if one file exists.
-
-    Raises
-    ------
-    ValueError
-        If the number or the name cannot be used, or the chapter exists.
-    """
+    """Write the files of a new chapter, and list it; a ValueError says why it can't."""
     if not re.fullmatch(r"\d+|A\d", number):
         raise ValueError(f"the number must be like 9 or A3; got {number!r}")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
@@ -55,10 +50,12 @@ def begin(number: str, name: str) -> list[Path]:
     question = row["question"] if row else "Which question does this chapter answer?"
     words = {"NUMBER": number, "FILE": file, "TITLE": title, "QUESTION": question}
     words["LOWER"] = title[0].lower() + title[1:]
+    made = {}
     for path, template in written.items():
         text = (TEMPLATES / template).read_text(encoding="utf-8") if template else ""
         quoted = {word: json.dumps(new)[1:-1] for word, new in words.items()}
-        write(ROOT / path, filled(text, quoted if "ipynb" in path else words))
+        made[ROOT / path] = filled(text, quoted if "ipynb" in path else words)
+    save(made)
     stems = [f"{file}_{name}", f"{file}_case_{name}"]
     listed(rows, row, number, title, question, stems)
     return [ROOT / path for path in written]
@@ -96,13 +93,7 @@ def listed(
     writer = csv.DictWriter(text, rows[0], lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    write(TABLE, text.getvalue())
-
-
-def write(path: Path, text: str) -> None:
-    """Write a file with the line ends of the project."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8", newline="\n")
+    save({TABLE: text.getvalue()}, overwrite=True)
 
 
 def main(arguments: list[str]) -> int:

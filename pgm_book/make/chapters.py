@@ -46,13 +46,7 @@ def _link(row: dict[str, str]) -> str:
 
 
 def renewed(text: str) -> str:
-    """Return the text of README with the table as data/chapters.csv has it now.
-
-    Raises
-    ------
-    ValueError
-        If the two comments that hold the table are not there.
-    """
+    """Return the text of README with the table as data/chapters.csv has it now."""
     between = re.compile(f"{re.escape(BEGIN)}.*{re.escape(END)}", re.DOTALL)
     new, number = between.subn(lambda _: f"{BEGIN}\n\n{table()}\n\n{END}", text)
     if number != 1:

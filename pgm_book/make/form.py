@@ -143,17 +143,17 @@ def problems(notebook: NotebookNode, kind: str) -> list[str]:
 def too_much(parts: list[Section], count: dict, limits: Limits) -> list[str]:
     """Say what goes over its limit, and which section has most of it."""
     found = []
+    sizes = {
+        "cells": [len(one.cells) for one in parts],
+        "words": [one.words for one in parts],
+        "minutes": [one.minutes or 0 for one in parts],
+    }
     for what, most in vars(limits).items():
         if count[what] > most:
-            size = {
-                "cells": lambda one: len(one.cells),
-                "words": lambda one: one.words,
-                "minutes": lambda one: one.minutes or 0,
-            }[what]
-            largest = max(parts, key=size)
+            size, title = max(zip(sizes[what], (one.title for one in parts)))
             found.append(
                 f"{count[what]} {what}, {count[what] - most} too many; most are in"
-                f" {largest.title!r}: {size(largest)}"
+                f" {title!r}: {size}"
             )
     if count["folded"] > FOLDED * count["lines"]:
         folded = [cell for cell in code(parts) if is_folded(cell)]
@@ -255,6 +255,22 @@ def only_lesson_problems(notebook: NotebookNode, parts: list[Section]) -> list[s
     return found
 
 
+def choose(folder: Path, names: list[str]) -> list[Path]:
+    """Return the notebooks of these names, or all; a name may be the number only."""
+    chapters = sorted(Path(folder).glob("[0-9A-Z]*.ipynb"))
+    if not chapters:
+        raise PublishError(f"there is no notebook in {folder}.")
+    chosen = []
+    for wanted in names:
+        stem = Path(wanted).name.removesuffix(".ipynb")
+        matches = [p for p in chapters if stem in (p.stem, p.stem.split("_")[0])]
+        if not matches:
+            known = ", ".join(path.stem for path in chapters)
+            raise PublishError(f"no notebook is called {wanted!r}; there are: {known}.")
+        chosen += matches
+    return chosen or chapters
+
+
 def form_of(notebook: Path) -> str:
     """Return "lesson" or "case" as data/chapters.csv says, nothing where it is neither.
 
@@ -276,13 +292,7 @@ def kinds() -> dict[str, str]:
 
 
 def judge(found: dict[Path, list[str]], said: str, advice: str = "") -> None:
-    """Refuse lessons and cases with findings; print those of the other notebooks.
-
-    Raises
-    ------
-    PublishError
-        If there is one of a lesson or a case; it names all of them.
-    """
+    """Raise a PublishError with all findings of lessons and cases; print the others."""
     refused = []
     for path, findings in found.items():
         lines = [f"{path.name}, {finding}" for finding in findings]
@@ -301,17 +311,14 @@ def main(names: list[str]) -> int:
     """Print the counts; return 1 if a notebook of this form has a problem."""
     failed = False
     print(f"{'':40} cells words lines folded minutes lecture")
-    for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        named = any(path.stem.startswith(Path(n).stem) for n in names)
-        if names and not named:
-            continue
+    for path in choose(ROOT / "notebooks", names):
         notebook = nbformat.read(path, as_version=4)
         count = counts(notebook)
         numbers = "".join(
             f"{n:{w}}" for n, w in zip(count.values(), (6, 6, 6, 7, 8, 8))
         )
         print(f"{path.stem:40}{numbers}")
-        if kind := form_of(path) or ("lesson" if named else ""):
+        if kind := form_of(path) or ("lesson" if names else ""):
             found = problems(notebook, kind)
             print("".join(f"  {finding}\n" for finding in found), end="")
             failed = failed or bool(found)

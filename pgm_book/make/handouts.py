@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 LONGEST_TABLE = 150  # rows; four pages
 LABEL = 7.5  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
-OWN = re.compile(r"^\w+: the book's own\. .*\n?", re.MULTILINE)  # of checks.own
 HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
 SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
 OF_BOOK = re.compile(r"^from pgm_book\b.*\n", re.MULTILINE)  # checks and figures
@@ -67,7 +66,6 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
             cell.source = cell.source.replace("<details>", "<details open>")
         if cell.cell_type == "code":
             cell.source = OF_BOOK.sub("", cell.source)
-        _leave_out_own(cell)
         for output in cell.get("outputs", []):
             _shorten(output)
             _shrink(output)
@@ -92,15 +90,6 @@ def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
     if answers:
         kept.append(new_markdown_cell("## Answers", id="answers"))
     return kept + answers
-
-
-def _leave_out_own(cell: NotebookNode) -> None:
-    """Drop the lines that say whose function runs: nothing runs on paper."""
-    for output in cell.get("outputs", []):
-        if output.output_type == "stream":
-            output.text = OWN.sub("", output.text)
-    if "outputs" in cell:
-        cell.outputs = [output for output in cell.outputs if output.get("text", True)]
 
 
 def _only_prepares(cell: NotebookNode) -> bool:

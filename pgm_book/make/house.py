@@ -74,7 +74,7 @@ def executed(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def imported(node: ast.AST, package: str) -> list[str]:
-    """Return the full names that a node imports, also import_module("literal")."""
+    """Return the full names that a node imports."""
     if isinstance(node, ast.Import):
         return [alias.name for alias in node.names]
     if isinstance(node, ast.ImportFrom):
@@ -83,14 +83,6 @@ def imported(node: ast.AST, package: str) -> list[str]:
             above = package.split(".")[: len(package.split(".")) - node.level + 1]
             base = ".".join([*above, *([base] if base else [])])
         return [f"{base}.{alias.name}" for alias in node.names]
-    if isinstance(node, ast.Call) and node.args:
-        function = getattr(node.func, "attr", getattr(node.func, "id", ""))
-        name = getattr(node.args[0], "value", None)
-        calls = ("import_module", "__import__", "resolve_name", "run_module")
-        if function in calls and isinstance(name, str):
-            dots = len(name) - len(name.lstrip("."))
-            above = package.split(".")[: len(package.split(".")) - dots + 1]
-            return [".".join([*above, name[dots:]]) if dots else name.split(":")[0]]
     return []
 
 

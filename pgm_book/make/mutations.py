@@ -59,13 +59,7 @@ def listed(path: Path = LIST) -> list[Row]:
 
 
 def mutated(row: Row, root: Path = ROOT) -> str:
-    """Return the text of a module with a fault.
-
-    Raises
-    ------
-    ValueError
-        If the place is not found: the module has changed, the list has to follow it.
-    """
+    """Return the text of a module with a fault; ValueError if the list is outdated."""
     text = (root / row["file"]).read_text(encoding="utf-8")
     if "occurrence" not in row:
         old, new, which = row["old"], row["new"], 0
@@ -152,11 +146,7 @@ def tried(
 ) -> dict[str, tuple[str, str]]:
     """Return the verdict on each fault and the test that noticed, by its number.
 
-    Raises
-    ------
-    ValueError
-        If the list is outdated, or if the tests fail without any fault; that they pass
-        is taken for granted with `trust`.
+    That the tests pass without a fault is tried first, unless with `trust`.
     """
     found = {}
     texts = [mutated(row, root) for row in rows]

@@ -8,7 +8,6 @@ description, and so on.
 
 import hashlib
 import json
-import os
 import re
 import sys
 import time
@@ -19,6 +18,11 @@ import nbformat
 from jupyter_client.manager import KernelManager
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError, CellTimeoutError, DeadKernelError
+from nbformat import NotebookNode, v4
+
+from pgm_book.make.errors import PublishError
+from pgm_book.make.form import choose
+from pgm_lab.io.files import save
 
 FOLDER = Path(__file__).resolve().parents[2] / "notebooks"
 KERNEL = {
@@ -48,31 +52,25 @@ class RunFailed(Exception):
     """A notebook did not run to its end."""
 
 
-def code_sha256(notebook: dict) -> str:
+def code_sha256(notebook: NotebookNode) -> str:
     """Return the hash of all code, which tells whether the outputs are current."""
-    sources = [joined(cell["source"]) for cell in code_cells(notebook)]
+    sources = [cell.source for cell in code_cells(notebook)]
     return hashlib.sha256(json.dumps(sources).encode()).hexdigest()
 
 
 def execute(path: Path) -> None:
-    """Run a notebook from the top and store its outputs, if it runs to the end.
-
-    Raises
-    ------
-    RunFailed
-        If a cell raised an error, took too long or stopped the kernel.
-    """
+    """Run a notebook from the top; store its outputs, or raise RunFailed."""
     notebook = nbformat.read(path, as_version=4)
     try:
         client(notebook, path.parent).execute()
     except (CellExecutionError, CellTimeoutError, DeadKernelError) as error:
         raise RunFailed(f"{path.name} was left as it was.\n{error}") from error
     normalize(notebook)
-    write(notebook, path)
+    save({path: nbformat.writes(notebook) + "\n"}, overwrite=True)
 
 
 def client(
-    notebook: nbformat.NotebookNode, folder: Path, kernel: KernelManager | None = None
+    notebook: NotebookNode, folder: Path, kernel: KernelManager | None = None
 ) -> NotebookClient:
     """What runs a notebook in a folder, in a kernel of its own or in a given one."""
     return NotebookClient(
@@ -85,7 +83,7 @@ def client(
     )
 
 
-def normalize(notebook: nbformat.NotebookNode) -> None:
+def normalize(notebook: NotebookNode) -> None:
     """Drop what differs between machines and runs, and store the hash of the code."""
     metadata = notebook.metadata
     metadata.kernelspec = dict(KERNEL)
@@ -113,21 +111,14 @@ def joined_streams(outputs: Iterable[dict]) -> list[dict]:
     return whole
 
 
-def write(notebook: nbformat.NotebookNode, path: Path) -> None:
-    """Replace a notebook file in one step, so that no run leaves half a file."""
-    half = path.with_suffix(".part")
-    half.write_text(nbformat.writes(notebook) + "\n", encoding="utf-8", newline="\n")
-    os.replace(half, path)
-
-
 def problems(path: Path) -> list[str]:
     """All that is wrong with a stored notebook, in plain words."""
     found = []
     if path.stat().st_size > FILE_BYTES:
         found.append(f"the file is larger than {FILE_BYTES // 1_000_000} MB")
-    notebook = json.loads(path.read_text(encoding="utf-8"))
-    metadata = notebook["metadata"]
-
+    # As it is stored: another reader would add the ids that are missing
+    notebook = v4.reads(path.read_text(encoding="utf-8"))
+    metadata = notebook.metadata
     if metadata.get("kernelspec", {}).get("name") != KERNEL["name"]:
         found.append(f"the kernelspec is not {KERNEL['name']}")
     if "widgets" in metadata:
@@ -144,7 +135,7 @@ def problems(path: Path) -> list[str]:
     return found
 
 
-def execution_problems(notebook: dict) -> list[str]:
+def execution_problems(notebook: NotebookNode) -> list[str]:
     """Whether every code cell was run, in one go from the top."""
     counts = [cell.get("execution_count") for cell in code_cells(notebook)]
     if None in counts:
@@ -154,9 +145,9 @@ def execution_problems(notebook: dict) -> list[str]:
     return []
 
 
-def source_problems(cell: dict) -> list[str]:
+def source_problems(cell: NotebookNode) -> list[str]:
     """What is wrong with the code of a cell."""
-    lines = joined(cell["source"]).splitlines()
+    lines = cell.source.splitlines()
     found = []
     if not any(line.strip() for line in lines):
         found.append("is empty")
@@ -172,7 +163,7 @@ def source_problems(cell: dict) -> list[str]:
     return found
 
 
-def output_problems(cell: dict) -> list[str]:
+def output_problems(cell: NotebookNode) -> list[str]:
     """What is wrong with the outputs of a cell."""
     found = []
     for output in cell.get("outputs", []):
@@ -196,34 +187,22 @@ def visible_text(output: dict) -> str:
     texts = [output.get("text", ""), output.get("evalue", "")]
     data = output.get("data", {})
     texts += [value for kind, value in data.items() if kind.startswith("text/")]
-    return "\n".join(joined(text) for text in texts)
+    return "\n".join(texts)
 
 
-def code_cells(notebook: dict) -> list[dict]:
+def code_cells(notebook: NotebookNode) -> list[NotebookNode]:
     """The code cells of a notebook."""
-    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
-
-
-def joined(text: str | list[str]) -> str:
-    """Text of a notebook file, which stores it in one piece or in lines."""
-    return text if isinstance(text, str) else "".join(text)
-
-
-def chosen(names: list[str], folder: Path = FOLDER) -> list[Path]:
-    """The named notebooks of a folder (01_pixel_to_photo, with or without .ipynb)."""
-    known = {path.stem: path for path in sorted(folder.glob("*.ipynb"))}
-    stems = [Path(name).name.removesuffix(".ipynb") for name in names]
-    for stem in stems:
-        if stem not in known:
-            names = ", ".join(known)
-            sys.exit(f"There is no notebook {stem!r} in {folder.name}/, only {names}")
-    return [known[stem] for stem in stems] or list(known.values())
+    return [cell for cell in notebook.cells if cell.cell_type == "code"]
 
 
 def main(names: list[str]) -> int:
     """Execute the named notebooks, or all; the exit code is 0 if all is well."""
     failed = False
-    for path in chosen(names):
+    try:
+        paths = choose(FOLDER, names)
+    except PublishError as error:
+        sys.exit(str(error))
+    for path in paths:
         start = time.perf_counter()
         try:
             execute(path)

@@ -14,15 +14,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def page(metadata: dict[str, str]) -> str | None:
-    """Return the lecturer's slides of a notebook of this project, as it is saved.
+    """Return the lecturer's slides of a notebook, None of one outside ``notebooks/``.
 
     nbconvert says where it has the notebook from: its folder, "path", and its "name".
-    There is no page if that is not ``notebooks/``.
-
-    Raises
-    ------
-    SystemExit
-        With a sentence, if packages are missing or the notebook cannot be published.
     """
     folder = Path(metadata.get("path", "")).resolve()
     if folder != ROOT / "notebooks":

@@ -6,7 +6,7 @@ one thing on one slide: the smallest writing in a figure, a size of text, an ove
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,27 +44,13 @@ _SLIDE = """([index, measure]) => {
 
 @dataclass(frozen=True)
 class Row:
-    """One thing on one slide, and what it may be at the least or at the most.
+    """One thing on one slide, and what it may be at the least or at the most."""
 
-    Attributes
-    ----------
-    slide : int
-        Number of the slide, from 1.
-    title : str
-        Its heading.
-    kind : str
-        figure label, text, code (px); lines of code, enlargement, overflow, no heading.
-    what : str
-        The alternative text of a figure, or the first words of a text.
-    value : float or None
-        What was measured; None for a figure that does not say how large its labels are.
-    """
-
-    slide: int
+    slide: int  # from 1
     title: str
-    kind: str
-    what: str
-    value: float | None
+    kind: str  # one of AT_LEAST or AT_MOST
+    what: str  # the alternative text of a figure, or the first words of a text
+    value: float | None  # None for a figure that does not say how large its labels are
 
     @property
     def limit(self) -> float:
@@ -128,46 +114,12 @@ def problems(rows: Iterable[Row]) -> list[Row]:
     return [row for row in rows if not row.good]
 
 
-def table(rows: list[Row]) -> Iterator[str]:
-    """Write a line a slide: the smallest of each kind, and the worst enlargement."""
-    yield "slide  label   text   code  lines  enlarged  title"
-    for number in sorted({row.slide for row in rows}):
-        own = [row for row in rows if row.slide == number]
-        cells = [
-            f"{number:5d}",
-            *(f"{_extreme(own, kind, min):>5}" for kind in AT_LEAST),
-            f"{_extreme(own, 'lines of code', max, 0):>5}",
-            f"{_extreme(own, 'enlargement', max, 2):>8}",
-            own[0].title[:44],
-        ]
-        over = max((row.value or 0 for row in own if row.kind == "overflow"), default=0)
-        yield "  ".join(cells) + (f"  OVERFLOW {over:.0f} px" if over else "")
-
-
-def summary(rows: list[Row]) -> Iterator[str]:
-    """Count what is too small or too much."""
-    labels = [row.value for row in rows if row.kind == "figure label"]
-    known = [label for label in labels if label is not None]
-    under = (
-        f"{sum(v < px - ROUNDING for v in known)} under {px}" for px in (18, 14, 12)
-    )
-    yield (
-        f"{len(labels)} figures, labels: {', '.join(under)} px, "
-        f"{len(labels) - len(known)} not known"
-    )
-    for kind in ("text", "code"):
-        small = {r.slide for r in problems(rows) if r.kind == kind}
-        yield f"slides with {kind} under {AT_LEAST[kind]:.0f} px: {len(small)}"
-    for kind in AT_MOST:
-        yield f"{kind}: {sum(row.kind == kind for row in problems(rows))}"
-
-
-def _extreme(rows: list[Row], kind: str, best: Callable, digits: int = 1) -> str:
-    values = [row.value for row in rows if row.kind == kind]
-    if not values:
-        return ""
-    known = [value for value in values if value is not None]
-    return f"{best(known):.{digits}f}" if len(known) == len(values) else "?"
+def table(rows: Iterable[Row]) -> Iterator[str]:
+    """Write a line for each thing on the slides; `!` marks what breaks its limit."""
+    for row in rows:
+        value = "?" if row.value is None else f"{row.value:.1f}"
+        mark = " " if row.good else "!"
+        yield f"{row.slide:3d} {mark} {row.kind:13} {value:>6}  {row.what or row.title}"
 
 
 def _short(text: str) -> str:
@@ -207,17 +159,13 @@ def of_decks(folder: Path, notebooks: list[Path]) -> dict[Path, list[str]]:
 
 
 def report(notebooks: list[Path]) -> Iterator[str]:
-    """Yield the table of each notebook's slides, and what was counted in all."""
+    """Yield the table of each notebook's slides."""
     from pgm_book.make.page import slides_page
 
-    every = []
     with ExitStack() as stack:
         meter = Meter(stack)
         folder = Path(stack.enter_context(TemporaryDirectory()))
         for notebook in notebooks:
             deck = folder / f"{notebook.stem}.html"
             deck.write_text(slides_page(notebook), encoding="utf-8")
-            rows = meter.rows(deck)
-            every += rows
-            yield from [f"# {notebook.stem}", *table(rows), ""]
-    yield from summary(every)
+            yield from [f"# {notebook.stem}", *table(meter.rows(deck)), ""]

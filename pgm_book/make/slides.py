@@ -22,8 +22,6 @@ from pgm_lab import datasets
 
 # "## What is a pixel? · 8 min": what a section takes a reader who works alone
 MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
-# What `checks.own` says: a hall need not know whose program drew
-OWN = re.compile(r"^\w+: the book's own\..*\n?", re.MULTILINE)
 FIRST_LINE = re.compile(r"#+ .*\n*")
 # An exercise that follows the text of its slide: it is worked on alone
 EXERCISE = re.compile(r"\n+### Exercise .*", re.DOTALL)
@@ -78,11 +76,6 @@ def _finished(slide: list[NotebookNode]) -> list[NotebookNode]:
         cell.source = MINUTES.sub(r"\1", cell.source)
         if cell.cell_type == "markdown":
             cell.source = EXERCISE.sub("", cell.source)
-        for output in list(cell.get("outputs", [])):
-            if output.output_type == "stream":
-                output.text = OWN.sub("", output.text)
-                if not output.text:
-                    cell.outputs.remove(output)
     return as_cards(titled(slide[0]) + slide[1:])
 
 
@@ -322,7 +315,7 @@ def _with_cards(
     # A copy before the first cards are put in: it will hold the second.
     more = copy.deepcopy(cell)
     output.data = {"text/html": cards(first, caption)}
-    # 0 is the heading that a slide may have for itself, see `prepare.titled`.
+    # 0 is the heading that a slide may have for itself, see `titled`.
     result = [*slide, made(cell, _in_full(first), "notes", 1)]
     if second:
         heading = slide[0].source.partition("\n")[0].lstrip("# ") or "Verdicts"

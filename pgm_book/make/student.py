@@ -16,6 +16,8 @@ from pathlib import Path
 import nbformat
 from nbformat import NotebookNode
 
+from pgm_lab.io.files import save
+
 PLACEHOLDER = "pass  # your code here"
 PROGRAM = "my_pgm.py"  # where there is one, `checks.keep` puts functions into it
 FIRST_LINES = '''"""My photogrammetric program: what I wrote and its check accepted.
@@ -27,6 +29,7 @@ new one takes the place of the old. Nothing else changes this file.
 
 # Lenient on purpose: a marker in another spelling must not give a solution away.
 _MARKER = re.compile(r"^(\s*)#+\s*(BEGIN|END)\s+SOLUTION\b", re.IGNORECASE)
+_OWN = re.compile(r"^\w+: the book's own\..*\n?", re.MULTILINE)  # of checks.own
 
 
 def tags(cell: NotebookNode) -> list[str]:
@@ -69,11 +72,6 @@ def student_copy(notebook: NotebookNode) -> NotebookNode:
     return result
 
 
-def instructor_copy(notebook: NotebookNode) -> NotebookNode:
-    """Return an equal copy of the notebook: solutions, checks and outputs stay."""
-    return copy.deepcopy(notebook)
-
-
 def blank_solutions(notebook: NotebookNode) -> NotebookNode:
     """Return a copy without solutions; outputs and metadata stay as they are."""
     result = copy.deepcopy(notebook)
@@ -84,7 +82,10 @@ def blank_solutions(notebook: NotebookNode) -> NotebookNode:
 
 
 def unsolved(notebook: NotebookNode) -> NotebookNode:
-    """Return a copy to be read: solutions blank, and no output that gives them away."""
+    """Return a copy to be read: solutions blank, and no output that gives them away.
+
+    Where nothing runs, no line says whose function runs.
+    """
     result = blank_solutions(notebook)
     result.cells = [
         cell
@@ -94,6 +95,11 @@ def unsolved(notebook: NotebookNode) -> NotebookNode:
     for cell in result.cells:
         if PLACEHOLDER in cell.source or "check" in tags(cell):
             cell.outputs = []
+        for output in list(cell.get("outputs", [])):
+            if output.output_type == "stream":
+                output.text = _OWN.sub("", output.text)
+                if not output.text:
+                    cell.outputs.remove(output)
     return result
 
 
@@ -143,18 +149,14 @@ def write_copies(notebooks: Iterable[Path], build: Path) -> list[Path]:
     written = []
     for path in notebooks:
         notebook = nbformat.read(path, as_version=4)
-        for folder, make in (
-            ("student", student_copy),
-            ("instructor", instructor_copy),
-        ):
-            try:
-                result = make(notebook)
-            except ValueError as error:
-                raise ValueError(f"{path.name}, {error}") from error
-            target = Path(build) / folder / path.name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            nbformat.write(result, target)
+        try:
+            copies = {"student": student_copy(notebook), "instructor": notebook}
+        except ValueError as error:
+            raise ValueError(f"{path.name}, {error}") from error
+        for folder, made in copies.items():
+            target = build / folder / path.name
+            save({target: nbformat.writes(made) + "\n"}, overwrite=True)
             written.append(target)
-    program = Path(build) / "student" / PROGRAM
-    program.write_text(FIRST_LINES, encoding="utf-8", newline="\n")
+    program = build / "student" / PROGRAM
+    save({program: FIRST_LINES}, overwrite=True)
     return [*written, program]

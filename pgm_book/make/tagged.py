@@ -14,27 +14,13 @@ FIXED_PITCH = 1  # a font's flag: every sign has the same width, as in code
 
 @dataclass(frozen=True)
 class Piece:
-    """Words of one style, or a picture, on one page.
+    """Words of one style, or a picture, on one page; lengths in points."""
 
-    Attributes
-    ----------
-    page : int
-        Number of the page, from 1.
-    text : str
-        The words, or the description of the picture.
-    size : float
-        Height of the writing, or width of the picture, in points.
-    bottom : float
-        Height of its lower edge above that of the paper, in points.
-    kind : str
-        text, code, heading, picture, or nothing for what style adds: footer, boxes.
-    """
-
-    page: int
-    text: str
-    size: float
-    bottom: float
-    kind: str
+    page: int  # from 1
+    text: str  # the words, or the description of the picture
+    size: float  # height of the writing, or width of the picture
+    bottom: float  # height of its lower edge above that of the paper
+    kind: str  # text, code, heading, picture; empty for the footer and boxes
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ ever written to.
 import ast
 import hashlib
 import json
-import os
 import re
 import sys
 from pathlib import Path
@@ -19,6 +18,7 @@ import nbformat
 
 from pgm_book.make.environment import ROOT, work_folder
 from pgm_book.make.student import FIRST_LINES, PROGRAM, student_copy
+from pgm_lab.io.files import save
 
 RECORD = ".originals.json"
 DAMAGED = (
@@ -56,14 +56,15 @@ def update(source_dir: Path, work_dir: Path) -> list[str]:
         current[path.stem] = hashlib.sha256(text.encode()).hexdigest()
         own = work_dir / path.name
         if not own.exists():
-            write(own, text)
+            save({own: text})
             lines.append(f"{own.name}: your copy is in {work_dir.name}/")
         # Without the record nobody can tell what changed: then only fill the gaps.
         elif record is not None and record.get(path.stem) != current[path.stem]:
             lines += put_beside(own, text)
     if record is None:
         return [DAMAGED.format(path=work_dir / RECORD), *lines]
-    write(work_dir / RECORD, json.dumps(current, indent=1, sort_keys=True) + "\n")
+    text = json.dumps(current, indent=1, sort_keys=True) + "\n"
+    save({work_dir / RECORD: text}, overwrite=True)
     return lines
 
 
@@ -75,7 +76,7 @@ def put_beside(own: Path, text: str) -> list[str]:
         beside = own.with_suffix(f".new-{len(taken)}.ipynb")
     if any(path.read_bytes() == text.encode() for path in taken):
         return []
-    write(beside, text)
+    save({beside: text})
     return [
         f"{own.name}: the original has changed. Your copy stays as it is; "
         f"the new one is beside it: {beside.name}"
@@ -89,19 +90,6 @@ def copy_of(path: Path) -> str:
         return nbformat.writes(student_copy(notebook)) + "\n"
     except ValueError as error:
         raise ValueError(f"{path.name}, {error}") from error
-
-
-def write(path: Path, text: str) -> None:
-    """Put a file in its place in one step: on a full disk there is none, not a half."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        with open(part, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def read_record(work_dir: Path) -> dict[str, str] | None:
@@ -175,7 +163,7 @@ def begin_program(work_dir: Path, before: Path | None = None) -> None:
             text = mended(text)
         except SyntaxError:
             pass  # as it is: the reader's checks say where it cannot be read
-    write(work_dir / PROGRAM, text)
+    save({work_dir / PROGRAM: text})
 
 
 def main() -> int:

@@ -17,64 +17,26 @@ from tests import left_behind
 from tests.left_behind import Looked, put_back
 
 
-def leave_a_figure():
-    plt.figure()
-
-
-def leave_a_setting():
-    plt.rcParams["font.size"] = 5
-
-
-def leave_a_variable():
-    os.environ["PGM_LEFT"] = "behind"
-
-
-def change_a_variable():
-    os.environ["PATH"] += os.pathsep + "behind"
-
-
-def leave_a_path():
-    sys.path.append("behind")
-
-
-def leave_another_folder():
-    os.chdir(tempfile.gettempdir())
-
-
-def draw_a_number():
-    random.random()
-
-
-def draw_a_number_of_numpy():
-    np.random.random()  # noqa: NPY002
-
-
-def leave_errors():
-    np.seterr(divide="raise")
-
-
-def leave_a_handler():
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-
-
-def leave_temporary_files():
-    Path(tempfile.mkdtemp(), "behind").touch()
-
-
 @pytest.mark.parametrize(
     ("leave", "named"),
     [
-        (leave_a_figure, "1 open figures"),
-        (leave_a_setting, "rcParams: ['font.size']"),
-        (leave_a_variable, "environment variables: ['PGM_LEFT']"),
-        (change_a_variable, "environment variables: ['PATH']"),
-        (leave_a_path, "sys.path: ['behind']"),
-        (leave_another_folder, "the working folder "),
-        (draw_a_number, "another state of random"),
-        (draw_a_number_of_numpy, "another state of numpy.random"),
-        (leave_errors, "numpy's {'divide': 'raise'"),
-        (leave_a_handler, "a handler of SIGTERM"),
-        (leave_temporary_files, "temporary files: "),
+        (plt.figure, "1 open figures"),
+        (lambda: plt.rcParams.update({"font.size": 5}), "rcParams: ['font.size']"),
+        (
+            lambda: os.environ.update(PGM_LEFT="behind"),
+            "environment variables: ['PGM_LEFT']",
+        ),
+        (lambda: os.environ.update(PATH="behind"), "environment variables: ['PATH']"),
+        (lambda: sys.path.append("behind"), "sys.path: ['behind']"),
+        (lambda: os.chdir(tempfile.gettempdir()), "the working folder "),
+        (random.random, "another state of random"),
+        (np.random.random, "another state of numpy.random"),  # noqa: NPY002
+        (lambda: np.seterr(divide="raise"), "numpy's {'divide': 'raise'"),
+        (
+            lambda: signal.signal(signal.SIGTERM, signal.SIG_IGN),
+            "a handler of SIGTERM",
+        ),
+        (lambda: Path(tempfile.mkdtemp(), "behind").touch(), "temporary files: "),
     ],
 )
 def test_what_is_left_is_named_and_put_back(leave, named):

@@ -8,7 +8,8 @@ import nbformat
 import pytest
 from nbformat import v4
 
-from pgm_book.make import notebooks
+from pgm_book.make import form, notebooks
+from pgm_book.make.errors import PublishError
 from pgm_book.make.notebooks import RunFailed, code_sha256, execute, problems
 
 STORED = sorted(notebooks.FOLDER.glob("*.ipynb"))
@@ -227,8 +228,10 @@ def test_a_failed_run_leaves_the_file_alone(tmp_path):
 
 def test_names_choose_notebooks(tmp_path):
     path = stored(good(), tmp_path)
-    assert notebooks.chosen([], tmp_path) == [path]
-    assert notebooks.chosen(["01_example"], tmp_path) == [path]
-    assert notebooks.chosen(["notebooks/01_example.ipynb"], tmp_path) == [path]
-    with pytest.raises(SystemExit, match="There is no notebook '02'.*only 01_example"):
-        notebooks.chosen(["02"], tmp_path)
+    other = path.rename(tmp_path / "02_other.ipynb")
+    path = stored(good(), tmp_path)
+    assert form.choose(tmp_path, []) == [path, other]
+    for name in ("01", "01_example", "notebooks/01_example.ipynb"):
+        assert form.choose(tmp_path, [name]) == [path]
+    with pytest.raises(PublishError, match="is called '03'.*: 01_example, 02_other"):
+        form.choose(tmp_path, ["03"])

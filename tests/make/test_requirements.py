@@ -9,6 +9,7 @@ from collections import defaultdict
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 from pgm_book.make.requirements import (
@@ -56,10 +57,6 @@ PLACES = {
 }
 
 
-def canonical(name):
-    return re.sub(r"[-_.]+", "-", name).lower()
-
-
 def pin_lines(file_name):
     """A line for each pin, with its hashes; publishing takes those of the tests too."""
     text = (ROOT / file_name).read_text(encoding="utf-8").replace(" \\\n    ", " ")
@@ -74,7 +71,7 @@ def pins(file_name):
     found = defaultdict(set)
     for line in pin_lines(file_name):
         requirement = Requirement(line.split(" --hash=")[0])
-        found[canonical(requirement.name)].add(str(requirement.specifier)[2:])
+        found[canonicalize_name(requirement.name)].add(str(requirement.specifier)[2:])
     return dict(found)
 
 
@@ -89,7 +86,7 @@ def disagreements(table, file_name):
     pinned = pins(file_name)
     found = []
     for requirement in map(Requirement, wanted):
-        versions = pinned.get(canonical(requirement.name), set())
+        versions = pinned.get(canonicalize_name(requirement.name), set())
         if not versions or not all(map(requirement.specifier.contains, versions)):
             found.append(str(requirement))
     return found
@@ -101,19 +98,11 @@ def recorded_digest(file_name):
 
 
 @pytest.mark.parametrize("file_name", FILES)
-def test_every_dependency_is_pinned_in_its_range(file_name):
-    assert disagreements(project(), file_name) == []
-
-
-@pytest.mark.parametrize("file_name", FILES)
-def test_files_were_compiled_from_the_present_tables(file_name):
+def test_every_dependency_is_pinned_in_its_range_with_hashes(file_name):
+    """With hashes pip takes the files that were tested, and no others of that name."""
     message = "pyproject.toml has changed: run `python tasks.py requirements`"
     assert recorded_digest(file_name) == tables_sha256(project()), message
-
-
-@pytest.mark.parametrize("file_name", FILES)
-def test_lines_are_pins_with_hashes_and_without_an_address(file_name):
-    """With hashes pip takes the files that were tested, and no others of that name."""
+    assert disagreements(project(), file_name) == []
     name, condition = r"[a-z0-9][a-z0-9._-]*==[0-9][0-9a-z.+]*", r"( ; [^/\\]+)?"
     pin = re.compile(f"{name}{condition}( --hash=sha256:[0-9a-f]{{64}})+")
     assert [line for line in pin_lines(file_name) if not pin.fullmatch(line)] == []
@@ -132,21 +121,17 @@ def test_oldest_pins_are_the_lower_bounds():
     oldest = pins("requirements-oldest.txt")
     for line in table["dependencies"] + table["optional-dependencies"]["test"]:
         bound = re.search(r">=([0-9.]+)", line)[1]
-        (version,) = oldest[canonical(Requirement(line).name)]
+        (version,) = oldest[canonicalize_name(Requirement(line).name)]
         # setuptools>=77 has no 77.0.0, opencv's 4.11 is called 4.11.0.86
         assert Version(version).release[:2] >= Version(bound).release[:2]
         assert version.startswith(bound.removesuffix(".0"))
 
 
-def test_uv_has_a_file_for_itself():
+def test_uv_has_a_file_for_itself_and_environment_yml_is_derived():
     assert set(pins("requirements-uv.txt")) == {"uv"}
     assert all("uv" not in pins(file_name) for file_name in EXTRAS)
-
-
-def test_environment_yml_is_derived():
     text = (ROOT / "environment.yml").read_text(encoding="utf-8")
-    message = "run `python tasks.py requirements`"
-    assert text == environment_yml(project()), message
+    assert text == environment_yml(project()), "run `python tasks.py requirements`"
 
 
 @pytest.mark.parametrize("where", ["dependencies", "test", "publish", "dev"])

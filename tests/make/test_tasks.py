@@ -82,9 +82,10 @@ def test_a_failing_test_fails_its_task(tried, task):
     assert tried["run"][-1][-2:] == ["-k", "something"]
 
 
-def test_wrong_types_and_bad_style_fail_the_test(tried):
-    for tried["fails"] in ("mypy", "check", "format"):
-        assert commands.main(["test"]) == 1
+@pytest.mark.parametrize("part", ["mypy", "check", "format"])
+def test_wrong_types_and_bad_style_fail_the_test(tried, part):
+    tried["fails"] = part
+    assert commands.main(["test"]) == 1
 
 
 def test_all_the_tests_are_run_by_one_task_or_the_other(tried):

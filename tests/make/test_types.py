@@ -12,30 +12,19 @@ PACKAGE = ROOT / "pgm_lab"
 
 def untyped(source: str) -> list[str]:
     """The public functions of a module that lack a type, and methods of its classes."""
-    return [
-        function.name
-        for function in public_functions(ast.parse(source))
-        if lacks_a_type(function)
-    ]
-
-
-def public_functions(scope: ast.Module | ast.ClassDef) -> list[ast.FunctionDef]:
-    found = []
-    for node in scope.body:
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-            found += public_functions(node)
-        elif isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
-            found.append(node)
+    found, scopes = [], [ast.parse(source)]
+    while scopes:
+        for node in scopes.pop().body:
+            if getattr(node, "name", "_").startswith("_"):
+                continue
+            if isinstance(node, ast.ClassDef):
+                scopes.append(node)
+            elif isinstance(node, ast.FunctionDef):
+                taken = [one for one in ast.walk(node.args) if isinstance(one, ast.arg)]
+                bare = {one.arg for one in taken if one.annotation is None}
+                if bare - {"self", "cls"} or node.returns is None:
+                    found.append(node.name)
     return found
-
-
-def lacks_a_type(function: ast.FunctionDef) -> bool:
-    taken = function.args
-    named = [*taken.posonlyargs, *taken.args, *taken.kwonlyargs]
-    named += [many for many in (taken.vararg, taken.kwarg) if many]
-    bare = [one for one in named if one.annotation is None]
-    unnamed = [one for one in bare if one.arg not in ("self", "cls")]
-    return bool(unnamed) or function.returns is None
 
 
 def test_every_public_function_is_typed():

@@ -3,7 +3,11 @@
 A missing browser or package is a failure here, not a reason to skip.
 """
 
+import os
 import random
+import socket
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -16,6 +20,7 @@ from pgm_book.make.site.build import build as build_site
 from pgm_book.make.slides import for_slides
 from tests import trial
 from tests.publish.example import example, quick_questions
+from tests.publish.lab import LOADED, wait_for
 from tests.publish.watch import Deck, Watched, written
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -120,6 +125,10 @@ def site_folder(tmp_path_factory, worker_id) -> Path:
     return folder / "site"
 
 
+BUILT = "built"
+LONGEST_BUILD = 900  # seconds
+
+
 def built_site(folder: Path) -> Path:
     """Build the site; Sphinx draws a random number and leaves another state."""
     state = random.getstate()
@@ -127,10 +136,6 @@ def built_site(folder: Path) -> Path:
         return build_site(CHAPTERS.values(), folder)
     finally:
         random.setstate(state)
-
-
-BUILT = "built"
-LONGEST_BUILD = 900  # seconds
 
 
 def other_s_site(folder: Path) -> Path:
@@ -143,3 +148,61 @@ def other_s_site(folder: Path) -> Path:
             return folder / "site"
         time.sleep(1)
     raise AssertionError("the site was not built: its worker does not end")
+
+
+# --- JupyterLab; a module of tests gives `work`, the folder that it opens ---
+
+
+@pytest.fixture(scope="module")
+def package() -> Path:
+    """Where the lab finds the packages."""
+    return ROOT
+
+
+@pytest.fixture(scope="module")
+def address(work, package):
+    """A JupyterLab that knows no settings and no signatures of this machine."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    private = work.parent / "private"
+    folders = ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR",
+               "JUPYTERLAB_SETTINGS_DIR", "JUPYTERLAB_WORKSPACES_DIR",
+               "IPYTHONDIR")  # fmt: skip
+    env = os.environ | {name: str(private / name.lower()) for name in folders}
+    options = ["--no-browser", "--ip=127.0.0.1", f"--port={port}", "--allow-root"]
+    with open(work.parent / "log.txt", "w") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "jupyterlab", *options,
+             "--IdentityProvider.token=", "--LabApp.news_url=None"],
+            cwd=work, stdout=log, stderr=log, env=env | {"PYTHONPATH": str(package)},
+        )  # fmt: skip
+    try:
+        url = f"http://127.0.0.1:{port}"
+        wait_for(f"{url}/api/status", process)
+        yield url
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+@pytest.fixture(scope="module")
+def lab(browser, address):
+    """A function that opens a notebook of the folder; only this machine is reached."""
+    context = browser.new_context(viewport={"width": 1280, "height": 1000})
+    page = context.new_page()
+
+    def only_here(route):
+        here = route.request.url.startswith((address, "data:", "blob:"))
+        route.continue_() if here else route.abort()
+
+    context.route("**/*", only_here)
+
+    def opened(name):
+        page.goto(f"{address}/lab/tree/{name}.ipynb?reset")
+        page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=LOADED)
+        page.get_by_text("| Idle").wait_for(timeout=LOADED)  # its kernel has started
+        return page
+
+    yield opened
+    context.close()

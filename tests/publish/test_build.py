@@ -42,59 +42,80 @@ def test_a_figure_without_alt_text_is_refused(what, publish, capsys):
     assert "alternative text" in message
 
 
-def test_a_notebook_that_was_not_run_is_refused(publish, capsys):
+def test_a_notebook_that_was_not_run_or_has_stray_markers_is_refused(publish, capsys):
     cell = code("forgotten = 1")
     cell.execution_count = None
     assert publish("slides", cell) == 1
     assert "forgotten = 1') has not been run" in capsys.readouterr().err
+    assert publish("slides", text("### BEGIN SOLUTION")) == 1
+    assert "code cells only" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("source", "complaint"),
-    [
-        ("![A map](https://example.org/map.png)", "is not in the file"),
-        ("![A map](no_such_file.png)", "is not in the file"),
-        (f"![]({PIXEL})", "alternative text"),
-        (f'<img src="{PIXEL}">', "alternative text"),
-        ('<iframe src="https://example.org"></iframe>', "may not be in a page"),
-        ("### BEGIN SOLUTION", "code cells only"),
+AWAY = "https://example.org"
+OUTSIDE = ["../secret.png", "%2e%2e/secret.png", "a/../../secret.png", "link.png"]
+REFUSED = {
+    "is not in the file": [
+        f"![A map]({AWAY}/map.png)",
+        "![A map](no_such_file.png)",
+        *(f"![A map](<{name}>)" for name in OUTSIDE),
+        "![A map](<{folder}/secret.png>)",
     ],
-)
-def test_text_that_cannot_be_published_is_refused(source, complaint, publish, capsys):
-    cell = text(source, "slide")
-    assert publish("slides", cell) == 1
-    message = capsys.readouterr().err
-    assert cell.id in message and complaint in message
+    "no alternative text": [f"![]({PIXEL})", f'<img src="{PIXEL}">'],
+    "may not be in a page": [
+        f'<iframe src="{AWAY}"></iframe>',
+        f'<base href="{AWAY}">',
+        f'<meta http-equiv="refresh" content="0; url={AWAY}">',
+        f'<form action="{AWAY}"></form>',
+        "<script>start()</script>",
+        f'<link rel="icon" href="{AWAY}">',
+    ],
+}
 
 
-def test_a_solution_is_not_given_away_by_its_output(small):
-    page = slides_page(small, "student")
-    assert "your code here" in page
-    assert "secret" not in page
-    assert "[2143.5 1423.5]" not in page
+def test_what_cannot_be_published_is_refused_cell_by_cell(publish, tmp_path, capsys):
+    """A page loads nothing, and no file from elsewhere goes with it to others."""
+    secret = tmp_path / "secret.png"
+    secret.write_bytes(b"nobody's business")
+    (tmp_path / "notebooks").mkdir()
+    (tmp_path / "notebooks" / "link.png").symlink_to(secret)
+    cells = {
+        complaint: [
+            text(one.replace("{folder}", str(tmp_path)), "slide") for one in all_
+        ]
+        for complaint, all_ in REFUSED.items()
+    }
+    assert publish("slides", *(cell for some in cells.values() for cell in some)) == 1
+    assert not (tmp_path / "build").exists()
+    said = capsys.readouterr().err.splitlines()
+    for complaint, some in cells.items():
+        for cell in some:
+            assert [s for s in said if cell.id in s and complaint in s], cell.source
 
 
-def test_a_request_at_run_time_is_found(watched):
-    page = "<script>fetch('https://example.org/data.json')</script>"
-    with watched.page.expect_event("requestfailed"):
-        watched.page.set_content(page)
-    assert watched.requests == ["https://example.org/data.json"]
-    assert watched.errors != []
+def test_a_picture_beside_the_notebook_is_put_into_the_file(tmp_path):
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
+    (tmp_path / "a map.svg").write_text(svg)
+    notebook = example(text("![A map](<a map.svg>)"))
+    nbformat.write(notebook, tmp_path / "01_example.ipynb")
+    page = slides_page(tmp_path / "01_example.ipynb")
+    assert 'alt="A map" src="data:image/svg+xml;base64,' in page
 
 
-def test_weak_contrast_and_a_missing_text_are_found(watched):
-    watched.page.set_content(
+def test_requests_weak_contrast_missing_texts_and_raw_tex_are_found(watched):
+    """What the other tests look at can be seen."""
+    page = watched.page
+    with page.expect_event("requestfailed"):
+        page.set_content(f"<script>fetch('{AWAY}/data.json')</script>")
+    assert watched.requests == [f"{AWAY}/data.json"] and watched.errors != []
+    page.set_content(
         f'<main><p style="color: #aaa; background: #fff">pale</p><img src="{PIXEL}">'
     )
-    load_axe(watched.page)
-    found = " ".join(axe_violations(watched.page))
+    load_axe(page)
+    found = " ".join(axe_violations(page))
     assert "color-contrast" in found and "image-alt" in found
-    assert len(bad_images(watched.page)) == 1
-
-
-def test_raw_tex_and_tables_are_found(watched):
-    watched.page.set_content("<p>$$x$$, |--|--|, \\frac{1}{2}</p><pre>$a$</pre>")
-    assert raw_markup(watched.page) == ["$$", "$$", "|--", "|--", "\\frac{1}{2}"]
+    assert len(bad_images(page)) == 1
+    page.set_content("<p>$$x$$, |--|--|, \\frac{1}{2}</p><pre>$a$</pre>")
+    assert raw_markup(page) == ["$$", "$$", "|--", "|--", "\\frac{1}{2}"]
 
 
 def test_a_missing_browser_is_said(publish, monkeypatch, capsys):
@@ -119,15 +140,12 @@ def test_a_missing_package_is_said(publish, monkeypatch, capsys):
     assert "Python package no-such-package" in capsys.readouterr().err
 
 
-def test_an_unknown_name_is_said(tmp_path, capsys):
+def test_unknown_names_and_an_empty_folder_are_said(tmp_path, capsys):
+    assert main(["student", "--notebooks", str(tmp_path)]) == 1
+    assert "no notebook in" in capsys.readouterr().err
     nbformat.write(example(), tmp_path / "01_example.ipynb")
     assert main(["slides", "99", "--notebooks", str(tmp_path)]) == 1
     assert "there are: 01_example" in capsys.readouterr().err
-
-
-def test_an_empty_folder_is_said(tmp_path, capsys):
-    assert main(["student", "--notebooks", str(tmp_path)]) == 1
-    assert "no notebook in" in capsys.readouterr().err
 
 
 def test_the_command_line(tmp_path):

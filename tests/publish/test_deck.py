@@ -69,11 +69,12 @@ def test_a_prediction_that_slides_skip_is_no_quick_question():
 
 
 @pytest.mark.parametrize("name", CHAPTERS)
-def test_a_students_deck_is_the_lecturers_without_notes_and_answers(name):
+def test_every_deck_is_fit_and_the_students_has_no_notes_and_answers(name):
     notebook = nbformat.read(CHAPTERS[name], as_version=4)
     lecturer, student = (
         for_slides(notebook, who, name).cells for who in ("lecturer", "student")
     )
+    assert not form_of(CHAPTERS[name]) or faults(lecturer) == []
     assert len({cell.id for cell in lecturer}) == len(lecturer)
     taken = [cell for cell in lecturer if cell.id not in {one.id for one in student}]
     kept = [cell for cell in lecturer if cell.id in {one.id for one in student}]
@@ -113,12 +114,9 @@ def test_seconds_sum_to_the_section(whole, number):
     assert all(seconds % STEP == 0 for seconds in found)
 
 
-def test_what_is_left_out_of_the_lecture_takes_no_time():
+def test_what_is_left_out_takes_no_time_and_a_pace_with_holes_is_none():
     found = slides(*lecture(10, 0, 4), quick_questions())
     assert timings(found) == [0, 300, 300, 0, 0, 120, 120, 0]
-
-
-def test_a_pace_with_holes_is_none():
     cells = lecture(10, 10)
     cells[-1].source = "Ask first."
     assert sum(timings(slides(*cells))) == 0
@@ -211,15 +209,13 @@ def test_a_slide_shows_at_most_three_verdicts(rows, on_slides):
 
 
 def test_a_card_has_word_mark_place_and_the_first_sentence():
+    """The note has the rest."""
     row = ["Bani 2010, (2.3)", "a < b", "It is 1.5 mm. The rest is long.", "corrected"]
     card = cards([row], "One of 61")
     words = ['<span aria-hidden="true">≠</span> corrected', "Bani 2010, (2.3)"]
     for said in [*words, "a &lt; b", "It is 1.5 mm.", "One of 61"]:
         assert said in card
     assert "The rest is long" not in card
-
-
-def test_the_note_has_the_rest_of_the_verdicts():
     rows = ledger.verdicts("5")[:2]
     notes = [c.source for c in slides(*table(2))[0] if slide_type(c) == NOTE]
     assert all(row["obtained"][-30:] in notes[0] for row in rows)
@@ -261,13 +257,6 @@ def test_an_answer_beside_its_question_waits():
 )
 def test_what_waits_or_shows_nothing_is_fine(after):
     assert said(ASKED, *after) == []
-
-
-@pytest.mark.parametrize("name", CHAPTERS)
-def test_what_every_deck_says_is_fit_for_a_hall(name):
-    path = CHAPTERS[name]
-    made = for_slides(nbformat.read(path, as_version=4), "lecturer", path.stem)
-    assert not form_of(path) or faults(made.cells) == []
 
 
 def test_an_exercise_that_ends_a_text_is_left_to_the_reader():

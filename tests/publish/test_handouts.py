@@ -71,15 +71,6 @@ def words(printed):
     return "".join("".join(piece.text.split()) for piece in pieces)
 
 
-def shown_code(paper) -> list[str]:
-    return [
-        cell.source
-        for cell in paper.cells
-        if cell.cell_type == "code"
-        and not {"hide-input", "draw", "predict"} & set(tags(cell))
-    ]
-
-
 def test_a_lesson_and_a_case_are_fit_for_paper(chapter, printed, paper):
     form = form_of(chapter)
     found = faults(printed, paper, form)
@@ -87,17 +78,13 @@ def test_a_lesson_and_a_case_are_fit_for_paper(chapter, printed, paper):
     assert not [said for said in found if "not found" in said]
 
 
-def test_every_page_is_a4(pdf):
+def test_the_pdf_is_a4_and_tagged_with_title_language_and_outline(pdf, notebook):
     assert 1 <= len(pdf.pages) <= 60
     for page in pdf.pages:
         size = (float(page.mediabox.width), float(page.mediabox.height))
         assert size == pytest.approx(A4, abs=1)
-
-
-def test_the_pdf_is_tagged_and_has_title_language_and_outline(pdf, notebook):
     root = pdf.trailer["/Root"]
-    assert root["/MarkInfo"]["/Marked"]
-    assert "/StructTreeRoot" in root
+    assert root["/MarkInfo"]["/Marked"] and "/StructTreeRoot" in root
     assert root["/Lang"] == "en"
     assert pdf.metadata.title == title(notebook)
     assert len(pdf.outline) > 0
@@ -118,27 +105,43 @@ def test_every_figure_carries_its_text_into_the_pdf(pdf, paper):
     assert alts <= found
 
 
-def test_the_handout_holds_every_cell_but_the_notes(paper, built):
+def test_what_is_to_be_read_is_printed_and_no_more(words, built, paper, notebook):
     for cell in paper.cells:
         assert f'data-cell="{cell.id}"' in built, cell.source[:40]
-
-
-def test_every_heading_is_printed_also_of_parts_that_slides_skip(words, notebook):
-    for cell in notebook.cells:
+    for cell in notebook.cells:  # headings also of what slides skip
         notes = slide_type(cell) == "notes" or "solution" in tags(cell)
         if cell.cell_type == "markdown" and not notes:
             for heading in re.findall(r"^#+ +([\w ,]+)", cell.source, re.MULTILINE):
                 assert "".join(heading.split()) in words
-
-
-def test_the_longest_line_of_code_is_printed_to_its_end(words, paper):
-    lines = [line for cell in shown_code(paper) for line in cell.split("\n")]
-    longest = max(lines, key=len, default="")
+    shown = [
+        cell.source
+        for cell in paper.cells
+        if cell.cell_type == "code"
+        and not {"hide-input", "draw", "predict"} & set(tags(cell))
+    ]
+    longest = max("\n".join(shown).split("\n"), key=len)
     assert "".join(longest.split())[-25:] in words
+    # No solutions, nobody is asked to click, no line says whose function runs
+    for gone in ("SOLUTION", "double-click", "Chooseone:", ":thebook'sown."):
+        assert gone not in words
+    answers = [cell.id for cell in notebook.cells if "why" in tags(cell)]
+    last = [cell.id for cell in paper.cells[len(paper.cells) - len(answers) :]]
+    assert last == answers
+    assert ("answers" in [cell.id for cell in paper.cells]) == bool(answers)
 
 
-def test_nothing_is_cut_at_the_right_edge(page):
+def test_the_page_is_whole_and_everyone_can_read_it(page, pdf, paper):
     assert too_wide(page) == []
+    count, errors = formulas(page)
+    assert errors == 0
+    assert (count > 0) == has_maths(paper.cells)
+    assert raw_markup(page) == []
+    assert bad_images(page) == []
+    images = sum(len(pictures(one["/Resources"])) for one in pdf.pages)
+    assert images >= page.locator("figure img").count()
+    assert page.locator("aside").count() == 0
+    load_axe(page)
+    assert axe_violations(page) == []
 
 
 def too_wide(page) -> list[str]:
@@ -153,33 +156,6 @@ def too_wide(page) -> list[str]:
     )
 
 
-def test_a_line_that_is_cut_is_found(page):
-    page.evaluate(
-        """() => document.querySelector("main").insertAdjacentHTML("beforeend",
-            "<pre id='cut' style='white-space: pre !important'>"
-            + "long ".repeat(60) + "</pre>")"""
-    )
-    found = too_wide(page)
-    page.evaluate("document.getElementById('cut').remove()")
-    assert found != []
-
-
-def test_formulas_are_typeset(page, paper):
-    count, errors = formulas(page)
-    assert errors == 0
-    assert (count > 0) == has_maths(paper.cells)
-    assert raw_markup(page) == []
-
-
-def test_every_image_is_decoded_and_described(page):
-    assert bad_images(page) == []
-
-
-def test_images_are_in_the_pdf(pdf, page):
-    images = sum(len(pictures(one["/Resources"])) for one in pdf.pages)
-    assert images >= page.locator("figure img").count()
-
-
 def pictures(resources) -> list:
     """The pictures that a page names, also inside of what it draws as one."""
     found = []
@@ -192,30 +168,10 @@ def pictures(resources) -> list:
     return found
 
 
-def test_no_accessibility_violation(page):
-    load_axe(page)
-    assert axe_violations(page) == []
-
-
-def test_no_notes_and_no_solutions(words, page, notebook):
-    assert "SOLUTION" not in words
-    assert page.locator("aside").count() == 0
-
-
-def test_nobody_is_asked_to_click_on_paper(words):
-    assert "double-click" not in words
-    assert "Chooseone:" not in words
-
-
-def test_no_line_says_whose_function_runs(words):
-    assert ":thebook'sown." not in words
-
-
-def test_answers_stand_at_the_end(notebook, paper):
-    answers = [cell.id for cell in notebook.cells if "why" in tags(cell)]
-    last = [cell.id for cell in paper.cells[len(paper.cells) - len(answers) :]]
-    assert last == answers
-    assert ("answers" in [cell.id for cell in paper.cells]) == bool(answers)
+def test_a_line_that_is_cut_is_found(watched):
+    watched.page.set_viewport_size({"width": COLUMN, "height": 900})
+    watched.page.set_content(f"<main><pre>{'long ' * 60}</pre></main>")
+    assert too_wide(watched.page) != []
 
 
 def test_an_answer_has_its_question_or_the_heading_above_it():

@@ -4,22 +4,20 @@ JupyterLab drops styles from the stored outputs of a notebook that it does not t
 one that was neither run nor saved on this machine. A reader's copy stores no outputs.
 """
 
-import os
 import shutil
-import socket
-import subprocess
-import sys
-import time
-import urllib.request
 
 import nbformat
 import pytest
 
 from pgm_book.make import work_copy
 from pgm_book.make.student import PROGRAM
+from tests.publish.lab import RUN, run, scroll_until
 
-LOADED = 60_000  # ms that JupyterLab may take to open
-RUN = 120_000  # ms that all cells of the lesson may take
+
+@pytest.fixture(scope="module")
+def package(lesson):
+    """The project in which the lesson was begun."""
+    return lesson.parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -32,73 +30,9 @@ def work(lesson, tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
-def address(work, lesson):
-    """A JupyterLab that knows no settings and no signatures of this machine."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    private = work.parent / "private"
-    folders = ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR",
-               "JUPYTERLAB_SETTINGS_DIR", "JUPYTERLAB_WORKSPACES_DIR",
-               "IPYTHONDIR")  # fmt: skip
-    private_folders = {name: str(private / name.lower()) for name in folders}
-    options = ["--no-browser", "--ip=127.0.0.1", f"--port={port}", "--allow-root"]
-    with open(work.parent / "log.txt", "w") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "jupyterlab", *options,
-             "--IdentityProvider.token=", "--LabApp.news_url=None"],
-            cwd=work, stdout=log, stderr=log,
-            env=os.environ | private_folders | {"PYTHONPATH": str(lesson.parents[1])},
-        )  # fmt: skip
-    try:
-        url = f"http://127.0.0.1:{port}"
-        wait_for(f"{url}/api/status", process)
-        yield url
-    finally:
-        process.terminate()
-        process.wait(30)
-
-
-def wait_for(url, process):
-    """Wait until the server answers."""
-    for _ in range(300):
-        assert process.poll() is None, "JupyterLab does not start"
-        try:
-            return urllib.request.urlopen(url, timeout=2).close()
-        except OSError:
-            time.sleep(0.2)
-    raise AssertionError("JupyterLab does not answer")
-
-
-@pytest.fixture(scope="module")
-def lab(browser, address):
-    """A function that opens a notebook of the folder; only this machine is reached."""
-    context = browser.new_context(viewport={"width": 1280, "height": 1000})
-    page = context.new_page()
-    context.route(
-        "**/*",
-        lambda route: (
-            route.continue_()
-            if route.request.url.startswith((address, "data:", "blob:"))
-            else route.abort()
-        ),
-    )
-
-    def opened(name):
-        page.goto(f"{address}/lab/tree/{name}.ipynb?reset")
-        page.locator(".jp-Notebook .jp-Cell").first.wait_for(timeout=LOADED)
-        page.get_by_text("| Idle").wait_for(timeout=LOADED)  # its kernel has started
-        return page
-
-    yield opened
-    context.close()
-
-
 def run_all(page, path):
     """Run all cells from the menu, and save until the last of them is stored as run."""
-    page.get_by_role("menuitem", name="Run", exact=True).click()
-    page.get_by_text("Run All Cells", exact=True).click()
+    run(page)
     for _ in range(RUN // 500):
         page.wait_for_timeout(500)
         page.keyboard.press("Control+s")
@@ -112,12 +46,7 @@ def run_all(page, path):
 def prediction(page):
     """Scroll to the prediction; return the outputs of its cell."""
     area = page.locator(".jp-OutputArea", has=page.locator(".pgm-predict"))
-    panel = page.locator(".jp-WindowedPanel-outer")
-    for _ in range(60):
-        if area.count():
-            break
-        panel.evaluate("panel => panel.scrollBy(0, 400)")
-        page.wait_for_timeout(100)
+    scroll_until(page, area.count)
     area.first.scroll_into_view_if_needed()
     return area.first
 

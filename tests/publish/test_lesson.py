@@ -13,7 +13,7 @@ from pgm_book.make.slides import for_slides
 from pgm_book.make.student import student_copy, tags
 from tests.publish.example import code, example, figure_output, text
 from tests.publish.look import overflow
-from tests.publish.watch import each_slide
+from tests.publish.watch import Watched, each_slide, written
 
 WAITING = ".html:has(.pgm-predict) ~ *"
 
@@ -62,79 +62,109 @@ def choices(number, sentence="Yes."):
 
 
 LONG = "A sentence that takes a line of the slide, more or less, and so on. " * 4
-PREDICTED = code("predict()", choices("1.1", LONG), figure_output(), tags=("predict",))
 WHY = f"<details><summary>Why?</summary>\n\n{LONG}{LONG}\n\n</details>"
 
 
-@pytest.fixture
-def last_slide(watched, tmp_path):
-    """A function that puts cells on a slide and shows it."""
-
-    def shown(*cells):
-        cells = [text("## Predict", "slide"), *cells]
-        nbformat.write(example(*cells), tmp_path / "01_example.ipynb")
-        page = slides_page(tmp_path / "01_example.ipynb")
-        (tmp_path / "slides.html").write_text(page, encoding="utf-8")
-        watched.page.goto((tmp_path / "slides.html").as_uri())
-        watched.wait()
-        *_, _ = each_slide(watched.page)  # the last one
-        return watched.page
-
-    return shown
+def predicted(number="1.1"):
+    """A prediction about a figure."""
+    output = choices(number, LONG)
+    return code("predict()", output, figure_output(), tags=("predict",))
 
 
-def test_a_slide_is_laid_out_for_what_opens_on_it(last_slide):
-    """A figure beside the choices, and two answers of which one is open at a time."""
-    page = last_slide(PREDICTED, text(WHY), text(WHY))
-    assert page.locator(".present [open]").count() == 0
-    for choice in range(3):
-        page.locator(".pgm-predict summary").nth(choice).click()
-        for answer in range(2):
-            page.locator(".present .text summary").nth(answer).click()
-            assert page.locator(".present [open]").count() == 2
-            assert overflow(page) <= 0
-
-
-def test_a_slide_is_laid_out_for_the_tallest_of_its_choices(last_slide):
-    short = choices("1.2").data["text/html"].split("</details>")
-    long = choices("1.2", LONG * 2).data["text/html"].split("</details>")
-    mixed = "</details>".join([long[0], *short[1:]])
-    output = new_output("display_data", data={"text/html": mixed})
-    slide = last_slide(code("predict()", output, tags=("predict",)), text(LONG))
-    slide.locator(".pgm-predict summary").first.click()
-    assert overflow(slide) <= 0
-
-
-def test_on_a_slide_the_result_stands_beside_the_choices(last_slide):
-    page = last_slide(PREDICTED, text("The answer."))
-    page.locator(".pgm-predict summary").first.click()
-    picture, choice = (
-        page.locator(f".cell:has(.pgm-predict) {what}").first.bounding_box()
-        for what in ("img", ".pgm-predict")
+def mixed():
+    """A prediction of which one choice has a much longer sentence than the others."""
+    short, long = (
+        choices("1.2", sentence).data["text/html"].split("</details>")
+        for sentence in ("Yes.", LONG * 2)
     )
-    assert picture["x"] > choice["x"] + choice["width"]
-    assert abs(picture["y"] - choice["y"]) < 20 and picture["width"] > 600
-
-
-def test_on_a_slide_the_text_below_waits_too(last_slide):
-    page = last_slide(PREDICTED, text("The answer."), text("More.", "fragment"))
-    page.evaluate("Reveal.configure({ fragments: false })")
-    answers = [
-        page.get_by_text(words, exact=True) for words in ("The answer.", "More.")
-    ]
-    assert not any(answer.is_visible() for answer in answers)
-    page.locator(".pgm-predict summary").nth(1).click()
-    assert all(answer.is_visible() for answer in answers)
+    html = "</details>".join([long[0], *short[1:]])
+    return code(
+        "predict()",
+        new_output("display_data", data={"text/html": html}),
+        tags=("predict",),
+    )
 
 
 SEVERAL = code(
     "predict()",
-    choices("1.1"),
+    choices("1.5"),
     new_output("stream", text="The second question\n"),
-    choices("1.2"),
+    choices("1.6"),
     new_output("stream", text="The end\n"),
     tags=("predict",),
 )
+# What stands on the slides of one deck
+ON_SLIDES = {
+    "folds": [predicted("1.1"), text(WHY), text(WHY)],
+    "tallest": [mixed(), text(LONG)],
+    "below": [predicted("1.3"), text("The answer."), text("More.", "fragment")],
+    "several": [SEVERAL],
+}
+
+
+@pytest.fixture(scope="module")
+def deck(browser, tmp_path_factory):
+    """A page with all of these slides."""
+    folder = tmp_path_factory.mktemp("predict")
+    cells = [
+        c for name, on in ON_SLIDES.items() for c in (text(f"## {name}", "slide"), *on)
+    ]
+    nbformat.write(example(*cells), folder / "01_example.ipynb")
+    context = offline_context(browser)
+    watched = Watched(context)
+    page = slides_page(folder / "01_example.ipynb")
+    watched.page.goto(written(folder, page).as_uri())
+    watched.wait()
+    yield watched.page
+    context.close()
+
+
+@pytest.fixture
+def on_slide(deck):
+    """A function that shows a slide, and gives the page and the slide."""
+
+    def shown(name):
+        number = list(ON_SLIDES).index(name) - len(ON_SLIDES)
+        deck.evaluate(
+            """(number) => {
+                const { h, v } = Reveal.getIndices(Reveal.getSlides().at(number));
+                Reveal.slide(h, v);
+            }""",
+            number,
+        )
+        return deck, deck.locator("section section.present")
+
+    return shown
+
+
+def test_a_slide_is_laid_out_for_what_opens_on_it(on_slide):
+    """A figure beside the choices, and two answers of which one is open at a time."""
+    page, slide = on_slide("folds")
+    assert slide.locator("[open]").count() == 0
+    for choice in range(3):
+        slide.locator(".pgm-predict summary").nth(choice).click()
+        for answer in range(2):
+            slide.locator(".text summary").nth(answer).click()
+            assert slide.locator("[open]").count() == 2
+            assert overflow(page) <= 0
+    page, slide = on_slide("tallest")
+    slide.locator(".pgm-predict summary").first.click()
+    assert overflow(page) <= 0
+
+
+def test_on_a_slide_the_result_stands_beside_the_choices_and_text_waits(on_slide):
+    page, slide = on_slide("below")
+    page.evaluate("Reveal.configure({ fragments: false })")
+    answers = [slide.get_by_text(said, exact=True) for said in ("The answer.", "More.")]
+    assert not any(answer.is_visible() for answer in answers)
+    slide.locator(".pgm-predict summary").nth(1).click()
+    assert all(answer.is_visible() for answer in answers)
+    picture, choice = (
+        slide.locator(f".cell:has(.pgm-predict) {what}").first.bounding_box()
+        for what in ("img", ".pgm-predict")
+    )
+    assert picture["x"] > choice["x"] + choice["width"]
+    assert abs(picture["y"] - choice["y"]) < 20 and picture["width"] > 600
 
 
 def assert_one_at_a_time(page):
@@ -150,22 +180,19 @@ def assert_one_at_a_time(page):
     assert asked[1].is_visible()
 
 
-def test_of_several_predictions_in_a_cell_each_waits_for_the_one_before(
-    last_slide, browser
+def test_each_prediction_of_a_cell_waits_for_the_one_before_and_text_below_too(
+    on_slide, browser
 ):
-    assert_one_at_a_time(last_slide(SEVERAL))
-    page = offline_context(browser).new_page()
+    """On a slide, and in the page that nbconvert makes by itself; no heading waits."""
+    _, slide = on_slide("several")
+    assert_one_at_a_time(slide)
+    again = code("predict()", choices("1.2"), tags=("predict",))
+    cells = [predicted(), text("The answer."), again, text("### What comes next")]
+    context = offline_context(browser)
+    page = context.new_page()
     html, _ = HTMLExporter().from_notebook_node(example(SEVERAL))
     page.set_content(html, wait_until="domcontentloaded")
     assert_one_at_a_time(page)
-    page.context.close()
-
-
-def test_in_a_page_the_text_right_below_waits_but_not_a_heading(browser):
-    page = offline_context(browser).new_page()
-    again = code("predict()", choices("1.2"), tags=("predict",))
-    below = [text("The answer."), again, text("### What comes next")]
-    cells = [PREDICTED, *below]
     html, _ = HTMLExporter().from_notebook_node(example(*cells))
     page.set_content(html, wait_until="domcontentloaded")
     answer = page.get_by_text("The answer.", exact=True)
@@ -173,7 +200,7 @@ def test_in_a_page_the_text_right_below_waits_but_not_a_heading(browser):
     assert page.get_by_role("heading", name="What comes next").is_visible()
     page.locator(".pgm-predict summary").first.click()
     assert answer.is_visible()
-    page.context.close()
+    context.close()
 
 
 @pytest.fixture(params=[True, False], ids=["run", "student"])

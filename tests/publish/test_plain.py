@@ -24,18 +24,10 @@ def test_it_makes_the_lecturer_s_slides_and_they_fetch_nothing(
     browser, tmp_path, monkeypatch
 ):
     """As the README says, where nothing but the clone itself holds `publish`."""
-    command = [
-        sys.executable,
-        "-m",
-        "jupyter",
-        "nbconvert",
-        "--to",
-        "slides",
-        LESSON,
-        "--output-dir",
-    ]
+    command = [sys.executable, "-m", "jupyter", "nbconvert", "--to", "slides", LESSON]
+    command += ["--output-dir", tmp_path]
     monkeypatch.delenv("PYTHONPATH", raising=False)
-    result = subprocess.run([*command, tmp_path], cwd=ROOT, capture_output=True)
+    result = subprocess.run(command, cwd=ROOT, capture_output=True)
     assert result.returncode == 0, result.stderr
     (path,) = tmp_path.iterdir()
     assert path.name == "07_pearson_registration.slides.html"

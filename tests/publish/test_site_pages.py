@@ -1,6 +1,5 @@
 """What the pages of the site hold, as Sphinx wrote them."""
 
-import copy
 from collections import Counter
 
 import nbformat
@@ -12,7 +11,7 @@ from pgm_book.make.student import slide_type, tags
 from pgm_lab import datasets
 from tests.publish.conftest import CHAPTERS
 from tests.publish.example import code, example, figure_output, text
-from tests.publish.test_lesson import PREDICTED
+from tests.publish.test_lesson import predicted
 
 
 @pytest.fixture(scope="module")
@@ -75,9 +74,8 @@ def test_a_solution_and_what_it_prints_stand_only_in_the_fold():
 
 
 def test_what_is_right_below_a_prediction_waits_but_not_a_heading():
-    other = copy.deepcopy(PREDICTED)
-    other.id = "another"
-    cells = [PREDICTED, text("The answer."), other, text("### What comes next")]
+    cells = [predicted(), text("The answer."), predicted("1.2")]
+    cells.append(text("### What comes next"))
     page, _ = notebooks.prepare(example(*cells), "01_example")
     answer, following = (page.cells[place].source for place in (-3, -1))
     assert 'class="pgm-waits"' in answer and "The answer." in answer

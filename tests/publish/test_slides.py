@@ -9,7 +9,7 @@ from pgm_book.make.form import form_of
 from pgm_book.make.page import slides_page
 from pgm_book.make.sizes import measure, problems
 from pgm_book.make.slides import divided, title
-from pgm_book.make.student import slide_type
+from pgm_book.make.student import slide_type, tags
 from tests.publish.example import ANSWER, QUESTION, example, text
 from tests.publish.look import (
     axe_violations,
@@ -42,62 +42,30 @@ def test_the_command_writes_two_decks(small, tmp_path):
         assert path.read_text(encoding="utf-8") == slides_page(small, audience)
 
 
-def test_nothing_is_fetched_and_nothing_fails(slides, slides_file):
-    assert len(slides.looks) > 1
-    assert slides.requests == [slides_file.as_uri()]
-    assert slides.errors == []
-
-
-def test_title_and_language(slides, notebook):
-    assert slides.page.title() == title(notebook) != "Untitled"
-    assert slides.page.locator("html").get_attribute("lang") == "en"
+def test_all_is_there_and_nothing_is_fetched(slides, slides_file, notebook, prepared):
+    """Every slide, figure and formula, the title, and the notes out of sight."""
+    page, number = slides.page, len(divided(prepared))
+    assert (slides.requests, slides.errors) == ([slides_file.as_uri()], [])
+    assert len(slides.looks) == number > 1
+    assert page.locator(".slide-number").inner_text().endswith(f"/ {number}")
+    assert page.title() == title(notebook) != "Untitled"
+    assert page.locator("html").get_attribute("lang") == "en"
     # One heading of the first rank a slide: the title page's own, and one for readers
-    assert slides.page.locator(".slides h1").count() == 1
-    assert slides.page.locator("header h1").text_content() == title(notebook)
-
-
-def test_as_many_slides_as_the_notebook_says(slides, prepared):
-    expected = len(divided(prepared))
-    assert len(slides.looks) == expected
-    assert slides.page.locator(".slide-number").inner_text().endswith(f"/ {expected}")
-
-
-def test_formulas_are_typeset(slides, prepared):
-    count, errors = formulas(slides.page)
+    assert page.locator(".slides h1").count() == 1
+    assert page.locator("header h1").text_content() == title(notebook)
+    outputs = [output for cell in prepared for output in cell.get("outputs", [])]
+    figures = sum("image/png" in output.get("data", {}) for output in outputs)
+    assert page.locator("figure img").count() == figures
+    assert bad_images(page) == []
+    count, errors = formulas(page)
     assert errors == 0
     assert (count > 0) == has_maths(c for c in prepared if slide_type(c) != "notes")
-    assert raw_markup(slides.page) == []
-    small = [
-        n
-        for n, look in enumerate(slides.looks, 1)
-        if min(look["formulas"], default=9) <= 5
-    ]
-    assert small == []
-
-
-def test_every_image_is_there_decoded_and_described(slides, prepared):
-    figures = [
-        output
-        for cell in prepared
-        for output in cell.get("outputs", [])
-        if "image/png" in output.get("data", {})
-    ]
-    assert slides.page.locator("figure img").count() == len(figures)
-    assert bad_images(slides.page) == []
-
-
-def test_every_slide_fits(slides):
-    too_full = {n: look["overflow"] for n, look in enumerate(slides.looks, start=1)}
-    assert {n: px for n, px in too_full.items() if px > 0} == {}
-
-
-def test_speaker_notes_are_kept_and_hidden(slides, prepared):
+    assert raw_markup(page) == []
+    assert all(min(look["formulas"], default=9) > 5 for look in slides.looks)
     notes = [cell for cell in prepared if slide_type(cell) == "notes"]
     shown = "asides => asides.map((aside) => aside.checkVisibility())"
-    assert slides.page.locator("aside.notes").evaluate_all(shown) == [False] * len(
-        notes
-    )
-    assert slides.page.locator(".fragment aside").count() == 0
+    assert page.locator("aside.notes").evaluate_all(shown) == [False] * len(notes)
+    assert page.locator(".fragment aside").count() == 0
 
 
 def test_no_solution_and_no_check_is_shown(slides_file, notebook):
@@ -109,12 +77,13 @@ def test_no_solution_and_no_check_is_shown(slides_file, notebook):
     assert not shown & {
         cell.id
         for cell in notebook.cells
-        if slide_type(cell) == "skip" or hidden & set(cell.metadata.get("tags", []))
+        if slide_type(cell) == "skip" or hidden & set(tags(cell))
     }
 
 
 def test_a_hall_can_read_every_slide(slides, chapter):
     """Nothing is wrong with a lesson or a case; of the others nothing sticks out."""
+    assert max(look["overflow"] for look in slides.looks) <= 0
     wrong = problems(measure(slides.page))
     if not form_of(chapter):
         wrong = [row for row in wrong if row.kind == "overflow"]
@@ -128,17 +97,20 @@ def test_no_accessibility_violation_on_any_slide(slides):
     assert axe_violations(slides.page) == []
 
 
-def test_a_violation_deep_in_a_deck_is_found(browser, tmp_path):
+def test_a_violation_and_a_slide_that_does_not_fit_are_found(browser, tmp_path):
     pale = text('## Pale\n\n<p style="color: #aaa">Who reads this?</p>', "slide")
-    nbformat.write(example(pale, text("## Last", "slide")), tmp_path / "01_pale.ipynb")
+    full = text("## Too long\n\n" + "- one more line\n" * 40, "slide")
+    nbformat.write(example(pale, full), tmp_path / "01_pale.ipynb")
     context = offline_context(browser, viewport={"width": 1280, "height": 720})
     page = slides_page(tmp_path / "01_pale.ipynb")
-    deep = Deck(context, written(tmp_path, page)).page
-    load_axe(deep)
-    lay_out_all(deep)
-    (violation,) = axe_violations(deep)
+    deep = Deck(context, written(tmp_path, page))
+    load_axe(deep.page)
+    lay_out_all(deep.page)
+    (violation,) = axe_violations(deep.page)
     context.close()
     assert "color-contrast" in violation and "Who reads this?" in violation
+    *others, last = (look["overflow"] for look in deep.looks)
+    assert max(others) <= 0 < last
 
 
 def address(deck) -> str:
@@ -197,18 +169,8 @@ def test_answers_and_notes_are_not_in_the_students_file(small):
     assert QUESTION in lecturer and QUESTION in student
     for only in (ANSWER, "say where the coffee is", "speaker-controls-notes"):
         assert only in lecturer and only not in student
-
-
-def test_a_slide_that_does_not_fit_is_found(browser, tmp_path):
-    full = text("## Too long\n\n" + "- one more line\n" * 40, "slide")
-    nbformat.write(example(full), tmp_path / "01_full.ipynb")
-    context = offline_context(browser, viewport={"width": 1280, "height": 720})
-    page = slides_page(tmp_path / "01_full.ipynb")
-    heights = [
-        look["overflow"] for look in Deck(context, written(tmp_path, page)).looks
-    ]
-    context.close()
-    assert max(heights[:-1]) <= 0 < heights[-1]
+    assert "your code here" in student
+    assert "secret" not in student and "[2143.5 1423.5]" not in student
 
 
 def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path):

@@ -1,39 +1,31 @@
 """StereoMap in JupyterLab: real clicks into its canvas, and the file that they give."""
 
 import re
-from pathlib import Path
 
 import nbformat
 import numpy as np
 import pytest
 
 from pgm_lab import camera, simulate, stereo_map
-from pgm_lab.observations import COLUMNS
+from pgm_lab.observations import RAY
 from pgm_lab.stereo_map import program
-from tests.publish.test_lab import LOADED, address, lab
+from tests.publish.conftest import CHAPTERS
+from tests.publish.lab import SOON, run, scroll_until
 
 NAME = "08_stereo_map"
-SOON = 20_000  # ms; the machine may be busy with other tests
-__all__ = ["address", "lab"]
 
 
 @pytest.fixture(scope="module")
-def lesson():
-    """The notebook; its place tells where the package is."""
-    return Path(__file__).resolve().parents[2] / "notebooks" / f"{NAME}.ipynb"
-
-
-@pytest.fixture(scope="module")
-def work(lesson, tmp_path_factory):
+def work(tmp_path_factory):
     """The folder that the lab opens: the notebook as far as the program's cell."""
     folder = tmp_path_factory.mktemp("lab") / "work"
     folder.mkdir()
-    notebook = nbformat.read(lesson, as_version=4)
+    notebook = nbformat.read(CHAPTERS[NAME], as_version=4)
     (last,) = [
         k for k, cell in enumerate(notebook.cells) if "mine = program" in cell.source
     ]
     notebook.cells = notebook.cells[: last + 1]
-    nbformat.write(notebook, folder / lesson.name)
+    nbformat.write(notebook, folder / f"{NAME}.ipynb")
     return folder
 
 
@@ -43,12 +35,7 @@ class Screen:
     def __init__(self, page, share):
         self.page, self.share = page, share
         self.canvas = page.locator(".jupyter-matplotlib-canvas-div").first
-        panel = page.locator(".jp-WindowedPanel-outer")
-        for _ in range(LOADED // 200):
-            if self.canvas.count():
-                break
-            panel.evaluate("panel => panel.scrollBy(0, 400)")
-            page.wait_for_timeout(200)
+        scroll_until(page, self.canvas.count)
         self.canvas.scroll_into_view_if_needed()
         self.message = page.locator(".stereo-map-message").first
         self.points = page.locator(".stereo-map-points").first
@@ -93,8 +80,7 @@ def left_photo(columns, rows):
 
 def test_clicks_measure_keep_undo_and_save(lab, work):
     page = lab(NAME)
-    page.get_by_role("menuitem", name="Run", exact=True).click()
-    page.get_by_text("Run All Cells", exact=True).click()
+    run(page)
     screen = Screen(page, left_photo(1200, 800))
     screen.click((340, 230), "r = ")
     assert "Found." in screen.message.inner_text()
@@ -113,7 +99,7 @@ def test_clicks_measure_keep_undo_and_save(lab, work):
     assert 345 < float(column) < 390
     screen.press("Save", screen.message, "1 point is saved")
     table = np.loadtxt(work / "my_points.csv", comments="%", delimiter=",")
-    assert table.shape == (2, len(COLUMNS))
+    assert table.shape == (2, len(RAY))
     assert table[:, 0].tolist() == [1, 1] and table[:, 1].tolist() == [1, 2]
 
 

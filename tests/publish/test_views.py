@@ -225,21 +225,17 @@ def test_turning_the_phone_turns_the_view_at_the_same_slide(browser, example_dec
 
 
 @pytest.mark.parametrize("ratio", [1, 2])
-def test_windows_of_a_laptop_show_slides(browser, example_deck, ratio):
-    options = {"viewport": {"width": 1280, "height": 720}}
-    with opened(browser, example_deck, device_scale_factor=ratio, **options) as page:
+def test_windows_of_a_laptop_and_of_the_speaker_s_view_show_slides(
+    browser, example_deck, ratio
+):
+    with opened(browser, example_deck, device_scale_factor=ratio) as page:
         for width, height in LAPTOPS:
             page.set_viewport_size({"width": width, "height": height})
             assert view(page) == "slides"
             scale = min(width / 1280, height / 720)
             assert abs(page.evaluate("Reveal.getScale()") - scale) < 0.01
-
-
-def test_the_small_slides_of_the_speaker_s_view_stay_slides(browser, example_deck):
-    with opened(browser, example_deck) as page:
-        page.set_content(
-            f'<iframe src="{example_deck.as_uri()}" width="400" height="225">'
-        )
+        small = f'<iframe src="{example_deck.as_uri()}" width="400" height="225">'
+        page.set_content(small)
         frame = page.frames[-1]
         frame.wait_for_function("document.documentElement.dataset.ready")
         assert view(frame) == "slides"

@@ -1,13 +1,12 @@
 """The equation index: from (M 2.94) to the function that holds it and to its proof."""
 
 import inspect
-import pkgutil
 import re
 from collections import defaultdict
 from pathlib import Path
 
 from pgm_book.common import ledger
-from pgm_book.make.site import sources
+from pgm_book.make.site import api, sources
 from pgm_book.make.site.verdicts import Verdict, all_verdicts
 
 PAGE = "equations"
@@ -29,7 +28,7 @@ def write(folder: Path) -> list[str]:
     """Write the equation index."""
     parts = [TEXT]
     for source, found in by_source().items():
-        parts.append(_heading(source, "-"))
+        parts.append(sources.heading(source, "-") + "\n")
         for cited in sorted(found, key=order):
             parts.append(entry(cited, found[cited]))
     (folder / f"{PAGE}.rst").write_text("\n".join(parts), encoding="utf-8")
@@ -65,7 +64,7 @@ def entry(cited: str, verdicts: list[Verdict]) -> str:
     number = cited.partition(" ")[2]
     # What the search finds first, with the letter of the source or without it.
     lines = [f".. index:: ! {title}, ! ({number})", "", ".. rst-class:: equation", ""]
-    lines.append(_heading(title, "~"))  # its anchor is m-2-94
+    lines.append(sources.heading(title, "~") + "\n")  # its anchor is m-2-94
     functions = dict.fromkeys(name for v in verdicts for name in v.functions)
     for name in functions:
         lines.append(f"- :py:obj:`{name}`: {_plain(does(name))}")
@@ -83,20 +82,9 @@ def entry(cited: str, verdicts: list[Verdict]) -> str:
 
 
 def does(name: str) -> str:
-    """First line of a function's docstring.
-
-    Examples
-    --------
-    >>> does("pgm_lab.rotation.defect")[-1]
-    '.'
-    """
-    module, _, last = name.rpartition(".")
-    text = inspect.getdoc(pkgutil.resolve_name(f"{module}:{last}")) or ""
+    """First line of a function's docstring."""
+    text = inspect.getdoc(api.thing(name)) or ""
     return text.partition("\n\n")[0].replace("\n", " ").replace("`", "")
-
-
-def _heading(text: str, line: str) -> str:
-    return f"{text}\n{line * len(text)}\n"
 
 
 def _plain(text: str) -> str:

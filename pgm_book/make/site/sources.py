@@ -67,11 +67,11 @@ def write(folder: Path) -> list[str]:
 
 def page(file: str, text: str) -> str:
     """A page of reStructuredText: the code of a file, a heading above each test."""
-    parts = [_heading(file, "="), f"From ``tests/audit/{file}``."]
+    parts = [heading(file, "="), f"From ``tests/audit/{file}``."]
     for block in blocks(text):
         if block.name:
             parts.append(".. rst-class:: proof")
-            parts.append(_heading(block.name, "-"))  # which makes the anchor
+            parts.append(heading(block.name, "-"))  # which makes the anchor
         code = textwrap.indent("\n".join(block.lines).strip("\n"), "   ")
         if code:
             parts.append(f".. code-block:: python\n\n{code}")
@@ -93,5 +93,6 @@ def blocks(text: str) -> list[Block]:
     return [*found, Block("", lines[end:])]
 
 
-def _heading(text: str, line: str) -> str:
+def heading(text: str, line: str) -> str:
+    """Write a heading of reStructuredText."""
     return f"{text}\n{line * len(text)}"

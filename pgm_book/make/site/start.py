@@ -87,11 +87,7 @@ CHOICES = (
         False,
         "Then the camera would have to fly at 874 m: 1000 m / 24 mm × 5.49 µm is more.",
     ),
-    (
-        "23 cm",
-        True,
-        "1000 m / 24 mm × 5.49 µm = 22.9 cm.",
-    ),
+    ("23 cm", True, "1000 m / 24 mm × 5.49 µm = 22.9 cm."),
 )
 TOCTREE = """\
 ```{{toctree}}
