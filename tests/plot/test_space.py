@@ -4,7 +4,6 @@ import cv2
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from mpl_toolkits.mplot3d import proj3d
 
 from pgm_book.ch04 import figures as meadow
 from pgm_lab import datasets, plot, rotation
@@ -66,15 +65,6 @@ def test_a_camera_is_its_image_plane_four_rays_from_the_centre_and_its_axes(in_s
     segments = np.array(rays._segments3d)
     np.testing.assert_allclose(segments[:, 0], np.tile(EXTERIOR[:3], (4, 1)))
     np.testing.assert_allclose(segments[:, 1], corners)
-
-
-def test_fit_shows_all_points_with_one_scale(in_space):
-    points = np.array([(-1, 0, 2), (3, 8, 2.5)])
-    space.fit(in_space, points)
-    limits = [in_space.get_xlim(), in_space.get_ylim(), in_space.get_zlim()]
-    np.testing.assert_allclose(limits, points.T)
-    aspect = np.array(in_space._box_aspect)
-    np.testing.assert_allclose(aspect / aspect[0], (1, 2, 0.125))
 
 
 # --- What a camera sees ---
@@ -193,14 +183,6 @@ def pixel(monkeypatch):
     return plot.pixel_on_ground(datasets.yellowstone(), height=100.0).axes[0]
 
 
-def on_paper(ax, points):
-    """Where points (n, 3) of axes in space are drawn, as fractions of the figure."""
-    ax.apply_aspect()
-    x, y, _ = proj3d.proj_transform(*np.transpose(points), ax.get_proj())
-    seen = ax.transData.transform(np.column_stack([x, y]))
-    return ax.figure.transFigure.inverted().transform(seen)
-
-
 def test_the_ground_is_as_wide_as_its_pixels_in_metres(pixel):
     ortho = datasets.yellowstone()
     below, above = (vertices(surface) for surface in pixel.collections[:2])
@@ -218,24 +200,3 @@ def test_the_pixel_its_ground_and_the_perspective_centre_are_on_one_ray(pixel):
     rays, to_ground = image - (0, 0, 100), below - (0, 0, 100)
     scale = rays[:, 2:] / to_ground[:, 2:]
     np.testing.assert_allclose(rays, scale * to_ground, atol=1e-9)
-
-
-def test_heights_are_measured_at_the_left_square_to_the_view(pixel):
-    """Bars of H and c, at the same depth as the camera: their lengths compare."""
-    bars = [np.transpose(line.get_data_3d()) for line in pixel.lines]
-    bars = [bar for bar in bars if len(bar) == 2 and np.ptp(bar[:, :2]) > 0]
-    upright = [bar for bar in bars if not np.ptp(bar[:, :2], axis=0).any()]
-    assert len(upright) == 2
-    azimuth = np.radians(pixel.azim)
-    for bar in upright:
-        assert bar[1, 2] == 100
-        towards_eye = bar[0, :2] @ (np.cos(azimuth), np.sin(azimuth))
-        assert towards_eye == pytest.approx(0, abs=1e-9)
-        assert on_paper(pixel, bar)[0, 0] < on_paper(pixel, np.zeros((1, 3)))[0, 0]
-
-
-def test_all_that_stands_above_the_ground_is_seen_inside_the_figure(pixel):
-    lines = [np.transpose(line.get_data_3d()) for line in pixel.lines]
-    points = np.concatenate([*lines, [t.get_position_3d() for t in pixel.texts]])
-    seen = on_paper(pixel, points)
-    assert np.all((seen > 0) & (seen < 1))
