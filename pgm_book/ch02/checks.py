@@ -1,21 +1,13 @@
 """Checks of the exercises of chapter 2, normalized cross correlation, and its case."""
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_book.common.checks import CheckFailed, call, first_slip, near, numbers, report
-
-__all__ = [
-    "correlation",
-    "correlation_map",
-    "line",
-    "peak_of_parabola",
-    "search_width",
-    "shifted",
-]
 
 FIVE = np.array(  # Bani 2010, figure 2.8
     [
@@ -314,60 +306,49 @@ def search_width(function: Callable[[int, np.ndarray, np.ndarray], object]) -> N
         (7, (40, 80), (57, 81), 17),
         (15, (60, 40), (55, 70), 30),
     ]
+    template, left, right, largest = (np.array(column) for column in zip(*cases))
     answers = np.array(
-        [
-            call(function, w, np.array(left), np.array(right), shape=())
-            for w, left, right, _ in cases
-        ]
+        [call(function, w, np.array(p), np.array(q), shape=()) for w, p, q, _ in cases]
     )
-    template, largest = np.array([(w, shift) for w, _, _, shift in cases]).T
     expected = template + 2 * largest + 2
-    down = np.array([abs(b[1] - a[1]) for _, a, b, _ in cases])
-    shifts = np.array([np.subtract(b, a) for _, a, b, _ in cases])
-    late = np.abs(shifts.max(axis=1))
+    shift = right - left
+    along, down = np.abs(shift).T
     # the size of one shift or of none is taken, however the difference is formed
+    (x, y), signs = shift.T, (1, -1)
     signed = [
-        np.maximum(*(sign * part for sign, part in zip(signs, parts)))
-        for signs in ((1, 1), (1, -1), (-1, 1), (-1, -1))
-        for parts in (shifts.T, (abs(shifts[:, 0]), shifts[:, 1]),
-                      (shifts[:, 0], abs(shifts[:, 1])))
-    ]  # fmt: skip
-    sums = np.array([np.sum(np.abs(np.subtract(b, a))) for _, a, b, _ in cases])
-    along = np.array([abs(b[0] - a[0]) for _, a, b, _ in cases])
-    far = np.array([np.hypot(*np.subtract(b, a)) for _, a, b, _ in cases])
+        np.maximum(i * u, j * v)
+        for u, v in ((x, y), (along, y), (x, down))
+        for i, j in product(signs, signs)
+    ]
+    one_side = "the window reaches out on both sides"
+    no_room = "the template itself needs room, too"
+    reaches = [
+        (
+            abs(shift.max(axis=1)),
+            "sizes first, then the largest: shifts may be negative",
+        ),
+        (along + down, "the window is square: the larger shift, not their sum"),
+        (along, "rows may differ more than columns"),
+        (down, "columns may differ more than rows"),
+        (
+            np.ceil(np.hypot(along, down)),
+            "the window is square: take the larger shift",
+        ),
+    ]
     slips = [
         (
             expected - 2,
             "the match lies on the border: its neighbours need a pixel more",
         ),
-        (
-            template + 2 * largest + 1,
-            "a pixel is missing on one side",
-        ),
-        (template + largest, "the window reaches out on both sides"),
-        (template + largest + 1, "the window reaches out on both sides"),
-        (template + largest + 2, "the window reaches out on both sides"),
-        (2 * largest + 2, "the template itself needs room, too"),
-        (2 * largest + 3, "the template itself needs room, too"),
+        (expected - 1, "a pixel is missing on one side"),
+        *((template + largest + more, one_side) for more in (0, 1, 2)),
+        *((2 * largest + more, no_room) for more in (2, 3)),
         *(
             (template + 2 * one + more, "a shift may be negative, in columns and rows")
             for one in signed
             for more in (2, 0)
         ),
-        (
-            template + 2 * late + 2,
-            "sizes first, then the largest: shifts may be negative",
-        ),
-        (
-            template + 2 * sums + 2,
-            "the window is square: the larger shift, not their sum",
-        ),
-        (template + 2 * along + 2, "rows may differ more than columns"),
-        (template + 2 * down + 2, "columns may differ more than rows"),
-        (
-            template + 2 * np.ceil(far) + 2,
-            "the window is square: take the larger shift",
-        ),
+        *((template + 2 * reach + 2, hint) for reach, hint in reaches),
     ]
     otherwise = "a match or one of its neighbours is no place of the search"
     if np.all(answers >= expected):

@@ -21,51 +21,55 @@ SINGLE = 1e-6  # an answer in single precision is right
 
 def row_shift(function: Callable) -> None:
     """Check row_shift(A, B), the step of one unknown."""
+
+    def step(slope: np.ndarray, d: np.ndarray) -> float:
+        return slope @ d / (slope @ slope)
+
     rng = np.random.default_rng(31)
-    answers, slips, steps = [], [], []
+    rounded = "the answer is rounded; keep all its digits"
+    across = "the slope is the difference across two pixels, divided by 2"
+    one_sided = "the slope at a pixel is taken from both of its neighbours (B 2.12)"
+    answers, steps, rows = [], [], []
     for n in (21, 41):
         A, B = np.cumsum(rng.normal(0, 9, (2, n)), axis=1) + 120
-        g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
         answers.append(float(call(function, A, B, shape=(), single=True)))
+        g, d = (B[2:] - B[:-2]) / 2, (A - B)[1:-1]
         own, ahead = (A[2:] - A[:-2]) / 2, np.diff(B)
-        steps.append(g @ d / (g @ g))
-        slips.append(
+        a = step(g, d)
+        steps.append(a)
+        rows.append(
             [
-                -g @ d / (g @ g),
-                g @ d / (g @ g) / 2,
-                2 * (g @ d) / (g @ g),
-                np.mean(d / g),
-                d.sum() / g.sum(),
-                g @ d,
-                own @ d / (own @ own),
-                np.diff(B)[:-1] @ d / (np.diff(B)[:-1] @ np.diff(B)[:-1]),
-                ahead @ (A - B)[:-1] / (ahead @ ahead),
-                np.gradient(B) @ (A - B) / (np.gradient(B) @ np.gradient(B)),
-                round(g @ d / (g @ g), 2),
-                round(g @ d / (g @ g), 3),
+                (-a, "the sign is reversed: what is observed is A less what B gives"),
+                (a / 2, across),
+                (2 * a, across),
+                (
+                    np.mean(d / g),
+                    "a mean of all quotients lets flat pixels count as much as steep"
+                    " ones",
+                ),
+                (
+                    d.sum() / g.sum(),
+                    "the steep pixels count more than the flat ones: use least squares",
+                ),
+                (g @ d, "the normal equation is not divided by its coefficient"),
+                (
+                    step(own, d),
+                    "those are the slopes of A; B is the one that is moved",
+                ),
+                (step(ahead[:-1], d), one_sided),
+                (step(ahead, (A - B)[:-1]), one_sided),
+                (
+                    step(np.gradient(B), A - B),
+                    "the first and the last pixel have no two neighbours; leave them"
+                    " out",
+                ),
+                (round(a, 2), rounded),
+                (round(a, 3), rounded),
             ]
         )
-    rounded = "the answer is rounded; keep all its digits"
-    one_sided = "the slope at a pixel is taken from both of its neighbours (B 2.12)"
-    hints = (
-        "the sign is reversed: what is observed is A less what B gives",
-        "the slope is the difference across two pixels, divided by 2",
-        "the slope is the difference across two pixels, divided by 2",
-        "a mean of all quotients lets flat pixels count as much as steep ones",
-        "the steep pixels count more than the flat ones: use least squares",
-        "the normal equation is not divided by its coefficient",
-        "those are the slopes of A; B is the one that is moved",
-        one_sided,
-        one_sided,
-        "the first and the last pixel have no two neighbours; leave them out",
-        rounded,
-        rounded,
-    )
-    hint = first_slip(
-        answers,
-        list(zip(np.transpose(slips), hints)),
-        "it is not the least squares solution of slope times a = A − B",
-    )
+    slips = [([wrong for wrong, _ in pair], pair[0][1]) for pair in zip(*rows)]
+    otherwise = "it is not the least squares solution of slope times a = A − B"
+    hint = first_slip(answers, slips, otherwise)
     right = near(answers, steps, SINGLE)
     report("row_shift", [("the step of least squares", right, hint)])
 

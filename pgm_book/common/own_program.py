@@ -215,7 +215,7 @@ def merged(text: str, imports: dict[str, str], sources: dict[str, str]) -> str:
     for node in parsed("\n".join(lines)).body:
         if not (is_import(node) or type(node) is ast.Expr):
             break
-        end, gap = node.end_lineno, [] if is_import(node) else [""]
+        end, gap = node.end_lineno or 0, [] if is_import(node) else [""]
     if imports:
         lines[end:end] = [*gap, *sorted(imports.values())]
     whole = ["\n".join(lines).strip("\n"), *sources.values()]
@@ -235,7 +235,7 @@ def parsed(text: str) -> ast.Module:
 
 def names_bound(node: ast.stmt) -> list[str]:
     """Names that a statement at the top of a program gives a meaning."""
-    if is_import(node):
+    if isinstance(node, ast.Import | ast.ImportFrom):
         return [one.asname or one.name.partition(".")[0] for one in node.names]
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return [node.name]
@@ -246,7 +246,7 @@ def names_bound(node: ast.stmt) -> list[str]:
 def place_of(node: ast.stmt, lines: list[str]) -> slice:
     """Lines of a statement: a function's decorators and last comments included."""
     start = min(one.lineno for one in [node, *getattr(node, "decorator_list", [])])
-    end = node.end_lineno
+    end = node.end_lineno or 0
     if isinstance(node, ast.FunctionDef):
         inside = itertools.takewhile(lambda s: not s or s[0].isspace(), lines[end:])
         end += len("\n".join(inside).rstrip().splitlines())

@@ -105,14 +105,6 @@ def test_five_of_six_searches_are_in_trouble_and_one_is_accepted(figures):
     assert off[0] < 1 and min(off[1:]) > 2
 
 
-def test_the_top_of_the_parabola_is_marked(figures):
-    of_lesson.summit([0.5, 0.9, 0.7])
-    curve, dots, top = figures[0][0].axes[0].lines
-    assert np.isclose(top.get_xdata()[0], 1 / 6)
-    seen = np.interp((-1, 0, 1), *curve.get_data())
-    assert np.allclose(seen, dots.get_ydata(), atol=1e-3)
-
-
 def test_a_window_lies_at_its_own_coordinates_and_a_map_about_no_shift(closed):
     grey = np.arange(63.0).reshape(7, 9)
     _, ax = plt.subplots()
@@ -125,11 +117,3 @@ def test_a_window_lies_at_its_own_coordinates_and_a_map_about_no_shift(closed):
         2.5,
         -2.5,
     ]
-
-
-def test_summit_is_marked_where_the_map_is_highest_above_a_floor_of_one_scale(closed):
-    r = np.random.default_rng(2).uniform(-0.5, 0.5, (7, 7))
-    r[1, 5] = 0.9
-    ax = plt.figure().add_subplot(projection="3d")
-    assert of_lesson.draw_surface(ax, r) == (2, -2)
-    assert ax.yaxis_inverted() and ax.get_zlim() == pytest.approx((-0.6, 1.15))

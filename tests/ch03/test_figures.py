@@ -32,11 +32,6 @@ def shown(ax):
     return np.asarray(ax.images[0].get_array())
 
 
-def test_template_is_the_left_window(film):
-    x, y = POINT
-    assert np.array_equal(shown(film[1, 0]), LEFT[y - 10 : y + 11, x - 10 : x + 11])
-
-
 def test_residuals_are_computed_minus_observed_and_empty_at_the_truth(film):
     for column in (1, 2):
         difference = shown(film[1, column]) - shown(film[1, 0])
@@ -51,22 +46,6 @@ def test_outline_follows_the_parameters(film):
     corner = TRUTH[[0, 3]] + TRUTH[[1, 2, 4, 5]].reshape(2, 2) @ (10.5, 10.5)
     np.testing.assert_allclose(outline[2], corner)
     np.testing.assert_allclose(film[0, 0].lines[0].get_xydata()[0], (29.5, 34.5))
-
-
-def test_path_runs_from_the_start(film):
-    assert len(film[0, 1].lines[1].get_xydata()) == 1
-    path = film[0, 2].lines[1].get_xydata()
-    np.testing.assert_allclose(path, [START[[0, 3]], TRUTH[[0, 3]]])
-
-
-def test_pixels_outside_the_right_photo_are_blank():
-    away = START.copy()
-    away[0] = 5
-    fig = of_lesson.film_strip(LEFT, RIGHT, POINT, WINDOW, away[None], ["away"])
-    window = shown(fig.axes[3])
-    plt.close(fig)
-    assert np.all(np.ma.getmaskarray(np.ma.masked_invalid(window))[:, :5])
-    assert np.isfinite(window[:, 10:]).all()
 
 
 def test_sliders_name_the_steps_that_they_show(monkeypatch, figures):

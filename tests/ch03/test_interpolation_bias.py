@@ -223,15 +223,6 @@ def test_eight_parameters_do_not_take_the_bias_away(kind, method):
     np.testing.assert_allclose(eight, two, rtol=0.05, atol=6e-4)
 
 
-@pytest.mark.parametrize("kind", study.CUTOFFS)
-@pytest.mark.parametrize("method", METHODS)
-def test_bias_vanishes_at_pixel_centres_and_by_symmetry_half_way(kind, method):
-    bias = column(kind, method, "bias_px")
-    assert abs(bias[0]) < 1e-6 and abs(bias[-1]) < 1e-6
-    if method != "nearest":
-        np.testing.assert_allclose(bias, -bias[::-1], rtol=0, atol=1.5e-3)
-
-
 @SOFT_AND_SHARP
 def test_the_script_still_says_what_the_table_does(kind):
     """Three textures: biases as of forty, within the scatter of textures."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_book.ch04 import case_figures, figures
-from pgm_lab import datasets, plot, rotation
+from pgm_lab import datasets, rotation
 
 DATA = datasets.muliawan2013()
 OTHER = DATA.exteriors.copy()
@@ -91,26 +91,6 @@ def test_printed_matrices_are_those_of_the_audit():
 
 
 # --- The meadow: no symmetry hides a wrong rotation ---
-
-
-def test_surroundings_lie_on_the_ground_and_leave_the_meadow_free():
-    fields = [polygon for polygon, _ in figures.surroundings()]
-    assert not any(polygon[:, 2].any() for polygon in fields)
-    middles = np.array([polygon[:, :2].mean(axis=0) for polygon in fields])
-    assert not np.any(np.all(np.abs(middles) < 6, axis=1))
-    corners = np.concatenate(fields)[:, :2]
-    np.testing.assert_array_equal(corners.min(axis=0), -(12.0 * 12 + 6))
-    np.testing.assert_array_equal(corners.max(axis=0), 12.0 * 12 + 6)
-
-
-def test_arrow_on_the_meadow_points_north_with_the_n_to_its_right():
-    black = [p for p, color in figures.village() if color == plot.BLACK]
-    arrow, *letter = black
-    assert arrow[:, 1].argmax() == np.argmin(np.abs(arrow[:, 0] - arrow[:, 0].mean()))
-    assert np.ptp(arrow[:, 1]) > 2 * np.ptp(arrow[:, 0])
-    assert np.min(np.concatenate(letter)[:, 0]) > arrow[:, 0].max()
-    diagonal = letter[-1]  # of an N it falls from left to right, of its mirror it rises
-    assert np.polyfit(diagonal[:, 0], diagonal[:, 1], 1)[0] < 0
 
 
 def test_village_has_no_symmetry():

@@ -50,10 +50,6 @@ def test_a_viewer_that_hides_nothing_is_told(shown):
         assert f"{shown_in} .pgm-shown" in style
 
 
-def test_it_is_the_same_in_every_run(shown):
-    assert shown("2.1") == shown("2.1")
-
-
 def test_signs_of_html_in_a_choice_are_shown_as_they_are():
     row = {"choice": "x < 1 & $a > b$", "right": "no", "feedback": '"a" <b>'}
     page = _predict.page("9.1", [row])

@@ -459,7 +459,7 @@ def test_derivatives_of_the_condition_against_differences():
     left, right = np.insert(rng.uniform(-4, 4, (2, 5, 2)), 2, -10, axis=2)
     base, R = np.array([1.0, 0.2, -0.1]), rotation.matrix(0.1, -0.2, 0.3).T
     by_left, by_right = coplanarity.by_image(base, R, left, right)
-    by_base, by_turns = coplanarity.by_orientation(base, left, right @ R.T)
+    by_base, by_rotation = coplanarity.by_orientation(base, left, right @ R.T)
 
     def difference(moved, h):
         F = [coplanarity.condition(*moved(s * h)) for s in (1, -1)]
@@ -476,12 +476,12 @@ def test_derivatives_of_the_condition_against_differences():
         numeric = difference(
             lambda h, e=e: (base, rotation.matrix(*(h * e)).T @ R, left, right), 1e-5
         )
-        np.testing.assert_allclose(by_turns[:, k], numeric, rtol=1e-7, atol=1e-7)
+        np.testing.assert_allclose(by_rotation[:, k], numeric, rtol=1e-7, atol=1e-7)
     # Omega turns about the X axis at any attitude
     numeric = difference(
         lambda h: (base, rotation.matrix(0.1 + h, -0.2, 0.3).T, left, right), 1e-5
     )
-    np.testing.assert_allclose(by_turns[:, 0], numeric, rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(by_rotation[:, 0], numeric, rtol=1e-7, atol=1e-7)
 
 
 def test_foot_points_are_the_nearest_that_scipy_finds():

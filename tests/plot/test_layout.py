@@ -1,7 +1,6 @@
 """What every drawing has to do: to show all that it draws, and nothing twice over."""
 
 import re
-from itertools import combinations
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -89,15 +88,6 @@ def test_all_words_are_inside_the_figure(figure):
         box = text.get_window_extent()
         assert box.x0 > -1 and box.y0 > -1, text.get_text()
         assert box.x1 < width + 1 and box.y1 < height + 1, text.get_text()
-
-
-def test_no_panel_covers_another(figure):
-    shown = [ax for ax in figure.findobj(Axes) if ax.has_data()]
-    for one, other in combinations(shown, 2):
-        a, b = one.get_window_extent(), other.get_window_extent()
-        across = min(a.x1, b.x1) - max(a.x0, b.x0)
-        along = min(a.y1, b.y1) - max(a.y0, b.y0)
-        assert min(across, along) < 1  # pixel
 
 
 def test_means_of_residuals_cannot_be_taken_for_residuals(result, closed):

@@ -46,14 +46,6 @@ def test_the_model_point_is_that_of_the_normal_pair(pair):
     assert np.allclose(point, pair.object_points(column, row, d), atol=1e-9)
 
 
-def test_the_rays_of_both_photos_meet_in_the_model_point():
-    x, parallax, base, c = 2.5, 9.4, 390.0, 24.0
-    X, Y, Z = program.model_point(x, -1.0, parallax, base, c)
-    assert np.isclose(-c * X / Z, x)
-    assert np.isclose(-c * (X - base) / Z, x - parallax)
-    assert np.isclose(-c * Y / Z, -1.0)
-
-
 def test_the_best_disparity_is_that_of_a_shift():
     scene = ndimage.gaussian_filter(
         np.random.default_rng(4).normal(0, 100, (50, 90)), 1.5
