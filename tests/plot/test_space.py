@@ -4,6 +4,7 @@ import cv2
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from mpl_toolkits.mplot3d import proj3d
 
 from pgm_book.ch04 import figures as meadow
 from pgm_lab import datasets, plot, rotation
@@ -65,6 +66,15 @@ def test_a_camera_is_its_image_plane_four_rays_from_the_centre_and_its_axes(in_s
     segments = np.array(rays._segments3d)
     np.testing.assert_allclose(segments[:, 0], np.tile(EXTERIOR[:3], (4, 1)))
     np.testing.assert_allclose(segments[:, 1], corners)
+
+
+def test_fit_shows_all_points_with_one_scale(in_space):
+    points = np.array([(-1, 0, 2), (3, 8, 2.5)])
+    space.fit(in_space, points)
+    limits = [in_space.get_xlim(), in_space.get_ylim(), in_space.get_zlim()]
+    np.testing.assert_allclose(limits, points.T)
+    aspect = np.array(in_space._box_aspect)
+    np.testing.assert_allclose(aspect / aspect[0], (1, 2, 0.125))
 
 
 # --- What a camera sees ---
@@ -181,6 +191,14 @@ def pixel(monkeypatch):
         space, "_lay_out", lambda *a, **k: lay_out(*a, **k | {"pixels": 16})
     )
     return plot.pixel_on_ground(datasets.yellowstone(), height=100.0).axes[0]
+
+
+def on_paper(ax, points):
+    """Where points (n, 3) of axes in space are drawn, as fractions of the figure."""
+    ax.apply_aspect()
+    x, y, _ = proj3d.proj_transform(*np.transpose(points), ax.get_proj())
+    seen = ax.transData.transform(np.column_stack([x, y]))
+    return ax.figure.transFigure.inverted().transform(seen)
 
 
 def test_the_ground_is_as_wide_as_its_pixels_in_metres(pixel):
