@@ -194,7 +194,9 @@ def products(t: np.ndarray, s: np.ndarray) -> np.ndarray:
 def _product(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     """The same for one search window, transformed along both axes."""
     (h, w), (H, W) = t.shape, s.shape
-    a, b = np.zeros((2, *map(cv2.getOptimalDFTSize, s.shape)), s.dtype)
+    # Two columns at least: OpenCV 5 transforms no single one
+    size = cv2.getOptimalDFTSize(H), cv2.getOptimalDFTSize(max(W, 2))
+    a, b = np.zeros((2, *size), s.dtype)
     a[:H, :W], b[:h, :w] = s, t
     cv2.dft(a, a, nonzeroRows=H)
     cv2.dft(b, b, nonzeroRows=h)
