@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _iteration, _normal_equations
+from pgm_lab.lsm import _iteration, _normal_equations, half_pixels
 
 AFFINE = (3.3, 1.015, 0.02, -2.2, -0.025, 0.99)
 SOFT = simulate.texture(0.2, seed=4)
@@ -142,7 +142,7 @@ def test_normal_equations_with_h1_eliminated_solve_the_regression(radiometric):
     left, right = pair(sigma=3.0)
     pixels = np.array([(60, 70), (90, 50)])
     template = _normal_equations.templates(
-        left, _fine.gradient(left), pixels, 4, radiometric
+        left, half_pixels.gradient(left), pixels, 4, radiometric
     )
     rng = np.random.default_rng(5)
     B = left[70, 60] + rng.normal(0, 30, (2, 81))

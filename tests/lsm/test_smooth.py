@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from pgm_lab import lsm, simulate
-from pgm_lab.lsm import _fine, _normal_equations
+from pgm_lab.lsm import _normal_equations, half_pixels
 
 PAIR = simulate.texture_pair(
     simulate.texture(0.35, seed=2), (120, 140), (2.3, 1, 0, -1.4, 0, 1), sigma=2.0
@@ -28,10 +28,10 @@ def test_what_derivatives_make_of_smoothed_noise(smooth):
     """Their variance over that of a pixel, sampled."""
     noise = np.random.default_rng(1).normal(0, 1, (400, 400))
     smoothed = cv2.GaussianBlur(noise, (0, 0), smooth)[30:-30, 30:-30]
-    gx, gy = (g[20:-20, 20:-20] for g in _fine.gradient(smoothed))
+    gx, gy = (g[20:-20, 20:-20] for g in half_pixels.gradient(smoothed))
     ratio = np.mean([gx.var(), gy.var()]) / smoothed.var()
-    assert abs(ratio / _fine.derivative_gain(smooth) - 1) < 0.05
-    assert _fine.derivative_gain(smooth) < _fine.derivative_gain(0.0)
+    assert abs(ratio / half_pixels.derivative_gain(smooth) - 1) < 0.05
+    assert half_pixels.derivative_gain(smooth) < half_pixels.derivative_gain(0.0)
 
 
 def test_residuals_are_compared_as_far_as_smoothed_noise_is_alike():
