@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_book.ch03 import defects
-from pgm_book.ch03.defects import match
+from pgm_book.ch03.defects import DEFECTS, PROGRAM, match
 from pgm_book.ch03.studies import defects as benchmark
 from pgm_book.common import results
 from pgm_lab import lsm, simulate
@@ -45,6 +45,16 @@ def test_sigma0_is_the_noise_of_both_images():
     m = found(sigma=3.0)
     expected = 3 * np.hypot(1, 1 / 1.08)
     assert np.all((m.sigma0 > 0.8 * expected) & (m.sigma0 < 1.12 * expected))
+
+
+def test_a_stack_is_the_same_as_one_point_at_a_time():
+    both = images(sigma=2.0, gain=1.08)
+    together = match(*both, LEFT, np.round(TRUE))
+    for k in range(3):
+        alone = match(*both, LEFT[k : k + 1], np.round(TRUE)[k : k + 1])
+        np.testing.assert_allclose(alone.points[0], together.points[k], atol=1e-9)
+        assert alone.iterations[0] == together.iterations[k]
+        assert alone.sigma0[0] == pytest.approx(together.sigma0[k], rel=1e-9)
 
 
 def test_uncentred_coordinates_cost_condition_and_steps_but_no_accuracy():
@@ -117,6 +127,20 @@ def test_window_that_leaves_the_right_image_is_named():
     m = match(*images(), [(40, 40), (50, 70)], [(5, 40), np.round(TRUE[2])])
     assert list(m.status) == ["outside the image", "converged"]
     assert np.all(np.isnan(m.points[0])) and m.iterations[0] == 0
+
+
+@pytest.mark.parametrize("defects", [*((name,) for name in DEFECTS), PROGRAM])
+def test_every_defect_can_be_put_in_and_leaves_the_images_alone(defects):
+    both = images(sigma=1.0)
+    copies = [image.copy() for image in both]
+    m = match(*both, LEFT, np.round(TRUE), defects)
+    assert m.points.shape == (3, 2) and m.status.shape == (3,)
+    np.testing.assert_array_equal(both, copies)
+
+
+def test_an_unknown_defect_is_refused():
+    with pytest.raises(ValueError, match="defects must be of DEFECTS; got centred"):
+        match(*images(), LEFT, TRUE, ["centred"])
 
 
 # The table

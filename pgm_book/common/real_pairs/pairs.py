@@ -57,8 +57,9 @@ SOURCES = (
         "sample data of OpenCV, Apache 2.0",
     ),
 )
-# The motorcycle comes with scikit-image (BSD; Middlebury stereo of 2014, Scharstein et
-# al. 2014), the orthophoto with the project, see data/README.md
+# Comes with scikit-image (BSD; Middlebury stereo of 2014, Scharstein et al. 2014)
+# and with the project, see data/README.md
+AT_HAND = ("motorcycle", "orthophoto")
 
 
 def fetch(folder: Path) -> None:
