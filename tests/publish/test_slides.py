@@ -106,9 +106,9 @@ def test_a_violation_and_a_slide_that_does_not_fit_are_found(browser, tmp_path):
     deep = Deck(context, written(tmp_path, page))
     load_axe(deep.page)
     lay_out_all(deep.page)
-    (violation,) = axe_violations(deep.page)
+    (pale,) = [one for one in axe_violations(deep.page) if "Who reads this?" in one]
     context.close()
-    assert "color-contrast" in violation and "Who reads this?" in violation
+    assert "color-contrast" in pale
     *others, last = (look["overflow"] for look in deep.looks)
     assert max(others) <= 0 < last
 
