@@ -325,19 +325,12 @@ FUNCTIONS = {
     "registration.Accuracy.times": lambda: dict(
         self=registration.accuracy([0.5, -0.25], [0.0, 1.0]), pixel_size=(2.0, 3.0)
     ),
-    "registration.best_shift": lambda: CHIP,
-    "registration.chip_shifts": lambda: dict(
-        reference=GREY, sensed=GREY, points=CHOSEN, chip=9
-    ),
     "registration.fit": lambda: dict(found=registered(), offset=(1.0, 2.0)),
     "registration.grid": lambda: dict(shape=(48, 44), step=5),
     "registration.Model.apply": lambda: dict(
         self=registration.fit(registered()), points=UP
     ),
     "registration.offset": lambda: dict(reference=raster(), sensed=raster()),
-    "registration.peak_of_parabola": lambda: dict(
-        r_left=0.5, r_middle=0.9, r_right=0.7
-    ),
     "registration.pick": lambda: dict(
         image=GREY, number=3, chip=11, sensed=GREY, offset=(0.5, 1.0)
     ),
@@ -351,7 +344,6 @@ FUNCTIONS = {
     "registration.resample": lambda: dict(
         sensed=GREY, model=registration.fit(registered()), shape=(40, 50)
     ),
-    "registration.rmse": lambda: dict(dx=[0.1, -0.3, 0.2], dy=[0.3, 0.1, -0.1]),
     "rotation.matrix": lambda: ANGLES,
     "rotation.derivatives": lambda: ANGLES,
     "rotation.small_angle": lambda: ANGLES,

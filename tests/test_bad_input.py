@@ -238,23 +238,6 @@ def test_a_lens_that_shows_too_little_ends_the_search_for_a_pair(monkeypatch):
             make(Camera(180.0), 40, np.random.default_rng(1))
 
 
-@pytest.mark.parametrize(
-    ("call", "limit"),
-    [
-        (lambda n: simulate.rotations(np.random.default_rng(1), n), "at most 1000000"),
-        (lambda n: simulate.texture(waves=n), "at most 1000000"),
-        (lambda n: simulate.target((1, 1), shape=(n, n)), "the limit is 100000000"),
-        (
-            lambda n: simulate.network(Camera(35.0), 4, n, np.random.default_rng(1)),
-            "at most 100000000",
-        ),
-    ],
-)
-def test_a_huge_size_is_refused_with_the_limit(call, limit):
-    with pytest.raises(ValueError, match=limit):
-        call(10**12)
-
-
 @pytest.mark.parametrize("kind", [np.int8, np.uint8, np.int64])
 def test_a_small_integer_type_does_not_overflow(kind):
     points = [(20.0, 20.0)]

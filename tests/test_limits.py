@@ -11,7 +11,7 @@ import pytest
 import pgm_lab
 from pgm_lab import _validate, bundle, ncc, rotation
 from pgm_lab.bundle import refuse
-from pgm_lab.ncc import _area
+from pgm_lab.ncc import search_area
 from tests.networks import real
 
 
@@ -149,7 +149,7 @@ def test_a_mirrored_object_fits_more_than_twice_as_well_as_its_mirror_image(time
 def test_search_windows_beyond_the_edge_repeat_the_last_row_and_column():
     photo = np.random.default_rng(9).uniform(size=(12, 9))
     centres = np.array([[0, 0], [8, 11], [4, 6], [0, 11]])
-    found, missing = _area.windows(photo, centres, (7, 7))
+    found, missing = search_area.windows(photo, centres, (7, 7))
     assert missing is None
     padded = np.pad(photo, 3, mode="edge")
     wanted = [padded[row : row + 7, column : column + 7] for column, row in centres]

@@ -339,7 +339,8 @@ def main() -> int:
         return 1
     MAP.write_text(drawing(), encoding="utf-8", newline="\n")
     count = sizes()
-    for row in reversed(storeys(count, graph_of(found, room_of))):
+    graph = {name: set[str]() for name in count} | graph_of(found, room_of)
+    for row in reversed(storeys(count, graph)):
         print(", ".join(f"{name.partition('.')[2]} {count[name]}" for name in row))
     for package in (BOOK, LIBRARY):
         lines = [n for name, n in count.items() if name.startswith(f"{package}.")]

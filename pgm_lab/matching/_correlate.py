@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from pgm_lab import ncc
-from pgm_lab.ncc._area import foot
+from pgm_lab.ncc.search_area import foot
 
 MAX_CANVAS = 4_000_000  # pixels: its memory does not grow with the points
 RIM = 2  # pixels of a part beyond what is searched, which refinement looks at

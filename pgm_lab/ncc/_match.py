@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.ncc import _area
+from pgm_lab.ncc import search_area
 from pgm_lab.ncc._map import flat
 from pgm_lab.ncc._peak import paraboloid, systematic_errors
 from pgm_lab.ncc._search import peaks
@@ -187,7 +187,7 @@ def match(
         back = _validate.positive_number(back, "back", "px")
         k = np.flatnonzero(status == "accepted")
         if lines is not None:
-            lines = _area.through(points, lines)[k]
+            lines = search_area.through(points, lines)[k]
         home, *_ = find(right, left, found[k], points[k], lines, settings)
         returned = np.hypot(*(home - points[k]).T) <= back
         status[k[~returned]] = "left-right check failed"
@@ -294,13 +294,13 @@ def find(
     if lines is not None:
         # Of the template's middle, which lies beside the point by the rest
         lines = lines + [0, 0, 1] * np.sum(lines[:, :2] * rest, axis=1)[:, None]
-        start = _area.foot(start, lines)
+        start = search_area.foot(start, lines)
     centre = np.floor(start + 0.5)
     status = np.full(len(points), "accepted", dtype=STATUS)
-    status[~_area.overlaps(centre, s.search, right.shape, s.template)] = (
+    status[~search_area.overlaps(centre, s.search, right.shape, s.template)] = (
         "window leaves the image"
     )
-    status[~_area.inside(whole, s.template, left.shape)] = "template leaves the image"
+    status[~search_area.inside(whole, s.template, left.shape)] = "template leaves the image"
     r, second = np.full((2, len(points)), np.nan)
     found = np.full((len(points), 2), np.nan)
     covariance = np.full((len(points), 2, 2), np.nan)
@@ -333,17 +333,17 @@ def _pairs(
     size, unknown, past = s.search, None, None
     if lines is not None:  # one pixel more, since the search may end beside the line
         size = size[0] + 2, size[1] + 2
-    template, absent = _area.windows(left, whole, (s.template, s.template))
-    window, missing = _area.windows(right, centre, size)
-    column, row = _area.positions(centre, size, s.template)
-    searched = _area.within(column, row, s.template, right.shape)
+    template, absent = search_area.windows(left, whole, (s.template, s.template))
+    window, missing = search_area.windows(right, centre, size)
+    column, row = search_area.positions(centre, size, s.template)
+    searched = search_area.within(column, row, s.template, right.shape)
     if lines is not None:
-        near = _area.near(column, row, lines, s.distance)
-        rim = _area.rim(near.shape)
+        near = search_area.near(column, row, lines, s.distance)
+        rim = search_area.rim(near.shape)
         searched &= near & ~rim
         past = near & rim
     if missing is not None:
-        unknown = _area.touching(missing, s.template)
+        unknown = search_area.touching(missing, s.template)
     return Pairs(
         template, absent, whole, window, centre, searched, unknown, past, lines
     )
@@ -374,19 +374,19 @@ def _matched(
     row, column, r, second = peak.row, peak.column, peak.r, peak.second
     middle = np.array(searched.shape[:0:-1]) // 2
     place = pairs.centre + np.stack([column, row], axis=1) - middle
-    edge = ~_area.inside(place, s.template + 2, right.shape)
+    edge = ~search_area.inside(place, s.template + 2, right.shape)
     if pairs.unknown is not None:
-        edge |= _area.beside(pairs.unknown, row, column)
+        edge |= search_area.beside(pairs.unknown, row, column)
     if pairs.past is None:
-        border = _area.rim(searched.shape)[row, column]
+        border = search_area.rim(searched.shape)[row, column]
     else:
-        border = _area.beside(pairs.past, row, column)
+        border = search_area.beside(pairs.past, row, column)
 
     even = flat(peak.right)
     peak.right[even] = peak.left[even]  # no contrast that noise has a share of
     line = None
     if pairs.lines is not None:
-        line = pairs.lines[:, :2], _area.distance(place, pairs.lines), s.distance
+        line = pairs.lines[:, :2], search_area.distance(place, pairs.lines), s.distance
     step, Q, ridge, along = paraboloid(peak, s.noise, line)
     step[border | edge | ridge | (s.refine is None)] = 0.0
     if s.refine is None:
@@ -409,7 +409,7 @@ def _matched(
 def _surroundings(left: np.ndarray, pairs: Pairs) -> np.ndarray:
     """The templates with one pixel more on each side, repeated where there is none."""
     size = pairs.template.shape[1] + 2
-    wider, missing = _area.windows(left, pairs.whole, (size, size))
+    wider, missing = search_area.windows(left, pairs.whole, (size, size))
     if missing is None:
         return wider
     edge = np.pad(pairs.template, ((0, 0), (1, 1), (1, 1)), mode="edge")
