@@ -300,7 +300,8 @@ def find(
     status[~search_area.overlaps(centre, s.search, right.shape, s.template)] = (
         "window leaves the image"
     )
-    status[~search_area.inside(whole, s.template, left.shape)] = "template leaves the image"
+    inside = search_area.inside(whole, s.template, left.shape)
+    status[~inside] = "template leaves the image"
     r, second = np.full((2, len(points)), np.nan)
     found = np.full((len(points), 2), np.nan)
     covariance = np.full((len(points), 2, 2), np.nan)

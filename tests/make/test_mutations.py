@@ -93,7 +93,8 @@ def test_verdicts_are_written_into_their_column(tmp_path):
 
 def test_the_lists_name_tests_that_exist_and_say_why_a_fault_lives():
     rows = mutations.listed()
-    assert [row["number"] for row in rows] == [str(n + 1) for n in range(len(rows))]
+    numbers = [int(row["number"]) for row in rows]
+    assert numbers == sorted(set(numbers))  # what is gone leaves its number
     for row in rows:
         assert row["breaks"] and "\n" not in row["old"]
         assert all((mutations.ROOT / name).exists() for name in row["tests"].split())
