@@ -1,8 +1,8 @@
 """The figures of the first chapter: one point in a photo, and the two frames."""
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
 
 from pgm_lab import frames, plot
 from pgm_lab.plot.basic import Look
@@ -11,7 +11,7 @@ SMALL = 12, 8  # pixels of the image of the sketch
 
 
 def computed_and_printed(
-    computed: ArrayLike, printed: ArrayLike, sensor_size: ArrayLike
+    computed: np.ndarray, printed: np.ndarray, sensor_size: np.ndarray
 ) -> None:
     """Show a point on the sensor as it was computed and as it was printed."""
     width, height = sensor_size

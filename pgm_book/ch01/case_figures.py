@@ -2,13 +2,12 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab import plot
 from pgm_lab.plot.basic import Look
 
 
-def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
+def misfits(point: np.ndarray, misfit: np.ndarray) -> None:
     """Show computed minus printed coordinates of two photos, in nanometres."""
     misfit = 1e6 * misfit
     fig, axes = plt.subplots(1, 2, figsize=(5.6, 3.5), sharey=True)
@@ -31,7 +30,7 @@ def misfits(point: ArrayLike, misfit: ArrayLike) -> None:
     )
 
 
-def left_over(listing: ArrayLike, sensor: ArrayLike) -> None:
+def left_over(listing: np.ndarray, sensor: np.ndarray) -> None:
     """Show how far numbers lie from the nearest whole number."""
     both = (
         ("pixel size of the listing", np.ravel(listing)),

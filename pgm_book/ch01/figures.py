@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import image, plot, simulate
 from pgm_lab.plot.basic import Look, interact
 
+Place = tuple[float, float]
+
 ARROW: Look = {"arrowstyle": "-|>", "mutation_scale": 24, "linewidth": 2.6}
 LABEL: Look = {
     "fontsize": 15,
@@ -136,7 +138,7 @@ def pixel_conventions() -> None:
     )
 
 
-def shrunk_image(offsets: ArrayLike, rms: ArrayLike) -> None:
+def shrunk_image(offsets: np.ndarray, rms: np.ndarray) -> None:
     """Show how well a small photo fits the large one, for each assumed offset."""
     best = offsets[np.argmin(rms)]
     fig, ax = plt.subplots(figsize=(5.4, 2.9))
@@ -149,7 +151,7 @@ def shrunk_image(offsets: ArrayLike, rms: ArrayLike) -> None:
     plot.show(fig, f"{words}: lowest at {best:.1f} px.")
 
 
-def ground_frame(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
+def ground_frame(grey: np.ndarray, gsd: float, sizes: np.ndarray) -> None:
     """Show a part of an orthophoto with larger and larger pixels."""
     side = min(grey.shape)
     fig, axes = plt.subplots(1, len(sizes), figsize=(6.6, 2.75), squeeze=False)
@@ -168,7 +170,7 @@ def ground_frame(grey: ArrayLike, gsd: float, sizes: ArrayLike) -> None:
 
 
 def _axis(
-    ax: Axes, start: ArrayLike, end: ArrayLike, name: str, colour: str, at: ArrayLike
+    ax: Axes, start: Place, end: Place, name: str, colour: str, at: Place
 ) -> None:
     """Draw an axis as an arrow, and write its name at a place."""
     look = ARROW | {"color": colour, "shrinkA": 0}
@@ -182,7 +184,7 @@ def _oblique(points: ArrayLike) -> np.ndarray:
     return np.column_stack([x + 0.5 * y, z + 0.4 * y])
 
 
-def mirror(computed: ArrayLike, printed: ArrayLike) -> None:
+def mirror(computed: np.ndarray, printed: np.ndarray) -> None:
     """Show computed and printed photo coordinates of one photo, joined by lines."""
     fig, ax = plt.subplots(figsize=(5.4, 4.5))
     for a, b in zip(computed, printed):
@@ -208,7 +210,7 @@ SIDE = 41  # px, its photo
 
 
 def target_pull(
-    window: ArrayLike, truth: ArrayLike, centroids: dict[str, ArrayLike]
+    window: np.ndarray, truth: np.ndarray, centroids: dict[str, np.ndarray]
 ) -> None:
     """Show a target in its window, and centroids of it with the truth."""
     fig, ax = plt.subplots(figsize=(6.0, 4.6))

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_book.ch02.figures import draw_map
 from pgm_book.common.figures import outline
@@ -18,7 +17,7 @@ SCENES = {  # colour, mark and line, name
 }
 
 
-def two_maps(scene: ArrayLike, quick: ArrayLike, exact: ArrayLike) -> None:
+def two_maps(scene: np.ndarray, quick: np.ndarray, exact: np.ndarray) -> None:
     """Show a faint scene, and its maps of r computed in two ways."""
     fig, axes = plt.subplots(1, 3, figsize=(7, 3.4))
     axes[0].imshow(scene)
@@ -38,7 +37,7 @@ def two_maps(scene: ArrayLike, quick: ArrayLike, exact: ArrayLike) -> None:
     )
 
 
-def before_and_after(r: Mapping[str, ArrayLike]) -> None:
+def before_and_after(r: Mapping[str, np.ndarray]) -> None:
     """Show how often each r occurs, before and after a change of the photos."""
     fig, ax = plt.subplots(figsize=(7, 3.8))
     looks = ((plot.BLUE, "-"), (plot.RED, "--"))
@@ -57,9 +56,9 @@ def before_and_after(r: Mapping[str, ArrayLike]) -> None:
 
 
 def study(
-    widths: ArrayLike,
-    shares: Mapping[str, ArrayLike],
-    rms: Mapping[str, ArrayLike],
+    widths: np.ndarray,
+    shares: Mapping[str, np.ndarray],
+    rms: Mapping[str, np.ndarray],
 ) -> None:
     """Show the share of right matches and their precision against the template."""
     fig, axes = plt.subplots(1, 2, figsize=(7, 3.9))

@@ -21,7 +21,7 @@ REACH = 25  # px that the search of the sliders goes to each side
 AWAY = 30  # px that it begins to the left of the point
 
 
-def window_numbers(windows: Mapping[str, ArrayLike]) -> None:
+def window_numbers(windows: Mapping[str, np.ndarray]) -> None:
     """Show small windows with their grey values written in, and r with the first."""
     first, *others = windows.values()
     figsize = (7, 2.6) if others else (3.6, 3.0)
@@ -42,7 +42,7 @@ def window_numbers(windows: Mapping[str, ArrayLike]) -> None:
     plot.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
 
 
-def _write_numbers(ax: Axes, grey: ArrayLike, fontsize: float) -> None:
+def _write_numbers(ax: Axes, grey: np.ndarray, fontsize: float) -> None:
     """Write its grey value into each pixel."""
     look: Look = {"ha": "center", "va": "center", "fontsize": fontsize}
     for (i, j), g in np.ndenumerate(grey):
@@ -93,10 +93,10 @@ def window_arrows() -> None:
 
 
 def parts_of_r(
-    left: ArrayLike,
-    right: ArrayLike,
-    point: ArrayLike,
-    start: ArrayLike,
+    left: np.ndarray,
+    right: np.ndarray,
+    point: np.ndarray,
+    start: np.ndarray,
     template: int,
     search: int,
 ) -> None:
@@ -134,7 +134,7 @@ def parts_of_r(
 
 
 def templates(
-    left: np.ndarray, right: np.ndarray, point: ArrayLike, start: ArrayLike
+    left: np.ndarray, right: np.ndarray, point: np.ndarray, start: np.ndarray
 ) -> None:
     """Show the landscapes of one point for templates of several widths."""
     fig = plt.figure(figsize=(6.2, 4.6), layout="none")
@@ -167,7 +167,7 @@ def templates(
     )
 
 
-def search_by_hand(left: ArrayLike, right: ArrayLike, disparity: ArrayLike) -> None:
+def search_by_hand(left: np.ndarray, right: np.ndarray, disparity: np.ndarray) -> None:
     """Show the search of a point that sliders place, with the size of its template."""
     import ipywidgets
 
@@ -257,7 +257,7 @@ def draw_surface(ax: Axes3D, r: np.ndarray, label: bool = True) -> tuple[int, in
 # --- Between the pixels: a parabola's bias, and depths measured ---
 
 
-def summit(r: ArrayLike) -> None:
+def summit(r: np.ndarray) -> None:
     """Show three values of r along an axis, and ask where the hill is highest."""
     slope, bend = (r[2] - r[0]) / 2, 2 * r[1] - r[0] - r[2]
     t = np.linspace(-1.15, 1.15, 200)
@@ -277,7 +277,7 @@ def summit(r: ArrayLike) -> None:
     )
 
 
-def locking(shifts: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
+def locking(shifts: np.ndarray, errors: Mapping[str, np.ndarray]) -> None:
     """Show the mean error of matches against the true fraction of a pixel."""
     fig, ax = plt.subplots(figsize=(7, 4.2))
     looks = (("o-", plot.BLUE), ("s--", plot.RED), ("D:", plot.GREEN))
@@ -296,7 +296,7 @@ def locking(shifts: ArrayLike, errors: Mapping[str, ArrayLike]) -> None:
 
 
 def depths(
-    photo: ArrayLike, points: ArrayLike, measured: ArrayLike, true: ArrayLike
+    photo: np.ndarray, points: np.ndarray, measured: np.ndarray, true: np.ndarray
 ) -> None:
     """Show disparities that were measured in a photo beside the true ones."""
     fig, axes = plt.subplots(1, 2, figsize=(10, 4.2))
@@ -324,7 +324,7 @@ def depths(
 LOG = (640, 190)  # (column, row) of a fallen log in the orthophoto
 
 
-def six_troubles(pair: StereoPair, ground: ArrayLike) -> list[tuple]:
+def six_troubles(pair: StereoPair, ground: np.ndarray) -> list[tuple]:
     """Six searches: a good one, and five kinds of trouble.
 
     Each is (left, point, right, start, width of the template, true place); in the last
@@ -346,7 +346,7 @@ def six_troubles(pair: StereoPair, ground: ArrayLike) -> list[tuple]:
     return searches
 
 
-def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
+def gallery(searches: Sequence[tuple], found: np.ndarray) -> None:
     """Show searches in columns: template, search window, r by shift, found and true."""
     fig, axes = plt.subplots(3, len(searches), figsize=(8.8, 4.75), squeeze=False)
     for column, name, search, place in zip(axes.T, "ABCDEF", searches, found):
@@ -376,7 +376,7 @@ def gallery(searches: Sequence[tuple], found: ArrayLike) -> None:
     )
 
 
-def right_and_wrong(photo: ArrayLike, points: ArrayLike, right: ArrayLike) -> None:
+def right_and_wrong(photo: np.ndarray, points: np.ndarray, right: np.ndarray) -> None:
     """Show accepted points on their photo, those that agree with the truth apart."""
     points, good = np.asarray(points), np.asarray(right)
     fig, ax = plt.subplots(figsize=(6, 4.4))

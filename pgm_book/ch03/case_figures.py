@@ -2,7 +2,6 @@
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_book.common import results
 from pgm_lab import plot
@@ -29,7 +28,7 @@ PIXELS = 17  # across the window of the log
 
 
 def origin(
-    distance: ArrayLike, condition: ArrayLike, determinant: ArrayLike, sd: ArrayLike
+    distance: np.ndarray, condition: np.ndarray, determinant: np.ndarray, sd: np.ndarray
 ) -> None:
     """Show what becomes of a normal matrix when the origin moves out of the window."""
     fig, ax = plt.subplots(figsize=(7, 3.9), layout="constrained")
@@ -53,7 +52,7 @@ def origin(
     )
 
 
-def s0(sizes: ArrayLike, right: ArrayLike) -> None:
+def s0(sizes: np.ndarray, right: np.ndarray) -> None:
     """Show S0 by the text and by the listing of 2010 against the size of the window."""
     listing = right / np.sqrt(sizes**2 - 6)
     fig, ax = plt.subplots(figsize=(7, 4.0), layout="constrained")
@@ -105,7 +104,7 @@ def costs() -> None:
     )
 
 
-def radiometric(gains: ArrayLike, eight: ArrayLike, six: ArrayLike) -> None:
+def radiometric(gains: np.ndarray, eight: np.ndarray, six: np.ndarray) -> None:
     """Show the error of the place with and without h0 and h1, against the gain."""
     fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
     ax.plot(gains, 1000 * six, "D--", color=plot.RED, lw=3, label="six parameters")
@@ -121,7 +120,7 @@ def radiometric(gains: ArrayLike, eight: ArrayLike, six: ArrayLike) -> None:
     )
 
 
-def on_photo(photo: ArrayLike, points: ArrayLike, errors: ArrayLike) -> None:
+def on_photo(photo: np.ndarray, points: np.ndarray, errors: np.ndarray) -> None:
     """Show matches on a photo, coloured by their distance from the truth."""
     classes = {
         "< 0.1 px": (errors < 0.1, plot.BLUE, "s"),

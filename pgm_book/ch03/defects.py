@@ -65,8 +65,8 @@ class Match:
 
 
 def match(
-    left: ArrayLike,
-    right: ArrayLike,
+    left: np.ndarray,
+    right: np.ndarray,
     points: ArrayLike,
     start: ArrayLike,
     defects: Iterable[str] = (),

@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 
 from pgm_book.common import results
 from pgm_book.program.lsm import match
@@ -24,12 +23,12 @@ METHODS = {
 
 
 def iteration_film(
-    left: ArrayLike,
-    right: ArrayLike,
-    point: ArrayLike,
+    left: np.ndarray,
+    right: np.ndarray,
+    point: np.ndarray,
     size: int,
-    trail: ArrayLike,
-    truth: ArrayLike,
+    trail: np.ndarray,
+    truth: np.ndarray,
 ) -> None:
     """Show at most six iterations of a match as a film, with their error in pixels."""
     trail = np.asarray(trail)
@@ -40,7 +39,7 @@ def iteration_film(
 def _film(
     left: np.ndarray,
     right: np.ndarray,
-    point: ArrayLike,
+    point: np.ndarray,
     size: int,
     trail: np.ndarray,
     truth: np.ndarray,
@@ -65,7 +64,7 @@ def _film(
 def film_strip(
     left: np.ndarray,
     right: np.ndarray,
-    point: ArrayLike,
+    point: np.ndarray,
     window: int,
     trail: np.ndarray,
     notes: Sequence[str],
@@ -142,7 +141,7 @@ def _film_photo(
 
 
 def shift_by_hand(
-    left: ArrayLike, right: ArrayLike, point: ArrayLike, size: int, truth: ArrayLike
+    left: np.ndarray, right: np.ndarray, point: np.ndarray, size: int, truth: np.ndarray
 ) -> None:
     """Show the film of a match, with sliders for its start."""
     import ipywidgets
@@ -205,7 +204,7 @@ def half_wave() -> None:
     """Draw a wave matched from too near and from too far, and the sum of squares."""
     x, period = np.linspace(-8, 8, 401), 8.0
 
-    def wave(shift: ArrayLike) -> np.ndarray:
+    def wave(shift: float) -> np.ndarray:
         return np.sin(2 * np.pi * (x - np.asarray(shift)) / period)
 
     shifts = np.linspace(-9, 9, 181)
@@ -264,9 +263,9 @@ def pull_in() -> None:
 
 
 def ellipses(
-    left: ArrayLike,
-    places: Mapping[str, ArrayLike],
-    clouds: Mapping[str, tuple[ArrayLike, ArrayLike]],
+    left: np.ndarray,
+    places: Mapping[str, np.ndarray],
+    clouds: Mapping[str, tuple[np.ndarray, np.ndarray]],
 ) -> None:
     """Show windows, and below each the errors of its matches with their ellipse."""
     panels: Look = {"layout": "constrained", "height_ratios": (1, 1.5)}
@@ -303,7 +302,11 @@ NAMES = ("$a_0$", "$a_1$", "$a_2$", "$b_0$", "$b_1$", "$b_2$", "$h_0$", "$h_1$")
 
 
 def window_pair(
-    left: ArrayLike, right: ArrayLike, point: ArrayLike, affine: ArrayLike, window: int
+    left: np.ndarray,
+    right: np.ndarray,
+    point: np.ndarray,
+    affine: np.ndarray,
+    window: int,
 ) -> None:
     """Show a window in the left photo, and where it lies in the right one."""
     x, y = window / 2 * _SQUARE + np.reshape(point, (2, 1))
@@ -333,7 +336,7 @@ def window_pair(
 _SQUARE = np.array([(-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1)])
 
 
-def window_slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
+def window_slope(A: np.ndarray, B: np.ndarray, place: int) -> None:
     """Draw two rows of grey values, and the triangle of slope and step of one pixel."""
     at = np.arange(len(A)) - len(A) // 2
     gradient = (B[place + 1] - B[place - 1]) / 2
@@ -370,7 +373,7 @@ def window_slope(A: ArrayLike, B: ArrayLike, place: int) -> None:
     )
 
 
-def eight_parameters(photo: ArrayLike, point: ArrayLike) -> None:
+def eight_parameters(photo: np.ndarray, point: np.ndarray) -> None:
     """Draw what each of the eight parameters does to a window."""
     (column, row), half = point, 20
     x, y = (half + 0.5) * _SQUARE

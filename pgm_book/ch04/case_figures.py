@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab import plot, rotation
 
@@ -24,7 +23,7 @@ def matrices(omega: float, phi: float, kappa: float) -> dict[str, np.ndarray]:
     return {"(M 2.8)": of_2013, "(B 3)": of_2010, "(M 2.62)": np.array(back)}
 
 
-def bench(matrices: Mapping[str, ArrayLike]) -> None:
+def bench(matrices: Mapping[str, np.ndarray]) -> None:
     """Show a table of how far each matrix is from a rotation."""
     rows = [
         [name, f"{rotation.defect(m):.3f}", f"{np.linalg.det(m):.3f}"]
@@ -34,7 +33,7 @@ def bench(matrices: Mapping[str, ArrayLike]) -> None:
     plot.table(head, rows, "Three printed matrices at ω, φ, κ = 0.3, 0.4, 0.5 rad")
 
 
-def rows_and_columns(matrices: Mapping[str, ArrayLike]) -> None:
+def rows_and_columns(matrices: Mapping[str, np.ndarray]) -> None:
     """Show which rows and which columns of each matrix fail."""
     fig, axes = plt.subplots(2, len(matrices), figsize=(7, 5.0), squeeze=False)
     said = []
@@ -64,7 +63,7 @@ def rows_and_columns(matrices: Mapping[str, ArrayLike]) -> None:
     )
 
 
-def _numbers(product: ArrayLike) -> str:
+def _numbers(product: np.ndarray) -> str:
     """The elements, counted from 1, in which a product is not the unit matrix."""
     wrong = np.argwhere(np.abs(np.asarray(product) - np.eye(3)) > 0.005) + 1
     return " ".join(f"({i}, {j})" for i, j in wrong) or "none"

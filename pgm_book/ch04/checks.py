@@ -2,8 +2,10 @@
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pgm_book.common.checks import answer_of, call, compare, first_slip, near, report
 from pgm_lab import rotation
@@ -30,13 +32,18 @@ def _few_digits(right: np.ndarray) -> list[tuple[np.ndarray, str]]:
     return [*rounded, (right, _SINGLE)]  # within the tolerance of slips, not of `near`
 
 
+def _rounded(right: Callable, digits: int, kappa: float) -> np.ndarray:
+    """What is right but for its last digits."""
+    return right(kappa).round(digits)
+
+
 def plane_turn(function: Callable) -> None:
     """Check the reader's plane_turn(kappa), which answers M (2, 2)."""
 
     def right(kappa: float) -> np.ndarray:
         return rotation.matrix(0, 0, kappa)[:2, :2]
 
-    slips = {
+    slips: dict[str, Callable] = {
         "the sines have the wrong signs: this M is transposed, it leads back from the"
         " turned frame to the old one": lambda k: right(k).T,
         "both rows are right, but exchanged: x comes first": lambda k: right(k)[::-1],
@@ -57,7 +64,7 @@ def plane_turn(function: Callable) -> None:
     }
     for digits in range(2, 8):
         hint = f"right, but rounded to {digits} decimals: keep all digits"
-        slips[hint] = lambda k, digits=digits: right(k).round(digits)
+        slips[hint] = partial(_rounded, right, digits)
     slips[_SINGLE] = lambda k: right(k).astype(np.float32)
     cases = [(0.5,), (-1.1,), (2.4,)]
     otherwise = "the rows are not e_x and e_y in the old frame"
@@ -72,7 +79,7 @@ def rotation_matrix(function: Callable) -> None:
     element_by_element = [
         rotation.matrix(*np.diag(attitude)).prod(axis=0) for attitude in _ATTITUDES
     ]
-    slips = [
+    slips: list[tuple[ArrayLike, str]] = [
         (expected.swapaxes(-1, -2), "it is transposed: it leads from image to object"),
         (_ordered("okp"), "phi was made last: kappa is"),
         (_ordered("pok"), "phi was made first: omega is"),

@@ -46,7 +46,7 @@ def one_camera() -> None:
     )
 
 
-def two_views(attitudes: ArrayLike, names: list[str]) -> None:
+def two_views(attitudes: np.ndarray, names: list[str]) -> None:
     """Show cameras 8 m above the meadow in a row, and below each what it sees."""
     fig = plt.figure(figsize=(7, 5.4), layout="none")
     look: Look = {"height_ratios": (1.2, 1), "hspace": 0.0, "wspace": 0.06}
@@ -126,7 +126,7 @@ def attitude_by_hand() -> None:
     interact(draw, omega=slider("ω", 90), phi=slider("φ", 90), kappa=slider("κ", 180))
 
 
-def around_camera(points: ArrayLike, cameras: Mapping[str, ArrayLike]) -> None:
+def around_camera(points: np.ndarray, cameras: Mapping[str, np.ndarray]) -> None:
     """Show nine cameras around targets; red ones look elsewhere than the first set."""
     first = rotation.matrix(*next(iter(cameras.values()))[:, 3:].T)
     fig = plt.figure(figsize=(7, 4.6), layout="none")

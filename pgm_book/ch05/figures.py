@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.patches import FancyArrowPatch
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from numpy.typing import ArrayLike
 
 from pgm_lab import orientation, plot, rotation
 from pgm_lab.camera import Camera, project
@@ -90,7 +89,7 @@ def one_ray() -> None:
     )
 
 
-def _write(ax: Axes3D, at: ArrayLike, words: str, colour: str, where: str) -> None:
+def _write(ax: Axes3D, at: np.ndarray, words: str, colour: str, where: str) -> None:
     look: Look = {"fontsize": TEXT, "color": colour, "zorder": 9}
     ax.text(*np.asarray(at), words, ha=where, va="center", **look)
 
@@ -310,7 +309,7 @@ def vertical_precision(base: float) -> tuple[float, float]:
     return float(sx), float(sz)
 
 
-def meeting(photos: np.ndarray, points: ArrayLike, names: Sequence[str]) -> None:
+def meeting(photos: np.ndarray, points: np.ndarray, names: Sequence[str]) -> None:
     """Show two photos (2, 6) and points (n, 3) in space, with all rays between them."""
     points = np.asarray(points)
     fig = plt.figure(figsize=(10, 4.2), layout="none")

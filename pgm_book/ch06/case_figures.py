@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import scipy
 from matplotlib.axes import Axes
-from numpy.typing import ArrayLike
 
 from pgm_lab import plot, rotation
 from pgm_lab.bundle.result import Bundle
@@ -145,7 +144,7 @@ def _from_the_side(ax: Axes, exteriors: np.ndarray, points: np.ndarray) -> None:
     ax.set(aspect="equal", xlim=(-850, 1900), ylim=(-1500, 750))
 
 
-def precisions(sds: Mapping[str, ArrayLike]) -> None:
+def precisions(sds: Mapping[str, np.ndarray]) -> None:
     """Show how well networks know c, x0, y0 (µm; NaN: c cannot be determined)."""
     values = np.array(list(sds.values()))
     fig, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")

@@ -143,7 +143,8 @@ def adjust(
     defects = set(defects)
     if unknown := defects - DEFECTS.keys():
         raise ValueError(f"{min(unknown)} is none of the defects {', '.join(DEFECTS)}")
-    state = tuple(np.asarray(a, float) for a in (interior, exteriors, points))
+    start = np.asarray(interior, float), np.asarray(exteriors, float)
+    state = *start, np.asarray(points, float)
     image = np.asarray(photo), np.asarray(point), np.asarray(xy, float)
     states, status = [state], "not converged"
     sums: list[float] = []

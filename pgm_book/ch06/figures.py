@@ -121,7 +121,7 @@ def lens_by_hand() -> None:
         fig, ax = plt.subplots(figsize=(6.5, 5.2), layout="constrained")
         _grid(ax, camera)
         ax.set(xlabel="x (mm)", ylabel="y (mm)", xlim=(-16, 16), ylim=(-13, 13))
-        corner = textbook.without_lens([[10.0, 7.5]], camera)[0] - (10, 7.5)
+        corner = textbook.without_lens(np.array([[10.0, 7.5]]), camera)[0] - (10, 7.5)
         ax.set_title(f"corner moved by ({corner[0]:.2f}, {corner[1]:.2f}) mm")
         plot.show(
             fig,

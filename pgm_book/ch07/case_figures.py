@@ -6,7 +6,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator, PercentFormatter
-from numpy.typing import ArrayLike
 
 from pgm_book.common.figures import outline
 from pgm_lab import plot
@@ -24,7 +23,7 @@ _FEW = np.array([(3, 3)] * 15 + [(2, 2)] * 2 + [(0, 0)] * 33)
 SUSPECTS = {"A": _ALIKE, "B": _TURNS * _ALIKE, "C": _TURNS * _FEW}
 
 
-def on_the_grid(sets: Mapping[str, ArrayLike]) -> None:
+def on_the_grid(sets: Mapping[str, np.ndarray]) -> None:
     """Show how often each whole shift (n, 2) occurs, one panel for each set of them."""
     fig, axes = plt.subplots(1, len(sets), figsize=(7, 3.3), squeeze=False, sharey=True)
     said = [
@@ -71,7 +70,7 @@ def sums(shifts: np.ndarray, draws: Mapping[str, np.ndarray], printed: float) ->
     )
 
 
-def beyond(true: np.ndarray, reported: ArrayLike, reached: ArrayLike) -> None:
+def beyond(true: np.ndarray, reported: np.ndarray, reached: np.ndarray) -> None:
     """Show what a search of radius 3 reports of shifts that are known.
 
     RMSE_T of each, and the share of the chips whose r reaches the lowest of the paper.

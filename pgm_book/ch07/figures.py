@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import ArrayLike
 
 from pgm_book.common.figures import outline
 from pgm_book.program.registration import best_shift, peak_of_parabola
@@ -145,9 +144,9 @@ def _line_a_pixel(ax: Axes, extent: tuple[float, float, float, float]) -> None:
 
 
 def chip_search(
-    reference: ArrayLike,
-    sensed: ArrayLike,
-    point: ArrayLike,
+    reference: np.ndarray,
+    sensed: np.ndarray,
+    point: np.ndarray,
     chip: int,
     radius: int,
 ) -> None:
@@ -191,7 +190,7 @@ def chip_search(
 
 
 def _photo(
-    ax: Axes, image: ArrayLike, name: str, centre: tuple[float, float], far: float
+    ax: Axes, image: np.ndarray, name: str, centre: tuple[float, float], far: float
 ) -> None:
     """Draw an image as far as this from a point, without numbers at its edges."""
     x, y = centre
@@ -237,7 +236,7 @@ def _short(r: float) -> str:
     return text.replace("0.", ".", 1) if "0." in text else text[:-1]
 
 
-def chip_and_map(reference: ArrayLike, point: ArrayLike, r: np.ndarray) -> None:
+def chip_and_map(reference: np.ndarray, point: np.ndarray, r: np.ndarray) -> None:
     """Show a chip, and beside it what its search found: r for every shift."""
     x, y = np.floor(np.asarray(point) + 0.5)
     panels: Look = {"width_ratios": (0.72, 1), "wspace": 0.12}
@@ -258,7 +257,7 @@ def chip_and_map(reference: ArrayLike, point: ArrayLike, r: np.ndarray) -> None:
 # --- What do fifty chips say together? ---
 
 
-def chip_places(image: ArrayLike, points: ArrayLike) -> Figure:
+def chip_places(image: np.ndarray, points: np.ndarray) -> Figure:
     """Draw the chips on their image, with their numbers."""
     fig, ax = plt.subplots(figsize=(5.6, 5.2), layout="compressed")
     ax.imshow(grey_levels(image, "image"), vmin=0, vmax=1)
@@ -432,7 +431,7 @@ def before_and_after(
 
     Where it has no data `again` is masked or NaN.
     """
-    resampled = np.ma.filled(np.ma.asarray(again, float), np.nan)
+    resampled: np.ndarray = np.ma.filled(np.ma.asarray(again, float), np.nan)
     fig, axes = plt.subplots(1, 2, figsize=(7, 4), layout="compressed")
     shares = []
     pairs = ("before", sensed.astype(float)), ("after", resampled)

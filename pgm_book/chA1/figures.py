@@ -7,7 +7,6 @@ import numpy as np
 import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 
 from pgm_book.program import adjustment as textbook
 from pgm_lab import plot
@@ -126,7 +125,7 @@ def observation_space() -> Figure:
 # --- How good is the result? ---
 
 
-def scatter(repeated: ArrayLike, ours: float, stated: float, redundancy: int) -> None:
+def scatter(repeated: np.ndarray, ours: float, stated: float, redundancy: int) -> None:
     """Show sigma0 (mm) of repeated surveys, with the limits of a global test."""
     sigma0s = np.asarray(repeated)
     r = redundancy
@@ -204,7 +203,7 @@ def _results(
     return x, np.abs(v) * np.sqrt(p / controlled) / sigma0, r
 
 
-def _limit(ax: Axes, names: list[str]) -> None:
+def _limit(ax: Axes, names: Sequence[str]) -> None:
     """Name the lines, and draw the limit of Baarda's w."""
     limit = critical_w()
     ax.axhline(limit, color=plot.BLACK, linestyle="--")
@@ -335,7 +334,7 @@ def tangent(base: float, depth: float, start: float) -> None:
 
 
 def point(
-    stations: np.ndarray, position: ArrayLike, covariance: np.ndarray, off: ArrayLike
+    stations: np.ndarray, position: np.ndarray, covariance: np.ndarray, off: np.ndarray
 ) -> None:
     """Show rays to a point with its error ellipse, and the errors of repetitions in it.
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 from numpy.typing import ArrayLike
 
 from pgm_lab import plot
@@ -12,7 +12,7 @@ from pgm_lab import plot
 
 def outline(
     ax: Axes, centre: ArrayLike, size: float, color: str = plot.RED, **style: Any
-) -> Rectangle:
+) -> Patch:
     """Draw the outline of a square window, along the outer edges of its pixels."""
     x, y = np.asarray(centre) - size / 2
     style = {"fill": False, "linewidth": 2.5} | style

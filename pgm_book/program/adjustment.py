@@ -5,13 +5,12 @@ wrong. `redundancy_numbers` and `suspect` look for blunders; `ellipse` is of a p
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab.adjustment.outliers import critical_w
 
 
 def normal_equations(
-    A: ArrayLike, p: ArrayLike, observed: ArrayLike
+    A: np.ndarray, p: np.ndarray, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Normal matrix N and right-hand side n of observation equations.
 
@@ -47,7 +46,7 @@ def normal_equations(
 
 
 def adjust(
-    A: ArrayLike, p: ArrayLike, observed: ArrayLike
+    A: np.ndarray, p: np.ndarray, observed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
     """Adjust observations by least squares.
 
@@ -94,7 +93,7 @@ def adjust(
     return x, v, sigma0, Q
 
 
-def redundancy_numbers(A: ArrayLike, p: ArrayLike) -> np.ndarray:
+def redundancy_numbers(A: np.ndarray, p: np.ndarray) -> np.ndarray:
     """Share of each observation in the redundancy, 0 to 1; together they make it up.
 
     It says how much of an observation's own error its residual shows: 1 - p a' Q a.
@@ -113,7 +112,7 @@ def redundancy_numbers(A: ArrayLike, p: ArrayLike) -> np.ndarray:
     return 1 - p * np.einsum("ni,ij,nj->n", A, Q, A)
 
 
-def suspect(v: ArrayLike, sigma: ArrayLike, r: ArrayLike) -> int:
+def suspect(v: np.ndarray, sigma: np.ndarray, r: np.ndarray) -> int:
     """Row of the observation that Baarda's test suspects most, or -1 for none.
 
     Parameters
@@ -152,7 +151,7 @@ def suspect(v: ArrayLike, sigma: ArrayLike, r: ArrayLike) -> int:
     return int(np.argmax(w)) if w.max() > critical_w() else -1
 
 
-def ellipse(covariance: ArrayLike) -> np.ndarray:
+def ellipse(covariance: np.ndarray) -> np.ndarray:
     """Semi-axes of the standard error ellipse of a point, and its direction.
 
     Parameters

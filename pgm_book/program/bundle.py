@@ -3,8 +3,9 @@
 `pgm_lab.bundle` does the same for any network and datum, and says what went wrong.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_book.program.camera import derivatives, project
 
@@ -17,7 +18,7 @@ UNDETERMINED = (
 )
 
 
-def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
+def without_lens(xy: np.ndarray, camera: Sequence | np.ndarray) -> np.ndarray:
     """Where image points would lie without a lens, from the principal point.
 
     Parameters
@@ -51,7 +52,7 @@ def without_lens(xy: ArrayLike, camera: ArrayLike) -> np.ndarray:
     return np.column_stack([x + dx, y + dy])
 
 
-def misclosure(unknowns: ArrayLike, points: ArrayLike, xy: ArrayLike) -> np.ndarray:
+def misclosure(unknowns: np.ndarray, points: np.ndarray, xy: np.ndarray) -> np.ndarray:
     """Computed minus observed image points (n, 2) of one photo, in mm.
 
     Parameters
@@ -72,13 +73,13 @@ def misclosure(unknowns: ArrayLike, points: ArrayLike, xy: ArrayLike) -> np.ndar
 
 
 def blocks(
-    photo: ArrayLike,
-    point: ArrayLike,
-    xy: ArrayLike,
+    photo: np.ndarray,
+    point: np.ndarray,
+    xy: np.ndarray,
     sigma: float,
-    camera: ArrayLike,
-    exteriors: ArrayLike,
-    points: ArrayLike,
+    camera: np.ndarray,
+    exteriors: np.ndarray,
+    points: np.ndarray,
 ) -> Blocks:
     """Blocks of the normal equations of all rays.
 
@@ -119,7 +120,9 @@ def blocks(
         rays, own = photo == i, np.r_[:10, 10 + 6 * i : 16 + 6 * i]
         j = point[rays]
 
-        def ray(u: np.ndarray, j: np.ndarray = j, rays: np.ndarray = rays) -> ArrayLike:
+        def ray(
+            u: np.ndarray, j: np.ndarray = j, rays: np.ndarray = rays
+        ) -> np.ndarray:
             return misclosure(u, points[j], xy[rays]) / sigma
 
         at = np.concatenate([camera, exterior, np.zeros(3)])
@@ -133,7 +136,7 @@ def blocks(
     return K, E, V, f, g, v
 
 
-def reduced(K: ArrayLike, E: ArrayLike, V: ArrayLike) -> np.ndarray:
+def reduced(K: np.ndarray, E: np.ndarray, V: np.ndarray) -> np.ndarray:
     """Normal equations (q, q) of camera and photos after the points were eliminated.
 
     `K` (q, q), `E` (n, q, 3) and `V` (n, 3, 3) are those of `blocks`.
@@ -148,13 +151,13 @@ def reduced(K: ArrayLike, E: ArrayLike, V: ArrayLike) -> np.ndarray:
 
 
 def adjust(
-    photo: ArrayLike,
-    point: ArrayLike,
-    xy: ArrayLike,
+    photo: np.ndarray,
+    point: np.ndarray,
+    xy: np.ndarray,
     sigma: float,
-    camera: ArrayLike,
-    exteriors: ArrayLike,
-    points: ArrayLike,
+    camera: np.ndarray,
+    exteriors: np.ndarray,
+    points: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
     """Adjust camera, photos and points together; photo 0 and one coordinate are held.
 
@@ -218,7 +221,7 @@ def adjust(
     )
 
 
-def _inverse(matrices: ArrayLike) -> np.ndarray:
+def _inverse(matrices: np.ndarray) -> np.ndarray:
     """The inverse, or a sentence when there is none."""
     try:
         return np.linalg.inv(matrices)

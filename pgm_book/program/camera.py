@@ -6,12 +6,11 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab import rotation
 
 
-def project(exterior: ArrayLike, points: ArrayLike, c: float) -> np.ndarray:
+def project(exterior: np.ndarray, points: np.ndarray, c: float) -> np.ndarray:
     """Photo coordinates of object points in an ideal camera.
 
     Parameters
@@ -53,7 +52,7 @@ def project(exterior: ArrayLike, points: ArrayLike, c: float) -> np.ndarray:
 
 
 def derivatives(
-    function: Callable[[np.ndarray], ArrayLike], at: ArrayLike
+    function: Callable[[np.ndarray], np.ndarray], at: np.ndarray
 ) -> np.ndarray:
     """Derivatives of a function of several unknowns, by central differences.
 

@@ -3,6 +3,8 @@
 `pgm_lab.lsm` does the same for any number of points at once, and says what went wrong.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,7 +15,7 @@ LIMIT = 0.01  # px: a step that moves no pixel of the window farther ends the it
 MAX_ITERATIONS = 40
 
 
-def row_shift(A: ArrayLike, B: ArrayLike) -> float:
+def row_shift(A: np.ndarray, B: np.ndarray) -> float:
     """Shift of one row of grey values onto another, in one step of least squares.
 
     Parameters
@@ -43,7 +45,11 @@ def row_shift(A: ArrayLike, B: ArrayLike) -> float:
 
 
 def match(
-    left: ArrayLike, right: ArrayLike, point: ArrayLike, start: ArrayLike, size: int
+    left: np.ndarray,
+    right: np.ndarray,
+    point: Sequence[int],
+    start: ArrayLike,
+    size: int,
 ) -> tuple[np.ndarray, float, np.ndarray]:
     """Match one window by least squares, with eight parameters.
 
@@ -112,7 +118,7 @@ def match(
 
 
 def resampled(
-    right: ArrayLike, p: ArrayLike, x: ArrayLike, y: ArrayLike
+    right: np.ndarray, p: np.ndarray, x: np.ndarray, y: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Grey values of the right window, and their slopes along columns and rows.
 
@@ -141,7 +147,12 @@ def resampled(
 
 
 def design(
-    B: ArrayLike, Bx: ArrayLike, By: ArrayLike, x: ArrayLike, y: ArrayLike, h1: float
+    B: np.ndarray,
+    Bx: np.ndarray,
+    By: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    h1: float,
 ) -> np.ndarray:
     """Design matrix: derivatives of h0 + h1 B by the eight parameters.
 

@@ -5,7 +5,6 @@ went wrong.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_book.program.adjustment import adjust
 from pgm_book.program.camera import derivatives, project
@@ -13,7 +12,7 @@ from pgm_book.program.camera import derivatives, project
 STEPS = 20  # Gauss-Newton steps of a resection, enough from any near start
 
 
-def intersection(stations: ArrayLike, directions: ArrayLike) -> np.ndarray:
+def intersection(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Point (3,) with the least sum of squared distances from all rays.
 
     Parameters
@@ -47,7 +46,7 @@ def intersection(stations: ArrayLike, directions: ArrayLike) -> np.ndarray:
 
 
 def resection(
-    start: ArrayLike, image: ArrayLike, points: ArrayLike, c: float
+    start: np.ndarray, image: np.ndarray, points: np.ndarray, c: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Exterior orientation of one photo from control points, by a short loop.
 

@@ -4,16 +4,15 @@
 """
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_lab.image import cut
 from pgm_lab.ncc import correlation
 
 
 def best_shift(
-    reference: ArrayLike,
-    sensed: ArrayLike,
-    point: ArrayLike,
+    reference: np.ndarray,
+    sensed: np.ndarray,
+    point: np.ndarray,
     chip: int = 21,
     radius: int = 3,
 ) -> tuple[int, int, np.ndarray]:
@@ -81,7 +80,7 @@ def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
     return (r_right - r_left) / (2 * curvature)
 
 
-def rmse(dx: ArrayLike, dy: ArrayLike) -> tuple[float, float, float]:
+def rmse(dx: np.ndarray, dy: np.ndarray) -> tuple[float, float, float]:
     """Root mean squares of shifts (n,) along x, along y, and of both (Br 2-4).
 
     Examples
@@ -94,9 +93,9 @@ def rmse(dx: ArrayLike, dy: ArrayLike) -> tuple[float, float, float]:
 
 
 def chip_shifts(
-    reference: ArrayLike,
-    sensed: ArrayLike,
-    points: ArrayLike,
+    reference: np.ndarray,
+    sensed: np.ndarray,
+    points: np.ndarray,
     chip: int = 21,
     radius: int = 3,
 ) -> np.ndarray:

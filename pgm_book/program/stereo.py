@@ -5,7 +5,6 @@
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pgm_book.program.registration import peak_of_parabola
 from pgm_lab.image import cut
@@ -46,7 +45,7 @@ def model_point(
 
 
 def epipolar_line(
-    base: ArrayLike, ray: ArrayLike, M: ArrayLike, c: float
+    base: np.ndarray, ray: np.ndarray, M: np.ndarray, c: float
 ) -> np.ndarray:
     """Epipolar line a x + b y + d = 0 in the right photo, of a ray from the left.
 
@@ -85,8 +84,8 @@ def epipolar_line(
 
 
 def along_row(
-    left: ArrayLike,
-    right: ArrayLike,
+    left: np.ndarray,
+    right: np.ndarray,
     column: int,
     row: int,
     window: int,
@@ -133,8 +132,8 @@ def along_row(
 
 
 def best_disparity(
-    left: ArrayLike,
-    right: ArrayLike,
+    left: np.ndarray,
+    right: np.ndarray,
     column: int,
     row: int,
     window: int,
@@ -194,7 +193,7 @@ def sigma_height(H: float, B: float, gsd: float, sigma_px: float) -> float:
 def row_points(
     pair: NormalPair,
     row: int,
-    columns: ArrayLike,
+    columns: np.ndarray,
     window: int,
     low: int,
     high: int,
