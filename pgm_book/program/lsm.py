@@ -47,7 +47,7 @@ def row_shift(A: np.ndarray, B: np.ndarray) -> float:
 def match(
     left: np.ndarray,
     right: np.ndarray,
-    point: Sequence[int],
+    point: Sequence[int] | np.ndarray,
     start: ArrayLike,
     size: int,
 ) -> tuple[np.ndarray, float, np.ndarray]:

@@ -67,7 +67,7 @@ def test_the_tests_pass_at_once(project):
     assert result.returncode == 0, result.stdout[-4000:]
     assert not (project / "notebooks" / "my_pgm.py").exists()
     readme = (project / "README.md").read_text(encoding="utf-8")
-    assert "| 97 | [Trial](notebooks/97_trial.ipynb)" in readme
+    assert "**97** [Trial](notebooks/97_trial.ipynb)" in readme
 
 
 def test_what_was_written_is_well_formed(begun):
