@@ -150,6 +150,19 @@ def test_weighted_control_equals_the_dense_core_with_weighted_parameters():
     close(found.control_residuals[measured], v[measured], atol=1e-9)
 
 
+def test_the_shares_of_rays_control_and_scale_bars_add_up_to_the_redundancy():
+    network = small()
+    index, sigma = [0, 3, 6], np.full((3, 3), 0.2)
+    sigma[0, 2] = np.inf
+    network = replace(network, control=(index, network.points[index], sigma))
+    network = bars(network, 0.05, (1, 4), (2, 8))
+    found = bundle.adjust(network, SOME)
+    of_control = found.control_redundancy_numbers
+    assert np.all((of_control > 0) == np.isfinite(sigma))
+    shares = found.redundancy_numbers, of_control, found.scale_bar_redundancy_numbers
+    assert sum(map(np.sum, shares)) == approx(found.redundancy)
+
+
 def test_control_with_sigma_0_holds_single_coordinates():
     network = small()
     sigma = [[0, 0, 0], [0, np.inf, 0], [np.inf, np.inf, 0], [np.inf, 0, np.inf]]

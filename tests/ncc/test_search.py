@@ -224,6 +224,20 @@ def test_the_way_back_is_a_match_from_the_right(noise):
     np.testing.assert_array_equal(both.points, there.points)
 
 
+def test_the_way_back_follows_the_line_of_the_left_image():
+    left = np.random.default_rng(8).integers(0, 256, (90, 100)).astype(np.uint8)
+    right = np.roll(left, (6, -5), axis=(0, 1))
+    points = np.random.default_rng(9).uniform(30, 60, (20, 2)).round()
+    # Six rows lower in the right image than in the left one
+    lines = np.column_stack([np.zeros(20), np.ones(20), -(points[:, 1] + 6)])
+    found = ncc.match(
+        *(left, right, points, points + (0, 6), 9, (11, 31)),
+        **{"lines": lines, "distance": 0.5, "back": 1},
+    )
+    assert found.accepted.all()
+    np.testing.assert_array_equal(found.points, points + (-5, 6))
+
+
 # -- the edge of the image
 
 
