@@ -359,6 +359,13 @@ def test_the_line_search_shortens_a_step_that_would_make_it_worse():
     close(searched.interior, found.interior, atol=1e-6)
 
 
+def test_a_stated_sigma0_standardises_residuals_and_leaves_the_covariance():
+    found = bundle.adjust(small(), SOME)
+    known = bundle.adjust(small(), SOME, sigma0_prior=1.0)
+    close(known.standardized, found.standardized * found.sigma0, atol=1e-12)
+    close(known.covariance, found.covariance)
+
+
 def test_a_bar_of_progress_is_shown_only_when_asked_for(monkeypatch):
     shown = []
 
