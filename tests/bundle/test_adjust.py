@@ -150,6 +150,19 @@ def test_weighted_control_equals_the_dense_core_with_weighted_parameters():
     close(found.control_residuals[measured], v[measured], atol=1e-9)
 
 
+def test_the_shares_of_rays_control_and_scale_bars_add_up_to_the_redundancy():
+    network = small()
+    index, sigma = [0, 3, 6], np.full((3, 3), 0.2)
+    sigma[0, 2] = np.inf
+    network = replace(network, control=(index, network.points[index], sigma))
+    network = bars(network, 0.05, (1, 4), (2, 8))
+    found = bundle.adjust(network, SOME)
+    of_control = found.control_redundancy_numbers
+    assert np.all((of_control > 0) == np.isfinite(sigma))
+    shares = found.redundancy_numbers, of_control, found.scale_bar_redundancy_numbers
+    assert sum(map(np.sum, shares)) == approx(found.redundancy)
+
+
 def test_control_with_sigma_0_holds_single_coordinates():
     network = small()
     sigma = [[0, 0, 0], [0, np.inf, 0], [np.inf, np.inf, 0], [np.inf, 0, np.inf]]
@@ -344,6 +357,13 @@ def test_the_line_search_shortens_a_step_that_would_make_it_worse():
     assert np.all(np.diff(searched.history.objective) < 1e-9)
     assert np.diff(full.history.objective).max() > 0
     close(searched.interior, found.interior, atol=1e-6)
+
+
+def test_a_stated_sigma0_standardises_residuals_and_leaves_the_covariance():
+    found = bundle.adjust(small(), SOME)
+    known = bundle.adjust(small(), SOME, sigma0_prior=1.0)
+    close(known.standardized, found.standardized * found.sigma0, atol=1e-12)
+    close(known.covariance, found.covariance)
 
 
 def test_a_bar_of_progress_is_shown_only_when_asked_for(monkeypatch):

@@ -40,6 +40,12 @@ def test_rows_are_those_of_source_and_verdict():
     assert ledger.verdicts("7", source="Bani 2010") == []
 
 
+def test_sources_are_told_from_the_oldest_to_the_newest():
+    told = [part.split(": ")[0] for part in ledger.summary(ROWS).split("; ")]
+    years = [source.split()[-1] for source in told]
+    assert years == sorted(years) and told != sorted(told)
+
+
 def test_three_menus_filter_the_table(monkeypatch):
     given, shown = {}, []
     take = lambda draw, **menus: given.update(menus, draw=draw)  # noqa: E731

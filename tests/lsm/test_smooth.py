@@ -34,6 +34,20 @@ def test_what_derivatives_make_of_smoothed_noise(smooth):
     assert half_pixels.derivative_gain(smooth) < half_pixels.derivative_gain(0.0)
 
 
+def test_errors_in_smoothed_images_are_as_predicted():
+    """Residuals of the nearest pixels alone would predict two thirds of them."""
+    texture = simulate.texture(0.1, seed=2)
+    pair = simulate.texture_pair(
+        texture, (280, 280), (2.3, 1, 0, -1.4, 0, 1), sigma=4.0
+    )
+    points = np.mgrid[40:241:20, 40:241:20].reshape(2, -1).T
+    found = lsm.match(*pair, points, points + (2, -1), smooth=2.0)
+    assert found.accepted.all()
+    errors = found.points - points - (2.3, -1.4)
+    variance = np.trace(found.covariance, axis1=1, axis2=2).mean()
+    assert 0.8 < np.sqrt(np.sum(errors**2, axis=1).mean() / variance) < 1.25
+
+
 def test_no_data_reach_as_far_as_the_smoothing():
     """Grey values around a hole rest on it."""
     left, right = PAIR

@@ -168,6 +168,20 @@ def test_the_fraction_of_a_point_counts_from_the_line(shifted):
     np.testing.assert_allclose(found.points, truth + [0.3, 0.4], atol=0.15)
 
 
+def test_a_fraction_of_a_point_stays_on_its_line():
+    rng = np.random.default_rng(5)
+    steps = cv2.GaussianBlur(rng.normal(0, 60, (1, 100)), (1, 7), 0) + 128
+    left = np.tile(steps, (90, 1))
+    right = np.roll(left, -5, axis=1)
+    points = np.column_stack([np.arange(30.0, 60, 3), np.full(10, 40.4)])
+    found = ncc.match(
+        *(left, right, points, points - (5, 0), 9, (11, 31), -1, 1, "parabola"),
+        **{"lines": np.tile([0.0, 1.0, -40.4], (10, 1)), "distance": 0.5},
+    )
+    # All edges run down: where a match lies along them, the line alone says
+    np.testing.assert_allclose(found.points[:, 1], 40.4, rtol=0, atol=1e-6)
+
+
 def test_where_an_edge_crosses_the_line_the_match_is_there_and_its_covariance_says_so():
     """Aslant edges: alone they tell nothing along themselves. The error of the line,
     uniform up to `distance`, goes into the covariance along the edge."""
@@ -222,6 +236,20 @@ def test_the_way_back_is_a_match_from_the_right(noise):
     np.testing.assert_array_equal(both.status, expected)
     assert np.all(np.isnan(both.covariance[~both.accepted]))
     np.testing.assert_array_equal(both.points, there.points)
+
+
+def test_the_way_back_follows_the_line_of_the_left_image():
+    left = np.random.default_rng(8).integers(0, 256, (90, 100)).astype(np.uint8)
+    right = np.roll(left, (6, -5), axis=(0, 1))
+    points = np.random.default_rng(9).uniform(30, 60, (20, 2)).round()
+    # Six rows lower in the right image than in the left one
+    lines = np.column_stack([np.zeros(20), np.ones(20), -(points[:, 1] + 6)])
+    found = ncc.match(
+        *(left, right, points, points + (0, 6), 9, (11, 31)),
+        **{"lines": lines, "distance": 0.5, "back": 1},
+    )
+    assert found.accepted.all()
+    np.testing.assert_array_equal(found.points, points + (-5, 6))
 
 
 # -- the edge of the image
@@ -311,6 +339,30 @@ def test_what_touches_no_data_is_named_and_the_rest_is_as_without(noise, kind, l
     assert set(found.status[free & beside]) == {"peak on the edge of the image"}
     lost = found.status[free & ~match_free]
     assert len(lost) and "accepted" not in lost
+
+
+def test_no_data_beside_the_template_changes_its_precision_little(noise):
+    """The row beyond it, which tells of the parabola's own error, is missing."""
+    left, right = (cv2.GaussianBlur(g.astype(float), (0, 0), 1.5) for g in noise)
+    options = {"template": 9, "search": 25, "refine": "parabola"}
+    whole = ncc.match(left, right, [(40, 40)], **options)
+    left[35, :] = np.nan
+    found = ncc.match(left, right, [(40, 40)], **options)
+    np.testing.assert_array_equal(found.points, whole.points)
+    assert found.accepted[0]
+    assert 0.3 < np.trace(found.covariance[0]) / np.trace(whole.covariance[0]) < 3
+
+
+def test_a_twin_without_data_is_no_second_peak():
+    left = np.random.default_rng(6).integers(0, 256, (60, 100)).astype(float)
+    right = left.copy()
+    right[20:40, 60:80] = left[20:40, 20:40]
+    options = {"template": 9, "search": (13, 91), "ratio": 0.8}
+    twins = ncc.match(left, right, [(30, 30)], [(50, 30)], **options)
+    assert twins.status[0] == "ambiguous"
+    right[30, 70] = np.nan
+    found = ncc.match(left, right, [(30, 30)], [(50, 30)], **options)
+    assert found.accepted[0] and found.second[0] < 0.6
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -114,6 +114,9 @@ def test_no_window_reaches_beyond_the_image_and_what_fills_a_hole_does_not_matte
         np.testing.assert_array_equal(match.status, matches[0].status)
     match = stereo.match_rows(left, np.where(np.roll(hole, -3, 1), np.nan, right))
     assert (match.status[near] != 0).all()
+    inner = np.s_[34:46, 66:74]  # windows that no offset brings out of the right hole
+    assert (match.status[inner] == NUMBER["no data in the window"]).all()
+    assert np.isnan(match.r[inner]).all()
     assert np.abs((match.disparity - truth)[match.status == 0]).max() < 0.1
 
 

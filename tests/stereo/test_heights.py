@@ -58,6 +58,15 @@ def test_points_and_sigma_z_are_those_of_the_adjusted_intersection():
     assert np.allclose(points.sd[:, 2], textbook, rtol=1e-6)
 
 
+def test_rays_that_meet_behind_the_photos_give_no_points():
+    match = dense()
+    matched = np.argwhere(match.status == 0)
+    match.disparity[tuple(matched[0])] = -1e5
+    points = stereo.intersect(normal_pair(), match)
+    assert len(points.xyz) == len(matched) - 1
+    assert np.isfinite(points.xyz).all()
+
+
 def test_points_are_those_of_the_scale_factors_at_every_step():
     pair, match = normal_pair(), dense()
     points = stereo.intersect(pair, match)
