@@ -1,10 +1,7 @@
 """Settings for all tests, and what the tests of figures share."""
 
-import matplotlib.pyplot as plt
 import pytest
 from hypothesis import settings
-
-from pgm_lab import plot
 
 # The same examples in every run, on however slow a machine: no test fails by chance.
 settings.register_profile("steady", derandomize=True, deadline=None)
@@ -14,6 +11,10 @@ settings.load_profile("steady")
 @pytest.fixture
 def figures(monkeypatch):
     """Figures and texts that are shown, and closed in the end."""
+    import matplotlib.pyplot as plt  # here, for most tests draw nothing
+
+    from pgm_lab import plot
+
     shown = []
     for room in (plot, plot.basic):
         monkeypatch.setattr(
@@ -27,6 +28,8 @@ def figures(monkeypatch):
 @pytest.fixture
 def closed():
     """Close the figures that a test gets."""
+    import matplotlib.pyplot as plt
+
     yield
     plt.close("all")
 

@@ -14,8 +14,7 @@ import nbformat
 import numpy as np
 import pytest
 
-from pgm_book.common import own_program as _own
-from pgm_book.common import own_program as _program
+from pgm_book.common import own_program
 from pgm_book.make import form
 from pgm_book.make.notebooks import FOLDER
 from pgm_book.make.student import FIRST_LINES
@@ -66,7 +65,7 @@ def grow(name):
 def folder(tmp_path_factory):
     """A folder with the program, and what was said while it grew."""
     here = tmp_path_factory.mktemp("work")
-    (here / _own.FILE).write_text(FIRST_LINES, encoding="utf-8")
+    (here / own_program.FILE).write_text(FIRST_LINES, encoding="utf-8")
     said = {}
     with contextlib.chdir(here):
         for name in LESSONS:
@@ -80,14 +79,14 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def text(folder):
-    return (folder[0] / _own.FILE).read_text(encoding="utf-8")
+    return (folder[0] / own_program.FILE).read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
 def mine(folder):
     """The program as a module."""
     with contextlib.chdir(folder[0]):
-        return _own.loaded()
+        return own_program.loaded()
 
 
 def test_every_lesson_adds_to_the_program_and_all_it_takes_is_there(folder, text):
@@ -109,7 +108,7 @@ def test_it_is_a_program_of_a_few_hundred_lines_and_known_libraries(text):
     assert text.startswith(FIRST_LINES)
     assert len([line for line in text.splitlines() if line.strip()]) < LONGEST
     for node in ast.parse(text).body:
-        if _program.is_import(node):
+        if own_program.is_import(node):
             names = [node.module] if isinstance(node, ast.ImportFrom) else [
                 one.name for one in node.names
             ]  # fmt: skip
@@ -122,7 +121,7 @@ def test_a_later_run_of_every_lesson_changes_nothing(folder, text):
     with contextlib.chdir(folder[0]), contextlib.redirect_stdout(None):
         for name in LESSONS:
             grow(name)
-    assert (folder[0] / _own.FILE).read_text(encoding="utf-8") == text
+    assert (folder[0] / own_program.FILE).read_text(encoding="utf-8") == text
 
 
 def test_chapter_1_a_photo_coordinate(mine):

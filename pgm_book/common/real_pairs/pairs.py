@@ -57,9 +57,8 @@ SOURCES = (
         "sample data of OpenCV, Apache 2.0",
     ),
 )
-# Comes with scikit-image (BSD; Middlebury stereo of 2014, Scharstein et al. 2014)
-# and with the project, see data/README.md
-AT_HAND = ("motorcycle", "orthophoto")
+# "motorcycle" comes with scikit-image (BSD; Middlebury stereo of 2014, Scharstein et
+# al. 2014), "orthophoto" with the project, see data/README.md
 
 
 def fetch(folder: Path) -> None:
