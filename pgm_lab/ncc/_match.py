@@ -11,7 +11,7 @@ from pgm_lab import _validate
 from pgm_lab.ncc import search_area
 from pgm_lab.ncc._map import flat
 from pgm_lab.ncc._peak import paraboloid, systematic_errors
-from pgm_lab.ncc._search import peaks
+from pgm_lab.ncc._search import deviations, peaks
 
 AT_ONCE = 2**20  # grey values of the search windows that are searched at a time
 STATUS = "<U40"
@@ -266,6 +266,7 @@ class Pairs:
     absent: np.ndarray | None  # its pixels without data
     whole: np.ndarray  # (n, 2) the middle of the template
     window: np.ndarray  # (n, rows, columns)
+    ssd: np.ndarray | None  # of the windows at the positions of a correlation map
     centre: np.ndarray  # (n, 2) the middle of the search window
     searched: np.ndarray  # the positions to look at, of a correlation map
     unknown: np.ndarray | None  # those that touch pixels without data
@@ -307,10 +308,11 @@ def find(
     covariance = np.full((len(points), 2, 2), np.nan)
 
     todo = np.flatnonzero(status == "accepted")
+    ssd = deviations(right, s.template, len(todo) * math.prod(s.search))
     step = max(1, AT_ONCE // math.prod(s.search))
     for part in (todo[i : i + step] for i in range(0, len(todo), step)):
         of_part = None if lines is None else lines[part]
-        pairs = _pairs(left, right, whole[part], centre[part], of_part, s)
+        pairs = _pairs(left, right, whole[part], centre[part], of_part, s, ssd)
         status[part] = _status_of_windows(pairs)
         good = status[part] == "accepted"
         if good.any():
@@ -329,6 +331,7 @@ def _pairs(
     centre: np.ndarray,
     lines: np.ndarray | None,
     s: Settings,
+    ssd: np.ndarray | None,
 ) -> Pairs:
     """Cut out the windows; searched is in the image, near the line, where data is."""
     size, unknown, past = s.search, None, None
@@ -336,6 +339,9 @@ def _pairs(
         size = size[0] + 2, size[1] + 2
     template, absent = search_area.windows(left, whole, (s.template, s.template))
     window, missing = search_area.windows(right, centre, size)
+    if ssd is not None:
+        positions = size[0] - s.template + 1, size[1] - s.template + 1
+        ssd = search_area.cut_out(ssd, centre - s.template // 2, positions)
     column, row = search_area.positions(centre, size, s.template)
     searched = search_area.within(column, row, s.template, right.shape)
     if lines is not None:
@@ -346,7 +352,8 @@ def _pairs(
     if missing is not None:
         unknown = search_area.touching(missing, s.template)
     return Pairs(
-        template, absent, whole, window, centre, searched, unknown, past, lines
+        *(template, absent, whole, window, ssd, centre),
+        *(searched, unknown, past, lines),
     )
 
 
@@ -371,7 +378,7 @@ def _matched(
     searched = pairs.searched
     if pairs.unknown is not None:
         searched = searched & ~pairs.unknown
-    peak = peaks(pairs.template, pairs.window, searched)
+    peak = peaks(pairs.template, pairs.window, searched, pairs.ssd)
     row, column, r, second = peak.row, peak.column, peak.r, peak.second
     middle = np.array(searched.shape[:0:-1]) // 2
     place = pairs.centre + np.stack([column, row], axis=1) - middle

@@ -27,6 +27,7 @@ NOWHERE = -2.0  # below every correlation: not searched
 ERROR = 4 * 2.0**-23
 FAINT = 1e-6  # energy of a window over that of its search window, or none is known
 TINY = np.float32(1e-15)  # energy that single precision does not hold well
+LARGEST = 2**24  # pixels of an image whose windows are summed up all at once
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,15 @@ class Peaks:
     right: np.ndarray
 
 
-def peaks(templates: np.ndarray, searches: np.ndarray, searched: np.ndarray) -> Peaks:
+def peaks(
+    templates: np.ndarray,
+    searches: np.ndarray,
+    searched: np.ndarray,
+    ssd: np.ndarray | None = None,
+) -> Peaks:
     """Highest correlations of templates (k, h, w), none flat, where `searched`."""
     # Search in single precision
-    found, error = _rough_maps(templates, searches)
+    found, error = _rough_maps(templates, searches, ssd)
     if not searched.all():
         found[:, :-1][~searched] = NOWHERE
     first, other, second = _highest(found)
@@ -80,8 +86,26 @@ def peaks(templates: np.ndarray, searches: np.ndarray, searched: np.ndarray) -> 
     return Peaks(row, column, r, second, near, left, right)
 
 
+def deviations(image: np.ndarray, size: int, most: int) -> np.ndarray | None:
+    """Sums of squares of all windows of an image, each less its mean, or None."""
+    # Sums of 8 and 16 bit are whole numbers, so that none is rounded. Worth it where
+    # the image has fewer pixels than its search windows together.
+    small = image.dtype.kind in "uib" and image.dtype.itemsize <= 2
+    if not small or image.size > min(most, LARGEST):
+        return None
+    g = np.ma.getdata(image).astype(np.float32)
+    g -= float(np.rint(g.mean()))
+    total, squares = (
+        sums(g, cv2.CV_64F, (size, size), normalize=False)
+        for sums in (cv2.boxFilter, cv2.sqrBoxFilter)
+    )
+    half = size // 2
+    ssd = squares - total * (total / size**2)
+    return ssd[half:-half, half:-half].astype(np.float32)
+
+
 def _rough_maps(
-    templates: np.ndarray, searches: np.ndarray
+    templates: np.ndarray, searches: np.ndarray, squares: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Maps (k, rows + 1, columns) in single precision, bounds (k,) of their errors."""
     # A row of -1 below each map keeps it apart from the next one
@@ -90,16 +114,19 @@ def _rough_maps(
     error = np.empty(k)
     for part in chunks(k, H * W):
         t, s = _single(templates[part]), _single(searches[part])
-        ssd = box_sums(s, h, w)
-        ssd *= ssd
-        ssd *= -1 / (h * w)
-        ssd += box_sums(s * s, h, w)
+        if squares is not None:
+            ssd = squares[part]
+        else:
+            ssd = box_sums(s, h, w)
+            ssd *= ssd
+            ssd *= -1 / (h * w)
+            ssd += box_sums(s * s, h, w)
         t_energy, energy = (_energy(g) for g in (t, s))
         faintest = ssd.min(axis=(1, 2))
         known = (faintest > FAINT * energy) & (np.minimum(t_energy, energy) > TINY)
         ratio = energy / np.where(known, faintest, 1)
         error[part] = np.where(known, ERROR * ratio, np.inf)
-        np.maximum(ssd, (FAINT * energy)[:, None, None], out=ssd)
+        ssd = np.maximum(ssd, (FAINT * energy)[:, None, None])
         ssd *= t_energy[:, None, None]
         np.maximum(ssd, TINY**2, out=ssd)
         np.divide(products(t, s), np.sqrt(ssd, out=ssd), out=found[part, :-1])

@@ -16,11 +16,11 @@ def windows(
     image: np.ndarray, centre: np.ndarray, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Windows (n, rows, columns) of an image, and where they lack data, or None."""
-    # Beyond the edge the last row or column is repeated. What is missing gets the
-    # lowest grey value of its window, which does no harm to the sums.
+    # What is missing gets the lowest grey value of its window, which does no harm to
+    # the sums
     masked = np.ma.getmask(image) is not np.ma.nomask
-    cut = _cut(np.ma.getdata(image), centre, size)
-    missing = _cut(np.ma.getmaskarray(image), centre, size) if masked else None
+    cut = cut_out(np.ma.getdata(image), centre, size)
+    missing = cut_out(np.ma.getmaskarray(image), centre, size) if masked else None
     if cut.dtype.kind == "f":
         if cut.dtype.itemsize > 8:  # what double precision cannot hold gets infinite
             with np.errstate(over="ignore"):
@@ -42,7 +42,8 @@ def touching(missing: np.ndarray, size: int) -> np.ndarray:
     return n[:, :, size:] > n[:, :, :-size]
 
 
-def _cut(grey: np.ndarray, centre: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+def cut_out(grey: np.ndarray, centre: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Windows of an image; beyond its edge the last row or column is repeated."""
     half = np.array(size[::-1]) // 2
     first = (centre - half).astype(int)
     last = first + size[::-1]
