@@ -109,19 +109,20 @@ def test_every_internal_link_lives_and_nothing_is_loaded_from_elsewhere(site_fol
     assert not dead
 
 
-def test_no_page_fails_complains_or_is_wider_than_a_phone(browser, site_folder):
+def test_no_page_fails_has_a_red_formula_or_is_wider_than_a_phone(browser, site_folder):
     phone = offline_context(browser, viewport={"width": 390, "height": 844})
     watched = Watched(phone)
-    wide = []
+    wide, red = [], []
     for name in pages_of(site_folder):
         watched.page.goto((site_folder / name).as_uri())
         watched.page.evaluate("() => window.MathJax?.startup?.promise")
         root = "document.documentElement"
         if watched.page.evaluate(f"{root}.scrollWidth > {root}.clientWidth"):
             wide.append(name)
+        red += watched.page.locator("[data-mml-node=merror]").all_text_contents()
     phone.close()
     elsewhere = [url for url in watched.requests if not url.startswith("file:")]
-    assert (wide, watched.errors, elsewhere) == ([], [], [])
+    assert (wide, red, watched.errors, elsewhere) == ([], [], [], [])
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -2,6 +2,9 @@
 
 from importlib.metadata import distribution
 
+from docutils import nodes
+from sphinx.application import Sphinx
+
 project = "pgm_lab"
 author = "the pgm_lab authors"
 copyright = "the pgm_lab authors; text and figures CC BY 4.0"
@@ -70,3 +73,17 @@ napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
 default_role = "py:obj"
+
+
+def setup(app: Sphinx) -> None:
+    """Change the formulas of each page once it has been read."""
+    app.connect("doctree-read", keep_numbers)
+
+
+def keep_numbers(_: Sphinx, tree: nodes.document) -> None:
+    """Leave a numbered formula as it is: Sphinx would put it into `split`."""
+    for formula in tree.findall(nodes.math_block):
+        if r"\tag" in formula.astext():
+            written = rf"\begin{{equation}}{formula.astext()}\end{{equation}}"
+            formula.children = [nodes.Text(written)]
+            formula["nowrap"] = formula["no-wrap"] = True
