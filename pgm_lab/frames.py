@@ -195,9 +195,14 @@ def photo_to_pixel(
 
 def _check_not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
     """Reject an image size that holds the pixels only with rows for columns."""
+    if not pixels.size:
+        return
+    column, row = pixels[..., 0], pixels[..., 1]
+    first = np.array([column.min(), row.min()])
+    last = np.array([column.max(), row.max()])
 
     def holds(size: np.ndarray) -> bool:
-        return bool(np.all((pixels >= -0.5) & (pixels <= size - 0.5)))
+        return bool(np.all(first >= -0.5) and np.all(last <= size - 0.5))
 
     if not holds(size) and holds(size[::-1]):
         columns, rows = size.astype(int)
