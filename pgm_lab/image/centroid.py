@@ -22,11 +22,11 @@ class Centroid:
     covariance : ndarray (..., 2, 2)
         Covariance of the position, in square pixels; NaN unless the status is "ok".
     background : ndarray (...)
-        Grey value that was taken off before weighting.
+        Grey value that was subtracted before weighting.
     sigma : ndarray (...)
-        Standard deviation of the grey values that the covariance rests on.
+        Standard deviation of the grey values, on which the covariance is based.
     status : ndarray (...) of str
-        "ok"; "flat": nothing stands out of the noise; "border": part of the target is
+        "ok"; "flat": nothing stands out from the noise; "border": part of the target is
         outside, take a larger window.
     """
 
@@ -60,7 +60,7 @@ def centroid(
         Standard deviation of the noise, in grey values; estimated from the ring of
         border pixels if not given.
     threshold : float
-        Taken off every weight, in grey values; pixels that stay below it are left out.
+        Subtracted from every weight, in grey values; pixels below it are left out.
         Three sigma is a good choice. With 0 the whole window counts, noise of both
         signs included.
     dark : bool
@@ -87,7 +87,7 @@ def centroid(
     References
     ----------
     Muliawan 2013, (M 2.15), after Shortis et al. 1994; with columns and rows counted
-    from 0 as in (M 2.17), and with the background taken off.
+    from 0 as in (M 2.17), and with the background subtracted.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def centroid(
     weight = sign * (g - level[..., None, None])
     used = weight > threshold if threshold > 0 else np.ones_like(weight, dtype=bool)
     weight = np.where(used, weight - threshold, 0.0)
-    # From here on, the pixels of a window stand in one row
+    # From here on, the pixels of a window are one row
     weight, used = (a.reshape(*level.shape, -1) for a in (weight, used))
     total = weight.sum(axis=-1)
     estimated = ring.sum() if background is None else np.inf

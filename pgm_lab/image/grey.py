@@ -18,7 +18,7 @@ class Statistics:
     mean : float
         Brightness.
     sd : float
-        Standard deviation, the contrast, with one degree of freedom less than pixels.
+        Contrast: standard deviation, with one degree of freedom less than pixels.
     minimum, maximum : float
     """
 
@@ -63,7 +63,7 @@ def statistics(image: ArrayLike) -> Statistics:
 
 
 def histogram(image: ArrayLike, bins: int = 256) -> tuple[np.ndarray, np.ndarray]:
-    """How many pixels have which grey value.
+    """Count the pixels of each grey value.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def histogram(image: ArrayLike, bins: int = 256) -> tuple[np.ndarray, np.ndarray
 
 
 def equalize(image: ArrayLike) -> np.ndarray:
-    """Equalise the histogram: spread the grey values evenly, their order kept.
+    """Equalise the histogram: spread the grey values evenly, keeping their order.
 
     A grey value becomes the share of pixels that are not brighter, scaled so that the
     darkest becomes 0 and the brightest the highest value there is.
@@ -179,7 +179,7 @@ def gradient(image: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
     Notes
     -----
-    Of a wave with f cycles per pixel the central difference sees sin(2 pi f) / (2 pi f)
+    For a wave of f cycles per pixel the central difference gives sin(2 pi f) / (2 pi f)
     of the slope: 76 per cent at f = 0.2, 23 per cent at 0.4.
 
     References
@@ -197,7 +197,7 @@ def gradient(image: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pyramid(image: ArrayLike, levels: int) -> list[np.ndarray]:
-    """Image pyramid: each level smoothed by 1-4-6-4-1, then every second pixel of it.
+    """Image pyramid: each level smoothed by 1-4-6-4-1, then every second pixel kept.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def pyramid(image: ArrayLike, levels: int) -> list[np.ndarray]:
     list of ndarray
         Level 0 is the image in floats. n rows become (n + 1) // 2, columns likewise.
         The pixel (column, row) of level k lies at 2**k * (column, row) in the image:
-        the pixel (0, 0) stays in its place.
+        the pixel (0, 0) keeps its position.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def pyramid(image: ArrayLike, levels: int) -> list[np.ndarray]:
     -----
     The mean of 2 x 2 pixels lies between them instead: there the pixel (column, row)
     is at 2 (column, row) + 0.5 of the level below. Beyond its outermost pixels the
-    image goes on as in a mirror.
+    image is mirrored.
 
     References
     ----------
@@ -234,7 +234,7 @@ def pyramid(image: ArrayLike, levels: int) -> list[np.ndarray]:
     >>> [level.shape for level in pyramid(np.zeros((101, 64)), 3)]
     [(101, 64), (51, 32), (26, 16)]
     """
-    # A copy: the image is not to change with its level 0, and OpenCV wants it in order
+    # A copy: level 0 is not the caller's array, and OpenCV needs it contiguous
     images = [_validate.image(image).copy()]
     levels = _validate.whole(levels, "levels", least=1)
     for k in range(1, levels):

@@ -42,7 +42,7 @@ def cut(image: np.ndarray, centre: ArrayLike, size: int) -> np.ndarray:
     image = _validate.grey_image(image)
     size = _validate.window(size, "size", 1)
     centre = _validate.one_point(centre, 2, "centre")
-    far = max(np.shape(image)) + size  # outside as any place beyond
+    far = max(np.shape(image)) + size  # as much outside as any beyond
     column, row = np.floor(np.clip(centre, -far, far) + 0.5).astype(int)
     top, left = row - size // 2, column - size // 2
     window = image[max(top, 0) : top + size, max(left, 0) : left + size]
@@ -92,10 +92,10 @@ def resample(
     Notes
     -----
     Bilinear reproduces a plane, cubic convolution a polynomial of degree two, the
-    splines those of degree three and five; at the edge, where the image goes on as in a
-    mirror, this no longer holds. A spline needs a pass over the whole image, however
-    few the points. Match with splines: bilinear and cubic convolution move a soft
-    texture by up to 0.013 px, a cubic spline by 0.0007 px
+    splines those of degree three and five; at the edge, where the image is mirrored,
+    this no longer holds. A spline needs a pass over the whole image, however few the
+    points. Match with splines: bilinear and cubic convolution shift a soft texture by
+    up to 0.013 px, a cubic spline by 0.0007 px
     (pgm_book/ch03/results/interpolation_bias.csv).
 
     References
@@ -130,7 +130,7 @@ def resample(
     else:
         x, y = np.clip(x, 0, far_corner[0]), np.clip(y, 0, far_corner[1])
     if method in _ORDERS:
-        yx = np.stack([y.ravel(), x.ravel()])  # SciPy wants one axis at least
+        yx = np.stack([y.ravel(), x.ravel()])  # SciPy needs at least one axis
         grey = scipy.ndimage.map_coordinates(
             image, yx, order=_ORDERS[method], mode="mirror"
         )
@@ -165,7 +165,7 @@ def weighted_sum(
 
 
 def mirrored(index: np.ndarray, n: int) -> np.ndarray:
-    """Indices of a row of n pixels that goes on as in a mirror: -1 is 1, n is n - 2."""
+    """Indices of a row of n pixels, mirrored beyond its ends: -1 is 1, n is n - 2."""
     if n == 1:
         return np.zeros_like(index)
     while True:

@@ -1,7 +1,7 @@
 """Least squares matching: conjugate points to a hundredth of a pixel.
 
-`match` measures many points, `adjust` is the same as the textbook writes it, and
-`cramer_rao` says how precisely it can be done at all.
+`match` measures many points, `adjust` does the same in textbook form, and `cramer_rao`
+returns the best precision that is possible at all.
 """
 
 from pgm_lab.lsm.matching import Match, match

@@ -1,8 +1,8 @@
 """The iteration of least squares matching, for some points at a time.
 
 Parts of the right image around the points are cut out once and resampled in each
-iteration: quickly at first, then by the spline of `half_pixels`. What fails is tried
-again from where blurred images take it.
+iteration: quickly at first, then by the spline of `half_pixels`. Points that fail are
+tried again, starting from a match of blurred images.
 """
 
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ PIXELS = CHUNK * 21**2  # then they stay in the cache
 MAX_REMAP = 32_766  # px, what cv2.remap can address
 SPLINE = -1  # besides OpenCV's names
 METHODS = cv2.INTER_LINEAR, cv2.INTER_LANCZOS4, SPLINE  # from rough to fine
-COARSE = 1.0, 0.25  # px, where bilinear and Lanczos resampling have done their part
+COARSE = 1.0, 0.25  # px, at which the next, finer resampling takes over
 AROUND = (
     half_pixels.RADIUS + 1
-)  # px to each side that the spline, and all others, rest on
+)  # px to each side that the spline, and all others, depend on
 PATIENCE = 4  # iterations before the derivatives of both windows are used
 SLACK = 1.0  # px a window may move before its part is cut anew; then twice as much
-MAX_STRETCH = 3  # half windows that a corner may lie from the middle along x or y
-BLUR = 3.0  # px, standard deviation: for windows too far off to be drawn in
-BLURRED_TOLERANCE = 0.3  # px, where the blurred images have done their part
+MAX_STRETCH = 3  # half windows that a corner may lie from the centre along x or y
+BLUR = 3.0  # px, standard deviation: for windows outside the pull-in range
+BLURRED_TOLERANCE = 0.3  # px, at which the sharp images take over
 FAILED = -1
-# What a start from blurred images may mend
+# What a start from blurred images may cure
 RETRIED = (
     *("diverged", "not converged", "below threshold"),
     *("window leaves the image", "no data in the window"),
@@ -41,7 +41,7 @@ RETRIED = (
 
 @dataclass(frozen=True)
 class Settings:
-    """What `match` was asked for."""
+    """Arguments of `match`."""
 
     half: int
     radiometric: bool
@@ -58,7 +58,7 @@ class Found:
     """Transformations and all that goes with them; NaN where not converged."""
 
     T: np.ndarray  # (m, 2, 3)
-    h: np.ndarray  # (m, 2) of grey values less their means
+    h: np.ndarray  # (m, 2) of grey values minus their means
     Q: np.ndarray  # (m, u, u) covariance of (q, h0, h1)
     means: np.ndarray  # (m, 2) left and right
     sigma0: np.ndarray
@@ -78,8 +78,8 @@ def find(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
     """Match the windows around left pixels (m, 2), from the transformations T."""
-    # What failed gets a second attempt from where blurred images take it: there the
-    # texture is longer, and draws a window in from farther away.
+    # Points that failed get a second attempt, from a match of blurred images: there the
+    # texture is coarser and the pull-in range wider.
     found = attempt(left, right, pixels, T, s)
     k = np.flatnonzero(np.isin(found.status, RETRIED))
     if not len(k):
@@ -102,7 +102,7 @@ def find(
 def attempt(
     left: np.ndarray, right: np.ndarray, pixels: np.ndarray, T: np.ndarray, s: Settings
 ) -> Found:
-    """Match the windows once, and say how precisely."""
+    """Match the windows once, and estimate the precision."""
     template, means, textured, status = _windows(left, right, pixels, T, s, s.smooth)
     goals = zip(METHODS, (*COARSE, s.tolerance), strict=True)
     T, last, iterations = _iterate(
@@ -113,7 +113,7 @@ def attempt(
     Q, sigma0, effective, singular = _normal_equations.precision(
         template, T[good], last, s.noise, s.correlated, s.smooth
     )
-    # Saturated pixels have no noise: they do not tell how large it is in the others
+    # Saturated pixels have no noise: they do not show how large it is in the others
     k, u = template.rows.shape[2], Q.shape[1]
     n = textured[good]
     most = np.where(n < k, k * (n - u) / (k - u), np.inf)
@@ -126,7 +126,7 @@ def attempt(
     status[good[np.isnan(r)]] = "flat window"
 
     def of_all(values: np.ndarray) -> np.ndarray:
-        """The values of the points that arrived, and NaN for the others."""
+        """The values of the points that converged, and NaN for the others."""
         found = np.full((len(T), *values.shape[1:]), np.nan)
         found[good] = values
         return found
@@ -295,7 +295,7 @@ class Parts:
         reach: float,
         blur: float = 0.0,
     ) -> "Parts":
-        """Prepare the windows k of T (m, 2, 3), as far as `reach`, less their means."""
+        """Prepare the windows k of T (m, 2, 3), to `reach`, minus their means."""
         pixels = np.rint(T[k, :, 0]).astype(int)
         beside = int(np.ceil(reach + 0.5)) + AROUND + margin(blur)
         size = 2 * beside + 1
@@ -314,7 +314,8 @@ class Parts:
     def at(self, X: np.ndarray, k: np.ndarray, method: int) -> np.ndarray:
         """Grey values at X (j, 2, pixels) of the windows k (j,)."""
         # The spline is good to a thousandth of the contrast; the others are quick, and
-        # OpenCV 4 rounds X to 1/32 px for them. The parts stand below each other.
+        # OpenCV 4 rounds X to 1/32 px for them. The parts are stacked one below the
+        # other.
         x, y = np.moveaxis(X - self.corner[k, :, None], 1, 0)
         size = self.grey.shape[1]
         place = self.place[k, None]
@@ -349,7 +350,7 @@ def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
         if not inside.all():
             into[~inside] = values[beyond]
 
-    with np.errstate(over="ignore"):  # of long doubles: infinity says it
+    with np.errstate(over="ignore"):  # too large for a float becomes infinite
         parts(grey, found)
     if grey.dtype.kind == "f":
         found[~np.isfinite(found)] = np.nan
@@ -361,7 +362,7 @@ def cut(image: np.ndarray, pixels: np.ndarray, reach: int) -> np.ndarray:
 
 
 def margin(blur: float) -> int:
-    """Pixels to each side that a blurred grey value rests on."""
+    """Pixels to each side that a blurred grey value depends on."""
     return int(np.ceil(3 * blur))
 
 

@@ -22,9 +22,9 @@ BLOCK = 16_000  # pixels of windows that stay in the nearest cache
 # Distances (x, y) in pixels at which residuals are compared, with their opposites
 Lags = tuple[tuple[int, int], ...]
 LAGS: Lags = (1, 0), (0, 1), (1, 1), (-1, 1), (2, 0), (0, 2)
-DECAY = 3  # standard deviations of a Gaussian, up to which what it smoothed is alike
+DECAY = 3  # standard deviations of a Gaussian, up to which smoothed noise is correlated
 POSITION = [0, 3]  # rows of a0 and b0 in the design matrix
-MAX_GAIN = 2.0  # effective pixels over pixels: noise that the texture is blind for
+MAX_GAIN = 2.0  # effective pixels per pixel: noise to which texture is insensitive
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def put(stack: Stack, k: np.ndarray, other: Stack) -> None:
 
 
 def window_grid(half: int) -> np.ndarray:
-    """(1, x, y) of the pixels of a window, from its middle: shape (3, k)."""
+    """(1, x, y) of the pixels of a window, from its centre: shape (3, k)."""
     y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1).astype(float)
     return np.array([np.ones_like(x), x, y])
 
@@ -103,7 +103,7 @@ def templates(
     rows[:, -1] = np.take(image, at)
     gram = rows @ np.swapaxes(rows, 1, 2)
     a, Q, _, singular = normal.solve(gram[:, :-1, :-1], gram[:, :-1, -1])
-    # Where all lines run one way, the derivative along them is rounding
+    # Where all edges are parallel, the derivative along them is rounding error
     singular |= _weakest_gradient(gram) <= ROUNDING * gram[:, -1, -1]
     flat = np.ptp(rows[:, -1], axis=1) == 0
     return Templates(rows, gram, Q, a, singular | flat, flat)
@@ -116,7 +116,7 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
     DB, AB = sums[:, :-1], sums[:, -1]
     DA, AA = left.gram[:, :-1, -1], left.gram[:, -1, -1]
     b = np.einsum("mij,mj->mi", left.Q, DB)
-    # What the derivatives and the constant leave of A and B
+    # Remainders of A and B after the derivatives and the constant
     aa = AA - np.einsum("mi,mi->m", DA, left.a)
     ab = AB - np.einsum("mi,mi->m", DB, left.a)
     bb = square - np.einsum("mi,mi->m", DB, b)
@@ -136,10 +136,10 @@ def solve(left: Templates, B: np.ndarray) -> Solution:
 
 def step_of_both(left: Templates, B: np.ndarray, h1: np.ndarray) -> np.ndarray:
     """Corrections q (m, 2, 3) by the mean derivatives of the left and right windows."""
-    # The left derivatives alone are quicker to use, and right where both windows look
-    # alike. Where the left one is sharper, or both are aliased, they overrate what a
-    # step changes, and the iteration creeps or circles. The mean of both is right to
-    # the second order (Benhimane and Malis 2004).
+    # The left derivatives alone are quicker to use, and right where both windows are
+    # similar. Where the left one is sharper, or both are aliased, they overestimate the
+    # effect of a step, and the iteration slows down or oscillates. The mean of both is
+    # right to the second order (Benhimane and Malis 2004).
     m, u, k = left.rows.shape
     _, x, y = window_grid((round(k**0.5) - 1) // 2)
     C, A = left.rows[:, : 8 if u == 8 else 6].copy(), left.rows[:, -1]
@@ -188,11 +188,11 @@ def precision(
     _, rows, k = left.rows.shape
     u = 8 if rows == 8 else 6
     half = (round(k**0.5) - 1) // 2
-    # Noise that was smoothed before is interpolated without a loss
+    # Noise that was smoothed before is interpolated without loss
     gain = np.ones(len(T)) if smooth else _noise_gain(T, half)
-    # What the noise of each image does to a residual, in parts of vᵀv / (k - u)
+    # Share of each image's noise in a residual, as parts of vᵀv / (k - u)
     of_left, of_right = noise[0] ** 2, (noise[1] * found.h[:, 1]) ** 2
-    # Interpolation averages noise, but not what the derivatives pick out of it
+    # Interpolation averages noise, but not the part that the derivatives pick out
     interpolated = of_left + of_right * gain
     kept = interpolated / (of_left + of_right)
     part = found.vv / (k - u) / interpolated
@@ -257,11 +257,11 @@ def _weakest_gradient(N: np.ndarray) -> np.ndarray:
 # --- How many independent pixels the grey values of a window are worth ---
 #
 # White noise is as large everywhere and independent from pixel to pixel. What is left
-# between two photos is neither: neighbours are alike where colours were interpolated or
-# an image was compressed, blurred or resampled; and residuals are larger where the
-# texture is strong, if the windows are not quite related by (B 2.7) to (B 2.9). For
-# residuals with the covariance matrix C the covariance of the parameters is
-# N^-1 (G^T C G) N^-1: here is found by how much it is larger for the position than
+# between two photos is neither: neighbours are correlated where colours were
+# interpolated or an image was compressed, blurred or resampled; and residuals are
+# larger where the texture is strong, if the windows are not quite related by (B 2.7) to
+# (B 2.9). For residuals with the covariance matrix C the covariance of the parameters
+# is N^-1 (G^T C G) N^-1: here we find by what factor it is larger for the position than
 # with white noise.
 
 
@@ -276,7 +276,7 @@ def effective_pixels(
     # The residuals v (m, k) are row by row of square windows; interpolation keeps the
     # share `gain` (m,) of the variance of white noise in v. White noise also shows some
     # correlation, by chance: a factor that differs from one by no more than its
-    # standard deviation is halved, and a large one is believed.
+    # standard deviation is halved, and a large one is used in full.
     _, u, k = design.shape
     # In single precision, for speed: sums of squares near one need no more
     vv = np.einsum("mk,mk->m", v, v)
@@ -339,7 +339,7 @@ def _where_texture_is_strong(
 ) -> np.ndarray:
     """Variance (m,) of position by each pixel's residual, over that by their mean."""
     # Squared residuals, with the squared influence of their pixels for weights (White
-    # 1980), over what the adjustment leaves of their variance
+    # 1980), divided by what the adjustment leaves of their variance
     H = np.einsum("mik,mik->mk", influence, design)
     left = variance[:, None] - s[:, None] * H
     left = np.maximum(left, variance[:, None] / 2)

@@ -12,14 +12,14 @@ import cv2
 import numpy as np
 import scipy
 
-RADIUS = 8  # pixels to each side that a coefficient rests on
+RADIUS = 8  # pixels to each side that a coefficient depends on
 KAISER_BETA = 7.0  # shape of the Kaiser window over the sinc
 BORDER = cv2.BORDER_REFLECT_101
 
 
 def coefficients(image: np.ndarray) -> np.ndarray:
     """Coefficients (2 rows, 2 columns) of a cubic spline on a grid of half pixels."""
-    # In single precision, a ten millionth of the contrast: take the mean off
+    # In single precision, a ten millionth of the contrast: subtract the mean
     image = image.astype(np.float32)
     across = cv2.merge([_filter(image, kernel[None]) for kernel in kernels()])
     across = across.reshape(len(image), -1)  # pixel, half, pixel, half, ...
@@ -31,8 +31,8 @@ def coefficients(image: np.ndarray) -> np.ndarray:
 
 def inner_coefficients(parts: np.ndarray) -> np.ndarray:
     """Coefficients of parts (m, size, size), but for `RADIUS` pixels at each edge."""
-    # For many small images products with a matrix are the quickest filters. What rests
-    # on a NaN is one.
+    # For many small images products with a matrix are the quickest filters. What
+    # depends on a NaN is NaN.
     size = parts.shape[1]
     inner = np.arange(size - 2 * RADIUS)
     K = np.zeros((2 * len(inner), size), np.float32)
@@ -73,14 +73,14 @@ def gradient(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def noise_gain(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Variance of an interpolated grey value over that of a pixel, for white noise."""
+    """Variance of an interpolated grey value relative to a pixel's, for white noise."""
     values = gain()
     at = np.linspace(0, 1, len(values))
     return np.interp(x % 1, at, values) * np.interp(y % 1, at, values)
 
 
 def derivative_gain(smooth: float) -> float:
-    """Variance of `gradient` over that of a pixel, for noise smoothed by a Gaussian."""
+    """Variance of `gradient` relative to a pixel's, for noise under a Gaussian."""
     kernel = derivative_kernel()
     if not smooth:
         return float(kernel @ kernel)

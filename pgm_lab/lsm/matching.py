@@ -20,17 +20,18 @@ class Match:
     covariance : ndarray (n, 2, 2)
         Their covariance in square pixels; NaN unless accepted.
     sigma0 : ndarray (n,)
-        sd of a left grey value minus h0 + h1 times the right one, before interpolation.
+        Standard deviation, before interpolation, of a left grey value minus (h0 + h1
+        times the right one).
     effective_pixels : ndarray (n,)
         Pixels with white noise of sigma0 that would give the covariance: fewer than the
-        template has where neighbouring residuals are alike, or larger on strong
+        template has where neighbouring residuals are correlated, or larger on strong
         texture, or pixels are saturated.
     parameters : ndarray (n, 8)
         (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), about the left point.
     parameter_covariance : ndarray (n, 8, 8)
         Their covariance; zero for h0 and h1 if they were not estimated. Noise in the
-        right window makes h1 too small, by the share sigma^2 / variance(B), which it
-        does not know; the position does not suffer.
+        right window makes h1 too small, by the fraction sigma^2 / variance(B), which
+        the covariance does not include; the position is not affected.
     r : ndarray (n,)
         Correlation coefficient (B 2.6f) of the left and the resampled right window.
     redundancy : int
@@ -87,44 +88,44 @@ def match(
     interpolated: quickly at first, then by a cubic spline on a doubled grid.
 
     Where the left window is sharper than the right one, or both are aliased, the left
-    derivatives overrate what a step changes, and the iteration creeps or circles: from
-    the fifth iteration on the mean of the derivatives of both windows is used. What
-    has not converged then is tried again from where images blurred by three pixels
-    take it.
+    derivatives overestimate the effect of a step, and the iteration slows down or
+    oscillates: from the fifth iteration on the mean of the derivatives of both windows
+    is used. Points that do not converge even so are tried again, starting from a match
+    of images blurred by three pixels.
 
     Parameters
     ----------
     left, right : array_like (rows, columns)
         Grey values, 8 or 16 bit or float. Pixels may be masked (`numpy.ma`), NaN or
-        infinite: points whose windows rest on them get a status. Only what the windows
-        reach is fetched, so that the size of an image costs nothing.
+        infinite: points whose windows depend on them get a status. Only the parts
+        around the windows are read, so a large image takes no longer.
     points : array_like (n, 2)
         Points in the left image, (column, row) in pixels, integers at pixel centres.
         The window lies around the nearest pixel.
     start : array_like (n, 2), optional
         Where they are in the right image, to three pixels or so with a template of 21;
-        at `points` when missing.
+        default: at `points`.
     template : int
         Pixels across the template, the window of the left image, odd, at least 5.
     radiometric : bool
         False leaves h0 = 0 and h1 = 1.
     shape : array_like (2, 2) or (n, 2, 2), optional
-        Start values ((a1, a2), (b1, b2)); the identity when missing, as in (B 2.20).
+        Start values ((a1, a2), (b1, b2)); default: the identity, as in (B 2.20).
     threshold : float
         Smallest correlation r, or -r of a negative, that counts as a match.
     tolerance : float
-        Converged when an iteration moves no pixel of the window by more, in pixels.
+        Converged when an iteration moves no pixel of the window by more than this (px).
     max_iterations : int
-        Most iterations for a point; as many again in a second attempt.
+        Limit of iterations for a point; as many again in a second attempt.
     noise : array_like (2,)
         Standard deviations of a grey value in the left and in the right image. Only
-        their ratio is used: how large they are is seen from the residuals.
+        their ratio is used: their size is estimated from the residuals.
     correlated : bool
-        False takes the noise for white, as the textbook does.
+        False treats the noise as white, as the textbook does.
     smooth : float
-        Standard deviation in pixels of a Gaussian that both images are smoothed by
-        first, 0.3 to 3; with 0 they are not. 1 px takes most aliasing away, and with
-        noise alone costs a tenth of the precision.
+        Standard deviation in pixels, 0.3 to 3, of a Gaussian that smooths both images
+        first; 0 for none. 1 px removes most aliasing and, where there is noise alone,
+        costs a tenth of the precision.
 
     Returns
     -------
@@ -135,16 +136,17 @@ def match(
     ValueError
         If an image is not two-dimensional or is smaller than the window, the window is
         even or below 5, or the points do not fit together. What happens to a single
-        point is told by its status.
+        point is shown by its status.
 
     Notes
     -----
     The covariance is that of least squares with white noise, equal in both images
-    unless `noise` says otherwise; it allows for the noise in the gradients and for what
-    interpolation takes from the noise. Residuals that are alike up to two pixels apart,
-    or larger where the texture is strong, count as fewer pixels (`effective_pixels`),
-    by one factor for the whole covariance. What moves a window without leaving such
-    residuals is not accounted for: a part of the aliasing, a curved surface.
+    unless `noise` says otherwise; it allows for the noise in the gradients and for the
+    noise that interpolation removes. Residuals that are correlated up to two pixels
+    apart, or larger where the texture is strong, count as fewer pixels
+    (`effective_pixels`), by one factor for the whole covariance. What moves a window
+    without leaving such residuals is not accounted for: a part of the aliasing, a
+    curved surface.
 
     References
     ----------
@@ -178,7 +180,7 @@ def match(
         raise ValueError(f"threshold must lie between 0 and 1; got {threshold}")
     correlated = _validate.flag(correlated, "correlated")
     max_iterations = _validate.whole(max_iterations, "max_iterations", 1)
-    # Far outside is outside; larger numbers do not fit whole pixels
+    # Clip points far outside: larger numbers do not fit an integer
     pixels = np.rint(np.clip(points, -1, max(left.shape))).astype(int)
     T = np.zeros((n, 2, 3))
     T[:, :, 0] = start

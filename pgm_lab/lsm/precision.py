@@ -33,16 +33,16 @@ def cramer_rao(
     sigma : float
         Standard deviation of the noise of one image, in grey values.
     gain : float
-        Contrast of the right image over that of the left.
+        Contrast of the right image relative to the left.
     shape : array_like (..., 2, 2), optional
-        ((a1, a2), (b1, b2)); the identity when missing.
+        ((a1, a2), (b1, b2)); default: the identity.
     radiometric : bool
         False if h0 and h1 are known.
 
     Returns
     -------
     ndarray (..., 2, 2)
-        Covariance of the point in the middle, in the right image, in square pixels;
+        Covariance of the centre point, in the right image, in square pixels;
         infinite where the texture does not determine it.
 
     Raises
@@ -85,7 +85,7 @@ def cramer_rao(
     g = gradients.reshape(*grey.shape[:-2], k, 2)
     columns = [g[..., axis] * row for axis in (0, 1) for row in grid]
     if radiometric:
-        # The mean is taken off: it is h0, and would only hide the texture
+        # Subtract the mean: it is h0, and would only hide the texture
         flat = grey.reshape(g.shape[:-1])
         columns += [np.ones_like(flat), flat - flat.mean(axis=-1, keepdims=True)]
     A = np.stack(columns, axis=-1)

@@ -25,9 +25,10 @@ def adjust(
 ) -> Adjustment:
     """Adjust (B 2.10) with derivatives (B 2.11), both from the resampled right window.
 
-    The definition that `match` is tested against: every iteration interpolates the grey
-    values and both gradients of the right window. It is slower and returns all that an
-    adjustment has to say, such as residuals and redundancy numbers of each grey value.
+    The reference for the tests of `match`: every iteration interpolates the grey
+    values and both gradients of the right window. It is slower and returns the full
+    result of an adjustment, such as residuals and redundancy numbers of each grey
+    value.
 
     Parameters
     ----------
@@ -49,8 +50,8 @@ def adjust(
     -------
     Adjustment
         A stack of n problems; the last axis of residuals, redundancy numbers and
-        standardised residuals are the grey values of the window, row by row. Status
-        "diverged" where the window leaves the right image.
+        standardised residuals runs over the grey values of the window, row by row.
+        Status "diverged" where the window leaves the right image.
 
     Raises
     ------
@@ -59,8 +60,8 @@ def adjust(
 
     Notes
     -----
-    Its covariance, unlike that of `match`, takes the gradients for free of errors and
-    the grey values of the right image for as noisy after interpolation as before.
+    Its covariance, unlike that of `match`, treats the gradients as free of errors and
+    the grey values of the right image as no less noisy after interpolation.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Normalized cross correlation: how alike two windows are, and where they fit best.
+"""Normalized cross correlation: how similar two windows are, and where they fit best.
 
 `correlation` and `regression` compare two windows, `correlation_map` slides a template
 over a search window, `match` finds many points of the left image in the right one.

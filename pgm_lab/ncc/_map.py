@@ -1,7 +1,7 @@
 """The correlation of a template with every position of a search window.
 
-Products by the Fourier transform, sums by running sums, in double precision; windows
-too faint for that by definition.
+Products come from the Fourier transform, sums from running sums, in double precision;
+for windows too faint for that, r is computed from its definition.
 """
 
 import math
@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 
-# Of the 16 digits of a variance, a window with so much less energy than all that is
-# summed up with it has lost 8
+# A window with so much less energy than everything summed with it has lost 8 of the 16
+# digits of its variance
 FAINT = 1e-8
 CHUNK = 2**17  # grey values transformed at a time: what a cache holds
 MAX_WHOLE = 2**15  # grey values: a larger search window is searched tile by tile
@@ -25,11 +25,11 @@ TILE = 160  # px: rows and columns of a tile, or four templates
 def correlation_map(template: ArrayLike, search: ArrayLike) -> np.ndarray:
     """Correlation of a template with each window of its size in a search window.
 
-    Agrees with (B 2.6f) in exact arithmetic to 1e-6 everywhere, also for 16 bit grey
+    Agrees to 1e-6 with (B 2.6f) in exact arithmetic everywhere, also for 16 bit grey
     values with a large offset and little contrast, for a faint window beside a bright
     pixel, and at the limits of the number types.
     (``cv2.matchTemplate`` with TM_CCOEFF_NORMED can be off by 1 there.) Many small maps
-    are quicker in one call.
+    are computed faster in one call.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def _grey_values(values: ArrayLike, name: str) -> np.ndarray:
             f" shape {array.shape}, {array.dtype}. For a colour image, take one channel"
             " or the mean of all"
         )
-    if array.dtype.itemsize > 8:  # long double: what double cannot hold gets infinite
+    if array.dtype.itemsize > 8:  # long double: too large for double becomes infinite
         with np.errstate(over="ignore"):
             array = array.astype(float)
     if array.dtype.kind == "f" and not np.isfinite(array).all():
@@ -113,10 +113,10 @@ def _grey_values(values: ArrayLike, name: str) -> np.ndarray:
 
 
 def _from_whole_sums(template: np.ndarray, search: np.ndarray) -> np.ndarray | None:
-    """The map of 8 bit grey values from sums in whole numbers; None if in doubt."""
-    # No number that OpenCV comes upon is above the product of the two norms: up to 2^22
-    # no rounding is above 1/8, and since the sums are whole numbers, all roundings
-    # together show in their fractions.
+    """Map of 8 bit grey values from exact sums of integers; None if in doubt."""
+    # No number in OpenCV's computation exceeds the product of the two norms: up to 2^22
+    # no rounding error exceeds 1/8, and since the sums are integers, all rounding
+    # errors together show in their fractions.
     n, (h, w) = template.size, template.shape
     t, s = template.astype(np.float32), search.astype(np.float32)
     t -= round(cv2.mean(template)[0])
@@ -162,7 +162,7 @@ def _maps(t: np.ndarray, searches: np.ndarray) -> np.ndarray:
     s = centred(searches, whole=True)
     r = products(t, s) if k > 1 else _product(t[0], s[0])[None]
     sums = cv2.integral2(s.reshape(k * H, W), sdepth=cv2.CV_64F, sqdepth=cv2.CV_64F)
-    energy = sums[1][-1, -1]  # the running sums, and their rounding, have grown to it
+    energy = sums[1][-1, -1]  # the running sums reach it, and it sets their rounding
     total, ssd = (_differences(running, k, h, w) for running in sums)
     total *= total
     total /= h * w
@@ -172,13 +172,13 @@ def _maps(t: np.ndarray, searches: np.ndarray) -> np.ndarray:
     r = r / np.sqrt(ssd, out=ssd)
     if faint.any():
         _by_definition(r, faint, t, searches)
-    return np.clip(r, -1, 1, out=r)  # rounding would go beyond by the last digit
+    return np.clip(r, -1, 1, out=r)  # rounding can exceed 1 in the last digit
 
 
 def products(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Sums of products of each template with the windows of its search window."""
     # A search window is written as one long row, its template with gaps: the
-    # correlation of both rows holds the map, and OpenCV transforms all in one call
+    # correlation of both rows contains the map, and OpenCV transforms all in one call
     (k, h, w), (H, W) = t.shape, s.shape[1:]
     rows = np.zeros((2 * k, cv2.getOptimalDFTSize(H * W)), s.dtype)
     rows[:k, : H * W] = s.reshape(k, -1)
@@ -194,7 +194,7 @@ def products(t: np.ndarray, s: np.ndarray) -> np.ndarray:
 def _product(t: np.ndarray, s: np.ndarray) -> np.ndarray:
     """The same for one search window, transformed along both axes."""
     (h, w), (H, W) = t.shape, s.shape
-    # Two columns at least: OpenCV 5 transforms no single one
+    # At least two columns: OpenCV 5 cannot transform a single one
     size = cv2.getOptimalDFTSize(H), cv2.getOptimalDFTSize(max(W, 2))
     a, b = np.zeros((2, *size), s.dtype)
     a[:H, :W], b[:h, :w] = s, t
@@ -247,7 +247,7 @@ def few(t: np.ndarray, p: np.ndarray, patches: np.ndarray) -> np.ndarray:
     ssd = squares - total * total
     faint = ssd <= 1e-3 * squares.max(axis=(1, 2), keepdims=True)
     ssd[faint] = np.inf
-    # The means were rounded when they were taken off: what is left of that of t counts
+    # The subtracted means were rounded: the remaining mean of t matters
     left = np.add.reduce(t.reshape(k, h * w), axis=1)[:, None, None] / np.sqrt(h * w)
     r -= left * total
     t_ssd = np.vecdot(t.reshape(k, h * w), t.reshape(k, h * w))[:, None, None] - left**2
@@ -278,7 +278,7 @@ def _band(n: int, size: int, dtype: np.dtype) -> np.ndarray:
 
 
 def chunks(n: int, size: int) -> list[slice]:
-    """Slices of n windows of `size` grey values, to be worked on one after another."""
+    """Slices of n windows of `size` grey values, to be processed one after another."""
     at_once = max(1, CHUNK // size)
     return [slice(i, i + at_once) for i in range(0, n, at_once)]
 
@@ -292,11 +292,11 @@ def flat(windows: np.ndarray) -> np.ndarray:
 def centred(
     windows: np.ndarray, exponent: np.ndarray | None = None, *, whole: bool = False
 ) -> np.ndarray:
-    """Windows (k, h, w) less their means, or less whole numbers, so sums are exact."""
+    """Windows (k, h, w) minus their means; minus integers if sums are to be exact."""
     # Real numbers are divided by a power of two, so that no square over- or underflows
     k, h, w = windows.shape
     if windows.dtype.kind in "ui" and windows.dtype.itemsize == 8:
-        # More digits than double precision holds: the difference modulo 2^64 has all
+        # More digits than double precision has: the difference modulo 2^64 keeps all
         lowest = windows.min(axis=(1, 2), keepdims=True)
         windows = windows.astype(np.uint64) - lowest.astype(np.uint64)
     rows = windows.reshape(k, h * w).astype(float)
@@ -316,8 +316,8 @@ def exponents(windows: np.ndarray) -> np.ndarray:
 
 
 def unit(windows: np.ndarray) -> np.ndarray:
-    """Windows (k, h, w), none flat, less their means and over their norms."""
+    """Windows (k, h, w), none flat, minus their means and divided by their norms."""
     g = centred(windows)
-    g -= g.mean(axis=(1, 2), keepdims=True)  # again, since the first one was rounded
+    g -= g.mean(axis=(1, 2), keepdims=True)  # again, since the first mean was rounded
     g /= np.sqrt(np.vecdot(*2 * [g.reshape(len(g), g[:1].size)]))[:, None, None]
     return g

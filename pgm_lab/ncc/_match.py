@@ -25,15 +25,16 @@ class Match:
     ----------
     points : ndarray (n, 2)
         (column, row) in the right image, in pixels: the highest peak of each
-        correlation map, also where the status warns of it; NaN where there is no map.
+        correlation map, even if it was not accepted; NaN where there is no map.
     r : ndarray (n,)
         Correlation at the highest whole pixel; NaN where there is no map.
     second : ndarray (n,)
-        Correlation at the second peak, no neighbour of the first; -1 if there is none.
+        Correlation at the second peak, the highest that does not touch the first; -1 if
+        there is none.
     covariance : ndarray (n, 2, 2)
         Of the position, in square pixels; NaN unless the status is "accepted".
     status : ndarray (n,) of str
-        "accepted", or the first of these that holds, as explained in
+        "accepted", or the first of these that applies, as explained in
         `matching.STATUSES`: "template leaves the image", "window leaves the image",
         "no data in the template", "no data in the window", "flat template", "flat
         window", "peak on the edge of the image", "peak on the border of the search",
@@ -78,8 +79,8 @@ def match(
     ----------
     left, right : array_like (rows, columns)
         Grey values, 8 or 16 bit or float. Pixels without data may be masked, NaN or
-        infinite: templates that touch them get a status, and in the right image all
-        positions are searched that do not touch them.
+        infinite: templates that touch them get a status, and in the right image only
+        positions that do not touch them are searched.
     points : array_like (n, 2)
         (column, row) in the left image. The template lies around the nearest whole
         pixel; the fraction that was rounded off is added to the result.
@@ -88,33 +89,33 @@ def match(
     template : int
         Width of the square template in pixels, odd.
     search : int or (int, int)
-        Width of the square search window in pixels, odd, or its (rows, columns). Of the
-        positions up to (search - template) / 2 from the start those are searched where
+        Width of the square search window in pixels, odd, or its (rows, columns).
+        Positions up to (search - template) / 2 from the start are searched, as far as
         the template lies in the image.
     threshold : float
         Smallest r that counts as matched.
     ratio : float
-        A match is ambiguous if the second peak is higher than this share of the first;
-        with 1 none is.
+        A match is ambiguous if the second peak is higher than this fraction of the
+        first; 1 switches this test off.
     refine : None or "parabola"
         Whole pixels, or the top of the paraboloid through the peak and its eight
-        neighbours. It is biased towards whole and half pixels ("pixel locking"), by a
-        few hundredths of a pixel; least squares matching much less.
+        neighbours. It is biased towards whole and half pixels ("pixel locking") by a
+        few hundredths of a pixel, least squares matching much less.
     lines : array_like (n, 3), optional
         An epipolar line a column + b row + c = 0 in the right image for each point. The
-        search window lies around the place on it that is nearest to the start, and only
-        what is near the line is searched. Where an edge of the photo crosses the line,
-        the match is where they meet, and its covariance allows for an error of the
-        line up to `distance`.
+        search window lies around the point on it nearest to the start, and only
+        positions near the line are searched. Where an edge in the photo crosses the
+        line, the match is their intersection, and its covariance allows for an error of
+        the line up to `distance`.
     distance : float
         Largest distance from its line, in pixels, at least 0.5.
     back : float, optional
-        If given, what was matched is searched again in the left image, from the right
-        (along a parallel to its line), and has to come back to its point within this
-        distance in pixels; 1 is usual. Most of what only one photo sees does not.
+        If given, each match is searched for again in the left image (left-right check,
+        along a parallel to its line) and has to end within this distance of its point,
+        in pixels; 1 is usual. Most points that only one photo sees fail.
     noise : array_like (2,)
         Standard deviations of a grey value in the left and in the right image. Only
-        their ratio is used: how large they are is seen from r.
+        their ratio is used: their size is estimated from r.
 
     Returns
     -------
@@ -123,13 +124,14 @@ def match(
     Raises
     ------
     ValueError
-        If an image, a point or a parameter is not what is described here.
+        If an image, a point or a parameter is not as described here.
 
     Notes
     -----
     Where the rows of both photos are epipolar lines (the normal case of stereo), many
-    points are best found with small templates, each along its row, and with the way
-    back; `start` is in the middle of the parallaxes, `columns` wide enough for all::
+    points are best found with small templates, each along its row, and with the
+    left-right check; `start` is at the middle of the range of parallaxes, `columns`
+    wide enough for all::
 
         row = points[:, 1]
         match(left, right, points, start, 9, (11, columns), 0.7, 0.95, "parabola",
@@ -141,11 +143,11 @@ def match(
     equal in both images unless `noise` says otherwise. Of n pixels, n S = (p (1 - q) +
     q (1 - p)) G + p q I, with the shares p and q of noise in the variances of the two
     windows, from (1 - p)(1 - q) = r^2, and G = sum(g gᵀ) / sum((t - mean)^2) of the
-    gradients g of the window that has less noise, less what noise adds to them. To it
-    is added what the noise of the pixels that enter and leave the right window does.
-    For whole pixels rounding adds 1/12 px^2. To the parabola's are added the squares of
-    its two errors without noise, which stay in the position: the offset that it finds
-    for the template in its own image, and pixel locking, as predicted from the
+    gradients g of the window that has less noise, minus the contribution of noise to
+    them. The effect of noise in the pixels that enter and leave the right window is
+    added. For whole pixels rounding adds 1/12 px^2. For the parabola the squares of its
+    two systematic errors are added, which remain in the position: the offset that it
+    finds for the template in its own image, and pixel locking, as predicted from the
     curvature of the template. The covariance does not account for mismatches, or for
     windows that differ in more than noise and shift.
 
@@ -238,7 +240,7 @@ def _normal_form(lines: ArrayLike, n: int) -> np.ndarray:
     """Lines (n, 3) with normals (a, b) of length one."""
     array = _validate.of_shape(lines, (n, 3), "lines")
     length = np.hypot(array[:, 0], array[:, 1])
-    _validate.refuse(length == 0, "lines{} have a = b = 0: they are no lines")
+    _validate.refuse(length == 0, "lines{} have a = b = 0: they are not lines")
     return array / length[:, None]
 
 
@@ -247,7 +249,7 @@ def _normal_form(lines: ArrayLike, n: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Settings:
-    """What `match` was told, the same for all points."""
+    """Arguments of `match` that are the same for all points."""
 
     template: int
     search: tuple[int, int]
@@ -260,14 +262,14 @@ class Settings:
 
 @dataclass(frozen=True)
 class Pairs:
-    """n templates with their search windows; None for what needs no attention."""
+    """n templates with their search windows; None where there is none."""
 
     template: np.ndarray  # (n, t, t)
     absent: np.ndarray | None  # its pixels without data
-    whole: np.ndarray  # (n, 2) the middle of the template
+    whole: np.ndarray  # (n, 2) the centre of the template
     window: np.ndarray  # (n, rows, columns)
     ssd: np.ndarray | None  # of the windows at the positions of a correlation map
-    centre: np.ndarray  # (n, 2) the middle of the search window
+    centre: np.ndarray  # (n, 2) the centre of the search window
     searched: np.ndarray  # the positions to look at, of a correlation map
     unknown: np.ndarray | None  # those that touch pixels without data
     past: np.ndarray | None  # those on the line, but beyond the search window
@@ -293,7 +295,7 @@ def find(
     whole = np.floor(points + 0.5)
     rest = points - whole
     if lines is not None:
-        # Of the template's middle, which lies beside the point by the rest
+        # For the template's centre, which is offset from the point by the rest
         lines = lines + [0, 0, 1] * np.sum(lines[:, :2] * rest, axis=1)[:, None]
         start = search_area.foot(start, lines)
     centre = np.floor(start + 0.5)
@@ -333,7 +335,7 @@ def _pairs(
     s: Settings,
     ssd: np.ndarray | None,
 ) -> Pairs:
-    """Cut out the windows; searched is in the image, near the line, where data is."""
+    """Cut out the windows; `searched`: in the image, near the line, with data."""
     size, unknown, past = s.search, None, None
     if lines is not None:  # one pixel more, since the search may end beside the line
         size = size[0] + 2, size[1] + 2
@@ -391,7 +393,7 @@ def _matched(
         border = search_area.beside(pairs.past, row, column)
 
     even = flat(peak.right)
-    peak.right[even] = peak.left[even]  # no contrast that noise has a share of
+    peak.right[even] = peak.left[even]  # no contrast, so no share of noise in it
     line = None
     if pairs.lines is not None:
         line = pairs.lines[:, :2], search_area.distance(place, pairs.lines), s.distance

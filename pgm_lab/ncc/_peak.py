@@ -1,4 +1,4 @@
-"""The place of a peak between the pixels, and its covariance."""
+"""The position of a peak between the pixels, and its covariance."""
 
 import numpy as np
 
@@ -13,12 +13,13 @@ def paraboloid(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Top of the paraboloid through 3 x 3 values, covariance, ridges, directions."""
     # r = r0 + D x - xᵀ K x / 2 with central differences for D and K. Where a line (its
-    # normal, the distance of the peak, the largest) says more than the photos, as where
-    # a ridge crosses it, the top is sought on it, in its direction (k, 2); else zero.
+    # normal, the distance of the peak, the largest) determines more than the photos do,
+    # as where a ridge crosses it, the top is sought on it, in its direction (k, 2);
+    # else zero.
     r = peaks.near
     step, D, K, ridge = _top(r)
     r0 = r[:, 1, 1]
-    # The paraboloid may rise above 1, and then would tell of less than no noise
+    # The paraboloid may rise above 1, which would imply negative noise
     top = np.minimum(r0 + np.sum(step * D, axis=1) / 2, 1 - (1 - r0) / 10)
     top[ridge] = r0[ridge]
     S = _covariance_of_slope(peaks.left, peaks.right, top, noise)
@@ -51,7 +52,7 @@ def _on_line(
     off: np.ndarray,
     distance: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Highest place on a line past the peak, its covariance, the line's direction."""
+    """Highest point on a line past the peak, its covariance, the line's direction."""
     # x = u s - n d with the distance d of the peak: uᵀ(D - K x) = 0. The error of the
     # line, anything up to the largest distance, has the variance distance^2 / 3.
     u = np.stack([normal[:, 1], -normal[:, 0]], axis=1)
@@ -92,7 +93,7 @@ def _covariance_of_slope(
 
 
 def _one_sided(windows: np.ndarray) -> np.ndarray:
-    """Squares in the last less the first column, and row, over those in the window."""
+    """Squares in the last minus the first column, and row, by those in the window."""
     first, last = (
         np.stack([np.sum(windows[:, :, i] ** 2, 1), np.sum(windows[:, i] ** 2, 1)], 1)
         for i in (0, -1)
@@ -111,7 +112,7 @@ def _shares(
 
 
 def _gradients(windows: np.ndarray) -> np.ndarray:
-    """Mean of g gᵀ over each window without its mean, over its variance."""
+    """Mean of g gᵀ over each centred window, divided by its variance."""
     twice = (
         windows[:, 1:-1, 2:] - windows[:, 1:-1, :-2],
         windows[:, 2:, 1:-1] - windows[:, :-2, 1:-1],
@@ -141,9 +142,9 @@ def systematic_errors(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two errors (k, 2) of the paraboloid without noise, in pixels."""
     # The correlation of the template with its own surroundings (`wider` by one pixel on
-    # each side) ought to have its top in the middle. It does not, because other pixels
+    # each side) ought to have its top at the centre. It does not, because other pixels
     # enter and leave the window: its offset is the first error. The second is pixel
-    # locking: of a wave of w radians per pixel the top is found at
+    # locking: for a wave of w radians per pixel the top is found at
     # tan(w s) / (2 tan(w/2)) instead of s, short of s by about s (1 - 4 s^2) w^2 / 12.
     # Where the top was sought `along` a line, both lie on it.
     t = centred(templates)
@@ -167,7 +168,7 @@ def systematic_errors(
 
 
 def _top(r: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Top, slope (k, 2), curvature (k, 2, 2) of 3 x 3 values, and where it is none."""
+    """Top, slope (k, 2), curvature (k, 2, 2) of 3 x 3 values; where no top exists."""
     r0 = r[:, 1, 1]
     D = np.stack([r[:, 1, 2] - r[:, 1, 0], r[:, 2, 1] - r[:, 0, 1]], axis=1) / 2
     Kxx = 2 * r0 - r[:, 1, 2] - r[:, 1, 0]

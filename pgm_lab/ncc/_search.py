@@ -22,11 +22,11 @@ from pgm_lab.ncc._map import (
 )
 
 NOWHERE = -2.0  # below every correlation: not searched
-# Error of a map in single precision, over the energy of the search window in units of
-# that of its faintest window
+# Error of a map in single precision, per energy of the search window relative to that
+# of its faintest window
 ERROR = 4 * 2.0**-23
-FAINT = 1e-6  # energy of a window over that of its search window, or none is known
-TINY = np.float32(1e-15)  # energy that single precision does not hold well
+FAINT = 1e-6  # of the search window's energy; below it no error bound is known
+TINY = np.float32(1e-15)  # energy that single precision cannot represent well
 LARGEST = 2**24  # pixels of an image whose windows are summed up all at once
 
 
@@ -87,7 +87,7 @@ def peaks(
 
 
 def deviations(image: np.ndarray, size: int, most: int) -> np.ndarray | None:
-    """Sums of squares of all windows of an image, each less its mean, or None."""
+    """Sums of squares of all windows of an image, each minus its mean, or None."""
     # Sums of 8 and 16 bit are whole numbers, so that none is rounded. Worth it where
     # the image has fewer pixels than its search windows together.
     small = image.dtype.kind in "uib" and image.dtype.itemsize <= 2
@@ -140,7 +140,7 @@ def _energy(windows: np.ndarray) -> np.ndarray:
 
 
 def _single(windows: np.ndarray) -> np.ndarray:
-    """Centred windows in single precision, in which no digits are lost by it."""
+    """Centred windows in single precision, centred before digits can be lost."""
     if windows.dtype.kind in "uib" and windows.dtype.itemsize <= 2:
         g = windows.astype(np.float32).reshape(len(windows), -1)
         g -= (np.add.reduce(g, axis=1) / np.float32(g.shape[1]))[:, None]
@@ -149,7 +149,7 @@ def _single(windows: np.ndarray) -> np.ndarray:
 
 
 def _highest(maps: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Places (k, 2) of the highest peak and of the second; its value, -1 if none."""
+    """Positions (k, 2) of the highest peak and of the second; its value, -1 if none."""
     # A peak is no lower than its eight neighbours; the second is none of the first's
     k, rows, columns = maps.shape
     at = np.arange(k)
@@ -190,6 +190,6 @@ def _cut(
 def _coefficients(left: np.ndarray, windows: np.ndarray) -> np.ndarray:
     """Correlations (k,) of centred left windows with others; 0 where one is flat."""
     a, b = (g.reshape(len(g), -1) for g in (left, centred(windows)))
-    b -= b.mean(axis=1, keepdims=True)  # again, since the first one was rounded
+    b -= b.mean(axis=1, keepdims=True)  # again, since the first mean was rounded
     norm = np.sqrt(np.vecdot(a, a) * np.vecdot(b, b))
     return np.divide(np.vecdot(a, b), norm, out=np.zeros(len(a)), where=norm > 0)

@@ -15,9 +15,9 @@ class Regression:
     Attributes
     ----------
     alpha : float
-        Offset in grey values: what b shows where a is zero.
+        Offset in grey values: b where a is zero.
     beta : float
-        Gain: grey values of b for each of a.
+        Gain: change of b per grey value of a.
     r : float
         Correlation coefficient, between -1 and 1.
     """

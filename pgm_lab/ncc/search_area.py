@@ -16,13 +16,13 @@ def windows(
     image: np.ndarray, centre: np.ndarray, size: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Windows (n, rows, columns) of an image, and where they lack data, or None."""
-    # What is missing gets the lowest grey value of its window, which does no harm to
+    # Missing pixels get the lowest grey value of their window, which does no harm to
     # the sums
     masked = np.ma.getmask(image) is not np.ma.nomask
     cut = cut_out(np.ma.getdata(image), centre, size)
     missing = cut_out(np.ma.getmaskarray(image), centre, size) if masked else None
     if cut.dtype.kind == "f":
-        if cut.dtype.itemsize > 8:  # what double precision cannot hold gets infinite
+        if cut.dtype.itemsize > 8:  # too large for double becomes infinite
             with np.errstate(over="ignore"):
                 cut = cut.astype(float)
         bad = ~np.isfinite(cut)
@@ -118,7 +118,7 @@ def rim(size: tuple[int, ...]) -> np.ndarray:
 
 
 def foot(point: np.ndarray, lines: np.ndarray) -> np.ndarray:
-    """The places (n, 2) on the lines that are nearest to the points."""
+    """The points (n, 2) on the lines that are nearest to the given ones."""
     return point - distance(point, lines)[:, None] * lines[:, :2]
 
 
