@@ -1,7 +1,7 @@
 """Epipolar geometry of two oriented photos, from the coplanarity condition.
 
 A point P, seen by two photos, lies in one plane with both stations O' and O'': the
-epipolar plane. It holds the base b = O'' - O' and both rays, so that (M 2.31)
+epipolar plane. It contains the base b = O'' - O' and both rays, so that (M 2.31)
 
     b . (u' x u'') = 0.
 
@@ -16,11 +16,12 @@ n'' . x'' = 0 is the equation of a straight line, the epipolar line:
 
     n1 x'' + n2 y'' - c'' n3 = 0.
 
-All epipolar planes hold the base; so all lines of a photo pass through the point where
-the base pierces it, its epipole: E e'' = 0 and Eᵀ e' = 0.
+All epipolar planes contain the base; so all lines of a photo pass through the point
+where the base pierces it, its epipole: E e'' = 0 and Eᵀ e' = 0.
 
-Photos at the same place have no epipolar geometry; they, and any other argument that is
-not as described, raise ValueError. Pixels are (column, row), with lens.
+Photos with the same station have no epipolar geometry; they, and any other argument
+that is not as described, raise ValueError. Pixels are (column, row), with lens
+distortion.
 """
 
 from dataclasses import dataclass
@@ -68,7 +69,7 @@ def plane(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        If a ray runs along the base: any plane through the base holds it.
+        If a ray runs along the base: any plane through the base contains it.
 
     Examples
     --------
@@ -77,7 +78,7 @@ def plane(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     ...     Photo(np.zeros((40, 60)), Camera(24.0), (X, 0, 100, 0, 0, 0), 0.005)
     ...     for X in (0, 30)
     ... )
-    >>> plane(left, right, [(40.0, 19.5)]) + 0.0  # in the middle row: upright
+    >>> plane(left, right, [(40.0, 19.5)]) + 0.0  # in the middle row: vertical
     array([[0., 1., 0.]])
     """
     base = _base_of(left, right)
@@ -87,7 +88,7 @@ def plane(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     _validate.refuse(
         size <= SAME * np.linalg.norm(base) * np.linalg.norm(u, axis=-1),
         "pixels{} look along the base, at the epipole: every plane through both"
-        " stations holds this ray. Leave such points out",
+        " stations contains this ray. Leave such points out",
     )
     return normal / size[..., None]
 
@@ -105,7 +106,7 @@ def line(left: Photo, right: Photo, pixels: ArrayLike) -> np.ndarray:
     -------
     ndarray (..., 3)
         (a, b, d) with a x + b y + d = 0 and a² + b² = 1; x, y are ideal coordinates in
-        the right photo, in mm. Of any other point a x + b y + d is the distance.
+        the right photo, in mm. For any other point, a x + b y + d is its distance.
 
     Raises
     ------
@@ -142,7 +143,7 @@ def distance(
 ) -> np.ndarray:
     """Distances (...) of right points from the epipolar lines of left ones.
 
-    In pixels of the right photo, at right angles to the line, with a sign.
+    In pixels of the right photo, perpendicular to the line, with a sign.
 
     Parameters
     ----------
@@ -222,7 +223,7 @@ def curve(
         _validate.refuse(rise * u[2] <= 0, message)
         reach = rise / u[2]
     else:
-        raise ValueError("either heights or depths say how far along the ray; give one")
+        raise ValueError("give either heights or depths: the distance along the ray")
     return right.project(X0 + reach[:, None] * u)
 
 
@@ -241,9 +242,10 @@ class Epipole:
         Unit vector to the other station in the frame of the photo: x right, y up, z
         against the view. At infinity (direction[0], direction[1]) is that of all lines.
     ideal : ndarray (2,) or None
-        (x, y) in mm, without lens and principal point; None at infinity.
+        (x, y) in mm from the principal point, corrected for distortion; None at
+        infinity.
     pixel : ndarray (2,) or None
-        (column, row), with lens; None unless it lies inside the photo.
+        (column, row), with lens distortion; None unless it lies inside the photo.
     """
 
     status: str
@@ -271,7 +273,7 @@ def epipole(left: Photo, right: Photo) -> tuple[Epipole, Epipole]:
 
 
 def _pierced(photo: Photo, towards: np.ndarray) -> Epipole:
-    """Epipole of a photo whose partner stands in this direction."""
+    """Epipole of a photo whose partner lies in this direction."""
     U = attitude(photo.exterior) @ towards
     if abs(U[2]) <= SAME:
         return Epipole("at infinity", U, None, None)
@@ -329,7 +331,7 @@ def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.nda
     ----------
     left, right : Photo
     corrected : bool
-        F is for pixels freed from lens distortion by `Photo.without_lens`.
+        F is for pixels corrected for lens distortion by `Photo.without_lens`.
 
     Returns
     -------
@@ -357,9 +359,9 @@ def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.nda
         for name, photo in (("left", left), ("right", right)):
             if photo.camera.interior[3:].any():
                 raise ValueError(
-                    f"{name} has lens distortion: its epipolar lines are no straight"
-                    " lines, see `curve`. Free the pixels from it (Photo.without_lens)"
-                    " and say corrected=True"
+                    f"{name} has lens distortion: its epipolar lines are not straight,"
+                    " see `curve`. Correct the pixels for it (Photo.without_lens)"
+                    " and pass corrected=True"
                 )
     E = essential(left.exterior, right.exterior)
     F = _to_image(right).T @ E.T @ _to_image(left)
@@ -367,7 +369,7 @@ def fundamental(left: Photo, right: Photo, *, corrected: bool = False) -> np.nda
 
 
 def _to_image(photo: Photo) -> np.ndarray:
-    """Matrix (3, 3) from (column, row, 1) to the ray (x, y, -c), without lens."""
+    """Matrix (3, 3) from (column, row, 1) to the ray (x, y, -c), without distortion."""
     camera, s = photo.camera, photo.pixel_size
     x, y = photo.to_photo((0.0, 0.0))
     pixel = np.array([[s, 0, x], [0, -s, y], [0, 0, 1.0]])
@@ -392,7 +394,7 @@ def _base(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     base = right[:3] - left[:3]
     if np.linalg.norm(base) <= 1e-12 * np.abs([left[:3], right[:3]]).max():
         raise ValueError(
-            "both photos stand at the same place: without a base there is no epipolar"
-            " plane. The same photo, or the same exterior orientation, twice?"
+            "both photos have the same station: without a base there is no epipolar"
+            " plane. Was the same photo, or the same exterior orientation, given twice?"
         )
     return base

@@ -162,7 +162,7 @@ def photo_to_pixel(
     photo : array_like (..., 2)
         (x, y) in mm.
     image_size, pixel_size
-        As of `pixel_to_photo`.
+        As for `pixel_to_photo`.
     covariance : array_like (..., 2, 2), optional
         Of (x, y) in mm^2, one for each point or one for all.
 
@@ -194,7 +194,7 @@ def photo_to_pixel(
 
 
 def _check_not_exchanged(size: np.ndarray, pixels: np.ndarray) -> None:
-    """Reject an image size that holds the pixels only with rows for columns."""
+    """Reject an image size that contains the pixels only with rows for columns."""
     if not pixels.size:
         return
     column, row = pixels[..., 0], pixels[..., 1]
@@ -232,7 +232,7 @@ def _propagated(
 def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.ndarray:
     """Size (x, y) of a pixel, in mm, from the size of the sensor.
 
-    An upright sensor with a wide image, or the reverse, is refused.
+    A portrait sensor with a landscape image, or the reverse, is refused.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ def pixel_size_from_sensor(sensor_size: ArrayLike, image_size: ArrayLike) -> np.
         raise ValueError(
             f"a sensor of (width, height) = ({sensor[0]:g}, {sensor[1]:g}) mm and an"
             f" image of (columns, rows) = ({image[0]:g}, {image[1]:g}) are not"
-            " both upright or both wide: swap the two numbers of one; image.shape is"
+            " both portrait or both landscape: swap the two of one; image.shape is"
             " (rows, columns)"
         )
     return sensor / image
@@ -343,9 +343,9 @@ def ground_sampling_distance(
 def flying_height(
     gsd: ArrayLike, pixel_size: ArrayLike, principal_distance: ArrayLike
 ) -> np.ndarray | float:
-    """Height above the ground, in m, that gives a wanted ground sampling distance.
+    """Height above the ground, in m, that gives a required ground sampling distance.
 
-    The inverse of `ground_sampling_distance`, by its arguments.
+    The inverse of `ground_sampling_distance`, with its arguments.
 
     Examples
     --------

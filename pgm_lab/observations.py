@@ -1,8 +1,8 @@
 """Matches become image observations: photo coordinates with their covariances.
 
-The step from chapters 2 and 3 to chapters 5 and 6: what `ncc.match`, `lsm.match` and
-`matching.match` have found goes in one call to what `bundle.Network.of` takes, or into
-a file that it takes too, as does `bundle.read`; `read` has its rows again.
+The step from chapters 2 and 3 to chapters 5 and 6: one call converts the results of
+`ncc.match`, `lsm.match` and `matching.match` into the rows that `bundle.Network.of`
+takes, or into a file that `bundle.read` takes; `read` reads it back.
 """
 
 import os
@@ -19,7 +19,7 @@ from pgm_lab.bundle.network import RAY
 from pgm_lab.io import files, text
 
 Match = ncc.Match | lsm.Match | matching.Match
-NO_SIGMA = "Without sx and sy nothing says how good they are"
+NO_SIGMA = "Without sx and sy their precision is unknown"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Observations:
     covariance : ndarray (k, 2, 2)
         Their covariances in mm^2.
     dropped : dict {(photo, status): number}
-        How many matches were left out in a photo, and the status that says why.
+        Number of matches left out in a photo, by the status that gives the reason.
     """
 
     photo: tuple[Hashable, ...]
@@ -86,7 +86,7 @@ class Observations:
         ValueError
             If names of photos or points are not whole numbers.
         FileExistsError
-            If the file is there already.
+            If the file exists already.
         OSError
             If it cannot be written; an old one stays.
         """
@@ -99,7 +99,7 @@ class Observations:
         photos = whole_numbers(self.photo, "names of photos")
         sigma = np.sqrt(self.covariance[:, [0, 1], [0, 1]])
         rows = zip(points, photos, *self.xy.T.tolist(), *sigma.T.tolist())
-        # repr has the fewest digits that are read as the same number again
+        # repr has the fewest digits that read back as the same number
         lines = [",".join(map(repr, row)) for row in rows]
         return "\n".join([f"% {', '.join(RAY)}; mm", *lines, ""])
 
@@ -162,14 +162,14 @@ def from_matches(
     points: Sequence[Hashable] | None = None,
     left_share: float = 0.5,
 ) -> Observations:
-    """Turn matches of one photo with others into image observations.
+    """Convert matches of one photo with others into image observations.
 
     Only accepted matches count; a point without any is left out in the left photo too.
 
     Parameters
     ----------
     left_points : array_like (n, 2)
-        (column, row) in pixels, which were matched.
+        The matched points, (column, row) in pixels.
     matches : mapping {name of the right photo: Match}
         Results of `ncc.match`, `lsm.match` or `matching.match`, each of the same n
         points.
@@ -180,7 +180,7 @@ def from_matches(
     left : name
         Of the left photo.
     points : sequence of n names, optional
-        0, 1, ... when missing.
+        Default: 0, 1, ...
     left_share : float
         Share of the covariance of a match that is an error of the left point; between
         0 and 1, both excluded.
@@ -192,21 +192,22 @@ def from_matches(
     Raises
     ------
     ValueError
-        If a match has not n points, none was accepted, or names are not unique.
+        If a match does not have n points, none is accepted, or names are not unique.
 
     Notes
     -----
     Matching puts all noise into the right photo. But a part came from the left window,
-    and moves the matches in all other photos alike. Counted as an error e_0 of the left
-    point, with e_i from the right window, the match scatters by e_i - J e_0, and
+    and moves the matches in all other photos in the same way. Counted as an error e_0
+    of the left point, with e_i from the right window, the match scatters by e_i - J
+    e_0, and
 
         C = C_i + J C_0 J^T,    C_i = (1 - s) C,    J C_0 J^T = s C
 
     with J, the affine shape that least squares matching found (the identity for `ncc`),
     and s, the share, 1/2 for equal noise and contrast; C_0 is the mean over the photos.
-    All observations are then independent. The point measured lies beside the chosen one
-    by e_0, on the same surface. A share near 0 keeps the chosen point, but calls the
-    matches in more than two photos independent, which they are not.
+    All observations are then independent. The measured point is offset from the chosen
+    one by e_0, on the same surface. A share near 0 keeps the chosen point, but treats
+    the matches in more than two photos as independent, which they are not.
 
     Examples
     --------
@@ -230,7 +231,7 @@ def from_matches(
     for name in (left, *names):
         if not isinstance(name, Hashable) or name is None:
             raise ValueError(
-                "left and points must be names such as texts or numbers;"
+                "left and points must be names such as strings or numbers;"
                 f" got {_validate.shown(name)}"
             )
     if len(names) != n or len(set(names)) != n:
@@ -242,7 +243,7 @@ def from_matches(
                 f" {_validate.shown(match)}"
             )
     if left in matches:
-        raise ValueError(f"photo {left!r} is the left one: it has no match with itself")
+        raise ValueError(f"photo {left!r} is the left one: it cannot match itself")
     share = _validate.number(left_share, "left_share")
     if not 0 < share < 1:
         raise ValueError(
@@ -281,7 +282,7 @@ def from_matches(
 
 
 def _in_left_photo(match: Match, good: np.ndarray) -> np.ndarray:
-    """Covariances (m, 2, 2) of matches, turned into pixels of the left photo."""
+    """Covariances (m, 2, 2) of matches, converted into pixels of the left photo."""
     C = match.covariance[good]
     if isinstance(match, ncc.Match):
         return C
@@ -299,7 +300,7 @@ def _refuse_others(
     """Refuse a match of other points, or of photos of another size."""
     if not np.array_equal(match.chosen, chosen):
         raise ValueError(
-            f"the match with photo {photo!r} is of other points than left_points: give"
+            f"the match with photo {photo!r} has other points than left_points: give"
             " the same points to each match"
         )
     size = tuple(_validate.image_size(image_size).astype(int).tolist())

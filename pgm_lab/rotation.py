@@ -6,8 +6,8 @@ The rows of M are the camera's axes in object space. Angles are in radians; a po
 one rotates the camera counter-clockwise as seen from the tip of the axis. Rodrigues
 vectors and quaternions have the same sense.
 
-All functions take stacks: leading axes (...) broadcast. A matrix that is no rotation,
-or any other argument that is not as described, raises ValueError.
+All functions take stacks: leading axes (...) broadcast. A matrix that is not a
+rotation, or any other argument that is not as described, raises ValueError.
 """
 
 import warnings
@@ -81,11 +81,11 @@ def matrix(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
     M[..., 2, 0] = sp
     M[..., 2, 1] = -so * cp
     M[..., 2, 2] = co * cp
-    return M + 0.0  # no zero printed as -0
+    return M + 0.0  # so that no zero prints as -0
 
 
 def derivatives(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
-    """Derivatives (..., 3, 3, 3) of `matrix` by its three angles.
+    """Derivatives (..., 3, 3, 3) of `matrix` with respect to its three angles.
 
     [..., k, :, :] is dM by omega, phi, kappa for k = 0, 1, 2; arguments are those
     of `matrix`.
@@ -115,7 +115,7 @@ def derivatives(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarra
 def small_angle(omega: ArrayLike, phi: ArrayLike, kappa: ArrayLike) -> np.ndarray:
     """Unit matrix plus first-order change: `matrix` for very small angles, (..., 3, 3).
 
-    It is no rotation: lengths grow by half the squared angle. Angles in radians.
+    It is not a rotation: lengths grow by half the squared angle. Angles in radians.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def angles(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (M 2.10), with the quadrant settled.
+    Muliawan 2013, (M 2.10), with the quadrant resolved.
 
     Examples
     --------
@@ -189,14 +189,15 @@ def is_gimbal(
 def from_tilt_azimuth_swing(
     tilt: ArrayLike, azimuth: ArrayLike, swing: ArrayLike
 ) -> np.ndarray:
-    """Rotation matrix (..., 3, 3) of tilt, azimuth, swing: that of `matrix`.
+    """Rotation matrix (..., 3, 3) of tilt, azimuth, swing, object to image.
 
     Parameters
     ----------
     tilt, azimuth, swing : array_like
-        Radians, broadcasting. The tilt is the angle between the camera axis and the
-        vertical. The azimuth is that of the principal line, clockwise from the Y axis.
-        The swing leads, clockwise in the photo, from its y axis to the nadir point.
+        In radians; they broadcast. The tilt is the angle between the camera axis and
+        the vertical. The azimuth is that of the principal line, clockwise from the Y
+        axis. The swing is the clockwise angle in the photo from its y axis to the nadir
+        point.
 
     References
     ----------
@@ -328,7 +329,7 @@ def from_rodrigues(vector: ArrayLike) -> np.ndarray:
     Parameters
     ----------
     vector : array_like (..., 3)
-        (a, b, c), no unit.
+        (a, b, c), without unit.
 
     References
     ----------
@@ -363,7 +364,7 @@ def to_rodrigues(M: ArrayLike, tolerance: float = 1e-6) -> np.ndarray:
     half_turn = q[..., 0] < HALF_TURN
     if np.any(half_turn):
         raise ValueError(
-            f"{_which(half_turn)} turns by 180 degrees and has no Rodrigues vector"
+            f"{_which(half_turn)} rotates by 180 degrees and has no Rodrigues vector"
             " (the tangent is infinite); use to_quaternion"
         )
     return 2 * q[..., 1:] / q[..., :1]
@@ -443,7 +444,7 @@ def best_fit(product: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     R : ndarray (..., 3, 3)
-        Least sum of |t - R s|^2 among the rotations.
+        The rotation with the least sum of |t - R s|^2.
     singular : ndarray (..., 3)
         Singular values of the product, the largest first; their sum is that of all
         tᵀ R s. The last is negative if a reflection would come nearer.
@@ -524,7 +525,7 @@ def _warn_ambiguous(where: np.ndarray, case: str, pair: str, choice: str) -> Non
     """Warn that two angles of some matrices cannot be separated, and what is chosen."""
     if np.any(where):
         warnings.warn(
-            f"{case}: {pair} of {_which(where)} are not told apart; {choice}",
+            f"{case}: {pair} of {_which(where)} cannot be separated; {choice}",
             RuntimeWarning,
             stacklevel=3,
         )

@@ -193,11 +193,11 @@ PIXEL_34 = (3.0, 4)
 @pytest.mark.parametrize(
     ("ask", "message"),
     [
-        (lambda: epipolar.epipole(*SAME), "stand at the same place"),
-        (lambda: epipolar.fundamental(*SAME), "stand at the same place"),
-        (lambda: epipolar.essential(LEFT, LEFT), "stand at the same place"),
-        (lambda: epipolar.line(*SAME, PIXEL_34), "stand at the same place"),
-        (lambda: epipolar.curve(*SAME, PIXEL_34, [0.0]), "stand at the same place"),
+        (lambda: epipolar.epipole(*SAME), "have the same station"),
+        (lambda: epipolar.fundamental(*SAME), "have the same station"),
+        (lambda: epipolar.essential(LEFT, LEFT), "have the same station"),
+        (lambda: epipolar.line(*SAME, PIXEL_34), "have the same station"),
+        (lambda: epipolar.curve(*SAME, PIXEL_34, [0.0]), "have the same station"),
         (lambda: epipolar.plane(*along_the_base()), r"pixels\[1\] look along the base"),
         (lambda: epipolar.line(*parallel()), "parallel to the right photo"),
         (lambda: epipolar.curve(*two(), PIXEL_34), "either heights or depths"),

@@ -128,7 +128,7 @@ def test_other_points_are_converted(pixel):
 
 
 def test_exchanged_sensor_and_image_are_refused():
-    with pytest.raises(ValueError, match="both upright or both wide"):
+    with pytest.raises(ValueError, match="both portrait or both landscape"):
         frames.pixel_size_from_sensor((23.6, 15.8), (1296, 1936))
 
 

@@ -68,7 +68,7 @@ def test_a_rodrigues_vector_grows_until_the_half_turn():
     assert rotation.to_rodrigues(nearly(1.2e-9)) == pytest.approx(
         [2 / 1.2e-9, 0, 0], rel=1e-6
     )
-    with pytest.raises(ValueError, match="turns by 180 degrees"):
+    with pytest.raises(ValueError, match="rotates by 180 degrees"):
         rotation.to_rodrigues(nearly(0.8e-9))
 
 

@@ -112,7 +112,7 @@ def test_matches_of_other_points_or_sizes_are_refused(found):
     def of(chosen=found.chosen, match=found, size=SIZE):
         return observations.from_matches(chosen, {"B": match}, size, 0.01, left="A")
 
-    with pytest.raises(ValueError, match="of other points than left_points"):
+    with pytest.raises(ValueError, match="has other points than left_points"):
         of(chosen=found.chosen + 1)
     with pytest.raises(ValueError, match=r"with photos of \(360, 300\) and \(360, 300"):
         of(size=(300, 360))
