@@ -1,4 +1,4 @@
-"""The words that say what became of a point that was to be matched.
+"""The statuses of matching: what became of each point.
 
 One vocabulary for `ncc`, `lsm`, `matching`, `registration` and `stereo`.
 """
@@ -11,7 +11,7 @@ STATUSES = {
         "take a point farther inside, or a smaller template",
     ),
     "window leaves the image": (
-        "what is sought lies beyond the right photo, or too near to its edge",
+        "the search lies beyond the right photo, or too near to its edge",
         "improve the start; perhaps the right photo does not show the point",
     ),
     "no data in the template": (
@@ -19,7 +19,7 @@ STATUSES = {
         "take another point, or a smaller template",
     ),
     "no data in the window": (
-        "all that is searched in the right photo touches pixels without data",
+        "every position searched in the right photo touches pixels without data",
         "take another point, or a smaller template",
     ),
     "flat template": ("all grey values are the same", "take a point with texture"),
@@ -28,32 +28,32 @@ STATUSES = {
         "take another point, or a photo that is less exposed",
     ),
     "position not determined": (
-        "all lines run one way: the position along them could be any",
+        "all edges are parallel: the position along them is undetermined",
         "take a corner, or a larger template",
     ),
     "peak on the edge of the image": (
-        "the best place touches the edge of the right photo, or pixels without data",
+        "the best position touches the edge of the photo, or pixels without data",
         "take another point",
     ),
     "peak on the border of the search": (
-        "the best place lies at the border of what was searched",
+        "the best position lies on the border of the search",
         "enlarge the search, or improve the start",
     ),
     "below threshold": (
-        "nothing that was found is alike enough",
+        "no position is similar enough",
         "improve the start; perhaps the right photo does not show the point",
     ),
     "changed": (
-        "textured in both photos, but matched by nothing that was searched: r is far"
+        "textured in both photos, but similar to nothing that was searched: r is far"
         " below what the neighbours reach",
         "perhaps a field was ploughed, or a cloud hides it: leave it out",
     ),
     "ambiguous": (
-        "a second place is almost as much alike",
+        "a second position is almost as similar",
         "take a larger template, or search less, along the epipolar line",
     ),
     "left-right check failed": (
-        "sought from the right, another point of the left photo is the best",
+        "searched from the right, another point of the left photo fits best",
         "perhaps only one of the photos sees the point",
     ),
     "parts disagree": (
@@ -73,7 +73,7 @@ STATUSES = {
         "take a larger template, or give its shape",
     ),
     "isolated": (
-        "part of a small patch whose disparities differ from what is around it",
+        "part of a small patch whose disparities differ from those around it",
         "enlarge the window, or leave it out",
     ),
 }

@@ -1,8 +1,9 @@
 """A block of photos: many pairs as tasks, here or on a cluster, and one surface.
 
 `plot_pair` plots one pair into a file of a folder. It runs in this process, in several
-(`concurrent.futures`), or wherever the scheduler of a dask cluster puts it; what is in
-the folder is not plotted again. In the end the files are merged, in the order given.
+(`concurrent.futures`), or wherever the scheduler of a dask cluster puts it; pairs
+already in the folder are not plotted again. In the end the files are merged, in the
+order given.
 """
 
 import contextlib
@@ -38,9 +39,9 @@ from pgm_lab.stereo.heights import intersect
 from pgm_lab.stereo.normal import epipolar_pair
 from pgm_lab.stereo.photo_file import PhotoFile, fingerprint, photo_list
 
-MIN_POINTS = 10  # of a pair that is worth a surface
-MIN_SD = 0.001  # m; no match is better, and none outweighs all others
-TILE = 1024  # cells on a side of what is merged at once
+MIN_POINTS = 10  # at least, for a pair to give a surface
+MIN_SD = 0.001  # m, lower limit, so that no match outweighs all others
+TILE = 1024  # cells on a side of a tile that is merged at once
 MERGES = ("mean", "median")
 LIST = "block.json"  # numbers, and a fingerprint of each photo
 CORES = (  # that this process may use
@@ -61,15 +62,15 @@ class PlottedPair:
     left, right : int
         Indices of the photos.
     status : {"plotted", "found", "failed"}
-        "found" was plotted by an earlier run from the same photos and numbers.
+        "found" was plotted by an earlier run, from the same photos and settings.
     points : int
         Matched points; 0 if it failed.
     seconds : float
-        On its worker; NaN unless plotted in this run.
+        Time on its worker; NaN unless plotted in this run.
     attempts : int
-        How often it was tried in this run.
+        Number of attempts in this run.
     reason : str
-        Why it failed; empty if it did not.
+        Reason why it failed; empty if it did not.
     file : Path
         Its surface: NPZ with `z`, `weight` and `box`.
     """
@@ -127,15 +128,15 @@ def plot_block(
     """Plot many pairs, each once, and merge their surfaces.
 
     Each pair is a task: `epipolar_pair`, `match_dense`, `intersect` and `surface`, and
-    the heights go into a file of the folder. It is written whole or not at all, so that
-    a run that was stopped goes on where it was: the same call plots what is missing.
-    (Whoever changes `pgm_lab` itself takes a new folder.) All cells lie on one grid,
-    with edges at whole multiples of `cell`. The result is the same to the last bit,
-    whoever does the tasks and whichever is ready first.
+    the heights go into a file of the folder. It is written atomically, so that an
+    interrupted run can be resumed: the same call plots what is missing. (If you change
+    `pgm_lab` itself, take a new folder.) All cells lie on one grid, with edges at whole
+    multiples of `cell`. The result is the same to the last bit, whichever worker does a
+    task and whichever is ready first.
 
     A worker is sent names of files, orientations and a few numbers, 1 kB a pair. Photos
-    in memory are written into the folder first; a `PhotoFile` spares the disk a copy.
-    Workers of a cluster have to see the folder and the photos under the same names.
+    in memory are written into the folder first; a `PhotoFile` saves this copy. Workers
+    of a cluster have to see the folder and the photos under the same names.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def plot_block(
     folder : path
         Where the files go; it has to exist.
     heights : (low, high)
-        Least and greatest Z of ground and objects, in m; points beyond are dropped.
+        Smallest and largest Z of ground and objects, in m; points beyond are dropped.
     cell : float
         Side of a cell, in m.
     matching : mapping, optional
@@ -154,14 +155,14 @@ def plot_block(
     merging : {"mean", "median"}
         Of the measured heights where pairs overlap; the mean is weighted by 1 / sd^2.
     workers : int, optional
-        Processes of this computer, one a core when missing; 1 is this process alone.
+        Processes of this computer; default: one a core; 1 is this process alone.
         Each needs the memory of a pair.
     client : dask.distributed.Client or str, optional
         A cluster, or the address of its scheduler, instead of processes.
     retries : int
         How often a pair that failed is tried again.
     overwrite : bool
-        Take a folder of other photos or numbers, and plot anew what differs.
+        Take a folder of other photos or settings, and plot anew what differs.
     progress : bool
         Show a bar.
 
@@ -172,10 +173,10 @@ def plot_block(
     Raises
     ------
     ValueError
-        If an argument is not what is described here, or all pairs failed.
+        If an argument is not as described here, or all pairs failed.
     FileNotFoundError, FileExistsError
-        If the folder is missing, also for a worker of the cluster; or it holds other
-        things, or a block of other photos or numbers.
+        If the folder is missing, also for a worker of the cluster; or it contains other
+        files, or a block of other photos or settings.
     ConnectionError, ImportError
         If the cluster does not answer, has no worker, or is lost; if dask is missing.
     OSError
@@ -200,7 +201,7 @@ def plot_block(
     if unknown := set(matching).difference(options):
         raise ValueError(f"matching has no argument of match_dense: {unknown.pop()}")
 
-    # What the folder belongs to, and which pairs it holds already
+    # What the folder belongs to, and which pairs it contains already
     numbers = {
         "heights": [low, high],
         "cell": cell,
@@ -210,7 +211,7 @@ def plot_block(
     folder = Path(folder).absolute()
     if not folder.is_dir():
         raise FileNotFoundError(
-            f"{_files.printable(folder)} is no folder: make it first, for the surfaces"
+            f"{_files.printable(folder)} is not a folder: make it first"
         )
     files = {k: _on_disk(photos[k], folder) for k in np.unique(indices).tolist()}
     prints = {k: file.fingerprint() for k, file in files.items()}
@@ -268,11 +269,11 @@ def _indices(pairs: ArrayLike, n: int) -> np.ndarray:
     return pairs
 
 
-# --- The folder: what it holds, and which photos and numbers it belongs to ---
+# --- The folder: its contents, and the photos and settings it belongs to ---
 
 
 def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
-    """Write a photo that is in memory, under a name that tells its content."""
+    """Write a photo that is in memory, under a name that depends on its content."""
     if isinstance(photo, PhotoFile):
         return photo
     grey = np.ascontiguousarray(photo.grey)
@@ -291,13 +292,13 @@ def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
 
 @contextlib.contextmanager
 def _new(path: Path) -> Iterator[Any]:
-    """A file to write, which takes its place when it is whole."""
+    """A file to write, which is renamed to its place when it is complete."""
     with _files.atomic(path, overwrite=True) as part, part.open("xb") as file:
         yield file
 
 
 def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
-    """Refuse a folder of other things; write down what it belongs to."""
+    """Refuse a folder of another block; record what it belongs to."""
     path = folder / LIST
     now = json.loads(json.dumps(now, default=lambda number: number.item()))
     then = json.loads(path.read_text("utf-8")) if path.exists() else {}
@@ -315,8 +316,8 @@ def _belongs(folder: Path, now: dict[str, Any], overwrite: bool) -> None:
     others = (one for one in folder.iterdir() if not one.name.startswith("."))
     if not then and not overwrite and any(one.name != "photos" for one in others):
         raise FileExistsError(
-            f"{_files.printable(folder)} holds other files, and no block. Name an empty"
-            " folder, or let overwrite=True put the block beside them"
+            f"{_files.printable(folder)} has other files in it, not a block. Name an"
+            " empty folder, or let overwrite=True put the block beside them"
         )
     _files.save({path: json.dumps(then | now, indent=1) + "\n"}, overwrite=True)
 
@@ -366,7 +367,7 @@ def _gridded(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Heights, weights and first (column, row), in cells that all pairs share.
 
-    Cell (column, row) has its middle at ((column + 0.5) cell, -(row + 0.5) cell).
+    Cell (column, row) has its centre at ((column + 0.5) cell, -(row + 0.5) cell).
     """
     at = np.floor(xyz[:, :2] * (1, -1) / cell).astype(np.int64)
     first, last = at.min(0), at.max(0) + 1
@@ -391,7 +392,7 @@ def plotted(task: Task) -> int | None:
         return None  # not there, or broken
 
 
-# --- Who does the tasks: this process, several, or a cluster ---
+# --- Where the tasks run: in this process, in several, or on a cluster ---
 
 Answer = tuple[int, float] | BaseException  # points and seconds, or why not
 PlotAll = Callable[[list[Task]], Iterator[tuple[Task, Answer]]]  # as they are ready
@@ -410,7 +411,7 @@ def _plot(tasks: list[Task], plot_all: PlotAll, retries: int) -> Iterator[Plotte
                 failed.append(task)
             else:
                 yield _row(task, answer, attempt)
-        # Nobody knows which of the tasks under way killed a worker: now each is alone
+        # It is unknown which of the running tasks killed a worker: now each runs alone
         for task in suspects:
             [(task, answer)] = plot_all([task])
             yield _row(task, answer, attempt)
@@ -460,7 +461,7 @@ def _in_parallel(
         # Tasks begin in their order, so the first ones left were under way
         tasks = list(left)
         for task in tasks[:workers]:
-            yield task, BrokenProcessPool("its process died; was there memory enough?")
+            yield task, BrokenProcessPool("its process died; was there enough memory?")
         tasks = tasks[workers:]
 
 
@@ -469,7 +470,7 @@ def _refuse_no_process(executor: futures.Executor) -> None:
         executor.submit(os.getpid).result()
     except BrokenProcessPool:
         raise RuntimeError(
-            "no worker process could start. In a script, plot_block has to stand"
+            "no worker process could start. In a script, plot_block has to be called"
             ' under `if __name__ == "__main__":`, since each worker imports the'
             " script; or plot with workers=1"
         ) from None
@@ -477,7 +478,7 @@ def _refuse_no_process(executor: futures.Executor) -> None:
 
 @contextlib.contextmanager
 def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
-    """What plots all of some tasks; a cluster must see the folder."""
+    """A function that plots all of some tasks; a cluster must see the folder."""
     if client is None and workers == 1:
         yield _serially
     elif client is None:
@@ -495,7 +496,7 @@ def _pool(client: Any, workers: int, folder: Path) -> Iterator[PlotAll]:
 
 @contextlib.contextmanager
 def _connected(client: Any) -> Iterator[Any]:
-    """The client of a cluster; one made here, of an address, is closed."""
+    """The client of a cluster; one made here from an address is closed."""
     try:
         from distributed import Client
         from distributed.comm import get_address_host_port
@@ -506,12 +507,12 @@ def _connected(client: Any) -> Iterator[Any]:
     if not isinstance(client, str):
         yield _validate.instance(client, Client, "client")
         return
-    try:  # first whether anybody answers at all, as it is quick
+    try:  # quick test whether anything answers at all
         socket.create_connection(get_address_host_port(client), PATIENCE).close()
         own = Client(client, timeout=PATIENCE, set_as_default=False)
-    except Exception as error:  # whatever another program answers there
+    except Exception as error:  # whatever another program replies there
         raise ConnectionError(
-            f"no scheduler of dask answers at {client!r} ({type(error).__name__})"
+            f"no dask scheduler answers at {client!r} ({type(error).__name__})"
         ) from error
     with own:
         yield own
@@ -549,15 +550,15 @@ def _row(task: Task, answer: Answer, attempts: int) -> PlottedPair:
     return row(status="plotted", points=answer[0], seconds=answer[1])
 
 
-# --- Many surfaces become one, tile by tile, in the order of the pairs ---
+# --- Merging many surfaces into one, tile by tile, in the order of the pairs ---
 
 
 def merge(files: Sequence[Path], cell: float, folder: Path, how: str) -> Surface:
-    """One surface of many, written into the folder as `z.npy` and `measured.npy`.
+    """One surface from many, written into the folder as `z.npy` and `measured.npy`.
 
     Measured cells count before interpolated ones. A cell is the same whatever the size
     of the tiles, and whichever pair was ready first. (`rasterio.merge` goes band by
-    band, so that heights would not know their weights.)
+    band, so that heights would be merged without their weights.)
     """
     boxes = np.array([_read(file, "box")[0].reshape(2, 2) for file in files])
     first = boxes[:, 0].min(0)
@@ -588,7 +589,7 @@ Part = tuple[tuple[slice, slice], np.ndarray, np.ndarray]  # where, heights, wei
 def _parts(
     files: Sequence[Path], boxes: np.ndarray, tile: np.ndarray
 ) -> Iterator[Part]:
-    """What each pair has in a tile, and where; boxes and tile are (low, high)."""
+    """Cells that each pair has in a tile, and where; boxes and tile are (low, high)."""
     low, high = np.maximum(boxes[:, 0], tile[0]), np.minimum(boxes[:, 1], tile[1])
     for k in np.flatnonzero((low < high).all(1)).tolist():
         part = _slices(low[k] - boxes[k, 0], high[k] - boxes[k, 0])
@@ -615,7 +616,7 @@ def _mean(shape: np.ndarray, parts: Iterator[Part]) -> tuple[np.ndarray, np.ndar
 
 
 def _median(shape: np.ndarray, parts: Iterator[Part]) -> tuple[np.ndarray, np.ndarray]:
-    """Median of measured heights, of interpolated ones where none is measured."""
+    """Median of measured heights; of interpolated ones where none is measured."""
     layers, of = [np.full(shape, np.nan, np.float32)], [np.zeros(shape, bool)]
     for where, z, weight in parts:
         layers.append(layers[0].copy())
@@ -640,7 +641,7 @@ def _read(file: Path, *names: str) -> list[np.ndarray]:
 
 
 def _npy_head(file: Any, shape: tuple[int, int], kind: str) -> int:
-    """Write the head of an array of NumPy; where its values begin."""
+    """Write the header of a NumPy array; returns where its values begin."""
     head = {"descr": kind, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(file, head)
     return file.tell()

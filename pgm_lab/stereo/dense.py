@@ -1,7 +1,7 @@
 """Dense matching along epipolar lines, from coarse to fine.
 
-On each level of the pyramid the correlation coefficient is sought along the rows, in
-both directions; local planes of disparity smooth what was found. Least squares matching
+On each level of the pyramid the highest correlation is searched for along the rows, in
+both directions; local planes smooth the disparities found. Least squares matching
 refines the finest level. All steps are sums over windows of the whole image at once.
 """
 
@@ -27,7 +27,7 @@ STATUSES = (
     "not converged",
     "isolated",
 )
-MIN_TEXTURE = 0.02  # of the image's scatter: a window with less has no texture
+MIN_TEXTURE = 0.02  # of the image's standard deviation: with less, a window is flat
 MAX_JUMP = 0.5  # px between neighbours of one patch
 MIN_PATCH = 2  # windows: a smaller patch is isolated
 BAND = 512  # rows at a time, so that the work fits a laptop and its cache
@@ -57,7 +57,7 @@ class DenseMatch:
     status: np.ndarray = field(repr=False)
 
     def counts(self) -> dict[str, int]:
-        """How many cells have which status."""
+        """Number of cells with each status."""
         return {s: int(np.sum(self.status == i)) for i, s in enumerate(STATUSES)}
 
 
@@ -77,25 +77,26 @@ def match_rows(
     search: int = 12,
     refine: bool = True,
 ) -> DenseMatch:
-    """Match two images whose equal rows show the same, in every pixel.
+    """Match two images whose equal rows show the same ground, in every pixel.
 
-    On each level of the image pyramid, from coarse to fine, the correlation coefficient
-    (H 4) is sought along the row, from left to right and from right to left; what both
-    find, smoothed on local planes, is where the next level starts. Least squares
-    matching refines the finest level, in windows shaped by the planes.
+    On each level of the image pyramid, from coarse to fine, the highest correlation
+    coefficient (H 4) is searched for along the row, from left to right and from right
+    to left; disparities that agree, smoothed on local planes, are the start values of
+    the next level. Least squares matching refines the finest level, in windows shaped
+    by the planes.
 
     Parameters
     ----------
     left, right : array_like (rows, columns)
-        Grey values of any scale; NaN, or a mask, where there is no image.
+        Grey values of any scale; NaN, or masked, where there is no image.
     window : int
         Side of the correlation window in px, odd; that of least squares matching is
         larger by 2.
     threshold : float
-        Least correlation coefficient, from -1 to 1.
+        Smallest correlation coefficient that is accepted, from -1 to 1.
     levels : int
-        Most levels of the pyramid; fewer, if the smaller side of the image would fall
-        below 40 px.
+        Largest number of pyramid levels; fewer if the smaller side of the image would
+        fall below 40 px.
     search : int
         Largest disparity searched on the coarsest level, px there, to both sides: a
         pixel of level 6 is 32 of the image.
@@ -105,16 +106,15 @@ def match_rows(
     Returns
     -------
     DenseMatch
-        The status says why a cell has no disparity; the first reason that holds:
+        The status gives the reason why a cell has no disparity; the first that applies:
 
-        - "no data in the window": here or there it reaches beyond the image;
+        - "no data in the window": it reaches beyond one of the images;
         - "flat template": its grey values hardly vary;
         - "below threshold": no correlation coefficient is high enough;
-        - "peak on the border of the search": it still rises there;
-        - "left-right check failed": from right to left another place is found;
-        - "not converged": least squares matching moves on, or away by 1 px;
-        - "isolated": part of a patch, smaller than two windows, that differs from what
-          is around it.
+        - "peak on the border of the search": the correlation still rises there;
+        - "left-right check failed": from right to left another pixel is found;
+        - "not converged": least squares still makes steps, or moved by over 1 px;
+        - "isolated": part of a patch under two windows that differs from all around.
 
         The standard deviation is that of least squares matching, with the correlation
         of neighbouring residuals. Without `refine` it comes from the peak of the
@@ -123,15 +123,15 @@ def match_rows(
     Raises
     ------
     ValueError
-        If the images differ in size or are no grey images, or an argument is out of
+        If the images differ in size or are not grey images, or an argument is out of
         its range.
 
     References
     ----------
     Harintaka (2020), equation 4. Hirschmuller, H. (2008): Stereo processing by
-    semiglobal matching and mutual information. IEEE PAMI 30 (the check from left to
-    right and back, small patches). Gruen, A. (1985): Adaptive least squares
-    correlation. S. Afr. J. of Photogrammetry 14.
+    semiglobal matching and mutual information. IEEE PAMI 30 (left-right check, small
+    patches). Gruen, A. (1985): Adaptive least squares correlation. S. Afr. J. of
+    Photogrammetry 14.
 
     Examples
     --------
@@ -194,7 +194,7 @@ def _first_reason(
 
 def _isolated(d: np.ndarray, good: np.ndarray, least: int) -> np.ndarray:
     """Good cells in patches of fewer than `least`; a jump divides patches."""
-    steps, none = 16, -(2**15)  # filterSpeckles wants whole numbers of 16 bits
+    steps, none = 16, -(2**15)  # filterSpeckles needs 16 bit integers
     whole = np.where(good, np.clip(d * steps, none + 1, 2**15 - 1), none)
     whole = np.rint(whole).astype(np.int16)
     cv2.filterSpeckles(whole, none, least - 1, MAX_JUMP * steps)
@@ -205,7 +205,7 @@ def _isolated(d: np.ndarray, good: np.ndarray, least: int) -> np.ndarray:
 
 
 class _Image(NamedTuple):
-    """Grey values about their mean, by their scatter; 1 where there is image."""
+    """Grey values, standardised; the mask is 1 where there is image."""
 
     grey: np.ndarray
     mask: np.ndarray
@@ -216,12 +216,12 @@ class _Image(NamedTuple):
 
 
 def _image(grey: ArrayLike, name: str) -> _Image:
-    """Grey values about their mean, in units of their scatter; where they are known."""
+    """Grey values minus their mean, by their standard deviation; and a mask."""
     array = _validate.grey_image(grey, name, least=3)
     array = np.ma.filled(np.ma.asarray(array).astype(np.float32), np.nan)
     known = np.isfinite(array)
     if not known.any():
-        raise ValueError(f"{name} must show something; it is masked or NaN everywhere")
+        raise ValueError(f"{name} has no data: it is masked or NaN everywhere")
     mean, scatter = array[known].mean(dtype=float), array[known].std(dtype=float)
     about = np.where(known, (array - mean) / (scatter or 1), 0)
     return _Image(about.astype(np.float32), known.astype(np.float32))
@@ -263,9 +263,9 @@ def _in_bands(
 
 # --- From coarse to fine ---
 
-MIN_SIDE = 40  # px of a level, on which windows still tell places apart
+MIN_SIDE = 40  # px of a level, on which windows still distinguish positions
 REACH = 3  # px, search on all levels but the coarsest
-MIN_R = 0.6  # on coarse levels; less is filled from the neighbours
+MIN_R = 0.6  # on coarse levels; below it, filled from the neighbours
 MAX_DIFFERENCE = 1.0  # px between the two directions
 
 
@@ -278,8 +278,8 @@ def _coarse_to_fine(
     left: _Image, right: _Image, levels: int, window: int, reach: int
 ) -> tuple["_Peaks", np.ndarray]:
     """Peaks of the finest level, and whether both directions agree there."""
-    # The way back is the same search with both images exchanged and mirrored, in which
-    # a disparity keeps its sign.
+    # The search from the right is the same with both images exchanged and mirrored, in
+    # which a disparity keeps its sign.
     lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
     there = back = np.zeros(lefts[-1].grey.shape, np.float32)
     for k in reversed(range(levels)):
@@ -297,7 +297,7 @@ def _coarse_to_fine(
 
 
 def _pyramid(image: _Image, levels: int) -> list[_Image]:
-    """Levels from fine to coarse; what is masked has no part in the means."""
+    """Levels from fine to coarse; masked pixels do not enter the means."""
     out = [image]
     for _ in range(levels - 1):
         grey, mask = out[-1]
@@ -314,7 +314,7 @@ def _finer(d: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _agreement(there: np.ndarray, back: np.ndarray) -> np.ndarray:
-    """Whether the way there, and back in the mirror, ends where it began."""
+    """Whether the search, and the one back in the mirror, ends where it began."""
     mirrored = np.ascontiguousarray(back[:, ::-1])
     return np.abs(there - _warped(mirrored, there)) < MAX_DIFFERENCE
 
@@ -326,7 +326,7 @@ def _smooth(peaks: "_Peaks", agree: np.ndarray, window: int) -> np.ndarray:
 
 
 def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
-    """Disparities with the bad ones from the mean of good ones as near as there are."""
+    """Disparities with bad ones replaced by the mean of the nearest good ones."""
     w = good.astype(np.float32)
     if good.all() or min(d.shape) < 3:
         all_of_them = float((d * w).sum() / max(w.sum(), 1))
@@ -370,7 +370,7 @@ def _on_planes(d: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
 
 
 def _moment(a: np.ndarray, window: int, p: int, q: int) -> np.ndarray:
-    """Sum of a x^p y^q over windows, x and y from the middle of each."""
+    """Sum of a x^p y^q over windows, x and y from the centre of each."""
     k = np.arange(window, dtype=np.float32) - window // 2
     return cv2.sepFilter2D(a, cv2.CV_32F, k**p, k**q, borderType=cv2.BORDER_CONSTANT)
 
@@ -459,7 +459,7 @@ def _correlation(
 # --- Least squares matching of all cells at once, in windows shaped by the ground ---
 
 ITERATIONS = 3
-PLANE_MARGIN = 4  # px: planes reach further than windows, and so are quieter
+PLANE_MARGIN = 4  # px: planes larger than windows, and so less noisy
 MAX_CORRECTION = 1.0  # px from the start
 MAX_LAST_STEP = 0.3  # px: after a longer one a window has not converged
 LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
@@ -480,7 +480,7 @@ class _Solution(NamedTuple):
 
     step: np.ndarray  # px
     variance: np.ndarray  # of the step, if residuals were independent
-    slope: np.ndarray  # of each pixel, without what offset and gain explain
+    slope: np.ndarray  # of each pixel, corrected for offset and gain
     residual: np.ndarray  # of each pixel
 
 

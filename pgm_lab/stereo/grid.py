@@ -20,9 +20,9 @@ class Surface:
     Attributes
     ----------
     z : ndarray (rows, columns)
-        Heights in m; NaN where the points say nothing.
+        Heights in m; NaN where the points determine none.
     corner : (X, Y)
-        Middle of the cell in row 0 and column 0; Y falls with the row.
+        Centre of the cell in row 0 and column 0; Y decreases with the row.
     cell : float
         Side of a cell in m.
     measured : ndarray (rows, columns) of bool
@@ -53,7 +53,7 @@ class Surface:
         ).astype(np.uint8)
 
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
-        """X and Y (rows, columns) of the middles of the cells."""
+        """X and Y (rows, columns) of the centres of the cells."""
         rows, columns = self.z.shape
         x = self.corner[0] + self.cell * np.arange(columns)
         y = self.corner[1] - self.cell * np.arange(rows)
@@ -69,9 +69,9 @@ def surface(
 ) -> Surface:
     """Grid of heights by linear interpolation between points.
 
-    The points of a cell give way to the one of median height, which a blunder hardly
-    moves; triangles between those (Delaunay) give the heights in the middles of the
-    cells. Outside the hull of the points there is no height.
+    The points of a cell are represented by the one of median height, on which a blunder
+    has little effect; triangles between these (Delaunay) give the heights at the cell
+    centres. Outside the hull of the points there is no height.
 
     Parameters
     ----------
@@ -80,12 +80,11 @@ def surface(
     cell : float
         Side of a cell in m.
     extent : (X least, Y least, X most, Y most), optional
-        What the cells cover, from the outer edges; as far as the points when missing.
+        What the cells cover, from outer edge to outer edge; default: all points.
         Points outside help to interpolate at its edge.
     largest_gap : float, optional
         Width in m of the widest gap that is interpolated: a cell further than half of
-        it from all cells with a point has no height. Any gap inside the hull when
-        missing.
+        it from all cells with a point has no height. Default: any gap inside the hull.
 
     Returns
     -------
@@ -94,7 +93,7 @@ def surface(
     Raises
     ------
     ValueError
-        If an argument is not what is described here, the points lie in fewer than three
+        If an argument is not as described here, the points lie in fewer than three
         cells or on one line, or the cells would be more than 10^8.
 
     Examples
@@ -113,7 +112,7 @@ def surface(
     low, high = _box(points, extent)
     shape = _shape(low, high, cell)
 
-    # Of each cell with points the one of median height
+    # For each cell with points, the one of median height
     position = np.stack([points[:, 0] - low[0], high[1] - points[:, 1]], -1) / cell
     at = np.floor(position).astype(np.int64)
     at[position == shape[::-1]] -= 1  # the last edge belongs to the last cell
@@ -124,8 +123,8 @@ def surface(
     number[rows, columns], spread[rows, columns] = n[inside], sd[inside]
     measured = number > 0
 
-    # Triangles between them; at the rim a cell may have a point, and its middle lie
-    # outside the hull
+    # Triangles between them; at the rim a cell may have a point although its centre
+    # lies outside the hull
     z = _interpolated(middle, shape)
     outside = np.isnan(z)
     rim = outside[rows, columns]
@@ -178,7 +177,7 @@ def _shape(low: np.ndarray, high: np.ndarray, cell: float) -> tuple[int, int]:
 def _one_each(
     position: np.ndarray, z: np.ndarray, at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Of each cell with points: the one of median height, cell, number and spread."""
+    """For each cell with points: the one of median height, cell, number and spread."""
     order = np.lexsort((z, at[:, 0], at[:, 1]))
     xyz = np.column_stack([position, z])[order]
     at = at[order]
@@ -191,7 +190,7 @@ def _one_each(
             f"all points lie in {len(first)} cell(s), and a surface needs three or"
             " more: take smaller cells"
         )
-    # Of an even number the mean of the two in the middle, which lies on their plane
+    # For an even number the mean of the two middle ones, which lies on their plane
     middle = (xyz[first + (n - 1) // 2] + xyz[first + n // 2]) / 2
     heights = xyz[:, 2] - np.repeat(middle[:, 2], n)
     sums, squares = (np.add.reduceat(v, first) for v in (heights, heights**2))
@@ -201,7 +200,7 @@ def _one_each(
 
 
 def _interpolated(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Heights in the middles of the cells, NaN outside the hull."""
+    """Heights at the centres of the cells, NaN outside the hull."""
     start = middle.mean(0)
     try:
         linear = scipy.interpolate.LinearNDInterpolator(

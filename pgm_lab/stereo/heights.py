@@ -26,7 +26,7 @@ class Points:
     cells : ndarray (n, 2) of int
         (column, row) in the left normal image.
     covariance : ndarray (n, 3, 3), optional
-        Of X, Y, Z, if it was asked for.
+        Of X, Y, Z, if requested.
     """
 
     xyz: np.ndarray = field(repr=False)
@@ -46,14 +46,14 @@ def intersect(
     """Object points of all matched cells, or of every `step`-th row and column.
 
     In the normal case both rays of a cell lie in one plane and meet, so the point
-    stands at (x, y, -c) B / p in the normal frame, B the base and p the parallax. Its
-    standard deviation is that of the disparity, carried over: with photos that look
+    lies at (x, y, -c) B / p in the normal frame, B the base and p the parallax. Its
+    standard deviation is propagated from that of the disparity: for photos that look
     straight down from the height H,
 
         sigma_Z = H^2 / (B c) sigma_p = (H / B) GSD sigma_px
 
-    since a parallax of sigma_px pixels is sigma_px GSD c / H. The orientation counts as
-    free of errors.
+    since a parallax of sigma_px pixels is sigma_px GSD c / H. The orientation is
+    treated as free of errors.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def intersect(
     Raises
     ------
     ValueError
-        If an argument is not what is described here, or the match is of another pair.
+        If an argument is not as described here, or the match is of another pair.
 
     References
     ----------
@@ -105,7 +105,7 @@ def intersect(
     rows, columns = step * np.stack(np.nonzero(match.status[::step, ::step] == 0))
     d, sd = (a[rows, columns].astype(float) for a in (match.disparity, match.sd))
     xyz = pair.object_points(columns, rows, d)
-    met = ~np.isnan(xyz[:, 0])  # others meet behind the photos
+    met = ~np.isnan(xyz[:, 0])  # the others meet behind the photos
     if not met.all():
         rows, columns, d, sd, xyz = (a[met] for a in (rows, columns, d, sd, xyz))
     # How the point moves along the ray with the sd of the disparity
@@ -134,12 +134,12 @@ class Quality:
     mean, rmse : float
         Mean error (height minus truth) and root mean square error.
     nmad : float
-        1.4826 times the median distance from the median: the sd of normal errors, which
-        blunders hardly change.
+        1.4826 times the median distance from the median: the sd for normal errors,
+        robust against blunders.
     completeness : float
-        Share of the cells asked for that have a height.
+        Share of the requested cells that have a height.
     le95 : float
-        95 of 100 errors are smaller, regardless of sign.
+        Absolute error that 95 % of the errors do not exceed.
     """
 
     n: int
@@ -160,14 +160,14 @@ def quality(
     heights : array_like (...)
         NaN where there are none.
     truth : array_like (...)
-        Of the same shape; NaN where it is not known, and nothing is compared.
+        Of the same shape; NaN where it is unknown and nothing is compared.
     where : array_like (...) of bool, optional
-        Which to compare; all when missing.
+        Which to compare; default: all.
 
     Returns
     -------
     Quality
-        With errors NaN if no height is left to compare.
+        Its errors are NaN if no height is left to compare.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The epipolar (normalised) pair: equal rows of both images show the same ground.
 
 Both photos are rotated (virtually) about their projection centres until they look in
-the same direction, at right angles to the base, with x along it: the normal case. Every
+the same direction, perpendicular to the base, with x along it: the normal case. Every
 epipolar plane then cuts both images in the same row.
 """
 
@@ -20,7 +20,7 @@ from pgm_lab.camera.photo import Photo
 from pgm_lab.epipolar import epipole
 
 MIN_SIDE = 32  # px, of the normal images
-SAME_SCALE = 1.05  # ratio of pixel sizes up to which that of the left photo is taken
+SAME_SCALE = 1.05  # ratio of pixel sizes up to which the left photo's is used
 EDGE_POINTS = 400  # along each side of a photo, to see what the other one shows
 STEP = 4  # px: positions in the photo are exact for every 4th pixel, linear between
 BAND = 256  # rows that are resampled at once
@@ -43,9 +43,9 @@ class NormalPair:
     c, pixel_size : float
         Principal distance and pixel size of both images, in mm.
     origin : ndarray (2, 2)
-        (x, y) in mm of the middle of pixel (0, 0), left and right; the same y.
+        (x, y) in mm of the centre of pixel (0, 0), left and right; the same y.
     photos : tuple of two Photo, or None
-        What it was made of; None if it was not made of photos.
+        The source photos; None if it was not made from photos.
     """
 
     left: np.ndarray = field(repr=False)
@@ -84,15 +84,15 @@ class NormalPair:
         return self.stations[0] + model @ self.rotation
 
     def from_photo(self, side: int, pixels: ArrayLike) -> np.ndarray:
-        """Pixels (..., 2) in a normal image of pixels (..., 2) in its photo, with lens.
+        """Pixels (..., 2) in a normal image of pixels (..., 2) in its distorted photo.
 
         They may lie outside. Side 0 is the left photo, 1 the right one.
 
         Raises
         ------
         ValueError
-            If an argument is not what is described here, the pair was not made of
-            photos, or a ray runs along the base.
+            If an argument is not as described here, the pair was not made from photos,
+            or a ray runs along the base.
         """
         photo, origin = self._side(side)
         xy = to_normal(photo.rays(pixels), self.rotation, self.c)
@@ -108,8 +108,8 @@ class NormalPair:
         Raises
         ------
         ValueError
-            If an argument is not what is described here, the pair was not made of
-            photos, or a pixel lies so far outside that the lens has no solution.
+            If an argument is not as described here, the pair was not made from photos,
+            or a pixel lies so far outside that the lens has no solution.
         """
         photo, origin = self._side(side)
         pixels = _validate.points(pixels, 2, "pixels")
@@ -120,7 +120,7 @@ class NormalPair:
         side = _validate.whole(side, "side", 0, 1)
         if self.photos is None:
             raise ValueError(
-                "this pair was not made of photos: it has no pixels of them"
+                "this pair was not made from photos: it has no pixels of them"
             )
         return self.photos[side], self.origin[side]
 
@@ -132,17 +132,17 @@ def epipolar_pair(
     *,
     depths: tuple[float, float] | None = None,
 ) -> NormalPair:
-    """Resample two oriented photos to the normal case, freed from lens distortion.
+    """Resample two oriented photos to the normal case, corrected for distortion.
 
     Parameters
     ----------
     left, right : Photo
-        Of whatever cameras, sizes and kappa; they may be parts. Photos in the opposite
+        Of any cameras, sizes and kappa; they may be parts. Photos in the opposite
         order give the images rotated by 180 degrees.
     heights : (least, greatest), optional
-        Z between which the ground lies; it says what both photos show. Give it from a
-        map or from control points, a little too wide rather than too narrow. Either
-        these or depths.
+        Z between which the ground lies, which determines the overlap. Take them from a
+        map or from control points, rather too wide than too narrow. Either these or
+        depths.
     depths : (least, greatest), optional
         Distances of the object from the stations along the axes of the cameras, for
         photos that do not look down, or with relative orientation only.
@@ -151,21 +151,21 @@ def epipolar_pair(
     -------
     NormalPair
         Of the ground that both show, with the pixel size of the left photo or, where
-        the scales differ by more than a twentieth, such that the coarser of both keeps
-        its pixels. The disparity is about zero in the middle of the ground.
+        the scales differ by more than a twentieth, such that the coarser of the two
+        keeps its pixels. The disparity is about zero in the middle of the ground.
 
     Raises
     ------
     ValueError
-        If an argument is not what is described here, both photos stand at the same
-        place, an epipole lies inside a photo, the photos look in opposite directions,
-        or show no ground in common.
+        If an argument is not as described here, both photos have the same station, an
+        epipole lies inside a photo, the photos look in opposite directions, or show no
+        ground in common.
 
     Notes
     -----
     Positions in the photo are computed exactly for every fourth pixel and linearly
     between (off by less than 0.001 px with usual lenses), grey values by a cubic
-    spline, so that nothing is moved.
+    spline, so that nothing is shifted.
 
     References
     ----------
@@ -198,12 +198,12 @@ def epipolar_pair(
     ahead = np.isfinite(a[:, 0] + b[:, 0])
     if not ahead.any():
         raise ValueError(
-            "the photos see what they have in common almost along the base: there is no"
-            " normal case of it"
+            "the common part of the photos lies almost along the base: there is no"
+            " normal case of them"
         )
     a, b = a[ahead], b[ahead]
 
-    # One frame for both: rows are equal, and the mean parallax is no disparity
+    # One frame for both: rows are equal, and the mean parallax is not a disparity
     parallax = a[:, 0] - b[:, 0]
     shift = (parallax.min() + parallax.max()) / 2
     box = np.concatenate([a, b + (shift, 0)])
@@ -240,7 +240,7 @@ def normal_frame(left: Photo, right: Photo) -> np.ndarray:
     z = z - x * (z @ x)
     if np.linalg.norm(z) < 1e-3:
         raise ValueError(
-            "the photos look along the base: there is no normal case of it"
+            "the photos look along the base: there is no normal case of them"
         )
     z = z / np.linalg.norm(z)
     return np.stack([x, np.cross(z, x), z])
@@ -267,8 +267,8 @@ def _limits(
     """Whether heights or depths limit the object, and their (least, greatest)."""
     if (heights is None) == (depths is None):
         raise ValueError(
-            "either heights or depths (least, greatest) say what both photos show; give"
-            " one"
+            "give either heights or depths (least, greatest), between which the ground"
+            " lies"
         )
     name = "heights" if depths is None else "depths"
     given: Any = heights if depths is None else depths
@@ -302,7 +302,7 @@ def _refuse_geometry(left: Photo, right: Photo) -> None:
 def _common_ground(
     photos: tuple[Photo, Photo], along: str, limits: np.ndarray
 ) -> np.ndarray:
-    """Object points (n, 3) around the ground that both photos show; there must be."""
+    """Object points (n, 3) around the ground that both photos show; refused if none."""
     ground = _common_edge(photos, along, limits)
     if len(ground):
         return ground
@@ -327,7 +327,7 @@ def exchanged(photos: tuple[Photo, Photo]) -> tuple[Photo, Photo]:
 def _common_edge(
     photos: tuple[Photo, Photo], along: str, limits: np.ndarray
 ) -> np.ndarray:
-    """Object points (n, 3): of the edge of each photo the part that the other shows."""
+    """Object points (n, 3): the part of each photo's edge that the other shows."""
     found = []
     for one, other in (photos, photos[::-1]):
         u = one.rays(one.outline(EDGE_POINTS))
@@ -351,7 +351,7 @@ def _scale(
     R: np.ndarray,
     c: float,
 ) -> tuple[float, list[float]]:
-    """Pixel size in mm, and pixels of each photo in one of them, in mid-ground."""
+    """Pixel size in mm, and pixels of each photo in one of them, at mean height."""
     middle = np.argmin(np.sum((ground - ground.mean(0)) ** 2, axis=1))
     fine = []
     for photo, xy in zip(photos, positions):
@@ -380,7 +380,7 @@ def _resampled(
     # float64 and with exact positions of all pixels, would take seven times the
     # memory.)
     columns, rows = size
-    # Two more than are needed at the end, between which the last pixels lie
+    # Two more than needed at the end, between which the last pixels lie
     x, y = (STEP * np.arange((n - 1) // STEP + 2.0) for n in size)
     positions = photo.seen_at(rays(x, y))
     spline, missing = _spline(photo.grey, ratio)
@@ -422,7 +422,7 @@ def _spline(grey: np.ndarray, ratio: float) -> tuple[np.ndarray, np.ndarray | No
         if none.all():
             raise ValueError("a photo has no grey values at all")
         missing = none.astype(np.float32)
-        # The nearest grey value, so that no spline swings at the holes
+        # The nearest grey value, so that no spline oscillates at the holes
         nearest = scipy.ndimage.distance_transform_edt(
             none, return_distances=False, return_indices=True
         )

@@ -1,4 +1,4 @@
-"""Y parallax: what is left between the rows of a normal pair tells how it is oriented.
+"""Y parallax: the row differences in a normal pair show how well it is oriented.
 
 In the normal images of two photos that are oriented well, each point lies in the same
 row of both. So points are matched freely, in two dimensions, and their rows compared.
@@ -16,10 +16,10 @@ from pgm_lab.camera.photo import Photo
 from pgm_lab.stereo.normal import NormalPair, exchanged, normal_frame, to_normal
 
 MAX_RMSE = 0.1  # px, RMSE of the y parallax up to which a pair counts as well oriented
-MAX_NMADS = 5.0  # from the trend; a match beyond is taken for wrong
-LOSS_SCALE = 0.1  # px; larger residuals count less and less: wrong matches among them
+MAX_NMADS = 5.0  # from the trend; a match beyond counts as wrong
+LOSS_SCALE = 0.1  # px; larger residuals, as of wrong matches, count less and less
 MIN_POINTS = 6  # for a trend over the image, and to check it
-UNIT = 0.01  # of the base, or radians: unknowns in this unit are alike
+UNIT = 0.01  # of the base, or radians: unknowns in this unit have similar effects
 ELEMENTS = ("by", "bz", "omega", "phi", "kappa")
 VERDICTS = (
     "well oriented",
@@ -59,7 +59,7 @@ class Element:
 
 @dataclass(frozen=True, eq=False)
 class YParallax:
-    """Y parallaxes of a normal pair, and what they say.
+    """Y parallaxes of a normal pair, and what they mean.
 
     Attributes
     ----------
@@ -70,19 +70,19 @@ class YParallax:
         y' - y'' in pixels, that is the right row minus the left one; NaN unless used.
     status : ndarray (n,) of str
         "used"; "off the trend" (more than five NMADs, so probably a wrong match); or
-        what `matching.match` says of a point it did not find.
+        the status from `matching.match` of a point it did not find.
     trend : ndarray (3,)
-        Y parallax in the middle of the left image, in pixels, and its change from the
+        Y parallax at the centre of the left image, in pixels, and its change from the
         left to the right edge and from the upper to the lower one.
     elements : tuple of Element
-        Each element of the right photo's orientation that would explain the y
-        parallax alone, the best first; empty if the pair was not made of photos.
+        Each element of the right photo's orientation, corrected alone to explain the y
+        parallax, the best first; empty if the pair was not made from photos.
     together : float
         RMSE that all five elements together leave, in pixels: a new relative
         orientation. NaN without photos.
     verdict : str
-        One of `VERDICTS`: "well oriented", "no trend" (more than 0.1 px, but like
-        noise), "wrong orientation", "photos exchanged", "too few points".
+        One of `VERDICTS`: "well oriented", "no trend" (above 0.1 px, but random),
+        "wrong orientation", "photos exchanged", "too few points".
     """
 
     points: np.ndarray = field(repr=False)
@@ -128,14 +128,14 @@ class YParallax:
         )
         if self.verdict == "photos exchanged":
             return (
-                "The photos are exchanged: what is called the left photo was taken at"
+                "The photos are exchanged: the one called the left photo was taken at"
                 " the right station. Exchange the images, or their exterior"
                 " orientations."
             )
         if self.verdict == "too few points":
             return (
                 f"Only {self.n} points of the left normal image were found in the right"
-                " one, so nothing can be said. Either they do not show the same ground"
+                " one, too few for a verdict. Either they do not show the same ground"
                 " (check photos and exterior orientations), or it has no texture, as"
                 " water has none."
             )
@@ -143,8 +143,8 @@ class YParallax:
             return measured + "The pair is well oriented."
         if self.verdict == "no trend":
             return measured + (
-                "It has no trend over the image: noise of the matching, as in weak"
-                " texture, or a lens that is not well known; not the orientation."
+                "It has no trend over the image: noise of the matching, as with weak"
+                " texture, or a poorly known lens; not the orientation."
             )
         return measured + "The relative orientation is wrong. " + self._explained()
 
@@ -172,8 +172,8 @@ def y_parallax(
 ) -> YParallax:
     """Measure the y parallax of a normal pair at well textured points.
 
-    The search goes in all directions, however wrong the orientation is: features find
-    the points, least squares matching measures them.
+    The search is two-dimensional, so that the orientation may be wrong: features give
+    start values, least squares matching measures the points.
 
     Parameters
     ----------
@@ -194,8 +194,8 @@ def y_parallax(
     Raises
     ------
     ValueError
-        If an argument is not what is described here. That nothing can be matched is
-        said by the verdict.
+        If an argument is not as described here. If nothing can be matched, the verdict
+        says so.
 
     Notes
     -----
@@ -203,8 +203,8 @@ def y_parallax(
 
         p = c by / Z + y bz / Z - c (1 + y²/c²) omega + (x'' y / c) phi - x'' kappa
 
-    with some sign each: by and omega, bz and phi look much alike where the photo shows
-    a narrow part, and only the whole overlap tells them apart. The elements are found
+    each with its sign: by and omega, and bz and phi, have similar effects over a narrow
+    part of the photo, and only the whole overlap separates them. The elements are found
     from the exact equations, by iteration.
 
     References
@@ -274,7 +274,7 @@ def _rms(v: np.ndarray) -> float:
 def _trend(
     points: np.ndarray, values: np.ndarray, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Trend (3,) over the image, and what the values (n,) differ from it."""
+    """Trend (3,) over the image, and the differences of the values (n,) from it."""
     size = np.array(shape[::-1])
     A = np.insert((points - (size - 1) / 2) / size, 0, 1, axis=1)
     known = np.isfinite(values)
@@ -296,7 +296,7 @@ def _undecided(
     status: np.ndarray,
     values: np.ndarray | None = None,
 ) -> YParallax:
-    """What can be said without enough matches: perhaps, that photos are exchanged."""
+    """The verdict without enough matches: perhaps the photos are exchanged."""
     verdict = "photos exchanged" if _are_exchanged(pair.photos) else "too few points"
     values = np.full(len(points), np.nan) if values is None else values
     trend = np.full(3, np.nan)
@@ -318,7 +318,7 @@ def _parallaxes(
 def explanations(
     photos: tuple[Photo, Photo], one: np.ndarray, other: np.ndarray, pixel_size: float
 ) -> tuple[tuple[Element, ...], float]:
-    """Each element corrected alone, the best first, and what all five leave."""
+    """Each element corrected alone, the best first, and the RMSE after all five."""
     # `one` and `other` are pixels (n, 2) of the same points in the left and right photo
     left, right = photos
     base = float(np.linalg.norm(right.exterior[:3] - left.exterior[:3]))

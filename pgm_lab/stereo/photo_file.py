@@ -1,4 +1,4 @@
-"""Photos of a block: on disk until they are needed, and which of them make pairs."""
+"""Photos of a block: on disk until they are needed, and which of them form pairs."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ from pgm_lab.io import photo as photos
 
 @dataclass(frozen=True, eq=False)
 class PhotoFile:
-    """Name of a photo with its orientation: what `camera.Photo` holds, unread.
+    """Name of a photo with its orientation: what `camera.Photo` contains, unread.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class PhotoFile:
     pixel_size : float
         In mm.
     image_size : (columns, rows), optional
-        Of the whole sensor, where the file holds a part of it.
+        Of the whole sensor, where the file contains a part of it.
     corner : (column, row)
         Where pixel (0, 0) of the file lies on the sensor.
     """
@@ -52,7 +52,7 @@ class PhotoFile:
         FileNotFoundError, OSError
             If the file cannot be read.
         ValueError
-            If it is no photo.
+            If it is not a photo.
         """
         if Path(self.path).suffix == ".npy":
             return self._photo(np.load(self.path, mmap_mode="r"))
@@ -62,7 +62,7 @@ class PhotoFile:
         return self._photo(grey)
 
     def blank(self) -> Photo:
-        """Give the photo without its grey values: only the head of the file is read."""
+        """Return the photo without its grey values: only the file's header is read."""
         if Path(self.path).suffix == ".npy":
             shape = np.load(self.path, mmap_mode="r").shape
         else:
@@ -106,7 +106,7 @@ def photo_list(photos: Any) -> list:
     return given
 
 
-# --- Which of them make pairs ---
+# --- Which of them form pairs ---
 
 
 def neighbours(
@@ -119,15 +119,15 @@ def neighbours(
     """Pairs of photos that share enough of the ground.
 
     With 60 % overlap along the strips and 30 % across, these are each photo and the
-    next of its strip. Photos nearly from the same place make no pair: their base is too
-    short for heights.
+    next of its strip. Photos with nearly the same station are not paired: their base is
+    too short for heights.
 
     Parameters
     ----------
     photos : sequence of Photo or PhotoFile
-        In any order; no grey value is looked at.
+        In any order; grey values are not read.
     ground : float
-        Z of a level plane that stands for the ground, in m.
+        Z of a level plane that represents the ground, in m.
     least, most : float
         Share of the smaller footprint that the other covers, from 0 to 1.
 
@@ -139,7 +139,7 @@ def neighbours(
     Raises
     ------
     ValueError
-        If a photo looks above the horizon, or stands below the ground.
+        If a photo looks above the horizon, or its station is below the ground.
 
     Examples
     --------
@@ -190,8 +190,8 @@ def _footprint(photo: Photo | PhotoFile, ground: float, k: int) -> np.ndarray:
 
 
 def _share(one: np.ndarray, other: np.ndarray) -> float:
-    """Area that two footprints have in common, by the smaller one."""
-    low = one.mean(0)  # OpenCV counts in float32
+    """Common area of two footprints, divided by that of the smaller one."""
+    low = one.mean(0)  # OpenCV computes in float32
     one, other = ((p - low).astype(np.float32) for p in (one, other))
     common, _ = cv2.intersectConvexConvex(one, other)
     return common / min(cv2.contourArea(one), cv2.contourArea(other))

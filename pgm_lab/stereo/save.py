@@ -28,26 +28,26 @@ def save_points(
     ----------
     points : Points
     path : str or path
-        Its suffix says the format: .csv, .las, or .laz, its compressed form. LAS holds
-        coordinates to 0.1 mm, and sd_X, sd_Y, sd_Z and r as further dimensions.
+        Its suffix gives the format: .csv, .las, or .laz, its compressed form. LAS
+        stores coordinates to 0.1 mm, and sd_X, sd_Y, sd_Z and r as further dimensions.
     overwrite : bool
         Whether a file of this name may be replaced.
 
     Returns
     -------
     Path
-        The file, written whole or not at all.
+        The file, written atomically.
 
     Raises
     ------
     FileExistsError
-        If the file is there already.
+        If the file exists already.
     ImportError
         If it needs laspy, which is not installed.
     OSError
         If it cannot be written.
     ValueError
-        If an argument is not what is described here, or there are no points.
+        If an argument is not as described here, or there are no points.
 
     Examples
     --------
@@ -76,15 +76,15 @@ def save_surface(
     overwrite: bool = False,
     crs: str | None = None,
 ) -> Path:
-    """Save a surface or a terrain, with the layer that says where its heights are from.
+    """Save a surface or a terrain, with the layer that gives the source of its heights.
 
     Parameters
     ----------
     surface : Surface or Terrain
     path : str or path
-        Its suffix says the format: .tif, a GeoTIFF with heights in band 1 (float32, NaN
-        for none) and `source` or `origin` in band 2; or .csv, a row for each cell that
-        has a height.
+        Its suffix gives the format: .tif, a GeoTIFF with heights in band 1 (float32,
+        NaN for none) and `source` or `origin` in band 2; or .csv, a row for each cell
+        that has a height.
     overwrite : bool
         Whether a file of this name may be replaced.
     crs : str, optional
@@ -93,18 +93,18 @@ def save_surface(
     Returns
     -------
     Path
-        The file, written whole or not at all.
+        The file, written atomically.
 
     Raises
     ------
     FileExistsError
-        If the file is there already.
+        If the file exists already.
     ImportError
         If it needs rasterio, which is not installed.
     OSError
         If it cannot be written.
     ValueError
-        If an argument is not what is described here, or `crs` is not known.
+        If an argument is not as described here, or `crs` is not known.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def save_surface(
     if crs is not None:
         _validate.text(crs, "crs")
         if isinstance(path, str | os.PathLike) and str(path).lower().endswith(".csv"):
-            raise ValueError("crs: a .csv has no place for it; save as .tif")
+            raise ValueError("crs: a .csv cannot store it; save as .tif")
     writers: Writers = {
         ".csv": _surface_csv,
         ".tif": partial(_surface_tif, crs=crs),
@@ -177,11 +177,9 @@ def _las(points: Points, path: Path, compress: bool = False) -> None:
     try:
         import laspy
     except ImportError:
-        raise ImportError("LAS files are written by laspy: pip install laspy") from None
+        raise ImportError("writing LAS files needs laspy: pip install laspy") from None
     if compress and not laspy.LazBackend.detect_available():
-        raise ImportError(
-            ".laz is compressed by lazrs: pip install lazrs, or write .las"
-        )
+        raise ImportError("writing .laz needs lazrs: pip install lazrs, or write .las")
     header = laspy.LasHeader(point_format=6, version="1.4")
     header.offsets = np.floor(points.xyz.mean(0))
     reach = np.abs(points.xyz - header.offsets).max(0)
@@ -198,7 +196,7 @@ def _las(points: Points, path: Path, compress: bool = False) -> None:
 
 
 def _layer(surface: Surface | Terrain) -> tuple[str, np.ndarray, tuple[str, ...]]:
-    """Name, numbers and meanings of the layer that says where heights are from."""
+    """Name, numbers and meanings of the layer that gives the source of heights."""
     if isinstance(surface, Surface):
         return "source", surface.source, SOURCES
     return "origin", surface.origin, ORIGINS
@@ -211,7 +209,7 @@ def _surface_tif(surface: Surface | Terrain, path: Path, crs: str | None) -> Non
     geotiff.write_bands(
         path,
         np.stack([surface.z.astype(np.float32), layer.astype(np.float32)]),
-        # Of the outer corner of the first cell
+        # For the outer corner of the first cell
         [[cell, 0, x - cell / 2], [0, -cell, y + cell / 2]],
         crs,
         nodata=np.nan,

@@ -172,7 +172,7 @@ def test_more_pairs_may_come_later_but_no_other_orientation_until_told(
 
 def test_a_folder_of_other_things_is_refused(photos, empty):
     (empty / "letter.txt").write_text("dear")
-    with pytest.raises(FileExistsError, match="other files, and no block"):
+    with pytest.raises(FileExistsError, match="other files in it, not a block"):
         plot(photos, empty)
 
 
@@ -240,7 +240,7 @@ def test_a_photo_file_is_read_grey(tmp_path, block, photos, suffix):
         ({"pairs": []}, ValueError, "pairs is empty"),
         ({"pairs": [(0, 0)]}, ValueError, "paired with itself"),
         ({"pairs": [(0, 1), (0, 1)]}, ValueError, "same pair more than once"),
-        ({"folder": "no/such"}, FileNotFoundError, "is no folder: make it first"),
+        ({"folder": "no/such"}, FileNotFoundError, "is not a folder: make it first"),
         ({"heights": (60, 0)}, ValueError, "low < high"),
         ({"heights": (300, 400)}, ValueError, "none of the 1 .* were matched"),
         ({"workers": 0}, ValueError, "workers must be a whole number, at least 1"),

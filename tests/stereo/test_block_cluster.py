@@ -137,7 +137,7 @@ def test_a_cluster_that_is_lost_is_said_and_its_pairs_stay(photos, folder, tmp_p
 
 def test_no_dask_and_no_scheduler_are_said(photos, tmp_path, monkeypatch):
     for address in ("tcp://127.0.0.1:9", "nonsense"):
-        with pytest.raises(ConnectionError, match=f"no scheduler.*{address!r}"):
+        with pytest.raises(ConnectionError, match=f"no dask scheduler.*{address!r}"):
             plot(photos, tmp_path, address)
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(ImportError, match="pip install dask distributed"):

@@ -195,7 +195,7 @@ def test_relative_orientation_alone_is_enough():
 
 
 REFUSED = {
-    "the same station": ((*LEFT[:3], 0.1, 0, 0), {}, "stand at the same place"),
+    "the same station": ((*LEFT[:3], 0.1, 0, 0), {}, "have the same station"),
     "no overlap": ((5000.0, 0, 1000, 0, 0, 0), {}, "no ground in common"),
     "wrong heights": (RIGHT, {"heights": (2000, 2100)}, "no ground in common"),
     "one above the other": (
