@@ -1,7 +1,7 @@
 """Correlation of windows that are rotated and scaled against each other.
 
-The right photo is resampled around each start, as the left one sees it: parts of a
-canvas, one below the other, in which `ncc.match` finds the points.
+The right photo is resampled around each start to the geometry of the left one: parts of
+a canvas, one below the other, in which `ncc.match` finds the points.
 """
 
 from typing import Any
@@ -13,9 +13,9 @@ from pgm_lab import ncc
 from pgm_lab.ncc.search_area import foot
 
 MAX_CANVAS = 4_000_000  # pixels: its memory does not grow with the points
-RIM = 2  # pixels of a part beyond what is searched, which refinement looks at
-# Pixels of the right photo for one of the left: from where on they are smoothed, and
-# from where on no more
+RIM = 2  # pixels of a part beyond the search, which refinement needs
+# Pixels of the right photo per pixel of the left: from this number they are smoothed,
+# and up to this one
 MIN_SMOOTHED, MAX_SMOOTHED = 1.2, 10.0
 
 
@@ -30,10 +30,10 @@ def correlate(
     lines: np.ndarray | None = None,
     **limits: Any,
 ) -> ncc.Match:
-    """Find points by `ncc.match` in a right photo resampled as the left one sees it."""
+    """Find points by `ncc.match` in the right photo, resampled like the left one."""
     # `start` (n, 2), `shape` (n, 2, 2) and `lines` (n, 3) belong to the right photo,
-    # and so do the positions that are found; `search`, and what the limits count in
-    # pixels, to the left one.
+    # and so do the positions that are found; `search`, and limits in pixels, to the
+    # left one.
     if not len(points):
         return ncc.match(left, right, points, start, template, search, **limits)
     if lines is not None:
@@ -68,7 +68,7 @@ def _of_canvas(
     middle[:, 1] += np.arange(len(points)) * size
     if lines is not None:
         normal = np.einsum("ni,nij->nj", lines[:, :2], shape)
-        # The line runs through the middle
+        # The line runs through the centre
         lines = np.column_stack([normal, -np.sum(normal * middle, axis=1)])
     grey = canvas(right, start, shape, size)
     found = ncc.match(
@@ -100,8 +100,8 @@ def canvas(
     image: np.ndarray, start: np.ndarray, shape: np.ndarray, size: int
 ) -> np.ndarray:
     """Square parts (n size, size) of an image, rotated and scaled, in a column."""
-    # `start` (n, 2) are their middles, `shape` (n, 2, 2) leads from an offset in the
-    # canvas to one in the image, `size` is odd. NaN where the image has no grey values.
+    # `start` (n, 2) are their centres, `shape` (n, 2, 2) maps an offset in the canvas
+    # to one in the image, `size` is odd. NaN where the image has no grey values.
     half = size // 2
     offset = np.arange(-half, half + 1)
     v, u = np.meshgrid(offset, offset, indexing="ij")

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, lsm
 
 RECOMMENDED = 0.5  # quality below which a match is better left out
-HALF_QUALITY = 0.85  # px between the answers where the quality is 1/2
+HALF_QUALITY = 0.85  # px between the matches where the quality is 1/2
 WINDOW_RATIO = 3 / 7  # small window by template: here most wrong matches show
 MIN_TEMPLATE = 5  # px across
 MIN_WINDOW = 7  # px across: narrower windows disagree by their noise alone
@@ -19,14 +19,14 @@ def quality(
     found: lsm.Match,
     template: int = 21,
 ) -> np.ndarray:
-    """Tell matches that the whole template agrees on from those at a depth edge.
+    """Distinguish matches on which the whole template agrees from those at depth edges.
 
     The template may see two surfaces, one behind the other. Its match then belongs to
     the one with more contrast, with a high r and a small predicted standard deviation.
     But its parts disagree: five small windows in it, around the point and to its left,
-    right, top and bottom, are matched alone, each from where the template's
-    transformation puts it. Each ends at some distance from there; d is the largest when
-    the worst of the five is left out, since one of them may have no texture.
+    right, top and bottom, are matched alone, each from the position that the template's
+    transformation predicts. Each ends at some distance from there; d is the largest
+    when the worst of the five is left out, since one of them may have no texture.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def quality(
     points : array_like (n, 2)
         Points in the left image, as given to `lsm.match`.
     found : lsm.Match
-        What `lsm.match` found for them.
+        The result of `lsm.match` for them.
     template : int
-        Pixels across the template that it was found with, odd, at least 5.
+        Pixels across the template used for it, odd, at least 5.
 
     Returns
     -------
@@ -54,10 +54,10 @@ def quality(
 
     Notes
     -----
-    Keep what reaches `RECOMMENDED_QUALITY`. It is no probability, and says nothing
-    about precision. It does not notice what all parts agree on: a repeated pattern,
-    taken for its neighbour, or something that moved. The check from the right in
-    `ncc.match` and a model of all points, as in relative orientation, notice those.
+    Keep what reaches `RECOMMENDED_QUALITY`. It is not a probability, and says nothing
+    about precision. It cannot detect errors on which all parts agree: a repeated
+    pattern, mistaken for its neighbour, or something that moved. The left-right check
+    in `ncc.match` and a model of all points, as in relative orientation, can.
 
     Examples
     --------

@@ -1,8 +1,8 @@
 """Start values: where the points of the left photo lie in the right one.
 
 From features that look the same in both photos, or from coarse to fine in pyramids. A
-`Field` of points found in both tells where any other point lies, and how its window is
-rotated and scaled.
+`Field` of points found in both predicts where any other point lies, and how its window
+is rotated and scaled.
 """
 
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from pgm_lab import image, ncc
 from pgm_lab.matching._correlate import correlate
 from pgm_lab.matching.interest import pick
 
-NEIGHBOURS = 16  # features that tell where a point lies
-STIFFNESS = 30.0  # px: features spread less than that cannot tell the shape of a window
+NEIGHBOURS = 16  # features that predict where a point lies
+STIFFNESS = 30.0  # px: features within less than that do not determine a shape
 REWEIGHTINGS = 5  # of the robust adjustment
-MAX_PIXELS = 1e6  # of the reduced photo that features are sought in
+MAX_PIXELS = 1e6  # of the reduced photo in which features are searched for
 MAX_FEATURES = 6000  # in a photo
 LOWE_RATIO = 0.8  # of the distances to the nearest and the second nearest (Lowe 2004)
 MIN_INLIERS = 12  # features that fit together
@@ -47,8 +47,8 @@ class Field:
     def at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions (n, 2) in the right photo, and shapes (n, 2, 2), of left points."""
         # An affine transformation of the nearest neighbours, weighted by their distance
-        # and without those that do not fit to the others. Its shape is drawn to that of
-        # all points, the more the closer the neighbours stand to each other.
+        # and without those that do not fit the others. Its shape is pulled towards that
+        # of all points, the more the closer the neighbours are to each other.
         middle = self.left.mean(axis=0, keepdims=True)
         m = len(self.left)
         all_of_them = np.arange(m)[None]
@@ -67,7 +67,7 @@ class Field:
         return max(1.0, 2 * self.noise / float(np.median(scale))) if len(scale) else 1.0
 
     def lines(self, points: np.ndarray) -> np.ndarray | None:
-        """Epipolar lines (n, 3) in the right photo, if there is one a point."""
+        """Epipolar lines (n, 3) in the right photo, if they are known."""
         if self.F is None:
             return None
         return np.c_[points, np.ones(len(points))] @ self.F.T
@@ -112,7 +112,7 @@ def from_features(left: np.ndarray, right: np.ndarray) -> Field:
     if fit.sum() < max(MIN_INLIERS, MIN_INLIER_SHARE * len(p)):
         raise ValueError(
             f"only {fit.sum()} of {len(of_left)} and {len(of_right)} features of the"
-            " two photos fit together: do they show the same? If they do, give points"
+            " two photos fit together: do both show the same object? If so, give points"
             ' and start, or try start="pyramid" where they differ by a shift only'
         )
     return Field(p[fit], q[fit], noise, F)
@@ -159,7 +159,7 @@ def reduction(image: np.ndarray) -> float:
 
 
 def reduced(image: np.ndarray, factor: float) -> np.ndarray:
-    """The photo with 8 bits, smaller by a factor."""
+    """The photo with 8 bits, reduced by a factor."""
     grey = eight_bit(image)
     if factor == 1:
         return grey
@@ -169,7 +169,7 @@ def reduced(image: np.ndarray, factor: float) -> np.ndarray:
 
 def of_full_size(points: np.ndarray, small: np.ndarray, full: np.ndarray) -> np.ndarray:
     """Points of a reduced photo in the photo itself."""
-    # A pixel of the reduced one covers some of the other: its middle is that of theirs
+    # A pixel of the reduced one covers several of the other: their centres coincide
     ratio = np.array(full.shape[::-1]) / small.shape[::-1]
     return (points + 0.5) * ratio - 0.5
 
@@ -177,7 +177,7 @@ def of_full_size(points: np.ndarray, small: np.ndarray, full: np.ndarray) -> np.
 def _mutual_nearest(
     left: np.ndarray, right: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the descriptors that choose each other, much before all others."""
+    """Indices of descriptors that are each other's nearest, by a clear margin."""
     if min(len(left), len(right)) < 2:
         return np.zeros(0, int), np.zeros(0, int)
     forward, clear = _nearest(left, right)
@@ -187,7 +187,7 @@ def _mutual_nearest(
 
 
 def _nearest(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The nearest of the other descriptors, and whether the second is far behind."""
+    """The nearest of the other descriptors, and whether the second is much farther."""
     nearest, clear = np.zeros(len(one), int), np.zeros(len(one), bool)
     for k in range(0, len(one), 1000):
         part = slice(k, k + 1000)
@@ -208,7 +208,7 @@ def fitting(
     none = np.zeros(len(p), bool)
     if len(p) < MIN_INLIERS:
         return none, None
-    settings = cv2.UsacParams()  # with a seed of their own: the same each time
+    settings = cv2.UsacParams()  # with their own seed: the same each time
     settings.threshold = threshold
     settings.confidence = 0.9999
     settings.score = cv2.SCORE_METHOD_MAGSAC
@@ -242,8 +242,8 @@ def smooth(p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def from_pyramids(left: np.ndarray, right: np.ndarray) -> Field:
-    """Find points level by level, the smallest one in all of the right photo."""
-    factor = max(reduction(left), reduction(right))  # a shift stays a shift
+    """Find points level by level; on the smallest, search all of the right photo."""
+    factor = max(reduction(left), reduction(right))  # for both: no change of scale
     small = reduced(left, factor), reduced(right, factor)
     longest = max(*small[0].shape, *small[1].shape)
     levels = 1 + max(0, int(np.ceil(np.log2(longest / COARSEST))))
@@ -258,7 +258,7 @@ def from_pyramids(left: np.ndarray, right: np.ndarray) -> Field:
 
 
 def _anywhere(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the smallest level, sought in all of the other photo."""
+    """Points of the smallest level, searched for in all of the other photo."""
     template = min(TEMPLATE, *(min(one.shape) // 2 * 2 - 3 for one in (left, right)))
     points = pick(left, NUMBER, template)
     middle = np.tile((np.array(right.shape[::-1]) - 1) / 2, (len(points), 1))
@@ -281,7 +281,7 @@ def _anywhere(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def _finer(
     left: np.ndarray, right: np.ndarray, field: Field
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a level, sought where the level before has them."""
+    """Points of a level, searched for where the previous level has them."""
     points = pick(left, NUMBER, TEMPLATE)
     found = correlate(
         left,
@@ -305,6 +305,6 @@ def _refuse_few(found: int, of: int) -> None:
     if found < max(MIN_INLIERS, 0.1 * of):
         raise ValueError(
             f"only {found} of {of} points of the pyramid fit together: do both photos"
-            " show the same, without much rotation and change of scale?"
-            ' start="features" stands those; or give points and start'
+            " show the same object, without much rotation or change of scale?"
+            ' start="features" tolerates those; or give points and start'
         )

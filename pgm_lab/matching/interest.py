@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 
 STRIP = 4_000_000  # pixels at a time
-LSM_REACH = 10  # pixels around a template that `lsm.match` rests on, and one to spare
-SHRINK = 1.2  # by which the cells shrink until there are points enough
+LSM_REACH = 10  # pixels around a template that `lsm.match` uses, and one to spare
+SHRINK = 1.2  # by which the cells shrink until there are enough points
 
 
 def pick(
@@ -22,8 +22,8 @@ def pick(
 ) -> np.ndarray:
     """Pick points whose templates have texture, spread over the photo.
 
-    Of each cell of a grid the best point is taken. Of two that are closer than half a
-    cell the better one stays; the cells are as large as they can be to give so many.
+    The best point of each grid cell is taken. Of two that are closer than half a cell
+    the better one is kept; the cells are as large as possible for this number.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def pick(
     Raises
     ------
     ValueError
-        If an argument is not what is described here, or the photo is smaller than a
+        If an argument is not as described here, or the photo is smaller than a
         template.
 
     Notes
@@ -121,7 +121,7 @@ def _best_of_cells(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Best point (m, 2) of each square cell, and its texture (m,); strip by strip."""
     rows, columns = grey.shape
-    border = template // 2 + LSM_REACH  # what the texture of a pixel rests on
+    border = template // 2 + LSM_REACH  # what the texture of a pixel depends on
     at_once = max(1, STRIP // (columns * cell)) * cell
     points, texture = [], []
     for top in range(0, rows, at_once):
@@ -164,7 +164,7 @@ def _texture(grey: np.ndarray, mask: np.ndarray | None, template: int) -> np.nda
 
 
 def _spread(points: np.ndarray, space: float) -> np.ndarray:
-    """The first points of each cell, without those that stand close to an earlier."""
+    """The first points of each cell, without those close to an earlier one."""
     cell = np.floor(points / space).astype(np.int64)
     _, first = np.unique(cell, axis=0, return_index=True)
     some = points[np.sort(first)]

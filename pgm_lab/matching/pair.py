@@ -22,8 +22,8 @@ COLUMNS = (
 MIN_TEMPLATE = 5  # px across
 MAX_SCALE = 10.0  # from left to right
 COARSE_THRESHOLD = 0.5  # of the correlation of windows whose shapes are about known
-MAX_MOVE = 3.0  # px: farther from where correlation was best is another place
-LATTICE = 64  # places along a photo where it is asked whether the other one shows them
+MAX_MOVE = 3.0  # px: farther from the best correlation it is another point
+LATTICE = 64  # points along a photo that are tested for being in the other one
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Match:
     quality : ndarray (n,)
         From 0 to 1, see `matching.quality`; NaN unless accepted or "parts disagree".
     status : ndarray (n,) of str
-        "accepted", or what went wrong first: the words of `STATUSES`.
+        "accepted", or what went wrong first: one of `STATUSES`.
     left_size, right_size : (int, int)
         Columns and rows of the photos in pixels.
     """
@@ -72,9 +72,9 @@ class Match:
         return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
-        """Save all points as a table, with what became of each.
+        """Save all points as a table, with the status of each.
 
-        For the bundle, `observations.from_matches` turns matches into observations,
+        For the bundle, `observations.from_matches` converts matches into observations,
         which can be saved too.
 
         Parameters
@@ -82,14 +82,14 @@ class Match:
         path : str or path
             A file of comma-separated values (CSV): the number of the point from 0, its
             positions in pixels, the covariance of the right one in square pixels, r,
-            quality and status. What a point has not is left empty.
+            quality and status. Missing values are left empty.
         overwrite : bool
             Whether a file of this name may be replaced.
 
         Raises
         ------
         FileExistsError
-            If the file is there already.
+            If the file exists already.
         OSError
             If it cannot be written; an old one stays.
 
@@ -138,8 +138,9 @@ def match(
 ) -> Match:
     """Find points of the left photo in the right one, to a small part of a pixel.
 
-    Features that look the same tell where each point lies and how its window is rotated
-    and scaled; correlation finds it there to a pixel, least squares matching exactly.
+    Features that look the same predict where each point lies and how its window is
+    rotated and scaled; correlation finds it there to a pixel, least squares matching to
+    a small part of one.
 
     Parameters
     ----------
@@ -147,30 +148,30 @@ def match(
         Photos, see `read`.
     points : array_like (n, 2), optional
         (column, row) in the left photo, in pixels; default: `number` points that `pick`
-        chooses in what both photos show.
+        chooses in the overlap.
     number : int
-        How many points to pick. There may be fewer, where the texture ends.
+        How many points to pick. There may be fewer if there is too little texture.
     template : int
         Pixels across the window of the left photo, odd, at least 5.
     start : {"features", "pyramid"} or array_like (n, 2)
-        Where to search in the right photo. "features": where features of SIFT say,
-        under any rotation and change of scale. "pyramid": by correlation from coarse to
-        fine, for photos that differ by a shift and little else. Or the positions.
+        Where to search in the right photo. "features": as SIFT features predict, under
+        any rotation and change of scale. "pyramid": by correlation from coarse to fine,
+        for photos that differ by a shift and little else. Or the positions.
     shape : array_like (2, 2) or (n, 2, 2), optional
         With positions: ((a1, a2), (b1, b2)), how the windows are rotated and scaled
-        from left to right; the identity when missing.
+        from left to right; default: the identity.
     search : int
         Pixels across the search window, odd, at least template + 2, counted in the left
-        photo. Only along the epipolar line where the features tell one.
+        photo. Only along the epipolar line where the features determine one.
     colour : {"refuse", "grey"}
         What to do with colours, see `read`.
     threshold : float
         Smallest correlation r of the two windows, from 0 to 1.
     ratio : float
-        A match is ambiguous if a second place reaches this share of its correlation;
-        with 1 none is.
+        A match is ambiguous if a second peak reaches this fraction of its correlation;
+        1 switches this test off.
     back : float or None
-        A match is searched again in the left photo, from the right, and has to end
+        Left-right check: a match is searched for again in the left photo and has to end
         within this distance of its point, in pixels; None leaves the check out.
     least_quality : float
         Between 0 and 1: small windows inside the template, matched alone, have to end
@@ -186,12 +187,12 @@ def match(
     FileNotFoundError, OSError
         If a file cannot be read.
     ValueError
-        If a photo or an argument is not what is described here, or too few features fit
-        together to tell the start values.
+        If a photo or an argument is not as described here, or too few features fit
+        together to give start values.
 
     Notes
     -----
-    A fundamental matrix, or a plane where that explains as much, sorts out the features
+    A fundamental matrix, or a plane where that explains as much, selects the features
     that fit together (MAGSAC). The position and shape at a point come from an affine
     transformation of the features near to it, and a right window of that shape is
     resampled before correlation.
@@ -239,7 +240,7 @@ def match(
         where, shapes = field.at(points)
         lines, near = field.lines(points), {"distance": field.width(shapes)}
     elif points is None:
-        raise ValueError("points must be given where start holds their positions")
+        raise ValueError("points must be given if start contains their positions")
     else:
         where = _validate.point_list(start, "start", len(points))
         shapes = _shapes(shape, len(points))
@@ -289,7 +290,7 @@ def _picked(
     number: int,
     template: int,
 ) -> np.ndarray:
-    """Points with texture in what both photos show."""
+    """Points with texture in the overlap of both photos."""
     rows, columns = left.shape
     x, y = (np.linspace(0, n - 1, LATTICE) for n in (columns, rows))
     lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
@@ -305,8 +306,8 @@ def _picked(
     points = pick(np.ma.array(np.ma.getdata(left), mask=mask), number, template)
     if not len(points):
         raise ValueError(
-            "there is no texture in what both photos show: give points, or a smaller"
-            " template"
+            "there is no texture in the overlap of the photos: give points, or a"
+            " smaller template"
         )
     return points
 
@@ -320,7 +321,7 @@ def _put_together(
     least_quality: float,
     sizes: tuple[tuple[int, int], tuple[int, int]],
 ) -> Match:
-    """What correlation, and least squares for the points k, say of all points."""
+    """Combine correlation and, for the points k, least squares into one result."""
     n = len(points)
     status, r = coarse.status.copy(), coarse.r.copy()
     found, covariance = np.full((n, 2), np.nan), np.full((n, 2, 2), np.nan)

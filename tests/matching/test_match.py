@@ -104,7 +104,7 @@ def test_real_photos_from_two_places_are_matched():
 
 def test_photos_of_different_things_are_refused():
     grey = datasets.yellowstone().grey
-    with pytest.raises(ValueError, match="fit together.*do they show the same"):
+    with pytest.raises(ValueError, match="fit together.*do both show the same"):
         matching.match(grey[:400, :400], datasets.motorcycle().left)
     with pytest.raises(ValueError, match="of the pyramid fit together"):
         matching.match(grey[:400, :400], grey[900:1300, 900:1300], start="pyramid")
