@@ -16,7 +16,7 @@ CE90_OF_RMSE = np.sqrt(np.log(10))  # 1.5174
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What n shifts say about two images, in the unit of the shifts.
+    """Statistics of n shifts between two images, in the unit of the shifts.
 
     Attributes
     ----------
@@ -25,17 +25,17 @@ class Accuracy:
     mean_x, mean_y : float
         Mean shift.
     sd_x, sd_y : float
-        Standard deviation of a shift about the mean; NaN of one shift alone.
+        Standard deviation of a shift about the mean; NaN for one shift alone.
     sd_mean_x, sd_mean_y : float
-        Standard deviation of the mean; NaN of one shift alone.
+        Standard deviation of the mean; NaN for one shift alone.
     rmse_x, rmse_y, rmse_t : float
         Root mean squares of the shifts, and of both together (Br 2-4), means included.
     sd_rmse_t : float
-        Standard deviation of RMSE_T; NaN of one shift alone.
+        Standard deviation of RMSE_T; NaN for one shift alone.
     ce90 : float
         Circular error: the 0.9 quantile of the lengths.
     ce90_normal : float
-        The same of normal shifts without a mean, alike in x and y: 1.5174 RMSE_T.
+        The same for normal shifts of zero mean, equal in x and y: 1.5174 RMSE_T.
     median_x, median_y : float
         Median shift.
     spread_x, spread_y : float
@@ -67,7 +67,7 @@ class Accuracy:
     shifts: np.ndarray = field(repr=False, compare=False)
 
     def times(self, pixel_size: ArrayLike) -> "Accuracy":
-        """Return the same in metres.; `pixel_size` is one number or (across, down).
+        """Return the same in metres; `pixel_size` is one number or (across, down).
 
         Examples
         --------
@@ -93,7 +93,7 @@ def accuracy(dx: ArrayLike, dy: ArrayLike) -> Accuracy:
 
     Notes
     -----
-    Of independent shifts: RMSE_T^2 is the mean of n squared lengths q, so that
+    For independent shifts, RMSE_T^2 is the mean of n squared lengths q, so that
     sd(RMSE_T) = sd(q) / (2 RMSE_T sqrt(n)), whatever their distribution.
 
     References

@@ -18,11 +18,11 @@ from pgm_lab.registration.accuracy import Accuracy, accuracy
 REFINEMENTS = ("parabola", "lsm")
 # Predicted standard deviation in px up to which a shift is accepted, by default
 LARGEST_SD = {None: 0.5, "parabola": 0.1, "lsm": 0.05}
-MAX_STEP = 1.0  # px that least squares matching may end from the highest whole pixel
+MAX_STEP = 1.0  # px between the highest whole pixel and the least squares result
 
 # A chip that changed is compared with its neighbours
 NEIGHBOURS = 8  # accepted chips around it
-MIN_ACCEPTED = 5  # to know what is usual
+MIN_ACCEPTED = 5  # to know what is typical
 UNEXPLAINED = 0.5  # least share of its variance that the other image does not explain
 SNR_RATIO = 4.0  # signal-to-noise ratio that is expected, over its own, at least
 
@@ -45,8 +45,8 @@ class Registration:
     points : ndarray (n, 2)
         (column, row) in the reference image, in pixels, as given.
     dx, dy : ndarray (n,)
-        Shift in pixels, sensed minus reference, beyond the offset, right and down. Of
-        the highest peak, whatever the status; NaN where nothing was compared.
+        Shift in pixels, sensed minus reference, beyond the offset, right and down. That
+        of the highest peak, whatever the status; NaN where nothing was compared.
     r : ndarray (n,)
         Pearson's r at the highest whole pixel; NaN where nothing was compared.
     second : ndarray (n,)
@@ -54,7 +54,7 @@ class Registration:
     covariance : ndarray (n, 2, 2)
         Of (dx, dy) as predicted, in square pixels; NaN unless accepted.
     status : ndarray (n,) of str
-        "accepted", or what went wrong first: the words of `matching.STATUSES`.
+        "accepted", or what went wrong first: one of `matching.STATUSES`.
     """
 
     points: np.ndarray
@@ -111,7 +111,7 @@ class Registration:
         meaning, help = STATUSES[found[0][0]]
         return (
             f"none of {len(self.status)} chips is accepted, and the transformation is"
-            f" undetermined: {counts}. Of most {meaning}: {help}. If the images show"
+            f" undetermined: {counts}. For most, {meaning}: {help}. If the images show"
             " the same ground, their shift may be larger than the radius"
         )
 
@@ -129,7 +129,7 @@ class Registration:
         Raises
         ------
         FileExistsError
-            If the file is there already.
+            If the file exists already.
         OSError
             If it cannot be written; an old one stays.
 
@@ -176,9 +176,10 @@ def register(
 ) -> Registration:
     """Find chips of the reference image in the sensed image, all in one call.
 
-    The chip around each point is compared with every place up to `radius` pixels away
-    in the sensed image, and found where Pearson's r (Br 1) is highest; the shift is
-    sensed minus reference. It is accepted only if it passes all tests, not by r alone.
+    The chip around each point is compared with every position up to `radius` pixels
+    away in the sensed image; it matches where Pearson's r (Br 1) is highest; the shift
+    is sensed minus reference. It is accepted only if it passes all tests, not by r
+    alone.
 
     Parameters
     ----------
@@ -202,16 +203,16 @@ def register(
         A chip is ambiguous if its second peak is higher than this share of the first.
     largest_sd : float, optional
         Largest predicted standard deviation of a coordinate that is accepted, in
-        pixels: 0.5 when missing (rounding to whole pixels alone makes 0.29), 0.1 with
+        pixels: default 0.5 (rounding to whole pixels alone gives 0.29), 0.1 with
         "parabola", 0.05 with "lsm".
     smooth : float
-        Standard deviation in pixels of the Gaussian that "lsm" smooths both images by,
+        Standard deviation in pixels of the Gaussian by which "lsm" smooths both images,
         see there; 0 if nothing in them is finer than their pixels.
     offset : array_like (2,), optional
         (column, row) where the first pixel of the reference image should lie in the
-        sensed one, if that begins elsewhere; the shifts come on top of it.
+        sensed one, if that begins elsewhere; the shifts are relative to it.
     nodata : float, optional
-        Grey value that says "no data" in both images, often 0.
+        Grey value that means "no data" in both images, often 0.
     noise : array_like (2,)
         Standard deviations of a grey value in the reference and in the sensed image.
         Only their ratio is used.
@@ -226,33 +227,34 @@ def register(
     ------
     ValueError
         For a colour image, or images of two shapes without `offset`. What happens to a
-        single chip is told by its status.
+        single chip is shown by its status.
 
     Notes
     -----
     The statuses are those of `ncc.match` and `lsm.match`, and two more. "not precise
     enough": the predicted standard deviation is above `largest_sd`. "changed": textured
-    in both images, and yet matched by nothing within the radius. 1 - r^2 is the share
-    of a chip's variance V that the other image does not explain. With the eight nearest
-    accepted chips, a chip can expect an R with
+    in both images, yet similar to nothing within the radius. 1 - r^2 is the share of a
+    chip's variance V that the other image does not explain. With the eight nearest
+    accepted chips, a chip should reach an R with
 
         1 - R^2 = max(median(1 - r^2), min((1 - r^2) V) / V)
 
-    in either image: what sampling loses, and what noise hides. It changed if R would
+    in either image: the losses by sampling and by noise. It changed if R would
     have been accepted, but less than half of V is explained, and the signal-to-noise
     ratio r^2 : (1 - r^2) is below a quarter of that of R: a ploughed field, a cloud
-    with texture, what moved farther than the radius. At least five chips must be
-    accepted.
+    with texture, an object that moved farther than the radius. At least five chips must
+    be accepted.
 
     Detail too fine for a pixel leaves an alias that does not move with the rest. In a
-    Landsat image, averaged down 2 to 4 times, 50 picked chips had errors (RMSE_T) of
-    0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006 to 0.008
-    without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. The predicted
-    standard deviation of "lsm" holds within a tenth, with the alias within a fifth;
-    that of "parabola" is half as large as the errors with the alias. With very weak
-    texture and large noise errors may be larger than predicted; a larger chip helps.
+    Landsat image, reduced 2 to 4 times by averaging, 50 picked chips had errors
+    (RMSE_T) of 0.04 to 0.05 px by "lsm" without smoothing, 0.02 smoothed by 1 px, 0.006
+    to 0.008 without alias; "parabola" 0.07 to 0.11, 0.03 to 0.04 without alias. The
+    predicted standard deviation of "lsm" is right within a tenth, with the alias within
+    a fifth; that of "parabola" is half as large as the errors with the alias. With very
+    weak texture and large noise errors may be larger than predicted; a larger chip
+    helps.
 
-    Not accounted for is what all chips agree on: shadows that moved, or an error of
+    Errors common to all chips are not accounted for: shadows that moved, or an error of
     either image, give precise shifts that are not those of the ground.
 
     References
@@ -284,7 +286,7 @@ def register(
             raise ValueError(
                 "reference and sensed must show the same area, pixel on pixel; got"
                 f" {reference.shape} and {sensed.shape}. Cut both to the area they have"
-                " in common, or say in offset=(column, row) where the first pixel of"
+                " in common, or give in offset=(column, row) where the first pixel of"
                 " the reference lies in the sensed image"
             )
         offset = (0.0, 0.0)
@@ -353,11 +355,11 @@ def _changed(
     # Share of a chip's variance that the other image does not explain; NaN if flat
     share = 1 - np.maximum(found.r, 0) ** 2
     k = np.flatnonzero(share > UNEXPLAINED)
-    # Expect of a chip what its neighbours lose by sampling, ...
+    # Allow a chip the loss of its neighbours by sampling, ...
     number = min(NEIGHBOURS, len(accepted))
     near = accepted[scipy.spatial.cKDTree(points[accepted]).query(points[k], number)[1]]
     expected = np.median(share[near], axis=1)
-    # ... or what their least noise hides of its texture, in either image
+    # ... or by their least noise, relative to its texture, in either image
     some = np.unique(near)
     for image, at in ((reference, points), (sensed, found.points)):
         noise = np.zeros(len(points))

@@ -23,14 +23,14 @@ NAMES = {"shift": ("a0", "b0"), "affine": ("a0", "a1", "a2", "b0", "b1", "b2")}
 CIRCULAR_SD = np.sqrt(2 * np.log(2))  # 1.1774
 ALPHA = 0.001  # share of good points that are taken for blunders
 LIMIT = np.sqrt(-2 * np.log(ALPHA))  # 3.72 standard deviations, in two dimensions
-DRAWS = 500  # of the fewest points that fix the model
-SAMPLE = 2000  # points that a draw is judged by
-MAX_ITERATIONS = 50  # of choosing the points that agree
+DRAWS = 500  # of the fewest points that determine the model
+SAMPLE = 2000  # points by which a draw is judged
+MAX_ITERATIONS = 50  # of selecting the points that agree
 MAX_CONDITION = 1e12  # of the equations of a draw: above, its points lie on one line
 
 STRIP = 1_000_000  # pixels that are resampled at a time
-# Pixels around a point that its grey value depends on. Of a spline these are all, but
-# the share of a pixel falls to 0.27 of its neighbour's (0.43 of the quintic spline's).
+# Pixels around a point that its grey value depends on. For a spline these are all, but
+# the weight of a pixel falls to 0.27 of its neighbour's (0.43 of the quintic spline's).
 REACH = {"nearest": 1, "bilinear": 1, "cubic": 2, "spline3": 20, "spline5": 30}
 
 
@@ -38,9 +38,9 @@ REACH = {"nearest": 1, "bilinear": 1, "cubic": 2, "spline3": 20, "spline5": 30}
 class Model:
     """Where a sensed image lies on the reference image, everywhere.
 
-    With x, y the column and row in the reference image, less those of `centre`, the
+    With x, y the column and row in the reference image, minus those of `centre`, the
     shift is ``dx = a0 + a1 x + a2 y``, ``dy = b0 + b1 x + b2 y``; of a "shift" it is
-    ``dx = a0``, ``dy = b0``. The place in the sensed image is x + dx, y + dy, plus
+    ``dx = a0``, ``dy = b0``. The position in the sensed image is x + dx, y + dy, plus
     `offset`.
 
     Attributes
@@ -48,14 +48,14 @@ class Model:
     kind : str
         "shift" or "affine".
     parameters : ndarray (u,)
-        (a0, b0), or (a0, a1, a2, b0, b1, b2); a0 and b0 in pixels, the others have no
+        (a0, b0), or (a0, a1, a2, b0, b1, b2); a0 and b0 in pixels, the others without
         unit.
     covariance : ndarray (u, u)
         Of the parameters, with the estimated sigma0.
     sigma0 : float
-        Of unit weight: errors over predicted standard deviations.
+        Standard deviation of unit weight: errors relative to the predicted ones.
     redundancy : int
-        Coordinates of the points used, less parameters.
+        Number of coordinates used minus parameters.
     residuals : ndarray (n, 2)
         Of (dx, dy), computed - observed, in pixels; NaN where nothing was accepted.
     redundancy_numbers : ndarray (n, 2)
@@ -63,11 +63,11 @@ class Model:
     standardized : ndarray (n, 2)
         Pope's tau; NaN unless used.
     used : ndarray (n,) of bool
-        Accepted by the matching, and no blunder.
+        Accepted by the matching, and not a blunder.
     centre : ndarray (2,)
         (column, row) in the reference image that x and y are counted from.
     offset : ndarray (2,)
-        As `register` was given it.
+        As given to `register`.
     """
 
     kind: str
@@ -94,7 +94,7 @@ class Model:
 
     @property
     def matrix(self) -> np.ndarray:
-        """The 2 x 3 matrix that takes (column, row, 1) to the sensed image."""
+        """The 2 x 3 matrix that maps (column, row, 1) to the sensed image."""
         a0, b0 = self.apply(np.zeros(2))
         (a1, b1), (a2, b2) = self.apply(np.eye(2)) - (a0, b0)
         return np.array([[a1, a2, a0], [b1, b2, b0]])
@@ -118,12 +118,12 @@ def fit(
     *,
     offset: ArrayLike = (0.0, 0.0),
 ) -> Model:
-    """Fit one shift, or one affine transformation, to what was registered.
+    """Fit one shift, or one affine transformation, to registered chips.
 
     Accepted shifts are weighted by their predicted covariance. The start is the least
     median of squares, over models through the fewest points. Points whose residual
     exceeds 3.72 robust standard deviations (one good point in 1000) are rejected, and
-    the others adjusted, until the choice no longer changes.
+    the others adjusted, until the selection no longer changes.
 
     Parameters
     ----------
@@ -141,20 +141,20 @@ def fit(
     Raises
     ------
     ValueError
-        If fewer than two points were accepted (four for "affine"), or all that agree,
-        or all but one, lie on one line and the model is affine.
+        If fewer than two points were accepted (four for "affine"), or the model is
+        affine and all points that agree, or all but one, lie on one line.
 
     Notes
     -----
     Nearly half of the points may be blunders, even if they agree with each other
     (breakdown point 50 per cent).
 
-    sigma0 well above 1 says that the images differ in more than a shift and white noise
-    (alias, terrain, resampling), or that the model is too simple. The covariance, and
-    what counts as a blunder, follow sigma0; residuals within 3.72 predicted standard
-    deviations are no blunders. Errors are supposed independent from point to point:
-    whole-pixel shifts, which may all be rounded to one side, are not; refine them
-    first.
+    A sigma0 well above 1 means that the images differ in more than a shift and white
+    noise (alias, terrain, resampling), or that the model is too simple. The covariance,
+    and what counts as a blunder, follow sigma0; residuals within 3.72 predicted
+    standard deviations are not blunders. Errors are assumed independent from point to
+    point: whole-pixel shifts, which may all be rounded to one side, are not; refine
+    them first.
 
     References
     ----------
@@ -175,7 +175,7 @@ def fit(
     offset = _validate.of_shape(offset, (2,), "offset")
     k = np.flatnonzero(found.accepted)
     points, shifts = found.points[k], np.stack([found.dx, found.dy], axis=1)[k]
-    fewest = len(NAMES[kind]) // 2  # points that fix the model
+    fewest = len(NAMES[kind]) // 2  # points that determine the model
     if len(k) <= fewest:
         raise ValueError(
             f"{len(k)} of {len(found.points)} points were accepted, and the model"
@@ -191,7 +191,7 @@ def fit(
     whiten = np.linalg.inv(np.linalg.cholesky(found.covariance[k]))
     WA, Ws = whiten @ A, np.einsum("nij,nj->ni", whiten, shifts)
 
-    # Start robustly, then choose the points that agree, and adjust them
+    # Start robustly, then select the points that agree, and adjust them
     start = _least_median(WA, Ws, fewest)
     good = _agree(WA, Ws, start)
     for _ in range(MAX_ITERATIONS):
@@ -215,8 +215,8 @@ def fit(
     if (alone := redundancy[u].sum(axis=1) <= UNCONTROLLED).any():
         column, row = found.points[u][alone][0]
         raise ValueError(
-            f"the point ({column:g}, {row:g}) alone fixes a part of the affine"
-            " transformation: all others lie on one line. Take more points beside it,"
+            f"the point ({column:g}, {row:g}) alone determines a part of the affine"
+            " transformation: all others lie on one line. Take points beside it,"
             " or fit a 'shift'"
         )
     sigma0 = float(adjusted.sigma0)
@@ -250,7 +250,7 @@ def _refuse_one_line(kind: str, points: np.ndarray) -> None:
     if kind == "affine" and across <= 1e-9 * along:
         raise ValueError(
             f"the {len(points)} points that agree lie on one line, which leaves an"
-            " affine transformation open: take points on both sides of it, or fit a"
+            " affine transformation undetermined: take points beside it, or fit a"
             " 'shift'"
         )
 
@@ -267,13 +267,13 @@ def _least_median(A: np.ndarray, shifts: np.ndarray, fewest: int) -> np.ndarray:
     models = np.linalg.solve(N[fixed], l[fixed, :, None])[..., 0]
     # Take the one with the smallest median length of the residuals
     lengths = np.linalg.norm(A[some] @ models.T - shifts[some, :, None], axis=1)
-    # Of all residuals `fewest` may be zero because the model goes through them.
+    # Of all residuals `fewest` are zero where the model passes through the points.
     middle = len(some) // 2 + (fewest + 1) // 2 - 1
     return models[np.argmin(np.partition(lengths, middle, axis=0)[middle])]
 
 
 def _agree(A: np.ndarray, shifts: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Whether a point is no blunder (n,), by the median of all residuals."""
+    """Whether a point is not a blunder (n,), by the median of all residuals."""
     length = np.linalg.norm(A @ x - shifts, axis=1)  # in predicted standard deviations
     return length <= LIMIT * max(1.0, np.median(length) / CIRCULAR_SD)
 
@@ -301,7 +301,7 @@ def resample(
     Returns
     -------
     MaskedArray (rows, columns)
-        In the type of the sensed image, rounded and clipped to what it holds. Masked
+        In the type of the sensed image, rounded and clipped to its range. Masked
         outside the sensed image, and where one of the 4 x 4 pixels around has no data
         (of the 2 x 2 if bilinear, the nearest if nearest); 0 under the mask.
 
@@ -378,7 +378,7 @@ def _resample_strip(
 
 
 def _touches(holes: np.ndarray, places: np.ndarray, method: str) -> np.ndarray:
-    """Whether a pixel around each place, which its value depends on, has no data."""
+    """Whether any pixel that the value at each position depends on has no data."""
     half, before, size = {"nearest": (0.5, 0, 1), "bilinear": (0, 0, 2)}.get(
         method, (0, 1, 4)
     )

@@ -1,4 +1,4 @@
-"""Where to look: points of the reference image, and the offset of two pixel grids."""
+"""Points of the reference image to register, and the offset of two pixel grids."""
 
 import os
 
@@ -14,7 +14,7 @@ SAME_GRID = 0.01  # px that two grids may drift apart over an image
 
 
 def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
-    """Points on a square grid in the middle of an image.
+    """Points on a square grid, centred in an image.
 
     Parameters
     ----------
@@ -23,8 +23,8 @@ def grid(shape: tuple[int, int], step: int, margin: int = 13) -> np.ndarray:
     step : int
         Pixels from one point to the next.
     margin : int
-        Pixels from the edge to a point, at least: chip // 2 + radius keeps the chip,
-        and where it is searched, inside the image.
+        Least distance of a point from the edge, in pixels: chip // 2 + radius keeps the
+        chip and its search area inside the image.
 
     Returns
     -------
@@ -97,8 +97,8 @@ def pick(
     Returns
     -------
     ndarray (m, 2)
-        (column, row), whole pixels, the best first; fewer than `number` where there is
-        no more overlap or texture, perhaps none.
+        (column, row), whole pixels, the best first; fewer than `number`, perhaps none,
+        if there is too little overlap or texture.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.nda
     Parameters
     ----------
     path : str or path
-        Two numbers a line, with a blank or a comma between them: column and row of a
+        Two numbers a line, separated by a blank or a comma: column and row of a
         point, whole numbers at pixel centres.
     raster : Raster, optional
         The reference image: then the numbers are x and y on its map.
@@ -187,14 +187,14 @@ def read_points(path: str | os.PathLike, raster: Raster | None = None) -> np.nda
 def offset(reference: Raster, sensed: Raster) -> np.ndarray:
     """Offset of the pixel indices between the two grids.
 
-    A point of the map with (column, row) in the reference image has (column, row) +
-    offset in the sensed one: what `register` and `fit` take.
+    A point of the map at (column, row) in the reference image is at (column, row) +
+    offset in the sensed one: the argument of `register` and `fit`.
 
     Parameters
     ----------
     reference, sensed : Raster
-        Either both with a georeference, of the same coordinate reference system and
-        pixel size, or both without.
+        Either both with a georeference, in the same coordinate reference system and
+        with the same pixel size, or both without.
 
     Returns
     -------

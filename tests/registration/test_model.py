@@ -221,7 +221,7 @@ def test_points_on_one_line_leave_an_affine_open():
     # Whatever the shift of a point beside it is, the transformation takes it over
     beside = ((100, 700), (3, 3)), ((900, 600), (-3, 1))
     for n in (1, 2):
-        with pytest.raises(ValueError, match="alone fixes a part of the affine"):
+        with pytest.raises(ValueError, match="alone determines a part of the affine"):
             fit(on_a_line(*beside[:n]), "affine")
 
 
