@@ -1,7 +1,7 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-Here is what every lesson and report needs; `space` draws cameras, the other modules
-draw results of the library.
+This module has what every lesson and report needs; `space` draws cameras, the other
+modules draw results of the library.
 """
 
 import base64
@@ -28,11 +28,11 @@ from pgm_lab import _validate
 if TYPE_CHECKING:
     from ipywidgets import ValueWidget
 
-# The palette of Okabe and Ito (2008), told apart in all common kinds of colour vision.
+# The palette of Okabe and Ito (2008), distinct in all common kinds of colour vision.
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, YELLOW, BLACK, GREY = "#56B4E9", "#CC79A7", "#F0E442", "#000000", "#6B6B6B"
 
-# Each series with a mark of its own, so that none is told by its colour alone
+# Each series with its own marker, so that none is identified by colour alone
 SERIES = (
     (BLUE, "o"),
     (RED, "s"),
@@ -74,7 +74,7 @@ STYLE: dict[Any, Any] = {
 def publish_display_data(
     data: dict[str, Any], metadata: dict[str, Any] | None = None
 ) -> None:
-    """Show in the IPython that runs; elsewhere print the words, and start none.
+    """Show in a running IPython; without one print the text, and start none.
 
     IPython's own function would start a shell, which keeps a thread and a file open.
     """
@@ -89,8 +89,8 @@ def publish_display_data(
 def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> None:
     """Show a figure with a text for those who cannot see it, and close it.
 
-    With the picture goes the size of its smallest writing, in points, from which the
-    slides tell whether a hall can read it.
+    The size of its smallest lettering, in points, is stored with the picture; from it
+    the slides check whether a hall can read it.
 
     Parameters
     ----------
@@ -102,7 +102,8 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
     dpi : int
         Resolution of the picture; with 170, ten inches fill a slide at 1080 lines.
     colours : int, optional
-        Keep at most so many colours, up to 256: photos then take a third of the space.
+        Keep at most this many colours, up to 256: photos then take a third of the
+        space.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def show(fig: Figure, alt: str, dpi: int = 170, colours: int | None = None) -> N
     if not isinstance(alt, str) or not alt.strip():
         raise ValueError("alt must say in words what the figure shows")
     buffer = io.BytesIO()
-    # What is encoded once more needs no effort the first time
+    # Encoded again below, so it is not worth compressing well here
     effort = {} if colours is None else {"compress_level": 1}
     fig.savefig(
         buffer, format="png", dpi=dpi, metadata={"Software": None}, pil_kwargs=effort
@@ -156,13 +157,13 @@ class _Reader(RendererBase):
 
 
 def smallest_writing(figure: Figure) -> float | None:
-    """Return the size in points of the smallest writing that is drawn, if any is.
+    """Return the size in points of the smallest text that is drawn, if there is any.
 
     The figure was saved before, which laid it out; its layout is fixed from now on.
-    Raised and lowered signs of a formula count with the size of the formula.
+    Superscripts and subscripts count with the size of their formula.
     """
     reader = _Reader(figure)
-    figure.set_layout_engine("none")  # all is where it was when it was saved
+    figure.set_layout_engine("none")  # everything stays where it was when saved
     figure.draw(reader)
     return min(reader.written, default=None)
 
@@ -184,7 +185,7 @@ def table(
     Raises
     ------
     ValueError
-        If a row has another length than the header.
+        If a row differs in length from the header.
     """
     cells = [[str(cell) for cell in row] for row in rows]
     for number, row in enumerate(cells):
@@ -201,8 +202,8 @@ WORDS = ' class="text" style="text-align: left"'
 
 
 def _html_table(header: Sequence[str], cells: list[list[str]], caption: str) -> str:
-    # Numbers stand to the right, below each other; words to the left, and say so
-    # themselves: JupyterLab sets all cells to the right.
+    # Numbers are aligned right, words left by a style of their own: JupyterLab aligns
+    # all cells right.
     columns = zip(*cells) if cells else [()] * len(header)
     kinds = ["" if all(map(_is_number, c)) else WORDS for c in columns]
 
@@ -237,13 +238,13 @@ def _text_table(header: Sequence[str], cells: list[list[str]], caption: str) -> 
 
 
 def interact(draw: Callable[..., object], **sliders: "ValueWidget") -> None:
-    """Show sliders and below them what a function draws, anew after each move.
+    """Show sliders and, below them, what a function draws, redrawn after each move.
 
     `ipywidgets.interact` gives the picture to a widget of the page. Where a program
-    plays the page, as ``nbconvert --execute`` does, a message between the two is lost
-    now and then, and the run stands still for minutes. Here the picture is an output
-    of the cell, which a new one replaces; nothing waits for an answer, and a notebook
-    keeps the first picture.
+    acts as the page, as ``nbconvert --execute`` does, a message between the two is
+    sometimes lost, and the run hangs for minutes. Here the picture is an output of the
+    cell, which a new one replaces; nothing waits for an answer, and a notebook keeps
+    the first picture.
 
     Parameters
     ----------
@@ -318,16 +319,16 @@ def error_ellipse(
     position : array_like (2,)
         Centre of the ellipse.
     covariance : array_like (2, 2)
-        Covariance of the position, in squared units of it.
+        Covariance of the position, in its squared units.
     probability : float
         Probability that the true point lies inside; 0.394 gives the standard ellipse.
     magnify : float
-        Factor by which the ellipse is drawn too large.
+        Factor by which the ellipse is enlarged.
     **style
-        Handed to `matplotlib.patches.Ellipse`.
+        Passed to `matplotlib.patches.Ellipse`.
     """
     variance, axes = np.linalg.eigh(_validate.covariances(covariance, "covariance"))
-    variance = np.maximum(variance, 0.0)  # but for rounding
+    variance = np.maximum(variance, 0.0)  # negative only by rounding
     width, height = (
         2 * magnify * np.sqrt(variance * scipy.stats.chi2.ppf(probability, df=2))
     )
@@ -361,13 +362,13 @@ def frame(
 
 
 def plain(axis: Axis, digits: tuple[int, ...] = (1, 2, 5)) -> None:
-    """Number a logarithmic axis without powers of ten."""
+    """Label a logarithmic axis without powers of ten."""
     axis.set_major_locator(LogLocator(subs=digits, numticks=20))
     axis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.set_minor_formatter(NullFormatter())
 
 
-# --- Two images of one place, laid on each other in two colours ---
+# --- Two images of one place, overlaid in two colours ---
 
 
 def overlay(
@@ -377,15 +378,15 @@ def overlay(
     paper: bool = False,
     ax: Axes | None = None,
 ) -> Figure:
-    """Lay two images on each other: reference green, sensed magenta, alike grey.
+    """Overlay two images: reference green, sensed magenta, grey where they are equal.
 
-    Magenta and green are told apart in all common kinds of colour vision. Red and
-    green, as in Brahmantara 2015, are not: what lies well is yellow there.
+    Magenta and green can be distinguished in all common kinds of colour vision. Red and
+    green, as in Brahmantara 2015, cannot: what fits is yellow there.
 
     Parameters
     ----------
     reference, sensed : array_like (rows, columns)
-        Grey values, each stretched for itself; white where masked or NaN.
+        Grey values, each image stretched separately; white where masked or NaN.
     paper : bool
         Sensed red and reference green, as in the paper.
     ax : matplotlib.axes.Axes, optional
@@ -415,7 +416,7 @@ def overlay(
     one, other, both = ("green", "red", "yellow") if paper else (
         "green", "magenta", "grey"
     )  # fmt: skip
-    ax.set_title(f"{one}: reference, {other}: sensed, {both}: alike")
+    ax.set_title(f"{one}: reference, {other}: sensed, {both}: equal")
     return ax.get_figure(root=True)  # type: ignore[return-value]
 
 
@@ -435,7 +436,7 @@ def composite(
 
 
 def grey_levels(image: ArrayLike, name: str) -> np.ndarray:
-    """Grey values from 0 to 1, a few at both ends beyond; NaN where there are none."""
+    """Grey values from 0 to 1, the extremes beyond; NaN where there are none."""
     grey = _validate.grey_image(image, name)
     mask = np.ma.getmaskarray(grey)
     grey = np.where(mask, np.nan, np.ma.getdata(grey).astype(float))

@@ -27,10 +27,11 @@ SYMBOL = {"w": "w", "tau": "τ"}
 
 
 def lens_curve(result: Bundle, decentring: bool = False, camera: int = 0) -> Figure:
-    """Draw the distortion of the lens over the radius with its 95 % band.
+    """Draw the distortion of the lens against the radius, with its 95 % band.
 
-    Above the curve with its band, below half the width of the band alone. The radii at
-    which points were measured are shaded: beyond them the curve is extrapolated.
+    The upper panel has the curve with its band, the lower one half the band's width.
+    The radii at which points were measured are shaded: beyond them the curve is
+    extrapolated.
 
     Parameters
     ----------
@@ -84,18 +85,18 @@ def residual_vectors(
     """Draw the residuals on each photo, outliers in another colour.
 
     A dot is a measured point, the line from it its residual; a cross marks the
-    principal point. Above each photo stands the RMS of its residuals. An outlier, whose
-    standardised residual is beyond `bundle.critical_value` of its test (Baarda's w or
-    Pope's tau) in x or y, gets its name.
+    principal point. The title of each photo gives the RMS of its residuals. An outlier,
+    whose standardised residual is beyond `bundle.critical_value` of its test (Baarda's
+    w or Pope's tau) in x or y, gets its name.
 
     Parameters
     ----------
     result : bundle.Bundle
     photo : int or sequence of int, optional
-        Indices of photos. All if missing; of more than sixteen, those with the largest
+        Indices of photos. Default: all; of more than sixteen, those with the largest
         RMS.
     magnify : float, optional
-        How many times too large the residuals are; a round number is chosen if missing.
+        Factor by which the residuals are enlarged; default: a suitable round number.
 
     Raises
     ------
@@ -121,7 +122,7 @@ def residual_vectors(
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm
         magnify = round_number(0.16 * width / (usual / UM))
-    # All photos have one frame, which holds their points and their residuals
+    # All photos have one frame, which contains their points and their residuals
     drawn = np.concatenate([network.xy, network.xy + magnify * v / UM])
     low, high = drawn.min(axis=0), drawn.max(axis=0)
     bar = round_number(0.25 * width / magnify * UM)
@@ -157,7 +158,7 @@ def residual_vectors(
         end = start + bar / UM * magnify
         ax.plot([start, end], [level, level], "|-", color=basic.BLACK, linewidth=3)
         ax.text(end + 0.5 * margin, level, f"{bar:g} µm", va="center", fontsize=13)
-    title = f"Residuals, computed − observed, {magnify:,g} times too large"
+    title = f"Residuals, computed − observed, enlarged {magnify:,g} times"
     if photo is None and len(shown) < m:
         title += f", the {len(shown)} of {m} photos with the largest"
     if np.any(outlier):

@@ -24,9 +24,9 @@ SHORTEST = 1e-3  # px; shorter residuals all weigh the same
 def side_by_side(
     left: Photo, right: Photo, found: matching.Match, lines: int = 12
 ) -> Figure:
-    """Draw two photos with their matches, and in the left one what was not found.
+    """Draw two photos with their matches, and in the left one the points not found.
 
-    Each status has a colour and a mark of its own. Lines join some matches, spread over
+    Each status has its own colour and marker. Lines join some matches, spread over
     the photo, so that one can compare them by eye.
 
     Parameters
@@ -84,7 +84,7 @@ def side_by_side(
 
 
 def parallaxes(left: Photo, found: matching.Match) -> Figure:
-    """Draw what is left of the parallaxes beside a common shift, turn, scale and shear.
+    """Draw the parallaxes minus a common shift, rotation, scale and shear.
 
     That is relief, and matches that do not fit their neighbours. The common part is the
     affine transformation from left to right that leaves the least sum of lengths.
@@ -95,13 +95,13 @@ def parallaxes(left: Photo, found: matching.Match) -> Figure:
     if not np.any(found.accepted):
         raise ValueError("found has no accepted match: there are no parallaxes to draw")
     at, vectors = found.chosen[found.accepted], affine_residuals(found)
-    return arrows(grey, at, vectors, "Parallaxes less their affine part")
+    return arrows(grey, at, vectors, "Parallaxes minus their affine part")
 
 
 def affine_residuals(found: matching.Match) -> np.ndarray:
-    """What an affine transformation leaves of the parallaxes of the accepted points.
+    """Residuals of an affine transformation fitted to the accepted points.
 
-    Right less transformed left point (m, 2), in pixels. With fewer than three points,
+    Right minus transformed left point (m, 2), in pixels. With fewer than three points,
     or on one line, what is not determined stays as in the left photo. The sum of the
     lengths is minimised by weights 1 / length (Weiszfeld 1937): a few wrong matches
     count little.
@@ -130,7 +130,7 @@ def affine_residuals(found: matching.Match) -> np.ndarray:
 
 
 def histograms(found: matching.Match, threshold: float | None = None) -> Figure:
-    """Draw how much alike the windows are, and how precise the accepted matches.
+    """Draw how similar the windows are, and how precise the accepted matches.
 
     `threshold` is the least r that was accepted, drawn as a limit.
     """
@@ -171,7 +171,7 @@ def _same(
     if grey.shape[::-1] != tuple(size):
         raise ValueError(
             f"{name} has {grey.shape[1]} x {grey.shape[0]} pixels, and the photo that"
-            f" was matched {size[0]} x {size[1]}: hand over the same photo"
+            f" was matched {size[0]} x {size[1]}: pass the same photo"
         )
     return grey
 
@@ -194,7 +194,7 @@ def _spread(points: np.ndarray, usable: np.ndarray, most: int) -> list[int]:
 
 
 def show_photo(ax: Axes, grey: np.ndarray) -> None:
-    """Show a photo, as coarse as a figure is, with axes in its own pixels."""
+    """Show a photo, reduced to what a figure shows, with axes in its own pixels."""
     rows, columns = grey.shape
     n = -(-max(rows, columns) // MAX_PIXELS)
     high, wide = rows // n * n, columns // n * n
@@ -212,7 +212,7 @@ def show_photo(ax: Axes, grey: np.ndarray) -> None:
 def series(status: np.ndarray) -> list[tuple[str, np.ndarray, tuple[str, str]]]:
     """Each status, which points have it, and its colour and mark; accepted ones first.
 
-    The rarest are put together where there are more than marks.
+    The rarest are grouped where there are more statuses than markers.
     """
     first, *looks = basic.SERIES
     found = [(ACCEPTED, status == ACCEPTED, first)]
@@ -227,13 +227,13 @@ def series(status: np.ndarray) -> list[tuple[str, np.ndarray, tuple[str, str]]]:
 
 
 def arrows(grey: np.ndarray, at: np.ndarray, vectors: np.ndarray, title: str) -> Figure:
-    """Draw a photo with a vector (n, 2) at each place (n, 2), magnified, and a key."""
+    """Draw a photo with a vector (n, 2) at each point (n, 2), magnified, and a key."""
     length = np.hypot(*vectors.T)
     rows, columns = grey.shape
     usual = max(float(np.quantile(length, 0.9)), 1e-3)
     unit = round_number(usual)
     magnify = 0.05 * max(rows, columns) / usual
-    # What is far longer would hide the others: it is drawn shorter, in red
+    # Far longer ones would hide the others: they are drawn shorter, in red
     far = length > 3 * usual
     vectors = vectors * np.where(far, 3 * usual / np.maximum(length, usual), 1)[:, None]
     height = float(np.clip(10 * rows / columns, 3, 9))

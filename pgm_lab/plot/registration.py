@@ -16,7 +16,7 @@ from pgm_lab.plot.matches import arrows, series
 from pgm_lab.registration import Registration
 
 SHARE = 0.9  # of the shifts within the circle and the ellipses
-SHORTEST = 1e-4  # px; what is shorter is drawn as long
+SHORTEST = 1e-4  # px; shorter ones are drawn with this length
 
 
 def fringes(
@@ -24,7 +24,7 @@ def fringes(
     images: Mapping[str, ArrayLike],
     corner: ArrayLike = (0.0, 0.0),
 ) -> Figure:
-    """Draw a part of the reference image and others in two colours, laid over it.
+    """Draw a part of the reference image, overlaid with others in two colours.
 
     Grey where both are equally bright; green where the reference image is brighter,
     magenta where the other one is; white where one has no data. A fringe along the
@@ -84,12 +84,12 @@ def shifts(
     found : Registration
         What `registration.register` returned; at least one point must be accepted.
     vectors : array_like (n, 2), optional
-        What to draw in place of the shifts, such as what a model leaves of them, in
+        What to draw in place of the shifts, such as their residuals from a model, in
         pixels; only those of accepted points are drawn.
     title : str
         What the arrows are.
     say : function
-        Puts a status into other words.
+        Function that rephrases a status.
     """
     good = _some(found)
     grey = _grey(reference, "reference")
@@ -113,9 +113,9 @@ def scatter(
 ) -> Figure:
     """Draw the accepted shifts: in the search window, and about their mean or a model.
 
-    The circle about zero holds nine tenths of them (CE90). Of the two ellipses one has
-    the covariance that the chips predict, the other that of the shifts; if they are
-    normal, either holds nine tenths of them.
+    The circle about zero contains nine tenths of them (CE90). Of the two ellipses one
+    has the covariance predicted for the chips, the other that of the shifts; if they
+    are normal, each contains nine tenths of them.
 
     Parameters
     ----------
@@ -124,8 +124,8 @@ def scatter(
     radius : int
         How far was searched, in pixels.
     errors : array_like (n, 2), optional
-        How far each shift is off, in pixels, such as the residuals of a model; those
-        from the mean shift when missing. Only those of accepted points are drawn.
+        Errors of the shifts, in pixels, such as the residuals of a model; default: the
+        deviations from the mean shift. Only those of accepted points are drawn.
     """
     good = _some(found)
     d = np.column_stack([found.dx, found.dy])[good]
@@ -146,7 +146,7 @@ def scatter(
     near.plot(*v.T, **dots)
     ellipses = [("as predicted", C, basic.ORANGE, "--")]
     if len(d) > 2:
-        ellipses.append(("as they scatter", np.cov(v.T), basic.PURPLE, "-"))
+        ellipses.append(("as observed", np.cov(v.T), basic.PURPLE, "-"))
     for name, covariance, colour, line in ellipses:
         look: Look = {
             "color": colour,
@@ -157,8 +157,8 @@ def scatter(
     reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
     reach = max(reach, 1e-3)
     near.set(xlim=(-reach, reach), ylim=(reach, -reach))
-    near.set_title("Off the mean shift" if errors is None else "Off the model")
-    for ax, off in ((whole, ""), (near, " off by")):
+    near.set_title("From the mean shift" if errors is None else "From the model")
+    for ax, off in ((whole, ""), (near, " deviation")):
         ax.set(xlabel=f"dx{off} (px)", ylabel=f"dy{off} (px)", aspect="equal")
         ax.xaxis.set_major_locator(plt.MaxNLocator(5))
         ax.yaxis.set_major_locator(plt.MaxNLocator(5))
@@ -167,9 +167,9 @@ def scatter(
 
 
 def similarity(found: Registration, errors: ArrayLike) -> Figure:
-    """Draw if r, and the predicted standard deviation, tell how far off a shift is.
+    """Draw whether r, and the predicted standard deviation, indicate the errors.
 
-    `errors` (n, 2) are how far each shift is off, in pixels, such as the residuals of a
+    `errors` (n, 2) are those of the shifts, in pixels, such as the residuals of a
     model; only those of accepted points are drawn.
     """
     good = _some(found)
@@ -179,11 +179,11 @@ def similarity(found: Registration, errors: ArrayLike) -> Figure:
     dots: Look = {"color": basic.BLUE, "marker": "o", "linestyle": "none"}
     dots |= {"alpha": 0.6, "markersize": 7, "markeredgewidth": 0}
     by_r.semilogy(found.r[good], off, **dots)
-    by_r.set(xlabel="correlation coefficient r", ylabel="off by (px)")
+    by_r.set(xlabel="correlation coefficient r", ylabel="deviation (px)")
     sd = np.maximum(found.sd[good], SHORTEST)
     by_sd.loglog(sd, off, **dots)
     ends = np.array([sd.min() / 1.5, sd.max() * 1.5])
-    # Nine tenths of normal errors are not longer than 2.146 of their sd
+    # Nine tenths of normal errors are not longer than 2.146 times their sd
     limit = np.sqrt(2 * np.log(10)) * ends
     line: Look = {"color": basic.RED, "linestyle": "--"}
     by_sd.plot(ends, limit, label="90 % below, as predicted", **line)

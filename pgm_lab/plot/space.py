@@ -1,7 +1,7 @@
-"""Cameras in space: where they stand, and what they see.
+"""Cameras in space: their positions, and what they see.
 
 Everything is drawn in the units of the object frame. Cameras look along their negative
-z axis; `rotation.matrix` turns the object frame into theirs.
+z axis; `rotation.matrix` rotates the object frame into theirs.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from pgm_lab.plot.basic import BLACK, BLUE, GREEN, RED, Look
 AXES = (RED, GREEN, BLUE)  # x, y, z
 # Drawings may reach beyond their axes, which makes room for large ones
 FREE = {"clip_on": False, "in_layout": False}
-FORMAT = (1.0, 0.75)  # width and height of a photo over its principal distance
+FORMAT = (1.0, 0.75)  # width and height of a photo per principal distance
 SKY_COLOR = "#DCEBF5"
 ELEVATION = 16.0  # of the reader's eye in `best_view`, in degrees
 DIRECTIONS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")  # north is (0, 1, 0)
@@ -46,7 +46,7 @@ def space(
     fig : matplotlib.figure.Figure
         Where to add them.
     where : object
-        Place in the figure, as for `Figure.add_subplot`.
+        Position in the figure, as for `Figure.add_subplot`.
     view : (float, float)
         Elevation and azimuth of the reader's eye, in degrees.
     zoom : float
@@ -58,7 +58,7 @@ def space(
     ax.view_init(*view)
     ax.set_box_aspect((1, 1, 1), zoom=zoom)
     ax.set_axis_off()
-    ax.patch.set_visible(False)  # it would hide what reaches over from its neighbour
+    ax.patch.set_visible(False)  # it would hide what extends over from its neighbour
     return ax
 
 
@@ -84,7 +84,7 @@ def frustum(
     size : float
         Distance of the photo plane from the perspective centre, in object units.
     form : (float, float)
-        Width and height of the photo over its principal distance.
+        Width and height of the photo, divided by its principal distance.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def draw_camera(
     size : float
         Distance of the photo plane from the perspective centre, in object units.
     form : (float, float)
-        Width and height of the photo over its principal distance.
+        Width and height of the photo, divided by its principal distance.
     color : str
         Colour of the camera.
     name : str
@@ -221,16 +221,16 @@ def draw_photo(
     c : float
         Principal distance.
     form : (float, float)
-        Width and height of the photo over its principal distance.
+        Width and height of the photo, divided by its principal distance.
     ground : str, optional
         Colour of level ground at Z = 0, below the camera, which reaches to the horizon;
-        there the directions are named, if Y points to the north. What lies on it is
-        drawn first. Without it, all that shows no polygon is sky.
+        there the directions are named, if Y points north. What lies on it is drawn
+        first. Without it, everything outside the polygons is sky.
 
     Raises
     ------
     ValueError
-        If there is ground, but the camera does not stand above it.
+        If there is ground, but the camera is not above it.
     """
     exterior = np.asarray(exterior, float)
     M = rotation.matrix(*exterior[3:])
@@ -271,7 +271,7 @@ def _draw_ground(
     """Fill the photo below the horizon, and write the directions on it."""
     if exterior[2] <= 0:
         raise ValueError(
-            "with ground, the camera must stand above it, exterior[2] > 0; got"
+            "with ground, the camera must be above it, exterior[2] > 0; got"
             f" {exterior[2]}"
         )
     corners = half * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
@@ -317,7 +317,7 @@ def _below_horizon(M: np.ndarray, c: float, corners: np.ndarray) -> np.ndarray:
 
 
 def directions(M: np.ndarray, c: float) -> list[tuple[str, np.ndarray]]:
-    """Names of the directions in front of the camera, and their places in the photo."""
+    """Names of the directions in front of the camera, and where the photo has them."""
     azimuth = np.radians(45 * np.arange(len(DIRECTIONS)))
     level = np.column_stack([np.sin(azimuth), np.cos(azimuth), np.zeros(len(azimuth))])
     U, V, W = M @ level.T
@@ -325,7 +325,7 @@ def directions(M: np.ndarray, c: float) -> list[tuple[str, np.ndarray]]:
     return [(name, -c * np.array([u, v]) / w) for name, u, v, w in found if w < -1e-9]
 
 
-# --- Where the reader's eye stands, and how large a drawing becomes ---
+# --- The position of the reader's eye, and the size of a drawing ---
 
 
 def best_view(centres: np.ndarray, points: np.ndarray) -> tuple[float, float]:
@@ -346,7 +346,7 @@ def best_view(centres: np.ndarray, points: np.ndarray) -> tuple[float, float]:
 def fill(
     ax: Axes3D, drawn: np.ndarray, where: tuple[float, float, float, float]
 ) -> None:
-    """Bring what was drawn (n, 3) into a rectangle of the figure, as large as it goes.
+    """Fit what was drawn (n, 3) into a rectangle of the figure, as large as possible.
 
     The rectangle is (left, bottom, width, height) as fractions of the figure.
     """
@@ -375,7 +375,7 @@ def _corners(ax: Axes3D, drawn: np.ndarray) -> np.ndarray:
 def pixel_on_ground(ortho: Orthophoto, height: float = 110.0) -> Figure:
     """Draw a camera at a height (m) above a real orthophoto, and the rays of one pixel.
 
-    The camera is drawn far too large, and its pixels are, or they could not be seen.
+    The camera and its pixels are drawn far too large, or they could not be seen.
     """
     side = ortho.grey.shape[0] * ortho.gsd / 2
     scale = 0.3  # of the image, large enough to be seen and to hold the whole ground

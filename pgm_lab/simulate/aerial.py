@@ -65,7 +65,7 @@ def aerial_pair(
     water: bool = False,
     camera: Camera = CAMERA,
 ) -> AerialPair:
-    """Two photos with the flight of Harintaka (2020), or the same part of both.
+    """Two photos flown as in Harintaka (2020), or the same part of both.
 
     The camera (f 24 mm, 4288 x 2848 pixels of 5.49 um, the lens of a non-metric
     camera) flies 1000 m above the ground, so that a pixel is 0.229 m there, with small
@@ -74,14 +74,14 @@ def aerial_pair(
     Parameters
     ----------
     part : (columns, rows)
-        Of the sensor, in pixels, around the ground in the middle of the overlap; (4288,
-        2848) is all of it. The base is that of whole photos.
+        Part of the sensor, in pixels, around the middle of the overlap; (4288, 2848) is
+        the whole sensor. The base is that of whole photos.
     overlap : float
-        Of two whole photos, 0.5 or more and below 1.
+        Overlap of two whole photos, 0.5 or more and below 1.
     sigma : float
         Standard deviation of the noise, in grey values.
     seed : int
-        Of landscape and noise.
+        Seed of landscape and noise.
     relief, cell, buildings, trees, water
         As in `landscape`. Open fields, mixed ground and wood are the thirds, from west
         to east, of the ground that both photos show.
@@ -154,7 +154,8 @@ def aerial_block(
     strips, photos : int
         How many strips, from north to south, and photos in each, from west to east.
     part : (columns, rows)
-        Of the sensor, in pixels, around its middle; a smaller one has a shorter base.
+        Part of the sensor, in pixels, around its centre; a smaller one has a shorter
+        base.
     overlap, sidelap : float
         Between the photos of a strip, 0.5 or more, and between strips, 0 or more.
     sigma, seed, relief, cell, buildings, trees, camera
@@ -204,7 +205,7 @@ def aerial_block(
 
 
 def _fits(part: tuple[int, int], **overlaps: tuple[float, float]) -> None:
-    """Refuse a part that the sensor does not hold, and overlaps that no flight has."""
+    """Refuse a part larger than the sensor, and impossible overlaps."""
     if any(not 8 <= n <= most for n, most in zip(part, SENSOR)):
         raise ValueError(f"part must be from (8, 8) to {SENSOR} pixels; got {part}")
     for name, (value, least) in overlaps.items():
@@ -213,12 +214,12 @@ def _fits(part: tuple[int, int], **overlaps: tuple[float, float]) -> None:
 
 
 def _frame(camera: Camera, exterior: np.ndarray, corner: tuple[int, int]) -> Photo:
-    """Photo that has no grey values yet."""
+    """Photo without grey values so far."""
     return Photo(np.zeros((1, 1)), camera, exterior, PIXEL, SENSOR, corner)
 
 
 def _footprint(frame: Photo, part: tuple[int, int], Z: float = 0.0) -> np.ndarray:
-    """Least and most X and Y (4,) that a photo shows of level ground."""
+    """Smallest and largest X and Y (4,) of level ground that a photo shows."""
     edge = [np.linspace(0, n - 1, 9) for n in part]
     u = frame.rays(np.stack(np.meshgrid(*edge), -1)).reshape(-1, 3)
     down = (Z - frame.exterior[2]) / u[:, 2]
@@ -298,8 +299,8 @@ def _meet(
 
 
 def _foliage(land: Landscape, leaves: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Share of the light that foliage sends back: a texture in space."""
-    # The side of a crown, a few cells wide from above, would be drawn out otherwise
+    """Share of the light that foliage reflects: a texture in space."""
+    # The side of a crown, a few cells wide from above, would be stretched otherwise
     X, Y, Z = (points[..., i] for i in range(3))
     tree = land.at(land.kind, X, Y, cv2.INTER_NEAREST) == TREE
     row = (0.35 * Z - Y) / land.cell % len(leaves)
@@ -323,8 +324,8 @@ def hidden(
 ) -> np.ndarray:
     """Whether another photo, which shows `ground`, does not show points.
 
-    Outside of it, or where the ray to the point meets something before. Four pixels
-    around the image decide where they agree; other rays are cast.
+    A point is hidden outside of that photo, or where something blocks its ray. The four
+    pixels around its image decide where they agree; other rays are cast.
     """
     rows, columns = other.grey.shape
     Z = ground[..., 2]
@@ -349,7 +350,7 @@ def hidden(
 
 def _roughly_projected(photo: Photo, points: np.ndarray) -> np.ndarray:
     """Pixels of points, to hundredths; quicker than `Photo.project`."""
-    # Each of five iterations brings the distortion ten times closer
+    # Each of five iterations reduces the error of the distortion tenfold
     camera = photo.camera
     ray = (points - photo.exterior[:3]) @ imaging.attitude(photo.exterior).T
     xy = image = -camera.c * ray[..., :2] / ray[..., 2:]
@@ -368,7 +369,7 @@ def _roughly_projected(photo: Photo, points: np.ndarray) -> np.ndarray:
 class Surface:
     """Heights z (rows, columns) in m, with the tops of blocks of cells.
 
-    `tops` holds for each block size the greatest height of a block and of the blocks
+    `tops` contains for each block size the greatest height of a block and of the blocks
     around it.
     """
 
@@ -381,7 +382,7 @@ class Surface:
 
         Rays (4, n) are (row, down, column, right): where they are at height 0, in
         cells, and the cells by which they move down and right for a metre of height.
-        Steps go over whole blocks, then smaller ones, at last half a cell: only the
+        Steps pass whole blocks, then smaller ones, finally half a cell: at most the
         corner of a cell is missed.
         """
         row, down, column, right = rays

@@ -1,4 +1,4 @@
-"""Images of targets, and what a camera makes of an image."""
+"""Images of targets, and the noise and rounding of a camera."""
 
 from collections.abc import Sequence
 
@@ -87,7 +87,7 @@ def photograph(
     seed: int | Sequence[int],
     bits: int | None = None,
 ) -> np.ndarray:
-    """Add normal noise to an image and, if wanted, round it as a camera does.
+    """Add normal noise to an image and, if requested, round it as a camera does.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def photograph(
     seed : int or sequence of int
         Seed of the random numbers: the same seed gives the same noise.
     bits : int, optional
-        Round to whole grey values and clip to 0 ... 2**bits - 1. Not rounded without.
+        Round to whole grey values and clip to 0 ... 2**bits - 1. Default: not rounded.
 
     Returns
     -------

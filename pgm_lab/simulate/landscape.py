@@ -13,7 +13,7 @@ from pgm_lab.image.resampling import cubic_weights
 OPEN, BUILDING, TREE, WATER = 0, 1, 2, 3
 ZONES = ("open", "mixed", "wood")
 
-# What stands where
+# Which objects stand where
 HOUSES = (0.6, 9.0, 0.3)  # a hectare of each zone
 TREES = (3.0, 45.0, 330.0)
 FIELD = (42.0, 26.0)  # m
@@ -42,12 +42,12 @@ class Landscape:
     grey : ndarray (rows, columns) of float32
         Grey values as seen from above, in the sun.
     dtm, dsm : ndarray (rows, columns) of float32
-        Heights of the ground, and of what the sky sees, in m; bilinear between the
-        middles of cells, so the wall of a house is a ramp as wide as a cell.
+        Heights of the ground, and of the surface seen from above, in m; bilinear
+        between cell centres, so the wall of a house is a ramp as wide as a cell.
     kind : ndarray (rows, columns) of uint8
         `OPEN`, `BUILDING`, `TREE` or `WATER`.
     corner : (X, Y)
-        Middle of the cell in row 0 and column 0, in m; Y falls with the row.
+        Centre of the cell in row 0 and column 0, in m; Y decreases with the row.
     cell : float
         Side of a cell in m.
     borders : (X, X)
@@ -115,12 +115,12 @@ def landscape(
     relief : float
         Height of the highest ground above the lowest, in m.
     buildings, trees : int, optional
-        How many are tried; some find no place. As many as suit the area when missing.
+        Number tried; some find no space. Default: as many as suit the area.
     seed : int
-        Of all that is random: the same seed gives the same landscape.
+        Seed of the random numbers: the same seed gives the same landscape.
     borders : (X, X), optional
-        Where mixed ground and where the wood begin, in m; thirds of the extent when
-        missing.
+        Where mixed ground and where the wood begin, in m; default: thirds of the
+        extent.
     water : bool
         A pond without texture in the open fields, 12 m to 30 m long.
 
@@ -166,7 +166,7 @@ def landscape(
         _draw_pond(site, *place, radius)
     angles = _draw_roads(site, X, ends)
 
-    # What stands on it
+    # The objects on it
     for row, column in _places(buildings, HOUSES, X, Y, ends, rng):
         along = angles[int(column)] + rng.choice([0, np.pi / 2])
         _build_house(site, row, column, along + rng.normal(0, 0.08), rng)
@@ -186,7 +186,7 @@ def _places(
     ends: tuple[float, float],
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Random places (n, 2), row and column: uniform in each zone, with its density."""
+    """Random positions (n, 2), row and column: uniform in a zone, with its density."""
     edges = np.clip([X[0], *ends, X[-1]], X[0], X[-1])
     expected = np.array(densities) * np.diff(edges) * (Y[0] - Y[-1]) / HECTARE
     if n is None:
@@ -232,8 +232,8 @@ def _meadow(
 ) -> np.ndarray:
     """Grey values (rows, columns) of open ground: quilted patches of the orthophoto."""
     # The patches, rotated and mirrored, overlap by a third. Where they meet, the
-    # weighted sum is over the root of the squared weights: over their sum it would lose
-    # contrast.
+    # weighted sum is divided by the root of the sum of squared weights: divided by the
+    # sum of weights it would lose contrast.
     # The orthophoto in cells of the landscape, each the mean of the pixels it covers
     ortho = datasets.yellowstone()
     n = round(len(ortho.grey) * ortho.gsd / cell)
@@ -308,7 +308,7 @@ class _Site:
     coarse: np.ndarray = field(default_factory=lambda: grain(2.5))
 
     def window(self, row: float, column: float, reach: float) -> tuple[slice, slice]:
-        """Window of `reach` cells around a place, as far as it is inside."""
+        """Window of `reach` cells around a position, as far as it is inside."""
         rows, columns = self.dtm.shape
         a, b = max(0, int(row - reach)), min(rows, int(row + reach) + 2)
         c, d = max(0, int(column - reach)), min(columns, int(column + reach) + 2)
@@ -469,11 +469,11 @@ def _plant_tree(
     site.grey[window][on] = tone + 11 * fine[on] + 6 * coarse[on]
 
 
-# --- Light: slopes that face the sun are bright, and what stands throws a shadow ---
+# --- Light: slopes that face the sun are bright, and objects cast shadows ---
 
 
 def _lighten(albedo: np.ndarray, dsm: np.ndarray, cell: float) -> np.ndarray:
-    """Grey values (rows, columns) under the sun; level ground in it stays as it is."""
+    """Grey values (rows, columns) under the sun; level ground in it is unchanged."""
     shadow = _shadow(dsm, cell)
     east, north, up = (
         np.cos(ELEVATION) * np.sin(AZIMUTH),
@@ -525,7 +525,7 @@ def _moved(by: int, n: int) -> tuple[slice, slice]:
 
 
 def bilinear(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """Values at (row, column) of cells, without rounding them; the edge goes on."""
+    """Values at (row, column) of cells, without rounding them; the edge is repeated."""
     rows, columns = layer.shape
     row = np.clip(row, 0, rows - 1)
     column = np.clip(column, 0, columns - 1)
@@ -542,7 +542,7 @@ def bilinear(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarr
 
 
 def cubic(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """Values at (row, column) of cells by cubic convolution; the edge goes on.
+    """Values at (row, column) of cells by cubic convolution; the edge is repeated.
 
     As OpenCV 5 does it (a = -0.75); older ones round to a 32nd of a pixel.
     """
@@ -559,7 +559,7 @@ def cubic(layer: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
 
 
 def _cubic_matrix(x: np.ndarray, n: int) -> np.ndarray:
-    """Weights (places, n) of n values at places inside, from 1 to n - 2."""
+    """Weights (positions, n) of n values at positions inside, from 1 to n - 2."""
     first, weights = cubic_weights(x, a=-0.75)
     out = np.zeros((len(x), n))
     for k, w in enumerate(weights):

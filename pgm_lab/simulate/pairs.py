@@ -14,7 +14,7 @@ from pgm_lab.simulate.images import photograph
 from pgm_lab.simulate.texture import Texture, texture
 
 FIELD = 24  # px, side of a field: a chip of 21 px sees one to four
-STUBBLE = 0.2  # of the contrast, what a harvested field keeps
+STUBBLE = 0.2  # of the contrast is left on a harvested field
 BANKS = 2.5  # cycles over the image, of the finest haze
 HAZE = 0.99  # haze is as bright as the brightest hundredth of the scene
 
@@ -50,8 +50,8 @@ def texture_pair(
     sigma : float
         Standard deviation of the white noise in each image, in grey values.
     dtype : data type, optional
-        numpy.uint8 or numpy.uint16: grey values are rounded and clipped. Float and not
-        rounded without.
+        numpy.uint8 or numpy.uint16: grey values are rounded and clipped. Default:
+        float, not rounded.
     seed : int
         Seed of the noise.
 
@@ -118,16 +118,16 @@ def _bits(dtype: DTypeLike | None) -> int | None:
     return 8 * kind.itemsize if kind.kind == "u" else None
 
 
-# --- Two images out of a real one ---
+# --- Two images from a real one ---
 
 
 def shrunk_pair(
     image: ArrayLike, shift: tuple[int, int], factor: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Two small images out of one large, shifted by a known part of a pixel.
+    """Two small images from one large one, shifted by a known part of a pixel.
 
-    Two cuts, one shifted by whole pixels, are averaged down: what stands at (x, y) in
-    the left image stands at (x, y) plus shift / factor in the right one.
+    Two cuts, one shifted by whole pixels, are averaged down: what is at (x, y) in the
+    left image is at (x, y) plus shift / factor in the right one.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def shrunk_pair(
     shift : (columns, rows)
         Whole pixels of the large image, of either sign.
     factor : int
-        Side of the square of pixels that becomes one, 2 or 4 as a rule.
+        Side of the square of pixels that becomes one, usually 2 or 4.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def shrunk_pair(
     Raises
     ------
     ValueError
-        If the shift is not whole numbers, or nothing of the image is left.
+        If the shift is not in whole numbers, or nothing of the image is left.
 
     Notes
     -----
@@ -178,7 +178,7 @@ def shrunk_pair(
         cut = grey[y : y + rows * factor, x : x + columns * factor]
         return cut.reshape(rows, factor, columns, factor).mean(axis=(1, 3))
 
-    # What moves to the right in the image comes from further left in the large one
+    # Content that moves right in the image comes from further left in the large one
     x, y = max(dx, 0), max(dy, 0)
     return part(x, y), part(x - dx, y - dy)
 
@@ -217,7 +217,7 @@ def ortho_pair(
     dtype: DTypeLike | None = None,
     seed: int = 0,
 ) -> OrthoPair:
-    """Two ortho images out of one scene, shifted by a known part of a pixel.
+    """Two ortho images from one scene, shifted by a known part of a pixel.
 
     The scene is blurred, then cut and averaged down as by `shrunk_pair`. The sensed
     image may show changed fields, haze, another gain and offset; each has its own
@@ -239,33 +239,34 @@ def ortho_pair(
     sigma : float
         Standard deviation of the white noise in each image, in grey values.
     haze : float
-        Share of the ground's light that is lost where it is thickest, from 0 to below
+        Share of the ground's light that is lost where haze is thickest, from 0 to below
         1. Haze is as bright as the scene's brightest hundredth.
     changed : float
-        Probability of a field to change, from 0 to 1.
+        Probability that a field changes, from 0 to 1.
     dtype : data type, optional
-        numpy.uint8 or numpy.uint16: grey values are rounded and clipped. Float and not
-        rounded without.
+        numpy.uint8 or numpy.uint16: grey values are rounded and clipped. Default:
+        float, not rounded.
     seed : int
         Seed of fields, haze and noise.
 
     Raises
     ------
     ValueError
-        As `shrunk_pair`, or if the scene has grey values that `dtype` cannot hold.
+        As `shrunk_pair`, or if the scene has grey values that `dtype` cannot represent.
 
     Notes
     -----
-    The shift is exact: nothing is interpolated, and haze and fields move nothing.
+    The shift is exact: nothing is interpolated, and haze and fields shift nothing.
 
-    A mean over a pixel keeps sin(pi f) / (pi f) of a wave of f cycles per pixel, 0.30
+    The mean over a pixel keeps sin(pi f) / (pi f) of a wave of f cycles per pixel, 0.30
     at 0.75; above 0.5 it appears as an alias of 1 - f, which moves backwards. The blur
-    b multiplies by exp(-2 pi^2 b^2 f^2), with b = 0.7 by 0.004 at 0.75. Of the contrast
-    of `datasets.landsat` at factor 4, shifted by (0.5, 0.25), 0.29 do not move along
-    without blur, 0.05 with b = 0.5, 0.011 with 0.7, and 0.0007 with 1.
+    b multiplies this by exp(-2 pi^2 b^2 f^2), with b = 0.7 by 0.004 at 0.75. In
+    `datasets.landsat` at factor 4, shifted by (0.5, 0.25), a share of the contrast does
+    not move with the rest: 0.29 without blur, 0.05 with b = 0.5, 0.011 with 0.7, and
+    0.0007 with 1.
 
-    Fields are squares of 24 pixels at a random angle. Of those that change every second
-    one is harvested (a fifth of its contrast, another brightness), the others show
+    Fields are squares of 24 pixels at a random angle. Every second one of those that
+    change is harvested (a fifth of its contrast, another brightness), the others show
     ground from elsewhere in the scene.
 
     Examples
@@ -285,7 +286,7 @@ def ortho_pair(
             " no dtype"
         )
     fields, later = _changed_fields(scene, changed, factor * FIELD, seed)
-    # A pixel that holds any part of a changed field has a mean above zero
+    # A pixel that contains any part of a changed field has a mean above zero
     touched, _ = shrunk_pair(fields, shift, factor)
     reference, _ = shrunk_pair(_blurred(scene, factor * blur), shift, factor)
     _, sensed = shrunk_pair(_blurred(later, factor * blur), shift, factor)
@@ -309,7 +310,7 @@ def _blurred(scene: np.ndarray, blur: float) -> np.ndarray:
 def _changed_fields(
     scene: np.ndarray, share: float, side: float, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Where fields have changed, and the scene with what stands there then."""
+    """Where fields have changed, and the scene with the changed fields."""
     if share == 0:
         return np.zeros(scene.shape), scene
     rng = np.random.default_rng([seed, 2])

@@ -93,7 +93,7 @@ def pair(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Two photos of the same unknown points; the left one at the origin, zero angles.
 
-    The right one stands one unit to the right, up to half a unit off, rotated by up to
+    The right one is one unit to the right, up to half a unit off, rotated by up to
     30 degrees, about its axis by any angle. The points are 1.5 to 4 units away, within
     20 mm of both image centres.
 
@@ -155,7 +155,7 @@ def rough(
     degrees : float
         Rotation of the camera, about any axis; below 180.
     share : float
-        Shift in any direction, over its distance from the origin.
+        Shift in any direction, relative to its distance from the origin.
 
     Returns
     -------
@@ -242,10 +242,11 @@ def network(
         Photos in which a point was measured, chosen at random among those that see it.
         3.4 means 3 for six points of ten and 4 for the others; None means all photos.
     convergent : bool
-        Axes inclined up to 35 degrees, each to another side (in a block all by 20
+        Axes inclined by up to 35 degrees, each to another side (in a block all by 20
         degrees), or parallel.
     rolled : bool
-        Cameras rotated about their axes by 0, 90, 180, 270, 0 ... degrees, or upright.
+        Cameras rotated about their axes by 0, 90, 180, 270, 0 ... degrees, or not at
+        all.
     flat : bool
         All points in the plane Z = 0.
     block : bool
@@ -265,7 +266,7 @@ def network(
     Raises
     ------
     ValueError
-        If `rays` makes no sense, or the photos have too little of the object in common.
+        If `rays` is out of range, or the photos share too little of the object.
 
     Examples
     --------
@@ -378,7 +379,7 @@ def _visible(
     rays, _ = imaging.ray(exteriors[:, None], points)
     ideal, _, _ = imaging.perspective(lens.c, rays)
     visible = (rays[..., 2] < 0) & np.all(np.abs(ideal) < size / 2, axis=-1)
-    # The lens is asked only about what the ideal camera sees
+    # The lens is evaluated only for what the ideal camera sees
     photo, point = np.nonzero(visible)
     measured = camera.project(lens, exteriors[photo], points[point])
     visible[photo, point] = np.all(np.abs(measured) < size / 2, axis=-1)

@@ -83,7 +83,7 @@ def relief_photo(
 ) -> np.ndarray:
     """Photo (rows, columns) of a relief that carries a texture, not rounded.
 
-    A pixel shows the texture at its middle; `cell` should not be smaller than a pixel
+    A pixel shows the texture at its centre; `cell` should not be smaller than a pixel
     on the ground.
 
     Parameters

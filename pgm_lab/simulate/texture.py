@@ -1,7 +1,7 @@
 """Texture that is known between the pixels too.
 
 A texture is a sum of plane waves. Its grey value and its gradient follow at any point
-from a formula, so that no interpolation enters an image of it, however it is warped.
+from a formula, so that images of it need no interpolation, however they are warped.
 """
 
 from collections.abc import Callable
@@ -52,7 +52,7 @@ def texture(
     ----------
     cutoff : float
         Highest frequency, in cycles per pixel: 0.2 is soft, 0.4 sharp, and above 0.5 an
-        image cannot hold it.
+        image cannot represent it.
     contrast : float
         Standard deviation of the grey values over the plane. Over a small window it
         differs.

@@ -161,5 +161,5 @@ def test_images_of_two_shapes_are_not_laid_on_each_other():
 
 def test_an_overlay_says_which_colour_is_which(closed):
     title = plot.overlay(EDGE, MOVED).axes[0].get_title()
-    assert title == "green: reference, magenta: sensed, grey: alike"
+    assert title == "green: reference, magenta: sensed, grey: equal"
     assert "red: sensed" in plot.overlay(EDGE, MOVED, paper=True).axes[0].get_title()

@@ -128,7 +128,7 @@ def test_residuals_stand_at_their_points_enlarged_and_outliers_are_named():
     assert (color, color_out) == (plot.BLUE.lower(), plot.RED.lower())
     assert "6" in [text.get_text() for text in ax.texts]
     assert len(arrows(fig.axes[0])) == 1
-    assert "5,000 times too large" in fig.get_suptitle()
+    assert "enlarged 5,000 times" in fig.get_suptitle()
     rms = 1e3 * np.sqrt(np.mean(adjusted.residuals[here] ** 2))
     assert head(ax) == f"photo 2: {rms:.2f} µm"
 

@@ -176,7 +176,7 @@ def test_what_lies_on_the_ground_is_drawn_before_what_stands_on_it(in_space):
 
 @pytest.mark.parametrize("height", [0.0, -1.0])
 def test_a_camera_under_the_ground_is_refused(ax, height):
-    with pytest.raises(ValueError, match="must stand above"):
+    with pytest.raises(ValueError, match="must be above"):
         space.draw_photo(ax, [0, 0, height, 0, 0, 0], [], ground="green")
 
 
