@@ -19,11 +19,11 @@ from pgm_lab import _validate
 
 
 def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
-    """Call the reader's function on copies of its arguments; return what it answers.
+    """Call the reader's function on copies of its arguments; return its result.
 
-    It raises `CheckFailed` if the function stops, returns nothing, or changes its
-    input. `first` names the exercises whose functions this one uses, for a reader who
-    left them out.
+    It raises `CheckFailed` if the function raises an error, returns nothing, or changes
+    its input. `first` names the exercises whose functions this one uses, for a reader
+    who left them out.
     """
     name = getattr(function, "__name__", "your function")
     if not callable(function):
@@ -91,7 +91,7 @@ def call(
         )
     if not single and np.asarray(answer).dtype in (np.float32, np.float16):
         raise CheckFailed(
-            f"{must} all digits; it answers in single precision: work with float64"
+            f"{must} all digits; it returns single precision: work with float64"
         )
     return array
 
@@ -106,7 +106,7 @@ def _shapes(answer: object) -> str:
 
 
 def _turned(shape: tuple[int, ...]) -> str:
-    """What to do about an array of the shape turned round."""
+    """What to do about an array of the transposed shape."""
     if len(shape) == 2 and min(shape) > 3:
         return ": rows and columns are exchanged"
     wide = len(shape) == 2 and 1 < shape[0] < shape[1]
@@ -170,7 +170,7 @@ def first_slip(
 ) -> str:
     """Hint to the first slip that explains the whole answer.
 
-    `slips` are (wrong answer, hint): what comes of slips that are often made.
+    `slips` are (wrong answer, hint): the results of common slips.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def compare(
 ) -> tuple[bool, str]:
     """Whether the reader's function is right in all cases, and the hint if it is not.
 
-    `cases` are tuples of arguments, `slips` functions with one slip each by the hint.
+    `cases` are tuples of arguments; `slips` has a function with one slip for each hint.
 
     Examples
     --------

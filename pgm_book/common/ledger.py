@@ -2,7 +2,7 @@
 
 A row names chapter, source, place, kind (number, equation, program, statement), what is
 printed, what is obtained, the verdict (reproduced, corrected, not derivable), the cause
-of a defect (author, scan, unclear), for an equation the functions that hold its code,
+of a defect (author, scan, unclear), for an equation the functions that implement it,
 and the test under ``tests/audit`` that proves the verdict.
 """
 
@@ -108,7 +108,7 @@ def code(equation: str) -> list[str]:
 
 
 def equations(row: dict[str, str]) -> list[str]:
-    """Equations that a row of the ledger judges, as docstrings cite them.
+    """Equations that a row of the ledger is about, as docstrings cite them.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> Non
 def explore() -> None:
     """Show the ledger as a table that three menus filter: source, chapter, verdict.
 
-    In a page that does not run, the table holds the whole ledger.
+    In a page that does not run, the table contains the whole ledger.
     """
     import ipywidgets
 
@@ -176,7 +176,7 @@ def explore() -> None:
 
 
 def figure(rows: list[dict[str, str]]) -> Figure:
-    """Draw how many verdicts of each kind each source has; `summary` says it."""
+    """Draw how many verdicts of each kind each source has; `summary` describes it."""
     sources = _by_year(rows)[::-1]
     fig, ax = plt.subplots(figsize=(10, 3.2))
     left = [0] * len(sources)
@@ -195,7 +195,7 @@ def figure(rows: list[dict[str, str]]) -> Figure:
 
 
 def summary(rows: list[dict[str, str]]) -> str:
-    """Say in words what `figure` shows.
+    """Describe in words what `figure` shows.
 
     Examples
     --------

@@ -39,8 +39,8 @@ def keep(function: Callable) -> None:
     """Keep a function that passed its check in the reader's program, ``my_pgm.py``.
 
     The source is kept as typed, with the imports and the functions of the notebook that
-    it uses; an older one of that name is replaced, all else in the file stays. Where
-    there is no ``my_pgm.py`` beside the notebook, nothing is written.
+    it uses; an older one of that name is replaced, everything else in the file stays.
+    Where there is no ``my_pgm.py`` beside the notebook, nothing is written.
 
     Raises
     ------
@@ -66,8 +66,8 @@ def keep(function: Callable) -> None:
 def own(name: str, book: Callable) -> Callable:
     """Return the reader's function of this name from ``my_pgm.py``, or the book's own.
 
-    It prints which of the two it is. Where the reader's answers with a list, or with
-    numbers in a tuple, it is an array here.
+    It prints which of the two it is. Where the reader's returns a list, or a tuple of
+    numbers, it is converted to an array.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def loaded() -> ModuleType:
 
 
 def with_arrays(function: Callable) -> Callable:
-    """Let a function answer with arrays for lists, and for tuples of numbers."""
+    """Let a function return arrays for lists, and for tuples of numbers."""
 
     @functools.wraps(function)
     def answer(*arguments: Any, **named: Any) -> Any:
@@ -134,7 +134,7 @@ def collected(function: Any) -> tuple[dict[str, str], dict[str, str]]:
     if values:
         raise CheckFailed(
             f"{function.__name__} is right, but it uses {', '.join(sorted(values))} of"
-            f" this notebook, which {FILE} does not have. Hand it over as an argument,"
+            f" this notebook, which {FILE} does not have. Pass it as an argument,"
             " or set it inside the function; then run this cell again."
         )
     return imports, sources
@@ -149,7 +149,7 @@ def source_of(function: Any) -> str:
         return textwrap.dedent(inspect.getsource(function)).rstrip()
     except OSError:
         raise CheckFailed(
-            f"the text of {name} is not known any more. Run the cell that defines it,"
+            f"the text of {name} is no longer known. Run the cell that defines it,"
             " then this one."
         ) from None
 
@@ -183,7 +183,7 @@ def import_of(name: str, value: Any) -> str:
     return ""
 
 
-# --- Into the program: functions and imports replace their like, the rest stays ---
+# --- Into the program: functions and imports replace those of the same name ---
 
 
 def merged(text: str, imports: dict[str, str], sources: dict[str, str]) -> str:
@@ -229,7 +229,7 @@ def parsed(text: str) -> ast.Module:
     except SyntaxError as error:
         raise CheckFailed(
             f"{FILE} cannot be read, look at its line {error.lineno}. Nothing was"
-            " written into it. Mend it, then run this cell again."
+            " written into it. Correct it, then run this cell again."
         ) from None
 
 

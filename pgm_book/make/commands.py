@@ -162,7 +162,7 @@ MODULES = {
     "mutations": (
         ["main"],
         ["pgm_book.make.mutations"],
-        "Break the package a line at a time, and see that the tests notice (slow).",
+        "Break the package one line at a time, and check that the tests notice (slow).",
     ),
     "house": (
         ["main"],
@@ -180,7 +180,7 @@ def run_module(name: str, *arguments: str) -> int:
 
 
 def in_container() -> bool:
-    """Whether Docker, Podman or their kin say that they run this process."""
+    """Whether Docker, Podman or the like report that they run this process."""
     marks = [Path("/.dockerenv"), Path("/run/.containerenv")]
     return "container" in os.environ or any(mark.exists() for mark in marks)
 
@@ -230,7 +230,7 @@ def run_tests(python: Path, *arguments: str) -> int:
 
 
 def in_parallel() -> list:
-    """What pytest has to be told to use up to four cores, a file of tests on each."""
+    """Arguments that let pytest use up to four cores, a file of tests on each."""
     workers = min(4, os.cpu_count() or 1)
     # In the order of conftest.py; pytest-benchmark, where it is installed, cannot
     # measure in parallel.
@@ -286,7 +286,7 @@ def started(
 def waited_for(process: subprocess.Popen) -> int:
     """Wait for a command and give its exit code.
 
-    Ctrl-C goes to the command, which knows best how to stop.
+    Ctrl-C goes to the command, which stops in its own way.
     """
     while True:
         try:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# What can be installed together, and what uv or pip has to be told for it.
+# What can be installed together, and the arguments of uv or pip for it.
 SETS = {
     "main": ["--require-hashes", "-r", "requirements.txt"],
     "publish": ["--require-hashes", "-r", "requirements-publish.txt"],
@@ -179,7 +179,7 @@ def read_stamp(venv: Path) -> dict:
 
 
 def arguments_for(name: str, root: Path = ROOT) -> list[str]:
-    """What uv or pip has to be told for one set of packages."""
+    """The arguments of uv or pip for one set of packages."""
     if name != "dev":
         return SETS[name]
     import tomllib
@@ -189,7 +189,7 @@ def arguments_for(name: str, root: Path = ROOT) -> list[str]:
 
 
 def install_with_uv(python: Path, orders: list[list]) -> str:
-    """Let pip install uv, and uv all the rest; the answer is why not, or nothing."""
+    """Let pip install uv, and uv all the rest; return the reason if that fails."""
     hashes = ["--require-hashes", "-r", "requirements-uv.txt"]
     try:
         pip(python, ["--only-binary=:all:", "--retries=1", *hashes], quiet=True)
@@ -198,7 +198,7 @@ def install_with_uv(python: Path, orders: list[list]) -> str:
     except subprocess.CalledProcessError as error:
         lines = [line.strip(" ×") for line in (error.stderr or "").splitlines()]
         said = [line for line in lines if line and not line.startswith("WARNING")]
-        return said[0] if said else "it does not say why"
+        return said[0] if said else "no reason was given"
     return ""
 
 

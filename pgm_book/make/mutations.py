@@ -1,4 +1,4 @@
-"""Break the package on purpose, one line at a time, and see that the tests notice.
+"""Break the package on purpose, one line at a time, and check that the tests notice.
 
 `python tasks.py mutations` works through tests/mutations.csv: each row is an exact
 piece of text in a module, another one in its place, what that breaks, and the tests

@@ -2,7 +2,7 @@
 
 ``reveal/index.html.j2`` runs this file, because nbconvert reads no configuration from
 the folder where it is called, but takes templates from there. It needs no installation,
-and no other format of nbconvert comes past it.
+and no other format of nbconvert uses it.
 """
 
 import sys

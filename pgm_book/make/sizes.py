@@ -1,4 +1,4 @@
-"""Can the back row read the slides? Measure decks in the installed browser, and judge.
+"""Can the back row read the slides? Measure decks in the installed browser.
 
 A slide is 1280 x 720 px, which reveal.js scales to the screen. A row of `measure` is
 one thing on one slide: the smallest writing in a figure, a size of text, an overflow.
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SIZE: ViewportSize = {"width": 1280, "height": 720}
 AT_LEAST = {"figure label": 18.0, "text": 20.0, "code": 20.0}  # px of 720
-# An enlargement is by how much a picture exceeds its own pixels at 1080 lines.
+# An enlargement is the factor by which a picture exceeds its own pixels at 1080 lines.
 AT_MOST = {
     "lines of code": 18.0,
     "enlargement": 1.0,
@@ -59,7 +59,7 @@ class Row:
 
     @property
     def good(self) -> bool:
-        """Whether it keeps the limit; what is not known does not."""
+        """Whether it keeps the limit; an unknown size does not."""
         if self.value is None:
             return False
         if self.kind in AT_LEAST:

@@ -20,7 +20,7 @@ from pgm_book.make import form
 from pgm_book.make.student import slide_type, tags, unsolved
 from pgm_lab import datasets
 
-# "## What is a pixel? · 8 min": what a section takes a reader who works alone
+# "## What is a pixel? · 8 min": the time that a section takes a reader who works alone
 MINUTES = re.compile(r"^(## .*\S) · \d+ min$", re.MULTILINE)
 FIRST_LINE = re.compile(r"#+ .*\n*")
 # An exercise that follows the text of its slide: it is worked on alone
@@ -33,7 +33,7 @@ MADE = "--"  # in the id of a cell that only slides have
 STEP = 5  # seconds: nobody keeps time more exactly
 SHORT = 30  # minutes; who has listened for less needs no break
 QUESTIONS = "the quick questions"
-# A mark beside the colour of a verdict, for those who do not tell the colours apart
+# A mark beside the colour of a verdict, for those who cannot distinguish the colours
 MARKS = {"reproduced": "✓", "corrected": "≠", "not derivable": "?"}
 LEDGER = ["source", "printed", "what we get", "verdict"]
 CARDS = 3  # verdicts on a slide

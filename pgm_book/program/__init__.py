@@ -2,7 +2,8 @@
 
 `adjustment` (A1), `lsm` (3), `camera` and `orientation` (5), `bundle` (6),
 `registration` (7), `stereo` (8): loops and formulas in the order of the text, each
-module loaded when it is first used. The library beside it has the same for many points.
+module loaded when it is first used. The library beside it does the same for many
+points.
 """
 
 import importlib

@@ -1,7 +1,8 @@
 """Least squares in a few lines, as lesson A1 writes it: to be read.
 
 `pgm_lab.adjustment` does the same for any model, with constraints, and says what went
-wrong. `redundancy_numbers` and `suspect` look for blunders; `ellipse` is of a point.
+wrong. `redundancy_numbers` and `suspect` look for blunders; `ellipse` shows how precise
+a point is.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ def normal_equations(
     Parameters
     ----------
     A : array_like (n, u)
-        Design matrix: what each observation changes by for one unit of each unknown.
+        Design matrix: the change of each observation per unit of each unknown.
     p : array_like (n,)
         Weights, the reciprocal variances up to a common factor.
     observed : array_like (n,)
@@ -41,7 +42,7 @@ def normal_equations(
     """
     A, p, observed = np.asarray(A, float), np.asarray(p, float), np.asarray(observed)
     if not np.all(p > 0):
-        raise ValueError("p must be positive: leave out what has no weight")
+        raise ValueError("p must be positive: leave out observations without weight")
     return A.T @ (p[:, None] * A), A.T @ (p * observed)
 
 
@@ -94,9 +95,9 @@ def adjust(
 
 
 def redundancy_numbers(A: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Share of each observation in the redundancy, 0 to 1; together they make it up.
+    """Share of each observation in the redundancy, 0 to 1; their sum is the redundancy.
 
-    It says how much of an observation's own error its residual shows: 1 - p a' Q a.
+    It is the part of an observation's own error that its residual shows: 1 - p a' Q a.
 
     References
     ----------
@@ -120,15 +121,16 @@ def suspect(v: np.ndarray, sigma: np.ndarray, r: np.ndarray) -> int:
     v : array_like (n,)
         Residuals.
     sigma : array_like (n,)
-        Standard deviations of the observations, as stated before; in the unit of `v`.
+        Standard deviations of the observations, as stated beforehand; in the unit of
+        `v`.
     r : array_like (n,)
-        Redundancy numbers; where one is 0 nothing controls the observation.
+        Redundancy numbers; where one is 0 the observation is uncontrolled.
 
     Returns
     -------
     int
-        Where Baarda's w, the residual over its own standard deviation, is largest, if
-        it is above 3.29.
+        Where Baarda's |w|, the residual divided by its own standard deviation, is
+        largest, if it is above 3.29.
 
     References
     ----------
@@ -164,7 +166,7 @@ def ellipse(covariance: np.ndarray) -> np.ndarray:
     ndarray (3,)
         The longer and the shorter semi-axis in the unit of the coordinates, and the
         direction of the longer one in degrees, 0 to 180, from the x axis towards y.
-        Times 2.45 the semi-axes are those of the ellipse for 95 per cent.
+        Multiplied by 2.45, the semi-axes are those of the 95 per cent ellipse.
 
     Examples
     --------

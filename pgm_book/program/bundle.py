@@ -19,7 +19,7 @@ UNDETERMINED = (
 
 
 def without_lens(xy: np.ndarray, camera: Sequence | np.ndarray) -> np.ndarray:
-    """Where image points would lie without a lens, from the principal point.
+    """Image points corrected for lens distortion, from the principal point.
 
     Parameters
     ----------
@@ -99,13 +99,13 @@ def blocks(
     K : ndarray (q, q)
         Camera and photos, q = 10 + 6 m.
     E : ndarray (n, q, 3)
-        What joins them with each point.
+        The coupling of these with each point.
     V : ndarray (n, 3, 3)
         The points.
     f, g : ndarray (q,), (n, 3)
         Right-hand sides, of camera and photos and of the points.
     v : ndarray (k, 2)
-        Computed minus observed, over sigma.
+        Computed minus observed, divided by sigma.
 
     References
     ----------
@@ -137,7 +137,7 @@ def blocks(
 
 
 def reduced(K: np.ndarray, E: np.ndarray, V: np.ndarray) -> np.ndarray:
-    """Normal equations (q, q) of camera and photos after the points were eliminated.
+    """Normal equations (q, q) of camera and photos after elimination of the points.
 
     `K` (q, q), `E` (n, q, 3) and `V` (n, 3, 3) are those of `blocks`.
 
@@ -173,7 +173,7 @@ def adjust(
     C : ndarray (10, 10)
         Its covariance.
     sigma0 : float
-        Of the residuals over `sigma`.
+        Of the residuals divided by `sigma`.
     points : ndarray (n, 3)
         Adjusted, in the datum of the first photo.
 
@@ -197,7 +197,7 @@ def adjust(
         raise ValueError("as many unknowns as observations, or more: add rays")
     for _ in range(MAX_ITERATIONS):
         K, E, V, f, g, v = blocks(photo, point, xy, sigma, camera, exteriors, ground)
-        # Eliminate the points; unit diagonals keep the numbers of one size
+        # Eliminate the points; unit diagonals bring all numbers to a similar size
         back = _inverse(V)
         S = reduced(K, E, V)[np.ix_(free, free)]
         s = f - np.einsum("nqa,nab,nb->q", E, back, g)
@@ -222,7 +222,7 @@ def adjust(
 
 
 def _inverse(matrices: np.ndarray) -> np.ndarray:
-    """The inverse, or a sentence when there is none."""
+    """The inverse, or an error that says why there is none."""
     try:
         return np.linalg.inv(matrices)
     except np.linalg.LinAlgError:

@@ -1,6 +1,6 @@
 """Collinearity in a few lines, as lesson 5 writes it: to be read.
 
-`pgm_lab.camera` does the same with a lens, for any number of photos, with derivatives.
+`pgm_lab.camera` does the same with lens distortion and derivatives, for many photos.
 """
 
 from collections.abc import Callable
@@ -34,7 +34,7 @@ def project(exterior: np.ndarray, points: np.ndarray, c: float) -> np.ndarray:
 
     References
     ----------
-    Muliawan 2013, (M 2.9) and (M 2.10), with x0 = y0 = 0 and no lens.
+    Muliawan 2013, (M 2.9) and (M 2.10), with x0 = y0 = 0 and no distortion.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def derivatives(
     Returns
     -------
     ndarray (n, u)
-        One column an unknown, good to some nine digits.
+        One column per unknown, good to some nine digits.
 
     Examples
     --------

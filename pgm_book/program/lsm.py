@@ -58,17 +58,18 @@ def match(
     left, right : array_like (rows, columns)
         Grey values.
     point : array_like (2,)
-        (column, row) of the middle of the left window, in whole pixels.
+        (column, row) of the centre of the left window, in whole pixels.
     start : array_like (8,)
-        Start values of a0, a1, a2, b0, b1, b2, h0, h1; (a0, b0) is a place in the right
-        photo, in pixels.
+        Start values of a0, a1, a2, b0, b1, b2, h0, h1; (a0, b0) is a position in the
+        right photo, in pixels.
     size : int
         Pixels across the window, odd.
 
     Returns
     -------
     trail : ndarray (k + 1, 8)
-        The parameters at the start and after each of k iterations; the last are found.
+        The parameters at the start and after each of k iterations; the last row is the
+        result.
     sigma0 : float
         Standard deviation of a grey value.
     Q : ndarray (8, 8)
@@ -82,7 +83,7 @@ def match(
 
     References
     ----------
-    Bani 2010, (B 2.7) to (B 2.13); (B 2.17) as mended.
+    Bani 2010, (B 2.7) to (B 2.13); (B 2.17) as corrected.
 
     Examples
     --------
@@ -129,7 +130,7 @@ def resampled(
     p : array_like (8,) or (6,)
         Parameters; the first six say where the window lies.
     x, y : array_like (n,)
-        Pixels of the left window, from its middle.
+        Pixels of the left window, from its centre.
 
     Returns
     -------
@@ -161,7 +162,7 @@ def design(
     B, Bx, By : array_like (n,)
         Grey values of the right window and their slopes.
     x, y : array_like (n,)
-        Pixels of the left window, from its middle.
+        Pixels of the left window, from its centre.
     h1 : float
         Contrast.
 

@@ -1,7 +1,7 @@
 """Intersection and resection in a few lines, as lesson 5 writes them: to be read.
 
-`pgm_lab.orientation` does the same with a lens, from no start values, and says what
-went wrong.
+`pgm_lab.orientation` does the same with lens distortion, without start values, and says
+what went wrong.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ def intersection(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
     stations : array_like (n, 3)
         Where the rays begin.
     directions : array_like (n, 3)
-        Where they go, of any length but 0.
+        Their directions, of any length but 0.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def intersection(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
     stations, directions = np.asarray(stations, float), np.asarray(directions, float)
     largest = np.abs(directions).max(axis=1, keepdims=True)
     if not np.all(largest > 0):
-        raise ValueError("directions must not be 0: such a ray goes nowhere")
+        raise ValueError("directions must not be 0: such a ray has no direction")
     d = directions / largest
     d = d / np.linalg.norm(d, axis=1, keepdims=True)
     across = np.eye(3) - d[:, :, None] * d[:, None, :]
@@ -71,7 +71,7 @@ def resection(
     Raises
     ------
     ValueError
-        If a step leads behind the points: start nearer.
+        If a step leads behind the points: start closer.
 
     Examples
     --------

@@ -16,14 +16,14 @@ def best_shift(
     chip: int = 21,
     radius: int = 3,
 ) -> tuple[int, int, np.ndarray]:
-    """Shift of a chip to the place where the sensed image is most like it.
+    """Shift of a chip to the position where the sensed image is most similar.
 
     Parameters
     ----------
     reference, sensed : array_like (rows, columns)
         Grey values.
     point : array_like (2,)
-        (column, row) of the middle of the chip, in whole pixels.
+        (column, row) of the centre of the chip, in whole pixels.
     chip : int
         Pixels across the chip, odd.
     radius : int
@@ -62,7 +62,7 @@ def best_shift(
 
 
 def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
-    """Where the parabola through three r at -1, 0 and 1 is highest, px from the middle.
+    """Where the parabola through three r at -1, 0 and 1 is highest, px from the centre.
 
     The middle one must be the highest, or it raises ValueError.
 
@@ -74,7 +74,7 @@ def peak_of_parabola(r_left: float, r_middle: float, r_right: float) -> float:
     curvature = 2 * r_middle - r_left - r_right
     if r_middle < max(r_left, r_right) or not curvature > 0:
         raise ValueError(
-            "r_middle must be higher than r_left and r_right, to be the top of a hill;"
+            "r_middle must be higher than r_left and r_right, or there is no peak;"
             f" got {r_left:g}, {r_middle:g}, {r_right:g}"
         )
     return (r_right - r_left) / (2 * curvature)
@@ -106,7 +106,7 @@ def chip_shifts(
     reference, sensed, chip, radius
         As for `best_shift`.
     points : array_like (n, 2)
-        (column, row) of the middle of each chip, in whole pixels.
+        (column, row) of the centre of each chip, in whole pixels.
 
     Returns
     -------

@@ -24,7 +24,8 @@ def model_point(
     x, y : float
         Photo coordinates in the left normal image, mm.
     parallax : float
-        x' - x'' in mm, positive: or the rays do not meet before the camera.
+        x' - x'' in mm; must be positive, or the rays do not meet in front of the
+        camera.
     base : float
         Distance of the perspective centres, m.
     c : float
@@ -68,7 +69,7 @@ def epipolar_line(
     Raises
     ------
     ValueError
-        If the ray lies along the base: there is no plane then.
+        If the ray lies along the base: then there is no plane.
 
     Examples
     --------
@@ -103,7 +104,7 @@ def along_row(
     window : int
         Pixels across the window, odd.
     low, high : int
-        Least and greatest disparity that is tried, px.
+        Smallest and largest disparity that is tried, px.
 
     Returns
     -------
@@ -231,7 +232,7 @@ def row_points(
 
 
 def coarser(pair: NormalPair) -> NormalPair:
-    """Return the next level of the image pyramid: half the size, smoothed before.
+    """Return the next level of the image pyramid: half the size, smoothed first.
 
     Pixels have twice the size; pixel (0, 0) stays where it was.
     """

@@ -1,4 +1,4 @@
-"""Matching held against photos that nobody made for it.
+"""Matching tested on photos that were not made for it.
 
 ``python -m pgm_book.common.real_pairs FOLDER`` prints one table: what `ncc.match`,
 `lsm.match` and `matching.match` do on the pairs whose files lie somewhere in FOLDER, on

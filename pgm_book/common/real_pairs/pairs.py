@@ -23,7 +23,7 @@ OPENCV = "https://raw.githubusercontent.com/opencv/opencv/4.x/samples/data/"
 
 @dataclass(frozen=True)
 class Source:
-    """Files of one pair: where they come from, who made them, what allows their use."""
+    """Files of one pair: where they come from, who made them, under which licence."""
 
     name: str
     files: tuple[str, ...]
@@ -80,12 +80,12 @@ def find(folder: Path, name: str) -> Path | None:
 # --- Photos made of a subject ---
 
 FINER = 3  # samples along a pixel
-WHITE = (0.6, 1.0, 0.75)  # what the sensor gets of blue, green, red
+WHITE = (0.6, 1.0, 0.75)  # share of blue, green, red that the sensor receives
 
 
 @dataclass(frozen=True)
 class Camera:
-    """What a photo suffers."""
+    """What degrades a photo."""
 
     gain: float = 1.0
     vignetting: float = 0.15  # of the light is missing in the corners
@@ -136,7 +136,7 @@ def photo(light: np.ndarray, camera: Camera) -> np.ndarray:
 
 
 def similarity(degrees: float, scale: float, centre: tuple[float, float]) -> np.ndarray:
-    """Homography (3, 3) that turns and scales about a centre, and shifts a little."""
+    """Homography (3, 3) that rotates and scales about a centre, and shifts a little."""
     a = np.radians(degrees)
     A = scale * np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
     H = np.eye(3)
@@ -164,7 +164,7 @@ class Layer:
     outline: np.ndarray | None = None
 
     def to_right(self) -> np.ndarray:
-        """Homography (3, 3) from left to right: column less disparity."""
+        """Homography (3, 3) from left to right: column minus disparity."""
         H = np.eye(3)
         d0, dx, dy = self.disparity
         H[0] = 1 - dx, -dy, -d0
@@ -211,7 +211,7 @@ class Stereo:
     left: np.ndarray
     right: np.ndarray
     disparity: np.ndarray
-    most: int  # px, what the search has to reach
+    most: int  # px, which the search has to reach
 
     def truth(self, points: np.ndarray) -> np.ndarray:
         """Right points (n, 2) of whole left pixels."""
@@ -286,7 +286,7 @@ def things(seed: int = 1, many: int = 25) -> Stereo:
 
 
 def rephotographed(name: str, subject: np.ndarray, degrees: float, scale: float):
-    """Return two photos of a photo, the right one turned and scaled."""
+    """Return two photos of a photo, the right one rotated and scaled."""
     rows, columns = subject.shape
     H = similarity(degrees, scale, ((columns - 1) / 2, (rows - 1) / 2))
     left = photo(seen(subject, np.eye(3), (columns, rows)), Camera(seed=1))
@@ -306,9 +306,9 @@ def subjects(folder: Path) -> dict[str, np.ndarray]:
 
 
 def aerial(blur: tuple[float, float], noise: float, factor: int = 3) -> Warped:
-    """The orthophoto seen from two flights: turned by 4 degrees, each with its blur.
+    """The orthophoto seen from two flights: rotated by 4 degrees, each with its blur.
 
-    `blur` is what the lens does, in pixels (standard deviation): with 0.4 fine detail
+    `blur` is that of the lens, in pixels (standard deviation): with 0.4 fine detail
     is aliased, with 0.8 hardly.
     """
     grey = datasets.yellowstone().grey.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Rows of the table: what is matched, and how much of it well. Each takes seconds.
+"""Rows of the table: what is matched, and how well. Each takes seconds.
 
 The row ``curve`` also writes results/matching_quality.csv: the share of wrong matches
 against the share that is kept, as the quality rises.
@@ -27,13 +27,13 @@ from pgm_lab.matching import RECOMMENDED_QUALITY, quality
 
 Row = tuple[str, str, str]  # what, pair, figures
 
-# --- Points as a user would choose them, and how far a match is off ---
+# --- Points as a user would choose them, and the error of a match ---
 
 MARGIN = 30  # px
 
 
 def picked(image: np.ndarray, number: int, margin: int = MARGIN) -> np.ndarray:
-    """Points (n, 2) where texture is best in each cell, and at least the usual.
+    """Points (n, 2) of best texture in each cell, where it is at least average.
 
     They lie on edges of objects more often than not.
     """
@@ -51,7 +51,7 @@ def picked(image: np.ndarray, number: int, margin: int = MARGIN) -> np.ndarray:
 
 
 def grid(image: np.ndarray, number: int) -> np.ndarray:
-    """Points (n, 2) that know nothing of the image."""
+    """Points (n, 2) that do not depend on the image."""
     rows, columns = image.shape
     size = int(np.sqrt(image.size / number))
     x, y = np.meshgrid(
@@ -86,7 +86,7 @@ def distance(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def robust_sd(values: np.ndarray) -> float:
-    """Standard deviation of normal values, not spoilt by some wrong ones."""
+    """Standard deviation of normal values, robust against some wrong ones."""
     return float(np.median(np.abs(values - np.median(values))) / 0.6745)
 
 
@@ -121,7 +121,7 @@ def aerial_accepted(folder: Path) -> Iterator[Row]:
 
 
 def far_starts(folder: Path) -> Iterator[Row]:
-    """Windows turned or scaled without a start for the shape, beside ECC."""
+    """Windows rotated or scaled without a start for the shape, compared with ECC."""
     for degrees, scale in ((15, 1), (0, 0.85)):
         for name, subject in subjects(folder).items():
             pair = rephotographed(name, subject, degrees, scale)
@@ -135,7 +135,7 @@ def far_starts(folder: Path) -> Iterator[Row]:
                 for e in (distance(ours, truth), distance(ecc, truth))
             ]
             yield (
-                f"turned {degrees}, scale {scale}",
+                f"rotated {degrees}, scale {scale}",
                 f"{name} (made), {len(points)}",
                 f"lsm {shares[0]}; ECC {shares[1]}",
             )
@@ -164,7 +164,7 @@ def _ecc(
 
 
 def precision(folder: Path) -> Iterator[Row]:
-    """Errors across the rows, where the truth is zero, over what was predicted."""
+    """Errors across the rows, where the truth is zero, divided by the predicted sd."""
     for pair in stereo_pairs(folder):
         figures = []
         for template in (11, 21, 31):
@@ -220,7 +220,7 @@ def clipped(folder: Path) -> Iterator[Row]:
 
 
 def no_data(folder: Path) -> Iterator[Row]:
-    """A masked disc in the right photo: what is beside it is matched all the same."""
+    """A masked disc in the right photo: points beside it are matched all the same."""
     pair = aerial((0.8, 0.8), 2)
     points = textured(pair, 200)
     truth = pair.truth(points)
@@ -242,7 +242,7 @@ def no_data(folder: Path) -> Iterator[Row]:
 
 
 def rows_like_stereobm(folder: Path) -> Iterator[Row]:
-    """Search along the rows with the way back, beside OpenCV's block matching."""
+    """Search along the rows with left-right check, beside OpenCV's block matching."""
     for pair in stereo_pairs(folder):
         points = grid(pair.left, 2500)
         truth = pair.truth(points)
@@ -312,7 +312,7 @@ def errors_and_quality(
 
 
 def one_call(folder: Path) -> Iterator[Row]:
-    """200 points by `matching.match`, photos turned by 10 degrees, scale 1.2."""
+    """200 points by `matching.match`, photos rotated by 10 degrees, scale 1.2."""
     pairs = [rephotographed(n, s, 10, 1.2) for n, s in subjects(folder).items()]
     for pair in pairs + graffiti(folder):
         found = matching.match(pair.left, pair.right)

@@ -1,7 +1,8 @@
 """The reference: what is public in `pgm_lab`, a page a room.
 
 A name that a room offers stands on its page as ``room.name``, whatever module it is
-written in; what else a public module of the room holds follows under that module.
+written in; whatever else a public module of the room contains follows under that
+module.
 """
 
 import ast
@@ -142,7 +143,7 @@ def _offers(module: ModuleType, name: str, thing: object) -> bool:
 
 @cache
 def _in_ledger() -> set[str]:
-    """Full names of the functions that hold a published equation."""
+    """Full names of the functions that implement a published equation."""
     return {name for row in ledger.verdicts() for name in row["code"].split("; ")}
 
 

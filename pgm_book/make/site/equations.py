@@ -1,4 +1,4 @@
-"""The equation index: from (M 2.94) to the function that holds it and to its proof."""
+"""The equation index: from (M 2.94) to the function that computes it and its proof."""
 
 import inspect
 import re
@@ -17,10 +17,10 @@ TEXT = """\
 The equation index
 ==================
 
-From the number of an equation to the function that holds it. Docstrings cite in the
-same way: (M 2.94) is equation (2.94) of Muliawan 2013, (B 2.10) of Bani 2010, (H 4) of
-Harintaka 2020, (Br 2) of Brahmantara 2015; (B 5) is (5) in the appendix B of Bani 2010.
-The search finds them too, in Python ``pgm_book.common.ledger.code("M 2.94")``.
+From the number of an equation to the function that implements it. Docstrings cite in
+the same way: (M 2.94) is equation (2.94) of Muliawan 2013, (B 2.10) of Bani 2010, (H 4)
+of Harintaka 2020, (Br 2) of Brahmantara 2015; (B 5) is (5) in the appendix B of Bani
+2010. The search finds them too, in Python ``pgm_book.common.ledger.code("M 2.94")``.
 """
 
 

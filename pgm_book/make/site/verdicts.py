@@ -22,7 +22,7 @@ from pgm_lab import datasets
 HERE = Path(__file__).parent
 PAGE = "verdicts"
 
-# The mark says the same as the word, for those who do not tell the colours apart.
+# The mark says the same as the word, for those who cannot distinguish the colours.
 MARKS = {"reproduced": "=", "corrected": "≠", "not derivable": "?"}
 
 TEXT = """\
@@ -35,8 +35,8 @@ html_theme.sidebar_secondary.remove: true
 Every number, formula and statement of the four sources that a chapter uses was
 recomputed. A row says what is printed, what we get, and links to the test that proves
 it. *Reproduced* means that we get what is printed; *corrected*, that something else
-follows from the data or the derivation; *not derivable*, that what is published does
-not suffice to say. A correction has a cause where one could be found: the text
+follows from the data or the derivation; *not derivable*, that the published information
+does not suffice to decide. A correction has a cause where one could be found: the text
 of the *author*, the *scan* that we read, or *unclear*. If you wrote one of the sources
 and think that a verdict is wrong, open an issue with the row and what you know.
 
@@ -59,7 +59,7 @@ class Verdict:
 
     @cached_property
     def functions(self) -> list[str]:
-        """Functions that hold the equation, by the names that the reference has."""
+        """Functions that implement the equation, by their names in the reference."""
         named = self.row["code"].split("; ")
         return [api.public_name(n) for n in named if n and not n.startswith("-")]
 
@@ -159,7 +159,7 @@ def html(app: Sphinx, page: str) -> str:
 
 
 def breakable(name: str, sign: str) -> Markup:
-    """A long name that may go on in the next line after each sign."""
+    """A long name that may be broken after each sign."""
     return Markup(f"{sign}<wbr>").join(escape(part) for part in name.split(sign))
 
 
