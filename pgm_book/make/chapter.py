@@ -43,8 +43,8 @@ def begin(number: str, name: str) -> list[Path]:
     there = [path for path in written if (ROOT / path).exists()]
     if there or (row and row["notebook"]):
         raise ValueError(
-            f"chapter {number} exists already: {there or row['notebook']}. To give it"
-            " the form, work in its notebook, see CONTRIBUTING.md"
+            f"chapter {number} exists already: {there or row['notebook']}. To bring"
+            " it into this form, edit its notebook, see CONTRIBUTING.md"
         )
     title = row["title"] if row else name.replace("_", " ").capitalize()
     question = row["question"] if row else "Which question does this chapter answer?"

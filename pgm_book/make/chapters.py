@@ -1,7 +1,7 @@
-"""The table of the lessons in README, with a picture each, and README's large picture.
+"""The table of the lessons in README, each with a picture, and README's large picture.
 
 ``python -m pgm_book.make.chapters`` renews them from data/chapters.csv, whose column
-``figure`` says which stored figure of a notebook stands for it, counted from 0.
+``figure`` says which stored figure of a notebook represents it, counted from 0.
 """
 
 import base64
@@ -50,12 +50,12 @@ def renewed(text: str) -> str:
     between = re.compile(f"{re.escape(BEGIN)}.*{re.escape(END)}", re.DOTALL)
     new, number = between.subn(lambda _: f"{BEGIN}\n\n{table()}\n\n{END}", text)
     if number != 1:
-        raise ValueError(f"README.md must hold {BEGIN} and {END} once")
+        raise ValueError(f"README.md must contain {BEGIN} and {END} once")
     return new
 
 
 def picture(row: dict[str, str]) -> Image.Image:
-    """Return the stored figure that stands for a notebook, made small."""
+    """Return the stored figure that represents a notebook, reduced in size."""
     path = ROOT / "notebooks" / f"{row['notebook']}.ipynb"
     stored = [
         output["data"]["image/png"]

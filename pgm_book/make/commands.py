@@ -55,7 +55,7 @@ def lab(*arguments: str) -> int:
     if code:
         return code
     command = [python, "-m", "jupyterlab", "00_start_here.ipynb", *arguments]
-    # In a container root is often the only user; JupyterLab runs for it when told to.
+    # In a container root is often the only user; JupyterLab runs for it if allowed.
     # Elsewhere its refusal stands: what a notebook of root's runs may do anything.
     if in_container():
         command.append("--allow-root")
@@ -75,7 +75,7 @@ def test(*arguments: str) -> int:
         code = run([python, "-m", *check])
         if code:
             return code
-    # What mypy checks, and how strictly, stands in pyproject.toml.
+    # What mypy checks, and how strictly, is set in pyproject.toml.
     with tempfile.TemporaryFile() as output:
         types = started([python, "-m", "mypy"], stdout=output)
         code = run_tests(python, "-m", "not slow", *arguments)
@@ -167,7 +167,7 @@ MODULES = {
     "house": (
         ["main"],
         ["pgm_book.make.house"],
-        "Draw the map of both packages, docs/house.svg, and hold its rules.",
+        "Draw the map of both packages, docs/house.svg, and check its rules.",
     ),
 }
 

@@ -63,7 +63,7 @@ class Refused(Exception):
 
 
 def ensure(venv_name: str, *sets: str, root: Path = ROOT) -> Path:
-    """Make sure that an environment holds the wanted sets of packages.
+    """Make sure that an environment has the wanted sets of packages.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def ensure(venv_name: str, *sets: str, root: Path = ROOT) -> Path:
 
 
 def refuse_foreign(venv: Path) -> None:
-    """Refuse what stands in the place of an environment and was not made here."""
+    """Refuse an environment's folder that was not made here."""
     if is_link(venv):
         obstacle = "a link to another place"
     elif venv.exists() and not venv.is_dir():

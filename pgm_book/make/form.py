@@ -3,9 +3,9 @@
 `python -m pgm_book.make.form` prints the counts of every notebook, and what is wrong
 with those that `data/chapters.csv` calls a lesson or a case;
 `python -m pgm_book.make.form 02` judges the named one as a lesson, whatever it
-is yet. Counted is what a student's copy holds: all
-text cells but the derivations. The choices of a prediction and their sentences are not
-among the words; tests/make/test_form.py keeps them short.
+is yet. The counts are those of a student's copy, its derivations excepted. The choices
+of a prediction and their sentences are not among the words; tests/make/test_form.py
+keeps them short.
 """
 
 import csv
@@ -49,7 +49,7 @@ HEAD = "the head"
 
 @dataclass(frozen=True)
 class Section:
-    """What stands under one heading; before the first with minutes it is the head."""
+    """The cells under one heading; the head before the first heading with minutes."""
 
     title: str
     minutes: int | None
@@ -203,7 +203,7 @@ def code_problems(notebook: NotebookNode, every: list[NotebookNode]) -> list[str
             found.append(f"{name(cell)}: checks.predict goes with the tag predict")
         if "predict" in tags(cell) and "plot.show(" in cell.source:
             found.append(
-                f"{name(cell)} spells out its alt text, which tells the answer: let a"
+                f"{name(cell)} spells out its alt text, which gives the answer: let a"
                 " function of pgm_lab.plot show the figure"
             )
     for cell, after in zip(every, [*every[1:], None]):

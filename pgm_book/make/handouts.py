@@ -48,7 +48,7 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook without solutions, checks and speaker notes, as printed.
 
     What is folded to be read later is open on paper, a prediction stays closed. The
-    answers stand at the end, so that a reader commits to one of their own before. A
+    answers are at the end, so that a reader commits to one first. A
     figure is as small as its writing allows; a very long table stays in the notebook,
     and so does what is tagged `screen`, a figure that its text only sums up.
     """
@@ -106,7 +106,7 @@ def _shorten(output: NotebookNode) -> None:
     if rows > LONGEST_TABLE:
         caption = BeautifulSoup(table, "html.parser").find("caption")
         name = caption.get_text(" ", strip=True) if caption else "A table"
-        sentence = f"<p>{name}: {rows - 1} rows, which stand in the notebook.</p>"
+        sentence = f"<p>{name}: {rows - 1} rows, see the notebook.</p>"
         output.data["text/html"] = sentence
 
 
@@ -162,7 +162,7 @@ def faults(pdf: bytes, notebook: NotebookNode, form: str = "") -> list[str]:
     count = len(printed.heights)
     found = []
     if count > PAGES.get(form, count):
-        found.append(f"it has {count} pages, a {form} has {PAGES[form]}")
+        found.append(f"it has {count} pages, a {form} at most {PAGES[form]}")
     return [
         *found,
         *_lone_headings(printed.pieces),
@@ -216,7 +216,7 @@ def _divided(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
         if not what:
             continue
         name = f"the {what} under {heading!r}" if heading else f"the {what}"
-        # The words may also stand elsewhere: they count below those that ask for them.
+        # The words may also occur elsewhere: they count below those that ask for them.
         asked_at = max(letters.find(asked, end), end)
         found = letters.find(words, asked_at)
         if found < 0:

@@ -1,7 +1,7 @@
 """Draw the map of the house, and name the imports that break its rules.
 
 `python tasks.py house` writes docs/house.svg and prints the size of each room. A room
-is a module or a package directly in pgm_lab or pgm_book; in pgm_lab it stands one floor
+is a module or a package directly in pgm_lab or pgm_book; in pgm_lab it is one floor
 above the highest room that it imports from, so that every line goes down. Command lines
 (`__main__`) are doors, not rooms: they may import from above.
 """
@@ -24,7 +24,7 @@ Graph = dict[str, set[str]]
 
 
 class Import(NamedTuple):
-    """An import of a module, wherever it stands and whatever its form."""
+    """An import of a module, of any form and anywhere in a file."""
 
     file: str
     line: int

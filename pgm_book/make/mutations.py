@@ -5,7 +5,7 @@ piece of text in a module, another one in its place, what that breaks, and the t
 that have to notice. With `--drawn` it works through tests/mutations_drawn.csv, faults
 that were drawn by a seed, each found by its line and by which one of equal lines it is.
 Of these the test that noticed the last time is run first, then those of the module's
-folder, then others that come past it. A copy of the project is broken, never itself.
+folder, then others that run it. A copy of the project is broken, never itself.
 """
 
 import argparse
@@ -72,7 +72,7 @@ def mutated(row: Row, root: Path = ROOT) -> str:
         clear = which < len(places)
     if not clear or old == new:
         raise ValueError(
-            f"fault {row['number']}: {old!r} stands {len(places)} times in"
+            f"fault {row['number']}: {old!r} occurs {len(places)} times in"
             f" {row['file']}. Bring the list up to date"
         )
     return text[: places[which]] + new + text[places[which] + len(old) :]
@@ -124,7 +124,7 @@ def verdict(tests: list[str], folder: Path, seconds: float | None, marks: str) -
 
 def stages(row: Row) -> list[list[str]]:
     """Return lists of tests, to be run one after the other until one notices."""
-    # The killer is one test, whose name may hold spaces
+    # The killer is one test, whose name may contain spaces
     killer = [[row["killer"]]] if row.get("killer") else []
     others = [row[name].split() for name in ("tests", "others") if row.get(name)]
     return killer + others
@@ -177,7 +177,7 @@ def tried(
 
 
 def changed(path: Path, text: bytes) -> None:
-    """Write a module, and remove its bytecode: time and size may not tell."""
+    """Write a module, and remove its bytecode: time and size may not differ."""
     path.write_bytes(text)
     for compiled in (path.parent / "__pycache__").glob(f"{path.stem}.*"):
         compiled.unlink()

@@ -38,8 +38,8 @@ CELL_SECONDS = 120
 # Sliders live in a running notebook only; stored, they are an empty frame.
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 
-# Widgets that take what a cell shows. The page answers them, and nbclient, which plays
-# the page in `nbconvert --execute`, loses an answer now and then and waits in vain.
+# Widgets that take what a cell shows. The page answers them, and nbclient, which acts
+# as the page in `nbconvert --execute`, sometimes loses an answer and waits in vain.
 TAKES_OUTPUT = re.compile(r"(?<!plot\.)\b(interact\w*|Output)\(")
 
 # A folder of the machine that ran the notebook: /home/ada/..., C:\Users\ada\...
@@ -53,7 +53,7 @@ class RunFailed(Exception):
 
 
 def code_sha256(notebook: NotebookNode) -> str:
-    """Return the hash of all code, which tells whether the outputs are current."""
+    """Return the hash of all code, which shows whether the outputs are current."""
     sources = [cell.source for cell in code_cells(notebook)]
     return hashlib.sha256(json.dumps(sources).encode()).hexdigest()
 

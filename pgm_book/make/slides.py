@@ -227,7 +227,7 @@ def _after_the_lecture(
     used = {tag for cell in notebook.cells for tag in tags(cell)}
     return [
         *(one.title for one in rest if one.title == QUESTIONS),
-        *(["the exercises, each at its own pace"] if "exercise" in used else []),
+        *(["the exercises, at your own pace"] if "exercise" in used else []),
         *(row["title"] for row in rows if row["number"] == f"{number}c"),
     ]
 

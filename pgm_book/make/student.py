@@ -1,6 +1,6 @@
 """Student and instructor copies of a notebook.
 
-The notebook in ``notebooks/`` holds the worked solutions, between two marker lines
+The notebook in ``notebooks/`` contains the worked solutions, between two marker lines
 
     ### BEGIN SOLUTION
     ### END SOLUTION
@@ -20,7 +20,7 @@ from pgm_lab.io.files import save
 
 PLACEHOLDER = "pass  # your code here"
 PROGRAM = "my_pgm.py"  # where there is one, `checks.keep` puts functions into it
-FIRST_LINES = '''"""My photogrammetric program: what I wrote and its check accepted.
+FIRST_LINES = '''"""My photogrammetric program: the functions that passed their checks.
 
 A check that passes puts its function here as it was typed; when it passes again, the
 new one takes the place of the old. Nothing else changes this file.

@@ -1,10 +1,10 @@
 """Make the reader's own copies of the notebooks in work/, and never touch them again.
 
 Each notebook is copied once, with the exercises open. When an original changes later,
-its new copy is put beside the reader's, under another name, and a line says so. Where
-the copies are of an older edition, whose modules have moved, the new edition is laid
-into a folder beside it, work-2/, with the reader's program. No file of the reader is
-ever written to.
+its new copy is put beside the reader's, under another name, and a line says so. If the
+copies are of an older edition, whose modules have moved, the new edition is put into a
+folder beside it, work-2/, with the reader's program. No file of the reader is ever
+written to.
 """
 
 import ast
@@ -27,7 +27,7 @@ DAMAGED = (
     "notebooks stay as they are."
 )
 OLDER = (
-    "{old}/ holds notebooks of an older edition, which call modules that have moved. "
+    "{old}/ contains notebooks of an older edition, whose modules have moved. "
     "They stay as they are. The new edition is in {new}/, your program {program} along "
     "with it."
 )
@@ -153,7 +153,7 @@ def is_older(work_dir: Path) -> bool:
 
 
 def begin_program(work_dir: Path, before: Path | None = None) -> None:
-    """Give the reader an empty program, or the one of the edition before, mended."""
+    """Give the reader an empty program, or that of the previous edition, updated."""
     if (work_dir / PROGRAM).exists():
         return
     text = FIRST_LINES

@@ -157,9 +157,9 @@ def scatter(
     reach = 1.15 * max(float(np.abs(v).max()), 2.2 * float(np.sqrt(np.trace(C) / 2)))
     reach = max(reach, 1e-3)
     near.set(xlim=(-reach, reach), ylim=(reach, -reach))
-    near.set_title("From the mean shift" if errors is None else "From the model")
-    for ax, off in ((whole, ""), (near, " deviation")):
-        ax.set(xlabel=f"dx{off} (px)", ylabel=f"dy{off} (px)", aspect="equal")
+    near.set_title(f"Deviations from the {'mean' if errors is None else 'model'}")
+    for ax in (whole, near):
+        ax.set(xlabel="dx (px)", ylabel="dy (px)", aspect="equal")
         ax.xaxis.set_major_locator(plt.MaxNLocator(5))
         ax.yaxis.set_major_locator(plt.MaxNLocator(5))
     fig.legend(loc="outside lower center", ncols=3)

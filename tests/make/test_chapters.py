@@ -43,7 +43,7 @@ def test_a_stale_table_is_renewed_and_the_rest_of_readme_is_kept():
     assert new.startswith("before\n") and new.endswith("\nafter\n")
     assert "an old title" not in new and "(notebooks/00_start_here.ipynb)" in new
     assert renewed(new) == new
-    with pytest.raises(ValueError, match="must hold"):
+    with pytest.raises(ValueError, match="must contain"):
         renewed("no table here")
 
 

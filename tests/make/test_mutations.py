@@ -70,7 +70,7 @@ def test_tests_that_fail_anyhow_prove_nothing(project):
 
 
 def test_an_outdated_list_fails_before_anything_is_run(project):
-    with pytest.raises(ValueError, match="fault 1: 'x / 5' stands 0 times in"):
+    with pytest.raises(ValueError, match="fault 1: 'x / 5' occurs 0 times in"):
         mutations.tried([ROW | {"old": "x / 5"}], project, 20)
 
 
@@ -80,7 +80,7 @@ def test_a_drawn_fault_finds_its_line_after_the_module_has_moved(project):
     moved = "import a\n\nif a:\n    y = x + 1\nelse:\n    y = x + 1\n"
     (project / ROW["file"]).write_text(moved)
     assert mutations.mutated(row, project) == moved[:-4] + "- 1\n"
-    with pytest.raises(ValueError, match="stands 2 times in"):
+    with pytest.raises(ValueError, match="occurs 2 times in"):
         mutations.mutated(row | {"occurrence": "3"}, project)
 
 

@@ -226,7 +226,7 @@ def test_the_new_edition_is_laid_beside_an_older_one(lab, folders, capsys, old):
     assert (new / "my_pgm.py").read_text(encoding="utf-8") == MENDED
     assert {path.name: path.read_bytes() for path in work.iterdir()} == before
     said = capsys.readouterr().out
-    assert "work/ holds notebooks of an older edition" in said
+    assert "work/ contains notebooks of an older edition" in said
     assert "new edition is in work-2/, your program my_pgm.py along" in said
     assert lab() == 0, "from now on this is the reader's folder"
     assert capsys.readouterr().out == "" and work_folder(source.parent) == new

@@ -66,7 +66,7 @@ def test_too_many_pages_are_counted(pdf, form, most):
     assert faults(pdf(NEXT.join([FULL] * most)), EMPTY, form) == []
     longer = pdf(NEXT.join([FULL] * (most + 1)))
     assert faults(longer, EMPTY, form) == [
-        f"it has {most + 1} pages, a {form} has {most}"
+        f"it has {most + 1} pages, a {form} at most {most}"
     ]
     assert faults(longer, EMPTY) == []
 

@@ -1,8 +1,7 @@
 """The reference: what is public in `pgm_lab`, a page a room.
 
-A name that a room offers stands on its page as ``room.name``, whatever module it is
-written in; whatever else a public module of the room contains follows under that
-module.
+A name that a room exports is on its page as ``room.name``, whatever its module;
+whatever else a public module of the room contains follows under that module.
 """
 
 import ast
@@ -171,7 +170,7 @@ def setup(app: Sphinx) -> None:
 
 
 def as_written(app, what, name, thing, *_) -> tuple[str, str] | None:
-    """Write a signature as it stands in the source: ArrayLike, not all it may be."""
+    """Write a signature as it is in the source: ArrayLike, not all it may be."""
     try:
         (tree,) = ast.parse(textwrap.dedent(inspect.getsource(thing))).body
     except (OSError, TypeError, ValueError):
@@ -205,7 +204,7 @@ def keep_bars(app, what, name, thing, options, lines: list[str]) -> None:
 def keep_types(app: Sphinx, tree: nodes.document) -> None:
     """Keep the words of a type, "sequence of names", from becoming links by chance."""
     for link in list(tree.findall(addnodes.pending_xref)):
-        # Those of role obj stand between backquotes, on purpose.
+        # Those of role obj are between backquotes, on purpose.
         if link["refdomain"] == "py" and link["reftype"] != "obj":
             if "." not in link["reftarget"]:
                 told = link.next_node(addnodes.pending_xref_condition)

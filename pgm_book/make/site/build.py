@@ -57,4 +57,4 @@ def _run_sphinx(source: Path, site: Path) -> None:
     )
     app.build()
     if app.statuscode or app._warncount:
-        raise PublishError("the site has the faults that stand above.")
+        raise PublishError("the site has the faults listed above.")

@@ -20,7 +20,7 @@ The equation index
 From the number of an equation to the function that implements it. Docstrings cite in
 the same way: (M 2.94) is equation (2.94) of Muliawan 2013, (B 2.10) of Bani 2010, (H 4)
 of Harintaka 2020, (Br 2) of Brahmantara 2015; (B 5) is (5) in the appendix B of Bani
-2010. The search finds them too, in Python ``pgm_book.common.ledger.code("M 2.94")``.
+2010. The search finds them too, as does ``pgm_book.common.ledger.code("M 2.94")``.
 """
 
 

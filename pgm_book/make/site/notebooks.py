@@ -1,7 +1,7 @@
 """The chapters: each notebook with its stored outputs, as a page.
 
-A page has what a student's copy has and the outputs besides. Solutions stand folded
-below their exercises, and what a prediction asks about waits for a click.
+A page has what a student's copy has and the outputs besides. Solutions are folded below
+their exercises, and what a prediction asks about waits for a click.
 """
 
 import base64

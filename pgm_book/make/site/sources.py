@@ -79,7 +79,7 @@ def page(file: str, text: str) -> str:
 
 
 def blocks(text: str) -> list[Block]:
-    """Cut a file into its tests and what stands between them; nothing is lost."""
+    """Cut a file into its tests and the lines between them; nothing is lost."""
     lines = text.splitlines()
     found, end = [], 0
     for node in ast.parse(text).body:

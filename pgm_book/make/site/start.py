@@ -13,7 +13,7 @@ INTRODUCTIONS = {
     "notebook shows when it has been run; predictions and solutions open with a click."
     "\n\n{table}",
     "guides": "Programs for measurements and images of your own.",
-    "reference": "What the notebooks call, a page a room of the package. Equations are "
+    "reference": "What the notebooks call, a page for each package. Equations are "
     "cited as (M 2.95) for Muliawan 2013, (B 2.10) for Bani 2010, (H 4) for Harintaka "
     "2020 and (Br 2) for Brahmantara 2015: search for one to find its functions.",
 }
@@ -80,7 +80,7 @@ CHOICES = (
     (
         "15 cm",
         False,
-        "H / c is about 42,000; so many times 5.49 µm are more than 20 cm.",
+        "H / c is about 42,000, and 42,000 × 5.49 µm is more than 20 cm.",
     ),
     (
         "20 cm, as printed",

@@ -1,7 +1,7 @@
 """The verdicts on published numbers as one table that can be searched and filtered.
 
-`write` puts the page among the sources of the site. The table in it is made when
-Sphinx knows the address of every function: this module is an extension of Sphinx too.
+`write` puts the page among the sources of the site. The table in it is made when Sphinx
+has the address of every function: this module is an extension of Sphinx too.
 """
 
 from collections import Counter
@@ -94,7 +94,7 @@ def write(folder: Path) -> list[str]:
 
 
 class Table(nodes.General, nodes.Element):
-    """Where the table will stand."""
+    """Placeholder of the table."""
 
 
 class Verdicts(Directive):
