@@ -1,7 +1,7 @@
 """Two ortho images registered: their shift, and how certain it is.
 
 `chips` finds small windows of one image in the other, `accuracy` summarizes the shifts,
-`model` fits one transformation to them and applies it. `points` says where to look.
+`model` fits one transformation to them and applies it. `points` selects the points.
 """
 
 from pgm_lab.io.geotiff import Raster, read, write
