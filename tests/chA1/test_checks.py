@@ -15,6 +15,13 @@ def normal_equations(A, p, observed):
 
 
 def adjust(A, p, observed):
+    N = A.T @ np.diag(p) @ A
+    if np.linalg.cond(N) > 1e12:
+        raise ValueError("nearly singular")
+    return unguarded_adjust(A, p, observed)
+
+
+def unguarded_adjust(A, p, observed):
     Q = np.linalg.inv(A.T @ np.diag(p) @ A)
     x = Q @ A.T @ (p * observed)
     v = A @ x - observed
@@ -174,6 +181,7 @@ def test_slip_in_the_adjustment_is_named():
         (changed(3, lambda a, *_: np.linalg.inv(a[3])), "Q: that is N"),
         (changed(3, lambda a, *_: 2 * a[3]), r"Q: another matrix"),
         (lambda A, p, d: adjust(A, p, d)[0], "must return 4 things: x, v, sigma0, Q"),
+        (unguarded_adjust, "plane through raw UTM coordinates comes out wrong"),
         (lambda A, p, d: None, "returns nothing yet"),
     ]
     assert unnamed(chapterA1.adjust, slips) == []
