@@ -39,7 +39,8 @@ def window_numbers(windows: Mapping[str, np.ndarray]) -> None:
             ax.set_xlabel(f"r = {r:.2f}".replace("-", "−"))
             said.append(f"{name}: r = {r:.2f}")
     words = "Windows of grey values. " if others else "A window of grey values"
-    plot.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
+    words += ", ".join(said) + ("; the first is" if others else ",")
+    plot.show(fig, f"{words} bright above, dark at lower right.")
 
 
 def _write_numbers(ax: Axes, grey: np.ndarray, fontsize: float) -> None:
