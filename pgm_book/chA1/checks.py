@@ -370,7 +370,9 @@ def adjust(function: Callable) -> None:
         "a plane through raw UTM coordinates comes out wrong, and nothing says so: keep"
         " the lines that stop where columns of A nearly depend on one another"
     )
-    properties.append(("no plane is spoilt in silence", _spoils_none(function), hint))
+    properties.append(
+        ("raw UTM columns stop it, or come out right", _spoils_none(function), hint)
+    )
     report("adjust", properties)
 
 

@@ -131,7 +131,7 @@ def scatter(repeated: np.ndarray, ours: float, stated: float, redundancy: int) -
     r = redundancy
     low, high = stated * np.sqrt(scipy.stats.chi2.ppf((0.025, 0.975), r) / r)
     fig, ax = plt.subplots(figsize=(7, 3.1))
-    label = f"{len(sigma0s)} surveys without a blunder"
+    label = f"{len(sigma0s)} surveys"
     bins = np.linspace(0, max(2.4 * stated, ours), 33)
     ax.hist(sigma0s, bins.tolist(), color=plot.SKY, label=label)
     for limit in (low, high):
