@@ -44,8 +44,8 @@ FIGURES = [
         figures.around_camera,
         (DATA.object_points, {"as published": DATA.exteriors, "turned": OTHER}),
         [
-            "as published: turned away from the first set are none",
-            "turned: turned away from the first set are 2, 7",
+            "as published: rotated against the first set are none",
+            "turned: rotated against the first set are 2, 7",
         ],
     ),
     (
