@@ -85,8 +85,8 @@ def rotation_matrix(function: Callable) -> None:
         (_ordered("pok"), "phi was made first: omega is"),
         (_ordered("kpo"), "the order is reversed: the turn made first, omega,"
          " stands on the right"),
-        (_ordered("opk", (1, 1, -1)), "kappa rotates the wrong way: a sign in its turn"),
-        (_ordered("opk", (1, -1, 1)), "phi rotates the wrong way: a sign in its turn"),
+        (_ordered("opk", (1, 1, -1)), "kappa rotates the wrong way: a sign in it"),
+        (_ordered("opk", (1, -1, 1)), "phi rotates the wrong way: a sign in it"),
         (rotation.matrix(*np.radians(_ATTITUDES).T), "the angles are radians already"),
         (element_by_element, "multiply matrices with @, not element by element"),
         *_few_digits(expected),

@@ -151,9 +151,7 @@ def around_camera(points: np.ndarray, cameras: Mapping[str, np.ndarray]) -> None
         others = f": rotated against the first set are {wrong_ones}"
         said.append(name + (others if len(cameras) > 1 else ""))
     scale = "The axes X, Y, Z are 350 mm long."
-    key = (
-        "\nBlue: as in the first picture; red: rotated." if len(cameras) > 1 else ""
-    )
+    key = "\nBlue: as in the first picture; red: rotated." if len(cameras) > 1 else ""
     fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
     plot.show(
         fig,

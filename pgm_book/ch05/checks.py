@@ -53,9 +53,11 @@ def project(function: Callable[..., object]) -> None:
         "the angles are radians already": image(
             lambda e: rotation.matrix(*np.radians(e[3:]))
         ),
-        "M is missing: rotate the ray into the camera frame": image(lambda e: np.eye(3)),
+        "M is missing: rotate the ray into the camera frame": image(
+            lambda e: np.eye(3)
+        ),
         "the perspective centre is not subtracted": image(origin=lambda e: np.zeros(3)),
-        "the first three of exterior are the position, the last three the angles": image(
+        "of exterior the first three are the position, the rest angles": image(
             lambda e: rotation.matrix(*e[:3]), lambda e: e[3:]
         ),
         "x and y are exchanged": lambda e, p, c: right(e, p, c)[:, ::-1],
@@ -198,7 +200,9 @@ def resection(function: Callable[..., object]) -> None:
     if not hint and off > start_off:
         hint = AWAY
     elif not hint and off < 1:
-        hint = "it comes near, but does not converge: every step needs A and missing anew"
+        hint = (
+            "it comes near, but does not converge: every step needs A and missing anew"
+        )
     hint = hint or "the photo does not stand where its points say"
     if near(ratio, ratio[0], 1e-3):
         why = "the square roots of the diagonal of Q are multiplied by sigma0"

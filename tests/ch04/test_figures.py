@@ -31,7 +31,7 @@ FIGURES = [
         figures.two_orders,
         (20, 30, 40),
         [
-            "One turn of 26.1° leads from one camera to the other;",
+            "A rotation by 26.1° leads from one camera to the other;",
             "their lines of sight are 19.9° apart.",
         ],
     ),

@@ -217,7 +217,7 @@ def test_slip_in_the_resection_is_named():
         (lambda *a: loop(a[0], image_mm, *a[2:]), "not from the example: image_mm"),
         (lambda *a: loop(*a[:2], (lambda: ground_m)(), a[3]), "example: ground_m"),
         (lambda *a: loop(*a[:3], 152.916), "not from the example: 152.916"),
-        (lambda *a: loop(*a, out=np.degrees), "asked for in radians"),
+        (lambda *a: loop(*a, out=np.degrees), "wanted in radians"),
         (lambda *a: loop(*a, sd_of=lambda s, Q: np.sqrt(np.diag(Q))), "by sigma0"),
         (
             lambda *a: loop(*a, sd_of=lambda s, Q: s**2 * np.diag(Q)),
