@@ -400,16 +400,7 @@ def eight_parameters(photo: np.ndarray, point: np.ndarray) -> None:
         title = f"{NAMES[k]} {sign} {abs(step):g}{unit}"
         ax.set_title(title + (", $h_0$ + 60" if k == 7 else ""), fontsize=15)
         ax.grid(False)
-    for text in fig.legend(
-        axes[0, 0].lines,
-        ("unchanged", "changed"),
-        loc="outside lower center",
-        ncols=2,
-        facecolor="0.5",
-        framealpha=1,
-        fontsize=15,
-    ).get_texts():
-        text.set_color("white")
+    fig.supxlabel("dashed: unchanged, orange: one parameter changed", fontsize=16)
     plot.show(
         fig,
         "Eight small photos with a dashed window, and orange what one changed parameter"
