@@ -175,7 +175,7 @@ def shift_by_hand(
 def interpolation() -> None:
     """Show how far each interpolation moves a texture, by the position between pixels.
 
-    A match errs by about as much, the other way.
+    A match is off by about as much, in the opposite direction.
     """
     rows = results.rows("ch03", "interpolation_bias")
     panels: Look = {"sharey": True, "layout": "constrained"}

@@ -103,7 +103,7 @@ def rotation_matrix(function: Callable) -> None:
         otherwise = "none of the three turns alone is right"
     rigid = bool(np.all(rotation.defect(answers) < 1e-9))
     hint = first_slip(answers, slips, otherwise)
-    # What is right but for its digits turns as it should, and is told so
+    # What is right but for its digits is a rotation, and is told so
     kept = rigid or hint != otherwise
     report(
         "rotation_matrix",

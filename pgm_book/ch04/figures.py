@@ -216,7 +216,7 @@ def _north(exterior: np.ndarray) -> str:
     return f"the arrow to the north points {abs(turn):.0f} degrees {side} of up"
 
 
-# --- A meadow with a house and two trees: something for a turned camera to see ---
+# --- A meadow with a house and two trees, for a rotated camera to photograph ---
 
 GROUND = "#D3E3C2"  # of the fields around the meadow, to the horizon
 

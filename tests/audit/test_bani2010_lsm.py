@@ -30,7 +30,7 @@ def left(sigma=0.0, seed=0):
 
 
 def test_2_7_to_2_10_are_satisfied_by_an_affine_pair():
-    # The inverse way: the right image at x', y' from the left one and its radiometry
+    # The inverse: the right image at x', y' from the left one and its radiometry
     x1, y1 = affine(TRUTH, X, Y)
     close(grey(x1, y1), (left() - TRUTH[6]) / TRUTH[7], rtol=0, atol=1e-10)
     # (2.8), (2.9) put them where the matrix of the affine transformation does
@@ -79,7 +79,7 @@ def test_2_14b_and_2_14e_are_one_estimate_of_the_noise_with_r_of_2_14d():
 @pytest.mark.parametrize(("steps", "agree"), [(1, False), (10, True)])
 def test_2_14c_is_2_19_only_once_it_has_converged(steps, agree):
     # Both are computed minus observed, as in (2.10); V of a step is what the tangent
-    # promises
+    # predicts
     observed = left(sigma=2.0)
     p, V, _ = adjusted(observed, IDENTITY, X, Y, steps)
     estimated_minus_template = computed(p, X, Y) - observed

@@ -1,4 +1,4 @@
-"""Figures of turned frames and cameras: what they say is what they show."""
+"""Figures of rotated frames and cameras: their alt texts say what they show."""
 
 import numpy as np
 import pytest
