@@ -22,7 +22,7 @@ POINT = np.array([4.5, -2.0, 3.0])
 
 @pytest.mark.parametrize("exterior", EXTERIORS)
 def test_2_2_and_appendix_1_are_the_projection(exterior):
-    # Two methods: the quotient written out, and the point carried along the camera's axes
+    # By the quotient written out, and by the point carried along the camera's axes
     r, ray = rotation.matrix(*exterior[3:]), POINT - exterior[:3]
     U, V, W = [sum(row * ray) for row in r]
     right, up, back = r
