@@ -247,7 +247,7 @@ ARROWS = (
 
 def follows() -> None:
     """Draw printed figures with their verdicts, and what was computed from which."""
-    fig, ax = plt.subplots(figsize=(10, 5.2))
+    fig, ax = plt.subplots(figsize=(10, 4.6))
     drawn, told = {}, {name: list[str]() for name in (*ledger.VERDICTS, "given")}
     for name, (x, y, printed, computed, row) in BOXES.items():
         fate = ledger.verdicts(row[0], [row[1]])[0]["verdict"] if row else "given"
@@ -264,7 +264,8 @@ def follows() -> None:
         ax.annotate("", *ends, arrowprops=look, zorder=0)
     for fate in told:
         ax.plot([], [], color=_colour(fate), lw=3, label=fate)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
+    ax.plot([], [], color=plot.GREY, lw=1.8, marker=">", label="gives what is after →")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, handlelength=1.6)
     ax.set(xlim=(0.1, 10.5), ylim=(-0.2, 5.8))
     ax.axis("off")
     plot.show(
