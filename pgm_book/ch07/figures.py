@@ -375,7 +375,7 @@ def beyond(true: np.ndarray, found: np.ndarray, r: np.ndarray) -> None:
     )
 
 
-def trial(
+def roc(
     error: np.ndarray,
     r: np.ndarray,
     tests: Mapping[str, np.ndarray],

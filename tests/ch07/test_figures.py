@@ -53,7 +53,7 @@ DRAWN = [
         "2 of 3 wrong chips stay above 0.8",
     ),
     (
-        of_lesson.trial,
+        of_lesson.roc,
         (ERROR, OF_ERROR, {"r": OF_ERROR, "other": -ERROR}, ERROR < 0.25, 0.8),
         "67 per cent of the right and 50 of the wrong chips; all tests of register"
         " together pass 67 and 0.0",
