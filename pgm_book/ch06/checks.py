@@ -151,7 +151,7 @@ def _largest_inverted(function: Callable, *arguments: np.ndarray) -> int:
     names = ("inv", "pinv", "solve")
     solvers = {name: watched(getattr(np.linalg, name)) for name in names}
     with mock.patch.dict(vars(np.linalg), solvers):
-        function(*arguments)
+        answer_of(function, *arguments)
     return max(rows)
 
 
