@@ -14,7 +14,7 @@ def tenth(point: object, computed: ArrayLike) -> None:
     number = float(checks.numbers("point", point))
     if number != WANTED:
         raise CheckFailed(
-            f"point is {number:g}. Write `point = {WANTED}` in the cell above, in the"
+            f"point is {number:g}. Write `point = {WANTED}` in the cell above, in"
             " place of its second line, run it, then this one."
         )
     found = checks.numbers("computed", computed, (2,), "two numbers, x and y in mm")
@@ -32,6 +32,6 @@ def tenth(point: object, computed: ArrayLike) -> None:
     )
     checks.report(
         "point 10",
-        [("you changed a number and ran its cell; y has the other sign here, too",
+        [("you changed a number and ran its cell; y has the opposite sign here, too",
           checks.near(found, left), report)],
     )  # fmt: skip

@@ -29,13 +29,13 @@ def size_and_centre(function: Callable) -> None:
         (right[:, ::-1], "the two are exchanged: first the size, then the centre"),
         (lines, "that is the line in mm at pixel 0; at which pixel is the line zero?"),
         (right * (1, -1), "the sign of the centre is reversed"),
-        (right ** (-1, 1), "that is pixels per millimetre: turn the size round"),
+        (right ** (-1, 1), "that is pixels per millimetre: invert the size"),
         (right * (1000, 1), "the size is in micrometres, not in millimetres"),
         (right * (1e-3, 1), "the size is in metres, not in millimetres"),
-        (turned, "the line is turned round: fit mm along pixels"),
+        (turned, "the line runs the other way round: fit mm along pixels"),
         (
             1 / np.array(turned) ** (1, -1),
-            "the line is turned round: fit mm along pixels",
+            "the line runs the other way round: fit mm along pixels",
         ),
         (right + (0, 0.5), "the centre is off by half a pixel"),
         (right - (0, 0.5), "the centre is off by half a pixel"),
@@ -53,7 +53,7 @@ def size_and_centre(function: Callable) -> None:
 
 
 def to_table(function: Callable) -> None:
-    """Check to_table(photo, image_size, pixel_size), which answers pixels (n, 2)."""
+    """Check to_table(photo, image_size, pixel_size), which returns pixels (n, 2)."""
     rng = np.random.default_rng(13)
     sizes = (1936, 1296), (23.6 / 1936, 15.8 / 1296)
     photo = rng.uniform(-6, 6, (12, 2))

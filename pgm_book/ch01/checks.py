@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from pgm_book.common.checks import CheckFailed, call, first_slip, near, numbers, report
 from pgm_lab import frames, simulate
 
-# Image sizes and pixel sizes (mm) on which a function is tried: landscape, upright, odd
+# Image sizes and pixel sizes (mm) of the trials: landscape, portrait, odd
 _CAMERAS = [
     ((1936, 1296), (23.6 / 1936, 15.8 / 1296)),
     ((3000, 4000), (0.005, 0.004)),
@@ -69,7 +69,7 @@ def pixel_to_photo(function: Callable) -> None:
     if near(right[:, 0], -1.0) and near(down[:, 1], 1.0):
         raise CheckFailed(
             "pixel_to_photo: both axes are mirrored: a half turn, which is right for"
-            " neither. Rows and y run against each other, columns and x do not."
+            " neither. Rows and y count in opposite directions, columns and x do not."
         )
     report(
         "pixel_to_photo",
@@ -218,8 +218,8 @@ def centroid(function: Callable) -> None:
         (expected + 1.0, "one pixel off: the first pixel is number 0, not 1"),
         (expected + 0.5, "half a pixel off: integers are at pixel centres"),
         (upwards, "the row counts upwards; rows count down"),
-        (left_in, "the background is still in: it pulls to the middle of the window"),
-        (clipped, "weights below zero are noise too: keep them, or the rest is biased"),
+        (left_in, "the background is still in: it pulls to the centre of the window"),
+        (clipped, "weights below zero are noise too: keep them, or the sum is biased"),
         *((expected.round(k), "right, but rounded: keep all digits") for k in range(4)),
     ]
     largest = np.abs(answers - expected).max()

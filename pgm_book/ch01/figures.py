@@ -217,7 +217,7 @@ def target_pull(
     ax.imshow(window, vmin=0, vmax=255)
     middle = (np.array(window.shape[::-1]) - 1) / 2
     ax.plot(*middle, "x", color=plot.ORANGE, markersize=13, markeredgewidth=3)
-    ax.plot([], [], "x", color=plot.ORANGE, mew=3, label="middle of the window")
+    ax.plot([], [], "x", color=plot.ORANGE, mew=3, label="centre of the window")
     ax.plot(*truth, "+k", markersize=26, markeredgewidth=3, label="truth")
     for (name, at), marker, colour in zip(centroids.items(), "os^", COLOURS):
         ax.plot(*at, marker, color=colour, markersize=11, label=name)
@@ -231,7 +231,7 @@ def target_pull(
 
 
 def target_by_hand() -> None:
-    """Show a target with sliders for the window, and for the background taken off."""
+    """Show a target with sliders for the window, and for the subtracted background."""
     import ipywidgets
 
     clean = simulate.target(PLACE, 8.0, (SIDE, SIDE), background=40.0)
@@ -260,7 +260,7 @@ def target_by_hand() -> None:
         plot.show(
             fig,
             f"A target, its window of {size} px moved by {shift} px, background"
-            f" {background} taken off: the centroid is off by {_sign(off[0])},"
+            f" {background} subtracted: the centroid is off by {_sign(off[0])},"
             f" {_sign(off[1])} px.",
             colours=64,
         )
@@ -270,7 +270,7 @@ def target_by_hand() -> None:
         draw,
         size=ipywidgets.IntSlider(21, 15, 27, 2, description="window", **look),
         shift=ipywidgets.IntSlider(4, -6, 6, description="moved", **look),
-        background=ipywidgets.IntSlider(0, 0, 40, 5, description="taken off", **look),
+        background=ipywidgets.IntSlider(0, 0, 40, 5, description="subtracted", **look),
     )
 
 

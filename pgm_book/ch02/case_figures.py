@@ -1,4 +1,4 @@
-"""Figures of the case of the twenty-five numbers: formulas and searches on trial."""
+"""Figures of the case of the twenty-five numbers: formulas and searches checked."""
 
 from collections.abc import Mapping
 
@@ -32,7 +32,7 @@ def two_maps(scene: np.ndarray, quick: np.ndarray, exact: np.ndarray) -> None:
     plot.show(
         fig,
         "A hazy satellite scene with a template in its middle; the map of r in 32 bit,"
-        " a random speckle; and the map with the mean taken off first, one summit.",
+        " a random speckle; and the map with the mean subtracted first, one summit.",
         colours=128,
     )
 

@@ -43,7 +43,7 @@ def correlation(function: Callable[[np.ndarray, np.ndarray], object]) -> None:
     slips = [
         (
             [_r(a, b, centred=False) for b in (other, -other)],
-            "take off the mean of each window first",
+            "subtract the mean of each window first",
         ),
         (right**2, "that is r squared"),
         (np.abs(right), "r has a sign: it is negative where one is a negative"),
@@ -251,7 +251,7 @@ def correlation_map(function: Callable[[np.ndarray, np.ndarray], object]) -> Non
             "subtract the mean of each window, not that of the whole search window",
         ),
         (one_sum, "sum the squares of each window first, and multiply then"),
-        (expected[::-1, ::-1], "the template is turned by 180 degrees"),
+        (expected[::-1, ::-1], "the template is rotated by 180 degrees"),
         (np.abs(expected), "r has a sign: it is negative where one is a negative"),
         (expected * (i + j == 0), "only r[0, 0] is filled: does it end early?"),
         (

@@ -39,7 +39,8 @@ def window_numbers(windows: Mapping[str, np.ndarray]) -> None:
             ax.set_xlabel(f"r = {r:.2f}".replace("-", "−"))
             said.append(f"{name}: r = {r:.2f}")
     words = "Windows of grey values. " if others else "A window of grey values"
-    plot.show(fig, f"{words}{', '.join(said)}, bright above, dark at lower right.")
+    words += ", ".join(said) + ("; the first is" if others else ",")
+    plot.show(fig, f"{words} bright above, dark at lower right.")
 
 
 def _write_numbers(ax: Axes, grey: np.ndarray, fontsize: float) -> None:
@@ -50,7 +51,7 @@ def _write_numbers(ax: Axes, grey: np.ndarray, fontsize: float) -> None:
 
 
 def window_arrows() -> None:
-    """Show windows of three pixels, their means taken off, as arrows in a plane."""
+    """Show windows of three pixels, their means subtracted, as arrows in a plane."""
     a, b = np.array([60.0, 110, 40]), np.array([50.0, 70, 120])
     named = {"a": a, "0.6 a + 80": 0.6 * a + 80, "255 − a": 255 - a, "b": b}
     # Centred windows of three pixels lie in the plane where the parts sum to zero
@@ -83,11 +84,11 @@ def window_arrows() -> None:
     ax.text(19 * np.cos(middle) - 3, 19 * np.sin(middle) - 3, r"$\theta$", fontsize=17)
     ax.plot(0, 0, "o", color=plot.BLACK)
     ax.set(xlim=(-75, 75), ylim=(-62, 68), aspect="equal")
-    ax.set(xlabel="grey values", ylabel="grey values", title="means taken off: a plane")
+    ax.set(xlabel="grey values", ylabel="grey values", title="without means: a plane")
     plot.show(
         fig,
         "Left, four windows of three grey values. Right, the same windows with their"
-        " means taken off, as arrows from one point: 0.6 a + 80 lies along a and is"
+        " means subtracted, as arrows from one point: 0.6 a + 80 lies along a and is"
         " shorter, 255 − a points the other way, and b makes an angle theta with a.",
     )
 
@@ -328,7 +329,7 @@ def six_troubles(pair: StereoPair, ground: np.ndarray) -> list[tuple]:
     """Six searches: a good one, and five kinds of trouble.
 
     Each is (left, point, right, start, width of the template, true place); in the last
-    two a log on the orthophoto `ground` is seen turned and foreshortened.
+    two a log on the orthophoto `ground` is seen rotated and foreshortened.
     """
     column, row = np.meshgrid(np.arange(-40, 41), np.arange(-40, 41))
     a, b = np.cos(np.radians(30)), np.sin(np.radians(30))
@@ -370,7 +371,7 @@ def gallery(searches: Sequence[tuple], found: np.ndarray) -> None:
         " cross marks the highest r, a white ring the truth. A: one summit at the"
         " truth. B, a floor in shadow: broad ridges without a summit. C, the slats of a"
         " bench: a row of equal ridges, the cross two slats beside the ring. D, a floor"
-        " beside the engine: one high summit, far from the ring. E, a log turned, and"
+        " beside the engine: one high summit, far from the ring. E, a log rotated, and"
         " F, a log seen at half its width: no clear summit.",
         colours=128,
     )
@@ -391,6 +392,6 @@ def right_and_wrong(photo: np.ndarray, points: np.ndarray, right: np.ndarray) ->
     plot.show(
         fig,
         f"The left photo with {len(points)} accepted points. {np.sum(~good)} are wrong,"
-        " and most line the edges of things, where the depth changes.",
+        " and most lie along the edges of objects, where the depth changes.",
         colours=128,
     )

@@ -67,11 +67,11 @@ def precision(function: Callable) -> None:
     of_sd = [
         (
             q,
-            "the root of the cofactor does not know how noisy the images are",
+            "the root of the cofactor does not contain the noise of the images",
         ),
         (S0 * q2, "take the root of the element of the inverse"),
         (S0**2 * q2, "that is the variance; take the root"),
-        (S0, "S0 is in grey values; the slopes turn it into pixels"),
+        (S0, "S0 is in grey values; the slopes convert it into pixels"),
         (S0 * alone, whole),
         (alone, whole),
     ]

@@ -1,4 +1,4 @@
-"""Figures of least squares matching on trial: a log, its defects, a real pair."""
+"""Figures of the case of a log of 2010: its numbers, its defects, a real pair."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -105,7 +105,7 @@ def costs() -> None:
 
 
 def radiometric(gains: np.ndarray, eight: np.ndarray, six: np.ndarray) -> None:
-    """Show the error of the place with and without h0 and h1, against the gain."""
+    """Show the error of the position with and without h0 and h1, against the gain."""
     fig, ax = plt.subplots(figsize=(7, 3.5), layout="constrained")
     ax.plot(gains, 1000 * six, "D--", color=plot.RED, lw=3, label="six parameters")
     ax.plot(gains, 1000 * eight, "o-", color=plot.BLUE, lw=3, label="eight parameters")
@@ -114,7 +114,7 @@ def radiometric(gains: np.ndarray, eight: np.ndarray, six: np.ndarray) -> None:
     ax.legend(loc="upper center")
     plot.show(
         fig,
-        "RMS error of the place against the gain. With eight parameters it stays at"
+        "RMS error of the position against the gain. With eight parameters it stays at"
         f" {1000 * eight.mean():.0f} thousandths of a pixel; with six it is the same at"
         f" gain 1 and {six[-1] / eight[-1]:.0f} times as large at the end.",
     )

@@ -39,7 +39,7 @@ def row_shift(function: Callable) -> None:
         steps.append(a)
         rows.append(
             [
-                (-a, "the sign is reversed: what is observed is A less what B gives"),
+                (-a, "the sign is reversed: what is observed is A minus B"),
                 (a / 2, across),
                 (2 * a, across),
                 (
@@ -122,7 +122,9 @@ def design(function: Callable) -> None:
         (h1 * one[:, None], "the column of h1 does not contain h1"),
     ]
     moves = "how far does a pixel at (x, y) move when a1, a2, b1 or b2 changes?"
-    offset = "an offset changes every grey value by as much: what is its column?"
+    offset = (
+        "an offset changes every grey value by the same amount: what is its column?"
+    )
     properties: list[tuple[str, list[int], list[tuple[np.ndarray, str]], str]] = [
         ("shifts", shifts, of_shifts, "how does h1 B change when the window shifts?"),
         ("scales and shears", shape, of_shape, moves),
@@ -222,6 +224,7 @@ def stop(function: Callable) -> None:
     diagonals = (0, 0.002, -0.002, 0, 0, 0), (0, 0, 0, 0, 0.002, 0.002)
     # The corner of a window of 21 pixels moves by 0.0095 px, or by 0.0105 px
     rest = (0, 9.5e-4, 0, 0, 0, 0), (0, 0, 0, 0, 0, -9.5e-4)
+    aslant = (0.009, 0, 0, 0.009, 0, 0)  # 0.0127 px, but less than the limit in both
     sums = (0.004, 4e-4, 4e-4, 0, 0, 0), (0.004, 6.5e-4, 0, 0, 0, 0)
     hints = [
         ("small steps end it", all(answers(10, small)), "it goes on after small steps"),
@@ -265,6 +268,12 @@ def stop(function: Callable) -> None:
             all(answers(10, *rest)),
             "it goes on although no pixel from −half to half moves by 0.01 px",
         ),
+        (
+            "x and y each have the limit",
+            all(answers(10, aslant)),
+            "it goes on although no pixel moves by more than 0.01 px in x or in y:"
+            " compare each with the limit, not the distance",
+        ),
     ]
     # One slip fails many: the first two are enough to read
     report("stop", [p for p in hints if not p[1]][:2] or hints)
@@ -297,7 +306,7 @@ def match(function: Callable) -> None:
     found = trail[-1]
     off = float(np.hypot(*(found[[0, 3]] - place)))
     away = (
-        "the observed values are A less what h0 and h1 B give: the parameters run away"
+        "the observed values are A minus (h0 + h1 B): the parameters diverge"
         if not off < 2
         else "the position is not found"
     )
@@ -308,7 +317,9 @@ def match(function: Callable) -> None:
     book = textbook.match(left, right, point, start, 21)
     first = book[0][1] - start
     if len(trail) > 1 and near(trail[1, :6] - start[:6], -first[:6], 1e-3):
-        away = "the steps go the wrong way: A less what h0 and h1 B give, then added"
+        away = (
+            "the steps have the wrong sign: add those that explain A minus (h0 + h1 B)"
+        )
     light_found = abs(found[7] - 1 / 1.1) < 0.02 and abs(found[6] + 5 / 1.1) < 2.5
     squared = [(book[1] ** 2, "sigma0 is a standard deviation, not its square")]
     of_Q = "the cofactor matrix is asked for: sigma0 squared stays outside of Q"
@@ -323,7 +334,7 @@ def match(function: Callable) -> None:
         [
             ("the place, to a hundredth of a pixel", off < 0.01, away),
             (
-                "the light",
+                "contrast and brightness",
                 light_found or not off < 0.01,
                 "the place is right; h0 and h1 are not those of left = h0 + h1 right",
             ),

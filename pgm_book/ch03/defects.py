@@ -33,7 +33,7 @@ PROGRAM = (
     *("diagonal grid", "six parameters", "S0 of the listing"),
 )
 
-# The last step moves the window by less than this, which no noise allows to see
+# The last step moves the window by less than this, far below the noise
 _SHIFT, _AFFINE = 1e-3, 1e-4  # px, px per px
 _OR = 0.03  # px per px, of the listing
 

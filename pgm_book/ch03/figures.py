@@ -1,4 +1,4 @@
-"""Figures of least squares matching: its film, its reach, and how sure it is."""
+"""Figures of least squares matching: its film, its pull-in range, its precision."""
 
 from collections.abc import Mapping, Sequence
 
@@ -54,9 +54,9 @@ def _film(
     fig = film_strip(left, right, point, size, trail[chosen], notes)
     plot.show(
         fig,
-        "Iterations as a film: the window in the right photo moves and turns, its grey"
-        " values come to look like the template, and the residuals empty. Pixels from"
-        f" the truth: {', '.join(f'{e:.3f}' for e in off)}.",
+        "Iterations as a film: the window in the right photo moves and rotates, its"
+        " grey values become those of the template, and the residuals become noise."
+        f" Pixels from the truth: {', '.join(f'{e:.3f}' for e in off)}.",
         dpi=142,
     )
 
@@ -166,14 +166,16 @@ def shift_by_hand(
             -4, min=-9, max=9, description="columns (px)", **look
         ),
         rows=ipywidgets.IntSlider(-4, min=-9, max=9, description="rows (px)", **look),
-        turn=ipywidgets.IntSlider(0, min=-30, max=30, description="turn (°)", **look),
+        turn=ipywidgets.IntSlider(
+            0, min=-30, max=30, description="rotation (°)", **look
+        ),
     )
 
 
 def interpolation() -> None:
-    """Show how far each interpolation moves a texture, by the place between pixels.
+    """Show how far each interpolation moves a texture, by the position between pixels.
 
-    A match errs by about as much, the other way.
+    A match is off by about as much, in the opposite direction.
     """
     rows = results.rows("ch03", "interpolation_bias")
     panels: Look = {"sharey": True, "layout": "constrained"}
@@ -185,9 +187,9 @@ def interpolation() -> None:
                 [(float(r["position"]), 1000 * float(r["bias_px"])) for r in some]
             ).T
             ax.plot(at, bias, line, color=colour, label=label, lw=3)
-        ax.set(xlabel="place between two\npixels (px)", xticks=(0, 0.5, 1))
+        ax.set(xlabel="position between two\npixels (px)", xticks=(0, 0.5, 1))
         ax.set_title(f"{kind}: waves\nfrom {finest:g} px", fontsize=15)
-    axes[0].set_ylabel("drawn too far by\n(0.001 px)")
+    axes[0].set_ylabel("shifted too far by\n(0.001 px)")
     handles = axes[0].get_legend_handles_labels()
     fig.legend(*handles, loc="outside lower center", ncols=2, fontsize=15)
     plot.show(
@@ -234,13 +236,13 @@ def half_wave() -> None:
         fig,
         "Left, a wave of 8 pixels and the same wave 2.5 and 6 pixels off. Right, the"
         " mean square of their difference against the shift: valleys at 0 and 8"
-        " pixels, a crest between them at 4. From 2.5 pixels the way down leads to 0,"
-        " from 6 pixels it leads to 8, the wrong valley.",
+        " pixels, a crest between them at 4. From 2.5 pixels the curve falls towards 0,"
+        " from 6 pixels towards 8, the wrong valley.",
     )
 
 
 def pull_in() -> None:
-    """Show the share of matches that arrive, against the distance of their start."""
+    """Show the share of matches that converge, against the distance of their start."""
     rows = results.rows("ch03", "pull_in")
     fig, ax = plt.subplots(figsize=(7, 3.3), layout="constrained")
     for kind, colour in (("soft", plot.BLUE), ("sharp", plot.RED)):
@@ -251,13 +253,14 @@ def pull_in() -> None:
             ).T
             label = f"{kind} texture, window {size}"
             ax.plot(off, 100 * share, line, color=colour, lw=3, label=label)
-    ax.set(xlabel="distance of the start from the truth (px)", ylabel="arrived (%)")
+    ax.set(xlabel="distance of the start from the truth (px)", ylabel="converged (%)")
     ax.set_ylim(bottom=0)
     ax.legend(loc="lower left", fontsize=14)
     plot.show(
         fig,
-        "Share of points that arrive against the distance of the start. With a window"
-        " of 21 pixels nearly all arrive from 4 pixels, on soft and on sharp texture;"
+        "Share of points that converge to the truth against the distance of the start."
+        " With a window of 21 pixels nearly all do from 4 pixels, on soft and on sharp"
+        " texture;"
         " with 11 nearly all from 2, and a third from 4.",
     )
 
@@ -328,7 +331,7 @@ def window_pair(
     plot.show(
         fig,
         "Two aerial photos of a meadow with trees. A square window around a point of"
-        " the left photo appears in the right one turned by some degrees, a little"
+        " the left photo appears in the right one rotated by some degrees, a little"
         " larger, and with less contrast.",
     )
 
@@ -345,7 +348,7 @@ def window_slope(A: np.ndarray, B: np.ndarray, place: int) -> None:
     for panel in (ax, near):
         panel.plot(at, A, "o-", color=plot.BLUE, label="A, left window")
         panel.plot(at, B, "s--", color=plot.ORANGE, label="B, right window")
-        panel.set(xlabel="x (px from the middle)")
+        panel.set(xlabel="x (px from the centre)")
     ax.set_ylabel("grey value")
     ax.set_ylim(top=ax.get_ylim()[1] + 25)
     ax.legend(loc="upper right")
@@ -368,8 +371,9 @@ def window_slope(A: np.ndarray, B: np.ndarray, place: int) -> None:
         fig,
         "Left, two rows of grey values, the second one like the first but displaced"
         " by less than a pixel. Right, one pixel of them enlarged: the difference A"
-        " minus B stands upright, the tangent of B rises beside it, and the level way"
-        " from the pixel to the tangent is the difference over the slope.",
+        " minus B is vertical, the tangent of B rises beside it, and the horizontal"
+        " distance from the pixel to the tangent is the difference divided by the"
+        " slope.",
     )
 
 
@@ -396,9 +400,11 @@ def eight_parameters(photo: np.ndarray, point: np.ndarray) -> None:
         title = f"{NAMES[k]} {sign} {abs(step):g}{unit}"
         ax.set_title(title + (", $h_0$ + 60" if k == 7 else ""), fontsize=15)
         ax.grid(False)
+    fig.supxlabel("dashed: unchanged, orange: one parameter changed", fontsize=16)
     plot.show(
         fig,
-        "Eight small photos. a0 and b0 shift the window, a1 and b2 stretch it along"
-        " columns and rows, a2 and b1 shear it, h0 makes it brighter and h1, here with"
-        " 60 added, changes its contrast.",
+        "Eight small photos with a dashed window, and orange what one changed parameter"
+        " makes of it: a0 and b0 shift it, a1 and b2 stretch it along columns and rows,"
+        " a2 and b1 shear it, h0 makes it brighter and h1, here with 60 added, changes"
+        " its contrast.",
     )

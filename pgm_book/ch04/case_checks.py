@@ -31,9 +31,9 @@ def wrong_elements(answer: object) -> None:
     missing, extra = expected - places, places - expected
     hint = hints.get(
         frozenset(places),
-        f"{len(missing)} wrong element(s) not found, {len(extra)} right one(s) blamed",
+        f"{len(missing)} wrong element(s) not found, {len(extra)} right one(s) named",
     )
     report(
         "the wrong elements of (M 2.62)",
-        [("all found, none blamed without reason", places == expected, hint)],
+        [("all found, no right one named", places == expected, hint)],
     )

@@ -1,4 +1,4 @@
-"""Printed rotation matrices on trial: which rows, columns and elements fail."""
+"""Printed rotation matrices examined: which rows, columns and elements fail."""
 
 from collections.abc import Mapping
 

@@ -45,7 +45,7 @@ def plane_turn(function: Callable) -> None:
 
     slips: dict[str, Callable] = {
         "the sines have the wrong signs: this M is transposed, it leads back from the"
-        " turned frame to the old one": lambda k: right(k).T,
+        " rotated frame to the old one": lambda k: right(k).T,
         "both rows are right, but exchanged: x comes first": lambda k: right(k)[::-1],
         "e_y has the wrong sign: a quarter turn counter-clockwise from e_x": lambda k: (
             right(k) * [[1], [-1]]
@@ -85,8 +85,8 @@ def rotation_matrix(function: Callable) -> None:
         (_ordered("pok"), "phi was made first: omega is"),
         (_ordered("kpo"), "the order is reversed: the turn made first, omega,"
          " stands on the right"),
-        (_ordered("opk", (1, 1, -1)), "kappa turns the wrong way: a sign in its turn"),
-        (_ordered("opk", (1, -1, 1)), "phi turns the wrong way: a sign in its turn"),
+        (_ordered("opk", (1, 1, -1)), "kappa rotates the wrong way: a sign in it"),
+        (_ordered("opk", (1, -1, 1)), "phi rotates the wrong way: a sign in it"),
         (rotation.matrix(*np.radians(_ATTITUDES).T), "the angles are radians already"),
         (element_by_element, "multiply matrices with @, not element by element"),
         *_few_digits(expected),
@@ -103,7 +103,7 @@ def rotation_matrix(function: Callable) -> None:
         otherwise = "none of the three turns alone is right"
     rigid = bool(np.all(rotation.defect(answers) < 1e-9))
     hint = first_slip(answers, slips, otherwise)
-    # What is right but for its digits turns as it should, and is told so
+    # What is right but for its digits is a rotation, and is told so
     kept = rigid or hint != otherwise
     report(
         "rotation_matrix",
@@ -145,7 +145,7 @@ def angles(function: Callable) -> None:
     opposite = expected - np.pi * np.sign(expected) * (1, 0, 1)
     transposed = [rotation.angles(one.T) for one in M]
     slips = [
-        (half, "right where cos is positive only: arctan cannot know the quadrant"),
+        (half, "right where cos is positive only: arctan does not see the quadrant"),
         (half * (1, 1, -1), "the sign of kappa is reversed, and the quadrant is lost"),
         (half * (-1, 1, 1), "the sign of omega is reversed, and the quadrant is lost"),
         (expected[:, ::-1], "the order is (omega, phi, kappa)"),
@@ -202,7 +202,7 @@ def unit(function: Callable) -> None:
         (1.2, -0.4, 0.7),
         (20.0, 30.0, 40.0),  # far from the unit matrix in degrees, too
         (0.02, 0.01, 0.03),  # near the unit matrix in radians, too
-        (0.7, 0.0, 0.0),  # the first row and column know nothing of it
+        (0.7, 0.0, 0.0),  # the first row and column do not contain it
         (0.0, 0.7, 0.0),  # nor the second of this
         (0.0, 0.0, 0.7),  # nor the third of this
         (7.342387, -30.0, 20.0),  # the sums of both matrices agree to 1e-6
@@ -340,5 +340,13 @@ def nine_numbers() -> list[Case]:
             False,
             "a matrix that is too small passes: its differences are negative, and the"
             " largest of them is 0. Take absolute values first",
+        ),
+        (
+            "the tolerance is the only one",
+            (1 + 2e-6) * M,
+            1e-9,
+            False,
+            "a matrix passes whose differences are 4e-6, at a tolerance of 1e-9:"
+            " np.allclose adds a relative one of its own; set rtol=0",
         ),
     ]

@@ -71,7 +71,7 @@ def two_views(attitudes: np.ndarray, names: list[str]) -> None:
 
 
 def two_orders(omega: float, phi: float, kappa: float) -> None:
-    """Show two cameras turned by the same three angles in opposite order."""
+    """Show two cameras rotated by the same three angles in opposite order."""
     degrees = np.diag([omega, phi, kappa])
     one, two, three = (rotation.matrix(*row) for row in np.radians(degrees))
     pair = [three @ two @ one, one @ two @ three]
@@ -82,7 +82,7 @@ def two_orders(omega: float, phi: float, kappa: float) -> None:
     two_views(np.degrees(rotation.angles(pair)), names)
     apart = np.degrees(rotation.angle_between(*pair))
     look = np.degrees(np.arccos(min(pair[0][2] @ pair[1][2], 1.0)))
-    print(f"One turn of {apart:.1f}° leads from one camera to the other;")
+    print(f"A rotation by {apart:.1f}° leads from one camera to the other;")
     print(f"their lines of sight are {look:.1f}° apart.")
 
 
@@ -104,7 +104,7 @@ def mirror() -> None:
 
 
 def attitude_by_hand() -> None:
-    """Show a camera above the meadow, and sliders that turn it."""
+    """Show a camera above the meadow, and sliders that rotate it."""
     import ipywidgets
 
     def draw(omega: int, phi: int, kappa: int) -> None:
@@ -148,12 +148,10 @@ def around_camera(points: np.ndarray, cameras: Mapping[str, np.ndarray]) -> None
             ax.text(*at, tag, fontsize=14, ha="center", va="center")
         space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.2)
         wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
-        others = f": turned away from the first set are {wrong_ones}"
+        others = f": rotated against the first set are {wrong_ones}"
         said.append(name + (others if len(cameras) > 1 else ""))
     scale = "The axes X, Y, Z are 350 mm long."
-    key = (
-        "\nBlue: as in the first picture; red: turned away." if len(cameras) > 1 else ""
-    )
+    key = "\nBlue: as in the first picture; red: rotated." if len(cameras) > 1 else ""
     fig.text(0.5, 0.01, scale + key, ha="center", fontsize=15)
     plot.show(
         fig,
@@ -218,7 +216,7 @@ def _north(exterior: np.ndarray) -> str:
     return f"the arrow to the north points {abs(turn):.0f} degrees {side} of up"
 
 
-# --- A meadow with a house and two trees: something for a turned camera to see ---
+# --- A meadow with a house and two trees, for a rotated camera to photograph ---
 
 GROUND = "#D3E3C2"  # of the fields around the meadow, to the horizon
 
@@ -298,7 +296,7 @@ def _tree(place: tuple[float, float], radius: float, height: float) -> list[Face
     return [(np.array([rim[i], rim[i + 1], top]), shades[i // 2]) for i in range(8)]
 
 
-# --- Sketches of turned frames: one turn in the plane, three in space, quadrants ---
+# --- Sketches of rotated frames: one turn in the plane, three in space, quadrants ---
 
 WORDS: Look = {"fontsize": 18}
 KAPPA = np.radians(30.0)  # of the sketch in the plane
@@ -310,7 +308,7 @@ TURNS = (  # Greek letter, axis, from which axis to which, colour
 
 
 def plane_rotation() -> None:
-    """Show a frame turned in the plane, one point in both, and the first new axis."""
+    """Show a frame rotated in the plane, one point in both, and the first new axis."""
     fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.7), layout="constrained")
     ex = np.array([np.cos(KAPPA), np.sin(KAPPA)])
     ey = np.array([-ex[1], ex[0]])
@@ -348,7 +346,7 @@ def plane_rotation() -> None:
         ax.axis("off")
     plot.show(
         fig,
-        "Left, a frame X, Y and a frame x, y of the same origin that is turned by kappa"
+        "Left, a frame X, Y and a frame x, y of the same origin, rotated by kappa"
         " counter-clockwise; from the point P perpendiculars fall on all four axes."
         " Right, the new axes as arrows e_x and e_y of length 1; e_x reaches cos kappa"
         " along X and sin kappa along Y, e_y stands at a right angle to it.",
@@ -378,20 +376,20 @@ def three_rotations() -> None:
         ax.set_title(name, loc="center", y=1.07, color=color)
     plot.show(
         fig,
-        "Three frames, each turned by 25 degrees about one of its axes. Omega"
-        " turns about x, from Y towards Z; phi about y, from Z towards X; kappa about"
+        "Three frames, each rotated by 25 degrees about one of its axes. Omega"
+        " rotates about x, from Y towards Z; phi about y, from Z towards X; kappa about"
         " z, from X towards Y. All axes have length 1.",
     )
 
 
 def quadrant(degrees: float) -> None:
-    """Show two directions of one tangent on the circle, and what arctan answers."""
+    """Show two directions of one tangent on the circle, and what arctan returns."""
     answer = float(np.degrees(np.arctan(np.tan(np.radians(degrees)))))
     fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
     ax.add_patch(Arc((0, 0), 2, 2, color="0.6"))
     ax.fill_between((0, 1.15), -1.15, 1.15, color="0.92", linewidth=0, zorder=0)
     middle: Look = {"fontsize": 16, "ha": "center", "va": "center"}
-    ax.text(0.47, 0.4, "all that\narctan\nanswers", **middle)
+    ax.text(0.47, 0.4, "all that\narctan\nreturns", **middle)
     for value, color, line in ((degrees, plot.BLUE, "-"), (answer, plot.RED, "--")):
         x, y = np.cos(np.radians(value)), np.sin(np.radians(value))
         ax.plot((0, x), (0, y), color=color, ls=line, lw=4)
@@ -410,7 +408,7 @@ def quadrant(degrees: float) -> None:
         fig,
         f"A circle of radius 1 with a direction of {degrees:.0f} degrees and the"
         f" opposite one of {answer:.0f} degrees, which have the same tangent; arctan"
-        " answers in the right half of the circle only.",
+        " returns directions in the right half of the circle only.",
     )
 
 
@@ -436,7 +434,7 @@ def _arc(ax: Axes, start: float, end: float, radius: float, name: str) -> None:
 
 
 def _old_axes(ax: Axes3D, kept: int) -> None:
-    """Draw X, Y, Z as dashed lines; the one about which the frame turns stays."""
+    """Draw X, Y, Z as dashed lines; the one about which the frame rotates stays."""
     for k, name in enumerate("XYZ"):
         tip = 1.05 * np.eye(3)[k]
         if k != kept:

@@ -32,8 +32,8 @@ def heights(z: np.ndarray) -> None:
     fig.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     plot.show(
         fig,
-        "Height Z of the ten points after each step. Seven settle, point 1 near -4.5."
-        " Three run away: point 2 over -3, -7, -18 and -62 to -408, point 5 far beyond"
+        "Height Z of the ten points after each step. Seven converge, point 1 near -4.5."
+        " Three diverge: point 2 over -3, -7, -18 and -62 to -408, point 5 far beyond"
         " the frame, point 10 upwards to 214. The published values are those after"
         f" {PUBLISHED} steps.",
     )

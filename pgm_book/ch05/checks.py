@@ -24,7 +24,7 @@ GROUND = np.array([(0.0, 0, 0), (90, 0, 5), (0, 80, 9), (85, 70, 0), (40, 30, 2)
 TRUTH = np.array([40.0, 35, 120, 0.05, -0.03, 0.4])
 START = np.array([46.0, 30, 112, 0, 0, 0.3])
 AWAY = (
-    "the steps lead away from the photo: adjust asks for observed less computed, anew"
+    "the steps lead away from the photo: adjust needs observed minus computed, anew"
     " in every step, in the order of the rows of A; its x is added to exterior"
 )
 
@@ -47,15 +47,17 @@ def project(function: Callable[..., object]) -> None:
     right = image()
     slips = {
         "the sign: W is negative in front of the camera": image(sign=1),
-        "M is transposed: it turns object into image": image(
+        "M is transposed: it leads from object to image": image(
             lambda e: rotation.matrix(*e[3:]).T
         ),
         "the angles are radians already": image(
             lambda e: rotation.matrix(*np.radians(e[3:]))
         ),
-        "M is missing: turn the ray into the camera": image(lambda e: np.eye(3)),
-        "the perspective centre is not taken off": image(origin=lambda e: np.zeros(3)),
-        "the first three of exterior are the place, the last three the angles": image(
+        "M is missing: rotate the ray into the camera frame": image(
+            lambda e: np.eye(3)
+        ),
+        "the perspective centre is not subtracted": image(origin=lambda e: np.zeros(3)),
+        "of exterior the first three are the position, the rest angles": image(
             lambda e: rotation.matrix(*e[:3]), lambda e: e[3:]
         ),
         "x and y are exchanged": lambda e, p, c: right(e, p, c)[:, ::-1],
@@ -96,7 +98,7 @@ def derivatives(function: Callable[..., object]) -> None:
 
     found = filled(function, wave, at, shape=(4, 3))
     slips = [
-        (-right, "the sign: there less back, divided by the way between them"),
+        (-right, "the sign: there minus back, divided by the interval between them"),
         (2 * right, "from back to there are two steps"),
         (right / 2, "from back to there are two steps, and each is counted once"),
         (0 * right, "nothing moves: change one element of a copy, then call function"),
@@ -108,7 +110,7 @@ def derivatives(function: Callable[..., object]) -> None:
     error = np.abs(found - right).max() / np.abs(right).max()
     small = np.abs(found).max() / np.abs(right).max()
     if 0 < small < 1e-3 and near(found / small, right, 1e-4):
-        hint = "the change is not divided by the way"
+        hint = "the change is not divided by the interval"
     else:
         hint = next((h for wrong, h in slips if near(found, wrong, 1e-4)), "")
     if not hint and error < 1e-3:
@@ -140,9 +142,9 @@ def derivatives(function: Callable[..., object]) -> None:
         [
             ("a column for each unknown", error < 2e-7, hint),
             (
-                "also of a function that answers (n, 2)",
+                "also of a function that returns (n, 2)",
                 flat or error >= 2e-7,
-                "where the function answers a table, as project does, make one column"
+                "where the function returns a table, as project does, make one column"
                 " of it with np.ravel",
             ),
             (
@@ -189,7 +191,7 @@ def resection(function: Callable[..., object]) -> None:
         (START, "exterior is still the start: add the corrections to it"),
         (
             np.append(exterior[:3], np.degrees(exterior[3:])),
-            "the angles are asked for in radians",
+            "the angles are wanted in radians",
         ),
         (_first_step(image), "that is one step: put the steps into the loop"),
     ]
@@ -198,18 +200,20 @@ def resection(function: Callable[..., object]) -> None:
     if not hint and off > start_off:
         hint = AWAY
     elif not hint and off < 1:
-        hint = "it comes near, but does not arrive: every step needs A and missing anew"
+        hint = (
+            "it comes near, but does not converge: every step needs A and missing anew"
+        )
     hint = hint or "the photo does not stand where its points say"
     if near(ratio, ratio[0], 1e-3):
         why = "the square roots of the diagonal of Q are multiplied by sigma0"
     elif near(found[1], sd**2, 1e-3):
-        why = "those are variances: the roots are asked for"
+        why = "those are variances: the roots are wanted"
     else:
         why = "sd does not follow from sigma0 and the diagonal of Q"
     report(
         "resection",
         [
-            ("it arrives", good, hint),
+            ("it converges", good, hint),
             ("with its standard deviations", near(ratio, 1.0, 1e-3) or not good, why),
         ],
     )
@@ -236,7 +240,7 @@ def _why_stopped(said: str) -> str:
     no_function = "not callable", "must be a function", "positional argument"
     if any(words in said for words in no_function):
         return (
-            ": derivatives asks for a function, which it calls itself: begin with"
+            ": derivatives needs a function, which it calls itself: begin with"
             " `lambda e:`, and write e in the place of exterior."
         )
     if any(word in said for word in ("A must have shape", "matmul", "broadcast")):
@@ -258,7 +262,7 @@ def _first_step(image: np.ndarray) -> np.ndarray:
     return START + np.linalg.lstsq(A, misclosure, rcond=None)[0]
 
 
-# --- Checks of where rays meet: intersection, and the base that a height asks for ---
+# --- Checks of where rays meet: intersection, and the base that a height needs ---
 
 
 def filled(
@@ -342,19 +346,19 @@ def _intersection_slips(found: np.ndarray, stations: np.ndarray, d: np.ndarray) 
         ),
         (
             solved(P, -times(P)),
-            "the sign of the right side: sort the equation once more",
+            "the sign of the right side: rearrange the equation once more",
         ),
-        (solved(along, times(along)), "that is the part along the ray: P takes it off"),
+        (solved(along, times(along)), "that is the part along the ray: P removes it"),
         (
             solved(identity + along, times(identity + along)),
-            "P takes the part along the ray off: look at the sign",
+            "P removes the part along the ray: look at the sign",
         ),
     ]
     number = identity - np.ones((4, 3, 3))  # d @ d is 1
     slips.append(
         (
             solved(number, times(number)),
-            "that is the mean of the stations: d d^T is a 3 x 3 matrix, no number",
+            "that is the mean of the stations: d d^T is a 3 x 3 matrix, not a number",
         )
     )
     if hint := first_slip(found, slips, ""):
@@ -414,7 +418,7 @@ def _base_slips(ratio: np.ndarray) -> str:
 
 
 def _nearest(stations: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """By projection of the rays' scales: another way than the solution's."""
+    """By projection of the rays' scales: another method than the solution's."""
     n = len(stations)
     # X - X0_i - t_i d_i = 0 for all i; unknowns X and t
     A = np.hstack([np.tile(np.eye(3), (n, 1)), np.zeros((3 * n, n))])

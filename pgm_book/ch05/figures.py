@@ -34,7 +34,7 @@ ANGLES = (10, 40, 90, 150)
 BASES = (20, 160)  # m
 
 
-# --- What does one ray know? ---
+# --- What does one ray tell us? ---
 
 
 def one_ray() -> None:
@@ -116,7 +116,7 @@ def adjustment_steps(size: np.ndarray, error: np.ndarray) -> None:
     )
 
 
-# --- What do two photos know of each other? ---
+# --- What do two photos tell about each other? ---
 
 
 def epipolar_plane() -> None:
@@ -197,7 +197,7 @@ def to_the_ground() -> None:
     fig.text(0.18, 0.9, "model, in a frame of its own", fontsize=TEXT, ha="center")
     fig.text(0.77, 0.9, "ground", fontsize=TEXT, ha="center")
     plt.figtext(
-        0.46, 0.58, "scale $s$, turn $R$,\nshift $T$", fontsize=TEXT, ha="center"
+        0.46, 0.58, "scale $s$, rotation $R$,\nshift $T$", fontsize=TEXT, ha="center"
     )
     fig.add_artist(
         FancyArrowPatch((0.38, 0.5), (0.55, 0.5), mutation_scale=25, **arrow)
@@ -205,9 +205,9 @@ def to_the_ground() -> None:
     fig.text(0.5, 0.02, "▲ control points", color=plot.RED, fontsize=TEXT, ha="center")
     plot.show(
         fig,
-        "Left a small house, turned, in a frame x, y, z of its own: the model. Right"
+        "Left a small house, rotated, in a frame x, y, z of its own: the model. Right"
         " the same house, larger and upright on the ground in the frame X, Y, Z. An"
-        " arrow between them says scale, turn and shift. Red triangles mark corners"
+        " arrow between them says scale, rotation and shift. Red triangles mark corners"
         " that are known in both frames.",
     )
 

@@ -1,6 +1,6 @@
 """The derivatives of collinearity as they are printed in (M 2.24), and as they are.
 
-For the trial of the printed formulas. Nothing here is for use in a computation: that is
+To examine the printed formulas. Nothing here is for use in a computation: that is
 `camera.collinearity`.
 """
 

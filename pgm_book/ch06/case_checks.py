@@ -42,7 +42,7 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     explained.append("it is not the arc at 10 mm from the principal point")
     found = (photo, unknown) == (row + 1, unknowns[column])
     other = "another photo or another unknown has the largest |difference|"
-    kind = "this is not the unit: what does the conventions box say of such a quantity?"
+    kind = "this is not the unit: which units does the conventions box give?"
     right, hint = abs(moved_um / arc - 1) < 0.01, f"moved_um: {explained[0]}"
     report(
         "largest difference",
@@ -118,8 +118,8 @@ def five_photos(photos: Collection[int]) -> None:
     sd = 1000 * one.sd_interior[0] * everything.sigma0 / one.sigma0
     hint = (
         f"c has a standard deviation of {sd:.0f} µm, {sd / _BEST:.1f} times that of the"
-        " best five. From how many places do yours look, how far apart are these, and"
-        " how is the camera rolled at each?"
+        " best five. From how many positions were yours taken, how far apart are they,"
+        " and how is the camera rolled at each?"
     )
     text = f"c ± {sd:.0f} µm, from all nine ± {1000 * everything.sd_interior[0]:.0f} µm"
     report("five photos", [(text, sd < _GOOD, hint)])

@@ -1,4 +1,4 @@
-"""Figures of a published bundle adjustment on trial, and of networks to choose from."""
+"""Figures of a published bundle adjustment, and of networks to choose from."""
 
 from collections.abc import Mapping, Sequence
 
@@ -67,7 +67,7 @@ def steps(runs: Mapping[str, np.ndarray]) -> None:
         "RMS after each step for each defect alone, log scale. None, short and 2 P1 xy"
         " reach 0.31 micrometres after one to three steps; pinv stays at 8.2, x/c at"
         " 86, centre twice jumps between 0.3 and 130; rows comes to 0.8 and slowly"
-        " grows again, rho and sign run away to a millimetre and more.",
+        " grows again, rho and sign diverge beyond a millimetre.",
     )
 
 
@@ -178,9 +178,10 @@ def left_over(result: Bundle) -> None:
     fig.suptitle(fig.get_suptitle().replace("; red", "\nred"), fontsize=15)
     plot.show(
         fig,
-        "Residual vectors in four photos, drawn much too large. Most point in all"
-        " directions, some neighbours alike; a few are much longer and drawn in red,"
-        " near the edges of photos 2, 6 and 7.",
+        "Residual vectors in photos 2, 4, 6 and 7, drawn much too large. Most point in"
+        " all directions, some like their neighbours; six are much longer and red: one"
+        " in photo 2, 4 mm from the principal point, and five in photos 6 and 7,"
+        " farther out.",
     )
 
 

@@ -1,6 +1,7 @@
 """Checks of the exercises of chapter 6, self-calibrating bundle adjustment."""
 
 from collections.abc import Callable, Sequence
+from unittest import mock
 
 import numpy as np
 
@@ -23,9 +24,9 @@ _NETWORKS = (
     (310, 7, 61, 8, 5),
 )
 
-_RUNS_AWAY = (
-    "the steps run away: compare s with the right side of the reduced equations; f and"
-    " g have their minus already"
+_DIVERGES = (
+    "the steps diverge: compare s with the right side of the reduced equations; f and"
+    " g contain their minus already"
 )
 
 
@@ -42,15 +43,15 @@ def redundancy(function: Callable) -> None:
         (expected - free + 7, "with held control there are no inner constraints"),
         (
             expected - free + 7 - held,
-            "right for 2013; but with held points the photos need no inner constraint"
-            " any more, not fewer of them",
+            "right for 2013; but with held points no inner constraint is needed at"
+            " all, not fewer of them",
         ),
         (expected - 3 * held, "held points are still counted as unknowns"),
         (
             expected - 3 * held - free + 7,
             "held points are still counted as unknowns, and constraints come on top",
         ),
-        (expected - 6 * held, "held points: the sign; they are fewer unknowns"),
+        (expected - 6 * held, "held points mean fewer unknowns: check the sign"),
         (expected + 2 * held, "a held point is three coordinates, not one"),
         (expected - 2 * held, "a held point is three coordinates, not one"),
         (expected + parameters, "the parameters of the camera are missing"),
@@ -63,7 +64,7 @@ def redundancy(function: Callable) -> None:
         (expected + points - held, "a point has three coordinates"),
     ]
     known = near(answers[0], expected[0])
-    other = "observations, unknowns or constraints are counted otherwise"
+    other = "the observations, unknowns or constraints are miscounted"
     if known:
         other = "right for the network of 2013, but not for any: use all arguments"
         if near(answers[held == 0], expected[held == 0]):
@@ -86,16 +87,16 @@ def reduced(function: Callable) -> None:
     N = J.T @ J
     K, E = N[:7, :7], N[:7, 7:].reshape(7, 5, 3).swapaxes(0, 1)
     V = np.array([N[i : i + 3, i : i + 3] for i in range(7, 22, 3)])
-    expected = np.linalg.inv(np.linalg.inv(N)[:7, :7])  # another way to the same
+    expected = np.linalg.inv(np.linalg.inv(N)[:7, :7])  # by another method
     answer = call(function, K, E, V, shape=(7, 7))
     free = _free_network(function, J)
     one_point = call(function, K, E[:1], V[:1], shape=(7, 7))
     first = K - E[0] @ np.linalg.inv(V[0]) @ E[0].T
     by_points = E @ np.linalg.inv(V) @ E.swapaxes(1, 2)
     slips = [
-        (K + by_points.sum(axis=0), "the sign: the points take something away"),
+        (K + by_points.sum(axis=0), "the sign: the part of the points is subtracted"),
         (by_points.sum(axis=0), "K is missing"),
-        (K - (E @ V @ E.swapaxes(1, 2)).sum(axis=0), "V is to be inverted"),
+        (K - (E @ V @ E.swapaxes(1, 2)).sum(axis=0), "V must be inverted"),
         (K - (E @ (1 / V) @ E.swapaxes(1, 2)).sum(axis=0), "1 / V is not the inverse"),
         (K - by_points[0], "all points take part, not the first alone"),
         (K - by_points[-1], "all points take part, not the last alone"),
@@ -125,8 +126,33 @@ def reduced(function: Callable) -> None:
                 "a free network fails: its whole normal matrix is singular and has no"
                 " inverse; invert the 3 × 3 blocks of the points alone",
             ),
+            (
+                "nothing larger than 3 × 3 is inverted",
+                not (whole and alone and free)
+                or _largest_inverted(function, K, E, V) <= 3,
+                "right, but it inverts a matrix larger than 3 × 3, with three rows for"
+                " each point: invert the small blocks, one by one or as a stack",
+            ),
         ],
     )
+
+
+def _largest_inverted(function: Callable, *arguments: np.ndarray) -> int:
+    """Rows of the largest matrix that the function inverts or solves with NumPy."""
+    rows = [0]
+
+    def watched(original: Callable) -> Callable:
+        def watching(matrix: np.ndarray, *others: object, **named: object) -> object:
+            rows.append(np.shape(matrix)[-1])
+            return original(matrix, *others, **named)
+
+        return watching
+
+    names = ("inv", "pinv", "solve")
+    solvers = {name: watched(getattr(np.linalg, name)) for name in names}
+    with mock.patch.dict(vars(np.linalg), solvers):
+        answer_of(function, *arguments)
+    return max(rows)
 
 
 def _free_network(function: Callable, J: np.ndarray) -> bool:
@@ -240,13 +266,18 @@ def without_lens(function: Callable) -> None:
         *((expected.round(k), "rounded; keep all digits") for k in (3, 4, 5, 6)),
     ]
     parts = []
-    for k, name in ((3, "K1"), (4, "K2"), (5, "K3"), (6, "P1"), (7, "P2"), (8, "b1")):
+    for k, name in enumerate(("K1", "K2", "K3", "P1", "P2", "b1", "b2"), 3):
         one = base.copy()
         one[k] = 1e3 ** (-1 - (k - 3)) if k < 6 else 1e-4
         mine = call(function, xy, one, shape=(4, 2))
         if not near(mine - xy, textbook.without_lens(xy, one) - xy, 1e-9):
             parts.append(name)
-    other = f"the part of {', '.join(parts)} is wrong" if parts else "b2 is wrong"
+    other = f"the part of {', '.join(parts)} is wrong"
+    if not parts:
+        other = (
+            "right if x0 and y0 are 0; with others x, y and ρ must all be counted from"
+            " the principal point"
+        )
     if not near(call(function, xy, base, shape=(4, 2)), xy):
         other = "a camera with all parameters zero but c must change nothing"
     hint = first_slip(answer, slips, other, 1e-9)
@@ -254,14 +285,14 @@ def without_lens(function: Callable) -> None:
 
 
 def _adjusted(function: Callable, *arguments: object) -> Sequence:
-    """What the reader's bundle answers; steps that run away are called so."""
+    """What the reader's bundle returns; steps that diverge are called so."""
     try:
         return answer_of(function, *arguments, first="exercises 6.1 and 6.3")
     except CheckFailed as error:
         cause = error.__cause__
         gone = "must be positive" in str(cause) or "in front of" in str(cause)
         if gone or isinstance(cause, np.linalg.LinAlgError):
-            raise CheckFailed(f"bundle: {_RUNS_AWAY}") from error
+            raise CheckFailed(f"bundle: {_DIVERGES}") from error
         raise
 
 
@@ -283,11 +314,11 @@ def adjust(function: Callable) -> None:
     right, cofactors, s0, _ = textbook.adjust(*arguments, *start)
     sd = np.sqrt(np.diag(cofactors))
     off = np.abs(camera - right) / sd
-    away = "the camera is not the best one: it does not come to rest there"
+    away = "the camera is not the best one: the iteration has not converged there"
     if near(camera, start[0]):
         away = "the camera stays at its start: add the step"
     elif not np.all(np.isfinite(camera)) or np.abs(camera[0] - 35) > 5:
-        away = _RUNS_AWAY
+        away = _DIVERGES
     variance = np.diag(C)
     hint = "C is not sigma0² times the cofactors of the camera"
     if near(variance / sd**2, 1 / s0**2, 1e-3):
@@ -298,7 +329,7 @@ def adjust(function: Callable) -> None:
     if near(sigma0, s0 * np.sqrt(693 / 900), 1e-4):
         spread = "the sum of v² is divided by the redundancy, not by all observations"
     elif near(sigma0, s0 * np.sqrt(693 / 686), 1e-4):
-        spread = "seven unknowns are held: they are no unknowns any more"
+        spread = "seven unknowns are held: they are not unknowns any more"
     elif near(sigma0, s0**2, 1e-4):
         spread = "take the root"
     found = bool(np.all(off < 0.02))
@@ -316,7 +347,7 @@ def adjust(function: Callable) -> None:
             (
                 "sigma0 with fewer photos",
                 other or not (found and good),
-                "with six photos sigma0 is another one: count what the arrays hold",
+                "with six photos sigma0 is different: count what the arrays hold",
             ),
             ("the covariance", near(variance / sd**2, 1, 1e-2) or not good, hint),
         ],

@@ -18,12 +18,12 @@ from pgm_lab.bundle.dense import scaled as scaled  # so it is called in chapter 
 from pgm_lab.camera import imaging
 
 DEFECTS = {
-    "sign": "A3 with the sign turned, as (M 2.89): its parameters run the wrong way",
-    "short": "columns of c, x0, y0 without the lens, as (M 2.89)",
+    "sign": "A3 with the sign reversed, as (M 2.89): its parameters go the wrong way",
+    "short": "columns of c, x0, y0 without the distortion, as (M 2.89)",
     "rho": "rho where rho^2 belongs in the columns of P1, P2: (M 2.89) alone",
     "rows": "A3 takes row j of the table of image points for point j, in every photo",
-    "x/c": "the misclosure carries x/c and y/c besides",
-    "centre twice": "the misclosure takes x0 and y0 off twice",
+    "x/c": "x/c and y/c are added to the misclosure",
+    "centre twice": "x0 and y0 are subtracted twice in the misclosure",
     "2 P1 xy": "the misclosure of y lacks 2 P1 xy",
     "pinv": "pinv of the matrix as it is, with the tolerance of MATLAB",
     "pinv of NumPy": "the same with 1e-15 of the largest singular value (to compare)",

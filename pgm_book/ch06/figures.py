@@ -173,11 +173,11 @@ def zeros(photos: np.ndarray, points: np.ndarray) -> None:
     )
 
 
-# --- What can no photo feel? ---
+# --- Which motions does no photo notice? ---
 
 
 def motions(exteriors: np.ndarray, points: np.ndarray) -> None:
-    """Show the seven motions of a network that no photo feels."""
+    """Show the seven motions of a network that no photo notices."""
     fig = _seven_motions(exteriors, points)
     fig.set_size_inches(7, 4.0)
     for text in [*fig.texts, *(text for ax in fig.axes for text in ax.texts)]:
@@ -191,7 +191,7 @@ def motions(exteriors: np.ndarray, points: np.ndarray) -> None:
 
 
 def _seven_motions(exteriors: np.ndarray, points: np.ndarray) -> Figure:
-    """Draw the seven ways to move a whole network that no photo notices.
+    """Draw the seven motions of a whole network that no photo notices.
 
     Grey is the network as it stands, arrows lead cameras and points along each of the
     seven columns of G; their lengths compare within a panel only.
@@ -200,7 +200,7 @@ def _seven_motions(exteriors: np.ndarray, points: np.ndarray) -> Figure:
     reach = np.ptp(positions, axis=0).max()
     fig = plt.figure(figsize=(13, 6.8), layout="none")
     m = len(exteriors)
-    # About the middle between cameras and object, or one of them would hardly move
+    # About a point between cameras and object, or one of them would hardly move
     centre = (positions[:m].mean(axis=0) + points.mean(axis=0)) / 2
     everything = bundle.motions(positions, centre)
     lengths = np.linalg.norm(everything, axis=2).max(axis=1)
@@ -293,15 +293,24 @@ def _by_place(stations: np.ndarray) -> list[tuple[np.ndarray, list[str]]]:
 
 
 def curve(result: bundle.Bundle) -> None:
-    """Show the radial correction of the lens with its band."""
+    """Show the radial correction of the lens with its band, and the radii measured."""
     fig = plot.bundle.lens_curve(result)
     fig.set_size_inches(7, 4.9)
+    lens, band = result.cameras[0], fig.axes[1]
+    radii = np.hypot(*(result.network.xy - (lens.x0, lens.y0)).T)
+    look: Look = {"color": plot.BLACK, "markeredgewidth": 1, "markersize": 12}
+    look["transform"] = band.get_xaxis_transform()
+    band.plot(radii, np.full(len(radii), 0.06), "|", **look)
+    (words,) = band.texts
+    words.set_text(f"a stroke for each of {len(radii)} rays ")
+    far = [int(np.sum(radii > mm)) for mm in (7, 8)]
     plot.show(
         fig,
         "Above: the radial correction of the lens against the distance from the"
         " principal point, with its 95 per cent band. Below: half the width of the"
         " band, below 1 micrometre up to 6 millimetres, 2 at 10 millimetres, and"
-        " opening quickly beyond the last measured point.",
+        " opening quickly beyond the last measured point. Strokes mark the radii of"
+        f" the rays: {far[0]} lie beyond 7 and {far[1]} beyond 8 millimetres.",
     )
 
 

@@ -9,6 +9,12 @@ CHIPS = 50
 RADIUS = 3  # px
 SUM = 286  # square pixels
 
+_TURNS = np.resize([(1, 1), (-1, -1), (1, -1), (-1, 1)], (CHIPS, 2))
+_ALIKE = np.array([(2, 1)] * 38 + [(2, 2)] * 12)
+_FEW = np.array([(3, 3)] * 15 + [(2, 2)] * 2 + [(0, 0)] * 33)
+# Three sets of fifty whole shifts (dx, dy) with this sum of squares
+CANDIDATES = {"A": _ALIKE, "B": _TURNS * _ALIKE, "C": _TURNS * _FEW}
+
 
 def sum_of_squares(answer: object) -> None:
     """Check the sum of the squared shifts, to the printed digits."""
@@ -26,7 +32,7 @@ def sum_of_squares(answer: object) -> None:
     report("sum_of_squares", [("agrees with all the printed digits", good, hint)])
 
 
-def forged(shifts: object, mean: object) -> None:
+def constructed(shifts: object, mean: object) -> None:
     """Check a set of shifts that prints the RMSE_T of the paper, with a chosen mean."""
     wanted = numbers("mean", mean, (2,), "two numbers, (dx, dy)")
     length = float(np.hypot(*wanted))
@@ -45,6 +51,7 @@ def forged(shifts: object, mean: object) -> None:
     there = f"its mean is ({middle[0]:.2f}, {middle[1]:.2f}) px"
     too_long = "no fifty shifts have it: a mean is never longer than the RMS"
     hint = too_long if length > RMSE_T else f"{there}, and you chose another"
+    shown = [name for name, one in CANDIDATES.items() if _same(found, one)]
     whole = bool(np.all(found == np.round(found)))
     far = float(np.abs(found).max())
     report(
@@ -64,5 +71,16 @@ def forged(shifts: object, mean: object) -> None:
             ),
             # Sums are whole, so a mean goes in steps of 1 / 50
             ("the mean you chose", bool(off <= 0.0101), hint),
+            (
+                "and none of the three",
+                not shown,
+                f"these are the shifts of {''.join(shown)}: construct others",
+            ),
         ],
     )
+
+
+def _same(shifts: np.ndarray, others: np.ndarray) -> bool:
+    """Whether two sets hold the same shifts, in whatever order."""
+    one, other = (s[np.lexsort(s.T)] for s in (shifts, others))
+    return np.array_equal(one, other)

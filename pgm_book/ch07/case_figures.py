@@ -16,12 +16,6 @@ from pgm_lab.registration import accuracy
 SQUARE = 21  # px, the chip of the paper
 AROUND = 51  # px, the ground around it
 
-_TURNS = np.resize([(1, 1), (-1, -1), (1, -1), (-1, 1)], (50, 2))
-_ALIKE = np.array([(2, 1)] * 38 + [(2, 2)] * 12)
-_FEW = np.array([(3, 3)] * 15 + [(2, 2)] * 2 + [(0, 0)] * 33)
-# Three sets of fifty whole shifts (dx, dy) with one sum of squares, 286
-SUSPECTS = {"A": _ALIKE, "B": _TURNS * _ALIKE, "C": _TURNS * _FEW}
-
 
 def on_the_grid(sets: Mapping[str, np.ndarray]) -> None:
     """Show how often each whole shift (n, 2) occurs, one panel for each set of them."""
@@ -153,8 +147,8 @@ def chips(
     plot.show(
         fig,
         f"{len(points)} chips of 21 by 21 pixels in an orange frame, with 15 pixels of"
-        " ground around them: in the reference image, in the sensed image at the place"
-        " that was found, and both in green and magenta, where what is alike is grey.",
+        " ground around them: in the reference image, in the sensed image at the best"
+        " position, and both in green and magenta, where what agrees is grey.",
     )  # all colours: a palette would tint the grey
 
 

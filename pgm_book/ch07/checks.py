@@ -39,7 +39,7 @@ def fringe(answer: object) -> None:
         (30 * SHIFT, "those are metres: give pixels"),
         (np.zeros(2), "the fringe has a width: count the pixels across it"),
     ]
-    otherwise = "count the pixels across the fringe of an upright and of a level edge"
+    otherwise = "count the pixels across the fringe of a vertical and a horizontal edge"
     hint = next((h for wrong, h in slips if near(found, wrong)), otherwise)
     good = bool(np.all(np.abs(found - SHIFT) <= 0.5))
     report("measured", [("within half a pixel", good, hint)])
@@ -62,15 +62,15 @@ def best_shift(function: Callable[..., object]) -> None:
         (-true, "the sign is reversed: sensed minus reference"),
         (true[:, ::-1], "dx and dy are exchanged: the second index of r is the column"),
         (-true[:, ::-1], "dx and dy are exchanged, and the sign is reversed"),
-        (flat, "that is the place in the map: the shift 0 lies in its middle"),
+        (flat, "that is the position in the map: the shift 0 lies at its centre"),
         (
             flat[:, ::-1],
-            "that is (row, column) in the map: the shift 0 lies in its middle",
+            "that is (row, column) in the map: the shift 0 lies at its centre",
         ),
-        (true + np.array([p for p, *_ in SEARCHES]), "that is a place in the image"),
+        (true + np.array([p for p, *_ in SEARCHES]), "that is a position in the image"),
         (true + 1, "it is off by one: the shifts run from −radius to +radius"),
         (true - 1, "it is off by one: the shifts run from −radius to +radius"),
-        (-radii + 0 * true, "that is the first place of the map, not the highest"),
+        (-radii + 0 * true, "that is the first position of the map, not the highest"),
     ]
     otherwise = "dx and dy are not the shift of the highest r in your map"
     where = first_slip(found, slips, otherwise)
@@ -82,7 +82,7 @@ def best_shift(function: Callable[..., object]) -> None:
             (
                 "no answer where a window leaves the image",
                 keeps_inside(function),
-                "near the edge of the image it answers for windows that are not whole",
+                "near the edge of the image it returns r of windows that are not whole",
             ),
         ],
     )
@@ -108,9 +108,9 @@ def rmse(function: Callable[..., object]) -> None:
         return changed
 
     slips = {
-        "the mean was taken off first: a standard deviation does not see the shift"
-        " that all have in common": both(np.std),
-        "a standard deviation, with n − 1: the mean is taken off": both(
+        "the mean was subtracted first: a standard deviation does not contain the"
+        " shift that all have in common": both(np.std),
+        "a standard deviation, with n − 1: the mean is subtracted": both(
             lambda d: np.std(d, ddof=1)
         ),
         "the sum of the squares is divided by n here, not by n − 1": both(
@@ -124,8 +124,8 @@ def rmse(function: Callable[..., object]) -> None:
         "those are means of absolute values: squares are asked for": both(
             lambda d: np.mean(np.abs(d))
         ),
-        "RMSE_T is no sum: the two stand at right angles": total(lambda x, y: x + y),
-        "RMSE_T is no mean of the two": total(lambda x, y: (x + y) / 2),
+        "RMSE_T is not the sum: the two are at right angles": total(lambda x, y: x + y),
+        "RMSE_T is not the mean of the two": total(lambda x, y: (x + y) / 2),
         "RMSE_T is not divided by 2 once more": total(
             lambda x, y: np.sqrt((x**2 + y**2) / 2)
         ),
@@ -139,7 +139,7 @@ def rmse(function: Callable[..., object]) -> None:
         "RMSE_T comes last: RMSE_x, RMSE_y, RMSE_T": lambda dx, dy: right(dx, dy)[
             [2, 0, 1]
         ],
-        "square each shift first, and sum then": both(
+        "square each shift first, then sum": both(
             lambda d: np.sqrt(np.sum(d) ** 2 / len(d))
         ),
     }
@@ -167,7 +167,7 @@ def peak_of_parabola(function: Callable[..., object]) -> None:
         (-top / 2, "it is half as far, and on the wrong side"),
         ((right - left) / 2, "that is the slope: how strongly is the parabola bent?"),
         ((left - right) / 2, "that is the slope: how strongly is the parabola bent?"),
-        (0.9 + 0 * top, "that is the height of the peak: its place is asked for"),
+        (0.9 + 0 * top, "that is the height of the peak: its position is asked for"),
     ]
     hint = first_slip(found, slips, "the peak of an exact parabola is not found")
     report(
@@ -232,7 +232,7 @@ def chip_shifts(function: Callable[..., object]) -> None:
         ),
         (
             right + points,
-            "those are places in the sensed image: the shift is asked for",
+            "those are positions in the sensed image: the shift is asked for",
         ),
         (np.broadcast_to(right[0], right.shape), "every chip has a shift of its own"),
         (np.broadcast_to(right[-1], right.shape), "every chip has a shift of its own"),
@@ -266,7 +266,7 @@ def _at_the_border(
     try:
         for shift in ((3, 0), (-3, 1), (0, 3), (1, -3)):
             if not nan_at(moved(shift)).all():
-                hint = "a peak on the border of the search is no shift: leave its"
+                hint = "a peak on the border of the search is not a shift: leave its"
                 return [(claim, False, f"{hint} row NaN")]
         if nan_at(inside).any():
             hint = "a peak one pixel inside the border has both its neighbours: keep it"
@@ -347,12 +347,12 @@ def judge_maps(maps: list[np.ndarray], wanted: list[np.ndarray]) -> tuple[bool, 
         "both windows come from the reference image": [
             map_of(scene(), scene(), p, c, k) for p, c, k, s in cases
         ],
-        "the chip moves along: it stays in its place in the reference image": [
+        "the chip moves along: it stays where it is in the reference image": [
             np.array([[_r(scene(), s, p, (i, j), (i, j), c) for i in range(-k, k + 1)]
                       for j in range(-k, k + 1)])
             for p, c, k, s in cases
         ],
-        "the map is still zero at most places: fill it for every dy and dx": [
+        "the map is still zero at most positions: fill it for every dy and dx": [
             r * (r == r.max()) for r in wanted
         ],
         "the last row and column are still 0: the shifts go up to +radius": [
@@ -374,7 +374,7 @@ def map_of(
     chip: int,
     radius: int,
 ) -> np.ndarray:
-    """All correlations of a search at once: another way than the loop's."""
+    """All correlations of a search at once: another method than the loop."""
     x, y = point
     half, room = chip // 2, chip // 2 + radius
     t = reference[y - half : y + half + 1, x - half : x + half + 1]

@@ -70,7 +70,7 @@ def two_colours(
         "A part of both images, one on the other, the reference in green and the sensed"
         " one in magenta. The fields are grey, so both show the same. Along every edge"
         " of a field runs a narrow fringe, green on one side and magenta on the other."
-        " Beside it the difference: level grey in the fields, a white or a black line"
+        " Beside it the difference: even grey in the fields, a white or a black line"
         " along their edges.",
     )
 
@@ -175,7 +175,7 @@ def chip_search(
     look = EXACT | {"arrowstyle": "-|>", "color": plot.BLACK}
     right.annotate("", (x + dx, y + 6 + dy), (x, y + 6), arrowprops=look)
     right.text(x + max(dx, 0) + 1, y + 6, "shift", va="center", **LABEL)
-    words = "dashed: search window\ndotted: same place\nsolid: best place"
+    words = "dashed: search window\ndotted: same position\nsolid: best position"
     right.set_xlabel(words, loc="left")
     _table_of_r(numbers, r)
     numbers.set_title("r for every shift")
@@ -183,7 +183,7 @@ def chip_search(
         fig,
         f"Left, the reference image with a chip of {chip} by {chip} pixels around a"
         f" point. Middle, the sensed image with a search window that reaches {radius}"
-        " pixels farther to each side; in it the chip at its best place, and an arrow,"
+        " pixels farther to each side; in it the chip at its best position; an arrow is"
         f" the shift ({dx}, {dy}). Right, r for every shift as a map of"
         f" {len(r)} by {len(r)} squares with their numbers, {_words(r)}",
     )
@@ -254,7 +254,7 @@ def chip_and_map(reference: np.ndarray, point: np.ndarray, r: np.ndarray) -> Non
     )
 
 
-# --- What do fifty chips say together? ---
+# --- How are fifty shifts summed up? ---
 
 
 def chip_places(image: np.ndarray, points: np.ndarray) -> Figure:
@@ -368,13 +368,14 @@ def beyond(true: np.ndarray, found: np.ndarray, r: np.ndarray) -> None:
     plot.show(
         fig,
         "Left, reported against true shift: on the diagonal up to the radius, and from"
-        " there on level, for no larger answer exists. Right, r against the true shift:"
+        " there on horizontal, the largest possible value. Right, r against the true"
+        " shift:"
         f" it falls slowly; {passed} of {wrong.sum()} wrong chips stay above 0.8.",
         colours=128,
     )
 
 
-def trial(
+def roc(
     error: np.ndarray,
     r: np.ndarray,
     tests: Mapping[str, np.ndarray],
@@ -447,6 +448,6 @@ def before_and_after(
         fig,
         f"Two maps of change, black on white. Before, {shares[0]:.0f} % of the land is"
         f" black, every street and every edge of a field. After, {shares[1]:.0f} %:"
-        " what is left are tilted squares, whole fields, on an almost empty ground.",
+        " what is left is tilted squares, whole fields, on almost empty ground.",
         colours=8,
     )

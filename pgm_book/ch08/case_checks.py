@@ -66,16 +66,16 @@ def marks(answer: object, pair: NormalPair, places: ArrayLike, land: Landscape) 
 
 
 def fewer(answer: object) -> None:
-    """Check how many times fewer places a line has than a square, for 30 pixels."""
+    """Check how many times fewer positions a line has than a square, for 30 pixels."""
     found = float(numbers("fewer", answer, (), "one number"))
     slips = [
-        (30, "the search goes to both sides, and the middle is a place as well"),
-        (60, "the middle is a place as well"),
-        (61**2, "that is the number of places in the square"),
+        (30, "the search goes to both sides, and the centre is a position as well"),
+        (60, "the centre is a position as well"),
+        (61**2, "that is the number of positions in the square"),
         (1 / 61, "the other way round: the square over the line"),
         (49 * 61, "the window is the same in both: it cancels"),
     ]
-    hint = first_slip(found, slips, "count the places in the square and on the line")
+    hint = first_slip(found, slips, "count the positions in the square and on the line")
     report("fewer", [("square over line", near(found, 61, 1e-6), hint)])
 
 

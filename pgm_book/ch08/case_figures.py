@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
+from pgm_book.common import ledger
 from pgm_lab import plot
 from pgm_lab.plot.basic import Look, grey_levels
 from pgm_lab.simulate import Landscape
@@ -14,16 +15,18 @@ from pgm_lab.stereo import NormalPair, Surface, Terrain
 
 TILE, HIGH = 31, 19  # px across and down, of what is shown around a mark
 REACH = 24  # px to each side, of the row it is looked for in
-WAYS = (("interactive", plot.BLUE, "o"), ("automatic", plot.ORANGE, "s"))
+METHODS = (("interactive", plot.BLUE, "o"), ("automatic", plot.ORANGE, "s"))
 HALF_DIGIT = 0.005  # m, of a printed number
-Pair = Sequence[float]  # of the interactive and of the automatic way
+Pair = Sequence[float]  # of the interactive and of the automatic method
 
 
 def six(n: np.ndarray, hand: np.ndarray, machine: np.ndarray) -> None:
-    """Show the means of both ways (m) at locations of n points, and the differences."""
+    """Show means of both methods (m) at locations of n points, and the differences."""
     at = np.arange(len(n))
     fig, (ax, beside) = plt.subplots(1, 2, figsize=(7, 2.8))
-    for (name, colour, mark), values, off in zip(WAYS, (hand, machine), (-0.12, 0.12)):
+    for (name, colour, mark), values, off in zip(
+        METHODS, (hand, machine), (-0.12, 0.12)
+    ):
         ax.plot(at + off, values, mark, color=colour, ms=11, label=name)
     ax.set(title="Table 1", ylabel="mean (m)", ylim=(0, 2))
     ax.legend(loc="lower left")
@@ -56,7 +59,7 @@ def six(n: np.ndarray, hand: np.ndarray, machine: np.ndarray) -> None:
 def marks(pair: NormalPair, places: np.ndarray, starts: Sequence[int]) -> None:
     """Show places (column, row) of the left photo, and rows of the right one for them.
 
-    The starts are the disparities (px) in the middle of what is shown of those rows.
+    The starts are the disparities (px) at the centre of what is shown of those rows.
     """
     half, high = TILE // 2, HIGH // 2
     parts = []
@@ -98,7 +101,7 @@ def marks(pair: NormalPair, places: np.ndarray, starts: Sequence[int]) -> None:
 def gaps(
     land: Landscape, spots: np.ndarray, dsm: Surface, dtm: Terrain, row: int
 ) -> None:
-    """Show an operator's spots (n, 3), and a profile of both ways and the truth."""
+    """Show an operator's spots (n, 3), and a profile of both methods and the truth."""
     X = dsm.corner[0] + dsm.cell * np.arange(dsm.z.shape[1])
     Y = dsm.corner[1] - dsm.cell * np.arange(dsm.z.shape[0])
     at = np.full_like(X, Y[row])
@@ -136,7 +139,7 @@ def gaps(
 def compared(
     alone: Mapping[str, Pair], common: Mapping[str, Pair], longer: float
 ) -> None:
-    """Show RMSE (m) of both ways by the kind of ground, without and with one error.
+    """Show RMSE (m) of both methods by the kind of ground, without and with one error.
 
     Both ways share it: their base is too long.
     """
@@ -156,8 +159,9 @@ def compared(
     )
     plot.show(
         fig,
-        "RMSE of the interactive and the automatic way by kind of ground, left with the"
-        f" right orientation, right with an error that both share. {'; '.join(said)}.",
+        "RMSE of the interactive and the automatic method by kind of ground, left with"
+        " the right orientation, right with an error that both share."
+        f" {'; '.join(said)}.",
         colours=64,
     )
 
@@ -165,7 +169,7 @@ def compared(
 def _bars(ax: Axes, values: Mapping[str, Pair]) -> None:
     """Two bars for each kind of ground."""
     at = np.arange(len(values))
-    for k, ((name, colour, _), off) in enumerate(zip(WAYS, (-0.2, 0.2))):
+    for k, ((name, colour, _), off) in enumerate(zip(METHODS, (-0.2, 0.2))):
         heights = [one[k] for one in values.values()]
         look: Look = {"hatch": "//" if k else "", "edgecolor": plot.BLACK}
         bars = ax.bar(at + off, heights, 0.38, color=colour, label=name, **look)
@@ -194,70 +198,85 @@ def bowl(at: np.ndarray, dz: np.ndarray, py: np.ndarray) -> None:
     )
 
 
-# --- Which of the printed figures of Harintaka 2020 follow from which ---
+# --- What was computed from which of the printed figures of Harintaka 2020 ---
 
-# Of `follows`: name, place, printed, what became of it
-BOXES = {
-    "flight": (1.5, 4.2, "24 mm, 1000 m", "given"),
-    "scale": (5.0, 5.0, "H/f about 40,000", "holds"),
-    "gsd": (5.0, 4.0, "GSD 20 cm", "0.229 m"),
-    "tie": (5.0, 2.7, "tie points\n15 mm, 40 mm", "holds: 0.07 px"),
-    "table": (1.5, 1.0, "Table 1\nsix means", "given"),
-    "text": (5.0, 1.4, "vertical 1.7 m", "no source:\nthe table gives 1.50, 1.53 m"),
-    "ways": (
-        5.0,
-        0.1,
-        "differ mainly at location 2",
-        "no source:\nthe table does not show it",
+# x, y, what is printed, what we compute, and chapter and place of its verdict
+BOXES: dict[str, tuple[float, float, str, str, tuple[str, str] | None]] = {
+    "flight": (1.4, 4.7, "24 mm, 1000 m", "", None),
+    "table": (1.4, 1.2, "Table 1\nsix means", "", None),
+    "scale": (
+        5.0, 5.3, "H/f about 40,000", "41,667", ("1", "Hasil dan Pembahasan, H/f")
     ),
-    "horizontal": (8.6, 1.4, "horizontal 1.5 m", "no source"),
-    "points": (8.6, 0.2, "35 points, 175 points", "no source"),
-    "pixels": (8.6, 3.6, "1.4 to 1.7 m", "2.3 to 3 px"),
-    "map": (8.6, 5.0, "1:5000, 2.5 m", "asks for 0.76 m"),
-}
+    "gsd": (5.0, 4.2, "GSD 20 cm", "22.9 cm", ("1", "Metode, GSD")),
+    "tie": (
+        5.0, 3.0, "tie points 15 mm, 40 mm", "0.07 px, 0.05 or 0.07 px",
+        ("8", "Metode, tie points"),
+    ),
+    "text": (
+        5.0, 1.35, "vertical 1.7 m", "1.50 m, 1.53 m",
+        ("8", "Hasil dan Pembahasan, vertical"),
+    ),
+    "where": (
+        5.0, 0.3, "differ mainly at location 2", "within the rounding",
+        ("8", "Hasil dan Pembahasan, difference by location"),
+    ),
+    "pixels": (
+        8.7, 3.1, "1.34 to 1.75 m", "1.5 to 3.0 px", ("8", "Table 1, in pixels")
+    ),
+    "horizontal": (
+        8.7, 1.5, "horizontal 1.5 m", "", ("8", "Hasil dan Pembahasan, horizontal")
+    ),
+    "points": (
+        8.7, 0.3, "35 and 175 points", "", ("8", "Metode and Table 1, points")
+    ),
+    "map": (
+        8.7, 5.0, "1:5,000, contours 2.5 m", "0.5 mm in the map",
+        ("8", "Hasil dan Pembahasan, contour interval"),
+    ),
+}  # fmt: skip
 ARROWS = (
     ("flight", "scale"),
     ("flight", "gsd"),
     ("gsd", "tie"),
     ("gsd", "pixels"),
-    ("table", "ways"),
-    ("text", "pixels"),
-    ("tie", "pixels"),
+    ("table", "pixels"),
+    ("table", "text"),
+    ("table", "where"),
 )
-FATE = {
-    "given": plot.GREY,
-    "holds": plot.GREEN,
-    "no source": plot.PURPLE,
-    "2.3 to 3 px": plot.GREY,
-    "asks for 0.76 m": plot.GREY,
-}
 
 
 def follows() -> None:
-    """Draw which of the printed figures follow from which, and which do not."""
-    fig, ax = plt.subplots(figsize=(10, 4.5))
-    drawn = {}
-    for name, (x, y, printed, fate) in BOXES.items():
-        colour = FATE.get(fate.partition(":")[0], plot.RED)
+    """Draw printed figures with their verdicts, and what was computed from which."""
+    fig, ax = plt.subplots(figsize=(10, 4.6))
+    drawn, told = {}, {name: list[str]() for name in (*ledger.VERDICTS, "given")}
+    for name, (x, y, printed, computed, row) in BOXES.items():
+        fate = ledger.verdicts(row[0], [row[1]])[0]["verdict"] if row else "given"
         box: Look = {"boxstyle": "round,pad=0.35", "facecolor": "white"}
-        box |= {"edgecolor": colour, "linewidth": 2.4}
-        text = printed if fate == "given" else f"{printed}\n→ {fate}"
-        middle: Look = {"ha": "center", "va": "center", "fontsize": 13.5}
-        drawn[name] = ax.text(x, y, text, bbox=box, **middle).get_bbox_patch()
+        box |= {"edgecolor": _colour(fate), "linewidth": 3}
+        text = f"{printed}\n→ {computed}" if computed else printed
+        centre: Look = {"ha": "center", "va": "center", "fontsize": 13.5}
+        drawn[name] = ax.text(x, y, text, bbox=box, **centre).get_bbox_patch()
+        told[fate].append(text.replace("\n", " "))
     for first, second in ARROWS:
         look: Look = {"arrowstyle": "-|>", "color": plot.GREY, "lw": 1.8}
         look |= {"patchA": drawn[first], "patchB": drawn[second], "mutation_scale": 18}
         ends = BOXES[second][:2], BOXES[first][:2]
         ax.annotate("", *ends, arrowprops=look, zorder=0)
-    ax.set(xlim=(0.2, 10.2), ylim=(-0.5, 5.6))
+    for fate in told:
+        ax.plot([], [], color=_colour(fate), lw=3, label=fate)
+    ax.plot([], [], color=plot.GREY, lw=1.8, marker=">", label="gives what is after →")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, handlelength=1.6)
+    ax.set(xlim=(0.1, 10.5), ylim=(-0.2, 5.8))
     ax.axis("off")
     plot.show(
         fig,
-        "Printed figures in boxes, arrows from what they follow from. Green holds: H/f,"
-        " and the tie points, 0.07 pixel. Red is corrected: GSD, 0.229 m. Purple has no"
-        " source in what is printed: vertical 1.7 m, where the table gives 1.50 and"
-        " 1.53 m; that the ways differ mainly at location 2, which the table does not"
-        " show; horizontal 1.5 m; 35 and 175 points. Grey follows:"
-        " 1.4 to 1.7 m are 2.3 to 3 pixels; contours of 2.5 m ask for 0.76 m.",
+        "Printed figures in boxes with the colours of their verdicts, after → what we"
+        " compute; arrows come from what it was computed from. "
+        + " ".join(f"{fate}: {'; '.join(texts)}." for fate, texts in told.items()),
         colours=64,
     )
+
+
+def _colour(fate: str) -> str:
+    """Colour of a verdict, as in the ledger; black for what is given."""
+    return ledger.VERDICTS[fate][0] if fate in ledger.VERDICTS else plot.BLACK

@@ -58,7 +58,7 @@ def model_point(function: Callable[..., object]) -> None:
             lambda x, y, p, B, c: np.array([x, y, -c])
         ),
         "x and y keep their signs": lambda x, y, p, B, c: B / p * np.array([x, -y, -c]),
-        "x and y keep their signs: only the depth is turned": lambda x, y, p, B, c: (
+        "x and y keep their signs: only the depth is reversed": lambda x, y, p, B, c: (
             B / p * np.array([-x, -y, -c])
         ),
         "x is scaled like y and −c, nothing is added to it": lambda x, y, p, B, c: (
@@ -148,8 +148,8 @@ def _slips_of_a_line(
         "the sign of the third: a photo has −c there": (a, b, c * w),
         "the third is not multiplied by c yet": (a, b, -w),
         "the third, and only it, is multiplied by the −c of the photo": (a, b, w),
-        "M has to turn the normal, not its transpose": (s, t, -c * q),
-        "the normal has to be turned into the right photo by M": (n, m, -c * k),
+        "M has to rotate the normal, not its transpose": (s, t, -c * q),
+        "the normal has to be rotated into the right photo by M": (n, m, -c * k),
         "the line holds points of the plane: its normal is a cross product": (
             *(M @ (np.asarray(base) + ray))[:2],
             -c * (M @ (np.asarray(base) + ray))[2],
@@ -188,8 +188,8 @@ def best_disparity(function: Callable[..., object]) -> None:
             "the right window goes to the wrong side: the disparity is left column"
             " minus right column. Which right column does d belong to?",
         ),
-        (true - low, "that is the place in the list of r, which begins at low"),
-        (whole - low, "that is the place in the list of r, which begins at low"),
+        (true - low, "that is the index in the list of r, which begins at low"),
+        (whole - low, "that is the index in the list of r, which begins at low"),
     ]
     otherwise = "the disparity is not that of the highest r along the row"
     ends = [_search(function, 48, 30, 7, *ends, 2.3)[0] for ends in ((3, 9), (-6, 2))]
@@ -241,13 +241,11 @@ def sigma_height(function: Callable[..., object]) -> None:
     ]
     slips = {
         "base and height are exchanged": lambda H, B, g, s: B / H * g * s,
-        "H comes in twice: the pixel on the ground knows it too": lambda H, B, g, s: (
+        "H enters twice: the GSD already contains it": lambda H, B, g, s: (
             H**2 / B * g * s
         ),
         "that is the error across the ray, not along it": lambda H, B, g, s: g * s,
-        "the pixel on the ground is missing: the answer is in metres": (
-            lambda H, B, g, s: H / B * s
-        ),
+        "the GSD is missing: the answer is in metres": (lambda H, B, g, s: H / B * s),
         "sigma_px is missing": lambda H, B, g, s: H / B * g,
         "it is rounded: return all digits": lambda H, B, g, s: round(H / B * g * s, 2),
     }
@@ -309,12 +307,15 @@ def slips_of_a_row(
     """Points (n, 3) that a slip leads to, with what to say of it."""
     model = (wanted - pair.stations[0]) @ pair.rotation.T
     return [
-        (model, "that is seen from O', in the frame of the photos: turn it and add O'"),
-        (wanted - pair.stations[0], "the place of O' has to be added"),
-        (pair.stations[0] + model, "the model has to be turned into object space"),
+        (
+            model,
+            "that is seen from O', in the frame of the photos: rotate it and add O'",
+        ),
+        (wanted - pair.stations[0], "the position of O' has to be added"),
+        (pair.stations[0] + model, "the model has to be rotated into object space"),
         (
             pair.stations[0] + model @ pair.rotation.T,
-            "pair.rotation turns object space into the photos; here: the other way",
+            "pair.rotation rotates object space into the photos; here: its inverse",
         ),
         (
             pair.stations[1] + model @ pair.rotation,
@@ -322,7 +323,7 @@ def slips_of_a_row(
         ),
         (
             (pair.stations[0] + model) @ pair.rotation,
-            "the model is turned first, and the place of O' added afterwards",
+            "the model is rotated first, and the position of O' added afterwards",
         ),
         (
             pair.stations[0] + model[:, [1, 0, 2]] @ pair.rotation,
@@ -331,7 +332,7 @@ def slips_of_a_row(
         (
             pair.stations[0] + _without_origin(pair, model) @ pair.rotation,
             "the parallax in mm is more than disparity times pixel size: the two images"
-            " begin at different places, and pair.parallax knows it",
+            " begin at different columns, and pair.parallax includes that",
         ),
         (
             np.full_like(wanted, np.nan),

@@ -30,7 +30,7 @@ BOTH_ENDS: Look = {"arrowstyle": "<|-|>", "shrinkA": 0, "shrinkB": 0, "linewidth
 LOOK_AT = np.radians((25.0, -68.0))  # elevation and azimuth of the reader's eye
 
 
-# --- How do two photos tell a height? ---
+# --- How do two photos give a height? ---
 
 
 def photo_pair(left: Photo, right: Photo) -> Figure:
@@ -115,9 +115,9 @@ def laid(pair: NormalPair, disparity: int) -> None:
     ax.grid(False)
     plot.show(
         fig,
-        "Both photos in two colours, laid on each other. What is as high as the middle"
-        " is grey and fits, one roof among it. Tree tops and another roof have rims in"
-        " both colours to their left and right, and so has lower and higher ground.",
+        "Both photos in two colours, laid on each other. What is as high as the road"
+        " crossing is grey and fits, one roof among it. Tree tops and another roof have"
+        " rims in both colours on the left and right, as has lower and higher ground.",
         colours=96,
     )
 
@@ -167,7 +167,7 @@ def _part(image: np.ndarray, column: float, row: float) -> np.ndarray:
 
 
 def _mark(ax: Axes, colour: str) -> None:
-    """Draw the mark in the middle, and nothing at the edges."""
+    """Draw the mark at the centre, and nothing at the edges."""
     for width, ink in (
         (5.0, "white" if colour == plot.BLACK else "black"),
         (2, colour),
@@ -504,7 +504,7 @@ def parallax_worth() -> None:
     plot.show(
         fig,
         "Two rays, each as wide as a pixel on the ground (the GSD), meet in a diamond;"
-        " how high it is tells the error of the height. With half"
+        " its height is the error of the height. With half"
         f" the base it is {tall[1] / tall[0]:.1f} times as high.",
     )
 

@@ -55,7 +55,7 @@ def redundancy_numbers(function: Callable) -> None:
     sums = [near(a.sum(), len(p) - A.shape[1]) for a, (A, p) in zip(answers, cases)]
     inside = all(np.all((a > -1e-9) & (a < 1 + 1e-9)) for a in answers)
     slips = {
-        "that is the share that the unknowns swallow: subtract it from 1": (
+        "that is the share that the unknowns absorb: subtract it from 1": (
             lambda A, p: 1 - _shares(A, p)
         ),
         "the weights are left out": lambda A, p: _shares(A, np.ones_like(p)),
@@ -177,7 +177,7 @@ _SLIPS: list[tuple[str, Callable[..., int]]] = [
         "row 0 is a row: compare with the limit, not with the row",
         lambda *case: _largest(_w(*case)) or -1,
     ),
-    ("one |w| is above 7 in these data: does r stand below?", lambda *case: -1),
+    ("one |w| is above 7 in these data: is r in the denominator?", lambda *case: -1),
 ]
 
 
@@ -337,7 +337,7 @@ def adjust(function: Callable) -> None:
         ([-one for one in v], "the sign: computed minus observed"),
         (
             [A @ one for one, (A, _, _) in zip(x, cases)],
-            "that is what the unknowns say: the observations are not taken off",
+            "that is computed from the unknowns: the observations are not subtracted",
         ),
         ([one * p for one, (_, p, _) in zip(v, cases)], "residuals are not weighted"),
     ]
@@ -366,7 +366,28 @@ def adjust(function: Callable) -> None:
     ):
         hint = next((h for w, h in slips[name] if _same(found[name], w)), other[name])
         properties.append((claim, _same(found[name], right[name]), f"{name}: {hint}"))
+    hint = (
+        "a plane through raw UTM coordinates comes out wrong, and nothing says so: keep"
+        " the lines that stop where columns of A nearly depend on one another"
+    )
+    properties.append(
+        ("raw UTM columns stop it, or come out right", _spoils_none(function), hint)
+    )
     report("adjust", properties)
+
+
+def _spoils_none(function: Callable) -> bool:
+    """Whether exact planes through raw UTM columns stop, or come out right."""
+    X, Y = np.indices((5, 5)).reshape(2, -1) / 2  # two metres of ground
+    A = np.column_stack([500000 + X, 9200000 + Y, np.ones(25)])
+    for a, b, c in ((1, 2, 100), (0.5, 0, 100), (0.1, -0.05, 100), (1, 0, 0)):
+        try:
+            v = function(A.copy(), np.ones(25), a * X + b * Y + c)[1]
+        except (ValueError, np.linalg.LinAlgError):
+            continue
+        if np.abs(v).max() > 1e-6:
+            return False
+    return True
 
 
 def _sigma0(v: np.ndarray, p: np.ndarray, u: int) -> float:
@@ -393,7 +414,7 @@ _SLIPS_OF_SIGMA0: dict[str, Callable] = {
     "square each residual before it is weighted and summed": (
         lambda v, p, u: np.sqrt(np.abs(np.sum(p * v)) / (len(v) - u))
     ),
-    "np.std knows neither weights nor unknowns": lambda v, p, u: np.std(v),
+    "np.std ignores weights and unknowns": lambda v, p, u: np.std(v),
 }
 
 

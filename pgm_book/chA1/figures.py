@@ -22,7 +22,7 @@ ROUND = "AE"  # the line that runs a long way round
 LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
 
 
-# --- Four ways to one height ---
+# --- Four routes to one height ---
 
 
 def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
@@ -54,7 +54,7 @@ def _draw_net(ax: Axes, lines: Sequence[str], labels: list[str], colours: list) 
     ax.axis("off")
 
 
-# --- How does one answer come of many? ---
+# --- How do many measurements give one answer? ---
 
 
 def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None:
@@ -69,7 +69,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
         ax.plot(H, term, linestyle=styles[k % 3], label=f"p v² of {label}")
     ax.plot(H, terms.sum(axis=0), color=plot.BLACK, linewidth=3, label="their sum")
     least = 1e6 * np.sum(p * (best - observed) ** 2)
-    ax.plot(best, least, "v", color=plot.RED, markersize=15, label="least")
+    ax.plot(best, least, "v", color=plot.RED, markersize=15, label="minimum")
     ax.ticklabel_format(useOffset=False)
     ax.set(xlabel="height of D (m)", ylabel="p v² (mm² / km)", ylim=(0, None))
     ax.locator_params(axis="x", nbins=5)
@@ -77,7 +77,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
     plot.show(
         fig,
         f"Parabolas of p v² over the height, of {len(names)} observations, narrow"
-        f" where the weight is large, and their sum, which is least at {best:.4f} m.",
+        f" where the weight is large, and their sum, smallest at {best:.4f} m.",
     )
 
 
@@ -131,7 +131,7 @@ def scatter(repeated: np.ndarray, ours: float, stated: float, redundancy: int) -
     r = redundancy
     low, high = stated * np.sqrt(scipy.stats.chi2.ppf((0.025, 0.975), r) / r)
     fig, ax = plt.subplots(figsize=(7, 3.1))
-    label = f"{len(sigma0s)} honest surveys"
+    label = f"{len(sigma0s)} surveys"
     bins = np.linspace(0, max(2.4 * stated, ours), 33)
     ax.hist(sigma0s, bins.tolist(), color=plot.SKY, label=label)
     for limit in (low, high):
@@ -152,7 +152,7 @@ def scatter(repeated: np.ndarray, ours: float, stated: float, redundancy: int) -
     )
 
 
-# --- Who controls whom? ---
+# --- How well is each line controlled? ---
 
 
 def levelling_control(lines: Sequence[str], share: np.ndarray) -> None:

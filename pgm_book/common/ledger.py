@@ -3,7 +3,8 @@
 A row names chapter, source, place, kind (number, equation, program, statement), what is
 printed, what is obtained, the verdict (reproduced, corrected, not derivable), the cause
 of a defect (author, scan, unclear), for an equation the functions that implement it,
-and the test under ``tests/audit`` that proves the verdict.
+and the test under ``tests/audit`` that proves the verdict; "-: read, not proved" where
+nothing that is printed lets a program decide.
 """
 
 import re
@@ -139,6 +140,9 @@ def table(rows: list[dict[str, str]], caption: str, causes: bool = False) -> Non
         [f"{row['source']}, {row['place']}", *(row[name] for name in columns)]
         for row in rows
     ]
+    for cell, row in zip(cells, rows):
+        if row["test"].startswith("-"):
+            cell[2] += " (Read, not proved.)"
     plot.table(header, cells, caption)
 
 

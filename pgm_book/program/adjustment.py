@@ -70,7 +70,8 @@ def adjust(
     Raises
     ------
     ValueError
-        If the observations do not determine the unknowns, or a weight is not positive.
+        If the observations do not determine the unknowns, or only so weakly that
+        rounding spoils them, or a weight is not positive.
 
     Examples
     --------
@@ -86,6 +87,13 @@ def adjust(
         raise ValueError(
             f"the {len(A)} observations do not determine all {A.shape[1]} unknowns:"
             " measure more, or hold some of them fixed"
+        )
+    scale = np.sqrt(np.diag(N))
+    if np.linalg.cond(N / np.outer(scale, scale)) > 1e8:
+        raise ValueError(
+            "the columns of A depend on one another so nearly that N loses more than"
+            " half of its digits. Are there large coordinates, such as UTM? Subtract"
+            " their mean first: reduce them to their centre"
         )
     Q = np.linalg.inv(N)
     x = Q @ n

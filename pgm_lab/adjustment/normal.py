@@ -16,6 +16,9 @@ INFLATION_LIMIT = 1e12
 # A parameter whose variance constraints deflate more than this is fixed by them.
 DEFLATION_LIMIT = 1e-14
 
+# Columns of a design matrix whose cosine is nearer to 1 or -1 are called multiples.
+PARALLEL = 1 - 1e-6
+
 # Of every Gauss-Newton iteration: its smallest step, the share of the expected decrease
 # that a step must bring, and the relative error that rounding leaves in v.
 SMALLEST_STEP = 2.0**-20
@@ -33,10 +36,13 @@ class NullSpace:
         One direction a column, of unit length after column scaling.
     names : tuple of str
         Parameters that take part in these directions.
+    parallel : tuple of str
+        Those of them whose columns are nearly multiples of one another's.
     """
 
     vectors: np.ndarray
     names: tuple[str, ...]
+    parallel: tuple[str, ...] = ()
 
     @property
     def defect(self) -> int:
@@ -57,6 +63,12 @@ class RankDefect(ValueError):
                 " observations or constraints, give these parameters weights, or leave"
                 " them out"
             )
+            if null_space.parallel:
+                message += (
+                    f". The columns of {', '.join(null_space.parallel)} are nearly"
+                    " multiples of one another: if these are coordinates far from their"
+                    " origin, such as UTM, subtract their mean (reduce to the centre)"
+                )
         else:
             message = (
                 "the constraints follow from one another or contradict each other:"
@@ -150,6 +162,8 @@ def null_space(
     names = parameter_names(names, u)
     scale = column_scale(normal)
     scaled = normal * scale[:, None] * scale
+    cosine = np.abs(scaled)
+    np.fill_diagonal(cosine, 0)
     if constraint is not None:
         system, _ = _bordered(scaled, constraint * scale)
         rows = system[u:, :u]
@@ -158,9 +172,11 @@ def null_space(
     free = eigenvalues < u / INFLATION_LIMIT
     part = np.linalg.norm(eigenvectors[:, free], axis=1)
     involved = part > 0.1 * part.max(initial=0) if free.any() else np.zeros(u, bool)
+    parallel = involved & (cosine[:, involved] > PARALLEL).any(axis=1)
     return NullSpace(
         vectors=scale[:, None] * eigenvectors[:, free],
         names=tuple(name for name, yes in zip(names, involved, strict=True) if yes),
+        parallel=tuple(name for name, yes in zip(names, parallel, strict=True) if yes),
     )
 
 

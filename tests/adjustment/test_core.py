@@ -590,6 +590,7 @@ def test_parameters_that_are_not_determined_are_named_and_no_others():
     with pytest.raises(RankDefect, match=r"rank 3 of 4.* A, B, C, D\.") as failed:
         level(None, names=["A", "B", "C", "D"])
     assert failed.value.null_space.defect == 1
+    assert "UTM" not in str(failed.value)  # a missing datum has another cause
     A, observations, _, _ = problem(20, u=4)
     A[:, 1] = 0
     with pytest.raises(RankDefect, match="do not determine K3. Add"):
@@ -599,6 +600,7 @@ def test_parameters_that_are_not_determined_are_named_and_no_others():
     with pytest.raises(RankDefect) as failed:
         adjust(linear(A), np.zeros(4), observations, names=list("abcd"))
     assert failed.value.null_space.names == ("a", "d")
+    assert failed.value.null_space.parallel == ("a", "d")
 
 
 def test_a_weight_on_the_parameter_cures_a_defect_and_a_useless_constraint_does_not():

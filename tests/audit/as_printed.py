@@ -3,6 +3,9 @@
 The proofs compare them with derivatives and with the camera model. Nothing here is for
 use in a computation."""
 
+import csv
+from pathlib import Path
+
 import numpy as np
 
 from pgm_book.ch05 import printed_equations as as_printed
@@ -70,3 +73,10 @@ def bani_4_and_5(f, exterior, point):
         "b26": f / q**2 * (s * m33 - q * m23),
     }
     return (q, r, s), coefficients
+
+
+def brahmantara_2015():
+    """Sentences of Brahmantara 2015 word for word, by their place in the paper."""
+    path = Path(__file__).with_name("brahmantara2015_printed.csv")
+    with path.open(encoding="utf-8", newline="") as file:
+        return {row["place"]: row["text"] for row in csv.DictReader(file)}

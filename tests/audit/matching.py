@@ -5,13 +5,21 @@ Nothing is resampled here: what the proofs show is due to the formulas alone."""
 
 import numpy as np
 
-# What the log of IV.1.3 prints
-START = np.array([268.0, 1049.0])
-PRINTED_A = np.array([130.337718946127, 0.0109620254677122, -0.127097279435187])
-PRINTED_B = np.array([48.5019337490267, -0.0277731169717486, -0.0390846759861233])
+from pgm_lab import datasets
+
+# What the log of IV.1.3 prints, character by character
+LOG = {row["quantity"]: row["value"] for row in datasets.rows("bani2010_lsm_log.csv")}
+
+
+def printed(*names):
+    return np.array([float(LOG[name]) for name in names])
+
+
+START = printed("start X", "start Y")
+PRINTED_A, PRINTED_B = printed("a0", "a1", "a2"), printed("b0", "b1", "b2")
 PRINTED = np.concatenate([PRINTED_A, PRINTED_B])
-PRINTED_POINT = 267.950495643963, 1049.06028818143
-PRINTED_S0 = 0.384176144168957
+PRINTED_POINT = printed("corrected X", "corrected Y")
+PRINTED_S0 = float(LOG["So"])
 
 _rng = np.random.default_rng(2010)
 _ANGLE, _RADIUS = _rng.uniform(0, 2 * np.pi, 80), 0.2 * np.sqrt(_rng.uniform(0, 1, 80))

@@ -22,7 +22,7 @@ POINT = np.array([4.5, -2.0, 3.0])
 
 @pytest.mark.parametrize("exterior", EXTERIORS)
 def test_2_2_and_appendix_1_are_the_projection(exterior):
-    # Two ways: the quotient written out, and the point carried along the camera's axes
+    # By the quotient written out, and by the point carried along the camera's axes
     r, ray = rotation.matrix(*exterior[3:]), POINT - exterior[:3]
     U, V, W = [sum(row * ray) for row in r]
     right, up, back = r
@@ -72,7 +72,7 @@ OBSERVED = cam.project(CAMERA, EXTERIORS, POINT) + NOISE
 
 
 def test_appendix_5a_and_5b_are_observed_minus_computed_image_coordinates():
-    # Both in mm of the photo: no object coordinate is taken off
+    # Both in mm of the photo: no object coordinate is subtracted
     L, _ = misclosure(POINT, OBSERVED)
     close(L.reshape(2, 2), NOISE, atol=1e-12)
     moved = POINT + (1.0, -2.0, 3.0)

@@ -149,14 +149,14 @@ def test_rqs_follow_from_4_before_the_third_step():
 
 def test_adjusted_coordinates_follow_after_the_third_step():
     assert_printed(THIRD.before[:2] + THIRD.X[:2], "adjusted")
-    # The print itself tells where that step began: adjusted less delta
+    # The print itself shows where that step began: adjusted minus delta
     began = (printed("adjusted")[0] - printed("delta")[0])[0]
     close(began, (0.50142, -2.45449, -4.51726), atol=5e-6)
     close(THIRD.before[0], began, rtol=0, atol=2e-8)
 
 
 def test_one_of_48_starts_leads_to_the_adjusted_coordinates():
-    # Rays (x, y, f) or (x, y, -f), turned by M' or M, brought together in two axes or
+    # Rays (x, y, f) or (x, y, -f), rotated by M' or M, brought together in two axes or
     # in all three, the point on the left ray, on the right one or between: whatever
     # the sign of f in the steps, the coordinates are hit once in 768 iterates
     photo, f = PHOTO[:, :2], (18.5558, -18.5558)
@@ -270,7 +270,7 @@ def test_published_points_are_on_the_way_of_an_unfinished_iteration():
     close(heights.T[[0, 1, 3], :5], expected, rtol=1e-3)
     # Point 5 starts far off: its rays are nearly parallel in X and Y
     assert np.all(np.diff(np.log10(np.abs(heights[:, 2]))) > 1.5)
-    # These are the steps of (6) in exact arithmetic, also where points have run away
+    # These are the steps of (6) in exact arithmetic, also where points have diverged
     for done, i in itertools.product(STEPS, (0, 1, 4)):
         exact = exact_step(MISREAD, PHOTO[:, i], done.before[i])
         close(done.V[i], exact, rtol=0, atol=1e-12)
@@ -358,7 +358,7 @@ def test_angles_are_radians_and_each_triplet_stands_in_its_columns():
     for other in (MISREAD, exteriors("degrees"), exteriors(exchanged=True)):
         found = converged(other)
         assert found.rms > 20 * read.rms and not found.in_front
-    # With y as in Table 4.2; turned round, the rays of the printed orientation miss
+    # With y as in Table 4.2; reversed, the rays of the printed orientation miss
     assert converged(photo=PHOTO * (1, -1)).rms > 30 * read.rms
 
 
@@ -395,7 +395,7 @@ def test_x0_y0_and_k1_fit_as_well_as_the_right_photo_and_k1():
     assert np.all(np.abs(lens.values - (0.247, 0.069, 2.53e-4)) < (5e-4, 5e-4, 1e-6))
     close(lens.sd, (0.00106, 0.00080, 1.6e-5), rtol=0.01)
     close(lens.values[:2] / PIXEL, (20.3, 5.7), atol=0.05)
-    # Like with like. Without K1 the right photo turned fits better ...
+    # Like with like. Without K1 the right photo rotated fits better ...
     shifted, turned = converged(interior=("x0", "y0")), converged(free_right=RIGHT)
     close((shifted.sigma0 / PIXEL, turned.sigma0 / PIXEL), (0.254, 0.151), atol=5e-4)
     # ... with K1 both fit to a twentieth of a pixel. Neither contains the other: no F

@@ -14,6 +14,7 @@ from pgm_lab import datasets
 from .matching import (
     PRINTED,
     PRINTED_POINT,
+    PRINTED_S0,
     START,
     affine,
     design,
@@ -22,7 +23,7 @@ from .matching import (
     window,
 )
 
-SHIFT = np.array(PRINTED_POINT) - START
+SHIFT = PRINTED_POINT - START
 
 
 def lattice(p, n=19):
@@ -117,7 +118,8 @@ def test_whole_grey_values_add_029_and_cutting_half_a_grey_value_of_brightness()
     assert cut.std() == approx(np.sqrt(1 / 12), rel=0.1)
     assert cut.mean() == approx(-0.5, abs=0.03)
     # Beside the 6.46 of the log the 0.29 adds a thousandth
-    assert np.hypot(6.46, 0.29) / 6.46 - 1 < 0.0011
+    S0 = PRINTED_S0 * np.sqrt(283)
+    assert np.hypot(S0, cut.std()) / S0 - 1 < 0.0011
 
 
 def test_b_needs_the_grey_value_of_the_match_and_not_its_row():

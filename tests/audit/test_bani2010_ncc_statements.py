@@ -1,6 +1,7 @@
 """Proofs of the verdicts on what Bani 2010 says about correlation: the search, figure
 2.8 and what a coefficient of 0.746 means. For the formulas see test_bani2010_ncc.py."""
 
+import re
 from functools import cache
 
 import numpy as np
@@ -9,14 +10,19 @@ from pytest import approx
 from scipy import stats
 
 from pgm_book.ch02.checks import FIVE
+from pgm_book.common import ledger
 from pgm_lab import ncc, simulate
 
-PRINTED_R = 0.745827602435878
+QUOTED = ledger.verdicts("2", ["Figure 4.6, r"])[0]["printed"]
+PRINTED_R = float(QUOTED.split()[0])
 RNG = np.random.default_rng(746)
 
 
 def test_figure_2_8_prints_one_window_twice_as_no_two_photos_would():
-    assert FIVE.shape == (5, 5) and (FIVE.min(), FIVE.max()) == (63, 146)
+    quoted = ledger.verdicts("2", ["Figure 2.8"])[0]["printed"]
+    assert quoted.startswith(
+        f"{FIVE.size} grey values from {FIVE.min()} to {FIVE.max()}"
+    )
     assert ncc.correlation(FIVE, FIVE) == approx(1.0, abs=1e-14)
     # With noise of half a grey value in each photo before rounding, the chance that all
     # 25 agree is below 1e-7, wherever between two whole numbers the truth lies
@@ -73,12 +79,13 @@ def test_any_path_of_the_search_ends_at_the_same_highest_value():
 
 
 def test_search_from_minus_15_to_15_has_31_by_31_positions_in_51_by_51_pixels():
-    assert len(range(-15, 15 + 1)) == 31  # both ends belong to the loops
     template = RNG.normal(size=(21, 21))
     r = ncc.correlation_map(template, RNG.normal(size=(51, 51)))
-    assert r.shape == (31, 31)
+    assert r.shape == 2 * (len(range(-15, 15 + 1)),)  # both ends belong to the loops
+    (quoted,) = ledger.verdicts("2", ["Listing, comment on the search"])
+    commented = [int(n) for n in re.findall(r"\d+", quoted["printed"])]
     with pytest.raises(ValueError, match="search"):
-        ncc.correlation_map(template, RNG.normal(size=(15, 15)))
+        ncc.correlation_map(template, RNG.normal(size=commented))
 
 
 def test_windows_with_the_printed_r_share_56_per_cent_of_their_variance():
@@ -121,4 +128,5 @@ def test_printed_r_does_not_tell_the_right_place_where_the_pattern_repeats():
     )
     assert np.mean(np.array(highest)[near[1]]) == approx(PRINTED_R, abs=0.03)
     # By chance alone 441 unrelated pixels do not reach it: 15 standard deviations
-    assert approx(15.6, abs=0.1) == PRINTED_R * np.sqrt(440)
+    chance = [ncc.correlation(*g) for g in RNG.normal(size=(2000, 2, 441))]
+    assert PRINTED_R / np.std(chance) == approx(15.6, abs=1)

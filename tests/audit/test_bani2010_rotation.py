@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal as equal
 from pytest import approx
 
-from pgm_lab import rotation
+from pgm_lab import datasets, rotation
 
 ATTITUDES = [(0.3, 0.4, 0.5), (1.0, 0.7, 1.1), (2.5, -1.2, -2.0)]
 
@@ -42,8 +42,9 @@ def test_m12_of_3_needs_sin_phi_to_be_orthogonal(attitude):
 
 def test_printed_m_left_was_not_computed_by_3_as_printed():
     # Appendix B prints m12 = -0.00052 for the left photo: the formula with sin(phi),
-    # its angles taken as degrees (the story of chapter 5). Without it m12 would be ten
+    # its angles taken as degrees (see chapter 5). Without it m12 would be ten
     # times larger.
-    attitude = np.radians((0.3346, 0.6424, -0.0338))
-    assert rotation.matrix(*attitude)[0, 1] == approx(-0.00052, abs=5.1e-6)
+    printed = datasets.bani2010_intersection()
+    attitude, m12 = np.radians(printed["exterior"][0, 3:]), printed["M_left"][0, 1]
+    assert rotation.matrix(*attitude)[0, 1] == approx(m12, abs=5.1e-6)
     assert matrix_3(*attitude)[0, 1] == approx(0.00525, abs=5.1e-6)

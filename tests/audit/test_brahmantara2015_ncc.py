@@ -1,11 +1,14 @@
 """Proofs of the verdicts on Brahmantara 2015. What chapter 2 touches: (1)."""
 
+import re
 from fractions import Fraction
 
 import numpy as np
 from pytest import approx
 
 from pgm_lab import ncc, simulate
+
+from . import as_printed
 
 
 def test_1_is_the_correlation_coefficient_and_2_6f_of_bani():
@@ -30,7 +33,9 @@ def test_1_is_the_correlation_coefficient_and_2_6f_of_bani():
 
 
 def test_441_grey_values_in_a_chip_of_21_by_21_and_nine_positions_for_radius_one():
-    assert 21 * 21 == 441
+    said = as_printed.brahmantara_2015()["Metode, below (1)"]
+    columns, rows, count = map(int, re.findall(r"\d+", said))
+    assert columns * rows == count == 441
     chip = np.random.default_rng(1).normal(size=(23, 23))
     assert ncc.correlation_map(chip[1:22, 1:22], chip).size == 9
 

@@ -1,11 +1,13 @@
 """Proofs of the verdicts on Harintaka 2020. What chapter 1 touches: H/f, the ground
 sampling distance and the size of an image file."""
 
+import cv2
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose as close
 from pytest import approx
 
+from pgm_book.common import ledger
 from pgm_lab import datasets, frames
 
 
@@ -51,3 +53,17 @@ def test_70_megabytes_are_48_bits_a_pixel_and_not_24(data):
     mebibytes = columns * rows * np.array([bits, 2 * bits]) / 8 / 2**20
     close(mebibytes, (34.94, 69.88), atol=0.005)
     assert round(mebibytes[1]) == data.flight["file_size_uncompressed"]
+
+
+def test_7_megabytes_may_be_a_jpeg_of_many_qualities(data):
+    (row,) = ledger.verdicts("8", ["Hasil dan Pembahasan, compressed file"])
+    megabytes = float(row["printed"].split()[1])
+    pixels = np.prod(data.camera_image_size)
+    bits = megabytes * np.array([1e6, 2**20]) * 8 / pixels
+    close(bits, (4.6, 4.8), atol=0.05)
+    grey = datasets.yellowstone().grey.astype(np.uint8)
+    files = [
+        cv2.imencode(".jpg", grey, (cv2.IMWRITE_JPEG_QUALITY, q))[1] for q in (50, 100)
+    ]
+    taken = [8 * len(file) / grey.size for file in files]
+    assert taken == approx([2, 9], abs=0.2)  # bits a pixel

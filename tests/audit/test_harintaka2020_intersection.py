@@ -76,7 +76,7 @@ def test_3_to_5_give_back_error_free_points_except_above_the_base():
     met = exteriors[0, :3] + scale[:, None] * rays(images, exteriors)[0]
     close(met, points, rtol=0, atol=1e-9)
     # 3 micrometres of y in one photo: at y = 0.1 mm the scale is off by 1.5 per cent,
-    # half of dy/y, since the two rays stand alike to the base
+    # half of dy/y, since the two rays are symmetric to the base
     y = np.array([0.1, 1.0, 5.0])
     points = np.column_stack([np.full(3, 150), 1000 / 24 * y, np.zeros(3)])
     images = cam.project(CAMERA, exteriors[:, None], points)

@@ -230,9 +230,9 @@ def test_5_2_b_more_photos_and_points_raise_the_precision():
 
 @pytest.mark.parametrize("x", [net.PUBLISHED, net.START])
 def test_5_2_c_a_similarity_of_the_object_changes_no_residual(x):
-    # So absolute orientation proves nothing about the adjustment: the published
+    # So with seven coordinates absolute orientation shows nothing: the published
     # solution fits as badly after it as before. Nor does the unit of the object follow
-    # from the photos. Points or distances known from elsewhere would tell
+    # from the photos
     interior, exteriors, points = net.unpack(x)
     R = rotation.matrix(0.3, -0.2, 0.9)
     shift, scale = np.array([1000.0, 2000.0, 50.0]), 3.7
@@ -242,3 +242,21 @@ def test_5_2_c_a_similarity_of_the_object_changes_no_residual(x):
         e[3:] = rotation.angles(rotation.matrix(*e[3:]) @ R.T)
     there = net.pack(interior, moved, scale * points @ R.T + shift)
     close(net.misclosure(there)[0], net.misclosure(x)[0], rtol=0, atol=1e-9)
+
+
+def test_5_2_c_absolute_orientation_tests_the_points_if_control_is_surplus(solved):
+    # Four control points, twelve coordinates: bent points leave residuals. The printed
+    # ones do not, though their camera and angles are wrong: they never moved
+    interior, exteriors, true = net.unpack(solved[1])
+    control, printed = [0, 9, 30, 40], net.unpack(net.PUBLISHED)[2]
+    bent = true + 1e-3 * true[:, :1] ** 2 * np.array([0, 0, 1])
+
+    def left(points):
+        fit = orientation.absolute(points[control], true[control])
+        return np.sqrt(np.mean((fit.apply(points[control]) - true[control]) ** 2))
+
+    assert left(bent) > 1 and left(printed) < 0.005
+    fit = orientation.absolute(printed, true)
+    off = np.sqrt(np.mean((fit.apply(printed) - true) ** 2))
+    assert off == approx(0.003, abs=5e-4)
+    assert net.rms(net.PUBLISHED) > 100 * net.rms(solved[1])

@@ -124,7 +124,7 @@ def test_map_of_the_check_is_that_of_the_package():
 
 SLIPS = {
     checks.correlation: [
-        (lambda a, b: cosine(a, b), "take off the mean"),
+        (lambda a, b: cosine(a, b), "subtract the mean of each"),
         (lambda a, b: ncc.correlation(a, b) ** 2, "r squared"),
         (lambda a, b: abs(ncc.correlation(a, b)), "has a sign"),
         (lambda a, b: np.sum(np.multiply(*centred(a, b))), "divide by the lengths"),

@@ -35,7 +35,7 @@ FIGURES = [
         (PAIR.left, PLACES, [True, True, False, True]),
         "4 accepted points. 1 are wrong",
     ),
-    (case_figures.two_maps, (SCENE, R, R), "with the mean taken off first"),
+    (case_figures.two_maps, (SCENE, R, R), "with the mean subtracted first"),
     (
         case_figures.before_and_after,
         ({"one": [0.9, 0.8, 0.7], "other": [0.9, 0.9, 0.2]},),

@@ -55,14 +55,6 @@ def test_right_answers_pass(capsys):
     assert capsys.readouterr().out.count("✓") == 7
 
 
-def test_distance_of_the_corner_is_as_good_as_both_coordinates():
-    def by_distance(q, half):
-        at = np.array([(1, x, y) for x in (-half, half) for y in (-half, half)])
-        return np.hypot(at @ q[:3], at @ q[3:6]).max() <= 0.01
-
-    checks.stop(by_distance)
-
-
 def test_stop_may_name_all_eight_corrections():
     def by_name(step, half):
         a0, a1, a2, b0, b1, b2, h0, h1 = np.abs(step)
@@ -129,6 +121,11 @@ def corners(q, half, sides):
     """Look at the corners of one diagonal only: (x, y) = (s, side * s) half windows."""
     at = [(1, s * half, side * s * half) for s in (-1, 1) for side in sides]
     return max(abs(c @ q[k : k + 3]) for c in np.array(at) for k in (0, 3)) <= 0.01
+
+
+def by_distance(q, half):
+    at = np.array([(1, x, y) for x in (-half, half) for y in (-half, half)])
+    return np.hypot(at @ q[:3], at @ q[3:6]).max() <= 0.01
 
 
 def limits_of_the_listing(q, half):
@@ -256,10 +253,10 @@ SLIPS = {
         ),
         (lambda J, v: (s0(J, v) ** 2, precision(J, v)[1]), "that is the variance"),
         (lambda J, v: (np.sqrt(v @ v), precision(J, v)[1]), "divide by the redundancy"),
-        (lambda J, v: (s0(J, v), np.sqrt(cofactor(J))), "how noisy the images are"),
+        (lambda J, v: (s0(J, v), np.sqrt(cofactor(J))), "the noise of the images"),
         (lambda J, v: (s0(J, v), s0(J, v) * cofactor(J)), "root of the element"),
         (lambda J, v: (s0(J, v), s0(J, v) ** 2 * cofactor(J)), "that is the variance"),
-        (lambda J, v: (s0(J, v), s0(J, v)), "the slopes turn it into pixels"),
+        (lambda J, v: (s0(J, v), s0(J, v)), "the slopes convert it into pixels"),
         (lambda J, v: (s0(J, v), s0(J, v) / np.linalg.norm(J[:, 0])), "the whole mat"),
         (lambda J, v: (s0(J, v), 1 / np.linalg.norm(J[:, 0])), "the whole matrix"),
         (lambda J, v: (np.sqrt(v @ v / (len(J) - 8)), 0.01), "rows and columns of J"),
@@ -298,6 +295,7 @@ SLIPS = {
         (lambda q, half: stop(q, half + 1), "although no pixel from"),
         (lambda q, half: stop(q, half * 2**0.5), "although no pixel from"),
         (lambda q, half: stop(q, half - 1), "add up to more"),
+        (by_distance, "not the distance"),
     ],
     checks.row_shift: [
         (lambda A, B: -row_shift(A, B), "sign is reversed"),
@@ -330,7 +328,7 @@ SLIPS = {
         (matched((1, lambda s: s**2 * 9)), "sigma0 and Q"),
         (matched((2, lambda Q: np.linalg.inv(Q))), "sigma0 and Q"),
         (matched((1, lambda s: s**2)), "not its square"),
-        (matched((0, lambda t: 2 * t[0] - t)), "the wrong way"),
+        (matched((0, lambda t: 2 * t[0] - t)), "the wrong sign"),
         (matched((2, lambda Q: 0.465 * Q)), "stays outside of Q"),
         (matched((0, lambda t: np.tile(t[-1], (len(t), 1)))), "first row of the trail"),
         (matched((0, lambda t: np.r_[t[:1], t[1:].round(2)])), "or it is rounded"),

@@ -72,7 +72,7 @@ FIGURES = [
         (LEFT, RIGHT, POINT, np.reshape(AFFINE, (2, 3)), 21),
         "aer",
     ),
-    (of_lesson.window_slope, (ROW, ROW + 5, 29), "difference over the slope"),
+    (of_lesson.window_slope, (ROW, ROW + 5, 29), "difference divided by the slope"),
     (of_lesson.eight_parameters, (LEFT, POINT), "Eight small photos"),
     (of_lesson.interpolation, (), "less than 1"),
     (
@@ -81,7 +81,7 @@ FIGURES = [
         "Pixels from the truth: 2.110, 0.000",
     ),
     (of_lesson.half_wave, (), "the wrong valley"),
-    (of_lesson.pull_in, (), "nearly all arrive from 4 pixels"),
+    (of_lesson.pull_in, (), "nearly all do from 4 pixels"),
     (of_lesson.ellipses, (LEFT, {"edge": POINT}, CLOUD), "95 % ellipse"),
     (
         case_figures.origin,

@@ -101,9 +101,9 @@ def match_column(kind, method, name):
 
 
 def expected_match(kind, method, slopes, t):
-    """Where a match comes to rest: its slopes A' and what is left of A add up to zero.
+    """Where a match converges: its slopes A' and what is left of A add up to zero.
 
-    Of a wave exp(i w x) the resampled window shows |H| of the height, turned by arg H;
+    Of a wave exp(i w x) the resampled window shows |H| of the height, rotated by arg H;
     h0 and h1 drop out. With slopes S(w) the sum of S |H| sin(w e + arg H) is zero. The
     slopes of the right window are damped by H and by (B 2.12) to sin(w).
     """

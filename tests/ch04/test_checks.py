@@ -151,8 +151,8 @@ SLIPS = {
         (product("xyz"), "the turn made first, omega, stands on the right"),
         (product("yzx"), "phi was made last"),
         (product("zxy"), "phi was made first"),
-        (product(signs=(1, 1, -1)), "kappa turns the wrong way"),
-        (product(signs=(1, -1, 1)), "phi turns the wrong way"),
+        (product(signs=(1, 1, -1)), "kappa rotates the wrong way"),
+        (product(signs=(1, -1, 1)), "phi rotates the wrong way"),
         (product(signs=(-1, 1, 1)), "the turn by omega alone is not right"),
         (lambda o, p, k: np.eye(3), "none of the three turns alone"),
         (product(signs=(-1, -1, 1)), "the turn by omega and phi alone"),
@@ -221,6 +221,12 @@ SLIPS = {
             ),
             "of the determinant only the sign",
         ),
+        (
+            lambda M, t: (
+                np.allclose(M @ M.T, np.eye(3), atol=t) and np.linalg.det(M) > 0
+            ),
+            "a relative one of its own",
+        ),
         (lambda M, t: largest(M) <= t and M[2, 2] > 0, "no single element"),
         (
             lambda M, t: largest(M) <= t and M[0, 0] > 0,
@@ -243,7 +249,7 @@ SLIPS = {
             "full turns: omega and kappa are not between -180 and 180",
         ),
         (lambda M: angles(M) * (2, 1, 3), "omega and kappa are not recovered"),
-        (plain, "arctan cannot know the quadrant"),
+        (plain, "arctan does not see the quadrant"),
         (
             lambda M: plain(M) * (1, 1, -1),
             "sign of kappa is reversed, and the quad",

@@ -1,4 +1,4 @@
-"""Figures of turned frames and cameras: what they say is what they show."""
+"""Figures of rotated frames and cameras: their alt texts say what they show."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ FIGURES = [
         figures.two_orders,
         (20, 30, 40),
         [
-            "One turn of 26.1° leads from one camera to the other;",
+            "A rotation by 26.1° leads from one camera to the other;",
             "their lines of sight are 19.9° apart.",
         ],
     ),
@@ -44,8 +44,8 @@ FIGURES = [
         figures.around_camera,
         (DATA.object_points, {"as published": DATA.exteriors, "turned": OTHER}),
         [
-            "as published: turned away from the first set are none",
-            "turned: turned away from the first set are 2, 7",
+            "as published: rotated against the first set are none",
+            "turned: rotated against the first set are 2, 7",
         ],
     ),
     (

@@ -15,7 +15,7 @@ LADDER = {"as published": 1.5, "as it stands": 0.051, "… + x0, y0, K1": 0.0005
 DRAWN = [
     (of_lesson.one_ray, (), "lie on one straight line"),
     (of_lesson.epipolar_plane, (), "the epipolar line"),
-    (of_lesson.to_the_ground, (), "scale, turn and shift"),
+    (of_lesson.to_the_ground, (), "scale, rotation and shift"),
     (of_lesson.meeting, (PAIR, POINTS, ["left", "right"]), "look down at 3 points"),
     (
         of_lesson.adjustment_steps,

@@ -62,8 +62,12 @@ def test_figure_says_what_it_shows(draw, arguments, words, alt_of):
 
 
 def test_result_of_an_adjustment_is_drawn(found, alt_of, figures):
-    assert "below 1 micrometre up to 6" in alt_of(of_lesson.curve, found)
-    assert "photos 2, 6 and 7" in alt_of(case_figures.left_over, found)
+    said = alt_of(of_lesson.curve, found)
+    assert "below 1 micrometre up to 6" in said
+    assert "24 lie beyond 7 and 9 beyond 8" in said
+    red = np.flatnonzero(np.abs(found.standardized).max(axis=1) > 3.28)
+    assert (found.network.photo[red] + 1).tolist() == [2, 6, 6, 6, 7, 7]
+    assert "six are much longer" in alt_of(case_figures.left_over, found)
     assert len(figures) == 2
 
 

@@ -8,7 +8,7 @@ from tests.common.slips import unnamed
 
 RMSE_T = 2.391652149
 DY = [3, -3] * 13 + [1, -1] + [0] * 22
-FORGED = np.column_stack([np.ones(50), DY])
+OWN = np.column_stack([np.ones(50), DY])
 
 
 def test_the_sum_passes_with_the_printed_digits_and_as_the_whole_number(capsys):
@@ -31,36 +31,40 @@ def test_slips_of_the_sum_are_named():
     assert unnamed(chapter7c.sum_of_squares, slips) == []
 
 
-@pytest.mark.parametrize("answer", [FORGED, FORGED.tolist(), FORGED.astype(int)])
-def test_a_forgery_passes_in_any_container(answer, capsys):
-    chapter7c.forged(answer, (1, 0))
+@pytest.mark.parametrize("answer", [OWN, OWN.tolist(), OWN.astype(int), -OWN])
+def test_a_set_of_shifts_passes_in_any_container(answer, capsys):
+    chapter7c.constructed(answer, np.mean(answer, axis=0))
     assert "✓ fourth: fifty shifts" in capsys.readouterr().out
 
 
 def test_a_chosen_mean_may_lie_between_the_steps():
-    chapter7c.forged(FORGED, (1.01, -0.01))
+    chapter7c.constructed(OWN, (1.01, -0.01))
 
 
 def changed(row, shift):
-    other = FORGED.copy()
+    other = OWN.copy()
     other[row] = shift
     return other
 
 
-def test_slips_of_a_forgery_are_named():
+def test_slips_of_a_set_of_shifts_are_named():
+    A, B, C = chapter7c.CANDIDATES.values()
     slips = [
         (..., (1, 0), "fourth is still empty"),
-        (FORGED, ..., "mean is still empty"),
-        (FORGED, 1, "two numbers"),
+        (OWN, ..., "mean is still empty"),
+        (OWN, 1, "two numbers"),
         (7, (1, 0), "list of shifts"),
-        (FORGED[:49], (1, 0), "fifty shifts; it has 49"),
-        (FORGED.T, (1, 0), "fifty shifts; it has 2"),
-        (FORGED[:, 0], (1, 0), "fifty rows"),
+        (OWN[:49], (1, 0), "fifty shifts; it has 49"),
+        (OWN.T, (1, 0), "fifty shifts; it has 2"),
+        (OWN[:, 0], (1, 0), "fifty rows"),
         (changed(0, (1.5, 2.5)), (1, 0), "not a whole number"),
         (changed(0, (1, 4)), (1, 0), "4 px lies beyond the search"),
         (changed(0, (1, 2)), (1, 0), "too small: it is 281"),
         (changed(49, (1, 1)), (1, 0), "too large: it is 287"),
-        (FORGED, (0, 0), r"its mean is \(1.00, 0.00\) px"),
-        (FORGED, (2, 2), "never longer than the RMS"),
+        (OWN, (0, 0), r"its mean is \(1.00, 0.00\) px"),
+        (OWN, (2, 2), "never longer than the RMS"),
+        (A, (2, 1.24), "the shifts of A"),
+        (B[::-1], (0, 0), "the shifts of B"),
+        (C.tolist(), (0.06, 0.02), "the shifts of C"),
     ]
-    assert unnamed(chapter7c.forged, slips) == []
+    assert unnamed(chapter7c.constructed, slips) == []

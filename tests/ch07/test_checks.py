@@ -159,9 +159,12 @@ def test_a_slip_of_the_search_is_named():
         (changed(lambda dx, dy, r, p, k: (-dx, -dy, r)), "sign is reversed"),
         (changed(lambda dx, dy, r, p, k: (dy, dx, r)), "exchanged"),
         (changed(lambda dx, dy, r, p, k: (-dy, -dx, r)), "exchanged, and the sign"),
-        (changed(lambda dx, dy, r, p, k: (dx + k, dy + k, r)), "place in the map"),
+        (changed(lambda dx, dy, r, p, k: (dx + k, dy + k, r)), "position in the map"),
         (changed(lambda dx, dy, r, p, k: (dy + k, dx + k, r)), r"\(row, column\)"),
-        (changed(lambda dx, dy, r, p, k: (dx + p[0], dy + p[1], r)), "in the image"),
+        (
+            changed(lambda dx, dy, r, p, k: (dx + p[0], dy + p[1], r)),
+            "position in the image",
+        ),
         (changed(lambda dx, dy, r, p, k: (dx + 1, dy + 1, r)), "off by one"),
         (changed(lambda dx, dy, r, p, k: (-k, -k, r)), "not the highest"),
         (changed(lambda dx, dy, r, p, k: (0, 0, r)), "not the shift"),
@@ -204,15 +207,18 @@ def root(d):
 
 def test_a_slip_of_the_root_mean_squares_is_named():
     slips = [
-        (three(np.std), "mean was taken off"),
+        (three(np.std), "mean was subtracted"),
         (three(lambda d: np.std(d, ddof=1)), "standard deviation, with n − 1"),
         (three(lambda d: np.sqrt(np.sum(d**2) / (len(d) - 1))), "by n here"),
         (three(lambda d: np.sqrt(np.sum(d**2))), "not divided yet"),
         (three(lambda d: np.mean(d**2)), "root is missing"),
         (three(lambda d: abs(np.mean(d))), "square each shift"),
         (three(lambda d: np.mean(np.abs(d))), "absolute values"),
-        (lambda dx, dy: (root(dx), root(dy), root(dx) + root(dy)), "no sum"),
-        (lambda dx, dy: (root(dx), root(dy), (root(dx) + root(dy)) / 2), "no mean"),
+        (lambda dx, dy: (root(dx), root(dy), root(dx) + root(dy)), "not the sum"),
+        (
+            lambda dx, dy: (root(dx), root(dy), (root(dx) + root(dy)) / 2),
+            "not the mean",
+        ),
         (
             lambda dx, dy: (root(dx), root(dy), np.hypot(root(dx), root(dy)) / 2**0.5),
             "divided by 2",
@@ -221,7 +227,7 @@ def test_a_slip_of_the_root_mean_squares_is_named():
         (lambda dx, dy: (root(dx), root(dy), root(dy)), "missing"),
         (lambda dx, dy: (root(dy), root(dx), np.hypot(root(dx), root(dy))), "exchang"),
         (lambda dx, dy: (np.hypot(root(dx), root(dy)), root(dx), root(dy)), "last"),
-        (three(lambda d: np.sqrt(np.sum(d) ** 2 / len(d))), "sum then"),
+        (three(lambda d: np.sqrt(np.sum(d) ** 2 / len(d))), "then sum"),
         (lambda dx, dy: (root(dx), root(dy)), "shape"),
         (lambda dx, dy: (0, 0, 0), "do not follow"),
     ]
@@ -252,7 +258,7 @@ def test_a_slip_of_the_peak_is_named():
         (lambda a, b, c: peak(a, b, c) / 2, "half as far"),
         (lambda a, b, c: -peak(a, b, c) / 2, "half as far, and"),
         (lambda a, b, c: (c - a) / 2, "that is the slope"),
-        (lambda a, b, c: b + (c - a) ** 2 / 8 / (2 * b - a - c), "its place"),
+        (lambda a, b, c: b + (c - a) ** 2 / 8 / (2 * b - a - c), "its position"),
         (lambda a, b, c: peak(a, b, c) + 1, "equal neighbours"),
     ]
     assert unnamed(chapter7.peak_of_parabola, slips) == []
@@ -327,7 +333,7 @@ def test_a_slip_of_the_shifts_is_named():
         (altered(lambda f, p: f - np.round(f)), "alone"),
         (altered(lambda f, p: 2 * np.round(f) - f), "has to be added"),
         (altered(lambda f, p: f[:, ::-1]), "dx comes first"),
-        (altered(lambda f, p: f + p), "places in the sensed image"),
+        (altered(lambda f, p: f + p), "positions in the sensed image"),
         (altered(lambda f, p: 0 * f + f[0]), "shift of its own"),
         (altered(lambda f, p: f.T), "shape"),
         (altered(lambda f, p: 0.5 * f), "best_shift plus"),

@@ -5,6 +5,7 @@ import pytest
 
 from pgm_book.ch07 import case_figures
 from pgm_book.ch07 import figures as of_lesson
+from pgm_book.ch07.case_checks import CANDIDATES
 from pgm_lab import datasets, simulate
 
 GREY = simulate.grey_values(
@@ -52,7 +53,7 @@ DRAWN = [
         "2 of 3 wrong chips stay above 0.8",
     ),
     (
-        of_lesson.trial,
+        of_lesson.roc,
         (ERROR, OF_ERROR, {"r": OF_ERROR, "other": -ERROR}, ERROR < 0.25, 0.8),
         "67 per cent of the right and 50 of the wrong chips; all tests of register"
         " together pass 67 and 0.0",
@@ -137,11 +138,11 @@ def test_a_disc_lies_at_its_shift_and_the_ring_at_the_mean(figures):
     assert "one: RMSE_T 2.65 px, mean shift 2.00 px long" in alt
 
 
-def test_the_suspects_print_one_rmse_and_differ_in_what_they_hide():
-    for shifts in case_figures.SUSPECTS.values():
+def test_the_candidates_print_one_rmse_and_differ_in_what_they_hide():
+    for shifts in CANDIDATES.values():
         assert shifts.shape == (50, 2) and (shifts**2).sum() == 286
         assert np.abs(shifts).max() <= 3
-    means = [np.hypot(*s.mean(axis=0)) for s in case_figures.SUSPECTS.values()]
+    means = [np.hypot(*s.mean(axis=0)) for s in CANDIDATES.values()]
     assert means == pytest.approx([2.353, 0, 0.063], abs=0.001)
 
 

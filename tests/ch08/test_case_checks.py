@@ -69,7 +69,7 @@ def test_a_lost_sign_is_named(flat):
         chapter8c.marks([-20.0, -20, -20], shifted, places, land)
 
 
-def test_a_line_has_61_times_fewer_places(capsys):
+def test_a_line_has_61_times_fewer_positions(capsys):
     chapter8c.fewer(61)
     assert "✓" in capsys.readouterr().out
 
@@ -77,10 +77,10 @@ def test_a_line_has_61_times_fewer_places(capsys):
 def test_slips_of_counting_are_named():
     slips = [
         (30, "both sides"),
-        (60, "middle"),
+        (60, "centre"),
         (3721, "in the square"),
         (1 / 61, "other way round"),
-        (7, "count the places"),
+        (7, "count the positions"),
         (..., "Your turn"),
     ]
     assert unnamed(chapter8c.fewer, slips) == []

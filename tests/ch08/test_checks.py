@@ -101,7 +101,7 @@ def test_a_slip_of_the_line_is_named():
         (lambda b, u, M, c: line(b, u, M, 1.0), "multiplied by c"),
         (lambda b, u, M, c: line(b, u, M, -1.0), "and only it"),
         (lambda b, u, M, c: line(b, u, M.T, c), "transpose"),
-        (lambda b, u, M, c: line(b, u, np.eye(3), c), "turned into the right photo"),
+        (lambda b, u, M, c: line(b, u, np.eye(3), c), "rotated into the right photo"),
         (lambda b, u, M, c: line(b, u, M, 2 * c), "other heights"),
         (lambda b, u, M, c: line(b, u, M, c)[:2], "shape"),
         (lambda b, u, M, c: np.zeros(3), "still zero"),
@@ -166,17 +166,17 @@ def test_a_slip_of_the_search_is_named():
     assert unnamed(chapter8.best_disparity, slips) == []
 
 
-def test_a_right_promise_passes(capsys):
+def test_a_right_prediction_passes(capsys):
     passes(chapter8.sigma_height, lambda H, B, g, s: H * g * s / B, capsys=capsys)
 
 
-def test_a_slip_of_the_promise_is_named():
+def test_a_slip_of_the_prediction_is_named():
     slips = [
         (lambda H, B, g, s: None, "returns nothing"),
         (lambda H, B, g, s: B / H * g * s, "exchanged"),
-        (lambda H, B, g, s: H**2 / B * g * s, "comes in twice"),
+        (lambda H, B, g, s: H**2 / B * g * s, "enters twice"),
         (lambda H, B, g, s: g * s, "across the ray"),
-        (lambda H, B, g, s: H / B * s, "pixel on the ground"),
+        (lambda H, B, g, s: H / B * s, "the GSD is missing"),
         (lambda H, B, g, s: H / B * g, "sigma_px"),
         (lambda H, B, g, s: H / B * g * s**2, "does not follow"),
         (lambda H, B, g, s: round(H / B * g * s, 2), "rounded"),
@@ -237,16 +237,16 @@ def test_a_slip_of_the_row_is_named():
         (lambda *a: None, "returns nothing"),
         (lambda *a: row(*a)[:, 2], "must return shape"),
         (lambda *a: "points", "must return shape"),
-        (placed(lambda m, p: m), "turn it and add"),
+        (placed(lambda m, p: m), "rotate it and add"),
         (placed(lambda m, p: m @ p.rotation), "has to be added"),
-        (placed(lambda m, p: p.stations[0] + m), "has to be turned"),
-        (placed(lambda m, p: p.stations[0] + p.rotation @ m), "the other way"),
+        (placed(lambda m, p: p.stations[0] + m), "has to be rotated"),
+        (placed(lambda m, p: p.stations[0] + p.rotation @ m), "its inverse"),
         (placed(lambda m, p: p.stations[1] + m @ p.rotation), "stations\\[1\\]"),
         (placed(lambda m, p: np.full(3, np.nan)), "still NaN"),
         (lambda pair, row, columns, *a: [[np.nan] * 3] * len(columns), "exercise 8.4"),
-        (placed(lambda m, p: (p.stations[0] + m) @ p.rotation), "turned first"),
+        (placed(lambda m, p: (p.stations[0] + m) @ p.rotation), "rotated first"),
         (placed(lambda m, p: p.stations[0] + m[[1, 0, 2]] @ p.rotation), "exchanged"),
-        (from_the_edges, "begin at different places"),
+        (from_the_edges, "begin at different columns"),
         (placed(lambda m, p: p.stations[0] - m @ p.rotation), "rays of the row"),
         (lambda *a: row(*a[:-1], -1), "below the threshold"),
     ]

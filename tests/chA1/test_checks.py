@@ -15,6 +15,13 @@ def normal_equations(A, p, observed):
 
 
 def adjust(A, p, observed):
+    N = A.T @ np.diag(p) @ A
+    if np.linalg.cond(N) > 1e12:
+        raise ValueError("nearly singular")
+    return unguarded_adjust(A, p, observed)
+
+
+def unguarded_adjust(A, p, observed):
     Q = np.linalg.inv(A.T @ np.diag(p) @ A)
     x = Q @ A.T @ (p * observed)
     v = A @ x - observed
@@ -156,7 +163,7 @@ def test_slip_in_the_adjustment_is_named():
         (changed(0, lambda a, A, p, d: A.T @ (p * d)), "x: that is n"),
         (changed(0, lambda a, *_: a[0] + 1e-6), "x: vᵀPv is not least"),
         (changed(1, lambda a, *_: -a[1]), "v: the sign: computed minus observed"),
-        (changed(1, lambda a, A, p, d: A @ a[0]), "v: .* observations are not taken"),
+        (changed(1, lambda a, A, p, d: A @ a[0]), "v: .* are not subtracted"),
         (changed(1, lambda a, A, p, d: p * a[1]), "v: residuals are not weighted"),
         (changed(1, lambda a, *_: 2 * a[1]), "v: those are no residuals of your x"),
         (of_sigma0(lambda v, p, u: sigma0(v, none(p), u)), "sigma0: the weights are"),
@@ -174,6 +181,7 @@ def test_slip_in_the_adjustment_is_named():
         (changed(3, lambda a, *_: np.linalg.inv(a[3])), "Q: that is N"),
         (changed(3, lambda a, *_: 2 * a[3]), r"Q: another matrix"),
         (lambda A, p, d: adjust(A, p, d)[0], "must return 4 things: x, v, sigma0, Q"),
+        (unguarded_adjust, "plane through raw UTM coordinates comes out wrong"),
         (lambda A, p, d: None, "returns nothing yet"),
     ]
     assert unnamed(chapterA1.adjust, slips) == []
@@ -280,7 +288,7 @@ def test_slip_in_the_search_for_a_suspect_is_named():
             lambda v, sigma, r: suspect(v[r > 0], sigma[r > 0], r[r > 0]),
             "keeps its row",
         ),
-        (lambda v, sigma, r: where(v, sigma / r, r), "does r stand below"),
+        (lambda v, sigma, r: where(v, sigma / r, r), "is r in the denominator"),
         (lambda v, sigma, r: np.argmax(abs(v / sigma * r)), "r tells how much smaller"),
         (
             lambda v, sigma, r: np.argmax(np.abs(v / (sigma * np.sqrt(r + 1e-12)))),

@@ -32,7 +32,7 @@ DRAWN = [
     (
         of_lesson.parabolas,
         (np.array([10.0, 10.004]), np.array([3, 1]), ["a", "b"]),
-        "least at 10.0010 m",
+        "smallest at 10.0010 m",
     ),
     (
         of_lesson.scatter,

@@ -91,7 +91,7 @@ GOOD = {  # of checks of several answers: the others
     "ch06.case_checks.largest_difference": dict(
         photo=1, unknown="kappa", unit="rad", moved_um=1.0
     ),
-    "ch07.case_checks.forged": dict(shifts=np.ones((50, 2)), mean=(1, 0)),
+    "ch07.case_checks.constructed": dict(shifts=np.ones((50, 2)), mean=(1, 0)),
 }
 
 

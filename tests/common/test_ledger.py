@@ -112,7 +112,9 @@ def test_summary_counts_what_the_figure_shows():
 def test_table_shows_what_is_printed_beside_what_we_get(monkeypatch, causes):
     shown = []
     monkeypatch.setattr(plot.basic, "publish_display_data", shown.append)
-    ledger.table(ledger.verdicts("1", places=["Metode, GSD"]), "GSD", causes=causes)
+    rows = ledger.verdicts("1", places=["Metode, GSD"])
+    ledger.table([*rows, rows[0] | {"test": "-: read, not proved"}], "GSD", causes)
     page = shown[0]["text/html"]
     assert ">20 cm<" in page and "22.9 cm" in page
+    assert page.count("(Read, not proved.)") == 1
     assert (">unclear</td>" in page) == causes

@@ -102,6 +102,7 @@ def test_all_the_tests_are_run_by_one_task_or_the_other(tried):
     [
         ("3", ["notebooks/03_least_squares_matching.ipynb", "tests/audit/test_bani"]),
         ("A1", ["notebooks/A1_least_squares_adjustment.ipynb"]),
+        ("8", ["tests/audit/test_harintaka"]),  # with rows that no test proves
         ("ncc", ["tests/ncc", "pgm_lab/ncc"]),
         ("make", ["tests/make"]),
         ("common", ["tests/common", "pgm_book/common"]),

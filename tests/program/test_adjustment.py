@@ -8,6 +8,9 @@ from pgm_lab.adjustment import adjust
 
 RNG = np.random.default_rng(4)
 A, P, L = RNG.normal(size=(9, 3)), RNG.uniform(0.5, 2, 9), RNG.normal(size=9)
+# A plane through ten metres of ground: its columns X, Y and 1
+LOCAL = np.column_stack([*RNG.uniform(-5, 5, (2, 20)), np.ones(20)])
+UTM = LOCAL + (500000, 9200000, 0)
 
 
 def test_the_core_finds_the_same_unknowns_residuals_and_covariance():
@@ -34,6 +37,10 @@ def test_without_redundancy_there_is_no_sigma0():
          "do not determine all 2 unknowns"),
         (lambda: program.adjust([[1.0, 1]], [1.0], [1.0]),
          "the 1 observations do not determine"),
+        (lambda: program.adjust(UTM, np.ones(20), LOCAL @ (1, 2, 100)),
+         "Subtract their mean first: reduce them to their centre"),
+        (lambda: adjust(lambda x: (UTM @ x, UTM), np.zeros(3), LOCAL @ (1, 2, 100)),
+         "nearly multiples of one another: .* UTM, subtract their mean"),
         (lambda: program.normal_equations(A, -P, L), "p must be positive"),
         (lambda: program.ellipse([[1.0, 2.0], [2.0, 1.0]]), "not positive semi-defi"),
         (lambda: program.suspect([1.0], [1.0, 2.0], [0.5]), "the same observations"),
@@ -42,6 +49,13 @@ def test_without_redundancy_there_is_no_sigma0():
 def test_what_would_end_in_silence_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize("units", [(1, 1, 1), (1e6, 1e-6, 1)])
+def test_a_plane_reduced_to_the_centre_is_right_in_any_units(units):
+    x, v, *_ = program.adjust(LOCAL * units, np.ones(20), LOCAL @ (1, 2, 100))
+    np.testing.assert_allclose(x * units, (1, 2, 100), rtol=1e-12)
+    np.testing.assert_allclose(v, 0, atol=1e-12)
 
 
 def test_redundancy_numbers_and_the_suspect_are_those_of_the_core():

@@ -3,9 +3,9 @@
 ``python -m pgm_book.ch03.studies.correlated`` writes results/correlated.csv in about a
 minute; tests/lsm/test_correlated.py repeats a part.
 
-The orthophoto is photographed twice by a camera that is turned by 2 degrees between,
-with pixels four times as large as those of the orthophoto; therefore the truth is
-known. What happens to the grey values on the way differs: white noise alone, colours
+The orthophoto is photographed twice by a camera that is rotated by 2 degrees between
+them, with pixels four times as large as those of the orthophoto; therefore the truth is
+known. What happens to the grey values differs: white noise alone, colours
 that are interpolated between the pixels of a Bayer mosaic, sharpening, JPEG.
 """
 

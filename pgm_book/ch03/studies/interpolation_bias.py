@@ -5,11 +5,11 @@ least squares with the exact gradients tells at which shift the texture itself w
 look like that: once with the shift as the only unknown, once with the six affine and
 two radiometric parameters of least squares matching. The difference is the bias.
 
-A match that resamples the right image errs the other way. By how much, converged
-matches of eight parameters tell: once with the slopes of the resampled right window
-(B 2.12), as the program of chapter 3 takes them, and once with those of the left
-window, as `lsm.match` does. On soft texture they err by as much as the one step says.
-On sharp texture they do not, because both the slopes and the contrast of the resampled
+A match that resamples the right image errs in the opposite direction. Converged
+matches of eight parameters show by how much: once with the slopes of the resampled
+right window (B 2.12), as in the program of chapter 3, and once with those of the left
+window, as in `lsm.match`. On soft texture they err by as much as in the one step. On
+sharp texture they do not, because both the slopes and the contrast of the resampled
 window count. Positions beyond half a pixel mirror the others, and are left empty there.
 
 ``python -m pgm_book.ch03.studies.interpolation_bias`` writes
@@ -38,7 +38,7 @@ COLUMNS = (
     *("right_slopes_px", "right_slopes_sd_px", "right_slopes_converged"),
     *("left_slopes_px", "left_slopes_sd_px", "left_slopes_converged"),
 )
-# The window in the middle of a larger image, so that no spline feels the border
+# The window at the centre of a larger image, beyond the reach of its border
 WINDOW, MARGIN = 21, 40
 
 

@@ -1,10 +1,10 @@
-"""From how far least squares matching finds the point, and which window it needs.
+"""How far off the start of least squares matching may be, and which window it needs.
 
 ``python -m pgm_book.ch03.studies.pull_in`` writes results/pull_in.csv and windows.csv
 in some minutes; tests/ch03/test_studies.py repeats a part.
 
-Gain 1.08, offset 4, noise of one grey value; a point arrives if it ends within 0.1 px
-of the truth, and is false if it claims to have converged elsewhere. The time is the
+Gain 1.08, offset 4, noise of one grey value; a point has arrived if it ends within 0.1
+px of the truth, and is false if it is reported as converged elsewhere. The time is the
 processor's, for 870 points in 1300 x 1300 pixels.
 """
 

@@ -4,8 +4,8 @@
 tests/ch03/test_studies.py repeats a part.
 
 The orthophoto is cut twice, shifted by whole pixels, and averaged down by 2 or 4. The
-means hold detail too fine for the small pixels, an alias that does not move with the
-rest: the model of the adjustment knows nothing of it, and the iterations converge more
+means hold detail too fine for the new pixels, an alias that does not move with the
+ground: the model of the adjustment does not contain it, and iterations converge more
 slowly. Therefore two tolerances, the usual one and one that leaves nothing.
 
 Landsat: the same ground in two scenes of one pass, where the shift is zero.

@@ -102,7 +102,7 @@ def every(out_of: int, number: int) -> tuple[list, np.ndarray, np.ndarray]:
     """All choices of so many parameters, best first, their sigma0, and if settled."""
     choices = list(combinations(range(out_of), number))
     parts = range(0, len(choices), AT_ONCE)
-    with np.errstate(all="ignore"):  # what runs away has not settled
+    with np.errstate(all="ignore"):  # what diverges has not settled
         found = [
             sigma0(choices[i : i + AT_ONCE])
             for i in tqdm(parts, f"{number} of {out_of}", leave=False)

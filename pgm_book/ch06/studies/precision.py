@@ -1,4 +1,4 @@
-"""Standard deviations of a bundle adjustment on trial, and errors of control.
+"""Standard deviations of a bundle adjustment tested, and errors of control.
 
 ``python -m pgm_book.ch06.studies.precision`` writes results/precision.csv and
 results/control.csv in two minutes; tests/ch06/test_studies.py repeats a part.

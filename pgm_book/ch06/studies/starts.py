@@ -109,7 +109,7 @@ def row(found, turn, shift, aside, line_search: bool, starts: int) -> tuple:
     for _ in tqdm(range(starts), text, leave=False):
         start = disturbed(found, rng, turn, shift, aside)
         try:
-            with np.errstate(all="ignore"):  # full steps may run away
+            with np.errstate(all="ignore"):  # full steps may diverge
                 there = bundle.adjust(
                     start,
                     line_search=line_search,

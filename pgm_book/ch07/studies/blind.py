@@ -1,11 +1,11 @@
-"""What a matcher that knows nothing reports, and one that is shown other ground.
+"""What a blind matcher reports, and one that is shown other ground.
 
 ``python -m pgm_book.ch07.studies.blind`` writes results/blind.csv
 within seconds; tests/ch07/test_studies.py repeats it.
 
-The first draws each shift from the 49 places of radius 3, all alike. The second
-compares chips of the satellite image with ground more than 40 px away: a map of r is
-smooth, so that its highest place lies on the border far more often.
+The first draws each shift from the 49 positions of radius 3, all equally likely. The
+second compares chips of the satellite image with ground more than 40 px away: a map of
+r is smooth, so that its highest value lies on the border far more often.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ COLUMNS = ("quantity", "unit", "value")
 
 
 def squares() -> np.ndarray:
-    """Probability of each squared shift 0 to 18 where all places are alike."""
+    """Probability of each squared shift 0 to 18 where all are equally likely."""
     at = np.arange(-pairs.RADIUS, pairs.RADIUS + 1)
     squared = (at**2 + at[:, None] ** 2).ravel()
     return np.bincount(squared) / squared.size

@@ -49,7 +49,7 @@ def products(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Sum of squared differences, turned round so that the highest is the best."""
+    """Sum of squared differences, with the sign reversed: the highest is best."""
     return -np.sum((x - y) ** 2, -1)
 
 

@@ -25,7 +25,7 @@ html_theme.sidebar_secondary.remove: true
 # Photogrammetry you can check to the last digit
 
 From a pixel to a calibrated camera in notebooks and tested functions, with the \
-published numbers of four studies examined.
+published numbers of four studies checked.
 
 <div class="pgm-start"><div>
 
