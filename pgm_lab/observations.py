@@ -90,7 +90,6 @@ class Observations:
         OSError
             If it cannot be written; an old one stays.
         """
-        overwrite = _validate.flag(overwrite, "overwrite")
         files.save({path: self.csv()}, overwrite=overwrite)
 
     def csv(self) -> str:

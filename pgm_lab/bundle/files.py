@@ -207,7 +207,8 @@ def write(
     OSError
         If a file cannot be written; then none is, and old ones stay.
     """
-    _refuse_what_files_lack(network)
+    _refuse_what_files_lack(_validate.instance(network, Network, "network"))
+    folder = files.local(folder, "folder", "folder")
     camera = network.cameras[0]
     photo_ids = whole_numbers(network.photo_names, "photo_names")
     point_ids = whole_numbers(network.point_names, "point_names")
@@ -224,8 +225,6 @@ def write(
         (" ".join(POINT), zip(point_ids, *network.points.T.tolist())),
         (f"{' '.join(RAY)}; mm", rays),
     )
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     one, two, three, four = (folder / name for name in NAMES)
     paths = one, two, three, four
     # repr has the fewest digits that are read as the same number again
