@@ -29,6 +29,8 @@ POINT = ("point", "X", "Y", "Z")
 FARTHEST = 10.0
 NEAREST = 0.3  # mm; no camera has so short a c, but many have one of 0.3 m
 
+COARSEST = 1e3  # mm, of an image coordinate
+
 NO_SIGMA = (
     "Without sx and sy give one standard deviation for all: --sigma 0.001 on the"
     " command line, sigma=0.001 in Python (mm)"
@@ -86,6 +88,8 @@ def read(
     """
     _validate.choice(lens, "lens", LENSES)
     sigma = _validate.standard_deviation(sigma)
+    if sigma is not None and sigma > COARSEST:
+        raise ValueError(f"sigma = {sigma:g} mm is wider than any photo")
     camera = _read_interior(interior, lens)
     photos = text.read_table(exterior, "exterior orientations", EXTERIOR)
     objects = text.read_table(points, "object points", POINT)
@@ -154,6 +158,8 @@ def read_sigma(rays: Table) -> np.ndarray:
     for name, column in zip(RAY[4:], sigma.T):
         reason = f"{name} = {{}}: a standard deviation must be above zero (mm)"
         rays.refuse(column <= 0, reason, column)
+        reason = f"{name} = {{}} mm is wider than any photo"
+        rays.refuse(column > COARSEST, reason, column)
     return sigma
 
 

@@ -72,6 +72,20 @@ def datum(result):
     return part.paragraphs[0]
 
 
+@pytest.mark.parametrize(
+    "arguments, named, message",
+    [
+        ((None,), {}, "found must be a Bundle; got None"),
+        ((), {"about": 3}, "about must be a str; got 3"),
+        ((), {"short": -1}, "short must be True or False; got -1"),
+    ],
+)
+def test_what_cannot_be_reported_is_named(result, arguments, named, message):
+    for report_as in (report.text, report.html)[: 1 + ("short" not in named)]:
+        with pytest.raises(ValueError, match=message):
+            report_as(*(arguments or (result,)), **named)
+
+
 # --- Numbers ---
 
 
