@@ -406,6 +406,8 @@ def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
     by_orientation = np.concatenate([-by_right[..., 1:], by_rotation], axis=-1)
     across = np.swapaxes(by_right, -1, -2)
     N = np.swapaxes(by_left, -1, -2) @ by_left + across @ by_right
+    with np.errstate(invalid="ignore"):  # NaN of rays that are parallel
+        N[np.linalg.det(N) == 0] = np.nan  # nearly so: the distance is not known
     N_inverse = np.linalg.inv(N)
     G = N_inverse @ across @ by_orientation
     return N_inverse + G @ Q @ np.swapaxes(G, -1, -2)
