@@ -67,9 +67,9 @@ class Resection:
     status : str
         "converged"; "several solutions": another one fits as well; "near the dangerous
         cylinder" or "weak geometry": the points hardly determine it; "points on a
-        line", or too near to one; "gimbal lock": omega and kappa are not determined one by one; "no
-        solution": none has all points in front of the camera; "diverged"; "too many
-        iterations".
+        line", or too near to one; "gimbal lock": omega and kappa are not determined one
+        by one; "no solution": none has all points in front of the camera; "diverged";
+        "too many iterations".
     """
 
     exterior: np.ndarray
