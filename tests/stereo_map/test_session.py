@@ -9,7 +9,7 @@ import pytest
 
 from pgm_lab import orientation, simulate, stereo_map
 from pgm_lab.camera import Camera
-from pgm_lab.stereo_map import drawing
+from pgm_lab.stereo_map import drawing, measuring
 from tests.stereo_map.conftest import true_ground
 
 GRID = list(itertools.product(range(40, 400, 45), range(40, 280, 40)))
@@ -88,6 +88,77 @@ def test_what_cannot_be_measured_gets_a_reason(pair, pixel, status):
         stereo_map.add(oriented, point)
     said = drawing.lines(oriented, point)[0]
     assert ("Sought" in said) == (status == "flat template")
+
+
+@pytest.mark.parametrize(
+    ("pixel", "corner", "shape"),
+    [
+        ((4, 3), (0, 0), (14, 15)),  # rows, columns of a window of 21 pixels
+        ((200, 3), (190, 0), (14, 21)),
+        ((417, 298), (407, 288), (12, 13)),
+    ],
+)
+def test_a_click_near_the_edge_shows_what_there_is_of_the_window(
+    oriented, pixel, corner, shape
+):
+    point = stereo_map.measure(oriented, pixel)
+    assert point.status == "template leaves the image"
+    assert point.template.shape == shape
+    column, row = corner
+    part = oriented.left.grey[row : row + shape[0], column : column + shape[1]]
+    np.testing.assert_array_equal(point.template, part)
+
+
+def test_each_photo_has_half_of_the_error_in_its_own_pixels(pair):
+    """A right photo of 1.5 times the scale across: its pixels are not the left ones."""
+    rows, columns = pair.left.grey.shape
+    wide = cv2.resize(pair.left.grey, (columns * 3 // 2, rows))
+    session = stereo_map.open_pair(
+        pair.left.grey, wide, camera=Camera(24.0), pixel_size=0.005
+    )
+    for pixel in GRID:
+        point = stereo_map.measure(session, pixel, (1.5 * pixel[0] + 0.25, pixel[1]))
+        if point.accepted:
+            break
+    assert point.shape[0, 0] == pytest.approx(1.5, abs=0.05)
+    (left, right), across = point.photo_sd, np.sqrt(point.covariance[0, 0] / 2)
+    assert right[0] == pytest.approx(0.005 * across, rel=1e-9)
+    assert left[0] == pytest.approx(0.005 * across / 1.5, rel=0.05)
+
+
+def test_the_search_is_wider_where_the_points_so_far_miss_their_lines(pair, measured):
+    """An omega that is wrong by 7 px: the points are off their epipolar lines."""
+    omega = 7 * pair.right.pixel_size / pair.right.camera.c
+    right = replace(pair.right, exterior=pair.right.exterior + [0, 0, 0, omega, 0, 0])
+    session = stereo_map.open_pair(pair.left, right)
+    kept = [p for p in measured if p.accepted][:12]
+    off = replace(session, points=(replace(kept[0], y_parallax=4.0),))
+
+    def right_ones(session):
+        found = [stereo_map.measure(session, p.left).right for p in kept]
+        off = np.abs(found - np.array([p.right for p in kept])).max(axis=1)
+        return np.sum(off < 0.2)
+
+    assert right_ones(session) == 0 and right_ones(off) >= 6
+
+
+def test_the_search_is_wider_where_the_points_so_far_disagree(unknown):
+    """Of eight points one is 60 px off the transformation that the others follow."""
+    apart = [
+        replace(p, right=p.left + (20, 0) + (k == 3) * np.array([0, 60]))
+        for k, p in enumerate(unknown.points[:8])
+    ]
+    session = replace(unknown, points=tuple(apart))
+    place, half = measuring._predicted(session, np.array([200.0, 150]))
+    A = np.column_stack([np.ones(8), [p.left for p in apart]])
+    d = np.array([p.right - p.left for p in apart])
+    residuals = np.hypot(*(d - A @ np.linalg.lstsq(A, d, rcond=None)[0]).T)
+    np.testing.assert_allclose(half, 3 * residuals.max())
+    assert half[0] > 2 * 0.08 * 480  # more than usual
+    agreed = replace(unknown, points=tuple(replace(p, right=p.left) for p in apart))
+    place, half = measuring._predicted(agreed, np.array([200.0, 150]))
+    np.testing.assert_allclose(place, (200, 150))
+    np.testing.assert_allclose(half, 0.08 * 480)
 
 
 def test_what_the_right_photo_does_not_show_is_not_found(pair, oriented):
