@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pgm_lab import orientation, simulate, stereo_map
-from pgm_lab.camera import Camera
+from pgm_lab.camera import Camera, collinearity
 from pgm_lab.stereo_map import drawing, measuring
+from pgm_lab.stereo_map.session import Measurement
 from tests.stereo_map.conftest import true_ground
 
 GRID = list(itertools.product(range(40, 400, 45), range(40, 280, 40)))
@@ -71,6 +72,10 @@ def test_object_point_and_its_errors_are_those_of_the_intersection(oriented, mea
     [
         ((-20, 30), "outside"),
         ((1e9, 30), "outside"),
+        ((-0.6, 100), "outside"),  # pixels reach half a pixel from their centres
+        ((-0.4, 100), "template leaves the image"),
+        ((419.4, 299.4), "template leaves the image"),
+        ((419.6, 100), "outside"),
         ((3, 100), "template leaves the image"),
         ((417, 297), "template leaves the image"),
         ((130, 130), "flat template"),
@@ -155,10 +160,52 @@ def test_the_search_is_wider_where_the_points_so_far_disagree(unknown):
     residuals = np.hypot(*(d - A @ np.linalg.lstsq(A, d, rcond=None)[0]).T)
     np.testing.assert_allclose(half, 3 * residuals.max())
     assert half[0] > 2 * 0.08 * 480  # more than usual
-    agreed = replace(unknown, points=tuple(replace(p, right=p.left) for p in apart))
+    agree = tuple(replace(p, right=1.1 * p.left + (3, -2)) for p in apart)
+    agreed = replace(unknown, points=agree)
     place, half = measuring._predicted(agreed, np.array([200.0, 150]))
-    np.testing.assert_allclose(place, (200, 150))
+    np.testing.assert_allclose(place, (223, 163))
     np.testing.assert_allclose(half, 0.08 * 480)
+
+
+def test_the_search_goes_as_deep_as_the_heights_or_the_points_so_far(pair, oriented):
+    """The ends of the epipolar curve are at the heights given, or a third beyond."""
+    pixel, (left, right) = np.array([200.0, 150]), oriented.photos
+    with_heights = replace(oriented, heights=(-20.0, 90.0))
+    ray = left.rays(pixel)
+    ends = [
+        left.exterior[:3] + (Z - left.exterior[2]) / ray[2] * ray for Z in (90, -20)
+    ]
+    curve = stereo_map.measure(with_heights, pixel).curve
+    np.testing.assert_allclose(curve[[0, -1]], right.project(ends), atol=1e-6)
+    depths = np.array([400.0, 500, 560, 600, 700])
+    xyz = left.exterior[:3] + depths[:, None] * ray / left.camera.c
+    kept = tuple(Measurement(pixel, xyz=one, status="accepted") for one in xyz)
+    for n, expected in (
+        (5, (400 / 1.3, 700 * 1.3)),
+        (3, (400 / 1.3, 560 * 1.3)),
+        (2, np.array([1, 100]) * np.linalg.norm(right.exterior - left.exterior)),
+    ):
+        found = measuring._depths(replace(oriented, points=kept[:n]), pixel)
+        np.testing.assert_allclose(found, expected, rtol=1e-3)
+
+
+def test_the_object_point_has_the_least_weighted_squares(oriented, measured):
+    """Where y of the right photo is ten times less certain, it moves ten times more."""
+    point = next(p for p in measured if p.accepted)
+    C = np.array([np.eye(2), np.diag([1.0, 100])]) * 1e-6
+    xy = point.photo + [[0, 0], [0, 0.004]]
+    xyz, covariance, _ = measuring._intersected(oriented.photos, xy, C)
+
+    def squares(X):
+        v = [
+            collinearity(photo.camera, photo.exterior, X, one, ()).v
+            for photo, one in zip(oriented.photos, xy)
+        ]
+        return sum(a @ np.linalg.solve(c, a) for a, c in zip(v, C))
+
+    for step in np.linalg.cholesky(covariance).T:  # one sigma: one square more
+        for sign in (1, -1):
+            assert squares(xyz + sign * step) - squares(xyz) == pytest.approx(1, 0.05)
 
 
 def test_what_the_right_photo_does_not_show_is_not_found(pair, oriented):
