@@ -139,7 +139,7 @@ def whole(value: Any, name: str, least: int, most: int = MAX_NUMBERS) -> int:
 
 
 def window(size: int, name: str, smallest: int = 3) -> int:
-    """Return the size of a window: an odd number of pixels, so that it has a middle."""
+    """Return the size of a window: an odd number of pixels, which has a central one."""
     value = number(size, name)
     if value != round(value) or value < smallest or value % 2 == 0:
         raise ValueError(

@@ -103,7 +103,7 @@ class Photo:
         return ideal(self.camera, self.to_photo(pixels))
 
     def without_lens(self, pixels: ArrayLike) -> np.ndarray:
-        """Pixels (..., 2) where the same rays would fall without lens distortion."""
+        """Pixels (..., 2) of the same rays if the lens had no distortion."""
         return self.to_pixel(self.ideal(pixels) + (self.camera.x0, self.camera.y0))
 
     def rays(self, pixels: ArrayLike) -> np.ndarray:

@@ -252,7 +252,7 @@ def _closed_form(
             raise ValueError(
                 "target is a mirror image of source: with one axis reversed it"
                 f" fits {np.sqrt(rotated / mirrored):.0f} times better. Is y or z"
-                " counted the other way in one of them?"
+                " counted in the opposite direction in one of them?"
             )
     if D[1] + D[2] <= 1e-12 * D[0]:
         raise ValueError(

@@ -357,8 +357,8 @@ def _adjusted(
             raise
         raise ValueError(
             "the base is at right angles to the x axis of the left photo, so that bx"
-            " cannot set the scale. Turn the image coordinates of the left photo by 90"
-            " degrees, (x, y) to (y, -x), if the base lies along its y axis"
+            " cannot set the scale. Rotate the image coordinates of the left photo by"
+            " 90 degrees, (x, y) to (y, -x), if the base lies along its y axis"
         ) from defect
 
 

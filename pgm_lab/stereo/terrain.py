@@ -59,8 +59,8 @@ def filter_terrain(
     ----------
     dsm : Surface
     slope : float
-        Steepest ground, as the tangent of its inclination: by so much times the growth
-        of the window an opening may lower the ground.
+        Steepest ground, as the tangent of its inclination: an opening may
+        lower the ground by this times the growth of the window.
     widest : float
         Side of the largest window in m, wider than any object.
     least : float
@@ -70,7 +70,7 @@ def filter_terrain(
         Height in m by which an opening may lower the ground in any window, less than
         that of a house.
     margin : float
-        In m: objects are taken wider by so much, since matching smears their edges.
+        In m: objects are widened by this, since matching smears their edges.
 
     Returns
     -------

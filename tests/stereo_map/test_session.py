@@ -208,6 +208,17 @@ def test_the_object_point_has_the_least_weighted_squares(oriented, measured):
             assert squares(xyz + sign * step) - squares(xyz) == pytest.approx(1, 0.05)
 
 
+@pytest.mark.parametrize("off", [4, -4])
+def test_a_match_off_its_epipolar_line_is_refused_on_both_sides(
+    oriented, measured, off
+):
+    point = next(p for p in measured if p.accepted)
+    moved = replace(point, right=point.right + (0, off))
+    refused = measuring._positioned(oriented, moved, distance=2.0)
+    assert refused.status == "off the epipolar line"
+    assert abs(refused.y_parallax) == pytest.approx(4, abs=0.5)
+
+
 def test_what_the_right_photo_does_not_show_is_not_found(pair, oriented):
     rows, columns = np.nonzero(pair.hidden[0][30:-30, 30:-30])
     hidden = np.column_stack([columns, rows])[:: len(rows) // 25] + 30
