@@ -12,7 +12,7 @@ import shutil
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Name = TypeVar("Name", bound=str | os.PathLike)
 
@@ -115,6 +115,8 @@ def place(path: str | os.PathLike) -> Path:
     """Return where a file is to be written: a link is followed, its folder is made."""
     file = local(path, "path")
     name = printable(file)
+    if "\0" in str(file):
+        raise ValueError(f"{name:.60} holds a null character: path must be a file name")
     with _named(file):
         if file.is_symlink():
             file = Path(os.path.realpath(file))
@@ -137,7 +139,7 @@ def _named(path: str | os.PathLike) -> Iterator[None]:
     try:
         yield
     except (OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", error)
+        reason: Any = getattr(error, "strerror", error)
         if reason is None:  # the message is ours, or that of a library
             raise
         name = printable(Path(path))
@@ -219,10 +221,5 @@ def local(path: str | os.PathLike, name: str, kind: str = "file") -> Path:
         raise ValueError(
             f"{name} must be the name of a {kind} on this computer; got the address"
             f" {printable(path):.60}"
-        )
-    if "\0" in str(path):
-        raise ValueError(
-            f"{name} must be the name of a {kind}; {printable(path):.60} holds a null"
-            " character"
         )
     return Path(os.path.expanduser(path))

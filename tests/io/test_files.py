@@ -130,9 +130,9 @@ def test_a_tilde_is_the_home_of_the_user_and_a_drive_no_address(tmp_path, monkey
     assert files.local("C:/data/a.csv", "path") == Path("C:/data/a.csv")
 
 
-@pytest.mark.parametrize("path", ["", " ", None, 3, b"a.csv", "a\0b"])
+@pytest.mark.parametrize("path", ["", " ", None, 3, b"a.csv"])
 def test_what_is_no_name_is_refused(path):
-    with pytest.raises(ValueError, match="path must be the name of a file; "):
+    with pytest.raises(ValueError, match="path must be the name of a file; got"):
         files.save({path: "x"})
 
 
