@@ -278,7 +278,7 @@ def grey_image(values: ArrayLike, name: str = "image", least: int = 1) -> np.nda
     if array.ndim != 2:
         raise ValueError(
             f"{name} must have shape (rows, columns); got shape {array.shape}."
-            " Take one channel of a colour image, or turn it into grey"
+            " Take one channel of a colour image, or convert it to grey"
         )
     if min(array.shape) < least:
         raise ValueError(

@@ -150,7 +150,7 @@ def undistort(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def beyond_fold(lens: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Whether the lens turns back on the way out to image points x (..., 2): (...)."""
     folded = np.zeros(x.shape[:-1], bool)
-    # So little that it cannot turn back, wherever x lies: nothing to look for
+    # A distortion too small to turn back, wherever x lies: nothing to look for
     K1, K2, K3, P1, P2, b1, b2 = np.abs(_entries(lens))
     with np.errstate(all="ignore"):
         rho = np.max(np.hypot(*_entries(x)), initial=0)

@@ -86,9 +86,9 @@ def save(contents: Mapping[Name, str | bytes], *, overwrite: bool = False) -> No
     FileExistsError
         If one exists already and `overwrite` is False.
     OSError
-        If one cannot be written, or is no regular file.
+        If one cannot be written, or is not a regular file.
     ValueError
-        If a path is no name of a file, or `overwrite` is neither True nor False.
+        If a path is not the name of a file, or `overwrite` is neither True nor False.
     """
     with _temporaries(list(contents), overwrite) as parts:
         for part, (path, text) in zip(parts, contents.items()):

@@ -21,7 +21,7 @@ LINE = 1e-6
 # Extent over size of coordinates below which points differ by their rounding alone.
 SAME = 1e-12
 
-# A mirrored fit must be this much better in vᵀPv before it is believed. Points in a
+# A mirrored fit must be this much better in vᵀPv to be taken for one. Points in a
 # plane fit a mirror equally well, and errors then decide which fits a little better.
 MIRROR = 30.0
 

@@ -458,7 +458,7 @@ def _search(bx: float, rays: Rays, near: Models | None = None) -> Models:
 
 
 def _converged(models: Models, rays: Rays, iterations: int, count: int) -> Models:
-    """Adjust and keep what has converged, or is better all the same."""
+    """Adjust, and keep what has converged or fits better without."""
     result, models = _fit(models, rays, max_iterations=iterations)
     misfit = np.sum(result.residuals**2, axis=-1)
     kept = result.status == "converged"
@@ -470,7 +470,7 @@ def _converged(models: Models, rays: Rays, iterations: int, count: int) -> Model
 def _first_that_differ(
     models: Models, kept: np.ndarray, misfit: np.ndarray, rays: Rays, count: int
 ) -> Models:
-    """So many kept models that differ, those with the points on one side first."""
+    """The first `count` models that differ, with the points on one side if possible."""
     base, R = models[0][kept], models[1][kept]
     if not len(base):
         raise ValueError(

@@ -17,7 +17,7 @@ from pgm_lab.camera import Camera, ideal, imaging
 from pgm_lab.orientation import _common
 from pgm_lab.orientation.rays import image_vectors
 
-# Inflation of a variance, in the camera's own frame, that tells a weak geometry.
+# Inflation of a variance, in the camera's own frame, above which the geometry is weak.
 WEAK = 1e6
 # Starts of the adjustment, at most; and the misfit (rad) of the rays beyond which one
 # is dropped, unless the best start is not much better.
@@ -31,7 +31,7 @@ SAME = 1e-5
 ON_A_LINE = 1e-6
 # The same where the adjustment fails, which then is the reason.
 NEARLY_ON_A_LINE = 1e-3
-# A mirrored image must fit this much better in vᵀv before it is believed, if the
+# A mirrored image must fit this much better in vᵀv to be taken for one, if the
 # residuals are larger than this share of the principal distance.
 MIRROR = 30.0
 LARGE = 1e-4
@@ -119,7 +119,7 @@ def resect(
     Notes
     -----
     A mirrored image of points in one plane fits as well as the image itself, from the
-    other side of the plane: a station below the ground tells of reversed x or y.
+    other side of the plane: a station below the ground points to a reversed x or y.
 
     References
     ----------

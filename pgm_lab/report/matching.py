@@ -23,7 +23,7 @@ SETTINGS = {
     "template": "pixels across the template, the window of the left photo; odd",
     "start": "how start values are found: by features, or from coarse to fine",
     "search": "pixels across the search window of the right photo; odd",
-    "colour": "what becomes of colours: refuse them, or turn them into grey values",
+    "colour": "what becomes of colours: refuse them, or convert them to grey",
     "threshold": "least correlation r of the two windows",
     "ratio": "a second place above this share of r makes a match ambiguous",
     "back": "pixels by which a point may be missed when it is matched back",

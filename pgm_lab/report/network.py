@@ -394,7 +394,7 @@ COORDINATES = "Image coordinates"
 
 
 def doubt(network: Network) -> Finding | None:
-    """Say that the image coordinates are no mm with x to the right and y up."""
+    """Say that the image coordinates are not mm with x to the right and y up."""
     A = _compared(network)
     farthest = float(np.hypot(*network.xy.T).max())
     times = 1.0 if A is None else float(np.sqrt(np.abs(np.linalg.det(A))))
@@ -423,7 +423,7 @@ def _compared(network: Network) -> np.ndarray | None:
     usable = front & (np.hypot(*tangents.T) < WIDE)
     if np.sum(usable) < max(6, 0.8 * len(usable)):
         return None
-    # Less the mean of each photo
+    # Minus the mean of each photo
     photo = network.photo[usable]
     rays = np.maximum(np.bincount(photo), 1)
 

@@ -279,7 +279,7 @@ class Case(_points.Points):
     def chance(self) -> float:
         """What the shifts of a coordinate would scatter by chance: sd in pixels.
 
-        All places of the search window alike, but for its border, which is refused.
+        All positions of the search window alike, but for its border, which is refused.
         """
         return float(np.sqrt(((2 * self.radius - 1) ** 2 - 1) / 12))
 
@@ -295,7 +295,7 @@ class Case(_points.Points):
 
     @cached_property
     def agrees(self) -> bool:
-        """Whether the shifts tell one thing, or are spread as if by chance.
+        """Whether the shifts agree, or are spread as if by chance.
 
         An affine transformation is tried too; through a few points it always goes.
         """
@@ -310,7 +310,7 @@ class Case(_points.Points):
 
     @property
     def left(self) -> float:
-        """RMSE_T of the shifts less the model, or less their mean, in pixels."""
+        """RMSE_T of the shifts minus the model, or minus their mean, in pixels."""
         if self.model is not None:
             v = self.model.residuals[self.found.accepted]
             return float(np.sqrt(np.mean(np.sum(v**2, axis=1))))

@@ -123,7 +123,7 @@ def filter_terrain(
         raise ValueError("the surface has no heights at all")
     z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
 
-    # What openings lower at once is no ground
+    # What openings lower at once is not ground
     objects = known & _stands_out(dsm, slope, widest, least, most)
     ground = known & ~_wider(objects, margin / dsm.cell)
 

@@ -263,7 +263,7 @@ def open_pair(
     oriented = any(station.any() for station in stations)
     if oriented and np.array_equal(stations[0][:3], stations[1][:3]):
         raise ValueError(
-            "both photos stand at the same place: without a base, no point meets"
+            "both photos stand at the same place: without a base no rays intersect"
         )
     return Session(
         pair[0],
