@@ -6,12 +6,13 @@ in: public functions, readers of files, commands. Private functions don't check 
 
 import math
 import numbers
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+LARGEST = 1e100  # its square is a number still
 MAX_NUMBERS = 10**8  # in an array that a function makes: 800 MB
 AXES = {
     2: "(x, y)",
@@ -28,9 +29,12 @@ Kind = TypeVar("Kind")
 def finite(values: Any, name: str) -> np.ndarray:
     """Return `values` as a float array without NaN or infinity."""
     array = real(values, name)
-    if not np.all(np.isfinite(array)):
-        bad = np.argwhere(~np.isfinite(array))
+    good = np.abs(array) < LARGEST  # neither are NaN and infinity
+    if not np.all(good):
+        bad = np.argwhere(~good)
         where = f"{name}{bad[0].tolist()}" if array.ndim else name
+        if np.all(np.isfinite(array)):
+            raise ValueError(f"{where} = {array[~good][0]:g} is too large for a number")
         raise ValueError(
             f"{where} is not a finite number; {len(bad)} value(s) are NaN or infinite."
             " Leave such values out before the call"
@@ -50,6 +54,8 @@ def numeric(values: Any, name: str) -> np.ndarray:
     members = values if isinstance(values, list | tuple) else ()
     if np.ma.is_masked(values) or any(map(np.ma.is_masked, members)):
         raise ValueError(f"{name} has masked values. Leave them out before the call")
+    if isinstance(values, bytearray):
+        raise ValueError(f"{name} must be numbers; got bytes")
     try:
         array = np.asarray(values)
         if array.dtype == object and all(
@@ -133,7 +139,7 @@ def whole(value: Any, name: str, least: int, most: int = MAX_NUMBERS) -> int:
 
 
 def window(size: int, name: str, smallest: int = 3) -> int:
-    """Return the size of a window: an odd number of pixels, so that it has a middle."""
+    """Return the size of a window: an odd number of pixels, which has a central one."""
     value = number(size, name)
     if value != round(value) or value < smallest or value % 2 == 0:
         raise ValueError(
@@ -163,9 +169,9 @@ def size(name: str, *counts: int) -> None:
 def pair(values: ArrayLike, name: str, unit: str) -> np.ndarray:
     """Return one positive number, or a positive (x, y), as an array (2,)."""
     array = positive(values, name, unit)
-    if array.shape not in ((), (1,), (2,)):
+    if array.shape not in ((), (1,), (2,)) or np.asarray(values).dtype == bool:
         raise ValueError(
-            f"{name} must be one number or (x, y) in {unit}; got shape {array.shape}"
+            f"{name} must be one number or (x, y) in {unit}; got {shown(values)}"
         )
     return np.broadcast_to(array, (2,))
 
@@ -272,7 +278,7 @@ def grey_image(values: ArrayLike, name: str = "image", least: int = 1) -> np.nda
     if array.ndim != 2:
         raise ValueError(
             f"{name} must have shape (rows, columns); got shape {array.shape}."
-            " Take one channel of a colour image, or turn it into grey"
+            " Take one channel of a colour image, or convert it to grey"
         )
     if min(array.shape) < least:
         raise ValueError(
@@ -358,7 +364,9 @@ def function(value: Any, name: str) -> Callable:
 
 def several(values: Any, name: str, kind: type = object) -> list:
     """Return the members of a sequence, all of one kind; a text is none."""
-    sequence = np.iterable(values) and not isinstance(values, str | bytes | Mapping)
+    # What has no length may have no end
+    sequence = isinstance(values, Collection) and np.iterable(values)
+    sequence = sequence and not isinstance(values, str | bytes | Mapping)
     members = list(values) if sequence else None
     if members is None or not all(isinstance(one, kind) for one in members):
         what = {object: "values", str: "texts", dict: "rows"}.get(kind)

@@ -90,7 +90,6 @@ class Observations:
         OSError
             If it cannot be written; an old one stays.
         """
-        overwrite = _validate.flag(overwrite, "overwrite")
         files.save({path: self.csv()}, overwrite=overwrite)
 
     def csv(self) -> str:
@@ -228,15 +227,15 @@ def from_matches(
     chosen = _validate.point_list(left_points, "left_points")
     n = len(chosen)
     names = (*range(n),) if points is None else (*_validate.several(points, "points"),)
-    for name in (left, *names):
-        if not isinstance(name, Hashable) or name is None:
+    for name in (left, *names, *_validate.mapping(matches, "matches")):
+        if not isinstance(name, Hashable) or name is None or name != name:
             raise ValueError(
-                "left and points must be names such as strings or numbers;"
-                f" got {_validate.shown(name)}"
+                "left, points and photos of matches must be names such as strings or"
+                f" numbers; got {_validate.shown(name)}"
             )
     if len(names) != n or len(set(names)) != n:
         raise ValueError(f"points must be {n} different names; got {len(names)}")
-    for match in _validate.mapping(matches, "matches").values():
+    for match in matches.values():
         if not isinstance(match, Match):
             raise ValueError(
                 "matches must be results of ncc.match, lsm.match or matching.match; got"

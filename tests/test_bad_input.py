@@ -71,6 +71,16 @@ def parameters(function):
 # --- Bad values, by the kind of a good one ---
 
 
+class Endless:
+    """An iterator without an end, as that of `itertools.count`: it is not begun."""
+
+    def __iter__(self):
+        return self
+
+    def __next__(self):
+        raise AssertionError("the numbers of an endless iterator are collected")
+
+
 def with_first(good, value):
     changed = np.array(good, dtype=float)
     changed[(0,) * changed.ndim] = value
@@ -109,6 +119,7 @@ def bad_values(good, one):
         yield "None", None
     yield "object", object()
     yield "dictionary", {"a": 1}
+    yield "endless", Endless()
     if not callable(good):
         yield "function", len
     if isinstance(good, str):
@@ -132,6 +143,7 @@ def bad_values(good, one):
 # What would be bad elsewhere, but is meant here
 LACKING = {"NaN", "inf", "masked"}  # a photo may lack pixels
 ANY_NAME = {"object", "function", "text", "complex", "number", "no such word", "empty"}
+ANY_NAME |= {"endless"}
 MEANT = {
     ("adjustment.adjust", "start"): {"shape"},  # the names no longer fit
     ("bundle.Network", "control"): {"inf"},
@@ -245,6 +257,24 @@ def test_a_small_integer_type_does_not_overflow(kind):
     assert small.redundancy == 21**2 - 8
     found = ncc.match(GREY, GREY, points, template=kind(11), search=kind(21))
     np.testing.assert_allclose(found.points, points, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "full, name",
+    [
+        ("bundle.Network", "points"),
+        ("bundle.Network", "exteriors"),
+        ("orientation.absolute", "source"),
+        ("orientation.intersect", "exteriors"),
+        ("orientation.relative", "left_points"),
+        ("orientation.resect", "object_points"),
+    ],
+)
+def test_a_number_whose_square_is_none_is_named(full, name):
+    good = good_arguments(full)
+    huge = with_first(good[name], 1e300)
+    with pytest.raises(ValueError, match=rf"{name}\[0.* = 1e\+300 is too large"):
+        call(PUBLIC[full], good | {name: huge})
 
 
 def test_a_network_keeps_no_array_of_the_caller():

@@ -29,6 +29,8 @@ POINT = ("point", "X", "Y", "Z")
 FARTHEST = 10.0
 NEAREST = 0.3  # mm; no camera has so short a c, but many have one of 0.3 m
 
+COARSEST = 1e3  # mm, of an image coordinate
+
 NO_SIGMA = (
     "Without sx and sy give one standard deviation for all: --sigma 0.001 on the"
     " command line, sigma=0.001 in Python (mm)"
@@ -86,6 +88,8 @@ def read(
     """
     _validate.choice(lens, "lens", LENSES)
     sigma = _validate.standard_deviation(sigma)
+    if sigma is not None and sigma > COARSEST:
+        raise ValueError(f"sigma = {sigma:g} mm is wider than any photo")
     camera = _read_interior(interior, lens)
     photos = text.read_table(exterior, "exterior orientations", EXTERIOR)
     objects = text.read_table(points, "object points", POINT)
@@ -154,6 +158,8 @@ def read_sigma(rays: Table) -> np.ndarray:
     for name, column in zip(RAY[4:], sigma.T):
         reason = f"{name} = {{}}: a standard deviation must be above zero (mm)"
         rays.refuse(column <= 0, reason, column)
+        reason = f"{name} = {{}} mm is wider than any photo"
+        rays.refuse(column > COARSEST, reason, column)
     return sigma
 
 
@@ -207,7 +213,8 @@ def write(
     OSError
         If a file cannot be written; then none is, and old ones stay.
     """
-    _refuse_what_files_lack(network)
+    _refuse_what_files_lack(_validate.instance(network, Network, "network"))
+    folder = files.local(folder, "folder", "folder")
     camera = network.cameras[0]
     photo_ids = whole_numbers(network.photo_names, "photo_names")
     point_ids = whole_numbers(network.point_names, "point_names")
@@ -224,8 +231,6 @@ def write(
         (" ".join(POINT), zip(point_ids, *network.points.T.tolist())),
         (f"{' '.join(RAY)}; mm", rays),
     )
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
     one, two, three, four = (folder / name for name in NAMES)
     paths = one, two, three, four
     # repr has the fewest digits that are read as the same number again

@@ -1,4 +1,4 @@
-"""The camera: interior orientation, lens, and the way from object point to image."""
+"""The camera: interior orientation, lens, and the projection of object points."""
 
 from pgm_lab.camera.model import (
     BLOCKS,

@@ -144,11 +144,24 @@ def undistort(lens: np.ndarray, image: np.ndarray) -> tuple[np.ndarray, np.ndarr
             solved = np.hypot(*_entries(step)) <= 1e-9 * np.hypot(*_entries(image))
             if np.all(solved):
                 break
-        # The lens must not turn back on the way out to x
+        return x, solved & ~beyond_fold(lens, x)
+
+
+def beyond_fold(lens: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Whether the lens turns back on the way out to image points x (..., 2): (...)."""
+    folded = np.zeros(x.shape[:-1], bool)
+    # A distortion too small to turn back, wherever x lies: nothing to look for
+    K1, K2, K3, P1, P2, b1, b2 = np.abs(_entries(lens))
+    with np.errstate(all="ignore"):
+        rho = np.max(np.hypot(*_entries(x)), initial=0)
+        radial = rho**2 * (3 * K1 + rho**2 * (5 * K2 + rho**2 * 7 * K3))
+    if np.all(radial + 8 * rho * (P1 + P2) + b1 + b2 < 0.9):
+        return folded
+    with np.errstate(all="ignore"):
         for part in np.linspace(0.1, 1, 10):
             a, b, c, d = _jacobian(lens, part * x)
-            solved = solved & (a * d > b * c) & (a + d > 0)
-    return x, solved
+            folded = folded | ~((a * d > b * c) & (a + d > 0))
+    return folded
 
 
 def _jacobian(lens: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -156,7 +156,7 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     Raises
     ------
     ValueError
-        For lens "forward", if the lens has no solution.
+        If a point lies so far out that the distortion of the lens turns back.
 
     References
     ----------
@@ -170,14 +170,14 @@ def ideal(camera: Camera, measured: ArrayLike) -> np.ndarray:
     _validate.instance(camera, Camera, "camera")
     reduced = _validate.points(measured, 2, "measured") - camera.interior[1:3]
     if camera.lens == "backward":
-        return reduced + imaging.distortion(camera.interior[3:], reduced)
+        return _displaced(camera, reduced, "measured")
     return _undistort(camera, reduced, "measured")
 
 
 def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     """Measured coordinates (..., 2) of ideal ones: the inverse of `ideal`.
 
-    In mm. For lens "backward" it may have no solution: ValueError.
+    In mm. ValueError so far out that the distortion of the lens turns back.
 
     Examples
     --------
@@ -189,7 +189,7 @@ def measured(camera: Camera, ideal: ArrayLike) -> np.ndarray:
     if camera.lens == "backward":
         image = _undistort(camera, image, "ideal")
     else:
-        image = image + imaging.distortion(camera.interior[3:], image)
+        image = _displaced(camera, image, "ideal")
     return image + camera.interior[1:3]
 
 
@@ -253,6 +253,16 @@ def collinearity(
         _validate.choice(name, "wrt", BLOCKS)
     v, depth, by = imaging.misclosure(interior, exterior, points, measured, lens, wrt)
     return Collinearity(v, depth, **by)
+
+
+def _displaced(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:
+    lens = camera.interior[3:]
+    _validate.refuse(
+        imaging.beyond_fold(lens, image),
+        f"{name}{{}} lie beyond the fold of the lens: so far from the principal point"
+        " its distortion turns back; check K1 ... b2 and the unit (mm)",
+    )
+    return image + imaging.distortion(lens, image)
 
 
 def _undistort(camera: Camera, image: np.ndarray, name: str) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, frames
-from pgm_lab.camera.imaging import attitude, distortion, undistort
+from pgm_lab.camera.imaging import attitude, beyond_fold, distortion, undistort
 from pgm_lab.camera.model import Camera, ideal, measured, project
 
 
@@ -103,7 +103,7 @@ class Photo:
         return ideal(self.camera, self.to_photo(pixels))
 
     def without_lens(self, pixels: ArrayLike) -> np.ndarray:
-        """Pixels (..., 2) where the same rays would fall without lens distortion."""
+        """Pixels (..., 2) of the same rays if the lens had no distortion."""
         return self.to_pixel(self.ideal(pixels) + (self.camera.x0, self.camera.y0))
 
     def rays(self, pixels: ArrayLike) -> np.ndarray:
@@ -130,9 +130,7 @@ class Photo:
         if self.camera.lens == "backward":
             moved, solved = undistort(lens, xy)
         else:
-            moved = xy + distortion(lens, xy)
-            back, solved = undistort(lens, moved)
-            solved &= np.hypot(*np.moveaxis(back - xy, -1, 0)) < 1e-6 * self.camera.c
+            moved, solved = xy + distortion(lens, xy), ~beyond_fold(lens, xy)
         good = (ahead & solved)[..., None]
         return np.where(good, self.to_pixel(np.where(good, moved, 0) + centre), np.nan)
 

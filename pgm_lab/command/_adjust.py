@@ -16,7 +16,7 @@ from pgm_lab.report.network import doubt
 DESCRIPTION = (
     "Self-calibrating bundle adjustment of a free network, from four text files of"
     " numbers. White space, commas or semicolons separate columns, a point the"
-    " decimals; %% starts a comment."
+    " decimals; % starts a comment."
 )
 EPILOG = (
     "Photos and points have whole numbers as ids. x points right and y up from the"
@@ -75,6 +75,8 @@ def _parameters(words: str) -> tuple[str, ...]:
             raise argparse.ArgumentTypeError(
                 f"{name!r} is not one of {','.join(PARAMETERS)}"
             )
+        if names.count(name) > 1:
+            raise argparse.ArgumentTypeError(f"{name} stands there twice")
     return names
 
 

@@ -147,10 +147,10 @@ def check_outputs(
     ]
     for option, path, endings in outputs:
         if wrong := _wrong(path, endings, options.force):
-            parser.error(f"{option} {path}: {wrong}")
+            parser.error(f"{option} {printable(path)}: {wrong}")
         for read in inputs:
             if read and same_file(read, path):
-                parser.error(f"{option} {path}: this is the input {read}")
+                parser.error(f"{option} {printable(path)}: this is the input {read}")
     for (_, first, _), (option, second, _) in combinations(outputs, 2):
         if same_file(first, second):
             parser.error(

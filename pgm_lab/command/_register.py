@@ -73,7 +73,7 @@ def add_options(parser: Parser) -> None:
         " rotation and shear too",
     )
     add(parser, "--band", "band to read, from 1", whole, "N")
-    add(parser, "--nodata", "grey value that is no data", number, "VALUE")
+    add(parser, "--nodata", "grey value that marks missing data", number, "VALUE")
     words = "of the reference image, where the file does not say it"
     add(parser, "--pixel-size", words, positive, "METRES")
     _options.add_outputs(parser)
@@ -193,7 +193,7 @@ def _register(
     if not np.any(found.accepted):
         raise ValueError(
             f"{report.reason(found)} Do both images show the same place, in the same"
-            " band, neither turned nor scaled? Are they farther apart than --radius?"
+            " band, neither rotated nor scaled? Are they farther apart than --radius?"
             " --offset COLUMN ROW says where to begin"
         )
     return found

@@ -12,18 +12,26 @@ import shutil
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Name = TypeVar("Name", bound=str | os.PathLike)
+
+LONGEST = 200  # characters of a name in a message
 
 _URL = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)  # not C:/, the drive
 
 
 def printable(name: object) -> str:
-    """Return a name with everything escaped that a terminal would obey."""
+    """Return a name with everything escaped that a terminal would obey.
+
+    Of a very long path only the beginning and the end are left.
+    """
+    text = str(name)
+    if isinstance(name, os.PathLike) and len(text) > LONGEST:
+        text = f"{text[: LONGEST // 2]}...{text[-LONGEST // 2 :]}"
     return "".join(
         one if one.isprintable() else one.encode("unicode_escape").decode("ascii")
-        for one in str(name)
+        for one in text
     )
 
 
@@ -32,7 +40,7 @@ def printable(name: object) -> str:
 
 def existing(path: str | os.PathLike, name: str, *, empty: bool = False) -> Path:
     """Return the path of a regular file that exists, called `name` in messages."""
-    file = _local(path, name)
+    file = local(path, name)
     try:
         state = os.stat(file)
     except FileNotFoundError:
@@ -78,18 +86,19 @@ def save(contents: Mapping[Name, str | bytes], *, overwrite: bool = False) -> No
     FileExistsError
         If one exists already and `overwrite` is False.
     OSError
-        If one cannot be written, or is no regular file.
+        If one cannot be written, or is not a regular file.
     ValueError
-        If a path is no name of a file, or `overwrite` is neither True nor False.
+        If a path is not the name of a file, or `overwrite` is neither True nor False.
     """
     with _temporaries(list(contents), overwrite) as parts:
-        for part, text in zip(parts, contents.values()):
-            if isinstance(text, bytes):
-                with part.open("xb") as binary:
-                    binary.write(text)
-            else:
-                with part.open("x", encoding="utf-8", newline="\n") as file:
-                    file.write(text)
+        for part, (path, text) in zip(parts, contents.items()):
+            with _named(path):
+                if isinstance(text, bytes):
+                    with part.open("xb") as binary:
+                        binary.write(text)
+                else:
+                    with part.open("x", encoding="utf-8", newline="\n") as file:
+                        file.write(text)
 
 
 @contextlib.contextmanager
@@ -98,26 +107,46 @@ def atomic(path: str | os.PathLike, *, overwrite: bool = False) -> Iterator[Path
 
     Raises as `save` does.
     """
-    with _temporaries([path], overwrite) as (part,):
+    with _temporaries([path], overwrite) as (part,), _named(path):
         yield part
 
 
 def place(path: str | os.PathLike) -> Path:
     """Return where a file is to be written: a link is followed, its folder is made."""
-    file, name = _local(path, "path"), printable(path)
-    if file.is_symlink():
-        file = Path(os.path.realpath(file))
-    if file.is_dir():
-        raise IsADirectoryError(f"{name}: this is a folder; name a file")
-    if file.exists() and not file.is_file():
-        raise OSError(f"{name}: this is a pipe or a device; name a file")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError):
-        raise NotADirectoryError(
-            f"{name}: {printable(file.parent)} is a file, not a folder"
-        ) from None
+    file = local(path, "path")
+    name = printable(file)
+    if "\0" in str(file):
+        raise ValueError(f"{name:.60} holds a null character: path must be a file name")
+    with _named(file):
+        if file.is_symlink():
+            file = Path(os.path.realpath(file))
+        if file.is_dir():
+            raise IsADirectoryError(f"{name}: this is a folder; name a file")
+        if file.exists() and not file.is_file():
+            raise OSError(f"{name}: this is a pipe or a device; name a file")
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError):
+            raise NotADirectoryError(
+                f"{name}: {printable(file.parent)} is not a folder"
+            ) from None
     return file
+
+
+@contextlib.contextmanager
+def _named(path: str | os.PathLike) -> Iterator[None]:
+    """Name the file in what the system says: a disk that is full, too long a name."""
+    try:
+        yield
+    except (OSError, UnicodeError) as error:
+        reason: Any = getattr(error, "strerror", error)
+        if reason is None:  # the message is ours, or that of a library
+            raise
+        name = printable(Path(path))
+        said = OSError if isinstance(error, UnicodeError) else type(error)
+        named = said(f"{name}: it cannot be written ({reason})")
+        named.strerror = reason
+        raise named from None
 
 
 @contextlib.contextmanager
@@ -125,8 +154,9 @@ def _temporaries(
     paths: Sequence[str | os.PathLike], overwrite: bool
 ) -> Iterator[list[Path]]:
     """Give a temporary name beside each target, and replace the targets at the end."""
-    if not isinstance(overwrite, bool):
-        raise ValueError(f"overwrite must be True or False; got {overwrite!r}")
+    from pgm_lab import _validate  # `pgm_lab --help` does not wait for NumPy
+
+    overwrite = _validate.flag(overwrite, "overwrite")
     targets = [place(path) for path in paths]
     _check(targets, overwrite)
     parts = [_beside(target, "part") for target in targets]
@@ -163,7 +193,8 @@ def _replace(parts: Mapping[Path, Path]) -> None:
             for target, backup in backups.items():
                 shutil.copy2(target, backup)
         for target, part in parts.items():
-            part.replace(target)
+            with _named(target):
+                part.replace(target)
     except BaseException:
         for target, part in parts.items():
             if len(parts) > 1 and not part.exists():  # it was renamed already
@@ -182,13 +213,13 @@ def _beside(target: Path, kind: str) -> Path:
     return target.with_name(f".pgm_lab-{secrets.token_hex(6)}.{kind}")
 
 
-def _local(path: str | os.PathLike, name: str) -> Path:
-    """Return the name of a file on this computer, with ~ expanded."""
+def local(path: str | os.PathLike, name: str, kind: str = "file") -> Path:
+    """Return the path of a file, or a folder, on this computer, with ~ expanded."""
     if not isinstance(path, str | os.PathLike) or not str(path).strip():
-        raise ValueError(f"{name} must be the name of a file; got {path!r:.60}")
+        raise ValueError(f"{name} must be the name of a {kind}; got {path!r:.60}")
     if _URL.match(str(path)):
         raise ValueError(
-            f"{name} must be the name of a file on this computer; got the address"
+            f"{name} must be the name of a {kind} on this computer; got the address"
             f" {printable(path):.60}"
         )
     return Path(os.path.expanduser(path))

@@ -12,6 +12,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from pgm_lab._validate import LARGEST
 from pgm_lab.io import files
 
 Source = str | os.PathLike
@@ -43,7 +44,7 @@ class Content(NamedTuple):
         """Return the rows, which are known to be of equal length."""
         values = self.numbers.reshape(len(self.line), -1)
         found = Table(self.path, self.line, values)
-        found.refuse(~np.all(np.isfinite(values), axis=1), "a number is too large")
+        found.refuse(~np.all(np.abs(values) < LARGEST, axis=1), "a number is too large")
         return found
 
 

@@ -107,7 +107,6 @@ class Match:
         ...         print(file.read().splitlines()[-1])
         1,4.0,4.0,,,,,,,,template leaves the image
         """
-        overwrite = _validate.flag(overwrite, "overwrite")
         files.save({path: self.csv()}, overwrite=overwrite)
 
     def csv(self) -> str:

@@ -21,7 +21,7 @@ LINE = 1e-6
 # Extent over size of coordinates below which points differ by their rounding alone.
 SAME = 1e-12
 
-# A mirrored fit must be this much better in vᵀPv before it is believed. Points in a
+# A mirrored fit must be this much better in vᵀPv to be taken for one. Points in a
 # plane fit a mirror equally well, and errors then decide which fits a little better.
 MIRROR = 30.0
 
@@ -252,7 +252,7 @@ def _closed_form(
             raise ValueError(
                 "target is a mirror image of source: with one axis reversed it"
                 f" fits {np.sqrt(rotated / mirrored):.0f} times better. Is y or z"
-                " counted the other way in one of them?"
+                " counted in the opposite direction in one of them?"
             )
     if D[1] + D[2] <= 1e-12 * D[0]:
         raise ValueError(

@@ -224,7 +224,9 @@ def _refuse_same_photos(exteriors: np.ndarray, image_points: np.ndarray) -> None
                 " twice, a photo seems to control itself. Leave one out"
             )
     if np.all(exteriors[:, :3] == exteriors[0, :3]):
-        raise ValueError("all photos stand at the same place: without a base, no point")
+        raise ValueError(
+            "all photos were taken from one place: without a base there is no point"
+        )
 
 
 def _first_look(

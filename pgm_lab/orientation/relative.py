@@ -357,8 +357,8 @@ def _adjusted(
             raise
         raise ValueError(
             "the base is at right angles to the x axis of the left photo, so that bx"
-            " cannot set the scale. Turn the image coordinates of the left photo by 90"
-            " degrees, (x, y) to (y, -x), if the base lies along its y axis"
+            " cannot set the scale. Rotate the image coordinates of the left photo by"
+            " 90 degrees, (x, y) to (y, -x), if the base lies along its y axis"
         ) from defect
 
 
@@ -406,6 +406,8 @@ def _points_cofactor(models: Models, rays: Rays, Q: np.ndarray) -> np.ndarray:
     by_orientation = np.concatenate([-by_right[..., 1:], by_rotation], axis=-1)
     across = np.swapaxes(by_right, -1, -2)
     N = np.swapaxes(by_left, -1, -2) @ by_left + across @ by_right
+    with np.errstate(invalid="ignore"):  # NaN of rays that are parallel
+        N[np.linalg.det(N) == 0] = np.nan  # nearly so: the distance is not known
     N_inverse = np.linalg.inv(N)
     G = N_inverse @ across @ by_orientation
     return N_inverse + G @ Q @ np.swapaxes(G, -1, -2)
@@ -456,7 +458,7 @@ def _search(bx: float, rays: Rays, near: Models | None = None) -> Models:
 
 
 def _converged(models: Models, rays: Rays, iterations: int, count: int) -> Models:
-    """Adjust and keep what has converged, or is better all the same."""
+    """Adjust, and keep what has converged or fits better without."""
     result, models = _fit(models, rays, max_iterations=iterations)
     misfit = np.sum(result.residuals**2, axis=-1)
     kept = result.status == "converged"
@@ -468,7 +470,7 @@ def _converged(models: Models, rays: Rays, iterations: int, count: int) -> Model
 def _first_that_differ(
     models: Models, kept: np.ndarray, misfit: np.ndarray, rays: Rays, count: int
 ) -> Models:
-    """So many kept models that differ, those with the points on one side first."""
+    """The first `count` models that differ, with the points on one side if possible."""
     base, R = models[0][kept], models[1][kept]
     if not len(base):
         raise ValueError(

@@ -8,15 +8,16 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, rotation
 from pgm_lab.adjustment import Adjustment, adjust
-from pgm_lab.camera import Camera, imaging
+from pgm_lab.camera import Camera, ideal, imaging
 from pgm_lab.orientation import _common
 from pgm_lab.orientation.rays import image_vectors
 
-# Inflation of a variance, in the camera's own frame, that tells a weak geometry.
+# Inflation of a variance, in the camera's own frame, above which the geometry is weak.
 WEAK = 1e6
 # Starts of the adjustment, at most; and the misfit (rad) of the rays beyond which one
 # is dropped, unless the best start is not much better.
@@ -28,6 +29,12 @@ LEVEL = 0.99
 SAME = 1e-5
 # Share of their longest extent by which points must leave a line.
 ON_A_LINE = 1e-6
+# The same where the adjustment fails, which then is the reason.
+NEARLY_ON_A_LINE = 1e-3
+# A mirrored image must fit this much better in vᵀv to be taken for one, if the
+# residuals are larger than this share of the principal distance.
+MIRROR = 30.0
+LARGE = 1e-4
 # Distance from the dangerous cylinder, in radii, that counts as near.
 NEAR = 0.02
 
@@ -42,10 +49,11 @@ class Resection:
         (X0, Y0, Z0, omega, phi, kappa), in the unit of the object points and radians;
         NaN if there is none or no way to choose one.
     covariance : ndarray (6, 6)
-        Its covariance, sigma0^2 Q; NaN for omega and kappa in the gimbal lock.
+        Its covariance: from `sigma` if it was given, else from sigma0; NaN for omega
+        and kappa in gimbal lock.
     sigma0 : float
         Standard deviation of an image coordinate from the residuals, in mm; NaN for
-        three points, which leave no redundancy.
+        three points, which have no redundancy.
     redundancy : int
         2 n - 6.
     residuals : ndarray (n, 2)
@@ -59,9 +67,9 @@ class Resection:
     status : str
         "converged"; "several solutions": another one fits as well; "near the dangerous
         cylinder" or "weak geometry": the points hardly determine it; "points on a
-        line"; "gimbal lock": omega and kappa are not determined one by one; "no
-        solution": none has all points in front of the camera; "diverged"; "too many
-        iterations".
+        line", or too near to one; "gimbal lock": omega and kappa are not determined one
+        by one; "no solution": none has all points in front of the camera; "diverged";
+        "too many iterations".
     """
 
     exterior: np.ndarray
@@ -86,7 +94,8 @@ def resect(
 
     Without start values, triples of points are solved in closed form, and the
     adjustment starts from each of their solutions. Four points or more, in general
-    position, give one answer with its precision; three give up to four answers.
+    position, give one answer with its precision; three give up to four answers, however
+    often each of them was measured.
 
     Parameters
     ----------
@@ -104,7 +113,13 @@ def resect(
     Raises
     ------
     ValueError
-        If there are fewer than three points.
+        If there are fewer than three points, one is given twice with the same image
+        coordinates, or the image is mirrored.
+
+    Notes
+    -----
+    A mirrored image of points in one plane fits as well as the image itself, from the
+    other side of the plane: a station below the ground points to a reversed x or y.
 
     References
     ----------
@@ -124,6 +139,7 @@ def resect(
     _validate.instance(camera, Camera, "camera")
     sigma = _validate.standard_deviation(sigma)
     n = len(image_points)
+    different = len(np.unique(object_points, axis=0))
     if _on_a_line(object_points):
         return _no_result(n, "points on a line")
 
@@ -148,15 +164,16 @@ def resect(
     centres = np.einsum("kij,kj->ki", back, x[:, :3]) + object_points.mean(axis=0)
 
     # Choose the best solution, and others that fit as well
-    chosen = _chosen(found, centres, M, object_points)
+    chosen = _chosen(found, centres, M, object_points, different)
     if not chosen:
         return _no_result(n, _failure(found, centres, object_points))
     if start is not None:
         chosen.sort(key=lambda k: np.linalg.norm(centres[k] - start[:3]))
     best, rotated = chosen[0], [_common.angles(M[k].T) for k in chosen]
     exteriors = np.array([[*centres[k], *t[0]] for k, t in zip(chosen, rotated)])
-    status = _status(found, chosen, centres, object_points)
-    if n == 3 and len(chosen) > 1 and start is None:
+    status = _status(found, chosen, centres, object_points, different)
+    _refuse_mirrored(camera, image_points, object_points, found, best)
+    if different == 3 and len(chosen) > 1 and start is None:
         return replace(_no_result(n, status), solutions=exteriors)
 
     # Propagate its covariance from rotations to angles
@@ -164,9 +181,10 @@ def resect(
     T = np.zeros((6, 6))
     T[:3, :3] = back[best]
     T[3:, 3:] = angles_by_rotation @ back[best] @ _common.axes(x[best, 3:])
+    variance = found.sigma0[best] ** 2 if sigma is None else sigma**2
     return Resection(
         exterior=exteriors[0],
-        covariance=T @ found.covariance[best] @ T.T,
+        covariance=variance * T @ found.cofactor[best] @ T.T,
         sigma0=float(found.sigma0[best]),
         redundancy=int(found.redundancy[best]),
         residuals=found.residuals[best].reshape(n, 2),
@@ -186,6 +204,13 @@ def _observations(
         raise ValueError(
             "image_points (n, 2) and object_points (n, 3) must be of the same points;"
             f" got shapes {image_points.shape} and {object_points.shape}"
+        )
+    _, first = np.unique(
+        np.hstack([image_points, object_points]), axis=0, return_index=True
+    )
+    if len(again := np.setdiff1d(np.arange(len(image_points)), first)):
+        raise ValueError(
+            f"point {again[0]} is given twice, and would control itself: leave one out"
         )
     if len(image_points) < 3:
         raise ValueError(
@@ -251,7 +276,11 @@ def _adjusted(
 
 
 def _chosen(
-    found: Adjustment, centres: np.ndarray, M: np.ndarray, object_points: np.ndarray
+    found: Adjustment,
+    centres: np.ndarray,
+    M: np.ndarray,
+    object_points: np.ndarray,
+    different: int,
 ) -> list[int]:
     """Solutions with all points in front: the best, then others that fit as well."""
     depth = -np.einsum("kj,knj->kn", M[:, 2], object_points - centres[:, None])
@@ -261,8 +290,9 @@ def _chosen(
     order = np.argsort(squares)[: np.count_nonzero(possible)]
     if not len(order):
         return []
-    limit = np.inf  # without redundancy each fits
-    if redundancy := found.redundancy[0]:
+    limit = np.inf  # of three points each fits
+    if different > 3:
+        redundancy = int(found.redundancy[0])
         least = squares[order[0]]
         limit = _common.largest_objective(least, redundancy, found.sigma0_prior, LEVEL)
     distance = np.linalg.norm(depth, axis=1)
@@ -274,19 +304,46 @@ def _chosen(
     return chosen
 
 
+def _refuse_mirrored(
+    camera: Camera,
+    image_points: np.ndarray,
+    object_points: np.ndarray,
+    found: Adjustment,
+    best: int,
+) -> None:
+    """Refuse an image that fits much better with one axis reversed."""
+    squares, r = np.sum(found.residuals[best] ** 2), int(found.redundancy[best])
+    if not r or squares <= r * (LARGE * camera.c) ** 2:
+        return
+    reversed_x = ideal(camera, image_points) * (-1, 1)
+    plain = Camera(camera.c)
+    centres, M = _closed_form(plain, reversed_x, object_points)
+    other, _ = _adjusted(plain, reversed_x, object_points, centres, M, None)
+    least = np.min(np.sum(other.residuals**2, axis=1), initial=np.inf)
+    least = max(least, 1e-12 * squares)
+    # By chance the ratio of two sums may be large where the redundancy is small
+    if squares > least * max(MIRROR, scipy.stats.f.ppf(_common.KNOWN, r, r)):
+        raise ValueError(
+            "image_points are a mirror image: with one axis reversed they fit"
+            f" {np.sqrt(squares / least):.0f} times better. Does x point to the left,"
+            " or y down, as rows of pixels do?"
+        )
+
+
 def _status(
     found: Adjustment,
     chosen: list[int],
     centres: np.ndarray,
     object_points: np.ndarray,
+    different: int,
 ) -> str:
     # Diagonal of the inverse correlation matrix: how far the other unknowns inflate
     # each variance
     inflation = np.diag(np.linalg.inv(found.correlation[chosen[0]]))
     weak = inflation.max() > WEAK
-    look = centres if len(object_points) == 3 else centres[chosen[:1]]
+    look = centres if different == 3 else centres[chosen[:1]]
     near = any(_near_cylinder(centre, object_points) for centre in look)
-    if near and (weak or len(object_points) == 3):
+    if near and (weak or different == 3):
         return "near the dangerous cylinder"
     if len(chosen) > 1:
         return "several solutions"
@@ -295,6 +352,9 @@ def _status(
 
 def _failure(found: Adjustment, centres: np.ndarray, object_points: np.ndarray) -> str:
     """Name why no start led to a solution with all points in front."""
+    length, width, _ = _common.extents(object_points)
+    if width < NEARLY_ON_A_LINE * length:
+        return "points on a line"
     if any(_near_cylinder(centre, object_points) for centre in centres):
         return "near the dangerous cylinder"
     status = str(found.status[0])

@@ -309,7 +309,7 @@ def shifts(case: "Images") -> Drawn:
     yield plot.registration.shifts(grey, case.found, say=say), {"left": None}
     if case.model is not None and len(case.found.points) > 2:
         left = np.hypot(*case.errors[case.found.accepted].T)
-        title = f"Shifts less the model: {case.model.kind}"
+        title = f"Shifts minus the model: {case.model.kind}"
         arrows = -case.errors
         yield (
             plot.registration.shifts(grey, case.found, arrows, title, say=say),

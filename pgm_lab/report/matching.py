@@ -23,11 +23,11 @@ SETTINGS = {
     "template": "pixels across the template, the window of the left photo; odd",
     "start": "how start values are found: by features, or from coarse to fine",
     "search": "pixels across the search window of the right photo; odd",
-    "colour": "what becomes of colours: refuse them, or turn them into grey values",
+    "colour": "what becomes of colours: refuse them, or convert them to grey",
     "threshold": "least correlation r of the two windows",
-    "ratio": "a second place with a higher share of r makes a match ambiguous",
-    "back": "pixels that a point may miss when it is sought back from the right",
-    "least_quality": "least quality of a match, from 0 to 1; more keeps fewer, better",
+    "ratio": "a second place above this share of r makes a match ambiguous",
+    "back": "pixels by which a point may be missed when it is matched back",
+    "least_quality": "least quality of a match, from 0 to 1; a higher one keeps fewer",
 }
 WORDS = {status: (status, *words) for status, words in STATUSES.items()}
 

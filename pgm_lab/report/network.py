@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from pgm_lab import _validate
 from pgm_lab._rounding import plain
 from pgm_lab.adjustment.outliers import NAMES
 from pgm_lab.adjustment.result import UNCONTROLLED
@@ -73,7 +74,7 @@ def html(found: Bundle | Snooping, *, about: str = "") -> str:
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    result = found.result if isinstance(found, Snooping) else found
+    result = _result(found, about)
     names = {*result.network.photo_names, *result.network.point_names, about} - {""}
     parts = _sections(found, about, False, _figures.of_network(Case(result)))
     return as_html(TITLE, parts, names)
@@ -107,7 +108,16 @@ def text(found: Bundle | Snooping, *, about: str = "", short: bool = False) -> s
     >>> report.splitlines()[3][:55]
     '9 photos of 50 points, taken with one camera: 450 rays.'
     """
-    return as_text(TITLE, _sections(found, about, short))
+    _result(found, about)
+    return as_text(TITLE, _sections(found, about, _validate.flag(short, "short")))
+
+
+def _result(found: Bundle | Snooping, about: str) -> Bundle:
+    """Check the arguments, and return the result that is reported."""
+    _validate.instance(about, str, "about")
+    if isinstance(found, Snooping):
+        return found.result
+    return _validate.instance(found, Bundle, "found")
 
 
 def _sections(
@@ -384,7 +394,7 @@ COORDINATES = "Image coordinates"
 
 
 def doubt(network: Network) -> Finding | None:
-    """Say that the image coordinates are no mm with x to the right and y up."""
+    """Say that the image coordinates are not mm with x to the right and y up."""
     A = _compared(network)
     farthest = float(np.hypot(*network.xy.T).max())
     times = 1.0 if A is None else float(np.sqrt(np.abs(np.linalg.det(A))))
@@ -413,7 +423,7 @@ def _compared(network: Network) -> np.ndarray | None:
     usable = front & (np.hypot(*tangents.T) < WIDE)
     if np.sum(usable) < max(6, 0.8 * len(usable)):
         return None
-    # Less the mean of each photo
+    # Minus the mean of each photo
     photo = network.photo[usable]
     rays = np.maximum(np.bincount(photo), 1)
 

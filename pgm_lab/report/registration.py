@@ -1,4 +1,4 @@
-"""The report of a registration: how two images lie, how sure that is, what to check."""
+"""The report of a registration: the shift, how sure it is, and what to check."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -25,12 +25,12 @@ SETTINGS = {
     "grid": "pixels from one point to the next, on a grid",
     "chip": "pixels across a chip of the reference image; odd",
     "radius": "whole pixels that are searched to each side",
-    "refine": "how the shift is found between the pixels: not, by a parabola, by least"
-    " squares matching",
+    "refine": "how the shift is refined below a pixel: not at all, by a parabola, by"
+    " least squares matching",
     "threshold": "least correlation r of the chip and what is found",
-    "ratio": "a second place with a higher share of r makes a point ambiguous",
+    "ratio": "a second place above this share of r makes a point ambiguous",
     "largest_sd": "largest predicted standard deviation of a shift, in pixels",
-    "smooth": "standard deviation in pixels of the Gaussian that takes the alias away",
+    "smooth": "standard deviation in pixels of the Gaussian that removes aliasing",
     "offset": "column and row of the reference image's first pixel in the sensed one",
 }
 
@@ -279,7 +279,7 @@ class Case(_points.Points):
     def chance(self) -> float:
         """What the shifts of a coordinate would scatter by chance: sd in pixels.
 
-        All places of the search window alike, but for its border, which is refused.
+        All positions of the search window alike, but for its border, which is refused.
         """
         return float(np.sqrt(((2 * self.radius - 1) ** 2 - 1) / 12))
 
@@ -295,7 +295,7 @@ class Case(_points.Points):
 
     @cached_property
     def agrees(self) -> bool:
-        """Whether the shifts tell one thing, or are spread as if by chance.
+        """Whether the shifts agree, or are spread as if by chance.
 
         An affine transformation is tried too; through a few points it always goes.
         """
@@ -310,7 +310,7 @@ class Case(_points.Points):
 
     @property
     def left(self) -> float:
-        """RMSE_T of the shifts less the model, or less their mean, in pixels."""
+        """RMSE_T of the shifts minus the model, or minus their mean, in pixels."""
         if self.model is not None:
             v = self.model.residuals[self.found.accepted]
             return float(np.sqrt(np.mean(np.sum(v**2, axis=1))))

@@ -136,15 +136,11 @@ def _save(
     path: str | os.PathLike, what: Any, writers: Writers, overwrite: bool
 ) -> Path:
     """Write with the writer of the suffix."""
-    overwrite = _validate.flag(overwrite, "overwrite")
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(
-            f"path must be the name of a file; got {_validate.shown(path)}"
-        )
-    suffix = Path(path).suffix.lower().replace(".tiff", ".tif")
+    suffix = files.local(path, "path").suffix.lower().replace(".tiff", ".tif")
     if suffix not in writers:
         raise ValueError(
-            f"path must end in {' or '.join(writers)}; got {files.printable(path):.200}"
+            f"path must end in {' or '.join(writers)}; got"
+            f" {files.printable(Path(path))}"
         )
     file = files.place(path)
     with files.atomic(file, overwrite=overwrite) as part:

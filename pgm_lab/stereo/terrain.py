@@ -1,5 +1,6 @@
 """From the surface to the terrain: isolate what stands on it, bend a plate below."""
 
+import warnings
 from dataclasses import dataclass, field
 
 import cv2
@@ -13,6 +14,7 @@ from pgm_lab.stereo.grid import Surface
 ORIGINS = ("ground", "interpolated under an object", "interpolated", "nothing")
 GROUND, UNDER, BETWEEN, NOTHING = range(4)
 MAX_ITERATIONS = 8  # of plate and residuals
+FEW, AWAY = 0.1, 0.1  # shares of the measured cells: ground, and far from all of it
 STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
 
 
@@ -57,18 +59,18 @@ def filter_terrain(
     ----------
     dsm : Surface
     slope : float
-        Steepest ground, as the tangent of its inclination: by so much times the growth
-        of the window an opening may lower the ground.
+        Steepest ground, as the tangent of its inclination: an opening may
+        lower the ground by this times the growth of the window.
     widest : float
         Side of the largest window in m, wider than any object.
     least : float
-        Height in m above the ground from which on something is an object; about three
+        Height in m above the ground from which something is an object: about three
         times the standard deviation of the heights.
     most : float
         Height in m by which an opening may lower the ground in any window, less than
         that of a house.
     margin : float
-        In m: objects are taken wider by so much, since matching smears their edges.
+        In m: objects are widened by this, since matching smears their edges.
 
     Returns
     -------
@@ -79,6 +81,12 @@ def filter_terrain(
     ------
     ValueError
         If the surface has too few cells on the ground to lay a plate on.
+
+    Warns
+    -----
+    UserWarning
+        If less than a tenth of the measured cells is ground, or more than a tenth lies
+        farther from all ground than the widest object: the terrain is then a guess.
 
     References
     ----------
@@ -115,7 +123,7 @@ def filter_terrain(
         raise ValueError("the surface has no heights at all")
     z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
 
-    # What openings lower at once is no ground
+    # What openings lower at once is not ground
     objects = known & _stands_out(dsm, slope, widest, least, most)
     ground = known & ~_wider(objects, margin / dsm.cell)
 
@@ -127,12 +135,34 @@ def filter_terrain(
         before, ground = ground, known & ~_wider(objects, margin / dsm.cell)
         if np.mean(before != ground) < 1e-4:
             break
+    _warn_of_a_guess(known, ground, widest, dsm.cell)
+
     # Heights of the surface on the ground, of the plate elsewhere
     plate = _plate(z, ground, fine)
     missing = np.isnan(z)
     origin = np.select([missing, ground, known], [NOTHING, GROUND, UNDER], BETWEEN)
     terrain = np.where(missing, np.nan, np.where(ground, z, plate))
     return Terrain(terrain, origin.astype(np.uint8), dsm.corner, dsm.cell)
+
+
+def _warn_of_a_guess(
+    known: np.ndarray, ground: np.ndarray, widest: float, cell: float
+) -> None:
+    """Say it where most of the terrain rests on nothing that was measured."""
+    # No cell of an object is farther from ground than its width; two cells for edges
+    distance = cv2.distanceTransform((~ground).astype(np.uint8), cv2.DIST_L2, 5)
+    share, away = (
+        np.mean(one[known]) for one in (ground, distance > widest / cell + 2)
+    )
+    if share < FEW or away > AWAY:
+        warnings.warn(
+            f"{share:.1%} of the measured cells are ground, and {away:.1%} lie farther"
+            f" than widest = {widest:g} m from all of it, so that the terrain departs"
+            " from what was measured. Is least smaller than three times the standard"
+            " deviation of the heights, slope than that of the hills, or widest than an"
+            " object?",
+            stacklevel=3,
+        )
 
 
 # --- Objects: openings in growing windows ---

@@ -11,11 +11,12 @@ from PIL import Image
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
+from pgm_lab.io import files
 from pgm_lab.io.photo import Photo as Source
 
 FOCAL, FOCAL_35MM = 0x920A, 0xA405
 PER_UNIT, UNIT = 0xA20E, 0xA210  # pixels a unit across the sensor, and the unit
-MM_OF_UNIT = {2: 25.4, 3: 10.0, 4: 1.0}
+MM_OF_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 EXIF = 0x8769
 DIAGONAL_35MM = 43.2666  # mm, of 36 x 24
 
@@ -87,7 +88,7 @@ def exif_camera(
     """
     columns, rows = _validate.image_size(image_size)
     if isinstance(photo, str | os.PathLike):
-        with Image.open(photo) as image:
+        with Image.open(files.existing(photo, "photo")) as image:
             tags = image.getexif().get_ifd(EXIF)
     elif isinstance(photo, Image.Image):
         tags = photo.getexif().get_ifd(EXIF)

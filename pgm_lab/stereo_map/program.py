@@ -161,7 +161,9 @@ class Program:
         self.session = session.undo(self.session)
         self.point = None
         point = len(self.session.points) < before
-        return "The last point is gone." if point else "The orientation is gone."
+        return (
+            "The last point was removed." if point else "The orientation was removed."
+        )
 
     def _orient(self) -> str:
         self.session = measuring.orient(self.session)

@@ -91,7 +91,6 @@ def save_network(
     FileExistsError, OSError
         If a file is there already and `overwrite` is False, or cannot be written.
     """
-    overwrite = _validate.flag(overwrite, "overwrite")
     whole = network(session)
     plain = bundle.Network(
         whole.cameras, whole.exteriors, whole.points, whole.photo, whole.point,

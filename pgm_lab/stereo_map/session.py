@@ -1,6 +1,6 @@
 """Two photos and the points that were measured in them; nothing of it draws.
 
-A session is never changed: each step returns a new one, which knows the one before it.
+A session is never changed: each step returns a new one, which keeps the one before it.
 """
 
 from dataclasses import dataclass, field, replace
@@ -30,13 +30,13 @@ WORDS = {
     "window leaves the image": "The point is predicted outside of the right photo.",
     "flat template": "All grey values around the click are equal: nothing to match.",
     "flat window": "The right photo has no texture there.",
-    "below threshold": "Nothing in the right photo looks enough like it (r below"
-    f" {THRESHOLD}): it may be hidden there, or elsewhere. A click in the right photo"
-    " says where to look.",
-    "ambiguous": "Two places look nearly alike. A click in the right photo says where"
-    " to look.",
-    "left-right check failed": "The way back from the right photo ends elsewhere:"
-    " one of the photos may not show the point.",
+    "below threshold": "Nothing in the right photo is similar enough (r below"
+    f" {THRESHOLD}): the point may be hidden there, or lie elsewhere. A click in the"
+    " right photo says where to look.",
+    "ambiguous": "Two places look nearly the same. A click in the right photo says"
+    " where to look.",
+    "left-right check failed": "Matching back from the right photo leads"
+    " elsewhere: one of the photos may not show the point.",
     "peak on the border of the search": "The best place lies on the border of the"
     " search. A click in the right photo says where to look.",
     "peak on the edge of the image": "The match lies on the edge of the right photo.",
@@ -263,7 +263,7 @@ def open_pair(
     oriented = any(station.any() for station in stations)
     if oriented and np.array_equal(stations[0][:3], stations[1][:3]):
         raise ValueError(
-            "both photos stand at the same place: without a base, no point meets"
+            "both photos stand at the same place: without a base no rays intersect"
         )
     return Session(
         pair[0],

@@ -196,6 +196,20 @@ def test_no_solution_beyond_the_turn_of_the_lens_is_given_out(lens, function):
 
 
 @pytest.mark.parametrize(
+    ("lens", "function"), [("backward", cam.ideal), ("forward", cam.measured)]
+)
+def test_no_point_beyond_the_fold_is_imaged_nearer_or_mirrored(lens, function):
+    """From x = 10 on the image comes back; at 17.3 it would cross the axis."""
+    camera = Camera(35.0, K1=FOLDED, lens=lens)
+    assert function(camera, (9.99, 0.0))[0] == pytest.approx(20 / 3, abs=1e-4)
+    for x in (10.01, 14.0, 20.0, 1e6, 1e60):
+        with pytest.raises(ValueError, match=r"\[1\] lie beyond the fold of the lens"):
+            function(camera, [(1.0, 0.5), (0.0, x)])
+    with pytest.raises(ValueError, match="the lens"):
+        cam.project(camera, (0, 0, 35.0, 0, 0, 0), [(20.0, 0, 0)])
+
+
+@pytest.mark.parametrize(
     ("K1", "K2", "image"),
     [
         # 1 - 0.03 r^2 + 0.0002 r^4 turns back at 3.83 mm (image at 2.31 mm) and

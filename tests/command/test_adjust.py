@@ -64,6 +64,7 @@ def test_snooping_rejects_what_the_function_does(adjust, network, capsys):
     "words, message",
     [
         (["--estimate", "c,f"], "'f' is not one of c,x0,y0,K1"),
+        (["--estimate", "c,K1,c"], "c stands there twice"),
         (["--sigma", "0"], "'0' is not a number above zero"),
     ],
 )

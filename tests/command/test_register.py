@@ -127,7 +127,7 @@ BAD = NO_IMAGE | {
     "colours": (image(np.zeros((160, 200, 3), np.uint8)), "--band 1, for example"),
     "other place": (
         image(datasets.yellowstone().grey[:160, :200]),
-        "the same place, in the same band, neither turned nor scaled? Are they",
+        "the same place, in the same band, neither rotated nor scaled? Are they",
     ),
 }
 

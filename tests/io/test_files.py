@@ -1,11 +1,23 @@
 """Files of users: what exists is kept, what is written is complete or not there."""
 
 import os
+from functools import cache, partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from pgm_lab import (
+    bundle,
+    matching,
+    observations,
+    registration,
+    simulate,
+    stereo,
+    stereo_map,
+)
 from pgm_lab.io import files
+from tests.networks import small
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="modes and pipes of POSIX")
 
@@ -35,9 +47,6 @@ def test_what_exists_is_replaced_only_when_told(old):
         files.save({old.with_name("new"): "1", old: "new"})
     with pytest.raises(FileExistsError), files.atomic(old):
         raise AssertionError("never reached")
-    for wrong in ("no", 1, None):
-        with pytest.raises(ValueError, match="overwrite must be True or False"):
-            files.save({old: "new"}, overwrite=wrong)
     assert names(old.parent) == ["a.csv"] and old.read_text() == "mine"
     files.save({old: "new"}, overwrite=True)
     assert names(old.parent) == ["a.csv"] and old.read_text() == "new"
@@ -95,7 +104,7 @@ def test_folders_pipes_and_devices_are_neither_replaced_nor_waited_for(tmp_path)
         with pytest.raises(IsADirectoryError, match="this is a folder; name a file"):
             files.save({path: "x"}, overwrite=True)
     (tmp_path / "file").touch()
-    with pytest.raises(NotADirectoryError, match="file is a file, not a folder"):
+    with pytest.raises(NotADirectoryError, match="file is not a folder"):
         files.save({tmp_path / "file" / "a.csv": "x"})
     assert names(tmp_path) == ["file", "pipe"]
 
@@ -118,13 +127,115 @@ def test_a_tilde_is_the_home_of_the_user_and_a_drive_no_address(tmp_path, monkey
         monkeypatch.setenv(name, str(tmp_path))
     files.save({"~/a.csv": "1"})
     assert names(tmp_path) == ["a.csv"] and files.content("~/a.csv", "a") == b"1"
-    assert files._local("C:/data/a.csv", "path") == Path("C:/data/a.csv")
+    assert files.local("C:/data/a.csv", "path") == Path("C:/data/a.csv")
 
 
 @pytest.mark.parametrize("path", ["", " ", None, 3, b"a.csv"])
 def test_what_is_no_name_is_refused(path):
     with pytest.raises(ValueError, match="path must be the name of a file; got"):
         files.save({path: "x"})
+
+
+def test_a_name_that_the_system_refuses_is_named_and_not_repeated_whole(tmp_path):
+    for path in (tmp_path / ("x" * 5000), tmp_path / ("y/" * 3000)):
+        with pytest.raises(OSError, match="it cannot be written") as caught:
+            files.save({path: "x"})
+        assert str(tmp_path)[:50] in str(caught.value) and len(str(caught.value)) < 300
+    assert names(tmp_path) == []
+
+
+# --- What all have in common that save: the one writer ---
+
+
+@cache
+def session():
+    pair = simulate.aerial_pair((240, 180))
+    opened = stereo_map.open_pair(pair.left, pair.right)
+    return stereo_map.add(opened, stereo_map.measure(opened, (100, 80)))
+
+
+def cloud():
+    xyz, sd = np.random.default_rng(1).uniform(1, 9, (2, 50, 3))
+    return stereo.Points(xyz, sd, np.ones(50), np.ones((50, 2)))
+
+
+GREY = np.random.default_rng(2).integers(0, 255, (90, 90)).astype(np.uint8)
+WRITERS = {  # a name that each takes, and what it saves with what else it is told
+    bundle.write: ("new", small),
+    observations.Observations.save: ("a", lambda: stereo_map.observations(session())),
+    stereo_map.save: ("a", session),
+    stereo_map.save_network: ("new", session),
+    matching.Match.save: ("a", lambda: matching.match(GREY, GREY, number=4)),
+    registration.Registration.save: (
+        "a",
+        lambda: registration.register(GREY, GREY, [(40, 40)]),
+    ),
+    stereo.save_points: ("a.csv", cloud),
+    stereo.save_surface: ("a.csv", lambda: stereo.surface(cloud().xyz, 1.0)),
+}
+every_writer = pytest.mark.parametrize(
+    "save, name, make",
+    [(save, *row) for save, row in WRITERS.items()],
+    ids=lambda one: getattr(one, "__qualname__", ""),
+)
+
+
+@every_writer
+def test_whatever_is_saved_goes_through_the_one_writer(
+    save, name, make, tmp_path, monkeypatch
+):
+    save = partial(save, make())
+    monkeypatch.chdir(tmp_path)
+    for home in ("HOME", "USERPROFILE"):
+        monkeypatch.setenv(home, str(tmp_path))
+    for wrong in ("no", 1, None):
+        with pytest.raises(ValueError, match="overwrite must be True or False"):
+            save(name, overwrite=wrong)
+    for path, message in {
+        f"https://a.org/{name}": "on this computer; got the address",
+        "": "must be the name of a f",
+        3: "must be the name of a f",
+        f"a\0{name}": "a null character",
+    }.items():
+        with pytest.raises(ValueError, match=message):
+            save(path)
+    with pytest.raises(OSError, match="it cannot be written"):
+        save("x" * 300 + name)
+    Path("file").touch()
+    with pytest.raises(OSError, match="file is not a folder"):
+        save("file" if name == "new" else f"file/{name}")
+    assert names(tmp_path) == ["file"]
+    save(f"~/{name}", overwrite=np.bool_(False))
+    assert names(tmp_path) == sorted(["file", name])
+    with pytest.raises(FileExistsError, match="already exists"):
+        save(name)
+    save(name, overwrite=np.bool_(True))
+
+
+@POSIX
+@every_writer
+def test_a_full_disk_names_the_file_and_leaves_the_old_one(save, name, make, tmp_path):
+    """Files of this process may not have more than a few bytes, for a moment."""
+    import resource
+
+    save = partial(save, make())
+    save(tmp_path / name)
+    files_before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20, hard))
+    try:
+        with pytest.raises(OSError) as caught:
+            save(tmp_path / name, overwrite=True)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    message = str(caught.value)
+    assert str(tmp_path / name) in message and "it cannot be written (" in message
+    assert ".part" not in message
+    after = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+    assert after == files_before
+
+
+# --- A set of files ---
 
 
 @pytest.mark.parametrize("error", [OSError(28, "No space left"), KeyboardInterrupt()])

@@ -255,7 +255,7 @@ def test_rays_from_one_place_have_no_base():
     seen = np.array([[1, 1], [1, 1], [0, 1]], bool)
     found = intersect(PLAIN, photos, image, seen=seen)
     assert found.status.tolist() == ["no base", "intersected"]
-    with pytest.raises(ValueError, match="all photos stand at the same place"):
+    with pytest.raises(ValueError, match="all photos were taken from one place"):
         intersect(PLAIN, photos[:2], image[:2])
 
 

@@ -137,7 +137,7 @@ def test_covariance_predicts_the_scatter(n, flat):
             CAMERAS[0], n, rng, flat, sigma=0.002
         )
         found = resect(CAMERAS[0], image, points, sigma=0.002)
-        Q = found.covariance / found.sigma0**2 * 0.002**2
+        Q = found.covariance
         e = found.exterior - exterior
         e[3:] = (e[3:] + np.pi) % (2 * np.pi) - np.pi
         total += e @ np.linalg.solve(Q, e)
@@ -239,6 +239,68 @@ def test_camera_over_the_circle_of_three_points_is_named(outside):
     off = resect(Camera(50.0), image, points, start=exterior, sigma=0.002)
     assert off.status == "several solutions"
     assert near.covariance[0, 0] > 1000 * off.covariance[0, 0]
+
+
+def strip(image_scale=(1, 1), relief=60.0, n=12, seed=1):
+    """An aerial photo over a relief: image points, mirrored or not, and ground."""
+    rng = np.random.default_rng(seed)
+    ground = np.c_[rng.uniform(-500, 500, (n, 2)), rng.uniform(0, relief, n)]
+    image = project(Camera(150.0), (20, 30, 1000, 0.02, -0.03, 0.4), ground)
+    return (image + rng.normal(0, 0.005, (n, 2))) * image_scale, ground
+
+
+@pytest.mark.parametrize("n", [4, 12])
+@pytest.mark.parametrize("image_scale", [(-1, 1), (1, -1)])
+def test_a_mirrored_image_is_named_and_no_station_below_the_ground_is_given(
+    image_scale, n
+):
+    camera = Camera(150.0)
+    assert resect(camera, *strip(n=n, relief=200.0)).exterior[2] > 900
+    with pytest.raises(ValueError, match="a mirror image.*times better"):
+        resect(camera, *strip(image_scale, n=n, relief=200.0))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_blunder_is_not_taken_for_a_mirror(seed):
+    image, ground = strip(seed=seed, n=5)
+    image[0] += np.random.default_rng(seed).uniform(-20, 20, 2)
+    resect(Camera(150.0), image, ground)  # raises nothing
+
+
+@pytest.mark.parametrize("times", [2, 3, 4])
+def test_three_points_that_were_measured_again_are_three_points(times):
+    """They have several solutions, and none of them is given as the exterior."""
+    image, ground = (np.tile(one[:3], (times, 1)) for one in strip())
+    with pytest.raises(ValueError, match="point 3 is given twice"):
+        resect(Camera(150.0), image, ground)
+    image += np.random.default_rng(times).normal(0, 0.005, image.shape)
+    found = resect(Camera(150.0), image, ground)
+    assert found.status == "several solutions" and np.all(np.isnan(found.exterior))
+    assert len(found.solutions) > 1
+
+
+@pytest.mark.parametrize("sigma", [0.002, 0.02])
+def test_the_covariance_is_that_of_the_sigma_that_is_given(sigma):
+    """One rule for the four orientations: by sigma if it is given, else by sigma0."""
+    found = resect(Camera(150.0), *strip())
+    known = resect(Camera(150.0), *strip(), sigma=sigma)
+    assert known.sigma0 == pytest.approx(found.sigma0, rel=1e-9)
+    expected = found.covariance * (sigma / found.sigma0) ** 2
+    np.testing.assert_allclose(known.covariance, expected, rtol=1e-6, atol=1e-20)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_points_that_leave_a_line_by_their_errors_are_on_it(seed):
+    """A millimetre in a kilometre, which the image does not show."""
+    rng = np.random.default_rng(seed)
+    ground = np.linspace(-500, 500, 8)[:, None] * [1, 0.3, 0]
+    ground += rng.normal(0, 0.001, ground.shape)
+    image = project(Camera(150.0), (20, 30, 1000, 0.02, -0.03, 0.4), ground)
+    image += rng.normal(0, 0.005, image.shape)
+    assert resect(Camera(150.0), image, ground).status in (
+        "points on a line",
+        "weak geometry",
+    )
 
 
 def test_points_on_a_line_are_named():

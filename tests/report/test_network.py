@@ -72,6 +72,20 @@ def datum(result):
     return part.paragraphs[0]
 
 
+@pytest.mark.parametrize(
+    "arguments, named, message",
+    [
+        ((None,), {}, "found must be a Bundle; got None"),
+        ((), {"about": 3}, "about must be a str; got 3"),
+        ((), {"short": -1}, "short must be True or False; got -1"),
+    ],
+)
+def test_what_cannot_be_reported_is_named(result, arguments, named, message):
+    for report_as in (report.text, report.html)[: 1 + ("short" not in named)]:
+        with pytest.raises(ValueError, match=message):
+            report_as(*(arguments or (result,)), **named)
+
+
 # --- Numbers ---
 
 
@@ -100,6 +114,21 @@ def test_each_number_is_the_result_rounded_and_no_digit_more(result):
         digits = np.median([int(re.sub(r"\D", "", cell)) for cell in rows[:, sd]])
         assert 10 <= digits < 200
         assert len({len(cell.partition(".")[2]) for cell in rows[:, value]}) == 1
+
+
+def test_a_held_point_of_one_ray_has_its_fit_too(real_network):
+    """Control in a corner that one photo shows: its residual is that of the map."""
+    one = real_network
+    others = np.flatnonzero(
+        (one.point == 7) & (one.photo != one.photo[one.point == 7][0])
+    )
+    index = np.array([7, 20, 31, 44])
+    control = index, one.points[index], np.zeros((4, 3))
+    result = bundle.adjust(replace(one.without(others), control=control), ())
+    _, rows = table(result, "Object points")
+    v = 1e3 * result.residuals[result.network.point == 7]
+    assert rows[7, 2] == "held" and rows[7, 7] == "1" and v.shape == (1, 2)
+    assert float(rows[7, 8]) == pytest.approx(np.sqrt(np.mean(v**2)), abs=0.006)
 
 
 def test_the_table_of_the_camera_holds_value_sd_and_test(result, real_network):

@@ -168,8 +168,7 @@ def test_one_point_and_none_are_reported_too(pair, monkeypatch):
         ({"shift": (0.0, 0.75), "scatter": 1e-4}, "lies 0.75 px lower than"),
         (
             {"shift": (0.005, -0.003), "scatter": 0.01},
-            "a shift of 40 points is not found, and would be noticed from about 0.02"
-            " px on",
+            "40 points show no shift, and one of 0.02 px or more would have been",
         ),
     ],
 )
@@ -258,14 +257,14 @@ MAKE = {  # a result, and what else the report is given; a model is fitted to it
     "whole": (lambda: result(sd=0.289), {"refine": None}),
 }
 WARNED = [
-    ("lot", DISAGREE, "guesses reaches 1.4 px in each"),
+    ("lot", DISAGREE, "a guess is off by 1.4 px (sd) in each"),
     ("same", TWICE, "Is it the same image twice?"),
     (
         "19 of 40",
         FEW,
         '19 points of 40 found. Most often the reason is "ambiguous"',
     ),
-    ("19 of 40", FEW, "almost as much alike. Take a larger chip, or a smaller radius."),
+    ("19 of 40", FEW, "almost as similar. Take a larger chip, or a smaller radius."),
     ("11 points", FEW, "11 points of 11 found."),
     ("4 peaks", BORDER, "4 points of 40 fit best at the border of what was searched"),
     ("4 peaks", BORDER, "3 px to each side"),
@@ -276,7 +275,7 @@ WARNED = [
     ("a corner", PART, "of the reference image, at the upper left."),
     ("rotated", TREND, "are rotated or sheared"),
     ("rotated much", TREND, "changes by up to 1."),  # and not by chance
-    ("noise", NOISE, "so many times farther from the model"),
+    ("noise", NOISE, "that many times farther from the model"),
     ("blunders", BLUNDERS, "2 points do not follow the model and were left out of it:"),
     ("blunders", BLUNDERS, "of it: 4 and 17."),
     (

@@ -116,6 +116,30 @@ def test_the_bending_energy_is_that_of_a_thin_plate():
     )
 
 
+def test_a_terrain_that_rests_on_nothing_measured_is_said_to(land):
+    """A smooth valley amid hills whose heights are good to 2.3 m, in cells of 24 m.
+
+    With the default, meant for decimetres, all hills are objects, wider than any.
+    """
+    y, x = 24.0 * np.mgrid[:60, :60]
+    rise = np.clip(x - 350, 0, None)
+    hills = 150 * (1 - np.cos(rise / 300))
+    noise = 2.3 * np.random.default_rng(1).normal(size=x.shape)
+    z = hills + np.where(rise > 0, noise, 0)
+    dsm = stereo.Surface(z, (0.0, 0.0), 24.0, np.isfinite(z))
+    with pytest.warns(UserWarning, match=r"cells are ground, and 7\d\.\d% lie farther"):
+        wrong = stereo.filter_terrain(dsm)
+    assert stereo.quality(wrong.z, hills).rmse > 100
+    right = stereo.filter_terrain(dsm, least=7.0)  # silent, as a warning is an error
+    assert stereo.quality(right.z, hills).rmse < 2.3
+    # Or where little of a smooth scene is ground, though none of it is far away
+    rough = cv2.GaussianBlur(
+        np.random.default_rng(3).normal(size=land.dsm.shape), (0, 0), 2
+    )
+    with pytest.warns(UserWarning, match=r"^1\.\d% of the measured cells are ground"):
+        stereo.filter_terrain(of(land.dsm + rough / rough.std()))
+
+
 def test_surface_without_ground_is_refused():
     rough = np.random.default_rng(1).uniform(0, 50, (40, 40))
     with pytest.raises(ValueError, match="too little of the surface is ground"):

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from pgm_lab import orientation, simulate, stereo_map
-from pgm_lab.camera import Camera
-from pgm_lab.stereo_map import drawing
+from pgm_lab.camera import Camera, collinearity
+from pgm_lab.stereo_map import drawing, measuring
+from pgm_lab.stereo_map.session import Measurement
 from tests.stereo_map.conftest import true_ground
 
 GRID = list(itertools.product(range(40, 400, 45), range(40, 280, 40)))
@@ -71,6 +72,10 @@ def test_object_point_and_its_errors_are_those_of_the_intersection(oriented, mea
     [
         ((-20, 30), "outside"),
         ((1e9, 30), "outside"),
+        ((-0.6, 100), "outside"),  # pixels reach half a pixel from their centres
+        ((-0.4, 100), "template leaves the image"),
+        ((419.4, 299.4), "template leaves the image"),
+        ((419.6, 100), "outside"),
         ((3, 100), "template leaves the image"),
         ((417, 297), "template leaves the image"),
         ((130, 130), "flat template"),
@@ -88,6 +93,130 @@ def test_what_cannot_be_measured_gets_a_reason(pair, pixel, status):
         stereo_map.add(oriented, point)
     said = drawing.lines(oriented, point)[0]
     assert ("Sought" in said) == (status == "flat template")
+
+
+@pytest.mark.parametrize(
+    ("pixel", "corner", "shape"),
+    [
+        ((4, 3), (0, 0), (14, 15)),  # rows, columns of a window of 21 pixels
+        ((200, 3), (190, 0), (14, 21)),
+        ((417, 298), (407, 288), (12, 13)),
+    ],
+)
+def test_a_click_near_the_edge_shows_what_there_is_of_the_window(
+    oriented, pixel, corner, shape
+):
+    point = stereo_map.measure(oriented, pixel)
+    assert point.status == "template leaves the image"
+    assert point.template.shape == shape
+    column, row = corner
+    part = oriented.left.grey[row : row + shape[0], column : column + shape[1]]
+    np.testing.assert_array_equal(point.template, part)
+
+
+def test_each_photo_has_half_of_the_error_in_its_own_pixels(pair):
+    """A right photo of 1.5 times the scale across: its pixels are not the left ones."""
+    rows, columns = pair.left.grey.shape
+    wide = cv2.resize(pair.left.grey, (columns * 3 // 2, rows))
+    session = stereo_map.open_pair(
+        pair.left.grey, wide, camera=Camera(24.0), pixel_size=0.005
+    )
+    for pixel in GRID:
+        point = stereo_map.measure(session, pixel, (1.5 * pixel[0] + 0.25, pixel[1]))
+        if point.accepted:
+            break
+    assert point.shape[0, 0] == pytest.approx(1.5, abs=0.05)
+    (left, right), across = point.photo_sd, np.sqrt(point.covariance[0, 0] / 2)
+    assert right[0] == pytest.approx(0.005 * across, rel=1e-9)
+    assert left[0] == pytest.approx(0.005 * across / 1.5, rel=0.05)
+
+
+def test_the_search_is_wider_where_the_points_so_far_miss_their_lines(pair, measured):
+    """An omega that is wrong by 7 px: the points are off their epipolar lines."""
+    omega = 7 * pair.right.pixel_size / pair.right.camera.c
+    right = replace(pair.right, exterior=pair.right.exterior + [0, 0, 0, omega, 0, 0])
+    session = stereo_map.open_pair(pair.left, right)
+    kept = [p for p in measured if p.accepted][:12]
+    off = replace(session, points=(replace(kept[0], y_parallax=4.0),))
+
+    def right_ones(session):
+        found = [stereo_map.measure(session, p.left).right for p in kept]
+        off = np.abs(found - np.array([p.right for p in kept])).max(axis=1)
+        return np.sum(off < 0.2)
+
+    assert right_ones(session) == 0 and right_ones(off) >= 6
+
+
+def test_the_search_is_wider_where_the_points_so_far_disagree(unknown):
+    """Of eight points one is 60 px off the transformation that the others follow."""
+    apart = [
+        replace(p, right=p.left + (20, 0) + (k == 3) * np.array([0, 60]))
+        for k, p in enumerate(unknown.points[:8])
+    ]
+    session = replace(unknown, points=tuple(apart))
+    place, half = measuring._predicted(session, np.array([200.0, 150]))
+    A = np.column_stack([np.ones(8), [p.left for p in apart]])
+    d = np.array([p.right - p.left for p in apart])
+    residuals = np.hypot(*(d - A @ np.linalg.lstsq(A, d, rcond=None)[0]).T)
+    np.testing.assert_allclose(half, 3 * residuals.max())
+    assert half[0] > 2 * 0.08 * 480  # more than usual
+    agree = tuple(replace(p, right=1.1 * p.left + (3, -2)) for p in apart)
+    agreed = replace(unknown, points=agree)
+    place, half = measuring._predicted(agreed, np.array([200.0, 150]))
+    np.testing.assert_allclose(place, (223, 163))
+    np.testing.assert_allclose(half, 0.08 * 480)
+
+
+def test_the_search_goes_as_deep_as_the_heights_or_the_points_so_far(pair, oriented):
+    """The ends of the epipolar curve are at the heights given, or a third beyond."""
+    pixel, (left, right) = np.array([200.0, 150]), oriented.photos
+    with_heights = replace(oriented, heights=(-20.0, 90.0))
+    ray = left.rays(pixel)
+    ends = [
+        left.exterior[:3] + (Z - left.exterior[2]) / ray[2] * ray for Z in (90, -20)
+    ]
+    curve = stereo_map.measure(with_heights, pixel).curve
+    np.testing.assert_allclose(curve[[0, -1]], right.project(ends), atol=1e-6)
+    depths = np.array([400.0, 500, 560, 600, 700])
+    xyz = left.exterior[:3] + depths[:, None] * ray / left.camera.c
+    kept = tuple(Measurement(pixel, xyz=one, status="accepted") for one in xyz)
+    for n, expected in (
+        (5, (400 / 1.3, 700 * 1.3)),
+        (3, (400 / 1.3, 560 * 1.3)),
+        (2, np.array([1, 100]) * np.linalg.norm(right.exterior - left.exterior)),
+    ):
+        found = measuring._depths(replace(oriented, points=kept[:n]), pixel)
+        np.testing.assert_allclose(found, expected, rtol=1e-3)
+
+
+def test_the_object_point_has_the_least_weighted_squares(oriented, measured):
+    """Where y of the right photo is ten times less certain, it moves ten times more."""
+    point = next(p for p in measured if p.accepted)
+    C = np.array([np.eye(2), np.diag([1.0, 100])]) * 1e-6
+    xy = point.photo + [[0, 0], [0, 0.004]]
+    xyz, covariance, _ = measuring._intersected(oriented.photos, xy, C)
+
+    def squares(X):
+        v = [
+            collinearity(photo.camera, photo.exterior, X, one, ()).v
+            for photo, one in zip(oriented.photos, xy)
+        ]
+        return sum(a @ np.linalg.solve(c, a) for a, c in zip(v, C))
+
+    for step in np.linalg.cholesky(covariance).T:  # one sigma: one square more
+        for sign in (1, -1):
+            assert squares(xyz + sign * step) - squares(xyz) == pytest.approx(1, 0.05)
+
+
+@pytest.mark.parametrize("off", [4, -4])
+def test_a_match_off_its_epipolar_line_is_refused_on_both_sides(
+    oriented, measured, off
+):
+    point = next(p for p in measured if p.accepted)
+    moved = replace(point, right=point.right + (0, off))
+    refused = measuring._positioned(oriented, moved, distance=2.0)
+    assert refused.status == "off the epipolar line"
+    assert abs(refused.y_parallax) == pytest.approx(4, abs=0.5)
 
 
 def test_what_the_right_photo_does_not_show_is_not_found(pair, oriented):
@@ -179,15 +308,16 @@ def test_a_point_is_kept_once(oriented, measured):
         stereo_map.add(session, point)
 
 
-def test_the_same_photo_twice_gives_no_orientation(pair):
-    session = stereo_map.open_pair(
-        pair.left.grey, pair.left.grey, camera=Camera(24.0), pixel_size=0.005
-    )
-    for pixel in GRID[::3]:
+def test_the_same_photo_twice_has_no_base(pair):
+    """However many points were measured: rounding decides where their rays meet."""
+    session = stereo_map.open_pair(*[replace(pair.left, exterior=np.zeros(6))] * 2)
+    for pixel in np.random.default_rng(3).integers((20, 20), (400, 280), (16, 2)):
         point = stereo_map.measure(session, pixel)
         session = stereo_map.add(session, point) if point.accepted else session
-    with pytest.raises(ValueError, match="rotation|orientation"):
-        stereo_map.orient(session)
+        if len(session.points) in (6, 11, 12, 13):
+            with pytest.raises(ValueError, match="no base|without a base"):
+                stereo_map.orient(session)
+    assert len(session.points) >= 13
 
 
 def test_a_pair_without_overlap_finds_next_to_nothing(pair):

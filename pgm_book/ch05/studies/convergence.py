@@ -62,7 +62,7 @@ def resection(n: int, flat: bool, cases: int) -> list[tuple]:
         ]
         several = np.sum([f.status == "several solutions" for f in found])
         exterior = np.array([f.exterior for f in found])
-        Q = np.array([f.covariance * (SIGMA / f.sigma0) ** 2 for f in found])
+        Q = np.array([f.covariance for f in found])
         return reached(exterior, truth, Q), several
 
     kind = "flat" if flat else "spatial"
