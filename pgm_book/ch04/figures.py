@@ -148,7 +148,7 @@ def around_camera(points: np.ndarray, cameras: Mapping[str, np.ndarray]) -> None
             ax.text(*at, tag, fontsize=14, ha="center", va="center")
         space.fit(ax, [(0, -150, -1000), (300, 1900, 620)], zoom=1.2)
         wrong_ones = ", ".join(str(k + 1) for k in np.flatnonzero(off)) or "none"
-        others = f": rotated against the first set are {wrong_ones}"
+        others = f": rotated against the first set: {wrong_ones}"
         said.append(name + (others if len(cameras) > 1 else ""))
     scale = "The axes X, Y, Z are 350 mm long."
     key = "\nBlue: as in the first picture; red: rotated." if len(cameras) > 1 else ""
@@ -205,10 +205,10 @@ def _north(exterior: np.ndarray) -> str:
     arrow = np.array([(-1.9, 1.2, 0.0), (-1.9, 2.6, 0.0)])
     in_camera = (arrow - exterior[:3]) @ rotation.matrix(*exterior[3:]).T
     if np.any(in_camera[:, 2] > -1e-3):
-        return "the arrow to the north is not to be seen"
+        return "the arrow to the north is out of sight"
     x, y = (-in_camera[:, :2] / in_camera[:, 2:]).T
     if abs(x[0]) > 0.5 or abs(y[0]) > 0.375:  # its foot
-        return "the arrow to the north is not to be seen"
+        return "the arrow to the north is out of sight"
     turn = np.degrees(np.arctan2(x[1] - x[0], y[1] - y[0]))
     if abs(turn) < 0.5:
         return "the arrow to the north points up"

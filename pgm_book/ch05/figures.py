@@ -34,7 +34,7 @@ ANGLES = (10, 40, 90, 150)
 BASES = (20, 160)  # m
 
 
-# --- What does one ray tell us? ---
+# --- What does one ray determine? ---
 
 
 def one_ray() -> None:
@@ -116,7 +116,7 @@ def adjustment_steps(size: np.ndarray, error: np.ndarray) -> None:
     )
 
 
-# --- What do two photos tell about each other? ---
+# --- What do two photos determine about each other? ---
 
 
 def epipolar_plane() -> None:

@@ -173,7 +173,7 @@ def zeros(photos: np.ndarray, points: np.ndarray) -> None:
     )
 
 
-# --- Which motions does no photo notice? ---
+# --- Which motions does no photo show? ---
 
 
 def motions(exteriors: np.ndarray, points: np.ndarray) -> None:

@@ -415,14 +415,14 @@ def roc(
     plot.show(
         fig,
         f"Receiver operating characteristic curves of {' and of '.join(tests)}: right"
-        f" against wrong chips that a threshold accepts. At r ≥ {limit:g} pass"
-        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips;"
-        f" all tests of register together pass {kept[1]:.0f} and {kept[0]:.1f}.",
+        f" against wrong chips that a threshold accepts. At r ≥ {limit:g}"
+        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips"
+        f" pass; by all tests of register, {kept[1]:.0f} and {kept[0]:.1f}.",
         colours=96,
     )
 
 
-# --- Does your program make them fit? ---
+# --- Does your program make the images fit? ---
 
 
 def before_and_after(

@@ -379,7 +379,7 @@ def y_parallaxes(cases: Mapping[str, np.ndarray]) -> None:
     )
 
 
-# --- How does a computer find it? ---
+# --- How does a computer find the match? ---
 
 
 def row_search(

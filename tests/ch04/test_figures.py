@@ -23,7 +23,7 @@ FIGURES = [
         [
             "straight: the arrow to the north points up",
             "turned: the arrow to the north points 20 degrees to the right",
-            "level: the arrow to the north is not to be seen",
+            "level: the arrow to the north is out of sight",
         ],
     ),
     (figures.two_views, STEEP, ["all cameras and all photos are the same"]),
@@ -44,8 +44,8 @@ FIGURES = [
         figures.around_camera,
         (DATA.object_points, {"as published": DATA.exteriors, "turned": OTHER}),
         [
-            "as published: rotated against the first set are none",
-            "turned: rotated against the first set are 2, 7",
+            "as published: rotated against the first set: none",
+            "turned: rotated against the first set: 2, 7",
         ],
     ),
     (

@@ -55,8 +55,8 @@ DRAWN = [
     (
         of_lesson.roc,
         (ERROR, OF_ERROR, {"r": OF_ERROR, "other": -ERROR}, ERROR < 0.25, 0.8),
-        "67 per cent of the right and 50 of the wrong chips; all tests of register"
-        " together pass 67 and 0.0",
+        "67 per cent of the right and 50 of the wrong chips pass; by all tests of"
+        " register, 67 and 0.0",
     ),
     (
         case_figures.beyond,
