@@ -403,8 +403,8 @@ def eight_parameters(photo: np.ndarray, point: np.ndarray) -> None:
     fig.supxlabel("dashed: unchanged, orange: one parameter changed", fontsize=16)
     plot.show(
         fig,
-        "Eight small photos with a dashed window, and orange what one changed parameter"
-        " makes of it: a0 and b0 shift it, a1 and b2 stretch it along columns and rows,"
-        " a2 and b1 shear it, h0 makes it brighter and h1, here with 60 added, changes"
-        " its contrast.",
+        "Eight small photos with a dashed window, and in orange what one changed"
+        " parameter makes of it: a0 and b0 shift it, a1 and b2 stretch it along columns"
+        " and rows, a2 and b1 shear it, h0 makes it brighter and h1, here with 60"
+        " added, changes its contrast.",
     )
