@@ -252,6 +252,8 @@ def test_a_file_that_was_cut_off(tmp_path, both, suffix):
     "raster, name, message",
     [
         (on_map(), "a.png", "PNG cannot hold a georeference.*end in .tif"),
+        (on_map(crs=None), "a.png", "PNG cannot hold a georeference.*end in .tif"),
+        (on_map(transform=None), "a.png", "PNG cannot hold a georeference"),
         (Raster(GREY, GREY == 5), "a.png", "PNG cannot hold pixels without data"),
         (Raster(GREY / 2, NOWHERE), "a.png", "PNG cannot hold float64"),
         (Raster(GREY, NOWHERE), "a.jpg", "must end in .tif or .png"),
