@@ -19,6 +19,7 @@ from pgm_lab.io import files, photo
 
 INSTALL = "pip install rasterio"
 MAX_PIXELS = 10**9  # of an image
+MAX_RATIO = 1000  # pixels a byte of a file, above 65 million: the rest is empty
 NO_MAP = "no georeference: shifts are in pixels only"
 CONVERT = (
     "convert what is neither GeoTIFF, JPEG 2000, PNG nor JPEG, for example with"
@@ -396,6 +397,14 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
                         f"{name}: {file.height} x {file.width} pixels are too many to"
                         " be read at once; cut out the part that both images show"
                     )
+                if file.width * file.height > MAX_RATIO * max(
+                    path.stat().st_size, 2**16
+                ):
+                    raise ValueError(
+                        f"{name}: it says that it has {file.height} x {file.width}"
+                        " pixels, but is far too short for them: it is damaged, or"
+                        " nearly all of it is empty"
+                    )
                 grey = file.read(number)
                 mask = file.read_masks(number) == 0
                 found = _fields(file, number, grey, mask, name)
@@ -440,13 +449,13 @@ def _band(file: Any, name: str, band: int | None) -> int:
     """Number of the band to read."""
     from rasterio.enums import ColorInterp
 
-    what = [one.name for one in file.colorinterp]
-    bands = [n for n in file.indexes if file.colorinterp[n - 1] != ColorInterp.alpha]
+    what, descriptions = file.colorinterp, file.descriptions  # each asks all bands
+    bands = [n for n, one in enumerate(what, 1) if one != ColorInterp.alpha]
     if band is None and len(bands) == 1:
         return bands[0]
     if band is not None and band in file.indexes:
         return band
-    named = [f"{n} ({file.descriptions[n - 1] or what[n - 1]})" for n in bands]
+    named = [f"{n} ({descriptions[n - 1] or what[n - 1].name})" for n in bands]
     raise _choose(name, named, band)
 
 
