@@ -414,7 +414,7 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
                 ):
                     if (alone.transform, alone.crs) != (file.transform, file.crs):
                         found["beside"] = _beside(file)
-    except (RasterioError, CPLE_BaseError) as error:
+    except (RasterioError, CPLE_BaseError, UnicodeDecodeError) as error:
         cause = error.__cause__ or error
         reason = " ".join(str(cause).split())[:200].replace(str(place), "the file")
         raise ValueError(

@@ -138,7 +138,7 @@ def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
             image, "tag_v2", None
         ):  # a TIFF states its upright size already
             columns, rows = tags[256], tags[257]
-        sideways = image.getexif().get(ORIENTATION, 1) >= 5
+        sideways = image.getexif().get(ORIENTATION) in (5, 6, 7, 8)
         return (columns, rows) if sideways else (rows, columns)
 
 
@@ -146,9 +146,10 @@ def orientation(path: str | os.PathLike) -> int:
     """How the camera was held, as EXIF counts; 1, upright, where it does not say."""
     try:
         with opened(path, "") as image:
-            return image.getexif().get(ORIENTATION, 1)
+            held = image.getexif().get(ORIENTATION)
     except (ValueError, OSError):  # reading the pixels says it
         return 1
+    return held if held in range(1, 9) else 1  # it may be a text
 
 
 def native(values: np.ndarray) -> np.ndarray:

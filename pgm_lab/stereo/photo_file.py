@@ -88,12 +88,15 @@ class PhotoFile:
         name = f"photo, {printable(self.path)}"
         file = existing(self.path, name)
         try:
-            return np.lib.format.open_memmap(file, mode="r")  # unlike a pickle, no code
+            array = np.lib.format.open_memmap(file, mode="r")  # no pickle: it runs code
         except Exception as error:  # whatever its head makes the parser stumble over
             reason = " ".join(str(error).split())[:200]
             raise ValueError(
                 f"{name}: this is no array of numbers as np.save writes it ({reason})"
             ) from None
+        if array.ndim != 2 or not array.size:
+            raise ValueError(f"{name}: its shape is {array.shape}, not (rows, columns)")
+        return array
 
     def _photo(self, grey: np.ndarray) -> Photo:
         exterior = np.asarray(self.exterior, float)

@@ -277,14 +277,19 @@ def test_numbers_of_a_palette_are_no_grey_values(tmp_path):
     assert np.array_equal(registration.read(tmp_path / "grey.png").grey, BYTES)
 
 
-@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("orientation", [*range(1, 10), "a text"])
 @pytest.mark.parametrize("suffix", ["png", "jpg", "tif"])
 def test_both_readers_turn_an_image_upright(tmp_path, suffix, orientation):
     """Without a place on the map; with one it stays as it is stored."""
     exif = Image.Exif()
-    exif[0x0112] = orientation
+    exif[0x0112] = 6 if orientation == "a text" else orientation
     path = tmp_path / f"a.{suffix}"
     Image.fromarray(BYTES).save(path, exif=exif, quality=100)
+    if orientation == "a text" and suffix != "png":  # whose checksum would be wrong
+        tag = b"\x12\1\3\0" if suffix == "tif" else b"\1\x12\0\3"
+        data = path.read_bytes()
+        assert data.count(tag) == 1
+        path.write_bytes(data.replace(tag, tag.replace(b"\3", b"\2")))
     assert np.array_equal(registration.read(path).grey, matching.read(path))
     pytest.importorskip("rasterio")
     put(tmp_path, f"a.{suffix[0]}{suffix[-1]}w", WORLD)
@@ -349,6 +354,9 @@ def test_an_array_with_objects_or_a_wrong_head_is_refused(tmp_path, make, head):
     with pytest.raises(ValueError, match=r"a\.npy: this is no array of numbers"):
         photo.blank() if head else photo.read()
     assert not (tmp_path / "harm").exists()
+    np.save(tmp_path / "a.npy", BYTES[:0])
+    with pytest.raises(ValueError, match=r"a\.npy: its shape is \(0, 30\), not"):
+        photo.blank() if head else photo.read()
 
 
 # --- Texts ---
