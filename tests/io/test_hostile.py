@@ -4,6 +4,7 @@ import http.server
 import os
 import pickle
 import re
+import struct
 import threading
 import time
 import warnings
@@ -14,7 +15,6 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
-from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from pgm_lab import matching, observations, registration, stereo_map
 from pgm_lab.camera import Camera
@@ -162,20 +162,19 @@ def server():
 def test_a_mask_that_leads_elsewhere_is_refused(tmp_path, server, suffix):
     """GDAL opens it by any of its drivers: other files, and the network."""
     rasterio = pytest.importorskip("rasterio")
-    from rasterio.errors import RasterioError
-
     address, asked = server
-    path = tmp_path / f"a.{suffix}"
+    path, other = tmp_path / f"a.{suffix}", saved(tmp_path / "other.tif", BYTES)
     cv2.imwrite(str(path), BYTES)
-    put(tmp_path, f"{path.name}.msk", VRT.format(f"/vsicurl/{address}/b"))
-    with pytest.raises(ValueError, match=rf"mask, .*a\.{suffix}\.msk: .* is no TIFF"):
-        registration.read(path)
+    for place in (f"/vsicurl/{address}/b", str(other)):
+        put(tmp_path, f"{path.name}.msk", VRT.format(place))
+        message = rf"mask, .*a\.{suffix}\.msk: .* is no TIFF"
+        with pytest.raises(ValueError, match=message):
+            registration.read(path)
     assert asked == []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with rasterio.open(path) as file, pytest.raises(RasterioError):
-            file.read_masks(1)
-    assert asked
+        with rasterio.open(path) as file:
+            assert np.array_equal(file.read_masks(1), BYTES)
 
 
 def test_a_system_of_the_map_is_not_fetched(tmp_path, server):
@@ -224,18 +223,28 @@ def test_a_mask_beside_an_image_moves_nothing(tmp_path):
 # --- Several pictures, palettes, and how the camera was held ---
 
 
-def frames(path, kind=None, **more):
+def frames(path, kind=None):
     first = Image.fromarray(BYTES)
-    first.save(path, kind, save_all=True, append_images=[OTHER] * 3, **more)
+    first.save(path, kind, save_all=True, append_images=[OTHER])
     return path
 
 
-def with_second(path, kind):
-    """A TIFF whose second page is of a kind: 0 a picture, 1 a smaller one, 4 a mask."""
-    tag, second = ImageFileDirectory_v2(), Image.fromarray(BYTES)
-    tag[254] = kind
-    second.encoderinfo = {"tiffinfo": tag}
-    Image.fromarray(BYTES).save(path, save_all=True, append_images=[second])
+def pages(path, *kinds, big=False):
+    """A TIFF with pages of some kinds: 0 a picture, 1 a smaller one, 4 a mask."""
+    number, field, word = ("<Q", "<HHQQ", "<Q") if big else ("<H", "<HHII", "<I")
+    data = b"II+\0\x08\0\0\0" if big else b"II*\0"
+    data += struct.pack(word, struct.calcsize(word) + len(data))
+    for k, kind in enumerate(kinds, 1):
+        tags = {254: kind, 256: 30, 257: 20, 258: 8, 259: 1, 262: 1, 273: 0, 277: 1,
+                278: 20, 279: 600}  # fmt: skip
+        size = struct.calcsize(number) + len(tags) * struct.calcsize(field)
+        tags[273] = len(data) + size + struct.calcsize(word)  # where the pixels begin
+        data += struct.pack(number, len(tags))
+        for tag, value in tags.items():
+            data += struct.pack(field, tag, 4, 1, value)
+        data += struct.pack(word, tags[273] + 600 if k < len(kinds) else 0)
+        data += BYTES.tobytes()
+    path.write_bytes(data)
     return path
 
 
@@ -243,17 +252,15 @@ def with_second(path, kind):
 @pytest.mark.parametrize(
     "make, several",
     [
-        (lambda folder: frames(folder / "a.tif"), True),
-        (lambda folder: frames(folder / "a.tif", big_tiff=True), True),
+        (lambda folder: pages(folder / "a.tif", 0), False),
+        (lambda folder: pages(folder / "a.tif", 0, 1, 1, 4), False),
+        (lambda folder: pages(folder / "a.tif", 0, 1, 0), True),
+        (lambda folder: pages(folder / "a.tif", *[0] * 100), True),
+        (lambda folder: pages(folder / "a.tif", 0, 1, big=True), False),
+        (lambda folder: pages(folder / "a.tif", 0, 0, big=True), True),
         (lambda folder: frames(folder / "a.png"), True),
         (lambda folder: frames(folder / "a.gif"), True),
-        (lambda folder: with_second(folder / "a.tif", 0), True),
-        (lambda folder: with_second(folder / "a.tif", 1), False),  # a thumbnail
-        (lambda folder: with_second(folder / "a.tif", 4), False),
-        (
-            lambda folder: frames(folder / "a.jpg", "MPO", quality=100),
-            False,
-        ),  # of a phone
+        (lambda folder: frames(folder / "a.jpg", "MPO"), False),  # of a phone
     ],
 )
 def test_of_several_pictures_none_is_taken_in_silence(tmp_path, reader, make, several):
@@ -263,7 +270,8 @@ def test_of_several_pictures_none_is_taken_in_silence(tmp_path, reader, make, se
             READERS[reader](path)
     else:
         found = READERS[reader](path)
-        assert np.allclose(getattr(found, "grey", found), BYTES, atol=3)
+        off = np.abs(getattr(found, "grey", found) - BYTES.astype(float))
+        assert off.mean() < (5 if path.suffix == ".jpg" else 1e-9)
 
 
 def test_numbers_of_a_palette_are_no_grey_values(tmp_path):
