@@ -3,6 +3,7 @@
 Without rasterio, images without a georeference can still be read and written.
 """
 
+import glob
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -78,7 +79,7 @@ class Raster:
         What is not known of its place on the map.
     beside : str
         Files beside the image that place it on the map, or move it there: a world file
-        (.tfw, .pgw), or .aux.xml.
+        (.tfw, .pgw), .tab or .aux.xml.
     """
 
     grey: np.ndarray = field(repr=False)
@@ -381,8 +382,8 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
     from rasterio._err import CPLE_BaseError
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
-    _refuse_odd_mask(path)
     place = path.absolute()  # or a name may be GDAL's syntax for another file
+    _refuse_odd(place)
     try:
         with warnings.catch_warnings(), rasterio.Env(**_STRICT):
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
@@ -426,16 +427,20 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
     return found
 
 
-def _refuse_odd_mask(path: Path) -> None:
-    """Refuse a mask beside the image that GDAL would open, whatever it leads to."""
-    for beside in (Path(f"{path}.msk"), Path(f"{path}.MSK")):
-        if os.path.lexists(beside):
-            name = f"mask, {files.printable(beside)}"
-            if not files.content(beside, name, 4).startswith(TIFF):
-                raise ValueError(
-                    f"{name}: it marks pixels without data, and is no TIFF; remove it,"
-                    f" or convert it with gdal_translate -of GTiff"
-                )
+def _refuse_odd(path: Path) -> None:
+    """Refuse what GDAL would wait for beside the image, or follow elsewhere."""
+    mask = f"{path.name}.msk".lower()  # opened by any driver, that of VRT among them
+    for beside in path.parent.glob(f"{glob.escape(path.stem)}*"):
+        name = f"beside the image, {files.printable(beside)}"
+        if beside.exists() and not beside.is_dir():
+            files.existing(beside, name, empty=True)  # no pipe
+        if beside.name.lower() != mask:
+            continue
+        if not files.content(beside, name, 4).startswith(TIFF):
+            raise ValueError(
+                f"{name}: it marks pixels without data, and is no TIFF; remove it, or"
+                " convert it with gdal_translate -of GTiff"
+            )
 
 
 def _beside(file: Any) -> str:

@@ -149,7 +149,7 @@ def orientation(path: str | os.PathLike) -> int:
             held = image.getexif().get(ORIENTATION)
     except (ValueError, OSError):  # reading the pixels says it
         return 1
-    return held if held in range(1, 9) else 1  # it may be a text
+    return held if isinstance(held, int) else 1  # it may be a text
 
 
 def native(values: np.ndarray) -> np.ndarray:

@@ -167,7 +167,7 @@ def test_a_mask_that_leads_elsewhere_is_refused(tmp_path, server, suffix):
     cv2.imwrite(str(path), BYTES)
     for place in (f"/vsicurl/{address}/b", str(other)):
         put(tmp_path, f"{path.name}.msk", VRT.format(place))
-        message = rf"mask, .*a\.{suffix}\.msk: .* is no TIFF"
+        message = rf"beside .*a\.{suffix}\.msk: .* is no TIFF"
         with pytest.raises(ValueError, match=message):
             registration.read(path)
     assert asked == []
@@ -209,6 +209,15 @@ def test_a_file_that_moves_the_image_is_named(
     put(tmp_path, name, content)
     found = registration.read(path)
     assert found.beside == beside and found.transform[0, 2] == east
+
+
+@POSIX
+@pytest.mark.parametrize("name", ["a.tfw", "a.wld", "a.tab", "a.aux", "a_RPC.TXT"])
+def test_a_pipe_beside_an_image_is_not_waited_for(tmp_path, name):
+    path = saved(tmp_path / "a.tif")
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(OSError, match=f"{name}: this is a pipe"):
+        registration.read(path)
 
 
 def test_a_mask_beside_an_image_moves_nothing(tmp_path):
