@@ -3,6 +3,7 @@
 Without rasterio, images without a georeference can still be read and written.
 """
 
+import glob
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -13,14 +14,18 @@ from typing import Any, Self
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
-from PIL import Image
 
 from pgm_lab import _validate
 from pgm_lab.io import files, photo
 
 INSTALL = "pip install rasterio"
 MAX_PIXELS = 10**9  # of an image
+MAX_RATIO = 1000  # pixels a byte of a file, above 65 million: the rest is empty
 NO_MAP = "no georeference: shifts are in pixels only"
+CONVERT = (
+    "convert what is neither GeoTIFF, JPEG 2000, PNG nor JPEG, for example with"
+    " gdal_translate -of GTiff"
+)
 
 # By the first bytes of a file: a virtual raster named .tif must not lead elsewhere.
 _DRIVERS = {
@@ -33,8 +38,14 @@ _DRIVERS = {
     b"\0\0\0\x0cjP": "JP2OpenJPEG",
     b"\xff\x4f\xff\x51": "JP2OpenJPEG",
 }
-# libjpeg goes on with grey where a file was cut off; an error is better.
-_STRICT = {"GDAL_ERROR_ON_LIBJPEG_WARNING": True}
+TIFF = tuple(magic for magic, driver in _DRIVERS.items() if driver == "GTiff")
+# libjpeg goes on with grey where a file was cut off; an error is better. Files beside
+# the image are looked for by name, not in a list of its folder.
+_STRICT = {
+    "GDAL_ERROR_ON_LIBJPEG_WARNING": True,
+    "GDAL_DISABLE_READDIR_ON_OPEN": "TRUE",
+}
+_ALONE = {"GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR"}  # no file beside the image
 # Tags of TIFF that make it a GeoTIFF: pixel scale, tie points, transformation, keys;
 # and GDAL's own for no data.
 _GEO_TAGS = {33550, 33922, 34264, 34735, 42113}
@@ -66,6 +77,9 @@ class Raster:
         File it was read from.
     remark : str
         What is not known of its place on the map.
+    beside : str
+        Files beside the image that place it on the map, or move it there: a world file
+        (.tfw, .pgw), .tab or .aux.xml.
     """
 
     grey: np.ndarray = field(repr=False)
@@ -76,6 +90,7 @@ class Raster:
     nodata: float | None = None
     path: str | None = None
     remark: str = ""
+    beside: str = ""
 
     def __post_init__(self) -> None:
         """Refuse parts that do not fit together."""
@@ -134,7 +149,9 @@ def read(
     ----------
     path : str or path
         GeoTIFF or JPEG 2000, if rasterio is installed (``pip install rasterio``); or an
-        image without georeference, such as PNG or JPEG. The content decides.
+        image without georeference, such as PNG or JPEG. The content decides. Without a
+        place on the map it is turned upright as EXIF states, as photos are; with one it
+        stays as it is stored, since the place counts stored pixels.
     band : int, optional
         Number of the band, from 1; not needed if there is one only.
     nodata : float, optional
@@ -151,7 +168,8 @@ def read(
     ImportError
         If it is a GeoTIFF and rasterio is not installed.
     ValueError
-        If it is no image, is damaged, has no data, or several bands and none is chosen.
+        If it is no image, is damaged, has no data, several pages, numbers of a palette
+        for colours, or several bands and none is chosen.
 
     Examples
     --------
@@ -361,13 +379,18 @@ def write_bands(
 def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str, Any]:
     """Read the fields of a Raster with one driver of GDAL."""
     import rasterio
+    from rasterio._err import CPLE_BaseError
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
+    place = path.absolute()  # or a name may be GDAL's syntax for another file
+    _refuse_odd(place)
     try:
         with warnings.catch_warnings(), rasterio.Env(**_STRICT):
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with rasterio.open(path, driver=driver) as file:
+            with rasterio.open(place, driver=driver, sharing=False) as file:
                 number = _band(file, name, band)
+                if file.subdatasets:
+                    raise ValueError(photo.several_pages(name))
                 if driver == "PNG":  # GDAL takes 0 for what was cut off
                     photo.pixels(path, name)
                 if file.width * file.height > MAX_PIXELS:
@@ -375,29 +398,69 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
                         f"{name}: {file.height} x {file.width} pixels are too many to"
                         " be read at once; cut out the part that both images show"
                     )
+                if file.width * file.height > MAX_RATIO * max(
+                    path.stat().st_size, 2**16
+                ):
+                    raise ValueError(
+                        f"{name}: it says that it has {file.height} x {file.width}"
+                        " pixels, but is far too short for them: it is damaged, or"
+                        " nearly all of it is empty"
+                    )
                 grey = file.read(number)
                 mask = file.read_masks(number) == 0
-                return _fields(file, number, grey, mask, name)
-    except RasterioError as error:
+                found = _fields(file, number, grey, mask, name)
+                with (
+                    rasterio.Env(**_ALONE),
+                    rasterio.open(place, driver=driver, sharing=False) as alone,
+                ):
+                    if (alone.transform, alone.crs) != (file.transform, file.crs):
+                        found["beside"] = _beside(file)
+    except (RasterioError, CPLE_BaseError, UnicodeDecodeError) as error:
         cause = error.__cause__ or error
-        reason = " ".join(str(cause).split())[:200].replace(str(path), "the file")
+        reason = " ".join(str(cause).split())[:200].replace(str(place), "the file")
         raise ValueError(
             f"{name}: this is not an image that can be read, or it is damaged"
             f" ({reason}); copy or export it again"
         ) from None
+    if found["transform"] is None and (turned := photo.orientation(path)) > 1:
+        found |= {key: photo.upright(found[key], turned) for key in ("grey", "mask")}
+    return found
+
+
+def _refuse_odd(path: Path) -> None:
+    """Refuse what GDAL would wait for beside the image, or follow elsewhere."""
+    mask = f"{path.name}.msk".lower()  # opened by any driver, that of VRT among them
+    for beside in path.parent.glob(f"{glob.escape(path.stem)}*"):
+        name = f"beside the image, {files.printable(beside)}"
+        if beside.exists() and not beside.is_dir():
+            files.existing(beside, name, empty=True)  # no pipe
+        if beside.name.lower() != mask:
+            continue
+        if not files.content(beside, name, 4).startswith(TIFF):
+            raise ValueError(
+                f"{name}: it marks pixels without data, and is no TIFF; remove it, or"
+                " convert it with gdal_translate -of GTiff"
+            )
+
+
+def _beside(file: Any) -> str:
+    """Names of the files beside an image that may place it on the map."""
+    names = [Path(one).name for one in file.files[1:]]
+    kept = (one for one in names if not one.lower().endswith((".msk", ".ovr")))
+    return files.printable(", ".join(sorted(kept)))
 
 
 def _band(file: Any, name: str, band: int | None) -> int:
     """Number of the band to read."""
     from rasterio.enums import ColorInterp
 
-    what = [one.name for one in file.colorinterp]
-    bands = [n for n in file.indexes if file.colorinterp[n - 1] != ColorInterp.alpha]
+    what, descriptions = file.colorinterp, file.descriptions  # each asks all bands
+    bands = [n for n, one in enumerate(what, 1) if one != ColorInterp.alpha]
     if band is None and len(bands) == 1:
         return bands[0]
     if band is not None and band in file.indexes:
         return band
-    named = [f"{n} ({file.descriptions[n - 1] or what[n - 1]})" for n in bands]
+    named = [f"{n} ({descriptions[n - 1] or what[n - 1].name})" for n in bands]
     raise _choose(name, named, band)
 
 
@@ -418,6 +481,13 @@ def _fields(
     """Fields of a Raster from an open file and what was read of it."""
     if grey.dtype.kind == "c":
         raise ValueError(f"{name}: its values are complex numbers; take their modulus")
+    if file.colorinterp[number - 1].name == "palette" and any(
+        colour[:3] != (k, k, k) for k, colour in file.colormap(number).items()
+    ):
+        raise ValueError(
+            f"{name}: its values are numbers of colours in a palette, not grey values;"
+            " convert it with gdal_translate -expand rgb, or -expand gray"
+        )
     transform = np.array(file.transform[:6]).reshape(2, 3)
     placed = not np.array_equal(transform, [[1, 0, 0], [0, 1, 0]])
     placed = placed and bool(np.linalg.det(transform[:, :2]))
@@ -465,7 +535,7 @@ def _read_plain(path: Path, name: str, band: int | None) -> dict[str, Any]:
             f"{name}: this is a GeoTIFF, and its place on the map and its pixels"
             f" without data can only be read with rasterio: {INSTALL}"
         )
-    values = photo.pixels(path, name)
+    values = photo.pixels(path, name, CONVERT)
     mask = np.zeros(values.shape[:2], bool)
     if values.ndim == 3:
         channels = _CHANNELS[: values.shape[2]]
@@ -483,11 +553,9 @@ def _read_plain(path: Path, name: str, band: int | None) -> dict[str, Any]:
 def _tags(path: Path) -> set[int]:
     """Numbers of the tags of a TIFF; none of any other file."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            with Image.open(path) as image:
-                return set(getattr(image, "tag_v2", ()))
-    except Exception:  # whatever is wrong, reading the pixels says it
+        with photo.opened(path, "") as image:
+            return set(getattr(image, "tag_v2", ()))
+    except (ValueError, OSError):  # reading the pixels says what is wrong
         return set()
 
 

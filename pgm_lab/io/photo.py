@@ -1,14 +1,17 @@
 """A photo of a user as grey values: from a file, a Pillow image or an array."""
 
-import io
+import contextlib
 import os
 import warnings
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image
+from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from pgm_lab import _validate
 from pgm_lab.io import files
@@ -20,6 +23,10 @@ COLOURS = "refuse", "grey"
 GREY_OF_RGB = (0.299, 0.587, 0.114)
 ORIENTATION = 0x0112  # the tag of EXIF that says how the camera was held
 DEEP = "I", "F", "I;16", "I;16B", "I;16L"  # grey with more than 8 bits in Pillow
+# Pillow opens many more, an EPS among them by having Ghostscript run the code in it.
+FORMATS = "JPEG", "PNG", "TIFF", "JPEG2000", "BMP", "GIF", "WEBP", "PPM"
+CONVERT = "save it as JPEG, PNG or TIFF"
+SUBFILE, SMALLER_OR_MASK = 0x00FE, 1 | 4  # the tag of TIFF that says what a page is
 
 
 def read(
@@ -30,8 +37,9 @@ def read(
     Parameters
     ----------
     photo : str, path, PIL.Image.Image or array_like
-        A file that Pillow opens: JPEG, PNG, TIFF and more; or an array (rows, columns),
-        perhaps masked, with red, green, blue and perhaps alpha in a third axis.
+        A file: JPEG, PNG, TIFF, JPEG 2000, WebP, BMP, PNM or GIF, by its content and
+        not by its name; or an array (rows, columns), perhaps masked, with red, green,
+        blue and perhaps alpha in a third axis.
     name : str
         What messages call it.
     colour : {"refuse", "grey"}
@@ -50,8 +58,8 @@ def read(
     FileNotFoundError, OSError
         If the file cannot be read.
     ValueError
-        If it is empty, damaged or no image, has too many pixels, or colours without
-        `colour`.
+        If it is empty, damaged or no image, has too many pixels or several pages, or
+        colours without `colour`.
 
     Examples
     --------
@@ -75,14 +83,37 @@ def read(
     return _grey(values, mask, name, colour)
 
 
-def pixels(path: str | os.PathLike, name: str) -> np.ndarray:
+def pixels(path: str | os.PathLike, name: str, convert: str = CONVERT) -> np.ndarray:
     """Return the pixels of an image file, all channels, as the camera was held."""
-    data = files.content(path, name)
+    file = files.existing(path, name)
+    with opened(file, name, convert) as image:
+        values = None if _several(image, file) else _from_pillow(image, file)
+    if values is None:
+        raise ValueError(several_pages(name))
+    return values
+
+
+def several_pages(name: str) -> str:
+    """Say that a file has several pages or frames."""
+    return (
+        f"{name}: this file holds several pictures, pages or frames, and does not say"
+        " which one is meant; save that one as a file of its own"
+    )
+
+
+@contextlib.contextmanager
+def opened(
+    path: str | os.PathLike, name: str, convert: str = CONVERT
+) -> Iterator[Image.Image]:
+    """Open an image file, its pixels unread; what goes wrong with it names it."""
+    file = files.existing(path, name)
+    files.content(file, name, 1)  # or the system says why not
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of large photos, and odd EXIF
-            with Image.open(io.BytesIO(data)) as image:
-                return _from_pillow(image, data)
+            # By its name, Pillow would map a TIFF into memory, and turn it twice
+            with file.open("rb") as stream, Image.open(stream, "r", FORMATS) as image:
+                yield image
     except Image.DecompressionBombError:
         raise ValueError(
             f"{name}: the image has too many pixels to be read at once; cut out the"
@@ -90,8 +121,7 @@ def pixels(path: str | os.PathLike, name: str) -> np.ndarray:
         ) from None
     except Image.UnidentifiedImageError:
         raise ValueError(
-            f"{name}: this is not an image that can be read; save it as JPEG, PNG or"
-            " TIFF"
+            f"{name}: this is not an image that can be read; {convert}"
         ) from None
     except Exception as error:  # the decoders raise whatever they stumble over
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -102,14 +132,24 @@ def pixels(path: str | os.PathLike, name: str) -> np.ndarray:
 
 def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
     """Return (rows, columns) as the camera was held, from the head of the file."""
-    with Image.open(files.existing(path, name)) as image:
+    with opened(path, name) as image:
         columns, rows = image.size
         if tags := getattr(
             image, "tag_v2", None
         ):  # a TIFF states its upright size already
             columns, rows = tags[256], tags[257]
-        sideways = image.getexif().get(ORIENTATION, 1) >= 5
+        sideways = image.getexif().get(ORIENTATION) in (5, 6, 7, 8)
         return (columns, rows) if sideways else (rows, columns)
+
+
+def orientation(path: str | os.PathLike) -> int:
+    """How the camera was held, as EXIF counts; 1, upright, where it does not say."""
+    try:
+        with opened(path, "") as image:
+            held = image.getexif().get(ORIENTATION)
+    except (ValueError, OSError):  # reading the pixels says it
+        return 1
+    return held if isinstance(held, int) else 1  # it may be a text
 
 
 def native(values: np.ndarray) -> np.ndarray:
@@ -128,14 +168,32 @@ def native(values: np.ndarray) -> np.ndarray:
 # --- Pixels from Pillow ---
 
 
-def _from_pillow(image: Image.Image, data: bytes = b"") -> np.ndarray:
-    """Pixels of a Pillow image, which came from `data`, as the camera was held."""
+def _several(image: Image.Image, path: Path) -> bool:
+    """Whether there are several pictures; thumbnails, pyramids and masks are none."""
+    if image.format == "MPO":  # of a phone: the first is the photo
+        return False
+    if image.format != "TIFF":
+        return getattr(image, "is_animated", False)
+    pictures, seen = 0, set()
+    with path.open("rb") as file:
+        head = file.read(8)
+        page = ImageFileDirectory_v2(head + file.read(8 * (43 in head[2:4])))
+        while page.next and page.next not in seen:
+            seen.add(page.next)
+            file.seek(page.next)
+            page.load(file)
+            pictures += not page.get(SUBFILE, 0) & SMALLER_OR_MASK
+    return pictures > 1
+
+
+def _from_pillow(image: Image.Image, path: Path | None = None) -> np.ndarray:
+    """Pixels of a Pillow image, which came from a file, as the camera was held."""
     sixteen = any("16" in str(tile[3]) for tile in getattr(image, "tile", ()))
     image.load()  # whatever is damaged raises here
     values = _channels(image)
-    if sixteen and image.mode not in DEEP and data:  # colours, cut to 8 bits by Pillow
-        values = _deep_colours(data, values)
-    return _upright(values, image.getexif().get(ORIENTATION, 1))
+    if sixteen and image.mode not in DEEP and path:  # colours, cut to 8 bits by Pillow
+        values = _deep_colours(path, values)
+    return upright(values, image.getexif().get(ORIENTATION, 1))
 
 
 def _channels(image: Image.Image) -> np.ndarray:
@@ -148,8 +206,9 @@ def _channels(image: Image.Image) -> np.ndarray:
     return np.asarray(image.convert("L" if image.mode in ("1", "L") else "RGB"))
 
 
-def _deep_colours(data: bytes, values: np.ndarray) -> np.ndarray:
+def _deep_colours(path: Path, values: np.ndarray) -> np.ndarray:
     """Pixels with 16 bits, where OpenCV can read them; else `values`, with 8."""
+    data = files.content(path, str(path), 4 * values.size + 2**20)  # not what follows
     try:
         coded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:
@@ -159,7 +218,7 @@ def _deep_colours(data: bytes, values: np.ndarray) -> np.ndarray:
     return coded[..., [2, 1, 0, 3][: coded.shape[2]]]  # from blue, green, red
 
 
-def _upright(values: np.ndarray, orientation: int) -> np.ndarray:
+def upright(values: np.ndarray, orientation: int) -> np.ndarray:
     """Pixels as the camera was held, from one of the eight orientations of EXIF."""
     if orientation in (5, 6, 7, 8):
         values = np.swapaxes(values, 0, 1)

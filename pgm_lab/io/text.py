@@ -12,21 +12,22 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from pgm_lab._validate import LARGEST
 from pgm_lab.io import files
 
 Source = str | os.PathLike
 
 LARGEST_ID = 2**53 - 1  # the next one and the one after are the same float
+LARGEST = 1e30  # squares and products of larger numbers overflow
+MAX_BYTES = 2**28  # of a file: its words take some ten times as much memory
 
 # float() would take nan, 1_000 and Arabic digits too; Fortran writes 1.5D-3
 _ODD = re.compile(r"[^-+.0-9eEdD ]")
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _FORTRAN = str.maketrans("dD", "ee")
 _BLANK = str.maketrans(",;", "  ")
 _COMMENT = re.compile(r"%[^\n]*")
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f]")
-_DECIMAL_COMMA = re.compile(r"[^\s;,]*\d,\d[^\s;]*")
+_DECIMAL_COMMA = re.compile(r"(?<![^\s;,])[^\s;,]*\d,\d[^\s;]*")
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\uff0d", "-"))
 _UNIT = re.compile(r"([-+.\deE]+)(mm|cm|m|um|µm|px|°|rad|deg)", re.ASCII | re.I)
 
@@ -44,7 +45,8 @@ class Content(NamedTuple):
         """Return the rows, which are known to be of equal length."""
         values = self.numbers.reshape(len(self.line), -1)
         found = Table(self.path, self.line, values)
-        found.refuse(~np.all(np.abs(values) < LARGEST, axis=1), "a number is too large")
+        large = ~np.all(np.abs(values) <= LARGEST, axis=1)
+        found.refuse(large, "a number is too large, or was written wrong")
         return found
 
 
@@ -108,7 +110,9 @@ def read_table(
             f"{found} column(s), where {what} have {wanted}:"
             f" {' '.join(columns[:wanted])}"
         )
-        if content.comma[row]:
+        if found < wanted and 2 * len(wrong) <= len(content.columns):
+            reason += ", as other lines do: is it cut off?"
+        elif content.comma[row]:
             reason += ". A comma separates columns; decimals need a point"
         elif without and found in (short, short + 1):
             reason += f". {without}"
@@ -199,6 +203,8 @@ def _hint(row: list[str], k: int, ids: int, first: bool) -> str:
     numbers = sum(1 for one in row if _NUMBER.fullmatch(one))
     if _NUMBER.fullmatch(word.translate(_MINUS)):
         return ": its minus is a typographic one; write the - of the keyboard"
+    if _NUMBER.fullmatch(word.strip("\"'")):
+        return "; write it without quotation marks"
     if word.startswith(("#", "//", "!")):
         return "; a comment begins with %"
     if word.lower() in ("nan", "inf", "-inf", "+inf", "-", "na", "n/a"):
@@ -219,7 +225,12 @@ def _hint(row: list[str], k: int, ids: int, first: bool) -> str:
 def _lines(path: Source) -> list[str]:
     """Return the lines of a text file, without comments."""
     name = files.printable(path)
-    data = files.content(path, name, empty=True)
+    data = files.content(path, name, MAX_BYTES + 1, empty=True)
+    if len(data) > MAX_BYTES:
+        raise ValueError(
+            f"{name}: the file has more than {MAX_BYTES >> 20} MB, too much for a table"
+            " of numbers; is it the right one?"
+        )
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         text = data.decode("utf-16", errors="replace")
     elif found := _BINARY.search(data):

@@ -104,6 +104,12 @@ def from_features(left: np.ndarray, right: np.ndarray) -> Field:
     """Find features that fit together."""
     p, of_left = _describe(left)
     q, of_right = _describe(right)
+    for photo, features in (("left", of_left), ("right", of_right)):
+        if not len(features):
+            raise ValueError(
+                f"{photo} shows no texture: no feature was found in it that could be"
+                " looked for in the other photo"
+            )
     i, j = _mutual_nearest(of_left, of_right)
     p, q = p[i], q[j]
     noise = 1.5 * reduction(right)

@@ -103,7 +103,7 @@ def pick(
     Raises
     ------
     ValueError
-        If the image is too small.
+        If an image is smaller than a chip.
 
     Examples
     --------
@@ -119,6 +119,13 @@ def pick(
     offset = _validate.of_shape(offset, (2,), "offset")
     if sensed is not None:
         sensed = _validate.grey_image(sensed, "sensed")
+    for one, name in ((image, "image"), (sensed, "sensed")):
+        if one is not None and min(np.shape(one)) < chip:
+            raise ValueError(
+                f"{name} must have at least {chip} x {chip} pixels, as many as a chip;"
+                f" got {np.shape(one)}"
+            )
+    if sensed is not None:
         none = without_data(image)
         mask = none | _unseen(image.shape, sensed, radius, offset)
         if mask.all() and not none.all():

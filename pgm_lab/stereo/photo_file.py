@@ -15,6 +15,7 @@ from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io import photo as photos
+from pgm_lab.io.files import existing, printable
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ class PhotoFile:
             If it is not a photo.
         """
         if Path(self.path).suffix == ".npy":
-            return self._photo(np.load(self.path, mmap_mode="r"))
+            return self._photo(self._array())
         grey = matching.read(self.path, colour="grey")
         if isinstance(grey, np.ma.MaskedArray):
             grey = np.ma.filled(grey.astype(np.float32), np.nan)
@@ -64,14 +65,14 @@ class PhotoFile:
     def blank(self) -> Photo:
         """Return the photo without its grey values: only the file's header is read."""
         if Path(self.path).suffix == ".npy":
-            shape = np.load(self.path, mmap_mode="r").shape
+            shape = self._array().shape
         else:
-            shape = photos.shape(self.path, "photo")
+            shape = photos.shape(self.path, f"photo, {printable(self.path)}")
         return self._photo(np.broadcast_to(np.uint8(0), shape))
 
     def fingerprint(self) -> str:
         """Hash of the file's content and of the orientation, not of its name."""
-        with Path(self.path).open("rb") as file:
+        with existing(self.path, f"photo, {printable(self.path)}").open("rb") as file:
             content = hashlib.file_digest(file, "sha256").hexdigest()
         return fingerprint(
             content,
@@ -81,6 +82,21 @@ class PhotoFile:
             self.image_size,
             self.corner,
         )
+
+    def _array(self) -> np.ndarray:
+        """Array of an .npy, on disk until it is needed; one with objects is refused."""
+        name = f"photo, {printable(self.path)}"
+        file = existing(self.path, name)
+        try:
+            array = np.lib.format.open_memmap(file, mode="r")  # no pickle: it runs code
+        except Exception as error:  # whatever its head makes the parser stumble over
+            reason = " ".join(str(error).split())[:200]
+            raise ValueError(
+                f"{name}: this is no array of numbers as np.save writes it ({reason})"
+            ) from None
+        if array.ndim != 2 or not array.size:
+            raise ValueError(f"{name}: its shape is {array.shape}, not (rows, columns)")
+        return array
 
     def _photo(self, grey: np.ndarray) -> Photo:
         exterior = np.asarray(self.exterior, float)

@@ -11,12 +11,13 @@ from PIL import Image
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
-from pgm_lab.io import files
+from pgm_lab.io.files import printable
 from pgm_lab.io.photo import Photo as Source
+from pgm_lab.io.photo import opened
 
 FOCAL, FOCAL_35MM = 0x920A, 0xA405
 PER_UNIT, UNIT = 0xA20E, 0xA210  # pixels a unit across the sensor, and the unit
-MM_OF_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
+MM_OF_UNIT = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}  # 1 is "no unit"
 EXIF = 0x8769
 DIAGONAL_35MM = 43.2666  # mm, of 36 x 24
 
@@ -84,11 +85,11 @@ def exif_camera(
 
     c is the focal length: a start, good to some per cent. The pixel size is from the
     resolution of the focal plane, or from the focal length equivalent to 35 mm film.
-    Arrays have no EXIF. image_size: (columns, rows).
+    Arrays have no EXIF. image_size: (columns, rows). Raises as `read_photo`.
     """
     columns, rows = _validate.image_size(image_size)
     if isinstance(photo, str | os.PathLike):
-        with Image.open(files.existing(photo, "photo")) as image:
+        with opened(photo, f"photo, {printable(photo)}") as image:
             tags = image.getexif().get_ifd(EXIF)
     elif isinstance(photo, Image.Image):
         tags = photo.getexif().get_ifd(EXIF)
@@ -96,8 +97,9 @@ def exif_camera(
         return None, None
     c = _number(tags.get(FOCAL))
     resolution, like_35mm = _number(tags.get(PER_UNIT)), _number(tags.get(FOCAL_35MM))
-    if resolution:
-        return c, MM_OF_UNIT.get(tags.get(UNIT, 2), 25.4) / resolution
+    unit = MM_OF_UNIT.get(tags.get(UNIT, 2))
+    if resolution and unit:
+        return c, unit / resolution
     if c and like_35mm:
         return c, DIAGONAL_35MM * c / like_35mm / float(np.hypot(columns, rows))
     return c, None

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 import warnings
 
 import cv2
@@ -128,6 +129,17 @@ def test_several_bands_are_named_and_chosen(tmp_path):
         read(path, band=4)
 
 
+def test_sixty_thousand_bands_take_no_hour(tmp_path, rasterio):
+    path = saved(tmp_path / "a.tif")
+    one, many = (b"\x15\1\3\0\1\0\0\0" + count for count in (b"\1\0", b"\1\xff"))
+    assert path.read_bytes().count(one) == 1  # the tag of samples per pixel
+    path.write_bytes(path.read_bytes().replace(one, many))
+    begin = time.perf_counter()
+    with pytest.raises(ValueError, match="it has 65281 bands, 1 .*say which one"):
+        read(path)
+    assert time.perf_counter() - begin < 60
+
+
 def test_feet_become_metres_and_degrees_have_no_size(tmp_path):
     found = read(saved(tmp_path / "a.tif", crs="EPSG:2225"))  # US survey feet
     assert found.pixel_size == pytest.approx(6 * 1200 / 3937)
@@ -231,6 +243,12 @@ def test_more_pixels_than_fit_into_memory(tmp_path, rasterio):
     assert path.stat().st_size < 10_000_000
     with pytest.raises(ValueError, match="100000 x 100000 pixels are too many"):
         read(path)
+    profile |= {"tiled": True, "blockxsize": 8192, "blockysize": 8192}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rasterio.open(path, "w", width=25_000, height=25_000, **profile).close()
+    with pytest.raises(ValueError, match="25000 x 25000 pixels, but is far too short"):
+        read(path)
 
 
 @pytest.mark.parametrize("suffix", [".tif", ".png", ".jpg"])
@@ -252,6 +270,8 @@ def test_a_file_that_was_cut_off(tmp_path, both, suffix):
     "raster, name, message",
     [
         (on_map(), "a.png", "PNG cannot hold a georeference.*end in .tif"),
+        (on_map(crs=None), "a.png", "PNG cannot hold a georeference.*end in .tif"),
+        (on_map(transform=None), "a.png", "PNG cannot hold a georeference"),
         (Raster(GREY, GREY == 5), "a.png", "PNG cannot hold pixels without data"),
         (Raster(GREY / 2, NOWHERE), "a.png", "PNG cannot hold float64"),
         (Raster(GREY, NOWHERE), "a.jpg", "must end in .tif or .png"),

@@ -70,6 +70,12 @@ def test_points_are_picked_where_both_images_have_data(offset, chip, radius, kin
     assert x.min() >= 0 and y.min() >= 0 and x.max() < 300 and y.max() < 200
     assert not hole[y, x].any()
     assert pick(GREY, 50, sensed=GREY, offset=(1000, 0)).shape == (0, 2)
+    for pair, name in (
+        ((GREY[:9, :9], None), "image"),
+        ((GREY, GREY[:1, :1]), "sensed"),
+    ):
+        with pytest.raises(ValueError, match=f"{name} must have at least .* as a chip"):
+            pick(pair[0], 9, chip, radius, sensed=pair[1])
 
 
 def test_offset_of_two_images_on_one_map(tmp_path):
