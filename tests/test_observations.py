@@ -126,7 +126,7 @@ def test_ncc_and_lsm_go_side_by_side():
     [
         ({"left": "B"}, "photo 'B' is the left one"),
         ({"points": ["x"] * len(POINTS)}, "must be 54 different names"),
-        ({"left": np.nan}, "must be names such as texts or numbers; got nan"),
+        ({"left": np.nan}, "must be names such as strings or numbers; got nan"),
         ({"left_share": 0}, "between 0 and 1"),
         ({"left_share": np.nan}, "not a finite number"),
     ],
