@@ -1,11 +1,13 @@
 """From the surface to the terrain: isolate what stands on it, bend a plate below."""
 
+import math
 import warnings
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 import scipy
+from scipy.sparse.linalg import splu
 
 from pgm_lab import _validate
 from pgm_lab.stereo.grid import Surface
@@ -16,6 +18,8 @@ GROUND, UNDER, BETWEEN, NOTHING = range(4)
 MAX_ITERATIONS = 8  # of plate and residuals
 FEW, AWAY = 0.1, 0.1  # shares of the measured cells: ground, and far from all of it
 STIFFNESS = 1.0  # of the plate: it smooths over about one of its cells
+STIFF = 30.0  # of the first one, with objects still below it
+HOUSE = 3.0  # m: the least height of one
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,32 +47,36 @@ def filter_terrain(
     *,
     slope: float = 0.3,
     widest: float = 40.0,
-    least: float = 0.5,
-    most: float = 3.0,
+    least: float | None = None,
+    most: float | None = None,
     margin: float = 1.0,
 ) -> Terrain:
     """DTM of a DSM: objects are isolated, and the ground is interpolated below them.
 
-    A morphological opening in growing windows finds what stands out: an object is lost
-    to the opening all at once, a slope only little by little. Then a thin elastic plate
-    is laid on what is left. What lies further than `least` from the plate is an object,
-    what was taken for one and lies on the plate is ground again, as the top of a hill,
-    and the next plate is laid, until nothing changes.
+    A stiff plate takes the slope of the land away, and a morphological opening in
+    growing windows finds what stands out: an object is lost to the opening all at once,
+    a hill only little by little. So once more above what is left. Then a thin elastic
+    plate is laid on the ground. What lies further than `least` from the plate is an
+    object, what was taken for one and lies on the plate is ground again, as the top of
+    a hill, and the next plate is laid, until nothing changes.
 
     Parameters
     ----------
     dsm : Surface
     slope : float
-        Steepest ground, as the tangent of its inclination: an opening may
-        lower the ground by this times the growth of the window.
+        Steepest ground beside the slope of the land, as the tangent of its
+        inclination: an opening may lower the ground by this times the growth of the
+        window.
     widest : float
         Side of the largest window in m, wider than any object.
-    least : float
-        Height in m above the ground from which something is an object: about three
-        times the standard deviation of the heights.
-    most : float
-        Height in m by which an opening may lower the ground in any window, less than
-        that of a house.
+    least : float, optional
+        Height in m above the ground from which something is an object. When missing
+        three times the standard deviation of a height, from second differences of
+        neighbouring cells, and half a cell: so much does ground of 45 degrees rise from
+        the middle of a cell to its edge.
+    most : float, optional
+        Height in m by which an opening may lower the ground in any window. When missing
+        3 m, the height of a low house, or twice `least` if that is more.
     margin : float
         In m: objects are widened by this, since matching smears their edges.
 
@@ -116,16 +124,23 @@ def filter_terrain(
     _validate.instance(dsm, Surface, "dsm")
     slope = _validate.not_negative(slope, "slope", "as a tangent")
     widest = _validate.positive_number(widest, "widest", "in metres")
-    least = _validate.positive_number(least, "least", "in metres")
-    most = _validate.positive_number(most, "most", "in metres")
     margin = _validate.not_negative(margin, "margin", "in metres")
     if not np.isfinite(dsm.z).any():
         raise ValueError("the surface has no heights at all")
     z, known = dsm.z, np.isfinite(dsm.z) & dsm.measured
+    if least is None:
+        least = 3 * _noise(z, known) + dsm.cell / 2
+    least = _validate.positive_number(least, "least", "in metres")
+    most = max(HOUSE, 2 * least) if most is None else most
+    most = _validate.positive_number(most, "most", "in metres")
 
-    # What openings lower at once is not ground
-    objects = known & _stands_out(dsm, slope, widest, least, most)
-    ground = known & ~_wider(objects, margin / dsm.cell)
+    # What openings lower at once is not ground: above the land, then above its ground
+    ground, side = known, max(1, min(round(widest / 2 / dsm.cell), min(z.shape) // 4))
+    for stiffness in (STIFF, STIFFNESS):
+        land = _plate(z, ground, side, stiffness)
+        height = np.where(known, z - land, np.nan)
+        objects = _stands_out(height, dsm.cell, slope, widest, least, most)
+        ground = known & ~_wider(objects, margin / dsm.cell)
 
     # Plates on the ground, until it changes no more
     coarse, fine = (max(1, round(side / dsm.cell)) for side in (2.0, 1.0))
@@ -133,7 +148,7 @@ def filter_terrain(
         plate = _plate(z, ground, coarse)
         objects = known & (np.abs(z - plate) > least)
         before, ground = ground, known & ~_wider(objects, margin / dsm.cell)
-        if np.mean(before != ground) < 1e-4:
+        if np.mean(before != ground) < 1e-3:
             break
     _warn_of_a_guess(known, ground, widest, dsm.cell)
 
@@ -168,21 +183,35 @@ def _warn_of_a_guess(
 # --- Objects: openings in growing windows ---
 
 
+def _noise(z: np.ndarray, known: np.ndarray) -> float:
+    """Standard deviation of a height, by the median of second differences."""
+    z = np.where(known, z, np.nan)
+    bends = np.concatenate([np.diff(z, 2, axis=axis).ravel() for axis in (0, 1)])
+    bends = bends[np.isfinite(bends)]
+    return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6)) if bends.size else 0.0
+
+
 def _stands_out(
-    dsm: Surface, slope: float, widest: float, least: float, most: float
+    height: np.ndarray,
+    cell: float,
+    slope: float,
+    widest: float,
+    least: float,
+    most: float,
 ) -> np.ndarray:
     """What openings in growing windows lower by more than a slope can explain."""
-    known = np.isfinite(dsm.z) & dsm.measured
-    last = np.where(known, dsm.z, np.nanmax(dsm.z)).astype(np.float32)
+    last = np.where(np.isnan(height), np.nanmax(height), height).astype(np.float32)
     objects = np.zeros(last.shape, bool)
-    largest = min(max(1, round(widest / 2 / dsm.cell)), max(last.shape))
+    largest = min(max(1, math.ceil(widest / 2 / cell)), max(last.shape))
     radius, before = 1, 0
     while before < largest:
         opened = _open(last, radius)
-        rise = least + slope * (radius - before) * dsm.cell
+        rise = least + slope * (radius - before) * cell
         objects |= last - opened > min(rise, most)
-        last, before, radius = opened, radius, min(2 * radius, largest)
-    return objects
+        # By an eighth, or what a slope may explain hides an object
+        wider = min(max(radius + 1, radius * 9 // 8), largest)
+        last, before, radius = opened, radius, wider
+    return objects & ~np.isnan(height)
 
 
 def _open(z: np.ndarray, radius: int) -> np.ndarray:
@@ -203,7 +232,9 @@ def _wider(mask: np.ndarray, cells: float) -> np.ndarray:
 # --- Ground: a thin elastic plate on known heights spans what is between them ---
 
 
-def _plate(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
+def _plate(
+    z: np.ndarray, known: np.ndarray, side: int, stiffness: float = STIFFNESS
+) -> np.ndarray:
     """Heights of a plate with cells of `side` by `side` on the known ones."""
     # It carries the mean of the known heights in each cell, by their number, and has
     # the least bending energy (thin plate spline).
@@ -216,16 +247,16 @@ def _plate(z: np.ndarray, known: np.ndarray, side: int) -> np.ndarray:
     mean = _sum(np.where(known, z, 0.0), side) / np.maximum(n, 1)
     level = mean[n > 0].mean()
     weight = (n / side**2).ravel()
-    normal = scipy.sparse.diags(weight) + STIFFNESS * _bending(n.shape)
-    right = weight * (mean.ravel() - level)
-    plate = scipy.sparse.linalg.spsolve(
-        normal.tocsc(), right, permc_spec="MMD_AT_PLUS_A"
-    ).reshape(n.shape)
-    rows, columns = z.shape
-    wide = cv2.resize(
-        plate.astype(np.float32), None, fx=side, fy=side, interpolation=cv2.INTER_CUBIC
-    )
-    return level + wide[:rows, :columns]
+    normal = scipy.sparse.diags(weight) + stiffness * _bending(n.shape)
+    # Positive definite: without exchanges of rows the factors stay sparse
+    symmetric = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+    factors = splu(normal.tocsc(), permc_spec="MMD_AT_PLUS_A", **symmetric)
+    plate = factors.solve(weight * (mean.ravel() - level)).reshape(n.shape)
+    # To cells of the surface; the rim goes on as it came
+    plate = np.pad(plate, 2, mode="reflect", reflect_type="odd").astype(np.float32)
+    wide = cv2.resize(plate, None, fx=side, fy=side, interpolation=cv2.INTER_CUBIC)
+    first, (rows, columns) = 2 * side, z.shape
+    return level + wide[first : first + rows, first : first + columns]
 
 
 def _sum(values: np.ndarray, side: int) -> np.ndarray:
