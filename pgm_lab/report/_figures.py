@@ -4,7 +4,7 @@ import base64
 import io
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,10 +18,7 @@ from pgm_lab.matching import Match
 from pgm_lab.plot.basic import Look
 from pgm_lab.report._tables import UM
 
-if TYPE_CHECKING:
-    from pgm_lab.report.network import Case
-    from pgm_lab.report.registration import Case as Images
-
+Case = Any  # that of network.py or registration.py, which import this module
 Drawn = Iterator[tuple[Figure, dict[str, Any]]]
 
 DPI = 100
@@ -59,12 +56,12 @@ def _drawer(*kinds: Callable[..., Drawn], **given: Any) -> Callable[[str], list]
 # --- A network ---
 
 
-def of_network(case: "Case") -> Callable[[str], list]:
+def of_network(case: Case) -> Callable[[str], list]:
     """Return what draws the figures of network.j2."""
     return _drawer(residuals, lens, precision, stations, case=case)
 
 
-def residuals(case: "Case") -> Drawn:
+def residuals(case: Case) -> Drawn:
     """Residual vectors of the photos, or their means where they would be a blot."""
     result, network = case.result, case.network
     if len(network.xy) > DENSE * len(network.exteriors):
@@ -104,7 +101,7 @@ def mean_residuals(result: Bundle) -> tuple[Figure, dict[str, Any]]:
     return figure, shown | {"largest": length.max(), "beyond": np.sum(beyond)}
 
 
-def lens(case: "Case") -> Drawn:
+def lens(case: Case) -> Drawn:
     """Radial distortion of each camera with its confidence band."""
     result = case.result
     for number, camera in enumerate(result.cameras):
@@ -115,7 +112,7 @@ def lens(case: "Case") -> Drawn:
             yield curve, {"of_camera": of_camera}
 
 
-def precision(case: "Case") -> Drawn:
+def precision(case: Case) -> Drawn:
     """Where points are precise: in the coordinate plane in which they spread most."""
     result, points = case.result, case.result.points
     spread = np.cov(points.T)
@@ -145,7 +142,7 @@ def precision(case: "Case") -> Drawn:
     yield figure, {"plane": "".join(names), "worst": worst_names, **ends}
 
 
-def stations(case: "Case") -> Drawn:
+def stations(case: Case) -> Drawn:
     """Stations and points in space, the last step of Muliawan's program."""
     result = case.result
     centres, points = result.exteriors[:, :3], result.points
@@ -250,12 +247,12 @@ def of_matching(
 # --- A registration ---
 
 
-def of_registration(case: "Images") -> Callable[[str], list]:
+def of_registration(case: Case) -> Callable[[str], list]:
     """Return what draws the figures of registration.j2."""
     return _drawer(overlay, shifts, scatter, similarity, case=case)
 
 
-def overlay(case: "Images") -> Drawn:
+def overlay(case: Case) -> Drawn:
     """A part of both images, laid over each other before and after."""
     first, last = _part(case)
     size = last - first
@@ -271,7 +268,7 @@ def overlay(case: "Images") -> Drawn:
     yield plot.registration.fringes(reference, images, first), {}
 
 
-def _part(case: "Images") -> tuple[np.ndarray, np.ndarray]:
+def _part(case: Case) -> tuple[np.ndarray, np.ndarray]:
     """First and last (column, row) of the part around the most precise point."""
     sd = np.where(case.found.accepted, case.found.sd, np.inf)
     middle = np.array(case.size) / 2
@@ -284,9 +281,7 @@ def _part(case: "Images") -> tuple[np.ndarray, np.ndarray]:
     return first, first + size
 
 
-def _before(
-    case: "Images", first: np.ndarray, shape: tuple[int, int]
-) -> np.ma.MaskedArray:
+def _before(case: Case, first: np.ndarray, shape: tuple[int, int]) -> np.ma.MaskedArray:
     """The sensed image in the pixels of a part, moved by whole pixels only."""
     start = first + np.round(case.offset).astype(int)
     rows, columns = shape
@@ -300,7 +295,7 @@ def _before(
     return inside
 
 
-def shifts(case: "Images") -> Drawn:
+def shifts(case: Case) -> Drawn:
     """The shifts as arrows, and what the model leaves of them."""
     if not np.any(case.found.accepted):
         return
@@ -317,12 +312,12 @@ def shifts(case: "Images") -> Drawn:
         )
 
 
-def scatter(case: "Images") -> Drawn:
+def scatter(case: Case) -> Drawn:
     """The shifts as points of the search window."""
     errors = None if case.model is None else -case.errors  # observed less computed
     yield plot.registration.scatter(case.found, case.radius, errors), {}
 
 
-def similarity(case: "Images") -> Drawn:
+def similarity(case: Case) -> Drawn:
     """Errors over r, and over the predicted sd."""
     yield plot.registration.similarity(case.found, case.errors), {}

@@ -1,7 +1,6 @@
 """The numbers of a bundle adjustment as tables of words, rounded by their precision."""
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,6 @@ from pgm_lab.bundle.result import Bundle
 from pgm_lab.bundle.snooping import Snooping
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report._page import Table
-
-if TYPE_CHECKING:
-    from pgm_lab.report.network import Case
 
 UM = 1e3  # micrometres in a millimetre
 
@@ -186,9 +182,9 @@ def _largest(
     return np.where(where >= 0, w[where], np.nan), where
 
 
-def suspects(case: "Case") -> Table:
-    """Return the suspected blunders, the largest first."""
-    result, network, rays = case.result, case.network, case.suspects
+def suspects(result: Bundle, rays: np.ndarray) -> Table:
+    """Return the suspected blunders, which are rays, the largest first."""
+    network = result.network
     caption = "Suspected blunders, and the smallest ones that the network would find"
     if len(rays) > MAX_SUSPECTS:
         caption += f": the {MAX_SUSPECTS} largest of {len(rays)}"
