@@ -82,7 +82,7 @@ def test_no_height_is_invented_where_the_surface_has_none(land):
 @pytest.mark.parametrize("slope", [0.0, 0.1, 0.3, 0.5])
 @pytest.mark.parametrize("cell", [0.5, 1.0, 2.0])
 def test_whatever_is_no_wider_than_widest_goes_whole(cell, slope):
-    """Halls with roofs parallel to the ground, and pits: to what a cubic resize bends."""
+    """Halls with roofs parallel to the ground, and pits; a cubic resize bends 2 cm."""
     n, sizes = round(120 / cell), np.array([6, 14, 24, 30, 38])
     ground = np.tile(slope * cell * np.arange(n), (n, 1))
     cases = [(s, h) for s in sizes for h in (2.0, 4.0, 10.0)] + [(6, -4.0), (14, -4.0)]
