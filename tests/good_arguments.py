@@ -379,7 +379,7 @@ FUNCTIONS = {
     "stereo.epipolar_pair": lambda: oriented_pair() | dict(
         heights=(0.0, 5), depths=None
     ),
-    "stereo.filter_terrain": lambda: dict(dsm=hilly_surface()),
+    "stereo.filter_terrain": lambda: dict(dsm=hilly_surface(), least=0.5, most=3.0),
     "stereo.intersect": lambda: dict(pair=normal_pair(), match=dense_match()),
     "stereo.match_dense": lambda: dict(pair=normal_pair()),
     "stereo.match_rows": lambda: dict(left=GREY, right=GREY, search=5),

@@ -259,24 +259,6 @@ def test_a_small_integer_type_does_not_overflow(kind):
     np.testing.assert_allclose(found.points, points, atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "full, name",
-    [
-        ("bundle.Network", "points"),
-        ("bundle.Network", "exteriors"),
-        ("orientation.absolute", "source"),
-        ("orientation.intersect", "exteriors"),
-        ("orientation.relative", "left_points"),
-        ("orientation.resect", "object_points"),
-    ],
-)
-def test_a_number_whose_square_is_none_is_named(full, name):
-    good = good_arguments(full)
-    huge = with_first(good[name], 1e300)
-    with pytest.raises(ValueError, match=rf"{name}\[0.* = 1e\+300 is too large"):
-        call(PUBLIC[full], good | {name: huge})
-
-
 def test_a_network_keeps_no_array_of_the_caller():
     k = len(in_network()["xy"])
     covariance = np.tile(np.eye(2) * 1e-6, (k, 1, 1))
