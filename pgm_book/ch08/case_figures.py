@@ -247,7 +247,7 @@ ARROWS = (
 
 def follows() -> None:
     """Draw printed figures with their verdicts, and what was computed from which."""
-    fig, ax = plt.subplots(figsize=(10, 4.6))
+    fig, ax = plt.subplots(figsize=(10, 4.3))
     drawn, told = {}, {name: list[str]() for name in (*ledger.VERDICTS, "given")}
     for name, (x, y, printed, computed, row) in BOXES.items():
         fate = ledger.verdicts(row[0], [row[1]])[0]["verdict"] if row else "given"

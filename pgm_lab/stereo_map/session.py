@@ -37,7 +37,7 @@ WORDS = {
     " where to look.",
     "left-right check failed": "Matching back from the right photo leads"
     " elsewhere: one of the photos may not show the point.",
-    "peak on the border of the search": "The best place lies on the border of the"
+    "peak on the border of the search": "The best position lies on the border of the"
     " search. A click in the right photo says where to look.",
     "peak on the edge of the image": "The match lies on the edge of the right photo.",
     "position not determined": "The texture is a line: along it the match is not"

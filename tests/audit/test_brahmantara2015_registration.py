@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose as close
 from numpy.testing import assert_array_equal as equal
 from pytest import approx
 
-from pgm_book.common import ledger, results
+from pgm_book.common import results
 from pgm_lab import datasets, matching, ncc, simulate
 from pgm_lab.registration import accuracy, register
 
@@ -585,18 +585,3 @@ def test_the_file_of_figure_3_2_is_misspelt_and_numbered_as_the_text_says():
     assert first == "".join(word[0] for word in words.split()).lower()
     assert [a == b for a, b in zip(first, third, strict=True)] == [True, False, True]
     assert zero == "0" and numbers("Hasil, below Gambar 3.1")[0] == five
-
-
-def test_what_is_read_and_not_proved_is_printed_so():
-    """These rows rest on what others publish; only the words of the paper are here."""
-    words = {
-        "both abstracts, band": ("red", "band 3"),
-        "Hasil, GLS2000": ("Global Line Survei",),
-    }
-    rows = ledger.verdicts("7")
-    read = [row for row in rows if row["obtained"].startswith("read, not proved: ")]
-    assert {row["place"] for row in read} == set(words)
-    for row in read:
-        for word in words[row["place"]]:
-            assert word in row["printed"]
-            assert any(word in text for text in PRINTED.values())

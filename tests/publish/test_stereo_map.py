@@ -89,7 +89,7 @@ def test_clicks_measure_keep_undo_and_save(lab, work):
     screen.click((80, 560), "r = ")
     screen.press("Keep", screen.message, "Kept as point 2.")
     assert screen.rows() == ["1", "2"]
-    screen.press("Undo", screen.message, "The last point is gone.")
+    screen.press("Undo", screen.message, "The last point was removed.")
     assert screen.rows() == ["1"]
     page.mouse.move(*screen.at((340, 230)))
     page.mouse.wheel(0, -300)  # a zoom: what was 60 pixels away is nearer now
