@@ -13,7 +13,8 @@ from pgm_lab import _validate
 # A parameter whose variance the others inflate more than this is not determined: normal
 # equations in double precision hold about 16 digits, and these are 12 of them.
 INFLATION_LIMIT = 1e12
-# A parameter whose variance constraints deflate more than this is fixed by them.
+# A parameter whose variance constraints deflate more than this is fixed by them: it is
+# rounding, which grows with the square of what nearly dependent constraints magnify.
 DEFLATION_LIMIT = 1e-14
 
 # Columns of a design matrix whose cosine is nearer to 1 or -1 are called multiples.
@@ -127,7 +128,9 @@ def solve(
     determined = _regular(cofactor)
     if border.shape[-2]:
         determined &= _regular(_inverse(border @ np.swapaxes(border, -1, -2)))
-    fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < DEFLATION_LIMIT
+    magnified = np.sum(inverse[..., :u, u:] ** 2, axis=-1)
+    rounding = DEFLATION_LIMIT * np.maximum(1, magnified)
+    fixed = np.diagonal(cofactor, axis1=-2, axis2=-1) < rounding
     cofactor[fixed[..., :, None] | fixed[..., None, :]] = 0
     inverse[~determined] = np.nan
 

@@ -229,7 +229,8 @@ def test_parameters_fixed_by_constraints_have_no_variance_and_no_correlation():
     A, observations, _, rng = problem(25, n=12, u=4)
     C = np.zeros((40, 2, 4))
     C[:, :, :2] = rng.normal(size=(40, 2, 2))  # two equations for the first two
-    C[0, :, :2] = np.eye(2)  # exactly; the others but for rounding
+    C[0, :, :2] = np.eye(2)  # exactly; the others but for rounding,
+    C[1:9, 1, :2] = C[1:9, 0, :2] + [0, 3e-2]  # which these magnify: nearly parallel
     found = adjust(
         lambda x, C: linear(A)(x),
         np.zeros((40, 4)),
