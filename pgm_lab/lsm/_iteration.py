@@ -313,9 +313,9 @@ class Parts:
 
     def at(self, X: np.ndarray, k: np.ndarray, method: int) -> np.ndarray:
         """Grey values at X (j, 2, pixels) of the windows k (j,)."""
-        # The spline is good to a thousandth of the contrast; the others are quick, and
-        # OpenCV 4 rounds X to 1/32 px for them. The parts are stacked one below the
-        # other.
+        # The spline is good to a thousandth of the contrast; the others are quick, at
+        # X to 1/32 px, where every version of OpenCV gives the same. The parts are
+        # stacked one below the other.
         x, y = np.moveaxis(X - self.corner[k, :, None], 1, 0)
         size = self.grey.shape[1]
         place = self.place[k, None]
@@ -325,7 +325,7 @@ class Parts:
             fine = self.fine.reshape(-1, 2 * inner)
             return half_pixels.sample(fine, x - half_pixels.RADIUS, y)
         y += place * size
-        x, y = x.astype(np.float32), y.astype(np.float32)
+        x, y = (np.rint(32 * at).astype(np.float32) / 32 for at in (x, y))
         return cv2.remap(self.grey.reshape(-1, size), x, y, method).astype(float)
 
 

@@ -1,4 +1,8 @@
-"""A real landscape with houses and trees on it, and every height known."""
+"""A real landscape with houses and trees on it, and every height known.
+
+Means are in double precision: those in single precision differ from one version of
+numpy to the next, and a photo with them.
+"""
 
 from dataclasses import dataclass, field
 
@@ -254,7 +258,7 @@ def _meadow(
             patch = np.rot90(tile[i : i + side, j : j + side], int(rng.integers(4)))
             if rng.integers(2):
                 patch = patch[:, ::-1]
-            total[r : r + side, c : c + side] += w * (patch - patch.mean())
+            total[r : r + side, c : c + side] += w * (patch - patch.mean(dtype=float))
             weight[r : r + side, c : c + side] += w**2
     here = np.s_[side // 2 : side // 2 + shape[0], side // 2 : side // 2 + shape[1]]
     grey = total[here] / np.sqrt(weight[here])
@@ -291,7 +295,7 @@ def grain(sigma: float) -> np.ndarray:
     white = np.random.default_rng(0).standard_normal((GRAIN, GRAIN), np.float32)
     around = np.pad(white, 16, mode="wrap")
     smooth = cv2.GaussianBlur(around, (0, 0), sigma)[16:-16, 16:-16]
-    return smooth / smooth.std()
+    return smooth / np.float32(smooth.std(dtype=float))
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,7 +372,7 @@ def _draw_field(
     if not within.any():
         return
     grey = site.grey[window]
-    texture = grey[within] - grey[within].mean()
+    texture = grey[within] - grey[within].mean(dtype=float)
     tone, keep = rng.uniform(95, 172), rng.uniform(0.5, 1.1)
     furrows = rng.choice([0.0, 4.0, 8.0]) * np.sin(
         2 * np.pi / rng.uniform(1.2, 3.0) * v[within] + rng.uniform(0, 6)
@@ -381,7 +385,7 @@ def _draw_pond(site: _Site, row: float, column: float, radius: float) -> None:
     window = site.window(row, column, 2.5 * radius / site.cell)
     u, v = site.axes(window, row, column, 0.4)
     q = np.sqrt(u**2 + (v / 0.6) ** 2) / radius
-    level = site.dtm[window][q < 1].mean()
+    level = site.dtm[window][q < 1].mean(dtype=float)
     bank = np.clip((q - 1) / 1.4, 0, 1)
     bank = bank**2 * (3 - 2 * bank)
     site.dtm[window] = level + bank * (site.dtm[window] - level)
@@ -436,7 +440,7 @@ def _build_house(
     if not on.any() or taken[around].any():
         return
     ground = site.dtm[window][on]
-    eaves = max(ground.mean() + rng.uniform(3.5, 7.5), ground.max() + 2.5)
+    eaves = max(ground.mean(dtype=float) + rng.uniform(3.5, 7.5), ground.max() + 2.5)
     slope = 0.0 if flat else rng.uniform(0.4, 0.8)
     site.dsm[window][on] = eaves + slope * (width / 2 - np.abs(v[on]))
     site.kind[window][on] = BUILDING

@@ -316,7 +316,7 @@ def _finer(d: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 def _agreement(there: np.ndarray, back: np.ndarray) -> np.ndarray:
     """Whether the search, and the one back in the mirror, ends where it began."""
     mirrored = np.ascontiguousarray(back[:, ::-1])
-    return np.abs(there - _warped(mirrored, there)) < MAX_DIFFERENCE
+    return np.abs(there - _warped(mirrored, _rounded(there))) < MAX_DIFFERENCE
 
 
 def _smooth(peaks: "_Peaks", agree: np.ndarray, window: int) -> np.ndarray:
