@@ -3,6 +3,7 @@
 The whole is made by the scripts in pgm_book/ch07/studies.
 """
 
+import cv2
 import numpy as np
 import pytest
 
@@ -101,8 +102,13 @@ def test_accuracy_repeated_with_one_seed():
     assert float(rows["lsm"]["rmse_t"]) <= 0.012
     for method, row in rows.items():
         stored = one("accuracy", blur=0.7, factor=2, chips="picked", method=method)
+        found, expected = float(row["rmse_t"]), float(stored["rmse_t"])
+        if method == "OpenCV ECC" and cv2.__version__ < "5":
+            # OpenCV 4 warps to 1/32 px: x and y may stop 1/64 px beside the best
+            assert expected < found < np.hypot(expected, np.sqrt(2) / 64)
+            continue
         # A seed is a quarter of the noise, and the chips are the same
-        assert float(row["rmse_t"]) == pytest.approx(float(stored["rmse_t"]), rel=0.15)
+        assert found == pytest.approx(expected, rel=0.15)
 
 
 @pytest.mark.slow

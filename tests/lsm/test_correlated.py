@@ -137,7 +137,7 @@ def test_the_script_still_says_what_the_table_of_cameras_does():
     )
     assert list(old) == list(lsm_correlated.COLUMNS)
     numbers = [float(old[name]) for name in lsm_correlated.COLUMNS[1:]]
-    # Another version of OpenCV may compress or interpolate colours a little differently
+    # Another version of OpenCV may compress colours a little differently
     np.testing.assert_allclose(np.array(new[1:], float), numbers, rtol=0.05)
 
 

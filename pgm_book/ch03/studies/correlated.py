@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from pgm_book.ch03.studies import scene as lsm_scene
+from pgm_book.ch03.studies.interpolation_bias import opencv_cubic
 from pgm_book.common import study
 from pgm_lab import datasets, lsm
 
@@ -57,14 +58,7 @@ def seen(scene: np.ndarray, size: np.ndarray, affine: np.ndarray) -> np.ndarray:
     total = np.zeros(pixels.shape[:2])
     for beside in np.stack(np.meshgrid(part, part), axis=-1).reshape(-1, 2):
         at = (pixels + beside - affine[[0, 3]]) @ to_scene.T
-        at = ((at + 6) * FACTOR).astype(np.float32)
-        total += cv2.remap(
-            scene,
-            at[..., 0],
-            at[..., 1],
-            cv2.INTER_CUBIC,
-            borderMode=cv2.BORDER_REFLECT,
-        )
+        total += opencv_cubic(scene, (at + 6) * FACTOR)
     return total / FACTOR**2
 
 

@@ -44,7 +44,8 @@ WINDOW, MARGIN = 21, 40
 
 def opencv_cubic(grey: np.ndarray, points: np.ndarray) -> np.ndarray:
     """cv2.INTER_CUBIC: cubic convolution with a = -0.75, but at exact coordinates."""
-    return weighted_sum(grey, *points.T, lambda x: cubic_weights(x, a=-0.75))
+    x, y = np.moveaxis(points, -1, 0)
+    return weighted_sum(grey, x, y, lambda x: cubic_weights(x, a=-0.75))
 
 
 def lsm(grey: np.ndarray, points: np.ndarray) -> np.ndarray:

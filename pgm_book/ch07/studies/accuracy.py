@@ -12,7 +12,8 @@ pixel that ours found: `phase_cross_correlation` of scikit-image, to a hundredth
 pixel, with its two normalizations, under a Hanning window, without which they are two
 to three times worse; `phaseCorrelate` of OpenCV, under its Hanning window; and its
 enhanced correlation coefficient with a shift as the motion, which gets three
-pixels more on each side.
+pixels more on each side. The table is by OpenCV 5: that of 4 warps to 1/32 px, and its
+ECC has errors up to twice as large.
 """
 
 from collections.abc import Callable, Iterator
