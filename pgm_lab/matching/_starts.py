@@ -28,6 +28,7 @@ PLANE_SHARE = 0.85  # of what the fundamental matrix explains: then it is a plan
 COARSEST = 160  # px at most along the longer side of the smallest level
 TEMPLATE, SEARCH = 15, 31  # px across, at each level
 NUMBER = 300  # points at each level
+MIN_PYRAMID_SHARE = 0.9  # of the points of the finest level, each like its neighbours
 
 
 # --- The field of points found in both photos ---
@@ -259,7 +260,7 @@ def from_pyramids(left: np.ndarray, right: np.ndarray) -> Field:
         p, q = _finer(one, other, Field(2 * p, 2 * q))
     p, q = of_full_size(p, small[0], left), of_full_size(q, small[1], right)
     fit, F = fitting(p, q, 1.5 * factor)
-    _refuse_few(int(fit.sum()), len(fit))
+    refuse_few(int(fit.sum()), len(fit), MIN_PYRAMID_SHARE)
     return Field(p[fit], q[fit], 1.5 * factor, F)
 
 
@@ -274,13 +275,13 @@ def _anywhere(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarr
     )
     good = found.accepted
     p, q = points[good], found.points[good]
-    _refuse_few(len(p), len(points))
+    refuse_few(len(p), len(points))
     settings = cv2.UsacParams()
     settings.threshold = 3.0
     settings.confidence = 0.9999
     _, fit = cv2.estimateAffine2D(p, q, settings)
     fit = fit.ravel() > 0
-    _refuse_few(fit.sum(), len(points))
+    refuse_few(fit.sum(), len(points))
     return p[fit], q[fit]
 
 
@@ -303,12 +304,13 @@ def _finer(
     good = found.accepted
     p, q = points[good], found.points[good]
     good = smooth(p, q)
-    _refuse_few(good.sum(), len(points))
+    refuse_few(good.sum(), len(points))
     return p[good], q[good]
 
 
-def _refuse_few(found: int, of: int) -> None:
-    if found < max(MIN_INLIERS, 0.1 * of):
+def refuse_few(found: int, of: int, least: float = 0.1) -> None:
+    """Say that the pyramid failed where fewer than this share of its points fit."""
+    if found < max(MIN_INLIERS, least * of):
         raise ValueError(
             f"only {found} of {of} points of the pyramid fit together: do both photos"
             " show the same object, without much rotation or change of scale?"

@@ -23,6 +23,7 @@ MIN_TEMPLATE = 5  # px across
 MAX_SCALE = 10.0  # from left to right
 COARSE_THRESHOLD = 0.5  # of the correlation of windows whose shapes are about known
 MAX_MOVE = 3.0  # px: farther from the best correlation it is another point
+MIN_SHARE = 0.1  # of the points picked for a pyramid: with fewer it led astray
 LATTICE = 64  # points along a photo that are tested for being in the other one
 
 
@@ -186,8 +187,9 @@ def match(
     FileNotFoundError, OSError
         If a file cannot be read.
     ValueError
-        If a photo or an argument is not as described here, or too few features fit
-        together to give start values.
+        If a photo or an argument is not as described here, too few features or points
+        of the pyramid fit together to give start values, or hardly a picked point is
+        found from the pyramid.
 
     Notes
     -----
@@ -224,6 +226,7 @@ def match(
     threshold = _share(threshold, "threshold")
     least_quality = _share(least_quality, "least_quality")
     search = _validate.window(search, "search", template + 2)
+    picked = points is None
     if points is not None:
         points = _validate.point_list(points, "points")
     lines, near = None, {}
@@ -254,7 +257,10 @@ def match(
     )  # fmt: skip
     good = quality(left, right, points[k], fine, template)
     sizes = _size(left), _size(right)
-    return _put_together(points, coarse, k, fine, good, least_quality, sizes)
+    found = _put_together(points, coarse, k, fine, good, least_quality, sizes)
+    if picked and start == "pyramid" and found.accepted.mean() < MIN_SHARE:
+        _starts.refuse_few(int(found.accepted.sum()), len(points))
+    return found
 
 
 def _size(photo: np.ndarray) -> tuple[int, int]:

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pgm_lab import datasets, lsm, matching, ncc
-from pgm_lab.matching import STATUSES
+from pgm_lab import datasets, lsm, matching, ncc, simulate
+from pgm_lab.matching import STATUSES, _starts
 from tests.matching import scenes
 
 LEFT, RIGHT, H = scenes.warped()
@@ -64,6 +64,17 @@ def test_any_turn_is_found_by_features(angle):
     found = whole(matching.match(left, right, number=60))
     e = errors(found, H)
     assert np.sum(e <= 1) >= 55 and not np.any(e > 1)
+
+
+def test_a_pyramid_that_leads_astray_is_refused(monkeypatch):
+    grey = datasets.yellowstone().grey[:400, :500]
+    noisy = simulate.photograph(np.roll(grey, 9).astype(float), 9.0, 1)
+    with pytest.raises(ValueError, match="only 0 of 200 points of the pyramid"):
+        matching.match(grey, noisy, start="pyramid", threshold=1.0)
+    some = lambda p, q, _: (np.arange(len(p)) % 5 > 0, None)  # noqa: E731
+    monkeypatch.setattr(_starts, "fitting", some)
+    with pytest.raises(ValueError, match="of the pyramid fit together"):
+        matching.match(grey[:, :-9], grey[:, 9:], start="pyramid")
 
 
 @pytest.mark.parametrize("shift", [(230, -110), (0, 0)])
