@@ -104,7 +104,7 @@ def test_wrong_heights_are_no_slip_where_photos_without_tilt_prove_nothing(photo
     level = oriented(photos, lambda e: e * [1, 1, 1, 0, 0, 0])
     rng = np.random.default_rng(3)
     X = rng.uniform((-150, -200, -60), (150, 200, 60), (40, 3))
-    pixels = tuple(one.project(X) + rng.normal(0, 1, (40, 2)) for one in level)
+    pixels = tuple(one.project(X) + rng.normal(0, 0.3, (40, 2)) for one in level)
     assert slips.likely(level, "heights", np.array([580, 620]), pixels) == ""
 
 
