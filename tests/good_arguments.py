@@ -383,7 +383,9 @@ FUNCTIONS = {
     "stereo.intersect": lambda: dict(pair=normal_pair(), match=dense_match()),
     "stereo.match_dense": lambda: dict(pair=normal_pair()),
     "stereo.match_rows": lambda: dict(left=GREY, right=GREY, search=5),
-    "stereo.neighbours": lambda: dict(photos=[oriented(), oriented()], ground=0.0),
+    "stereo.neighbours": lambda: dict(
+        photos=list(oriented_pair().values()), ground=0.0, least=0.1, most=1.0
+    ),
     "stereo.quality": lambda: dict(
         heights=[1.0, 2, 4], truth=[1.0, 2, 3], where=[True, False, True]
     ),

@@ -176,6 +176,7 @@ def _register(
     asked = {k: v for k, v in settings.items() if k not in ("number", "grid")}
     chip, radius = settings.get("chip", 21), settings.get("radius", 3)
     grey = reference.values
+    _refuse_without_overlap(grey.shape, sensed.values.shape, offset)
     if "grid" in settings:
         margin = chip // 2 + radius
         asked["points"] = registration.grid(grey.shape, settings["grid"], margin)
@@ -197,6 +198,20 @@ def _register(
             " --offset COLUMN ROW says where to begin"
         )
     return found
+
+
+def _refuse_without_overlap(
+    reference: tuple[int, ...], sensed: tuple[int, ...], offset: np.ndarray
+) -> None:
+    """Say that the offset moves the images apart, where it does."""
+    size, other = np.array(reference[::-1]), np.array(sensed[::-1])
+    if np.any((offset <= -size) | (offset >= other)):
+        column, row = offset
+        raise ValueError(
+            f"with an offset of {column:g} columns and {row:g} rows the images do not"
+            f" overlap: they have {size[0]} x {size[1]} and {other[0]} x {other[1]}"
+            " pixels. Give another --offset, or images of the same place"
+        )
 
 
 def _model(

@@ -33,6 +33,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import __version__, _validate
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io import files as _files
+from pgm_lab.stereo import slips
 from pgm_lab.stereo.dense import match_dense, match_rows
 from pgm_lab.stereo.grid import Surface, surface
 from pgm_lab.stereo.heights import intersect
@@ -342,7 +343,8 @@ class Task:
 def plot_pair(task: Task) -> tuple[int, float]:
     """Plot one pair into its file; the number of points and the seconds it took."""
     start = time.perf_counter()
-    pair = epipolar_pair(task.left.read(), task.right.read(), task.heights)
+    left, right = task.left.read(), task.right.read()
+    pair = epipolar_pair(left, right, task.heights)
     match = match_dense(pair, **task.matching)
     # About one point a cell: windows of more would overlap
     depth = pair.stations[:, 2].mean() - np.mean(task.heights)
@@ -352,7 +354,10 @@ def plot_pair(task: Task) -> tuple[int, float]:
     inside = (points.xyz[:, 2] >= low) & (points.xyz[:, 2] <= high)
     n = int(inside.sum())
     if n < MIN_POINTS:
-        raise ValueError(f"{n} points between {low:g} and {high:g} m were matched")
+        slip = slips.likely((left, right), "heights", np.array(task.heights))
+        raise ValueError(
+            f"{n} points between {low:g} and {high:g} m were matched. {slip}".rstrip()
+        )
     z, weight, first = _gridded(points.xyz[inside], points.sd[inside, 2], task.cell)
     box = np.array([*first, *z.shape[::-1]])
     with _new(task.file) as file:

@@ -6,7 +6,7 @@ epipolar plane then cuts both images in the same row.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import cv2
@@ -18,6 +18,7 @@ from pgm_lab import _validate
 from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 from pgm_lab.epipolar import epipole
+from pgm_lab.stereo import slips
 
 MIN_SIDE = 32  # px, of the normal images
 SAME_SCALE = 1.05  # ratio of pixel sizes up to which the left photo's is used
@@ -46,6 +47,8 @@ class NormalPair:
         (x, y) in mm of the centre of pixel (0, 0), left and right; the same y.
     photos : tuple of two Photo, or None
         The source photos; None if it was not made from photos.
+    within : tuple of str and ndarray (2,), or None
+        "heights" or "depths", and the (least, greatest) of them that were given.
     """
 
     left: np.ndarray = field(repr=False)
@@ -56,6 +59,7 @@ class NormalPair:
     pixel_size: float
     origin: np.ndarray
     photos: tuple[Photo, Photo] | None = field(default=None, repr=False)
+    within: tuple[str, np.ndarray] | None = None
 
     @property
     def base(self) -> float:
@@ -187,13 +191,15 @@ def epipolar_pair(
     for name, photo in (("left", left), ("right", right)):
         _validate.instance(photo, Photo, name)
     along, limits = _limits(heights, depths)
-    _refuse_geometry(left, right)
     photos = left, right
+    with slips.named(photos, along, limits):
+        _refuse_geometry(left, right)
+        # What both show
+        ground = _common_ground(photos, along, limits)
     stations = np.array([photo.exterior[:3] for photo in photos])
     R, c = normal_frame(left, right), left.camera.c
 
     # Where the ground that both show lies in the normal images, in mm
-    ground = _common_ground(photos, along, limits)
     a, b = (to_normal(ground - X0, R, c) for X0 in stations)
     ahead = np.isfinite(a[:, 0] + b[:, 0])
     if not ahead.any():
@@ -226,7 +232,9 @@ def epipolar_pair(
 
         return _resampled(photos[k], rays, size, ratios[k])
 
-    return NormalPair(image(0), image(1), R, stations, c, pixel, origin, photos)
+    return NormalPair(
+        image(0), image(1), R, stations, c, pixel, origin, photos, (along, limits)
+    )
 
 
 # --- The frame of the normal case ---
@@ -306,21 +314,9 @@ def _common_ground(
     ground = _common_edge(photos, along, limits)
     if len(ground):
         return ground
-    crossed = len(_common_edge(exchanged(photos), along, limits)) > 0
-    hint = "; with their exterior orientations exchanged they would have some"
     raise ValueError(
         "the photos have no ground in common: check the exterior orientations, the"
         f" {along} {limits.tolist()} and, if the photos are parts, their corners"
-        f"{hint * crossed}"
-    )
-
-
-def exchanged(photos: tuple[Photo, Photo]) -> tuple[Photo, Photo]:
-    """Both photos, each with the exterior orientation of the other."""
-    left, right = photos
-    return (
-        replace(left, exterior=right.exterior),
-        replace(right, exterior=left.exterior),
     )
 
 

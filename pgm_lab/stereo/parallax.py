@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, matching
 from pgm_lab._robust import nmad
 from pgm_lab.camera.photo import Photo
-from pgm_lab.stereo.normal import NormalPair, exchanged, normal_frame, to_normal
+from pgm_lab.stereo import slips
+from pgm_lab.stereo.normal import NormalPair, normal_frame, to_normal
 
 MAX_RMSE = 0.1  # px, RMSE of the y parallax up to which a pair counts as well oriented
 MAX_NMADS = 5.0  # from the trend; a match beyond counts as wrong
@@ -83,6 +84,9 @@ class YParallax:
     verdict : str
         One of `VERDICTS`: "well oriented", "no trend" (above 0.1 px, but random),
         "wrong orientation", "photos exchanged", "too few points".
+    slip : str
+        What was probably given in a wrong unit, such as angles in degrees or heights in
+        feet, where the photos fit without it; empty if nothing was.
     """
 
     points: np.ndarray = field(repr=False)
@@ -93,6 +97,7 @@ class YParallax:
     elements: tuple[Element, ...]
     together: float
     verdict: str
+    slip: str = ""
 
     @property
     def used(self) -> np.ndarray:
@@ -133,11 +138,16 @@ class YParallax:
                 " orientations."
             )
         if self.verdict == "too few points":
-            return (
+            return self.slip or (
                 f"Only {self.n} points of the left normal image were found in the right"
                 " one, too few for a verdict. Either they do not show the same ground"
                 " (check photos and exterior orientations), or it has no texture, as"
                 " water has none."
+            )
+        if self.slip and self.verdict != "wrong orientation":
+            return measured + (
+                "So far it is well oriented, but the ground lies beyond the limits that"
+                f" were given. {self.slip}."
             )
         if self.verdict == "well oriented":
             return measured + "The pair is well oriented."
@@ -146,7 +156,8 @@ class YParallax:
                 "It has no trend over the image: noise of the matching, as with weak"
                 " texture, or a poorly known lens; not the orientation."
             )
-        return measured + "The relative orientation is wrong. " + self._explained()
+        why = f"{self.slip}." if self.slip else self._explained()
+        return measured + f"The relative orientation is wrong. {why}"
 
     def _explained(self) -> str:
         if not self.elements:
@@ -253,9 +264,12 @@ def y_parallax(
 
     elements: tuple[Element, ...] = ()
     together = np.nan
+    slip = ""
     if pair.photos is not None:
         left, right = (pair.to_photo(k, p[used]) for k, p in enumerate((one, other)))
         elements, together = explanations(pair.photos, left, right, pair.pixel_size)
+        if pair.within is not None:
+            slip = slips.likely(pair.photos, *pair.within, (left, right))
 
     # Noise alone makes a trend of this size
     chance = 3 * nmad(off[used]) * np.sqrt(3 / used.sum())
@@ -264,7 +278,9 @@ def y_parallax(
         verdict = "well oriented"
     elif _rms((values - off)[used]) < max(MAX_RMSE, chance):
         verdict = "no trend"
-    return YParallax(one, other, values, status, trend, elements, together, verdict)
+    return YParallax(
+        one, other, values, status, trend, elements, together, verdict, slip
+    )
 
 
 def _rms(v: np.ndarray) -> float:
@@ -299,8 +315,10 @@ def _undecided(
     """The verdict without enough matches: perhaps the photos are exchanged."""
     verdict = "photos exchanged" if _are_exchanged(pair.photos) else "too few points"
     values = np.full(len(points), np.nan) if values is None else values
-    trend = np.full(3, np.nan)
-    return YParallax(points, matched, values, status, trend, (), np.nan, verdict)
+    trend, slip = np.full(3, np.nan), ""
+    if verdict == "too few points" and pair.photos and pair.within:
+        slip = slips.likely(pair.photos, *pair.within)
+    return YParallax(points, matched, values, status, trend, (), np.nan, verdict, slip)
 
 
 # --- Which element of orientation explains it ---
@@ -354,14 +372,10 @@ def _are_exchanged(photos: tuple[Photo, Photo] | None) -> bool:
     """Whether the photos fit their exterior orientations better the other way round."""
     if photos is None:
         return False
-    try:
-        found = matching.match(photos[0].grey, photos[1].grey, number=50)
-    except ValueError:
-        return False
-    if (good := found.accepted).sum() < MIN_POINTS:
+    if (pixels := slips.common_points(photos)) is None:
         return False
     here, there = (
-        np.mean(_parallaxes(two, found.chosen[good], found.points[good])[:, 0] > 0)
-        for two in (photos, exchanged(photos))
+        np.mean(_parallaxes(two, *pixels)[:, 0] > 0)
+        for two in (photos, slips.exchanged(photos))
     )
     return bool(here < 0.5 < there)

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +17,9 @@ from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io import photo as photos
 from pgm_lab.io.files import existing, printable
+from pgm_lab.stereo import slips
+
+TURN = 2 * np.pi + 1e-6  # radians: larger angles are degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +33,7 @@ class PhotoFile:
     camera : Camera
         Interior orientation and lens, in mm.
     exterior : sequence of 6 numbers
-        (X0, Y0, Z0, omega, phi, kappa).
+        (X0, Y0, Z0, omega, phi, kappa), angles in radians.
     pixel_size : float
         In mm.
     image_size : (columns, rows), optional
@@ -53,7 +57,7 @@ class PhotoFile:
         FileNotFoundError, OSError
             If the file cannot be read.
         ValueError
-            If it is not a photo.
+            If it is not a photo, or its angles are degrees.
         """
         if Path(self.path).suffix == ".npy":
             return self._photo(self._array())
@@ -99,7 +103,13 @@ class PhotoFile:
         return array
 
     def _photo(self, grey: np.ndarray) -> Photo:
-        exterior = np.asarray(self.exterior, float)
+        exterior = _validate.one_point(self.exterior, 6, "exterior")
+        if np.any(np.abs(exterior[3:]) > TURN):
+            angles = ", ".join(f"{angle:g}" for angle in exterior[3:])
+            raise ValueError(
+                f"photo, {printable(self.path)}: omega, phi, kappa = {angles} are more"
+                " than a turn: radians are expected, not degrees"
+            )
         return Photo(
             grey, self.camera, exterior, self.pixel_size, self.image_size, self.corner
         )
@@ -150,7 +160,8 @@ def neighbours(
     Returns
     -------
     ndarray (n, 2) of int
-        Indices of left and right photo, the smaller one first, in order.
+        Indices of left and right photo, the smaller one first, in order. A warning says
+        so if there are none, and how near to it some are.
 
     Raises
     ------
@@ -175,7 +186,11 @@ def neighbours(
             "least and most must be shares with 0 <= least < most <= 1; got"
             f" {least:g} and {most:g}"
         )
-    prints = [_footprint(p, ground, k) for k, p in enumerate(photo_list(photos))]
+    given = photo_list(photos)
+    try:
+        prints = [_footprint(photo, ground, k) for k, photo in enumerate(given)]
+    except ValueError as error:
+        raise ValueError(f"{error} {_slip(given, ground)}".rstrip()) from None
     if len(prints) < 2:
         return np.zeros((0, 2), int)
 
@@ -184,8 +199,21 @@ def neighbours(
     radius = [np.linalg.norm(p - m, axis=1).max() for p, m in zip(prints, middles)]
     tree = scipy.spatial.KDTree(middles)
     near = tree.query_pairs(2 * max(radius), output_type="ndarray")
-    chosen = [k for k in near if least <= _share(*(prints[i] for i in k)) <= most]
-    return np.array(sorted(map(tuple, chosen)), int).reshape(-1, 2)
+    near = near[np.lexsort(near.T[::-1])].reshape(-1, 2)
+    shares = np.array([_share(prints[i], prints[j]) for i, j in near])
+    chosen = near[(least <= shares) & (shares <= most)]
+    if not len(chosen):
+        words = "none share any"
+        if len(near):
+            best = np.argmin(np.abs(shares - shares.clip(least, most)))
+            i, j = near[best]
+            words = f"photos {i} and {j} share {100 * shares[best]:.0f} %"
+        warnings.warn(
+            f"no two photos share {100 * least:g} to {100 * most:g} % of the ground at"
+            f" {ground:g} m: {words}. {_slip(given, ground)}".rstrip(),
+            stacklevel=2,
+        )
+    return chosen.astype(int)
 
 
 def _footprint(photo: Photo | PhotoFile, ground: float, k: int) -> np.ndarray:
@@ -203,6 +231,23 @@ def _footprint(photo: Photo | PhotoFile, ground: float, k: int) -> np.ndarray:
         )
     scale = (ground - station[2]) / rays[:, 2]
     return station[:2] + scale[:, None] * rays[:, :2]
+
+
+def _slip(photos: list, ground: float) -> str:
+    """What is probably wrong with the photos: only the two nearest are read."""
+    stations = np.array([np.asarray(photo.exterior, float)[:3] for photo in photos])
+    if len(stations) < 2:
+        return ""
+    distance, which = scipy.spatial.KDTree(stations).query(stations, 2)
+    left, right = (photos[k] for k in np.sort(which[np.argmin(distance[:, 1])]))
+    try:
+        left, right = (
+            photo.read() if isinstance(photo, PhotoFile) else photo
+            for photo in (left, right)
+        )
+        return slips.likely((left, right), "heights", np.array([ground, ground]))
+    except (ValueError, OSError):  # what cannot be read is said when it is needed
+        return ""
 
 
 def _share(one: np.ndarray, other: np.ndarray) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.io import files, geotiff
+from pgm_lab.io.text import LARGEST
 from pgm_lab.stereo.grid import SOURCES, Surface
 from pgm_lab.stereo.heights import Points
 from pgm_lab.stereo.terrain import ORIGINS, Terrain
@@ -47,7 +48,8 @@ def save_points(
     OSError
         If it cannot be written.
     ValueError
-        If an argument is not as described here, or there are no points.
+        If an argument is not as described here, there are no points, or coordinates of
+        one are NaN, infinite or above 1e30.
 
     Examples
     --------
@@ -61,6 +63,10 @@ def save_points(
     _validate.instance(points, Points, "points")
     if not len(points.xyz):
         raise ValueError("there are no points to save")
+    known = np.abs(points.xyz) <= LARGEST
+    _validate.refuse(
+        ~known.all(-1), "points.xyz{} are NaN, infinite or above 1e30: leave them out"
+    )
     writers: Writers = {
         ".csv": _points_csv,
         ".las": _las,

@@ -155,6 +155,15 @@ def test_images_of_two_sizes_need_an_offset(register, capsys):
     assert "1.25 px farther to the right" in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.parametrize("offset", [(1e300, 0), (0, -160), (200, 0)])
+def test_an_offset_that_leaves_no_overlap_is_refused(register, capsys, offset):
+    message = register.ended(capsys, "--offset", *offset)
+    assert "the images do not overlap: they have 200 x 160 and 200 x 160" in message
+    assert f"{offset[0]:g} columns" in message and "another --offset" in message
+    near = np.sign(offset) * (190, 150)  # some rows or columns are left, but no chip
+    assert "no texture" in register.ended(capsys, "--offset", *near)
+
+
 # --- On the map ---
 
 

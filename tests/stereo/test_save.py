@@ -115,3 +115,8 @@ def test_what_cannot_be_saved_is_refused(points, surface, tmp_path, monkeypatch)
     none = stereo.Points(*np.empty((2, 0, 3)), np.empty(0), np.empty((0, 2)))
     with pytest.raises(ValueError, match="no points"):
         stereo.save_points(none, tmp_path / "points.csv")
+    for value in (np.nan, np.inf, -1e31):
+        odd = stereo.Points(points.xyz.copy(), points.sd, points.r, points.cells)
+        odd.xyz[1, 2] = value
+        with pytest.raises(ValueError, match=r"points\.xyz\[1\] are NaN, infinite"):
+            stereo.save_points(odd, tmp_path / "points.csv")

@@ -1,0 +1,177 @@
+"""The likely slip behind two photos that do not fit: named only if the images prove it.
+
+Points that both images show are matched without any orientation. A slip is likely if
+with what was given their rays do not meet on the ground, and without the slip they do.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from pgm_lab import matching
+from pgm_lab.camera.photo import Photo
+from pgm_lab.orientation.rays import nearest_factors
+
+MIN_POINTS = 6  # matched points from which they prove anything
+MOST = 0.8  # of the points; the others may be wrong matches
+ROUGH = 0.005  # radians: a direct orientation by GNSS and IMU is no worse
+CONVERGENCE = 0.05  # radians: at most between the grid of a map and true north
+BETTER = 10  # times closer the rays have to pass each other without the slip
+FAR = 2.0  # times the depth: limits that are no slip are not so far off, feet farther
+NEAR = 0.1  # of the depth, outside its limits: no more is left without the slip
+FOOT = 0.3048  # m
+EARTH = 6.371e6  # m, radius
+TIMES = np.geomspace(1.5, 30, 60)  # how much a photo may have been reduced
+
+Photos = tuple[Photo, Photo]
+Pixels = tuple[np.ndarray, np.ndarray]
+
+
+@contextlib.contextmanager
+def named(photos: Photos, along: str, limits: np.ndarray) -> Iterator[None]:
+    """Let an error about photos that do not fit name the likely slip."""
+    try:
+        yield
+    except ValueError as error:
+        found = likely(photos, along, limits)
+        raise ValueError(f"{error}{'. ' * bool(found)}{found}") from None
+
+
+def common_points(photos: Photos) -> Pixels | None:
+    """Pixels (n, 2) of the same points in both photos; None if they do not show any."""
+    try:
+        found = matching.match(photos[0].grey, photos[1].grey, number=50)
+    except ValueError:  # no texture, or nothing fits together
+        return None
+    good = found.accepted
+    enough = good.sum() >= MIN_POINTS
+    return (found.chosen[good], found.points[good]) if enough else None
+
+
+def likely(
+    photos: Photos, along: str, limits: np.ndarray, pixels: Pixels | None = None
+) -> str:
+    """Sentence that names the slip and the cure; empty if the images prove none.
+
+    `along` is "heights" or "depths", `limits` are the (least, greatest) of them;
+    `pixels` are `common_points`, if they are known.
+    """
+    if pixels is None and (pixels := common_points(photos)) is None:
+        return ""
+    given, ratio = _misfit(photos, pixels, along, limits)
+    right_depth = 1 / FAR <= ratio <= FAR
+    if given <= ROUGH and right_depth:
+        return ""
+    fitting = []
+    for words, cured, within, most in _without_slip(photos, along, limits):
+        misfit, depth = _misfit(cured, pixels, along, within)
+        # What makes a wrong depth right explains it, but a pixel size always could
+        scaled = cured[0].pixel_size != photos[0].pixel_size
+        proved = misfit * BETTER < given or not (right_depth or scaled)
+        if proved and misfit <= most and abs(depth - 1) <= NEAR:
+            fitting.append((misfit, words))
+    return min(fitting)[1] if fitting else ""
+
+
+def _misfit(
+    photos: Photos, pixels: Pixels, along: str, limits: np.ndarray
+) -> tuple[float, float]:
+    """Median angle by which rays miss each other, and depth in what the limits allow.
+
+    The depth is 1 between the limits, else the ratio to the nearer one. Infinite and
+    NaN if most rays do not meet in front of the photos.
+    """
+    left, right = photos
+    try:
+        u, v = (photo.rays(at) for photo, at in zip(photos, pixels))
+    except ValueError:  # beyond what the lens can image
+        return np.inf, np.nan
+    b = right.exterior[:3] - left.exterior[:3]
+    factors, parallel = nearest_factors(b, u, v)
+    ahead = ~parallel & (factors > 0).all(-1)
+    if ahead.mean() < MOST:
+        return np.inf, np.nan
+    # Angle between the right ray and the epipolar plane of the left one
+    normal = np.cross(b, u[ahead])
+    size = np.linalg.norm(normal, axis=-1) * np.linalg.norm(v[ahead], axis=-1)
+    sine = np.abs(np.sum(normal * v[ahead], axis=-1)) / np.maximum(size, 1e-300)
+    down = -u[ahead, 2] if along == "heights" else np.full(len(u), left.camera.c)[ahead]
+    depth = np.median(factors[ahead, 0] * down)
+    near, far = _depths(left, along, limits)
+    if min(depth, far) <= 0:
+        return np.inf, np.nan
+    return float(np.median(sine)), float(depth / np.clip(depth, max(near, 0), far))
+
+
+def _depths(photo: Photo, along: str, limits: np.ndarray) -> np.ndarray:
+    """Least and greatest distance of the ground from a station that limits allow."""
+    return limits if along == "depths" else photo.exterior[2] - limits[::-1]
+
+
+def _without_slip(
+    photos: Photos, along: str, limits: np.ndarray
+) -> Iterator[tuple[str, Photos, np.ndarray, float]]:
+    """What may be wrong, photos and limits without it, and the misfit that is left."""
+
+    def changed(change: np.ndarray) -> Photos:
+        one, other = (replace(p, exterior=p.exterior * change) for p in photos)
+        return one, other
+
+    # Angles
+    for unit, half in (("degrees", 180), ("gon", 200)):
+        words = (
+            f"Are the angles in {unit}? Taken so they fit what the images show; give"
+            f" omega, phi and kappa in radians, times pi / {half}"
+        )
+        yield words, changed(np.r_[np.ones(3), np.full(3, np.pi / half)]), limits, ROUGH
+    # Stations
+    words = (
+        "Are the photos exchanged? With the exterior orientation of the other one,"
+        " each fits what the images show"
+    )
+    yield words, exchanged(photos), limits, ROUGH
+    X, Y, _ = np.transpose([photo.exterior[:3] for photo in photos])
+    for east, north, order in ((X, Y, [0, 1]), (Y, X, [1, 0])):
+        if np.abs(east).max() > 180 or np.abs(north).max() > 90:
+            continue
+        words = (
+            "Are X and Y longitude and latitude? Projected to a map they fit what the"
+            " images show; give metres east and north, as UTM has them"
+        )
+        metres = EARTH * np.radians(1) * np.array([np.cos(np.radians(north[0])), 1])
+        one, other = (
+            replace(p, exterior=np.r_[p.exterior[order] * metres, p.exterior[2:]])
+            for p in photos
+        )
+        yield words, (one, other), limits, CONVERGENCE
+    for change, what in ((np.r_[1, 1, FOOT], "Z of the stations"),
+                         (np.r_[FOOT, FOOT, FOOT], "the stations")):  # fmt: skip
+        words = (
+            f"Are {what} in feet? In metres, times {FOOT}, they fit what the images"
+            " show"
+        )
+        yield words, changed(np.r_[change, 1, 1, 1]), limits, ROUGH
+    words = (
+        f"Are the {along} in feet? In metres, times {FOOT}, they fit what the images"
+        " show"
+    )
+    yield words, photos, limits * FOOT, ROUGH
+    # Pixels
+    for times in TIMES:
+        one, other = (replace(p, pixel_size=times * p.pixel_size) for p in photos)
+        words = (
+            "Is the pixel size that of the photos before they were reduced? About"
+            f" {times:.2g} times as large it fits what the images show"
+        )
+        yield words, (one, other), limits, ROUGH
+
+
+def exchanged(photos: Photos) -> Photos:
+    """Both photos, each with the exterior orientation of the other."""
+    left, right = photos
+    return (
+        replace(left, exterior=right.exterior),
+        replace(right, exterior=left.exterior),
+    )
