@@ -131,8 +131,7 @@ def save_surface(
             "surface must be a Surface or a Terrain; got"
             f" {_validate.shown(type(surface).__name__)}"
         )
-    known = surface.crs if isinstance(surface, Surface) else None
-    crs = _system(crs, known, path, ".tif")
+    crs = _system(crs, surface.crs, path, ".tif")
     writers: Writers = {
         ".csv": _surface_csv,
         ".tif": partial(_surface_tif, crs=crs),

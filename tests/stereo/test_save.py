@@ -74,6 +74,14 @@ def test_the_reference_system_is_written_as_asked_or_as_known(suffix, points, tm
             stereo.save_points(points, tmp_path / "a.csv", crs="EPSG:32748")
 
 
+def test_the_terrain_keeps_the_system_of_its_surface(tmp_path):
+    pytest.importorskip("rasterio")
+    flat, measured = np.ones((9, 9)), np.ones((9, 9), bool)
+    dsm = stereo.Surface(flat, (0.0, 0.0), 1.0, measured, crs="EPSG:32748")
+    dtm = stereo.filter_terrain(dsm)
+    assert read_crs(stereo.save_surface(dtm, tmp_path / "dtm.tif")) == 32748
+
+
 def read_crs(file):
     """Number of EPSG, by rasterio or by laspy and pyproj; None if there is none."""
     if file.suffix == ".tif":
