@@ -222,7 +222,7 @@ FUNCTIONS = {
     "camera.Camera": lambda: dict(c=35.0),
     "camera.Photo": lambda: dict(
         grey=GREY, camera=LENS, exterior=PHOTO, pixel_size=0.5, image_size=(60, 50),
-        corner=(2, 3),
+        corner=(2, 3), crs="EPSG:32748",
     ),
     "camera.Photo.to_photo": lambda: dict(self=oriented(), pixels=UP),
     "camera.Photo.to_pixel": lambda: dict(self=oriented(), photo=UP),

@@ -153,6 +153,7 @@ MEANT = {
     ("bundle.Network", "photo_names"): {"None"},
     ("bundle.Network", "point_names"): {"None"},
     ("camera.Photo", "grey"): LACKING,
+    ("camera.Photo", "crs"): {"no such word"},  # known to rasterio alone
     ("image.centroid", "window"): {"shape"},
     ("image.cut", "image"): LACKING,  # outside the window
     ("image.resample", "outside"): {"NaN"},  # marks what is outside
@@ -182,6 +183,7 @@ MEANT = {
     ("stereo.quality", "heights"): {"NaN"},
     ("stereo.quality", "truth"): {"NaN"},
     ("stereo.surface", "points"): {"NaN"},  # left out
+    ("stereo.surface", "largest_gap"): {"inf"},  # any
 }
 PUBLIC = public()
 

@@ -31,6 +31,8 @@ class Photo:
         Of the whole photo; that of `grey` when missing.
     corner : (column, row)
         Where pixel (0, 0) of `grey` lies in the whole photo.
+    crs : str, optional
+        Coordinate reference system of the exterior: "EPSG:32748", for example.
 
     Raises
     ------
@@ -50,6 +52,7 @@ class Photo:
     pixel_size: float
     image_size: tuple[int, int] | None = None
     corner: tuple[int, int] = (0, 0)
+    crs: str | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         grey = _validate.grey_image(self.grey, "grey")
@@ -59,6 +62,8 @@ class Photo:
         pixel_size = _validate.positive_number(self.pixel_size, "pixel_size", "mm")
         corner = _validate.of_shape(self.corner, (2,), "corner")
         column, row = (_validate.whole(v, "corner", 0) for v in corner)
+        if self.crs is not None:
+            _validate.text(self.crs, "crs")
         size = None
         if self.image_size is not None:
             columns, rows = (int(n) for n in _validate.image_size(self.image_size))

@@ -289,6 +289,59 @@ def installed() -> bool:
     return True
 
 
+def wkt(crs: str) -> str:
+    """Well-known text of a coordinate reference system, of the kind that LAS holds.
+
+    Raises
+    ------
+    ImportError
+        If rasterio is not installed.
+    ValueError
+        If it is not known.
+    """
+    if not installed():
+        raise ImportError(f"a coordinate reference system needs rasterio: {INSTALL}")
+    return _system(crs).to_wkt()
+
+
+def _system(crs: str) -> Any:
+    """Coordinate reference system of a text; refused if it is not known."""
+    from rasterio.crs import CRS
+    from rasterio.errors import CRSError
+
+    try:
+        return CRS.from_user_input(crs)
+    except CRSError:
+        raise ValueError(
+            f"crs {crs!r:.60} is not known; give it as 'EPSG:32748', for example"
+        ) from None
+
+
+def place(path: str | os.PathLike) -> tuple[str, np.ndarray, tuple[int, int]] | None:
+    """System, transform (2, 3) and shape of a GeoTIFF; None where it names no system.
+
+    Only the header is read, and no file beside it.
+    """
+    with Path(path).open("rb") as file:
+        tiff = file.read(4) in TIFF
+    if not (tiff and installed()):
+        return None
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+    try:
+        with warnings.catch_warnings(), rasterio.Env(**_ALONE):
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            name = Path(path).absolute()
+            with rasterio.open(name, driver="GTiff", sharing=False) as found:
+                transform = np.array(found.transform[:6]).reshape(2, 3)
+                if not found.crs or not np.linalg.det(transform[:, :2]):
+                    return None
+                return found.crs.to_string(), transform, found.shape
+    except RasterioError:
+        return None
+
+
 def without_data(values: np.ndarray) -> np.ndarray:
     """Return where grey values are masked, NaN or infinite (rows, columns)."""
     mask, grey = np.ma.getmaskarray(values), np.ma.getdata(values)
@@ -347,16 +400,15 @@ def write_bands(
     if not installed():
         raise ImportError(f"a GeoTIFF is written by rasterio: {INSTALL}")
     import rasterio
-    from rasterio.errors import CRSError, NotGeoreferencedWarning, RasterioError
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     count, rows, columns = bands.shape
     profile = {"driver": "GTiff", "height": rows, "width": columns, "count": count}
     profile |= {"dtype": bands.dtype.name, "nodata": nodata, "BIGTIFF": "IF_SAFER"}
+    if transform is not None:
+        affine = rasterio.Affine(*np.ravel(transform))
+        profile |= {"transform": affine, "crs": None if crs is None else _system(crs)}
     try:
-        if transform is not None:
-            affine = rasterio.Affine(*np.ravel(transform))
-            system = None if crs is None else rasterio.CRS.from_user_input(crs)
-            profile |= {"transform": affine, "crs": system}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with rasterio.open(path, "w", **profile, **options) as file:
@@ -365,10 +417,6 @@ def write_bands(
                     file.set_band_description(number, name)
                 for number, words in (tags or {}).items():
                     file.update_tags(number, **words)
-    except CRSError:
-        raise ValueError(
-            f"crs {crs!r:.60} is not known; give it as 'EPSG:32748', for example"
-        ) from None
     except RasterioError as error:
         raise OSError(" ".join(str(error.__cause__ or error).split())) from None
 

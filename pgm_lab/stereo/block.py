@@ -22,7 +22,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ from pgm_lab.camera.photo import Photo
 from pgm_lab.io import files as _files
 from pgm_lab.stereo import slips
 from pgm_lab.stereo.dense import match_dense, match_rows
-from pgm_lab.stereo.grid import Surface, surface
+from pgm_lab.stereo.grid import Surface, gap_width, surface
 from pgm_lab.stereo.heights import intersect
 from pgm_lab.stereo.normal import epipolar_pair
 from pgm_lab.stereo.photo_file import PhotoFile, fingerprint, photo_list
@@ -120,6 +120,7 @@ def plot_block(
     cell: float,
     matching: Mapping[str, Any] | None = None,
     merging: str = "mean",
+    largest_gap: float | None = None,
     workers: int | None = None,
     client: Any = None,
     retries: int = 1,
@@ -155,6 +156,8 @@ def plot_block(
         Options of `match_dense`, such as ``{"window": 9}``.
     merging : {"mean", "median"}
         Of the measured heights where pairs overlap; the mean is weighted by 1 / sd^2.
+    largest_gap : float, optional
+        Width in m of the widest gap of a pair that is interpolated, as in `surface`.
     workers : int, optional
         Processes of this computer; default: one a core; 1 is this process alone.
         Each needs the memory of a pair.
@@ -194,6 +197,7 @@ def plot_block(
             f"heights must be (low, high) with low < high; got ({low:g}, {high:g})"
         )
     _validate.choice(merging, "merging", MERGES)
+    largest_gap = gap_width(largest_gap)
     retries = _validate.whole(retries, "retries", 0)
     workers = CORES if workers is None else _validate.whole(workers, "workers", 1)
     progress = _validate.flag(progress, "progress")
@@ -207,6 +211,7 @@ def plot_block(
         "heights": [low, high],
         "cell": cell,
         "matching": matching,
+        "largest_gap": largest_gap,
         "pgm_lab": __version__,
     }
     folder = Path(folder).absolute()
@@ -226,6 +231,7 @@ def plot_block(
             (low, high),
             cell,
             matching,
+            largest_gap,
             fingerprint(numbers, prints[i], prints[j]),
             folder / f"pair_{i:05d}_{j:05d}.npz",
         )
@@ -253,7 +259,10 @@ def plot_block(
             f"none of the {len(table)} pair(s) could be plotted; the first,"
             f" ({table[0].left}, {table[0].right}): {table[0].reason}"
         )
+    named = {file.system() for file in files.values()}
+    crs = named.pop() if len(named) == 1 else None
     merged = merge(good, cell, folder, merging)
+    merged = replace(merged, largest_gap=largest_gap, crs=crs)
     return Block(merged, table, (folder / "z.npy", folder / "measured.npy", *good))
 
 
@@ -287,7 +296,9 @@ def _on_disk(photo: Photo | PhotoFile, folder: Path) -> PhotoFile:
             np.save(file, grey)
     exterior = tuple(np.asarray(photo.exterior, float).tolist())
     return PhotoFile(
-        path, photo.camera, exterior, photo.pixel_size, photo.image_size, photo.corner
+        path,
+        *(photo.camera, exterior, photo.pixel_size, photo.image_size, photo.corner),
+        photo.crs,
     )
 
 
@@ -336,6 +347,7 @@ class Task:
     heights: tuple[float, float]
     cell: float
     matching: Mapping[str, Any]
+    largest_gap: float | None
     fingerprint: str
     file: Path
 
@@ -358,7 +370,9 @@ def plot_pair(task: Task) -> tuple[int, float]:
         raise ValueError(
             f"{n} points between {low:g} and {high:g} m were matched. {slip}".rstrip()
         )
-    z, weight, first = _gridded(points.xyz[inside], points.sd[inside, 2], task.cell)
+    z, weight, first = _gridded(
+        points.xyz[inside], points.sd[inside, 2], task.cell, task.largest_gap
+    )
     box = np.array([*first, *z.shape[::-1]])
     with _new(task.file) as file:
         np.savez(
@@ -368,7 +382,7 @@ def plot_pair(task: Task) -> tuple[int, float]:
 
 
 def _gridded(
-    xyz: np.ndarray, sd: np.ndarray, cell: float
+    xyz: np.ndarray, sd: np.ndarray, cell: float, largest_gap: float | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Heights, weights and first (column, row), in cells that all pairs share.
 
@@ -379,7 +393,8 @@ def _gridded(
     columns, rows = last - first
     left, right, top, bottom = first[0], last[0], -first[1], -last[1]
     west, south, east, north = (cell * float(v) for v in (left, bottom, right, top))
-    z = surface(xyz, cell, extent=(west, south, east, north)).z[:rows, :columns]
+    extent = west, south, east, north
+    z = surface(xyz, cell, extent=extent, largest_gap=largest_gap).z[:rows, :columns]
     where = (at - first) @ (1, columns)
     sd = np.nan_to_num(sd, nan=np.inf).clip(MIN_SD)
     weight = np.bincount(where, 1 / sd**2, rows * columns).reshape(rows, columns)

@@ -1,5 +1,6 @@
 """Scattered points become a surface in cells of equal size."""
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -8,6 +9,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.stereo.heights import Points
 
 # Layers of `Surface.source`: where a height comes from, or why there is none
 SOURCES = ("measured", "interpolated", "outside the points", "gap too wide")
@@ -33,6 +35,10 @@ class Surface:
         Standard deviation of their heights; NaN for fewer than two.
     outside : ndarray (rows, columns) of bool, optional
         Whether the cell lies outside the hull of the points.
+    largest_gap : float, optional
+        Width in m of the widest gap that was interpolated; infinite for any.
+    crs : str, optional
+        Coordinate reference system, where it is known.
     """
 
     z: np.ndarray = field(repr=False)
@@ -42,6 +48,8 @@ class Surface:
     n: np.ndarray | None = field(default=None, repr=False)
     sd: np.ndarray | None = field(default=None, repr=False)
     outside: np.ndarray | None = field(default=None, repr=False)
+    largest_gap: float | None = None
+    crs: str | None = field(default=None, repr=False)
 
     @cached_property
     def source(self) -> np.ndarray:
@@ -52,6 +60,22 @@ class Surface:
             [outside, missing, self.measured], [2, 3, 0], default=1
         ).astype(np.uint8)
 
+    @cached_property
+    def filled(self) -> float:
+        """Share of the heights that are interpolated; NaN if there are none."""
+        known = ~np.isnan(self.z)
+        return float((known & ~self.measured).sum() / (known.sum() or np.nan))
+
+    @property
+    def message(self) -> str:
+        """How many cells have a height, how many of these are filled, in words."""
+        known, gap = np.mean(~np.isnan(self.z)), self.largest_gap
+        width = "any width" if gap == np.inf else f"up to {gap or 0:.3g} m"
+        return (
+            f"{known:.0%} of the cells have a height; {self.filled:.0%} of these are"
+            f" interpolated{'' if gap is None else f', in gaps of {width}'}"
+        )
+
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
         """X and Y (rows, columns) of the centres of the cells."""
         rows, columns = self.z.shape
@@ -61,7 +85,7 @@ class Surface:
 
 
 def surface(
-    points: ArrayLike,
+    points: Points | ArrayLike,
     cell: float,
     *,
     extent: tuple[float, ...] | None = None,
@@ -75,7 +99,7 @@ def surface(
 
     Parameters
     ----------
-    points : array_like (n, 3)
+    points : Points or array_like (n, 3)
         Object points in m, in any order; rows with NaN are left out.
     cell : float
         Side of a cell in m.
@@ -84,7 +108,11 @@ def surface(
         Points outside help to interpolate at its edge.
     largest_gap : float, optional
         Width in m of the widest gap that is interpolated: a cell further than half of
-        it from all cells with a point has no height. Default: any gap inside the hull.
+        it from all cells with a point has no height. When missing four times the mean
+        spacing s of the points, or two cells if that is more: of points at random, one
+        per s^2, none lies within 2 s of a place with a probability of exp(-4 pi), so
+        that wider gaps are not by chance, but water, shadow or hidden ground. With
+        `np.inf` any gap inside the hull is filled.
 
     Returns
     -------
@@ -105,10 +133,10 @@ def surface(
            [2.5, 2.5, 2.5, 2.5],
            [1.5, 1.5, 1.5, 1.5]])
     """
-    points = _known(points)
+    crs = points.crs if isinstance(points, Points) else None
+    points = _known(points.xyz if isinstance(points, Points) else points)
     cell = _validate.positive_number(cell, "cell", "in metres")
-    if largest_gap is not None:
-        largest_gap = _validate.positive_number(largest_gap, "largest_gap", "in metres")
+    largest_gap = gap_width(largest_gap)
     low, high = _box(points, extent)
     shape = _shape(low, high, cell)
 
@@ -125,15 +153,25 @@ def surface(
 
     # Triangles between them; at the rim a cell may have a point although its centre
     # lies outside the hull
-    z = _interpolated(middle, shape)
+    z, edge = _interpolated(middle, shape)
     outside = np.isnan(z)
     rim = outside[rows, columns]
     z[rows[rim], columns[rim]] = middle[inside][rim, 2]
     outside &= ~measured
-    if largest_gap is not None:
-        z[_far(measured, largest_gap / 2 / cell)] = np.nan
+    if largest_gap is None:
+        spacing = edge / np.sqrt(n.mean())  # one point stands for the n of its cell
+        largest_gap = float(cell * max(4 * spacing, 2))
+    if largest_gap < np.inf:
+        z[_far(cells, shape, largest_gap / 2 / cell)] = np.nan
     corner = (float(low[0] + cell / 2), float(high[1] - cell / 2))
-    return Surface(z, corner, cell, measured, number, spread, outside)
+    return Surface(z, corner, cell, measured, number, spread, outside, largest_gap, crs)
+
+
+def gap_width(largest_gap: float | None) -> float | None:
+    """Return the width of a gap as one number above zero, infinity too, or None."""
+    if largest_gap is None or isinstance(largest_gap, float) and largest_gap == np.inf:
+        return largest_gap
+    return _validate.positive_number(largest_gap, "largest_gap", "in metres")
 
 
 def _known(points: ArrayLike) -> np.ndarray:
@@ -199,8 +237,10 @@ def _one_each(
     return middle, at[first], n, sd
 
 
-def _interpolated(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Heights at the centres of the cells, NaN outside the hull."""
+def _interpolated(
+    middle: np.ndarray, shape: tuple[int, int]
+) -> tuple[np.ndarray, float]:
+    """Heights at the centres of the cells, NaN outside the hull; length of an edge."""
     start = middle.mean(0)
     try:
         linear = scipy.interpolate.LinearNDInterpolator(
@@ -212,11 +252,18 @@ def _interpolated(middle: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
             " them"
         ) from None
     columns, rows = np.meshgrid(*(np.arange(n) + 0.5 for n in shape[::-1]))
-    return linear(columns - start[0], rows - start[1])
+    corners = linear.tri.points[linear.tri.simplices]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+    return linear(columns - start[0], rows - start[1]), float(np.median(edges))
 
 
-def _far(measured: np.ndarray, most: float) -> np.ndarray:
-    """Cells further than `most` cells from all with a point."""
-    if not measured.any():
-        return np.ones(measured.shape, bool)
-    return scipy.ndimage.distance_transform_edt(~measured) > most
+def _far(cells: np.ndarray, shape: tuple[int, int], most: float) -> np.ndarray:
+    """Cells further than `most` cells from all with a point, also outside the grid."""
+    rim = math.ceil(min(most, max(shape)))
+    near = cells[((cells >= -rim) & (cells < np.add(shape[::-1], rim))).all(-1)] + rim
+    empty = np.ones(np.add(shape, 2 * rim), bool)
+    empty[near[:, 1], near[:, 0]] = False
+    if empty.all():
+        return np.ones(shape, bool)
+    away = scipy.ndimage.distance_transform_edt(empty)
+    return away[rim : rim + shape[0], rim : rim + shape[1]] > most

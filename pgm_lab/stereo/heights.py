@@ -27,6 +27,8 @@ class Points:
         (column, row) in the left normal image.
     covariance : ndarray (n, 3, 3), optional
         Of X, Y, Z, if requested.
+    crs : str, optional
+        Coordinate reference system, where the photos name one (`Photo.crs`).
     """
 
     xyz: np.ndarray = field(repr=False)
@@ -34,6 +36,7 @@ class Points:
     r: np.ndarray = field(repr=False)
     cells: np.ndarray = field(repr=False)
     covariance: np.ndarray | None = field(default=None, repr=False)
+    crs: str | None = field(default=None, repr=False)
 
 
 def intersect(
@@ -117,6 +120,7 @@ def intersect(
         match.r[rows, columns],
         np.stack([columns, rows], -1),
         moves[:, :, None] * moves[:, None] if covariance else None,
+        pair.crs,
     )
 
 

@@ -66,6 +66,12 @@ class NormalPair:
         """Length of the base."""
         return float(np.linalg.norm(self.stations[1] - self.stations[0]))
 
+    @property
+    def crs(self) -> str | None:
+        """Coordinate reference system, if both photos name the same."""
+        named = {photo.crs for photo in self.photos or ()}
+        return named.pop() if len(named) == 1 else None
+
     def parallax(self, disparity: ArrayLike) -> np.ndarray:
         """X' - x'' in mm of disparities (left column - right column) in pixels."""
         d = _validate.real(disparity, "disparity")

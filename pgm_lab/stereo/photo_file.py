@@ -4,7 +4,7 @@ import hashlib
 import json
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import scipy
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
 from pgm_lab.camera.photo import Photo
+from pgm_lab.io import geotiff
 from pgm_lab.io import photo as photos
 from pgm_lab.io.files import existing, printable
 from pgm_lab.stereo import slips
@@ -40,6 +41,9 @@ class PhotoFile:
         Of the whole sensor, where the file contains a part of it.
     corner : (column, row)
         Where pixel (0, 0) of the file lies on the sensor.
+    crs : str, optional
+        Coordinate reference system of the exterior. When missing that of the file, if
+        it is a GeoTIFF whose place on the map fits the station.
     """
 
     path: str | Path
@@ -48,6 +52,7 @@ class PhotoFile:
     pixel_size: float
     image_size: tuple[int, int] | None = None
     corner: tuple[int, int] = (0, 0)
+    crs: str | None = field(default=None, repr=False)
 
     def read(self) -> Photo:
         """Read the photo, grey, as the camera was held (`matching.read`).
@@ -60,11 +65,11 @@ class PhotoFile:
             If it is not a photo, or its angles are degrees.
         """
         if Path(self.path).suffix == ".npy":
-            return self._photo(self._array())
+            return replace(self._photo(self._array()), crs=self.crs)
         grey = matching.read(self.path, colour="grey")
         if isinstance(grey, np.ma.MaskedArray):
             grey = np.ma.filled(grey.astype(np.float32), np.nan)
-        return self._photo(grey)
+        return replace(self._photo(grey), crs=self.system())
 
     def blank(self) -> Photo:
         """Return the photo without its grey values: only the file's header is read."""
@@ -73,6 +78,20 @@ class PhotoFile:
         else:
             shape = photos.shape(self.path, f"photo, {printable(self.path)}")
         return self._photo(np.broadcast_to(np.uint8(0), shape))
+
+    def system(self) -> str | None:
+        """Coordinate reference system of the exterior; None where it is not known."""
+        if self.crs is not None:
+            return self.crs
+        placed = geotiff.place(existing(self.path, f"photo, {printable(self.path)}"))
+        if placed is None:
+            return None
+        crs, transform, (rows, columns) = placed
+        # On the map of its orientation, a photo lies less than its size off the station
+        A, corner = transform[:, :2], transform[:, 2]
+        pixel = np.linalg.solve(A, np.asarray(self.exterior[:2], float) - corner)
+        off = pixel / (columns, rows) - 0.5
+        return crs if np.all(np.abs(off) <= 1.5) else None
 
     def fingerprint(self) -> str:
         """Hash of the file's content and of the orientation, not of its name."""

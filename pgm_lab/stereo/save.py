@@ -21,7 +21,11 @@ Writers = dict[str, Callable[[Any, Path], None]]  # by suffix
 
 
 def save_points(
-    points: Points, path: str | os.PathLike, *, overwrite: bool = False
+    points: Points,
+    path: str | os.PathLike,
+    *,
+    overwrite: bool = False,
+    crs: str | None = None,
 ) -> Path:
     """Save object points with their standard deviations and correlations.
 
@@ -33,6 +37,9 @@ def save_points(
         stores coordinates to 0.1 mm, and sd_X, sd_Y, sd_Z and r as further dimensions.
     overwrite : bool
         Whether a file of this name may be replaced.
+    crs : str, optional
+        Coordinate reference system of LAS: "EPSG:32748", for example. When missing that
+        of the points, where it is known; a .csv stores none.
 
     Returns
     -------
@@ -44,12 +51,12 @@ def save_points(
     FileExistsError
         If the file exists already.
     ImportError
-        If it needs laspy, which is not installed.
+        If it needs laspy, or rasterio for `crs`, which is not installed.
     OSError
         If it cannot be written.
     ValueError
-        If an argument is not as described here, there are no points, or coordinates of
-        one are NaN, infinite or above 1e30.
+        If an argument is not as described here, `crs` is not known, there are no
+        points, or coordinates of one are NaN, infinite or above 1e30.
 
     Examples
     --------
@@ -67,10 +74,11 @@ def save_points(
     _validate.refuse(
         ~known.all(-1), "points.xyz{} are NaN, infinite or above 1e30: leave them out"
     )
+    crs = _system(crs, points.crs, path, ".las")
     writers: Writers = {
         ".csv": _points_csv,
-        ".las": _las,
-        ".laz": partial(_las, compress=True),
+        ".las": partial(_las, crs=crs),
+        ".laz": partial(_las, crs=crs, compress=True),
     }
     return _save(path, points, writers, overwrite)
 
@@ -94,7 +102,8 @@ def save_surface(
     overwrite : bool
         Whether a file of this name may be replaced.
     crs : str, optional
-        Coordinate reference system of a GeoTIFF: "EPSG:32748", for example.
+        Coordinate reference system of a GeoTIFF: "EPSG:32748", for example. When
+        missing that of the surface, where it is known; a .csv stores none.
 
     Returns
     -------
@@ -127,15 +136,24 @@ def save_surface(
             "surface must be a Surface or a Terrain; got"
             f" {_validate.shown(type(surface).__name__)}"
         )
-    if crs is not None:
-        _validate.text(crs, "crs")
-        if isinstance(path, str | os.PathLike) and str(path).lower().endswith(".csv"):
-            raise ValueError("crs: a .csv cannot store it; save as .tif")
+    crs = _system(crs, surface.crs, path, ".tif")
     writers: Writers = {
         ".csv": _surface_csv,
         ".tif": partial(_surface_tif, crs=crs),
     }
     return _save(path, surface, writers, overwrite)
+
+
+def _system(
+    crs: str | None, known: str | None, path: str | os.PathLike, stored: str
+) -> str | None:
+    """Coordinate reference system as asked for, or the known one."""
+    if crs is None:
+        return known
+    _validate.text(crs, "crs")
+    if isinstance(path, str | os.PathLike) and str(path).lower().endswith(".csv"):
+        raise ValueError(f"crs: a .csv cannot store it; save as {stored}")
+    return crs
 
 
 def _save(
@@ -175,7 +193,7 @@ def _csv(path: Path, names: tuple[str, ...], values: np.ndarray) -> None:
     )
 
 
-def _las(points: Points, path: Path, compress: bool = False) -> None:
+def _las(points: Points, path: Path, crs: str | None, compress: bool = False) -> None:
     try:
         import laspy
     except ImportError:
@@ -189,6 +207,10 @@ def _las(points: Points, path: Path, compress: bool = False) -> None:
     header.scales = np.maximum(LAS_STEP, 10.0**powers)
     more = dict(zip(("sd_X", "sd_Y", "sd_Z"), points.sd.T)) | {"r": points.r}
     header.add_extra_dims([laspy.ExtraBytesParams(name, np.float32) for name in more])
+    if crs is not None:
+        text = laspy.vlrs.known.WktCoordinateSystemVlr(geotiff.wkt(crs))
+        header.vlrs.append(text)
+        header.global_encoding.wkt = True
     las = laspy.LasData(header)
     las.x, las.y, las.z = points.xyz.T
     for name, values in more.items():

@@ -32,7 +32,7 @@ class Terrain:
         Heights in m; NaN where the surface has none.
     origin : ndarray (rows, columns) of uint8
         Index into `ORIGINS`: where each height comes from.
-    corner, cell
+    corner, cell, crs
         As in `Surface`.
     """
 
@@ -40,6 +40,7 @@ class Terrain:
     origin: np.ndarray = field(repr=False)
     corner: tuple[float, float]
     cell: float
+    crs: str | None = field(default=None, repr=False)
 
 
 def filter_terrain(
@@ -157,7 +158,7 @@ def filter_terrain(
     missing = np.isnan(z)
     origin = np.select([missing, ground, known], [NOTHING, GROUND, UNDER], BETWEEN)
     terrain = np.where(missing, np.nan, np.where(ground, z, plate))
-    return Terrain(terrain, origin.astype(np.uint8), dsm.corner, dsm.cell)
+    return Terrain(terrain, origin.astype(np.uint8), dsm.corner, dsm.cell, dsm.crs)
 
 
 def _warn_of_a_guess(

@@ -41,9 +41,10 @@ def operator(every=8.0, setting=0.5, seed=8):
 def errors(normal, points):
     """Errors of height in each zone, with a base too long by (m): of the operator, of
     the computer, and the computer's before filtering."""
-    extent = (*points[:, :2].min(axis=0), *points[:, :2].max(axis=0))
-    dsm = stereo.surface(points, CELL, extent=extent)
-    by_hand = stereo.surface(operator(), CELL, extent=extent)
+    box = (*points[:, :2].min(axis=0), *points[:, :2].max(axis=0))
+    whole = {"extent": box, "largest_gap": np.inf}
+    dsm = stereo.surface(points, CELL, **whole)
+    by_hand = stereo.surface(operator(), CELL, **whole)
     surfaces = by_hand, stereo.filter_terrain(dsm), dsm
     known = np.all([np.isfinite(one.z) for one in surfaces], axis=0)
     rows, columns = np.nonzero(known)

@@ -8,6 +8,7 @@ import pytest
 
 from pgm_lab import stereo
 from pgm_lab.camera import Camera, Photo
+from pgm_lab.io import geotiff
 from pgm_lab.stereo import block as module
 from tests.stereo import blocks
 from tests.stereo.blocks import HEIGHTS, NUMBERS, PAIRS, content, replaced
@@ -145,7 +146,12 @@ def test_a_full_disk_stops_the_run(photos, empty, tmp_path):
 
 @pytest.mark.parametrize(
     "changed",
-    [{"cell": 2.0}, {"heights": (-4.0, 65.0)}, {"matching": {"window": 9}}],
+    [
+        {"cell": 2.0},
+        {"heights": (-4.0, 65.0)},
+        {"matching": {"window": 9}},
+        {"largest_gap": 9.0},
+    ],
 )
 def test_a_folder_of_other_numbers_is_refused_until_told(photos, empty, changed):
     plot(photos, empty, PAIRS[:1])
@@ -232,6 +238,40 @@ def test_a_photo_file_is_read_grey(tmp_path, block, photos, suffix):
     photo = dataclasses.replace(photos[0], path=path)
     assert photo.blank().grey.shape == grey.shape
     np.testing.assert_allclose(photo.read().grey, grey, atol=3)
+
+
+def test_the_system_of_a_geotiff_is_taken_over_where_it_fits_the_station(
+    tmp_path, block, photos, empty
+):
+    pytest.importorskip("rasterio")
+
+    def placed(k, east=0.0):
+        """Photo k in a file with its place on the map, in pixels of 0.25 m."""
+        grey, (X0, Y0) = block[0][k].grey, photos[k].exterior[:2]
+        rows, columns = grey.shape
+        corner = X0 + east - columns / 8, Y0 + rows / 8
+        transform = [[0.25, 0, corner[0]], [0, -0.25, corner[1]]]
+        raster = geotiff.Raster(grey, grey < 0, transform, "EPSG:32748")
+        path = geotiff.write(tmp_path / f"{k}_{east:g}.tif", raster)
+        return dataclasses.replace(photos[k], path=path)
+
+    files = [placed(0), placed(1)]
+    assert photos[0].read().crs is None
+    assert placed(0, east=5000.0).read().crs is None  # it is on another map
+    assert dataclasses.replace(photos[0], crs="EPSG:32633").read().crs == "EPSG:32633"
+    pair = stereo.epipolar_pair(*(file.read() for file in files), HEIGHTS)
+    points = stereo.intersect(pair, stereo.match_dense(pair))
+    assert points.crs == stereo.surface(points, 1.0).crs == "EPSG:32748"
+    assert plot(files, empty, [(0, 1)]).surface.crs == "EPSG:32748"
+    other = dataclasses.replace(photos[1], crs="EPSG:32633")
+    pair = stereo.epipolar_pair(files[0].read(), other.read(), HEIGHTS)
+    assert pair.crs is None  # they do not agree
+
+
+def test_how_wide_gaps_are_filled_is_passed_on(photos, serial, empty):
+    found = plot(photos, empty, PAIRS[:1], largest_gap=1.0).surface  # none
+    assert found.largest_gap == 1.0 and found.filled == 0
+    assert serial[0].surface.filled > 0.01
 
 
 @pytest.mark.parametrize(

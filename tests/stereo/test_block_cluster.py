@@ -120,7 +120,8 @@ def test_killed_workers_cost_at_most_the_pair_that_kills_them(
 def test_a_task_is_small(photos, tmp_path):
     """Names and numbers go over the wire, no grey values."""
     task = block.Task(
-        (0, 1), photos[0], photos[1], (0, 1), 1.0, {}, "0" * 32, tmp_path / "pair.npz"
+        *((0, 1), photos[0], photos[1], (0, 1), 1.0, {}, None),
+        *("0" * 32, tmp_path / "pair.npz"),
     )
     assert len(pickle.dumps(task)) < 2048 < photos[0].read().grey.nbytes
 

@@ -82,13 +82,50 @@ def test_gap_wider_than_the_largest_stays_empty_and_a_smaller_one_is_filled():
     points = scattered()
     pond = np.hypot(points[:, 0] - 15, points[:, 1] - 10) < 4
     for largest, name in (
-        (None, "interpolated"), (12.0, "interpolated"), (3.0, "gap too wide"),
+        (np.inf, "interpolated"), (12.0, "interpolated"), (3.0, "gap too wide"),
     ):  # fmt: skip
         surface = stereo.surface(points[~pond], 0.5, largest_gap=largest)
         X, Y = surface.grid()
         middle = np.hypot(X - 15, Y - 10) < 1.5
         assert (surface.source[middle] == SOURCES.index(name)).all()
         assert np.isfinite(surface.z[middle]).all() == (name == "interpolated")
+
+
+@pytest.mark.parametrize("cell", [0.25, 1.0, 2.0])
+@pytest.mark.parametrize("density", [1, 4])
+def test_gaps_of_four_spacings_are_filled_whatever_the_cell(cell, density):
+    """Points at random; a brook is narrower than four spacings, a river wider."""
+    x, y = np.random.default_rng(5).random((2, density * 2400)) * [[60], [40]]
+    gap = max(4 / np.sqrt(density), 2 * cell)
+    narrow = np.abs(x - 20) < 0.25 * gap
+    wide = np.abs(x - 40) < 0.65 * gap + 2 * cell
+    points = np.column_stack([x, y, plane(x, y)])[~narrow & ~wide]
+    surface = stereo.surface(points, cell, extent=(0, 0, 60, 40))
+    assert surface.largest_gap == pytest.approx(gap, rel=0.3)
+    assert np.isfinite(surface.z[2:-2, round(20 / cell)]).all()
+    assert np.isnan(surface.z[:, round(40 / cell)]).all()
+
+
+def test_a_tile_is_a_part_of_the_whole_also_where_a_gap_crosses_its_edge():
+    points = scattered(900)
+    points = points[np.abs(points[:, 0] - 15) > 0.8]  # a river, and the edge is in it
+    whole = stereo.surface(points, 0.25, extent=ALL, largest_gap=3.0)
+    tile = stereo.surface(points, 0.25, extent=(0, 0, 15, 20), largest_gap=3.0)
+    assert np.allclose(tile.z, whole.z[:, :60], equal_nan=True)
+    assert 0 < np.isnan(whole.z).mean() < 0.5
+
+
+def test_the_share_that_is_filled_is_said():
+    z = np.array([[1.0, 2, 3, np.nan], [4, 5, 6, 7]])
+    measured = np.array([[True, False, True, False], [True] * 4])
+    for gap, words in (
+        (None, "interpolated"), (3.0, "in gaps of up to 3 m"),
+        (np.inf, "in gaps of any width"),
+    ):  # fmt: skip
+        surface = stereo.Surface(z, (0, 0), 1.0, measured, largest_gap=gap)
+        assert surface.filled == pytest.approx(1 / 7)
+        assert surface.message.startswith("88% of the cells have a height; 14% of")
+        assert surface.message.endswith(words)
 
 
 def test_number_and_spread_of_the_points_in_each_cell():
@@ -106,7 +143,7 @@ def test_number_and_spread_of_the_points_in_each_cell():
 def test_duplicates_and_rows_with_nan_change_nothing():
     points = scattered(300)
     more = np.concatenate([points, points, [(np.nan, 1, 1), (3, 3, np.nan)]])
-    one, other = stereo.surface(points, 0.5), stereo.surface(more, 0.5)
+    one, other = (stereo.surface(p, 0.5, largest_gap=2.0) for p in (points, more))
     assert np.array_equal(one.z, other.z, equal_nan=True)
 
 

@@ -1,6 +1,7 @@
 """Files read back by the libraries of their formats."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,49 @@ def test_points_as_las_also_when_they_are_far_apart(points, tmp_path):
     points.xyz[0] = 0
     read = laspy.read(stereo.save_points(points, tmp_path / "far.las"))
     assert np.allclose(read.xyz, points.xyz, atol=0.02, rtol=0)
+
+
+@pytest.mark.parametrize("suffix", ["las", "tif"])
+def test_the_reference_system_is_written_as_asked_or_as_known(suffix, points, tmp_path):
+    pytest.importorskip("rasterio")
+    for known, asked, expected in (
+        ("EPSG:32748", None, 32748), ("EPSG:32748", "EPSG:32633", 32633),
+        (None, "EPSG:32633", 32633), (None, None, None),
+    ):  # fmt: skip
+        cloud = replace(points, crs=known)
+        file = tmp_path / f"{known}_{asked}.{suffix}".replace(":", "_")
+        if suffix == "las":
+            stereo.save_points(cloud, file, crs=asked)
+        else:
+            stereo.save_surface(stereo.surface(cloud, 100.0), file, crs=asked)
+        assert read_crs(file) == expected
+    if suffix == "las":
+        with pytest.raises(ValueError, match="'nowhere' is not known"):
+            stereo.save_points(points, tmp_path / "a.las", crs="nowhere")
+        with pytest.raises(ValueError, match=r"cannot store it; save as \.las"):
+            stereo.save_points(points, tmp_path / "a.csv", crs="EPSG:32748")
+
+
+def test_the_terrain_keeps_the_system_of_its_surface(tmp_path):
+    pytest.importorskip("rasterio")
+    flat, measured = np.ones((9, 9)), np.ones((9, 9), bool)
+    dsm = stereo.Surface(flat, (0.0, 0.0), 1.0, measured, crs="EPSG:32748")
+    dtm = stereo.filter_terrain(dsm)
+    assert read_crs(stereo.save_surface(dtm, tmp_path / "dtm.tif")) == 32748
+
+
+def read_crs(file):
+    """Number of EPSG, by rasterio or by laspy and pyproj; None if there is none."""
+    if file.suffix == ".tif":
+        import rasterio
+
+        with rasterio.open(file) as read:
+            return read.crs and read.crs.to_epsg()
+    laspy, _ = (pytest.importorskip(name) for name in ("laspy", "pyproj"))
+    header = laspy.read(file).header
+    crs = header.parse_crs()
+    assert header.global_encoding.wkt == (crs is not None)
+    return crs and crs.to_epsg()
 
 
 def test_compressed_points_or_what_to_install(points, tmp_path):

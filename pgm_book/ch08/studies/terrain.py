@@ -52,7 +52,7 @@ def rows(part: tuple[int, int] = PART, seed: int = 8) -> Iterator[tuple]:
     low, high = float(land.dtm.min()), float(land.dsm.max())
     pair = stereo.epipolar_pair(scene.left, scene.right, (low, high))
     points = stereo.intersect(pair, stereo.match_dense(pair))
-    surface = stereo.surface(points.xyz, CELL)
+    surface = stereo.surface(points.xyz, CELL, largest_gap=np.inf)
     X, Y = surface.grid()
     dtm, dsm = land.at(land.dtm, X, Y), land.at(land.dsm, X, Y)
     true = stereo.Surface(
