@@ -382,7 +382,9 @@ FUNCTIONS = {
     "stereo.filter_terrain": lambda: dict(dsm=hilly_surface(), least=0.5, most=3.0),
     "stereo.intersect": lambda: dict(pair=normal_pair(), match=dense_match()),
     "stereo.match_dense": lambda: dict(pair=normal_pair()),
-    "stereo.match_rows": lambda: dict(left=GREY, right=GREY, search=5),
+    "stereo.match_rows": lambda: dict(
+        left=GREY, right=GREY, search=5, threshold=0.5
+    ),
     "stereo.neighbours": lambda: dict(
         photos=list(oriented_pair().values()), ground=0.0, least=0.1, most=1.0
     ),

@@ -1,8 +1,9 @@
 """Dense matching along epipolar lines, from coarse to fine.
 
-On each level of the pyramid the highest correlation is searched for along the rows, in
-both directions; local planes smooth the disparities found. Least squares matching
-refines the finest level. All steps are sums over windows of the whole image at once.
+Each level of the pyramid is searched along the rows, in both directions: by semiglobal
+matching, or for the highest correlation, with local planes to smooth the disparities.
+Least squares matching refines the finest level and says how sure it is. All steps are
+sums over windows of the whole image at once.
 """
 
 from collections.abc import Callable
@@ -27,6 +28,9 @@ STATUSES = (
     "not converged",
     "isolated",
 )
+METHODS = {"sgm": 0.5, "ncc": 0.8}  # and the least correlation that each accepts
+# What `fill` takes as it was found
+UNMEASURED = ("no data in the window", "flat template", "not converged")
 MIN_TEXTURE = 0.02  # of the image's standard deviation: with less, a window is flat
 MAX_JUMP = 0.5  # px between neighbours of one patch
 MIN_PATCH = 2  # windows: a smaller patch is isolated
@@ -71,29 +75,38 @@ def match_rows(
     left: ArrayLike,
     right: ArrayLike,
     *,
+    method: str = "sgm",
+    fill: bool = False,
     window: int = 7,
-    threshold: float = 0.8,
+    threshold: float | None = None,
     levels: int = 6,
     search: int = 12,
     refine: bool = True,
 ) -> DenseMatch:
     """Match two images whose equal rows show the same ground, in every pixel.
 
-    On each level of the image pyramid, from coarse to fine, the highest correlation
-    coefficient (H 4) is searched for along the row, from left to right and from right
-    to left; disparities that agree, smoothed on local planes, are the start values of
-    the next level. Least squares matching refines the finest level, in windows shaped
-    by the planes.
+    On each level of the image pyramid, from coarse to fine, the row is searched from
+    left to right and from right to left, around the disparities of the level above
+    that agree: by "sgm" for those which match best and are smooth along lines in all
+    directions (`cv2.StereoSGBM`), by "ncc" for the highest correlation coefficient
+    (H 4) of each cell alone. Least squares matching refines the finest level, in
+    windows shaped by local planes.
 
     Parameters
     ----------
     left, right : array_like (rows, columns)
         Grey values of any scale; NaN, or masked, where there is no image.
+    method : {"sgm", "ncc"}
+        Semiglobal matching, much denser, or correlation.
+    fill : bool
+        With "sgm": whether to accept, too, what was found but not measured by least
+        squares: at edges, in flat windows, on the border. Its `sd` is larger.
     window : int
         Side of the correlation window in px, odd; that of least squares matching is
-        larger by 2.
-    threshold : float
-        Smallest correlation coefficient that is accepted, from -1 to 1.
+        larger by 2, and with "sgm" smaller by 2 where the larger one fails.
+    threshold : float, optional
+        Smallest correlation coefficient that is accepted, from -1 to 1; default: 0.5
+        with "sgm", which chance hardly reaches in 7 x 7 px, and 0.8 with "ncc".
     levels : int
         Largest number of pyramid levels; fewer if the smaller side of the image would
         fall below 40 px.
@@ -101,7 +114,7 @@ def match_rows(
         Largest disparity searched on the coarsest level, px there, to both sides: a
         pixel of level 6 is 32 of the image.
     refine : bool
-        Whether to go on with least squares matching.
+        Whether to go on with least squares matching; False with "ncc" alone.
 
     Returns
     -------
@@ -113,12 +126,15 @@ def match_rows(
         - "below threshold": no correlation coefficient is high enough;
         - "peak on the border of the search": the correlation still rises there;
         - "left-right check failed": from right to left another pixel is found;
-        - "not converged": least squares still makes steps, or moved by over 1 px;
+        - "not converged": least squares still makes steps, or moved by over 1 px
+          ("ncc") or 0.75 px ("sgm");
         - "isolated": part of a patch under two windows that differs from all around.
 
         The standard deviation is that of least squares matching, with the correlation
         of neighbouring residuals. Without `refine` it comes from the peak of the
-        correlation alone, and is too small by a third or so.
+        correlation alone, and is too small by a third or so. With "sgm" it contains
+        what windows of twice the size say differently nearby, beyond their noise; for
+        filled cells it is how far least squares moves those nearby.
 
     Raises
     ------
@@ -141,7 +157,7 @@ def match_rows(
     >>> texture = simulate.texture(seed=1)
     >>> left, right = (simulate.grey_values(texture, pixels + [x, 0]) for x in (0, 5.5))
     >>> match = stereo.match_rows(left, right)
-    >>> bool(np.nanmax(np.abs(match.disparity - 5.5)) < 0.02)
+    >>> bool(np.nanmax(np.abs(match.disparity - 5.5)) < 0.1)
     True
     """
     L, R = _image(left, "left"), _image(right, "right")
@@ -151,21 +167,38 @@ def match_rows(
             f" rows; got {L.grey.shape} and {R.grey.shape} (rows, columns)."
             " stereo.epipolar_pair makes such images"
         )
+    least = METHODS[_validate.choice(method, "method", tuple(METHODS))]
+    fill, refine = _validate.flag(fill, "fill"), _validate.flag(refine, "refine")
+    if fill > (method == "sgm") or refine < (method == "sgm"):
+        raise ValueError(f"fill={fill}, refine={refine} does not go with {method!r}")
     window = _validate.window(window, "window")
+    threshold = least if threshold is None else threshold
     if not -1 <= _validate.number(threshold, "threshold") <= 1:
         raise ValueError(f"threshold must lie between -1 and 1; got {threshold}")
     levels = _levels(L.grey.shape, _validate.whole(levels, "levels", 1, 30))
     search = _validate.whole(search, "search", 1, 1000)
-    refine = _validate.flag(refine, "refine")
 
-    peaks, agree = _coarse_to_fine(L, R, levels, window, search)
+    find = {"sgm": _semiglobal, "ncc": _coarse_to_fine}[method]
+    peaks, agree = find(L, R, levels, window, search)
     status = _first_reason(L, peaks, agree, window, threshold)
     d, sd = peaks.d, peaks.sd
     if refine:
-        d, sd, converged, whole = _least_squares(L, R, d, status == 0, window + 2)
+        d, sd, converged, whole = (
+            _in_three_windows(L, R, d, status == 0, window)
+            if method == "sgm"
+            else _least_squares(L, R, d, status == 0, window + 2)
+        )
         status[(status == 0) & ~converged] = STATUSES.index("not converged")
         status[(status == 0) & ~whole] = STATUSES.index("no data in the window")
-    isolated = _isolated(d, status == 0, MIN_PATCH * window**2)
+    if fill:
+        seen = agree & (L.mask > 0) & (_warped(R.mask, peaks.d) > WHOLE)
+        found = seen & np.isin(status, [STATUSES.index(name) for name in UNMEASURED])
+        moves = np.clip(d - peaks.d, -MAX_CORRECTION, MAX_CORRECTION)
+        nearby = np.sqrt(_mean_around(moves**2, agree, window))
+        d, sd = np.where(found, peaks.d, d), np.where(found, nearby, sd)
+        status[found] = 0
+    jump = MAX_DIFFERENCE if fill else MAX_JUMP
+    isolated = _isolated(d, status == 0, MIN_PATCH * window**2, jump)
     status[isolated] = STATUSES.index("isolated")
     accepted = status == 0
     return DenseMatch(
@@ -192,12 +225,14 @@ def _first_reason(
     return np.select(list(reasons.values()), numbers, 0).astype(np.uint8)
 
 
-def _isolated(d: np.ndarray, good: np.ndarray, least: int) -> np.ndarray:
+def _isolated(
+    d: np.ndarray, good: np.ndarray, least: int, jump: float = MAX_JUMP
+) -> np.ndarray:
     """Good cells in patches of fewer than `least`; a jump divides patches."""
     steps, none = 16, -(2**15)  # filterSpeckles needs 16 bit integers
     whole = np.where(good, np.clip(d * steps, none + 1, 2**15 - 1), none)
     whole = np.rint(whole).astype(np.int16)
-    cv2.filterSpeckles(whole, none, least - 1, MAX_JUMP * steps)
+    cv2.filterSpeckles(whole, none, least - 1, jump * steps)
     return good & (whole == none)
 
 
@@ -338,6 +373,88 @@ def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
     return np.where(good, d, near).astype(np.float32)
 
 
+# --- Semiglobal matching ---
+
+TILE, OVERLAP = 512, 64  # px: the costs of all disparities of a tile fit the memory
+MARGIN = 4  # px that a level is searched beyond the disparities of the level above
+BLOCK = 3  # px, side of the blocks that are compared
+CONTRAST = 0.1, 99.9  # percentiles of the grey values that become 0 and 255
+
+
+def _semiglobal(
+    left: _Image, right: _Image, levels: int, window: int, reach: int
+) -> tuple["_Peaks", np.ndarray]:
+    """Disparities of the finest level, and whether both directions agree there."""
+    lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
+    start, margin = np.zeros(lefts[-1].grey.shape, np.float32), reach
+    for k in reversed(range(levels)):
+        images = _eight_bit(lefts[k]), _eight_bit(rights[k])
+        d, agree, inside = _in_tiles(*images, start, margin)
+        if k:
+            start = _finer(_filled(d, agree), lefts[k - 1].grey.shape)
+            margin = MARGIN
+
+    def work(rows: slice) -> tuple[np.ndarray]:
+        part, at = _Image(left.grey[rows], left.mask[rows]), _rounded(d[rows])
+        return (_correlation(part, right, at, rows.start, window, 0.5),)
+
+    (r,) = _in_bands(work, len(d), window // 2)
+    return _Peaks(d, r, np.zeros_like(d), inside), agree
+
+
+def _eight_bit(image: _Image) -> np.ndarray:
+    """Grey values from 0 to 255; the mean where there is no image."""
+    low, high = np.percentile(image.grey[image.mask > 0], CONTRAST)
+    grey = (image.grey - low) * (255 / max(high - low, ROUNDING))
+    return np.where(image.mask > 0, np.clip(grey, 0, 255), 128).astype(np.uint8)
+
+
+def _in_tiles(
+    L: np.ndarray, R: np.ndarray, start: np.ndarray, margin: int
+) -> list[np.ndarray]:
+    """Disparity, whether both directions agree, whether within the search."""
+    out = [np.zeros(L.shape, kind) for kind in (np.float32, bool, bool)]
+    for row in range(0, L.shape[0], TILE):
+        for column in range(0, L.shape[1], TILE):
+            # A tile with its overlap; the corner that is kept begins at (top, side)
+            rows = slice(max(row - OVERLAP, 0), row + TILE + OVERLAP)
+            columns = slice(max(column - OVERLAP, 0), column + TILE + OVERLAP)
+            top, side = row - rows.start, column - columns.start
+            found = _tile(L[rows], R[rows], start[rows, columns], columns.start, margin)
+            for whole, part in zip(out, found, strict=True):
+                part = part[top : top + TILE, side : side + TILE]
+                whole[row : row + TILE, column : column + TILE] = part
+    return out
+
+
+def _tile(
+    L: np.ndarray, R: np.ndarray, start: np.ndarray, first: int, margin: int
+) -> tuple[np.ndarray, ...]:
+    """The same for the columns from `first` on, within a margin around their start."""
+    low, high = np.percentile(start, (0.5, 99.5))
+    low = int(np.floor(low)) - margin
+    n = 16 * int(np.ceil((high + margin + 1 - low) / 16))
+    # Beyond both sides lies what n disparities need; the edges of the image go on there
+    at = np.arange(first - n, first + start.shape[1] + n)
+    L, R = (a[:, np.clip(x, 0, a.shape[1] - 1)] for a, x in ((L, at), (R, at - low)))
+    matcher = cv2.StereoSGBM.create(
+        numDisparities=n,
+        blockSize=BLOCK,
+        P1=8 * BLOCK**2,
+        P2=32 * BLOCK**2,
+        disp12MaxDiff=16 * n,  # checked here, in both directions
+        preFilterCap=63,
+        mode=cv2.StereoSGBM_MODE_HH,
+    )
+    mirrored = (np.ascontiguousarray(a[:, ::-1]) for a in (R, L))
+    there, back = (
+        matcher.compute(*two).astype(np.float32) / 16 for two in ((L, R), mirrored)
+    )
+    agree = _agreement(there, back)
+    inside = (there > 0) & (there < n - 1)
+    return tuple(a[:, n:-n] for a in (there + low, agree, inside))
+
+
 # --- Local planes of disparity: the shape of the ground under a window ---
 
 MAX_ROUGHNESS = 0.3  # px about its plane: more than noise, so an edge or a crest
@@ -461,6 +578,7 @@ def _correlation(
 ITERATIONS = 3
 PLANE_MARGIN = 4  # px: planes larger than windows, and so less noisy
 MAX_CORRECTION = 1.0  # px from the start
+MAX_MOVE = 0.75  # px from semiglobal matching
 MAX_LAST_STEP = 0.3  # px: after a longer one a window has not converged
 LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
 AROUND = 4  # windows: the neighbourhood in which correlation of residuals is measured
@@ -485,7 +603,12 @@ class _Solution(NamedTuple):
 
 
 def _least_squares(
-    left: _Image, right: _Image, d: np.ndarray, good: np.ndarray, window: int
+    left: _Image,
+    right: _Image,
+    d: np.ndarray,
+    good: np.ndarray,
+    window: int,
+    most: float = MAX_CORRECTION,
 ) -> _Refined:
     """Disparities by least squares: shift, gain and offset of each window."""
     # The right image is warped by the disparities on their local planes, so that a
@@ -505,12 +628,40 @@ def _least_squares(
             at = shape + found.step
         both = here[rows] * (_warped(solid, shape, rows.start) > WHOLE)
         sd = np.sqrt(found.variance * _inflation(found, good[rows], window))
-        near = np.abs(at - start[rows]) < MAX_CORRECTION
+        near = np.abs(at - start[rows]) < most
         converged = near & (np.abs(found.step) < MAX_LAST_STEP)
         return _Refined(at, sd, converged, _box(both, window) > WHOLE)
 
     margin = ITERATIONS * (window + 2) + AROUND * window // 2 + 1
     return _Refined(*_in_bands(work, len(d), margin))
+
+
+def _in_three_windows(
+    left: _Image, right: _Image, d: np.ndarray, good: np.ndarray, window: int
+) -> _Refined:
+    """Disparities by windows 2 px larger, and 2 px smaller where those fail."""
+    fine, small, large = (
+        _least_squares(left, right, d, good, n, MAX_MOVE)
+        for n in (window + 2, max(3, window - 2), 2 * window + 1)
+    )
+    ok = fine.converged & fine.whole
+    at, sd, converged, whole = (
+        np.where(ok, a, b) for a, b in zip(fine, small, strict=True)
+    )
+    # The ground under a window is no plane, and the images differ by more than noise.
+    # Then windows of two sizes differ by more than noise lets them: by the difference
+    # of their variances (Hausman 1978)
+    by_noise = np.maximum(fine.sd**2 - large.sd**2, 0)
+    differ = (fine.d - large.d) ** 2 - by_noise
+    excess = _mean_around(differ, ok & large.converged, window)
+    return _Refined(at, np.sqrt(sd**2 + excess), converged, whole)
+
+
+def _mean_around(a: np.ndarray, good: np.ndarray, window: int) -> np.ndarray:
+    """Mean of the good cells around each, in windows of twice the size."""
+    share = _box(good.astype(np.float32), 2 * window + 1)
+    mean = _box(np.where(good, a, 0).astype(np.float32), 2 * window + 1)
+    return np.maximum(mean, 0) / np.maximum(share, ROUNDING)
 
 
 def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:

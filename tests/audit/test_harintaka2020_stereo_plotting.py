@@ -24,7 +24,7 @@ def normal():
 
 @pytest.fixture(scope="module")
 def points(normal):
-    return stereo.intersect(normal, stereo.match_dense(normal)).xyz
+    return stereo.intersect(normal, stereo.match_dense(normal, method="ncc")).xyz
 
 
 def operator(every=8.0, setting=0.5, seed=8):
@@ -83,7 +83,7 @@ def test_correlation_gives_the_surface_and_not_the_ground(points):
 
 
 def test_an_operator_sets_the_parallax_and_matching_computes_it(normal):
-    match = stereo.match_dense(normal)
+    match = stereo.match_dense(normal, method="ncc")
     rows, columns = np.nonzero(match.status == 0)
     d = match.disparity[rows, columns]
     found, moved = (normal.object_points(columns, rows, d + by) for by in (0, 1))
@@ -142,7 +142,7 @@ def test_matching_at_the_finest_level_alone_works_where_the_search_is_wide():
         "wide": {"levels": 1, "search": 45},
         "narrow": {"levels": 1, "search": 12},
     }.items():
-        match = stereo.match_dense(normal, **how)
+        match = stereo.match_dense(normal, method="ncc", **how)
         xyz = stereo.intersect(normal, match).xyz
         off = xyz[:, 2] - land.at(land.dsm, xyz[:, 0], xyz[:, 1])
         found[name] = np.mean(match.status == 0), np.mean(np.abs(off) > 2)

@@ -35,7 +35,7 @@ def scenes():
 @pytest.fixture(scope="module")
 def aerial(scenes):
     left, right, truth, where = scenes["open"]
-    return stereo.match_rows(left, right), truth, where
+    return stereo.match_rows(left, right, method="ncc"), truth, where
 
 
 def test_errors_on_open_ground_are_as_large_as_predicted(aerial):
@@ -54,7 +54,7 @@ def test_least_squares_halves_nearly_the_error_of_correlation_on_open_ground(
 ):
     match, truth, where = aerial
     left, right, *_ = scenes["open"]
-    coarse = stereo.match_rows(left, right, refine=False)
+    coarse = stereo.match_rows(left, right, method="ncc", refine=False)
     both = where & (match.status == 0) & (coarse.status == 0)
     errors = [rms((m.disparity - truth)[both]) for m in (match, coarse)]
     assert errors[0] < 0.75 * errors[1]

@@ -72,7 +72,7 @@ def test_a_peak_at_the_end_of_the_search_is_none(pair):
 
 
 def test_a_row_of_points_is_what_the_fast_functions_give(photos, pair):
-    match = stereo.match_dense(pair, threshold=0.8)
+    match = stereo.match_dense(pair, method="ncc")
     row = 40  # fields
     columns = np.flatnonzero(match.status[row] == 0)
     middle = int(np.median(match.disparity[row, columns]))

@@ -164,7 +164,7 @@ def rows(
 ) -> Iterator[tuple]:
     """Rows of one setting: all scenes of a pair, all thresholds."""
     left, right, truth, _ = next(iter(scenes.values()))
-    how = {"window": window, "levels": levels, "refine": refine}
+    how = {"method": "ncc", "window": window, "levels": levels, "refine": refine}
     every = stereo.match_rows(left, right, threshold=-1, **how)
     for threshold in thresholds:
         match = stereo.match_rows(left, right, threshold=threshold, **how)
@@ -240,10 +240,10 @@ def sizes() -> Iterator[tuple]:
         began = time.process_time()
         sgbm(left, right, -32, 64)
         middle = time.process_time()
-        stereo.match_rows(left, right)
+        stereo.match_rows(left, right, method="ncc")
         end = time.process_time()
         tracemalloc.start()
-        stereo.match_rows(left, right)
+        stereo.match_rows(left, right, method="ncc")
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         cells = columns * lines

@@ -51,7 +51,7 @@ def rows(part: tuple[int, int] = PART, seed: int = 8) -> Iterator[tuple]:
     land = scene.landscape
     low, high = float(land.dtm.min()), float(land.dsm.max())
     pair = stereo.epipolar_pair(scene.left, scene.right, (low, high))
-    points = stereo.intersect(pair, stereo.match_dense(pair))
+    points = stereo.intersect(pair, stereo.match_dense(pair, method="ncc"))
     surface = stereo.surface(points.xyz, CELL, largest_gap=np.inf)
     X, Y = surface.grid()
     dtm, dsm = land.at(land.dtm, X, Y), land.at(land.dsm, X, Y)
