@@ -200,7 +200,7 @@ def y_parallax(
     Returns
     -------
     YParallax
-        Values, trend, verdict; `.message` in plain words.
+        Values, trend, verdict; `YParallax.message` in plain words.
 
     Raises
     ------
