@@ -47,7 +47,7 @@ def peaks(
     templates: np.ndarray,
     searches: np.ndarray,
     searched: np.ndarray,
-    ssd: np.ndarray | None = None,
+    ssd: np.ndarray | None,
 ) -> Peaks:
     """Highest correlations of templates (k, h, w), none flat, where `searched`."""
     # Search in single precision

@@ -169,7 +169,7 @@ def match_rows(
         )
     least = METHODS[_validate.choice(method, "method", tuple(METHODS))]
     fill, refine = _validate.flag(fill, "fill"), _validate.flag(refine, "refine")
-    if fill > (method == "sgm") or refine < (method == "sgm"):
+    if (fill and method == "ncc") or (not refine and method == "sgm"):
         raise ValueError(f"fill={fill}, refine={refine} does not go with {method!r}")
     window = _validate.window(window, "window")
     threshold = least if threshold is None else threshold

@@ -36,7 +36,7 @@ def named(photos: Photos, along: str, limits: np.ndarray) -> Iterator[None]:
         yield
     except ValueError as error:
         found = likely(photos, along, limits)
-        raise ValueError(f"{error}{'. ' * bool(found)}{found}") from None
+        raise ValueError(f"{error}. {found}" if found else str(error)) from None
 
 
 def common_points(photos: Photos) -> Pixels | None:

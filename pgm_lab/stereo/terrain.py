@@ -10,6 +10,7 @@ import scipy
 from scipy.sparse.linalg import splu
 
 from pgm_lab import _validate
+from pgm_lab._robust import SD_OF_MAD
 from pgm_lab.stereo.grid import Surface
 
 # Layers of `Terrain.origin`
@@ -189,7 +190,9 @@ def _noise(z: np.ndarray, known: np.ndarray) -> float:
     z = np.where(known, z, np.nan)
     bends = np.concatenate([np.diff(z, 2, axis=axis).ravel() for axis in (0, 1)])
     bends = bends[np.isfinite(bends)]
-    return float(1.4826 * np.median(np.abs(bends)) / np.sqrt(6)) if bends.size else 0.0
+    if not bends.size:
+        return 0.0
+    return float(SD_OF_MAD * np.median(np.abs(bends)) / np.sqrt(6))
 
 
 def _stands_out(
