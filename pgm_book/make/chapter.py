@@ -35,6 +35,7 @@ def begin(number: str, name: str) -> list[Path]:
         f"notebooks/{file}_case_{name}.ipynb": "case.ipynb",
         f"pgm_book/ch{file}/__init__.py": "package.py",
         f"pgm_book/ch{file}/checks.py": "checks.py",
+        f"pgm_book/ch{file}/task.py": "task.py",
         f"pgm_book/ch{file}/predictions.csv": "predictions.csv",
         f"pgm_book/ch{file}/case_predictions.csv": "case_predictions.csv",
         f"tests/ch{file}/__init__.py": "",
@@ -77,7 +78,7 @@ def listed(
     """Write the lesson and its case into data/chapters.csv."""
     empty = dict.fromkeys(rows[0], "")
     known = row or empty | {"number": number, "title": title, "question": question}
-    lesson = known | {"notebook": stems[0], "minutes": "18", "form": "lesson"}
+    lesson = known | {"notebook": stems[0], "minutes": "33", "form": "lesson"}
     case = empty | {
         "number": f"{number}c",
         "notebook": stems[1],

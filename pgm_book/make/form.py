@@ -35,6 +35,7 @@ LIMITS = {"lesson": Limits(60, 2200, 60), "case": Limits(80, 3000, 45)}
 FOLDED = 0.1  # of the lines of code
 SHOWN_LINES = 15  # of a cell that is read; what the reader writes may be longer
 WORDS_A_MINUTE = 200  # nobody reads a textbook faster
+TASK = 15  # minutes of the hour without a scaffold
 LECTURE = 45  # minutes, the sum of those that the lecturer's notes begin with
 
 SECTION = re.compile(r"^## (.*)$", re.MULTILINE)
@@ -238,6 +239,7 @@ def only_lesson_problems(notebook: NotebookNode, parts: list[Section]) -> list[s
     found = [f"no cell is tagged {tag}" for tag in wanted if tag not in used]
     if not any("checks.keep(" in cell.source for cell in code(parts)):
         found.append("no check keeps the reader's function: checks.keep(function)")
+    found += task_problems(parts)
     given = lecture(notebook)
     found += [
         f"section {place!r} has no note that begins with its minutes in a lecture, 0 if"
@@ -252,6 +254,18 @@ def only_lesson_problems(notebook: NotebookNode, parts: list[Section]) -> list[s
             f"the notes give a lecture of {whole} minutes, {whole - LECTURE} too many;"
             f" most are in {longest!r}: {given[longest]}"
         )
+    return found
+
+
+def task_problems(parts: list[Section]) -> list[str]:
+    """Say what the reader's own task lacks: a section of its own, an empty cell."""
+    found = []
+    minutes = [one.minutes for one in parts if one.title == "Your task"]
+    if minutes != [TASK]:
+        found.append(f"there must be one section: ## Your task · {TASK} min")
+    tasks = [cell for cell in code(parts) if "task" in tags(cell)]
+    if len(tasks) != 1 or tasks[0].source.strip():
+        found.append("one cell tagged task must hold the solution, and nothing else")
     return found
 
 

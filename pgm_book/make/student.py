@@ -45,9 +45,9 @@ def slide_type(cell: NotebookNode) -> str:
 def student_copy(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook as a student gets it: nothing solved, nothing run.
 
-    Solution blocks become a placeholder, cells tagged ``solution`` or ``claims`` and
-    the lecturer's notes go, and cells tagged ``check`` may fail without stopping *Run
-    All*. The input is not changed.
+    Solution blocks become a placeholder, in a cell tagged ``task`` nothing; cells
+    tagged ``solution`` or ``claims`` and the lecturer's notes go, and cells tagged
+    ``check`` may fail without stopping *Run All*. The input is not changed.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def unsolved(notebook: NotebookNode) -> NotebookNode:
         if cell.source.strip() and "claims" not in tags(cell)
     ]
     for cell in result.cells:
-        if PLACEHOLDER in cell.source or "check" in tags(cell):
+        if PLACEHOLDER in cell.source or {"check", "task"} & set(tags(cell)):
             cell.outputs = []
         for output in list(cell.get("outputs", [])):
             if output.output_type == "stream":
@@ -121,7 +121,7 @@ def _blank(cell: NotebookNode) -> str:
                     f"{name(cell)}: {line.strip()!r} has no partner; every "
                     "'### BEGIN SOLUTION' needs one '### END SOLUTION' after it."
                 )
-            if begins:
+            if begins and "task" not in tags(cell):  # a task is an empty cell
                 kept.append(marker[1] + PLACEHOLDER)
             inside = begins
         elif not inside:

@@ -76,7 +76,7 @@ def test_what_was_written_is_well_formed(begun):
         *(begun / "tests" / "ch97").glob("test_*.py"),
         *(begun / "notebooks").glob("97_*.ipynb"),
     ]
-    assert len(files) == 5
+    assert len(files) == 6
     for command in (["check"], ["format", "--check"]):
         result = trial.run(begun, "ruff", *command, "--no-cache", *map(str, files))
         assert result.returncode == 0, result.stdout
@@ -91,7 +91,7 @@ def test_the_tables_list_it_and_its_case(begun):
     before = (chapter.TABLE).read_text(encoding="utf-8").splitlines()
     assert table[: len(before)] == before
     assert table[-2:] == [
-        "97,97_trial,Trial,,Which question does this chapter answer?,,18,lesson,,",
+        "97,97_trial,Trial,,Which question does this chapter answer?,,33,lesson,,",
         "97c,97_case_trial,Trial: the case,,What do the printed numbers prove?,,30,"
         "case,,",
     ]

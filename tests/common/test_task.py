@@ -1,0 +1,126 @@
+"""A task: everybody's own data, a result that is judged, tries that are kept."""
+
+import importlib.util
+import json
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from pgm_book import task
+from pgm_book.common.own_program import CheckFailed
+from pgm_book.make.chapter import TEMPLATES
+
+
+@pytest.fixture(autouse=True)
+def lesson(monkeypatch, tmp_path):
+    """The task of the template, in an empty folder; its picture is drawn and closed."""
+    spec = importlib.util.spec_from_file_location("bus", TEMPLATES / "task.py")
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "bus", module)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(task, "_lesson", lambda number: module)
+    monkeypatch.setattr(task.plot, "show", lambda figure, alt: plt.close(figure))
+    monkeypatch.chdir(tmp_path)
+    return module
+
+
+def solved(mine):
+    """The principal distance by least squares, from the file."""
+    height, length = np.loadtxt(mine.folder / "bus.csv", delimiter=",", skiprows=1).T
+    a = 12 / (0.004 * height)
+    return np.sum(a * length) / np.sum(a * a)
+
+
+def test_a_name_makes_the_same_data_everywhere_and_its_neighbour_others():
+    ada = task.start(1, "Ada Lovelace")
+    assert ada.digest[:16] == "0d46689088a6f2ba"  # on every machine and version
+    assert task.start("1", "  ada   LOVELACE ").digest == ada.digest
+    others = [(1, "Ada Lovelac"), (2, "Ada Lovelace")]
+    digests = {task.start(*other).digest for other in others}
+    digests |= {ada.digest, task.start(1, "Ada Lovelace", secret="marks").digest}
+    assert len(digests) == 4
+    assert repr(ada) == "Task 1 for Ada Lovelace: bus.csv"
+
+
+@pytest.mark.parametrize("name", ["", "  ", None, 7])
+def test_a_task_needs_a_name(name):
+    with pytest.raises(ValueError, match="name must be a text"):
+        task.start(1, name)
+
+
+def test_without_a_program_nothing_is_left_in_the_folder(tmp_path, capsys):
+    mine = task.start(1, "Ada")
+    mine.hand_in(solved(mine))
+    assert list(tmp_path.iterdir()) == []
+    assert capsys.readouterr().out.startswith(
+        "Your data are in a temporary folder: bus.csv.\n✓ Task 1, try 1. c: "
+    )
+
+
+def test_a_second_start_overwrites_nothing(tmp_path):
+    (tmp_path / "my_pgm.py").write_text("", encoding="utf-8")
+    first = task.start(1, "Ada")
+    mark = (first.folder / "bus.csv").stat().st_mtime_ns
+    assert task.start(1, "Ada").folder == first.folder
+    assert (first.folder / "bus.csv").stat().st_mtime_ns == mark
+    other = task.start(1, "Grace")
+    assert (first.folder.name, other.folder.name) == ("task_01", "task_01-2")
+    (first.folder / "bus.csv").write_text("my notes", encoding="utf-8")
+    assert task.start(1, "Ada").folder.name == "task_01-3"
+    assert (first.folder / "bus.csv").read_text(encoding="utf-8") == "my notes"
+
+
+def test_the_tolerance_follows_from_the_noise(lesson):
+    """Of 300 names the best solution is beyond three sd about once; chi-square."""
+    off = [
+        lesson.judge(mine._truth, solved(mine))[0].off
+        for mine in (task.start(1, f"name {k}") for k in range(300))
+    ]
+    assert np.mean(np.square(off)) == pytest.approx(1, abs=4 * np.sqrt(2 / 300))
+    assert np.sum(np.array(off) > 3) <= 4
+
+
+def test_wrong_results_fail_and_a_hint_names_the_slip(lesson, capsys):
+    mine, other = task.start(1, "Ada"), task.start(1, "Grace")
+    with pytest.raises(CheckFailed, match="hand a result in first"):
+        mine.hint()
+    for words, wrong in lesson.slips(mine._truth).items():
+        with pytest.raises(CheckFailed, match="standard deviations .3 allowed"):
+            mine.hand_in(wrong)
+        capsys.readouterr()
+        mine.hint()
+        assert capsys.readouterr().out == f"{words}\n"
+    with pytest.raises(CheckFailed, match="mine.hint"):
+        mine.hand_in(solved(other))
+    with pytest.raises(CheckFailed, match="one number: c in mm"):
+        mine.hand_in("ten")
+    with pytest.raises(CheckFailed):
+        mine.hand_in(np.nan)
+
+
+def test_each_try_is_kept_with_what_was_typed(tmp_path, monkeypatch):
+    (tmp_path / "my_pgm.py").write_text("", encoding="utf-8")
+    monkeypatch.setattr(task, "_typed", lambda: "mine.hand_in(π)")
+    mine = task.start(1, "Ada")
+    with pytest.raises(CheckFailed, match="try 1: c"):
+        mine.hand_in(3.0)
+    again = task.start(1, "ada")  # another day
+    again.hand_in(solved(again))
+    tries = json.loads((tmp_path / "my_results.json").read_text(encoding="utf-8"))
+    assert [(one["task"], one["try"], one["passed"]) for one in tries] == [
+        ("1", 1, False),
+        ("1", 2, True),
+    ]
+    assert tries[1]["source"] == "mine.hand_in(π)" and 0 <= tries[1]["parts"]["c"] <= 3
+
+
+@pytest.mark.parametrize("text", ["", "[{}]", '{"a": 1}', "[1]"])
+def test_a_damaged_record_is_not_written_over(tmp_path, text):
+    (tmp_path / "my_pgm.py").write_text("", encoding="utf-8")
+    (tmp_path / "my_results.json").write_text(text, encoding="utf-8")
+    mine = task.start(1, "Ada")
+    with pytest.raises(CheckFailed, match="cannot be read. Nothing was written"):
+        mine.hand_in(solved(mine))
+    assert (tmp_path / "my_results.json").read_text(encoding="utf-8") == text

@@ -1,0 +1,64 @@
+"""The tasks of the lessons: the same data everywhere, right passes, wrong fails."""
+
+import matplotlib.pyplot as plt
+import pytest
+
+from pgm_book import task
+from pgm_book.common.checks import CheckFailed
+from tests import lesson_program
+
+# Begin of the hash of all values for Ada, by lesson: other values would be other tasks
+DIGESTS: dict[str, str] = {}
+
+
+@pytest.fixture(autouse=True)
+def quiet(monkeypatch, tmp_path):
+    """An empty folder without a program; pictures are drawn and closed."""
+    monkeypatch.setattr(task.plot, "show", lambda figure, alt: plt.close(figure))
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("number", DIGESTS)
+def test_a_name_makes_the_same_data_on_every_machine_and_version(number):
+    mine = task.start(number, "Ada")
+    assert mine.digest[:16] == DIGESTS[number]
+
+
+@pytest.mark.parametrize("number", DIGESTS)
+def test_each_slip_fails_and_its_hint_names_it(number, capsys):
+    mine = task.start(number, "Ada")
+    lesson, truth = mine._lesson, mine._truth
+    slips = lesson.slips(truth)
+    assert len(slips) >= 3
+    for words, wrong in slips.items():
+        assert not all(part.holds for part in lesson.judge(truth, wrong)), words
+        assert lesson.hint(truth, wrong) == words
+        with pytest.raises(CheckFailed, match="mine.hint"):
+            mine.hand_in(wrong)
+    for nothing in (None, "seven", (), {}, float("nan")):
+        with pytest.raises(CheckFailed):
+            mine.hand_in(nothing)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", DIGESTS)
+def test_the_solution_passes_for_twenty_names_and_no_other(number):
+    """As it stands in the notebook, with the functions written there before it."""
+    names = [f"reader {k}" for k in range(20)]
+    results = []
+    with lesson_program.of(number) as solve:
+        for name in names:
+            mine = task.start(number, name)
+            solve(mine)  # hand_in raises where it fails
+            results.append(mine._tries[-1])
+    for name, other in zip(names, [*results[1:], results[0]]):
+        mine = task.start(number, name)
+        try:
+            parts = mine._lesson.judge(mine._truth, other)
+        except CheckFailed:  # another length: no answer to this question
+            continue
+        assert not all(part.holds for part in parts), name
+
+
+def test_every_lesson_has_a_task():
+    assert DIGESTS.keys() == lesson_program.lessons().keys()

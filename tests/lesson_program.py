@@ -1,0 +1,41 @@
+"""A lesson's own cells, run without what they show: the program that its task uses."""
+
+import contextlib
+import io
+from collections.abc import Callable, Iterator
+
+import matplotlib.pyplot as plt
+import nbformat
+
+from pgm_book.make import form
+from pgm_book.make.notebooks import FOLDER
+from pgm_book.make.student import tags
+from pgm_book.task import Task
+
+LEFT_OUT = {"draw", "check", "claims", "task"}
+
+
+def lessons() -> dict[str, str]:
+    """Return the notebooks of the lessons by their numbers, 1 to 8 and A1."""
+    stems = [stem for stem, kind in form.kinds().items() if kind == "lesson"]
+    return {stem.partition("_")[0].lstrip("0"): stem for stem in stems}
+
+
+@contextlib.contextmanager
+def of(number: str) -> Iterator[Callable[[Task], None]]:
+    """Give a function that runs the solution of a lesson's task."""
+    path = FOLDER / f"{lessons()[number]}.ipynb"
+    notebook = nbformat.read(path, as_version=4)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    (task,) = [cell for cell in cells if "task" in tags(cell)]
+    names: dict = {"__name__": "__main__"}
+    with contextlib.redirect_stdout(io.StringIO()), plt.rc_context():
+        for cell in cells[: cells.index(task)]:
+            if not LEFT_OUT & set(tags(cell)):
+                exec(compile(cell.source, path.name, "exec"), names)
+                plt.close("all")
+
+        def solve(mine: Task) -> None:
+            exec(compile(task.source, path.name, "exec"), {**names, "mine": mine})
+
+        yield solve
