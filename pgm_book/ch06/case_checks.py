@@ -40,7 +40,8 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     )
     explained = [hint for wrong, hint in slips if abs(moved_um / wrong - 1) < 0.01]
     explained.append("it is not the arc at 10 mm from the principal point")
-    found = (photo, unknown) == (row + 1, unknowns[column])
+    said = unknown.strip().casefold().replace("κ", "kappa")
+    found = (photo, said) == (row + 1, unknowns[column].casefold())
     other = "another photo or another unknown has the largest |difference|"
     kind = "this is not the unit: which units does the conventions box give?"
     right, hint = abs(moved_um / arc - 1) < 0.01, f"moved_um: {explained[0]}"

@@ -191,6 +191,8 @@ def border(answer: object, dx: np.ndarray, dy: np.ndarray, radius: int) -> None:
         found = np.asarray(answer)
     except Exception:  # whatever a reader's object raises
         found = np.empty(0)
+    if found.dtype.kind in "iuf" and np.all((found == 0) | (found == 1)):
+        found = found.astype(bool)
     if found.dtype != bool or found.shape != np.shape(dx):
         raise CheckFailed(
             f"border must be {len(dx)} times True or False, one for each chip: compare"

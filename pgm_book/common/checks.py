@@ -31,6 +31,11 @@ def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
     copies = [a.copy() if isinstance(a, np.ndarray) else a for a in arguments]
     try:
         answer = function(*copies)
+    except NameError as error:
+        raise CheckFailed(
+            f"{name} uses {error.name}, which is not defined yet: is the exercise that"
+            " defines it still open, or its cell not run? Your turn!"
+        ) from error
     except Exception as error:
         if first and "NoneType" in str(error):
             raise CheckFailed(
@@ -80,6 +85,7 @@ def call(
         raise CheckFailed(
             f"{must} numbers, not {type(answer).__name__}{kind}"
         ) from None
+    array = _without_ones(array, shape)
     if array.shape != shape:
         tip = _turned(shape) if array.shape == shape[::-1] else ""
         got = array.shape if shape else f"an array of shape {array.shape}"
@@ -94,6 +100,12 @@ def call(
             f"{must} all digits; it returns single precision: work with float64"
         )
     return array
+
+
+def _without_ones(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Take an array whose shape differs by axes of length 1 only as one of `shape`."""
+    same = [n for n in array.shape if n != 1] == [n for n in shape if n != 1]
+    return array.reshape(shape) if same else array
 
 
 def _shapes(answer: object) -> str:
@@ -128,7 +140,8 @@ def numbers(
     if answer is ... or answer is None:
         raise CheckFailed(f"{name} is still empty. Your turn!")
     try:
-        array = _validate.finite(answer, name)
+        number = float(answer) if isinstance(answer, str) else answer
+        array = _without_ones(_validate.finite(number, name), shape)
     except ValueError:
         raise CheckFailed(f"{name} must be {wanted}") from None
     if array.shape != shape:

@@ -52,8 +52,8 @@ def keep(function: Callable) -> None:
     path = Path(FILE)
     if not path.is_file():
         print(
-            f"({function.__name__} goes into your program, {FILE}, where there is one"
-            " beside the notebook, as in work/. An empty file begins it.)"
+            f"({function.__name__} is kept in {FILE} when that file is in the"
+            " notebook's folder, as it is in work/.)"
         )
         return
     before = path.read_text(encoding="utf-8")

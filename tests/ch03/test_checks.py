@@ -177,7 +177,7 @@ SLIPS = {
     case_checks.corrected_row: [
         (..., "still empty"),
         (None, "still empty"),
-        ("1049", "must be one number"),
+        ("ten", "must be one number"),
         ((1.0, 2.0), "must be one number"),
         (PRINTED_ROW, "that is the printed row"),
         (ROW - START[1], "that is the correction"),

@@ -353,9 +353,9 @@ DY = np.array([0.0, 3, 1, -3, 0, -3, -2])
 
 def test_the_right_border_passes_as_array_and_as_list(capsys):
     right = np.maximum(np.abs(DX), np.abs(DY)) >= 3
-    for answer in (right, right.tolist()):
+    for answer in (right, right.tolist(), right.astype(int), 1.0 * right):
         chapter7.border(answer, DX, DY, 3)
-    assert capsys.readouterr().out.count("✓") == 2
+    assert capsys.readouterr().out.count("✓") == 4
 
 
 def test_a_slip_of_the_border_is_named():

@@ -32,8 +32,20 @@ def test_unfinished_function_gets_a_plain_message():
         (lambda p, *a: p.T, "use np.column_stack"),
         (stop, "stopped with ZeroDivisionError: oops"),
         (change, "changes its input"),
+        (lambda *a: step(*a), "step, which is not defined.*Your turn!"),  # noqa: F821
     ]
     assert unnamed(chapter1.pixel_to_photo, slips) == []
+
+
+def test_axes_of_length_one_and_text_of_a_number_make_no_difference():
+    for answer, shape in (([[1.0, 2.0]], (2,)), ([3.0], ()), (np.ones((5, 1)), (5,))):
+        found = checks.call(lambda answer=answer: answer, shape=shape)
+        assert found.shape == shape and found.size == np.size(answer)
+        assert checks.numbers("mine", answer, shape).shape == shape
+    assert checks.numbers("photo", "2") == 2
+    for answer, shape in ((np.ones((1, 3)), (2,)), (np.ones((3, 2)), (2, 3))):
+        with pytest.raises(CheckFailed, match="must return shape"):
+            checks.call(lambda answer=answer: answer, shape=shape)
 
 
 def test_near_is_relative_to_the_largest_number_and_at_least_to_one():

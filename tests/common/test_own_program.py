@@ -205,7 +205,7 @@ def test_without_a_file_or_with_a_broken_one_the_book_s_own_is_taken(program, ca
     assert checks.own("mean_shift", max) is max
     assert list(program.parent.iterdir()) == []
     said = capsys.readouterr().out
-    assert "mean_shift goes into your program, my_pgm.py, where there is one" in said
+    assert "(mean_shift is kept in my_pgm.py when that file is in" in said
     assert "mean_shift: the book's own. Yours takes its place" in said
 
 
