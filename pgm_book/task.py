@@ -59,7 +59,8 @@ class Part:
         """How far it is off, in words; where nothing is allowed, right or not."""
         if self.allowed == 0:
             return f"{self.name}: {'right' if self.holds else 'not right'}"
-        return f"{self.name}: {self.off:.3g} {self.unit} ({self.allowed:g} allowed)"
+        off = f"{self.off:.3g} {self.unit}".rstrip()
+        return f"{self.name}: {off} ({self.allowed:g} allowed)"
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from pgm_book.common.checks import (
     report,
 )
 from pgm_book.program import stereo as textbook
+from pgm_lab import frames
 from pgm_lab._validate import real
 from pgm_lab.rotation import matrix
 from pgm_lab.simulate import Landscape
@@ -255,95 +256,59 @@ def sigma_height(function: Callable[..., object]) -> None:
     report("sigma_height", [("proportional to H/B", holds, hint)])
 
 
-def row_points(function: Callable[..., object]) -> None:
-    """Check the object points along one row."""
-    noise = np.random.default_rng(3).normal(0, 50, scene().shape)
-    moved = scipy.ndimage.shift(scene(), (0, -2.3), order=3, mode="mirror")
-    right = np.where(np.arange(scene().shape[1]) < 70, moved, noise)
-    stations = np.array([(10.0, -20.0, 1000.0), (400.0, 5.0, 1010.0)])
-    origin = np.array([(3.0, 1.0), (-6.0, 1.0)])
-    turn = matrix(0.02, -0.05, 0.3)
-    pair = NormalPair(scene(), right, turn, stations, 24.0, 0.0055, origin)
-    arguments = (pair, 30, np.arange(20, 100, 8), 7, -6, 6, 0.8)
-    wanted = textbook.row_points(*arguments)
-    answer = answer_of(function, *arguments, first="exercises 8.1 and 8.4")
+def normal_case(function: Callable[..., object]) -> None:
+    """Check a photo resampled to the normal case, on a scene known in each direction.
+
+    The function takes image, M, N, c and pixel size; M and N rotate object space into
+    the photo and into the normal case, c and the size stay.
+    """
+    M, N = matrix(0.08, -0.05, 0.3), matrix(0.03, 0.04, 0.05)
+    size, c, pixel = (80, 60), 8.0, 0.06
+    pixels = np.stack(np.meshgrid(*map(np.arange, size)), -1)
+    xy = frames.pixel_to_photo(pixels, size, pixel)
+
+    def seen(R: np.ndarray, x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
+        """Grey values by their directions in object space: nothing is interpolated."""
+        X, Y, Z = np.moveaxis(np.stack([x_mm, y_mm, 0 * x_mm - c], -1) @ R, -1, 0)
+        return 120 + 50 * np.sin(8 * X / Z + 1) + 40 * np.cos(7 * Y / Z - 0.5 * X / Z)
+
+    x, y = np.moveaxis(xy, -1, 0)
+    arguments = (seen(M, x, y), M, N, c, pixel)
+    answer = answer_of(function, *arguments)
     try:
-        found = real(answer, "the answer").astype(float)
-    except Exception:  # whatever a stranger's object raises
-        found = np.empty(0)
-    if found.shape != wanted.shape:
+        found = np.array(answer, dtype=float)
+    except (TypeError, ValueError):
+        raise CheckFailed("normal_case must return grey values") from None
+    if found.shape != size[::-1]:
         raise CheckFailed(
-            f"row_points must return shape {wanted.shape} here, X, Y and Z for each"
-            f" column; got {found.shape}"
+            f"normal_case must return an image of shape {size[::-1]} here, as large as"
+            f" the photo; got {found.shape}"
         )
-    known = np.isfinite(wanted).all(axis=1)
-    slips = slips_of_a_row(pair, wanted)
-    otherwise = "the points do not lie where the rays of the row meet"
-    seen, rest = (np.nan_to_num(found[w], nan=-1e9) for w in (known, ~known))
-    cases = [(np.nan_to_num(s[known], nan=-1e9), hint) for s, hint in slips]
-    report(
-        "row_points",
-        [
-            (
-                "each is where its rays meet",
-                near(seen, wanted[known], 1e-9),
-                first_slip(seen, cases, otherwise, 1e-9),
-            ),
-            (
-                "NaN where r is below the threshold",
-                bool(np.all(rest == -1e9)),
-                "where r is below the threshold the row has to stay NaN",
-            ),
-        ],
+    # Where the photo has grey values around the pixel
+    U, V, W = np.moveaxis(
+        np.concatenate([xy, 0 * xy[..., :1] - c], -1) @ N @ M.T, -1, 0
     )
+    place = frames.photo_to_pixel(np.stack([-c * U / W, -c * V / W], -1), size, pixel)
+    inside = np.all((place > 2) & (place < np.subtract(size, 3)), axis=-1)
 
+    def farthest(image: np.ndarray) -> float:
+        return float(np.nanmax(np.abs(found - image)[inside], initial=-1))
 
-# --- What goes wrong on the way from a row of disparities to object points ---
-
-
-def slips_of_a_row(
-    pair: NormalPair, wanted: np.ndarray
-) -> list[tuple[np.ndarray, str]]:
-    """Points (n, 3) that a slip leads to, with what to say of it."""
-    model = (wanted - pair.stations[0]) @ pair.rotation.T
-    return [
-        (
-            model,
-            "that is seen from O', in the frame of the photos: rotate it and add O'",
-        ),
-        (wanted - pair.stations[0], "the position of O' has to be added"),
-        (pair.stations[0] + model, "the model has to be rotated into object space"),
-        (
-            pair.stations[0] + model @ pair.rotation.T,
-            "pair.rotation rotates object space into the photos; here: its inverse",
-        ),
-        (
-            pair.stations[1] + model @ pair.rotation,
-            "stations[1] is O'': the model is seen from O'",
-        ),
-        (
-            (pair.stations[0] + model) @ pair.rotation,
-            "the model is rotated first, and the position of O' added afterwards",
-        ),
-        (
-            pair.stations[0] + model[:, [1, 0, 2]] @ pair.rotation,
-            "x and y are exchanged: x runs along the columns",
-        ),
-        (
-            pair.stations[0] + _without_origin(pair, model) @ pair.rotation,
-            "the parallax in mm is more than disparity times pixel size: the two images"
-            " begin at different columns, and pair.parallax includes that",
-        ),
-        (
-            np.full_like(wanted, np.nan),
-            "every row is still NaN: fill points[i], and see that exercise 8.4 has"
-            " passed, whose search it needs",
-        ),
+    S = np.diag([1, -1, 1])
+    slips = [
+        (arguments[0], "the image is still the photo"),
+        (seen(N.T, x, y), "N rotates into the normal case; here rays come out of it"),
+        (seen(N @ M, x, y), "the rays have to end in the photo: M is missing"),
+        (seen(N @ M @ M, x, y), "M rotates into the photo: its inverse is used here"),
+        (seen(M @ N.T @ M, x, y), "M and N are exchanged"),
+        (seen(N, x, -y), "y points up, and rows count downwards"),
+        (seen(S @ N @ M.T @ S @ M, x, y), "y points up, and rows count downwards"),
     ]
-
-
-def _without_origin(pair: NormalPair, model: np.ndarray) -> np.ndarray:
-    """Model points (n, 3) of parallaxes that count from the edges of the images."""
-    parallax = -pair.base * pair.c / model[:, 2]
-    shift = pair.origin[0, 0] - pair.origin[1, 0]
-    return np.asarray(model * (parallax / np.abs(parallax - shift))[:, None])
+    off = farthest(seen(N, x, y))
+    hint = "the grey values do not come from the rays' places in the photo"
+    if 0.5 <= off < 4:
+        hint = "the nearest pixel is not near enough: interpolate between four"
+    for image, words in slips:
+        hint = words if 0 <= farthest(image) < 0.5 else hint
+    holds = 0 <= off < 0.5 and bool(np.isfinite(found[inside]).all())
+    report("normal_case", [("each ray in its place", holds, hint)])

@@ -15,7 +15,7 @@ from pgm_lab.camera.imaging import attitude
 from pgm_lab.camera.photo import Photo
 from pgm_lab.plot.basic import Look, composite, grey_levels, interact
 from pgm_lab.simulate import Landscape
-from pgm_lab.stereo import DenseMatch, NormalPair, Surface, Terrain, quality
+from pgm_lab.stereo import NormalPair, Surface, Terrain, quality
 
 NAMES = ("left photo", "right photo")
 BAND = 60  # px shown to each side of a row
@@ -345,7 +345,9 @@ def epipolar_line(
     )
 
 
-def epipolar_rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figure:
+def epipolar_rows(
+    left: Photo, right: Photo, pair: NormalPair, row: int, columns: tuple[int, int]
+) -> Figure:
     """Draw a pair before and after it was resampled to the normal case."""
     fig, axes = plt.subplots(2, 2, figsize=(10, 3.4), layout="compressed")
     images = left.grey, right.grey, pair.left, pair.right
@@ -353,7 +355,9 @@ def epipolar_rows(left: Photo, right: Photo, pair: NormalPair, row: int) -> Figu
     for ax, image, title in zip(axes.ravel(), images, titles):
         _bare(ax, image, title)
         ax.axhline(row, color=plot.ORANGE, lw=2)
-        ax.set_ylim(row + BAND, row - BAND)
+        ax.set(
+            xlim=columns, ylim=(row + 20, row - 20)
+        )  # enlarged: rows can be told apart
     return fig
 
 
@@ -425,24 +429,6 @@ def row_search(
         f" highest {r[best]:.2f} at {tried[best]} px.",
         colours=96,
     )
-
-
-def levels(pyramid: Sequence[NormalPair], matches: Sequence[DenseMatch]) -> Figure:
-    """Draw the levels of a pyramid, given finest first, and what is found on each."""
-    n = len(pyramid)
-    full = [match.disparity * 2.0**k for k, match in enumerate(matches)]
-    low, high = np.nanquantile(full[0], (0.01, 0.99))
-    fig, axes = plt.subplots(2, n, figsize=(10, 4.7), layout="compressed")
-    for ax, below, k in zip(axes[0], axes[1], range(n - 1, -1, -1)):
-        rows, columns = pyramid[k].left.shape
-        _bare(ax, pyramid[k].left, f"level {k + 1}: {columns} × {rows}")
-        _bare(below, np.zeros((rows, columns)), "")
-        below.images[0].set_alpha(0)
-        drawn = below.imshow(full[k], cmap="viridis", vmin=low, vmax=high)
-    bar = fig.colorbar(drawn, ax=axes[1].tolist(), aspect=14)
-    bar.set_label("disparity\n(px of level 1)", fontsize=16)
-    bar.ax.tick_params(labelsize=16)
-    return fig
 
 
 def height_threshold(error: np.ndarray, r: np.ndarray, limit: float) -> None:
@@ -537,9 +523,9 @@ def height_errors(error: np.ndarray, sigma: float) -> None:
 # --- Where is the ground? ---
 
 
-def height_profile(own: np.ndarray, book: np.ndarray, land: Landscape) -> None:
-    """Show points (n, 3) of a row by the reader's program, by pgm_lab, and truth."""
-    dots, line = (a[np.isfinite(a).all(axis=1)] for a in (np.array(own, float), book))
+def height_profile(loop: np.ndarray, book: np.ndarray, land: Landscape) -> None:
+    """Show points (n, 3) of a row by a loop, by pgm_lab, and truth."""
+    dots, line = (a[np.isfinite(a).all(axis=1)] for a in (loop, book))
     both = np.concatenate([line, dots])
     X = np.linspace(both[:, 0].min(), both[:, 0].max(), 600)
     Y = np.polyval(np.polyfit(both[:, 0], both[:, 1], 1), X)
@@ -549,7 +535,14 @@ def height_profile(own: np.ndarray, book: np.ndarray, land: Landscape) -> None:
     ax.fill_between(X, ground.min() - 8, ground, color="0.5", label="ground, true")
     look: Look = {"color": plot.SKY, "lw": 6, "label": "pgm_lab"}
     ax.plot(book[:, 0], book[:, 2], **look)
-    ax.plot(dots[:, 0], dots[:, 2], ".", color=plot.RED, ms=9, label="your program")
+    ax.plot(
+        dots[:, 0],
+        dots[:, 2],
+        ".",
+        color=plot.RED,
+        ms=9,
+        label="a loop of your functions",
+    )
     ax.set(xlabel="X (m)", ylabel="Z (m)")
     ax.set_ylim(ground.min() - 8, top.max() + 10)  # room for what hangs in the air
     fig.legend(loc="outside lower center", ncols=4, handlelength=1.4)

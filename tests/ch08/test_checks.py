@@ -1,9 +1,8 @@
 """Exercise feedback of chapter 8: right answers pass, each slip is named."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from pgm_book.ch08 import checks as chapter8
 from pgm_book.common.checks import CheckFailed
@@ -184,70 +183,39 @@ def test_a_slip_of_the_prediction_is_named():
     assert unnamed(chapter8.sigma_height, slips) == []
 
 
-def row(pair, row, columns, window, low, high, least, place=lambda m, pair: None):
-    """The solution of exercise 8.6, with room for a slip."""
-    points = np.full((len(columns), 3), np.nan)
-    for i, column in enumerate(columns):
-        d, r = search(pair.left, pair.right, column, row, window, low, high)
-        if r >= least and np.isfinite(d):
-            x = pair.origin[0, 0] + pair.pixel_size * column
-            y = pair.origin[0, 1] - pair.pixel_size * row
-            m = model(x, y, pair.parallax(d), pair.base, pair.c)
-            slip = place(m, pair)
-            right = pair.stations[0] + m @ pair.rotation
-            points[i] = right if slip is None else slip
-    return points
+def normal(image, M, N, c, px, turn=lambda M, N: M @ N.T, up=-1, order=1):
+    """A photo resampled to the normal case, with room for a slip."""
+    rows, columns = image.shape
+    row, column = np.indices(image.shape)
+    middle = (columns - 1) / 2, (rows - 1) / 2
+    x, y = (column - middle[0]) * px, up * (row - middle[1]) * px
+    rays = np.stack([x, y, np.full(x.shape, -c)])
+    U, V, W = np.tensordot(turn(M, N), rays, 1)
+    place = [middle[1] - c * V / W / (up * px), middle[0] - c * U / W / px]
+    return map_coordinates(image, place, order=order, cval=np.nan)
 
 
-def all_at_once(pair, row, columns, window, low, high, least):
-    """The solution in arrays, and by the method of the pair."""
-    found = [
-        search(pair.left, pair.right, column, row, window, low, high)
-        for column in columns
-    ]
-    d, r = np.transpose(found)
-    return pair.object_points(columns, row, np.where(r >= least, d, np.nan))
+def test_a_right_normal_case_passes(capsys):
+    passes(chapter8.normal_case, normal, capsys=capsys)
+    passes(chapter8.normal_case, lambda *a: normal(*a, order=3).tolist(), capsys=capsys)
 
 
-def test_a_right_row_of_points_passes(capsys):
-    passes(chapter8.row_points, row, capsys=capsys)
-    passes(chapter8.row_points, textbook.row_points, capsys=capsys)
-    passes(chapter8.row_points, lambda *a: row(*a).tolist(), capsys=capsys)
-    passes(chapter8.row_points, all_at_once, capsys=capsys)
+def test_a_slip_of_the_normal_case_is_named():
+    def turned(how):
+        return lambda *a: normal(*a, turn=how)
 
-
-def from_the_edges(pair, *arguments):
-    """Disparity times pixel size for the parallax."""
-    blind = SimpleNamespace(**vars(pair), base=pair.base)
-    blind.parallax = lambda d: abs(d) * pair.pixel_size
-    return row(blind, *arguments)
-
-
-def placed(place):
-    return lambda *a: row(*a, place=place)
-
-
-def without_its_parts(*arguments):
-    d, r = None  # what an unsolved best_disparity returns
-
-
-def test_a_slip_of_the_row_is_named():
     slips = [
-        (without_its_parts, "exercises 8.1 and 8.4"),
         (lambda *a: None, "returns nothing"),
-        (lambda *a: row(*a)[:, 2], "must return shape"),
-        (lambda *a: "points", "must return shape"),
-        (placed(lambda m, p: m), "rotate it and add"),
-        (placed(lambda m, p: m @ p.rotation), "has to be added"),
-        (placed(lambda m, p: p.stations[0] + m), "has to be rotated"),
-        (placed(lambda m, p: p.stations[0] + p.rotation @ m), "its inverse"),
-        (placed(lambda m, p: p.stations[1] + m @ p.rotation), "stations\\[1\\]"),
-        (placed(lambda m, p: np.full(3, np.nan)), "still NaN"),
-        (lambda pair, row, columns, *a: [[np.nan] * 3] * len(columns), "exercise 8.4"),
-        (placed(lambda m, p: (p.stations[0] + m) @ p.rotation), "rotated first"),
-        (placed(lambda m, p: p.stations[0] + m[[1, 0, 2]] @ p.rotation), "exchanged"),
-        (from_the_edges, "begin at different columns"),
-        (placed(lambda m, p: p.stations[0] - m @ p.rotation), "rays of the row"),
-        (lambda *a: row(*a[:-1], -1), "below the threshold"),
+        (lambda *a: normal(*a)[1:], "as large as the photo"),
+        (lambda *a: "image", "must return grey values"),
+        (lambda image, *a: image, "still the photo"),
+        (turned(lambda M, N: M @ N), "N rotates into the normal case"),
+        (turned(lambda M, N: N.T), "M is missing"),
+        (turned(lambda M, N: M.T @ N.T), "its inverse"),
+        (turned(lambda M, N: N @ M.T), "exchanged"),
+        (lambda *a: normal(*a, up=1), "rows count downwards"),
+        (lambda *a: normal(*a)[::-1], "rows count downwards"),
+        (lambda *a: normal(*a, order=0), "between four"),
+        (lambda *a: normal(*a).T.reshape(60, 80), "rays' places"),
     ]
-    assert unnamed(chapter8.row_points, slips) == []
+    assert unnamed(chapter8.normal_case, slips) == []

@@ -76,19 +76,10 @@ def test_figure_says_what_it_shows(draw, arguments, words, alt_of):
     assert words in alt_of(draw, *arguments)
 
 
-def test_photos_and_pyramids_are_drawn(pair, closed):
+def test_photos_and_their_rows_are_drawn(pair, closed):
     assert len(of_lesson.photo_pair(PHOTO, PHOTO).axes) == 2
-    rows = of_lesson.epipolar_rows(PHOTO, PHOTO, pair, row=30).axes
+    rows = of_lesson.epipolar_rows(PHOTO, PHOTO, pair, 30, (10, 90)).axes
     assert all(ax.lines[0].get_ydata()[0] == 30 for ax in rows)
-    # What the coarse level finds counts twice, in pixels of the fine one
-    coarse = normal_pair(pair.left[::2, ::2], pair.right[::2, ::2])
-    found = [SimpleNamespace(disparity=np.full(s, 6.0)) for s in ((90, 120), (45, 60))]
-    fig = of_lesson.levels([pair, coarse], found)
-    assert [ax.get_title() for ax in fig.axes[:2]] == [
-        "level 2: 60 × 45", "level 1: 120 × 90"
-    ]  # fmt: skip
-    values = [ax.images[-1].get_array().max() for ax in fig.axes[2:4]]
-    assert values == [12, 6]
 
 
 def green_and_magenta_agree(ax):

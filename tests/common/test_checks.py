@@ -6,7 +6,6 @@ import pytest
 from pgm_book.ch01 import checks as chapter1
 from pgm_book.ch06 import checks as chapter6
 from pgm_book.ch07 import checks as chapter7
-from pgm_book.ch08 import checks as chapter8
 from pgm_book.chA1 import checks as chapterA1
 from pgm_book.common import checks
 from pgm_book.common.checks import CheckFailed
@@ -66,7 +65,6 @@ def test_a_hint_that_asks_ends_in_its_question_mark():
         (chapterA1.adjust, "the exercise before this one"),
         (chapter6.adjust, "exercises 6.1 and 6.3"),
         (chapter7.chip_shifts, "exercises 7.2 and 7.4"),
-        (chapter8.row_points, "exercises 8.1 and 8.4"),
     ],
 )
 def test_who_left_an_exercise_out_hears_which(check, before):
