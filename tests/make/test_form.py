@@ -141,18 +141,18 @@ FOLDED = {"tags": ["hide-input"]}
 HIDDEN = {"jupyter": {"source_hidden": True}}
 SECTION = r"'How large is a pixel on the ground\?'"
 BREAKS = [
-    (add(*[new_markdown_cell("a")] * 40), rf"65 cells, 5 too many; .* {SECTION}: \d+"),
+    (add(*[new_markdown_cell("a")] * 37), rf"65 cells, 5 too many; .* {SECTION}: \d+"),
     (
-        add(new_markdown_cell("word " * 2000)),
-        rf"2403 words, 203 .* {SECTION}: 2",
+        add(new_markdown_cell("word " * 1900)),
+        rf"2414 words, 214 .* {SECTION}: 2",
     ),
     (
         replace(" · 4 min", " · 60 min"),
-        "74 minutes, 14 too many; most are in 'What you have now': 60",
+        "89 minutes, 29 too many; most are in 'What you have now': 60",
     ),
     (replace(" · 4 min", ""), "section 'What you have now' ends without its minutes"),
-    (replace(" · 4 min", " · 5 min"), "head says 18 minutes; the sections give 19"),
-    (replace("About **18 minutes**", "Short"), "head says no minutes: .* give 18"),
+    (replace(" · 4 min", " · 5 min"), "head says 33 minutes; the sections give 34"),
+    (replace("About **33 minutes**", "Short"), "head says no minutes: .* give 33"),
     (replace("You need", "Take"), "the head does not say what it needs"),
     (
         add(new_code_cell("x = 1\n" * 9, metadata=FOLDED)),
@@ -185,6 +185,8 @@ BREAKS = [
         replace("2 minutes. Ask", "36 minutes. Ask"),
         "a lecture of 46 minutes, 1 too many; most are in 'What you have now': 36",
     ),
+    (replace("task · 15 min", "task · 9 min"), "one section: ## Your task · 15 min"),
+    (drop("task"), "one cell tagged task must hold the solution"),
     (replace("\nchecks.keep(ground_size)", ""), "no check keeps the reader's function"),
 ]
 
