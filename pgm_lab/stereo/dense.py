@@ -404,7 +404,7 @@ def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
 
 TILE, OVERLAP = 512, 64  # px: the costs of all disparities of a tile fit the memory
 MARGIN = 4  # px that a level is searched beyond the disparities of the level above
-BLOCK = 3  # px, side of the blocks that are compared
+BLOCK = 3  # px, side of the blocks that are compared, and of sums of residuals
 
 
 def _semiglobal(
@@ -655,7 +655,6 @@ def _least_squares(
     iterations, planes, astray, most = REFINING[method]
     n, small = window + 2, max(window - 2, 5)
     large = 2 * int(n / np.sqrt(2)) + 1  # px: twice the area
-    spread = {"sgm": _clustered, "ncc": _inflation}[method]
 
     def work(rows: slice) -> _Refined:
         at = first = start[rows]
@@ -670,9 +669,10 @@ def _least_squares(
 
         def refined(found: _Solution, window: int) -> _Refined:
             at = shape + found.step
-            sd = np.sqrt(found.variance * spread(found, good[rows], window))
+            factor = _inflation(found, good[rows], window, method)
             near = np.abs(at - first) < most
             converged = near & (np.abs(found.step) < MAX_LAST_STEP)
+            sd = np.sqrt(found.variance * factor)
             return _Refined(at, sd, converged, _box(both, window) > WHOLE)
 
         if method == "ncc":
@@ -736,17 +736,25 @@ def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:
     return _Solution(np.clip(-k / h, -1, 1), variance / h**2, slope, residual)
 
 
-def _inflation(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
-    """Factor of the variance for residuals correlated with their neighbours."""
-    # Interpolation makes them so. The variance of sum g e is the sum of all
-    # covariances, sigma^2 sum rho_e rho_g: for near neighbours both correlations are
-    # measured in the neighbourhood. A fit of three unknowns to n residuals takes about
-    # 3/n from each.
+def _inflation(
+    found: _Solution, good: np.ndarray, window: int, method: str
+) -> np.ndarray:
+    """Factor of the variance for residuals that are not independent."""
+    # The variance of sum g e is the sum of all covariances. A fit of three unknowns to
+    # n residuals takes about 3/n from each
     slope, residual = (
         np.where(good, a, 0).astype(np.float32) for a in (found.slope, found.residual)
     )
     around = AROUND * window + 1
     gg, ee = (np.maximum(_box(a * a, around), ROUNDING) for a in (slope, residual))
+    if method == "sgm":
+        # Edges, curved ground and blur make residuals large where slopes are: blocks
+        # nearby hold this, whatever it is (Newey and West 1987). The fit takes about
+        # the share of a block in the window from it
+        blocks = BLOCK**2 * _box(_box(slope * residual, BLOCK) ** 2, around)
+        share = _box(good.astype(np.float32), around)
+        return np.maximum(blocks * share / (gg * ee * (1 - (BLOCK / window) ** 2)), 0.5)
+    # Interpolation correlates near neighbours: sigma^2 sum rho_e rho_g
     factor = np.ones_like(gg)
     for lag in LAGS:
         rho_g, rho_e = (
@@ -755,23 +763,6 @@ def _inflation(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
         )
         factor += 2 * rho_g * (rho_e + (2 + rho_g) / window**2)
     return np.maximum(factor, 0.5)
-
-
-def _clustered(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
-    """Factor of the variance for residuals that depend on slopes and on neighbours."""
-    # Edges, curved ground and blur make residuals large where slopes are. The variance
-    # of sum g e, measured in blocks nearby, contains this, whatever it is (Newey and
-    # West 1987). The fit takes about the share of a block in the window from it.
-    slope, residual = (
-        np.where(good, a, 0).astype(np.float32) for a in (found.slope, found.residual)
-    )
-    around, part = AROUND * window + 1, (BLOCK / window) ** 2
-    gg, ee, share = (
-        np.maximum(_box(a, around), ROUNDING)
-        for a in (slope**2, residual**2, good.astype(np.float32))
-    )
-    blocks = BLOCK**2 * _box(_box(slope * residual, BLOCK) ** 2, around)
-    return np.maximum(blocks * share / (gg * ee * (1 - part)), 0.5)
 
 
 def _neighbour(a: np.ndarray, lag: tuple[int, int]) -> np.ndarray:
