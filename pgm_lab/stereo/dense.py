@@ -91,7 +91,7 @@ def match_rows(
 
     On each level of the image pyramid, from coarse to fine, the row is searched from
     left to right and from right to left, around the disparities of the level above
-    that agree: by "sgm" for those which match best and are smooth along lines in all
+    that agree: by "sgm" for those which match best and are smooth along lines in three
     directions (`cv2.StereoSGBM`), by "ncc" for the highest correlation coefficient
     (H 4) of each cell alone. Least squares matching refines the finest level, in
     windows shaped by local planes.
@@ -411,7 +411,6 @@ def _semiglobal(
     left: _Image, right: _Image, levels: int, window: int, reach: int, done: Done
 ) -> tuple["_Peaks", np.ndarray]:
     """Disparities of the finest level, and whether both directions agree there."""
-    # Smooth along eight directions; along three, much faster, on the finest level
     lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
     start, margin = np.zeros(lefts[-1].grey.shape, np.float32), reach
     for k in reversed(range(levels)):
@@ -419,8 +418,7 @@ def _semiglobal(
             eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
             for image in (lefts[k], rights[k])
         )
-        mode = cv2.StereoSGBM_MODE_HH if k else cv2.StereoSGBM_MODE_SGBM_3WAY
-        d, agree, inside = _in_tiles(one, other, start, margin, mode, done)
+        d, agree, inside = _in_tiles(one, other, start, margin, done)
         if k:
             start = _finer(_filled(d, agree), lefts[k - 1].grey.shape)
             margin = MARGIN
@@ -434,12 +432,7 @@ def _semiglobal(
 
 
 def _in_tiles(
-    L: np.ndarray,
-    R: np.ndarray,
-    start: np.ndarray,
-    margin: int,
-    mode: int,
-    done: Done,
+    L: np.ndarray, R: np.ndarray, start: np.ndarray, margin: int, done: Done
 ) -> list[np.ndarray]:
     """Disparity, whether both directions agree, whether within the search."""
     out = [np.zeros(L.shape, kind) for kind in (np.float32, bool, bool)]
@@ -449,8 +442,7 @@ def _in_tiles(
             rows = slice(max(row - OVERLAP, 0), row + TILE + OVERLAP)
             columns = slice(max(column - OVERLAP, 0), column + TILE + OVERLAP)
             top, side = row - rows.start, column - columns.start
-            at = start[rows, columns], columns.start
-            found = _tile(L[rows], R[rows], *at, margin, mode)
+            found = _tile(L[rows], R[rows], start[rows, columns], columns.start, margin)
             for whole, part in zip(out, found, strict=True):
                 part = part[top : top + TILE, side : side + TILE]
                 whole[row : row + TILE, column : column + TILE] = part
@@ -459,7 +451,7 @@ def _in_tiles(
 
 
 def _tile(
-    L: np.ndarray, R: np.ndarray, start: np.ndarray, first: int, margin: int, mode: int
+    L: np.ndarray, R: np.ndarray, start: np.ndarray, first: int, margin: int
 ) -> tuple[np.ndarray, ...]:
     """The same for the columns from `first` on, within a margin around their start."""
     low, high = np.percentile(start, (0.5, 99.5))
@@ -475,7 +467,7 @@ def _tile(
         P2=64 * BLOCK**2,
         disp12MaxDiff=16 * n,  # checked here, in both directions
         preFilterCap=63,
-        mode=mode,
+        mode=cv2.StereoSGBM_MODE_SGBM_3WAY,  # three directions, in half of the time
     )
     mirrored = (np.ascontiguousarray(a[:, ::-1]) for a in (R, L))
     there, back = (
