@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+import scipy
 
 from pgm_lab.adjustment import normal
 from pgm_lab.lsm import half_pixels
@@ -25,6 +26,8 @@ LAGS: Lags = (1, 0), (0, 1), (1, 1), (-1, 1), (2, 0), (0, 2)
 DECAY = 3  # standard deviations of a Gaussian, up to which smoothed noise is correlated
 POSITION = [0, 3]  # rows of a0 and b0 in the design matrix
 MAX_GAIN = 2.0  # effective pixels per pixel: noise to which texture is insensitive
+SIGNIFICANCE = 0.01  # of a curved surface: noise pretends one as often
+MEDIAN = 0.4549  # of the square of a normal variable, in parts of its variance
 
 
 @dataclass(frozen=True)
@@ -217,14 +220,20 @@ def precision(
     QSQ, QR = QS @ Q, Q * (S * other)[:, None]
     covariance = variance[:, None, None] * (Q + QSQ + QS @ QSQ)
     covariance += QR @ Q + QS @ QR @ Q + QR @ QSQ
-    pixels = np.full(len(T), float(k))
+    pixels, moves = np.full(len(T), float(k)), np.zeros((len(T), u))
     if correlated:
         points = max(1, BLOCK // k)
         for first in range(0, len(T), points):
             block = np.s_[first : first + points]
             design, v = _observation_equations(left, found, block)
             pixels[block] = effective_pixels(design, Q[block], v, kept[block], smooth)
+            moves[block] = moved_by_curvature(design, Q[block], v, k / pixels[block])
         covariance *= (k / pixels)[:, None, None]
+        # Each move is one of many that might be: its square over the median one is the
+        # variance that is as often too large as too small
+        covariance += moves[:, :, None] * moves[:, None] / MEDIAN
+    # Nor is a position determined whose covariance no number holds
+    singular |= ~np.isfinite(covariance).all(axis=(1, 2))
     return covariance, np.sqrt(variance), pixels, singular
 
 
@@ -252,6 +261,36 @@ def _weakest_gradient(N: np.ndarray) -> np.ndarray:
     """Sum of the squared gradients (m,) in the direction where it is least."""
     xx, yy, xy = N[:, 0, 0], N[:, 3, 3], N[:, 0, 3]
     return (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)
+
+
+# --- What a curved surface moves ---
+
+
+def moved_by_curvature(
+    design: np.ndarray, Q: np.ndarray, v: np.ndarray, larger: np.ndarray
+) -> np.ndarray:
+    """How far a surface that is no plane moves the parameters (m, u); 0 if it is one.
+
+    The residuals v (m, k) have variances that are `larger` (m,) than with white noise.
+    """
+    # (B 2.8), (B 2.9) describe a plane. On any other surface second powers of x and y
+    # displace the pixels, too: with these six additional parameters the adjustment
+    # finds another position, if they are significant (Fisher's test).
+    m, u, k = design.shape
+    _, x, y = window_grid((round(k**0.5) - 1) // 2).astype(np.float32)
+    powers = np.array([x * x, x * y, y * y])
+    curved = (design[:, POSITION, None] * powers).reshape(m, -1, k)
+    more = curved.shape[1]
+    # Reduced to the additional parameters p; without them the others are Q Xᵀ p off
+    X, n = curved @ np.swapaxes(design, 1, 2), (curved @ v[..., None])[..., 0]
+    off = Q @ np.swapaxes(X, 1, 2)
+    p, _, _, singular = normal.solve(curved @ np.swapaxes(curved, 1, 2) - X @ off, n)
+    explained = np.einsum("mi,mi->m", p, n)
+    rest = k - u - more
+    left = (np.einsum("mk,mk->m", v, v) - explained) / rest * np.maximum(larger, 1)
+    least = more * scipy.special.fdtri(more, rest, 1 - SIGNIFICANCE)
+    found = ~singular & (explained > least * left)
+    return np.where(found[:, None], (off @ p[..., None])[..., 0], 0)
 
 
 # --- How many independent pixels the grey values of a window are worth ---

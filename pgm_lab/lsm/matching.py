@@ -23,9 +23,9 @@ class Match:
         Standard deviation, before interpolation, of a left grey value minus (h0 + h1
         times the right one).
     effective_pixels : ndarray (n,)
-        Pixels with white noise of sigma0 that would give the covariance: fewer than the
-        template has where neighbouring residuals are correlated, or larger on strong
-        texture, or pixels are saturated.
+        Pixels with white noise of sigma0 that would give the covariance, but for what a
+        curved surface adds to it: fewer than the template has where neighbouring
+        residuals are correlated, or larger on strong texture, or pixels are saturated.
     parameters : ndarray (n, 8)
         (a0, a1, a2, b0, b1, b2, h0, h1) of (B 2.7) to (B 2.9), about the left point.
     parameter_covariance : ndarray (n, 8, 8)
@@ -121,7 +121,7 @@ def match(
         Standard deviations of a grey value in the left and in the right image. Only
         their ratio is used: their size is estimated from the residuals.
     correlated : bool
-        False treats the noise as white, as the textbook does.
+        False treats the noise as white and the surface as plane, as the textbook does.
     smooth : float
         Standard deviation in pixels, 0.3 to 3, of a Gaussian that smooths both images
         first; 0 for none. 1 px removes most aliasing and, where there is noise alone,
@@ -144,9 +144,12 @@ def match(
     unless `noise` says otherwise; it allows for the noise in the gradients and for the
     noise that interpolation removes. Residuals that are correlated up to two pixels
     apart, or larger where the texture is strong, count as fewer pixels
-    (`effective_pixels`), by one factor for the whole covariance. What moves a window
-    without leaving such residuals is not accounted for: a part of the aliasing, a
-    curved surface.
+    (`effective_pixels`), by one factor for the whole covariance. (B 2.8), (B 2.9) hold
+    on a plane: where second powers of x and y, six more parameters, are significant in
+    the residuals (Fisher's test, 1 %), the surface under the window is curved, and the
+    square of how far they would move the position is part of its covariance. What moves
+    a window without leaving such residuals is not accounted for: a part of the
+    aliasing, a weaker curvature.
 
     References
     ----------
