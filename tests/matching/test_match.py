@@ -141,6 +141,18 @@ def test_what_its_witnesses_deny_is_no_match_of_a_feature():
     np.testing.assert_allclose(found.points[[0, 2]], p[[0, 2]] - [5, 0], atol=0.1)
 
 
+def test_each_witness_counts_by_what_it_may_be_wrong():
+    one = np.ones(1)
+    wide, small = (
+        _wide.Tried(np.array([[x, 0.0]]), None, np.eye(2)[None], one, one, 0.5 * one)
+        for x in (0, 0.6)
+    )
+    lines = np.array([[2.0, 0, 12]])  # 6 px away
+    off = _wide._witnesses(wide, small, np.array([[0, 4.5]]), lines, 1.5, 0.5)
+    np.testing.assert_allclose(off.T, [[2, 1, 3, 4]])
+    assert not _wide._witnesses(wide, wide, wide.points, None, 1.5, None).any()
+
+
 def test_start_values_and_shapes_of_ones_own_are_taken():
     points = np.array([(300.0, 200), (350.25, 260), (420, 300)])
     start = scenes.apply(H, points) + [2, -3]
