@@ -207,8 +207,8 @@ def match(
     at a limit. A curved surface moves a window by the square of its width, so that two
     widths show it: the variance that this adds among the 64 nearest matches is part of
     the covariance. What no witness sees: features on the edge of a near surface, whose
-    centre lies on a far one (4 to 7 in a hundred in a scene full of such edges; a higher
-    `least_quality` leaves fewer), and a repeated pattern mistaken along the line.
+    centre lies on a far one (4 to 7 in a hundred in a scene full of such edges; fewer
+    with a higher `least_quality`), and a repeated pattern mistaken along the line.
 
     References
     ----------

@@ -82,6 +82,13 @@ def test_settings_are_those_given_and_the_defaults_of_the_others():
         text(result(), about=3)
 
 
+def test_few_matches_recommend_the_wide_start_unless_it_was_used():
+    few = result(40, ["accepted"] * 9 + ["ambiguous"] * 31)
+    assert "--start wide" in joined(text(few))
+    assert "--start wide" not in text(few, settings={"start": "wide"})
+    assert "--start wide" not in text(few, settings={"points": few.chosen})
+
+
 def test_one_match_and_none_are_reported_too(undrawn):
     none = report.matching.html(result(2, ["ambiguous"] * 2), *photos.pair())
     assert "None of 2 points was found." in none and none.count("<img") == 1
