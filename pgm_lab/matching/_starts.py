@@ -1,8 +1,7 @@
 """Start values: where the points of the left photo lie in the right one.
 
-From features that look the same in both photos, or from coarse to fine in pyramids. A
-`Field` of points found in both predicts where any other point lies, and how its window
-is rotated and scaled.
+A `Field` of features that look the same in both photos predicts where any other point
+lies, and how its window is rotated and scaled.
 """
 
 from dataclasses import dataclass
@@ -10,10 +9,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import scipy
-
-from pgm_lab import image, ncc
-from pgm_lab.matching._correlate import correlate
-from pgm_lab.matching.interest import pick
 
 NEIGHBOURS = 16  # features that predict where a point lies
 STIFFNESS = 30.0  # px: features within less than that do not determine a shape
@@ -24,11 +19,6 @@ LOWE_RATIO = 0.8  # of the distances to the nearest and the second nearest (Lowe
 MIN_INLIERS = 12  # features that fit together
 MIN_INLIER_SHARE = 0.25  # of those compared
 PLANE_SHARE = 0.85  # of what the fundamental matrix explains: then it is a plane
-# Pyramid
-COARSEST = 160  # px at most along the longer side of the smallest level
-TEMPLATE, SEARCH = 15, 31  # px across, at each level
-NUMBER = 300  # points at each level
-MIN_PYRAMID_SHARE = 0.9  # of the points of the finest level, each like its neighbours
 
 
 # --- The field of points found in both photos ---
@@ -101,10 +91,10 @@ class Field:
 # --- From features ---
 
 
-def from_features(left: np.ndarray, right: np.ndarray) -> Field:
-    """Find features that fit together."""
-    p, of_left = _describe(left)
-    q, of_right = _describe(right)
+def from_features(left: np.ndarray, right: np.ndarray, precise: bool = True) -> Field:
+    """Find features that fit together; fewer, but better ones, where `precise`."""
+    p, of_left = _describe(left, precise)
+    q, of_right = _describe(right, precise)
     for photo, features in (("left", of_left), ("right", of_right)):
         if not len(features):
             raise ValueError(
@@ -120,12 +110,12 @@ def from_features(left: np.ndarray, right: np.ndarray) -> Field:
         raise ValueError(
             f"only {fit.sum()} of {len(of_left)} and {len(of_right)} features of the"
             " two photos fit together: do both show the same object? If so, give points"
-            ' and start, or try start="pyramid" where they differ by a shift only'
+            " and start"
         )
     return Field(p[fit], q[fit], noise, F)
 
 
-def _describe(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _describe(image: np.ndarray, precise: bool) -> tuple[np.ndarray, np.ndarray]:
     """Features (m, 2) of a photo and the square roots (m, 128) of their descriptors."""
     # The distance of the roots is that of Hellinger (Arandjelovic and Zisserman 2012)
     mask = np.ma.getmask(image)
@@ -135,7 +125,7 @@ def _describe(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         there = cv2.resize(np.asarray(mask, np.uint8), grey.shape[::-1])
         here = 1 - cv2.dilate(there, np.ones((9, 9), np.uint8))
     found, descriptors = cv2.SIFT.create(
-        MAX_FEATURES, enable_precise_upscale=True
+        MAX_FEATURES, enable_precise_upscale=precise
     ).detectAndCompute(grey, here)
     if descriptors is None:
         return np.zeros((0, 2)), np.zeros((0, 128), np.float32)
@@ -243,76 +233,3 @@ def smooth(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     away = np.linalg.norm(offset - middle, axis=1)
     spread = np.linalg.norm(offset[near[:, 1:]] - middle[:, None], axis=2)
     return away <= 5 * np.median(spread, axis=1) + 5
-
-
-# --- From coarse to fine ---
-
-
-def from_pyramids(left: np.ndarray, right: np.ndarray) -> Field:
-    """Find points level by level; on the smallest, search all of the right photo."""
-    factor = max(reduction(left), reduction(right))  # for both: no change of scale
-    small = reduced(left, factor), reduced(right, factor)
-    longest = max(*small[0].shape, *small[1].shape)
-    levels = 1 + max(0, int(np.ceil(np.log2(longest / COARSEST))))
-    lefts, rights = (image.pyramid(one, levels) for one in small)
-    p, q = _anywhere(lefts[-1], rights[-1])
-    for one, other in list(zip(lefts, rights))[-2::-1]:
-        p, q = _finer(one, other, Field(2 * p, 2 * q))
-    p, q = of_full_size(p, small[0], left), of_full_size(q, small[1], right)
-    fit, F = fitting(p, q, 1.5 * factor)
-    refuse_few(int(fit.sum()), len(fit), MIN_PYRAMID_SHARE)
-    return Field(p[fit], q[fit], 1.5 * factor, F)
-
-
-def _anywhere(left: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the smallest level, searched for in all of the other photo."""
-    template = min(TEMPLATE, *(min(one.shape) // 2 * 2 - 3 for one in (left, right)))
-    points = pick(left, NUMBER, template)
-    middle = np.tile((np.array(right.shape[::-1]) - 1) / 2, (len(points), 1))
-    rows, columns = (n + (n + 1) % 2 + 2 for n in right.shape)
-    found = ncc.match(
-        left, right, points, middle, template, (rows, columns), 0.5, 1.0, back=1.5
-    )
-    good = found.accepted
-    p, q = points[good], found.points[good]
-    refuse_few(len(p), len(points))
-    settings = cv2.UsacParams()
-    settings.threshold = 3.0
-    settings.confidence = 0.9999
-    _, fit = cv2.estimateAffine2D(p, q, settings)
-    fit = fit.ravel() > 0
-    refuse_few(fit.sum(), len(points))
-    return p[fit], q[fit]
-
-
-def _finer(
-    left: np.ndarray, right: np.ndarray, field: Field
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points of a level, searched for where the previous level has them."""
-    points = pick(left, NUMBER, TEMPLATE)
-    found = correlate(
-        left,
-        right,
-        points,
-        *field.at(points),
-        TEMPLATE,
-        SEARCH,
-        threshold=0.6,
-        ratio=0.95,
-        back=1.5,
-    )
-    good = found.accepted
-    p, q = points[good], found.points[good]
-    good = smooth(p, q)
-    refuse_few(good.sum(), len(points))
-    return p[good], q[good]
-
-
-def refuse_few(found: int, of: int, least: float = 0.1) -> None:
-    """Say that the pyramid failed where fewer than this share of its points fit."""
-    if found < max(MIN_INLIERS, least * of):
-        raise ValueError(
-            f"only {found} of {of} points of the pyramid fit together: do both photos"
-            " show the same object, without much rotation or change of scale?"
-            ' start="features" tolerates those; or give points and start'
-        )

@@ -85,13 +85,7 @@ def pick(
     good = texture >= max(least * np.percentile(texture, 95), np.finfo(float).tiny)
     points, texture = points[good], texture[good]
     order = np.argsort(-texture, kind="stable")
-    points = points[order]
-    space = max(space, cell)
-    chosen = _spread(points, space)
-    while len(chosen) < number and space > cell:
-        space = max(space / SHRINK, cell)
-        chosen = _spread(points, space)
-    return chosen[:number].astype(float)
+    return points[order][spread(points[order], number, space, cell)].astype(float)
 
 
 def _image(values: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray | None]:
@@ -163,10 +157,21 @@ def _texture(grey: np.ndarray, mask: np.ndarray | None, template: int) -> np.nda
     return found
 
 
-def _spread(points: np.ndarray, space: float) -> np.ndarray:
-    """The first points of each cell, without those close to an earlier one."""
+def spread(points: np.ndarray, number: int, space: float, least: float) -> np.ndarray:
+    """Indices of at most `number` points, the first ones, as far apart as possible."""
+    space = max(space, least)
+    chosen = _apart(points, space)
+    while len(chosen) < number and space > least:
+        space = max(space / SHRINK, least)
+        chosen = _apart(points, space)
+    return chosen[:number]
+
+
+def _apart(points: np.ndarray, space: float) -> np.ndarray:
+    """Indices of the first points of each cell, none close to an earlier one."""
     cell = np.floor(points / space).astype(np.int64)
     _, first = np.unique(cell, axis=0, return_index=True)
-    some = points[np.sort(first)]
-    close = scipy.spatial.cKDTree(some).query_pairs(space / 2, output_type="ndarray")
-    return np.delete(some, np.unique(close.max(axis=1)), axis=0) if len(close) else some
+    k = np.sort(first)
+    tree = scipy.spatial.cKDTree(points[k])
+    close = tree.query_pairs(space / 2, output_type="ndarray")
+    return np.delete(k, np.unique(close.max(axis=1))) if len(close) else k

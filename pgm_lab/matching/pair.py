@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, lsm, ncc
 from pgm_lab.io import files, text
 from pgm_lab.io.photo import Photo, read
-from pgm_lab.matching import _starts
+from pgm_lab.matching import _starts, _wide
 from pgm_lab.matching._correlate import correlate
 from pgm_lab.matching._quality import RECOMMENDED, quality
-from pgm_lab.matching.interest import pick
+from pgm_lab.matching.interest import pick, spread
 
-STARTS = {"features": _starts.from_features, "pyramid": _starts.from_pyramids}
+STARTS = "features", "wide"
 COLUMNS = (
     *("point", "left column", "left row", "right column", "right row"),
     *("variance column", "covariance", "variance row", "r", "quality", "status"),
@@ -23,7 +23,6 @@ MIN_TEMPLATE = 5  # px across
 MAX_SCALE = 10.0  # from left to right
 COARSE_THRESHOLD = 0.5  # of the correlation of windows whose shapes are about known
 MAX_MOVE = 3.0  # px: farther from the best correlation it is another point
-MIN_SHARE = 0.1  # of the points picked for a pyramid: with fewer it led astray
 LATTICE = 64  # points along a photo that are tested for being in the other one
 
 
@@ -148,15 +147,17 @@ def match(
         Photos, see `read`.
     points : array_like (n, 2), optional
         (column, row) in the left photo, in pixels; default: `number` points that `pick`
-        chooses in the overlap.
+        chooses in the overlap. With "wide" they are features, those that moved like
+        their neighbours first, and none can be given.
     number : int
         How many points to pick. There may be fewer if there is too little texture.
     template : int
-        Pixels across the window of the left photo, odd, at least 5.
-    start : {"features", "pyramid"} or array_like (n, 2)
-        Where to search in the right photo. "features": as SIFT features predict, under
-        any rotation and change of scale. "pyramid": by correlation from coarse to fine,
-        for photos that differ by a shift and little else. Or the positions.
+        Pixels across the window of the left photo, odd, at least 5; 7 for "wide".
+    start : {"features", "wide"} or array_like (n, 2)
+        Where to search in the right photo. "features": as SIFT features around the
+        point predict, under any rotation and change of scale. "wide": features are
+        themselves the points; for photos from places far apart, with much depth or
+        other viewing directions, where the first finds few. Or the positions.
     shape : array_like (2, 2) or (n, 2, 2), optional
         With positions: ((a1, a2), (b1, b2)), how the windows are rotated and scaled
         from left to right; default: the identity.
@@ -187,9 +188,8 @@ def match(
     FileNotFoundError, OSError
         If a file cannot be read.
     ValueError
-        If a photo or an argument is not as described here, too few features or points
-        of the pyramid fit together to give start values, or hardly a picked point is
-        found from the pyramid.
+        If a photo or an argument is not as described here, or too few features fit
+        together to give start values.
 
     Notes
     -----
@@ -197,6 +197,18 @@ def match(
     that fit together (MAGSAC). The position and shape at a point come from an affine
     transformation of the features near to it, and a right window of that shape is
     resampled before correlation.
+
+    With "wide" least squares begin where the feature was found, without correlation
+    (`search` and `ratio` are not used), in the template and in windows of 0.7, 0.5 and
+    0.4 of its width. Each feature gets the widest that agrees with four witnesses: the
+    next smaller window to 0.3 px, the match back to `back`, descriptor and epipolar
+    line to 1.5 px of the photo in which features are found (a million pixels or less).
+    The quality is 1 / (1 + d^2), d being the largest of the four by these limits: 1/2
+    at a limit. A curved surface moves a window by the square of its width, so that two
+    widths show it: the variance that this adds among the 64 nearest matches is part of
+    the covariance. What no witness sees: features on the edge of a near surface, whose
+    centre lies on a far one (4 to 7 in a hundred in a scene full of such edges; fewer
+    with a higher `least_quality`), and a repeated pattern mistaken along the line.
 
     References
     ----------
@@ -226,9 +238,9 @@ def match(
     threshold = _share(threshold, "threshold")
     least_quality = _share(least_quality, "least_quality")
     search = _validate.window(search, "search", template + 2)
-    picked = points is None
     if points is not None:
         points = _validate.point_list(points, "points")
+    sizes = _size(left), _size(right)
     lines, near = None, {}
     if isinstance(start, str):
         if shape is not None:
@@ -236,7 +248,20 @@ def match(
                 "shape belongs to start values of your own: give positions as start, or"
                 f" leave shape out; start={start!r} finds it"
             )
-        field = STARTS[_validate.choice(start, "start", tuple(STARTS))](left, right)
+        wide = _validate.choice(start, "start", STARTS) == "wide"
+        if wide and points is not None:
+            raise ValueError('start="wide" matches features: leave points out')
+        if wide:
+            _validate.window(template, "template", _wide.MIN_TEMPLATE)
+        field = _starts.from_features(left, right, precise=not wide)
+        if wide:
+            p, q = field.left, field.right
+            k = np.argsort(np.hypot(*(field.at(p)[0] - q).T), kind="stable")
+            k = k[spread(p[k], number, np.sqrt(left.size / number), 1.0)]
+            (x, C, A, r, status, _), good = _wide.match(
+                left, right, field, k, template, threshold, back, least_quality
+            )
+            return Match(field.left[k], x, C, A, r, good, status, *sizes)
         if points is None:
             points = _picked(left, right, field, number, template)
         where, shapes = field.at(points)
@@ -256,11 +281,7 @@ def match(
         shape=shapes[k], threshold=threshold,
     )  # fmt: skip
     good = quality(left, right, points[k], fine, template)
-    sizes = _size(left), _size(right)
-    found = _put_together(points, coarse, k, fine, good, least_quality, sizes)
-    if picked and start == "pyramid" and found.accepted.mean() < MIN_SHARE:
-        _starts.refuse_few(int(found.accepted.sum()), len(points))
-    return found
+    return _put_together(points, coarse, k, fine, good, least_quality, sizes)
 
 
 def _size(photo: np.ndarray) -> tuple[int, int]:

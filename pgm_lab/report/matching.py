@@ -21,7 +21,8 @@ SETTINGS = {
     "points": "where the points are in the left photo",
     "number": "how many points to pick, where the texture is good and spread",
     "template": "pixels across the template, the window of the left photo; odd",
-    "start": "how start values are found: by features, or from coarse to fine",
+    "start": "what is matched: points that the features around them predict, or (wide,"
+    " for photos from places far apart) the features themselves",
     "search": "pixels across the search window of the right photo; odd",
     "colour": "what becomes of colours: refuse them, or convert them to grey",
     "threshold": "least correlation r of the two windows",

@@ -47,14 +47,14 @@ def test_reports_and_tables_are_those_of_the_functions(
 def test_the_options_reach_the_matching(match, tmp_path, monkeypatch):
     asked = {}
     no_work(monkeypatch, "match", photos.result(2), asked)
-    words = "--template 31 --start pyramid --search 61 --colour grey --threshold 0.8"
+    words = "--template 31 --start wide --search 61 --colour grey --threshold 0.8"
     words += " --ratio 0.85 --back 0.5 --quality 0.4"
     chosen = tmp_path / "points.csv"
     chosen.write_text("% column, row\n100.5, 80\n120 90.25\n")
     assert match.run(*words.split(), "--points", chosen) == 0
     np.testing.assert_array_equal(asked.pop("points"), [(100.5, 80), (120, 90.25)])
     assert asked == {
-        "template": 31, "start": "pyramid", "search": 61, "colour": "grey",
+        "template": 31, "start": "wide", "search": 61, "colour": "grey",
         "threshold": 0.8, "ratio": 0.85, "back": 0.5, "least_quality": 0.4,
     }  # fmt: skip
 
@@ -104,9 +104,8 @@ BAD = NO_IMAGE | {"no overlap": (image(NOISE), "")}
 
 
 @pytest.mark.parametrize("spoil, words", BAD.values(), ids=BAD.keys())
-@pytest.mark.parametrize("start", ["features", "pyramid"])
 def test_a_bad_photo_ends_with_1_and_leaves_nothing(
-    match, outputs, tmp_path, capsys, spoil, words, start
+    match, outputs, tmp_path, capsys, spoil, words
 ):
     """With points given, too: picking them fails where there is nothing to pick."""
     spoil(match.inputs[1])
@@ -114,7 +113,7 @@ def test_a_bad_photo_ends_with_1_and_leaves_nothing(
     points.write_text("100 80\n120 90\n")
     files = ("--report", outputs / "r.html", "--csv", outputs / "r.csv")
     for where in (("--number", 20), ("--points", points)):
-        assert words in match.ended(capsys, "--start", start, *where, *files)
+        assert words in match.ended(capsys, *where, *files)
     assert os.listdir(outputs) == []
 
 

@@ -6,7 +6,8 @@ import pytest
 from PIL import Image
 
 from pgm_lab import datasets, lsm, matching, ncc, simulate
-from pgm_lab.matching import STATUSES, _starts
+from pgm_lab._robust import SD_OF_MAD
+from pgm_lab.matching import STATUSES, _starts, _wide
 from tests.matching import scenes
 
 LEFT, RIGHT, H = scenes.warped()
@@ -48,10 +49,11 @@ def test_an_ordinary_pair_is_matched_turned_by_10_degrees_and_scaled_by_1_2():
     assert found.left_size == found.right_size == (700, 500)
 
 
-def test_the_same_photos_give_the_same_points():
-    one = matching.match(*SMALL[:2], number=40)
+@pytest.mark.parametrize("start", ["features", "wide"])
+def test_the_same_photos_give_the_same_points(start):
+    one = matching.match(*SMALL[:2], number=40, start=start)
     cv2.setRNGSeed(7)
-    other = matching.match(*SMALL[:2], number=40)
+    other = matching.match(*SMALL[:2], number=40, start=start)
     for name, values in vars(one).items():
         np.testing.assert_array_equal(values, getattr(other, name))
 
@@ -66,26 +68,89 @@ def test_any_turn_is_found_by_features(angle):
     assert np.sum(e <= 1) >= 55 and not np.any(e > 1)
 
 
-def test_a_pyramid_that_leads_astray_is_refused(monkeypatch):
-    grey = datasets.yellowstone().grey[:400, :500]
-    noisy = simulate.photograph(np.roll(grey, 9).astype(float), 9.0, 1)
-    with pytest.raises(ValueError, match="only 0 of 200 points of the pyramid"):
-        matching.match(grey, noisy, start="pyramid", threshold=1.0)
-    some = lambda p, q, _: (np.arange(len(p)) % 5 > 0, None)  # noqa: E731
-    monkeypatch.setattr(_starts, "fitting", some)
-    with pytest.raises(ValueError, match="of the pyramid fit together"):
-        matching.match(grey[:, :-9], grey[:, 9:], start="pyramid")
+# --- Photos from places far apart ---
 
 
-@pytest.mark.parametrize("shift", [(230, -110), (0, 0)])
-def test_a_large_shift_is_found_by_the_pyramid(shift):
-    grey = datasets.yellowstone().grey
-    column, row = np.array([300, 200]) - shift
-    left = grey[200:700, 300:1000]
-    right = np.ascontiguousarray(grey[row : row + 500, column : column + 700])
-    found = whole(matching.match(left, right, number=80, start="pyramid"))
-    assert np.mean(found.accepted) > 0.95
-    assert np.nanmax(np.abs(found.points - found.chosen - shift)) < 0.01
+def apart():
+    """The motorcycle from two places, the right photo turned and scaled, and truth."""
+    pair, there = datasets.motorcycle(), np.s_[100:400, 200:620]
+    disparity = pair.disparity[there]
+    _, _, H = scenes.warped(30.0, 0.9, size=disparity.shape)
+    H = H @ [[1, 0, -180], [0, 1, 0], [0, 0, 1.0]]
+    right = cv2.warpPerspective(
+        pair.right[100:400].astype(np.float32), H, (460, 380), flags=cv2.INTER_CUBIC
+    )
+
+    def truth(points):
+        column, row = np.rint(points).astype(int).T
+        off = np.stack([200 - disparity[row, column], np.zeros(len(points))], axis=1)
+        return scenes.apply(H, points + off)
+
+    return pair.left[there], simulate.photograph(right, 1.0, 3), truth
+
+
+def test_features_of_photos_from_far_apart_are_themselves_matched():
+    """Between many edges in depth, where the default finds far fewer."""
+    left, right, truth = apart()
+    found = whole(matching.match(left, right, number=150, start="wide"))
+    off = found.points - truth(found.chosen)
+    good = np.hypot(*off.T) < 1.5
+    by_default = matching.match(left, right, number=150)
+    assert good.sum() > 1.5 * by_default.accepted.sum()
+    assert np.sum(np.hypot(*off.T) >= 1.5) < 0.1 * good.sum()
+    sd = np.sqrt(found.covariance[:, [0, 1], [0, 1]])
+    assert 0.8 < SD_OF_MAD * np.median(np.abs(off / sd)[good]) < 1.25
+
+
+def bent(bend):
+    """Two photos, columns of the second bent as on a hill, and a disc moved down."""
+    grey = datasets.yellowstone().grey[:300, :400].astype(np.float32)
+    row, column = np.mgrid[:300, :400]
+    x = column + 5 + bend * (column - 200) ** 2  # what the right photo shows there
+    y = row - 4 * (np.hypot(column - 100, row - 100) < 40)
+    right = cv2.remap(
+        grey, x.astype(np.float32), y.astype(np.float32), cv2.INTER_CUBIC, borderMode=1
+    )
+    return simulate.photograph(grey, 1.0, 1), simulate.photograph(right, 1.0, 2)
+
+
+@pytest.mark.parametrize(("bend", "typical"), [(1e-9, 0.002), (1.2e-3, 0.05)])
+def test_the_sd_of_features_contains_what_a_curved_surface_does(bend, typical):
+    found = matching.match(*bent(bend), number=400, start="wide")
+    x = 200 + (np.sqrt(1 - 4 * bend * (205 - found.chosen[:, 0])) - 1) / (2 * bend)
+    off = found.points - np.stack([x, found.chosen[:, 1]], axis=1)
+    good = np.hypot(*off.T) < 1
+    assert good.sum() > 200
+    sd = np.sqrt(found.covariance[:, 0, 0])
+    assert np.median(sd[good]) == pytest.approx(typical, rel=0.3)
+    assert 0.5 < SD_OF_MAD * np.median(np.abs(off[:, 0] / sd)[good]) < 1.25
+
+
+def test_what_its_witnesses_deny_is_no_match_of_a_feature():
+    left, right = bent(1e-9)
+    p = np.array([(150.0, 180), (200, 120), (250, 200), (100, 105)] * 5)
+    p[4:] += np.random.default_rng(1).uniform(-9, 9, (16, 2))
+    q = p + [-5, 0]
+    q[1] += [2.5, 0]  # a descriptor beside the match
+    q[3] += [0, 4]  # a line beside it: the disc moved down
+    right[190:211, 262:266] = np.nan  # so near that only small windows are without it
+    rows = np.array([[0, 0, 0], [0, 0, -1.0], [0, 1, 0]])
+    field = _starts.Field(p, q, 1.5, rows)
+    found, _ = _wide.match(left, right, field, np.arange(4), 21, 0.7, 1.0, 0.5)
+    assert list(found.status) == ["accepted", "diverged", "accepted", "diverged"]
+    np.testing.assert_allclose(found.points[[0, 2]], p[[0, 2]] - [5, 0], atol=0.1)
+
+
+def test_each_witness_counts_by_what_it_may_be_wrong():
+    one = np.ones(1)
+    wide, small = (
+        _wide.Tried(np.array([[x, 0.0]]), None, np.eye(2)[None], one, one, 0.5 * one)
+        for x in (0, 0.6)
+    )
+    lines = np.array([[2.0, 0, 12]])  # 6 px away
+    off = _wide._witnesses(wide, small, np.array([[0, 4.5]]), lines, 1.5, 0.5)
+    np.testing.assert_allclose(off.T, [[2, 1, 3, 4]])
+    assert not _wide._witnesses(wide, wide, wide.points, None, 1.5, None).any()
 
 
 def test_start_values_and_shapes_of_ones_own_are_taken():
@@ -117,8 +182,6 @@ def test_photos_of_different_things_are_refused():
     grey = datasets.yellowstone().grey
     with pytest.raises(ValueError, match="fit together.*do both show the same"):
         matching.match(grey[:400, :400], datasets.motorcycle().left)
-    with pytest.raises(ValueError, match="of the pyramid fit together"):
-        matching.match(grey[:400, :400], grey[900:1300, 900:1300], start="pyramid")
     with pytest.raises(ValueError, match="left shows no texture"):
         matching.match(np.zeros((90, 90)), np.ones((90, 90)))
 
@@ -233,6 +296,8 @@ def test_each_status_of_the_steps_is_explained(module):
         ({"start": [(1, 2)] * 2, "shape": 99 * np.eye(2)}, "shape must scale by"),
         ({"search": 21}, "search must be"),
         ({"template": 4}, "template must be an odd number"),
+        ({"start": "wide"}, "leave points out"),
+        ({"start": "wide", "points": None, "template": 5}, "template must be"),
         ({"least_quality": 1.5}, "least_quality must"),
         ({"number": 0, "points": None}, "number must be"),
     ],

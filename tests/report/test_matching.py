@@ -69,8 +69,8 @@ def test_settings_are_those_given_and_the_defaults_of_the_others():
         found = re.search(rf"^{name} +(\S+) ", words, re.MULTILINE)
         return found and found[1]
 
-    given = {"template": 31, "start": "pyramid"}
-    assert row("template", given) == "31" and row("start", given) == "pyramid"
+    given = {"template": 31, "start": "wide"}
+    assert row("template", given) == "31" and row("start", given) == "wide"
     defaults = matching.match.__kwdefaults__
     assert row("search", given) == str(defaults["search"])
     assert row("points", given) is None
@@ -80,6 +80,13 @@ def test_settings_are_those_given_and_the_defaults_of_the_others():
         text(result(), settings={"windows": 31})
     with pytest.raises(ValueError, match="about must be"):
         text(result(), about=3)
+
+
+def test_few_matches_recommend_the_wide_start_unless_it_was_used():
+    few = result(40, ["accepted"] * 9 + ["ambiguous"] * 31)
+    assert "--start wide" in joined(text(few))
+    assert "--start wide" not in text(few, settings={"start": "wide"})
+    assert "--start wide" not in text(few, settings={"points": few.chosen})
 
 
 def test_one_match_and_none_are_reported_too(undrawn):
