@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 import scipy
 
+from pgm_lab.image.grey import eight_bit
+
 NEIGHBOURS = 16  # features that predict where a point lies
 STIFFNESS = 30.0  # px: features within less than that do not determine a shape
 REWEIGHTINGS = 5  # of the robust adjustment
@@ -132,22 +134,6 @@ def _describe(image: np.ndarray, precise: bool) -> tuple[np.ndarray, np.ndarray]
     points = of_full_size(np.array([one.pt for one in found]), grey, image)
     sums = descriptors.sum(axis=1, keepdims=True)
     return points, np.sqrt(descriptors / np.maximum(sums, 1))
-
-
-def eight_bit(image: np.ndarray) -> np.ndarray:
-    """Grey values stretched to 8 bits; the mean where there are none."""
-    values: np.ndarray = np.ma.getdata(image)
-    mask = np.ma.getmask(image)
-    if values.dtype == np.uint8 and not np.ndim(mask):
-        return values
-    good = values[~mask] if np.ndim(mask) else values
-    low, high = np.percentile(good.ravel()[:: max(1, good.size // 10**6)], [0.1, 99.9])
-    if not high > low:
-        return np.zeros(values.shape, np.uint8)
-    grey = np.clip((values - low) * (255 / (high - low)), 0, 255)
-    if np.ndim(mask):
-        grey[mask] = grey[~mask].mean()
-    return np.rint(grey).astype(np.uint8)
 
 
 def reduction(image: np.ndarray) -> float:
