@@ -39,3 +39,4 @@ def of(number: str) -> Iterator[Callable[[Task], None]]:
             exec(compile(task.source, path.name, "exec"), {**names, "mine": mine})
 
         yield solve
+        names.clear()  # the lesson's own task goes, and its temporary folder
