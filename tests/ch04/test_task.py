@@ -1,4 +1,4 @@
-"""The task of chapter 4: its tolerance follows from the rounding; its answers' forms."""
+"""The task of chapter 4: its tolerance follows from the rounding; forms of answers."""
 
 import numpy as np
 import pytest
