@@ -81,6 +81,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     points[2:4, :2] = chance.uniform([(-2, 1), (3, -2)], [(-1, 2), (5.5, -1)])
     points[:, 2] = -15 + chance.uniform(-1.5, 1.5, 16)
     points[1, 2] = points[0, 2]
+    points[2:4, 2] = chance.uniform([-14, -17], [-13, -16])  # turns tell on depth
     true = [collinearity.project(e, points, c) for e in (LEFT, exterior)]
     image = np.round(true + SIGMA * chance.standard_normal((2, 16, 2)), 4)
     text = "point,x_left,y_left,x_right,y_right\n"
