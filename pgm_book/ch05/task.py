@@ -17,7 +17,7 @@ from pgm_lab import plot, rotation
 SIGMA = 0.002  # mm, of an image coordinate
 NAMES = ["A", "B", "P", "Q", *map(str, range(1, 13))]  # A to B is the bar
 LEFT = np.zeros(6)
-LIKE = {"exterior": 1e-3, "distance": 0.01, "sd": 0.05}  # two answers of one slip
+LIKE = {"exterior": 1e-5, "distance": 0.01, "sd": 0.05}  # two answers of one slip
 WANTED = {
     "exterior": ("X0, Y0, Z0, omega, phi, kappa of the right photo", (6,)),
     "distance": ("one number: from P to Q in metres", ()),
