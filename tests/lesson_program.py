@@ -40,6 +40,9 @@ def of(number: str) -> Iterator[Callable[[Task], None]]:
                 plt.close("all")
 
         def solve(mine: Task) -> None:
-            exec(compile(task.source, path.name, "exec"), {**names, "mine": mine})
+            space = {**names, "mine": mine}
+            exec(compile(task.source, path.name, "exec"), space)
+            space.clear()  # its functions would keep it, and the task's folder
 
         yield solve
+        names.clear()  # the lesson's own task goes, and its temporary folder

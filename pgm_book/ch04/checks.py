@@ -7,7 +7,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_book.common.checks import answer_of, call, compare, first_slip, near, report
+from pgm_book.common.checks import (
+    CheckFailed,
+    call,
+    compare,
+    first_slip,
+    near,
+    report,
+)
 from pgm_lab import rotation
 
 # Attitudes on which a function is tried (rad): no two angles alike, all quadrants, and
@@ -74,7 +81,15 @@ def plane_turn(function: Callable) -> None:
 
 def rotation_matrix(function: Callable) -> None:
     """Check the reader's rotation_matrix(omega, phi, kappa)."""
-    answers = np.array([call(function, *a, shape=(3, 3)) for a in _ATTITUDES])
+    try:
+        answers = np.array([call(function, *a, shape=(3, 3)) for a in _ATTITUDES])
+    except CheckFailed as error:
+        if "NaN" in str(error):  # what an assigned None becomes
+            raise CheckFailed(
+                "rotation_matrix contains NaN: does plane_turn return its matrix? Do"
+                " exercise 4.1 first"
+            ) from None
+        raise
     expected = rotation.matrix(*np.transpose(_ATTITUDES))
     element_by_element = [
         rotation.matrix(*np.diag(attitude)).prod(axis=0) for attitude in _ATTITUDES
@@ -191,48 +206,6 @@ def _swapped(expected: np.ndarray) -> list[tuple[np.ndarray, str]]:
             turned = np.arctan2(np.sin(turned), np.cos(turned))
             slips.append((turned, f"{name}: the numerator comes first in arctan2"))
     return slips
-
-
-def unit(function: Callable) -> None:
-    """Check the reader's unit(attitude, printed), which says degrees or radians."""
-    hints = []
-    for attitude in [
-        (0.35, 0.64, -0.03),
-        (-0.54, 0.29, 1.01),
-        (1.2, -0.4, 0.7),
-        (20.0, 30.0, 40.0),  # far from the unit matrix in degrees, too
-        (0.02, 0.01, 0.03),  # near the unit matrix in radians, too
-        (0.7, 0.0, 0.0),  # the first row and column do not contain it
-        (0.0, 0.7, 0.0),  # nor the second of this
-        (0.0, 0.0, 0.7),  # nor the third of this
-        (7.342387, -30.0, 20.0),  # the sums of both matrices agree to 1e-6
-    ]:
-        for name, angle in (("degrees", np.radians(attitude)), ("radians", attitude)):
-            printed = rotation.matrix(*np.array(angle)).round(5)
-            hints.append(_unit_hint(function, np.array(attitude), printed, name))
-    wrong = [hint for hint in hints if hint]
-    report(
-        "unit",
-        [("degrees and radians are told apart", not wrong, (wrong or [""])[0])],
-    )
-
-
-def _unit_hint(
-    function: Callable, attitude: np.ndarray, printed: np.ndarray, name: str
-) -> str:
-    """What is wrong with one answer, or nothing."""
-    answer = answer_of(function, attitude, printed, first="exercise 4.2")
-    if not isinstance(answer, str) or answer not in ("degrees", "radians"):
-        got = repr(answer) if isinstance(answer, str) else type(answer).__name__
-        return f'the answer must be "degrees" or "radians", not {got}'
-    if answer == name:
-        return ""
-    return (
-        f"a matrix made of {name} is taken for one of {answer}, at angles of"
-        f" {', '.join(map(str, attitude.tolist()))}. Compute it both ways"
-        " and see which is nearer in all nine elements, without regard to sign;"
-        " equality fails, for the matrix has five digits"
-    )
 
 
 # --- Nine numbers each, on which a test of a rotation matrix is tried ---

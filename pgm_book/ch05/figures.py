@@ -1,7 +1,5 @@
 """Sketches of rays in space: one, two in a plane, a model that goes to the ground."""
 
-from collections.abc import Sequence
-
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import FancyArrowPatch
@@ -57,10 +55,18 @@ def one_ray() -> None:
     ax.plot(*small[-1], "o", color=plot.RED, markersize=9, zorder=6)
     ax.plot(*steps[-1], "s", color=plot.BLUE, markersize=9, zorder=6)
     ax.plot(*small[1], "+", color=plot.BLACK, markersize=14, mew=2.5, zorder=6)
+    # W counts from the perspective centre on, and points away from +z
+    beside = np.array([centre, steps[1]]) - 0.22 * M[0]
+    ax.quiver(*beside[0], *(W * M[2]), color=plot.BLUE, lw=2, arrow_length_ratio=0.06)
     for at, words, colour, where in (
-        (centre, "perspective centre   \n$(X_0, Y_0, Z_0)$  ", plot.BLACK, "right"),
         (
-            small[1] + 0.2 * (steps[1] - small[1]),
+            centre - 0.25 * M[0],
+            "perspective centre   \n$(X_0, Y_0, Z_0)$  ",
+            plot.BLACK,
+            "right",
+        ),
+        (
+            small[1] + 0.25 * (steps[1] - small[1]) - 0.25 * M[0],
             "principal point  ",
             plot.BLACK,
             "right",
@@ -70,7 +76,7 @@ def one_ray() -> None:
         (centre + 0.74 * (small[1] - centre), " $c$", plot.BLACK, "left"),
         ((small[1] + small[2]) / 2 - (0, 0, 0.3), "$x$", plot.BLACK, "center"),
         ((small[2] + small[3]) / 2 - (0, 0, 0.34), "$y$", plot.BLACK, "center"),
-        ((small[1] + steps[1]) / 2, "$W$  ", plot.BLUE, "right"),
+        (0.3 * beside[0] + 0.7 * beside[1], "$W < 0$  ", plot.BLUE, "right"),
         ((steps[1] + steps[2]) / 2 - (0, 0, 0.14), "$U$", plot.BLUE, "center"),
         ((steps[2] + steps[3]) / 2 - (0, 0, 0.08), "  $V$", plot.BLUE, "left"),
     ):
@@ -83,8 +89,9 @@ def one_ray() -> None:
         fig,
         "A camera in space and one ray. From the perspective centre the principal"
         " distance c leads along the negative z axis to the principal point of the"
-        " image plane; from there x and y lead to the image point. Along the same axis"
-        " W, then U and V lead to the object point. Image point and object point lie"
+        " image plane; from there x and y lead to the image point. Along the same axis,"
+        " from the perspective centre on, W leads, which is negative, then U and V to"
+        " the object point. Image point and object point lie"
         " on one straight line through the perspective centre.",
     )
 
@@ -307,31 +314,3 @@ def vertical_precision(base: float) -> tuple[float, float]:
     found = orientation.intersect(Camera(C), pair, image, sigma=SIGMA)
     sx, _, sz = np.sqrt(np.diag(found.covariance[0]))
     return float(sx), float(sz)
-
-
-def meeting(photos: np.ndarray, points: np.ndarray, names: Sequence[str]) -> None:
-    """Show two photos (2, 6) and points (n, 3) in space, with all rays between them."""
-    points = np.asarray(points)
-    fig = plt.figure(figsize=(10, 4.2), layout="none")
-    ax = space.space(fig, view=(14, 38))
-    drawn = [points]
-    styles = ((plot.BLUE, "-"), (plot.RED, "--"))
-    for exterior, (colour, style), name in zip(photos, styles, names):
-        for point in points:
-            ray = np.array([exterior[:3], point])
-            ax.plot(*ray.T, color=colour, lw=1.1, ls=style, **FRONT)
-        look: Look = {"form": (1.27, 0.85), "color": colour, "axes": False}
-        drawn.append(space.draw_camera(ax, exterior, 0.55, name=name, **look))
-        up = rotation.matrix(*exterior[3:])[2]
-        drawn.append(exterior[None, :3] + 0.3 * up)  # room for the name
-    ax.plot(*points.T, "o", color=plot.BLACK, markersize=7, **FRONT)
-    # To the lower left of the points, as this view has it
-    corner = points.mean(axis=0) + np.ptp(points, axis=0).max() * np.array([0.6, -1, 0])
-    tips = space.draw_axes(ax, corner, length=0.5, names=("X", "Y", "Z"))
-    drawn += [corner + 1.5 * (tips - corner), corner - (0, 0, 0.15) + 0 * tips]
-    fill(ax, np.concatenate(drawn), (0.03, 0.07, 0.94, 0.88))
-    plot.show(
-        fig,
-        f"Two cameras in space look down at {len(points)} points; a ray runs from each"
-        " camera to each point. A thick bar marks the upper edge of each photo.",
-    )

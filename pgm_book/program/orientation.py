@@ -1,4 +1,4 @@
-"""Intersection and resection in a few lines, as lesson 5 writes them: to be read.
+"""Intersection, resection and relative orientation in a few lines, as lesson 5 writes.
 
 `pgm_lab.orientation` does the same with lens distortion, without start values, and says
 what went wrong.
@@ -8,6 +8,7 @@ import numpy as np
 
 from pgm_book.program.adjustment import adjust
 from pgm_book.program.camera import derivatives, project
+from pgm_lab import rotation
 
 STEPS = 20  # Gauss-Newton steps of a resection, enough from any near start
 
@@ -87,3 +88,46 @@ def resection(
         change, _, sigma0, Q = adjust(A, np.ones(len(A)), misclosure)
         exterior = exterior + change
     return exterior, sigma0 * np.sqrt(np.diag(Q))
+
+
+def relative(left: np.ndarray, right: np.ndarray, c: float) -> np.ndarray:
+    """Exterior orientation of the right photo in the frame of the left one.
+
+    The left photo stays at the origin, not rotated. The unit is the X of the base, so
+    the right photo is to the right of the left one.
+
+    Parameters
+    ----------
+    left, right : array_like (n, 2)
+        Photo coordinates in mm of the same points, n of at least 5.
+    c : float
+        Principal distance in mm, of both photos.
+
+    Returns
+    -------
+    ndarray (6,)
+        X0 = 1, Y0, Z0, omega, phi, kappa; angles in radians.
+
+    References
+    ----------
+    Muliawan 2013, (M 2.30): base and rays span a box without volume.
+
+    Examples
+    --------
+    >>> points = np.array([[0, 0, -9], [4, 0, -8], [0, 3, -7], [4, 3, -9]])
+    >>> points = np.concatenate([points, points / 2 + (1, 0, -4)])
+    >>> right = project([1, 0.1, 0, 0, 0.2, 0], points, 35.0)
+    >>> relative(project(np.zeros(6), points, 35.0), right, 35.0).round(6) + 0.0
+    array([1. , 0.1, 0. , 0. , 0.2, 0. ])
+    """
+    first, second = (np.insert(np.asarray(p, float), 2, -c, 1) for p in (left, right))
+
+    def volumes(five: np.ndarray) -> np.ndarray:
+        turned = second @ rotation.matrix(*five[2:])
+        return np.cross(first, turned) @ np.insert(five[:2], 0, 1.0)
+
+    five = np.zeros(5)
+    for _ in range(STEPS // 2):
+        A = derivatives(volumes, five)
+        five = five + adjust(A, np.ones(len(A)), -volumes(five))[0]
+    return np.insert(five, 0, 1.0)

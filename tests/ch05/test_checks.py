@@ -8,7 +8,7 @@ from pgm_book.common.checks import CheckFailed
 from pgm_book.program import adjustment as least_squares
 from pgm_book.program import camera as textbook
 from pgm_book.program import orientation as lines
-from pgm_lab import camera, orientation, rotation
+from pgm_lab import rotation
 from tests.common.slips import unnamed
 
 
@@ -40,10 +40,6 @@ def nearest(stations, directions, unit=True):
     return np.linalg.solve(
         across.sum(0), np.einsum("nij,nj->i", across, np.asarray(stations))
     )
-
-
-def base(height, c, sigma_um, wanted):
-    return height**2 / c * np.sqrt(2) * sigma_um / 1000 / wanted
 
 
 def differences(function, at, step=1e-6, back=1, twice=2.0, as_float=True):
@@ -104,8 +100,9 @@ def test_right_answers_pass(capsys):
     chapter5.resection(loop)
     chapter5.resection(lambda *a: np.array(loop(*a)))
     chapter5.intersection(nearest)
-    chapter5.base(base)
-    assert capsys.readouterr().out.count("✓") == 11
+    chapter5.relative(lines.relative)
+    chapter5.relative(lambda *a: lines.relative(*a).tolist())
+    assert capsys.readouterr().out.count("✓") == 12
 
 
 def test_slip_in_the_projection_is_named():
@@ -284,35 +281,27 @@ def test_rays_of_a_line_have_no_sign():
     chapter5.intersection(lambda s, d: nearest(s, -d))
 
 
-def test_slip_in_the_base_is_named():
+def wrong_relative(function):
+    """relative with a slip: `function` changes the right answer."""
+    return lambda left, right, c: function(lines.relative(left, right, c))
+
+
+def of_six(left, right, c):
+    return lines.relative(left[:6], right[:6], c)
+
+
+def test_slip_in_the_relative_orientation_is_named():
     slips = [
-        (lambda *a: base(*a) / np.sqrt(2), "difference of two coordinates"),
-        (lambda *a: base(*a) * 1000, r"base is 10\^3 times too large\."),
-        (lambda *a: base(*a) / 1e6, r"base is 10\^6 times too small\."),
-        (lambda *a: -base(*a), "base: a length is positive"),
-        (
-            lambda *a: base(*a) * 1000 / np.sqrt(2),
-            r"a factor is missing, and your base is 10\^3 times too large",
-        ),
-        (lambda *a: 0.0, "does not follow"),
-        (lambda *a: base(*a) * np.sqrt(2), "the variances add"),
-        (lambda *a: base(*a) / 2, "less certain than one"),
-        (lambda *a: round(base(*a), 1), "nearly: do not round"),
-        (lambda *a: base(*a) * (1 + 1e-8), "nearly: do not round"),
-        (lambda *a: np.nan, "got NaN: look for a division"),
-        (lambda h, c, s, w: base(h, c, s, w) / h * 1000, "twice the ground, and"),
-        (lambda h, c, s, w: base(h, c, s, w) * w, "does not follow"),
-    ]
-    assert unnamed(chapter5.base, slips) == []
-
-
-def test_base_agrees_with_the_covariance_of_an_intersection():
-    height, c, sigma, wanted = 1000.0, 24.0, 3.0, 0.5
-    b = base(height, c, sigma, wanted)
-    pair = np.array([(-b / 2, 0, height, 0, 0, 0), (b / 2, 0, height, 0, 0, 0)])
-    one = camera.Camera(c)
-    point = np.array([3.0, 7.0, 1.0])
-    images = camera.project(one, pair[:, None], point[None])
-    found = orientation.intersect(one, pair, images, sigma=sigma / 1000)
-    # The point is 1 m high: H is 0.1 % less, its square 0.2 %
-    assert found.covariance[0, 2, 2] ** 0.5 == pytest.approx(wanted, rel=0.003)
+        (wrong_relative(lambda e: np.append(e[:3] / np.linalg.norm(e[:3]), e[3:])),
+         "X0 is 1"),
+        (wrong_relative(lambda e: np.append(e[:3], np.degrees(e[3:]))), "in radians"),
+        (lambda left, right, c: lines.relative(right, left, c), "left photo is held"),
+        (lambda left, right, c: lines.relative(left, right, -c), "minus z axis"),
+        (wrong_relative(lambda e: np.append(e[:3], rotation.angles(transposed(e)))),
+         "a ray goes back"),
+        (wrong_relative(lambda e: e + [0, 1e-4, 0, 0, 0, 0]), "do not lie in one"),
+        (of_six, "some are left out"),
+        (wrong_relative(lambda e: e[1:]), "must return shape"),
+        (..., "is not a function yet"),
+    ]  # fmt: skip
+    assert unnamed(chapter5.relative, slips) == []

@@ -9,14 +9,11 @@ from pgm_lab import plot
 from pgm_lab.camera import Camera, project
 from pgm_lab.orientation import intersect
 
-PAIR = np.array([(-1.0, 0, 3, 0, -0.3, 0), (1.0, 0, 3, 0, 0.3, 0)])
-POINTS = np.array([(0.0, 0, 0), (0.4, 0.3, 0.1), (-0.3, 0.5, 0)])
 LADDER = {"as published": 1.5, "as it stands": 0.051, "… + x0, y0, K1": 0.00054}
 DRAWN = [
     (of_lesson.one_ray, (), "lie on one straight line"),
     (of_lesson.epipolar_plane, (), "the epipolar line"),
     (of_lesson.to_the_ground, (), "scale, rotation and shift"),
-    (of_lesson.meeting, (PAIR, POINTS, ["left", "right"]), "look down at 3 points"),
     (
         of_lesson.adjustment_steps,
         (np.array([1e-9, 1e-6, 1e-3]), np.array([1e-8, 1e-11, 1e-7])),

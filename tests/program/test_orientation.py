@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pgm_book.program.camera import project
-from pgm_book.program.orientation import intersection, resection
+from pgm_book.program.orientation import intersection, relative, resection
 from pgm_lab import datasets, orientation, rotation
 from pgm_lab.camera import Camera
 
@@ -59,3 +59,15 @@ def test_the_loop_finds_the_photo_and_its_precision_as_resect_does():
     other = orientation.resect(Camera(35.0), image, POINTS)
     assert np.allclose(exterior, other.exterior, rtol=0, atol=1e-6)
     assert np.allclose(sd, np.sqrt(np.diag(other.covariance)), rtol=1e-4)
+
+
+def test_the_relative_orientation_is_that_of_the_library_but_for_weights():
+    rng = np.random.default_rng(4)
+    points = rng.uniform((-2, -2, -9), (4, 2, -6), (20, 3))
+    right = np.array([1.0, 0.1, -0.15, 0.08, 0.2, -0.1])
+    exact = [project(e, points, 35.0) for e in (np.zeros(6), right)]
+    assert np.allclose(relative(*exact, 35.0), right, rtol=0, atol=1e-9)
+    measured = np.array(exact) + rng.normal(0, 0.002, (2, 20, 2))
+    other = orientation.relative(Camera(35.0), Camera(35.0), *measured, sigma=0.002)
+    off = (relative(*measured, 35.0) - other.exterior)[1:] / other.sd[1:]
+    assert np.abs(off).max() < 0.5

@@ -1,0 +1,59 @@
+"""The task of chapter 5: its tolerance follows from the noise; forms of answers."""
+
+import numpy as np
+import pytest
+
+from pgm_book import task as book
+from pgm_book.ch05 import task
+from pgm_book.common.checks import CheckFailed
+from pgm_lab import orientation
+from pgm_lab.camera import Camera
+
+NAMES = [f"reader {k}" for k in range(25)]
+
+
+def truth_of(name):
+    _, truth = task.make(book._chance(5, name, ""))
+    return truth
+
+
+def test_an_answer_is_off_by_one_standard_deviation_and_never_by_three():
+    off = []
+    for name in NAMES:
+        truth = truth_of(name)
+        parts = task.judge(truth, task._solved(truth))
+        assert all(part.holds for part in parts), name
+        off.append([part.off for part in parts[:2]])
+    # 125 numbers, and 25: standard deviations of 0.13 and 0.28; boxes without weights
+    assert np.all(np.abs(np.mean(np.square(off), axis=0) - 1) < (0.45, 0.85))
+
+
+def test_the_precision_is_that_of_an_adjustment_of_all_image_coordinates():
+    truth = truth_of("Ada")
+    left, right = truth.image
+    camera = Camera(truth.c)
+    found = orientation.relative(camera, camera, left, right, sigma=task.SIGMA)
+    ours = truth.precision()[0]
+    assert np.allclose(found.sd[1:], np.sqrt(np.diag(ours)), rtol=0.05)
+
+
+def test_lists_and_a_tuple_pass():
+    truth = truth_of("Ada")
+    answer = task._solved(truth)
+    as_lists = {name: np.asarray(value).tolist() for name, value in answer.items()}
+    for one in (as_lists, tuple(answer.values())):
+        assert all(part.holds for part in task.judge(truth, one))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda a: a["exterior"], 'a dict with "exterior"'),
+        (lambda a: a | {"exterior": a["exterior"][1:]}, "of the right photo"),
+        (lambda a: a | {"distance": "6 m"}, "from P to Q in metres"),
+    ],
+)
+def test_another_form_hears_what_is_wanted(wrong, said):
+    truth = truth_of("Ada")
+    with pytest.raises(CheckFailed, match=said):
+        task.judge(truth, wrong(task._solved(truth)))
