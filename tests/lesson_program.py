@@ -36,6 +36,9 @@ def of(number: str) -> Iterator[Callable[[Task], None]]:
                 plt.close("all")
 
         def solve(mine: Task) -> None:
-            exec(compile(task.source, path.name, "exec"), {**names, "mine": mine})
+            space = {**names, "mine": mine}
+            exec(compile(task.source, path.name, "exec"), space)
+            space.clear()  # functions in it would keep the task, and its folder
 
         yield solve
+        names.clear()
