@@ -28,7 +28,7 @@ LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
 def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
     """Draw bench marks A to E and the levelled lines between them, with labels."""
     texts = [text.replace("-", "−") for text in labels]
-    fig, ax = plt.subplots(figsize=(10, 4.6))
+    fig, ax = plt.subplots(figsize=(10, 4.0))
     _draw_net(ax, lines, texts, len(lines) * [plot.SKY])
     return fig
 
@@ -63,7 +63,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
     reach = 1.6 * float(np.max(np.abs(observed - best)))
     H = best + np.linspace(-reach, reach, 201)
     terms = 1e6 * p[:, None] * (H - observed[:, None]) ** 2
-    fig, ax = plt.subplots(figsize=(7, 3.6))
+    fig, ax = plt.subplots(figsize=(7, 3.2))
     styles = ("--", ":", "-.")
     for k, (term, label) in enumerate(zip(terms, names)):
         ax.plot(H, term, linestyle=styles[k % 3], label=f"p v² of {label}")
@@ -83,7 +83,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
 
 def observation_space() -> Figure:
     """Draw three observations as one point, and the plane that the model allows."""
-    fig, ax = plt.subplots(figsize=(10, 3.9))
+    fig, ax = plt.subplots(figsize=(10, 3.5))
     plane = np.array([(0.0, 0.0), (5.2, -0.35), (7.4, 1.35), (2.2, 1.7)])
     ax.fill(*plane.T, color=plot.SKY, alpha=0.35, linewidth=0)
     zero, best, other = np.zeros(2), np.array([3.7, 0.55]), np.array([5.9, 1.0])
@@ -221,7 +221,7 @@ def blunder(
     size: float,
 ) -> None:
     """Show what a blunder of so many mm in one line does to all w and heights."""
-    fig, axes = plt.subplots(2, 1, figsize=(7, 3.8), height_ratios=(4, 3))
+    fig, axes = plt.subplots(2, 1, figsize=(7, 3.0), height_ratios=(4, 3))
     plot.show(fig, _draw_blunder(fig, axes, A, p, observed, sigma0, lines, line, size))
 
 
@@ -300,7 +300,7 @@ def tangent(base: float, depth: float, start: float) -> None:
 
     slope = -1000 * base / (start**2 + base**2 / 4)
     end = start + float(angle(depth) - angle(start)) / slope
-    fig, ax = plt.subplots(figsize=(7, 3.2))
+    fig, ax = plt.subplots(figsize=(7, 2.7))
     left, right = min(end, 0.0) - 0.15 * start, 1.2 * start
     Y = np.linspace(0.3 * depth, right, 300)
     ax.plot(Y, angle(Y), color=plot.BLUE, label="angle between the rays")
