@@ -131,10 +131,7 @@ def _read(result: object) -> dict[str, Any]:
     """Return the values of an answer, or say what is wanted."""
     if not isinstance(result, dict) or not result.keys() >= set(KEYS):
         raise CheckFailed(f"the result must be a dict with {', '.join(KEYS)}")
-    origin, axes = (
-        " ".join(str(result[k]).casefold().replace(",", " ").split())
-        for k in ("origin", "axes")
-    )
+    origin, axes = (_words(result[k]) for k in ("origin", "axes"))
     if origin not in BESIDE:
         raise CheckFailed(f"origin must be one of {', '.join(BESIDE)}")
     if len(axes.split()) != 2 or not set(axes.split()) <= STEPS.keys():
@@ -144,6 +141,14 @@ def _read(result: object) -> dict[str, Any]:
     photo = numbers("photo", result["photo"], (20, 2), "(20, 2): x, y in mm of each")
     H = float(numbers("height", result["height"], wanted="one number, in m"))
     return dict(zip(KEYS, (origin, bool(half), axes.replace(" ", ", "), p, photo, H)))
+
+
+def _words(answer: object) -> str:
+    """Return words in small letters with blanks between them, one spelling of each."""
+    parts = answer if isinstance(answer, list | tuple) else [answer]
+    words = " ".join(map(str, parts)).casefold().replace(",", " ").split()
+    same = {"center": "centre", "top": "upper", "bottom": "lower"}
+    return " ".join(same.get(word, word) for word in words)
 
 
 def _rms(off: np.ndarray) -> float:
@@ -211,7 +216,7 @@ def hint(truth: Truth, result: object) -> str:
     pull = np.sum(off * away) / np.sum(away**2)
     if "photo" in wrong and pull > 0.03 and _rms(off - pull * away) < 6 * truth.sd:
         return PULL
-    return f"Look again at {' and '.join(k for k in KEYS if k in wrong)}: plot them."
+    return f"Look again at {' and '.join(k for k in KEYS if k in wrong)}: draw a plot."
 
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:

@@ -221,7 +221,7 @@ def blunder(
     size: float,
 ) -> None:
     """Show what a blunder of so many mm in one line does to all w and heights."""
-    fig, axes = plt.subplots(2, 1, figsize=(7, 3.0), height_ratios=(4, 3))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.0), width_ratios=(5, 2))
     plot.show(fig, _draw_blunder(fig, axes, A, p, observed, sigma0, lines, line, size))
 
 
@@ -248,15 +248,15 @@ def _draw_blunder(
         xlabel="line, and its redundancy number r", ylim=(0, max(5, 1.05 * w.max()))
     )
     marks = [name for name in sorted(set("".join(lines))) if name != KNOWN]
-    axes[1].bar(range(len(shift)), shift, 0.5, color=plot.GREY)
-    far = max(15.0, 1.35 * float(np.abs(shift).max()))
+    axes[1].barh(range(len(shift)), shift, 0.5, color=plot.GREY)
+    far = max(26.0, 2.2 * float(np.abs(shift).max()))
     for k, one in enumerate(shift):
-        at = one + (0.03 if one >= 0 else -0.03) * far
-        va = "bottom" if one >= 0 else "top"
-        axes[1].text(k, at, _signed(one), ha="center", va=va, weight="bold")
-    axes[1].axhline(0, color=plot.BLACK, linewidth=1)
-    axes[1].set(xticks=range(len(shift)), xticklabels=marks, ylim=(-far, far))
-    axes[1].set(xlabel="height of bench mark", ylabel="shift (mm)")
+        at = one + (0.04 if one >= 0 else -0.04) * far
+        ha = "left" if one >= 0 else "right"
+        axes[1].text(at, k, _signed(one), ha=ha, va="center", weight="bold")
+    axes[1].axvline(0, color=plot.BLACK, linewidth=1)
+    axes[1].set(yticks=range(len(shift)), yticklabels=marks, xlim=(-far, far))
+    axes[1].set(xlabel="shift (mm)", ylim=(len(shift) - 0.5, -0.5))
     own = f"{_signed(size, 0)} mm in {line}: its |w| = {w[hit][0]:.1f}"
     fig.suptitle(own)
     each = ", ".join(f"{name} {one:.1f}" for name, one in zip(lines, w))

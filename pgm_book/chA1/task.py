@@ -206,7 +206,7 @@ def hint(truth: Truth, result: object) -> str:
         changed = [k for k in KEYS if not _same(k, slip, right)]
         if set(changed) & set(wrong) and all(_same(k, found, slip) for k in changed):
             return words
-    return f"Look again at {' and '.join(wrong)}. Compare each difference with yours."
+    return f"Look again at {' and '.join(wrong)}. Which readings fit your heights?"
 
 
 def _same(key: str, one: dict[str, Any], other: dict[str, Any]) -> bool:
