@@ -49,3 +49,16 @@ def left_over(listing: np.ndarray, sensor: np.ndarray) -> None:
     fig.legend(loc="outside lower center")
     words = "Distance of photo coordinates from the nearest whole nanometre. "
     plot.show(fig, words + "; ".join(told) + ".")
+
+
+def shrunk_image(offsets: np.ndarray, rms: np.ndarray) -> None:
+    """Show how well a small photo fits the large one, for each assumed offset."""
+    best = offsets[np.argmin(rms)]
+    fig, ax = plt.subplots(figsize=(5.4, 2.9))
+    ax.plot(offsets, rms, "o-", color=plot.BLUE)
+    ax.axvline(best, color=plot.BLACK, linestyle="--")
+    ax.text(best + 0.1, 0.9 * max(rms), f"{best:.1f} px", fontsize=15)
+    ax.set(xlabel="assumed offset (px of the large photo)", ylim=(0, None))
+    ax.set_ylabel("difference (grey\nvalues, RMS)")
+    words = "Difference of a small and a large photo against the assumed offset"
+    plot.show(fig, f"{words}: lowest at {best:.1f} px.")

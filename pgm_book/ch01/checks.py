@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from pgm_book.common.checks import CheckFailed, call, first_slip, near, numbers, report
+from pgm_book.common.checks import CheckFailed, call, first_slip, near, report
 from pgm_lab import frames, simulate
 
 # Image sizes and pixel sizes (mm) of the trials: landscape, portrait, odd
@@ -17,31 +17,6 @@ _CAMERAS = [
 ]
 _UNITS = ((1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres"))
 _FACTORS = (1e-6, 1e-3, 0.1, 10, 1e3, 1e6)  # of units taken for millimetres
-
-
-def corner(answer: object) -> None:
-    """Check the photo coordinates of the lower right corner of the sensor, in mm."""
-    value = numbers("lower_right", answer, (2,), "two numbers, (x, y) in mm")
-    size = frames.pixel_size_from_sensor((23.6, 15.8), (1936, 1296))
-    edge = np.array([23.6, -15.8]) / 2
-    slips = [
-        (edge[::-1], "x and y are exchanged: the answer is (x, y)"),
-        (edge - size * (0.5, -0.5), "that is the centre of the last pixel"),
-        (edge + size * (0.5, -0.5), "that is half a pixel beyond the sensor"),
-        (edge * (1, -1), "it lies below the centre, and y points up"),
-        (edge * (-1, 1), "that is the lower left corner"),
-        (2 * edge, "count from the centre: half the size of the sensor"),
-        (edge.round(0), "rounded to millimetres: keep the tenths"),
-        (-edge, "that is the upper left corner: both axes are mirrored"),
-        (edge / size, "that is still in pixels: multiply by the size of a pixel"),
-        *((edge * f, "the unit is not millimetres, but " + u) for f, u in _UNITS),
-    ]
-    otherwise = "the sensor does not end there"
-    if near(value, edge, 1e-4):
-        otherwise += ", but nearly: half its size is exact, a rounded pixel size is not"
-    hint = first_slip(value, slips, otherwise)
-    good = near(value, edge)
-    report("the corner", [("it is where the sensor ends", good, hint)])
 
 
 def pixel_to_photo(function: Callable) -> None:
@@ -218,7 +193,10 @@ def centroid(function: Callable) -> None:
         (expected + 1.0, "one pixel off: the first pixel is number 0, not 1"),
         (expected + 0.5, "half a pixel off: integers are at pixel centres"),
         (upwards, "the row counts upwards; rows count down"),
-        (left_in, "the background is still in: it pulls to the centre of the window"),
+        (
+            left_in,
+            "the background is still in: the weights are the grey values above it",
+        ),
         (clipped, "weights below zero are noise too: keep them, or the sum is biased"),
         *((expected.round(k), "right, but rounded: keep all digits") for k in range(4)),
     ]

@@ -138,19 +138,6 @@ def pixel_conventions() -> None:
     )
 
 
-def shrunk_image(offsets: np.ndarray, rms: np.ndarray) -> None:
-    """Show how well a small photo fits the large one, for each assumed offset."""
-    best = offsets[np.argmin(rms)]
-    fig, ax = plt.subplots(figsize=(5.4, 2.9))
-    ax.plot(offsets, rms, "o-", color=plot.BLUE)
-    ax.axvline(best, color=plot.BLACK, linestyle="--")
-    ax.text(best + 0.1, 0.9 * max(rms), f"{best:.1f} px", **LABEL)
-    ax.set(xlabel="assumed offset (px of the large photo)", ylim=(0, None))
-    ax.set_ylabel("difference (grey\nvalues, RMS)")
-    words = "Difference of a small and a large photo against the assumed offset"
-    plot.show(fig, f"{words}: lowest at {best:.1f} px.")
-
-
 def ground_frame(grey: np.ndarray, gsd: float, sizes: np.ndarray) -> None:
     """Show a part of an orthophoto with larger and larger pixels."""
     side = min(grey.shape)

@@ -1,7 +1,6 @@
 """Checks of the exercises of appendix A1, least squares adjustment."""
 
 from collections.abc import Callable
-from itertools import permutations
 
 import numpy as np
 
@@ -10,42 +9,10 @@ from pgm_book.common.checks import (
     answer_of,
     call,
     compare,
-    first_slip,
     near,
-    numbers,
     report,
 )
 from pgm_lab import _validate
-
-# The levelling net of exercise A1.1: P is known, columns are Q, R, S
-_LINES = (("P", "Q"), ("Q", "R"), ("S", "R"), ("S", "P"), ("Q", "S"))
-_UNKNOWN = ("Q", "R", "S")
-
-
-def design(answer: object) -> None:
-    """Check the design matrix (5, 3) of the net of exercise A1.1."""
-    wanted = (
-        "an array (5, 3), with a row for each line and a column for each unknown height"
-        " (that of P is known)"
-    )
-    value = numbers("design", answer, (5, 3), wanted)
-    expected = np.array(
-        [[1.0 * (c == b) - (c == a) for c in _UNKNOWN] for a, b in _LINES]
-    )
-    rows = list(zip(map("".join, _LINES), value, expected))
-    wrong = [line for line, row, right in rows if not near(row, right)]
-    turned = [line for line, row, right in rows if near(row, -right)]
-    if len(turned) == len(_LINES):
-        hint = "all signs are reversed: a difference is the end minus the start"
-    elif any(near(value, expected[:, one]) for one in permutations(range(3))):
-        hint = "the columns stand in another order than Q, R, S"
-    elif turned and turned == wrong:
-        hint = f"reversed: {', '.join(turned)}; the end gets +1 and the start -1"
-    elif np.any(np.abs(value).sum(axis=1) > 2):
-        hint = "a line joins two bench marks, so no row has more than two entries"
-    else:
-        hint = f"look again at {', '.join(wrong)}"
-    report("design", [("a row for each line", not wrong, hint)])
 
 
 def redundancy_numbers(function: Callable) -> None:
@@ -185,63 +152,6 @@ def _row(function: Callable, v: np.ndarray, sigma: np.ndarray, r: np.ndarray) ->
     # A division by 0 is no slip as long as nothing comes of it, as in np.where
     with np.errstate(all="ignore"):
         return float(call(function, v, sigma, r, shape=()))
-
-
-def ellipse(function: Callable) -> None:
-    """Check the reader's ellipse(covariance): a, b, direction of a in degrees."""
-    semi_axes = np.array([(5.01237, 2.02718), (3.03142, 0.70693), (40.01414, 9.01732)])
-    directions = np.array([30.01271, 115.02828, 170.01618])
-    covariances = np.array(
-        [
-            [[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]
-            @ np.diag(axes**2)
-            @ [[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]]
-            for axes, t in zip(semi_axes, np.radians(directions))
-        ]
-    )
-    answers = np.array([call(function, one, shape=(3,)) for one in covariances])
-    found, angles = answers[:, :2], answers[:, 2]
-    sd = np.sqrt(covariances[:, [0, 1], [0, 1]])
-    of_axes = [
-        (semi_axes**2, "eigenvalues are variances: take the roots"),
-        (semi_axes[:, ::-1], "the longer semi-axis comes first"),
-        (sd, "sx and sy are not the semi-axes"),
-        (np.sort(sd)[:, ::-1], "sx and sy are not the semi-axes"),
-        (
-            semi_axes[:, ::-1] ** 2,
-            "eigenvalues are variances: take the roots, and the longer semi-axis first",
-        ),
-        (
-            2.4477468306808166 * semi_axes,
-            "that is the ellipse for 95 per cent: the standard ellipse is asked for",
-        ),
-    ]
-    of_axes.append((2.45 * semi_axes, of_axes[-1][1]))
-    rounded = "right, but rounded: keep all digits"
-    of_axes += [(semi_axes.round(k), rounded) for k in range(5)]
-    of_direction = [
-        *((angles, directions.round(k), rounded) for k in range(5)),
-        (np.degrees(angles), directions, "the direction must be in degrees"),
-        (angles, directions + 90, "that is the direction of the short axis"),
-        (angles, 90 - directions, "the direction counts from the x axis, not from y"),
-        (angles, -directions, "the direction runs the wrong way round"),
-    ]
-    other = "the longer axis points elsewhere: look at its eigenvector"
-    slip = (hint for a, b, hint in of_direction if _parallel(a, b))
-    size = "the semi-axes are those of another ellipse: look at the eigenvalues"
-    lengths = near(found, semi_axes, 1e-8)
-    report(
-        "ellipse",
-        [
-            ("semi-axes of three ellipses", lengths, first_slip(found, of_axes, size)),
-            ("their direction", _parallel(angles, directions), next(slip, other)),
-        ],
-    )
-
-
-def _parallel(angles: np.ndarray, others: np.ndarray) -> bool:
-    """Whether axes have the same directions; half a turn makes no difference."""
-    return near((angles - others + 90) % 180, 90, 1e-8)
 
 
 def _shares(A: np.ndarray, p: np.ndarray) -> np.ndarray:

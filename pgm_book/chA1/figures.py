@@ -28,7 +28,7 @@ LABELS = {"AC": 26, "BD": 25}  # of 41 places along the line; elsewhere 19
 def levelling_net(lines: Sequence[str], labels: Sequence[str]) -> Figure:
     """Draw bench marks A to E and the levelled lines between them, with labels."""
     texts = [text.replace("-", "−") for text in labels]
-    fig, ax = plt.subplots(figsize=(10, 4.6))
+    fig, ax = plt.subplots(figsize=(10, 4.0))
     _draw_net(ax, lines, texts, len(lines) * [plot.SKY])
     return fig
 
@@ -63,7 +63,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
     reach = 1.6 * float(np.max(np.abs(observed - best)))
     H = best + np.linspace(-reach, reach, 201)
     terms = 1e6 * p[:, None] * (H - observed[:, None]) ** 2
-    fig, ax = plt.subplots(figsize=(7, 3.6))
+    fig, ax = plt.subplots(figsize=(7, 3.2))
     styles = ("--", ":", "-.")
     for k, (term, label) in enumerate(zip(terms, names)):
         ax.plot(H, term, linestyle=styles[k % 3], label=f"p v² of {label}")
@@ -83,7 +83,7 @@ def parabolas(observed: np.ndarray, p: np.ndarray, names: Sequence[str]) -> None
 
 def observation_space() -> Figure:
     """Draw three observations as one point, and the plane that the model allows."""
-    fig, ax = plt.subplots(figsize=(10, 3.9))
+    fig, ax = plt.subplots(figsize=(10, 3.5))
     plane = np.array([(0.0, 0.0), (5.2, -0.35), (7.4, 1.35), (2.2, 1.7)])
     ax.fill(*plane.T, color=plot.SKY, alpha=0.35, linewidth=0)
     zero, best, other = np.zeros(2), np.array([3.7, 0.55]), np.array([5.9, 1.0])
@@ -221,7 +221,7 @@ def blunder(
     size: float,
 ) -> None:
     """Show what a blunder of so many mm in one line does to all w and heights."""
-    fig, axes = plt.subplots(2, 1, figsize=(7, 3.8), height_ratios=(4, 3))
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.0), width_ratios=(5, 2))
     plot.show(fig, _draw_blunder(fig, axes, A, p, observed, sigma0, lines, line, size))
 
 
@@ -248,15 +248,15 @@ def _draw_blunder(
         xlabel="line, and its redundancy number r", ylim=(0, max(5, 1.05 * w.max()))
     )
     marks = [name for name in sorted(set("".join(lines))) if name != KNOWN]
-    axes[1].bar(range(len(shift)), shift, 0.5, color=plot.GREY)
-    far = max(15.0, 1.35 * float(np.abs(shift).max()))
+    axes[1].barh(range(len(shift)), shift, 0.5, color=plot.GREY)
+    far = max(26.0, 2.2 * float(np.abs(shift).max()))
     for k, one in enumerate(shift):
-        at = one + (0.03 if one >= 0 else -0.03) * far
-        va = "bottom" if one >= 0 else "top"
-        axes[1].text(k, at, _signed(one), ha="center", va=va, weight="bold")
-    axes[1].axhline(0, color=plot.BLACK, linewidth=1)
-    axes[1].set(xticks=range(len(shift)), xticklabels=marks, ylim=(-far, far))
-    axes[1].set(xlabel="height of bench mark", ylabel="shift (mm)")
+        at = one + (0.04 if one >= 0 else -0.04) * far
+        ha = "left" if one >= 0 else "right"
+        axes[1].text(at, k, _signed(one), ha=ha, va="center", weight="bold")
+    axes[1].axvline(0, color=plot.BLACK, linewidth=1)
+    axes[1].set(yticks=range(len(shift)), yticklabels=marks, xlim=(-far, far))
+    axes[1].set(xlabel="shift (mm)", ylim=(len(shift) - 0.5, -0.5))
     own = f"{_signed(size, 0)} mm in {line}: its |w| = {w[hit][0]:.1f}"
     fig.suptitle(own)
     each = ", ".join(f"{name} {one:.1f}" for name, one in zip(lines, w))
@@ -300,7 +300,7 @@ def tangent(base: float, depth: float, start: float) -> None:
 
     slope = -1000 * base / (start**2 + base**2 / 4)
     end = start + float(angle(depth) - angle(start)) / slope
-    fig, ax = plt.subplots(figsize=(7, 3.2))
+    fig, ax = plt.subplots(figsize=(7, 2.7))
     left, right = min(end, 0.0) - 0.15 * start, 1.2 * start
     Y = np.linspace(0.3 * depth, right, 300)
     ax.plot(Y, angle(Y), color=plot.BLUE, label="angle between the rays")

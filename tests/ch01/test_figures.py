@@ -14,7 +14,6 @@ FIGURES = [
     (figures.sensor_frames, (), "y axis up"),
     (figures.interior_orientation, (), "perspective centre"),
     (figures.pixel_conventions, (), "(1.8, 1.3) with corners"),
-    (figures.shrunk_image, (np.arange(3.0), [3, 1, 2]), "lowest at 1.0 px"),
     (figures.ground_frame, (FLOOR, 0.1, [0.2, 0.8]), "pixels of 20, 80 cm"),
     (figures.target_pull, (SPOT, (10.25, 9.5), {"a": (9, 9)}), "a at (9.00, 9.00)"),
     (figures.target_by_hand, (), "window of 21 px moved by 4 px, background 0"),
@@ -22,6 +21,7 @@ FIGURES = [
     (figures.mirror, (UP, UP * (1, -1)), "2.0 mm in y"),
     (case_figures.misfits, (UP[:, 0], 1e-6 * np.ones((2, 5, 2))), "20 numbers"),
     (case_figures.left_over, (NUMBERS, NUMBERS.round()), "up to 0.2000 nm"),
+    (case_figures.shrunk_image, (np.arange(3.0), [3, 1, 2]), "lowest at 1.0 px"),
 ]
 
 

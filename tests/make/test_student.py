@@ -198,6 +198,8 @@ def needed(notebook: nbformat.NotebookNode) -> list[nbformat.NotebookNode]:
 def test_an_unsolved_chapter_runs_to_its_end(path, kernel):
     unsolved = student_copy(nbformat.read(path, as_version=4))
     assert "SOLUTION" not in nbformat.writes(unsolved)
+    # A task's temporary folder goes with the task; this kernel will be killed
+    unsolved.cells.append(new_code_cell("%reset -f\nimport gc\n\ngc.collect();"))
     run(unsolved, kernel)
     for cell in unsolved.cells:
         for output in cell.get("outputs", []):

@@ -1,0 +1,46 @@
+"""The task of appendix A1: natural containers pass, and each net has one suspect."""
+
+import numpy as np
+import pytest
+
+from pgm_book import task
+from pgm_book.chA1 import task as lesson
+from pgm_book.common.checks import CheckFailed
+
+
+@pytest.fixture
+def truth(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    return task.start("A1", "Ada")._truth
+
+
+def test_natural_containers_and_rounded_numbers_pass(truth):
+    right = truth.answer
+    heights = dict(zip("BCDEFG", right["heights"].round(3)))
+    line = tuple(right["line"][::-1])
+    result = {"heights": heights, "sd": list(right["sd"].round(1)), "line": line}
+    parts = lesson.judge(truth, result | {"size": round(right["size"])})
+    assert all(part.holds for part in parts)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("heights", [1, 2], "six numbers, for B, C"),
+        ("heights", {"B": 1}, "six numbers, for B, C"),
+        ("line", "the third", "two letters such as 'CD'"),
+        ("size", "large", "one number, in mm"),
+    ],
+)
+def test_what_is_no_answer_is_refused_in_words(truth, key, value, words):
+    with pytest.raises(CheckFailed, match=words):
+        lesson.judge(truth, truth.answer | {key: value})
+
+
+def test_the_wrong_reading_stands_out_in_every_net():
+    for seed in range(30):
+        _, truth = lesson.make(np.random.RandomState(seed))
+        v = truth.adjusted(1 / truth.km, truth.km > 0)[1]
+        r, alike = lesson._control(truth.lines, truth.km)
+        w = np.abs(v) / (lesson.SIGMA0 * np.sqrt(truth.km * r))
+        assert np.argmax(w) == truth.bad and w.max() > 6 and alike[truth.bad] < 0.9
