@@ -82,7 +82,7 @@ def match(
         # say differently is this share of it, and has the variance that noise leaves
         share = 1 - (smaller / width) ** 2
         moved = (wide.points - small.points) / share
-        of_noise = (small.variances - wide.variances) / share**2
+        of_noise = np.maximum(small.variances - wide.variances, 0) / share**2
         new = (*wide, q, moved, of_noise)
         for values, one in zip((*found, quality, curved, chance), new, strict=True):
             values[k[good]] = one[good]
@@ -92,8 +92,9 @@ def match(
         values[bad] = np.nan
     k = np.flatnonzero(~bad)
     if len(k):
-        more = _of_curvature(points[k], curved[k], chance[k])
-        found.covariance[k[:, None], [0, 1], [0, 1]] += more
+        # Least squares see the curvature of some windows, and their covariance has it
+        more = _of_curvature(points[k], curved[k], chance[k]) - found.variances[k]
+        found.covariance[k[:, None], [0, 1], [0, 1]] += np.maximum(more, 0)
     return found, quality
 
 
