@@ -9,7 +9,7 @@ from pgm_lab.io.geotiff import Raster, read, write
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 from pgm_lab.registration.chips import Registration, register
 from pgm_lab.registration.model import Local, Model, fit, resample
-from pgm_lab.registration.points import grid, offset, pick, read_points
+from pgm_lab.registration.points import common_grid, grid, offset, pick, read_points
 from pgm_lab.registration.start import Start, approximate, chance
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "accuracy",
     "approximate",
     "chance",
+    "common_grid",
     "fit",
     "grid",
     "offset",

@@ -29,9 +29,9 @@ MAX_STEP = 1.0  # px between the highest whole pixel and the least squares resul
 # of a shift that changes smoothly, only of their errors
 BESIDE = np.array([-1.5, -0.5, 0.5, 1.5])
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
-SAMPLE = 100  # chips by which the predicted covariances are judged
+SAMPLE = 200  # chips by which the predicted covariances are judged
 SD_OF_NMAD = 1.166  # times sigma / sqrt(n), of n normal errors
-SURE = 3.3  # standard deviations; by chance one in a thousand is farther off
+SURE = 2.0  # standard deviations; by chance one in twenty is farther off
 
 # A chip that changed is compared with its neighbours
 NEIGHBOURS = 8  # accepted chips around it
