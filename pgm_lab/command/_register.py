@@ -39,7 +39,8 @@ NO_MEMORY = (
 )
 NUMBER = {"shift": 100, "affine": 100, "local": 500}  # points that are picked
 NEAR = 0.5  # of the radius: the search needs no other start
-HALF = 0.5  # of the points: where fewer are accepted, chance decides on r
+MANY = 0.5  # of the points: where fewer are accepted, chance decides on r
+HALF = 0.5  # px
 RASTERS = (".tif", ".tiff")
 THRESHOLD = 0.7  # of r, if not asked for
 REFINE = {"none": None, "parabola": "parabola", "lsm": "lsm"}
@@ -172,6 +173,8 @@ def _settings(
     asked = {name: getattr(options, name) for name in numbers}
     settings = {name: value for name, value in asked.items() if value is not None}
     settings["refine"] = REFINE[options.refine]
+    if options.model == "local":  # also a chip with little weight says something there
+        settings.setdefault("largest_sd", HALF)
     if options.offset is not None or reference.transform is not None:
         settings["offset"] = offset
     if options.points is not None:
@@ -209,7 +212,7 @@ def _register(
     if start is not None:
         asked["start"] = settings["start"] = start.shifts(points)
     found = registration.register(grey, other, **asked)
-    if "threshold" not in settings and found.accepted.mean() < HALF:
+    if "threshold" not in settings and found.accepted.mean() < MANY:
         # In other light or season r is lower: still above what chance gives?
         at = points + offset + asked.get("start", 0.0)
         least = registration.chance(grey, other, points, at, chip, radius)

@@ -329,7 +329,9 @@ def register(
     if refine == "lsm":
         k = np.flatnonzero(found.accepted)
         match = partial(
-            *(lsm.match, reference, sensed),
+            lsm.match,
+            reference,
+            sensed,
             template=chip,
             threshold=max(threshold, 0.0),
             noise=noise,

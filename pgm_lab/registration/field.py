@@ -36,8 +36,8 @@ class Field:
     free : ndarray (n, 2)
         Share of each shift that the others do not determine: 1 where not used.
     sigma0 : ndarray (2,)
-        Noise of dx and dy relative to the standard deviations that were given; 0 where
-        the field changes so much from point to point that it explains all.
+        Noise of dx and dy relative to the standard deviations that were given, at
+        least 1.
     """
 
     used: np.ndarray
@@ -93,11 +93,12 @@ class Spline:
         # Without the plane and along the eigenvectors of the kernel, the shifts are
         # independent, of variance sigma0^2 (1 + ratio e)
         Z = scipy.linalg.qr(P)[0][:, 3:]
-        e, U = scipy.linalg.eigh(Z.T @ K @ Z)
+        e, U = scipy.linalg.eigh(Z.T @ K @ Z, driver="evd")
         variance = 1 + RATIOS[:, None] * np.maximum(e, 0)
-        sigma2 = (1 / variance) @ (U.T @ (Z.T @ d)) ** 2 / (m - 3)  # (ratios, 2)
-        sigma2 = np.maximum(sigma2, np.finfo(float).tiny)
-        minus_log = (m - 3) * np.log(sigma2) + np.log(variance).sum(axis=1)[:, None]
+        profile = (1 / variance) @ (U.T @ (Z.T @ d)) ** 2 / (m - 3)  # (ratios, 2)
+        sigma2 = np.maximum(profile, 1.0)  # where the field is rough it takes the noise
+        minus_log = (m - 3) * (np.log(sigma2) + profile / sigma2)
+        minus_log += np.log(variance).sum(axis=1)[:, None]
         best = minus_log.argmin(axis=0)
         # Solve
         A = np.zeros((2, m + 3, m + 3))
@@ -128,12 +129,19 @@ class Spline:
         return found
 
     def sd_at(self, places: np.ndarray) -> np.ndarray:
-        """Standard deviations (n, 2) of the field, in pixels."""
+        """Standard deviations (n, 2) of the field, in pixels.
+
+        Times how far each shift is from what the others predict of it, relative to
+        that: a field may be smoother than the spline takes it for.
+        """
         found = np.zeros((len(places), 2))
+        off = self.left_out * np.sqrt(self.free) / (self.sigma0 * self.sd[:, None])
+        judged = np.sqrt(np.mean(off**2, axis=0))
         for i in range(2):
             b = self._equations(places, i)
             variance = -np.sum((b @ self.inverse[i]) * b, axis=1)
-            found[:, i] = self.sigma0[i] * np.sqrt(np.maximum(variance, 0))
+            sd = self.sigma0[i] * np.sqrt(np.maximum(variance, 0))
+            found[:, i] = judged[i] * sd
         return found
 
     def _equations(self, places: np.ndarray, i: int) -> np.ndarray:

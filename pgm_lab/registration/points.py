@@ -237,10 +237,10 @@ def offset(reference: Raster, sensed: Raster) -> np.ndarray:
                 " in pixels"
             )
     if misfit := _misfit(reference, sensed):
-        raise ValueError(
-            f"the images have {misfit}. registration.common_grid brings both onto one"
-            " grid"
-        )
+        cure = "registration.common_grid brings both onto one grid"
+        if (reference.crs is None) != (sensed.crs is None):
+            cure = "Write the missing one into its file, by gdal_edit.py -a_srs"
+        raise ValueError(f"the images have {misfit}. {cure}")
     A, corner = reference.affine()
     other_corner = sensed.affine()[1]
     found = np.linalg.solve(A, corner - other_corner)
@@ -312,32 +312,30 @@ def common_grid(reference: Raster, sensed: Raster) -> tuple[Raster, Raster]:
     if not installed():
         raise ImportError(f"to bring both images onto one map, do this: {INSTALL}")
     from rasterio.errors import CRSError
-    from rasterio.warp import calculate_default_transform
+    from rasterio.warp import transform
 
-    # Size of the sensed image's pixels on the map of the reference
+    # Area of a pixel in the middle of the sensed image, in pixels of the reference
     A, corner = reference.affine()
-    rows, columns = sensed.grey.shape
-    outline = sensed.map([(-0.5, -0.5), (columns - 0.5, rows - 0.5)])
-    sides = *outline.min(axis=0), *outline.max(axis=0)
+    middle = np.array(sensed.grey.shape[::-1]) / 2
+    outline = sensed.map(middle + [(0, 0), (1, 0), (0, 1)])
     systems = (one.crs or ANY_MAP for one in (sensed, reference))
     try:
-        there, *_ = calculate_default_transform(*systems, columns, rows, *sides)
+        there = np.column_stack(transform(*systems, *outline.T))
     except CRSError as error:
         raise ValueError(f"{sensed.path}: {error}") from None
-    size = np.sqrt(np.abs(np.linalg.det(A)))
-    times = np.sqrt(abs(there.determinant)) / size
-    if same_crs(reference.crs, sensed.crs):
-        times = np.sqrt(np.abs(np.linalg.det(sensed.affine()[0]))) / size
+    if not np.isfinite(there).all():
+        raise ValueError("the images have no part of the map in common")
+    area = np.linalg.det(np.linalg.solve(A, (there[1:] - there[0]).T))
+    times = np.sqrt(np.abs(area))
     # The coarser of both
-    if times > 1 + 1e-6:
+    if times > 1 + SAME_GRID / max(reference.grey.shape):
         shape = [max(1, int(n / times)) for n in reference.grey.shape]
-        new = np.column_stack([times * A, corner])
         pixel = reference.pixel_size
         grid = replace(
             reference,
             grey=np.zeros(shape, np.uint8),
             mask=np.zeros(shape, bool),
-            transform=new,
+            transform=np.column_stack([times * A, corner]),
             pixel_size=None if pixel is None else times * pixel,
         )
         reference = _warped(reference, grid)
@@ -355,7 +353,9 @@ def _warped(raster: Raster, grid: Raster) -> Raster:
     from rasterio.warp import Resampling
 
     source = np.where(raster.mask, np.nan, raster.grey).astype(np.float32)
-    there, here = (rasterio.Affine(*np.ravel(r.transform)) for r in (raster, grid))
+    there, here = (
+        rasterio.Affine(*np.column_stack(r.affine()).ravel()) for r in (raster, grid)
+    )
     (rows, columns), (height, width) = source.shape, grid.grey.shape
     of_source = {"driver": "GTiff", "count": 1, "dtype": "float32", "nodata": np.nan}
     of_source |= {"height": rows, "width": columns}

@@ -109,7 +109,8 @@ def approximate(
         max(0, int(np.ceil(np.log2(longest / most)))) for most in (COARSEST, FINEST)
     )
     found, number, tried = None, 0, 0
-    for scale in 2 ** np.arange(top, bottom - 1, -1):
+    for level in range(top, bottom - 1, -1):
+        scale = 2**level
         pair = _reduced(reference, scale), _reduced(sensed, scale)
         if min(*pair[0].shape, *pair[1].shape) < size:
             return None
@@ -136,7 +137,7 @@ def approximate(
         if found is None:
             return None
     assert found is not None
-    return Start(found, number, tried, int(scale))
+    return Start(found, number, tried, scale)
 
 
 def _affine(points: np.ndarray, found: np.ndarray, radius: int) -> np.ndarray:
@@ -144,9 +145,12 @@ def _affine(points: np.ndarray, found: np.ndarray, radius: int) -> np.ndarray:
     nothing = np.zeros(0, int)
     if len(points) < 4:
         return nothing
-    settings = {"maxIters": DRAWS, "confidence": 0.99999}
     _, fits = cv2.estimateAffine2D(
-        points, found, method=cv2.RANSAC, ransacReprojThreshold=TOLERANCE, **settings
+        *(points, found),
+        method=cv2.RANSAC,
+        ransacReprojThreshold=TOLERANCE,
+        maxIters=DRAWS,
+        confidence=0.99999,
     )
     k = np.flatnonzero(fits)
     # Of positions at random in the search, as many agree beside the three of a draw

@@ -56,6 +56,7 @@ FAR = 0.5  # of the radius
 NOISE = 2.0  # sigma0
 EXPLAINED = 1.5  # sigma0
 STILL = 1e-3  # px
+PARTS, LEAST = 16, 3  # of the image, with their points: do neighbours share an error?
 BENT = 0.5  # of what an affine model leaves
 TREND = 3.0  # times what the shift is known to
 
@@ -202,6 +203,20 @@ def _case(
     return Case(found, one, other, model, start, asked, size)
 
 
+def _of_parts(points: np.ndarray, shifts: np.ndarray) -> float:
+    """Standard deviation of the mean of the medians of parts of the image."""
+    parts = [np.arange(len(points))]
+    while len(parts) < PARTS and min(map(len, parts)) >= 2 * LEAST:
+        # Each in two halves, across its longer side
+        longer = [np.ptp(points[k], axis=0).argmax() for k in parts]
+        sorted_ = [k[np.argsort(points[k, i])] for k, i in zip(parts, longer)]
+        parts = [half for k in sorted_ for half in np.array_split(k, 2)]
+    if len(parts) == 1:
+        return 0.0
+    medians = [np.median(shifts[k], axis=0) for k in parts]
+    return float(np.std(medians, axis=0, ddof=1).max() / np.sqrt(len(parts)))
+
+
 def _raster(image: Raster | ArrayLike, name: str) -> Raster:
     if isinstance(image, Raster):
         return image
@@ -262,13 +277,16 @@ class Case(_points.Points):
     def known(self) -> float:
         """Standard deviation of a coordinate of that shift, in pixels.
 
-        From the scatter of the shifts, as that of a median, or from what the chips
-        predict if that is more; and what all points may be off together.
+        From the scatter of the shifts, as that of a median, and of parts of the image,
+        which is larger where neighbours share an error; of few points what they
+        predict, if that is more. And what all may be off together.
         """
         a, good = self.found.accuracy, self.found.accepted
-        scatter = np.sqrt(np.pi / 2) * max(a.spread_x, a.spread_y)
-        predicted = float(np.median(self.found.sd[good]))
-        own = max(scatter, predicted) / np.sqrt(a.n)
+        own = np.sqrt(np.pi / 2 / a.n) * max(a.spread_x, a.spread_y)
+        if a.n < FEW:
+            own = max(own, float(np.median(self.found.sd[good])) / np.sqrt(a.n))
+        else:
+            own = max(own, _of_parts(self.found.points[good], a.shifts))
         refine = self.asked["refine"]
         if refine is None:  # rounded, perhaps all of them alike
             return float(max(own, COMMON[None]))
@@ -314,12 +332,15 @@ class Case(_points.Points):
     def agrees(self) -> bool:
         """Whether the shifts agree, or are spread as if by chance.
 
-        Other models are tried too; through a few points they always go.
+        With each other, with the start or, if they are many, with another model.
         """
         good = self.found.accepted
         if np.sum(good) < 3 or self.chance == 0:
             return bool(np.any(good))
         found = [self.errors]
+        if self.start is not None:  # large chips found these shifts too
+            d = np.column_stack([self.found.dx, self.found.dy])
+            found.append(d - self.start.shifts(self.found.points))
         if np.sum(good) >= FEW:
             models = self.affine, self.local
             found += [one.residuals for one in models if one is not None]
@@ -394,8 +415,6 @@ class Case(_points.Points):
         affine = self.affine
         if affine is None or affine is self.model or not self.agrees or self.bent:
             return None
-        if self.model is not None and self.model.kind == "local":
-            return None
         a1, a2, b1, b2 = affine.parameters[[1, 2, 4, 5]]
         half = np.ptp(self.found.points[affine.used], axis=0) / 2
         change = np.abs([(a1, a2), (b1, b2)]) @ half  # in a corner, against the middle
@@ -412,9 +431,9 @@ class Case(_points.Points):
         Of each point, predicted by the others: the robust standard deviation.
         """
         affine, local, good = self.affine, self.local, self.found.accepted
-        if affine is None or local is None or local is self.model or not self.agrees:
+        if affine is None or local is None or not self.agrees:
             return None
-        left = [nmad(one.residuals[good]) for one in (affine, local)]
+        left = [float(nmad(one.residuals[good])) for one in (affine, local)]
         return (left[0], left[1]) if left[1] < BENT * left[0] else None
 
     @cached_property

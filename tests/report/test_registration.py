@@ -60,7 +60,9 @@ def test_a_file_that_places_an_image_is_named(found):
     both = [replace(images.raster(BLANK), beside=name) for name in ("a.tfw", "")]
     (words,) = (
         words
-        for title, words in module._case(found, *both, None, None, None, LSM, "").findings
+        for title, words in module._case(
+            found, *both, None, None, None, LSM, ""
+        ).findings
         if title == "A file beside the reference image"
     )
     assert "lies on the map is taken from a.tfw beside it" in words
