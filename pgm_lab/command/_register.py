@@ -23,8 +23,9 @@ from pgm_lab.command._options import (
     whole,
 )
 from pgm_lab.io.files import printable
-from pgm_lab.registration import Model, Raster, Registration, Start
+from pgm_lab.registration import Model, Raster, Registration
 from pgm_lab.registration.model import NAMES
+from pgm_lab.registration.start import Start, chance
 from pgm_lab.report import registration as report
 
 DESCRIPTION = (
@@ -215,7 +216,7 @@ def _register(
     if "threshold" not in settings and found.accepted.mean() < MANY:
         # In other light or season r is lower: still above what chance gives?
         at = points + offset + asked.get("start", 0.0)
-        least = registration.chance(grey, other, points, at, chip, radius)
+        least = chance(grey, other, points, at, chip, radius)
         if least < THRESHOLD:
             settings["threshold"] = round(least, 2)
             asked["threshold"] = settings["threshold"]

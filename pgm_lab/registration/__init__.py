@@ -8,20 +8,17 @@
 from pgm_lab.io.geotiff import Raster, read, write
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 from pgm_lab.registration.chips import Registration, register
-from pgm_lab.registration.model import Local, Model, fit, resample
+from pgm_lab.registration.model import Model, fit, resample
 from pgm_lab.registration.points import common_grid, grid, offset, pick, read_points
-from pgm_lab.registration.start import Start, approximate, chance
+from pgm_lab.registration.start import approximate
 
 __all__ = [
     "Accuracy",
-    "Local",
     "Model",
     "Raster",
     "Registration",
-    "Start",
     "accuracy",
     "approximate",
-    "chance",
     "common_grid",
     "fit",
     "grid",

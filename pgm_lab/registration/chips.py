@@ -18,11 +18,11 @@ from pgm_lab.io import files, text
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 REFINEMENTS = ("parabola", "lsm")
-# Predicted standard deviation in px up to which a shift is accepted, by default: that
-# of a chip with a tenth of the weight of most others, but not less than
-ENOUGH = {None: 0.5, "parabola": 0.1, "lsm": 0.05}
+# Predicted standard deviation in px up to which a shift is accepted, by default; of
+# "lsm" also that of a chip with a tenth of the weight of most others, up to half a pixel
+LARGEST_SD = {None: 0.5, "parabola": 0.1, "lsm": 0.05}
 TENTH = np.sqrt(10)  # times the median
-HALF = 0.5  # px, and not more
+HALF = 0.5  # px
 MAX_STEP = 1.0  # px between the highest whole pixel and the least squares result
 
 # Chips side by side around a chip, in its widths: their third difference does not know
@@ -221,9 +221,9 @@ def register(
         A chip is ambiguous if its second peak is higher than this share of the first.
     largest_sd : float, optional
         Largest predicted standard deviation of a coordinate that is accepted, in
-        pixels. Default: 3.2 times the median of all chips, so that no chip has less
-        than a tenth of their weight in `fit`; but at least 0.05 with "lsm", 0.1 with
-        "parabola", and at most 0.5, as for whole pixels (rounding alone gives 0.29).
+        pixels. Default: 0.5 (rounding to whole pixels alone gives 0.29), 0.1 with
+        "parabola"; with "lsm" 3.2 times the median of all chips, so that none has less
+        than a tenth of their weight in `fit`, but at least 0.05 and at most 0.5.
     smooth : float
         Standard deviation in pixels of the Gaussian by which "lsm" smooths both images,
         see there; 0 if nothing in them is finer than their pixels.
@@ -351,8 +351,10 @@ def register(
     # Refuse what is imprecise, or changed
     sd = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
     if largest_sd is None:
-        median = np.median(sd[status == "accepted"]) if np.isfinite(sd).any() else 0.0
-        largest_sd = np.clip(TENTH * median, ENOUGH[refine], HALF)
+        largest_sd = LARGEST_SD[refine]
+        if refine == "lsm" and (status == "accepted").any():
+            median = np.median(sd[status == "accepted"])
+            largest_sd = np.clip(TENTH * median, largest_sd, HALF)
     status[sd > largest_sd] = "not precise enough"
     changed = _changed(reference, sensed, points, found, status, chip, threshold)
     status[changed] = "changed"

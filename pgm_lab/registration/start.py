@@ -92,6 +92,11 @@ def approximate(
     Start or None
         None if no more chips agree than would by chance.
 
+    Raises
+    ------
+    ValueError
+        If an image has no data.
+
     Examples
     --------
     >>> from pgm_lab.datasets import landsat
@@ -102,6 +107,9 @@ def approximate(
     """
     reference = _validate.grey_image(reference, "reference")
     sensed = _validate.grey_image(sensed, "sensed")
+    for image, name in ((reference, "reference"), (sensed, "sensed")):
+        if without_data(image).all():
+            raise ValueError(f"{name} has no data: all its pixels are without a value")
     size = 2 * _validate.window(chip, "chip", 5) - 1
     offset = _validate.of_shape(offset, (2,), "offset")
     longest = max(*reference.shape, *sensed.shape)

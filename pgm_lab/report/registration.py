@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, matching, registration
 from pgm_lab._robust import SD_OF_MAD, nmad
 from pgm_lab._rounding import fixed, plain, rounded, scientific
-from pgm_lab.registration import Model, Raster, Registration, Start, fit
+from pgm_lab.registration import Model, Raster, Registration, fit
+from pgm_lab.registration.start import Start
 from pgm_lab.report import _page, _points
 from pgm_lab.report._page import Table, as_html, as_text
 

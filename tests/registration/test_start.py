@@ -7,13 +7,13 @@ from pgm_lab._robust import nmad
 from pgm_lab.datasets import landsat, yellowstone
 from pgm_lab.registration import (
     approximate,
-    chance,
     fit,
     grid,
     pick,
     register,
     resample,
 )
+from pgm_lab.registration.start import chance
 from tests.registration.images import uneven
 
 
