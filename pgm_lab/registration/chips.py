@@ -19,7 +19,7 @@ from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 REFINEMENTS = ("parabola", "lsm")
 # Predicted standard deviation in px up to which a shift is accepted, by default; of
-# "lsm" also that of a chip with a tenth of the weight of most others, up to half a pixel
+# "lsm" also that of a chip with a tenth of the weight of most others, up to half a px
 LARGEST_SD = {None: 0.5, "parabola": 0.1, "lsm": 0.05}
 TENTH = np.sqrt(10)  # times the median
 HALF = 0.5  # px
@@ -31,7 +31,7 @@ BESIDE = np.array([-1.5, -0.5, 0.5, 1.5])
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
 SAMPLE = 200  # chips by which the predicted covariances are judged
 SD_OF_NMAD = 1.166  # times sigma / sqrt(n), of n normal errors
-SURE = 2.0  # standard deviations; by chance one in twenty is farther off
+SURE = 2.58  # standard deviations; by chance one in a hundred is farther off
 
 # A chip that changed is compared with its neighbours
 NEIGHBOURS = 8  # accepted chips around it
