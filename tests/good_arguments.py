@@ -325,6 +325,10 @@ FUNCTIONS = {
     "registration.Accuracy.times": lambda: dict(
         self=registration.accuracy([0.5, -0.25], [0.0, 1.0]), pixel_size=(2.0, 3.0)
     ),
+    "registration.approximate": lambda: dict(
+        reference=GREY, sensed=GREY, chip=11, offset=(0.5, 1.0)
+    ),
+    "registration.common_grid": lambda: dict(reference=raster(), sensed=raster()),
     "registration.fit": lambda: dict(found=registered(), offset=(1.0, 2.0)),
     "registration.grid": lambda: dict(shape=(48, 44), step=5),
     "registration.Model.apply": lambda: dict(
@@ -339,7 +343,7 @@ FUNCTIONS = {
     "registration.Raster.with_values": lambda: dict(self=raster(), values=GREY),
     "registration.register": lambda: dict(
         reference=GREY, sensed=GREY, points=CHOSEN, chip=11, refine="lsm",
-        largest_sd=0.5, offset=(0.0, 0.0), nodata=0.0,
+        largest_sd=0.5, offset=(0.0, 0.0), nodata=0.0, start=np.zeros((len(CHOSEN), 2)),
     ),
     "registration.resample": lambda: dict(
         sensed=GREY, model=registration.fit(registered()), shape=(40, 50)

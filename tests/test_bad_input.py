@@ -169,6 +169,8 @@ MEANT = {
     ("ncc.match", "search"): {"two numbers"},  # rows and columns
     ("ncc.correlation_map", "search"): {"shape"},  # a stack
     ("observations.from_matches", "left"): ANY_NAME,
+    ("registration.approximate", "reference"): LACKING,
+    ("registration.approximate", "sensed"): LACKING,
     ("registration.pick", "image"): LACKING,
     ("registration.pick", "sensed"): LACKING,
     ("registration.Raster.with_values", "values"): LACKING,

@@ -25,6 +25,7 @@ from pgm_lab.command._options import (
 from pgm_lab.io.files import printable
 from pgm_lab.registration import Model, Raster, Registration
 from pgm_lab.registration.model import NAMES
+from pgm_lab.registration.start import Start, chance
 from pgm_lab.report import registration as report
 
 DESCRIPTION = (
@@ -37,8 +38,12 @@ NO_MEMORY = (
     "there is not enough memory for these images: cut out the part that both show, or"
     " take fewer points"
 )
-NUMBER = 100  # points that are picked
+NUMBER = {"shift": 100, "affine": 100, "local": 500}  # points that are picked
+NEAR = 0.5  # of the radius: the search needs no other start
+MANY = 0.5  # of the points: where fewer are accepted, chance decides on r
+HALF = 0.5  # px
 RASTERS = (".tif", ".tiff")
+THRESHOLD = 0.7  # of r, if not asked for
 REFINE = {"none": None, "parabola": "parabola", "lsm": "lsm"}
 OPTIONS: dict[str, dict[str, Any]] = {
     "chip": {"type": odd, "metavar": "PX"},
@@ -60,7 +65,8 @@ def add_options(parser: Parser) -> None:
     add(where, "--points", words)
     add(where, "--map-points", "the same as x y on its map")
     add(where, "--grid", report.SETTINGS["grid"], whole, "STEP")
-    words = f"{report.SETTINGS['number']}; {NUMBER} when missing"
+    words = f"{report.SETTINGS['number']}; {NUMBER['shift']} when missing,"
+    words += f" {NUMBER['local']} for a local model"
     add(where, "--number", words, whole, "N")
     for name, kind in OPTIONS.items():
         option = "--" + name.replace("_", "-")
@@ -69,8 +75,8 @@ def add_options(parser: Parser) -> None:
         "--model",
         choices=tuple(NAMES),
         default="shift",
-        help="what is fitted to the shifts of the points: one shift for all, or scales,"
-        " rotation and shear too",
+        help="what is fitted to the shifts of the points: one shift for all, scales,"
+        " rotation and shear too, or a smooth field as where relief shifts them",
     )
     add(parser, "--band", "band to read, from 1", whole, "N")
     add(parser, "--nodata", "grey value that marks missing data", number, "VALUE")
@@ -101,14 +107,19 @@ def run(options: argparse.Namespace) -> Outcome:
     steps = "reading", "registering", "resampling", "reporting"
     with _options.progress(*steps) as begin:
         begin()
-        reference, sensed = _read(options)
+        originals = reference, sensed = _read(options)
+        if options.offset is None:
+            reference, sensed = registration.common_grid(*originals)
         # By how many pixels (column, row) the sensed image is ahead
         offset = np.array(options.offset)
         if options.offset is None:
             offset = registration.offset(reference, sensed)
-        settings = _settings(options, reference, offset)
+        settings = _settings(options, originals[0], offset)
+        if reference is not originals[0] and "points" in settings:
+            on_map = originals[0].map(settings["points"])
+            settings["points"] = reference.pixels(on_map)
         begin()
-        found = _register(reference, sensed, settings, offset)
+        found, start = _register(reference, sensed, settings, offset)
         model = _model(options, found, offset)
         begin()
         files: dict[Path, str | bytes] = {}
@@ -118,11 +129,18 @@ def run(options: argparse.Namespace) -> Outcome:
             files[options.resampled] = new
         begin()
         names = (printable(path.name) for path in (options.reference, options.sensed))
+        about = "Reference image {}, sensed image {}.".format(*names)
+        if sensed is not originals[1]:
+            sizes = " x ".join(f"{n:.6g}" for n in np.hypot(*reference.affine()[0]))
+            about += (
+                f" On one grid, {reference.crs or 'no name'}, of {sizes} map units."
+            )
         words: dict[str, Any] = {
             "model": model,
+            "start": start,
             "pixel_size": options.pixel_size,
             "settings": settings,
-            "about": "Reference image {}, sensed image {}.".format(*names),
+            "about": about,
         }
         if options.csv is not None:
             files[options.csv] = _csv(found, reference)
@@ -156,6 +174,8 @@ def _settings(
     asked = {name: getattr(options, name) for name in numbers}
     settings = {name: value for name, value in asked.items() if value is not None}
     settings["refine"] = REFINE[options.refine]
+    if options.model == "local":  # also a chip with little weight says something there
+        settings.setdefault("largest_sd", HALF)
     if options.offset is not None or reference.transform is not None:
         settings["offset"] = offset
     if options.points is not None:
@@ -165,39 +185,72 @@ def _settings(
     elif options.grid is not None:
         settings["grid"] = options.grid
     else:
-        settings["number"] = options.number or NUMBER
+        settings["number"] = options.number or NUMBER[options.model]
     return settings
 
 
 def _register(
     reference: Raster, sensed: Raster, settings: dict[str, Any], offset: np.ndarray
-) -> Registration:
-    """Register points that were given, lie on a grid, or are picked in the texture."""
+) -> tuple[Registration, Start | None]:
+    """Register points that were given, lie on a grid, or are picked in the texture.
+
+    Where it begins is told too; what follows from the images is added to the settings.
+    """
+    grey, other = reference.values, sensed.values
+    _refuse_without_overlap(grey.shape, other.shape, offset)
+    chip, start = settings.get("chip", 21), None
+    if "radius" not in settings:
+        start = registration.approximate(grey, other, chip, offset=offset)
+    radius = settings.get("radius", 3)
+    if start is not None:
+        radius = settings["radius"] = start.radius
+        if radius == 3 and np.abs(start.range).max() <= NEAR * radius:
+            start = None
+    expected = np.zeros(2) if start is None else start.typical
+    points = _points(grey, other, settings, chip, radius, offset + expected)
     asked = {k: v for k, v in settings.items() if k not in ("number", "grid")}
-    chip, radius = settings.get("chip", 21), settings.get("radius", 3)
-    grey = reference.values
-    _refuse_without_overlap(grey.shape, sensed.values.shape, offset)
-    if "grid" in settings:
-        margin = chip // 2 + radius
-        asked["points"] = registration.grid(grey.shape, settings["grid"], margin)
-    elif "number" in settings:
-        number, other = settings["number"], sensed.values
-        asked["points"] = registration.pick(
-            grey, number, chip, radius, sensed=other, offset=offset
-        )
-        if not len(asked["points"]):
-            raise ValueError(
-                "there is no texture in what both images show: give points, or a"
-                " smaller chip"
-            )
-    found = registration.register(grey, sensed.values, **asked)
+    asked |= {"points": points}
+    if start is not None:
+        asked["start"] = settings["start"] = start.shifts(points)
+    found = registration.register(grey, other, **asked)
+    if "threshold" not in settings and found.accepted.mean() < MANY:
+        # In other light or season r is lower: still above what chance gives?
+        at = points + offset + asked.get("start", 0.0)
+        least = chance(grey, other, points, at, chip, radius)
+        if least < THRESHOLD:
+            settings["threshold"] = round(least, 2)
+            asked["threshold"] = settings["threshold"]
+            found = registration.register(grey, other, **asked)
     if not np.any(found.accepted):
         raise ValueError(
             f"{report.reason(found)} Do both images show the same place, in the same"
             " band, neither rotated nor scaled? Are they farther apart than --radius?"
             " --offset COLUMN ROW says where to begin"
         )
-    return found
+    return found, start
+
+
+def _points(
+    grey: np.ndarray,
+    other: np.ndarray,
+    settings: dict[str, Any],
+    chip: int,
+    radius: int,
+    offset: np.ndarray,
+) -> np.ndarray:
+    """Points that were given, lie on a grid, or are picked in the texture."""
+    if "points" in settings:
+        return settings["points"]
+    if "grid" in settings:
+        return registration.grid(grey.shape, settings["grid"], chip // 2 + radius)
+    number = settings["number"]
+    points = registration.pick(grey, number, chip, radius, sensed=other, offset=offset)
+    if not len(points):
+        raise ValueError(
+            "there is no texture in what both images show: give points, or a smaller"
+            " chip"
+        )
+    return points
 
 
 def _refuse_without_overlap(

@@ -44,6 +44,7 @@ TIFF = tuple(magic for magic, driver in _DRIVERS.items() if driver == "GTiff")
 _STRICT = {
     "GDAL_ERROR_ON_LIBJPEG_WARNING": True,
     "GDAL_DISABLE_READDIR_ON_OPEN": "TRUE",
+    "GDAL_CACHEMAX": 64,  # MB: each block is read once
 }
 _ALONE = {"GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR"}  # no file beside the image
 # Tags of TIFF that make it a GeoTIFF: pixel scale, tie points, transformation, keys;
@@ -428,6 +429,7 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
     """Read the fields of a Raster with one driver of GDAL."""
     import rasterio
     from rasterio._err import CPLE_BaseError
+    from rasterio.enums import MaskFlags
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     place = path.absolute()  # or a name may be GDAL's syntax for another file
@@ -455,7 +457,9 @@ def _read_gdal(path: Path, driver: str, name: str, band: int | None) -> dict[str
                         " nearly all of it is empty"
                     )
                 grey = file.read(number)
-                mask = file.read_masks(number) == 0
+                mask = np.broadcast_to(np.False_, grey.shape)
+                if MaskFlags.all_valid not in file.mask_flag_enums[number - 1]:
+                    mask = file.read_masks(number) == 0
                 found = _fields(file, number, grey, mask, name)
                 with (
                     rasterio.Env(**_ALONE),

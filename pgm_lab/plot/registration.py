@@ -92,7 +92,7 @@ def shifts(
         Function that rephrases a status.
     """
     good = _some(found)
-    grey = _grey(reference, "reference")
+    grey = matching.read(reference, "reference", colour="grey")  # large: no copy
     if vectors is None:
         vectors = np.column_stack([found.dx, found.dy])
     vectors = _of_points(vectors, good, "vectors")

@@ -2,8 +2,9 @@
 
 import os
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import scipy
@@ -11,14 +12,26 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
+from pgm_lab._robust import SD_OF_MAD
 from pgm_lab._statuses import STATUSES
 from pgm_lab.io import files, text
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
 REFINEMENTS = ("parabola", "lsm")
-# Predicted standard deviation in px up to which a shift is accepted, by default
+# Predicted standard deviation in px up to which a shift is accepted, by default; of
+# "lsm" also that of a chip with a tenth of the weight of most others, up to half a px
 LARGEST_SD = {None: 0.5, "parabola": 0.1, "lsm": 0.05}
+TENTH = np.sqrt(10)  # times the median
+HALF = 0.5  # px
 MAX_STEP = 1.0  # px between the highest whole pixel and the least squares result
+
+# Chips side by side around a chip, in its widths: their third difference does not know
+# of a shift that changes smoothly, only of their errors
+BESIDE = np.array([-1.5, -0.5, 0.5, 1.5])
+THIRD = np.array([1.0, -3.0, 3.0, -1.0])
+SAMPLE = 200  # chips by which the predicted covariances are judged
+SD_OF_NMAD = 1.166  # times sigma / sqrt(n), of n normal errors
+SURE = 2.58  # standard deviations; by chance one in a hundred is farther off
 
 # A chip that changed is compared with its neighbours
 NEIGHBOURS = 8  # accepted chips around it
@@ -55,6 +68,9 @@ class Registration:
         Of (dx, dy) as predicted, in square pixels; NaN unless accepted.
     status : ndarray (n,) of str
         "accepted", or what went wrong first: one of `matching.STATUSES`.
+    factor : float
+        By how much the standard deviations of "lsm" were multiplied, as chips beside
+        each other scatter.
     """
 
     points: np.ndarray
@@ -64,6 +80,7 @@ class Registration:
     second: np.ndarray
     covariance: np.ndarray
     status: np.ndarray
+    factor: float = 1.0
 
     @property
     def accepted(self) -> np.ndarray:
@@ -171,6 +188,7 @@ def register(
     largest_sd: float | None = None,
     smooth: float = 1.0,
     offset: ArrayLike | None = None,
+    start: ArrayLike | None = None,
     nodata: float | None = None,
     noise: ArrayLike = (1.0, 1.0),
 ) -> Registration:
@@ -203,14 +221,18 @@ def register(
         A chip is ambiguous if its second peak is higher than this share of the first.
     largest_sd : float, optional
         Largest predicted standard deviation of a coordinate that is accepted, in
-        pixels: default 0.5 (rounding to whole pixels alone gives 0.29), 0.1 with
-        "parabola", 0.05 with "lsm".
+        pixels. Default: 0.5 (rounding to whole pixels alone gives 0.29), 0.1 with
+        "parabola"; with "lsm" 3.2 times the median of all chips, so that none has less
+        than a tenth of their weight in `fit`, but at least 0.05 and at most 0.5.
     smooth : float
         Standard deviation in pixels of the Gaussian by which "lsm" smooths both images,
         see there; 0 if nothing in them is finer than their pixels.
     offset : array_like (2,), optional
         (column, row) where the first pixel of the reference image should lie in the
         sensed one, if that begins elsewhere; the shifts are relative to it.
+    start : array_like (n, 2), optional
+        Shift expected at each point, such as that of `approximate`: the search is
+        around it.
     nodata : float, optional
         Grey value that means "no data" in both images, often 0.
     noise : array_like (2,)
@@ -275,9 +297,8 @@ def register(
     radius = _validate.whole(radius, "radius", 1)
     if refine is not None:
         _validate.choice(refine, "refine", REFINEMENTS)
-    if largest_sd is None:
-        largest_sd = LARGEST_SD[refine]
-    largest_sd = _validate.positive_number(largest_sd, "largest_sd", "px")
+    if largest_sd is not None:
+        largest_sd = _validate.positive_number(largest_sd, "largest_sd", "px")
     smooth = _validate.smoothing(smooth)
     reference = _with_data(_validate.grey_image(reference, "reference"), nodata)
     sensed = _with_data(_validate.grey_image(sensed, "sensed"), nodata)
@@ -290,7 +311,10 @@ def register(
                 " the reference lies in the sensed image"
             )
         offset = (0.0, 0.0)
-    start = points + _validate.of_shape(offset, (2,), "offset")
+    origin = points + _validate.of_shape(offset, (2,), "offset")
+    if start is None:
+        start = np.zeros_like(points)
+    start = origin + _validate.point_list(start, "start", len(points))
 
     # Find the peak of r
     found = ncc.match(
@@ -301,30 +325,43 @@ def register(
     place, covariance, status = found.points, found.covariance, found.status
 
     # Refine the accepted chips; where that fails, the peak stays
+    factor = 1.0
     if refine == "lsm":
         k = np.flatnonzero(found.accepted)
-        fine = lsm.match(
-            *(reference, sensed, points[k], place[k], chip),
+        match = partial(
+            lsm.match,
+            reference,
+            sensed,
+            template=chip,
             threshold=max(threshold, 0.0),
             noise=noise,
             smooth=smooth,
         )
+        fine = match(points[k], place[k])
         step = np.abs(fine.points - place[k]).max(axis=1)  # NaN unless accepted
         status[k] = np.where(step > MAX_STEP, "diverged", fine.status)
         good = status[k] == "accepted"
         place = place.copy()  # that of whole pixels tells what changed
         place[k[good]] = fine.points[good]
         covariance[:] = np.nan
-        covariance[k[good]] = fine.covariance[good]
+        k = k[good]
+        factor = _factor(match, points[k], place[k], chip)
+        covariance[k] = factor**2 * fine.covariance[good]
 
     # Refuse what is imprecise, or changed
     sd = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    if largest_sd is None:
+        largest_sd = LARGEST_SD[refine]
+        if refine == "lsm" and (status == "accepted").any():
+            median = np.median(sd[status == "accepted"])
+            largest_sd = np.clip(TENTH * median, largest_sd, HALF)
     status[sd > largest_sd] = "not precise enough"
     changed = _changed(reference, sensed, points, found, status, chip, threshold)
     status[changed] = "changed"
     covariance[status != "accepted"] = np.nan
-    dx, dy = (place - start).T
-    return Registration(points, dx, dy, found.r, found.second, covariance, status)
+    dx, dy = (place - origin).T
+    r, second = found.r, found.second
+    return Registration(points, dx, dy, r, second, covariance, status, factor)
 
 
 def _with_data(image: np.ndarray, nodata: float | None) -> np.ndarray:
@@ -333,6 +370,39 @@ def _with_data(image: np.ndarray, nodata: float | None) -> np.ndarray:
         return image
     nodata = _validate.number(nodata, "nodata")
     return np.ma.masked_where(np.ma.getdata(image) == nodata, image)
+
+
+# --- How far chips are off, beside what they predict ---
+
+
+def _factor(
+    match: Callable[..., lsm.Match], points: np.ndarray, place: np.ndarray, chip: int
+) -> float:
+    """Errors relative to the predicted ones; 1 unless more than chance.
+
+    The four chips side by side have independent errors, and the third difference of
+    their shifts is free of the shift itself, even if that changes over the image.
+    """
+    some = slice(None, None, -(-len(points) // SAMPLE) or 1)
+    points, place = points[some], place[some]
+    n = len(points)
+    ratios = []
+    for axis in np.eye(2):
+        beside = np.floor(BESIDE[:, None] * chip + 0.5) * axis
+        both = ((p[:, None] + beside).reshape(-1, 2) for p in (points, place))
+        at, start = both
+        found = match(at, start)
+        d = THIRD @ (found.points - at).reshape(n, 4, 2)
+        variances = np.diagonal(found.covariance, axis1=1, axis2=2).reshape(n, 4, 2)
+        ratios.append(d / np.sqrt(THIRD**2 @ variances))
+    errors = np.concatenate(ratios).ravel()
+    errors = errors[np.isfinite(errors)]
+    if not len(errors):
+        return 1.0
+    factor = SD_OF_MAD * float(np.median(np.abs(errors)))
+    chance = SURE * SD_OF_NMAD / np.sqrt(len(errors))
+    sure = factor > 0 and abs(np.log(factor)) > chance
+    return factor if sure else 1.0
 
 
 # --- Chips that changed: textured in both images, but matched by nothing ---

@@ -1,4 +1,4 @@
-"""One transformation for a whole image: fitted to the shifts, and applied to the image.
+"""Where the sensed image lies, everywhere: fitted to the shifts, applied to the image.
 
 Blunders among the shifts are found by the least median of squares.
 """
@@ -15,14 +15,18 @@ from pgm_lab.adjustment import UNCONTROLLED, adjust
 from pgm_lab.adjustment.result import residual_statistics
 from pgm_lab.image.resampling import METHODS
 from pgm_lab.io.geotiff import MAX_PIXELS, without_data
+from pgm_lab.registration import field as smooth_field
 from pgm_lab.registration.chips import Registration
+from pgm_lab.registration.field import LIMIT, Field
 
-NAMES = {"shift": ("a0", "b0"), "affine": ("a0", "a1", "a2", "b0", "b1", "b2")}
+NAMES = {
+    "shift": ("a0", "b0"),
+    "affine": ("a0", "a1", "a2", "b0", "b1", "b2"),
+    "local": ("a0", "b0"),
+}
 # Half of all residuals are not longer than this many standard deviations of one
 # coordinate, if normal: the median of the chi distribution with two degrees of freedom.
 CIRCULAR_SD = np.sqrt(2 * np.log(2))  # 1.1774
-ALPHA = 0.001  # share of good points that are taken for blunders
-LIMIT = np.sqrt(-2 * np.log(ALPHA))  # 3.72 standard deviations, in two dimensions
 DRAWS = 500  # of the fewest points that determine the model
 SAMPLE = 2000  # points by which a draw is judged
 MAX_ITERATIONS = 50  # of selecting the points that agree
@@ -112,37 +116,71 @@ class Model:
         return places
 
 
+@dataclass(frozen=True, eq=False)
+class Local(Model):
+    """A shift that changes smoothly over the image, in no simpler way.
+
+    `parameters` is the shift at the mean of the points. The residuals of the points
+    that were used are what the others predict of them, minus their shifts: as much is
+    to be expected between the points.
+
+    Attributes
+    ----------
+    field : Field
+        The shifts as a function of the place, counted from `centre`.
+    """
+
+    field: Field
+
+    def apply(self, points: ArrayLike) -> np.ndarray:
+        """Return where points of the reference image lie in the sensed image."""
+        points = _validate.points(points, 2, "points")
+        return points + self.offset + self.field.at(points - self.centre)
+
+    def sd_at(self, points: ArrayLike) -> np.ndarray:
+        """Standard deviations (n, 2) of the shifts at points (n, 2), in pixels."""
+        points = _validate.point_list(points, "points")
+        return self.field.spline.sd_at(points - self.centre)
+
+
 def fit(
     found: Registration,
     kind: str = "shift",
     *,
     offset: ArrayLike = (0.0, 0.0),
 ) -> Model:
-    """Fit one shift, or one affine transformation, to registered chips.
+    """Fit one shift, one affine transformation or a smooth field to registered chips.
 
     Accepted shifts are weighted by their predicted covariance. The start is the least
     median of squares, over models through the fewest points. Points whose residual
     exceeds 3.72 robust standard deviations (one good point in 1000) are rejected, and
     the others adjusted, until the selection no longer changes.
 
+    A local model is a thin-plate spline that is as smooth as the shifts and their
+    standard deviations make likely (restricted maximum likelihood); its blunders are
+    those that neither their neighbours nor the field of all others explain.
+
     Parameters
     ----------
     found : Registration
         From `register`.
-    kind : {"shift", "affine"}
-        An affine transformation has a scale for each axis, a rotation and a shear too.
+    kind : {"shift", "affine", "local"}
+        An affine transformation has a scale for each axis, a rotation and a shear too;
+        a local model changes as the shifts do.
     offset : array_like (2,)
         As given to `register`.
 
     Returns
     -------
     Model
+        A `Local` one where asked.
 
     Raises
     ------
     ValueError
-        If fewer than two points were accepted (four for "affine"), or the model is
-        affine and all points that agree, or all but one, lie on one line.
+        If fewer than two points were accepted (four for "affine", eight for "local"),
+        or the model is no shift and all points that agree, or all but one, lie on one
+        line.
 
     Notes
     -----
@@ -175,6 +213,8 @@ def fit(
     offset = _validate.of_shape(offset, (2,), "offset")
     k = np.flatnonzero(found.accepted)
     points, shifts = found.points[k], np.stack([found.dx, found.dy], axis=1)[k]
+    if kind == "local":
+        return _local(found, k, shifts, offset)
     fewest = len(NAMES[kind]) // 2  # points that determine the model
     if len(k) <= fewest:
         raise ValueError(
@@ -233,6 +273,38 @@ def fit(
         np.isin(np.arange(len(found.points)), u),
         centre,
         offset,
+    )
+
+
+def _local(
+    found: Registration, k: np.ndarray, shifts: np.ndarray, offset: np.ndarray
+) -> Local:
+    """The smooth field of the accepted points k."""
+    n, points = len(found.points), found.points[k]
+    fitted = smooth_field.fit(points, shifts, found.sd[k])
+    if fitted is None:
+        raise ValueError(
+            f"{len(k)} of {n} points were accepted, and of those fewer than"
+            f" {smooth_field.FEWEST} agree with their neighbours, or all lie on one"
+            " line: a local model needs more. Take more points, or fit a 'shift'"
+        )
+    residuals, redundancy, tau = np.full((3, n, 2), np.nan)
+    residuals[k], u = fitted.residuals, k[fitted.used]
+    redundancy[u], tau[u] = fitted.free[fitted.used], fitted.standardized[fitted.used]
+    middle = points[fitted.used].mean(axis=0, keepdims=True)
+    return Local(
+        "local",
+        fitted.at(middle)[0],
+        np.diag(fitted.spline.sd_at(middle)[0] ** 2),
+        float(np.sqrt(np.mean(fitted.sigma0**2))),
+        int(np.rint(redundancy[u].sum())),
+        residuals,
+        redundancy,
+        tau,
+        np.isin(np.arange(n), u),
+        np.zeros(2),
+        offset,
+        fitted,
     )
 
 

@@ -1,15 +1,18 @@
 """Points of the reference image to register, and the offset of two pixel grids."""
 
 import os
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching
-from pgm_lab.io.geotiff import Raster, same_crs, without_data
+from pgm_lab.io.geotiff import INSTALL, Raster, installed, same_crs, without_data
 from pgm_lab.io.text import read_table
 
+ANY_MAP = "EPSG:3857"  # of two images whose map has no name
+EXACT = 1e-3  # px that a resampled position may be off
 SAME_GRID = 0.01  # px that two grids may drift apart over an image
 
 
@@ -233,21 +236,13 @@ def offset(reference: Raster, sensed: Raster) -> np.ndarray:
                 " has one: cut both to the same area and remove it, or give the offset"
                 " in pixels"
             )
-    if not same_crs(reference.crs, sensed.crs):
-        raise ValueError(
-            "the images have different coordinate reference systems,"
-            f" {reference.crs or 'none':.60} and {sensed.crs or 'none':.60}."
-            f" {_advice(reference)}"
-        )
+    if misfit := _misfit(reference, sensed):
+        cure = "registration.common_grid brings both onto one grid"
+        if (reference.crs is None) != (sensed.crs is None):
+            cure = "Write the missing one into its file, by gdal_edit.py -a_srs"
+        raise ValueError(f"the images have {misfit}. {cure}")
     A, corner = reference.affine()
-    other, other_corner = sensed.affine()
-    size = max(*reference.grey.shape, *sensed.grey.shape)
-    if np.abs(np.linalg.solve(A, other) - np.eye(2)).max() * size > SAME_GRID:
-        sizes = (" x ".join(f"{s:.9g}" for s in np.hypot(*m)) for m in (A, other))
-        raise ValueError(
-            "the images have pixels of different size or direction,"
-            f" {' and '.join(sizes)} map units. {_advice(reference)}"
-        )
+    other_corner = sensed.affine()[1]
     found = np.linalg.solve(A, corner - other_corner)
     first = np.maximum(-found, 0)
     last = np.minimum(sensed.grey.shape[::-1] - found, reference.grey.shape[::-1])
@@ -260,11 +255,131 @@ def offset(reference: Raster, sensed: Raster) -> np.ndarray:
     return found
 
 
-def _advice(reference: Raster) -> str:
-    """What to do with a sensed image on another grid."""
-    across, down = np.hypot(*reference.affine()[0])
-    return (
-        "Bring the sensed image onto the reference's grid first, for example with"
-        f" gdalwarp -t_srs {reference.crs or 'none':.60} -tr {across:.9g} {down:.9g}"
-        " -r cubic sensed.tif aligned.tif"
+def _misfit(reference: Raster, sensed: Raster) -> str:
+    """In what the grids of two images on the map differ, if they do."""
+    if not same_crs(reference.crs, sensed.crs):
+        names = (f"{one.crs or 'none':.60}" for one in (reference, sensed))
+        return f"different coordinate reference systems, {' and '.join(names)}"
+    A, other = reference.affine()[0], sensed.affine()[0]
+    size = max(*reference.grey.shape, *sensed.grey.shape)
+    if np.abs(np.linalg.solve(A, other) - np.eye(2)).max() * size <= SAME_GRID:
+        return ""
+    sizes = (" x ".join(f"{s:.9g}" for s in np.hypot(*m)) for m in (A, other))
+    return f"pixels of different size or direction, {' and '.join(sizes)} map units"
+
+
+def common_grid(reference: Raster, sensed: Raster) -> tuple[Raster, Raster]:
+    """Bring two images of different maps, or pixels, onto one grid.
+
+    It is that of the reference; with the pixels of the sensed image, if those are
+    larger. Images that have one grid already are returned as they are.
+
+    Parameters
+    ----------
+    reference, sensed : Raster
+        As for `offset`.
+
+    Returns
+    -------
+    reference, sensed : Raster
+        Resampled by GDAL, cubic; the means of smaller pixels. Masked where there is no
+        data.
+
+    Raises
+    ------
+    ImportError
+        If they have to be resampled, and rasterio is not installed.
+    ValueError
+        If one of them alone has a georeference or a coordinate reference system, or
+        nothing of both is in the same place.
+
+    Examples
+    --------
+    >>> grey = np.random.default_rng(1).integers(0, 255, (90, 90), dtype=np.uint8)
+    >>> fine = Raster(grey, grey < 0, np.array([[2.0, 0, 0], [0, -2, 180]]))
+    >>> coarse = Raster(grey, grey < 0, np.array([[6.0, 0, 0], [0, -6, 180]]))
+    >>> [one.grey.shape for one in common_grid(fine, coarse)]
+    [(30, 30), (30, 30)]
+    """
+    _validate.instance(reference, Raster, "reference")
+    _validate.instance(sensed, Raster, "sensed")
+    pair = reference, sensed
+    placed = [one.transform is not None for one in pair]
+    if not any(placed) or (all(placed) and not _misfit(*pair)):
+        return pair
+    if not all(placed) or (reference.crs is None) != (sensed.crs is None):
+        offset(*pair)  # says what is wrong
+    if not installed():
+        raise ImportError(f"to bring both images onto one map, do this: {INSTALL}")
+    from rasterio.errors import CRSError
+    from rasterio.warp import transform
+
+    # Area of a pixel in the middle of the sensed image, in pixels of the reference
+    A, corner = reference.affine()
+    middle = np.array(sensed.grey.shape[::-1]) / 2
+    outline = sensed.map(middle + [(0, 0), (1, 0), (0, 1)])
+    systems = (one.crs or ANY_MAP for one in (sensed, reference))
+    try:
+        there = np.column_stack(transform(*systems, *outline.T))
+    except CRSError as error:
+        raise ValueError(f"{sensed.path}: {error}") from None
+    if not np.isfinite(there).all():
+        raise ValueError("the images have no part of the map in common")
+    area = np.linalg.det(np.linalg.solve(A, (there[1:] - there[0]).T))
+    times = np.sqrt(np.abs(area))
+    # The coarser of both
+    if times > 1 + SAME_GRID / max(reference.grey.shape):
+        shape = [max(1, int(n / times)) for n in reference.grey.shape]
+        pixel = reference.pixel_size
+        grid = replace(
+            reference,
+            grey=np.zeros(shape, np.uint8),
+            mask=np.zeros(shape, bool),
+            transform=np.column_stack([times * A, corner]),
+            pixel_size=None if pixel is None else times * pixel,
+        )
+        reference = _warped(reference, grid)
+    sensed = _warped(sensed, reference)
+    if sensed.mask.all():
+        raise ValueError("the images have no part of the map in common")
+    return reference, sensed
+
+
+def _warped(raster: Raster, grid: Raster) -> Raster:
+    """An image in the pixels of another one; no data where it has none."""
+    import rasterio
+    from rasterio.io import MemoryFile
+    from rasterio.vrt import WarpedVRT
+    from rasterio.warp import Resampling
+
+    source = np.where(raster.mask, np.nan, raster.grey).astype(np.float32)
+    there, here = (
+        rasterio.Affine(*np.column_stack(r.affine()).ravel()) for r in (raster, grid)
     )
+    (rows, columns), (height, width) = source.shape, grid.grey.shape
+    of_source = {"driver": "GTiff", "count": 1, "dtype": "float32", "nodata": np.nan}
+    of_source |= {"height": rows, "width": columns}
+    of_grid = {"height": height, "width": width, "resampling": Resampling.cubic}
+    with MemoryFile() as memory:
+        with memory.open(transform=there, crs=raster.crs or ANY_MAP, **of_source) as f:
+            f.write(source, 1)
+        # `rasterio.warp.reproject` is off by up to an eighth of a pixel
+        with (
+            memory.open() as file,
+            WarpedVRT(
+                file,
+                transform=here,
+                crs=grid.crs or ANY_MAP,
+                tolerance=EXACT,
+                **of_grid,
+            ) as warped,
+        ):
+            found = warped.read(1)
+    mask = ~np.isfinite(found)
+    found[mask] = 0
+    if raster.grey.dtype.kind in "ui":
+        limits = np.iinfo(raster.grey.dtype)
+        found = np.clip(np.rint(found), limits.min, limits.max)
+    grey = found.astype(raster.grey.dtype)
+    place = grid.transform, grid.crs, grid.pixel_size
+    return Raster(grey, mask, *place, raster.nodata, raster.path, beside=raster.beside)

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching, registration
-from pgm_lab._robust import SD_OF_MAD
+from pgm_lab._robust import SD_OF_MAD, nmad
 from pgm_lab._rounding import fixed, plain, rounded, scientific
 from pgm_lab.registration import Model, Raster, Registration, fit
+from pgm_lab.registration.start import Start
 from pgm_lab.report import _page, _points
 from pgm_lab.report._page import Table, as_html, as_text
 
@@ -31,6 +32,7 @@ SETTINGS = {
     "ratio": "a second place above this share of r makes a point ambiguous",
     "largest_sd": "largest predicted standard deviation of a shift, in pixels",
     "smooth": "standard deviation in pixels of the Gaussian that removes aliasing",
+    "start": "shift expected at each point, from reduced images",
     "offset": "column and row of the reference image's first pixel in the sensed one",
 }
 
@@ -55,6 +57,8 @@ FAR = 0.5  # of the radius
 NOISE = 2.0  # sigma0
 EXPLAINED = 1.5  # sigma0
 STILL = 1e-3  # px
+PARTS, LEAST = 16, 3  # of the image, with their points: do neighbours share an error?
+BENT = 0.5  # of what an affine model leaves
 TREND = 3.0  # times what the shift is known to
 
 
@@ -64,6 +68,7 @@ def html(
     sensed: Raster | ArrayLike,
     *,
     model: Model | None = None,
+    start: Start | None = None,
     pixel_size: float | None = None,
     settings: Mapping[str, object] | None = None,
     about: str = "",
@@ -78,6 +83,8 @@ def html(
         The images that were registered.
     model : Model, optional
         What `registration.fit` returned; without it, nothing is resampled.
+    start : Start, optional
+        What `registration.approximate` returned, if the search began there.
     pixel_size : float, optional
         Of the reference image in metres, where the image itself does not say it.
     settings : mapping {name: value}, optional
@@ -108,7 +115,7 @@ def html(
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    case = _case(found, reference, sensed, model, pixel_size, settings, about)
+    case = _case(found, reference, sensed, model, start, pixel_size, settings, about)
     draw = _figures.of_registration(case)
     return as_html(TITLE, case.sections(about, False, draw), {about} - {""})
 
@@ -119,6 +126,7 @@ def text(
     sensed: Raster | ArrayLike,
     *,
     model: Model | None = None,
+    start: Start | None = None,
     pixel_size: float | None = None,
     settings: Mapping[str, object] | None = None,
     about: str = "",
@@ -128,7 +136,7 @@ def text(
 
     Parameters
     ----------
-    found, reference, sensed, model, pixel_size, settings, about
+    found, reference, sensed, model, start, pixel_size, settings, about
         As for `html`.
     short : bool
         Leave out the points and how they were computed.
@@ -149,7 +157,7 @@ def text(
     >>> print(words.splitlines()[3][:61])
     The sensed image lies 1.00 px farther to the left and 2.00 px
     """
-    case = _case(found, reference, sensed, model, pixel_size, settings, about)
+    case = _case(found, reference, sensed, model, start, pixel_size, settings, about)
     return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
 
 
@@ -167,6 +175,7 @@ def _case(
     reference: Raster | ArrayLike,
     sensed: Raster | ArrayLike,
     model: Model | None,
+    start: Start | None,
     pixel_size: float | None,
     settings: Mapping[str, object] | None,
     about: str,
@@ -191,7 +200,22 @@ def _case(
     size = one.pixel_size
     if size is None and pixel_size is not None:
         size = _validate.pair(pixel_size, "pixel_size", "m")
-    return Case(found, one, _raster(sensed, "sensed"), model, asked, size)
+    other = _raster(sensed, "sensed")
+    return Case(found, one, other, model, start, asked, size)
+
+
+def _of_parts(points: np.ndarray, shifts: np.ndarray) -> float:
+    """Standard deviation of the mean of the medians of parts of the image."""
+    parts = [np.arange(len(points))]
+    while len(parts) < PARTS and min(map(len, parts)) >= 2 * LEAST:
+        # Each in two halves, across its longer side
+        longer = [np.ptp(points[k], axis=0).argmax() for k in parts]
+        sorted_ = [k[np.argsort(points[k, i])] for k, i in zip(parts, longer)]
+        parts = [half for k in sorted_ for half in np.array_split(k, 2)]
+    if len(parts) == 1:
+        return 0.0
+    medians = [np.median(shifts[k], axis=0) for k in parts]
+    return float(np.std(medians, axis=0, ddof=1).max() / np.sqrt(len(parts)))
 
 
 def _raster(image: Raster | ArrayLike, name: str) -> Raster:
@@ -216,12 +240,13 @@ class Case(_points.Points):
         reference: Raster,
         sensed: Raster,
         model: Model | None,
+        start: Start | None,
         asked: dict[str, Any],
         pixel_size: np.ndarray | None,
     ) -> None:
         super().__init__(found, asked)
         self.reference, self.sensed = reference, sensed
-        self.model, self.pixel_size = model, pixel_size
+        self.model, self.start, self.pixel_size = model, start, pixel_size
         rows, columns = reference.grey.shape
         self.size = columns, rows
         offset = asked["offset"]
@@ -253,13 +278,16 @@ class Case(_points.Points):
     def known(self) -> float:
         """Standard deviation of a coordinate of that shift, in pixels.
 
-        From the scatter of the shifts, as that of a median, or from what the chips
-        predict if that is more; and what all points may be off together.
+        From the scatter of the shifts, as that of a median, and of parts of the image,
+        which is larger where neighbours share an error; of few points what they
+        predict, if that is more. And what all may be off together.
         """
         a, good = self.found.accuracy, self.found.accepted
-        scatter = np.sqrt(np.pi / 2) * max(a.spread_x, a.spread_y)
-        predicted = float(np.median(self.found.sd[good]))
-        own = max(scatter, predicted) / np.sqrt(a.n)
+        own = np.sqrt(np.pi / 2 / a.n) * max(a.spread_x, a.spread_y)
+        if a.n < FEW:
+            own = max(own, float(np.median(self.found.sd[good])) / np.sqrt(a.n))
+        else:
+            own = max(own, _of_parts(self.found.points[good], a.shifts))
         refine = self.asked["refine"]
         if refine is None:  # rounded, perhaps all of them alike
             return float(max(own, COMMON[None]))
@@ -286,10 +314,18 @@ class Case(_points.Points):
     @cached_property
     def affine(self) -> Model | None:
         """The affine model of the shifts; None if they do not determine it."""
-        if self.model is not None and self.model.kind == "affine":
+        return self._model("affine")
+
+    @cached_property
+    def local(self) -> Model | None:
+        """The local model of the shifts; None if they do not determine it."""
+        return self._model("local")
+
+    def _model(self, kind: str) -> Model | None:
+        if self.model is not None and self.model.kind == kind:
             return self.model
         try:
-            return fit(self.found, "affine", offset=self.offset)
+            return fit(self.found, kind, offset=self.offset)
         except ValueError:  # too few points, or all on one line
             return None
 
@@ -297,14 +333,18 @@ class Case(_points.Points):
     def agrees(self) -> bool:
         """Whether the shifts agree, or are spread as if by chance.
 
-        An affine transformation is tried too; through a few points it always goes.
+        With each other, with the start or, if they are many, with another model.
         """
         good = self.found.accepted
         if np.sum(good) < 3 or self.chance == 0:
             return bool(np.any(good))
         found = [self.errors]
-        if np.sum(good) >= FEW and self.affine is not None:
-            found.append(self.affine.residuals)
+        if self.start is not None:  # large chips found these shifts too
+            d = np.column_stack([self.found.dx, self.found.dy])
+            found.append(d - self.start.shifts(self.found.points))
+        if np.sum(good) >= FEW:
+            models = self.affine, self.local
+            found += [one.residuals for one in models if one is not None]
         spreads = [SD_OF_MAD * np.median(np.abs(v[good]), axis=0).max() for v in found]
         return bool(min(spreads) < self.chance / 2)
 
@@ -374,7 +414,7 @@ class Case(_points.Points):
     def trend(self) -> float | None:
         """By how many pixels the shift changes to a corner, if that is significant."""
         affine = self.affine
-        if affine is None or affine is self.model or not self.agrees:
+        if affine is None or affine is self.model or not self.agrees or self.bent:
             return None
         a1, a2, b1, b2 = affine.parameters[[1, 2, 4, 5]]
         half = np.ptp(self.found.points[affine.used], axis=0) / 2
@@ -384,6 +424,18 @@ class Case(_points.Points):
         if np.all(change < TREND * np.maximum(self.known, sd)):
             return None
         return float(change.max())
+
+    @cached_property
+    def bent(self) -> tuple[float, float] | None:
+        """What an affine model and a local one leave, in pixels, if that is far less.
+
+        Of each point, predicted by the others: the robust standard deviation.
+        """
+        affine, local, good = self.affine, self.local, self.found.accepted
+        if affine is None or local is None or not self.agrees:
+            return None
+        left = [float(nmad(one.residuals[good])) for one in (affine, local)]
+        return (left[0], left[1]) if left[1] < BENT * left[0] else None
 
     @cached_property
     def blunders(self) -> np.ndarray:

@@ -4,8 +4,10 @@ from functools import cache
 
 import numpy as np
 from PIL import Image
+from scipy.ndimage import gaussian_filter, map_coordinates
 
 from pgm_lab import registration, simulate
+from pgm_lab.datasets import landsat
 
 ROWS, COLUMNS = 160, 200
 SHIFT = np.array([1.25, -0.5])  # columns, rows
@@ -22,6 +24,35 @@ def pair(affine=AFFINE, **more):
     values = {"gain": 0.9, "sigma": 0.5, "seed": 1} | more
     both = simulate.texture_pair(texture, (ROWS, COLUMNS), affine, **values)
     return [np.clip(np.round(100 * one), 0, 65535).astype(np.uint16) for one in both]
+
+
+@cache
+def uneven(shift=(0.0, 0.0), amplitude=4.0, size=600, blur=0.0, noise=20.0, gamma=1.0):
+    """A part of a Landsat scene, the same seen with an uneven shift, and the shift.
+
+    The sensed image may be less sharp, with other contrast. The shift of points (n, 2)
+    is a sum of waves of 200 px and more, with this amplitude.
+    """
+
+    def truth(points):
+        x, y = np.moveaxis(points / 200, -1, 0)
+        waves = np.sin(5 * x + 1) * np.cos(4 * y), np.sin(4 * x - 3 * y)
+        return amplitude * np.stack(waves, axis=-1) + shift
+
+    scene = landsat().grey[:size, :size].astype(float)
+    pixels = np.stack(np.meshgrid(*[np.arange(float(size))] * 2), axis=-1)
+    places = pixels - shift
+    for _ in range(
+        30
+    ):  # which point of the reference a pixel of the sensed image shows
+        places = pixels - truth(places)
+    sensed = map_coordinates(scene, np.moveaxis(places, -1, 0)[::-1], order=5)
+    sensed = gaussian_filter(sensed, blur) if blur else sensed
+    low, high = scene.min(), scene.max()
+    sensed = low + (high - low) * np.clip((sensed - low) / (high - low), 0, 1) ** gamma
+    random = np.random.default_rng(1)
+    both = (one + random.normal(0, noise, one.shape) for one in (scene, sensed))
+    return (*(np.round(one).astype(np.uint16) for one in both), truth)
 
 
 def save(folder):

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import scipy
 
 from pgm_lab.datasets import landsat
 from pgm_lab.registration import (
     Raster,
+    common_grid,
     grid,
     offset,
     pick,
@@ -105,10 +107,10 @@ def test_offset_is_zero_without_georeference_and_on_the_same_grid():
     [
         (Raster(rasters.GREY, NOWHERE), "one image has no georeference and the ref"),
         (on_map(crs="EPSG:32747"), "different coordinate.*EPSG:32748 and EPSG:32747"),
-        (on_map(crs=None), "different coordinate.*EPSG:32748 and none"),
+        (on_map(crs=None), "different.*EPSG:32748 and none.*-a_srs"),
         (
             on_map(transform=UTM * [[1.001, 1, 1], [1, 1, 1]]),
-            "6 x 6 and 6.006 x 6 map units.*gdalwarp -t_srs EPSG:32748 -tr 6 6 ",
+            "6 x 6 and 6.006 x 6 map units.*common_grid brings both",
         ),
         (on_map(transform=UTM + [[0, 0, 180], [0, 0, 0]]), "no part of the map"),
     ],
@@ -116,6 +118,50 @@ def test_offset_is_zero_without_georeference_and_on_the_same_grid():
 def test_images_whose_grids_do_not_fit(other, message):
     with pytest.raises(ValueError, match=message):
         offset(on_map(), other)
+
+
+@pytest.mark.parametrize(
+    ("crs", "size", "pixel"), [("EPSG:32722", 20.0, 30), ("EPSG:3857", 50.0, 45)]
+)
+def test_two_maps_and_pixel_sizes_come_onto_the_coarser_grid(crs, size, pixel):
+    """A scene that lies 37 m east and 22 m south, on the map of another projection."""
+    warp = pytest.importorskip("rasterio.warp")
+    corner, moved = np.array([740_000.0, 7_180_000.0]), np.array([37.0, -22.0])
+    scene = scipy.ndimage.gaussian_filter(landsat().grey[:400, :400] * 1.0, 1.0)
+    one = Raster(
+        scene, scene < 0, np.array([[30, 0, corner[0]], [0, -30, corner[1]]]),
+        "EPSG:32721", np.array([30.0, 30.0]),
+    )  # fmt: skip
+    first = np.ravel(
+        warp.transform("EPSG:32721", crs, *corner[:, None] + [[500], [-500]])
+    )
+    transform = np.array([[size, 0, first[0]], [0, -size, first[1]]])
+    row, column = np.indices((round(10_000 / size),) * 2) + 0.5
+    x, y = first[0] + size * column.ravel(), first[1] - size * row.ravel()
+    there = np.column_stack(warp.transform(crs, "EPSG:32721", x, y)) - moved
+    at = one.pixels(there).T[::-1]
+    grey = scipy.ndimage.map_coordinates(scene, at, order=5).reshape(row.shape)
+    other = Raster(grey, ~np.isfinite(grey), transform, crs)
+    reference, sensed = common_grid(one, other)
+    assert reference.crs == sensed.crs == "EPSG:32721"
+    assert reference.pixel_size == pytest.approx(pixel, abs=0.4)
+    assert np.array_equal(offset(reference, sensed), (0, 0))
+    images = reference.values, sensed.values
+    found = register(*images, pick(images[0], 40, sensed=images[1]), refine="lsm")
+    shift = np.array([found.accuracy.median_x, -found.accuracy.median_y])
+    assert found.accepted.sum() > 25
+    np.testing.assert_allclose(shift * reference.pixel_size, moved, atol=0.3)
+    assert common_grid(reference, sensed) == (reference, sensed)
+
+
+def test_images_without_a_common_map_are_refused():
+    for other, message in (
+        (on_map(crs=None), "-a_srs"),
+        (Raster(rasters.GREY, NOWHERE), "no georeference"),
+        (on_map(crs="EPSG:32722"), "no part of the map|cannot|transform"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            common_grid(on_map(), other)
 
 
 def test_points_in_map_coordinates(tmp_path):

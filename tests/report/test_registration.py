@@ -34,7 +34,7 @@ def found(pair):
 
 def case(found, model=None, settings=LSM):
     """What the report is made of, of two images that are never looked at."""
-    return module._case(found, BLANK, BLANK, model, None, settings, "")
+    return module._case(found, BLANK, BLANK, model, None, None, settings, "")
 
 
 def said(found, **more):
@@ -60,7 +60,9 @@ def test_a_file_that_places_an_image_is_named(found):
     both = [replace(images.raster(BLANK), beside=name) for name in ("a.tfw", "")]
     (words,) = (
         words
-        for title, words in module._case(found, *both, None, None, LSM, "").findings
+        for title, words in module._case(
+            found, *both, None, None, None, LSM, ""
+        ).findings
         if title == "A file beside the reference image"
     )
     assert "lies on the map is taken from a.tfw beside it" in words
@@ -347,7 +349,7 @@ def test_before_and_after_show_the_part_of_each_image(pair, found, monkeypatch):
     cut, offset = pair[1][down:, right:], np.array([-right, -down])
     moved = replace(model, offset=model.offset + offset)
     given = LSM | {"offset": offset}
-    of = module._case(found, pair[0], cut, moved, None, given, "")
+    of = module._case(found, pair[0], cut, moved, None, None, given, "")
     shown = {}
 
     def noted(reference, images, corner):

@@ -1,0 +1,221 @@
+"""Where to begin: the shifts of large chips in reduced images, from coarse to fine."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate, matching, ncc
+from pgm_lab._robust import nmad
+from pgm_lab.io.geotiff import without_data
+from pgm_lab.registration.field import LIMIT, Field, fit
+
+COARSEST = 400  # pixels along the longer side of the smallest images
+FINEST = 2000  # the same of the largest images
+NUMBER = 500  # chips of a level, where there is room for as many
+RADIUS = 4  # px around what the level before predicts
+TOLERANCE = 3.0  # px in the smallest images, from one affine transformation for all
+DRAWS = 5000  # of three points that determine it
+CHANCE = 1e-4  # of so much agreement among positions at random, at most
+DOUBTFUL = 0.01  # share of chips at a wrong place whose r is higher than `chance`
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The shifts of two images, roughly.
+
+    Attributes
+    ----------
+    field : Field
+        Shifts of large chips, as a smooth function of the place.
+    found, tried : int
+        Chips of the smallest images that agree, of how many.
+    scale : int
+        Pixels along a pixel of the largest images that were used.
+    """
+
+    field: Field
+    found: int
+    tried: int
+    scale: int
+
+    def shifts(self, points: ArrayLike) -> np.ndarray:
+        """Return shifts (n, 2) expected at points (n, 2): `start` of `register`."""
+        return self.field.at(_validate.point_list(points, "points"))
+
+    @property
+    def typical(self) -> np.ndarray:
+        """Median shift (2,) in pixels."""
+        return np.median(self.field.at(self.field.spline.knots), axis=0)
+
+    @property
+    def range(self) -> np.ndarray:
+        """Smallest and largest shift (2, 2) of the chips, in pixels."""
+        shifts = self.field.at(self.field.spline.knots)
+        return np.array([shifts.min(axis=0), shifts.max(axis=0)])
+
+    @property
+    def radius(self) -> int:
+        """Whole pixels that have to be searched around them, at least 3."""
+        off = nmad(self.field.residuals[self.field.used])
+        return int(np.clip(np.ceil(LIMIT * off), 3, 2 * RADIUS * self.scale))
+
+
+def approximate(
+    reference: ArrayLike,
+    sensed: ArrayLike,
+    chip: int = 21,
+    *,
+    offset: ArrayLike = (0.0, 0.0),
+) -> Start | None:
+    """Find out roughly how two images are shifted, however far and however unevenly.
+
+    Both images are reduced until their longer side has 400 pixels at most. Chips twice
+    as wide as `chip` are found there by Pearson's correlation, up to a quarter of the
+    image away; those that agree with one affine transformation are the start. In each
+    finer level the shifts are searched for around what the level before predicts, by a
+    smooth field.
+
+    Parameters
+    ----------
+    reference, sensed : array_like (rows, columns)
+        As for `register`.
+    chip : int
+        Pixels across a chip of `register`, odd.
+    offset : array_like (2,)
+        As for `register`.
+
+    Returns
+    -------
+    Start or None
+        None if no more chips agree than would by chance.
+
+    Raises
+    ------
+    ValueError
+        If an image has no data.
+
+    Examples
+    --------
+    >>> from pgm_lab.datasets import landsat
+    >>> scene = landsat().grey
+    >>> start = approximate(scene[:800, :800], scene[40:840, 25:825])
+    >>> print(start.typical.round(), start.radius)
+    [-25. -40.] 3
+    """
+    reference = _validate.grey_image(reference, "reference")
+    sensed = _validate.grey_image(sensed, "sensed")
+    for image, name in ((reference, "reference"), (sensed, "sensed")):
+        if without_data(image).all():
+            raise ValueError(f"{name} has no data: all its pixels are without a value")
+    size = 2 * _validate.window(chip, "chip", 5) - 1
+    offset = _validate.of_shape(offset, (2,), "offset")
+    longest = max(*reference.shape, *sensed.shape)
+    top, bottom = (
+        max(0, int(np.ceil(np.log2(longest / most)))) for most in (COARSEST, FINEST)
+    )
+    found, number, tried = None, 0, 0
+    for level in range(top, bottom - 1, -1):
+        scale = 2**level
+        pair = _reduced(reference, scale), _reduced(sensed, scale)
+        if min(*pair[0].shape, *pair[1].shape) < size:
+            return None
+        points = matching.pick(pair[0], NUMBER, size)
+        full = scale * (points + 0.5) - 0.5
+        radius, expected = RADIUS, np.zeros_like(full)
+        if found is None:
+            radius = max(RADIUS, min(pair[0].shape) // 4)
+        else:
+            expected = found.at(full)
+        place = (full + offset + expected + 0.5) / scale - 0.5
+        search = size + 2 * radius
+        match = ncc.match(
+            *pair, points, place, size, search, 0.0, 1.0, refine="parabola"
+        )
+        k = np.flatnonzero(match.accepted)
+        if found is None:
+            agree = _affine(points[k], match.points[k], radius)
+            number, tried = len(agree), len(points)
+            k = k[agree]
+        shifts = scale * (match.points[k] + 0.5) - 0.5 - offset - full[k]
+        sd = np.sqrt(np.trace(match.covariance[k], axis1=1, axis2=2) / 2)
+        found = fit(full[k], shifts, scale * sd)
+        if found is None:
+            return None
+    assert found is not None
+    return Start(found, number, tried, scale)
+
+
+def _affine(points: np.ndarray, found: np.ndarray, radius: int) -> np.ndarray:
+    """Indices of the points that one affine transformation explains; none by chance."""
+    nothing = np.zeros(0, int)
+    if len(points) < 4:
+        return nothing
+    _, fits = cv2.estimateAffine2D(
+        *(points, found),
+        method=cv2.RANSAC,
+        ransacReprojThreshold=TOLERANCE,
+        maxIters=DRAWS,
+        confidence=0.99999,
+    )
+    k = np.flatnonzero(fits)
+    # Of positions at random in the search, as many agree beside the three of a draw
+    share = min(1.0, np.pi * TOLERANCE**2 / (2 * radius + 1) ** 2)
+    by_chance = DRAWS * scipy.special.bdtrc(len(k) - 4, len(points) - 3, share)
+    return k if len(k) > 4 and by_chance < CHANCE else nothing
+
+
+def _reduced(image: np.ndarray, scale: int) -> np.ma.MaskedArray:
+    """Means of scale x scale pixels; masked where any has no data."""
+    grey, none = np.ma.getdata(image), without_data(image)
+    if scale == 1:
+        return np.ma.array(grey, mask=none)
+    rows, columns = (n // scale * scale for n in grey.shape)
+    grey, none = grey[:rows, :columns], none[:rows, :columns]
+    small = columns // scale, rows // scale
+    if grey.dtype not in (np.uint8, np.uint16, np.int16, np.float32, np.float64):
+        grey = grey.astype(np.float32)
+    holes = none.any()
+    if holes and grey.dtype.kind == "f":
+        grey = np.where(none, 0, grey)
+    means = cv2.resize(grey, small, interpolation=cv2.INTER_AREA)
+    if not holes:
+        return np.ma.array(means, mask=False)
+    share = cv2.resize(none.astype(np.float32), small, interpolation=cv2.INTER_AREA)
+    return np.ma.array(means, mask=share > 0)
+
+
+def chance(
+    reference: ArrayLike,
+    sensed: ArrayLike,
+    points: ArrayLike,
+    start: ArrayLike,
+    chip: int = 21,
+    radius: int = 3,
+) -> float:
+    """Pearson's r that one of a hundred chips reaches where it does not belong.
+
+    Each chip is searched for at the place of another one, which is in the middle of
+    the list from it.
+
+    Parameters
+    ----------
+    reference, sensed, points, chip, radius
+        As for `register`.
+    start : array_like (n, 2)
+        Where the points are in the sensed image, (column, row) in pixels.
+
+    Returns
+    -------
+    float
+        NaN if nothing could be compared.
+    """
+    points = _validate.point_list(points, "points")
+    start = _validate.point_list(start, "start", len(points))
+    elsewhere = np.roll(start, len(start) // 2, axis=0)
+    search = chip + 2 * radius
+    r = ncc.match(reference, sensed, points, elsewhere, chip, search, -1.0, 1.0).r
+    known = r[np.isfinite(r)]
+    return float(np.quantile(known, 1 - DOUBTFUL)) if len(known) else np.nan

@@ -1,0 +1,107 @@
+"""Where to begin: pairs that lie far apart, or whose shift changes over the image."""
+
+import numpy as np
+import pytest
+
+from pgm_lab._robust import nmad
+from pgm_lab.datasets import landsat, yellowstone
+from pgm_lab.registration import (
+    approximate,
+    fit,
+    grid,
+    pick,
+    register,
+    resample,
+)
+from pgm_lab.registration.start import chance
+from tests.registration.images import uneven
+
+
+def errors(found, truth):
+    """Of the accepted shifts."""
+    d = np.stack([found.dx, found.dy], axis=1) - truth(found.points)
+    return d[found.accepted]
+
+
+def begun(pair, number=100, **how):
+    """Registered from where `approximate` says."""
+    start = approximate(*pair)
+    points = pick(pair[0], number, sensed=pair[1], offset=start.typical)
+    how |= {"start": start.shifts(points), "radius": start.radius}
+    return start, register(*pair, points, refine="lsm", **how)
+
+
+@pytest.mark.parametrize(
+    "shift", [pytest.param((18.0, -11.0), marks=pytest.mark.slow), (-90.0, 60.0)]
+)
+def test_a_shift_that_is_far_and_uneven_is_found(shift):
+    """Nothing is found in the usual radius; from the start nearly all, to 0.1 px."""
+    *pair, truth = uneven(shift)
+    points = pick(pair[0], 100, sensed=pair[1])
+    assert not register(*pair, points, refine="lsm").accepted.any()
+    start, found = begun(pair)
+    inside = grid(pair[0].shape, 40, 120)
+    off = start.shifts(inside) - truth(inside)
+    assert np.abs(off).max() < start.radius and nmad(off) < 0.5
+    assert found.accepted.mean() > 0.8
+    assert np.median(np.hypot(*errors(found, truth).T)) < 0.1
+    assert np.hypot(*errors(found, truth).T).max() < 1
+
+
+def test_no_data_and_an_offset_change_nothing_of_the_start():
+    *pair, truth = uneven((18.0, -11.0))
+    reference = np.ma.array(pair[0], mask=False)
+    reference[200:260, 100:300] = np.ma.masked
+    sensed = pair[1][30:, 20:].astype(float)
+    sensed[350:400, 300:420] = np.nan
+    start = approximate(reference, sensed, offset=(-20, -30))
+    inside = grid(reference.shape, 40, 60)
+    assert nmad(start.shifts(inside) - truth(inside)) < 0.5
+
+
+def test_two_places_have_no_start():
+    """However much is searched: of 15 pairs none agrees by chance."""
+    scenes = landsat().grey, (50 * yellowstone().grey.astype(np.uint16))
+    for i in range(15):
+        x, y = np.random.default_rng(i).integers(0, 800, 2)
+        parts = scenes[0][y : y + 300, x : x + 300], scenes[1][x : x + 300, y : y + 300]
+        assert approximate(*parts) is None
+    assert approximate(*(one[:30, :30] for one in scenes)) is None
+
+
+def test_chance_is_what_one_of_a_hundred_wrong_places_reaches():
+    """Of an image and noise, as many positions as the search has give that r."""
+    scene = landsat().grey[:600, :600]
+    noise = np.random.default_rng(1).normal(size=scene.shape)
+    points = pick(scene, 400)
+    least = chance(scene, noise, points, points)
+    found = register(scene, noise, points, threshold=-1)
+    assert np.mean(found.r > least) == pytest.approx(0.01, abs=0.01)
+
+
+@pytest.mark.parametrize("how", [{"blur": 1.0, "gamma": 0.6}, {"noise": 60.0}])
+@pytest.mark.parametrize("amplitude", [pytest.param(0.0, marks=pytest.mark.slow), 3.0])
+def test_errors_are_as_predicted_where_light_sharpness_and_shift_differ(how, amplitude):
+    """The residuals alone predict twice as much with another sharpness."""
+    *pair, truth = uneven((6.3, -4.6), amplitude, **how)
+    found = begun(pair, 150)[1]
+    z = errors(found, truth) / found.sd[found.accepted][:, None]
+    assert found.accepted.sum() > 80
+    assert 0.8 < nmad(z) < 1.25
+    assert np.mean(np.abs(z) > 3) < 0.05
+
+
+def test_a_local_model_follows_the_shift_and_says_how_closely():
+    *pair, truth = uneven((3.0, -2.0))
+    found = begun(pair, 400)[1]
+    model = fit(found, "local")
+    inside = grid(pair[0].shape, 23, 50)
+    off = model.apply(inside) - inside - truth(inside)
+    left = model.residuals[model.used]
+    assert nmad(off) < 0.1 < 1.0 < nmad(fit(found, "affine").residuals[found.accepted])
+    assert 0.5 < nmad(off / model.sd_at(inside)) < 1.25
+    assert nmad(off) < 2 * nmad(left)  # what a point left out says of the field
+    # Resampled by it, the images lie on each other
+    again = resample(pair[1], model, pair[0].shape)
+    after = register(pair[0], again, inside, refine="lsm")
+    assert after.accepted.mean() > 0.8 and after.accuracy.robust_rmse_t < 0.15
