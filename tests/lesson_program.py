@@ -36,6 +36,9 @@ def of(number: str) -> Iterator[Callable[[Task], None]]:
                 plt.close("all")
 
         def solve(mine: Task) -> None:
-            exec(compile(task.source, path.name, "exec"), {**names, "mine": mine})
+            scope = {**names, "mine": mine}
+            exec(compile(task.source, path.name, "exec"), scope)
+            scope.clear()  # a function defined there holds it, and with it the folder
 
         yield solve
+        names.clear()
