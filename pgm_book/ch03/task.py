@@ -80,7 +80,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
 
 def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
     """Choose points whose windows are steep enough in every direction."""
-    drawn = chance.randint(42, SIDE - 42, (900, 2))
+    drawn = chance.randint(48, SIDE - 48, (2000, 2))
     y, x = np.gradient(ndimage.gaussian_filter(left, 1))
     xx, yy, xy = (ndimage.uniform_filter(g, WINDOW) for g in (x * x, y * y, x * y))
     grip = ((xx * yy - xy**2) / (xx + yy))[drawn[:, 1], drawn[:, 0]]
