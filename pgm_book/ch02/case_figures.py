@@ -19,7 +19,7 @@ SCENES = {  # colour, mark and line, name
 
 def two_maps(scene: np.ndarray, quick: np.ndarray, exact: np.ndarray) -> None:
     """Show a faint scene, and its maps of r computed in two ways."""
-    fig, axes = plt.subplots(1, 3, figsize=(7, 3.4))
+    fig, axes = plt.subplots(1, 3, figsize=(7, 2.6))
     axes[0].imshow(scene)
     outline(axes[0], np.array(scene.shape[::-1]) // 2, 21, plot.ORANGE)
     for ax, r in zip(axes[1:], (quick, exact)):
@@ -39,7 +39,7 @@ def two_maps(scene: np.ndarray, quick: np.ndarray, exact: np.ndarray) -> None:
 
 def before_and_after(r: Mapping[str, np.ndarray]) -> None:
     """Show how often each r occurs, before and after a change of the photos."""
-    fig, ax = plt.subplots(figsize=(7, 3.8))
+    fig, ax = plt.subplots(figsize=(7, 2.9))
     looks = ((plot.BLUE, "-"), (plot.RED, "--"))
     said = []
     for (name, values), (colour, line) in zip(r.items(), looks):
@@ -85,7 +85,7 @@ def study(
 
 def reach(start: np.ndarray, match: np.ndarray, windows: Mapping[str, int]) -> None:
     """Show search windows around a start to scale, and the match that was printed."""
-    fig, ax = plt.subplots(figsize=(7, 4.4))
+    fig, ax = plt.subplots(figsize=(7, 3.4))
     looks = ((plot.RED, "-"), (plot.ORANGE, "--"), (plot.BLUE, ":"))
     for (name, width), (colour, line) in zip(windows.items(), looks):
         label = f"{name}:\n{width} px"
@@ -105,4 +105,22 @@ def reach(start: np.ndarray, match: np.ndarray, windows: Mapping[str, int]) -> N
         f"To scale: search windows of {', '.join(map(str, windows.values()))} px around"
         f" the start, and the match at ({dx:.0f}, {dy:.0f}) px from it; only the last"
         " window holds it.",
+    )
+
+
+def locking(shifts: np.ndarray, errors: Mapping[str, np.ndarray]) -> None:
+    """Show the mean error of matches against the true fraction of a pixel."""
+    fig, ax = plt.subplots(figsize=(7, 2.5))
+    looks = (("o-", plot.BLUE), ("s--", plot.RED), ("D:", plot.GREEN))
+    said = []
+    for (name, values), (mark, colour) in zip(errors.items(), looks):
+        ax.plot(shifts, values, mark, color=colour, label=name)
+        said.append(f"{name} at most {np.abs(values).max():.3f} px")
+    ax.axhline(0, color=plot.BLACK, linewidth=1)
+    ax.set(xlabel="true shift (px)", ylabel="mean error (px)")
+    ax.legend()
+    plot.show(
+        fig,
+        "Mean error against the true shift: an S-shaped curve, zero at 0 and at half a"
+        f" pixel, negative between 0 and a half, positive below: {', '.join(said)}.",
     )

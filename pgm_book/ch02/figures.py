@@ -255,7 +255,7 @@ def draw_surface(ax: Axes3D, r: np.ndarray, label: bool = True) -> tuple[int, in
     return int(d[j]), int(d[i])
 
 
-# --- Between the pixels: a parabola's bias, and depths measured ---
+# --- Between the pixels ---
 
 
 def summit(r: np.ndarray) -> None:
@@ -275,48 +275,6 @@ def summit(r: np.ndarray) -> None:
         fig,
         "r at the shifts −1, 0 and 1 px as dots, a parabola through them, and a dotted"
         " line at its top, between 0 and the higher neighbour.",
-    )
-
-
-def locking(shifts: np.ndarray, errors: Mapping[str, np.ndarray]) -> None:
-    """Show the mean error of matches against the true fraction of a pixel."""
-    fig, ax = plt.subplots(figsize=(7, 4.2))
-    looks = (("o-", plot.BLUE), ("s--", plot.RED), ("D:", plot.GREEN))
-    said = []
-    for (name, values), (mark, colour) in zip(errors.items(), looks):
-        ax.plot(shifts, values, mark, color=colour, label=name)
-        said.append(f"{name} at most {np.abs(values).max():.3f} px")
-    ax.axhline(0, color=plot.BLACK, linewidth=1)
-    ax.set(xlabel="true shift (px)", ylabel="mean error (px)")
-    ax.legend()
-    plot.show(
-        fig,
-        "Mean error against the true shift: an S-shaped curve, zero at 0 and at half a"
-        f" pixel, negative between 0 and a half, positive below: {', '.join(said)}.",
-    )
-
-
-def depths(
-    photo: np.ndarray, points: np.ndarray, measured: np.ndarray, true: np.ndarray
-) -> None:
-    """Show disparities that were measured in a photo beside the true ones."""
-    fig, axes = plt.subplots(1, 2, figsize=(10, 4.2))
-    low, high = np.nanmin(true), np.nanmax(true)
-    names = ("measured by your program", "true, by structured light")
-    for ax, values, name in zip(axes, (measured, true), names):
-        ax.imshow(photo, alpha=0.35)
-        look: Look = {"cmap": "viridis", "vmin": low, "vmax": high, "s": 34}
-        drawn = ax.scatter(*np.transpose(points), c=values, **look)
-        ax.set_title(name)
-        ax.set_axis_off()
-    bar = fig.colorbar(drawn, ax=axes, shrink=0.8)
-    bar.set_label("disparity (px)")
-    plot.show(
-        fig,
-        "The left photo with points coloured by disparity, measured and true: in both"
-        " the front wheel and the engine are near, the shelves behind them far. As"
-        " measured, the gap between engine and fork, blue in truth, is partly closed.",
-        colours=256,
     )
 
 

@@ -1,6 +1,6 @@
 """Feedback on the exercises of chapter 3, least squares matching."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import product
 
 import numpy as np
@@ -139,67 +139,6 @@ def design(function: Callable) -> None:
             found.append((name, holds, hint))
             said.add("" if holds else hint)
     report("design", found)
-
-
-def bilinear(function: Callable) -> None:
-    """Check bilinear(image, column, row), which answers one grey value."""
-    rng = np.random.default_rng(33)
-    image = rng.integers(0, 256, (9, 9)).astype(np.uint8)
-    points = [(2.25, 3.5), (6.75, 0.125), (0.5, 4.875), (4.0, 2.0)]
-    answers = np.array([float(call(function, image, *p, shape=())) for p in points])
-
-    def surface(
-        rest: Callable = lambda dx, dy: (dx, dy),
-        twist: int = 1,
-        dtype: type = float,
-        at: Sequence = points,
-    ) -> np.ndarray:
-        """Grey values at all points, with the slips asked for."""
-        grey: np.ndarray = image.astype(dtype)
-        found = []
-        for column, row in at:
-            j, i = int(column), int(row)
-            dx, dy = rest(column - j, row - i)
-            (g0, g1), (g2, g3) = grey[i : i + 2, j : j + 2]
-            with np.errstate(over="ignore"):
-                product = (g3 + g0 - g1 - g2) * dx * dy * twist
-                found.append(g0 + (g1 - g0) * dx + (g2 - g0) * dy + product)
-        return np.array(found)
-
-    expected = surface()
-    turned = surface(at=[(row, column) for column, row in points])
-    run_over = "8 bit grey values overflow when they are subtracted: make them float"
-    nearer = "the pixel that is nearer must count more"
-    slips = [
-        (np.floor(expected), "a fraction of a grey value is cut off"),
-        (np.floor(expected + 0.5), "the grey value is rounded; keep its fraction"),
-        (surface(twist=0), "the term with dx dy is missing"),
-        (surface(twist=-1), "the sign of the term with dx dy is reversed"),
-        (surface(lambda dx, dy: (dy, dx)), "dx and dy are exchanged"),
-        (turned, "an image is indexed [row, column]"),
-        ([image[int(r), int(c)] for c, r in points], "that is the pixel before"),
-        (surface(dtype=np.uint8), run_over),
-        (surface(lambda dx, dy: (dx, 0)), "dy changes nothing"),
-        (surface(lambda dx, dy: (0, dy)), "dx changes nothing"),
-        (surface(lambda dx, dy: (round(dx), round(dy))), "that is the nearest pixel"),
-        ([image[round(r), round(c)] for c, r in points], "that is the nearest pixel"),
-        (surface(lambda dx, dy: (0.5, 0.5)), "dx and dy change nothing"),
-        (surface(lambda dx, dy: (1 - dx, 1 - dy)), nearer),
-        (surface(lambda dx, dy: (1 - dx, dy)), nearer),
-        (surface(lambda dx, dy: (dx, 1 - dy)), nearer),
-        (surface(twist=0, dtype=np.uint8), run_over),
-    ]
-    other = "a bilinear surface through the four pixels around has another value there"
-    between = near(answers[:3], expected[:3])
-    hint = first_slip(answers[:3], [(s[:3], text) for s, text in slips], other)
-    at_pixel = near(answers[3], expected[3]) or not between
-    report(
-        "bilinear",
-        [
-            ("a pixel keeps its value", at_pixel, "at a pixel, its value is not kept"),
-            ("between four pixels", between, hint),
-        ],
-    )
 
 
 # --- The iteration of least squares matching: when it ends, what it finds ---

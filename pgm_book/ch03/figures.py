@@ -179,7 +179,7 @@ def interpolation() -> None:
     """
     rows = results.rows("ch03", "interpolation_bias")
     panels: Look = {"sharey": True, "layout": "constrained"}
-    fig, axes = plt.subplots(1, 2, figsize=(7, 4.2), **panels)
+    fig, axes = plt.subplots(1, 2, figsize=(7, 3.5), **panels)
     for ax, kind, finest in zip(axes, ("soft", "sharp"), (5, 2.5)):
         for method, (label, colour, line) in METHODS.items():
             some = [r for r in rows if (r["texture"], r["method"]) == (kind, method)]

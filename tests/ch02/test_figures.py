@@ -25,11 +25,10 @@ FIGURES = [
     (of_lesson.parts_of_r, (*SEARCH, 21, 81), "at the shift (-8, 0) px"),
     (of_lesson.summit, ([0.5, 0.9, 0.7],), "dotted line at its top"),
     (
-        of_lesson.locking,
+        case_figures.locking,
         (np.linspace(-0.5, 0.5, 3), {"soft": np.array([0, 0.01, -0.02])}),
         "soft at most 0.020 px",
     ),
-    (of_lesson.depths, (PAIR.left, PLACES[:2], [11.0, np.nan], [10.0, 40]), "measured"),
     (
         of_lesson.right_and_wrong,
         (PAIR.left, PLACES, [True, True, False, True]),

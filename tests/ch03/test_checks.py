@@ -18,22 +18,6 @@ def columns(B, Bx, By, x, y, h1):
     return np.array([gx, x * gx, y * gx, gy, x * gy, y * gy, np.ones_like(B), B]).T
 
 
-def bilinear(image, column, row, dtype=float, product=1):
-    i, j = int(row), int(column)
-    dx, dy = column - j, row - i
-    (g0, g1), (g2, g3) = image[i : i + 2, j : j + 2].astype(dtype)
-    with np.errstate(over="ignore"):
-        twist = (g3 + g0 - g1 - g2) * dx * dy
-        return g0 + (g1 - g0) * dx + (g2 - g0) * dy + twist * product
-
-
-def turned(column, row, in_column, in_row):
-    """The place with the parts of a pixel counted from the other side."""
-    j, i = int(column), int(row)
-    dx, dy = column - j, row - i
-    return j + (1 - dx if in_column else dx), i + (1 - dy if in_row else dy)
-
-
 def precision(J, v):
     S0 = np.sqrt(v @ v / (J.shape[0] - J.shape[1]))
     return S0, S0 * np.sqrt(np.linalg.inv(J.T @ J)[0, 0])
@@ -48,11 +32,10 @@ def test_right_answers_pass(capsys):
     case_checks.corrected_row(ROW)
     case_checks.corrected_row(np.float32(ROW))  # 6e-5 px from it
     checks.design(columns)
-    checks.bilinear(bilinear)
     case_checks.precision(precision)
     case_checks.precision(lambda J, v: list(precision(J, v)))
     checks.stop(stop)
-    assert capsys.readouterr().out.count("✓") == 7
+    assert capsys.readouterr().out.count("✓") == 6
 
 
 def test_stop_may_name_all_eight_corrections():
@@ -133,10 +116,6 @@ def limits_of_the_listing(q, half):
     return (a1 <= 0.03 or b2 <= 0.03) and (a2 <= 0.03 or b1 <= 0.03)
 
 
-def test_transposed_photo_and_point_are_as_good():
-    checks.bilinear(lambda g, c, r: bilinear(g.T, r, c))
-
-
 def test_answers_are_not_given_away():
     for check, wrong in (
         (case_checks.corrected_row, 1050.0),
@@ -215,30 +194,6 @@ SLIPS = {
         (lambda *a: columns(*a)[:, [0, 1, 2, 0, 1, 2, 6, 7]], "along By .*; a1 and a2"),
         (lambda *a: columns(*a)[:, [0, 3, 1, 4, 2, 5, 6, 7]], "look at the order"),
         (changed((7, lambda *a: np.zeros_like(a[0]))), "how does h0"),
-    ],
-    checks.bilinear: [
-        (lambda g, c, r: ..., "returns nothing"),
-        (lambda g, c, r: float(int(bilinear(g, c, r))), "is cut off"),
-        (lambda g, c, r: np.floor(bilinear(g, c, r) + 0.5), "is rounded"),
-        (lambda g, c, r: bilinear(g, c, r, product=0), "term with dx dy is missing"),
-        (lambda g, c, r: bilinear(g, c, r, product=-1), "sign of the term"),
-        (lambda g, c, r: bilinear(g, c, r, np.uint8, 0), "overflow"),
-        (lambda g, c, r: bilinear(g, r, c), "indexed .row, column"),
-        (
-            lambda g, c, r: bilinear(g, int(c) + r % 1, int(r) + c % 1),
-            "dx and dy are exch",
-        ),
-        (lambda g, c, r: float(g[int(r), int(c)]), "the pixel before"),
-        (lambda g, c, r: bilinear(g, c, r) + (c == 4), "its value is not kept"),
-        (lambda g, c, r: bilinear(g, c, r) + 1.0, "has another value there"),
-        (lambda g, c, r: bilinear(g, c, r, dtype=np.uint8), "overflow"),
-        (lambda g, c, r: bilinear(g, c, int(r)), "dy changes nothing"),
-        (lambda g, c, r: bilinear(g, int(c), r), "dx changes nothing"),
-        (lambda g, c, r: float(g[round(r), round(c)]), "the nearest pixel"),
-        (lambda g, c, r: bilinear(g, int(c) + 0.5, int(r) + 0.5), "change nothing"),
-        (lambda g, c, r: bilinear(g, *turned(c, r, 1, 1)), "nearer must count"),
-        (lambda g, c, r: bilinear(g, *turned(c, r, 1, 0)), "nearer must count"),
-        (lambda g, c, r: bilinear(g, *turned(c, r, 0, 1)), "nearer must count"),
     ],
     case_checks.precision: [
         (lambda J, v: None, "returns nothing"),

@@ -1,0 +1,216 @@
+"""The task of chapter 3: positions to a hundredth of a pixel, and how good they are.
+
+Both photos are made from the real orthophoto, the right one rotated, of another scale,
+darker and with less noise.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from scipy import ndimage, stats
+
+from pgm_book.common.checks import CheckFailed
+from pgm_book.program import lsm
+from pgm_book.program.adjustment import adjust
+from pgm_book.task import Part
+from pgm_lab import datasets, plot
+
+SIDE, WINDOW, POINTS = 300, 31, 24
+NOISE = 2.4, 0.7  # grey values, of the left and of the darker right photo
+PIXEL, BLUR = 3, 4.0  # pixels of the orthophoto: a pixel of ours, and the lens
+FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
+LOW, HIGH = stats.chi2.ppf([0.00135, 0.99865], 2 * POINTS) / (2 * POINTS)
+FORM = "positions (24, 2) in px and their covariances (24, 2, 2) in px²"
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Two photos, points of the left one, and the transformation to the right one."""
+
+    left: np.ndarray
+    right: np.ndarray
+    points: np.ndarray  # (24, 2): column, row
+    affine: np.ndarray  # (2, 3)
+    light: tuple[float, float]  # left = h0 + h1 right
+    start: np.ndarray  # (24, 2)
+
+    @property
+    def there(self) -> np.ndarray:
+        """The true positions in the right photo."""
+        return self.points @ self.affine[:, :2].T + self.affine[:, 2]
+
+
+def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Truth]:
+    """Two photos, and twenty-four points with what correlation found for them."""
+    c, r = chance.randint(1536 - 1400, size=2)
+    part = datasets.yellowstone().grey[r : r + 1400, c : c + 1400]
+    ortho = ndimage.gaussian_filter(part.astype(float), BLUR)
+    turn = np.radians(chance.choice([-1, 1]) * chance.uniform(4, 8))
+    scale, shear = chance.uniform(0.94, 1.06), chance.uniform(-0.03, 0.03)
+    A = scale * np.array(
+        [[np.cos(turn), -np.sin(turn) + shear], [np.sin(turn), np.cos(turn)]]
+    )
+    middle = np.full(2, (SIDE - 1) / 2)
+    affine = np.column_stack([A, middle - A @ middle + chance.uniform(-6, 6, 2)])
+    pixels = np.stack(np.meshgrid(*2 * [np.arange(SIDE)]), axis=-1).astype(float)
+    back = (pixels - affine[:, 2]) @ np.linalg.inv(A).T
+    gain, offset = chance.uniform(0.55, 0.75), chance.uniform(5, 25)
+    photos = []
+    for at, noise, (k, b) in zip((pixels, back), NOISE, ((1, 0), (gain, offset))):
+        where = PIXEL * (at - middle) + 699.5
+        grey = ndimage.map_coordinates(ortho, [where[..., 1], where[..., 0]], order=3)
+        grey = b + k * grey + noise * chance.standard_normal(grey.shape)
+        photos.append(np.clip(np.rint(grey), 0, 255))
+    points = _points(photos[0], chance)
+    there = points @ A.T + affine[:, 2]
+    start = np.rint(there).astype(int) + chance.randint(-1, 2, there.shape)
+    rows = np.column_stack([points, start]).tolist()
+    head = "column,row,right_column,right_row"
+    table = "\n".join([head, *(",".join(map(str, row)) for row in rows)]) + "\n"
+    left, right = photos
+    return {
+        "left.png": left.astype(np.uint8),
+        "right.png": right.astype(np.uint8),
+        "start.csv": table,
+    }, Truth(left, right, points, affine, (-offset / gain, 1 / gain), start)
+
+
+def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
+    """Choose points whose windows are steep enough in every direction."""
+    drawn = chance.randint(48, SIDE - 48, (2000, 2))
+    y, x = np.gradient(ndimage.gaussian_filter(left, 1))
+    xx, yy, xy = (ndimage.uniform_filter(g, WINDOW) for g in (x * x, y * y, x * y))
+    grip = ((xx * yy - xy**2) / (xx + yy))[drawn[:, 1], drawn[:, 0]]
+    found: list[np.ndarray] = []
+    for one in drawn[np.argsort(-grip.round(6), kind="stable")]:
+        if all(np.abs(one - other).max() >= WINDOW for other in found):
+            found.append(one)
+    return np.array(found[:POINTS])
+
+
+def judge(truth: Truth, result: object) -> list[Part]:
+    """Return how far the worst position is off, and whether the covariances are true.
+
+    The errors by their covariances have a chi-square of 48 on average.
+    """
+    positions, covariances = _parts(result)
+    e = positions - truth.there
+    ratio = np.sum(e * np.linalg.solve(covariances, e[..., None])[..., 0]) / e.size
+    return [
+        Part("the worst position", float(np.hypot(*e.T).max()), FARTHEST, "px"),
+        Part("chi-square over 48", float(ratio), round(HIGH, 2), ""),
+        Part("48 over chi-square", float(1 / ratio), round(1 / LOW, 2), ""),
+    ]
+
+
+def slips(truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return what the likeliest wrong programs give."""
+    p, sigma0, Q = _solved(truth)
+    at, of = p[:, [0, 3]], np.ix_(range(POINTS), [0, 3], [0, 3])
+    cofactors, variance = Q[of], sigma0[:, None, None] ** 2
+    wrong_rows = Q[:, :2, :2] * variance
+    return {
+        "Q is not the covariance yet: it does not know the noise.": (at, cofactors),
+        "The noise is counted once; a covariance has the unit px².": (
+            at,
+            cofactors * np.sqrt(variance),
+        ),
+        "Those are the rows and columns of a0 and a1: the place is a0 and b0.": (
+            at,
+            wrong_rows,
+        ),
+        "Those are still the positions of correlation.": (
+            truth.start.astype(float),
+            cofactors * variance,
+        ),
+        "Column and row are exchanged: column first.": (
+            at[:, ::-1],
+            (cofactors * variance)[:, ::-1, ::-1],
+        ),
+    }
+
+
+def hint(truth: Truth, result: object) -> str:
+    """Return the hint to the slip that explains the result."""
+    positions, covariances = _parts(result)
+    for words, (at, C) in slips(truth).items():
+        near = np.abs(positions - at).max() < 0.05
+        size = np.sqrt(np.trace(C, axis1=1, axis2=2)).mean()
+        if near and np.abs(covariances - C).max() < 0.2 * size**2:
+            return words
+    if np.hypot(*(positions - truth.there).T).max() > FARTHEST:
+        return (
+            "At least one match ended in a wrong place, or was not carried to its end:"
+            " look at its residuals. Where does the light start, h0 and h1?"
+        )
+    return "Compare the errors that you would expect of one point with its covariance."
+
+
+def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+    """Draw the ellipses in the right photo, and the errors by their covariances."""
+    positions, covariances = _parts(result)
+    e = positions - truth.there
+    whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
+    fig, (ax, ay) = plt.subplots(1, 2, figsize=(10, 4.6))
+    ax.imshow(truth.right // 16, interpolation="nearest")  # a small file
+    for place, C in zip(positions, covariances):
+        ax.plot(*(place + ENLARGED * _ellipse(C)).T, color=plot.ORANGE)
+    ax.set_title(f"ellipses of 95 %, enlarged {ENLARGED} times", fontsize=14)
+    ax.set_axis_off()
+    ay.plot(*_ellipse(np.eye(2)).T, color=plot.BLACK)
+    ay.plot(*whitened.T, "o", color=plot.BLUE)
+    ay.set(xlabel="first error / sd", ylabel="second error / sd", aspect="equal")
+    ay.set_title("your errors, and the circle of 95 %", fontsize=14)
+    inside = np.sum(np.sum(whitened**2, axis=1) < stats.chi2.ppf(0.95, 2))
+    return fig, (
+        "Left, the right photo with the error ellipse of each point. Right, the errors"
+        f" divided by their standard deviations: {inside} of {POINTS} lie in the circle"
+        " of 95 %."
+    )
+
+
+def _ellipse(C: np.ndarray) -> np.ndarray:
+    """Return the outline (n, 2) of the 95 % ellipse of a covariance."""
+    t = np.linspace(0, 2 * np.pi, 61)
+    reach = np.sqrt(stats.chi2.ppf(0.95, 2))
+    return reach * np.column_stack([np.cos(t), np.sin(t)]) @ np.linalg.cholesky(C).T
+
+
+def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return parameters, sigma0 and Q: one step from the truth is the whole match."""
+    half, found = WINDOW // 2, []
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    for (column, row), place in zip(truth.points, truth.there):
+        A, light = truth.affine, truth.light
+        p = np.array([place[0], *A[0, :2], place[1], *A[1, :2], *light])
+        B, Bx, By = lsm.resampled(truth.right, p, x, y)
+        J = lsm.design(B, Bx, By, x, y, p[7])
+        observed = truth.left[row + y, column + x] - (p[6] + p[7] * B)
+        step, _, sigma0, Q = adjust(J, np.ones(len(B)), observed)
+        found.append((p + step, sigma0, Q))
+    p, sigmas, cofactors = (np.array(part) for part in zip(*found))
+    return p, sigmas, cofactors
+
+
+def _parts(result: object) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (24, 2) and covariances (24, 2, 2) of an answer."""
+    if isinstance(result, Mapping):
+        result = tuple(result.values())
+    if not isinstance(result, tuple | list) or len(result) != 2:
+        raise CheckFailed(f"the result must be two things: {FORM}")
+    try:
+        positions, covariances = (np.asarray(part, dtype=float) for part in result)
+    except (TypeError, ValueError):
+        raise CheckFailed(f"the result must be {FORM}") from None
+    if positions.shape != (POINTS, 2) or covariances.shape != (POINTS, 2, 2):
+        got = f"{positions.shape} and {covariances.shape}"
+        raise CheckFailed(f"the result must be {FORM}; got {got}")
+    whole = np.isfinite(positions).all() and np.isfinite(covariances).all()
+    if not whole or np.linalg.eigvalsh(covariances).min() <= 0:
+        raise CheckFailed(
+            "a position is missing, or a covariance is none: variances must be positive"
+        )
+    return positions, covariances
