@@ -8,7 +8,9 @@ from pgm_book.common.checks import CheckFailed
 from tests import lesson_program
 
 # Begin of the hash of all values for Ada, by lesson: other values would be other tasks
-DIGESTS: dict[str, str] = {}
+DIGESTS: dict[str, str] = {
+    "6": "8e27bdaf0e2f4a08",
+}
 
 
 @pytest.fixture(autouse=True)

@@ -50,7 +50,7 @@ SLIDERS = {
         "base 80 m, rays that meet at 37 degrees",
     ),
     "06_self_calibrating_bundle_adjustment": (
-        [STYLED, "lens_by_hand(", "which_photos("],
+        [STYLED, "which_photos("],
         (1, 2),
         [(1, RIGHT)],
         ["3.00", "0.50"],
