@@ -13,7 +13,9 @@ _BEST = 20.5  # µm: sd of c from the best five of the nine photos, of 126 choic
 _GOOD = 1.25 * _BEST
 
 
-def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> None:
+def largest_difference(
+    photo: int | str, unknown: str, unit: str, moved_um: float
+) -> None:
     """What the largest difference in Table 4.19 is, and what it does."""
     data = datasets.muliawan2013()
     difference = np.abs(data.published_exteriors - data.exteriors)
@@ -21,6 +23,8 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     unknowns = ("X0", "Y0", "Z0", "omega", "phi", "kappa")
     if not isinstance(unit, str) or not isinstance(unknown, str) or not unit:
         raise CheckFailed("unknown and unit must be texts, and not empty. Your turn!")
+    if isinstance(photo, str) and photo.strip().isdecimal():
+        photo = int(photo)
     photo = int(checks.numbers("photo", photo))
     try:
         moved_um = _validate.number(moved_um, "moved_um")
@@ -40,7 +44,7 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
     )
     explained = [hint for wrong, hint in slips if abs(moved_um / wrong - 1) < 0.01]
     explained.append("it is not the arc at 10 mm from the principal point")
-    found = (photo, unknown) == (row + 1, unknowns[column])
+    found = (photo, unknown.strip().lower()) == (row + 1, unknowns[column].lower())
     other = "another photo or another unknown has the largest |difference|"
     kind = "this is not the unit: which units does the conventions box give?"
     right, hint = abs(moved_um / arc - 1) < 0.01, f"moved_um: {explained[0]}"
@@ -48,7 +52,11 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
         "largest difference",
         [
             ("the right photo and unknown", found, other),
-            ("the right unit", unit in ("rad", "radian", "radians"), kind),
+            (
+                "the right unit",
+                unit.strip().lower() in ("rad", "radian", "radians"),
+                kind,
+            ),
             ("moved by dozens of micrometres", right, hint),
         ],
     )

@@ -168,13 +168,14 @@ def fails(check, *answer):
 def test_right_answers_to_the_case_pass(capsys):
     chapter6c.largest_difference(2, "kappa", "rad", ARC)
     chapter6c.largest_difference(np.int64(2), "kappa", "radians", np.float64(79.5))
+    chapter6c.largest_difference("2", "Kappa", "RAD", ARC)
     chapter6c.unit_diagonal(right)
     chapter6c.unit_diagonal(
         lambda N: N / np.diag(N) ** 0.5 / np.diag(N)[:, None] ** 0.5
     )
     chapter6c.five_photos([1, 4, 6, 7, 8])
     chapter6c.five_photos((9, 7, 6, 4, 2))
-    assert capsys.readouterr().out.count("✓") == 6
+    assert capsys.readouterr().out.count("✓") == 7
 
 
 def test_the_number_is_that_of_the_table():
