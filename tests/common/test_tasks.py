@@ -17,7 +17,7 @@ DIGESTS: dict[str, str] = {
 @pytest.fixture(autouse=True)
 def quiet(monkeypatch, tmp_path):
     """An empty folder without a program; pictures are drawn and closed."""
-    monkeypatch.setattr(task.plot, "show", lambda figure, alt: plt.close(figure))
+    monkeypatch.setattr(task.plot, "show", lambda figure, alt, **_: plt.close(figure))
     monkeypatch.chdir(tmp_path)
 
 
