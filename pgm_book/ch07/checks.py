@@ -150,6 +150,8 @@ def chip_shifts(function: Callable[..., object]) -> None:
     inside = moved((1.3, -0.6))
     right = program_registration.chip_shifts(scene(), inside, points, chip, radius)
     given = scene(), inside, points, chip, radius
+    if _nan_alone(answer_of(function, *given)):
+        raise CheckFailed("chip_shifts returns nothing but NaN yet. Your turn!")
     found = call(function, *given, shape=right.shape)
     whole = np.round(right)
     slips = [
@@ -180,6 +182,14 @@ def chip_shifts(function: Callable[..., object]) -> None:
             *_at_the_border(function, points, chip, radius),
         ],
     )
+
+
+def _nan_alone(answer: object) -> bool:
+    """Whether an answer is numbers, and not one of them is one."""
+    try:
+        return bool(np.all(np.isnan(real(answer, "the answer"))))
+    except ValueError:  # no numbers: `call` says so
+        return False
 
 
 def _at_the_border(

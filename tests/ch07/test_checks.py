@@ -178,7 +178,7 @@ def test_a_slip_of_the_shifts_is_named():
         (altered(lambda f, p: 0 * f + f[0]), "shift of its own"),
         (altered(lambda f, p: f.T), "shape"),
         (altered(lambda f, p: 0.5 * f), "best_shift plus"),
-        (altered(lambda f, p: f * np.nan), "finite numbers"),
+        (altered(lambda f, p: f * np.nan), "Your turn"),
         (across_and_down_exchanged, "across and down"),
         (with_border, "leave its row NaN"),
         (nan_inside_the_border, "both its neighbours"),
