@@ -5,7 +5,6 @@ import pytest
 
 from pgm_book.ch01 import checks as chapter1
 from pgm_book.ch06 import checks as chapter6
-from pgm_book.ch07 import checks as chapter7
 from pgm_book.ch08 import checks as chapter8
 from pgm_book.chA1 import checks as chapterA1
 from pgm_book.common import checks
