@@ -38,6 +38,7 @@ def of(number: str) -> Iterator[Callable[[Task], None]]:
             if not LEFT_OUT & set(tags(cell)):
                 exec(compile(cell.source, path.name, "exec"), names)
                 plt.close("all")
+        names.pop("mine", None)  # functions would hold it, and with it its folder
 
         def solve(mine: Task) -> None:
             space = {**names, "mine": mine}

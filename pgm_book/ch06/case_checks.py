@@ -13,7 +13,9 @@ _BEST = 20.5  # µm: sd of c from the best five of the nine photos, of 126 choic
 _GOOD = 1.25 * _BEST
 
 
-def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> None:
+def largest_difference(
+    photo: int | str, unknown: str, unit: str, moved_um: float
+) -> None:
     """What the largest difference in Table 4.19 is, and what it does."""
     data = datasets.muliawan2013()
     difference = np.abs(data.published_exteriors - data.exteriors)
@@ -49,7 +51,11 @@ def largest_difference(photo: int, unknown: str, unit: str, moved_um: float) -> 
         "largest difference",
         [
             ("the right photo and unknown", found, other),
-            ("the right unit", unit in ("rad", "radian", "radians"), kind),
+            (
+                "the right unit",
+                unit.strip().lower() in ("rad", "radian", "radians"),
+                kind,
+            ),
             ("moved by dozens of micrometres", right, hint),
         ],
     )

@@ -171,61 +171,6 @@ def _free_network(function: Callable, J: np.ndarray) -> bool:
     return near(answer, rest.T @ rest, 1e-6)
 
 
-def band(function: Callable) -> None:
-    """Check the reader's band(rho, C), standard deviation of the radial correction."""
-    rho = np.array([0.0, 1.5, 4.0, 8.0])
-    rng = np.random.default_rng(63)
-    root = rng.normal(size=(3, 3)) * np.array([[3e-6], [6e-8], [4e-10]])
-    C = root @ root.T
-    answer = call(function, rho, C, shape=(4,))
-    powers = rho[:, None] ** (3, 5, 7)
-
-    def spread(J: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-        return np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", J, covariance, J), 0))
-
-    expected = spread(powers, C)
-    sd = np.sqrt(np.diagonal(C))
-    slips = [
-        (expected**2, "that is the variance: take the root"),
-        (spread(powers, np.diag(sd**2)), "the covariances between K1, K2, K3 count"),
-        (spread(powers, np.diag(sd**4)), "the diagonal of C holds variances"),
-        (
-            np.sqrt(np.abs(powers @ sd**2)),
-            "the derivatives enter twice, before C and behind it",
-        ),
-        (
-            spread(powers, (C + np.diag(sd**2)) / 2),
-            "each covariance counts twice: C has it above and below the diagonal",
-        ),
-        (powers @ sd, "standard deviations do not simply add: use all of C"),
-        (
-            spread(rho[:, None] ** (2, 4, 6), C),
-            "the radial correction has other powers",
-        ),
-        (
-            spread(rho[:, None] ** (1, 2, 3), C),
-            "the radial correction has other powers",
-        ),
-        (1.96 * expected, "one standard deviation, not 95 per cent"),
-        (2 * expected, "one standard deviation, not two"),
-        (1000 * expected, "millimetres, not micrometres"),
-    ]
-    size = expected.max()  # the numbers are small: compare them with their own size
-    hint = first_slip(
-        answer / size,
-        [(wrong / size, text) for wrong, text in slips],
-        "it does not follow from the covariance of K1, K2 and K3",
-    )
-    right = near(answer / size, expected / size, 1e-6)
-    report(
-        "band",
-        [
-            ("nothing at the centre", abs(answer[0]) < 1e-12, "at rho = 0 it is not 0"),
-            ("all of the covariance counts", right, hint),
-        ],
-    )
-
-
 def without_lens(function: Callable) -> None:
     """Check without_lens(xy, camera), the ideal image points."""
     xy = np.array([(3.0, 4.0), (-8.5, 2.0), (0.5, -6.0), (-4.0, -5.5)])
@@ -287,7 +232,7 @@ def without_lens(function: Callable) -> None:
 def _adjusted(function: Callable, *arguments: object) -> Sequence:
     """What the reader's bundle returns; steps that diverge are called so."""
     try:
-        return answer_of(function, *arguments, first="exercises 6.1 and 6.3")
+        return answer_of(function, *arguments, first="exercises 6.1 to 6.3")
     except CheckFailed as error:
         cause = error.__cause__
         gone = "must be positive" in str(cause) or "in front of" in str(cause)

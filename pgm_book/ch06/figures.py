@@ -7,6 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from pgm_book.program import bundle as textbook
+from pgm_book.program.camera import derivatives
 from pgm_lab import bundle, plot
 from pgm_lab.plot import space
 from pgm_lab.plot.basic import Look, interact
@@ -109,31 +110,6 @@ def _grid(ax: Axes, camera: np.ndarray) -> None:
         ax.plot(across.T, up.T, color=colour, lw=width)
     ax.set_aspect("equal")
     ax.grid(False)
-
-
-def lens_by_hand() -> None:
-    """Show a grid of image points with sliders for K1 and P2."""
-    import ipywidgets
-
-    def draw(K1: float, P2: float) -> None:
-        camera = np.zeros(10)
-        camera[0], camera[3], camera[7] = C, 1e-4 * K1, 1e-3 * P2
-        fig, ax = plt.subplots(figsize=(6.5, 5.2), layout="constrained")
-        _grid(ax, camera)
-        ax.set(xlabel="x (mm)", ylabel="y (mm)", xlim=(-16, 16), ylim=(-13, 13))
-        corner = textbook.without_lens(np.array([[10.0, 7.5]]), camera)[0] - (10, 7.5)
-        ax.set_title(f"corner moved by ({corner[0]:.2f}, {corner[1]:.2f}) mm")
-        plot.show(
-            fig,
-            f"A grid of image points, and where K1 = {K1:g}e-4 per mm² and P2 ="
-            f" {P2:g}e-3 per mm move it: the corner by ({corner[0]:.2f},"
-            f" {corner[1]:.2f}) mm.",
-        )
-
-    look: Look = {"step": 0.5, "continuous_update": False}
-    K1 = ipywidgets.FloatSlider(3, min=-6, max=6, description="K1 (1e-4)", **look)
-    P2 = ipywidgets.FloatSlider(0, min=-4, max=4, description="P2 (1e-3)", **look)
-    interact(draw, K1=K1, P2=P2)
 
 
 # --- How many equations, how many unknowns? ---
@@ -251,22 +227,24 @@ def which_photos(given: bundle.Network) -> None:
             print(f"these photos do not do: {reason}")
             return
         sd = 1000 * one.sd_interior[0] * whole.sigma0 / one.sigma0  # µm
-        fig, ax = plt.subplots(figsize=(7, 4.6), layout="constrained")
-        stations, points = whole.exteriors[:, :3], whole.points
-        ax.plot(*points[:, :2].T, ".", color=plot.GREY, ms=6, label="targets")
-        looks = (("used", chosen, plot.BLUE, "^"), ("left out", ~chosen, "0.75", "v"))
-        for name, kind, colour, marker in looks:
-            look: Look = {"color": colour, "ms": 15, "ls": "none", "label": name}
-            ax.plot(*stations[kind, :2].T, marker, **look)
-        for place, names in _by_place(stations[:, :2]):
-            look = {"textcoords": "offset points", "fontsize": 14}
-            ax.annotate(", ".join(names), (place[0], place[1]), (12, 6), **look)
-        ax.legend(loc="center left")
-        ax.set(xlabel="X (mm)", ylabel="Y (mm)", title=f"sd of c: {sd:.0f} µm")
-        ax.margins(0.12)
+        panels: Look = {"layout": "constrained", "sharey": True}
+        fig, axes = plt.subplots(
+            1, 2, figsize=(7, 4.4), width_ratios=(1, 2.7), **panels
+        )
+        for ax, across, name in zip(axes, (0, 2), ("from above", "from the side")):
+            _stations(ax, whole.exteriors[:, [across, 1]], chosen)
+            ax.plot(*whole.points[:, [across, 1]].T, ".", color=plot.GREY, ms=5)
+            ax.set(aspect="equal", title=name, xlabel=f"{'XYZ'[across]} (mm)")
+            ax.margins(0.15)
+        words: Look = {"textcoords": "offset points", "fontsize": 13, "ha": "center"}
+        for place, names in _by_place(whole.exteriors[:, [2, 1]]):
+            axes[1].annotate(", ".join(names), (place[0], place[1]), (0, 11), **words)
+        axes[0].set(ylabel="Y (mm)", xticks=[0], xlim=(-260, 330), ylim=(-250, 1900))
+        fig.suptitle(f"standard deviation of c: {sd:.0f} µm", fontsize=17)
         plot.show(
             fig,
-            f"The network from above. Photos {', '.join(map(str, photos))} are used;"
+            "The network from above and from the side, in one scale: targets, and"
+            f" stations at five places. Photos {', '.join(map(str, photos))} are used;"
             f" the standard deviation of c is {sd:.0f} micrometres.",
         )
 
@@ -276,12 +254,18 @@ def which_photos(given: bundle.Network) -> None:
     interact(draw, photos=choice)
 
 
+def _stations(ax: Axes, places: np.ndarray, chosen: np.ndarray) -> None:
+    """Draw stations, used or left out."""
+    look: Look = {"ms": 13, "mec": plot.BLUE, "color": plot.BLUE}
+    ax.plot(*places[chosen].T, "^", **look)
+    ax.plot(*places[~chosen].T, "^", **look | {"color": "white"})
+
+
 def _by_place(stations: np.ndarray) -> list[tuple[np.ndarray, list[str]]]:
     """Places (2,) of stations that lie apart in the drawing, with their numbers."""
-    span = np.maximum(np.ptp(stations, axis=0), 1.0)
     found: list[tuple[np.ndarray, list[str]]] = []
     for number, station in enumerate(stations, 1):
-        near = [b for a, b in found if np.hypot(*((station - a) / span)) < 0.2]
+        near = [b for a, b in found if np.hypot(*(station - a)) < 150]
         names = near[0] if near else []
         names.append(str(number))
         if not near:
@@ -302,7 +286,7 @@ def curve(result: bundle.Bundle) -> None:
     look["transform"] = band.get_xaxis_transform()
     band.plot(radii, np.full(len(radii), 0.06), "|", **look)
     (words,) = band.texts
-    words.set_text(f"a stroke for each of {len(radii)} rays ")
+    words.set_text(f"yellow: as far as the {len(radii)} rays (strokes) reach ")
     far = [int(np.sum(radii > mm)) for mm in (7, 8)]
     plot.show(
         fig,
@@ -314,7 +298,56 @@ def curve(result: bundle.Bundle) -> None:
     )
 
 
+def over_the_image(result: bundle.Bundle) -> None:
+    """Map the standard deviation of the correction, and show all residuals."""
+    camera, C = result.interior, result.covariance_interior
+    x, y = np.meshgrid(np.linspace(-10, 10, 41), np.linspace(-7.5, 7.5, 31))
+    grid = np.column_stack([x.ravel(), y.ravel()])
+    J = derivatives(lambda some: textbook.without_lens(grid, some), camera)
+    J = J.reshape(-1, 2, 10)[..., 3:]  # of the lens
+    sd = 1000 * np.sqrt(np.einsum("nij,jk,nik->n", J, C[3:, 3:], J)).reshape(x.shape)
+    xy, v = result.network.xy, result.residuals
+    panels: Look = {"layout": "constrained", "sharey": True}
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.3), **panels)
+    left.plot(*xy.T, ".", color=plot.GREY, ms=4)
+    arrows: Look = {"angles": "xy", "scale_units": "xy", "scale": 1e-3, "width": 0.004}
+    left.quiver(*xy.T, *v.T, color=plot.RED, **arrows)
+    left.set_title("residuals, 1000 times as long")
+    lines = right.contour(x, y, sd, (0.25, 0.5, 1, 2, 4, 8), colors=plot.BLUE)
+    right.clabel(lines, fmt="%g µm", fontsize=13)
+    right.plot(*xy.T, ".", color=plot.GREY, ms=4)
+    right.set_title("standard deviation of the correction")
+    for ax in (left, right):
+        ax.set(aspect="equal", xlim=(-10, 10), ylim=(-7.5, 7.5), xlabel="x (mm)")
+        ax.set_xticks((-8, -4, 0, 4, 8))
+        ax.grid(False)
+    left.set_ylabel("y (mm)")
+    middle, edge = sd[12:19, 17:24].max(), sd[[0, 0, -1, -1], [0, -1, 0, -1]]
+    plot.show(
+        fig,
+        f"Two pictures of the image, 20 by 15 mm, with {len(xy)} image points, dense in"
+        " the middle and none in the corners. Left, their residuals in all directions,"
+        " most below half a micrometre. Right, lines of equal standard deviation of the"
+        f" lens correction: below {middle:.2f} µm in the middle, {edge.min():.0f} to"
+        f" {edge.max():.0f} µm in the corners.",
+    )
+
+
 # --- Precision is not accuracy ---
+
+
+def halves(found: dict[str, tuple[float, float]]) -> None:
+    """Show a principal distance with one and two standard deviations, by photos."""
+    fig, ax = plt.subplots(figsize=(7, 2.9), layout="constrained")
+    for row, (c, sd) in enumerate(found.values()):
+        for wide, look in ((2, {"lw": 2.5}), (1, {"lw": 9})):
+            ax.plot([c - wide * sd, c + wide * sd], [-row] * 2, color=plot.BLUE, **look)
+        ax.plot(c, -row, "o", color="white", mec=plot.BLACK, ms=10, zorder=3)
+    ax.set_yticks(-np.arange(len(found)), found)
+    ax.set(xlabel="c (mm), ± one and two standard deviations")
+    ax.set_ylim(0.6 - len(found), 0.6)
+    values = "; ".join(f"{k}: {c:.3f} ± {sd:.3f}" for k, (c, sd) in found.items())
+    plot.show(fig, f"Principal distances in mm with standard deviations. {values}.")
 
 
 def wrong_control(x: np.ndarray, predicted: np.ndarray, true: np.ndarray) -> None:

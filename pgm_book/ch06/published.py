@@ -1,10 +1,12 @@
 """The network of Muliawan 2013: nine photos, fifty points, self-calibration."""
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
 from pgm_lab import datasets
+from pgm_lab.bundle import Bundle, adjust
 from pgm_lab.bundle.network import Network
 from pgm_lab.camera import Camera
 
@@ -49,3 +51,20 @@ def network(photos: Collection[int] | None = None) -> Network:
             f"photos must be numbers from 1 to {m}; got {numbers.tolist()}"
         )
     return whole.only(numbers - 1)
+
+
+def wrong_control(found: Bundle, wrong: np.ndarray) -> np.ndarray:
+    """RMS standard deviation and RMS error (2, n) of twenty points, mm.
+
+    The network is put on the ground by seven coordinates of three control points, the
+    first of which is wrong by each of `wrong`, in mm.
+    """
+    control = np.array([0, 9, 30])
+    hold = np.array([(0, 0, 0), (0, 0, 0), (np.inf, 0, np.inf)])
+    outcome = []
+    for mm in wrong:
+        given = found.points[control] + np.array([(mm, 0, 0), (0, 0, 0), (0, 0, 0)])
+        one = adjust(replace(network(), control=(control, given, hold)))
+        error = (one.points - found.points)[10:30]
+        outcome.append([np.sqrt(np.mean(e**2)) for e in (one.sd_points[10:30], error)])
+    return np.transpose(outcome)

@@ -375,53 +375,6 @@ def beyond(true: np.ndarray, found: np.ndarray, r: np.ndarray) -> None:
     )
 
 
-def roc(
-    error: np.ndarray,
-    r: np.ndarray,
-    tests: Mapping[str, np.ndarray],
-    accepted: np.ndarray,
-    limit: float,
-) -> None:
-    """Show what tests accept of right and of wrong chips, at every threshold.
-
-    The larger its score, the more a test trusts a chip; NaN: not at all. A threshold
-    of r is marked, and what all tests of `register` together accept.
-    """
-    wrong = error > WRONG
-    fig, ax = plt.subplots(figsize=(10, 3.7))
-    ax.tick_params(labelsize=15)
-    styles = [(plot.BLUE, "-"), (plot.ORANGE, "--"), (plot.PURPLE, "-.")]
-    for (name, score), (colour, line) in zip(tests.items(), styles):
-        score = np.where(np.isfinite(score), score, -np.inf)
-        order = np.unique(score)[::-1]
-        steps = [[np.mean(score[k] >= t) for t in order] for k in (wrong, ~wrong)]
-        curve = 100 * np.hstack([np.zeros((2, 1)), steps])
-        ax.plot(*curve, color=colour, linestyle=line, linewidth=3.2, label=name)
-    share = [100 * float(np.mean(r[k] >= limit)) for k in (wrong, ~wrong)]
-    kept = [100 * float(np.mean(accepted[k])) for k in (wrong, ~wrong)]
-    for at, mark, colour, name, text_at in (
-        (share, "o", plot.BLUE, f"r ≥ {limit:g}", (2.0, share[1] - 6)),
-        (kept, "*", plot.BLACK, "all tests of register", (2.0, 101)),
-    ):
-        ax.plot(*at, mark, color=colour, markersize=18, clip_on=False, zorder=5)
-        text = f"{name}: {at[1]:.0f} % of the right, {at[0]:.1f} % of the wrong"
-        thread: Look = {"arrowstyle": "-", "color": colour}
-        ax.annotate(
-            text, (at[0], at[1]), text_at, color=colour, fontsize=15, arrowprops=thread
-        )
-    ax.set(xlabel="wrong chips accepted (%)", ylabel="right chips accepted (%)")
-    ax.set(xlim=(0, 25), ylim=(min(50, share[1], kept[1]) - 8, 106))
-    ax.legend(loc="lower right", fontsize=15)
-    plot.show(
-        fig,
-        f"Receiver operating characteristic curves of {' and of '.join(tests)}: right"
-        f" against wrong chips that a threshold accepts. At r ≥ {limit:g}"
-        f" {share[1]:.0f} per cent of the right and {share[0]:.0f} of the wrong chips"
-        f" pass; by all tests of register, {kept[1]:.0f} and {kept[0]:.1f}.",
-        colours=96,
-    )
-
-
 # --- Does your program make the images fit? ---
 
 

@@ -53,12 +53,6 @@ DRAWN = [
         "2 of 3 wrong chips stay above 0.8",
     ),
     (
-        of_lesson.roc,
-        (ERROR, OF_ERROR, {"r": OF_ERROR, "other": -ERROR}, ERROR < 0.25, 0.8),
-        "67 per cent of the right and 50 of the wrong chips pass; by all tests of"
-        " register, 67 and 0.0",
-    ),
-    (
         case_figures.beyond,
         (np.array([0, 3, 4]), [0, 3, 3.1], [1, 1, 0.84]),
         "4 px: 3.10 px, 84%",

@@ -17,6 +17,8 @@ DIGESTS: dict[str, str] = {
     "3": "61ae462b13d5b98e",
     "4": "55b1a2f7ca2f480d",
     "5": "945d3a680d1c4d2b",
+    "6": "8e27bdaf0e2f4a08",
+    "7": "64c386285ac8e1a4",
     "8": "cf29fa263449567b",
 }
 
