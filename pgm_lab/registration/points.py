@@ -329,7 +329,9 @@ def common_grid(reference: Raster, sensed: Raster) -> tuple[Raster, Raster]:
     times = np.sqrt(np.abs(area))
     # The coarser of both
     if times > 1 + SAME_GRID / max(reference.grey.shape):
-        shape = [max(1, int(n / times)) for n in reference.grey.shape]
+        # As many whole pixels as fit in, whatever the last digits of their size
+        fit = times * (1 - SAME_GRID / max(reference.grey.shape))
+        shape = [max(1, int(n / fit)) for n in reference.grey.shape]
         pixel = reference.pixel_size
         grid = replace(
             reference,
