@@ -385,24 +385,29 @@ def _factor(
     """
     some = slice(None, None, -(-len(points) // SAMPLE) or 1)
     points, place = points[some], place[some]
-    n = len(points)
-    ratios = []
-    for axis in np.eye(2):
-        beside = np.floor(BESIDE[:, None] * chip + 0.5) * axis
-        both = ((p[:, None] + beside).reshape(-1, 2) for p in (points, place))
-        at, start = both
-        found = match(at, start)
-        d = THIRD @ (found.points - at).reshape(n, 4, 2)
-        variances = np.diagonal(found.covariance, axis1=1, axis2=2).reshape(n, 4, 2)
-        ratios.append(d / np.sqrt(THIRD**2 @ variances))
-    errors = np.concatenate(ratios).ravel()
-    errors = errors[np.isfinite(errors)]
-    if not len(errors):
+    # (n, axis, 4, 2): side by side along the columns, and along the rows
+    beside = np.floor(BESIDE[:, None] * chip + 0.5) * np.eye(2)[:, None]
+    at, start = (p[:, None, None] + beside for p in (points, place))
+    found = match(at.reshape(-1, 2), start.reshape(-1, 2))
+    d = THIRD @ (found.points.reshape(at.shape) - at)
+    variances = np.diagonal(found.covariance, axis1=1, axis2=2).reshape(at.shape)
+    errors = d / np.sqrt(THIRD**2 @ variances)
+    known = np.isfinite(errors).all(axis=-1)
+    if not known.any():
         return 1.0
-    factor = SD_OF_MAD * float(np.median(np.abs(errors)))
-    chance = SURE * SD_OF_NMAD / np.sqrt(len(errors))
+    factor = SD_OF_MAD * float(np.median(np.abs(errors[known])))
+    chance = SURE * SD_OF_NMAD / np.sqrt(2 * _independent(at[known], chip))
     sure = factor > 0 and abs(np.log(factor)) > chance
     return factor if sure else 1.0
+
+
+def _independent(at: np.ndarray, chip: int) -> float:
+    """How many independent third differences those of chips (m, 4, 2) are worth."""
+    # Chips that overlap share as much of their noise, and of their errors
+    m, of_all = len(at), at.reshape(-1, 2)
+    shared = np.maximum(1 - np.abs(of_all[:, None] - of_all) / chip, 0).prod(axis=-1)
+    correlation = THIRD @ (shared.reshape(m, 4, m, 4) @ THIRD) / (THIRD @ THIRD)
+    return m**2 / float(np.sum(correlation**2))
 
 
 # --- Chips that changed: textured in both images, but matched by nothing ---

@@ -134,7 +134,7 @@ def match_rows(
         - "peak on the border of the search": the correlation still rises there;
         - "left-right check failed": from right to left another pixel is found;
         - "not converged": least squares still makes steps, or moved by over 1 px
-          ("ncc") or 0.75 px ("sgm");
+          ("ncc") or 0.75 px ("sgm"), or gives no standard deviation;
         - "isolated": part of a patch under two windows that differs from all around.
 
         The standard deviation is that of least squares matching, with the correlation
@@ -214,6 +214,7 @@ def match_rows(
         nearby = np.sqrt(_mean_around(moves**2, agree, window))
         d, sd = np.where(found, peaks.d, d), np.where(found, nearby, sd)
         status[found] = 0
+    status[(status == 0) & ~np.isfinite(sd)] = STATUSES.index("not converged")
     jump = MAX_DIFFERENCE if fill else MAX_JUMP
     isolated = _isolated(d, status == 0, MIN_PATCH * window**2, jump)
     status[isolated] = STATUSES.index("isolated")

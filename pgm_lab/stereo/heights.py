@@ -108,7 +108,7 @@ def intersect(
     rows, columns = step * np.stack(np.nonzero(match.status[::step, ::step] == 0))
     d, sd = (a[rows, columns].astype(float) for a in (match.disparity, match.sd))
     xyz = pair.object_points(columns, rows, d)
-    met = ~np.isnan(xyz[:, 0])  # the others meet behind the photos
+    met = np.isfinite(xyz.sum(axis=1) + sd)  # the others meet behind the photos
     if not met.all():
         rows, columns, d, sd, xyz = (a[met] for a in (rows, columns, d, sd, xyz))
     # How the point moves along the ray with the sd of the disparity

@@ -156,3 +156,10 @@ def test_errors_are_as_large_as_predicted(make, how, low, high, high_normalized)
     """Within a tenth; a fifth on a real image, and with its alias up to 1.3."""
     ratio, normalized = sampled(make, **how)
     assert low < ratio < high and low < normalized < high_normalized
+
+
+def test_chips_that_overlap_do_not_make_a_factor_surer():
+    """The same points again say nothing new of how far chips are off."""
+    reference, sensed, _ = textures(0.1, 2.0)(0)
+    points = np.tile(matching.pick(reference, 60, margin=20), (3, 1))
+    assert register(reference, sensed, points, refine="lsm").factor == 1.0

@@ -339,6 +339,55 @@ def test_numbers_of_warnings_are_those_of_the_result():
     assert float(stated) == pytest.approx(5, rel=0.25)
 
 
+def bent(by):
+    """Shifts of one wave over the image."""
+    found = result(100)
+    x, y = found.points.T / 30
+    return result(100, dx=found.dx + by * np.sin(x), dy=found.dy + by * np.cos(y))
+
+
+def test_what_neighbours_share_is_in_what_the_shift_is_known_to():
+    """Of 16 parts of 25 points, 0.1 px each: 0.1 / 4; their scatter says 0.006."""
+    of_parts = []
+    for seed in range(20):
+        x, y = np.indices((20, 20)).reshape(2, -1)
+        part = x // 5 * 4 + y // 5
+        error = np.random.default_rng(seed).normal(0, 0.1, (16, 2))[part]
+        found = result(400, points=np.column_stack([x, y]) * 10.0 + 5)
+        of_parts.append(module._of_parts(found.points, error))
+    # Of the larger of two standard deviations
+    assert np.mean(of_parts) == pytest.approx(0.1 / 4, rel=0.2)
+    assert module._of_parts(found.points[:5], error[:5]) == 0
+    shared = result(400, points=found.points, dx=error[:, 0], dy=error[:, 1])
+    assert case(shared).known == pytest.approx(np.hypot(of_parts[-1], 0.01), rel=1e-6)
+
+
+def test_a_shift_that_bends_is_told_from_one_that_turns():
+    (title,) = said(bent(0.5), model=fit(bent(0.5)))
+    assert title == "A shift that changes from place to place"
+    assert title not in said(bent(0.5), model=fit(bent(0.5), "local"))
+    assert title not in said(bent(0.0), model=fit(bent(0.0)))
+
+
+def test_a_start_and_a_low_threshold_are_told():
+    reference, sensed, _ = images.uneven((18.0, -11.0))
+    start = registration.approximate(reference, sensed)
+    points = registration.pick(reference, 60, sensed=sensed, offset=start.typical)
+    how = {"refine": "lsm", "start": start.shifts(points), "radius": start.radius}
+    found = registration.register(reference, sensed, points, **how, threshold=0.4)
+    given = how | {"threshold": 0.4}
+    told = dict(
+        module._case(found, reference, sensed, None, start, None, given, "").findings
+    )
+    words = told["A start from reduced images"]
+    assert f"{start.found} of {start.tried} large chips" in words
+    assert f"reached {start.radius} px" in words
+    words = told["Images that look different"]
+    assert (
+        f"The median r is {np.nanmedian(found.r):.2f}" in words and "r = 0.4" in words
+    )
+
+
 # --- What the overlay shows ---
 
 

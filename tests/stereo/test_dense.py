@@ -284,3 +284,25 @@ def test_images_that_show_nothing_alike_or_nothing_at_all(method):
         stereo.match_rows(np.full((50, 60), np.nan), right[:50, :60], method=method)
     with pytest.raises(ValueError, match="the same size"):
         stereo.match_rows(left, right[:, 1:], method=method)
+
+
+@pytest.mark.parametrize("how", [{}, {"fill": True}, {"method": "ncc"}], ids=str)
+def test_what_is_accepted_has_a_standard_deviation(how, monkeypatch):
+    """Of equal images, few grey values and holes; also where there were none to give."""
+    scene, moved, _ = smooth_pair(GROUNDS["ramp"])
+    holed = np.where(np.indices(scene.shape).sum(axis=0) % 70 < 12, np.nan, scene)
+    real = dense._inflation
+    for left, right in ((scene, scene), (scene // 40, moved // 40), (holed, moved)):
+        match = stereo.match_rows(left, right, **how)
+        np.testing.assert_array_equal(np.isfinite(match.sd), match.status == 0)
+        # Half of it without residuals to tell
+        some = np.indices(scene.shape)[1] < 60
+        monkeypatch.setattr(
+            dense,
+            "_inflation",
+            lambda *a: np.where(some[: len(a[1])], np.nan, real(*a)),
+        )
+        lost = stereo.match_rows(left, right, **how)
+        monkeypatch.undo()
+        np.testing.assert_array_equal(np.isfinite(lost.sd), lost.status == 0)
+        assert np.sum(lost.status == 0) < np.sum(match.status == 0)

@@ -42,6 +42,15 @@ def disparities(match, points):
     return match.disparity[points.cells[:, 1], points.cells[:, 0]].astype(float)
 
 
+def test_no_point_is_without_coordinates_or_standard_deviations():
+    pair, match = normal_pair(), dense()
+    match.disparity[:, :9] = -4000  # behind the photos
+    match.sd[:9] = np.nan
+    points = stereo.intersect(pair, match)
+    assert np.isfinite(np.hstack([points.xyz, points.sd])).all()
+    np.testing.assert_array_equal(points.cells.min(axis=0), (9, 9))
+
+
 def test_points_and_sigma_z_are_those_of_the_adjusted_intersection():
     # x' and x'' each with sigma: their difference, the disparity, with sqrt(2) sigma
     pair, sigma = normal_pair((0, 0, 0.4)), 0.2
