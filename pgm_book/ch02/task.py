@@ -22,9 +22,9 @@ ROWS, COLUMNS = 320, 460
 BLUR = 0.5  # px, of the lens
 NOISE = 2.0  # grey values, of a photo
 SEEN, PLANTED, CROWN, HIDDEN = range(4)  # kinds of points
-HOW_MANY = 13, 7, 4, 6
-RADIUS, STEP, TREES = 24, 12, 7  # px: of a high crown, and between the small trees
-ALLOWED = 10  # points of thirty, wrong ones counted twice
+HOW_MANY = 12, 8, 4, 6
+RADIUS, STEP, TREES = 24, 9, 9  # px: of a high crown, and between the small trees
+ALLOWED = 11  # points of thirty, wrong ones counted twice
 FORM = "30 rows of (column, row) in the right photo, NaN where a point has no match"
 
 EVERY = (
@@ -277,10 +277,10 @@ def _points(
     behind = np.repeat(crowns, 2, axis=0) + np.column_stack(
         [-deep, chance.randint(-8, 9, 6)]
     )
-    cells = chance.permutation(9)[:7]
-    rows = middle + 4 * np.column_stack([cells % 3 - 1, cells // 3 - 1])
+    cells = chance.permutation(9)[:8]
+    rows = middle + STEP * np.column_stack([cells % 3 - 1, cells // 3 - 1])
     points = np.concatenate(
-        [ground[chance.permutation(37)[:13]], rows, on_crowns[:4], behind]
+        [ground[chance.permutation(37)[:12]], rows, on_crowns[:4], behind]
     )
     points = np.concatenate([points, measured, on_crowns[4:]])
     there = points + np.column_stack([moved(*points.T), 0 * points[:, 1]])

@@ -13,7 +13,7 @@ from tests import lesson_program
 DIGESTS: dict[str, str] = {
     "1": "7f3d7ccbf5186629",
     "A1": "b3c21bd8b45f9c1b",
-    "2": "1b51b291e9956d4c",
+    "2": "513697b9e65888db",
     "3": "61ae462b13d5b98e",
     "4": "55b1a2f7ca2f480d",
     "5": "945d3a680d1c4d2b",
