@@ -101,6 +101,7 @@ def reduced(function: Callable) -> None:
         (K - by_points[0], "all points take part, not the first alone"),
         (K - by_points[-1], "all points take part, not the last alone"),
         (K - by_points.mean(axis=0), "the sum over the points, not their mean"),
+        (K - by_points.sum(), "the sum over the points alone, not over rows as well"),
         (
             K - E.sum(axis=0) @ np.linalg.inv(V.sum(axis=0)) @ E.sum(axis=0).T,
             "each point with its own E and V first, the sum over the points last",
@@ -171,6 +172,17 @@ def _free_network(function: Callable, J: np.ndarray) -> bool:
     return near(answer, rest.T @ rest, 1e-6)
 
 
+def _root(xy: np.ndarray, camera: np.ndarray) -> np.ndarray:
+    """Ideal points by a program that takes ρ for ρ²."""
+    _, x0, y0, K1, K2, K3, P1, P2, b1, b2 = camera
+    x, y = (xy - (x0, y0)).T
+    rho = np.hypot(x, y)
+    radial = K1 * rho + K2 * rho**2 + K3 * rho**3
+    dx = x * radial + P1 * (rho + 2 * x**2) + 2 * P2 * x * y + b1 * x + b2 * y
+    dy = y * radial + P2 * (rho + 2 * y**2) + 2 * P1 * x * y
+    return np.column_stack([x + dx, y + dy])
+
+
 def without_lens(function: Callable) -> None:
     """Check without_lens(xy, camera), the ideal image points."""
     xy = np.array([(3.0, 4.0), (-8.5, 2.0), (0.5, -6.0), (-4.0, -5.5)])
@@ -197,6 +209,7 @@ def without_lens(function: Callable) -> None:
         (expected - ideal, "that is the correction alone; add it to the point"),
         (expected + full[1:3], "x0 and y0 are subtracted first, and stay subtracted"),
         (wrong(x0=0, y0=0), "the principal point is missing"),
+        (_root(xy, full), "ρ² is x² + y², not the root of it"),
         (wrong(x0=-1, y0=-1), "x0 and y0 are subtracted, not added"),
         (wrong(P1="P2", P2="P1"), "P1 and P2 are exchanged"),
         (wrong(b1="b2", b2="b1"), "b1 and b2 are exchanged"),

@@ -541,7 +541,7 @@ def height_profile(loop: np.ndarray, book: np.ndarray, land: Landscape) -> None:
         ".",
         color=plot.RED,
         ms=9,
-        label="a loop of your functions",
+        label="a loop like yours",
     )
     ax.set(xlabel="X (m)", ylabel="Z (m)")
     ax.set_ylim(ground.min() - 8, top.max() + 10)  # room for what hangs in the air

@@ -183,7 +183,17 @@ def test_a_slip_of_the_prediction_is_named():
     assert unnamed(chapter8.sigma_height, slips) == []
 
 
-def normal(image, M, N, c, px, turn=lambda M, N: M @ N.T, up=-1, order=1):
+def normal(
+    image,
+    M,
+    N,
+    c,
+    px,
+    turn=lambda M, N: M @ N.T,
+    up=-1,
+    order=1,
+    sample=map_coordinates,
+):
     """A photo resampled to the normal case, with room for a slip."""
     rows, columns = image.shape
     row, column = np.indices(image.shape)
@@ -192,7 +202,7 @@ def normal(image, M, N, c, px, turn=lambda M, N: M @ N.T, up=-1, order=1):
     rays = np.stack([x, y, np.full(x.shape, -c)])
     U, V, W = np.tensordot(turn(M, N), rays, 1)
     place = [middle[1] - c * V / W / (up * px), middle[0] - c * U / W / px]
-    return map_coordinates(image, place, order=order, cval=np.nan)
+    return sample(image, place, order=order, cval=np.nan)
 
 
 def test_a_right_normal_case_passes(capsys):
@@ -203,6 +213,12 @@ def test_a_right_normal_case_passes(capsys):
 def test_a_slip_of_the_normal_case_is_named():
     def turned(how):
         return lambda *a: normal(*a, turn=how)
+
+    def exchanged(image, *rest):
+        def at(image, place, **how):
+            return map_coordinates(image, place[::-1], **how)
+
+        return normal(image, *rest, sample=at)
 
     slips = [
         (lambda *a: None, "returns nothing"),
@@ -216,6 +232,10 @@ def test_a_slip_of_the_normal_case_is_named():
         (lambda *a: normal(*a, up=1), "rows count downwards"),
         (lambda *a: normal(*a)[::-1], "rows count downwards"),
         (lambda *a: normal(*a, order=0), "between four"),
+        (turned(lambda M, N: M), "N is missing"),
+        (lambda *a: normal(*a).round(), "rounded"),
+        (lambda *a: normal(*a) + 0j, "must return grey values"),
+        (exchanged, "rows and columns"),
         (lambda *a: normal(*a).T.reshape(60, 80), "rays' places"),
     ]
     assert unnamed(chapter8.normal_case, slips) == []
