@@ -288,7 +288,7 @@ def test_images_that_show_nothing_alike_or_nothing_at_all(method):
 
 @pytest.mark.parametrize("how", [{}, {"fill": True}, {"method": "ncc"}], ids=str)
 def test_what_is_accepted_has_a_standard_deviation(how, monkeypatch):
-    """Of equal images, few grey values and holes; also where there were none to give."""
+    """Of equal images, few grey values, holes; and where residuals tell nothing."""
     scene, moved, _ = smooth_pair(GROUNDS["ramp"])
     holed = np.where(np.indices(scene.shape).sum(axis=0) % 70 < 12, np.nan, scene)
     real = dense._inflation
@@ -300,7 +300,7 @@ def test_what_is_accepted_has_a_standard_deviation(how, monkeypatch):
         monkeypatch.setattr(
             dense,
             "_inflation",
-            lambda *a: np.where(some[: len(a[1])], np.nan, real(*a)),
+            lambda *a, some=some: np.where(some[: len(a[1])], np.nan, real(*a)),
         )
         lost = stereo.match_rows(left, right, **how)
         monkeypatch.undo()
