@@ -257,7 +257,7 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     colours = [plot.RED if one == name else plot.BLUE for one in NAMES]
     right.barh(NAMES, micrometres, color=colours, log=True)
     right.invert_yaxis()
-    right.set(xlabel="moves the image point (10, 6) mm by (µm)")
+    right.set(xlabel="moves point (10, 6) mm by (µm)")
     size = 1000 * np.hypot(*truth.blunder)
     left.set_title(f"photo {ray[0]}, point {ray[1]}: {size:.0f} µm off")
     right.set_title("one standard deviation of")
