@@ -18,6 +18,9 @@ WINDOW = 19  # pixels, of an ideal solution
 # Of a centroid, in px: the formula of the lesson, with a target in the middle
 CENTROID = NOISE * np.sqrt(WINDOW**2 * (WINDOW**2 - 1) / 12) / WHOLE
 PROGRAM = 0.03  # pixels: how well the program measured
+HAND = (
+    0.0015  # of the way from the middle: lines through clicks give another pixel size
+)
 CONVENTIONS = (
     ("upper left", "right, down"),
     ("upper left", "down, right"),
@@ -29,6 +32,10 @@ CONVENTIONS = (
 BESIDE = {"upper left": (-0.5, -0.5), "lower left": (-0.5, 0.5), "centre": (0.5, 0.5)}
 STEPS = {"right": (1, 0), "left": (-1, 0), "down": (0, 1), "up": (0, -1)}
 KEYS = ("origin", "half_pixel", "axes", "pixel_size", "photo", "height")
+CLICKED = (
+    "Clicks are good to two pixels: fit the lines to the measured centres of all"
+    " twenty, and keep all digits."
+)
 ZERO = "Compare the zero with the centre of its pixel, or of the image, to 0.1 pixels."
 PULL = (
     "Something pulls the centroids to the centres of their windows: a background that"
@@ -80,7 +87,8 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     zero = _place(origin, size) + half * np.array(BESIDE[origin])
     turn = p * np.transpose([STEPS[one] for one in axes.split(", ")])
     given, others = places[:20], places[20:]
-    clicked = np.round(given + chance.uniform(-1.5, 1.5, (20, 2)))
+    short = HAND * (given - np.divide(size, 2))  # a hand that stops short
+    clicked = np.round(given - short + chance.uniform(-0.7, 0.7, (20, 2)))
     printed = (given + PROGRAM * chance.standard_normal((20, 2)) - zero) @ turn
     planned = others + chance.uniform(-2, 2, (20, 2))
     plan, photo = (
@@ -182,6 +190,7 @@ def _changes(truth: Truth) -> list[tuple[str, str, Any]]:
         ("Do its coordinates grow with the row?", "axes", f"{flip[x]}, {flip[y]}"),
         ("Which of its coordinates follows the column?", "axes", f"{y}, {x}"),
         ("At which pixel are both its coordinates zero?", "origin", other),
+        (CLICKED, "pixel_size", 1.001 * p),
         (ZERO, "half_pixel", not right["half_pixel"]),
         ("The pixel size is wanted in millimetres.", "pixel_size", 1000 * p),
         ("In this book y of a photo points up.", "photo", photo * (1, -1)),

@@ -87,8 +87,9 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
             observed = np.round(_design(lines) @ heights + errors + wrong, 4)
             places = dict(zip(order, SPOTS))
             truth = Truth(lines, km, observed, heights, bad, float(size), places)
-            if _quiet(truth) and all(one.holds for one in judge(truth, truth.answer)):
-                break
+            if _hidden(truth) and _quiet(truth) and _right(truth, truth.answer):
+                if not any(_right(truth, one) for one in slips(truth).values()):
+                    break
     rows = [
         f"{line[0]},{line[1]},{difference:.4f},{length:.1f}"
         for line, difference, length in zip(lines, observed, km)
@@ -111,6 +112,13 @@ def _control(lines: list[str], km: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     R = np.eye(len(km)) - A @ np.linalg.inv(A.T @ A) @ A.T
     r = np.diag(R)
     return r, np.max(np.abs(R / np.sqrt(np.outer(r, r))) - 2 * np.eye(len(km)), axis=1)
+
+
+def _hidden(truth: Truth) -> bool:
+    """Whether others have the largest residual, and the largest v / σ."""
+    v = np.abs(truth.adjusted(1 / truth.km, truth.km > 0)[1])
+    largest = {int(np.argmax(one)) for one in (v, v / np.sqrt(truth.km))}
+    return truth.bad not in largest
 
 
 def _quiet(truth: Truth) -> bool:
@@ -137,6 +145,10 @@ def judge(truth: Truth, result: object) -> list[Part]:
     ]
 
 
+def _right(truth: Truth, result: object) -> bool:
+    return all(part.holds for part in judge(truth, result))
+
+
 def _read(result: object) -> dict[str, Any]:
     """Return the values of an answer, or say what is wanted."""
     if not isinstance(result, dict) or not result.keys() >= set(KEYS):
@@ -155,7 +167,7 @@ def _read(result: object) -> dict[str, Any]:
 
 
 def slips(truth: Truth) -> dict[str, dict[str, Any]]:
-    """Return what the likeliest wrong programs give, where they are wrong."""
+    """Return what the likeliest wrong programs give."""
     every, p, right = truth.km > 0, 1 / truth.km, truth.answer
 
     def solved(p: np.ndarray, used: np.ndarray) -> dict[str, Any]:
@@ -179,6 +191,9 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         "The ± must follow from the stated 2 mm, not from the residuals.": {
             "sd": right["sd"] * sigma0 / SIGMA0
         },
+        "The ± are those of all eleven readings, and one is gone.": {
+            "sd": solved(p, every)["sd"]
+        },
         "The ± are wanted in millimetres.": {"sd": right["sd"] / 1000},
         "The ± of a line of 1 km is missing in those of the heights.": {
             "sd": right["sd"] / (1000 * SIGMA0)
@@ -190,12 +205,7 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         "A residual shows only a share of a blunder.": {"size": -1000 * v[truth.bad]},
         "The size is wanted in millimetres.": {"size": right["size"] / 1000},
     }
-    wrong = {words: right | change for words, change in changes.items()}
-    return {
-        words: one
-        for words, one in wrong.items()
-        if not all(part.holds for part in judge(truth, one))
-    }
+    return {words: right | change for words, change in changes.items()}
 
 
 def hint(truth: Truth, result: object) -> str:

@@ -1,5 +1,6 @@
 """The task of chapter 1: natural spellings pass, and what is no answer is refused."""
 
+import numpy as np
 import pytest
 
 from pgm_book import task
@@ -39,3 +40,17 @@ def test_a_background_that_is_left_in_is_named_whatever_the_window(truth):
     pull = 0.3 * (truth.plan - truth.answer["photo"])
     result = truth.answer | {"photo": truth.answer["photo"] + pull}
     assert lesson.hint(truth, result) == lesson.PULL
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_lines_through_the_clicks_are_not_exact_enough(seed):
+    files, truth = lesson.make(np.random.RandomState(seed))
+    rows = files["program.csv"].splitlines()
+    clicks_and_own = np.loadtxt(rows, delimiter=",", skiprows=1)
+    own = clicks_and_own[:, 2:]
+    if truth.answer["axes"].startswith("down"):
+        own = own[:, ::-1]
+    fits = [np.polyfit(a, b, 1)[0] for a, b in zip(clicks_and_own[:, :2].T, own.T)]
+    result = truth.answer | {"pixel_size": np.mean(np.abs(fits))}
+    assert not all(part.holds for part in lesson.judge(truth, result))
+    assert lesson.hint(truth, result) == lesson.CLICKED

@@ -44,3 +44,5 @@ def test_the_wrong_reading_stands_out_in_every_net():
         r, alike = lesson._control(truth.lines, truth.km)
         w = np.abs(v) / (lesson.SIGMA0 * np.sqrt(truth.km * r))
         assert np.argmax(w) == truth.bad and w.max() > 6 and alike[truth.bad] < 0.9
+        assert np.argmax(np.abs(v)) != truth.bad  # the largest residual is no answer
+        assert np.argmax(np.abs(v) / np.sqrt(truth.km)) != truth.bad
