@@ -17,8 +17,9 @@ def highest(truth):
     """Return the place of the highest r, and this r, for each of the thirty points."""
     middle = np.median(truth.there - truth.points, axis=0)
     starts = truth.points + np.rint(middle - (9, 0))  # crowns move farther left
-    anything = {"threshold": -1, "ratio": 1}
-    found = ncc.match(truth.left, truth.right, truth.points, starts, 21, 59, **anything)
+    found = ncc.match(
+        truth.left, truth.right, truth.points, starts, 21, 59, threshold=-1, ratio=1
+    )
     return found.points, found.r
 
 
