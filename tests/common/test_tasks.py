@@ -14,7 +14,7 @@ DIGESTS: dict[str, str] = {
     "1": "7f3d7ccbf5186629",
     "A1": "b3c21bd8b45f9c1b",
     "2": "1b51b291e9956d4c",
-    "3": "61ae462b13d5b98e",
+    "3": "92aea2a7521ba0ef",
     "4": "55b1a2f7ca2f480d",
     "5": "945d3a680d1c4d2b",
     "6": "8e27bdaf0e2f4a08",
