@@ -120,6 +120,28 @@ def radiometric(gains: np.ndarray, eight: np.ndarray, six: np.ndarray) -> None:
     )
 
 
+def bound() -> None:
+    """Show how far `lsm.match` stays above the bound, with eight parameters."""
+    wanted = {"contrast": "40.0", "sigma": "1.0", "gain_offset": "1.08 and 4"}
+    rows = [
+        row
+        for row in results.rows("ch03", "precision")
+        if wanted.items() <= row.items() and row["h0_h1"] == "estimated"
+    ]
+    names = [f"{row['texture']}, {row['grey']}" for row in rows]
+    ratios = [float(row["rms_over_bound"]) for row in rows]
+    fig, ax = plt.subplots(figsize=(7, 2.4), layout="constrained")
+    ax.axvline(1, color=plot.BLACK)
+    ax.plot(ratios, names, "o", color=plot.BLUE, ms=10)
+    for name, ratio in zip(names, ratios):
+        ax.annotate(f"{ratio:.2f}", (ratio + 0.06, name), va="center", fontsize=14)
+    ax.set(xlim=(0.9, 3.1), xlabel="error / best possible error")
+    ax.margins(y=0.2)
+    ax.invert_yaxis()
+    said = ", ".join(f"{name} {ratio:.2f}" for name, ratio in zip(names, ratios))
+    plot.show(fig, f"Error of a match over the Cramér-Rao bound: {said}.")
+
+
 def on_photo(photo: np.ndarray, points: np.ndarray, errors: np.ndarray) -> None:
     """Show matches on a photo, coloured by their distance from the truth."""
     classes = {

@@ -265,6 +265,28 @@ def pull_in() -> None:
     )
 
 
+def real_error() -> None:
+    """Show the error of matches on a real photo, and what they predicted."""
+    wanted = {"factor": "4", "shift_x": "0.25", "shift_y": "0.25", "window": "21"}
+    (row,) = [
+        row
+        for row in results.rows("ch03", "real")
+        if wanted.items() <= row.items() and row["tolerance"] == "0.02"
+    ]
+    error, predicted = float(row["rms"]), float(row["median_predicted_sd"])
+    fig, ax = plt.subplots(figsize=(7, 1.7), layout="constrained")
+    bars = ax.barh(
+        ("predicted", "error"), (predicted, error), color=(plot.BLUE, plot.RED)
+    )
+    ax.bar_label(bars, fmt=" %.3f px", fontsize=14)
+    ax.set(xlabel="RMS in a column or a row (px)", xlim=(0, 0.062))
+    plot.show(
+        fig,
+        f"Error of matches on a real photo, {error:.3f} px, and below it the standard"
+        f" deviation that they predicted, {predicted:.3f} px.",
+    )
+
+
 def ellipses(
     left: np.ndarray,
     places: Mapping[str, np.ndarray],
