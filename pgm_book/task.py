@@ -71,10 +71,10 @@ class Task:
     name: str
     folder: Path
     files: tuple[str, ...]
-    digest: str = field(repr=False)  # of all values, so that two machines can compare
-    _lesson: ModuleType = field(repr=False)
-    _truth: Any = field(repr=False)
-    _tries: list = field(repr=False, default_factory=list)  # results of this session
+    digest: str  # of all values, so that two machines can compare
+    _lesson: ModuleType
+    _truth: Any
+    _tries: list = field(default_factory=list)  # results of this session
 
     def __repr__(self) -> str:
         """What is given, and nothing of the answer."""
@@ -94,7 +94,8 @@ class Task:
         passed = all(part.holds for part in parts)
         self._tries.append(result)
         number = self._kept(parts, passed)
-        said = "; ".join(map(str, parts if passed else _wrong(parts)))
+        told = parts if passed else [part for part in parts if not part.holds]
+        said = "; ".join(map(str, told))
         if not passed:
             raise CheckFailed(f"try {number}: {said}. mine.hint() names a likely slip.")
         print(f"✓ Task {self.number}, try {number}. {said}.")
@@ -157,14 +158,12 @@ def start(number: int | str, name: str, secret: str = "") -> Task:
     ValueError
         If the lesson has no task, or the name is empty.
     """
-    number, chance = str(number).upper(), _chance(number, name, secret)
-    lesson = _lesson(number)
+    number = str(number).upper()
+    chance, lesson = _chance(number, name, secret), _lesson(number)
     made, truth = lesson.make(chance)
     contents = {one: _content(value) for one, value in made.items()}
     keeps = Path(FILE).is_file()
-    folder = (
-        _place(number, contents) if keeps else Path(tempfile.mkdtemp(prefix="task_"))
-    )
+    folder = _place(number, contents) if keeps else Path(tempfile.mkdtemp("_task"))
     files.save({p: c for p, c in _under(folder, contents) if not p.exists()})
     mine = Task(number, name, folder, tuple(made), _digest(made), lesson, truth)
     if not keeps:  # the folder goes when the task goes, or Python
@@ -177,12 +176,12 @@ def start(number: int | str, name: str, secret: str = "") -> Task:
 # --- From a name to the values ---
 
 
-def _chance(number: int | str, name: str, secret: str) -> np.random.RandomState:
+def _chance(number: str, name: str, secret: str) -> np.random.RandomState:
     """Return the stream of a name; unlike `default_rng`, it never changes (NEP 19)."""
     if not isinstance(name, str) or not name.strip():
         raise ValueError("name must be a text, such as 'Ada Lovelace'")
     folded = " ".join(name.casefold().split())
-    seed = hashlib.sha256(f"{str(number).upper()}\n{folded}\n{secret}".encode())
+    seed = hashlib.sha256(f"{number}\n{folded}\n{secret}".encode())
     return np.random.RandomState(np.frombuffer(seed.digest(), dtype="<u4"))
 
 
@@ -237,10 +236,6 @@ def _differs(path: Path, content: bytes) -> bool:
 
 
 # --- From a result to the portfolio ---
-
-
-def _wrong(parts: list[Part]) -> list[Part]:
-    return [part for part in parts if not part.holds]
 
 
 def _results() -> list[dict]:

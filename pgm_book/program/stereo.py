@@ -3,7 +3,6 @@
 `epipolar.line`, `stereo.match_dense` and `stereo.intersect` do it for all pixels.
 """
 
-import cv2
 import numpy as np
 
 from pgm_book.program.registration import peak_of_parabola
@@ -229,18 +228,3 @@ def row_points(
             )
             points[i] = pair.stations[0] + model @ pair.rotation
     return points
-
-
-def coarser(pair: NormalPair) -> NormalPair:
-    """Return the next level of the image pyramid: half the size, smoothed first.
-
-    Pixels have twice the size; pixel (0, 0) stays where it was.
-    """
-    left, right = (
-        cv2.pyrDown(np.nan_to_num(a, nan=float(np.nanmean(a))))
-        for a in (pair.left, pair.right)
-    )
-    size = 2 * pair.pixel_size
-    return NormalPair(
-        left, right, pair.rotation, pair.stations, pair.c, size, pair.origin
-    )

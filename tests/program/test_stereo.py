@@ -92,11 +92,3 @@ def test_a_promise_is_the_derivative_of_the_depth():
     depth = [c * B / (parallax + s * 0.1 * pixel) for s in (-0.5, 0.5)]
     wanted = depth[0] - depth[1]
     assert np.isclose(program.sigma_height(H, B, gsd, 0.1), wanted, rtol=1e-6)
-
-
-def test_a_coarser_pair_keeps_the_ground_where_it_is(pair):
-    half = program.coarser(pair)
-    rows, columns = pair.left.shape
-    assert half.left.shape == ((rows + 1) // 2, (columns + 1) // 2)
-    point = pair.object_points(40, 60, 6.0)
-    assert np.allclose(half.object_points(20, 30, 3.0), point, atol=1e-9)
