@@ -24,6 +24,7 @@ from pgm_lab.command._options import (
 )
 from pgm_lab.io.files import printable
 from pgm_lab.registration import Model, Raster, Registration
+from pgm_lab.registration.chips import HALF
 from pgm_lab.registration.model import NAMES
 from pgm_lab.registration.start import Start, chance
 from pgm_lab.report import registration as report
@@ -41,7 +42,6 @@ NO_MEMORY = (
 NUMBER = {"shift": 100, "affine": 100, "local": 500}  # points that are picked
 NEAR = 0.5  # of the radius: the search needs no other start
 MANY = 0.5  # of the points: where fewer are accepted, chance decides on r
-HALF = 0.5  # px
 RASTERS = (".tif", ".tiff")
 THRESHOLD = 0.7  # of r, if not asked for
 REFINE = {"none": None, "parabola": "parabola", "lsm": "lsm"}

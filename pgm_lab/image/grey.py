@@ -171,6 +171,16 @@ def eight_bit(image: np.ndarray) -> np.ndarray:
     return np.rint(grey).astype(np.uint8)
 
 
+def as_type(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
+    """Grey values in a type, rounded and clipped to its range."""
+    if dtype.kind == "f":
+        return values.astype(dtype)
+    if dtype.kind == "b":
+        return np.round(values).astype(bool)
+    limits = np.iinfo(dtype)
+    return np.clip(np.round(values), limits.min, limits.max).astype(dtype)
+
+
 def _highest(image: ArrayLike) -> int | None:
     """Highest grey value that an 8 or 16 bit image can have; None for any other."""
     dtype = np.asarray(image).dtype  # of any byte order, as a file may have it

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate, image
 from pgm_lab.adjustment import UNCONTROLLED, adjust
 from pgm_lab.adjustment.result import residual_statistics
+from pgm_lab.image.grey import as_type
 from pgm_lab.image.resampling import METHODS
 from pgm_lab.io.geotiff import MAX_PIXELS, without_data
 from pgm_lab.registration import field as smooth_field
@@ -445,7 +446,7 @@ def _resample_strip(
         piece = piece[tuple(nearest)]
     found = image.resample(piece, places[known], method)
     k = np.flatnonzero(inside)[known]
-    values.reshape(-1)[k] = _as_type(found, grey.dtype)
+    values.reshape(-1)[k] = as_type(found, grey.dtype)
     mask.reshape(-1)[k] = False
 
 
@@ -458,13 +459,3 @@ def _touches(holes: np.ndarray, places: np.ndarray, method: str) -> np.ndarray:
     near = cv2.dilate(holes.astype(np.uint8), square, anchor=(before, before))
     column, row = np.floor(places + half).astype(int).T
     return near[row, column] > 0
-
-
-def _as_type(values: np.ndarray, dtype: np.dtype) -> np.ndarray:
-    """Grey values in a type, rounded and clipped to its range."""
-    if dtype.kind == "f":
-        return values.astype(dtype)
-    if dtype.kind == "b":
-        return np.round(values).astype(bool)
-    limits = np.iinfo(dtype)
-    return np.clip(np.round(values), limits.min, limits.max).astype(dtype)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, matching
+from pgm_lab.image.grey import as_type
 from pgm_lab.io.geotiff import INSTALL, Raster, installed, same_crs, without_data
 from pgm_lab.io.text import read_table
 
@@ -379,9 +380,6 @@ def _warped(raster: Raster, grid: Raster) -> Raster:
             found = warped.read(1)
     mask = ~np.isfinite(found)
     found[mask] = 0
-    if raster.grey.dtype.kind in "ui":
-        limits = np.iinfo(raster.grey.dtype)
-        found = np.clip(np.rint(found), limits.min, limits.max)
-    grey = found.astype(raster.grey.dtype)
+    grey = as_type(found, raster.grey.dtype)
     place = grid.transform, grid.crs, grid.pixel_size
     return Raster(grey, mask, *place, raster.nodata, raster.path, beside=raster.beside)
