@@ -3,15 +3,16 @@
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, cKDTree
 
 from pgm_book.ch09.photos import Board, Pair
 from pgm_lab import plot
 from pgm_lab.plot.basic import Look, interact
 from pgm_lab.plot.space import fit, space
 
-ENLARGED = 20.0  # arrows of the board's points
-EDGE = 0.12  # m: a triangle with a longer step in depth is not drawn
+ENLARGED = 50.0  # arrows of the board's points
+EDGE = 0.1  # m: a triangle with a longer side is not drawn
+FRONT = 1.3  # times the median depth: what lies behind is not drawn
 WORDS: Look = {"fontsize": 15}
 
 
@@ -42,7 +43,7 @@ def shapes(sets: tuple[Board, Board], off: list[np.ndarray]) -> None:
         drawn = ax.tricontourf(x, y, one[:, 2], levels, cmap="PuOr")
         ax.quiver(
             x, y, *(ENLARGED * one[:, :2].T), angles="xy", scale_units="xy", scale=1,
-            width=0.006,
+            width=0.009, color=plot.BLACK,
         )  # fmt: skip
         ax.set_title(f"from the {seen.name}", fontsize=15)
         ax.set(aspect="equal", xticks=[], yticks=[])
@@ -129,7 +130,8 @@ def weakest(names: list[str], sd: np.ndarray, off: np.ndarray) -> None:
     if np.isfinite(off).all():
         ax.plot(at, np.abs(off), "D", color=plot.ORANGE, ms=11, label="true error")
     ax.set_xticks(at, names)
-    ax.set(yscale="log", ylabel="degrees")
+    ax.set(ylabel="degrees")
+    ax.grid(axis="x")
     ax.legend(fontsize=13)
     said = [f"{name} {value:.3f}°" for name, value in zip(names, sd)]
     plot.show(
@@ -169,20 +171,27 @@ def depths(
 
 
 def surface(points: np.ndarray, grey: np.ndarray) -> None:
-    """Show the surface, to be turned by two sliders; without a kernel, one view."""
+    """Show its front, to be turned by two sliders; without a kernel, one view.
+
+    A point off the depth of its neighbours is left out, and so is what lies behind.
+    """
     from ipywidgets import IntSlider
 
+    seen = points[:, :2] / -points[:, 2:]  # as the left camera sees them
+    _, near = cKDTree(seen).query(seen, 9)
+    depth = -points[:, 2]
+    typical = np.median(depth[near], axis=1)
+    shown = (np.abs(depth - typical) < EDGE / 2) & (depth < FRONT * np.median(depth))
+    points, grey = points[shown], grey[shown]
+    mesh = Delaunay(seen[shown]).simplices
+    mesh = mesh[np.ptp(points[mesh], axis=1).max(axis=1) < EDGE]
+    colours = plt.get_cmap("bone")((grey[mesh].mean(axis=1) / 255) ** 0.6)
     X, Y, Z = points.T
-    mesh = Delaunay(np.column_stack([X / -Z, Y / -Z])).simplices  # as it is seen
-    steps = np.ptp(Z[mesh], axis=1)
-    size = np.ptp(points[mesh][..., :2], axis=1).max(axis=1)
-    mesh = mesh[(steps < EDGE) & (size < EDGE)]
-    colours = plt.get_cmap("gray")(grey[mesh].mean(axis=1) / 255)
 
     def draw(azimuth: int, elevation: int) -> None:
         fig = plt.figure(figsize=(7, 5))
-        ax = space(fig, view=(elevation, azimuth), zoom=1.2)
-        fit(ax, np.column_stack([X, -Z, Y])[mesh], zoom=1.2)
+        ax = space(fig, view=(elevation, azimuth), zoom=1.6)
+        fit(ax, np.column_stack([X, -Z, Y])[mesh], zoom=1.6)
         drawn = ax.plot_trisurf(X, -Z, Y, triangles=mesh, lw=0, antialiased=False)
         drawn.set_facecolors(colours)
         plot.show(
@@ -195,8 +204,8 @@ def surface(points: np.ndarray, grey: np.ndarray) -> None:
 
     interact(
         draw,
-        azimuth=IntSlider(-65, -150, -30, 5, continuous_update=False),
-        elevation=IntSlider(20, -10, 80, 5, continuous_update=False),
+        azimuth=IntSlider(-70, -150, -30, 5, continuous_update=False),
+        elevation=IntSlider(25, -10, 80, 5, continuous_update=False),
     )
 
 

@@ -250,10 +250,13 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     c, sd, edge = _read(result)
     fig, (one, other) = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
     x, y = truth.seen.grid[:, :2].T
-    drawn = one.tricontourf(x, y, truth.shape[:, 2], 15, cmap="PuOr")
-    fig.colorbar(drawn, ax=one, label="off the plane (squares)", location="bottom")
+    most = float(np.abs(truth.shape[:, 2]).max())
+    levels = np.linspace(-most, most, 13)
+    drawn = one.tricontourf(x, y, truth.shape[:, 2], levels, cmap="PuOr")
+    bar = fig.colorbar(drawn, ax=one, label="squares", location="bottom")
+    bar.set_ticks([-round(most, 3), 0, round(most, 3)])
     one.set(aspect="equal", xticks=[], yticks=[])
-    one.set_title("the paper")
+    one.set_title("the paper, off its plane")
     off = (c - truth.c) / truth.sd[0], (edge - truth.edge) / truth.sd[1]
     other.axhspan(-3, 3, color="0.9")
     other.axhline(0, color=plot.ORANGE, label="true")
