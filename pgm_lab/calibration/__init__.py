@@ -1,0 +1,1 @@
+"""Calibration of a camera from photos of a board with known points."""
