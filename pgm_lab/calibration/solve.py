@@ -1,0 +1,449 @@
+"""Calibrate a camera by photos of a board whose points are unknowns, too.
+
+The board gives start values and, by its scale bars, the unit of length; its shape comes
+out of the photos. A corner's covariance says how well the grey values show it, but not
+what else went wrong in its photo: motion, a rolling shutter, ink that runs. So each photo
+has a variance component of its own, q^2, which is added to the covariances of its
+corners, and estimated from their residuals (Foerstner 1979).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import cv2
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from pgm_lab import _validate, bundle, frames, rotation
+from pgm_lab.calibration.board import Board
+from pgm_lab.calibration.measure import Measured
+from pgm_lab.camera import PARAMETERS, Camera, ideal, imaging
+
+SQUARE = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2")  # pixels without b1 and b2
+MIN_CORNERS = 12  # in a photo
+MIN_PHOTOS = 4
+MIN_TILT = np.radians(10.0)  # between two photos: all parallel, c is not determined
+COMPONENT_STEPS = 4
+FIRST_COMPONENT = 0.1  # px
+SMALLEST_COMPONENT = 1e-3  # px
+MOST_REMOVED = 30
+MEDIAN_CHI_SQUARE = scipy.stats.chi2.median(1)
+HALVES = 5  # ways to part the photos
+SURE = 0.99
+TO_OPENCV = np.diag([1.0, -1.0, -1.0])  # y down and z away, in camera and board
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A camera with its covariance, and the network it came from.
+
+    Attributes
+    ----------
+    board : Board
+    photos : tuple of Measured
+        Those in the network, in its order.
+    left_out : dict {name: str}
+        Why a photo is not in it.
+    image_size : (columns, rows)
+    pixel_size : float
+        In mm.
+    result : bundle.Bundle
+        Camera, exterior orientations, and the board's points in mm, which are named by
+        their number on the board.
+    removed : tuple of bundle.Blunder
+        Corners that data snooping rejected.
+    component : ndarray (m,)
+        Standard deviation q of what a photo adds to the errors of its corners, in px.
+    halves : ndarray (h, 2)
+        Of the camera and of the board, in halves of the photos: their root mean square
+        difference over the predicted standard deviation, which should be 1.
+    """
+
+    board: Board
+    photos: tuple[Measured, ...]
+    left_out: dict[str, str]
+    image_size: tuple[int, int]
+    pixel_size: float
+    result: bundle.Bundle
+    removed: tuple[bundle.Blunder, ...]
+    component: np.ndarray
+    halves: np.ndarray
+
+    @property
+    def factor(self) -> np.ndarray:
+        """By how much the sd of the camera and of the board are to be multiplied (2,).
+
+        1 unless the halves of the photos differ more than chance explains.
+        """
+        if not len(self.halves):
+            return np.ones(2)
+        factor = np.sqrt(np.mean(self.halves**2, axis=0))
+        dof = len(self.halves) * len(self.result.estimate)
+        by_chance = np.sqrt(scipy.stats.chi2.ppf(SURE, dof) / dof)
+        return np.where(factor > by_chance, factor, 1.0)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance (u, u) of the interior parameters, the factor included."""
+        return self.factor[0] ** 2 * self.result.covariance_interior
+
+    @property
+    def sd_shape(self) -> np.ndarray:
+        """Standard deviations (n, 3) of the board's points in mm, the factor included."""
+        return self.factor[1] * self.result.sd_points
+
+    @property
+    def camera(self) -> Camera:
+        """The calibrated camera."""
+        return self.result.cameras[0]
+
+    @property
+    def shape(self) -> np.ndarray:
+        """How far the board's points (n, 3) lie from where they were printed, in mm."""
+        return self.result.points - self.board.points[list(self.result.network.point_names)]
+
+    @cached_property
+    def flat(self) -> bundle.Bundle:
+        """The same observations if the board is taken for flat and exactly printed."""
+        network = self.result.network
+        points = self.board.points[list(network.point_names)]
+        everything = np.arange(len(points))
+        held = replace(network, points=points, fixed=everything, scale_bars=np.zeros((0, 4)))
+        return bundle.adjust(held, self.result.estimate)
+
+    def ray_derivatives(self, pixels: ArrayLike) -> np.ndarray:
+        """How the image of the rays of pixels (n, 2) moves (n, 2, u), in pixels.
+
+        By the interior parameters that were estimated, when the camera turns with each
+        as far as it has to: an orientation of a photo finds that by itself.
+        """
+        # Over the whole image, the rotation that a change of each parameter calls for
+        axes = (np.linspace(0, n - 1, 15) for n in self.image_size)
+        J, A = self._derivatives(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2))
+        u = J.shape[-1]
+        turn = np.linalg.lstsq(A.reshape(-1, 3), J.reshape(-1, u), rcond=None)[0]
+        J, A = self._derivatives(_validate.points(pixels, 2, "pixels"))
+        return (J - A @ turn) / self.pixel_size
+
+    def _derivatives(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of image coordinates by the interior (n, 2, u) and by rotations."""
+        camera, estimate = self.camera, self.result.estimate
+        xy = frames.pixel_to_photo(pixels, self.image_size, self.pixel_size)
+        x = np.column_stack([ideal(camera, xy), np.full(len(xy), -camera.c)])
+        _, _, by = imaging.misclosure(
+            camera.interior, np.zeros(6), x, xy, camera.lens, ("interior", "exterior")
+        )
+        columns = [PARAMETERS.index(name) for name in estimate]
+        return by["interior"][..., columns], by["exterior"][..., 3:]
+
+    def ray_sd(self, pixels: ArrayLike) -> np.ndarray:
+        """Standard deviation (n,) of a coordinate of the rays of pixels (n, 2), in px."""
+        J = self.ray_derivatives(pixels)
+        return np.sqrt(np.einsum("nip,pq,niq->n", J, self.covariance, J) / 2)
+
+
+def calibrate(
+    photos: Sequence[Measured],
+    board: Board,
+    *,
+    pixel_size: float = 0.001,
+    estimate: Sequence[str] | None = None,
+    flat: bool = False,
+    progress: bool = False,
+) -> Calibration:
+    """Calibrate a camera by its photos of a board.
+
+    Parameters
+    ----------
+    photos : sequence of Measured
+        Corners of each photo, as `measure` finds them.
+    board : Board
+        Its scale bars, if it has any, give the scale.
+    pixel_size : float
+        In mm. Where nobody knows it, any value serves: c is then right in pixels.
+    estimate : sequence of str, optional
+        Interior parameters, from `camera.PARAMETERS`. When missing all ten, but b1 and
+        b2 only if they differ from 0 by more than chance.
+    flat : bool
+        Whether the board's points are held where they were printed.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    ValueError
+        If too few photos are left, or all look the same way. What is wrong with a
+        single photo is said in `left_out`.
+    RankDefect
+        If the photos do not determine all unknowns.
+
+    Notes
+    -----
+    The lens is modelled forward, as in OpenCV. Covariances are those of the adjustment,
+    with each corner's own covariance plus the component of its photo.
+
+    References
+    ----------
+    Muliawan 2013, section II.10; Foerstner 1979 for the components; Baarda 1968 for
+    the search for blunders.
+    """
+    _validate.instance(board, Board, "board")
+    pixel_size = _validate.positive_number(pixel_size, "pixel_size", "mm")
+    for name in estimate or ():
+        _validate.choice(name, "estimate", PARAMETERS)
+    good, left_out = chosen(photos)
+    size = good[0].image_size
+
+    # Start values: c by homographies, the stations by resection
+    lens = Camera(_start_c(good, board, size) * pixel_size, lens="forward")
+    exteriors = np.array([_start_exterior(one, board, lens, pixel_size) for one in good])
+    _refuse_parallel(exteriors)
+    noise, network = _network(good, board, lens, exteriors, pixel_size, flat)
+
+    def solved(estimate: Sequence[str]) -> Calibration:
+        found = _solve(network, noise, estimate, pixel_size, progress)
+        return Calibration(board, tuple(good), left_out, size, pixel_size, *found)
+
+    found = solved(estimate or PARAMETERS)
+    if estimate is None:
+        b, C = found.result.interior[-2:], found.covariance[-2:, -2:]
+        if b @ np.linalg.solve(C, b) < scipy.stats.chi2.ppf(SURE, 2):
+            found = solved(SQUARE)
+    return found
+
+
+def _solve(
+    network: bundle.Network,
+    noise: np.ndarray,
+    estimate: Sequence[str],
+    pixel_size: float,
+    progress: bool,
+) -> tuple[bundle.Bundle, tuple[bundle.Blunder, ...], np.ndarray, np.ndarray]:
+    """Result, blunders, components and halves of a network."""
+
+    def step(q: np.ndarray) -> tuple[bundle.Network, bundle.Bundle]:
+        weighted = replace(network, **_accuracy(noise, q[network.photo], pixel_size))
+        result = bundle.adjust(weighted, estimate, progress=progress)
+        return _continued(weighted, result), result
+
+    # The component of each photo, robust while there may be blunders
+    q = np.full(len(network.exteriors), FIRST_COMPONENT)
+    for _ in range(COMPONENT_STEPS):
+        network, result = step(q)
+        q = _components(result, noise, pixel_size, robust=True)
+    network, result = step(q)
+
+    # Reject blunders, then the components of the rest
+    snooped = bundle.snoop(network, estimate, most=MOST_REMOVED, progress=progress)
+    kept = np.ones(len(noise), bool)
+    kept[[one.ray for one in snooped.removed]] = False
+    result, noise = snooped.result, noise[kept]
+    network = result.network
+    for _ in range(COMPONENT_STEPS):
+        q = _components(result, noise, pixel_size)
+        network, result = step(q)
+    return result, snooped.removed, q, _halves(network, estimate)
+
+
+def _halves(network: bundle.Network, estimate: Sequence[str]) -> np.ndarray:
+    """Differences of halves over their standard deviations (h, 2): camera and board."""
+    m, rng = len(network.exteriors), np.random.default_rng(1)
+    ratios = []
+    for k in range(HALVES if m >= 2 * MIN_PHOTOS else 0):
+        order = rng.permutation(m) if k else np.argsort(np.arange(m) % 2, kind="stable")
+        try:
+            one, other = (
+                bundle.adjust(network.only(np.sort(part)), estimate)
+                for part in np.array_split(order, 2)
+            )
+        except ValueError:  # a half that does not determine the camera says nothing
+            continue
+        d = one.interior - other.interior
+        C = one.covariance_interior + other.covariance_interior
+        camera = d @ np.linalg.solve(C, d) / len(d)
+        _, i, j = np.intersect1d(
+            one.network.point_names, other.network.point_names, return_indices=True
+        )
+        d = one.points[i] - other.points[j]
+        variance = one.sd_points[i] ** 2 + other.sd_points[j] ** 2
+        known = variance > 0  # flat boards are held
+        board = np.mean(d[known] ** 2 / variance[known]) if known.any() else 1.0
+        ratios.append((camera, board))
+    return np.sqrt(np.reshape(ratios, (-1, 2)))
+
+
+# --- Which photos, and where they were taken ---
+
+
+def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
+    """The photos of one camera with enough corners, and why others are left out."""
+    left_out = {one.name: one.words for one in photos if one.words}
+    good = []
+    for one in photos:
+        if one.words:
+            continue
+        if (n := len(one.ids)) < MIN_CORNERS:
+            left_out[one.name] = (
+                f"only {n} corners could be measured, and {MIN_CORNERS} are needed: show"
+                " more of the board, sharp and larger"
+            )
+        else:
+            good.append(one)
+    # The camera of most photos
+    for what, key in (
+        ("has {} x {} pixels", lambda one: one.image_size),
+        ("was taken with {} {}", lambda one: one.model),
+        ("has a focal length of {:g} mm", lambda one: (one.focal,)),
+    ):
+        values = [key(one) for one in good]
+        if len(set(values)) < 2:
+            continue
+        usual = max(values, key=values.count)
+        for one, value in zip(list(good), values):
+            if value != usual:
+                good.remove(one)
+                left_out[one.name] = f"another camera or zoom: {_said(what, value, usual)}"
+    if len(good) < MIN_PHOTOS:
+        reasons = "; ".join(f"{name}: {words}" for name, words in left_out.items())
+        raise ValueError(
+            f"{len(good)} of {len(photos)} photos show the board well enough, and"
+            f" {MIN_PHOTOS} are the least, 12 to 20 a good number. {reasons}".rstrip()
+        )
+    return good, left_out
+
+
+def _said(what: str, value: tuple, usual: tuple) -> str:
+    """A sentence of EXIF values, which may be missing."""
+    shown = [
+        what.format(*one) if all(v is not None for v in one) else "does not say"
+        for one in (value, usual)
+    ]
+    return f"it {shown[0]}, where most {shown[1].replace('has', 'have').replace('was', 'were')}"
+
+
+def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) -> float:
+    """Principal distance in pixels by the homographies of the photos (Zhang 2000)."""
+    points = [np.float32(board.points[one.ids] @ TO_OPENCV) for one in photos]
+    pixels = [np.float32(one.pixels)[:, None] for one in photos]
+    c = cv2.initCameraMatrix2D(points, pixels, size)[0, 0]
+    usual = max(size)  # a phone's; also where homographies of fronto-parallel photos fail
+    return float(c) if 0.2 * usual < c < 20 * usual else float(usual)
+
+
+def _start_exterior(
+    one: Measured, board: Board, lens: Camera, pixel_size: float
+) -> np.ndarray:
+    """Exterior orientation (6,) in the board's frame, by OpenCV's resection of a plane."""
+    c, (u, v) = lens.c / pixel_size, frames.image_centre(one.image_size)
+    K = np.array([[c, 0, u], [0, c, v], [0, 0, 1]])
+    points = board.points[one.ids] @ TO_OPENCV
+    _, turn, shift = cv2.solvePnP(points, one.pixels, K, None, flags=cv2.SOLVEPNP_IPPE)
+    R = cv2.Rodrigues(turn)[0]
+    M = TO_OPENCV @ R @ TO_OPENCV
+    station = -(TO_OPENCV @ R.T @ shift).ravel()
+    return np.concatenate([station, rotation.angles(M)])
+
+
+def _refuse_parallel(exteriors: np.ndarray) -> None:
+    """Refuse photos that all look along one direction."""
+    axes = np.array([imaging.attitude(one)[2] for one in exteriors])
+    tilt = np.arccos(np.clip(axes @ axes.T, -1, 1)).max()
+    if tilt < MIN_TILT:
+        raise ValueError(
+            f"all photos look the same way, within {np.degrees(tilt):.0f} degrees: then"
+            " the principal distance cannot be told from the distance of the board. Take"
+            " photos from the left, the right, above and below, tilted by 30 to 50 degrees"
+        )
+
+
+# --- The network, and the accuracy of its rays ---
+
+
+def _network(
+    photos: Sequence[Measured],
+    board: Board,
+    lens: Camera,
+    exteriors: np.ndarray,
+    pixel_size: float,
+    flat: bool,
+) -> tuple[np.ndarray, bundle.Network]:
+    """Noise covariances (k, 2, 2) in square pixels, and the network of all corners."""
+    photo = np.repeat(np.arange(len(photos)), [len(one.ids) for one in photos])
+    ids, pixels, noise = (
+        np.concatenate([getattr(one, name) for one in photos])
+        for name in ("ids", "pixels", "covariance")
+    )
+    # A point in one photo alone has no height
+    seen = np.bincount(ids, minlength=len(board.points))
+    kept = (seen > 1)[ids] | flat
+    photo, ids, pixels, noise = photo[kept], ids[kept], pixels[kept], noise[kept]
+    names, point = np.unique(ids, return_inverse=True)
+    place = {name: i for i, name in enumerate(names.tolist())}
+    bars = [
+        (place[one], place[other], length, sd)
+        for one, other, length, sd in board.bars
+        if one in place and other in place
+    ]
+    xy, covariance = frames.pixel_to_photo(
+        pixels, photos[0].image_size, pixel_size, covariance=noise
+    )
+    network = bundle.Network(
+        *(lens, exteriors, board.points[names], photo, point, xy),
+        covariance=covariance,
+        fixed=np.arange(len(names)) if flat else (),
+        scale_bars=() if flat else bars,
+        photo_names=[one.name for one in photos],
+        point_names=names.tolist(),
+    )
+    return noise, network
+
+
+def _accuracy(noise: np.ndarray, q: np.ndarray, pixel_size: float) -> dict:
+    """Covariances in mm^2, and their roots, of corners with the component q (k,) in px."""
+    C = (noise + q[:, None, None] ** 2 * np.eye(2)) * pixel_size**2
+    C[:, 0, 1] *= -1  # y points up
+    C[:, 1, 0] *= -1
+    sigma = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
+    return {"covariance": C, "sigma": sigma}
+
+
+def _components(
+    result: bundle.Bundle,
+    noise: np.ndarray,
+    pixel_size: float,
+    robust: bool = False,
+) -> np.ndarray:
+    """Component q (m,) in px, which makes vᵀPv of each photo what is expected.
+
+    v^2 of a coordinate with the redundancy number r has the expectation r (noise + q^2).
+    """
+    r = np.maximum(result.redundancy_numbers, 1e-6)
+    square = (result.residuals / pixel_size) ** 2 / r
+    noise = np.diagonal(noise, axis1=1, axis2=2)
+    q = np.zeros(len(result.exteriors))
+    for j in range(len(q)):
+        of_photo = result.network.photo == j
+        e, n, weight = square[of_photo], noise[of_photo], r[of_photo]
+
+        def excess(q2: float) -> float:
+            ratio = e / (n + q2)  # noqa: B023
+            if robust:
+                return float(np.median(ratio)) / MEDIAN_CHI_SQUARE - 1
+            return float(np.average(ratio, weights=weight)) - 1  # noqa: B023
+
+        low, high = SMALLEST_COMPONENT**2, 4 * e.max() + 1
+        q[j] = scipy.optimize.brentq(excess, low, high) if excess(low) > 0 else low
+    return np.sqrt(q)
+
+
+def _continued(network: bundle.Network, result: bundle.Bundle) -> bundle.Network:
+    """The network with the result as its start values."""
+    return replace(
+        network, cameras=result.cameras, exteriors=result.exteriors, points=result.points
+    )
