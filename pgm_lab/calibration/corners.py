@@ -17,7 +17,6 @@ over q from 0 to arcsin r. The corner is what least squares says of p.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
@@ -33,6 +32,11 @@ MAX_STEP = 0.5  # radii from the start
 # Neighbours up to so many pixels apart show how far the residuals depend on each other
 LAGS = 3
 NODES = np.polynomial.legendre.leggauss(5)
+TRIALS = 18  # angles of an edge
+DAMPING, MAX_DAMPING, SMALL = 1e-3, 1e6, 1e-12
+SMALLEST_BLUR = 0.2  # px, of the steepest edge that pixels show
+SMALLEST_SINE = 0.2  # of the angle between two edges
+FLAT = 1e-8  # of the squared grey value: no texture at all
 EXPLAINED = 0.9  # least share of the window's variance that the two edges explain
 
 
@@ -105,7 +109,9 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     half = np.ceil(radius.max(where=large, initial=0)).astype(int)
     rows, columns = grey.shape
     start = np.floor(near + 0.5).astype(int)
-    inside = np.all((start >= half) & (start < np.array([columns, rows]) - half), axis=1)
+    inside = np.all(
+        (start >= half) & (start < np.array([columns, rows]) - half), axis=1
+    )
     found.status[large & ~inside] = "too near the border"
     i = np.flatnonzero(large & inside)
     if not len(i):
@@ -116,7 +122,7 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     offset = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
     g = grey[start[i, 1:] + offset[:, 1], start[i, :1] + offset[:, 0]]
     start, near, radius = start[i], near[i], radius[i]
-    fit = _fit(g, offset, near - start, radius, half)
+    fit = _fit(g, offset, near - start, radius)
     found.status[i] = fit.status
     good = fit.status == "measured"
     found.pixels[i[good]] = (start + fit.p)[good]
@@ -135,64 +141,70 @@ class _Fit:
     status: np.ndarray
 
 
-def _fit(
-    g: np.ndarray, offset: np.ndarray, p: np.ndarray, radius: np.ndarray, half: int
-) -> _Fit:
-    """Gauss-Newton with Levenberg's damping of p, t1, t2, s, a, b, h of all windows."""
+def _fit(g: np.ndarray, offset: np.ndarray, p: np.ndarray, radius: np.ndarray) -> _Fit:
+    """Least squares for p, t1, t2, s, a, b, h of all windows (Levenberg 1944)."""
     k = len(g)
-    x = _start(g, offset, p, radius)
     weight = _disc(offset, p, radius)
-    damping = np.full(k, 1e-3)
+    x = _start(g, offset, p, weight)
     model, J = _edges(x, offset)
     cost = np.sum(weight * (g - model) ** 2, axis=1)
-    active, step = np.ones(k, bool), np.full(k, np.inf)
+    damping, step = np.full(k, DAMPING), np.full(k, np.inf)
     for _ in range(MAX_ITERATIONS):
-        w = weight[active, :, None] * J[active]
-        N = w.transpose(0, 2, 1) @ J[active]
-        right = np.einsum("knu,kn->ku", w, (g - model)[active])
-        diagonal = np.einsum("kuu->ku", N) * damping[active, None]
-        N = N + (diagonal + 1e-12 * np.trace(N, axis1=1, axis2=2)[:, None])[
-            :, :, None
-        ] * np.eye(x.shape[1])
-        dx = np.linalg.solve(N, right[..., None])[..., 0]
-        tried = x[active] + dx
-        tried[:, 4] = np.clip(tried[:, 4], 0.2, radius[active])
-        new, new_J = _edges(tried, offset)
-        new_cost = np.sum(weight[active] * (g[active] - new) ** 2, axis=1)
-        j = np.flatnonzero(active)
-        better = new_cost <= cost[active]
-        up = j[better]
-        x[up], model[up], J[up], cost[up] = (
-            part[better] for part in (tried, new, new_J, new_cost)
-        )
-        damping[j] = np.where(better, damping[j] / 10, damping[j] * 10)
-        step[j] = np.abs(dx[:, :2]).max(axis=1)
-        active[j] = (step[j] > CONVERGED) & (damping[j] < 1e6)
-        if not active.any():
+        i = np.flatnonzero((step > CONVERGED) & (damping < MAX_DAMPING))
+        if not len(i):
             break
-    return _judged(g, offset, p, radius, weight, half, x, model, J, step)
+        # Normal equations, damped in proportion to their diagonal
+        w = weight[i, :, None] * J[i]
+        N = w.transpose(0, 2, 1) @ J[i]
+        right = np.einsum("knu,kn->ku", w, g[i] - model[i])
+        diagonal = np.einsum("kuu->ku", N)
+        more = damping[i, None] * diagonal + SMALL * diagonal.max(axis=1, keepdims=True)
+        N += more[:, :, None] * np.eye(N.shape[1])
+        dx = np.linalg.solve(N, right[..., None])[..., 0]
+        tried = x[i] + dx
+        tried[:, 4] = np.clip(tried[:, 4], SMALLEST_BLUR, radius[i])
+
+        # Take the step where it lowers the residuals, else damp more
+        new_model, new_J = _edges(tried, offset)
+        new_cost = np.sum(weight[i] * (g[i] - new_model) ** 2, axis=1)
+        better = new_cost <= cost[i]
+        up = i[better]
+        x[up], model[up], J[up] = tried[better], new_model[better], new_J[better]
+        cost[up] = new_cost[better]
+        damping[i] *= np.where(better, 0.1, 10)
+        step[i] = np.abs(dx[:, :2]).max(axis=1)
+    return _judged((x, model, J), g, weight, p, radius, step)
 
 
-def _judged(g, offset, p, radius, weight, half, x, model, J, step) -> _Fit:
-    """Status and covariance of what came out."""
+def _judged(
+    fit: tuple[np.ndarray, ...],
+    g: np.ndarray,
+    weight: np.ndarray,
+    p: np.ndarray,
+    radius: np.ndarray,
+    step: np.ndarray,
+) -> _Fit:
+    """Status and covariance of what came out: x, model and derivatives of `fit`."""
+    x, model, J = fit
     k, u = x.shape
-    v = g - model
-    n = weight.sum(axis=1)
+    n, v = weight.sum(axis=1), g - model
     vv = np.sum(weight * v**2, axis=1)
-    mean = np.sum(weight * g, axis=1, keepdims=True) / n[:, None]
-    explained = 1 - vv / np.sum(weight * (g - mean) ** 2, axis=1)
-    status = np.full(k, "measured", dtype="<U20")
-    blurred = x[:, 4] > LARGEST_BLUR * radius
-    far = np.abs(x[:, :2] - p).max(axis=1) > MAX_STEP * radius
-    crossing = np.abs(np.sin(x[:, 2] - x[:, 3]))
-    status[~(explained > EXPLAINED) | blurred | far | (crossing < 0.2)] = "no corner"
-    status[(step > CONVERGED) & (status == "measured")] = "not converged"
+    mean = np.sum(weight * g, axis=1) / n
+    total = np.sum(weight * (g - mean[:, None]) ** 2, axis=1)
+
+    # Do two edges explain what is there?
+    bad = ~(total - vv > EXPLAINED * total) | (total < FLAT * n * mean**2)
+    bad |= x[:, 4] > LARGEST_BLUR * radius
+    bad |= np.abs(x[:, :2] - p).max(axis=1) > MAX_STEP * radius
+    bad |= np.abs(np.sin(x[:, 2] - x[:, 3])) < SMALLEST_SINE
+    status = np.where(step > CONVERGED, "not converged", "measured").astype("<U20")
+    status[bad] = "no corner"
 
     # Covariance of p: noise from the residuals, as far as they depend on each other
     N = (weight[..., None] * J).transpose(0, 2, 1) @ J
     N[status != "measured"] = np.eye(u)
     Q = np.linalg.inv(N)[:, :2, :2]
-    factor = _dependence((weight * v)[status == "measured"], half)
+    factor = _dependence((weight * v)[status == "measured"])
     covariance = (factor * vv / (n - u))[:, None, None] * Q
     return _Fit(x[:, :2], covariance, x[:, 4], status)
 
@@ -239,7 +251,10 @@ def _two_edges(
     for node, weight in zip(*NODES):
         q = limit * (node + 1) / 2
         B += (
-            weight * limit / np.pi * np.exp((squares + product * np.sin(q)) / np.cos(q) ** 2)
+            weight
+            * limit
+            / np.pi
+            * np.exp((squares + product * np.sin(q)) / np.cos(q) ** 2)
         )
     rest = np.sqrt(1 - r**2)
     by = [
@@ -253,51 +268,41 @@ def _two_edges(
 
 
 def _start(
-    g: np.ndarray, offset: np.ndarray, p: np.ndarray, radius: np.ndarray
+    g: np.ndarray, offset: np.ndarray, p: np.ndarray, weight: np.ndarray
 ) -> np.ndarray:
-    """Start values (k, 9): the edges from the second moment of the four sectors.
-
-    Around p, bright and dark alternate as cos(2 (angle - bisector)); the grey values on
-    a circle change where the edges are.
-    """
-    k = len(g)
-    away = offset - p[:, None]
-    weight = _disc(offset, p, radius)
-    angle = np.arctan2(away[..., 1], away[..., 0])
-    mean = np.sum(weight * g, axis=1) / weight.sum(axis=1)
+    """Start values (k, 9): of many pairs of edges through p, the best correlated."""
+    n = weight.sum(axis=1)
+    mean = np.sum(weight * g, axis=1) / n
     centred = weight * (g - mean[:, None])
-    # Trial pairs of edges, all at once: sign(sin(angle - t1) sin(angle - t2))
-    trial = np.arange(0, np.pi, np.pi / 18)
-    sides = np.sign(np.sin(angle[..., None] - trial))  # (k, n, T)
-    score = np.einsum("kn,knt,knu->ktu", centred, sides, sides)
-    first, second = np.triu_indices(len(trial), 3)
-    apart = second - first <= len(trial) - 3
-    first, second = first[apart], second[apart]
+    away = offset - p[:, None]
+    angle = np.arctan2(away[..., 1], away[..., 0])
+    trial = np.arange(TRIALS) * np.pi / TRIALS
+    sides = np.sign(np.sin(angle[..., None] - trial))  # (k, n, trials)
+    score = np.einsum("kn,knt,knu->ktu", centred, sides, sides, optimize=True)
+    first, second = np.triu_indices(TRIALS, 3)
+    first, second = (t[second - first <= TRIALS - 3] for t in (first, second))
     best = np.argmax(np.abs(score[:, first, second]), axis=1)
-    x = np.zeros((k, 9))
-    x[:, :2] = p
-    x[:, 2], x[:, 3] = trial[first[best]], trial[second[best]]
-    x[:, 4], x[:, 5] = BLUR, mean
-    amount = score[np.arange(k), first[best], second[best]]
-    x[:, 6] = amount / weight.sum(axis=1)
+    first, second = first[best], second[best]
+    x = np.zeros((len(g), 9))
+    x[:, :2], x[:, 2], x[:, 3] = p, trial[first], trial[second]
+    x[:, 4], x[:, 5], x[:, 6] = BLUR, mean, score[np.arange(len(g)), first, second] / n
     return x
 
 
-def _dependence(v: np.ndarray, half: int) -> float:
+def _dependence(v: np.ndarray) -> float:
     """By how much dependent residuals (k, n) of windows inflate a variance.
 
     Sum of their correlations over the neighbours, as Newey and West (1987) weight it.
     """
-    size = 2 * half + 1
+    size = round(v.shape[1] ** 0.5)
     v = v.reshape(-1, size, size)
     total = np.sum(v**2)
     if not total > 0:
         return 1.0
     factor = 1.0
-    for dr in range(-LAGS, LAGS + 1):
-        for dc in range(LAGS + 1):
-            if dc == 0 and dr <= 0:
-                continue
+    lags = [(dr, dc) for dr in range(-LAGS, LAGS + 1) for dc in range(LAGS + 1)]
+    for dr, dc in lags:
+        if dc > 0 or dr > 0:  # each pair once
             one = v[:, max(dr, 0) : size + min(dr, 0), dc:]
             other = v[:, max(-dr, 0) : size + min(-dr, 0), : size - dc]
             share = (1 - abs(dr) / (LAGS + 1)) * (1 - dc / (LAGS + 1))

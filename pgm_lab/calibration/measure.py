@@ -1,9 +1,11 @@
 """The points of a board in a photo: detected, then measured with their covariance."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from pgm_lab import _validate
@@ -15,9 +17,10 @@ from pgm_lab.io.files import printable
 
 # EXIF: how to turn a photo back to how the sensor saw it
 TURNED_BACK = {6: 8, 8: 6}
+ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".heic", ".heif", ".webp", ".bmp")
 MAKE, MODEL, MORE = 0x010F, 0x0110, 0x8769
 FOCAL, FOCAL_35 = 0x920A, 0xA405
-DIAGONAL_35 = float(np.hypot(36, 24))  # mm
+DIAGONAL_35 = float(np.hypot(36, 24))  # mm, what focal lengths are compared on
 # What is not measured by its edges gets its accuracy from the residuals of its photo
 UNKNOWN_SD = 0.02  # px
 # Share of the way to the next edge that a window may reach
@@ -62,7 +65,9 @@ class Measured:
     focal_35: float | None = None
 
 
-def measure(photo: str | os.PathLike | np.ndarray, board: Board, name: str = "") -> Measured:
+def measure(
+    photo: str | os.PathLike | np.ndarray, board: Board, name: str = ""
+) -> Measured:
     """Measure the points of a board in a photo.
 
     Parameters
@@ -110,11 +115,24 @@ def measure(photo: str | os.PathLike | np.ndarray, board: Board, name: str = "")
     return Measured(name, size, ids, pixels, covariance, blur, "", **exif)
 
 
+def pixel_size(photos: Sequence[Measured]) -> float | None:
+    """Size of a pixel in mm by the focal lengths in EXIF; None where they are missing.
+
+    A lens of the focal length f sees what f35 would see on 36 mm x 24 mm, so the
+    sensor's diagonal is f / f35 of that. To some per cent: f35 is a whole number.
+    """
+    for one in photos:
+        if one.focal and one.focal_35:
+            diagonal = DIAGONAL_35 * one.focal / one.focal_35
+            return float(diagonal / np.hypot(*one.image_size))
+    return None
+
+
 def _radius(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Radius (k,) in pixels around corners in which only their own edges are seen."""
     # The board around each corner is imaged by a homography: its squares' sides there
     flat = np.column_stack([board.points[ids, :2], np.ones(len(ids))])
-    H = _homography(board.points[ids, :2], near)
+    H = cv2.findHomography(board.points[ids, :2], near)[0]
     h = flat @ H.T
     # d(column, row) / d(X, Y) of the homography, (k, 2, 2)
     J = (H[:2, :2] - (h[:, :2] / h[:, 2:])[:, :, None] * H[2, :2]) / h[:, 2, None, None]
@@ -127,13 +145,6 @@ def _radius(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
         diagonals = side @ np.array([[1, 1], [1, -1]]).T
         radius = np.minimum(radius, gap * np.linalg.norm(diagonals, axis=1).min(axis=1))
     return REACH * radius
-
-
-def _homography(plane: np.ndarray, pixels: np.ndarray) -> np.ndarray:
-    """Homography (3, 3) from points of a plane to pixels, by least squares."""
-    import cv2
-
-    return cv2.findHomography(plane, pixels)[0]
 
 
 def _exif(path: str | os.PathLike) -> dict:

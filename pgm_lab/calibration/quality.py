@@ -13,7 +13,10 @@ def coverage(found: Calibration) -> np.ndarray:
     columns, rows = found.image_size
     pixels = np.concatenate([one.pixels for one in found.photos])
     cells = CELLS if columns >= rows else CELLS[::-1]
-    edges = [np.linspace(-0.5, n - 0.5, m + 1) for n, m in ((columns, cells[0]), (rows, cells[1]))]
+    edges = [
+        np.linspace(-0.5, n - 0.5, m + 1)
+        for n, m in ((columns, cells[0]), (rows, cells[1]))
+    ]
     return np.histogram2d(*pixels.T, bins=edges)[0].T.astype(int)
 
 

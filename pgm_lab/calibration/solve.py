@@ -102,7 +102,10 @@ class Calibration:
     @property
     def shape(self) -> np.ndarray:
         """How far the board's points (n, 3) lie from where they were printed, in mm."""
-        return self.result.points - self.board.points[list(self.result.network.point_names)]
+        return (
+            self.result.points
+            - self.board.points[list(self.result.network.point_names)]
+        )
 
     @cached_property
     def flat(self) -> bundle.Bundle:
@@ -110,7 +113,9 @@ class Calibration:
         network = self.result.network
         points = self.board.points[list(network.point_names)]
         everything = np.arange(len(points))
-        held = replace(network, points=points, fixed=everything, scale_bars=np.zeros((0, 4)))
+        held = replace(
+            network, points=points, fixed=everything, scale_bars=np.zeros((0, 4))
+        )
         return bundle.adjust(held, self.result.estimate)
 
     def ray_derivatives(self, pixels: ArrayLike) -> np.ndarray:
@@ -202,7 +207,9 @@ def calibrate(
 
     # Start values: c by homographies, the stations by resection
     lens = Camera(_start_c(good, board, size) * pixel_size, lens="forward")
-    exteriors = np.array([_start_exterior(one, board, lens, pixel_size) for one in good])
+    exteriors = np.array(
+        [_start_exterior(one, board, lens, pixel_size) for one in good]
+    )
     _refuse_parallel(exteriors)
     noise, network = _network(good, board, lens, exteriors, pixel_size, flat)
 
@@ -308,7 +315,9 @@ def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
         for one, value in zip(list(good), values):
             if value != usual:
                 good.remove(one)
-                left_out[one.name] = f"another camera or zoom: {_said(what, value, usual)}"
+                left_out[one.name] = (
+                    f"another camera or zoom: {_said(what, value, usual)}"
+                )
     if len(good) < MIN_PHOTOS:
         reasons = "; ".join(f"{name}: {words}" for name, words in left_out.items())
         raise ValueError(
@@ -332,7 +341,9 @@ def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) ->
     points = [np.float32(board.points[one.ids] @ TO_OPENCV) for one in photos]
     pixels = [np.float32(one.pixels)[:, None] for one in photos]
     c = cv2.initCameraMatrix2D(points, pixels, size)[0, 0]
-    usual = max(size)  # a phone's; also where homographies of fronto-parallel photos fail
+    usual = max(
+        size
+    )  # a phone's; also where homographies of fronto-parallel photos fail
     return float(c) if 0.2 * usual < c < 20 * usual else float(usual)
 
 
@@ -445,5 +456,8 @@ def _components(
 def _continued(network: bundle.Network, result: bundle.Bundle) -> bundle.Network:
     """The network with the result as its start values."""
     return replace(
-        network, cameras=result.cameras, exteriors=result.exteriors, points=result.points
+        network,
+        cameras=result.cameras,
+        exteriors=result.exteriors,
+        points=result.points,
     )

@@ -45,7 +45,7 @@ def add_options(parser: Parser) -> None:
     _options.add_outputs(parser)
     parser.add_argument(
         "--estimate",
-        type=_parameters,
+        type=parameters,
         default=PARAMETERS,
         metavar="c,x0,...",
         help="parameters of the camera to estimate, or none; all ten when missing",
@@ -69,7 +69,8 @@ def add_options(parser: Parser) -> None:
     _options.add(parser, "--sigma", words, _options.positive, "MM")
 
 
-def _parameters(words: str) -> tuple[str, ...]:
+def parameters(words: str) -> tuple[str, ...]:
+    """Read names of interior parameters, or none."""
     names = () if words == "none" else tuple(words.split(","))
     for name in names:
         if name not in PARAMETERS:

@@ -10,11 +10,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from pgm_lab import calibration
 from pgm_lab.calibration import Board, Measured
-from pgm_lab.camera import PARAMETERS, files
+from pgm_lab.camera import files
 from pgm_lab.command import _options
 from pgm_lab.command._adjust import parameters
 from pgm_lab.command._options import Outcome, Parser, add, positive
@@ -32,11 +30,11 @@ EPILOG = (
 )
 NO_MEMORY = "there is not enough memory for these photos: give fewer at once"
 NOMINAL = 0.001  # mm, size of a pixel where nobody knows it
-FORMATS = {  # option: (ending, what writes it, for whom)
-    "camera": (".json", files.document, "pgm_lab"),
-    "opencv": (".yml", files.opencv, "OpenCV"),
-    "colmap": (".txt", files.colmap, "COLMAP, as cameras.txt"),
-    "metashape": (".xml", files.metashape, "Metashape"),
+FORMATS = {  # option: (ending, for whom)
+    "camera": (".json", "pgm_lab"),
+    "opencv": (".yml", "OpenCV"),
+    "colmap": (".txt", "COLMAP, as cameras.txt"),
+    "metashape": (".xml", "Metashape"),
 }
 
 
@@ -45,9 +43,7 @@ def add_options(parser: Parser) -> None:
     words = "photos of the board, or a folder of them; * and ? stand for any characters"
     parser.add_argument("photos", nargs="+", help=words)
     words = "what was printed, the file that pgm_lab board wrote"
-    parser.add_argument(
-        "--board", type=Path, required=True, metavar="FILE", help=words
-    )
+    parser.add_argument("--board", type=Path, required=True, metavar="FILE", help=words)
     add(parser, "--square", "side of a square, as measured", positive, "MM")
     words = "size of a pixel on the sensor; from EXIF, or 0.001, when missing"
     add(parser, "--pixel-size", words, positive, "MM")
@@ -59,7 +55,7 @@ def add_options(parser: Parser) -> None:
     )
     words = "take the board for flat and exactly printed"
     parser.add_argument("--flat", action="store_true", help=words)
-    for name, (_, _, whom) in FORMATS.items():
+    for name, (_, whom) in FORMATS.items():
         add(parser, f"--{name}", f"write the camera for {whom}")
     _options.add_outputs(parser)
 
@@ -69,7 +65,7 @@ def check(parser: Parser, options: argparse.Namespace) -> None:
     options.photos = _expanded(parser, options.photos)
     outputs = [
         (f"--{name}", getattr(options, name), (ending,))
-        for name, (ending, *_) in FORMATS.items()
+        for name, (ending, _) in FORMATS.items()
     ]
     _options.check_outputs(parser, options, [options.board, *options.photos], *outputs)
 
@@ -107,18 +103,16 @@ def run(options: argparse.Namespace) -> Outcome:
     )
     about = f"{len(photos)} photos of the board in {printable(options.board.name)}."
     words = {"about": about, "nominal": pixel_size is None}
-    camera = {
-        "image_size": found.image_size,
-        "pixel_size": found.pixel_size,
-        "names": found.result.estimate,
-        "covariance": found.covariance,
-        "nominal": pixel_size is None,
-        "about": about,
-    }
+    size: dict = {"image_size": found.image_size, "pixel_size": found.pixel_size}
     more: dict[Path, str | bytes] = {}
-    for name, (_, written, _) in FORMATS.items():
-        if (path := getattr(options, name)) is not None:
-            more[path] = written(found.camera, **camera)
+    for name in FORMATS:
+        if (path := getattr(options, name)) is None:
+            continue
+        if name == "camera":
+            known = pixel_size is None, found.result.estimate, found.covariance, about
+            more[path] = files.CameraFile(found.camera, *size.values(), *known).text()
+        else:
+            more[path] = files.exchange(found.camera, name, **size)
     text, html = (partial(one, found, **words) for one in (report.text, report.html))
     return _options.outcome(options, text, html, more)
 
