@@ -336,18 +336,8 @@ def from_opencv(
     c = float(fy * size)
     x0, y0 = frames.pixel_to_photo((cx, cy), (columns, rows), size, False).tolist()
     k1, k2, p1, p2, k3 = [*d.tolist(), 0, 0, 0, 0, 0][:5]
-    start = [
-        c,
-        x0,
-        y0,
-        k1 / c**2,
-        k2 / c**4,
-        k3 / c**6,
-        p2 / c,
-        0 - p1 / c,
-        fx / fy - 1,
-        0,
-    ]
+    lens = k1 / c**2, k2 / c**4, k3 / c**6, p2 / c, 0 - p1 / c
+    start = [c, x0, y0, *lens, fx / fy - 1, 0]
     if fx != fy or np.any(d[5:]):
         import cv2
 

@@ -55,6 +55,12 @@ def test_a_camera_json_stands_for_camera_and_pixel_size(files, tmp_path):
     words = f"right has {rows} x {columns} pixels.*{columns} x {rows}.*its EXIF"
     with pytest.raises(ValueError, match=words):
         stereo_map.open_pair(files[0], turned, camera=path)
+    upside_down = turned.rotate(90, expand=True)
+    upside_down.getexif()[0x0112] = 3
+    upside_down.save(tmp_path / "b.jpg", exif=upside_down.getexif())
+    for photo in (upside_down, tmp_path / "b.jpg"):
+        with pytest.raises(ValueError, match="upright by its EXIF"):
+            stereo_map.open_pair(files[0], photo, camera=path)
 
 
 def test_photos_of_different_size_each_have_their_own_centre(pair, easy):
