@@ -273,9 +273,8 @@ def _standard(
     c, departure = camera.c, 0.0
     cx, cy = frames.photo_to_pixel((camera.x0, camera.y0), (columns, rows), size)
     radial = camera.K1 * c**2, camera.K2 * c**4, camera.K3 * c**6
-    found = np.array(
-        [c / size, c / size, cx, cy, *radial, -camera.P2 * c, camera.P1 * c, 0]
-    )
+    decentring = 0 - camera.P2 * c, camera.P1 * c  # not -0
+    found = np.array([c / size, c / size, cx, cy, *radial, *decentring, 0])
     if camera.lens == "backward" or camera.b1 or camera.b2:
         pixels = _grid(columns, rows)
         photo = frames.pixel_to_photo(pixels, (columns, rows), size)
@@ -337,18 +336,8 @@ def from_opencv(
     c = float(fy * size)
     x0, y0 = frames.pixel_to_photo((cx, cy), (columns, rows), size, False).tolist()
     k1, k2, p1, p2, k3 = [*d.tolist(), 0, 0, 0, 0, 0][:5]
-    start = [
-        c,
-        x0,
-        y0,
-        k1 / c**2,
-        k2 / c**4,
-        k3 / c**6,
-        p2 / c,
-        -p1 / c,
-        fx / fy - 1,
-        0,
-    ]
+    lens = k1 / c**2, k2 / c**4, k3 / c**6, p2 / c, 0 - p1 / c
+    start = [c, x0, y0, *lens, fx / fy - 1, 0]
     if fx != fy or np.any(d[5:]):
         import cv2
 
@@ -427,7 +416,7 @@ def exchange(
     >>> camera = Camera(4.0, K1=0.001, lens="forward")
     >>> size = dict(image_size=(4001, 3001), pixel_size=0.001)
     >>> print(exchange(camera, "colmap", **size).splitlines()[-1])
-    1 OPENCV 4001 3001 4000.0 4000.0 2000.5 1500.5 0.016 0.0 -0.0 0.0
+    1 OPENCV 4001 3001 4000.0 4000.0 2000.5 1500.5 0.016 0.0 0.0 0.0
     """
     _validate.choice(program, "program", PROGRAMS)
     found, (columns, rows), departure = _standard(

@@ -13,8 +13,8 @@ from pgm_lab.camera import Camera
 from pgm_lab.camera.files import of_photo
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io.files import printable
+from pgm_lab.io.photo import ORIENTATION, opened, orientation
 from pgm_lab.io.photo import Photo as Source
-from pgm_lab.io.photo import opened, orientation
 
 FOCAL, FOCAL_35MM = 0x920A, 0xA405
 PER_UNIT, UNIT = 0xA20E, 0xA210  # pixels a unit across the sensor, and the unit
@@ -69,7 +69,11 @@ def read_photo(
         return photo
     grey = matching.read(photo, name, colour="grey")
     if camera is not None:
-        held = orientation(photo) if isinstance(photo, str | os.PathLike) else 1
+        held = 1  # as it lies on the sensor
+        if isinstance(photo, str | os.PathLike):
+            held = orientation(photo)
+        elif isinstance(photo, Image.Image):
+            held = photo.getexif().get(ORIENTATION, 1)
         camera, pixel_size = of_photo(camera, grey.shape[::-1], pixel_size, name, held)
     if camera is None or pixel_size is None:
         c, size = exif_camera(photo, grey.shape[::-1])

@@ -142,13 +142,21 @@ def test_a_file_that_lies_is_refused_in_a_sentence(written, lie):
 
 @pytest.mark.parametrize(
     "content",
-    [b"", b"{", b"[1, 2]", b"\xff\xfe{}", b'{"a": 1, "a": 2}', b"[" * 10**5, b"35 0 0"],
+    [b"", b"{", b"[1, 2]", b"\xff\xfe{}", b"[" * 10**5, b"35 0 0"],
 )
 def test_a_damaged_or_foreign_file_is_refused(tmp_path, content):
     path = tmp_path / "x.json"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=r"x\.json: .*(empty|JSON|not a camera)"):
         files.read(path)
+
+
+def test_a_number_that_stands_there_twice_is_refused(written):
+    once = f'"pixel_size": {PIXEL}'
+    text = written.read_text(encoding="utf-8")
+    written.write_text(text.replace(once, f'{once}, "pixel_size": 0.002'))
+    with pytest.raises(ValueError, match='"pixel_size" stands there twice'):
+        files.read(written)
 
 
 @pytest.mark.parametrize("end", [0.3, 0.9, 0.995])
@@ -273,7 +281,7 @@ def test_another_camera_is_fitted_and_departs_as_stated():
 
 
 def test_a_shear_is_refused_where_the_model_has_none_and_kept_by_metashape():
-    lens = replace(BACKWARD, b2=3e-4)
+    lens = replace(BACKWARD, b1=5e-4, b2=3e-4)
     for program in ("opencv", "colmap"):
         with pytest.raises(ValueError, match=r"departs by up to 0\.4\d+ px.*0\.1"):
             files.exchange(lens, program, **GIVEN)
@@ -286,13 +294,18 @@ K = np.array([[3640.0, 0, 2030], [0, 3641.5, 1490], [0, 0, 1]])
 
 
 @pytest.mark.parametrize(
-    "distortion", [[0.05, -0.1, 1e-3, -5e-4, 0.05], [0.1, -0.1, 0, 0, 0, 0.05, 0, 0]]
+    "fx, distortion",
+    [
+        (3640, [0.05, -0.1, 1e-3, -5e-4, 0.05]),
+        (3641.5, [0.1, -0.1, 0, 0, 0, 0.05, 0, 0]),
+    ],
 )
-def test_unequal_scales_and_rational_coefficients_are_fitted(distortion):
-    lens = files.from_opencv(K, distortion, SIZE, PIXEL)
-    seen = cv2_project(K, np.array(distortion))
+def test_unequal_scales_and_rational_coefficients_are_fitted(fx, distortion):
+    matrix = K + np.diag([fx - 3640, 0, 0])
+    lens = files.from_opencv(matrix, distortion, SIZE, PIXEL)
+    seen = cv2_project(matrix, np.array(distortion))
     np.testing.assert_allclose(pixels(lens), seen, rtol=0, atol=0.1)
-    assert lens.b1 == pytest.approx(3640 / 3641.5 - 1, abs=2e-4)
+    assert lens.b1 == pytest.approx(fx / 3641.5 - 1, abs=2e-4)
 
 
 @pytest.mark.parametrize(
