@@ -8,10 +8,11 @@ corners, `measure` does both for a file, `solve` adjusts the network of all phot
 from pgm_lab.calibration.board import Board
 from pgm_lab.calibration.corners import Corners, refine
 from pgm_lab.calibration.measure import ENDINGS, Measured, measure, pixel_size
-from pgm_lab.calibration.solve import Calibration, calibrate
+from pgm_lab.calibration.solve import SQUARE, Calibration, calibrate
 
 __all__ = [
     "ENDINGS",
+    "SQUARE",
     "Board",
     "Calibration",
     "Corners",

@@ -1,7 +1,7 @@
 """Corners of a chequerboard in a photo, by least squares, with their covariance.
 
-Around a corner p two edges, at the angles t1 and t2, part dark from bright. Blurred by a
-Gaussian of standard deviation s, and lit unevenly with the gradient h, they are seen as
+Around a corner p two edges, at the angles t1 and t2, part dark from bright. Blurred by
+a Gaussian of standard deviation s, and lit unevenly with the gradient h, one sees
 
     g(u) = (1 + h . (u - p)) (a + b B(d1 / s, d2 / s; r)),    r = cos(t1 - t2).
 
@@ -96,7 +96,6 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     """
     grey = np.ma.filled(_validate.grey_image(grey, "grey").astype(float), np.nan)
     near = _validate.point_list(near, "near")
-    radius = np.broadcast_to(_validate.real(radius, "radius"), len(near))
     k = len(near)
     found = Corners(
         np.full((k, 2), np.nan),
@@ -104,9 +103,10 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
         np.full(k, np.nan),
         np.full(k, "too small", dtype="<U20"),
     )
-    radius = np.minimum(radius, LARGEST_RADIUS)
-    large = radius >= SMALLEST_RADIUS
-    half = np.ceil(radius.max(where=large, initial=0)).astype(int)
+    reach = np.broadcast_to(_validate.real(radius, "radius"), k)
+    reach = np.minimum(reach, LARGEST_RADIUS)
+    large = reach >= SMALLEST_RADIUS
+    half = int(np.ceil(reach.max(where=large, initial=0)))
     rows, columns = grey.shape
     start = np.floor(near + 0.5).astype(int)
     inside = np.all(
@@ -121,8 +121,8 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     axis = np.arange(-half, half + 1)
     offset = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
     g = grey[start[i, 1:] + offset[:, 1], start[i, :1] + offset[:, 0]]
-    start, near, radius = start[i], near[i], radius[i]
-    fit = _fit(g, offset, near - start, radius)
+    start = start[i]
+    fit = _fit(g, offset, near[i] - start, reach[i])
     found.status[i] = fit.status
     good = fit.status == "measured"
     found.pixels[i[good]] = (start + fit.p)[good]

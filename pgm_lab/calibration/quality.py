@@ -10,14 +10,13 @@ CELLS = 6, 4  # of the image, along its longer and its shorter side
 
 def coverage(found: Calibration) -> np.ndarray:
     """Number of corners (4, 6) of all photos in the cells of the image."""
-    columns, rows = found.image_size
+    size = np.array(found.image_size)
+    cells = np.array(CELLS if size[0] >= size[1] else CELLS[::-1])
     pixels = np.concatenate([one.pixels for one in found.photos])
-    cells = CELLS if columns >= rows else CELLS[::-1]
-    edges = [
-        np.linspace(-0.5, n - 0.5, m + 1)
-        for n, m in ((columns, cells[0]), (rows, cells[1]))
-    ]
-    return np.histogram2d(*pixels.T, bins=edges)[0].T.astype(int)
+    column, row = ((pixels + 0.5) / size * cells).astype(int).T
+    number = np.zeros(cells[::-1], int)
+    np.add.at(number, (row, column), 1)
+    return number
 
 
 def tilts(found: Calibration) -> np.ndarray:
@@ -51,7 +50,8 @@ def zoom(found: Calibration) -> tuple[np.ndarray, np.ndarray]:
     with the board as it came out.
     """
     result = found.result
-    network = result.network
+    network, covariance = result.network, result.network.covariance
+    assert covariance is not None  # of each corner
     dc, sd = np.zeros((2, len(found.photos)))
     for j in range(len(dc)):
         k = np.flatnonzero(network.photo == j)
@@ -64,7 +64,7 @@ def zoom(found: Calibration) -> tuple[np.ndarray, np.ndarray]:
             ("interior", "exterior"),
         )
         A = np.concatenate([by["exterior"], by["interior"][..., :1]], axis=2)
-        L = np.linalg.cholesky(np.linalg.inv(network.covariance[k]))
+        L = np.linalg.cholesky(np.linalg.inv(covariance[k]))
         A, v = (L.swapaxes(1, 2) @ part for part in (A, v[..., None]))
         A, v = A.reshape(-1, 7), v.ravel()
         scale = np.linalg.norm(A, axis=0)

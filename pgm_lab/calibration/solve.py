@@ -2,9 +2,9 @@
 
 The board gives start values and, by its scale bars, the unit of length; its shape comes
 out of the photos. A corner's covariance says how well the grey values show it, but not
-what else went wrong in its photo: motion, a rolling shutter, ink that runs. So each photo
-has a variance component of its own, q^2, which is added to the covariances of its
-corners, and estimated from their residuals (Foerstner 1979).
+what else went wrong in its photo: motion, a rolling shutter, a board that bends. So
+each photo has a variance component of its own, q^2, which is added to the covariances of
+its corners, and estimated from their residuals (Foerstner 1979).
 """
 
 from collections.abc import Sequence
@@ -32,6 +32,16 @@ MOST_REMOVED = 30
 MEDIAN_CHI_SQUARE = scipy.stats.chi2.median(1)
 HALVES = 5  # ways to part the photos
 SURE = 0.99
+# What must be the same in all photos
+SAME = (
+    ("number of columns and rows", lambda one: one.image_size),
+    ("camera, as EXIF states it,", lambda one: one.model),
+    ("focal length (mm)", lambda one: (one.focal,)),
+)
+OTHER_CAMERA = (
+    "Photos of another camera or zoom, screenshots, and photos that a program turned or"
+    " cut after they were taken, have no place in one calibration"
+)
 TO_OPENCV = np.diag([1.0, -1.0, -1.0])  # y down and z away, in camera and board
 
 
@@ -91,7 +101,7 @@ class Calibration:
 
     @property
     def sd_shape(self) -> np.ndarray:
-        """Standard deviations (n, 3) of the board's points in mm, the factor included."""
+        """Standard deviations (n, 3) of the board's points in mm, with the factor."""
         return self.factor[1] * self.result.sd_points
 
     @property
@@ -133,7 +143,7 @@ class Calibration:
         return (J - A @ turn) / self.pixel_size
 
     def _derivatives(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives of image coordinates by the interior (n, 2, u) and by rotations."""
+        """Derivatives of image points by the interior (n, 2, u) and by rotations."""
         camera, estimate = self.camera, self.result.estimate
         xy = frames.pixel_to_photo(pixels, self.image_size, self.pixel_size)
         x = np.column_stack([ideal(camera, xy), np.full(len(xy), -camera.c)])
@@ -144,7 +154,7 @@ class Calibration:
         return by["interior"][..., columns], by["exterior"][..., 3:]
 
     def ray_sd(self, pixels: ArrayLike) -> np.ndarray:
-        """Standard deviation (n,) of a coordinate of the rays of pixels (n, 2), in px."""
+        """Standard deviation (n,) in px of the rays of pixels (n, 2), per coordinate."""
         J = self.ray_derivatives(pixels)
         return np.sqrt(np.einsum("nip,pq,niq->n", J, self.covariance, J) / 2)
 
@@ -297,26 +307,21 @@ def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
             continue
         if (n := len(one.ids)) < MIN_CORNERS:
             left_out[one.name] = (
-                f"only {n} corners could be measured, and {MIN_CORNERS} are needed: show"
-                " more of the board, sharp and larger"
+                f"only {n} corners could be measured, and {MIN_CORNERS} are needed:"
+                " show more of the board, sharp and larger"
             )
         else:
             good.append(one)
     # The camera of most photos
-    for what, key in (
-        ("has {} x {} pixels", lambda one: one.image_size),
-        ("was taken with {} {}", lambda one: one.model),
-        ("has a focal length of {:g} mm", lambda one: (one.focal,)),
-    ):
+    for what, key in SAME:
         values = [key(one) for one in good]
-        if len(set(values)) < 2:
-            continue
-        usual = max(values, key=values.count)
+        usual = max(values, key=values.count, default=None)
         for one, value in zip(list(good), values):
             if value != usual:
                 good.remove(one)
                 left_out[one.name] = (
-                    f"another camera or zoom: {_said(what, value, usual)}"
+                    f"it was not taken as most are: its {what} is {_shown(value)},"
+                    f" where most have {_shown(usual)}. {OTHER_CAMERA}"
                 )
     if len(good) < MIN_PHOTOS:
         reasons = "; ".join(f"{name}: {words}" for name, words in left_out.items())
@@ -327,19 +332,16 @@ def chosen(photos: Sequence[Measured]) -> tuple[list[Measured], dict[str, str]]:
     return good, left_out
 
 
-def _said(what: str, value: tuple, usual: tuple) -> str:
-    """A sentence of EXIF values, which may be missing."""
-    shown = [
-        what.format(*one) if all(v is not None for v in one) else "does not say"
-        for one in (value, usual)
-    ]
-    return f"it {shown[0]}, where most {shown[1].replace('has', 'have').replace('was', 'were')}"
+def _shown(values: tuple | None) -> str:
+    """Values of EXIF in words; they may be missing."""
+    known = [f"{v:g}" if isinstance(v, float) else str(v) for v in values or () if v]
+    return " ".join(known) or "not stated"
 
 
 def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) -> float:
     """Principal distance in pixels by the homographies of the photos (Zhang 2000)."""
-    points = [np.float32(board.points[one.ids] @ TO_OPENCV) for one in photos]
-    pixels = [np.float32(one.pixels)[:, None] for one in photos]
+    points = [(board.points[one.ids] @ TO_OPENCV).astype("f4") for one in photos]
+    pixels = [one.pixels[:, None].astype("f4") for one in photos]
     c = cv2.initCameraMatrix2D(points, pixels, size)[0, 0]
     usual = max(
         size
@@ -350,7 +352,7 @@ def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) ->
 def _start_exterior(
     one: Measured, board: Board, lens: Camera, pixel_size: float
 ) -> np.ndarray:
-    """Exterior orientation (6,) in the board's frame, by OpenCV's resection of a plane."""
+    """Exterior orientation (6,) in the board's frame, by resection of a plane."""
     c, (u, v) = lens.c / pixel_size, frames.image_centre(one.image_size)
     K = np.array([[c, 0, u], [0, c, v], [0, 0, 1]])
     points = board.points[one.ids] @ TO_OPENCV
@@ -368,8 +370,9 @@ def _refuse_parallel(exteriors: np.ndarray) -> None:
     if tilt < MIN_TILT:
         raise ValueError(
             f"all photos look the same way, within {np.degrees(tilt):.0f} degrees: then"
-            " the principal distance cannot be told from the distance of the board. Take"
-            " photos from the left, the right, above and below, tilted by 30 to 50 degrees"
+            " the principal distance cannot be told from the distance of the board."
+            " Take photos from the left, the right, above and below, tilted by 30 to 50"
+            " degrees"
         )
 
 
@@ -416,7 +419,7 @@ def _network(
 
 
 def _accuracy(noise: np.ndarray, q: np.ndarray, pixel_size: float) -> dict:
-    """Covariances in mm^2, and their roots, of corners with the component q (k,) in px."""
+    """Covariances in mm^2 of corners with a component q (k,) in px, and their roots."""
     C = (noise + q[:, None, None] ** 2 * np.eye(2)) * pixel_size**2
     C[:, 0, 1] *= -1  # y points up
     C[:, 1, 0] *= -1
@@ -432,7 +435,7 @@ def _components(
 ) -> np.ndarray:
     """Component q (m,) in px, which makes vᵀPv of each photo what is expected.
 
-    v^2 of a coordinate with the redundancy number r has the expectation r (noise + q^2).
+    The expectation of v^2 is r (noise + q^2), with the redundancy number r.
     """
     r = np.maximum(result.redundancy_numbers, 1e-6)
     square = (result.residuals / pixel_size) ** 2 / r

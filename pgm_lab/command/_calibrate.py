@@ -21,8 +21,8 @@ from pgm_lab.report import calibration as report
 
 DESCRIPTION = (
     "Calibrate a camera by 12 to 20 photos of a board, made by pgm_lab board: from the"
-    " left, the right, above and below, some turned by 90 degrees, with the board in all"
-    " parts of the image. Zoom and focus must not change."
+    " left, the right, above and below, some turned by 90 degrees, with the board in"
+    " all parts of the image. Zoom and focus must not change."
 )
 EPILOG = (
     "The board may be bent: the places of its points are found, too. Photos are read as"
@@ -32,7 +32,7 @@ NO_MEMORY = "there is not enough memory for these photos: give fewer at once"
 NOMINAL = 0.001  # mm, size of a pixel where nobody knows it
 FORMATS = {  # option: (ending, for whom)
     "camera": (".json", "pgm_lab"),
-    "opencv": (".yml", "OpenCV"),
+    "opencv": (".yml", "OpenCV: without b1 and b2"),
     "colmap": (".txt", "COLMAP, as cameras.txt"),
     "metashape": (".xml", "Metashape"),
 }
@@ -94,25 +94,32 @@ def run(options: argparse.Namespace) -> Outcome:
         board = board.scaled(options.square)
     photos = _measured(options.photos, board)
     pixel_size = options.pixel_size or calibration.pixel_size(photos)
+    estimate = options.estimate
+    if estimate is None and (options.opencv or options.colmap):
+        estimate = calibration.SQUARE  # their models
     found = calibration.calibrate(
         photos,
         board,
         pixel_size=pixel_size or NOMINAL,
-        estimate=options.estimate,
+        estimate=estimate,
         flat=options.flat,
     )
     about = f"{len(photos)} photos of the board in {printable(options.board.name)}."
-    words = {"about": about, "nominal": pixel_size is None}
-    size: dict = {"image_size": found.image_size, "pixel_size": found.pixel_size}
+    words: dict = {"about": about, "nominal": pixel_size is None}
+    size = found.image_size, found.pixel_size
     more: dict[Path, str | bytes] = {}
     for name in FORMATS:
         if (path := getattr(options, name)) is None:
             continue
         if name == "camera":
-            known = pixel_size is None, found.result.estimate, found.covariance, about
-            more[path] = files.CameraFile(found.camera, *size.values(), *known).text()
+            known = found.result.estimate, found.covariance
+            nominal = pixel_size is None
+            camera = files.CameraFile(found.camera, *size, nominal, *known, about)
+            more[path] = camera.text()
         else:
-            more[path] = files.exchange(found.camera, name, **size)
+            more[path] = files.exchange(
+                found.camera, name, image_size=size[0], pixel_size=size[1]
+            )
     text, html = (partial(one, found, **words) for one in (report.text, report.html))
     return _options.outcome(options, text, html, more)
 

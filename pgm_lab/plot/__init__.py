@@ -1,7 +1,7 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-The parts that every lesson needs are here. `board`, `bundle`, `matches` and `registration` draw
-results of the library, and are loaded when they are first used.
+The parts that every lesson needs are here. `board`, `bundle`, `matches` and
+`registration` draw results of the library, and are loaded when they are first used.
 """
 
 import importlib

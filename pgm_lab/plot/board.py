@@ -20,14 +20,11 @@ def shape(ax: Axes, points: np.ndarray, shift: np.ndarray, **limits: Any) -> dic
     height = limits.get("height", np.abs(shift[:, 2]).max())
     longest = np.hypot(*shift[:, :2].T).max()
     magnify = limits.get("magnify", round_number(0.08 * size / longest))
-    marks = ax.scatter(
-        *points[:, :2].T, 130, shift[:, 2], cmap="RdBu_r", vmin=-height, vmax=height
-    )
+    x, y = points[:, :2].T
+    marks = ax.scatter(x, y, 130, shift[:, 2], cmap="RdBu_r", vmin=-height, vmax=height)
     marks.set_edgecolor(basic.BLACK)
     arrows = magnify * shift[:, :2]
-    ax.quiver(
-        *points[:, :2].T, *arrows.T, angles="xy", scale_units="xy", scale=1, width=0.004
-    )
+    ax.quiver(x, y, *arrows.T, angles="xy", scale_units="xy", scale=1, width=0.004)
     ax.set(aspect="equal", xlabel="X (mm)", ylabel="Y (mm)")
     ax.margins(0.1)
     figure = ax.get_figure()

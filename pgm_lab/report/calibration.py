@@ -147,16 +147,16 @@ class Case:
             scale = self.found.camera.c**power
             if name in ("c", "x0", "y0"):
                 scale = 1 / self.found.pixel_size
-            cells = []
+            cells: list[str] = []
             for by in (1.0, scale):
                 v = by * value
                 cells += scientific(v, by * sd) if sd else (f"{v:.6g}", "held")
             unit = UNITS.get(name, "-")
-            rows.append((name, *cells[:2], unit, *cells[2:]))
-        header = ("parameter", "value", "sd", "unit", "in px, or for x / c", "sd")
-        if self.nominal:  # the millimetres mean nothing
-            header, rows = header[:1] + header[4:], [row[:1] + row[4:] for row in rows]
-        return Table("Interior orientation", header, rows)
+            rows.append([name, *cells[:2], unit, *cells[2:]])
+        header = ["parameter", "value", "sd", "unit", "in px, or for x / c", "sd"]
+        kept = [0, 4, 5] if self.nominal else range(6)  # such mm mean nothing
+        shown = [[row[i] for i in kept] for row in rows]
+        return Table("Interior orientation", [header[i] for i in kept], shown)
 
     # --- The photos ---
 
@@ -238,9 +238,9 @@ class Case:
         header = ["photo", "corners", "blur (px)", "own error (px)", "residuals (px)"]
         header += ["distance (mm)", "tilt (degrees)", "own c (%)", "sd (%)"]
         caption = (
-            "Photos: blur across an edge, the error that a photo adds to the noise of its"
-            " corners, rms of its residuals, distance from the board, angle to the photo"
-            " in the middle of all, and by how much its own c would be larger"
+            "Photos: blur across an edge, the error that a photo adds to the noise of"
+            " its corners, rms of its residuals, distance from the board, angle to the"
+            " photo in the middle of all, and by how much its own c would be larger"
         )
         return Table(caption, header, list(zip(*columns)))
 
