@@ -448,8 +448,8 @@ def draw(board: Board, dpi: float) -> np.ndarray:
         y, x = scale * (height - board.margin) - 0.5 - y, scale * board.margin - 0.5 + x
         top, left = (max(int(v - radius - 1), 0) for v in (y, x))
         part = black[top : int(y + radius) + 3, left : int(x + radius) + 3]
-        row, column = np.ogrid[: part.shape[0], : part.shape[1]]
-        from_centre = np.hypot(column + left - x, row + top - y)
+        down, across = np.ogrid[: part.shape[0], : part.shape[1]]
+        from_centre = np.hypot(across + left - x, down + top - y)
         part += np.clip(radius + 0.5 - from_centre, 0, 1)  # the rim, within a pixel
     return np.rint(255 * (1 - np.clip(black, 0, 1))).astype(np.uint8)
 
