@@ -3,8 +3,8 @@
 The board gives start values and, by its scale bars, the unit of length; its shape comes
 out of the photos. A corner's covariance says how well the grey values show it, but not
 what else went wrong in its photo: motion, a rolling shutter, a board that bends. So
-each photo has a variance component of its own, q^2, which is added to the covariances of
-its corners, and estimated from their residuals (Foerstner 1979).
+each photo has a variance component of its own, q^2, which is added to the covariances
+of its corners, and estimated from their residuals (Foerstner 1979).
 """
 
 from collections.abc import Sequence
@@ -17,6 +17,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, bundle, frames, rotation
+from pgm_lab.adjustment.result import UNCONTROLLED
 from pgm_lab.calibration.board import Board
 from pgm_lab.calibration.measure import Measured
 from pgm_lab.camera import PARAMETERS, Camera, ideal, imaging
@@ -25,9 +26,9 @@ SQUARE = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2")  # pixels without b1 an
 MIN_CORNERS = 12  # in a photo
 MIN_PHOTOS = 4
 MIN_TILT = np.radians(10.0)  # between two photos: all parallel, c is not determined
-COMPONENT_STEPS = 4
+COMPONENT_STEPS = 3
 FIRST_COMPONENT = 0.1  # px
-SMALLEST_COMPONENT = 1e-3  # px
+LEAST_COMPONENT = 1e-3  # of the variance by the noise
 MOST_REMOVED = 30
 MEDIAN_CHI_SQUARE = scipy.stats.chi2.median(1)
 HALVES = 5  # ways to part the photos
@@ -154,7 +155,7 @@ class Calibration:
         return by["interior"][..., columns], by["exterior"][..., 3:]
 
     def ray_sd(self, pixels: ArrayLike) -> np.ndarray:
-        """Standard deviation (n,) in px of the rays of pixels (n, 2), per coordinate."""
+        """Standard deviation (n,) in px of a coordinate, of the rays of pixels."""
         J = self.ray_derivatives(pixels)
         return np.sqrt(np.einsum("nip,pq,niq->n", J, self.covariance, J) / 2)
 
@@ -166,7 +167,6 @@ def calibrate(
     pixel_size: float = 0.001,
     estimate: Sequence[str] | None = None,
     flat: bool = False,
-    progress: bool = False,
 ) -> Calibration:
     """Calibrate a camera by its photos of a board.
 
@@ -183,8 +183,6 @@ def calibrate(
         b2 only if they differ from 0 by more than chance.
     flat : bool
         Whether the board's points are held where they were printed.
-    progress : bool
-        Show a progress bar.
 
     Returns
     -------
@@ -221,51 +219,69 @@ def calibrate(
         [_start_exterior(one, board, lens, pixel_size) for one in good]
     )
     _refuse_parallel(exteriors)
-    noise, network = _network(good, board, lens, exteriors, pixel_size, flat)
+    network = _network(good, board, lens, exteriors, pixel_size, flat)
 
-    def solved(estimate: Sequence[str]) -> Calibration:
-        found = _solve(network, noise, estimate, pixel_size, progress)
-        return Calibration(board, tuple(good), left_out, size, pixel_size, *found)
-
-    found = solved(estimate or PARAMETERS)
+    # Adjust; without b1 and b2 where they say nothing
+    noise = network.covariance
+    assert noise is not None
+    first = FIRST_COMPONENT * pixel_size
+    network, removed, noise = _weighted(network, noise, first, estimate or PARAMETERS)
+    result, q, halves = _solved(network, noise, estimate or PARAMETERS)
+    parts = board, tuple(good), left_out, size, pixel_size
+    found = Calibration(*parts, result, removed, q / pixel_size, halves)
     if estimate is None:
-        b, C = found.result.interior[-2:], found.covariance[-2:, -2:]
+        b, C = result.interior[-2:], found.covariance[-2:, -2:]
         if b @ np.linalg.solve(C, b) < scipy.stats.chi2.ppf(SURE, 2):
-            found = solved(SQUARE)
+            network = replace(_continued(result), cameras=_square(result.cameras))
+            result, q, halves = _solved(network, noise, SQUARE)
+            found = Calibration(*parts, result, removed, q / pixel_size, halves)
     return found
 
 
-def _solve(
-    network: bundle.Network,
-    noise: np.ndarray,
-    estimate: Sequence[str],
-    pixel_size: float,
-    progress: bool,
-) -> tuple[bundle.Bundle, tuple[bundle.Blunder, ...], np.ndarray, np.ndarray]:
-    """Result, blunders, components and halves of a network."""
+def _square(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
+    """The cameras without b1 and b2."""
+    return tuple(replace(one, b1=0.0, b2=0.0) for one in cameras)
 
-    def step(q: np.ndarray) -> tuple[bundle.Network, bundle.Bundle]:
-        weighted = replace(network, **_accuracy(noise, q[network.photo], pixel_size))
-        result = bundle.adjust(weighted, estimate, progress=progress)
-        return _continued(weighted, result), result
 
+def _weighted(
+    network: bundle.Network, noise: np.ndarray, first: float, estimate: Sequence[str]
+) -> tuple[bundle.Network, tuple[bundle.Blunder, ...], np.ndarray]:
+    """Network with the components of its photos and without blunders, which follow.
+
+    And the noise of the rays that stay.
+    """
     # The component of each photo, robust while there may be blunders
-    q = np.full(len(network.exteriors), FIRST_COMPONENT)
+    q = np.full(len(network.exteriors), first)
     for _ in range(COMPONENT_STEPS):
-        network, result = step(q)
-        q = _components(result, noise, pixel_size, robust=True)
-    network, result = step(q)
+        network, result = _step(network, noise, q, estimate)
+        q = _components(result, noise, robust=True)
+    network, _ = _step(network, noise, q, estimate)
 
-    # Reject blunders, then the components of the rest
-    snooped = bundle.snoop(network, estimate, most=MOST_REMOVED, progress=progress)
+    # Reject blunders one by one
+    snooped = bundle.snoop(network, estimate, most=MOST_REMOVED)
     kept = np.ones(len(noise), bool)
     kept[[one.ray for one in snooped.removed]] = False
-    result, noise = snooped.result, noise[kept]
-    network = result.network
+    return _continued(snooped.result), snooped.removed, noise[kept]
+
+
+def _solved(
+    network: bundle.Network, noise: np.ndarray, estimate: Sequence[str]
+) -> tuple[bundle.Bundle, np.ndarray, np.ndarray]:
+    """Result, components and halves of a network without blunders."""
+    result = bundle.adjust(network, estimate)
     for _ in range(COMPONENT_STEPS):
-        q = _components(result, noise, pixel_size)
-        network, result = step(q)
-    return result, snooped.removed, q, _halves(network, estimate)
+        q = _components(result, noise)
+        network, result = _step(network, noise, q, estimate)
+    return result, q, _halves(network, estimate)
+
+
+def _step(
+    network: bundle.Network, noise: np.ndarray, q: np.ndarray, estimate: Sequence[str]
+) -> tuple[bundle.Network, bundle.Bundle]:
+    """Adjust with other components; the network then starts from the result."""
+    weighted = replace(network, **_accuracy(noise, q[network.photo]))
+    result = bundle.adjust(weighted, estimate)
+    return _continued(result), result
 
 
 def _halves(network: bundle.Network, estimate: Sequence[str]) -> np.ndarray:
@@ -386,8 +402,8 @@ def _network(
     exteriors: np.ndarray,
     pixel_size: float,
     flat: bool,
-) -> tuple[np.ndarray, bundle.Network]:
-    """Noise covariances (k, 2, 2) in square pixels, and the network of all corners."""
+) -> bundle.Network:
+    """Network of all corners, with the covariances that the grey values give."""
     photo = np.repeat(np.arange(len(photos)), [len(one.ids) for one in photos])
     ids, pixels, noise = (
         np.concatenate([getattr(one, name) for one in photos])
@@ -415,51 +431,53 @@ def _network(
         photo_names=[one.name for one in photos],
         point_names=names.tolist(),
     )
-    return noise, network
+    return network
 
 
-def _accuracy(noise: np.ndarray, q: np.ndarray, pixel_size: float) -> dict:
-    """Covariances in mm^2 of corners with a component q (k,) in px, and their roots."""
-    C = (noise + q[:, None, None] ** 2 * np.eye(2)) * pixel_size**2
-    C[:, 0, 1] *= -1  # y points up
-    C[:, 1, 0] *= -1
-    sigma = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
-    return {"covariance": C, "sigma": sigma}
+def _accuracy(noise: np.ndarray, q: np.ndarray) -> dict:
+    """Covariances (k, 2, 2) in mm^2 with a component q (k,) in mm, and their roots."""
+    C = noise + q[:, None, None] ** 2 * np.eye(2)
+    return {"covariance": C, "sigma": np.sqrt(np.diagonal(C, axis1=1, axis2=2))}
 
 
 def _components(
-    result: bundle.Bundle,
-    noise: np.ndarray,
-    pixel_size: float,
-    robust: bool = False,
+    result: bundle.Bundle, noise: np.ndarray, robust: bool = False
 ) -> np.ndarray:
-    """Component q (m,) in px, which makes vᵀPv of each photo what is expected.
+    """Component q (m,) in mm with which v'Pv of each photo is what is expected.
 
     The expectation of v^2 is r (noise + q^2), with the redundancy number r.
     """
-    r = np.maximum(result.redundancy_numbers, 1e-6)
-    square = (result.residuals / pixel_size) ** 2 / r
+    r = np.maximum(result.redundancy_numbers, UNCONTROLLED)
+    square = result.residuals**2 / r
     noise = np.diagonal(noise, axis1=1, axis2=2)
     q = np.zeros(len(result.exteriors))
     for j in range(len(q)):
         of_photo = result.network.photo == j
-        e, n, weight = square[of_photo], noise[of_photo], r[of_photo]
-
-        def excess(q2: float) -> float:
-            ratio = e / (n + q2)  # noqa: B023
-            if robust:
-                return float(np.median(ratio)) / MEDIAN_CHI_SQUARE - 1
-            return float(np.average(ratio, weights=weight)) - 1  # noqa: B023
-
-        low, high = SMALLEST_COMPONENT**2, 4 * e.max() + 1
-        q[j] = scipy.optimize.brentq(excess, low, high) if excess(low) > 0 else low
-    return np.sqrt(q)
+        q[j] = _component(square[of_photo], noise[of_photo], r[of_photo], robust)
+    return q
 
 
-def _continued(network: bundle.Network, result: bundle.Bundle) -> bundle.Network:
-    """The network with the result as its start values."""
+def _component(
+    square: np.ndarray, noise: np.ndarray, r: np.ndarray, robust: bool
+) -> float:
+    """Component of one photo, by v^2 / r, noise and redundancy number (n, 2)."""
+
+    def excess(variance: float) -> float:
+        ratio = square / (noise + variance)
+        if robust:
+            return float(np.median(ratio)) / MEDIAN_CHI_SQUARE - 1
+        return float(np.average(ratio, weights=r)) - 1
+
+    least = LEAST_COMPONENT * float(np.median(noise))
+    if excess(least) <= 0:
+        return float(np.sqrt(least))
+    return float(np.sqrt(scipy.optimize.brentq(excess, least, 10 * square.max())))
+
+
+def _continued(result: bundle.Bundle) -> bundle.Network:
+    """The network with its result as start values."""
     return replace(
-        network,
+        result.network,
         cameras=result.cameras,
         exteriors=result.exteriors,
         points=result.points,

@@ -140,9 +140,9 @@ def _of_phone(head: bytes, name: str, convert: str) -> tuple[str, ...]:
         import pillow_heif
     except ImportError:
         raise ValueError(
-            f"{name}: this is a HEIC photo, as phones take them; with pillow-heif (pip"
-            f" install pillow-heif) it can be read; or {convert} (iPhone: Settings, Camera,"
-            " Formats, Most Compatible)"
+            f"{name}: this is a HEIC photo, as phones take them; with pillow-heif"
+            f" (pip install pillow-heif) it can be read; or {convert} (iPhone: Settings,"
+            " Camera, Formats, Most Compatible)"
         ) from None
     pillow_heif.register_heif_opener()
     return ("HEIF",)
