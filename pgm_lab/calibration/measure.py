@@ -23,8 +23,8 @@ FOCAL, FOCAL_35 = 0x920A, 0xA405
 DIAGONAL_35 = float(np.hypot(36, 24))  # mm, what focal lengths are compared on
 # What is not measured by its edges gets its accuracy from the residuals of its photo
 UNKNOWN_SD = 0.02  # px
-# Share of the way to the next edge that a window may reach
-REACH = 0.8
+# A window keeps so far from the next edge, of which the blur would come in (px)
+CLEAR = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +144,7 @@ def _radius(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
         gap = (1 - board.marker / board.square) / 2
         diagonals = side @ np.array([[1, 1], [1, -1]]).T
         radius = np.minimum(radius, gap * np.linalg.norm(diagonals, axis=1).min(axis=1))
-    return REACH * radius
+    return radius - CLEAR
 
 
 def _exif(path: str | os.PathLike) -> dict:

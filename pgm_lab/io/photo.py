@@ -141,8 +141,8 @@ def _of_phone(head: bytes, name: str, convert: str) -> tuple[str, ...]:
     except ImportError:
         raise ValueError(
             f"{name}: this is a HEIC photo, as phones take them; with pillow-heif"
-            f" (pip install pillow-heif) it can be read; or {convert} (iPhone: Settings,"
-            " Camera, Formats, Most Compatible)"
+            f" (pip install pillow-heif) it can be read; or {convert} (iPhone: under"
+            " Settings, Camera, Formats, Most Compatible)"
         ) from None
     pillow_heif.register_heif_opener()
     return ("HEIF",)
