@@ -3,7 +3,8 @@
 White space, commas or semicolons separate the numbers and % starts a comment, as for
 MATLAB's load; ids are whole numbers in any order:
 
-    interior   c x0 y0 K1 K2 K3 P1 P2 b1 b2, in a row or a column; mm and its powers
+    interior   c x0 y0 K1 K2 K3 P1 P2 b1 b2, in a row or a column; mm and its powers;
+               or a camera.json, which says the direction of the lens too
     exterior   photo, omega, phi, kappa, XL, YL, ZL; radians, unit of the points
     points     point, X, Y, Z
     image      point, photo, x, y, sx, sy; mm
@@ -17,6 +18,7 @@ import numpy as np
 from pgm_lab import _validate
 from pgm_lab.bundle.network import RAY, Network
 from pgm_lab.camera import LENSES, PARAMETERS, Camera
+from pgm_lab.camera import files as camera_files
 from pgm_lab.io import files, text
 from pgm_lab.io.files import printable
 from pgm_lab.io.text import Source, Table
@@ -42,7 +44,7 @@ def read(
     exterior: Source,
     points: Source,
     image: Source,
-    lens: str = "backward",
+    lens: str | None = None,
     *,
     sigma: float | None = None,
 ) -> Network:
@@ -52,9 +54,11 @@ def read(
     ----------
     interior, exterior, points, image : str or path
         The files, as described at the head of this module. Ids become `photo_names` and
-        `point_names`, in the order of the files.
-    lens : {"backward", "forward"}
-        Direction of the lens model, see `camera.Camera`; no file says it.
+        `point_names`, in the order of the files. A camera.json may stand in place of
+        interior.txt; then no image point may lie outside its image.
+    lens : {"backward", "forward"}, optional
+        Direction of the lens model, see `camera.Camera`, which interior.txt does not
+        say: "backward" when missing. A camera.json has its own.
     sigma : float, optional
         Standard deviation of all image coordinates in mm, in place of sx and sy.
 
@@ -86,11 +90,22 @@ def read(
     >>> bool(np.all(again.xy == data.xy)), again.photo_names[:3]
     (True, (1, 2, 3))
     """
-    _validate.choice(lens, "lens", LENSES)
+    if lens is not None:
+        _validate.choice(lens, "lens", LENSES)
     sigma = _validate.standard_deviation(sigma)
     if sigma is not None and sigma > COARSEST:
         raise ValueError(f"sigma = {sigma:g} mm is wider than any photo")
-    camera = _read_interior(interior, lens)
+    calibrated = None  # a camera.json knows its image too
+    if str(interior).lower().endswith(".json"):
+        calibrated = camera_files.read(interior)
+        camera = calibrated.camera
+        if lens not in (None, camera.lens):
+            raise ValueError(
+                f"{printable(interior)} is a camera with lens {camera.lens}: leave out"
+                f" lens {lens}"
+            )
+    else:
+        camera = _read_interior(interior, lens or LENSES[0])
     photos = text.read_table(exterior, "exterior orientations", EXTERIOR)
     objects = text.read_table(points, "object points", POINT)
     without = NO_SIGMA if sigma is None else ""
@@ -122,6 +137,15 @@ def read(
     pixels = f"x = {{}}, y = {{}} lies too far out for c = {camera.c:g} mm: {pixels}"
     reduced = xy - camera.interior[1:3]
     rays.refuse(np.hypot(*reduced.T) > FARTHEST * camera.c, pixels, *xy.T)
+    if calibrated is not None:
+        columns, rows = calibrated.image_size
+        outside = (
+            f"x = {{}}, y = {{}} lies outside the image of {columns} x {rows} pixels of"
+            f" {calibrated.pixel_size:g} mm in {printable(Path(interior).name)}: was"
+            " the photo turned by EXIF or reduced, or is the pixel size another?"
+        )
+        half = (np.array((columns, rows)) / 2 + 1) * calibrated.pixel_size
+        rays.refuse(np.any(np.abs(xy) > half, axis=1), outside, *xy.T)
     return Network(
         camera,
         photos.values[:, [4, 5, 6, 1, 2, 3]],

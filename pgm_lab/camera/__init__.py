@@ -1,5 +1,6 @@
 """The camera: interior orientation, lens, and the projection of object points."""
 
+from pgm_lab.camera import files
 from pgm_lab.camera.model import (
     BLOCKS,
     LENSES,
@@ -21,6 +22,7 @@ __all__ = [
     "Collinearity",
     "Photo",
     "collinearity",
+    "files",
     "ideal",
     "measured",
     "project",

@@ -15,14 +15,16 @@ In OpenCV y points down, and k_i = K_i c^(2i), p1 = -P2 c, p2 = P1 c.
 Arguments that are not as described raise ValueError.
 """
 
+import os
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
-from pgm_lab.camera import imaging
+from pgm_lab.camera import _document, imaging
 
 PARAMETERS = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 BLOCKS = ("interior", "exterior", "point")
@@ -73,6 +75,15 @@ class Camera:
             object.__setattr__(self, name, value)
         _validate.positive(self.c, "c", "mm")
         _validate.choice(self.lens, "lens", LENSES)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> Self:
+        """Read a camera.json: `camera.files.read` gives its covariance and image too.
+
+        Raises as that does.
+        """
+        content = _document.read(path)
+        return cls(**content.interior, lens=content.lens)
 
     @property
     def interior(self) -> np.ndarray:

@@ -26,7 +26,8 @@ EPILOG = (
 )
 NO_MEMORY = "there is not enough memory for this network: adjust parts of it"
 FILES = {
-    "interior": f"start values: {' '.join(PARAMETERS)} (mm and its powers)",
+    "interior": f"start values: {' '.join(PARAMETERS)} (mm and its powers), or a"
+    " camera.json",
     "exterior": "start values: photo omega phi kappa XL YL ZL (radians, any unit)",
     "points": "start values: point X Y Z (the same unit)",
     "image": "measured: point photo x y sx sy (mm)",
@@ -44,7 +45,7 @@ def add_options(parser: Parser) -> None:
     _options.add_outputs(parser)
     parser.add_argument(
         "--estimate",
-        type=_parameters,
+        type=parameters,
         default=PARAMETERS,
         metavar="c,x0,...",
         help="parameters of the camera to estimate, or none; all ten when missing",
@@ -52,8 +53,8 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--lens",
         choices=LENSES,
-        default="backward",
-        help="lens model: corrects measured coordinates, or displaces ideal ones",
+        help="lens model: corrects measured coordinates (when missing), or displaces"
+        " ideal ones; a camera.json says it",
     )
     parser.add_argument(
         "--datum",
@@ -68,7 +69,8 @@ def add_options(parser: Parser) -> None:
     _options.add(parser, "--sigma", words, _options.positive, "MM")
 
 
-def _parameters(words: str) -> tuple[str, ...]:
+def parameters(words: str) -> tuple[str, ...]:
+    """Read names of interior parameters, or none."""
     names = () if words == "none" else tuple(words.split(","))
     for name in names:
         if name not in PARAMETERS:

@@ -25,6 +25,7 @@ ORIENTATION = 0x0112  # the tag of EXIF that says how the camera was held
 DEEP = "I", "F", "I;16", "I;16B", "I;16L"  # grey with more than 8 bits in Pillow
 # Pillow opens many more, an EPS among them by having Ghostscript run the code in it.
 FORMATS = "JPEG", "PNG", "TIFF", "JPEG2000", "BMP", "GIF", "WEBP", "PPM"
+HEIC = b"heic", b"heix", b"hevc", b"hevx", b"heim", b"mif1", b"msf1"
 CONVERT = "save it as JPEG, PNG or TIFF"
 SUBFILE, SMALLER_OR_MASK = 0x00FE, 1 | 4  # the tag of TIFF that says what a page is
 
@@ -107,12 +108,13 @@ def opened(
 ) -> Iterator[Image.Image]:
     """Open an image file, its pixels unread; what goes wrong with it names it."""
     file = files.existing(path, name)
-    files.content(file, name, 1)  # or the system says why not
+    head = files.content(file, name, 12)  # or the system says why not
+    formats = (*FORMATS, *_of_phone(head, name, convert))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of large photos, and odd EXIF
             # By its name, Pillow would map a TIFF into memory, and turn it twice
-            with file.open("rb") as stream, Image.open(stream, "r", FORMATS) as image:
+            with file.open("rb") as stream, Image.open(stream, "r", formats) as image:
                 yield image
     except Image.DecompressionBombError:
         raise ValueError(
@@ -128,6 +130,22 @@ def opened(
         raise ValueError(
             f"{name}: the image is damaged ({reason}); copy or export it again"
         ) from None
+
+
+def _of_phone(head: bytes, name: str, convert: str) -> tuple[str, ...]:
+    """Have Pillow read HEIC if that is what a file begins with, else nothing."""
+    if head[4:8] != b"ftyp" or head[8:12] not in HEIC:
+        return ()
+    try:
+        import pillow_heif
+    except ImportError:
+        raise ValueError(
+            f"{name}: this is a HEIC photo, as phones take them; with pillow-heif"
+            f" (pip install pillow-heif) it can be read; or {convert} (iPhone: under"
+            " Settings, Camera, Formats, Most Compatible)"
+        ) from None
+    pillow_heif.register_heif_opener()
+    return ("HEIF",)
 
 
 def shape(path: str | os.PathLike, name: str) -> tuple[int, int]:
@@ -147,6 +165,7 @@ def orientation(path: str | os.PathLike) -> int:
     try:
         with opened(path, "") as image:
             held = image.getexif().get(ORIENTATION)
+            held = image.info.get("original_orientation") or held  # of HEIC
     except (ValueError, OSError):  # reading the pixels says it
         return 1
     return held if isinstance(held, int) else 1  # it may be a text

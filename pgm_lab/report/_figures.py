@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
 from pgm_lab import plot, registration, rotation
-from pgm_lab._rounding import fixed, round_number
+from pgm_lab._rounding import fixed, plain, round_number
 from pgm_lab.bundle.result import Bundle
 from pgm_lab.matching import Match
 from pgm_lab.plot.basic import Look
@@ -27,6 +27,7 @@ DENSE = 400  # rays a photo: more vectors than a small picture can show
 CELLS = 12  # across the image, for means
 MAX_CAMERAS = 60  # drawn with their photo planes; more would cover the points
 MAX_NAMES = 30
+RAYS = 41  # a side, at which their standard deviation is drawn
 MAX_POINTS = 5000  # a picture shows no more of them
 CAMERA_SIZE = 0.12  # in diameters of the network
 # Of a matching and of a registration
@@ -220,6 +221,45 @@ def _axes(ax: Axes3D) -> None:
             f"{axis.upper()} (object units)", labelpad=pad, fontsize=13
         )
         ax.tick_params(axis=axis, labelsize=11, pad=5)
+
+
+# --- A calibration ---
+
+
+def of_calibration(case: Case) -> Callable[[str], list]:
+    """Return what draws the figures of calibration.j2."""
+    return _drawer(coverage, lens, residuals, stations, board, case=case)
+
+
+def coverage(case: Case) -> Drawn:
+    """The corners of all photos in the image, over how well a ray is known there."""
+    found = case.found
+    columns, rows = found.image_size
+    axes = [np.linspace(0, n - 1, RAYS) for n in (columns, rows)]
+    grid = np.stack(np.meshgrid(*axes), axis=-1)
+    sd = found.ray_sd(grid.reshape(-1, 2)).reshape(RAYS, RAYS)
+    figure, ax = plt.subplots(figsize=(9, 6.5))
+    drawn = ax.contourf(*axes, np.log10(sd), levels=12, cmap="cividis_r")
+    bar = figure.colorbar(drawn, label="sd of a ray (px)")
+    ticks = list(bar.get_ticks()[::2])
+    bar.set_ticks(ticks, labels=[plain(10**t) for t in ticks])
+    pixels = np.concatenate([one.pixels for one in found.photos])
+    ax.plot(*pixels.T, ".", color=plot.RED, markersize=3)
+    ax.set(xlabel="column (px)", ylabel="row (px)", aspect="equal")
+    ax.set(xlim=(0, columns - 1), ylim=(rows - 1, 0))
+    shown = {"corners": len(pixels), "least": float(sd.min())}
+    yield figure, shown | {"largest": float(sd.max())}
+
+
+def board(case: Case) -> Drawn:
+    """How the board is bent."""
+    found = case.found
+    if np.any(found.sd_shape > 0):
+        network = found.result.network
+        points = found.board.points[list(network.point_names)]
+        figure, ax = plt.subplots(figsize=(9, 6.5))
+        shown = plot.board.shape(ax, points, found.shape)
+        yield figure, shown
 
 
 # --- A matching ---

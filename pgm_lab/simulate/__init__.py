@@ -1,5 +1,6 @@
 """Images and photos with exactly known truth, for tests and experiments."""
 
+from pgm_lab.simulate import boards
 from pgm_lab.simulate.aerial import AerialPair, aerial_block, aerial_pair
 from pgm_lab.simulate.images import photograph, target
 from pgm_lab.simulate.landscape import Landscape, landscape
@@ -23,6 +24,7 @@ __all__ = [
     "Texture",
     "aerial_block",
     "aerial_pair",
+    "boards",
     "control_photo",
     "grey_gradients",
     "grey_values",

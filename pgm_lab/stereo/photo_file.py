@@ -14,6 +14,7 @@ import scipy
 
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
+from pgm_lab.camera.files import of_photo
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io import geotiff
 from pgm_lab.io import photo as photos
@@ -31,12 +32,13 @@ class PhotoFile:
     ----------
     path : str or Path
         A JPEG, TIFF or PNG, or an array as `np.save` writes it; colours become grey.
-    camera : Camera
-        Interior orientation and lens, in mm.
+    camera : Camera, str or Path
+        Interior orientation and lens, in mm; or the camera.json with them, which is
+        read at once, and the photo must have the size of its image.
     exterior : sequence of 6 numbers
         (X0, Y0, Z0, omega, phi, kappa), angles in radians.
     pixel_size : float
-        In mm.
+        In mm; a camera.json states it.
     image_size : (columns, rows), optional
         Of the whole sensor, where the file contains a part of it.
     corner : (column, row)
@@ -47,12 +49,23 @@ class PhotoFile:
     """
 
     path: str | Path
-    camera: Camera
+    camera: Camera | str | Path
     exterior: tuple[float, ...]
-    pixel_size: float
+    pixel_size: float | None = None
     image_size: tuple[int, int] | None = None
     corner: tuple[int, int] = (0, 0)
     crs: str | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.camera, str | Path):
+            size = self.image_size or self._shape()[::-1]
+            name = f"photo, {printable(self.path)}"
+            held = photos.orientation(self.path)
+            camera, pixel = of_photo(self.camera, size, self.pixel_size, name, held)
+            object.__setattr__(self, "camera", camera)
+            object.__setattr__(self, "pixel_size", pixel)
+        elif self.pixel_size is None:
+            raise ValueError("pixel_size is missing: a camera.json states it, in mm")
 
     def read(self) -> Photo:
         """Read the photo, grey, as the camera was held (`matching.read`).
@@ -73,11 +86,7 @@ class PhotoFile:
 
     def blank(self) -> Photo:
         """Return the photo without its grey values: only the file's header is read."""
-        if Path(self.path).suffix == ".npy":
-            shape = self._array().shape
-        else:
-            shape = photos.shape(self.path, f"photo, {printable(self.path)}")
-        return self._photo(np.broadcast_to(np.uint8(0), shape))
+        return self._photo(np.broadcast_to(np.uint8(0), self._shape()))
 
     def system(self) -> str | None:
         """Coordinate reference system of the exterior; None where it is not known."""
@@ -99,12 +108,18 @@ class PhotoFile:
             content = hashlib.file_digest(file, "sha256").hexdigest()
         return fingerprint(
             content,
-            asdict(self.camera),
+            asdict(_validate.instance(self.camera, Camera, "camera")),
             np.asarray(self.exterior, float).tolist(),
             self.pixel_size,
             self.image_size,
             self.corner,
         )
+
+    def _shape(self) -> tuple[int, ...]:
+        """Rows and columns, from the head of the file."""
+        if Path(self.path).suffix == ".npy":
+            return self._array().shape
+        return photos.shape(self.path, f"photo, {printable(self.path)}")
 
     def _array(self) -> np.ndarray:
         """Array of an .npy, on disk until it is needed; one with objects is refused."""
@@ -129,9 +144,9 @@ class PhotoFile:
                 f"photo, {printable(self.path)}: omega, phi, kappa = {angles} are more"
                 " than a turn: radians are expected, not degrees"
             )
-        return Photo(
-            grey, self.camera, exterior, self.pixel_size, self.image_size, self.corner
-        )
+        camera = _validate.instance(self.camera, Camera, "camera")
+        size = _validate.number(self.pixel_size, "pixel_size")
+        return Photo(grey, camera, exterior, size, self.image_size, self.corner)
 
 
 def fingerprint(*parts: object) -> str:

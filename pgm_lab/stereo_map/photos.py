@@ -10,10 +10,11 @@ from PIL import Image
 
 from pgm_lab import _validate, matching
 from pgm_lab.camera import Camera
+from pgm_lab.camera.files import of_photo
 from pgm_lab.camera.photo import Photo
 from pgm_lab.io.files import printable
+from pgm_lab.io.photo import ORIENTATION, opened, orientation
 from pgm_lab.io.photo import Photo as Source
-from pgm_lab.io.photo import opened
 
 FOCAL, FOCAL_35MM = 0x920A, 0xA405
 PER_UNIT, UNIT = 0xA20E, 0xA210  # pixels a unit across the sensor, and the unit
@@ -23,7 +24,7 @@ DIAGONAL_35MM = 43.2666  # mm, of 36 x 24
 
 WANTED = (
     "give camera=Camera(c), the principal distance in mm, and pixel_size, the size of"
-    " a pixel on the sensor in mm"
+    " a pixel on the sensor in mm; or camera='camera.json' of a calibration"
 )
 
 
@@ -31,7 +32,7 @@ def read_photo(
     photo: Source | Photo,
     name: str = "photo",
     *,
-    camera: Camera | None = None,
+    camera: Camera | str | os.PathLike | None = None,
     pixel_size: float | None = None,
     exterior: ArrayLike | None = None,
 ) -> Photo:
@@ -43,8 +44,9 @@ def read_photo(
         As for `matching.read`; colours become grey. A `Photo` is taken as it is.
     name : str
         What messages call it.
-    camera : Camera, optional
-        In mm. From EXIF comes c alone, without principal point and lens.
+    camera : Camera, str or path, optional
+        In mm, or the camera.json with it, which has the pixel size too. From EXIF comes
+        c alone, without principal point and lens.
     pixel_size : float, optional
         In mm.
     exterior : array_like (6,), optional
@@ -66,13 +68,19 @@ def read_photo(
             )
         return photo
     grey = matching.read(photo, name, colour="grey")
+    if camera is not None:
+        held = 1  # as it lies on the sensor
+        if isinstance(photo, str | os.PathLike):
+            held = orientation(photo)
+        elif isinstance(photo, Image.Image):
+            held = photo.getexif().get(ORIENTATION, 1)
+        camera, pixel_size = of_photo(camera, grey.shape[::-1], pixel_size, name, held)
     if camera is None or pixel_size is None:
         c, size = exif_camera(photo, grey.shape[::-1])
         camera = camera or (None if c is None else Camera(c))
         pixel_size = size if pixel_size is None else pixel_size
     if camera is None or pixel_size is None:
         raise ValueError(f"{name} does not say in EXIF which camera took it: {WANTED}")
-    _validate.instance(camera, Camera, "camera")
     size = _validate.positive_number(pixel_size, "pixel_size", "mm")
     place = np.zeros(6) if exterior is None else exterior
     return Photo(grey, camera, _validate.one_point(place, 6, "exterior"), size)

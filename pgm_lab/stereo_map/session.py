@@ -3,6 +3,7 @@
 A session is never changed: each step returns a new one, which keeps the one before it.
 """
 
+import os
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -200,7 +201,7 @@ def open_pair(
     left: Source | Photo,
     right: Source | Photo,
     *,
-    camera: Camera | None = None,
+    camera: Camera | str | os.PathLike | None = None,
     pixel_size: float | None = None,
     exteriors: ArrayLike | None = None,
     heights: ArrayLike | None = None,
@@ -213,9 +214,9 @@ def open_pair(
     left, right : str, path, PIL.Image.Image, array_like or Photo
         Files that Pillow opens, as for `matching.read`; colours become grey. A `Photo`
         has its camera and its orientation already.
-    camera : Camera, optional
-        Of both photos, in mm. When missing, c is taken from EXIF: a start, without
-        principal point and lens.
+    camera : Camera, str or path, optional
+        Of both photos, in mm, or the camera.json with it, which has the pixel size too.
+        When missing, c is taken from EXIF: a start, without principal point and lens.
     pixel_size : float, optional
         In mm; from EXIF when missing.
     exteriors : array_like (2, 6), optional

@@ -14,6 +14,7 @@ import pytest
 
 from pgm_lab import bundle, datasets, report
 from pgm_lab.camera import PARAMETERS
+from pgm_lab.camera import files as camera_files
 from pgm_lab.command import main
 from tests.command.conftest import no_work
 from tests.networks import real
@@ -50,6 +51,20 @@ def test_the_options_reach_the_adjustment(adjust, outputs, capsys):
     assert capsys.readouterr().out == short + "\n"
     assert adjust.run("--estimate", "none") == 0
     assert "35  mm     held" in capsys.readouterr().out
+
+
+def test_a_camera_json_stands_for_the_interior_orientation(
+    adjust, network, folder, capsys
+):
+    size = {"image_size": (1936, 1296), "pixel_size": 0.0122}
+    camera_files.write(folder / "camera.json", network.cameras[0], **size)
+    assert adjust.run() == 0
+    expected = capsys.readouterr().out.replace("interior.txt", "camera.json")
+    inputs = [folder / "camera.json", *adjust.inputs[1:]]
+    assert adjust.run(inputs=inputs) == 0
+    assert capsys.readouterr().out == expected
+    message = adjust.ended(capsys, "--lens", "forward", inputs=inputs)
+    assert "camera with lens backward: leave out lens forward" in message
 
 
 def test_snooping_rejects_what_the_function_does(adjust, network, capsys):

@@ -8,6 +8,7 @@ from PIL import Image
 
 from pgm_lab import stereo_map
 from pgm_lab.camera import Camera
+from pgm_lab.camera import files as camera_files
 
 CAMERA = {"camera": Camera(24.0), "pixel_size": 0.005}
 
@@ -40,6 +41,26 @@ def test_a_jpeg_in_colour_and_a_tiff_of_16_bit_are_matched(files, easy):
     point = stereo_map.measure(session, pixel, truth + 3)
     assert point.accepted, point.why
     assert np.abs(point.right - truth).max() < 0.5
+
+
+def test_a_camera_json_stands_for_camera_and_pixel_size(files, tmp_path):
+    with Image.open(files[0]) as image:
+        columns, rows = image.size
+        turned = image.convert("L").rotate(90, expand=True)
+    path = tmp_path / "camera.json"
+    given = {"image_size": (columns, rows), "pixel_size": 0.005}
+    camera_files.write(path, CAMERA["camera"], **given)
+    for photo in stereo_map.open_pair(*files, camera=path).photos:
+        assert (photo.camera, photo.pixel_size) == (CAMERA["camera"], 0.005)
+    words = f"right has {rows} x {columns} pixels.*{columns} x {rows}.*its EXIF"
+    with pytest.raises(ValueError, match=words):
+        stereo_map.open_pair(files[0], turned, camera=path)
+    upside_down = turned.rotate(90, expand=True)
+    upside_down.getexif()[0x0112] = 3
+    upside_down.save(tmp_path / "b.jpg", exif=upside_down.getexif())
+    for photo in (upside_down, tmp_path / "b.jpg"):
+        with pytest.raises(ValueError, match="upright by its EXIF"):
+            stereo_map.open_pair(files[0], photo, camera=path)
 
 
 def test_photos_of_different_size_each_have_their_own_centre(pair, easy):
