@@ -492,8 +492,8 @@ class Chequerboard:
     photos : tuple of Path
         The photos, JPEG.
     pixels : ndarray (photos, corners, 2)
-        (column, row) of each corner; px. They are counted row by row, from the corner
-        that is at the top left where the board is upright.
+        (column, row) of each corner, px; NaN where it was not measured. They are
+        counted row by row, from the corner at the top left of the board.
     image_size : (int, int)
         Columns and rows of a photo.
     corners : (int, int)
@@ -510,7 +510,7 @@ def chequerboard(camera: str) -> Chequerboard:
     """Load OpenCV's sample photos of a board, of the left or of the right camera.
 
     Two cameras of a rig took thirteen photos each, all pairs at the same time. The
-    corners are those of ``pgm_book.ch09.photos.corners``, to 0.001 px.
+    corners are those of ``pgm_lab.calibration.measure``, to 0.001 px.
 
     Parameters
     ----------
@@ -525,7 +525,9 @@ def chequerboard(camera: str) -> Chequerboard:
     if camera not in ("left", "right"):
         raise ValueError(f"camera must be 'left' or 'right'; got {camera!r}")
     measured = [r for r in rows("chequerboard_corners.csv") if r["camera"] == camera]
-    pixels = [(float(r["column_px"]), float(r["row_px"])) for r in measured]
+    pixels = [
+        [float(r[name] or "nan") for name in ("column_px", "row_px")] for r in measured
+    ]
     numbers = list(dict.fromkeys(r["photo"] for r in measured))
     photos = tuple(path(f"chequerboard/{camera}{n}.jpg") for n in numbers)
     return Chequerboard(

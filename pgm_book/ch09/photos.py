@@ -1,12 +1,11 @@
 """The photos of lesson 9: the reader's own from a folder, or those of the book.
 
-`board` reads two sets of photos of a chequerboard, `pair` the two photos of a scene.
-A folder of one's own holds ``board/*.jpg``, ``board.json`` (how many inner corners in
-columns and rows) and the two photos ``left.*`` and ``right.*``; all are reduced to at
-most 1000 columns, so that the lesson's loops stay short.
+`board` reads two sets of photos of a board, `pair` the two photos of a scene. A folder
+of one's own holds ``board/*.jpg``, the ``board.json`` that ``pgm_lab board`` wrote, and
+``left.*`` and ``right.*``; all are reduced to at most 1000 columns, so that the
+lesson's loops stay short.
 """
 
-import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,7 +16,7 @@ from scipy.ndimage import map_coordinates
 
 from pgm_book.common.own_program import FILE
 from pgm_book.program.bundle import without_lens
-from pgm_lab import datasets, frames, orientation
+from pgm_lab import calibration, datasets, frames, orientation
 from pgm_lab.camera import Camera
 from pgm_lab.io import files
 from pgm_lab.rotation import angles, matrix
@@ -25,6 +24,7 @@ from pgm_lab.rotation import angles, matrix
 PIXEL = (0.001, 0.001)  # mm, nominal: nobody knows it, and c is stated in pixels
 Turned = tuple[tuple[float, float, float], tuple[float, float, float]]
 MOST = 1000  # columns of a photo
+LEAST = 8  # photos
 SIZE = (640, 430)  # of the built-in pair
 # Degrees by which its photos were turned, omega, phi, kappa: the answer of section 2
 TURNED = ((0.9, -2.6, 2.4), (-1.1, 0.6, -1.9))
@@ -45,7 +45,7 @@ class Board:
     """A set of photos of one board, and where its inner corners lie in them."""
 
     name: str
-    pixels: np.ndarray = field(repr=False)  # (photos, corners, 2): column, row
+    pixels: np.ndarray = field(repr=False)  # (photos, corners, 2), NaN: not seen
     size: tuple[int, int]  # columns and rows of a photo
     grid: np.ndarray = field(repr=False)  # (corners, 3), squares: as it was printed
     photo: np.ndarray = field(default_factory=_blank, repr=False)  # the first one, grey
@@ -53,14 +53,16 @@ class Board:
     @cached_property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Camera (10,) and exteriors (photos, 6) to begin with, of a flat board."""
-        flat = [(self.grid * (1, -1, 0)).astype(np.float32)] * len(self.pixels)
-        seen = list(self.pixels.astype(np.float32))
-        c = cv2.initCameraMatrix2D(flat, seen, self.size)[0, 0] * PIXEL[0]
+        seen = np.isfinite(self.pixels[..., 0])
+        flat = [(self.grid[k] * (1, -1, 0)).astype(np.float32) for k in seen]
+        pixels = [one[k] for one, k in zip(self.pixels, seen)]
+        measured = [one.astype(np.float32) for one in pixels]
+        c = cv2.initCameraMatrix2D(flat, measured, self.size)[0, 0] * PIXEL[0]
         photos = [
             orientation.resect(
-                Camera(c), frames.pixel_to_photo(one, self.size, PIXEL), self.grid
+                Camera(c), frames.pixel_to_photo(one, self.size, PIXEL), self.grid[k]
             ).exterior
-            for one in self.pixels
+            for one, k in zip(pixels, seen)
         ]
         return np.array([c, *np.zeros(9)]), np.array(photos)
 
@@ -76,43 +78,59 @@ def board(folder: str | Path | None = None) -> tuple[Board, Board]:
     if folder is None:
         return _built_in("left"), _built_in("right")
     folder = Path(folder)
-    shape = json.loads((folder / "board.json").read_text(encoding="utf-8"))
-    columns, rows = int(shape["columns"]), int(shape["rows"])
-    photos = [read(path) for path in sorted((folder / "board").iterdir())]
-    found = [corners(photo, columns, rows) for photo in photos]
-    kept = [k for k, pixels in enumerate(found) if pixels is not None]
-    sizes = {photos[k].shape[::-1] for k in kept}
-    if len(kept) < 8 or len(sizes) > 1:
+    printed = calibration.Board.read(folder / "board.json")
+    paths = sorted((folder / "board").iterdir())
+    found = [calibration.measure(path, printed) for path in paths]
+    n = len(printed.points)
+    sizes = [one.image_size for one in found if len(one.ids) > n / 2]
+    usual = max(set(sizes), key=sizes.count, default=None)
+    kept = [k for k, one in enumerate(found)
+            if len(one.ids) > n / 2 and one.image_size == usual]  # fmt: skip
+    for one in (one for k, one in enumerate(found) if k not in kept):
+        print(f"{one.name} is left out: {one.words or 'half of the board is missing'}")
+    if len(kept) < LEAST:
         raise ValueError(
-            f"{len(kept)} of {len(photos)} photos show all {columns} x {rows} corners,"
-            f" in {len(sizes)} sizes; at least eight of one size are needed: hold the"
-            " camera the same way, and the whole board in the photo"
+            f"{len(kept)} of {len(found)} photos show the board, and at least {LEAST}"
+            " of one size are needed"
         )
-    pixels, (size,) = np.array([found[k] for k in kept]), sizes
-    printed = grid(columns, rows)
-    odd = Board("odd photos", pixels[::2], size, printed, photos[kept[0]])
-    return odd, Board("even photos", pixels[1::2], size, printed, photos[kept[1]])
+    photos = [_reduced(_seen(found[k], n), found[k].image_size) for k in kept]
+    points, size = printed.points / printed.square, read(paths[kept[0]]).shape[::-1]
+    odd, even = (
+        Board(name, np.array(photos[k::2]), size, points, read(paths[kept[k]]))
+        for k, name in enumerate(("odd photos", "even photos"))
+    )
+    return odd, even
 
 
 def read(path: Path) -> np.ndarray:
-    """Grey values of a photo, reduced to at most 1000 columns."""
-    grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    """Grey values of a photo as the sensor saw it, reduced to at most 1000 columns."""
+    how = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+    grey = cv2.imread(str(path), how)
     if grey is None:
         raise ValueError(f"{path.name} cannot be read as a photo: save it as JPEG")
-    share = MOST / grey.shape[1]
-    if share < 1:
-        grey = cv2.resize(grey, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-    return grey
+    share = min(1.0, MOST / grey.shape[1])
+    return cv2.resize(grey, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
 
 
-def corners(grey: np.ndarray, columns: int, rows: int) -> np.ndarray | None:
-    """Inner corners (columns * rows, 2) of a chequerboard, px; None if not all show."""
-    seen, found = cv2.findChessboardCorners(grey, (columns, rows))
-    if not seen:
-        return None
-    stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
-    cv2.cornerSubPix(grey, found, (5, 5), (-1, -1), stop)
-    return found.reshape(-1, 2).astype(float)
+def _reduced(pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Where pixels of a photo of that size lie when `read` has reduced it."""
+    return (pixels + 0.5) * min(1.0, MOST / size[0]) - 0.5
+
+
+def _seen(found: calibration.Measured, n: int) -> np.ndarray:
+    """Pixels (n, 2) of all corners of a board, NaN where one was not measured."""
+    pixels = np.full((n, 2), np.nan)
+    pixels[found.ids] = found.pixels
+    return pixels
+
+
+def corners(path: Path, columns: int, rows: int) -> np.ndarray:
+    """Inner corners (n, 2) of a chequerboard in a photo, px; NaN where there is none.
+
+    So were the corners in ``data/chequerboard_corners.csv`` measured.
+    """
+    printed = calibration.Board("chequerboard", columns + 1, rows + 1, 1.0)
+    return _seen(calibration.measure(path, printed), columns * rows)
 
 
 def grid(columns: int, rows: int) -> np.ndarray:

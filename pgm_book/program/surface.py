@@ -27,7 +27,7 @@ def flat_board(
     Parameters
     ----------
     xy : array_like (m, n, 2)
-        Measured image points of each photo, mm.
+        Measured image points of each photo, mm; NaN where one was not seen.
     camera, exteriors : array_like (10,), (m, 6)
         Start values.
     grid : array_like (n, 3)
@@ -48,7 +48,7 @@ def flat_board(
         camera, photos = unknowns[:10], unknowns[10:].reshape(-1, 6)
         computed = [project(photo, grid, camera[0]) for photo in photos]
         observed = [without_lens(one, camera) for one in xy]
-        return np.ravel(np.subtract(computed, observed))
+        return np.nan_to_num(np.ravel(np.subtract(computed, observed)))
 
     unknowns = np.concatenate([camera, np.ravel(exteriors)])
     for _ in range(STEPS):
