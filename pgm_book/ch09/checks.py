@@ -152,6 +152,8 @@ def new_photo(function: Callable) -> None:
 
 def _in_pixels(function: Callable) -> Callable:
     """The same function with results in units of 0.0001 mm, under its own name."""
+    if not callable(function):
+        return function
 
     def scaled(*case: Any) -> Any:
         answer = function(*case)

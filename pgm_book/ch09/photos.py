@@ -18,6 +18,7 @@ from pgm_book.common.own_program import FILE
 from pgm_book.program.bundle import without_lens
 from pgm_lab import calibration, datasets, frames, orientation
 from pgm_lab.camera import Camera
+from pgm_lab.image import cut
 from pgm_lab.io import files
 from pgm_lab.rotation import angles, matrix
 
@@ -25,6 +26,7 @@ PIXEL = (0.001, 0.001)  # mm, nominal: nobody knows it, and c is stated in pixel
 Turned = tuple[tuple[float, float, float], tuple[float, float, float]]
 MOST = 1000  # columns of a photo
 LEAST = 8  # photos
+PAD = 40  # pixels around a reduced photo, so that a search may reach over
 SIZE = (640, 430)  # of the built-in pair
 # Degrees by which its photos were turned, omega, phi, kappa: the answer of section 2
 TURNED = ((0.9, -2.6, 2.4), (-1.1, 0.6, -1.9))
@@ -274,6 +276,28 @@ def measured(ideal: np.ndarray, camera: np.ndarray) -> np.ndarray:
     for _ in range(20):
         xy = xy + ideal - without_lens(xy, camera)
     return xy
+
+
+def levels(scene: Pair) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """Both photos with each 8 x 8 and each 2 x 2 pixels averaged, mirrored beyond."""
+
+    def padded(image: np.ndarray, k: int) -> np.ndarray:
+        return np.pad(smaller(image, k), PAD, "reflect")
+
+    return {k: (padded(scene.left, k), padded(scene.right, k)) for k in (8, 2)}
+
+
+def at(k: int, point: np.ndarray) -> np.ndarray:
+    """Where a pixel (column, row) of the photo lies in those of `levels`."""
+    return np.round((np.asarray(point) + 0.5) / k - 0.5).astype(int) + PAD
+
+
+def places(image: np.ndarray, first: int, step: int = 10) -> np.ndarray:
+    """Pixels (n, 2) of a grid from a column on, where a window has contrast."""
+    rows, columns = image.shape
+    grid = _pixels((columns - 8, rows - 12)).reshape(rows - 12, columns - 8, 2)
+    grid = grid[12::step, first::step].reshape(-1, 2)
+    return grid[[cut(image, pixel, 9).std() > 1 for pixel in grid]]
 
 
 def smaller(image: np.ndarray, k: int) -> np.ndarray:
