@@ -43,6 +43,12 @@ def _photos() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return xy, np.array([0.55, *np.zeros(9)]), starts, board
 
 
+@cache
+def _flat() -> tuple[np.ndarray, np.ndarray, float]:
+    """What these photos give with the board as it was printed."""
+    return textbook.flat_board(*_photos())
+
+
 def _seen(ideal: np.ndarray) -> np.ndarray:
     """Image points as the lens of CAMERA shows them."""
     xy = ideal + CAMERA[1:3]
@@ -54,7 +60,7 @@ def _seen(ideal: np.ndarray) -> np.ndarray:
 def flat_board(function: Callable) -> None:
     """Check the adjustment of a camera with the board as it was printed."""
     case = _photos()
-    camera, C, sigma0 = textbook.flat_board(*case)
+    camera, C, sigma0 = _flat()
     answer = answer_of(function, *case, first="lessons 5 and 6")
     try:
         found, covariance, sigma = (real(part, "the answer") for part in answer)

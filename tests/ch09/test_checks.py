@@ -58,18 +58,19 @@ def test_a_slip_of_the_flat_board_is_named():
     def changed(**slip):
         return lambda *case: flat(*case, **slip)
 
+    right = chapter9._flat()
     slips = [
         (changed(moves=False), "stay at their start"),
         (changed(C=False), "sigma0 squared times Q"),
         (changed(s=False), "sigma0 is not that"),
-        (lambda *a: book.flat_board(*a)[0], "must return the camera"),
-        (lambda *a: (*book.flat_board(*a)[:2], np.ones(3)), "got shapes"),
+        (lambda *a: right[0], "must return the camera"),
+        (lambda *a: (*right[:2], np.ones(3)), "got shapes"),
         (
-            lambda *a: (book.flat_board(*a)[0] * 1.001, *book.flat_board(*a)[1:]),
+            lambda *a: (right[0] * 1.001, *right[1:]),
             "end elsewhere",
         ),
         (
-            lambda *a: (book.flat_board(*a)[0] + 9, *book.flat_board(*a)[1:]),
+            lambda *a: (right[0] + 9, *right[1:]),
             "lead away",
         ),
     ]
