@@ -295,9 +295,9 @@ def at(k: int, point: np.ndarray) -> np.ndarray:
 def places(image: np.ndarray, first: int, step: int = 10) -> np.ndarray:
     """Pixels (n, 2) of a grid from a column on, where a window has contrast."""
     rows, columns = image.shape
-    grid = _pixels((columns - 8, rows - 12)).reshape(rows - 12, columns - 8, 2)
-    grid = grid[12::step, first::step].reshape(-1, 2)
-    return grid[[cut(image, pixel, 9).std() > 1 for pixel in grid]]
+    every = _pixels((columns - 8, rows - 12)).reshape(rows - 12, columns - 8, 2)
+    chosen = every[12::step, first::step].reshape(-1, 2)
+    return chosen[[cut(image, pixel, 9).std() > 1 for pixel in chosen]]
 
 
 def smaller(image: np.ndarray, k: int) -> np.ndarray:
