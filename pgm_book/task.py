@@ -75,6 +75,7 @@ class Task:
     _lesson: ModuleType
     _truth: Any
     _tries: list = field(default_factory=list)  # results of this session
+    _last: list = field(default_factory=list)  # what was handed in, of whatever form
 
     def __repr__(self) -> str:
         """What is given, and nothing of the answer."""
@@ -90,6 +91,7 @@ class Task:
         CheckFailed
             If the result is wrong, or is no answer to the question.
         """
+        self._last[:] = [result]
         parts = self._lesson.judge(self._truth, result)
         passed = all(part.holds for part in parts)
         self._tries.append(result)
@@ -103,10 +105,10 @@ class Task:
         plot.show(figure, alt)
 
     def hint(self) -> None:
-        """Name the slip that the last result looks like."""
-        if not self._tries:
+        """Name the slip that the last result looks like, or what its form must be."""
+        if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
-        last = self._tries[-1]
+        (last,) = self._last
         if all(part.holds for part in self._lesson.judge(self._truth, last)):
             print("Your last result is right.")
         else:

@@ -96,6 +96,8 @@ def test_wrong_results_fail_and_a_hint_names_the_slip(lesson, capsys):
         mine.hand_in(solved(other))
     with pytest.raises(CheckFailed, match="one number: c in mm"):
         mine.hand_in("ten")
+    with pytest.raises(CheckFailed, match="one number: c in mm"):
+        mine.hint()  # of this one, not of the try before
     with pytest.raises(CheckFailed):
         mine.hand_in(np.nan)
 
