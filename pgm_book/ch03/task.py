@@ -18,11 +18,11 @@ from pgm_book.program.adjustment import adjust
 from pgm_book.task import Part
 from pgm_lab import datasets, plot
 
-SIDE, WINDOW, POINTS = 300, 31, 24
-NOISE = 2.4, 0.7  # grey values, of the left and of the darker right photo
-PIXEL, BLUR = 3, 4.0  # pixels of the orthophoto: a pixel of ours, and the lens
+SIDE, WINDOW, POINTS = 360, 31, 24
+NOISE = 3.4, 1.0  # grey values, of the left and of the darker right photo
+PIXEL, BLUR = 3, 3.0  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
-LOW, HIGH = stats.chi2.ppf([0.00135, 0.99865], 2 * POINTS) / (2 * POINTS)
+LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
 FORM = "positions (24, 2) in px and their covariances (24, 2, 2) in px²"
 
 
@@ -80,7 +80,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
 
 def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
     """Choose points whose windows are steep enough in every direction."""
-    drawn = chance.randint(48, SIDE - 48, (2000, 2))
+    drawn = chance.randint(56, SIDE - 56, (2000, 2))
     y, x = np.gradient(ndimage.gaussian_filter(left, 1))
     xx, yy, xy = (ndimage.uniform_filter(g, WINDOW) for g in (x * x, y * y, x * y))
     grip = ((xx * yy - xy**2) / (xx + yy))[drawn[:, 1], drawn[:, 0]]
