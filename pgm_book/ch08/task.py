@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter, map_coordinates, uniform_filter
 
 from pgm_book.common.checks import CheckFailed, near, numbers
-from pgm_book.task import Part
+from pgm_book.task import Part, grey, table
 from pgm_lab import datasets, frames, plot
 from pgm_lab.rotation import matrix
 
@@ -22,7 +22,7 @@ REACH = 3.0  # standard deviations
 WHOLE = (
     "Those are whole pixels of disparity: through r beside the summit goes a parabola."
 )
-SPARE = 3  # heights that may be missing or lie beyond it: blunders of the matching
+SPARE = 4  # heights that may be missing or lie beyond it: blunders of the matching
 
 
 @dataclass(frozen=True)
@@ -80,19 +80,14 @@ def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
         for one, gain in zip(exteriors, (1.0, 0.85))
     ]
     pixels, ground = _profile(exteriors, hills, images[0], chance)
-    names = "photo,X0_m,Y0_m,Z0_m,omega_rad,phi_rad,kappa_rad"
-    rows = [
-        f"{name}," + ",".join(f"{v:.3f}" for v in e[:3]) + ","
-        + ",".join(f"{v:.6f}" for v in e[3:])
-        for name, e in zip(("left.png", "right.png"), exteriors)
-    ]  # fmt: skip
-    table = ["number,column,row"]
-    table += [f"{k},{c},{r}" for k, (c, r) in enumerate(pixels, start=1)]
+    head = "photo,X0_m,Y0_m,Z0_m,omega_rad,phi_rad,kappa_rad"
+    rows = [(name, *e) for name, e in zip(("left.png", "right.png"), exteriors)]
+    numbered = [(k, *pixel) for k, pixel in enumerate(pixels, 1)]
     files = {
         "left.png": images[0],
         "right.png": images[1],
-        "orientation.csv": "\n".join([names, *rows]) + "\n",
-        "profile.csv": "\n".join(table) + "\n",
+        "orientation.csv": table(head, "{}" + 3 * ",{:.3f}" + 3 * ",{:.6f}", rows),
+        "profile.csv": table("number,column,row", "{},{},{}", numbered),
     }
     return files, Truth(exteriors, hills, pixels, ground)
 
@@ -134,9 +129,8 @@ def _photo(
     pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1)
     X, Y, _ = np.moveaxis(_ground(exterior, hills, pixels), -1, 0)
     place = [corner[0] + 450 - Y / GRAIN, corner[1] + 450 + X / GRAIN]
-    grey = gain * map_coordinates(_texture(), place, order=3, mode="reflect")
-    grey += 10 + NOISE * chance.standard_normal(grey.shape)
-    return np.clip(np.round(grey), 0, 255).astype(np.uint8)
+    values = gain * map_coordinates(_texture(), place, order=3, mode="reflect")
+    return grey(values + 10 + NOISE * chance.standard_normal(values.shape))
 
 
 def _normal(exteriors: np.ndarray) -> np.ndarray:
@@ -158,8 +152,8 @@ def _profile(
     Of fifteen rows that normal images as large as the photos show, with room for a
     search, the one whose windows have the most contrast where they have least.
     """
-    grey = image.astype(float)
-    variance = uniform_filter(grey**2, 9) - uniform_filter(grey, 9) ** 2
+    mean, square = (uniform_filter(image.astype(float) ** k, 9) for k in (1, 2))
+    variance = square - mean**2
     N = _normal(exteriors)
     turns = [matrix(*one[3:]) @ N.T for one in exteriors]  # normal case to photo
     searched = np.array([(x, y) for x in SEARCH for y in (-8, 8)])
