@@ -215,7 +215,7 @@ def slips(truth: Truth) -> dict[str, tuple]:
         VARIANCE: (c, s**2, ray, name),
         UNIT: (c, 1000 * s, ray, name),
         PARAMETER: (c, s, ray, largest),
-        OTHER_C: (NOMINAL + 2 * (c - NOMINAL), s, ray, name),
+        OTHER_C: (c + 10 * s, s, ray, name),
     }
 
 

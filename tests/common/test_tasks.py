@@ -74,5 +74,15 @@ def test_the_solution_passes_for_twenty_names_and_no_other(number):
         assert not all(part.holds for part in parts), name
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("number", DIGESTS)
+def test_each_slip_fails_for_twenty_names(number):
+    for k in range(20):
+        mine = task.start(number, f"name {k}")
+        for words, wrong in mine._lesson.slips(mine._truth).items():
+            parts = mine._lesson.judge(mine._truth, wrong)
+            assert not all(part.holds for part in parts), (k, words)
+
+
 def test_every_lesson_has_a_task():
     assert DIGESTS.keys() == lesson_program.lessons().keys()
