@@ -64,6 +64,11 @@ class Truth:
         camera, C, sigma0, _ = self.adjusted(np.arange(len(self.xy)) != self.bad)
         return camera, np.sqrt(np.diag(C)) / sigma0
 
+    @property
+    def largest(self) -> str:
+        """The parameter whose standard deviation is the largest number."""
+        return NAMES[int(np.argmax(self.best[1]))]
+
     @cached_property
     def spoiled(self) -> tuple[np.ndarray, np.ndarray]:
         """Camera and standard deviations where the blunder takes part."""
@@ -104,6 +109,8 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
         np.round(points + 5 * chance.uniform(-1, 1, (48, 3)), 1),
     )
     truth = Truth(camera, photo, point, xy, start, bad, blunder, parameter)
+    if truth.largest == parameter:  # then who compares mm with mm⁻⁶ would be right
+        return make(chance)
     return _files(truth), truth
 
 
@@ -204,17 +211,16 @@ def moved(truth: Truth) -> np.ndarray:
 
 def slips(truth: Truth) -> dict[str, tuple]:
     """Return what the likeliest wrong programs give."""
-    camera, sd = truth.best
-    c, s, ray, name = camera[0], sd[0], truth.ray, truth.parameter
+    (c, *_), (s, *_) = truth.best
+    ray, name = truth.ray, truth.parameter
     with_it, its_sd = truth.spoiled
-    largest = NAMES[int(np.argmax(sd))]  # whatever its unit
     return {
         INCLUDED: (with_it[0], its_sd[0], ray, name),
         OTHER_RAY: (c, s, (ray[0], ray[1] % 48 + 1), name),
         FROM_0: (c, s, (ray[0] - 1, ray[1] - 1), name),
         VARIANCE: (c, s**2, ray, name),
         UNIT: (c, 1000 * s, ray, name),
-        PARAMETER: (c, s, ray, largest),
+        PARAMETER: (c, s, ray, truth.largest),
         OTHER_C: (c + 10 * s, s, ray, name),
     }
 
