@@ -12,7 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
-from pgm_lab._statuses import STATUSES
+from pgm_lab._statuses import STATUSES, Matched
 from pgm_lab.io import files, text
 from pgm_lab.registration.accuracy import Accuracy, accuracy
 
@@ -50,7 +50,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Registration:
+class Registration(Matched):
     """Where n chips of the reference image lie in the sensed one.
 
     Attributes
@@ -83,14 +83,9 @@ class Registration:
     factor: float = 1.0
 
     @property
-    def accepted(self) -> np.ndarray:
-        """Whether the status is "accepted": ndarray (n,) of bool."""
-        return self.status == "accepted"
-
-    @property
-    def sd(self) -> np.ndarray:
-        """Predicted standard deviation (n,) of a coordinate, in pixels."""
-        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+    def shifts(self) -> np.ndarray:
+        """(dx, dy) of all chips: (n, 2)."""
+        return np.column_stack([self.dx, self.dy])
 
     @cached_property
     def accuracy(self) -> Accuracy:
@@ -350,7 +345,7 @@ def register(
         covariance[k] = factor**2 * fine.covariance[good]
 
     # Refuse what is imprecise, or changed
-    sd = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    sd = found.sd
     if largest_sd is None:
         largest_sd = LARGEST_SD[refine]
         if refine == "lsm" and (status == "accepted").any():

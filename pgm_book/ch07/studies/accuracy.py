@@ -96,14 +96,14 @@ def shifts(pair: simulate.OrthoPair, points: np.ndarray) -> dict[str, tuple]:
     """Shifts (n, 2) by each method, predicted sd, and which are accepted without."""
     images = pair.reference, pair.sensed
     whole = registration.register(*images, points)
-    found = {"integer": (np.column_stack([whole.dx, whole.dy]), whole.sd)}
+    found = {"integer": (whole.shifts, whole.sd)}
     for name, how in (
         ("parabola", {"refine": "parabola"}),
         ("lsm", {"refine": "lsm"}),
         ("lsm, not smoothed", {"refine": "lsm", "smooth": 0.0}),
     ):
         fine = registration.register(*images, points, **how)
-        shift = np.column_stack([fine.dx, fine.dy])
+        shift = fine.shifts
         shift[~fine.accepted] = np.nan
         found[name] = shift, fine.sd
     start = found["integer"][0]
@@ -176,7 +176,7 @@ def radii() -> Iterator[tuple]:
             found = registration.register(
                 pair.reference, pair.sensed, points, radius=radius
             )
-            d = np.column_stack([found.dx, found.dy])
+            d = found.shifts
             good, border = found.accepted, np.abs(d).max(axis=1) == radius
             yield (
                 *(*(f"{v:.1f}" for v in pair.shift), f"{np.hypot(*pair.shift):.3f}"),

@@ -54,7 +54,7 @@ def row(
         )
         found = registration.register(*images, points, refine=method)
         # What was not accepted has no variance
-        shifts = np.column_stack([found.dx, found.dy]) - clean.shift
+        shifts = found.shifts - clean.shift
         shifts[~found.accepted] = np.nan
         error.append(shifts)
         variance.append(np.diagonal(found.covariance, axis1=1, axis2=2))
