@@ -94,8 +94,10 @@ def test_a_photo_with_errors_of_its_own_has_a_component_of_its_own(photos):
 def test_halves_that_differ_too_much_enlarge_the_standard_deviations(found):
     doubt = replace(found, halves=np.full((5, 2), (2.0, 1.05)))
     assert doubt.factor == pytest.approx((2, 1))
-    assert doubt.covariance == pytest.approx(4 * found.result.covariance_interior)
-    assert doubt.sd_shape == pytest.approx(found.result.sd_points)
+    assert doubt.covariance == pytest.approx(4 * found.covariance)
+    assert doubt.sd_shape == pytest.approx(found.sd_shape)
+    least = found.result.covariance_interior / min(found.result.sigma0, 1) ** 2
+    assert found.covariance == pytest.approx(least)
     assert doubt.ray_sd([[9, 9]]) == pytest.approx(2 * found.ray_sd([[9, 9]]))
 
 

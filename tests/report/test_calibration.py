@@ -29,7 +29,7 @@ def test_the_page_has_its_numbers_tables_and_pictures(found, monkeypatch):
     monkeypatch.setattr(_figures, "png", lambda figure: plt.close(figure) or "png")
     page = report.calibration.html(found, about="Ten photos.")
     words = joined(plain(page))
-    c, sd = found.camera.c / 0.01, found.result.sd_interior[0] / 0.01
+    c, sd = found.camera.c / 0.01, np.sqrt(found.covariance[0, 0]) / 0.01
     assert f"c = {c:.3f} px, known to {sd:.3f} px" in words
     assert "From 10 photos with" in words and "Ten photos." in words
     tables = Page(plain(page)).tables
