@@ -153,7 +153,7 @@ def start(number: int | str, name: str, secret: str = "") -> Task:
     Parameters
     ----------
     number : int or str
-        Of the lesson, 1 to 8, or "A1".
+        Of the lesson, 1 to 9, or "A1".
     name : str
         Whose task; capitals and blanks do not count.
     secret : str
@@ -237,7 +237,7 @@ def _lesson(number: str) -> ModuleType:
         if error.name not in (module, module.rpartition(".")[0]):
             raise
         raise ValueError(
-            f"number: lesson {number} has no task; give 1 to 8, or 'A1'"
+            f"number: lesson {number} has no task; give 1 to 9, or 'A1'"
         ) from None
 
 

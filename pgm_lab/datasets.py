@@ -21,6 +21,7 @@ __all__ = [
     "EXTERIOR",
     "INTERIOR",
     "Bani2010",
+    "Chequerboard",
     "Harintaka2020",
     "Jaicov9x50",
     "Muliawan2013",
@@ -28,6 +29,7 @@ __all__ = [
     "StereoPair",
     "bani2010",
     "bani2010_intersection",
+    "chequerboard",
     "folder",
     "harintaka2020",
     "jaicov_9x50",
@@ -479,6 +481,58 @@ def landsat_pair() -> tuple[Orthophoto, Orthophoto]:
     """
     name = "landsat8_itaipu_red_30m_row{}.png".format
     return Orthophoto(_grey(name("077")), 30.0), Orthophoto(_grey(name("078")), 30.0)
+
+
+@dataclass(frozen=True)
+class Chequerboard:
+    """Photos of a chequerboard, and its inner corners as they were measured in them.
+
+    Attributes
+    ----------
+    photos : tuple of Path
+        The photos, JPEG.
+    pixels : ndarray (photos, corners, 2)
+        (column, row) of each corner, px; NaN where it was not measured. They are
+        counted row by row, from the corner at the top left of the board.
+    image_size : (int, int)
+        Columns and rows of a photo.
+    corners : (int, int)
+        Inner corners in a row and in a column of the board.
+    """
+
+    photos: tuple[Path, ...] = field(repr=False)
+    pixels: np.ndarray = field(repr=False)
+    image_size: tuple[int, int]
+    corners: tuple[int, int]
+
+
+def chequerboard(camera: str) -> Chequerboard:
+    """Load OpenCV's sample photos of a board, of the left or of the right camera.
+
+    Two cameras of a rig took thirteen photos each, all pairs at the same time. The
+    corners are those of ``pgm_lab.calibration.measure``, to 0.001 px.
+
+    Parameters
+    ----------
+    camera : {"left", "right"}
+
+    Examples
+    --------
+    >>> left = chequerboard("left")
+    >>> left.pixels.shape, left.photos[0].name
+    ((13, 54, 2), 'left01.jpg')
+    """
+    if camera not in ("left", "right"):
+        raise ValueError(f"camera must be 'left' or 'right'; got {camera!r}")
+    measured = [r for r in rows("chequerboard_corners.csv") if r["camera"] == camera]
+    pixels = [
+        [float(r[name] or "nan") for name in ("column_px", "row_px")] for r in measured
+    ]
+    numbers = list(dict.fromkeys(r["photo"] for r in measured))
+    photos = tuple(path(f"chequerboard/{camera}{n}.jpg") for n in numbers)
+    return Chequerboard(
+        photos, np.reshape(pixels, (len(photos), -1, 2)), (640, 480), (9, 6)
+    )
 
 
 @dataclass(frozen=True)

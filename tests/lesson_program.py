@@ -18,7 +18,7 @@ LEFT_OUT = {"draw", "check", "claims", "task"}
 
 
 def lessons() -> dict[str, str]:
-    """Return the notebooks of the lessons by their numbers, 1 to 8 and A1."""
+    """Return the notebooks of the lessons by their numbers, 1 to 9 and A1."""
     stems = [stem for stem, kind in form.kinds().items() if kind == "lesson"]
     return {stem.partition("_")[0].lstrip("0"): stem for stem in stems}
 

@@ -1,4 +1,4 @@
-"""Begin a chapter: `python tasks.py chapter 9 clouds` writes a lesson and a case.
+"""Begin a chapter: `python tasks.py chapter 10 clouds` writes a lesson and a case.
 
 Both are copies of templates/chapter, in which NUMBER, FILE, TITLE, LOWER and QUESTION
 are replaced; they run and pass every test as they are, and are there to be rewritten.
@@ -24,7 +24,7 @@ TABLE = ROOT / "data" / "chapters.csv"
 def begin(number: str, name: str) -> list[Path]:
     """Write the files of a new chapter, and list it; a ValueError says why it can't."""
     if not re.fullmatch(r"\d+|A\d", number):
-        raise ValueError(f"the number must be like 9 or A3; got {number!r}")
+        raise ValueError(f"the number must be like 10 or A3; got {number!r}")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
         raise ValueError(f"the name must be like cloud_shadows; got {name!r}")
     rows = datasets.rows("chapters.csv")
@@ -100,7 +100,7 @@ def listed(
 def main(arguments: list[str]) -> int:
     """Begin a chapter, execute its notebooks and renew the lists of chapters."""
     if len(arguments) != 2:
-        print("python tasks.py chapter NUMBER name, for example: 9 cloud_shadows")
+        print("python tasks.py chapter NUMBER name, for example: 10 cloud_shadows")
         return 2
     try:
         paths = begin(*arguments)

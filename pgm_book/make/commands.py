@@ -122,7 +122,7 @@ MODULES = {
     "chapter": (
         ["main"],
         ["pgm_book.make.chapter"],
-        "Begin a chapter: NUMBER name, for example 9 cloud_shadows.",
+        "Begin a chapter: NUMBER name, for example 10 cloud_shadows.",
     ),
     "notebooks": (
         ["main"],

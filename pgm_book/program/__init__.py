@@ -1,9 +1,9 @@
 """The reader's program as the book solves it, in the order of the lessons.
 
 `adjustment` (A1), `lsm` (3), `camera` and `orientation` (5), `bundle` (6),
-`registration` (7), `stereo` (8): loops and formulas in the order of the text, each
-module loaded when it is first used. The library beside it does the same for many
-points.
+`registration` (7), `stereo` (8), `surface` (9): loops and formulas in the order of the
+text, each module loaded when it is first used. The library beside it does the same for
+many points.
 """
 
 import importlib
@@ -17,6 +17,7 @@ __all__ = [
     "orientation",
     "registration",
     "stereo",
+    "surface",
 ]
 
 

@@ -103,7 +103,7 @@ def test_the_tables_list_it_and_its_case(begun):
         ("97", "trial", "chapter 97 exists already: .*97_trial"),
         ("97", "another", "chapter 97 exists already: .*ch97/checks.py"),
         ("0", "start", "chapter 0 exists already"),
-        ("x", "trial", "the number must be like 9 or A3; got 'x'"),
+        ("x", "trial", "the number must be like 10 or A3; got 'x'"),
         ("98", "Wrong name", "the name must be like cloud_shadows; got 'Wrong name'"),
     ],
 )

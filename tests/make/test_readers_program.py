@@ -20,7 +20,7 @@ from pgm_book.make.notebooks import FOLDER
 from pgm_book.make.student import FIRST_LINES
 from pgm_lab import camera, datasets, frames, ncc, rotation, simulate
 
-ORDER = ("01", "A1", "02", "03", "04", "05", "06", "07", "08")
+ORDER = ("01", "A1", "02", "03", "04", "05", "06", "07", "08", "09")
 LESSONS = [
     name
     for number in ORDER

@@ -1,0 +1,1 @@
+"""Chapter 9: its photos, figures, checks, predictions and task."""

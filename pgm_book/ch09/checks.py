@@ -1,0 +1,300 @@
+"""Checks of the exercises of chapter 9, from a board and two photos to a surface."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from pgm_book.common.checks import answer_of, call, compare, near, report
+from pgm_book.common.own_program import CheckFailed
+from pgm_book.program import surface as textbook
+from pgm_book.program.bundle import without_lens
+from pgm_book.program.camera import project
+from pgm_book.program.orientation import resection
+from pgm_lab import datasets, rotation
+
+CAMERA = np.array([0.53, 0.006, -0.004, -0.8, 1.0, 0.0, 0.002, -0.001, 3e-4, -2e-4])
+RIGHT = np.array([1.0, 0.08, -0.12, 0.04, -0.06, 0.09])
+
+
+# --- The board ---
+
+
+@cache
+def _photos() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Image points (5, 30, 2) of a flat board with noise, starts, and the board."""
+    X, Y = np.meshgrid(np.arange(6.0), -np.arange(5.0))
+    board = np.column_stack([X.ravel(), Y.ravel(), np.zeros(30)])
+    chance = np.random.default_rng(9)
+    exteriors = np.array(
+        [
+            (2.5, -2, 8, 0, 0, 0),
+            (-3, -2, 6, 0, -0.7, 0.1),
+            (8, -2, 6, 0, 0.7, 1.6),
+            (2, 4, 6, -0.7, 0, 0.2),
+            (2, -8, 6, 0.7, 0, -0.1),
+        ]
+    )
+    xy = np.array([_seen(project(e, board, CAMERA[0])) for e in exteriors])
+    xy += 0.0002 * chance.standard_normal(xy.shape)
+    starts = exteriors + 0.02 * chance.standard_normal(exteriors.shape)
+    return xy, np.array([0.55, *np.zeros(9)]), starts, board
+
+
+def _seen(ideal: np.ndarray) -> np.ndarray:
+    """Image points as the lens of CAMERA shows them."""
+    xy = ideal + CAMERA[1:3]
+    for _ in range(30):
+        xy = xy + ideal - without_lens(xy, CAMERA)
+    return xy
+
+
+def flat_board(function: Callable) -> None:
+    """Check the adjustment of a camera with the board as it was printed."""
+    case = _photos()
+    camera, C, sigma0 = textbook.flat_board(*case)
+    answer = answer_of(function, *case, first="lessons 5 and 6")
+    try:
+        found, covariance, sigma = (np.asarray(part, float) for part in answer)
+    except (TypeError, ValueError):
+        raise CheckFailed(
+            "flat_board must return the camera (10,), its covariance (10, 10) and"
+            " sigma0"
+        ) from None
+    shapes = found.shape, covariance.shape, sigma.shape
+    if shapes != ((10,), (10, 10), ()):
+        raise CheckFailed(
+            "flat_board must return the camera (10,), its covariance (10, 10) and"
+            f" sigma0; got shapes {shapes[0]}, {shapes[1]}, {shapes[2]}"
+        )
+    sd = np.sqrt(np.diag(C))
+    off = np.nan_to_num(np.abs(found - camera) / sd, nan=1e9)
+    if np.allclose(found, case[1]):
+        hint = "the unknowns stay at their start: add the step to them"
+    elif np.all(np.abs(found[3:]) < 1e-9):
+        hint = "the distortion stays 0: correct the measured points for the lens"
+    elif off.max() > 1e3:
+        hint = (
+            "the steps lead away: the misclosure is computed minus observed, and the"
+            " step has to make it smaller"
+        )
+    else:
+        hint = "the steps end elsewhere: look at what is computed and what observed"
+    ratio = np.sqrt(np.abs(np.diag(covariance)) / np.diag(C))
+    right = bool(off.max() < 0.05)
+    report(
+        "flat_board",
+        [
+            ("the camera", right, hint),
+            (
+                "sigma0",
+                not right or near(sigma / sigma0, 1, 0.01),
+                "sigma0 is not that of the last adjustment",
+            ),
+            (
+                "the covariance",
+                not right or near(ratio, np.ones(10), 0.01),
+                "the covariance is sigma0 squared times Q",
+            ),
+        ],
+    )
+
+
+def new_photo(function: Callable) -> None:
+    """Check what a camera and a board leave in a photo that took no part."""
+    xy, _, starts, board = _photos()
+    bent = board + np.column_stack([0 * board[:, :2], 0.02 * (board[:, 0] - 2.5) ** 2])
+    cases = [(xy[0], CAMERA, board, starts[0]), (xy[1], CAMERA, bent, starts[1])]
+
+    def left(*case: Any) -> np.ndarray:
+        xy, camera, board, start = case
+        ideal = without_lens(xy, camera)
+        exterior, _ = resection(start, ideal, board, camera[0])
+        return project(exterior, board, camera[0]) - ideal
+
+    def with_lens(xy: Any, camera: Any, board: Any, start: Any) -> float:
+        return textbook.new_photo(
+            xy - camera[1:3], np.array([camera[0], *np.zeros(9)]), board, start
+        )
+
+    def at_start(xy: Any, camera: Any, board: Any, start: Any) -> float:
+        off = project(start, board, camera[0]) - without_lens(xy, camera)
+        return float(np.sqrt(np.mean(off**2)))
+
+    slips = {
+        "that is the root mean square of distances: take it of all x and y": (
+            lambda *case: np.sqrt(2) * textbook.new_photo(*case)
+        ),
+        "that is the mean square: its root is wanted": (
+            lambda *case: textbook.new_photo(*case) ** 2
+        ),
+        "those are differences with their signs, which cancel": (
+            lambda *case: float(np.mean(left(*case)))
+        ),
+        "that is the mean of absolute values, not a root mean square": (
+            lambda *case: float(np.mean(np.abs(left(*case))))
+        ),
+        "the image points still have the distortion of the lens": with_lens,
+        "the photo still stands at its start: resect it first": at_start,
+    }
+    # In units in which `near`, which compares with 1 at least, can tell them apart
+    scaled = _in_pixels(function)
+    holds, hint = compare(
+        scaled,
+        cases,
+        _in_pixels(textbook.new_photo),
+        {words: _in_pixels(wrong) for words, wrong in slips.items()},
+        "it is not the root mean square of what the resection leaves",
+    )
+    report("new_photo", [("the root mean square of what is left", holds, hint)])
+
+
+def _in_pixels(function: Callable) -> Callable:
+    """The same function with results in units of 0.0001 mm, under its own name."""
+    if not callable(function):
+        return function
+
+    def scaled(*case: Any) -> Any:
+        answer = function(*case)
+        return answer if answer is None or answer is ... else 1e4 * np.asarray(answer)
+
+    scaled.__name__ = getattr(function, "__name__", "your function")
+    return scaled
+
+
+# --- The pair ---
+
+
+def _two(exterior: np.ndarray, c: float) -> tuple[np.ndarray, np.ndarray]:
+    """Image points of nine points, with errors that leave y parallaxes."""
+    points = np.array([(x, y, x * y / 9 - 7) for x in (-1.0, 1, 3) for y in (-2, 0, 2)])
+    points[::2, 2] -= 1.3
+    noise = 0.02 * np.random.default_rng(4).standard_normal((2, 9, 2))
+    left = project(np.zeros(6), points, c) + noise[0]
+    return left, project(exterior, points, c) + noise[1]
+
+
+def y_parallaxes(function: Callable) -> None:
+    """Check the y parallaxes in the normal case."""
+    cases = [
+        (e, *_two(e, c), c)
+        for e, c in ((RIGHT, 24.0), (RIGHT * 0.5 + (0.5, 0, 0, 0, 0, 0), 35.0))
+    ]
+    right_one = textbook.y_parallaxes
+
+    def wrong(turns: Callable, axis: int = 1) -> Callable:
+        """The same with other rotations of left and right rays, or along the base."""
+
+        def of(e: Any, left: Any, right: Any, c: Any) -> Any:
+            R, S = turns(*textbook.frame(e))
+            first = np.insert(left, 2, -c, 1) @ R.T
+            second = np.insert(right, 2, -c, 1) @ S.T
+            return -c * (first[:, axis] / first[:, 2] - second[:, axis] / second[:, 2])
+
+        return of
+
+    slips: dict[str, Callable] = {
+        "the sign: left minus right, and the photo lies at minus c": (
+            lambda *case: -right_one(*case)
+        ),
+        "those are x parallaxes": wrong(lambda M, N: (N, N @ M.T), axis=0),
+        "a ray of the right photo goes back into object space by the transpose of M": (
+            wrong(lambda M, N: (N, N @ M))
+        ),
+        "the right ray is still in the frame of its photo: M is missing": (
+            wrong(lambda M, N: (N, N))
+        ),
+        "the rays are not yet in the normal case: N is missing": (
+            wrong(lambda M, N: (np.eye(3), M.T))
+        ),
+        "N rotates object space into the normal case; here it is its transpose": (
+            wrong(lambda M, N: (N.T, N.T @ M.T))
+        ),
+        "c is missing: parallaxes are wanted in mm": (
+            lambda *case: right_one(*case) / case[3]
+        ),
+    }
+    holds, hint = compare(
+        function, cases, right_one, slips, "it is not y' minus y'' in the normal case"
+    )
+    report("y_parallaxes", [("y' minus y'' in the normal case", holds, hint)])
+
+
+def base_length(function: Callable) -> None:
+    """Check the length of the base from a distance."""
+    cases = [
+        (RIGHT, *(p[[0, 7]] for p in _two(RIGHT, 24.0)), 24.0, 1.7),
+        (RIGHT, *(p[[2, 3]] for p in _two(RIGHT, 35.0)), 35.0, 0.4),
+    ]
+    right = textbook.base_length
+
+    def unit(*case: Any) -> float:
+        return float(right(*case) / np.linalg.norm(case[0][:3]))
+
+    slips: dict[str, Callable] = {
+        "that is the X of the base, its unit; its length is wanted": unit,
+        "that is upside down: a larger distance in the scene, a longer base": (
+            lambda *case: np.linalg.norm(case[0][:3]) ** 2 / right(*case)
+        ),
+        "that is the length in units of its X: how many metres is a unit?": (
+            lambda *case: np.linalg.norm(case[0][:3])
+        ),
+        "that is the distance in the model, not the base": (
+            lambda *case: np.linalg.norm(case[0][:3]) / right(*case) * case[4]
+        ),
+        "the right ray goes back into object space: M leads to the image": (
+            lambda e, *rest: right(
+                np.append(e[:3], rotation.angles(rotation.matrix(*e[3:]).T)), *rest
+            )
+        ),
+    }
+    otherwise = "it is not the base that makes the distance as long as it is"
+    holds, hint = compare(function, cases, right, slips, otherwise)
+    report("base_length", [("in metres, by the distance", holds, hint)])
+
+
+def surface_point(function: Callable) -> None:
+    """Check one point of the surface, and where there is none."""
+    scene = datasets.motorcycle()
+    pair = scene.left[150:250, 250:450], scene.right[150:250, 250:450]
+    rest: tuple = ((20, 70), 0.193, 0.995, 0.001, 0.2)
+    places = [(100, 60), (140, 45), (170, 30)]
+    found = np.array([call(function, pair, *p, *rest, shape=(4,)) for p in places])
+    wanted = np.array([textbook.surface_point(pair, *p, *rest) for p in places])
+    depth = -wanted[:, 2:3]
+    slips = [
+        (wanted * (1, 1, -1, 1), "the sign of Z: the camera looks along -z"),
+        (wanted * (1, -1, 1, 1), "y points up, and rows count downwards"),
+        (wanted / (1, 1, 1, 0.2), "the standard deviation is that of a whole pixel"),
+        (
+            np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / 0.193)]),
+            "the standard deviation is that across the ray: H/B is missing",
+        ),
+    ]
+    hint = next(
+        (words for wrong, words in slips if near(found, wrong, 1e-6)),
+        "the point is not that of your `best_disparity` and `model_point`, or its"
+        " standard deviation not that of your `sigma_height`",
+    )
+    report(
+        "surface_point",
+        [
+            ("X, Y, Z and the sd of Z", near(found, wanted, 1e-6), hint),
+            ("nothing where r is below 0.8", _gap(function, pair, rest), GAP),
+        ],
+    )
+
+
+GAP = "where r is below 0.8, or NaN, return four NaN"
+
+
+def _gap(function: Callable, pair: tuple, rest: tuple) -> bool:
+    """Whether it returns NaN where the windows do not match."""
+    noise = np.random.default_rng(5).uniform(0, 255, pair[0].shape)
+    answer = answer_of(function, (pair[0], noise), 110, 40, *rest)
+    try:
+        values = np.asarray(answer, float)
+    except (TypeError, ValueError):
+        return False
+    return values.shape == (4,) and bool(np.isnan(values).all())

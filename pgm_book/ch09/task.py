@@ -1,0 +1,271 @@
+"""The task of chapter 9: a telephone, a board of paper, and the edge of a cupboard."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+
+from pgm_book.ch09.photos import PIXEL, Board, grid, measured
+from pgm_book.common.checks import CheckFailed, numbers
+from pgm_book.program.bundle import adjust, without_lens
+from pgm_book.program.camera import derivatives, project
+from pgm_book.program.orientation import relative
+from pgm_book.program.surface import base_length, flat_board
+from pgm_book.task import Part
+from pgm_lab import frames, plot
+from pgm_lab.orientation import absolute
+from pgm_lab.rotation import angles, matrix
+
+SIZE, CORNERS, SIGMA = (1200, 900), (8, 6), 0.15  # px; inner corners; px
+RULE = 0.5  # m
+TILTS = ((0, 0), (0.6, 0), (-0.6, 0), (0, 0.6), (0, -0.6), (0.45, 0.45))
+WANTED = (
+    'a dictionary {"c": ..., "sd": ..., "PQ": ...}: pixels, pixels and metres,'
+    " one number each"
+)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The telephone, what was measured, and how long the edge is."""
+
+    c: float  # px
+    edge: float  # m
+    board: np.ndarray  # (photos, corners, 2), px
+    cupboard: np.ndarray  # (points, 4), px
+
+    @cached_property
+    def seen(self) -> Board:
+        """The photos of the board, as a set."""
+        return Board("phone", self.board, SIZE, grid(*CORNERS))
+
+    @cached_property
+    def _adjusted(self) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+        xy = _xy(self.board)
+        photo, point = np.indices(xy.shape[:2]).reshape(2, -1)
+        rays = photo, point, xy.reshape(-1, 2), SIGMA * PIXEL[0]
+        return adjust(*rays, *self.seen.start, self.seen.grid)
+
+    @property
+    def best(self) -> tuple[np.ndarray, np.ndarray]:
+        """Camera and its covariance for the stated sigma, the corners unknown."""
+        camera, C, sigma0, _ = self._adjusted
+        return camera, C / sigma0**2
+
+    @property
+    def shape(self) -> np.ndarray:
+        """How far each corner (n, 3) is off the board as printed, in squares."""
+        corners = self._adjusted[3]
+        return absolute(corners, self.seen.grid).apply(corners) - self.seen.grid
+
+    @cached_property
+    def flat(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same with the board as it was printed, which it is not."""
+        xy = _xy(self.board)
+        camera, C, _ = flat_board(xy, *self.seen.start, self.seen.grid)
+        return camera, C
+
+    @cached_property
+    def sd(self) -> tuple[float, float]:
+        """Standard deviations of c (px) and of the edge (m)."""
+        camera, C = self.best
+        unknowns = np.concatenate([camera, self.cupboard.ravel()])
+        J = derivatives(
+            lambda u: np.array(_edge(u[10:].reshape(-1, 4), u[:10])), unknowns
+        )
+        J = J.ravel()
+        variance = J[:10] @ C @ J[:10] + SIGMA**2 * np.sum(J[10:] ** 2)
+        return float(np.sqrt(C[0, 0]) / PIXEL[0]), float(np.sqrt(variance))
+
+
+# --- What is given ---
+
+
+def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
+    """Photos of a bent board and of a cupboard, by one telephone."""
+    camera = np.array([1.0, *np.zeros(9)])
+    camera[:3] += chance.uniform(-1, 1, 3) * (0.06, 0.01, 0.01)
+    camera[3:5] = chance.uniform(0.1, 0.16) * chance.choice([-1, 1]), 0.02
+    camera[6:8] = chance.uniform(-0.002, 0.002, 2)
+    board = _paper(chance)
+    shown = np.array([_photo(board, k, camera, chance) for k in range(12)])
+    shown = np.round(shown + SIGMA * chance.standard_normal(shown.shape), 2)
+    points, right = _cupboard(chance)
+    pair = np.hstack([_pixels(e, points, camera) for e in (np.zeros(6), right)])
+    pair = np.round(pair + SIGMA * chance.standard_normal(pair.shape), 2)
+    lines = ["photo,corner,column,row"]
+    lines += [
+        f"{i + 1},{j + 1},{x:.2f},{y:.2f}"
+        for i, one in enumerate(shown)
+        for j, (x, y) in enumerate(one)
+    ]
+    table = ["point,left_column,left_row,right_column,right_row"]
+    table += [
+        f"{k}," + ",".join(f"{value:.2f}" for value in row)
+        for k, row in enumerate(pair, start=1)
+    ]
+    files = {
+        "board.csv": "\n".join(lines) + "\n",
+        "cupboard.csv": "\n".join(table) + "\n",
+    }
+    edge = float(np.linalg.norm(points[3] - points[2]))
+    return files, Truth(float(camera[0]) / PIXEL[0], edge, shown, pair)
+
+
+def _paper(chance: np.random.RandomState) -> np.ndarray:
+    """Corners (48, 3) of a board that is bent, twisted, and printed roughly."""
+    board = grid(*CORNERS) + 0.004 * chance.standard_normal((48, 3))
+    x, y = (board[:, 0] - 3.5) / 3.5, (board[:, 1] + 2.5) / 2.5
+    bend, twist = chance.uniform(0.04, 0.07), chance.uniform(-0.03, 0.03)
+    board[:, 2] += bend * chance.choice([-1, 1]) * x**2 + twist * x * y
+    return board
+
+
+def _photo(
+    board: np.ndarray, k: int, camera: np.ndarray, chance: np.random.RandomState
+) -> np.ndarray:
+    """Pixels (48, 2) of the board in a photo, every other one turned by 90 degrees."""
+    omega, phi = np.add(TILTS[k // 2], chance.uniform(-0.06, 0.06, 2))
+    M = matrix(omega, phi, np.pi / 2 * (k % 2) + chance.uniform(-0.1, 0.1))
+    distance = chance.uniform(6.5, 7.5)
+    while True:  # farther away, until all of the board is in the photo
+        centre = (3.5, -2.5, 0) + M[2] * distance
+        pixels = _pixels(np.concatenate([centre, angles(M)]), board, camera)
+        if np.all((pixels > 15) & (pixels < np.subtract(SIZE, 16))):
+            return pixels
+        distance += 0.3
+
+
+def _cupboard(chance: np.random.RandomState) -> tuple[np.ndarray, np.ndarray]:
+    """Points (16, 3) in m, and the right photo (6,), as the left camera sees them."""
+    X, Y = np.meshgrid((-0.6, -0.2, 0.25, 0.65), (0.45, 0.15, -0.15, -0.45))
+    depth = 1.7 + 0.4 * chance.randint(0, 2, 16)
+    points = np.column_stack([X.ravel(), Y.ravel(), -depth])
+    points += chance.uniform(-0.06, 0.06, (16, 3))
+    points = points[chance.permutation(16)]
+    way = points[1] - points[0]
+    points[1] = points[0] + RULE * way / np.linalg.norm(way)
+    points[2] = (-0.6, 0.42, -1.8) + chance.uniform(-0.08, 0.08, 3)
+    points[3] = (0.75, -0.42, -1.75) + chance.uniform(-0.08, 0.08, 3)
+    base = np.array([0.45, 0, 0]) + chance.uniform(-0.04, 0.04, 3)
+    turn = (0, 0.2, 0) + chance.uniform(-0.06, 0.06, 3)
+    return points, np.concatenate([base, turn])
+
+
+def _pixels(exterior: np.ndarray, points: np.ndarray, camera: np.ndarray) -> np.ndarray:
+    xy = measured(project(exterior, points, camera[0]), camera)
+    return frames.photo_to_pixel(xy, SIZE, PIXEL)
+
+
+def _xy(pixels: np.ndarray) -> np.ndarray:
+    return frames.pixel_to_photo(pixels.reshape(-1, 2), SIZE, PIXEL).reshape(
+        pixels.shape
+    )
+
+
+def _edge(cupboard: np.ndarray, camera: np.ndarray) -> float:
+    """Length of the edge in m, as a camera measures it."""
+    left, right = (without_lens(_xy(cupboard[:, k : k + 2]), camera) for k in (0, 2))
+    c = camera[0]
+    exterior = relative(left, right, c)
+    base = base_length(exterior, left[:2], right[:2], c, RULE)
+    return base / base_length(exterior, left[2:4], right[2:4], c, 1.0)
+
+
+# --- What is handed in ---
+
+
+def judge(truth: Truth, result: object) -> list[Part]:
+    """Return how far camera and edge are off, in standard deviations."""
+    c, sd, edge = _read(result)
+    sd_c, sd_edge = truth.sd
+    return [
+        Part("c", abs(c - truth.c) / sd_c),
+        Part("sd, off by a factor of", max(sd / sd_c, sd_c / sd), 1.15, ""),
+        Part("PQ", abs(edge - truth.edge) / sd_edge),
+    ]
+
+
+def _read(result: object) -> tuple[float, float, float]:
+    if not isinstance(result, Mapping) or not {"c", "sd", "PQ"} <= set(result):
+        raise CheckFailed(f"the result must be {WANTED}")
+    c, sd, edge = (float(numbers(k, result[k])) for k in ("c", "sd", "PQ"))
+    if not min(c, sd, edge) > 0:
+        raise CheckFailed("c, sd and PQ must be positive")
+    return c, sd, edge
+
+
+def slips(truth: Truth) -> dict[str, dict[str, float]]:
+    """Return what the likeliest wrong programs give."""
+    (camera, C), (bent, D) = truth.best, truth.flat
+    c, sd = camera[0] / PIXEL[0], np.sqrt(C[0, 0]) / PIXEL[0]
+    right = {"c": c, "sd": sd, "PQ": _edge(truth.cupboard, camera)}
+    ideal = np.array([camera[0], *np.zeros(9)])
+    flat = bent[0] / PIXEL[0], np.sqrt(D[0, 0]) / PIXEL[0]
+    return {
+        "A board of paper is not flat: let its corners be unknowns.": {
+            "c": flat[0],
+            "sd": flat[1],
+            "PQ": _edge(truth.cupboard, bent),
+        },
+        "The unit: c and its standard deviation are wanted in pixels.": (
+            right | {"c": c * PIXEL[0], "sd": sd * PIXEL[0]}
+        ),
+        "The diagonal of C holds variances.": right | {"sd": sd**2 * PIXEL[0]},
+        "The points of the cupboard still have the distortion of the lens.": (
+            right | {"PQ": _edge(truth.cupboard, ideal)}
+        ),
+        "PQ is still in units of the model: what is the rule for?": (
+            right | {"PQ": right["PQ"] / _unit(truth.cupboard, camera)}
+        ),
+    }
+
+
+def _unit(cupboard: np.ndarray, camera: np.ndarray) -> float:
+    """How many metres a unit of the model is."""
+    left, right = (without_lens(_xy(cupboard[:, k : k + 2]), camera) for k in (0, 2))
+    exterior = relative(left, right, camera[0])
+    base = base_length(exterior, left[:2], right[:2], camera[0], RULE)
+    return base / float(np.linalg.norm(exterior[:3]))
+
+
+def hint(truth: Truth, result: object) -> str:
+    """Return the hint to the slip that explains the result."""
+    found = np.array(_read(result))
+    for words, wrong in slips(truth).items():
+        off = np.abs(found / [wrong["c"], wrong["sd"], wrong["PQ"]] - 1)
+        if np.all(off < (2e-4, 0.05, 5e-4)):
+            return words
+    return (
+        "Test the parts: sigma0 of the board should be near 0.15 px, the y parallaxes"
+        " of the cupboard as well, and the rule must come out as long as it is."
+    )
+
+
+def picture(truth: Truth, result: object) -> tuple[Figure, str]:
+    """Draw both results beside the truth, and what a flat board would have given."""
+    c, sd, edge = _read(result)
+    fig, (one, other) = plt.subplots(1, 2, figsize=(10, 3.8), layout="constrained")
+    x, y = truth.seen.grid[:, :2].T
+    most = float(np.abs(truth.shape[:, 2]).max())
+    levels = np.linspace(-most, most, 13)
+    drawn = one.tricontourf(x, y, truth.shape[:, 2], levels, cmap="PuOr")
+    bar = fig.colorbar(drawn, ax=one, label="squares", location="bottom")
+    bar.set_ticks([-round(most, 3), 0, round(most, 3)])
+    one.set(aspect="equal", xticks=[], yticks=[])
+    one.set_title("the paper, off its plane")
+    off = (c - truth.c) / truth.sd[0], (edge - truth.edge) / truth.sd[1]
+    other.axhspan(-3, 3, color="0.9")
+    other.axhline(0, color=plot.ORANGE, label="true")
+    other.plot((0, 1), off, "o", color=plot.BLUE, ms=12, label="yours")
+    other.set_xticks([0, 1], [f"c = {c:.1f} px", f"PQ = {1000 * edge:.1f} mm"])
+    other.set(xlim=(-0.5, 1.5), ylim=(-5, 5), ylabel="error (standard deviations)")
+    other.legend()
+    return fig, (
+        "Left, a map of how far the paper was off its plane, in squares. Right, the"
+        f" errors of c, {off[0]:.1f}, and of PQ, {off[1]:.1f} standard deviations, in a"
+        " band of three."
+    )
