@@ -240,12 +240,12 @@ class Case:
             rounded(100 * dc, 100 * sd),
             rounded(100 * sd, 100 * sd),
         ]
-        header = ["photo", "corners", "blur (px)", "own error (px)", "residuals (px)"]
-        header += ["distance (mm)", "tilt (degrees)", "own c (%)", "sd (%)"]
+        header = "photo corners blur own residuals distance tilt c sd".split()
         caption = (
-            "Photos: blur across an edge, the error that a photo adds to the noise of"
-            " its corners, rms of its residuals, distance from the board, angle to the"
-            " photo in the middle of all, and by how much its own c would be larger"
+            "Photos: blur across an edge, the error of its own that a photo adds to the"
+            " noise of its corners, rms of its residuals (px); distance from the board"
+            " (mm), tilt against the photo in the middle of all (degrees), and by how"
+            " much its own c would be larger (%)"
         )
         return Table(caption, header, list(zip(*columns)))
 
