@@ -23,6 +23,7 @@ from pgm_lab.plot.basic import Look
 
 UM = 1e3  # micrometres in a millimetre
 MAX_PHOTOS = 16
+LONG_NAME = 4  # of a file, which needs no "photo" before it
 SYMBOL = {"w": "w", "tau": "τ"}
 
 
@@ -148,7 +149,8 @@ def residual_vectors(
         _name_outliers(ax, network.xy[named], names, high[0], 0.12 * width)
         name = network.photo_names[i]
         size = f"{rms[i]:.2f}" if rms[i] >= 0.1 else two_digits(rms[i])
-        title = f"{name if isinstance(name, str) else f'photo {name}'}: {size} µm"
+        name = name if len(str(name)) > LONG_NAME else f"photo {name}"
+        title = f"{name}: {size} µm"
         ax.set_title(title, fontsize=15, parse_math=False)
         margin = 0.06 * width
         right = high[0] + (0.32 * width if np.any(outlier) else margin)  # for names
