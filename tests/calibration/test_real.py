@@ -56,23 +56,42 @@ def test_a_flat_board_shifts_c_by_more_than_its_standard_deviation(found):
         assert one.flat.sigma0 > 2.5 * one.result.sigma0
 
 
+def of_opencv(photos):
+    """OpenCV's camera: the board flat, one weight for all."""
+    points = [(BOARD.points[one.ids] * (1, -1, -1)).astype("f4") for one in photos]
+    pixels = [one.pixels[:, None].astype("f4") for one in photos]
+    flags = cv2.CALIB_FIX_ASPECT_RATIO | cv2.CALIB_USE_INTRINSIC_GUESS
+    start = np.array([[530.0, 0, 320], [0, 530, 240], [0, 0, 1]])
+    given = points, pixels, SIZE, start, np.zeros(5)
+    _, K, k, *_ = cv2.calibrateCamera(*given, flags=flags)
+    return files.from_opencv(K, k, SIZE, PIXEL)
+
+
 @pytest.mark.slow
 def test_photos_that_took_no_part_are_predicted_better_by_a_free_board(photos):
-    for side in SIDES:
-        left_over = {True: [], False: []}
-        for part in (0, 1):
-            own, others = photos[side][part::2], photos[side][1 - part :: 2]
-            for flat in (True, False):
-                one = calibrate(own, BOARD, flat=flat)
-                points = dict(zip(one.result.network.point_names, one.result.points))
-                for photo in others:
-                    xy = frames.pixel_to_photo(photo.pixels, SIZE, PIXEL)
-                    there = np.array([points[i] for i in photo.ids])
-                    v = orientation.resect(one.camera, xy, there).residuals
-                    left_over[flat].append(np.sqrt(np.mean(v**2)) / PIXEL)
-        better = np.array(left_over[False]) < np.array(left_over[True])
-        assert np.mean(better) > 0.8
-        assert np.median(left_over[False]) < 0.8 * np.median(left_over[True])
+    left_over = {"free": [], "flat": [], "OpenCV": []}
+    for side, part in ((side, part) for side in SIDES for part in (0, 1)):
+        own, others = photos[side][part::2], photos[side][1 - part :: 2]
+        free, flat = (calibrate(own, BOARD, flat=one) for one in (False, True))
+        places = {
+            "free": dict(zip(free.result.network.point_names, free.result.points)),
+            "flat": dict(enumerate(BOARD.points)),
+        }
+        models = {
+            "free": (free.camera, places["free"]),
+            "flat": (flat.camera, places["flat"]),
+            "OpenCV": (of_opencv(own), places["flat"]),
+        }
+        for photo in others:
+            xy = frames.pixel_to_photo(photo.pixels, SIZE, PIXEL)
+            for name, (camera, board) in models.items():
+                there = np.array([board[i] for i in photo.ids])
+                v = orientation.resect(camera, xy, there).residuals
+                left_over[name].append(np.sqrt(np.mean(v**2)) / PIXEL)
+    free, flat, theirs = (np.array(one) for one in left_over.values())
+    for other in (flat, theirs):
+        assert np.mean(free < other) > 0.8
+        assert np.median(free) < 0.8 * np.median(other)
 
 
 def test_the_rig_is_one_rig_in_all_pairs(found):
