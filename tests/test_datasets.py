@@ -15,7 +15,11 @@ from scipy import ndimage
 from pgm_lab import datasets
 
 ORIGINAL = datasets.folder()
-OURS = {"README.md", "SHA256SUMS", "chapters.csv", "glossary.csv"}
+OURS = {
+    "README.md", "SHA256SUMS", "chapters.csv", "chequerboard_corners.csv",
+    "glossary.csv",
+}  # fmt: skip
+PHOTOS = "chequerboard"  # the folder whose files have checksums too
 SUMS = datasets.checksums()
 
 
@@ -28,14 +32,17 @@ def test_files_measured_elsewhere_have_their_checksums():
 
 
 def test_every_file_has_a_checksum_or_is_our_own():
-    found = {path.name for path in datasets.folder().iterdir() if path.is_file()}
+    folder = datasets.folder()
+    files = [*folder.iterdir(), *(folder / PHOTOS).glob("*.jpg")]
+    found = {p.relative_to(folder).as_posix() for p in files if p.is_file()}
     assert found == OURS | set(SUMS)
 
 
 def test_every_file_has_an_entry_in_the_readme():
     readme = (datasets.folder() / "README.md").read_text(encoding="utf-8")
     for name in set(SUMS) | OURS - {"README.md"}:
-        assert f"`{name}`" in readme
+        within, _, _ = name.rpartition("/")
+        assert f"`{name}`" in readme or (within and f"`{within}/" in readme), name
 
 
 def test_every_column_of_a_source_table_names_its_unit():

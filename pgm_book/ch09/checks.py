@@ -13,6 +13,7 @@ from pgm_book.program.bundle import without_lens
 from pgm_book.program.camera import project
 from pgm_book.program.orientation import resection
 from pgm_lab import datasets, rotation
+from pgm_lab._validate import real
 
 CAMERA = np.array([0.53, 0.006, -0.004, -0.8, 1.0, 0.0, 0.002, -0.001, 3e-4, -2e-4])
 RIGHT = np.array([1.0, 0.08, -0.12, 0.04, -0.06, 0.09])
@@ -56,8 +57,8 @@ def flat_board(function: Callable) -> None:
     camera, C, sigma0 = textbook.flat_board(*case)
     answer = answer_of(function, *case, first="lessons 5 and 6")
     try:
-        found, covariance, sigma = (np.asarray(part, float) for part in answer)
-    except (TypeError, ValueError):
+        found, covariance, sigma = (real(part, "the answer") for part in answer)
+    except Exception:  # whatever a stranger's object raises
         raise CheckFailed(
             "flat_board must return the camera (10,), its covariance (10, 10) and"
             " sigma0"

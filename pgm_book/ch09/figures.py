@@ -21,7 +21,7 @@ WORDS: Look = {"fontsize": 15}
 
 def boards(sets: tuple[Board, Board]) -> None:
     """Show the first photo of each set, with the corners that were found."""
-    fig, axes = plt.subplots(1, 2, figsize=(10, 3.9), layout="compressed")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 3.5), layout="compressed")
     for ax, seen in zip(axes, sets):
         _bare(ax, seen.photo, f"{seen.name}: {len(seen.pixels)} photos")
         ax.plot(*seen.pixels[0].T, "+", color=plot.ORANGE, ms=9, mew=2)
@@ -90,7 +90,7 @@ def held_out(errors: dict[str, np.ndarray]) -> None:
 
 def pair(scene: Pair) -> None:
     """Show both photos, and between which points a distance was measured."""
-    fig, axes = plt.subplots(1, 2, figsize=(10, 3.6), layout="compressed")
+    fig, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="compressed")
     for ax, photo, name in zip(axes, (scene.left, scene.right), ("left", "right")):
         _bare(ax, photo, name)
     axes[0].plot(*scene.ends.T, "o-", color=plot.ORANGE, mfc="none", ms=11, mew=2.5)
@@ -99,14 +99,14 @@ def pair(scene: Pair) -> None:
         "Two photos of the same scene, taken side by side and looking in different"
         f" directions. A line on the left one joins two points {scene.distance:.3f} m"
         " apart.",
-        dpi=110,
+        dpi=140,
         colours=64,
     )
 
 
 def matches(scene: Pair, found: np.ndarray) -> None:
     """Show where the matched points lie in both photos, joined by lines."""
-    fig, ax = plt.subplots(figsize=(10, 3.6), layout="compressed")
+    fig, ax = plt.subplots(figsize=(10, 3.4), layout="compressed")
     columns = scene.size[0]
     _bare(ax, np.hstack([scene.left, scene.right]), f"{len(found)} matched points")
     colours = plt.get_cmap("viridis")(found[:, 1] / scene.size[1])
@@ -117,7 +117,7 @@ def matches(scene: Pair, found: np.ndarray) -> None:
         fig,
         f"The left and the right photo side by side, {len(found)} points joined by"
         " lines with their matches; nearly all lines run side by side.",
-        dpi=110,
+        dpi=140,
         colours=96,
     )
 
@@ -149,16 +149,20 @@ def depths(
     image: np.ndarray, places: np.ndarray, points: np.ndarray, off: np.ndarray
 ) -> None:
     """Map depths on the left normal image, and their errors in units of their sd."""
-    fig, axes = plt.subplots(2, 1, figsize=(7, 8.4), layout="compressed")
+    fig, axes = plt.subplots(2, 1, figsize=(7, 6.2), layout="compressed")
     kept = np.isfinite(points[:, 2])
+    low, high = places.min(axis=0) - 10, places.max(axis=0) + 10
     share = float(np.mean(np.abs(off[np.isfinite(off)]) <= 3))
     for ax, values, name, look in (
         (axes[0], -points[:, 2], "depth (m)", {"cmap": "viridis_r"}),
         (axes[1], off, "error / sd", {"cmap": "RdBu", "vmin": -10, "vmax": 10}),
     ):
         _bare(ax, image, "")
-        drawn = ax.scatter(*places[kept].T, c=values[kept], s=14, marker="s", **look)
-        fig.colorbar(drawn, ax=ax, label=name)
+        drawn = ax.scatter(*places[kept].T, c=values[kept], s=9, marker="s", **look)
+        bar = fig.colorbar(drawn, ax=ax)
+        bar.set_label(name, fontsize=18)
+        bar.ax.tick_params(labelsize=17)
+        ax.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     plot.show(
         fig,
         f"The left normal image with {kept.sum()} measured places: above, coloured by"
@@ -189,16 +193,17 @@ def surface(points: np.ndarray, grey: np.ndarray) -> None:
     X, Y, Z = points.T
 
     def draw(azimuth: int, elevation: int) -> None:
-        fig = plt.figure(figsize=(7, 5))
+        fig = plt.figure(figsize=(7, 3.9))
         ax = space(fig, view=(elevation, azimuth), zoom=1.6)
         fit(ax, np.column_stack([X, -Z, Y])[mesh], zoom=1.6)
         drawn = ax.plot_trisurf(X, -Z, Y, triangles=mesh, lw=0, antialiased=False)
         drawn.set_facecolors(colours)
+        ax.set_title(f"azimuth {azimuth}°, elevation {elevation}°", fontsize=16)
         plot.show(
             fig,
             f"A surface of {len(mesh)} triangles in grey values of the photo, seen from"
             f" azimuth {azimuth}° and elevation {elevation}°.",
-            dpi=110,
+            dpi=140,
             colours=48,
         )
 

@@ -146,7 +146,8 @@ def _cupboard(chance: np.random.RandomState) -> tuple[np.ndarray, np.ndarray]:
     points = np.column_stack([X.ravel(), Y.ravel(), -depth])
     points += chance.uniform(-0.06, 0.06, (16, 3))
     points = points[chance.permutation(16)]
-    way = points[1] - points[0]
+    points[0] = (-0.25, 0, -1.75) + chance.uniform(-0.05, 0.05, 3)
+    way = np.append(1, chance.uniform(-0.2, 0.2, 2))
     points[1] = points[0] + RULE * way / np.linalg.norm(way)
     points[2] = (-0.6, 0.42, -1.8) + chance.uniform(-0.08, 0.08, 3)
     points[3] = (0.75, -0.42, -1.75) + chance.uniform(-0.08, 0.08, 3)

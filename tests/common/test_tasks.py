@@ -20,7 +20,7 @@ DIGESTS: dict[str, str] = {
     "6": "8e27bdaf0e2f4a08",
     "7": "64c386285ac8e1a4",
     "8": "3a42aeabc8cbf82a",
-    "9": "97802a38bc8c64bc",
+    "9": "1df454052f2c3799",
 }
 
 
