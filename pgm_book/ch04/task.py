@@ -112,6 +112,9 @@ def slips(truth: Truth) -> dict[str, dict]:
         "The camera looks along its minus z axis, and its y axis points up.": (
             np.diag([1, -1, -1]) @ right
         ),
+        "The photo stands on its head: its y axis points up.": (
+            np.diag([-1, -1, 1]) @ right
+        ),
         "The direction: M leads from object space to the image.": right.swapaxes(1, 2),
     }
     answers = {words: _answer(truth, M) for words, M in other.items()}
@@ -130,14 +133,17 @@ def slips(truth: Truth) -> dict[str, dict]:
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the slip that explains the first wrong part, M before all."""
     found, good = named(result, WANTED), _answer(truth, truth.M(truth.written))
-    for part in ("M", "angles", "row"):
-        if near(found[part], good[part], 1e-4):
-            continue
-        for words, wrong in slips(truth).items():
-            explains = near(found[part], wrong[part], 1e-4)
-            if explains and not near(good[part], wrong[part], 1e-4):
-                return words
-        break
+
+    def first_wrong(answer: dict) -> str:
+        parts = "M", "angles"
+        return next((p for p in parts if not near(answer[p], good[p], 1e-4)), "row")
+
+    part = first_wrong(found)
+    for words, wrong in slips(truth).items():
+        if first_wrong(wrong) == part and near(found[part], wrong[part], 1e-4):
+            return words
+    if part == "row" and near(found[part], good[part].round(), 1e-4):
+        return "These are whole pixels: a row is wanted with its fraction."
     return {
         "M": "Write M as three factors, and test each by the vectors that it must turn"
         " into x, y or z: north-east-down, drone, camera.",

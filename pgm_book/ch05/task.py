@@ -16,6 +16,7 @@ SIGMA = 0.002  # mm, of an image coordinate
 NAMES = ["A", "B", "P", "Q", *map(str, range(1, 13))]  # A to B is the bar
 LEFT = np.zeros(6)
 LIKE = {"exterior": 1e-5, "distance": 0.01, "sd": 0.05}  # two answers of one slip
+UNIT = "X0 of the right photo is 1: it is the unit of the whole base."
 WANTED = {
     "exterior": ("X0, Y0, Z0, omega, phi, kappa of the right photo", (6,)),
     "distance": ("one number: from P to Q in metres", ()),
@@ -116,9 +117,7 @@ def slips(truth: Truth) -> dict[str, dict]:
     good = _solved(truth)
     e, there = good["exterior"], slice(3, None)
     exteriors = {
-        "X0 of the right photo is 1; here the base itself has another length.": (
-            np.array([*(e[:3] / np.linalg.norm(e[:3])), *e[there]])
-        ),
+        UNIT: np.array([*(e[:3] / np.linalg.norm(e[:3])), *e[there]]),
         "The angles are wanted in radians.": np.array([*e[:3], *np.degrees(e[there])]),
         "Left and right are exchanged: the left photo is held.": (
             lines.relative(right, left, truth.c)
@@ -131,7 +130,7 @@ def slips(truth: Truth) -> dict[str, dict]:
         ),
     }
     wrong = {words: good | {"exterior": one} for words, one in exteriors.items()}
-    A, B, P, Q = truth.model[:4]
+    A, B = _model(truth, e)[:2]  # as measured
     unit = truth.bar / np.linalg.norm(B - A)  # metres
     metres = {
         "This is the length in the model, whose unit is X0 of the right photo: the bar"
@@ -148,6 +147,7 @@ def slips(truth: Truth) -> dict[str, dict]:
         "The right photo is not free of error: move an image coordinate, and its five"
         " numbers move, too.": truth.precision(turns=False)[1],
         "This is the variance; its root is wanted.": good["sd"] ** 2,
+        "An image coordinate is off by 0.002 mm, not by 1 mm.": good["sd"] / SIGMA,
     }
     return wrong | {words: good | {"sd": sd} for words, sd in deviations.items()}
 
@@ -160,6 +160,10 @@ def hint(truth: Truth, result: object) -> str:
     def apart(one: np.ndarray, other: np.ndarray) -> float:
         return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
+    if part == "exterior" and abs(found[part][0] - 1) > 1e-6:
+        scaled = found[part] / np.array([*[found[part][0]] * 3, 1, 1, 1])
+        if apart(scaled, good[part]) < LIKE[part]:
+            return UNIT
     for words, wrong in slips(truth).items():
         same = apart(found[part], wrong[part]) < LIKE[part]
         if same and apart(wrong[part], good[part]) > LIKE[part]:
@@ -168,8 +172,8 @@ def hint(truth: Truth, result: object) -> str:
         "exterior": "Are the boxes flat for what you found? Print all volumes: they"
         " fall by orders of magnitude from step to step, or a sign is wrong.",
         "distance": "The exterior is right. Do the rays meet, in front of both photos?",
-        "sd": "The distance is right. It is a function of all image coordinates: what"
-        " does each of them contribute?",
+        "sd": "The distance is right. It is a function of all 64 image coordinates:"
+        " what does each contribute, and how do independent errors add up?",
     }[part]
 
 
@@ -189,10 +193,13 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
             ax.plot(at[:, 0], at[:, down], mark, label=words, ls="", **look)
         for k in range(4):
             place = at[k, 0], at[k, down]
-            ax.annotate(NAMES[k], place, (6, 6), textcoords="offset points", size=15)
+            aside = 6, -18 if k < 2 else 6  # A and B below, P and Q above
+            ax.annotate(NAMES[k], place, aside, textcoords="offset points", size=15)
         ax.set(xlabel="X in m", ylabel=f"{'XYZ'[down]} in m", title=name)
         ax.set_aspect("equal", adjustable="datalim")
-    axes[0].legend()
+    fig.legend(
+        *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2
+    )
     true_one = f"(true: {truth.distance:.3f} m)"
     distance, sd = found["distance"], 1000 * found["sd"]
     fig.suptitle(f"P to Q: {distance:.3f} m ± {sd:.0f} mm {true_one}")
