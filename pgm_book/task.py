@@ -16,6 +16,8 @@ every machine. What a lesson asks stands in its ``task.py``, with four functions
     One of these hints, or another sentence.
 ``picture(truth, result)``
     The result beside the truth: a figure and what it shows.
+
+`grey` and `table` make what a file holds, `named` reads an answer of several parts.
 """
 
 import hashlib
@@ -25,6 +27,7 @@ import shutil
 import sys
 import tempfile
 import weakref
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,7 +37,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from pgm_book.common.own_program import FILE, CheckFailed
+from pgm_book.common.checks import CheckFailed, numbers
+from pgm_book.common.own_program import FILE
 from pgm_lab import plot
 from pgm_lab.io import files
 
@@ -75,6 +79,7 @@ class Task:
     _lesson: ModuleType
     _truth: Any
     _tries: list = field(default_factory=list)  # results of this session
+    _last: list = field(default_factory=list)  # what was handed in, of whatever form
 
     def __repr__(self) -> str:
         """What is given, and nothing of the answer."""
@@ -90,6 +95,7 @@ class Task:
         CheckFailed
             If the result is wrong, or is no answer to the question.
         """
+        self._last[:] = [result]
         parts = self._lesson.judge(self._truth, result)
         passed = all(part.holds for part in parts)
         self._tries.append(result)
@@ -103,10 +109,10 @@ class Task:
         plot.show(figure, alt)
 
     def hint(self) -> None:
-        """Name the slip that the last result looks like."""
-        if not self._tries:
+        """Name the slip that the last result looks like, or what its form must be."""
+        if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
-        last = self._tries[-1]
+        (last,) = self._last
         if all(part.holds for part in self._lesson.judge(self._truth, last)):
             print("Your last result is right.")
         else:
@@ -171,6 +177,43 @@ def start(number: int | str, name: str, secret: str = "") -> Task:
     where = f"{folder}/" if keeps else "a temporary folder"
     print(f"Your data are in {where}: {', '.join(made)}.")
     return mine
+
+
+# --- What the tasks of several lessons use ---
+
+
+def grey(values: np.ndarray) -> np.ndarray:
+    """Return grey values as a camera stores them: whole ones from 0 to 255."""
+    return np.clip(np.rint(values), 0, 255).astype(np.uint8)
+
+
+def table(head: str, row: str, rows: Iterable[Iterable]) -> str:
+    """Write a table: its head, and each row in a format such as "{},{:.2f}"."""
+    return "\n".join([head, *(row.format(*one) for one in rows)]) + "\n"
+
+
+def named(result: Any, wanted: dict[str, tuple[str, Any]]) -> dict[str, Any]:
+    """Return the parts of an answer by their names, or say what is wanted.
+
+    `wanted` has for each name what it must be, in words, and the shape of its numbers;
+    what has no numbers, and None for a shape, is returned as it is. An answer is a
+    dict, or has all parts in this order.
+
+    Examples
+    --------
+    >>> named(("CD", 7), {"line": ("two letters", None), "size": ("one number", ())})
+    {'line': 'CD', 'size': np.float64(7.0)}
+    """
+    if isinstance(result, tuple | list) and len(result) == len(wanted):
+        result = dict(zip(wanted, result))
+    if not isinstance(result, Mapping) or not wanted.keys() <= set(result):
+        each = "; ".join(f'"{name}", {words}' for name, (words, _) in wanted.items())
+        raise CheckFailed(f"the result must be a dict with {each}")
+    found = {name: result[name] for name in wanted}
+    for name, (words, shape) in wanted.items():
+        if shape is not None:
+            found[name] = numbers(name, result[name], shape, words)[()]
+    return found
 
 
 # --- From a name to the values ---

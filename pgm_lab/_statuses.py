@@ -3,6 +3,26 @@
 One vocabulary for `ncc`, `lsm`, `matching`, `registration` and `stereo`.
 """
 
+import numpy as np
+
+
+class Matched:
+    """What the results of `ncc`, `lsm`, `matching` and `registration` share."""
+
+    covariance: np.ndarray
+    status: np.ndarray
+
+    @property
+    def accepted(self) -> np.ndarray:
+        """Whether the status is "accepted": ndarray (n,) of bool."""
+        return self.status == "accepted"
+
+    @property
+    def sd(self) -> np.ndarray:
+        """Root (n,) of the mean variance of column and row, px; NaN unless accepted."""
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
+
 # Status: what it means, what helps
 STATUSES = {
     "accepted": ("found", ""),

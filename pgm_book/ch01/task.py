@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from pgm_book.common.checks import CheckFailed, numbers
-from pgm_book.task import Part
+from pgm_book.common.checks import CheckFailed
+from pgm_book.task import Part, grey, named, table
 from pgm_lab import frames, plot, simulate
 
 GSD, C = 0.1, 24.0  # m and mm, of the flight that is asked for
@@ -31,7 +31,15 @@ CONVENTIONS = (
 # Half a pixel from an origin to the outer corner, or to half the number of columns
 BESIDE = {"upper left": (-0.5, -0.5), "lower left": (-0.5, 0.5), "centre": (0.5, 0.5)}
 STEPS = {"right": (1, 0), "left": (-1, 0), "down": (0, 1), "up": (0, -1)}
-KEYS = ("origin", "half_pixel", "axes", "pixel_size", "photo", "height")
+WANTED: dict[str, tuple[str, Any]] = {
+    "origin": (f"one of {', '.join(BESIDE)}", None),
+    "half_pixel": ("True or False", ()),
+    "axes": ("two words such as 'right, up': of x, then of y", None),
+    "pixel_size": ("one number, in mm", ()),
+    "photo": ("(20, 2): x, y in mm of each", (20, 2)),
+    "height": ("one number, in m", ()),
+}
+KEYS = tuple(WANTED)
 CLICKED = (
     "Clicks are good to two pixels: fit the lines to the measured centres of all"
     " twenty, and keep all digits."
@@ -78,11 +86,11 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     grid = np.stack(np.meshgrid(np.arange(8) + 0.5, np.arange(5) + 0.5), axis=-1)
     places = grid.reshape(-1, 2) * (size[0] / 8, size[1] / 5)
     places = chance.permutation(places + chance.uniform(-30, 30, (40, 2))).round(4)
-    grey = background + NOISE * chance.standard_normal(size[::-1])
+    values = background + NOISE * chance.standard_normal(size[::-1])
     corners = np.round(places).astype(int) - 15
     discs = simulate.target(places - corners, DIAMETER, (31, 31), CONTRAST, 0.0)
     for (column, row), disc in zip(corners, discs):
-        grey[row : row + 31, column : column + 31] += disc
+        values[row : row + 31, column : column + 31] += disc
 
     zero = _place(origin, size) + half * np.array(BESIDE[origin])
     turn = p * np.transpose([STEPS[one] for one in axes.split(", ")])
@@ -101,20 +109,12 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
         dict(zip(KEYS, answer)), size, others, plan.round(3), (others - zero) @ turn,
         background, float(np.hypot(*slopes) / 2),
     )  # fmt: skip
+    form = "{:.0f},{:.0f},{:.4f},{:.4f}"
     return {
-        "targets.png": np.clip(np.round(grey), 0, 255).astype(np.uint8),
-        "program.csv": _table("column,row,x,y", "d d .4f .4f", clicked, printed),
-        "plan.csv": _table("x,y", ".3f .3f", plan),
+        "targets.png": grey(values),
+        "program.csv": table("column,row,x,y", form, np.hstack([clicked, printed])),
+        "plan.csv": table("x,y", "{:.3f},{:.3f}", plan),
     }, truth
-
-
-def _table(names: str, digits: str, *columns: np.ndarray) -> str:
-    """Write a table of text, a line for each target."""
-    lines = [names]
-    for row in np.hstack(columns):
-        each = zip(row, digits.split())
-        lines.append(",".join(f"{int(n) if d == 'd' else n:{d}}" for n, d in each))
-    return "\n".join(lines) + "\n"
 
 
 def _place(origin: str, size: tuple[int, int]) -> np.ndarray:
@@ -137,18 +137,14 @@ def judge(truth: Truth, result: object) -> list[Part]:
 
 def _read(result: object) -> dict[str, Any]:
     """Return the values of an answer, or say what is wanted."""
-    if not isinstance(result, dict) or not result.keys() >= set(KEYS):
-        raise CheckFailed(f"the result must be a dict with {', '.join(KEYS)}")
-    origin, axes = (_words(result[k]) for k in ("origin", "axes"))
+    found = named(result, WANTED)
+    origin, axes = (_words(found[k]) for k in ("origin", "axes"))
     if origin not in BESIDE:
-        raise CheckFailed(f"origin must be one of {', '.join(BESIDE)}")
+        raise CheckFailed(f"origin must be {WANTED['origin'][0]}")
     if len(axes.split()) != 2 or not set(axes.split()) <= STEPS.keys():
-        raise CheckFailed("axes must be two words such as 'right, up': of x, then of y")
-    half = numbers("half_pixel", result["half_pixel"], wanted="True or False")
-    p = float(numbers("pixel_size", result["pixel_size"], wanted="one number, in mm"))
-    photo = numbers("photo", result["photo"], (20, 2), "(20, 2): x, y in mm of each")
-    H = float(numbers("height", result["height"], wanted="one number, in m"))
-    return dict(zip(KEYS, (origin, bool(half), axes.replace(" ", ", "), p, photo, H)))
+        raise CheckFailed(f"axes must be {WANTED['axes'][0]}")
+    axes, half = axes.replace(" ", ", "), bool(found["half_pixel"])
+    return found | {"origin": origin, "half_pixel": half, "axes": axes}
 
 
 def _words(answer: object) -> str:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from scipy import ndimage
 
 from pgm_book.common.checks import CheckFailed
-from pgm_book.task import Part
+from pgm_book.task import Part, grey, table
 from pgm_lab import datasets, plot
 from pgm_lab.plot.basic import Look
 
@@ -95,20 +95,18 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
             part += (top - top.mean() + part.mean() - part) * mask
     light = chance.uniform(35, 60) + chance.uniform(0.5, 0.7) * photos[1]
     photos[1] = light * (1.1 - 0.2 * column / COLUMNS)
-    left, right = (
-        np.clip(np.rint(g + NOISE * chance.standard_normal(g.shape)), 0, 255)
-        for g in photos
-    )
+    left, right = (grey(g + NOISE * chance.standard_normal(g.shape)) for g in photos)
     points, there, kind = _points(left, middle, crowns, high, moved, chance)
     there = there + shift
     known = np.rint(np.column_stack([points, there])[-4:]).astype(int)
     order = chance.permutation(30)
     points, there, kind = points[order], there[order], kind[order]
+    known_head = "left_column,left_row,right_column,right_row"
     return {
-        "left.png": left.astype(np.uint8),
-        "right.png": right.astype(np.uint8),
-        "points.csv": _table("column,row", points),
-        "known.csv": _table("left_column,left_row,right_column,right_row", known),
+        "left.png": left,
+        "right.png": right,
+        "points.csv": table("column,row", "{},{}", points),
+        "known.csv": table(known_head, "{},{},{},{}", known),
     }, Truth(left, right, points, there, kind)
 
 
@@ -296,8 +294,3 @@ def _grip(window: np.ndarray) -> float:
     y, x = np.gradient(window)
     xx, yy, xy = np.mean(x * x), np.mean(y * y), np.mean(x * y)
     return float(np.sqrt((xx * yy - xy**2) / (xx + yy)))
-
-
-def _table(head: str, rows: np.ndarray) -> str:
-    lines = [head, *(",".join(map(str, row)) for row in rows.tolist())]
-    return "\n".join(lines) + "\n"

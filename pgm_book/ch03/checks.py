@@ -233,7 +233,16 @@ def match(function: Callable) -> None:
     point = (33, 36)
     place = affine.reshape(2, 3) @ (1, *point)
     start = np.array([round(place[0]), 1, 0, round(place[1]), 0, 1, 0, 1.0])
-    answer = answer_of(function, left, right, point, start, 21)
+    try:
+        answer = answer_of(function, left, right, point, start, 21)
+    except CheckFailed as error:
+        if "broadcast" in str(error) or "p must" in str(error):
+            raise CheckFailed(
+                "match: the arrays of adjust do not fit. Wanted are J (n, 8), one"
+                " weight for each pixel, an array (n,) and no matrix, and the n"
+                " observed values"
+            ) from error
+        raise
     if not isinstance(answer, tuple | list) or len(answer) != 3:
         raise CheckFailed("match must return three things: trail, sigma0, Q")
     trail, sigma0, Q = (np.asarray(part, dtype=float) for part in answer)

@@ -4,7 +4,6 @@ Both photos are made from the real orthophoto, the right one rotated, of another
 darker and with less noise.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
@@ -15,15 +14,18 @@ from scipy import ndimage, stats
 from pgm_book.common.checks import CheckFailed
 from pgm_book.program import lsm
 from pgm_book.program.adjustment import adjust
-from pgm_book.task import Part
+from pgm_book.task import Part, grey, named, table
 from pgm_lab import datasets, plot
 
-SIDE, WINDOW, POINTS = 300, 31, 24
-NOISE = 2.4, 0.7  # grey values, of the left and of the darker right photo
-PIXEL, BLUR = 3, 4.0  # pixels of the orthophoto: a pixel of ours, and the lens
+SIDE, WINDOW, POINTS = 360, 31, 24
+NOISE = 3.4, 1.0  # grey values, of the left and of the darker right photo
+PIXEL, BLUR = 3, 3.0  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
-LOW, HIGH = stats.chi2.ppf([0.00135, 0.99865], 2 * POINTS) / (2 * POINTS)
-FORM = "positions (24, 2) in px and their covariances (24, 2, 2) in px²"
+LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
+WANTED = {
+    "positions": ("column and row of all 24 points in px, (24, 2)", (POINTS, 2)),
+    "covariances": ("a covariance for each in px², (24, 2, 2)", (POINTS, 2, 2)),
+}
 
 
 @dataclass(frozen=True)
@@ -61,26 +63,24 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
     photos = []
     for at, noise, (k, b) in zip((pixels, back), NOISE, ((1, 0), (gain, offset))):
         where = PIXEL * (at - middle) + 699.5
-        grey = ndimage.map_coordinates(ortho, [where[..., 1], where[..., 0]], order=3)
-        grey = b + k * grey + noise * chance.standard_normal(grey.shape)
-        photos.append(np.clip(np.rint(grey), 0, 255))
+        values = ndimage.map_coordinates(ortho, [where[..., 1], where[..., 0]], order=3)
+        values = b + k * values + noise * chance.standard_normal(values.shape)
+        photos.append(grey(values))
     points = _points(photos[0], chance)
     there = points @ A.T + affine[:, 2]
     start = np.rint(there).astype(int) + chance.randint(-1, 2, there.shape)
-    rows = np.column_stack([points, start]).tolist()
-    head = "column,row,right_column,right_row"
-    table = "\n".join([head, *(",".join(map(str, row)) for row in rows)]) + "\n"
     left, right = photos
+    head, rows = "column,row,right_column,right_row", np.hstack([points, start])
     return {
-        "left.png": left.astype(np.uint8),
-        "right.png": right.astype(np.uint8),
-        "start.csv": table,
+        "left.png": left,
+        "right.png": right,
+        "start.csv": table(head, "{},{},{},{}", rows),
     }, Truth(left, right, points, affine, (-offset / gain, 1 / gain), start)
 
 
 def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
     """Choose points whose windows are steep enough in every direction."""
-    drawn = chance.randint(48, SIDE - 48, (2000, 2))
+    drawn = chance.randint(56, SIDE - 56, (2000, 2))
     y, x = np.gradient(ndimage.gaussian_filter(left, 1))
     xx, yy, xy = (ndimage.uniform_filter(g, WINDOW) for g in (x * x, y * y, x * y))
     grip = ((xx * yy - xy**2) / (xx + yy))[drawn[:, 1], drawn[:, 0]]
@@ -197,20 +197,7 @@ def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _parts(result: object) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (24, 2) and covariances (24, 2, 2) of an answer."""
-    if isinstance(result, Mapping):
-        result = tuple(result.values())
-    if not isinstance(result, tuple | list) or len(result) != 2:
-        raise CheckFailed(f"the result must be two things: {FORM}")
-    try:
-        positions, covariances = (np.asarray(part, dtype=float) for part in result)
-    except (TypeError, ValueError):
-        raise CheckFailed(f"the result must be {FORM}") from None
-    if positions.shape != (POINTS, 2) or covariances.shape != (POINTS, 2, 2):
-        got = f"{positions.shape} and {covariances.shape}"
-        raise CheckFailed(f"the result must be {FORM}; got {got}")
-    whole = np.isfinite(positions).all() and np.isfinite(covariances).all()
-    if not whole or np.linalg.eigvalsh(covariances).min() <= 0:
-        raise CheckFailed(
-            "a position is missing, or a covariance is none: variances must be positive"
-        )
+    positions, covariances = named(result, WANTED).values()
+    if np.linalg.eigvalsh(covariances).min() <= 0:
+        raise CheckFailed("a covariance is none: variances must be positive")
     return positions, covariances

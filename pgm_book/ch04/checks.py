@@ -27,6 +27,7 @@ _ATTITUDES = [
 ]
 
 
+HALF = "half a turn off: numerator and denominator both have the wrong sign"
 _SINGLE = "right to six digits only: rounded, or a float32? Keep all digits"
 
 
@@ -173,7 +174,14 @@ def angles(function: Callable) -> None:
             expected * (-1, 1, -1),
             "the signs of omega and kappa are reversed: each has a minus in (M 2.10)",
         ),
-        (opposite, "half a turn off: the quotient has both signs reversed"),
+        *(
+            (np.where(turned, opposite, expected), f"{names} {HALF}")
+            for names, turned in (
+                ("omega and kappa are", (1, 0, 1)),
+                ("omega is", (1, 0, 0)),
+                ("kappa is", (0, 0, 1)),
+            )
+        ),
         *_swapped(expected),
         *_few_digits(expected),
         (transposed, "these are the angles of the transposed matrix"),

@@ -1,6 +1,5 @@
 """The task of chapter 4: from a drone's yaw, pitch and roll to the book's angles."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
@@ -8,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.ch04 import figures
-from pgm_book.common.checks import CheckFailed, near, numbers
-from pgm_book.task import Part
+from pgm_book.common.checks import near
+from pgm_book.task import Part, named, table
 from pgm_lab import frames, plot, rotation
 from pgm_lab.plot import space
 
@@ -62,19 +61,20 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     pitch, roll = chance.uniform(2, 8, (2, PHOTOS)) * chance.choice([-1, 1], (2, 6))
     drone = np.column_stack([yaw, pitch, roll])
     written = np.round(drone, 2)
-    lines = ["photo,yaw_deg,pitch_deg,roll_deg"]
-    lines += [f"{k},{a:.2f},{b:.2f},{d:.2f}" for k, (a, b, d) in enumerate(written, 1)]
+    rows = [(k, *angles) for k, angles in enumerate(written, 1)]
+    form = "{}" + 3 * ",{:.2f}"
+    attitude = table("photo,yaw_deg,pitch_deg,roll_deg", form, rows)
     camera = "looks,below_deg,c_mm,columns,rows,pixel_mm\n"
     camera += f"{side},{below:.1f},{c:.2f},{SIZE[0]},{SIZE[1]},{PIXEL}\n"
     truth = Truth(
         np.radians(drone), np.radians(written), SIDES[side], np.radians(below), c
     )
-    return {"attitude.csv": "\n".join(lines) + "\n", "camera.csv": camera}, truth
+    return {"attitude.csv": attitude, "camera.csv": camera}, truth
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
     """Return how far angles, matrices and rows are off in the worst photo."""
-    found, M = _numbers(result), truth.M(truth.drone)
+    found, M = named(result, WANTED), truth.M(truth.drone)
     # Two matrices a small angle apart differ by the root of 2 times it, and the three
     # roundings together turn by the root of 3 times one
     off = [
@@ -112,6 +112,9 @@ def slips(truth: Truth) -> dict[str, dict]:
         "The camera looks along its minus z axis, and its y axis points up.": (
             np.diag([1, -1, -1]) @ right
         ),
+        "The photo stands on its head: its y axis points up.": (
+            np.diag([-1, -1, 1]) @ right
+        ),
         "The direction: M leads from object space to the image.": right.swapaxes(1, 2),
     }
     answers = {words: _answer(truth, M) for words, M in other.items()}
@@ -129,15 +132,18 @@ def slips(truth: Truth) -> dict[str, dict]:
 
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the slip that explains the first wrong part, M before all."""
-    found, good = _numbers(result), _answer(truth, truth.M(truth.written))
-    for part in ("M", "angles", "row"):
-        if near(found[part], good[part], 1e-4):
-            continue
-        for words, wrong in slips(truth).items():
-            explains = near(found[part], wrong[part], 1e-4)
-            if explains and not near(good[part], wrong[part], 1e-4):
-                return words
-        break
+    found, good = named(result, WANTED), _answer(truth, truth.M(truth.written))
+
+    def first_wrong(answer: dict) -> str:
+        parts = "M", "angles"
+        return next((p for p in parts if not near(answer[p], good[p], 1e-4)), "row")
+
+    part = first_wrong(found)
+    for words, wrong in slips(truth).items():
+        if first_wrong(wrong) == part and near(found[part], wrong[part], 1e-4):
+            return words
+    if part == "row" and near(found[part], good[part].round(), 1e-4):
+        return "These are whole pixels: a row is wanted with its fraction."
     return {
         "M": "Write M as three factors, and test each by the vectors that it must turn"
         " into x, y or z: north-east-down, drone, camera.",
@@ -148,7 +154,7 @@ def hint(truth: Truth, result: object) -> str:
 
 def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     """Draw three of the photos as your angles take them, and the horizon you found."""
-    found, true = _numbers(result), truth.row(truth.M(truth.drone))
+    found, true = named(result, WANTED), truth.row(truth.M(truth.drone))
     fig, axes = plt.subplots(1, 3, figsize=(10, 3.3), layout="constrained")
     form = SIZE[0] * PIXEL / truth.c, SIZE[1] * PIXEL / truth.c
     for k, ax in enumerate(axes):
@@ -202,18 +208,3 @@ def _answer(truth: Truth, M: np.ndarray) -> dict[str, np.ndarray]:
 
 def _built(degrees: np.ndarray) -> np.ndarray:
     return rotation.matrix(*np.radians(degrees).T)
-
-
-def _numbers(result: object) -> dict[str, np.ndarray]:
-    """Return the parts of a result as arrays, or say what is wanted."""
-    if isinstance(result, tuple | list) and len(result) == len(WANTED):
-        result = dict(zip(WANTED, result))
-    if not isinstance(result, Mapping) or not set(WANTED) <= set(result):
-        raise CheckFailed(
-            'hand in a dict with "angles" (degrees), "M" and "row", each for all'
-            f" {PHOTOS} photos"
-        )
-    return {
-        name: numbers(name, result[name], shape, words)
-        for name, (words, shape) in WANTED.items()
-    }

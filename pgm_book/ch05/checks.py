@@ -250,7 +250,8 @@ def _why_stopped(said: str) -> str:
             ": A has a row for each photo coordinate, ten here, and missing is one"
             " column of as many: np.ravel makes it of a table."
         )
-    return f": {AWAY}." if "does not lie in front" in said else ""
+    lost = "does not lie in front", "depend on one another"  # steps that lead away
+    return f": {AWAY}." if any(words in said for words in lost) else ""
 
 
 def _first_step(image: np.ndarray) -> np.ndarray:
@@ -356,6 +357,13 @@ def _intersection_slips(found: np.ndarray, stations: np.ndarray, d: np.ndarray) 
             "P removes the part along the ray: look at the sign",
         ),
     ]
+    together = identity - along / len(d)  # np.linalg.norm(directions)
+    slips.append(
+        (
+            solved(together, times(together)),
+            "divide each direction by its own length, not by that of all together",
+        )
+    )
     number = identity - np.ones((4, 3, 3))  # d @ d is 1
     slips.append(
         (

@@ -2,22 +2,28 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from pgm_book.common.checks import CheckFailed, numbers
+from pgm_book.common.checks import CheckFailed
 from pgm_book.program.bundle import adjust, without_lens
 from pgm_book.program.camera import derivatives, project
-from pgm_book.task import Part
+from pgm_book.task import Part, named, table
 from pgm_lab import plot, rotation
 
 NAMES = ("c", "x0", "y0", "K1", "K2", "K3", "P1", "P2", "b1", "b2")
 NOMINAL, SIGMA = 24.0, 0.0005  # mm: of c, and of a measured image coordinate
 FORMAT = (12.0, 8.0)  # mm, half of the image
 CORNER = np.array([[10.0, 6.0]])  # mm, an image point in its corner
-WANTED = "c and its standard deviation in mm, the ray (photo, point), and a parameter"
+WANTED: dict[str, tuple[str, Any]] = {
+    "c": ("one number, in mm", ()),
+    "sd": ("its standard deviation in mm, a positive number", ()),
+    "ray": ("two numbers, photo and point", (2,)),
+    "parameter": (f"one of {', '.join(NAMES)}", None),
+}
 
 INCLUDED = "This still contains the blunder: leave that ray out, and adjust once more."
 OTHER_RAY = (
@@ -57,6 +63,11 @@ class Truth:
         """Camera and standard deviations without the blunder, for the stated sigma."""
         camera, C, sigma0, _ = self.adjusted(np.arange(len(self.xy)) != self.bad)
         return camera, np.sqrt(np.diag(C)) / sigma0
+
+    @property
+    def largest(self) -> str:
+        """The parameter whose standard deviation is the largest number."""
+        return NAMES[int(np.argmax(self.best[1]))]
 
     @cached_property
     def spoiled(self) -> tuple[np.ndarray, np.ndarray]:
@@ -98,6 +109,8 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
         np.round(points + 5 * chance.uniform(-1, 1, (48, 3)), 1),
     )
     truth = Truth(camera, photo, point, xy, start, bad, blunder, parameter)
+    if truth.largest == parameter:  # then who compares mm with mm⁻⁶ would be right
+        return make(chance)
     return _files(truth), truth
 
 
@@ -152,16 +165,15 @@ def _files(truth: Truth) -> dict[str, str]:
     """Return the three tables that a user gets."""
     xy = truth.xy.copy()
     xy[truth.bad] += truth.blunder
-    image = ["photo,point,x_mm,y_mm"]
-    for i, j, (x, y) in zip(truth.photo + 1, truth.point + 1, xy):
-        image.append(f"{i},{j},{x:.5f},{y:.5f}")
-    photos = ["photo,X0_mm,Y0_mm,Z0_mm,omega_rad,phi_rad,kappa_rad"]
-    targets = ["point,X_mm,Y_mm,Z_mm"]
-    for table, values in zip((photos, targets), truth.start):
-        for number, row in enumerate(values, 1):
-            table.append(",".join([str(number), *(f"{one:.4f}" for one in row)]))
-    tables = {"image_points": image, "photos": photos, "targets": targets}
-    return {f"{name}.csv": "\n".join(t) + "\n" for name, t in tables.items()}
+    rays = zip(truth.photo + 1, truth.point + 1, *xy.T)
+    photos, targets = ([(k, *v) for k, v in enumerate(s, 1)] for s in truth.start)
+    photo_head = "photo,X0_mm,Y0_mm,Z0_mm,omega_rad,phi_rad,kappa_rad"
+    number = ",{:.4f}"
+    return {
+        "image_points.csv": table("photo,point,x_mm,y_mm", "{},{},{:.5f},{:.5f}", rays),
+        "photos.csv": table(photo_head, "{}" + 6 * number, photos),
+        "targets.csv": table("point,X_mm,Y_mm,Z_mm", "{}" + 3 * number, targets),
+    }
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
@@ -179,20 +191,14 @@ def judge(truth: Truth, result: object) -> list[Part]:
 
 def _answer(result: object) -> tuple[float, float, tuple[int, int], str]:
     """Return c, its standard deviation, the ray and the name; or say what is wanted."""
-    if not isinstance(result, tuple | list) or len(result) != 4:
-        raise CheckFailed(f"the result must be four things: {WANTED}")
-    c, sd, ray, name = result
-    c, sd = (
-        float(numbers(n, v)) for n, v in (("c", c), ("its standard deviation", sd))
-    )
-    photo, point = numbers("the ray", ray, (2,), "two numbers: (photo, point)")
+    c, sd, ray, name = named(result, WANTED).values()
     name = str(name).strip().replace("_", "").translate(str.maketrans("₀₁₂₃", "0123"))
     known = {one.casefold(): one for one in NAMES}
     if name.casefold() not in known:
-        raise CheckFailed(f"the parameter must be one of {', '.join(NAMES)}")
+        raise CheckFailed(f"the parameter must be {WANTED['parameter'][0]}")
     if not sd > 0:
         raise CheckFailed("a standard deviation is positive")
-    return c, sd, (int(photo), int(point)), known[name.casefold()]
+    return c, sd, (int(ray[0]), int(ray[1])), known[name.casefold()]
 
 
 def moved(truth: Truth) -> np.ndarray:
@@ -205,18 +211,17 @@ def moved(truth: Truth) -> np.ndarray:
 
 def slips(truth: Truth) -> dict[str, tuple]:
     """Return what the likeliest wrong programs give."""
-    camera, sd = truth.best
-    c, s, ray, name = camera[0], sd[0], truth.ray, truth.parameter
+    (c, *_), (s, *_) = truth.best
+    ray, name = truth.ray, truth.parameter
     with_it, its_sd = truth.spoiled
-    largest = NAMES[int(np.argmax(sd))]  # whatever its unit
     return {
         INCLUDED: (with_it[0], its_sd[0], ray, name),
         OTHER_RAY: (c, s, (ray[0], ray[1] % 48 + 1), name),
         FROM_0: (c, s, (ray[0] - 1, ray[1] - 1), name),
         VARIANCE: (c, s**2, ray, name),
         UNIT: (c, 1000 * s, ray, name),
-        PARAMETER: (c, s, ray, largest),
-        OTHER_C: (NOMINAL + 2 * (c - NOMINAL), s, ray, name),
+        PARAMETER: (c, s, ray, truth.largest),
+        OTHER_C: (c + 10 * s, s, ray, name),
     }
 
 

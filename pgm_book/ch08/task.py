@@ -9,17 +9,20 @@ from matplotlib.figure import Figure
 from scipy.ndimage import gaussian_filter, map_coordinates, uniform_filter
 
 from pgm_book.common.checks import CheckFailed, near, numbers
-from pgm_book.task import Part
+from pgm_book.task import Part, grey, table
 from pgm_lab import datasets, frames, plot
 from pgm_lab.rotation import matrix
 
 C, PIXEL, SIZE = 8.0, 0.02, (400, 280)  # mm, mm, and columns and rows
 HEIGHT, BASE, GRAIN = 60.0, 18.0, 0.1  # m: of flight and base; a pixel of the texture
 SIGMA, NOISE = 0.12, 1.5  # px: of a disparity; grey values
-STATIONS = 30  # of the profile
+STATIONS = 40  # of the profile
 SEARCH = -168, -100  # px: columns from the left pixel to the ends of the right strip
 REACH = 3.0  # standard deviations
-SPARE = 5  # heights that may be missing or lie beyond it: blunders of the matching
+WHOLE = (
+    "Those are whole pixels of disparity: through r beside the summit goes a parabola."
+)
+SPARE = 4  # heights that may be missing or lie beyond it: blunders of the matching
 
 
 @dataclass(frozen=True)
@@ -32,11 +35,26 @@ class Truth:
     ground: np.ndarray  # (n, 3), m
 
     @property
+    def base(self) -> float:
+        """Length of the base in m."""
+        return float(np.linalg.norm(self.exteriors[1, :3] - self.exteriors[0, :3]))
+
+    @property
+    def depth(self) -> np.ndarray:
+        """How far (n,) the ground lies before the normal case of the photos, m."""
+        seen = (self.ground - self.exteriors[0, :3]) @ _normal(self.exteriors).T
+        return -seen[:, 2]
+
+    def disparity(self, Z: np.ndarray) -> np.ndarray:
+        """Disparities (n,) in px that belong to heights."""
+        down = self.exteriors[0, 2] - np.array([self.ground[:, 2], Z])
+        return self.base * C / PIXEL / self.depth * down[0] / down[1]
+
+    @property
     def sd(self) -> np.ndarray:
         """Standard deviations (n,) of the heights in m: H/B, times GSD, times SIGMA."""
         depth = self.exteriors[0, 2] - self.ground[:, 2]
-        base = np.linalg.norm(self.exteriors[1, :3] - self.exteriors[0, :3])
-        return depth / base * depth / C * PIXEL * SIGMA
+        return depth / self.base * depth / C * PIXEL * SIGMA
 
 
 # --- What is given ---
@@ -62,19 +80,14 @@ def make(chance: np.random.RandomState) -> tuple[dict, Truth]:
         for one, gain in zip(exteriors, (1.0, 0.85))
     ]
     pixels, ground = _profile(exteriors, hills, images[0], chance)
-    names = "photo,X0_m,Y0_m,Z0_m,omega_rad,phi_rad,kappa_rad"
-    rows = [
-        f"{name}," + ",".join(f"{v:.3f}" for v in e[:3]) + ","
-        + ",".join(f"{v:.6f}" for v in e[3:])
-        for name, e in zip(("left.png", "right.png"), exteriors)
-    ]  # fmt: skip
-    table = ["number,column,row"]
-    table += [f"{k},{c},{r}" for k, (c, r) in enumerate(pixels, start=1)]
+    head = "photo,X0_m,Y0_m,Z0_m,omega_rad,phi_rad,kappa_rad"
+    rows = [(name, *e) for name, e in zip(("left.png", "right.png"), exteriors)]
+    numbered = [(k, *pixel) for k, pixel in enumerate(pixels, 1)]
     files = {
         "left.png": images[0],
         "right.png": images[1],
-        "orientation.csv": "\n".join([names, *rows]) + "\n",
-        "profile.csv": "\n".join(table) + "\n",
+        "orientation.csv": table(head, "{}" + 3 * ",{:.3f}" + 3 * ",{:.6f}", rows),
+        "profile.csv": table("number,column,row", "{},{},{}", numbered),
     }
     return files, Truth(exteriors, hills, pixels, ground)
 
@@ -116,9 +129,8 @@ def _photo(
     pixels = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1)
     X, Y, _ = np.moveaxis(_ground(exterior, hills, pixels), -1, 0)
     place = [corner[0] + 450 - Y / GRAIN, corner[1] + 450 + X / GRAIN]
-    grey = gain * map_coordinates(_texture(), place, order=3, mode="reflect")
-    grey += 10 + NOISE * chance.standard_normal(grey.shape)
-    return np.clip(np.round(grey), 0, 255).astype(np.uint8)
+    values = gain * map_coordinates(_texture(), place, order=3, mode="reflect")
+    return grey(values + 10 + NOISE * chance.standard_normal(values.shape))
 
 
 def _normal(exteriors: np.ndarray) -> np.ndarray:
@@ -140,15 +152,15 @@ def _profile(
     Of fifteen rows that normal images as large as the photos show, with room for a
     search, the one whose windows have the most contrast where they have least.
     """
-    grey = image.astype(float)
-    variance = uniform_filter(grey**2, 9) - uniform_filter(grey, 9) ** 2
+    mean, square = (uniform_filter(image.astype(float) ** k, 9) for k in (1, 2))
+    variance = square - mean**2
     N = _normal(exteriors)
     turns = [matrix(*one[3:]) @ N.T for one in exteriors]  # normal case to photo
     searched = np.array([(x, y) for x in SEARCH for y in (-8, 8)])
     found: list = []
     while len(found) < 15:
         ends = chance.uniform((100, 30), np.subtract(SIZE, 30), (2, 2))
-        if np.hypot(*(ends[1] - ends[0])) < 100:
+        if np.hypot(*(ends[1] - ends[0])) < 140:
             continue
         steps = np.linspace(0, 1, STATIONS)[:, None]
         pixels = np.round(ends[0] + steps * (ends[1] - ends[0])).astype(int)
@@ -202,25 +214,24 @@ def _read(truth: Truth, result: object) -> np.ndarray:
 
 def slips(truth: Truth) -> dict[str, np.ndarray]:
     """Return what the likeliest wrong programs give."""
-    station, base = truth.exteriors[0, :3], truth.exteriors[1, :3]
-    seen = (truth.ground - station) @ _normal(truth.exteriors).T
-    depth, Z = station[2] - truth.ground[:, 2], truth.ground[:, 2]
-    ratio = depth / np.linalg.norm(base - station)
+    Z, Z0 = truth.ground[:, 2], truth.exteriors[0, 2]
+    d = truth.disparity(Z)
     wrong = {
         "Those are heights above the left station, which lies at Z0.": (
-            Z - station[2],
+            Z - Z0,
             truth.sd,
         ),
         "A model point lies in the frame of the base: rotate it into object space.": (
-            station[2] + seen[:, 2],
+            Z0 - truth.depth,
             truth.sd,
         ),
         "The standard deviation is that of a position across the ray: what does the"
-        " ratio of height and base do to it?": (Z, truth.sd / ratio),
+        " ratio of height and base do to it?": (Z, truth.sd * truth.base / (Z0 - Z)),
         "The standard deviation is that of a whole pixel of parallax.": (
             Z,
             truth.sd / SIGMA,
         ),
+        WHOLE: (Z0 - (Z0 - Z) * d / np.rint(d), truth.sd),
     }
     return {words: np.column_stack(both) for words, both in wrong.items()}
 
@@ -228,6 +239,9 @@ def slips(truth: Truth) -> dict[str, np.ndarray]:
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the slip that explains most of the heights, and their sd."""
     Z, sd = _read(truth, result)
+    d = truth.disparity(Z)
+    if np.nanmedian(np.abs(d - np.rint(d))) < 0.02:
+        return WHOLE
     for words, wrong in slips(truth).items():
         explained = np.abs(Z - wrong[:, 0]) <= REACH * truth.sd
         if explained.sum() >= len(Z) - SPARE and near(

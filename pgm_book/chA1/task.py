@@ -7,14 +7,20 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from pgm_book.common.checks import CheckFailed, numbers
+from pgm_book.common.checks import CheckFailed
 from pgm_book.program import adjustment
-from pgm_book.task import Part
+from pgm_book.task import Part, named, table
 from pgm_lab import plot
 
 SIGMA0 = 0.002  # m, of a line of 1 km
 MARKS = "ABCDEFG"  # A is known
-KEYS = ("heights", "sd", "line", "size")
+WANTED: dict[str, tuple[str, Any]] = {
+    "heights": ("six numbers, for B, C, D, E, F and G, in m", (6,)),
+    "sd": ("six numbers, for B, C, D, E, F and G, in mm", (6,)),
+    "line": ("two letters such as 'CD'", None),
+    "size": ("one number, in mm", ()),
+}
+KEYS = tuple(WANTED)
 ROUND = np.radians([90, 30, -30, -90, -150, 150])  # six marks on a ring, one within
 LABEL = {"facecolor": "white", "edgecolor": "none", "pad": 2}
 SPOTS = np.vstack([np.column_stack([np.cos(ROUND), np.sin(ROUND)]), [(0.0, 0.0)]])
@@ -90,13 +96,10 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
             if _hidden(truth) and _quiet(truth) and _right(truth, truth.answer):
                 if not any(_right(truth, one) for one in slips(truth).values()):
                     break
-    rows = [
-        f"{line[0]},{line[1]},{difference:.4f},{length:.1f}"
-        for line, difference, length in zip(lines, observed, km)
-    ]
-    table = "\n".join(["from,to,difference_m,length_km", *rows]) + "\n"
+    rows = [(*line, dh, far) for line, dh, far in zip(lines, observed, km)]
+    net = table("from,to,difference_m,length_km", "{},{},{:.4f},{:.1f}", rows)
     known = f"mark,height_m\nA,{heights[0]:.4f}\n"
-    return {"net.csv": table, "known.csv": known}, truth
+    return {"net.csv": net, "known.csv": known}, truth
 
 
 def _design(lines: list[str]) -> np.ndarray:
@@ -151,19 +154,16 @@ def _right(truth: Truth, result: object) -> bool:
 
 def _read(result: object) -> dict[str, Any]:
     """Return the values of an answer, or say what is wanted."""
-    if not isinstance(result, dict) or not result.keys() >= set(KEYS):
-        raise CheckFailed(f"the result must be a dict with {', '.join(KEYS)}")
-    found = dict(result)
-    for name in ("heights", "sd"):
-        if isinstance(found[name], dict):
-            found[name] = [found[name].get(mark) for mark in MARKS[1:]]
-        wanted = "six numbers, for B, C, D, E, F and G"
-        found[name] = numbers(name, found[name], (6,), wanted)
+    if isinstance(result, dict):
+        result = {
+            key: [one.get(mark) for mark in MARKS[1:]] if isinstance(one, dict) else one
+            for key, one in result.items()
+        }
+    found = named(result, WANTED)
     line = "".join(c for c in str(found["line"]).upper() if c.isalpha())
     if len(line) != 2 or not set(line) <= set(MARKS):
-        raise CheckFailed("line must be two letters such as 'CD'")
-    size = float(numbers("size", found["size"], wanted="one number, in mm"))
-    return found | {"line": line, "size": size}
+        raise CheckFailed(f"line must be {WANTED['line'][0]}")
+    return found | {"line": line}
 
 
 def slips(truth: Truth) -> dict[str, dict[str, Any]]:

@@ -82,7 +82,7 @@ def own(name: str, book: Callable) -> Callable:
             found = getattr(loaded(), name, None)
         except Exception as error:  # whatever a reader's file raises
             found, why = None, f"{FILE} does not run: {type(error).__name__}, {error}."
-        if callable(found):
+        if callable(found) and found is not book:  # the book's, by an import of keep
             print(f"{name}: yours, from {FILE}.")
             return with_arrays(found)
     print(f"{name}: the book's own. {why}")

@@ -41,6 +41,11 @@ def normal_equations(
     (array([[4.]]), array([20.]))
     """
     A, p, observed = np.asarray(A, float), np.asarray(p, float), np.asarray(observed)
+    if p.shape != (len(A),):
+        raise ValueError(
+            f"p must hold one weight for each row of A, shape ({len(A)},); it has the"
+            f" shape {p.shape}. For equal weights: np.ones({len(A)})"
+        )
     if not np.all(p > 0):
         raise ValueError("p must be positive: leave out observations without weight")
     return A.T @ (p[:, None] * A), A.T @ (p * observed)

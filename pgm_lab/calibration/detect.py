@@ -127,7 +127,8 @@ def _full_size(image: np.ndarray, pixels: np.ndarray, by: float) -> np.ndarray:
 def _coded(image: np.ndarray, board: Board) -> Detected:
     """Find the corners of a ChArUco board, or of tags."""
     own = markers(board.dictionary or "")
-    corners, seen, _ = cv2.aruco.ArucoDetector(own).detectMarkers(image)
+    detector = cv2.aruco.ArucoDetector(own)
+    corners, seen, rejected = detector.detectMarkers(image)
     number = board.columns * board.rows
     number = number // 2 if board.kind == "charuco" else number
     marks = np.array([]) if seen is None else seen.ravel()
@@ -141,9 +142,16 @@ def _coded(image: np.ndarray, board: Board) -> Detected:
     own_place = _in_place(marks, corners, board)
     if len(marks) >= MANY and np.mean(own_place) < 0.7:
         return _none(_other_layout(marks, corners, board))
-    order = np.flatnonzero(own_place)
-    order = order[np.argsort(marks[order])]
-    marks, corners = marks[order], [corners[int(i)] for i in order]
+    kept = [int(i) for i in np.flatnonzero(own_place)]
+    marks, corners = marks[kept], [corners[i] for i in kept]
+    if len(marks) >= MANY:  # those that are small or blurred, from where they must be
+        corners, seen, *_ = detector.refineDetectedMarkers(
+            image, _opencv(board), corners, marks[:, None].copy(), rejected
+        )
+        kept = [int(i) for i in np.flatnonzero(_in_place(seen.ravel(), corners, board))]
+        marks, corners = seen.ravel()[kept], [corners[i] for i in kept]
+    order = [int(i) for i in np.argsort(marks)]
+    marks, corners = marks[order], [corners[i] for i in order]
     if board.kind == "apriltags":
         ids = (4 * marks[:, None] + np.arange(4)).ravel()
         pixels = np.array(corners).reshape(-1, 2)

@@ -111,6 +111,8 @@ def measure(
         ids = ids[good]
     else:
         pixels, blur = near, np.nan
+        if "circles" in board.kind:
+            pixels = near - _eccentricity(board, ids, near)
         covariance = np.broadcast_to(UNKNOWN_SD**2 * np.eye(2), (len(ids), 2, 2))
     return Measured(name, size, ids, pixels, covariance, blur, "", **exif)
 
@@ -145,6 +147,21 @@ def _radius(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
         diagonals = side @ np.array([[1, 1], [1, -1]]).T
         radius = np.minimum(radius, gap * np.linalg.norm(diagonals, axis=1).min(axis=1))
     return radius - CLEAR
+
+
+def _eccentricity(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """How far (k, 2) the centre of each ellipse is from the image of its circle's.
+
+    The dual conic of a circle around (X, Y) is T diag(r^2, r^2, -1) T' with a shift T;
+    a homography H makes it H T ... T' H', whose last column is the ellipse's centre.
+    """
+    H = cv2.findHomography(board.points[ids, :2], near)[0]
+    T = np.tile(np.eye(3), (len(ids), 1, 1))
+    T[:, :2, 2] = board.points[ids, :2]
+    r = (board.marker or 0.0) / 2
+    dual = H @ T @ np.diag([r**2, r**2, -1.0]) @ T.swapaxes(1, 2) @ H.T
+    centre = H @ T[:, :, 2:]
+    return dual[:, :2, 2] / dual[:, 2:, 2] - centre[:, :2, 0] / centre[:, 2:, 0]
 
 
 def _exif(path: str | os.PathLike) -> dict:

@@ -96,14 +96,19 @@ class Calibration:
         return np.where(factor > by_chance, factor, 1.0)
 
     @property
+    def _scale(self) -> np.ndarray:
+        """The factors, over sigma0 if that is below 1: no photo beats its noise."""
+        return self.factor / min(self.result.sigma0, 1.0)
+
+    @property
     def covariance(self) -> np.ndarray:
-        """Covariance (u, u) of the interior parameters, the factor included."""
-        return self.factor[0] ** 2 * self.result.covariance_interior
+        """Covariance (u, u) of the interior parameters, with the factor."""
+        return self._scale[0] ** 2 * self.result.covariance_interior
 
     @property
     def sd_shape(self) -> np.ndarray:
         """Standard deviations (n, 3) of the board's points in mm, with the factor."""
-        return self.factor[1] * self.result.sd_points
+        return self._scale[1] * self.result.sd_points
 
     @property
     def camera(self) -> Camera:

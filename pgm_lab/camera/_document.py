@@ -3,14 +3,18 @@
 import json
 import math
 import os
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pgm_lab import _validate
 from pgm_lab.io import files
 from pgm_lab.io.files import printable
+
+if TYPE_CHECKING:
+    from pgm_lab.camera.model import Camera
 
 FORMAT = "pgm_lab camera 1"
 LARGEST = 2**20  # bytes of a file; some 6,000 are usual
@@ -34,197 +38,155 @@ LENS = {
     "backward": "backward: ideal = measured + (dx, dy) of measured",
     "forward": "forward: measured = ideal + (dx, dy) of ideal, as in OpenCV",
 }
-# The corner of a photo, in principal distances from the middle: 84 degrees off the axis
-FARTHEST = 10.0
-NEAREST = 1e-4
 
 
-class Content(NamedTuple):
-    """What the file states, checked."""
+@dataclass(frozen=True, eq=False)
+class CameraFile:
+    """A camera, how well it is known, and the image it belongs to.
 
-    interior: dict[str, float]
-    lens: str
+    Attributes
+    ----------
+    camera : Camera
+    image_size : (columns, rows)
+        Of the whole photo, as it lies on the sensor.
+    pixel_size : float
+        Side of a pixel in mm.
+    nominal : bool
+        Whether the pixel size was only assumed, as 0.001 mm: c, x0, y0, ... are then in
+        such units, and rays are right all the same.
+    estimate : tuple of str
+        The parameters that were estimated, in the order of the covariance.
+    covariance : ndarray (u, u) or None
+        Of these, in mm and its powers, as `bundle` estimates it; None if not known.
+    about : str
+        Where the camera comes from.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from pgm_lab.camera import Camera
+    >>> camera = Camera(4.2, 0.01, K1=1.3e-3, lens="forward")
+    >>> with TemporaryDirectory() as folder:
+    ...     CameraFile(camera, (4000, 3000), 0.0014).save(f"{folder}/camera.json")
+    ...     Camera.read(f"{folder}/camera.json") == camera
+    True
+    """
+
+    camera: "Camera"
     image_size: tuple[int, int]
     pixel_size: float
-    nominal: bool
-    names: tuple[str, ...]
-    covariance: np.ndarray | None
-    about: str
+    nominal: bool = False
+    estimate: tuple[str, ...] = ()
+    covariance: np.ndarray | None = field(default=None, repr=False)
+    about: str = ""
 
-
-def text(content: Content) -> str:
-    """Write out a content, which is checked as that of a file is."""
-    C, names = content.covariance, list(content.names)
-    sd = dict(zip(names, np.sqrt(np.diag(C).clip(0)).tolist())) if C is not None else {}
-    whole: dict[str, Any] = {
-        "format": FORMAT,
-        "convention": CONVENTION,
-        "about": content.about,
-        "image_size": list(content.image_size),
-        "pixel_size": content.pixel_size,
-        "pixel_size_is_nominal": content.nominal,
-        "lens": LENS[content.lens],
-        "parameters": {
-            name: {"value": content.interior[name], "sd": sd.get(name), "unit": unit}
-            for name, unit in UNITS.items()
-        },
-        "covariance": None,
-    }
-    if C is not None:
-        units = [UNITS.get(name) for name in names]
-        whole["covariance"] = {"names": names, "units": units, "matrix": C.tolist()}
-    _checked(whole)
-    return _written(whole) + "\n"
-
-
-def _written(value: Any, indent: str = "\n") -> str:
-    """JSON with a line for each number that has a name, and each row of a matrix."""
-    members: list[str] = []
-    deeper = indent + "  "
-    if isinstance(value, dict) and indent != "\n    ":
-        for key, one in value.items():
-            members.append(f"{json.dumps(key)}: {_written(one, deeper)}")
-        return "{" + deeper + f",{deeper}".join(members) + indent + "}"
-    if isinstance(value, list) and value and isinstance(value[0], list):
-        rows = f",{deeper}".join(map(json.dumps, value))
-        return "[" + deeper + rows + indent + "]"
-    return json.dumps(value)
-
-
-def read(path: str | os.PathLike, name: str = "camera") -> Content:
-    """Read a file; what is wrong with it is said in a sentence that names it."""
-    name = f"{name}, {printable(path)}"
-    read = files.content(path, name, LARGEST)
-    try:
-        whole = json.loads(
-            read.decode("utf-8-sig"), parse_constant=_refuse, object_pairs_hook=_once
-        )
-    except (ValueError, RecursionError) as error:
-        reason = " ".join(str(error).split())[:200]
-        raise ValueError(f"{name}: this is not a whole JSON file ({reason})") from None
-    if not isinstance(whole, dict) or whole.get("format") != FORMAT:
-        raise ValueError(
-            f'{name}: this is not a camera.json: its "format" is not "{FORMAT}".'
-            " camera.files.from_opencv takes the camera of OpenCV"
-        )
-    try:
-        return _checked(whole)
-    except ValueError as error:
-        raise ValueError(f"{name}: {error}") from None
-
-
-def _refuse(word: str) -> None:
-    raise ValueError(f"{word} is not a number")
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Members of an object, each of which stands there once."""
-    names = [name for name, _ in pairs]
-    if twice := [one for one in names if names.count(one) > 1]:
-        raise ValueError(f'"{printable(twice[0]):.40}" stands there twice')
-    return dict(pairs)
-
-
-def _checked(whole: dict[str, Any]) -> Content:
-    """Return what a file states, if it is whole, possible and does not contradict."""
-    keys = "format convention about image_size pixel_size pixel_size_is_nominal lens"
-    _members(whole, (*keys.split(), "parameters", "covariance"), "the file")
-    stated = _members(whole["convention"], CONVENTION, "convention")
-    for key, words in CONVENTION.items():
-        if stated[key] != words:
-            raise ValueError(f'another convention for "{key}"; expected: {words}')
-    lens = next((one for one, words in LENS.items() if words == whole["lens"]), None)
-    if lens is None:
-        raise ValueError(f"lens must be one of {', '.join(map(repr, LENS.values()))}")
-    if not isinstance(whole["about"], str):
-        raise ValueError("about must be a text")
-    size = whole["image_size"]
-    if (
-        not isinstance(size, list)
-        or [type(n) for n in size] != [int, int]
-        or not 0 < min(size) <= max(size) < 10**6
-    ):
-        raise ValueError(
-            "image_size must be [columns, rows], two whole numbers of pixels; got"
-            f" {_validate.shown(size)}"
-        )
-    pixel = _validate.positive_number(whole["pixel_size"], "pixel_size", "mm")
-    nominal = _validate.flag(whole["pixel_size_is_nominal"], "pixel_size_is_nominal")
-
-    # The parameters, and whether c fits the image
-    given = _members(whole["parameters"], UNITS, "parameters")
-    interior, sd = {}, {}
-    for name, unit in UNITS.items():
-        one = _members(given[name], ("value", "sd", "unit"), f"parameters.{name}")
-        interior[name] = _validate.number(one["value"], name)
-        sd[name] = one["sd"]
-        if one["unit"] != unit:
-            raise ValueError(f"the unit of {name} must be {unit!r}")
-    _validate.positive(interior["c"], "c", "mm")
-    off = math.hypot(*size) / 2 * pixel / interior["c"]
-    if not NEAREST < off < FARTHEST:
-        raise ValueError(
-            f"the corner of a photo of {size[0]} x {size[1]} pixels of {pixel:g} mm is"
-            f" {off:.3g} times c = {interior['c']:g} from its middle, as in no camera:"
-            " are all in mm?"
-        )
-
-    # How well they are known
-    names: tuple[str, ...] = ()
-    C = None
-    if (known := whole["covariance"]) is not None:
-        known = _members(known, ("names", "units", "matrix"), "covariance")
-        names, C = _covariance(known["names"], known["matrix"])
-        if known["units"] != [UNITS[name] for name in names]:
-            raise ValueError("the units of the covariance are not those of its names")
-    roots = {} if C is None else dict(zip(names, np.sqrt(np.diag(C)).tolist()))
-    for name, one in sd.items():
-        root = roots.get(name)
-        same = one is root  # None of what was not estimated
-        if one is not None and root is not None:
-            same = math.isclose(_validate.number(one, "sd"), root, rel_tol=1e-9)
-        if not same:
+    def __post_init__(self) -> None:
+        if not hasattr(self.camera, "interior"):
+            raise ValueError("camera must be a Camera")
+        columns, rows = (int(n) for n in _validate.image_size(self.image_size))
+        object.__setattr__(self, "image_size", (columns, rows))
+        pixel = _validate.positive_number(self.pixel_size, "pixel_size", "mm")
+        object.__setattr__(self, "pixel_size", pixel)
+        _validate.flag(self.nominal, "nominal")
+        _validate.instance(self.about, str, "about")
+        off = math.hypot(columns, rows) / 2 * pixel / self.camera.c
+        if not 1e-4 < off < 10:  # 84 degrees
             raise ValueError(
-                f"the sd of {name} is {one}, and by the covariance it is {root}"
+                f"the corner of {columns} x {rows} pixels of {pixel:g} mm is {off:.3g}"
+                f" times c = {self.camera.c:g} from the middle: are all in mm?"
             )
-    return Content(
-        *(interior, lens, (size[0], size[1]), pixel, nominal, names, C, whole["about"])
-    )
+        names = tuple(_validate.texts(self.estimate, "estimate"))
+        object.__setattr__(self, "estimate", names)
+        if self.covariance is not None:
+            C = _covariance(names, self.covariance)
+            object.__setattr__(self, "covariance", C)
+
+    def text(self) -> str:
+        """What stands in camera.json, which gives back each bit."""
+        written = json.dumps(_stated(self), indent=2)
+        # A row of a matrix and a parameter take one line each
+        inner = r'\[[^][{}]*\]|\{\s*"value[^}]*\}'
+        return re.sub(inner, lambda one: re.sub(r"\n *", " ", one[0]), written) + "\n"
+
+    def save(self, path: str | os.PathLike, overwrite: bool = False) -> None:
+        """Write a camera.json; FileExistsError if it is there, unless `overwrite`."""
+        files.save({path: self.text()}, overwrite=overwrite)
 
 
-def _members(value: Any, names: Sequence[str] | dict, what: str) -> dict[str, Any]:
-    """Return an object that has these members and no others."""
-    if not isinstance(value, dict):
-        raise ValueError(f"{what} must be an object with {', '.join(names)}")
-    for name in names:
-        if name not in value:
-            raise ValueError(f'{what} lacks "{name}"')
-    for name in value:
-        if name not in names:
-            raise ValueError(f'"{printable(name):.40}" in {what} is unknown')
-    return value
-
-
-def _covariance(names: Any, matrix: Any) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names and their covariance, symmetric and positive."""
-    if (
-        not isinstance(names, list)
-        or not names
-        or len(set(map(str, names))) < len(names)
-    ):
-        raise ValueError(
-            "the names of the covariance must be a list, each of them once"
-        )
+def _covariance(names: tuple[str, ...], matrix: Any) -> np.ndarray:
+    """Return the matrix if it can be the covariance of these parameters."""
     for name in names:
         _validate.choice(name, "a name of the covariance", tuple(UNITS))
     C = _validate.of_shape(matrix, (len(names), len(names)), "covariance")
-    variances = np.diag(C)
-    if np.any(variances <= 0):
-        bad = names[int(np.argmin(variances))]
-        raise ValueError(f"the covariance gives {bad} a variance that is not positive")
-    correlation = C / np.sqrt(np.outer(variances, variances))
-    if np.any(np.abs(correlation - correlation.T) > 1e-9):
-        raise ValueError("the covariance is not symmetric")
-    if np.linalg.eigvalsh(correlation).min() < -1e-9:
-        raise ValueError("the covariance is not positive semi-definite")
-    return tuple(names), C
+    variance = np.diag(C)
+    if len(set(names)) == len(names) > 0 and np.all(variance > 0):
+        R = C / np.sqrt(variance) / np.sqrt(variance)[:, None]
+        if np.abs(R - R.T).max() < 1e-9 and np.linalg.eigvalsh(R).min() > -1e-9:
+            return C
+    raise ValueError(
+        "the covariance must be of some parameters, each once, with variances above"
+        " zero, symmetric and positive semi-definite"
+    )
+
+
+def _stated(file: CameraFile) -> dict[str, Any]:
+    """What stands in the file."""
+    names, C = file.estimate, file.covariance
+    sd, known = {}, None
+    if C is not None:
+        sd = dict(zip(names, np.sqrt(np.diag(C)).tolist()))
+        units = [UNITS[name] for name in names]
+        known = {"names": list(names), "units": units, "matrix": C.tolist()}
+    return {
+        "format": FORMAT,
+        "convention": CONVENTION,
+        "about": file.about,
+        "image_size": list(file.image_size),
+        "pixel_size": file.pixel_size,
+        "pixel_size_is_nominal": bool(file.nominal),
+        "lens": LENS[file.camera.lens],
+        "parameters": {
+            name: {"value": value, "sd": sd.get(name), "unit": UNITS[name]}
+            for name, value in zip(UNITS, file.camera.interior.tolist())
+        },
+        "covariance": known,
+    }
+
+
+def read(path: str | os.PathLike, kind: "type[Camera]") -> CameraFile:
+    """Read a file; what is wrong with it is said in a sentence that names it."""
+    name = f"camera, {printable(path)}"
+    content = files.content(path, name, LARGEST)
+    try:
+        whole = json.loads(content.decode("utf-8-sig"))
+        given, known = whole["parameters"], whole["covariance"]
+        values = {parameter: given[parameter]["value"] for parameter in UNITS}
+        lens = _validate.choice(whole["lens"], "lens", tuple(LENS.values()))
+        found = CameraFile(
+            kind(**values, lens=lens.partition(":")[0]),
+            whole["image_size"],
+            whole["pixel_size"],
+            whole["pixel_size_is_nominal"],
+            known["names"] if known else (),
+            known["matrix"] if known else None,
+            whole["about"],
+        )
+        _compare(whole, _stated(found), "the file")
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        reason = " ".join(str(error).split())[:400]
+        missing = " is missing" if isinstance(error, KeyError) else ""
+        raise ValueError(f"{name}: this is no camera.json: {reason}{missing}") from None
+    return found
+
+
+def _compare(given: Any, expected: Any, name: str) -> None:
+    """Refuse a file that lacks, adds or contradicts what follows from its numbers."""
+    if isinstance(expected, dict):
+        if not isinstance(given, dict):
+            raise ValueError(f"{name} must have {', '.join(expected)}")
+        for key in sorted(given.keys() ^ expected.keys()):
+            raise ValueError(f'"{printable(key):.40}" in {name} is missing or unknown')
+        for key, one in expected.items():
+            _compare(given[key], one, f"{key} in {name}")
+    elif given != expected:
+        raise ValueError(f"{name} must be {expected!r}; got {_validate.shown(given)}")

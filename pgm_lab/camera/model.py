@@ -18,7 +18,6 @@ Arguments that are not as described raise ValueError.
 import os
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -77,13 +76,12 @@ class Camera:
         _validate.choice(self.lens, "lens", LENSES)
 
     @classmethod
-    def read(cls, path: str | os.PathLike) -> Self:
+    def read(cls, path: str | os.PathLike) -> "Camera":
         """Read a camera.json: `camera.files.read` gives its covariance and image too.
 
         Raises as that does.
         """
-        content = _document.read(path)
-        return cls(**content.interior, lens=content.lens)
+        return _document.read(path, cls).camera
 
     @property
     def interior(self) -> np.ndarray:

@@ -33,6 +33,7 @@ DONE, FAILED = 0, 1  # argparse itself ends with 2 when it is called wrongly
 COMMANDS = {
     "adjust": "adjust a bundle of photos, from four text files to a report",
     "board": "draw a board to print, for the calibration of a camera",
+    "calibrate": "find camera and lens from photos of a board, and what they are worth",
     "match": "find points of one photo in another, to a small part of a pixel",
     "register": "find how far two images of the same place lie off each other",
 }

@@ -33,8 +33,8 @@ NOMINAL = 0.001  # mm, size of a pixel where nobody knows it
 FORMATS = {  # option: (ending, for whom)
     "camera": (".json", "pgm_lab"),
     "opencv": (".yml", "OpenCV: without b1 and b2"),
-    "colmap": (".txt", "COLMAP, as cameras.txt"),
-    "metashape": (".xml", "Metashape"),
+    "colmap": (".txt", "COLMAP, as cameras.txt: likewise"),
+    "metashape": (".xml", "Metashape: likewise"),
 }
 
 
@@ -95,7 +95,7 @@ def run(options: argparse.Namespace) -> Outcome:
     photos = _measured(options.photos, board)
     pixel_size = options.pixel_size or calibration.pixel_size(photos)
     estimate = options.estimate
-    if estimate is None and (options.opencv or options.colmap):
+    if estimate is None and (options.opencv or options.colmap or options.metashape):
         estimate = calibration.SQUARE  # their models
     found = calibration.calibrate(
         photos,
@@ -107,19 +107,13 @@ def run(options: argparse.Namespace) -> Outcome:
     about = f"{len(photos)} photos of the board in {printable(options.board.name)}."
     words: dict = {"about": about, "nominal": pixel_size is None}
     size = found.image_size, found.pixel_size
-    more: dict[Path, str | bytes] = {}
-    for name in FORMATS:
-        if (path := getattr(options, name)) is None:
-            continue
-        if name == "camera":
-            known = found.result.estimate, found.covariance
-            nominal = pixel_size is None
-            camera = files.CameraFile(found.camera, *size, nominal, *known, about)
-            more[path] = camera.text()
-        else:
-            more[path] = files.exchange(
-                found.camera, name, image_size=size[0], pixel_size=size[1]
-            )
+    known = found.result.estimate, found.covariance
+    camera = files.CameraFile(found.camera, *size, pixel_size is None, *known, about)
+    more: dict[Path, str | bytes] = {
+        path: camera.text() if name == "camera" else files.exchange(camera, name)
+        for name in FORMATS
+        if (path := getattr(options, name)) is not None
+    }
     text, html = (partial(one, found, **words) for one in (report.text, report.html))
     return _options.outcome(options, text, html, more)
 

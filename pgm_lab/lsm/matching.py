@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab._statuses import Matched
 from pgm_lab.lsm import _iteration
 
 
 @dataclass(frozen=True)
-class Match:
+class Match(Matched):
     """Result of `match` for n points.
 
     Attributes
@@ -56,11 +57,6 @@ class Match:
     redundancy: int
     iterations: np.ndarray
     status: np.ndarray
-
-    @property
-    def accepted(self) -> np.ndarray:
-        """Whether the status is "accepted": ndarray (n,) of bool."""
-        return self.status == "accepted"
 
 
 def match(

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate, lsm, ncc
+from pgm_lab._statuses import Matched
 from pgm_lab.io import files, text
 from pgm_lab.io.photo import Photo, read
 from pgm_lab.matching import _starts, _wide
@@ -27,7 +28,7 @@ LATTICE = 64  # points along a photo that are tested for being in the other one
 
 
 @dataclass(frozen=True, eq=False)
-class Match:
+class Match(Matched):
     """Result of `match` for n points.
 
     Attributes
@@ -60,16 +61,6 @@ class Match:
     status: np.ndarray
     left_size: tuple[int, int]
     right_size: tuple[int, int]
-
-    @property
-    def accepted(self) -> np.ndarray:
-        """Whether the status is "accepted": ndarray (n,) of bool."""
-        return self.status == "accepted"
-
-    @property
-    def sd(self) -> np.ndarray:
-        """Root (n,) of the mean variance of column and row, px; NaN unless accepted."""
-        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
     def save(self, path: str | os.PathLike, *, overwrite: bool = False) -> None:
         """Save all points as a table, with the status of each.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pgm_lab import _validate
+from pgm_lab._statuses import Matched
 from pgm_lab.ncc import search_area
 from pgm_lab.ncc._map import flat
 from pgm_lab.ncc._peak import paraboloid, systematic_errors
@@ -18,7 +19,7 @@ STATUS = "<U40"
 
 
 @dataclass(frozen=True)
-class Match:
+class Match(Matched):
     """Points of the left image found in the right one.
 
     Attributes
@@ -47,11 +48,6 @@ class Match:
     second: np.ndarray
     covariance: np.ndarray
     status: np.ndarray
-
-    @property
-    def accepted(self) -> np.ndarray:
-        """Whether the status is "accepted": ndarray (n,) of bool."""
-        return self.status == "accepted"
 
 
 def match(

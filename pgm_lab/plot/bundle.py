@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from pgm_lab import _validate
-from pgm_lab._rounding import round_number
+from pgm_lab._rounding import round_number, two_digits
 from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import critical_value
 from pgm_lab.bundle.result import Bundle
@@ -23,6 +23,7 @@ from pgm_lab.plot.basic import Look
 
 UM = 1e3  # micrometres in a millimetre
 MAX_PHOTOS = 16
+LONG_NAME = 4  # of a file, which needs no "photo" before it
 SYMBOL = {"w": "w", "tau": "τ"}
 
 
@@ -146,7 +147,10 @@ def residual_vectors(
         named = np.flatnonzero(here & outlier)
         names = [str(network.point_names[j]) for j in network.point[named]]
         _name_outliers(ax, network.xy[named], names, high[0], 0.12 * width)
-        title = f"photo {network.photo_names[i]}: {rms[i]:.2f} µm"
+        name = network.photo_names[i]
+        size = f"{rms[i]:.2f}" if rms[i] >= 0.1 else two_digits(rms[i])
+        name = name if len(str(name)) > LONG_NAME else f"photo {name}"
+        title = f"{name}: {size} µm"
         ax.set_title(title, fontsize=15, parse_math=False)
         margin = 0.06 * width
         right = high[0] + (0.32 * width if np.any(outlier) else margin)  # for names

@@ -60,7 +60,7 @@ def board_page(board: Board, paper: str = "A4") -> bytes:
         inches = fig.dpi_scale_trans
         on_page = Affine2D().translate(left + board.margin, bottom + board.margin)
         _black(fig, _outline(board), on_page.scale(MM) + inches)
-        _black(fig, _ruler(), Affine2D().translate(ASIDE, 4).scale(MM) + inches)
+        _black(fig, _ruler(), Affine2D().translate(ASIDE, 6).scale(MM) + inches)
 
         def write(x: float, y: float, words: str, points: float, **how: Any) -> None:
             fig.text(x * MM, y * MM, words, fontsize=points, transform=inches, **how)
@@ -77,10 +77,10 @@ def board_page(board: Board, paper: str = "A4") -> bytes:
             write(x, y, letter, 20, **sides)
         name = f"{board.kind}, {board.columns} x {board.rows}, {board.square:g} mm"
         name += f", {board.dictionary}" if board.dictionary else ""
-        write(ASIDE, 12, f"Print at 100 %, measure this: {RULER} mm", 9)
+        write(ASIDE, 14, f"Print at 100 %, measure this: {RULER} mm", 9)
         point = POINT.get(board.kind, "the inner corner of a corner square")
         for n, line in enumerate(HOW.format(name=name, point=point).splitlines()):
-            write(ASIDE + RULER + 10, 15 - 3.8 * n, line, 8)
+            write(ASIDE + RULER + 10, 17.5 - 3.8 * n, line, 8)
         file = io.BytesIO()
         about = {"CreationDate": None, "Producer": None, "Creator": "pgm_lab"}
         fig.savefig(file, format="pdf", metadata=about | {"Title": name})

@@ -94,7 +94,7 @@ def shifts(
     good = _some(found)
     grey = matching.read(reference, "reference", colour="grey")  # large: no copy
     if vectors is None:
-        vectors = np.column_stack([found.dx, found.dy])
+        vectors = found.shifts
     vectors = _of_points(vectors, good, "vectors")
     fig = arrows(grey, found.points[good], vectors[good], title)
     marks: Look = {"linestyle": "none", "markeredgecolor": "white", "markersize": 8}
@@ -128,7 +128,7 @@ def scatter(
         deviations from the mean shift. Only those of accepted points are drawn.
     """
     good = _some(found)
-    d = np.column_stack([found.dx, found.dy])[good]
+    d = found.shifts[good]
     mean, C = d.mean(axis=0), np.mean(found.covariance[good], axis=0)
     fig, (whole, near) = plt.subplots(1, 2, figsize=(12, 7))
     reach = max(radius + 0.5, 1.05 * float(np.abs(d).max()))

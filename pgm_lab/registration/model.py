@@ -213,7 +213,7 @@ def fit(
     kind = _validate.choice(kind, "kind", tuple(NAMES))
     offset = _validate.of_shape(offset, (2,), "offset")
     k = np.flatnonzero(found.accepted)
-    points, shifts = found.points[k], np.stack([found.dx, found.dy], axis=1)[k]
+    points, shifts = found.points[k], found.shifts[k]
     if kind == "local":
         return _local(found, k, shifts, offset)
     fewest = len(NAMES[kind]) // 2  # points that determine the model

@@ -140,8 +140,7 @@ def approximate(
             number, tried = len(agree), len(points)
             k = k[agree]
         shifts = scale * (match.points[k] + 0.5) - 0.5 - offset - full[k]
-        sd = np.sqrt(np.trace(match.covariance[k], axis1=1, axis2=2) / 2)
-        found = fit(full[k], shifts, scale * sd)
+        found = fit(full[k], shifts, scale * match.sd[k])
         if found is None:
             return None
     assert found is not None

@@ -105,7 +105,8 @@ class Case:
     @property
     def camera_mm(self) -> tuple[str, str]:
         """Principal distance and its sd in mm, as they are written."""
-        return scientific(self.found.camera.c, self.sd.get("c", 0.0))
+        c, sd = (np.array([v]) for v in (self.found.camera.c, self.sd.get("c", 0.0)))
+        return rounded(c, sd)[0], rounded(sd, sd)[0]
 
     @property
     def view(self) -> tuple[float, float]:
@@ -143,16 +144,20 @@ class Case:
         rows = []
         for name in PARAMETERS:
             value, sd = getattr(self.found.camera, name), self.sd.get(name)
-            power = POWERS.get(name, 0)
-            scale = self.found.camera.c**power
-            if name in ("c", "x0", "y0"):
+            scale = self.found.camera.c ** POWERS.get(name, 0)
+            if UNITS.get(name) == "mm":
                 scale = 1 / self.found.pixel_size
             cells: list[str] = []
             for by in (1.0, scale):
-                v = by * value
-                cells += scientific(v, by * sd) if sd else (f"{v:.6g}", "held")
-            unit = UNITS.get(name, "-")
-            rows.append([name, *cells[:2], unit, *cells[2:]])
+                v = np.array([by * value])
+                if not sd:
+                    cells += f"{v[0]:.6g}", "held"
+                elif UNITS.get(name) == "mm":
+                    d = np.array([by * sd])
+                    cells += rounded(v, d)[0], rounded(d, d)[0]
+                else:
+                    cells += scientific(v[0], by * sd)
+            rows.append([name, *cells[:2], UNITS.get(name, "-"), *cells[2:]])
         header = ["parameter", "value", "sd", "unit", "in px, or for x / c", "sd"]
         kept = [0, 4, 5] if self.nominal else range(6)  # such mm mean nothing
         shown = [[row[i] for i in kept] for row in rows]
@@ -235,12 +240,12 @@ class Case:
             rounded(100 * dc, 100 * sd),
             rounded(100 * sd, 100 * sd),
         ]
-        header = ["photo", "corners", "blur (px)", "own error (px)", "residuals (px)"]
-        header += ["distance (mm)", "tilt (degrees)", "own c (%)", "sd (%)"]
+        header = "photo corners blur own residuals distance tilt c sd".split()
         caption = (
-            "Photos: blur across an edge, the error that a photo adds to the noise of"
-            " its corners, rms of its residuals, distance from the board, angle to the"
-            " photo in the middle of all, and by how much its own c would be larger"
+            "Photos: blur across an edge, the error of its own that a photo adds to the"
+            " noise of its corners, rms of its residuals (px); distance from the board"
+            " (mm), tilt against the photo in the middle of all (degrees), and by how"
+            " much its own c would be larger (%)"
         )
         return Table(caption, header, list(zip(*columns)))
 

@@ -40,7 +40,6 @@ SETTINGS = {
 WORDS = {status: (status, *words) for status, words in matching.STATUSES.items()}
 WORDS |= vars(_page.SENTENCES.get_template("registration_statuses.j2").module)["WORDS"]
 
-RATIO = np.sqrt(np.log(10))  # CE90 over RMSE_T of equal normal errors: 1.517
 ROUNDING = 0.28  # px; the sd of a whole pixel is 1 / sqrt(12), or more
 FINEST = 1e-3  # px; a smaller standard deviation adds no more digits
 # What all points may be off together, in px, by how they were refined: rounding, pixel
@@ -299,7 +298,7 @@ class Case(_points.Points):
         """How far each shift (n, 2) is off the model, or the median shift, in px."""
         if self.model is not None:
             return self.model.residuals
-        d = np.column_stack([self.found.dx, self.found.dy]) - self.shift
+        d = self.found.shifts - self.shift
         d[~self.found.accepted] = np.nan
         return d
 
@@ -340,8 +339,7 @@ class Case(_points.Points):
             return bool(np.any(good))
         found = [self.errors]
         if self.start is not None:  # large chips found these shifts too
-            d = np.column_stack([self.found.dx, self.found.dy])
-            found.append(d - self.start.shifts(self.found.points))
+            found.append(self.found.shifts - self.start.shifts(self.found.points))
         if np.sum(good) >= FEW:
             models = self.affine, self.local
             found += [one.residuals for one in models if one is not None]
@@ -402,8 +400,8 @@ class Case(_points.Points):
     def twice(self) -> bool:
         """Whether both images seem to be the same."""
         found, good = self.found, self.found.accepted
-        d = np.abs([found.dx[good], found.dy[good]])
-        return bool(d.size and d.max() <= STILL and found.r[good].min() >= 0.9999)
+        still = np.abs(found.shifts[good]) <= STILL
+        return bool(np.any(good) and still.all() and found.r[good].min() >= 0.9999)
 
     @cached_property
     def crowded(self) -> tuple[float, str] | None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pgm_lab import bundle
 from pgm_lab.camera import Camera
-from pgm_lab.camera import files as camera_files
+from pgm_lab.camera.files import CameraFile
 from pgm_lab.io import files as _files
 from pgm_lab.io import text as _text
 from tests.networks import real
@@ -127,15 +127,15 @@ def test_the_interior_orientation_may_stand_in_a_column(tmp_path):
 
 
 def test_a_camera_json_stands_for_the_interior_orientation(tmp_path):
-    lens, image = Camera(35.0, 0.1, K1=1e-5, lens="forward"), {"pixel_size": 0.005}
+    lens = Camera(35.0, 0.1, K1=1e-5, lens="forward")
     path = tmp_path / "camera.json"
-    camera_files.write(path, lens, image_size=(3000, 2000), **image)
+    CameraFile(lens, (3000, 2000), 0.005).save(path)
     _, *others = files(tmp_path)
     assert bundle.read(path, *others).cameras == (lens,)
     assert bundle.read(path, *others, lens="forward").cameras == (lens,)
     with pytest.raises(ValueError, match=r"lens forward: leave out lens backward"):
         bundle.read(path, *others, lens="backward")
-    camera_files.write(path, lens, image_size=(3000, 400), **image, overwrite=True)
+    CameraFile(lens, (3000, 400), 0.005).save(path, overwrite=True)
     with pytest.raises(ValueError, match=r"line 3.*y = 2\.1 lies outside the image of"):
         bundle.read(path, *others)
 

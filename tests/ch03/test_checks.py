@@ -5,7 +5,7 @@ import pytest
 
 from pgm_book.ch03 import case_checks, checks
 from pgm_book.common.checks import CheckFailed
-from pgm_book.program import lsm
+from pgm_book.program import adjustment, lsm
 from tests.common.slips import unnamed
 
 A, B, START = case_checks.PRINTED_A, case_checks.PRINTED_B, case_checks.PRINTED_START
@@ -144,6 +144,20 @@ def matched(*edits):
     return match
 
 
+def with_a_matrix(adjust):
+    """A match whose weights are a matrix, as in many textbooks."""
+
+    def match(left, right, point, start, size):
+        return adjust(np.ones((size**2, 8)), np.eye(size**2), np.ones(size**2))
+
+    return match
+
+
+def adjust_unasked(A, p, observed):
+    """The reader's own, which doesn't look at what it gets."""
+    return np.linalg.solve(A.T @ (p[:, None] * A), A.T @ (p * observed))
+
+
 def test_a_right_match_passes():
     checks.row_shift(row_shift)
     checks.row_shift(lambda A, B: np.float32(row_shift(A, B)))
@@ -277,6 +291,8 @@ SLIPS = {
         (lambda *a: None, "returns nothing"),
         (lambda *a: matched()(*a)[0], "three things"),
         (matched((0, lambda t: t[-1])), "trail of shape"),
+        (with_a_matrix(adjustment.adjust), "an array .n,. and no matrix"),
+        (with_a_matrix(adjust_unasked), "an array .n,. and no matrix"),
         (matched((0, lambda t: t + [0.2, 0, 0, 0, 0, 0, 0, 0])), "not found"),
         (matched((0, lambda t: np.diff(t, axis=0))), "added to the parameters"),
         (matched((0, lambda t: t + 0.5 * np.eye(8)[7])), "h0 and h1 are not those"),

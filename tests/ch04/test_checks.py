@@ -251,7 +251,11 @@ SLIPS = {
                     np.arctan2(M[1, 0], -M[0, 0]),
                 ]
             ),
-            "half a turn off",
+            "omega and kappa are half a turn off",
+        ),
+        (
+            lambda M: angles(M) + (np.pi * np.sign(M[2, 1]), 0, 0),
+            "omega is half a turn off",
         ),
         (lambda M: angles(M) * (1, 1, 2), "kappa is not recovered"),
         (lambda M: angles(M).round(4), "right, but rounded to 4 decimals"),

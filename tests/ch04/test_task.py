@@ -67,3 +67,10 @@ def test_one_wrong_photo_fails_and_what_is_right_is_said():
     parts = task.judge(truth, answer | {"row": row})
     assert [part.holds for part in parts] == [True, True, False]
     assert task.hint(truth, answer | {"row": row}).startswith("M is right")
+
+
+def test_a_row_of_whole_pixels_hears_that_its_fraction_is_wanted():
+    truth, answer = truth_and_answer("Ada")
+    whole = answer | {"row": answer["row"].round()}
+    assert not task.judge(truth, whole)[2].holds
+    assert "with its fraction" in task.hint(truth, whole)

@@ -75,18 +75,25 @@ def loop(
     sd_of=None,
     column=True,
     out=None,
+    image_of=textbook.project,
 ):
     """The resection of the lesson, with slips."""
     exterior = np.array(start, dtype=float)
     for _ in range(steps):
-        A = textbook.derivatives(lambda e: textbook.project(e, points, c), exterior)
-        missing = sign * (image - textbook.project(exterior, points, c))
+        A = textbook.derivatives(lambda e: image_of(e, points, c), exterior)
+        missing = sign * (image - image_of(exterior, points, c))
         missing = np.ravel(missing) if column else missing
         x, _, sigma0, Q = least_squares.adjust(A, np.ones(len(A)), missing)
         exterior = exterior + x if add else exterior
     sd = (sd_of or (lambda s, Q: s * np.sqrt(np.diag(Q))))(sigma0, Q)
     exterior[3:] = exterior[3:] if out is None else out(exterior[3:])
     return exterior, sd
+
+
+def plain(exterior, points, c):
+    """As a reader projects: what lies behind the camera is not refused."""
+    U, V, W = rotation.matrix(*exterior[3:]) @ (points - exterior[:3]).T
+    return np.column_stack([-c * U / W, -c * V / W])
 
 
 def test_right_answers_pass(capsys):
@@ -207,6 +214,7 @@ def test_slip_in_the_resection_is_named():
         (lambda *a: loop(*a, steps=1), "that is one step"),
         (lambda *a: loop(*a, add=False), "exterior is still the start"),
         (lambda *a: loop(*a, sign=-1), "lead away"),
+        (lambda *a: loop(*a, sign=-1, image_of=plain), "lead away"),
         (lambda *a: loop(*a, steps=2), "comes near, but does not converge"),
         (lambda *a: loop(*a, column=False), "np.ravel makes it of a table"),
         (lambda *a: textbook.derivatives(np.ones(3), a[0]), "needs a function"),
@@ -247,6 +255,14 @@ def test_loop_over_the_rays_passes():
     chapter5.intersection(summed(across))
 
 
+def all_by_one(stations, directions):
+    """Each direction divided by the norm of the whole array."""
+    units = directions / np.linalg.norm(directions)
+    matrices = [across(d) for d in units]
+    right = sum(P @ s for P, s in zip(matrices, stations))
+    return np.linalg.solve(sum(matrices), right)
+
+
 def midpoint(stations, directions):
     """The answer for two rays, given for the first two of any number."""
     return nearest(stations[:2], directions[:2])
@@ -264,6 +280,7 @@ def test_slip_in_the_intersection_is_named():
         (summed(lambda d: np.eye(3) - d @ d), "not a number"),
         (summed(across, lambda d: np.eye(3)), "each station is multiplied by its P"),
         (summed(across, lambda d: -across(d)), "the sign of the right side"),
+        (all_by_one, "by its own length"),
         (lambda s, d: s[-1] + 20 * d[-1], "only the last ray counts"),
         (lambda s, d: nearest(s, -d) + 1, "that meet exactly"),
     ]

@@ -57,3 +57,16 @@ def test_another_form_hears_what_is_wanted(wrong, said):
     truth = truth_of("Ada")
     with pytest.raises(CheckFailed, match=said):
         task.judge(truth, wrong(task._solved(truth)))
+
+
+@pytest.mark.parametrize("name", NAMES[:5])
+def test_a_base_in_metres_and_a_scale_upside_down_are_named(name):
+    truth = truth_of(name)
+    answer = task._solved(truth)
+    metres = answer["exterior"] * [3.1, 3.1, 3.1, 1, 1, 1]
+    assert task.hint(truth, answer | {"exterior": metres}) == task.UNIT
+    measured = task._model(truth, answer["exterior"])
+    A, B, P, Q = measured[:4]
+    inverse = np.linalg.norm(Q - P) * np.linalg.norm(B - A) / truth.bar
+    said = task.hint(truth, answer | {"distance": inverse})
+    assert said == "The scale is upside down."

@@ -131,6 +131,10 @@ def test_slips_in_eliminating_points_are_named():
             "not their mean",
         ),
         (
+            lambda K, E, V: K - np.sum(E @ np.linalg.inv(V) @ E.swapaxes(1, 2)),
+            "not over rows as well",
+        ),
+        (
             lambda K, E, V: eliminated(K, E.sum(axis=0)[None], V.sum(axis=0)[None]),
             "the sum over the points last",
         ),
@@ -310,19 +314,26 @@ def test_a_radius_that_is_not_divided_out_is_named():
         chapter6.without_lens(without_lens)
 
 
-def test_a_radius_from_the_corner_of_the_camera_frame_is_named():
-    """ρ of the x and y before they are reduced, all else right."""
+@pytest.mark.parametrize(
+    ("squared", "named"),
+    [
+        (lambda x, y, dx, dy: x**2 + y**2, "ρ must all be counted from"),
+        (lambda x, y, dx, dy: np.hypot(dx, dy), "not the root of it"),
+    ],
+)
+def test_another_square_of_the_radius_is_named(squared, named):
+    """ρ² of the x and y before they are reduced, or ρ itself; all else right."""
 
     def without_lens(xy, camera):
         (x, y), (dx, dy) = xy.T, (xy - camera[1:3]).T
         _, _, _, K1, K2, K3, P1, P2, b1, b2 = camera
-        rho2 = x**2 + y**2
+        rho2 = squared(x, y, dx, dy)
         radial = K1 * rho2 + K2 * rho2**2 + K3 * rho2**3
         u = dx * radial + P1 * (rho2 + 2 * dx**2) + 2 * P2 * dx * dy + b1 * dx + b2 * dy
         v = dy * radial + P2 * (rho2 + 2 * dy**2) + 2 * P1 * dx * dy
         return np.column_stack([dx + u, dy + v])
 
-    with pytest.raises(CheckFailed, match="ρ must all be counted from"):
+    with pytest.raises(CheckFailed, match=named):
         chapter6.without_lens(without_lens)
 
 

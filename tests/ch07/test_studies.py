@@ -221,6 +221,7 @@ def test_predicted_standard_deviations():
     assert np.all(np.abs(numbers(blurred, "predicted_over_sampled") - 1) < 0.05)
     aliased = table("precision", method="lsm", blur=0.0, noise="15.0")
     assert numbers(aliased, "predicted_over_sampled").min() > 2
+    assert numbers(table("precision", method="lsm"), "chips").min() >= 45
     # The parabola's does not hold with an alias
     parabola = table("precision", method="parabola", blur=0.0)
     assert numbers(parabola, "predicted_over_rms").max() < 0.75
@@ -234,6 +235,18 @@ def test_precision_repeated():
     # 50 chips, two coordinates, 7 degrees of freedom: 700, to 2.7 per cent
     assert float(new["sampled"]) == pytest.approx(float(old["sampled"]), rel=0.12)
     assert float(new["predicted"]) == pytest.approx(float(old["predicted"]), rel=0.05)
+
+
+@pytest.mark.slow
+def test_tables_are_of_registration_as_it_is():
+    """A row of each, with the chips that it accepts and what it predicts."""
+    keys = ("blur", "factor", "fraction_x", "fraction_y", "noise", "method")
+    same("precision", precision.row(0.7, (1, 1), 2, 60.0, "lsm"), keys, last=5)
+    for row in precision.null():
+        same("null", row, ("what",), last=2)
+    for row in accuracy.rows(0.0, 2, kinds=("random",)):
+        if row[3] not in accuracy.OTHERS:
+            same("accuracy", row, ("blur", "factor", "chips", "method"), last=5)
 
 
 def test_the_null_pair_has_a_shift_of_its_own():

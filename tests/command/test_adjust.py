@@ -14,7 +14,7 @@ import pytest
 
 from pgm_lab import bundle, datasets, report
 from pgm_lab.camera import PARAMETERS
-from pgm_lab.camera import files as camera_files
+from pgm_lab.camera.files import CameraFile
 from pgm_lab.command import main
 from tests.command.conftest import no_work
 from tests.networks import real
@@ -56,8 +56,8 @@ def test_the_options_reach_the_adjustment(adjust, outputs, capsys):
 def test_a_camera_json_stands_for_the_interior_orientation(
     adjust, network, folder, capsys
 ):
-    size = {"image_size": (1936, 1296), "pixel_size": 0.0122}
-    camera_files.write(folder / "camera.json", network.cameras[0], **size)
+    file = CameraFile(network.cameras[0], (1936, 1296), 0.0122)
+    file.save(folder / "camera.json")
     assert adjust.run() == 0
     expected = capsys.readouterr().out.replace("interior.txt", "camera.json")
     inputs = [folder / "camera.json", *adjust.inputs[1:]]

@@ -188,6 +188,9 @@ def test_the_book_s_own_gives_way_to_the_reader_s(program):
     uses = "def best(a, b):\n    return correlation(a, b)"
     checks.keep(typed(uses, correlation=correlation))
     assert "from pgm_lab.ncc" in program.read_text()
+    taken = checks.own("correlation", correlation)  # from that import
+    checks.keep(typed(uses.replace("best", "other"), correlation=taken))
+    assert taken is correlation
     checks.keep(typed("def correlation(a, b):\n    return 7"))
     text = program.read_text()
     assert "from pgm_lab.ncc" not in text

@@ -96,8 +96,28 @@ def test_wrong_results_fail_and_a_hint_names_the_slip(lesson, capsys):
         mine.hand_in(solved(other))
     with pytest.raises(CheckFailed, match="one number: c in mm"):
         mine.hand_in("ten")
+    with pytest.raises(CheckFailed, match="one number: c in mm"):
+        mine.hint()  # of this one, not of the try before
     with pytest.raises(CheckFailed):
         mine.hand_in(np.nan)
+
+
+WANTED = {"c": ("one number, in mm", ()), "axes": ("two words", None)}
+
+
+@pytest.mark.parametrize("answer", [{"axes": 0, "c": "24", "d": 1}, (24, 0), [[24], 0]])
+def test_an_answer_of_several_parts_is_a_dict_or_in_order(answer):
+    assert task.named(answer, WANTED) == {"c": 24, "axes": 0}
+
+
+@pytest.mark.parametrize("answer", [None, 24, {"c": 24}, (24,), "24"])
+def test_all_parts_that_are_wanted_are_named_with_their_units(answer):
+    with pytest.raises(CheckFailed, match='"c", one number, in mm; "axes", two words'):
+        task.named(answer, WANTED)
+
+
+def test_grey_values_are_whole_and_end_at_0_and_255():
+    assert task.grey(np.array([-3, 1.6, 254.4, 300])).tolist() == [0, 2, 254, 255]
 
 
 def test_each_try_is_kept_with_what_was_typed(tmp_path, monkeypatch):

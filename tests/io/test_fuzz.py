@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from pgm_lab import bundle, matching, observations, registration, stereo, stereo_map
-from pgm_lab.camera import Camera
-from pgm_lab.camera import files as camera_files
+from pgm_lab.camera import PARAMETERS, Camera
+from pgm_lab.camera.files import CameraFile
 from tests.bundle.test_files import GOOD
 from tests.io.rasters import GREY, saved
 from tests.io.test_hostile import frames, pages, photo_file
@@ -145,9 +145,8 @@ def test_damaged_tables_are_read_or_refused_by_name(tmp_path):
 @pytest.mark.slow
 def test_damaged_cameras_are_read_or_refused_by_name(tmp_path):
     path = tmp_path / "camera.json"
-    given = {"image_size": (4000, 3000), "pixel_size": 0.006}
-    C = np.diag(np.arange(1, 11) * 1e-12)
-    camera_files.write(path, Camera(35.0, 0.1, K1=1e-5), **given, covariance=C)
+    known = {"estimate": PARAMETERS, "covariance": np.diag(np.arange(1, 11) * 1e-12)}
+    CameraFile(Camera(35.0, 0.1, K1=1e-5), (4000, 3000), 0.006, **known).save(path)
     good = path.read_bytes()
 
     def check(changes):

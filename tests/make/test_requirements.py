@@ -38,6 +38,7 @@ PACKAGES = {
     "bs4": "beautifulsoup4",
     "cv2": "opencv-python-headless",
     "jupyter_client": "jupyter-client",
+    "pillow_heif": "pillow-heif",
     "jupyter_core": "jupyter",
     "mpl_toolkits": "matplotlib",
     "skimage": "scikit-image",
@@ -45,7 +46,7 @@ PACKAGES = {
 
 # Where what is imported has to be asked for: the extras on top of the dependencies.
 PLACES = {
-    "pgm_lab": ["geo", "scale"],
+    "pgm_lab": ["geo", "phone", "scale"],
     "notebooks": [],
     "pgm_book": ["test", "publish", "dev"],
     "pgm_book/make": ["test", "publish"],

@@ -42,6 +42,7 @@ def test_without_redundancy_there_is_no_sigma0():
         (lambda: adjust(lambda x: (UTM @ x, UTM), np.zeros(3), LOCAL @ (1, 2, 100)),
          "nearly multiples of one another: .* UTM, subtract their mean"),
         (lambda: program.normal_equations(A, -P, L), "p must be positive"),
+        (lambda: program.normal_equations(A, np.diag(P), L), "one weight for each row"),
         (lambda: program.ellipse([[1.0, 2.0], [2.0, 1.0]]), "not positive semi-defi"),
         (lambda: program.suspect([1.0], [1.0, 2.0], [0.5]), "the same observations"),
     ],

@@ -1,12 +1,14 @@
 """How far shifts are from a truth that is known, and how far they say they are."""
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pgm_lab import datasets, matching, simulate
 from pgm_lab.registration import register
+from pgm_lab.registration.chips import _factor
 
 LANDSAT = datasets.landsat().grey
 FACTORS = pytest.param(2, marks=pytest.mark.slow), 3, 4
@@ -156,6 +158,32 @@ def test_errors_are_as_large_as_predicted(make, how, low, high, high_normalized)
     """Within a tenth; a fifth on a real image, and with its alias up to 1.3."""
     ratio, normalized = sampled(make, **how)
     assert low < ratio < high and low < normalized < high_normalized
+
+
+@pytest.mark.parametrize(
+    ("errors", "predicted", "low", "high"),
+    [
+        (1.0, 1.0, 1.0, 1.0),  # no more than chance
+        (2.0, 1.0, 1.8, 2.2),
+        (1.0, 3.0, 0.3, 0.37),
+        # Five times too large of every other chip: 0.50. By the median it would be 0.38
+        (1.0, np.array([1.0, 5.0]), 0.45, 0.55),
+        # One of five is a blunder: 1.45. By the mean square it would be 9
+        (np.array([20.0, 1, 1, 1, 1]), 1.0, 1.3, 1.6),
+    ],
+)
+def test_the_factor_is_that_of_the_errors_beside(errors, predicted, low, high):
+    random = np.random.default_rng(1)
+    points = 100.0 * random.permutation(1000).reshape(-1, 1) * [1.0, 0.0]
+
+    def match(at, start):
+        """Of 200 chips, eight beside each: their errors and what is predicted."""
+        e, sd = (np.resize(np.repeat(v, 8), len(at)) for v in (errors, predicted))
+        off = 0.01 * e[:, None] * random.normal(size=at.shape)
+        covariance = (0.01 * sd[:, None, None]) ** 2 * np.eye(2)
+        return SimpleNamespace(points=start + off, covariance=covariance)
+
+    assert low <= _factor(match, points, points + 1.5, 21) <= high
 
 
 def test_chips_that_overlap_do_not_make_a_factor_surer():

@@ -13,7 +13,7 @@ from pgm_lab.registration import (
     register,
     resample,
 )
-from pgm_lab.registration.start import chance
+from pgm_lab.registration.start import _affine, chance
 from tests.registration.images import uneven
 
 
@@ -57,6 +57,26 @@ def test_no_data_and_an_offset_change_nothing_of_the_start():
     start = approximate(reference, sensed, offset=(-20, -30))
     inside = grid(reference.shape, 40, 60)
     assert nmad(start.shifts(inside) - truth(inside)) < 0.5
+
+
+def test_the_middle_of_a_reduced_pixel_is_not_that_of_its_first():
+    """Of images that are left reduced: half a pixel would be missed."""
+    scene = landsat().grey
+    wide = np.hstack([scene[:600], scene[600:]])
+    start = approximate(wide[20:, 31:], wide[:-20, :-31])
+    assert start.scale == 2
+    np.testing.assert_allclose(start.typical, (31, 20), atol=0.1)
+
+
+def test_positions_at_random_agree_with_no_transformation():
+    """Of 5000 draws of three points, the best has others beside them by chance."""
+    random = np.random.default_rng(1)
+    for _ in range(40):
+        points = random.uniform(0, 400, (50, 2))
+        places = points + random.uniform(-25, 25, points.shape)
+        assert not len(_affine(points, places, 25))
+    places[:12] = points[:12] @ [[1.01, 0.02], [-0.02, 0.99]] + (4, -9)
+    assert set(range(12)) <= set(_affine(points, places, 25))
 
 
 def test_two_places_have_no_start():

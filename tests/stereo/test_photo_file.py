@@ -13,7 +13,7 @@ STATION = (1.0, 2.0, 30.0, 0.01, 0.0, 0.3)
 
 @pytest.fixture
 def lens(tmp_path):
-    files.write(tmp_path / "camera.json", LENS, image_size=(60, 40), pixel_size=0.05)
+    files.CameraFile(LENS, (60, 40), 0.05).save(tmp_path / "camera.json")
     return tmp_path / "camera.json"
 
 
@@ -48,7 +48,7 @@ def test_a_part_of_the_sensor_has_the_camera_of_the_whole(tmp_path, lens):
 @pytest.mark.parametrize(
     "taken, more, words",
     [
-        ((40, 60), {}, r"a\.jpg has 40 x 60 .*json 60 x 40: was it turned.*its EXIF"),
+        ((40, 60), {}, r"a\.jpg has 40 x 60 .*json 60 x 40,.*was it turned.*its EXIF"),
         ((60, 40, 6), {}, "turned upright by its EXIF"),
         ((60, 40, 3), {}, "turned upright by its EXIF"),
         ((30, 20), {}, "has 30 x 20 pixels.*reduced or cropped"),

@@ -8,7 +8,7 @@ from PIL import Image
 
 from pgm_lab import stereo_map
 from pgm_lab.camera import Camera
-from pgm_lab.camera import files as camera_files
+from pgm_lab.camera.files import CameraFile
 
 CAMERA = {"camera": Camera(24.0), "pixel_size": 0.005}
 
@@ -48,8 +48,7 @@ def test_a_camera_json_stands_for_camera_and_pixel_size(files, tmp_path):
         columns, rows = image.size
         turned = image.convert("L").rotate(90, expand=True)
     path = tmp_path / "camera.json"
-    given = {"image_size": (columns, rows), "pixel_size": 0.005}
-    camera_files.write(path, CAMERA["camera"], **given)
+    CameraFile(CAMERA["camera"], (columns, rows), 0.005).save(path)
     for photo in stereo_map.open_pair(*files, camera=path).photos:
         assert (photo.camera, photo.pixel_size) == (CAMERA["camera"], 0.005)
     words = f"right has {rows} x {columns} pixels.*{columns} x {rows}.*its EXIF"

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pgm_book.common.checks import first_slip, numbers
-from pgm_book.task import Part
+from pgm_book.task import Part, table
 from pgm_lab import plot
 
 PIXEL, BUS, SIGMA = 0.004, 12.0, 0.5  # mm, m, and pixels: of one measured length
@@ -32,8 +32,8 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str], Truth]:
     c = round(chance.uniform(7, 13), 2)
     H = np.round(np.sort(chance.uniform(40, 160, 12)), 1)
     n = np.round(c * BUS / (PIXEL * H) + SIGMA * chance.standard_normal(12), 1)
-    lines = ["height_m,length_px", *(f"{h:.1f},{m:.1f}" for h, m in zip(H, n))]
-    return {"bus.csv": "\n".join(lines) + "\n"}, Truth(c, H, n)
+    bus = table("height_m,length_px", "{:.1f},{:.1f}", zip(H, n))
+    return {"bus.csv": bus}, Truth(c, H, n)
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
