@@ -148,15 +148,26 @@ def weakest(names: list[str], sd: np.ndarray, off: np.ndarray) -> None:
 def depths(
     image: np.ndarray, places: np.ndarray, points: np.ndarray, off: np.ndarray
 ) -> None:
-    """Map depths on the left normal image, and their errors in units of their sd."""
+    """Map depths on the left normal image, and their errors in units of their sd.
+
+    Where no truth is known, `off` is NaN and the sd itself takes its place.
+    """
     fig, axes = plt.subplots(2, 1, figsize=(7, 6.2), layout="compressed")
-    kept = np.isfinite(points[:, 2])
+    kept, known = np.isfinite(points[:, 2]), np.isfinite(off)
     low, high = places.min(axis=0) - 10, places.max(axis=0) + 10
-    share = float(np.mean(np.abs(off[np.isfinite(off)]) <= 3))
-    for ax, values, name, look in (
-        (axes[0], -points[:, 2], "depth (m)", {"cmap": "viridis_r"}),
-        (axes[1], off, "error / sd", {"cmap": "RdBu", "vmin": -10, "vmax": 10}),
-    ):
+    below: tuple = (off, "error / sd", {"cmap": "RdBu", "vmin": -10, "vmax": 10})
+    said = "their standard deviation."
+    if known.any():
+        share = 100 * np.mean(np.abs(off[known]) <= 3)
+        said = (
+            f"their error over its standard deviation. {share:.0f} % lie within three"
+            " standard deviations; the others are edges, spokes and whatever is far"
+            " away."
+        )
+    else:
+        below = (1000 * points[:, 3], "sd (mm)", {"cmap": "cividis_r"})
+    above: tuple = (-points[:, 2], "depth (m)", {"cmap": "viridis_r"})
+    for ax, (values, name, look) in zip(axes, (above, below)):
         _bare(ax, image, "")
         drawn = ax.scatter(*places[kept].T, c=values[kept], s=9, marker="s", **look)
         bar = fig.colorbar(drawn, ax=ax)
@@ -166,9 +177,7 @@ def depths(
     plot.show(
         fig,
         f"The left normal image with {kept.sum()} measured places: above, coloured by"
-        " their depth; below, by their error over its standard deviation."
-        f" {100 * share:.0f} % lie within three standard deviations; the others are"
-        " edges, spokes and whatever is far away.",
+        f" their depth; below, by {said}",
         dpi=120,
         colours=128,
     )

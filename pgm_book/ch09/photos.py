@@ -249,7 +249,7 @@ def own_pair(
     camera : array_like (10,)
         As `bundle` found it from photos of the same size.
     ends, distance, depths
-        As of `Pair`, in pixels of the photos that `own_pair` returns.
+        As of `Pair`; `ends` in whole pixels of the photos that `own_pair` returns.
 
     Raises
     ------
@@ -267,7 +267,8 @@ def own_pair(
         pixels = frames.photo_to_pixel(measured(ideal, camera), size, PIXEL)
         both.append(_resampled(grey, pixels, size))
     left, right = both
-    return Pair(left, right, float(camera[0]), np.asarray(ends), distance, depths)
+    ends = np.round(ends).astype(int)
+    return Pair(left, right, float(camera[0]), ends, distance, depths)
 
 
 def measured(ideal: np.ndarray, camera: np.ndarray) -> np.ndarray:
