@@ -152,8 +152,8 @@ def _radius(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
 def _eccentricity(board: Board, ids: np.ndarray, near: np.ndarray) -> np.ndarray:
     """How far (k, 2) the centre of each ellipse is from the image of its circle's.
 
-    The dual conic of a circle around (X, Y) is T diag(r^2, r^2, -1) T' with its shift T;
-    a homography H makes it H T ... T' H', whose last column is the ellipse's centre.
+    The dual conic of a circle around (X, Y) is T diag(r^2, r^2, -1) T' with its shift
+    T; a homography H makes it H T ... T' H', whose last column is the ellipse's centre.
     """
     H = cv2.findHomography(board.points[ids, :2], near)[0]
     T = np.tile(np.eye(3), (len(ids), 1, 1))
