@@ -4,11 +4,11 @@ import argparse
 import re
 from pathlib import Path
 
-from pgm_lab.calibration.board import ABOVE, ASIDE, BELOW, KINDS, PAPERS, screen, usual
+from pgm_lab.calibration.board import KINDS, PAPERS, screen, usual
 from pgm_lab.command import _options
 from pgm_lab.command._options import Outcome, Parser, add, positive, whole
 from pgm_lab.io.files import printable
-from pgm_lab.plot.calibration import board_page
+from pgm_lab.plot.page import page
 
 DESCRIPTION = (
     "Draw a board with known points for the calibration of a camera: a PDF to print, or"
@@ -58,31 +58,25 @@ def check(parser: Parser, options: argparse.Namespace) -> None:
 
 def run(options: argparse.Namespace) -> Outcome:
     """Draw the page, and say what to do with it."""
-    asked = {
-        name: getattr(options, name) for name in ("columns", "rows", "square", "marker")
-    }
+    names = ("columns", "rows", "square", "marker")
+    asked = {name: getattr(options, name) for name in names}
     paper = options.paper or "A4"
-    width, height = PAPERS[paper]
-    free = width - 2 * ASIDE, height - ABOVE - BELOW
-    board = usual(options.kind.replace("-", " "), *free, **asked)
-    page: bytes
+    board = usual(options.kind.replace("-", " "), paper, **asked)
+    name, json = printable(options.page.name), printable(options.json)
     if options.screen is None:
-        board = board.with_bars()
-        page = board_page(board, paper)
+        drawn = page(board, paper)
         first = (
-            f"Print {printable(options.page.name)} at 100 % and glue it on glass or a"
-            " plate. Measure A to B, A to D,\n   A to C and B to D with a ruler, and"
-            f" write lengths and sd (mm) into {printable(options.json.name)}."
+            f"Print {name} at 100 % and glue it on glass or a plate. Measure A to B,\n"
+            "   A to D, A to C and B to D with a ruler, and write lengths and sd (mm)"
+            f" into {json}."
         )
-        more = ""
     else:
-        board, page = screen(board, options.screen)
+        board, drawn = screen(board, options.screen)
         first = (
-            f"Show {printable(options.page.name)} on the screen, one of its pixels on"
-            " one of the screen.\n   Measure ten squares with a ruler: --square is a"
-            " tenth of it, in mm."
+            f"Show {name} on the screen, one of its pixels on one of the screen.\n  "
+            " Measure ten squares with a ruler: --square is a tenth of it, in mm."
         )
-        more = " --square MM"
+    more = "" if options.screen is None else " --square MM"
     name = f"{board.kind}, {board.columns} x {board.rows}, {len(board.points)} points"
     title = f"Board: {name}"
     return Outcome(
@@ -92,8 +86,8 @@ def run(options: argparse.Namespace) -> Outcome:
         " 30 to 45 degrees\n   to all four sides, from two distances, and a quarter of"
         " the photos turned by 90 degrees.\n"
         "3. pgm_lab calibrate photos/*.jpg --board"
-        f" {printable(options.json)}{more} --report report.html",
-        {options.page: page, options.json: board.json()},
+        f" {json}{more} --report report.html",
+        {options.page: drawn, options.json: board.json()},
     )
 
 

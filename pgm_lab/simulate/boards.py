@@ -14,11 +14,11 @@ from pgm_lab.camera import Camera, imaging
 
 Shape = Callable[[np.ndarray, np.ndarray], np.ndarray] | np.ndarray
 
-STEP = 8  # pixels between the nodes at which lens and bending are computed
+STEP = 8  # pixels between the nodes at which rays meet the board
 SAMPLES = 4  # rays a pixel, across and down
 LARGEST = 5e7  # pixels of the drawn board
 BLACK, WHITE = 30.0, 220.0  # grey values of ink and paper
-AROUND = 0.35  # of what lies around the paper, from ink to paper
+AROUND = 89  # of what lies around the paper, where ink is 0 and paper 255
 
 
 class BoardPhoto(NamedTuple):
@@ -115,13 +115,13 @@ def photograph(
     inside = np.all((pixels >= 0) & (pixels <= (columns - 1, rows - 1)), axis=1)
 
     # The board as drawn, four of its pixels in one of the photo where it is nearest
-    largest = float(LARGEST / np.prod(board.size)) ** 0.5
-    scale = min(SAMPLES * _nearest(points, pixels), largest)
-    drawn = draw(board, 25.4 * scale)
+    in_photo = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
+    nearest = np.max(in_photo / np.linalg.norm(np.diff(points, axis=0), axis=1))
+    scale = min(SAMPLES * float(nearest), float(LARGEST / np.prod(board.size)) ** 0.5)
     paper = int(scale * 8)
-    drawn = np.pad(drawn, paper, constant_values=255)
-    top = scale * (board.size[1] - board.margin) + paper - 0.5
-    left = scale * board.margin + paper - 0.5
+    drawn = np.pad(draw(board, 25.4 * scale), paper, constant_values=255)
+    origin = np.array([board.margin, board.size[1] - board.margin]) * scale
+    left, top = origin + paper - 0.5
 
     on_board = _mapping(board, camera, exterior, image_size, pixel_size, bend)
     grey: Any = np.empty((rows, columns), np.float32)
@@ -131,15 +131,13 @@ def photograph(
         x, y = on_board(
             np.arange(-1, columns + 1), np.arange(first - 1, first + count + 1)
         )
-        rays: Any = np.array([left + scale * x, top - scale * y], np.float32)
         size = (SAMPLES * (columns + 2), SAMPLES * (count + 2))
-        dense: Any = [
-            cv2.resize(one, size, interpolation=cv2.INTER_LINEAR) for one in rays
-        ]
-        x, y = (one[SAMPLES:-SAMPLES, SAMPLES:-SAMPLES] for one in dense)
-        around = int(255 * AROUND)
-        looked_up = cv2.remap(drawn, x, y, cv2.INTER_LINEAR, borderValue=around)
-        part = looked_up.astype(np.float32).reshape(count, SAMPLES, columns, SAMPLES)
+        x, y = (
+            cv2.resize(one.astype(np.float32), size)[SAMPLES:-SAMPLES, SAMPLES:-SAMPLES]
+            for one in (left + scale * x, top - scale * y)
+        )
+        seen: Any = cv2.remap(drawn, x, y, cv2.INTER_LINEAR, borderValue=AROUND)
+        part = seen.astype(np.float32).reshape(count, SAMPLES, columns, SAMPLES)
         grey[first : first + count] = part.mean(axis=(1, 3))
 
     grey = BLACK + (WHITE - BLACK) * grey / 255
@@ -161,20 +159,12 @@ def _bending(board: Board, shape: Shape | None) -> Callable[[np.ndarray], np.nda
     if shape is None:
         return lambda xy: np.zeros((*xy.shape[:-1], 3))
     if callable(shape):
-        heights = shape
-        return lambda xy: np.stack(
-            [0 * xy[..., 0], 0 * xy[..., 0], heights(xy[..., 0], xy[..., 1])], -1
+        return lambda xy: np.concatenate(
+            [0 * xy, shape(xy[..., 0], xy[..., 1])[..., None]], -1
         )
     flat = board.points
     plate = RBFInterpolator(flat[:, :2], np.asarray(shape) - flat, degree=1)
     return lambda xy: plate(xy.reshape(-1, 2)).reshape(*xy.shape[:-1], 3)
-
-
-def _nearest(points: np.ndarray, pixels: np.ndarray) -> float:
-    """Largest scale in pixels per mm between neighbouring points."""
-    on_board = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    in_photo = np.linalg.norm(np.diff(pixels, axis=0), axis=1)
-    return float(np.max(in_photo / on_board))
 
 
 def _mapping(
@@ -184,43 +174,26 @@ def _mapping(
     image_size: tuple[int, int],
     pixel_size: float,
     bend: Callable[[np.ndarray], np.ndarray],
-) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
     """Return what maps columns and rows of the photo to x and y (rows, columns).
 
     In mm on the flat board: the point that, bent, lies on the ray of the pixel.
     """
-    M, centre = imaging.attitude(exterior), exterior[:3]
-
-    def meets(xy: np.ndarray, height: np.ndarray | float = 0.0) -> np.ndarray:
-        """Where the ray of an ideal image point meets the plane Z = height."""
-        ray = np.concatenate([xy, np.full((*xy.shape[:-1], 1), -camera.c)], -1) @ M
-        down = np.where(ray[..., 2] < 0, ray[..., 2], -1e-9)  # else far away
-        return centre[:2] + ray[..., :2] * ((height - centre[2]) / down)[..., None]
-
-    # Lens and bending change slowly: computed at nodes, and splines between these
+    # All changes slowly: computed at nodes, and splines between these
     x, y = (np.arange(-2 * STEP, n + 2 * STEP + 1, STEP) for n in image_size)
     nodes = np.stack(np.meshgrid(x, y), -1).astype(float)
-    ideal = cameras.ideal(
-        camera, frames.pixel_to_photo(nodes, image_size, pixel_size, check_size=False)
-    )
-    low = board.points[:, :2].min(0) - 2 * board.margin
-    high = board.points[:, :2].max(0) + 2 * board.margin
-    flat = meets(ideal)
-    on_board = np.clip(flat, low, high)
+    photo = frames.pixel_to_photo(nodes, image_size, pixel_size, check_size=False)
+    xy = cameras.ideal(camera, photo)
+    ray = np.dstack([xy, np.full(xy.shape[:2], -camera.c)]) @ imaging.attitude(exterior)
+    down = ray[..., :2] / np.minimum(ray[..., 2:], -1e-9)  # level: far away
+    low, high = board.points[:, :2].min(0), board.points[:, :2].max(0)
+    on_board, low, high = 0 * xy, low - 2 * board.margin, high + 2 * board.margin
     for _ in range(20):  # the slope of the bending times that of the ray is small
         moved = bend(on_board)
-        now = meets(ideal, moved[..., 2]) - moved[..., :2]
-        on_board, before = np.clip(now, low, high), on_board
+        met = exterior[:2] + down * (moved[..., 2:] - exterior[2]) - moved[..., :2]
+        on_board, before = np.clip(met, low, high), on_board
         if np.abs(on_board - before).max() < 1e-7:
             break
-    shift = np.clip(now - flat, -board.margin, board.margin)
-    lens = [RectBivariateSpline(y, x, ideal[..., i]) for i in (0, 1)]
-    bending = [RectBivariateSpline(y, x, shift[..., i]) for i in (0, 1)]
-
-    def mapping(columns: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        at = meets(np.stack([spline(rows, columns) for spline in lens], -1))
-        if np.any(shift):
-            at += np.stack([spline(rows, columns) for spline in bending], -1)
-        return at[..., 0], at[..., 1]
-
-    return mapping
+    met = np.clip(met, 2 * low - high, 2 * high - low)  # nothing to see farther away
+    splines = [RectBivariateSpline(y, x, met[..., i]) for i in (0, 1)]
+    return lambda columns, rows: tuple(spline(rows, columns) for spline in splines)

@@ -55,11 +55,11 @@ def test_sixteen_bits_of_any_range_show_the_same(stretch):
 )
 def test_a_large_photo_is_taken_up_at_full_size(size):
     """Also where the board is so small that the first copy loses it."""
-    board = usual()
-    for distance in (330, 1000):
+    for kind, distance in (("charuco", 1000), ("apriltags", 330)):
+        board = usual(kind)
         photo = seen(board, (distance, 35, 60, 20), size, noise=0)
         found = detect(photo.grey, board)
-        assert len(found.ids) == 96
+        assert len(found.ids) == len(board.points)
         assert np.abs(found.pixels - photo.pixels).max() < 0.5
 
 
@@ -75,26 +75,24 @@ def test_a_coded_board_may_be_partly_hidden(kind):
     assert np.mean(off < 1) > 0.97
 
 
-OLD = Board("charuco", 12, 8, 20.0, legacy=True)
 CHEQUER = usual("chequerboard")
+NONE = "is seen: no board, another one, mirrored"
 
 
 @pytest.mark.parametrize(
     "shown, given, reason",
     [
-        (usual(), Board("charuco", 12, 8, 20.0), "marker 57 is seen, and this board"),
+        (usual(), Board("charuco", 12, 8, 20.0), "58 markers that are seen do not lie"),
         (usual(), Board("charuco", 14, 9, 20.0), "do not lie as on one of 14 x 9"),
         (usual(), Board("charuco", 9, 13, 20.0), "do not lie as on one of 9 x 13"),
-        (usual(), Board("charuco", 13, 9, 20.0, 10.0), "with markers of 10 mm in 20"),
-        (usual(), replace(usual(), dictionary="DICT_4X4_100"), "markers are of DICT_5"),
-        (usual(), usual("apriltags"), "are of DICT_5X5_250, and those of this board"),
-        (usual("circles"), usual(), "no marker is seen: no board, or too dark"),
-        (OLD, replace(OLD, legacy=False), 'write "legacy": true into board.json'),
-        (CHEQUER, Board("chequerboard", 10, 7, 25.0), "11 x 8 inner corners are seen"),
+        (usual(), Board("charuco", 13, 7, 20.0), "do not lie as on one of 13 x 7"),
+        (usual("apriltags"), Board("apriltags", 5, 8, 30.0), "as on one of 5 x 8"),
+        (usual(), replace(usual(), dictionary="DICT_4X4_100"), NONE),
+        (usual("circles"), usual(), NONE),
         (
             CHEQUER,
             Board("chequerboard", 5, 4, 25.0),
-            "and the board has 4 x 3: another",
+            "are not seen, but 11 x 8: no",
         ),
         (CHEQUER, usual("circles"), "the 12 x 9 circles are not seen: no board"),
     ],
@@ -102,13 +100,6 @@ CHEQUER = usual("chequerboard")
 def test_another_board_than_the_file_says_is_named(shown, given, reason):
     found = detect(seen(shown).grey, given)
     assert reason in found.reason and not len(found.ids)
-
-
-def test_the_board_before_opencv_4_6_is_found():
-    photo = seen(OLD)
-    found = detect(photo.grey, OLD)
-    assert np.abs(found.pixels - photo.pixels[found.ids]).max() < 1
-    assert len(found.ids) == 77
 
 
 def test_what_shows_no_board_gets_a_reason():
@@ -119,11 +110,14 @@ def test_what_shows_no_board_gets_a_reason():
     part = seen(CHEQUER).grey
     part[:, 700:] = 120
     for grey, board, reason in [
-        (photo[:, ::-1], usual(), "the photo is mirrored"),
+        (photo[:, ::-1], usual(), NONE),
         (hidden, usual(), "too few points"),
-        (np.full((480, 640), 90), usual(), "no marker is seen"),
-        (np.full((480, 640), 90), CHEQUER, "the 11 x 8 inner corners are not seen"),
-        (part, CHEQUER, "another board, or not all of it"),
+        (np.full((480, 640), 90), usual(), NONE),
+        (
+            part,
+            CHEQUER,
+            "11 x 8 inner corners are not seen: no board, another one, not",
+        ),
     ]:
         assert reason in detect(grey, board).reason
 
@@ -133,7 +127,7 @@ def test_a_point_with_the_id_of_another_is_noticed():
     pixels = seen(board).pixels
     pixels[[40, 70]] = pixels[[70, 40]]
     good = _regular(np.arange(96), pixels, board)
-    assert not good[40] and not good[70] and good.sum() > 85
+    assert not good[40] and not good[70] and good.sum() > 75
 
 
 def test_the_symmetry_of_a_board_is_that_of_its_picture():

@@ -98,7 +98,7 @@ def test_a_wrong_call_ends_with_2(folder, capsys, words, message):
 @pytest.mark.parametrize(
     "words, message",
     [
-        (["--square", "25"], "13 x 9 with 25 mm do not fit: the page leaves 265 x 180"),
+        (["--square", "25"], "13 x 9 with 25 mm do not fit: A4 leaves 265 x 180"),
         (["--columns", "40"], "needs 180 markers, DICT_5X5_100 has 100"),
         (["--rows", "2"], "rows must be a whole number, at least 3; got 2"),
         (["--square", "10", "--marker", "10"], "must be smaller than square"),
