@@ -150,8 +150,13 @@ def chip_shifts(function: Callable[..., object]) -> None:
     inside = moved((1.3, -0.6))
     right = program_registration.chip_shifts(scene(), inside, points, chip, radius)
     given = scene(), inside, points, chip, radius
-    if _nan_alone(answer_of(function, *given)):
+    answer = answer_of(function, *given)
+    if _nan_alone(answer):
         raise CheckFailed("chip_shifts returns nothing but NaN yet. Your turn!")
+    missing = _nan_columns(answer)
+    for name, other, k in (("dx", "dy", 0), ("dy", "dx", 1)):
+        if missing == [k]:
+            raise CheckFailed(f"chip_shifts: {other} is there, but {name} is still NaN")
     found = call(function, *given, shape=right.shape)
     whole = np.round(right)
     slips = [
@@ -162,6 +167,10 @@ def chip_shifts(function: Callable[..., object]) -> None:
         (
             whole + (right - whole)[:, ::-1],
             "across and down are exchanged: a row of r holds the shifts in x",
+        ),
+        (
+            whole[:, ::-1] + (right - whole),
+            "dx belongs to the row of r, dy to its column: these two are exchanged",
         ),
         (
             right + points,
@@ -190,6 +199,15 @@ def _nan_alone(answer: object) -> bool:
         return bool(np.all(np.isnan(real(answer, "the answer"))))
     except ValueError:  # no numbers: `call` says so
         return False
+
+
+def _nan_columns(answer: object) -> list[int]:
+    """Which columns of a table hold no number."""
+    try:
+        table = real(answer, "the answer")
+    except ValueError:  # no numbers: `call` says so
+        return []
+    return np.flatnonzero(np.isnan(table).all(axis=0)).tolist()
 
 
 def _at_the_border(

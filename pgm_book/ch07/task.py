@@ -41,6 +41,10 @@ BLUNDERS = (
     "Points under the cloud or on changed ground do not count: their shifts are far"
     " from what the others say."
 )
+LEFT_OUT = (
+    "Good points were left out, those with the longest shifts: a scale or a turn makes"
+    " good shifts differ. Compare each shift with the model, not with the median."
+)
 FIELD = "field: fetch the sensed image to the reference first, then compare each field."
 
 
@@ -73,8 +77,8 @@ class Truth:
 
     @property
     def sd(self) -> dict[str, float]:
-        """Standard deviations of the best solution."""
-        chips, lever = self.chips, np.hypot(*(self.points - CENTRE).T)
+        """Standard deviations by an affine model; scale and turn from one column."""
+        chips, lever = self.chips, self.points[:, 0] - CENTRE
         shift = np.linalg.norm(chips) / len(chips)
         scale = np.linalg.norm(chips * lever) / np.sum(lever**2)
         # Which points can be measured moves RMSE and CE90 more than noise does
@@ -220,6 +224,7 @@ def slips(truth: Truth) -> dict[str, dict]:
         RESIDUAL: {"rmse": 0.1},
         FACTOR: {"ce90": 1.5175 * known["rmse"]},
         BLUNDERS: {"rmse": known["rmse"] + 0.5, "ce90": known["ce90"] + 1},
+        LEFT_OUT: {"ce90": known["ce90"] - 0.6},
         FIELD: {"field": other},
     }
     if truth.turn:
@@ -235,11 +240,15 @@ def hint(truth: Truth, result: object) -> str:
     for words, slip in slips(truth).items():
         if wrong and all(abs(found[n] - slip[n]) <= 3 * sd[n] for n in wrong):
             return words
-    if "rmse" in wrong or "ce90" in wrong or not wrong:
-        return BLUNDERS if wrong else FIELD
+    if not wrong:
+        return FIELD
+    for name in ("ce90", "rmse"):
+        if name in wrong:
+            return BLUNDERS if found[name] > known[name] else LEFT_OUT
     return (
-        f"{wrong[0]}: leave out what cannot be measured, search far enough, and adjust"
-        " shift, scale and turn to the rest in one step."
+        f"{wrong[0]}: which points count? Search far enough, compare each shift with"
+        " the model of shift, scale and turn, not with the median; leave out what is"
+        " off, and adjust again."
     )
 
 

@@ -180,6 +180,8 @@ def test_a_slip_of_the_shifts_is_named():
         (altered(lambda f, p: 0.5 * f), "best_shift plus"),
         (altered(lambda f, p: f * np.nan), "Your turn"),
         (across_and_down_exchanged, "across and down"),
+        (altered(lambda f, p: f - np.round(f) + np.round(f)[:, ::-1]), "dx belongs"),
+        (altered(lambda f, p: np.where([True, False], f, np.nan)), "dy is still NaN"),
         (with_border, "leave its row NaN"),
         (nan_inside_the_border, "both its neighbours"),
         (ends_at_the_border, "that follow"),
