@@ -61,7 +61,15 @@ def flat_board(function: Callable) -> None:
     """Check the adjustment of a camera with the board as it was printed."""
     case = _photos()
     camera, C, sigma0 = _flat()
-    answer = answer_of(function, *case, first="lessons 5 and 6")
+    try:
+        answer = answer_of(function, *case, first="lessons 5 and 6")
+    except CheckFailed as failed:
+        if "do not determine" not in str(failed):
+            raise
+        raise CheckFailed(
+            "flat_board: some unknowns change no misclosure: it must use the camera"
+            " and the stations among the unknowns, the lens correction as well"
+        ) from None
     try:
         found, covariance, sigma = (real(part, "the answer") for part in answer)
     except Exception:  # whatever a stranger's object raises
@@ -75,6 +83,8 @@ def flat_board(function: Callable) -> None:
             "flat_board must return the camera (10,), its covariance (10, 10) and"
             f" sigma0; got shapes {shapes[0]}, {shapes[1]}, {shapes[2]}"
         )
+    if sigma == 0:
+        raise CheckFailed("flat_board adjusts nothing yet. Your turn!")
     sd = np.sqrt(np.diag(C))
     off = np.nan_to_num(np.abs(found - camera) / sd, nan=1e9)
     if np.allclose(found, case[1]):
@@ -142,7 +152,17 @@ def new_photo(function: Callable) -> None:
         "that is the mean of absolute values, not a root mean square": (
             lambda *case: float(np.mean(np.abs(left(*case))))
         ),
+        "take the mean of all values, without a redundancy": (
+            lambda *case: float(
+                np.sqrt(np.sum(left(*case) ** 2) / (2 * len(case[0]) - 6))
+            )
+        ),
         "the image points still have the distortion of the lens": with_lens,
+        "compare with the corrected image points": (
+            lambda *case: float(
+                np.sqrt(np.mean((left(*case) + without_lens(*case[:2]) - case[0]) ** 2))
+            )
+        ),
         "the photo still stands at its start: resect it first": at_start,
     }
     # In units in which `near`, which compares with 1 at least, can tell them apart
@@ -201,6 +221,11 @@ def y_parallaxes(function: Callable) -> None:
 
         return of
 
+    def unscaled(e: Any, left: Any, right: Any, c: Any) -> Any:
+        M, N = textbook.frame(e)
+        rays = np.insert(left, 2, -c, 1), np.insert(right, 2, -c, 1) @ M
+        return (rays[0] @ N.T - rays[1] @ N.T)[:, 1]
+
     slips: dict[str, Callable] = {
         "the sign: left minus right, and the photo lies at minus c": (
             lambda *case: -right_one(*case)
@@ -218,6 +243,13 @@ def y_parallaxes(function: Callable) -> None:
         "N rotates object space into the normal case; here it is its transpose": (
             wrong(lambda M, N: (N.T, N.T @ M.T))
         ),
+        "first M goes back into object space, then N into the normal case": (
+            wrong(lambda M, N: (N, M.T @ N))
+        ),
+        "a ray of the photo is (x, y, -c)": lambda e, left, right, c: right_one(
+            e, left, right, -c
+        ),
+        "rays are not yet image points: where do they meet the plane z = -c?": unscaled,
         "c is missing: parallaxes are wanted in mm": (
             lambda *case: right_one(*case) / case[3]
         ),
@@ -274,6 +306,14 @@ def surface_point(function: Callable) -> None:
         (wanted * (1, 1, -1, 1), "the sign of Z: the camera looks along -z"),
         (wanted * (1, -1, 1, 1), "y points up, and rows count downwards"),
         (wanted / (1, 1, 1, 0.2), "the standard deviation is that of a whole pixel"),
+        (
+            wanted * (*3 * [rest[3]], rest[3] ** 2),
+            "a parallax is the disparity times the pixel size",
+        ),
+        (
+            wanted / np.insert(np.ones((3, 3)), 3, depth.ravel() / rest[2], axis=1),
+            "the GSD is the pixel size on the object, not in the image",
+        ),
         (
             np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / 0.193)]),
             "the standard deviation is that across the ray: H/B is missing",

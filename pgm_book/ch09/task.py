@@ -216,6 +216,13 @@ def slips(truth: Truth) -> dict[str, dict[str, float]]:
             right | {"c": c * PIXEL[0], "sd": sd * PIXEL[0]}
         ),
         "The diagonal of C holds variances.": right | {"sd": sd**2 * PIXEL[0]},
+        "The diagonal of C holds variances, in mm²: its root comes first.": (
+            right | {"sd": sd**2}
+        ),
+        "The unit: PQ is wanted in metres.": right | {"PQ": 1000 * right["PQ"]},
+        "PQ is upside down: it is longer than the rule.": (
+            right | {"PQ": RULE**2 / right["PQ"]}
+        ),
         "The points of the cupboard still have the distortion of the lens.": (
             right | {"PQ": _edge(truth.cupboard, ideal)}
         ),

@@ -59,7 +59,17 @@ def test_a_slip_of_the_flat_board_is_named():
         return lambda *case: flat(*case, **slip)
 
     right = chapter9._flat()
+
+    def held(xy, camera, exteriors, grid):  # the stations stay where they were
+        A = np.zeros((xy.size, 40))
+        return adjust(A, np.ones(len(A)), xy.ravel())
+
+    def untouched(xy, camera, exteriors, grid):
+        return camera, 0 * np.eye(10), 0
+
     slips = [
+        (held, "some unknowns change no misclosure"),
+        (untouched, "adjusts nothing yet. Your turn!"),
         (changed(moves=False), "stay at their start"),
         (changed(C=False), "sigma0 squared times Q"),
         (changed(s=False), "sigma0 is not that"),
@@ -91,6 +101,16 @@ def test_a_slip_of_a_new_photo_is_named():
         (lambda *a: np.mean(np.abs(left_of(*a))), "absolute values"),
         (lambda *a: np.sqrt(np.mean(left_of(*a, lens=False) ** 2)), "distortion"),
         (lambda *a: np.sqrt(np.mean(left_of(*a, moved=False) ** 2)), "at its start"),
+        (
+            lambda *a: np.sqrt(np.sum(left_of(*a) ** 2) / (2 * len(a[0]) - 6)),
+            "without a redundancy",
+        ),
+        (
+            lambda *a: np.sqrt(
+                np.mean((left_of(*a) + without_lens(*a[:2]) - a[0]) ** 2)
+            ),
+            "corrected image points",
+        ),
         (lambda *a: 1000 * book.new_photo(*a), "is not the root mean square"),
     ]
     assert unnamed(chapter9.new_photo, slips) == []
@@ -106,6 +126,11 @@ def test_a_slip_of_the_y_parallaxes_is_named():
     def turned(turns, axis=1):
         return lambda *case: parallaxes(*case, turns, axis)
 
+    def rays_only(e, left, right, c):
+        M, N = book.frame(e)
+        first, second = np.insert(left, 2, -c, 1), np.insert(right, 2, -c, 1) @ M
+        return (first @ N.T)[:, 1] - (second @ N.T)[:, 1]
+
     slips = [
         (lambda *a: -book.y_parallaxes(*a), "the sign"),
         (turned(lambda M, N: (N, N @ M.T), 0), "x parallaxes"),
@@ -113,6 +138,9 @@ def test_a_slip_of_the_y_parallaxes_is_named():
         (turned(lambda M, N: (N, N)), "M is missing"),
         (turned(lambda M, N: (np.eye(3), M.T)), "N is missing"),
         (turned(lambda M, N: (N.T, N.T @ M.T)), "here it is its transpose"),
+        (turned(lambda M, N: (N, M.T @ N)), "first M goes back"),
+        (lambda *a: book.y_parallaxes(*a[:3], -a[3]), "a ray of the photo is"),
+        (rays_only, "not yet image points"),
         (lambda *a: book.y_parallaxes(*a) / a[3], "wanted in mm"),
         (lambda *a: a[1][:, 1] - a[2][:, 1], "it is not y' minus y''"),
     ]
@@ -146,6 +174,10 @@ def test_a_slip_of_a_point_of_the_surface_is_named():
         point = book.surface_point(*a)
         return point * (1, 1, 1, a[4] / -point[2])
 
+    def in_the_image(*a):
+        point = book.surface_point(*a)
+        return point * (1, 1, 1, a[5] / -point[2])
+
     def always(pair, column, row, span, base, c, pixel_size, sigma_px):
         point = book.surface_point(pair, column, row, span, base, c, pixel_size, 0.2)
         return np.where(np.isnan(point), 1.0, point)
@@ -155,6 +187,8 @@ def test_a_slip_of_a_point_of_the_surface_is_named():
         (changed(1, -1, 1, 1), "rows count downwards"),
         (changed(1, 1, 1, 5), "of a whole pixel"),
         (across, "H/B is missing"),
+        (changed(*3 * [0.001], 1e-6), "the disparity times the pixel size"),
+        (in_the_image, "the pixel size on the object"),
         (changed(1.1, 1, 1, 1), "your `best_disparity`"),
         (always, "below 0.8"),
         (lambda *a: book.surface_point(*a)[:3], r"shape \(4,\)"),
