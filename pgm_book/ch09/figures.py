@@ -50,7 +50,8 @@ def shapes(sets: tuple[Board, Board], off: list[np.ndarray]) -> None:
         ax.grid(False)
     bar = fig.colorbar(drawn, ax=axes, location="bottom", shrink=0.7, aspect=30)
     bar.set_ticks([-round(most, 3), 0, round(most, 3)])
-    bar.set_label("towards the camera (squares)", fontsize=14)
+    said = f"towards the camera (squares); arrows: in the plane, × {ENLARGED:g}"
+    bar.set_label(said, fontsize=13)
     r = [float(np.corrcoef(a, b)[0, 1]) for a, b in zip(off[0].T, off[1].T)]
     plot.show(
         fig,
@@ -132,7 +133,7 @@ def weakest(names: list[str], sd: np.ndarray, off: np.ndarray) -> None:
     ax.set_xticks(at, names)
     ax.set(ylabel="degrees")
     ax.grid(axis="x")
-    ax.legend(fontsize=13)
+    ax.legend(fontsize=13, loc="upper left")
     said = [f"{name} {value:.3f}°" for name, value in zip(names, sd)]
     plot.show(
         fig,
