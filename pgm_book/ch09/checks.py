@@ -282,6 +282,15 @@ def base_length(function: Callable) -> None:
         "that is the distance in the model, not the base": (
             lambda *case: np.linalg.norm(case[0][:3]) / right(*case) * case[4]
         ),
+        "the distance takes no part: where it is twice as long, the base is as well": (
+            lambda *case: right(*case) / case[4]
+        ),
+        "a ray of a photo is (x, y, -c)": lambda e, left, seen, c, distance: right(
+            e, left, seen, -c, distance
+        ),
+        "the right ray is still in the frame of its photo: M is missing": (
+            lambda e, *rest: right(np.append(e[:3], np.zeros(3)), *rest)
+        ),
         "the right ray goes back into object space: M leads to the image": (
             lambda e, *rest: right(
                 np.append(e[:3], rotation.angles(rotation.matrix(*e[3:]).T)), *rest
@@ -318,17 +327,23 @@ def surface_point(function: Callable) -> None:
             np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / 0.193)]),
             "the standard deviation is that across the ray: H/B is missing",
         ),
+        (
+            np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / 0.193) ** 2]),
+            "`sigma_height` takes H first, then B",
+        ),
     ]
     hint = next(
         (words for wrong, words in slips if near(found, wrong, 1e-6)),
         "the point is not that of your `best_disparity` and `model_point`, or its"
         " standard deviation not that of your `sigma_height`",
     )
+    right = near(found, wanted, 1e-6)
+    gap = _gap(function, pair, rest) if right else (True, "")
     report(
         "surface_point",
         [
-            ("X, Y, Z and the sd of Z", near(found, wanted, 1e-6), hint),
-            ("nothing where r is below 0.8", _gap(function, pair, rest), GAP),
+            ("X, Y, Z and the sd of Z", right, hint),
+            ("nothing where r is below 0.8", *gap),
         ],
     )
 
@@ -336,12 +351,19 @@ def surface_point(function: Callable) -> None:
 GAP = "where r is below 0.8, or NaN, return four NaN"
 
 
-def _gap(function: Callable, pair: tuple, rest: tuple) -> bool:
-    """Whether it returns NaN where the windows do not match."""
+def _gap(function: Callable, pair: tuple, rest: tuple) -> tuple[bool, str]:
+    """Whether it returns NaN where the windows do not match well, and only there."""
     noise = np.random.default_rng(5).uniform(0, 255, pair[0].shape)
-    answer = answer_of(function, (pair[0], noise), 110, 40, *rest)
-    try:
-        values = np.asarray(answer, float)
-    except (TypeError, ValueError):
-        return False
-    return values.shape == (4,) and bool(np.isnan(values).all())
+    for right, place, kept in (
+        (noise, (110, 40), False),
+        (pair[1], (140, 33), False),  # r is 0.75
+        (pair[1], (105, 45), True),  # 0.84
+    ):
+        answer = answer_of(function, (pair[0], right), *place, *rest)
+        try:
+            values = np.asarray(answer, float)
+        except (TypeError, ValueError):
+            return False, GAP
+        if values.shape != (4,) or not np.all(np.isfinite(values) == kept):
+            return False, "where r is 0.84 there is a point" if kept else GAP
+    return True, ""

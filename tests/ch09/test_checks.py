@@ -1,5 +1,7 @@
 """Exercise feedback of chapter 9: right answers pass, each slip is named."""
 
+from unittest import mock
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from pgm_book.program.orientation import resection
 from pgm_lab import rotation
 from tests.common.slips import unnamed
 
+FIRST = np.repeat([1, 0], 3)  # the base, without the angles
 RIGHT = ("flat_board", "new_photo", "y_parallaxes", "base_length", "surface_point")
 
 
@@ -161,6 +164,9 @@ def test_a_slip_of_the_base_is_named():
         (lambda e, *rest: np.linalg.norm(e[:3]), "how many metres is a unit"),
         (lambda e, *rest: rest[3] / unit(e, *rest), "distance in the model"),
         (turned_back, "M leads to the image"),
+        (lambda *a: book.base_length(*a) / a[4], "the distance takes no part"),
+        (lambda *a: book.base_length(*a[:3], -a[3], a[4]), "is \\(x, y, -c\\)"),
+        (lambda e, *rest: book.base_length(e * FIRST, *rest), "M is missing"),
         (lambda e, *rest: 0.9 * book.base_length(e, *rest), "it is not the base"),
     ]
     assert unnamed(chapter9.base_length, slips) == []
@@ -178,6 +184,17 @@ def test_a_slip_of_a_point_of_the_surface_is_named():
         point = book.surface_point(*a)
         return point * (1, 1, 1, a[5] / -point[2])
 
+    def upside_down(*a):
+        point = book.surface_point(*a)
+        return point * (1, 1, 1, (a[4] / point[2]) ** 2)
+
+    def from_r(least):
+        def point(*a):
+            with mock.patch.object(book, "LEAST", least):
+                return book.surface_point(*a)
+
+        return point
+
     def always(pair, column, row, span, base, c, pixel_size, sigma_px):
         point = book.surface_point(pair, column, row, span, base, c, pixel_size, 0.2)
         return np.where(np.isnan(point), 1.0, point)
@@ -190,6 +207,9 @@ def test_a_slip_of_a_point_of_the_surface_is_named():
         (changed(*3 * [0.001], 1e-6), "the disparity times the pixel size"),
         (in_the_image, "the pixel size on the object"),
         (changed(1.1, 1, 1, 1), "your `best_disparity`"),
+        (upside_down, "H first, then B"),
+        (from_r(0.7), "below 0.8"),
+        (from_r(0.9), "r is 0.84 there is a point"),
         (always, "below 0.8"),
         (lambda *a: book.surface_point(*a)[:3], r"shape \(4,\)"),
     ]
