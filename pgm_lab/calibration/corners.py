@@ -88,6 +88,7 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
 
     Examples
     --------
+    >>> import cv2
     >>> columns, rows = np.meshgrid(np.arange(40) - 20.3, np.arange(30) - 14.6)
     >>> board = np.where((columns > 0) == (rows > 0), 200.0, 50.0)
     >>> grey = cv2.GaussianBlur(board, None, 1.0)
