@@ -94,7 +94,7 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     >>> grey = cv2.GaussianBlur(board, None, 1.0)
     >>> found = refine(grey, [(20, 15)], 9.0)
     >>> print(found.status[0], found.pixels[0].round(1))
-    measured [20.3 14.6]
+    measured [20.5 14.5]
     """
     grey = np.ma.filled(_validate.grey_image(grey, "grey").astype(float), np.nan)
     near = _validate.point_list(near, "near")
