@@ -3,11 +3,12 @@
 White space, commas or semicolons separate the numbers and % starts a comment, as for
 MATLAB's load; ids are whole numbers in any order:
 
-    interior   c x0 y0 K1 K2 K3 P1 P2 b1 b2, in a row or a column; mm and its powers;
-               or a camera.json, which says the direction of the lens too
+    interior   c x0 y0 K1 K2 K3 P1 P2 b1 b2, in a row or a column; mm and its powers
     exterior   photo, omega, phi, kappa, XL, YL, ZL; radians, unit of the points
     points     point, X, Y, Z
     image      point, photo, x, y, sx, sy; mm
+
+A camera.json may stand for the interior file; it says the direction of the lens, too.
 """
 
 from collections.abc import Sequence

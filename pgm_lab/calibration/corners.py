@@ -88,11 +88,13 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
 
     Examples
     --------
+    >>> import cv2
     >>> columns, rows = np.meshgrid(np.arange(40) - 20.3, np.arange(30) - 14.6)
     >>> board = np.where((columns > 0) == (rows > 0), 200.0, 50.0)
     >>> grey = cv2.GaussianBlur(board, None, 1.0)
-    >>> refine(grey, [(20, 15)], 9.0).status[0]
-    'measured'
+    >>> found = refine(grey, [(20, 15)], 9.0)
+    >>> print(found.status[0], found.pixels[0].round(1))
+    measured [20.5 14.5]
     """
     grey = np.ma.filled(_validate.grey_image(grey, "grey").astype(float), np.nan)
     near = _validate.point_list(near, "near")
