@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from pgm_lab import _validate
 
 MAX_ITERATIONS = 30
-CONVERGED = 1e-4  # px
+CONVERGED = 1e-4  # px, and radians
 SMALLEST_RADIUS, LARGEST_RADIUS = 3.0, 12.0  # px of a window, a disc
 BLUR = 1.0  # px, start value
 LARGEST_BLUR = 0.5  # radii: then the window no longer shows that the edges end
@@ -109,27 +109,27 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     reach = np.minimum(reach, LARGEST_RADIUS)
     large = reach >= SMALLEST_RADIUS
     half = int(np.ceil(reach.max(where=large, initial=0)))
-    rows, columns = grey.shape
-    start = np.floor(near + 0.5).astype(int)
-    inside = np.all(
-        (start >= half) & (start < np.array([columns, rows]) - half), axis=1
-    )
-    found.status[large & ~inside] = "too near the border"
-    i = np.flatnonzero(large & inside)
-    if not len(i):
-        return found
-
-    # Cut out the windows (k, n): offsets from the whole pixel, grey values and weights
+    found.status[large] = "too near the border"
     axis = np.arange(-half, half + 1)
     offset = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    g = grey[start[i, 1:] + offset[:, 1], start[i, :1] + offset[:, 0]]
-    start = start[i]
-    fit = _fit(g, offset, near[i] - start, reach[i])
-    found.status[i] = fit.status
-    good = fit.status == "measured"
-    found.pixels[i[good]] = (start + fit.p)[good]
-    found.covariance[i[good]] = fit.covariance[good]
-    found.blur[i[good]] = fit.blur[good]
+    i, place = np.flatnonzero(large), near[large]
+    # Once from where it was detected, then in a window around the corner itself
+    for _ in range(2):
+        middle = np.floor(place + 0.5).astype(int)
+        size = np.array(grey.shape[::-1])
+        inside = np.all((middle >= half) & (middle < size - half), axis=1)
+        found.status[i[~inside]] = "too near the border"
+        i, place, middle = i[inside], place[inside], middle[inside]
+        if not len(i):
+            return found
+        # Windows (k, n) of grey values, by offsets from the whole pixel
+        g = grey[middle[:, 1:] + offset[:, 1], middle[:, :1] + offset[:, 0]]
+        fit = _fit(g, offset, place - middle, reach[i])
+        found.status[i] = fit.status
+        good = fit.status == "measured"
+        i, place = i[good], (middle + fit.p)[good]
+    found.pixels[i], found.covariance[i] = place, fit.covariance[good]
+    found.blur[i] = fit.blur[good]
     return found
 
 
@@ -174,7 +174,7 @@ def _fit(g: np.ndarray, offset: np.ndarray, p: np.ndarray, radius: np.ndarray) -
         x[up], model[up], J[up] = tried[better], new_model[better], new_J[better]
         cost[up] = new_cost[better]
         damping[i] *= np.where(better, 0.1, 10)
-        step[i] = np.abs(dx[:, :2]).max(axis=1)
+        step[i] = np.abs(dx[:, :5]).max(axis=1)  # of p, t1, t2 and s
     return _judged((x, model, J), g, weight, p, radius, step)
 
 

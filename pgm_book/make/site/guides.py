@@ -23,7 +23,7 @@ def write(folder: Path) -> list[str]:
         # The sample lies beside the pages, file by file.
         text = text.replace("[data/sample](../data/sample)", _sample(folder))
         for other, its_file in PAGES.items():
-            text = text.replace(f"({its_file}", f"({other}.md")  # or a section
+            text = text.replace(f"({its_file})", f"({other}.md)")
         (target / f"{name}.md").write_text(text, encoding="utf-8")
     return [f"guides/{name}" for name in PAGES]
 
