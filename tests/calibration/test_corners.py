@@ -43,6 +43,18 @@ def test_two_edges_have_the_mean_of_a_bivariate_normal_distribution():
         assert values == pytest.approx((ends[0] - ends[1])[0, 0] / 2e-5, abs=1e-3)
 
 
+def test_derivatives_of_the_grey_values_are_those_of_differences():
+    x = np.array([[0.3, -0.4, 0.2, 1.9, 1.2, 100, 60, 0.002, -0.003]])
+    axis = np.arange(-9, 10)
+    offset = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    _, J = corners._edges(x, offset)
+    for i, h in enumerate(1e-6 * np.maximum(1, np.abs(x[0]))):
+        ends = [corners._edges(x + s * h * np.eye(9)[i], offset)[0] for s in (1, -1)]
+        difference = (ends[0] - ends[1]) / (2 * h)
+        scale = np.abs(difference).max()
+        np.testing.assert_allclose(J[..., i], difference, atol=1e-7 * scale)
+
+
 @pytest.mark.parametrize("angle", [RIGHT, np.radians(55)])
 def test_a_corner_without_noise_is_found_to_a_thousandth_of_a_pixel(angle):
     p = np.array([0.31, -0.22])

@@ -148,6 +148,12 @@ def test_what_to_photograph_next_is_seen(found):
     assert quality.coverage(found).shape == (4, 6)
     assert quality.coverage(found).sum() == corners
     assert quality.roll(found) > 70
+    # On its head is not turned
+    heads = found.result.exteriors.copy()
+    heads[:, 3:] = 0
+    heads[::2, 5] = np.pi
+    upside = replace(found, result=replace(found.result, exteriors=heads))
+    assert quality.roll(upside) < 1e-9
     tilts = quality.tilts(found)
     assert np.allclose(tilts, tilts.T) and 40 < tilts.max() < 95
     dc, sd = quality.zoom(found)
