@@ -1,5 +1,6 @@
 """A camera from photos of a board, against the truth and against OpenCV's."""
 
+import os
 from dataclasses import replace
 
 import cv2
@@ -201,10 +202,11 @@ def test_too_few_photos_and_parallel_ones_are_refused(photos):
 
 
 @pytest.mark.slow
-def test_errors_of_forty_cameras_are_as_large_as_predicted():
-    """Eight parameters each, rendered; JPEG every second one."""
+def test_errors_of_many_cameras_are_as_large_as_predicted():
+    """Eight parameters each, rendered; JPEG every second one. 200 in test-all."""
+    number = 200 if os.environ.get("PGM_LAB_LARGEST_SAMPLES") else 40
     ratios = []
-    for seed in range(40):
+    for seed in range(number):
         rng = np.random.default_rng(100 + seed)
         lens, shape = rendered.lens(rng), rendered.bent(rng)
         taken = rendered.photos(lens, shape, rng, quality=(None, 90)[seed % 2])
@@ -214,4 +216,6 @@ def test_errors_of_forty_cameras_are_as_large_as_predicted():
         ratios.append(off(found, lens))
     rms = np.sqrt(np.mean(np.square(ratios), axis=0))
     assert 0.85 < np.sqrt(np.mean(np.square(ratios))) < 1.18
-    assert rms.min() > 0.7 and rms.max() < 1.4  # 40 numbers each: sd 0.11
+    # The sd of each is 0.05 with 200 cameras, 0.11 with 40
+    low, high = (0.8, 1.25) if number == 200 else (0.7, 1.4)
+    assert low < rms.min() and rms.max() < high, rms
