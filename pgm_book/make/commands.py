@@ -93,7 +93,7 @@ def test_slow(*arguments: str) -> int:
 
 
 def test_all(*arguments: str) -> int:
-    """Run test, test-slow with the largest samples and test-publish: what failed?"""
+    """Run test, test-slow with the largest samples, and test-publish."""
     tasks = {"test": test, "test-slow": test_slow, "test-publish": test_publish}
     with patch.dict(os.environ, {LARGEST_SAMPLES: "1"}):
         failed = [name for name, task in tasks.items() if task(*arguments)]
