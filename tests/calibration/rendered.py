@@ -17,7 +17,11 @@ def lens(rng):
     """A camera like that of a phone: some 60 degrees, K1 to K3."""
     c = rng.uniform(3.6, 4.8)
     x0, y0 = 0.1 * rng.normal(size=2)
-    K = rng.uniform(-0.12, 0.05), rng.uniform(-0.05, 0.08), 0.02 * rng.normal()
+    r = np.linspace(0, 1.0, 50)  # of c: farther than the corner of the image
+    fold = True
+    while fold:  # where the distortion turns back
+        K = rng.uniform(-0.12, 0.05), rng.uniform(-0.05, 0.08), 0.02 * rng.normal()
+        fold = np.any(1 + 3 * K[0] * r**2 + 5 * K[1] * r**4 + 7 * K[2] * r**6 < 0.2)
     K = (k / c**i for k, i in zip(K, (2, 4, 6)))
     P = 5e-4 * rng.normal(size=2) / c
     return Camera(c, x0, y0, *K, *P, lens="forward")
@@ -47,7 +51,10 @@ def photos(camera, shape, rng, number=10, **settings):
         exterior[:2] += 25 * rng.normal(size=2)
         given = {"shape": shape, "noise": 2.0, "light": 0.3, "rng": rng}
         given |= {"blur": rng.uniform(0.6, 1.0)} | settings
-        one = boards.photograph(BOARD, camera, exterior, SIZE, PIXEL, **given)
+        try:
+            one = boards.photograph(BOARD, camera, exterior, SIZE, PIXEL, **given)
+        except ValueError:  # a corner outside the image lies beyond the lens's fold
+            continue
         if np.mean(one.inside) > 0.6:
             taken.append(one)
     return taken
