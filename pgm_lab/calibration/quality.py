@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pgm_lab.calibration.solve import Calibration
+from pgm_lab.calibration.solve import Calibration, between_directions
 from pgm_lab.camera import imaging
 
 CELLS = 6, 4  # of the image, along its longer and its shorter side
@@ -21,8 +21,7 @@ def coverage(found: Calibration) -> np.ndarray:
 
 def tilts(found: Calibration) -> np.ndarray:
     """Angles (m, m) between the directions in which the photos look, in degrees."""
-    axes = imaging.attitude(found.result.exteriors)[:, 2]
-    return np.degrees(np.arccos(np.clip(axes @ axes.T, -1, 1)))
+    return np.degrees(between_directions(found.result.exteriors))
 
 
 def roll(found: Calibration) -> float:

@@ -364,9 +364,7 @@ def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) ->
     points = [(board.points[one.ids] @ TO_OPENCV).astype("f4") for one in photos]
     pixels = [one.pixels[:, None].astype("f4") for one in photos]
     c = cv2.initCameraMatrix2D(points, pixels, size)[0, 0]
-    usual = max(
-        size
-    )  # a phone's; also where homographies of fronto-parallel photos fail
+    usual = max(size)  # a phone's; fronto-parallel photos have no c in them
     return float(c) if 0.2 * usual < c < 20 * usual else float(usual)
 
 
@@ -384,10 +382,15 @@ def _start_exterior(
     return np.concatenate([station, rotation.angles(M)])
 
 
+def between_directions(exteriors: np.ndarray) -> np.ndarray:
+    """Angles (m, m) between the directions in which photos look, in radians."""
+    axes = imaging.attitude(exteriors)[:, 2]
+    return np.arccos(np.clip(axes @ axes.T, -1, 1))
+
+
 def _refuse_parallel(exteriors: np.ndarray) -> None:
     """Refuse photos that all look along one direction."""
-    axes = np.array([imaging.attitude(one)[2] for one in exteriors])
-    tilt = np.arccos(np.clip(axes @ axes.T, -1, 1)).max()
+    tilt = between_directions(exteriors).max()
     if tilt < MIN_TILT:
         raise ValueError(
             f"all photos look the same way, within {np.degrees(tilt):.0f} degrees: then"
@@ -428,7 +431,7 @@ def _network(
     xy, covariance = frames.pixel_to_photo(
         pixels, photos[0].image_size, pixel_size, covariance=noise
     )
-    network = bundle.Network(
+    return bundle.Network(
         *(lens, exteriors, board.points[names], photo, point, xy),
         covariance=covariance,
         fixed=np.arange(len(names)) if flat else (),
@@ -436,7 +439,6 @@ def _network(
         photo_names=[one.name for one in photos],
         point_names=names.tolist(),
     )
-    return network
 
 
 def _accuracy(noise: np.ndarray, q: np.ndarray) -> dict:

@@ -1,7 +1,7 @@
 """Figures and tables for the notebooks: one look, readable at the back of a hall.
 
-The parts that every lesson needs are here. `board`, `bundle`, `matches` and
-`registration` draw results of the library, and are loaded when they are first used.
+The parts that every lesson needs are here. `bundle`, `matches` and `registration` draw
+results of the library, and are loaded when they are first used.
 """
 
 import importlib
@@ -30,7 +30,7 @@ from pgm_lab.plot.basic import (
 from pgm_lab.plot.space import pixel_on_ground
 
 if TYPE_CHECKING:
-    from pgm_lab.plot import board, bundle, matches, registration
+    from pgm_lab.plot import bundle, matches, registration
 
 __all__ = [
     "BLACK",
@@ -43,7 +43,6 @@ __all__ = [
     "SKY",
     "STYLE",
     "YELLOW",
-    "board",
     "bundle",
     "error_ellipse",
     "frame",

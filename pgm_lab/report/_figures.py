@@ -257,9 +257,21 @@ def board(case: Case) -> Drawn:
     if np.any(found.sd_shape > 0):
         network = found.result.network
         points = found.board.points[list(network.point_names)]
+        (x, y), height = points[:, :2].T, found.shape[:, 2]
+        high = np.abs(height).max()
+        longest = np.hypot(*found.shape[:, :2].T).max()
+        magnify = round_number(0.08 * np.ptp(points[:, :2], axis=0).max() / longest)
         figure, ax = plt.subplots(figsize=(9, 6.5))
-        shown = plot.board.shape(ax, points, found.shape)
-        yield figure, shown
+        look: Look = {"cmap": "RdBu_r", "vmin": -high, "vmax": high}
+        marks = ax.scatter(x, y, 130, height, edgecolors=plot.BLACK, **look)
+        arrows = (magnify * found.shape[:, :2]).T
+        look = {"angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.004}
+        ax.quiver(x, y, *arrows, **look)
+        ax.set(aspect="equal", xlabel="X (mm)", ylabel="Y (mm)")
+        ax.margins(0.1)
+        figure.colorbar(marks, label="height off the plane (mm)", shrink=0.7)
+        ends = {"low": float(height.min()), "high": float(height.max())}
+        yield figure, {"magnify": float(magnify), **ends}
 
 
 # --- A matching ---

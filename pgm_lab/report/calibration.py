@@ -76,17 +76,20 @@ class Case:
 
     def sections(self, about: str, short: bool, draw: Any = None) -> list:
         """Collect the report, the summary first."""
+        values = self._values | {"findings": self.findings}
+        values |= {"about": about, "short": short}
+        return _page.sections("calibration.j2", values, draw)
+
+    @property
+    def _values(self) -> dict[str, Any]:
+        """What both templates use."""
         values = {"case": self, "found": self.found, "result": self.result}
-        values |= _page.constants(__name__) | {"about": about, "short": short}
-        findings = _page.sections("calibration_findings.j2", values)[0].findings
-        return _page.sections("calibration.j2", values | {"findings": findings}, draw)
+        return values | _page.constants(__name__)
 
     @property
     def findings(self) -> list[Finding]:
         """All warnings; none when nothing is wrong."""
-        values = {"case": self, "found": self.found, "result": self.result}
-        values |= _page.constants(__name__)
-        return _page.sections("calibration_findings.j2", values)[0].findings
+        return _page.sections("calibration_findings.j2", self._values)[0].findings
 
     # --- The camera ---
 
@@ -193,7 +196,12 @@ class Case:
     @cached_property
     def tilt(self) -> float:
         """Largest angle between the directions of two photos, in degrees."""
-        return float(quality.tilts(self.found).max())
+        return float(self.tilts.max())
+
+    @cached_property
+    def tilts(self) -> np.ndarray:
+        """Angles (m, m) between the directions of the photos, in degrees."""
+        return quality.tilts(self.found)
 
     @cached_property
     def distances(self) -> np.ndarray:
@@ -228,7 +236,7 @@ class Case:
         square = np.bincount(network.photo, np.sum(self.result.residuals**2, axis=1), m)
         rms = np.sqrt(square / (2 * np.maximum(number, 1))) / found.pixel_size
         dc, sd = self.zoom
-        tilt = quality.tilts(found)[np.argmin(quality.tilts(found).sum(axis=0))]
+        tilt = self.tilts[np.argmin(self.tilts.sum(axis=0))]
         columns = [
             [one.name for one in found.photos],
             [str(one) for one in number],
