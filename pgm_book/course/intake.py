@@ -1,0 +1,245 @@
+"""Submissions as they are delivered: folders and zips, read as text and never run.
+
+A class is a folder, or a zip as Moodle gives it; in it a student is a folder, a zip or
+a file. ``submitted`` of nbgrader and the clones of GitHub Classroom are such folders.
+Only notebooks, ``my_pgm.py`` and ``my_results.json`` are read, up to a size; links are
+not followed, and nothing is unpacked onto the disk.
+"""
+
+import ast
+import functools
+import hashlib
+import json
+import re
+import stat
+import symtable
+import zipfile
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pgm_book.common.own_program import FILE, names_read
+from pgm_book.task import RESULTS
+
+LARGEST = 20 * 2**20  # bytes of a file
+MOST = 100  # files of a student
+_MOODLE = re.compile(r"_\d+_(assignsubmission|onlinetext).*$")
+
+
+@dataclass(frozen=True)
+class Notebook:
+    """The code of a notebook, in its order, and what its outputs say."""
+
+    file: str
+    cells: tuple[str, ...]
+    ids: tuple[str, ...]
+    said: str
+
+
+@dataclass(frozen=True)
+class Submission:
+    """What one student handed in."""
+
+    student: str
+    notebooks: tuple[Notebook, ...]
+    program: str
+    tasks: dict[str, str]  # the source of the last try, by the lesson's number
+    remarks: tuple[str, ...]
+
+    def digest(self) -> bytes:
+        """Return a hash of all code."""
+        code = [cell for notebook in self.notebooks for cell in notebook.cells]
+        whole = json.dumps([self.student, self.program, self.tasks, code])
+        return hashlib.sha256(whole.encode("utf-8", "replace")).digest()
+
+
+def read(place: Path) -> list[Submission]:
+    """Read all submissions of a folder, or of a zip that holds a class.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    files: dict[str, list[tuple[str, bytes]]] = defaultdict(list)
+    remarks: dict[str, list[str]] = defaultdict(list)
+    for student, name, content in _delivered(place):
+        if isinstance(content, str):
+            remarks[student].append(f"{name}: {content}")
+        elif len(files[student]) < MOST:
+            files[student].append((name, content))
+    found = [
+        _submission(student, sorted(files[student]), remarks[student])
+        for student in sorted(files.keys() | remarks.keys())
+    ]
+    if not found:
+        raise ValueError(
+            f"{place}: no submission was found. Give a folder with a folder, a zip or a"
+            " notebook for each student, or Moodle's zip."
+        )
+    return found
+
+
+# --- Files: (student, name, content, or why it was not read) ---
+
+
+def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str]]:
+    """Yield the files of all students."""
+    if not place.exists():
+        raise ValueError(f"{place}: there is no such folder or zip")
+    if place.is_file():
+        for name, content in _of_zip(place):
+            first, _, rest = name.partition("/")
+            yield student_of(first), rest or first, content
+        return
+    for entry in sorted(place.iterdir()):
+        student = student_of(entry.name)
+        if entry.name.startswith("."):
+            continue
+        if entry.is_symlink():
+            yield student, entry.name, "a link, which is not followed"
+        elif entry.is_dir():
+            for name, content in _of_folder(entry):
+                yield student, name, content
+        elif entry.suffix.lower() == ".zip":
+            for name, content in _of_zip(entry):
+                yield student, name, content
+        elif _wanted(entry.name):
+            yield student, entry.name, _content(entry)
+
+
+def student_of(name: str) -> str:
+    """Return a student's name from that of a folder, a zip or a file.
+
+    Examples
+    --------
+    >>> student_of("Ada Lovelace_12345_assignsubmission_file_")
+    'Ada Lovelace'
+    """
+    stem = re.sub(r"\.(zip|ipynb|py)$", "", name, flags=re.IGNORECASE)
+    return _MOODLE.sub("", stem).strip() or "nameless"
+
+
+def _wanted(name: str) -> bool:
+    """Whether a file is one that is read."""
+    path = PurePosixPath(name)
+    hidden = any(part.startswith((".", "__MACOSX")) for part in path.parts)
+    return not hidden and (path.suffix == ".ipynb" or path.name in (FILE, RESULTS))
+
+
+def _of_folder(folder: Path) -> Iterator[tuple[str, bytes | str]]:
+    """Yield the files of a student's folder."""
+    for path in sorted(folder.rglob("*")):  # links to folders are not entered
+        name = path.relative_to(folder).as_posix()
+        if path.is_symlink():
+            yield name, "a link, which is not followed"
+        elif path.is_file() and _wanted(name):
+            yield name, _content(path)
+
+
+def _content(path: Path) -> bytes | str:
+    """Return what a file holds, or why it was not read."""
+    if path.stat().st_size > LARGEST:
+        return f"larger than {LARGEST // 2**20} MB, not read"
+    return path.read_bytes()
+
+
+def _of_zip(path: Path) -> Iterator[tuple[str, bytes | str]]:
+    """Yield the files of a zip; nothing is written anywhere."""
+    try:
+        with zipfile.ZipFile(path) as whole:
+            for info in whole.infolist():
+                name = info.filename
+                if stat.S_ISLNK(info.external_attr >> 16):
+                    yield name, "a link, which is not followed"
+                elif name.startswith("/") or ".." in PurePosixPath(name).parts:
+                    yield name, "its path leads out of the zip, not read"
+                elif not info.is_dir() and _wanted(name):
+                    with whole.open(info) as file:
+                        content = file.read(LARGEST + 1)  # whatever its head says
+                    large = len(content) > LARGEST
+                    yield name, "too large, not read" if large else content
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError) as error:
+        yield path.name, f"not a zip that can be read: {error}"
+
+
+# --- What the files say ---
+
+
+def _submission(
+    student: str, files: list[tuple[str, bytes]], remarks: list[str]
+) -> Submission:
+    """Read the files of a student."""
+    notebooks, program, tasks = [], "", {}
+    for name, content in files:
+        try:
+            if name.endswith(".ipynb"):
+                notebooks.append(_notebook(name, content))
+            elif name.endswith(FILE):
+                program = content.decode("utf-8-sig")
+            else:
+                tries = json.loads(content)
+                tasks = {str(one["task"]): str(one["source"]) for one in tries}
+        except (ValueError, LookupError, TypeError, RecursionError) as error:
+            remarks = [*remarks, f"{name}: cannot be read, {type(error).__name__}"]
+    return Submission(student, tuple(notebooks), program, tasks, tuple(remarks))
+
+
+def _notebook(name: str, content: bytes) -> Notebook:
+    """Read the code cells of a notebook, of whatever version 4."""
+    cells = [c for c in json.loads(content)["cells"] if c["cell_type"] == "code"]
+    outputs = [output for cell in cells for output in cell.get("outputs", [])]
+    return Notebook(
+        name,
+        tuple(python_of(_joined(cell["source"])) for cell in cells),
+        tuple(str(cell.get("id", "")) for cell in cells),
+        "\n".join(_joined(output.get("text", "")) for output in outputs),
+    )
+
+
+def _joined(text: Any) -> str:
+    """Return a text that may come as a list of lines."""
+    return "".join(map(str, text)) if isinstance(text, list) else str(text)
+
+
+def python_of(source: str) -> str:
+    """Return a cell without the lines that only a notebook understands."""
+    try:
+        ast.parse(source)
+        return source
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        lines = re.sub(r"^(\s*)[%!?].*$", r"\1pass", source, flags=re.MULTILINE)
+        return re.sub(r"^(\s*\w+)\?+\s*$", r"\1", lines, flags=re.MULTILINE)
+
+
+# --- The cells that a name needs ---
+
+
+def needed(cells: tuple[str, ...], names: set[str], handing_in: bool = False) -> list:
+    """Return the cells that give names their values, and all that these cells use.
+
+    With `handing_in` also those that hand in the result of the task. A cell that
+    cannot be parsed gives nothing.
+    """
+    all_names = [bound_used(cell) for cell in cells]
+    wanted, chosen = set(names), set()
+    more = {k for k, cell in enumerate(cells) if handing_in and ".hand_in(" in cell}
+    while True:  # again and again, since a function may use what a later cell defines
+        chosen |= more
+        wanted = wanted.union(*(all_names[k][1] for k in more))
+        more = {k for k, (bound, _) in enumerate(all_names) if bound & wanted} - chosen
+        if not more:
+            return [cells[k] for k in sorted(chosen)]
+
+
+@functools.lru_cache(10_000)
+def bound_used(cell: str) -> tuple[set[str], set[str]]:
+    """Names to which a cell gives a value, and names that it takes from others."""
+    try:
+        table, read = symtable.symtable(cell, "cell", "exec"), names_read(cell)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return set(), set()
+    names = table.get_symbols()
+    return {n.get_name() for n in names if n.is_assigned() or n.is_imported()}, read
