@@ -6,10 +6,16 @@ PYTHON ?= python3
 TASKS = lab test test-slow test-all test-oldest test-publish chapter notebooks slides \
 	handouts site student requirements benchmark mutations house
 
-.PHONY: help $(TASKS)
+.PHONY: help grade $(TASKS)
 
 help:
 	@$(PYTHON) tasks.py
+
+# make grade SUBMISSIONS=folder LESSON="2 A1" RUBRIC=file SECRET=word TRUSTED=yes
+grade:
+	@$(PYTHON) tasks.py grade "$(SUBMISSIONS)" $(if $(LESSON),--lessons $(LESSON)) \
+		$(if $(RUBRIC),--rubric "$(RUBRIC)") $(if $(SECRET),--secret "$(SECRET)") \
+		$(if $(filter yes,$(TRUSTED)),--trusted) $(ARGS)
 
 $(TASKS):
 	@$(PYTHON) tasks.py $@ $(LESSON) $(ARGS)

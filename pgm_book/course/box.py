@@ -54,7 +54,7 @@ MACHINES = {
 }
 
 
-class Stopped(Exception):
+class NoAnswer(Exception):
     """The box gives no answer any more."""
 
 
@@ -204,7 +204,7 @@ class Box:
 
         Raises
         ------
-        Stopped
+        NoAnswer
             If it answers nothing in time, or too much, or no longer.
         Exception
             Of the class that the student's code raised, if that is one of Python's.
@@ -234,21 +234,21 @@ class Box:
             line = self.process.stdout.readline(worker.BYTES + 1000)
         if not line.endswith(b"\n"):
             self.stop("its answer is too long" if line else "it ended its process")
-            raise Stopped(self.why)
+            raise NoAnswer(self.why)
         try:
             answer = json.loads(line)
         except (ValueError, RecursionError):
             answer = None
         if not isinstance(answer, dict):
             self.stop("its answer is not readable")
-            raise Stopped(self.why)
+            raise NoAnswer(self.why)
         return answer
 
     def called(self, asked: dict) -> dict:
         """Answer a call of a function of the judge's."""
         if next(self.callbacks) > CALLBACKS:
             self.stop("it called a function too often")
-            raise Stopped(self.why)
+            raise NoAnswer(self.why)
         try:
             arguments = plain.unpacked(asked["arguments"])
             return {"value": plain.packed(self.functions[asked["call"]](*arguments))}

@@ -18,7 +18,7 @@ import os
 import secrets
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +37,8 @@ from pgm_lab import datasets
 
 HERE = Path(__file__).parent
 RUBRIC = HERE / "rubric.csv"
+Judging = tuple[dict[str, bytes], Callable[[box.Box], None]]  # files, and what judges
+
 TASK = "task"  # the exercise that is a lesson's task
 RESULT = "the result"  # its only property
 
@@ -233,7 +235,8 @@ def _mark(
     if not cells:
         return None
     key = exercise.lesson, exercise.name
-    found, said, remarks = (), "", []
+    found: tuple[tuple[str, bool | None], ...] = ()
+    said, remarks = "", []
     files = {intake.FILE: submission.program.encode("utf-8", "replace")}
     judging = _judging_task if exercise.name == TASK else _judging
     quiet = contextlib.redirect_stdout(io.StringIO())
@@ -265,7 +268,7 @@ def seed_of(*words: str) -> int:
 
 
 @contextlib.contextmanager
-def _judging(exercise: Exercise, student: str, secret: str):  # noqa: ARG001
+def _judging(exercise: Exercise, *_: str) -> Iterator[Judging]:
     """Give no files, and what calls the check with what is in the box."""
 
     def judge(closed: box.Box) -> None:
@@ -279,7 +282,7 @@ def _judging(exercise: Exercise, student: str, secret: str):  # noqa: ARG001
                     closed.ask(box.CALLING, do="value", name=name)
                 )
             else:
-                raise checks.CheckFailed(f"{name} has no value: did its cell stop?")
+                raise checks.CheckFailed(f"{name} has no value: its cell stopped.")
         eval(compile(exercise.call, "check", "eval"), space)
 
     yield {}, judge
@@ -301,7 +304,7 @@ def _space(exercise: Exercise) -> dict:
 
 
 @contextlib.contextmanager
-def _judging_task(exercise: Exercise, student: str, secret: str):
+def _judging_task(exercise: Exercise, student: str, secret: str) -> Iterator[Judging]:
     """Give the files of a student's task, and what judges the result in the box."""
     with contextlib.redirect_stdout(io.StringIO()):
         mine = task.start(exercise.lesson, student, secret)
@@ -403,8 +406,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"grade: {error}", file=sys.stderr)
         return 1
     marks = graded(submissions, asked, secret, options.trusted)
-    for path in feedback.write(options.to, submissions, asked, marks, options.trusted):
-        print(path)
+    solved = tuple(cell for lesson in notebooks() for cell in code_of(lesson))
+    written = feedback.write(
+        options.to, submissions, asked, marks, solved, options.trusted
+    )
+    print(*written, sep="\n")
     return 0
 
 

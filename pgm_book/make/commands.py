@@ -152,6 +152,11 @@ MODULES = {
         ["pgm_book.make", "student"],
         "Make the copies for students and instructors, in build/.",
     ),
+    "grade": (
+        ["main"],
+        ["pgm_book.course.grade"],
+        "Grade a folder of submissions, each in a closed box, into build/grades.",
+    ),
     "requirements": (
         ["main", "dev"],
         ["pgm_book.make.requirements"],

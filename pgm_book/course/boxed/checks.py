@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from nothing import __getattr__  # noqa: F401
+from nothing import __getattr__  # type: ignore[import-not-found]  # noqa: F401
 
 
 class CheckFailed(AssertionError):

@@ -54,7 +54,7 @@ def packed(value: Any, function: Callable[[Callable], int] | None = None) -> Any
         return {"function": function(value)}
     if hasattr(value, "__array__"):  # a table of pandas, a tensor
         return packed(np.asarray(value), function)
-    raise TypeError(f"a {type(value).__name__} is no plain data")
+    raise TypeError(f"no plain data: {type(value).__name__}")
 
 
 def unpacked(said: Any, function: Callable[[int], Callable] | None = None) -> Any:
@@ -106,7 +106,7 @@ def _array(value: np.ndarray | np.generic) -> list:
     """An array's type, shape and bytes."""
     array = np.asarray(value)
     if array.dtype.kind not in KINDS:
-        raise TypeError(f"an array of {array.dtype} is no plain data")
+        raise TypeError(f"no plain data: array of {array.dtype}")
     if array.nbytes > LARGEST:
         raise TypeError(f"an array of {array.nbytes / 2**20:.0f} MB is too large")
     whole = base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()

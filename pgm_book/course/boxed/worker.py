@@ -158,9 +158,9 @@ if __name__ == "__main__":
     here = os.path.dirname(os.path.abspath(__file__))
     sys.path[:0] = sys.argv[1:]
     sys.path.insert(0, here)
-    import nothing
+    import nothing  # type: ignore[import-not-found]
     import numpy as np
-    import plain
+    import plain  # type: ignore[import-not-found]
 
     sys.path.remove(here)
     sys.meta_path.insert(0, nothing.Finder())
