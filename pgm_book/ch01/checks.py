@@ -89,7 +89,7 @@ def pixel_to_photo(function: Callable) -> None:
             ),
             (
                 "y points up",
-                bool(np.all(down[:, 1] < 0)),
+                along_with(bool(np.all(down[:, 1] < 0)), millimetres),
                 "the y axis is flipped: a step down must make y smaller",
             ),
             (

@@ -5,7 +5,7 @@ import contextlib
 import functools
 import io
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any
 from unittest import mock
@@ -53,6 +53,11 @@ class Exercise:
         return told[0]
 
 
+def replaced(exercise: Exercise, answer: Any) -> Exercise:
+    """Return an exercise of which all the parts of an answer are the same."""
+    return replace(exercise, others=(answer,) * len(exercise.others))
+
+
 def number(stem: str) -> str:
     """Return the number of a notebook in the rubric: 1, 2c, A1."""
     first, second, *_ = stem.split("_")
@@ -81,6 +86,7 @@ def of(stem: str) -> tuple[Exercise, ...]:
                 else:
                     exec(compile(ast.Module([statement], []), stem, "exec"), names)
             plt.close("all")
+    names.pop("mine", None)  # the solutions hold the names, and it its folder
     return tuple(found)
 
 
