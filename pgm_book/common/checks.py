@@ -221,7 +221,7 @@ def report(name: str, properties: Iterable[tuple[str, bool | None, str]]) -> Non
     """Print the properties that hold, or raise `CheckFailed` with hints to the others.
 
     `properties` are (property, whether it holds, hint), in plain words; None stands for
-    one that was not tried, because another has to hold first.
+    one that says nothing, because another has to hold first.
 
     Examples
     --------
@@ -239,6 +239,20 @@ def report(name: str, properties: Iterable[tuple[str, bool | None, str]]) -> Non
         failed.properties = results
         raise failed
     print(f"✓ {name}: " + "; ".join(text for text, holds in results if holds) + ".")
+
+
+def along_with(holds: bool, other: bool) -> bool | None:
+    """Whether a property holds that counts only if another one does; else None.
+
+    So is treated what a function has that does nothing: zeros add up, and what is the
+    same for all inputs has the right answer for some of them.
+
+    Examples
+    --------
+    >>> along_with(True, True), along_with(True, False), along_with(False, False)
+    (True, None, False)
+    """
+    return None if holds and not other else bool(holds)
 
 
 def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> bool:

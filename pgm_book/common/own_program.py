@@ -31,8 +31,8 @@ class CheckFailed(AssertionError):
     Attributes
     ----------
     properties : tuple of (str, bool or None)
-        Each property that the check names and whether it holds; None: not tried. Empty
-        where it stopped before.
+        Each property that the check names and whether it holds; None: another has to
+        hold first. Empty where the check stopped before.
     """
 
     properties: tuple[tuple[str, bool | None], ...] = ()

@@ -1,0 +1,64 @@
+"""The rubric: what is worth points in the exercises, and what is not."""
+
+import csv
+from collections import defaultdict
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from pgm_book.common import checks
+from tests.course import exercises, trivial
+
+with (resources.files("pgm_book.course") / "rubric.csv").open(encoding="utf-8") as file:
+    ROWS = list(csv.DictReader(file))
+POINTS: dict[tuple[str, str], dict[str, float]] = defaultdict(dict)
+for row in ROWS:
+    here = POINTS[row["lesson"], row["exercise"]]
+    here[row["property"]] = float(row["points"])
+ALL_OF_IT = {"photo", "fourth"}  # whose other arguments are the reader's as well
+STEMS = exercises.stems()
+
+
+def earned(exercise, answer) -> float:
+    points = POINTS[exercise.lesson, exercise.name]
+    return sum(points[text] for text, holds in exercise.properties(answer) if holds)
+
+
+def test_an_exercise_is_worth_ten_points_and_a_task_twenty():
+    assert len(ROWS) == sum(map(len, POINTS.values()))  # no row twice
+    for (_, exercise), points in POINTS.items():
+        assert sum(points.values()) == (20 if exercise == "task" else 10)
+        assert min(points.values()) >= 0
+
+
+def test_each_exercise_and_each_task_has_its_rows():
+    found = {(one.lesson, one.name) for stem in STEMS for one in exercises.of(stem)}
+    tasks = {(exercises.number(stem), "task") for stem in STEMS if "case" not in stem}
+    assert set(POINTS) == found | tasks
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_rows_are_what_the_check_names_and_the_solution_earns_all(stem):
+    for one in exercises.of(stem):
+        told = one.properties(one.solution)
+        assert [text for text, _ in told] == list(POINTS[one.lesson, one.name])
+        assert earned(one, one.solution) == 10
+
+
+def tried(one, answer, secret) -> float:
+    """Points that an answer earns under a secret."""
+    alone = exercises.replaced(one, answer) if one.name in ALL_OF_IT else one
+    with checks.hidden(secret), np.errstate(all="ignore"):
+        return earned(alone, answer)
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_who_does_nothing_earns_nothing(stem):
+    paid = []
+    for one in exercises.of(stem):
+        of = trivial.functions if callable(one.solution) else trivial.values
+        for name, answer in of(one.solution):
+            if points := tried(one, answer, 7):
+                paid.append((one.lesson, one.name, name, points))
+    assert paid == []
