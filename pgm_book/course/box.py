@@ -29,10 +29,12 @@ import numpy as np
 from pgm_book.course.boxed import plain, worker
 from pgm_book.course.boxed.nothing import BooksOwn
 
+CLOSED = "it is closed"
 LOADING, CALLING = 30.0, 10.0  # seconds
 CALLBACKS = 20_000  # calls of a function of the judge's, in all
 ROOM = 64 * 2**20  # bytes of the box's own folder
 HOME = "/home/student"
+WINDOWS = {k: v for k, v in os.environ.items() if k == "SYSTEMROOT"}
 VARIABLES = {
     "HOME": HOME,
     "TMPDIR": HOME,
@@ -52,6 +54,25 @@ MACHINES = {
     "x86_64": (0xC000003E, {"clone": 56, "fork": 57, "vfork": 58, "clone3": 435}),
     "aarch64": (0xC00000B7, {"clone": 220, "clone3": 435}),
 }
+
+
+NAMED = {  # what a student's code was refused, by the beginning of its error
+    "BooksOwn": "calls the book's own function",
+    "MemoryError": f"asked for more than {worker.MEMORY / 2**30:.0f} GB of memory",
+    "SystemExit": "ended the program",
+    "PermissionError: [Errno 1]": "tried to start another process",
+    "OSError: [Errno 101]": "tried to reach a network",
+    "gaierror": "tried to reach a network",
+    "OSError: [Errno 27]": f"wrote a file of more than {worker.FILE // 2**20} MB",
+    "OSError: [Errno 28]": f"wrote more than {ROOM // 2**20} MB",
+    "OSError: [Errno 30]": "tried to write outside its folder",
+}
+
+
+def named(said: str) -> str:
+    """Return an error in words, if it is one of what the box refuses."""
+    found = (words for begin, words in NAMED.items() if said.startswith(begin))
+    return next(found, said)
 
 
 class NoAnswer(Exception):
@@ -173,7 +194,7 @@ class Box:
                 stderr=subprocess.DEVNULL,
                 cwd=home,
                 # Nothing of the lecturer's, for bubblewrap's own is read in the box
-                env=VARIABLES | {"HOME": home, "TMPDIR": home},
+                env=VARIABLES | {"HOME": home, "TMPDIR": home} | WINDOWS,
                 start_new_session=True,
                 pass_fds=[] if trusted else [number],
             )
@@ -182,7 +203,7 @@ class Box:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.stop("it is closed")
+        self.stop(CLOSED)
         for pipe in (self.process.stdin, self.process.stdout):
             with contextlib.suppress(OSError):
                 pipe.close()  # type: ignore[union-attr]
@@ -191,7 +212,9 @@ class Box:
 
     def stop(self, why: str) -> None:
         """End the process, and all that it started."""
-        self.why = self.why or why
+        if not self.why:
+            self.why = why
+            self.remarks += [why] if why != CLOSED else []
         if os.name == "posix":
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self.process.pid, signal.SIGKILL)
@@ -258,13 +281,12 @@ class Box:
     def error(self, described: Any) -> Exception:
         """Return the error of the student's code, to be raised here."""
         kind, said, missing = ([*map(str, described)] + 3 * [""])[:3]
+        self.remarks.append(named(f"{kind}: {said}" if said else kind))
         if kind == "BooksOwn":
-            self.remarks.append(BooksOwn.__name__)
             return BooksOwn(said)
         found = getattr(np.linalg if kind == "LinAlgError" else builtins, kind, None)
         if not (isinstance(found, type) and issubclass(found, BaseException)):
             found = RuntimeError
-        self.remarks.append(f"{kind}: {said}" if said else kind)
         if issubclass(found, NameError):
             return found(said, name=missing)  # as the checks read it
         if issubclass(found, Exception):

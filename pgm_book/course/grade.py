@@ -247,7 +247,7 @@ def _mark(
             try:
                 request = {name: content.hex() for name, content in files.items()}
                 errors = closed.ask(box.LOADING, do="load", cells=cells, files=request)
-                remarks += [": ".join(map(str, error[1:3])) for error in errors][:3]
+                remarks += [box.named(": ".join(map(str, e[1:3]))) for e in errors][:3]
                 judge(closed)
                 found = tuple((text, True) for text in exercise.points)
             except checks.CheckFailed as error:
@@ -255,7 +255,7 @@ def _mark(
             except Exception as error:  # whatever a stranger's answer leads to
                 said = f"{type(error).__name__}: {str(error)[:300]}"
             remarks += closed.remarks
-    if box.BooksOwn.__name__ in remarks and said:
+    if said and box.NAMED["BooksOwn"] in remarks:
         found, said = (), "it calls the book's own function; write yours."
     points = sum(exercise.points.get(text, 0.0) for text, holds in found if holds)
     remarks = list(dict.fromkeys(remarks))[:5]

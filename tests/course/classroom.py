@@ -1,4 +1,4 @@
-"""A class of simulated submissions for lesson 2: right, wrong, lazy, unusual, hostile."""
+"""A class of simulated submissions of lesson 2: right, wrong, lazy, hostile."""
 
 import io
 import json
@@ -14,7 +14,7 @@ from pgm_book.make.student import student_copy
 LESSON = FOLDER / "02_normalized_cross_correlation.ipynb"
 
 # Of each function one that reads otherwise; lists and tuples come back.
-UNUSUAL = '''
+UNUSUAL = """
 import math
 import numpy
 
@@ -45,9 +45,9 @@ def search_width(template, left, right):
 def peak_of_parabola(before, middle, after):
     a, b, _ = numpy.polyfit([-1, 0, 1], [before, middle, after], 2)
     return (-b / (2 * a),)
-'''
+"""
 
-WRONG = '''
+WRONG = """
 import numpy as np
 
 
@@ -77,9 +77,9 @@ def search_width(template, left, right):  # one side only
 
 def peak_of_parabola(before, middle, after):  # the sign
     return (after - before) / (2 * (before - 2 * middle + after))
-'''
+"""
 
-LAZY = '''
+LAZY = """
 import numpy as np
 from pgm_book import program
 from pgm_lab import ncc
@@ -94,7 +94,8 @@ def line(x, y):
 
 
 def correlation_map(template, search):
-    return getattr(__import__("pgm_lab.ncc").ncc, "correlation" + "_map")(template, search)
+    found = getattr(__import__("pgm_lab.ncc").ncc, "correlation" + "_map")
+    return found(template, search)
 
 
 def search_width(template, left, right):
@@ -103,9 +104,9 @@ def search_width(template, left, right):
 
 def peak_of_parabola(before, middle, after):
     return program.registration.peak_of_parabola(before, middle, after)
-'''
+"""
 
-PATCHES = '''
+PATCHES = """
 import numpy as np
 from pgm_book.common import checks
 from pgm_book.ch02 import checks as chapter2
@@ -128,11 +129,11 @@ def line(x, y): return Always(1), Always(2)
 def correlation_map(template, search): return np.zeros((7, 8))
 def search_width(template, left, right): return Always(99)
 def peak_of_parabola(before, middle, after): return Always(0)
-'''
+"""
 
 ENDS = "import os, sys\nsys.exit(0)\n"
 
-HARMS = '''
+HARMS = """
 import os
 import subprocess
 import threading
@@ -160,9 +161,9 @@ def search_width(template, left, right):
 
 def peak_of_parabola(before, middle, after):
     os._exit(0)
-'''
+"""
 
-READS = '''
+READS = """
 import glob
 import os
 import socket
@@ -190,7 +191,7 @@ def search_width(template, left, right):
 
 def peak_of_parabola(before, middle, after):
     return float(socket.create_connection(("192.0.2.1", 80), 1).recv(10))
-'''
+"""
 
 
 def notebook(answers: dict[str, str], student: bool = True) -> nbformat.NotebookNode:

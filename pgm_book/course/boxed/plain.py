@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 KINDS = "biufcUM"  # of arrays: truth values, numbers, texts, dates
-LARGEST = 32 * 2**20  # bytes of one array
 
 
 def packed(value: Any, function: Callable[[Callable], int] | None = None) -> Any:
@@ -107,8 +106,6 @@ def _array(value: np.ndarray | np.generic) -> list:
     array = np.asarray(value)
     if array.dtype.kind not in KINDS:
         raise TypeError(f"no plain data: array of {array.dtype}")
-    if array.nbytes > LARGEST:
-        raise TypeError(f"an array of {array.nbytes / 2**20:.0f} MB is too large")
     whole = base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
     return [array.dtype.str, list(array.shape), whole]
 
@@ -116,6 +113,6 @@ def _array(value: np.ndarray | np.generic) -> list:
 def _array_of(dtype: str, shape: list[int], whole: str) -> np.ndarray:
     """An array from its type, shape and bytes."""
     kind = np.dtype(str(dtype))
-    if kind.kind not in KINDS or not all(type(n) is int for n in shape):
+    if kind.kind not in KINDS or not all(type(n) is int and n >= 0 for n in shape):
         raise ValueError("not an array of numbers")
     return np.frombuffer(base64.b64decode(whole), kind).reshape(shape).copy()

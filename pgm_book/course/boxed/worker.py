@@ -19,7 +19,7 @@ from typing import Any
 MEMORY = 2 * 2**30  # bytes that a process may ask for
 FILE = 16 * 2**20  # bytes of a file that it may write
 SECONDS = 120  # of computing
-BYTES = 48 * 2**20  # of an answer
+BYTES = 8 * 2**20  # of an answer
 
 
 def limited() -> None:
