@@ -15,6 +15,7 @@ from pgm_book.common.checks import (
     near,
     report,
     shaken,
+    shuffled,
     varied,
 )
 from pgm_book.program import lsm as textbook
@@ -161,18 +162,6 @@ def stop(function: Callable) -> None:
 
     The last two of a step, of h0 and h1, move no pixel; here they are large.
     """
-    half = varied(35, 10, lambda rng: int(rng.choice([7, 8, 9, 11, 12])))
-    scale = np.array([1, 10 / half, 10 / half, 1, 10 / half, 10 / half, 1, 1])
-    more = shaken(36, np.ones(8), 0.003)
-    said = set()
-
-    def answers(half: int, *steps: tuple[float, ...]) -> list[bool]:
-        """What the reader's function says to steps of a0, a1, a2, b0, b1, b2."""
-        full = [np.array([*step, 0.3, -0.02]) * scale * more for step in steps]
-        found = [bool(call(function, step, half, shape=())) for step in full]
-        said.update(found)
-        return found
-
     small = (0.004, 1e-4, -2e-4, -0.003, 2e-4, 1e-4)
     log = (-0.0495, 0.01096, -0.12710, 0.0603, -0.02777, -0.03908)
     shear, negative = (0, 0, 0.004, 0, 0, 0), (0, -0.004, 0, 0, 0, -0.003)
@@ -181,67 +170,105 @@ def stop(function: Callable) -> None:
     rest = (0, 9.5e-4, 0, 0, 0, 0), (0, 0, 0, 0, 0, -9.5e-4)
     aslant = (0.009, 0, 0, 0.009, 0, 0)  # 0.0127 px, but less than the limit in both
     sums = (0.004, 4e-4, 4e-4, 0, 0, 0), (0.004, 6.5e-4, 0, 0, 0, 0)
-    hints = [
-        (
-            "small steps end it",
-            all(answers(half, small)),
-            "it goes on after small steps",
-        ),
+    # What holds, whether these steps end it, in windows how many times as large
+    claims: list[tuple[str, bool, int, tuple, str]] = [
+        ("small steps end it", True, 1, (small,), "it goes on after small steps"),
         (
             "shifts are looked at",
-            not any(answers(half, (0.4, 0, 0, 0, 0, 0), (0, 0, 0, 0.3, 0, 0))),
+            False,
+            1,
+            ((0.4, 0, 0, 0, 0, 0), (0, 0, 0, 0.3, 0, 0)),
             "it stops although the window still shifts",
         ),
         (
             "both signs",
-            not any(answers(half, (-0.4, 0, 0, -0.2, 0, 0))),
+            False,
+            1,
+            ((-0.4, 0, 0, -0.2, 0, 0),),
             "it stops at a large negative shift",
         ),
         (
             "shape is looked at",
-            not any(answers(half, shear, negative, log)),
+            False,
+            1,
+            (shear, negative, log),
             "it stops although the corners of the window still move",
         ),
         (
             "rows as well as columns",
-            not any(answers(half, (0, 0, 0, 0, 0.004, 0))),
+            False,
+            1,
+            ((0, 0, 0, 0, 0.004, 0),),
             "b1 and b2 move the corners, too: it stops although the rows still change",
         ),
         (
             "all four corners",
-            not any(answers(half, *diagonals)),
+            False,
+            1,
+            diagonals,
             "there is a corner that it does not look at, and that one still moves",
         ),
         (
             "the parts add up",
-            not any(answers(half, *sums)),
+            False,
+            1,
+            sums,
             "each part is small, but in one corner of the window they add up to more",
         ),
         (
             "the size of the window counts",
-            not any(answers(4 * half, tuple(0.9 * np.array(small)))),
+            False,
+            4,
+            (tuple(0.9 * np.array(small)),),
             "the same step moves the corner of a large window by more than 0.01 px",
         ),
         (
             "the window ends at half",
-            all(answers(half, *rest)),
+            True,
+            1,
+            rest,
             "it goes on although no pixel from −half to half moves by 0.01 px",
         ),
         (
             "x and y each have the limit",
-            all(answers(half, aslant)),
+            True,
+            1,
+            (aslant,),
             "it goes on although no pixel moves by more than 0.01 px in x or in y:"
             " compare each with the limit, not the distance",
         ),
     ]
-    # One slip fails many: the first two are enough to read
-    read = [text for text, holds, _ in hints if not holds][:2]
-    both = len(said) == 2
-    counted = [
-        along_with(holds, both) if holds or text in read else None
-        for text, holds, _ in hints
+    trials = [
+        (k, times, step)
+        for k, (_, _, times, steps, _) in enumerate(claims)
+        for step in steps
     ]
-    report("stop", [(text, k, hint) for k, (text, _, hint) in zip(counted, hints)])
+    answers = _stops(function, trials)
+    holds = [
+        all(said == ends for (which, *_), said in zip(trials, answers) if which == k)
+        for k, (_, ends, *_) in enumerate(claims)
+    ]
+    # One slip fails many: the first two are enough to read
+    read = [k for k, good in enumerate(holds) if not good][:2]
+    both = len(set(answers)) == 2
+    counted = [
+        along_with(good, both) if good or k in read else None
+        for k, good in enumerate(holds)
+    ]
+    report("stop", [(text, k, hint) for k, (text, *_, hint) in zip(counted, claims)])
+
+
+def _stops(function: Callable, trials: list[tuple[int, int, tuple]]) -> list[bool]:
+    """What the reader's function says to steps of a0, a1, a2, b0, b1, b2."""
+    half = varied(35, 10, lambda rng: int(rng.choice([7, 8, 9, 11, 12])))
+    scale = np.array([1, 10 / half, 10 / half, 1, 10 / half, 10 / half, 1, 1])
+    scale = scale * shaken(36, np.ones(8), 0.003)
+    said = [False] * len(trials)
+    for k in shuffled(40, len(trials)):
+        _, times, step = trials[k]
+        full = np.array([*step, 0.3, -0.02]) * scale
+        said[k] = bool(call(function, full, times * half, shape=()))
+    return said
 
 
 def match(function: Callable) -> None:

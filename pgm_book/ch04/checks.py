@@ -16,6 +16,7 @@ from pgm_book.common.checks import (
     near,
     report,
     shaken,
+    shuffled,
 )
 from pgm_lab import rotation
 
@@ -157,12 +158,14 @@ def _ordered(order: str, signs: tuple[int, int, int] = (1, 1, 1)) -> np.ndarray:
 def is_rotation(function: Callable) -> None:
     """Check the reader's is_rotation(M, tolerance), which answers True or False."""
     cases = nine_numbers()
+    order = shuffled(45, len(cases))
+    cases = [cases[k] for k in order]
     answers = [bool(call(function, M, limit, shape=())) for _, M, limit, _, _ in cases]
     properties = [
         (text, along_with(answer == expected, len(set(answers)) > 1), hint)
         for answer, (text, _, _, expected, hint) in zip(answers, cases, strict=True)
     ]
-    report("is_rotation", properties)
+    report("is_rotation", [properties[k] for k in np.argsort(order)])
 
 
 def angles(function: Callable) -> None:

@@ -7,6 +7,7 @@ import scipy
 
 from pgm_book.common.checks import (
     CheckFailed,
+    along_with,
     answer_of,
     call,
     chance,
@@ -184,15 +185,20 @@ def chip_shifts(function: Callable[..., object]) -> None:
         (np.broadcast_to(right[-1], right.shape), "every chip has a shift of its own"),
     ]
     otherwise = "the shifts are not those of best_shift plus peak_of_parabola"
+    good = near(found, right, 1e-6)
+    border = [
+        (text, along_with(holds, good), hint)
+        for text, holds, hint in _at_the_border(function, points, chip, radius)
+    ]
     report(
         "chip_shifts",
         [
             (
                 "whole pixels plus the peak, in x and in y",
-                near(found, right, 1e-6),
+                good,
                 first_slip(found, slips, otherwise),
             ),
-            *_at_the_border(function, points, chip, radius),
+            *border,
         ],
     )
 

@@ -59,24 +59,32 @@ def redundancy_numbers(function: Callable) -> None:
     )
 
 
+def _orders(rng: np.random.Generator) -> tuple[list[int], list[int]]:
+    """Rows of two nets, 4 the suspect: in the first after 2, in the other in front."""
+    order = [2, *rng.permutation([0, 1, 3]).tolist()]
+    order.insert(int(rng.integers(1, 4)), 4)
+    return order, [4, *rng.permutation(4).tolist()]
+
+
 def suspect(function: Callable) -> None:
     """Check the reader's suspect(v, sigma, r): a row number, or -1 for none."""
-    # Another order of the first four, under a secret: the last one is the suspect
-    order = varied(101, np.arange(5), lambda rng: np.append(rng.permutation(4), 4))
-    v, sigma, r, signs = np.array(
+    table = np.array(
         [
             (4.0, -9.0, -7.0, 1.5, -3.0),
             (2.0, 5.0, 2.0, 3.0, 1.2),
             (0.6, 0.7, 0.5, 0.4, 0.12),
-            (-1, -2, 1, -1, -1),
         ]
-    )[:, order]
-    v, sigma, r = (shaken(102 + k, one, 0.02) for k, one in enumerate((v, sigma, r)))
+    )
+    table, signs = shaken(101, table, 0.02), np.array([-1, -2, 1, -1, -1])
     # w is about (2.6, -2.2, -4.9, 0.8, -7.2), and then (7.2, -0.8, -4.9, 4.3, -2.6)
-    cases = [(v, sigma, r), ((v * signs)[::-1], sigma[::-1], r[::-1])]
+    order, other = varied(102, ([0, 1, 2, 3, 4], [4, 3, 2, 1, 0]), _orders)
+    v, sigma, r = table[:, order]
+    turned, *rest = table[:, other]
+    cases = [(v, sigma, r), (turned * signs[other], *rest)]
+    row = order.index(4)  # of the suspect
     highest = round(float(np.abs(_w(v, sigma, r)).max()), 4)
     found = [_row(function, *case) for case in cases]
-    right = found == [_largest(_w(*case)) for case in cases] == [4, 0]
+    right = found == [_largest(_w(*case)) for case in cases] == [row, 0]
     hint = next(
         (hint for hint, wrong in _SLIPS if found == [wrong(*case) for case in cases]),
         "another observation has the largest |w|",
@@ -94,7 +102,7 @@ def suspect(function: Callable) -> None:
         for added in ((0.0, 1.0, 0.0), (-1e-12, 1.0, 0.0))
     ]
     alone_hint = "an observation with r = 0 has no w: leave it out before dividing"
-    if alone == [4, 4, 4, 4]:
+    if alone == [row] * 4:
         alone_hint = "an observation without w keeps its row: count all of them"
     report(
         "suspect",
@@ -107,13 +115,13 @@ def suspect(function: Callable) -> None:
             ),
             (
                 "one just above the limit is found",
-                above == 4 if right else None,
+                above == row if right else None,
                 "a |w| of 3.31 is passed over: divide by the standard deviation, not by"
                 " its square, and compare with 3.29",
             ),
             (
                 "an observation that nothing controls is passed over",
-                alone == [4, 4, 5, 5] if right else None,
+                alone == [row, row, row + 1, row + 1] if right else None,
                 alone_hint,
             ),
         ],

@@ -82,6 +82,19 @@ def shaken(number: int, fixed: Any, share: float = 0.1) -> Any:
     return varied(number, fixed, drawn)
 
 
+def shuffled(number: int, n: int) -> list[int]:
+    """Return the numbers from 0 to n - 1; under a secret, in another order.
+
+    Where answers are yes and no, who repeats those of the notebook is right otherwise.
+
+    Examples
+    --------
+    >>> shuffled(7, 3)
+    [0, 1, 2]
+    """
+    return varied(number, list(range(n)), lambda rng: rng.permutation(n).tolist())
+
+
 # --- What the reader's function answers ---
 
 

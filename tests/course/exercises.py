@@ -3,6 +3,7 @@
 import ast
 import contextlib
 import functools
+import gc
 import io
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -87,6 +88,7 @@ def of(stem: str) -> tuple[Exercise, ...]:
                     exec(compile(ast.Module([statement], []), stem, "exec"), names)
             plt.close("all")
     names.pop("mine", None)  # the solutions hold the names, and it its folder
+    gc.collect()
     return tuple(found)
 
 
