@@ -56,8 +56,9 @@ MACHINES = {
 }
 
 
+BOOKS_OWN = "calls the book's own function"
 NAMED = {  # what a student's code was refused, by the beginning of its error
-    "BooksOwn": "calls the book's own function",
+    "BooksOwn": BOOKS_OWN,
     "MemoryError": f"asked for more than {worker.MEMORY / 2**30:.0f} GB of memory",
     "SystemExit": "ended the program",
     "PermissionError: [Errno 1]": "tried to start another process",
@@ -67,6 +68,7 @@ NAMED = {  # what a student's code was refused, by the beginning of its error
     "OSError: [Errno 28]": f"wrote more than {ROOM // 2**20} MB",
     "OSError: [Errno 30]": "tried to write outside its folder",
 }
+REFUSED = {*NAMED.values()} - {BOOKS_OWN}
 
 
 def named(said: str) -> str:

@@ -256,8 +256,10 @@ def _mark(
             except Exception as error:  # whatever a stranger's answer leads to
                 said = f"{type(error).__name__}: {str(error)[:300]}"
             remarks += closed.remarks
-    if said and box.NAMED["BooksOwn"] in remarks:
+    if said and box.BOOKS_OWN in remarks:
         found, said = (), "it calls the book's own function; write yours."
+    if not said:  # what a right answer came across is of interest if it was refused
+        remarks = [one for one in remarks if one in box.REFUSED]
     points = sum(exercise.points.get(text, 0.0) for text, holds in found if holds)
     remarks = list(dict.fromkeys(remarks))[:5]
     return Mark(*key, points, exercise.most, found, said, tuple(remarks))
