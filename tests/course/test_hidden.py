@@ -1,6 +1,7 @@
 """Exercises on hidden inputs: who knows how passes, who knows the notebook does not."""
 
 import itertools
+import os
 
 import numpy as np
 import pytest
@@ -8,6 +9,9 @@ import pytest
 from pgm_book.common import checks
 from tests.course import exercises
 from tests.course.test_rubric import STEMS, earned
+
+ALL = os.environ.get("PGM_LAB_LARGEST_SAMPLES")  # in test-all
+QUICK = [stem for stem in STEMS if stem[:2] in ("02", "04")]
 
 
 def functions(stem):
@@ -25,15 +29,15 @@ def losses(stem, secrets):
     return lost
 
 
-@pytest.mark.parametrize("stem", STEMS)
+@pytest.mark.parametrize("stem", QUICK)
 def test_the_solution_passes_whatever_the_secret(stem):
-    assert losses(stem, range(3)) == []
+    assert losses(stem, range(2)) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stem", STEMS)
-def test_the_solution_passes_whatever_the_secret_of_thirty(stem):
-    assert losses(stem, range(3, 33)) == []
+def test_the_solution_passes_whatever_the_secret_of_many(stem):
+    assert losses(stem, range(2, 32 if ALL else 5)) == []
 
 
 def seen_by(one):
@@ -56,6 +60,7 @@ def known(arguments):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stem", STEMS)
 def test_a_table_of_the_notebook_s_answers_fails(stem):
     paid = []

@@ -53,6 +53,7 @@ def tried(one, answer, secret) -> float:
         return earned(alone, answer)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stem", STEMS)
 def test_who_does_nothing_earns_nothing(stem):
     paid = []
