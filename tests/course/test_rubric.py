@@ -1,6 +1,7 @@
 """The rubric: what is worth points in the exercises, and what is not."""
 
 import csv
+import importlib
 from collections import defaultdict
 from importlib import resources
 
@@ -53,12 +54,36 @@ def tried(one, answer, secret) -> float:
         return earned(alone, answer)
 
 
-@pytest.mark.parametrize("stem", STEMS)
-def test_who_does_nothing_earns_nothing(stem):
+def paid_for_nothing(stem, secret):
+    """Trivial answers that earn points under a secret."""
     paid = []
     for one in exercises.of(stem):
         of = trivial.functions if callable(one.solution) else trivial.values
         for name, answer in of(one.solution):
-            if points := tried(one, answer, 7):
+            if points := tried(one, answer, secret):
                 paid.append((one.lesson, one.name, name, points))
+    return paid
+
+
+@pytest.mark.parametrize("stem", STEMS)
+def test_who_does_nothing_earns_nothing(stem):
+    assert paid_for_nothing(stem, 7) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("secret", range(8, 12))
+@pytest.mark.parametrize("stem", STEMS)
+def test_who_does_nothing_earns_nothing_whatever_the_secret(stem, secret):
+    assert paid_for_nothing(stem, secret) == []
+
+
+@pytest.mark.parametrize("chapter", ["1", "2", "3", "4"])
+def test_a_slip_costs_points(chapter):
+    slips = importlib.import_module(f"tests.ch0{chapter}.test_checks").SLIPS
+    paid = []
+    for stem in STEMS:
+        for one in exercises.of(stem) if exercises.number(stem)[0] == chapter else ():
+            for answer, hint in slips.get(one.check, ()):
+                if (points := tried(one, answer, 7)) >= 10:
+                    paid.append((one.name, hint, points))
     assert paid == []
