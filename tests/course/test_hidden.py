@@ -1,16 +1,14 @@
 """Exercises on hidden inputs: who knows how passes, who knows the notebook does not."""
 
 import itertools
-import os
 
 import numpy as np
 import pytest
 
 from pgm_book.common import checks
 from tests.course import exercises
-from tests.course.test_rubric import STEMS, earned
+from tests.course.test_rubric import ALL, STEMS, earned
 
-ALL = os.environ.get("PGM_LAB_LARGEST_SAMPLES")  # in test-all
 QUICK = [stem for stem in STEMS if stem[:2] in ("02", "04")]
 
 
