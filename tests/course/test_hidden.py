@@ -2,9 +2,11 @@
 
 import itertools
 
+import cv2
 import numpy as np
 import pytest
 
+from pgm_book.ch02 import checks as chapter2
 from pgm_book.common import checks
 from tests.course import exercises
 from tests.course.test_rubric import ALL, STEMS, earned
@@ -30,6 +32,16 @@ def losses(stem, secrets):
 @pytest.mark.parametrize("stem", QUICK)
 def test_the_solution_passes_whatever_the_secret(stem):
     assert losses(stem, range(2)) == []
+
+
+def test_a_map_in_single_precision_passes_whatever_the_secret():
+    def by_opencv(template, search):
+        single = search.astype(np.float32), template.astype(np.float32)
+        return cv2.matchTemplate(*single, cv2.TM_CCOEFF_NORMED)
+
+    for secret in range(100):
+        with checks.hidden(secret):
+            chapter2.correlation_map(by_opencv)
 
 
 @pytest.mark.slow
