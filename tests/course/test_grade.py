@@ -7,6 +7,7 @@ import re
 import shutil
 
 import nbformat
+import numpy as np
 import pytest
 
 from pgm_book.ch02 import checks as chapter2
@@ -105,6 +106,23 @@ def test_a_table_of_the_notebooks_inputs_earns_nothing(place):
     exec(text, names)
     chapter2.peak_of_parabola(names["peak_of_parabola"])  # right in the notebook
     assert points(of_program(text), place, "peak_of_parabola")[0] == 0
+
+
+def test_the_notebooks_answers_in_their_order_earn_nothing(place):
+    answers = []
+
+    def watched(a, b):
+        answers.append(float(np.corrcoef(a.ravel(), b.ravel())[0, 1]))
+        return answers[-1]
+
+    chapter2.correlation(watched)
+    text = f"L = {answers}\ndef correlation(*_):\n    L.append(L.pop(0))\n    return L[-1]"
+    names = {}
+    exec(text, names)
+    chapter2.correlation(names["correlation"])  # right in the notebook
+    for who in "Ada", "Bob", "Eva":
+        earned, said = points(of_program(text, who), place, "correlation")
+        assert earned == 0 and "two answers to the same question" in said
 
 
 def test_the_same_submission_gets_the_same_inputs_and_another_gets_others(place):
