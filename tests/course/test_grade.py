@@ -116,7 +116,8 @@ def test_the_notebooks_answers_in_their_order_earn_nothing(place):
         return answers[-1]
 
     chapter2.correlation(watched)
-    text = f"L = {answers}\ndef correlation(*_):\n    L.append(L.pop(0))\n    return L[-1]"
+    text = f"L = {answers}\ndef correlation(*_):\n    L.append(L.pop(0))\n"
+    text += "    return L[-1]\n"
     names = {}
     exec(text, names)
     chapter2.correlation(names["correlation"])  # right in the notebook
