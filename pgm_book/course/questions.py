@@ -89,7 +89,7 @@ def _asked(notebook: NotebookNode, beside: dict) -> Iterator[ChoiceQuestion]:
                 if "left_out" not in extra:
                     words = quick.get(number) or _alone(text, extra)
                     picture = _picture(notebook, extra.get("cell"))
-                    name = words if quick else re.sub("[$*`]", "", title)
+                    name = words if quick else re.sub(r"[$*`\\]", "", title)
                     yield ChoiceQuestion(number, name, words, _choices(number), picture)
 
 
