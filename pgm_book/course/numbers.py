@@ -1,23 +1,29 @@
 """Questions with a number for an answer, in as many variants as a class needs.
 
-A question is a function that draws numbers and returns what is asked. All numbers are
-shown as they are used, so that the answer follows from the paper alone. A variant whose
-usual slips come too near to the answer is drawn again.
+A question is a function that draws numbers, and words in `numbers.toml`. All numbers
+are shown as they are used, so that the answer follows from the paper alone. A variant
+in which a usual slip comes too near to the answer is drawn again.
 """
 
 import hashlib
 import re
+import tomllib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 VARIANTS = 50
-MODULES = ("numbers_images", "numbers_rays")  # where the questions stand
+MODULES = ("numbers_images", "numbers_rays")  # where the questions draw
+WORDS = Path(__file__).with_name("numbers.toml")
 APART = 2.0  # tolerances, from the answer to a slip
+
+# What a question draws: its numbers by name, the answer, what the usual slips lead to.
+Numbers = tuple[dict[str, Any], Any, list[Any]]
 
 
 class Chance:
@@ -51,33 +57,18 @@ class Chance:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a question asks with one set of numbers; texts in Markdown, with %(name)s.
-
-    `slips` has for a usual slip, in words, what it leads to.
-    """
-
-    given: dict[str, Any]
-    text: str
-    answer: float
-    solution: str
-    slips: dict[str, float]
-
-
-@dataclass(frozen=True)
 class NumberQuestion:
     """A question of which only the numbers are missing; no digits: a whole number."""
 
+    name: str  # that of its function
     lesson: str
     title: str
     unit: str
     digits: int
-    ask: Callable[[Chance], Asked]
-
-    @property
-    def name(self) -> str:
-        """Its name, stable as long as the function keeps its own."""
-        return f"{self.lesson}.{self.ask.__name__}"
+    text: str  # Markdown, with %(name)s for what is drawn
+    solution: str
+    slips: list[str]
+    draw: Callable[[Chance], Numbers]
 
 
 @dataclass(frozen=True)
@@ -101,26 +92,17 @@ class Variant:
         return f"{self.answer:.{self.digits}f} {self.unit}".rstrip()
 
 
-QUESTIONS: dict[str, NumberQuestion] = {}
-
-
-def question(lesson: str, title: str, unit: str, digits: int) -> Callable:
-    """Register a function as a question of a lesson, answered in this unit."""
-
-    def register(ask: Callable[[Chance], Asked]) -> Callable[[Chance], Asked]:
-        made = NumberQuestion(lesson, title, unit, digits, ask)
-        QUESTIONS[made.name] = made
-        return ask
-
-    return register
-
-
 @cache
 def number_questions() -> tuple[NumberQuestion, ...]:
     """Return all questions, those of a lesson in the order in which they stand."""
-    for name in MODULES:
-        import_module(f"pgm_book.course.{name}")
-    return tuple(QUESTIONS.values())
+    words = tomllib.loads(WORDS.read_text(encoding="utf-8"))
+    modules = [import_module(f"pgm_book.course.{name}") for name in MODULES]
+    found = []
+    for name, said in words.items():
+        (draw,) = (vars(one)[name] for one in modules if name in vars(one))
+        title = draw.__doc__.rstrip(".")
+        found.append(NumberQuestion(name=name, title=title, draw=draw, **said))
+    return tuple(found)
 
 
 def variants(asked: NumberQuestion, count: int = VARIANTS) -> list[Variant]:
@@ -128,7 +110,8 @@ def variants(asked: NumberQuestion, count: int = VARIANTS) -> list[Variant]:
     found: dict[str, Variant] = {}
     attempt = 0
     while len(found) < count:
-        variant = _variant(asked, asked.ask(Chance(asked.name, attempt)), len(found))
+        drawn = asked.draw(Chance(asked.lesson, asked.name, attempt))
+        variant = _variant(asked, drawn, len(found) + 1)
         attempt += 1
         if _fair(variant):
             found.setdefault(variant.text, variant)
@@ -137,24 +120,25 @@ def variants(asked: NumberQuestion, count: int = VARIANTS) -> list[Variant]:
     return list(found.values())
 
 
-def _variant(of: NumberQuestion, made: Asked, k: int) -> Variant:
-    """Put the numbers into the texts; the tolerance is a unit of the last digit."""
-    answer = round(float(made.answer), of.digits) + 0.0  # no -0
-    values = {**made.given, "answer": f"{answer:.{of.digits}f}"}
+def _variant(of: NumberQuestion, drawn: Numbers, k: int) -> Variant:
+    """Put the numbers into the words; the tolerance is a unit of the last digit."""
+    given, exact, slips = drawn
+    answer = round(float(exact), of.digits) + 0.0  # no -0
+    values = {**given, "answer": f"{answer:.{of.digits}f}"}
     unit = f" in **{of.unit}**," if of.unit else ""
     wanted = f"to {of.digits} decimal{'s' * (of.digits > 1)}"
     wanted = f"Answer{unit} {wanted}." if of.digits else "Answer with a whole number."
     return Variant(
-        number=f"{of.name}.{k + 1:02d}",
+        number=f"{of.lesson}.{of.name}.{k:02d}",
         title=of.title,
-        text=f"{made.text % values} {wanted}",
+        text=f"{of.text % values} {wanted}",
         answer=answer,
         tolerance=10.0**-of.digits if of.digits else 0.0,
         unit=of.unit,
         digits=of.digits,
-        solution=made.solution % values,
-        slips={words: float(value) for words, value in made.slips.items()},
-        given=made.given,
+        solution=of.solution % values,
+        slips={words: float(one) for words, one in zip(of.slips, slips, strict=True)},
+        given=given,
     )
 
 
@@ -180,12 +164,12 @@ def matrix(values: Iterable, form: str = "%g") -> str:
 
 
 def listed(values: Iterable, form: str = "%g") -> str:
-    """Write numbers with commas between them, in TeX.
+    r"""Write numbers with commas between them, in TeX.
 
     Examples
     --------
     >>> listed([1, -0.5])
-    '1,\\\\ -0.5'
+    '1,\\ -0.5'
     """
     return r",\ ".join(form % one for one in values)
 
