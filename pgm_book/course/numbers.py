@@ -88,8 +88,8 @@ class Variant:
 
     @property
     def shown(self) -> str:
-        """The answer with its digits and its unit."""
-        return f"{self.answer:.{self.digits}f} {self.unit}".rstrip()
+        """The answer with its digits and its unit, in print."""
+        return f"{self.answer:.{self.digits}f} {self.unit}".rstrip().replace("-", "−")
 
 
 @cache

@@ -389,8 +389,9 @@ def decentring(draw: Chance) -> Numbers:
     camera = [35, 0, 0, 0, 0, 0, P1 * 1e-5, P2 * 1e-5, 0, 0]
     dx, dy = 1000 * (lens.without_lens(np.array([[x, y]]), camera)[0] - (x, y))
     rho2 = x * x + y * y
+    a, b = 0.01 * P1 * (rho2 + 2 * x * x), 0.02 * P2 * x * y  # µm
     return (
-        dict(x=x, y=y, P1=P1, P2=P2, rho2=rho2),
+        dict(x=x, y=y, P1=P1, P2=P2, rho2=rho2, a=a, b=b),
         dx,
         [
             dy,
