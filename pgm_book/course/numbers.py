@@ -127,11 +127,12 @@ def _variant(of: NumberQuestion, drawn: Numbers, k: int) -> Variant:
     values = {**given, "answer": f"{answer:.{of.digits}f}"}
     unit = f" in **{of.unit}**," if of.unit else ""
     wanted = f"to {of.digits} decimal{'s' * (of.digits > 1)}"
-    wanted = f"Answer{unit} {wanted}." if of.digits else "Answer with a whole number."
+    if not of.digits:
+        wanted = "with a whole number"
     return Variant(
         number=f"{of.lesson}.{of.name}.{k:02d}",
         title=of.title,
-        text=f"{of.text % values} {wanted}",
+        text=f"{of.text % values} Answer{unit} {wanted}.",
         answer=answer,
         tolerance=10.0**-of.digits if of.digits else 0.0,
         unit=of.unit,

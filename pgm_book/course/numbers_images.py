@@ -279,7 +279,7 @@ def scale_of_window(draw: Chance) -> Numbers:
     a1 = round(float(scale * np.cos(turn)), 4)
     b1 = round(float(scale * np.sin(turn)), 4)
     return (
-        dict(a1=a1, b1=b1, a2=-b1),
+        dict(a1=a1, b1=b1),
         np.hypot(a1, b1),
         [a1, a1**2 + b1**2, a1 + abs(b1)],
     )
@@ -321,7 +321,7 @@ def match_sigma0(draw: Chance) -> Numbers:
     r = n * n - u
     answer = np.sqrt(vv / r)
     return (
-        dict(n=n, vv=vv, u=u, r=r, nn=n * n),
+        dict(n=n, vv=vv, u=u, r=r),
         answer,
         [np.sqrt(vv) / r, np.sqrt(vv / n**2), vv / r],
     )

@@ -395,9 +395,9 @@ def decentring(draw: Chance) -> Numbers:
         dx,
         [
             dy,
-            0.01 * (P1 * 2 * x * x + 2 * P2 * x * y),
-            0.01 * (P1 * (rho2 + 2 * x * x) + P2 * x * y),
-            0.01 * (P1 * (rho2 + 2 * x * x) - 2 * P2 * x * y),
+            a - 0.01 * P1 * rho2 + b,
+            a + b / 2,
+            a - b,
         ],
     )
 
@@ -450,7 +450,7 @@ def after(draw: Chance) -> Numbers:
     r = 2 * rays - 10 - 6 * m - 3 * n + 7
     answer = np.sqrt(vv / r)
     return (
-        dict(rays=rays, m=m, n=n, vv=vv, s=s, r=r, pvv=vv / s**2),
+        dict(rays=rays, m=m, n=n, vv=vv, s=s, r=r),
         answer,
         [answer / s, np.sqrt(vv / (2 * rays)), vv / r],
     )
