@@ -47,6 +47,17 @@ def body(question: Question, source: str) -> str:
     return text
 
 
+def fixed(value: float) -> str:
+    """Write a number without an exponent, which not every reader knows.
+
+    Examples
+    --------
+    >>> fixed(1e-7), fixed(-1250.0), fixed(0.001)
+    ('0', '-1250', '0.001')
+    """
+    return f"{round(value, 6) + 0.0:.6f}".rstrip("0").rstrip(".")
+
+
 def slip(words: str) -> str:
     """Return what is said to who made a usual slip."""
     return f"<p>A usual slip: {escape(words)}.</p>"
@@ -82,29 +93,30 @@ def _gift(question: Question) -> str:
     head = f"// [id:{key(question)}]\n::{_plain(title(question))}::[html]"
     text = _plain(body(question, uri))
     if isinstance(question, Variant):
-        lines = [_number(question.answer, question.tolerance)]
+        near = fixed(question.tolerance)
+        lines = [f"={fixed(question.answer)}:{near}"]
         lines += [
-            f"=%0%{_number(value, question.tolerance)[1:]}#{_plain(slip(words))}"
+            f"=%0%{fixed(value)}:{near}#{_plain(slip(words))}"
             for words, value in question.slips.items()
         ]
         lines.append(f"####{_plain(html(question.solution))}")
         return "\n\t".join([f"{head}{text} {{#", *lines]) + "\n}"
     lines = [
-        f"{'=' if one.right else '~'}{_plain(escape(one.text, quote=False))}"
-        f"#{_plain(escape(one.feedback, quote=False))}"
+        f"{'=' if one.right else '~'}{_choice(one.text)}#{_choice(one.feedback)}"
         for one in Chance(question.number).order(question.choices)
     ]
     return "\n\t".join([f"{head}{text} {{", *lines]) + "\n}"
+
+
+def _choice(text: str) -> str:
+    """Write plain text; where it began with % it would be a weight."""
+    return _plain(re.sub("^%", "&percnt;", escape(text, quote=False)))
 
 
 def _plain(text: str) -> str:
     """Escape what GIFT reads as a sign of its own; an empty line would end all."""
     text = re.sub(r"\s*\n\s*", " ", text)
     return re.sub(r"([\\~=#{}:])", r"\\\1", text)
-
-
-def _number(value: float, tolerance: float) -> str:
-    return f"={value:.10g}:{tolerance:.10g}"
 
 
 # --- Moodle XML ---
@@ -158,9 +170,9 @@ def _moodle_numbers(made: ET.Element, question: Variant) -> None:
     answers += [(value, 0, slip(words)) for words, value in question.slips.items()]
     for value, fraction, said in answers:
         answer = _add(made, "answer", fraction=fraction, format="moodle_auto_format")
-        _add(answer, "text", f"{value:.10g}")
+        _add(answer, "text", fixed(value))
         _text(answer, "feedback", said)
-        _add(answer, "tolerance", f"{question.tolerance:.10g}")
+        _add(answer, "tolerance", fixed(question.tolerance))
     if question.unit:
         unit = _add(_add(made, "units"), "unit")
         _all(unit, {"multiplier": 1, "unit_name": question.unit})
@@ -251,7 +263,7 @@ def item(question: Question) -> ET.Element:
         _add(correct, "value", f"choice{right}")
         _qti_choices(made, question)
     else:
-        _add(correct, "value", f"{question.answer:.10g}")
+        _add(correct, "value", fixed(question.answer))
         _qti_numbers(made, question)
     return made
 
@@ -302,11 +314,11 @@ def _near(above: ET.Element, tag: str, value: float, tolerance: float) -> ET.Ele
     if tolerance:
         mode = {
             "toleranceMode": "absolute",
-            "tolerance": f"{tolerance:g} {tolerance:g}",
+            "tolerance": " ".join(2 * [fixed(tolerance)]),
         }
     same = _add(rule, "equal", **mode)
     _add(same, "variable", identifier="RESPONSE")
-    _add(same, "baseValue", f"{value:.10g}", baseType="float")
+    _add(same, "baseValue", fixed(value), baseType="float")
     return rule
 
 

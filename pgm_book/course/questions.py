@@ -10,6 +10,7 @@ import re
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import nbformat
@@ -132,6 +133,7 @@ def _picture(notebook: NotebookNode, name: str | None) -> Picture | None:
     return None
 
 
+@cache
 def html(markdown: str) -> str:
     r"""Write Markdown as XHTML, its formulas as TeX between ``\(`` and ``\)``.
 

@@ -152,6 +152,16 @@ MODULES = {
         ["pgm_book.make", "student"],
         "Make the copies for students and instructors, in build/.",
     ),
+    "quiz": (
+        ["main"],
+        ["pgm_book.course.quiz"],
+        "Write all questions for exam systems: GIFT, Moodle XML, QTI; in build/quiz.",
+    ),
+    "exam": (
+        ["main", "publish"],
+        ["pgm_book.course.exam"],
+        "Make a two-hour paper and its key: SEED, and lessons if not all.",
+    ),
     "requirements": (
         ["main", "dev"],
         ["pgm_book.make.requirements"],
