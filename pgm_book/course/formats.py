@@ -59,8 +59,8 @@ def fixed(value: float) -> str:
 
 
 def slip(words: str) -> str:
-    """Return what is said to who made a usual slip."""
-    return f"<p>A usual slip: {escape(words)}.</p>"
+    """Return what is said to whoever made a usual slip."""
+    return f"<p>Think again: {escape(words)}.</p>"
 
 
 def checked(text: str) -> str:

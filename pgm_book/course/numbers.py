@@ -40,7 +40,7 @@ class Chance:
     def __call__(self, low: float, high: float, step: float = 1) -> Any:
         """Return one of low, low + step, ..., high, with no more digits than these."""
         value = low + step * self.below(round((high - low) / step) + 1)
-        return value if isinstance(value, int) else round(value, 8)
+        return value if isinstance(value, int) else round(value, 8) + 0.0  # no -0
 
     def of(self, values: Sequence) -> Any:
         """Return one of some values."""
@@ -89,7 +89,8 @@ class Variant:
     @property
     def shown(self) -> str:
         """The answer with its digits and its unit, in print."""
-        return f"{self.answer:.{self.digits}f} {self.unit}".rstrip().replace("-", "−")
+        shown = f"{self.answer:.{self.digits}f} {self.unit}".rstrip()
+        return shown.replace("-", "−").replace(" °", "°")
 
 
 @cache
@@ -160,7 +161,7 @@ def matrix(values: Iterable, form: str = "%g") -> str:
     >>> matrix([[1, 0.5], [-2, 3]])
     '\\begin{pmatrix} 1 & 0.5 \\\\ -2 & 3 \\end{pmatrix}'
     """
-    rows = r" \\ ".join(" & ".join(form % one for one in row) for row in values)
+    rows = r" \\ ".join(" & ".join(form % (one + 0.0) for one in row) for row in values)
     return rf"\begin{{pmatrix}} {rows} \end{{pmatrix}}"
 
 
@@ -172,7 +173,7 @@ def listed(values: Iterable, form: str = "%g") -> str:
     >>> listed([1, -0.5])
     '1,\\ -0.5'
     """
-    return r",\ ".join(form % one for one in values)
+    return r",\ ".join(form % (one + 0.0) for one in values)  # no -0
 
 
 def total(terms: Iterable[float], form: str = "%g") -> str:

@@ -413,7 +413,7 @@ def ce90(draw: Chance) -> Numbers:
 
 def whole_pixels(draw: Chance) -> Numbers:
     """What whole pixels cost."""
-    dx, dy = draw(0.55, 3.45, 0.05), draw(-3.45, -0.55, 0.05)
+    dx, dy = draw(0.55, 3.45, 0.1), draw(-3.45, -0.55, 0.1)
     g = draw.of([6, 10, 15, 30])
     off = np.array([dx - round(dx), dy - round(dy)])
     answer = g * np.hypot(*off)

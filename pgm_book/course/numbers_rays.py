@@ -250,7 +250,12 @@ def coplanar(draw: Chance) -> Numbers:
     u2 = np.array([draw(-0.9, 0.1, 0.1), draw(-0.9, 0.9, 0.1), -1])
     F = coplanarity.condition(b, np.eye(3), u1[None], u2[None])[0]
     return (
-        dict(b=listed(b), u1=listed(u1), u2=listed(u2), n=listed(np.cross(u1, u2))),
+        dict(
+            b=listed(b),
+            u1=listed(u1),
+            u2=listed(u2),
+            n=listed(np.round(np.cross(u1, u2), 4)),
+        ),
         F,
         [
             -F,
@@ -371,7 +376,7 @@ def radial(draw: Chance) -> Numbers:
     dx, dy = 1000 * (lens.without_lens(np.array([[x, y]]), camera)[0] - (x, y))
     rho2 = x * x + y * y
     return (
-        dict(x=x, y=y, K1=K1, K2=K2, rho2=rho2, f=dx / 1000 / x),
+        dict(x=x, y=y, K1=K1, K2=K2, rho2=rho2, f=dx / x),
         dx,
         [
             dy,
@@ -514,7 +519,7 @@ def base(draw: Chance) -> Numbers:
     return (
         dict(n=n, p=p, c=c, H=H, o=overlap, w=width),
         answer,
-        [width * overlap / 100, width, answer * 1000 / p],
+        [width * overlap / 100, width, 1000 * answer],
     )
 
 

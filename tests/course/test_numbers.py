@@ -23,7 +23,7 @@ from pgm_book.course.numbers import (
 
 QUESTIONS = number_questions()
 # Of the numbers in the texts and the answers; a question changed on purpose has others.
-FROZEN = "ea7b4d1f40008fc1"
+FROZEN = "c76f0008b6ed000c"
 
 
 def shown(text):
