@@ -23,7 +23,6 @@ from pgm_book.make.errors import PublishError, missing
 from pgm_lab.io.files import save
 
 HERE = Path(__file__).parent
-TEMPLATES = ROOT / "pgm_book" / "make" / "templates"
 STYLES = ("pgm/common.css", "pgm_handout/handout.css")
 T = TypeVar("T")
 
@@ -105,7 +104,7 @@ def _shuffled(chance: Chance, one: ChoiceQuestion) -> ChoiceQuestion:
 
 def page(paper: Paper, key: bool) -> str:
     """Return the paper, or its key, as one HTML page that needs nothing else."""
-    from pgm_book.make.page import MATHJAX, asset
+    from pgm_book.make.page import MATHJAX, TEMPLATES, asset
 
     def text(*parts: str) -> Markup:
         return Markup("\n".join((TEMPLATES / one).read_text("utf-8") for one in parts))

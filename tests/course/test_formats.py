@@ -42,6 +42,10 @@ def read_gift(text):
         hidden = re.sub(r"\\(.)", lambda m: chr(0xE000 + ord(m[1])), block)
         one = re.fullmatch(r"::(.*?)::\[html\]([^{}]*)\{([^{}]*)\}", hidden)
         answers, _, solution = one[3].partition("####")
+        said = one[1] + one[2] + solution + "".join(re.findall("#([^=~#]*)", answers))
+        assert not set("~=#{}:") & set(said), "a sign is not escaped"
+        weights = re.findall("[=~](%)", answers)
+        assert not weights or answers.startswith("#"), "a choice begins with a weight"
         numeric = answers.startswith("#")
         parts = re.findall(r"([=~])([^=~#]*(?:%\d+%[^=~#]*)?)(?:#([^=~#]*))?", answers)
         found.append(

@@ -10,6 +10,7 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from pgm_book.common.predict import BOOK, choices_of
 from pgm_book.course import questions
+from pgm_book.course.numbers import VARIANTS, number_questions
 from pgm_book.make.environment import ROOT
 from pgm_lab import datasets
 
@@ -33,6 +34,13 @@ def test_every_prediction_is_asked_once_or_left_out_by_name():
     assert set(numbers) | set(left_out) == predictions()
     assert not set(numbers) & set(left_out)
     assert set(left_out) == {"4c.1", "5c.3"} and all(left_out.values())
+
+
+def test_readme_counts_them():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"all {len(ALL)} predictions and quick questions" in readme
+    counted = f"{len(number_questions())} questions with numbers in {VARIANTS} variants"
+    assert counted in readme
 
 
 def test_choices_and_feedback_are_those_of_the_notebooks():
