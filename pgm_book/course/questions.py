@@ -63,6 +63,8 @@ def choice_questions(notebooks: Path) -> dict[str, list[ChoiceQuestion]]:
     beside = tomllib.loads(BESIDE.read_text(encoding="utf-8"))
     found = {}
     for row in datasets.rows("chapters.csv"):
+        if not row["notebook"]:  # to come
+            continue
         path = notebooks / f"{row['notebook']}.ipynb"
         asked = list(_asked(nbformat.read(path, as_version=4), beside))
         if asked:

@@ -86,8 +86,8 @@ def test_formulas_are_tex_between_brackets():
 def lesson(monkeypatch, folder, *cells):
     """Let the book have one chapter, with these cells."""
     nbformat.write(new_notebook(cells=list(cells)), folder / "one.ipynb")
-    row = {"number": "1", "notebook": "one"}
-    monkeypatch.setattr(datasets, "rows", lambda name: [row])
+    rows = [{"number": "1", "notebook": "one"}, {"number": "2", "notebook": ""}]
+    monkeypatch.setattr(datasets, "rows", lambda name: rows)
     return questions.choice_questions(folder)["1"]
 
 
