@@ -212,6 +212,53 @@ def written(everything, tmp_path_factory):
                     quiz.write(ROOT / "notebooks", folder)]  # fmt: skip
 
 
+# Which elements an element may hold, and its attributes, by the information model.
+INLINE = "img em strong code br sub sup textEntryInteraction"
+MODEL = {
+    "assessmentItem": "responseDeclaration outcomeDeclaration itemBody "
+    "responseProcessing modalFeedback @identifier @title @adaptive @timeDependent",
+    "responseDeclaration": "correctResponse @identifier @cardinality @baseType",
+    "outcomeDeclaration": "defaultValue @identifier @cardinality @baseType",
+    "correctResponse": "value",
+    "defaultValue": "value",
+    "itemBody": "p table ul ol choiceInteraction",
+    "modalFeedback": "p table ul ol @outcomeIdentifier @identifier @showHide",
+    "choiceInteraction": "simpleChoice @responseIdentifier @shuffle @maxChoices",
+    "simpleChoice": "@identifier",
+    "textEntryInteraction": "@responseIdentifier @expectedLength",
+    "responseProcessing": "responseCondition setOutcomeValue",
+    "responseCondition": "responseIf responseElseIf responseElse",
+    "responseIf": "match equal setOutcomeValue",
+    "responseElseIf": "equal setOutcomeValue",
+    "responseElse": "setOutcomeValue",
+    "setOutcomeValue": "variable baseValue @identifier",
+    "match": "variable correct",
+    "equal": "variable baseValue @toleranceMode @tolerance",
+    "variable": "@identifier",
+    "correct": "@identifier",
+    "baseValue": "@baseType",
+    "table": "thead tbody",
+    "thead": "tr",
+    "tbody": "tr",
+    "tr": "th td",
+    "img": "@src @alt",
+    **{one: INLINE for one in "p td th em strong".split()},
+}
+
+
+def misplaced(item):
+    """What an item holds where the information model does not allow it."""
+    for element in item.iter():
+        name = element.tag.rpartition("}")[2]
+        allowed = MODEL.get(name, "").split()
+        held = [one.tag.rpartition("}")[2] for one in element]
+        yield from (
+            (name, one)
+            for one in [*held, *(f"@{key}" for key in element.keys())]
+            if one not in allowed
+        )
+
+
 def numbers(everything):
     return Counter(
         formats.key(one)
@@ -235,8 +282,8 @@ def test_all_questions_are_in_all_formats(everything, written):
         package = ZipFile(folder / name)
         items += Counter(n[:-4] for n in package.namelist() if n.startswith("pgm-"))
         for inner in package.namelist():
-            if inner.endswith(".xml"):
-                ET.fromstring(package.read(inner))
+            if inner.startswith("pgm-"):
+                assert not list(misplaced(ET.fromstring(package.read(inner))))
     assert items == expected
 
 
