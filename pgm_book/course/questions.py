@@ -15,7 +15,6 @@ from pathlib import Path
 
 import nbformat
 from bs4 import BeautifulSoup
-from mistune import import_plugin
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 from nbformat import NotebookNode
 
@@ -142,8 +141,7 @@ def html(markdown: str) -> str:
     Only what all formats allow is left: no styles, classes or names.
     """
     renderer = IPythonRenderer(escape=False, exclude_anchor_links=True)
-    plugins = map(import_plugin, MarkdownWithMath.DEFAULT_PLUGINS)
-    page = MarkdownWithMath(renderer, plugins=plugins).render(markdown)
+    page = MarkdownWithMath(renderer).render(markdown)
     page = DISPLAYED.sub(r"\\[\1\\]", page)
     soup = BeautifulSoup(INLINE.sub(r"\\(\1\\)", page), "html.parser")
     for tag in soup.find_all(True):

@@ -38,7 +38,7 @@ def test_every_prediction_is_asked_once_or_left_out_by_name():
 
 def test_readme_counts_them():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f"all {len(ALL)} predictions and quick questions" in readme
+    assert f"the {len(ALL)} predictions and quick questions that" in readme
     counted = f"{len(number_questions())} questions with numbers in {VARIANTS} variants"
     assert counted in readme
 
