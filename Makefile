@@ -1,10 +1,10 @@
 # Every target is a task of tasks.py, which also runs without make.
 # Arguments: make test ARGS="-k frames"; another Python: make test PYTHON=python3.12
-# One lesson alone: make test LESSON=3
+# One lesson alone: make test LESSON=3; a paper: make exam SEED=7
 
 PYTHON ?= python3
 TASKS = lab test test-slow test-all test-oldest test-publish chapter notebooks slides \
-	handouts site student requirements benchmark mutations house
+	handouts site student quiz exam requirements benchmark mutations house
 
 .PHONY: help grade $(TASKS)
 
@@ -18,4 +18,4 @@ grade:
 		$(if $(filter yes,$(TRUSTED)),--trusted) $(ARGS)
 
 $(TASKS):
-	@$(PYTHON) tasks.py $@ $(LESSON) $(ARGS)
+	@$(PYTHON) tasks.py $@ $(SEED) $(LESSON) $(ARGS)

@@ -41,6 +41,8 @@ FILLED = 1 / 3  # of a page, except of the last
 AT_LEAST = {"text": 9.0, "heading": 9.0, "code": 7.5}  # points
 LEAST_LABEL = 7.0  # points: the smallest writing in a figure
 ROUNDING = 0.05
+# What a PDF says of its day. A date of another length would move all that follows.
+WHEN = re.compile(rb"(/(?:Creation|Mod)Date \(D:2)(\d{13}\+00'00')\)")
 TEXTS = {"text", "heading", "code"}
 
 
@@ -138,8 +140,8 @@ def print_pdf(browser: "Browser", content: str) -> bytes:
 
 
 def pdf_of(page: "Page") -> bytes:
-    """Return the PDF of a page that is open and ready."""
-    return page.pdf(
+    """Return the PDF of a page that is open and ready; the same again tomorrow."""
+    made = page.pdf(
         format="A4",
         margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
         print_background=True,
@@ -149,6 +151,7 @@ def pdf_of(page: "Page") -> bytes:
         tagged=True,
         outline=True,
     )
+    return WHEN.sub(lambda found: found[1] + b"0" * len(found[2]) + b")", made)
 
 
 # --- What is wrong with it ---
