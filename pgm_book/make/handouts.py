@@ -13,6 +13,7 @@ from bs4 import BeautifulSoup
 from nbformat import NotebookNode
 from nbformat.v4 import new_markdown_cell
 
+from pgm_book.make.archive import dated
 from pgm_book.make.student import slide_type, tags, unsolved
 
 if TYPE_CHECKING:
@@ -139,7 +140,7 @@ def print_pdf(browser: "Browser", content: str) -> bytes:
 
 def pdf_of(page: "Page") -> bytes:
     """Return the PDF of a page that is open and ready."""
-    return page.pdf(
+    pdf = page.pdf(
         format="A4",
         margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
         print_background=True,
@@ -149,6 +150,7 @@ def pdf_of(page: "Page") -> bytes:
         tagged=True,
         outline=True,
     )
+    return dated(pdf)
 
 
 # --- What is wrong with it ---
