@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import nbformat
 from tqdm import tqdm
 
@@ -297,8 +298,10 @@ def _space(exercise: Exercise) -> dict:
     if key not in _spaces:
         _, used = intake.bound_used(exercise.call)
         names: dict = {"__name__": "__main__"}
-        for cell in intake.needed(code_of(exercise.lesson), used - set(exercise.names)):
-            exec(compile(cell, "notebook", "exec"), names)
+        cells = intake.needed(code_of(exercise.lesson), used - set(exercise.names))
+        with plt.rc_context():
+            for cell in cells:
+                exec(compile(cell, "notebook", "exec"), names)
         _spaces[key] = names
     return _spaces[key]
 
