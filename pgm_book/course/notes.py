@@ -43,7 +43,7 @@ def for_notes(notebook: NotebookNode, stem: str = "") -> NotebookNode:
             texts += [f"*Then*: {'; '.join(then)}"] * bool(then)
             texts.append("\n\n".join([f"## {number}. {title}{clock}", *new]))
             then = []
-        else:
+        elif number > 1:  # the title needs no line
             then.append(f"{number} {title}")
         said.update(new)
     texts += [f"*Then*: {'; '.join(then)}"] * bool(then)

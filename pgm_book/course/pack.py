@@ -187,11 +187,11 @@ def _text(notebook: NotebookNode) -> bytes:
 
 
 def solutions(notebook: NotebookNode) -> str:
-    """Return the solved exercises and the solved task of a notebook as one text."""
+    """Return what is solved in a notebook as one text: exercises and the task."""
     solved = [
         f"# {'The task' if 'task' in tags(cell) else 'Exercise'}\n\n{cell.source}\n"
         for cell in notebook.cells
-        if {"exercise", "task"} & set(tags(cell)) and "SOLUTION" in cell.source
+        if cell.cell_type == "code" and {"exercise", "task", "solution"} & {*tags(cell)}
     ]
     return "\n\n".join(solved)
 
