@@ -18,6 +18,7 @@ from pgm_book.make.environment import ROOT
 
 EPOCH = "SOURCE_DATE_EPOCH"  # seconds, of reproducible-builds.org
 RELEASED = re.compile(r"^date-released: (\S+)$", re.MULTILINE)
+NODE = re.compile(rb"\(node(\d{8})\)")
 DATED = re.compile(rb"/(CreationDate|ModDate) \(D:\d{14}[^)]*\)")
 
 
@@ -29,9 +30,17 @@ def date() -> datetime:
     return datetime.fromisoformat(said).replace(tzinfo=UTC)
 
 
-def dated(pdf: bytes) -> bytes:
-    """Return a PDF of Chromium with the date of `date`, of the same length."""
-    return DATED.sub(rb"/\1 (D:%s+00'00')" % f"{date():%Y%m%d%H%M%S}".encode(), pdf)
+def steady(pdf: bytes) -> bytes:
+    """Return a PDF of Chromium that is the same whenever it is printed, as long as it.
+
+    It has the date of `date`, and its elements are numbered from 0 in the same order;
+    Chromium goes on from some number of its own.
+    """
+    pdf = DATED.sub(rb"/\1 (D:%s+00'00')" % f"{date():%Y%m%d%H%M%S}".encode(), pdf)
+    numbers = {
+        old: b"%08d" % new for new, old in enumerate(sorted({*NODE.findall(pdf)}))
+    }
+    return NODE.sub(lambda found: b"(node%s)" % numbers[found[1]], pdf)
 
 
 def zipped(files: Mapping[str, bytes]) -> bytes:

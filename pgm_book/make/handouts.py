@@ -13,7 +13,7 @@ from bs4 import BeautifulSoup
 from nbformat import NotebookNode
 from nbformat.v4 import new_markdown_cell
 
-from pgm_book.make.archive import dated
+from pgm_book.make.archive import steady
 from pgm_book.make.student import slide_type, tags, unsolved
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def pdf_of(page: "Page") -> bytes:
         tagged=True,
         outline=True,
     )
-    return dated(pdf)
+    return steady(pdf)
 
 
 # --- What is wrong with it ---
