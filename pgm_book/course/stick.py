@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,12 +103,14 @@ def write(
     complete = []
     for target in wanted:
         print(f"Fetching wheels for {target} ...", flush=True)
-        lacking = fetch(target, wheels)
-        if lacking:
-            said = f"{target} is left out, there is no wheel of {', '.join(lacking)}"
-            print(f"course: {said}", file=sys.stderr)
-        else:
-            complete.append(target)
+        with tempfile.TemporaryDirectory() as fetched:
+            lacking = fetch(target, Path(fetched))
+            if lacking:
+                said = f"{target} is left out, there is no wheel of"
+                print(f"course: {said} {', '.join(lacking)}", file=sys.stderr)
+                continue
+            shutil.copytree(fetched, wheels, dirs_exist_ok=True)
+        complete.append(target)
     if not complete:
         raise PublishError("the stick is empty: no system has all its wheels.")
     students = students | {

@@ -8,6 +8,7 @@ with the pinned packages and the same browser, gets the same bytes.
 import argparse
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -18,9 +19,17 @@ from unittest.mock import patch
 from pgm_book.make import archive
 from pgm_book.make.environment import ROOT, environment
 from pgm_book.make.errors import PublishError
+from pgm_book.make.requirements import project
 from pgm_lab.io.files import save
 
 SUMS = "SHA256SUMS"
+# Who else says the version; the changelog in its first heading.
+SAYS = {
+    "CITATION.cff": re.compile(r"^version: (\S+)$", re.MULTILINE),
+    "pgm_lab/__init__.py": re.compile(r'^__version__ = "(.+)"$', re.MULTILINE),
+    ".zenodo.json": re.compile(r'^  "version": "(.+)",$', re.MULTILINE),
+    "CHANGELOG.md": re.compile(r"^## ([^\s:,]+)", re.MULTILINE),
+}
 ZIPPED = "site", "slides", "handouts"
 
 
@@ -33,6 +42,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     release = ROOT / "build" / "release"
     try:
+        tag = asked("git", "tag", "--points-at", "HEAD", "v*").partition("\n")[0]
+        if found := disagreements(tag):
+            raise PublishError("\n  ".join(["these do not agree:", *found]))
         files = made()
         if options.check:
             compare(files, made())
@@ -44,6 +56,24 @@ def main(arguments: list[str] | None = None) -> int:
     for name, content in files.items():
         print(f"{release / name}  {len(content) / 1e6:.1f} MB")
     return 0
+
+
+def disagreements(tag: str = "") -> list[str]:
+    """Name the files that say another version than pyproject.toml, or than a tag.
+
+    Between two releases the changelog begins with what is unreleased.
+    """
+    version = project()["version"]
+    texts = {name: (ROOT / name).read_text(encoding="utf-8") for name in SAYS}
+    said = {name: SAYS[name].search(text) for name, text in texts.items()}
+    found = [
+        f"{name} says {words[1] if words else 'nothing'}, not {version}"
+        for name, words in said.items()
+        if not words or words[1] not in (version, "Unreleased" * (not tag))
+    ]
+    if tag and tag != f"v{version}":
+        found.append(f"the tag is {tag}, not v{version}")
+    return found
 
 
 def made() -> dict[str, bytes]:
