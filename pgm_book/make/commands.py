@@ -150,7 +150,17 @@ MODULES = {
     "student": (
         ["main"],
         ["pgm_book.make", "student"],
-        "Make the copies for students and instructors, in build/.",
+        "Make the copies for students and instructors, or --format nbgrader or otter.",
+    ),
+    "course": (
+        ["main", "publish"],
+        ["pgm_book.course.pack"],
+        "Make the zips for students and instructors, and a stick with --wheels.",
+    ),
+    "release": (
+        ["main", "publish"],
+        ["pgm_book.make.release"],
+        "Make all files of a release from the commit, with --check twice.",
     ),
     "grade": (
         ["main"],

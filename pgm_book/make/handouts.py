@@ -13,6 +13,7 @@ from bs4 import BeautifulSoup
 from nbformat import NotebookNode
 from nbformat.v4 import new_markdown_cell
 
+from pgm_book.make.archive import steady
 from pgm_book.make.student import slide_type, tags, unsolved
 
 if TYPE_CHECKING:
@@ -41,8 +42,6 @@ FILLED = 1 / 3  # of a page, except of the last
 AT_LEAST = {"text": 9.0, "heading": 9.0, "code": 7.5}  # points
 LEAST_LABEL = 7.0  # points: the smallest writing in a figure
 ROUNDING = 0.05
-# What a PDF says of its day. A date of another length would move all that follows.
-WHEN = re.compile(rb"(/(?:Creation|Mod)Date \(D:2)(\d{13}\+00'00')\)")
 TEXTS = {"text", "heading", "code"}
 
 
@@ -140,8 +139,8 @@ def print_pdf(browser: "Browser", content: str) -> bytes:
 
 
 def pdf_of(page: "Page") -> bytes:
-    """Return the PDF of a page that is open and ready; the same again tomorrow."""
-    made = page.pdf(
+    """Return the PDF of a page that is open and ready."""
+    pdf = page.pdf(
         format="A4",
         margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
         print_background=True,
@@ -151,7 +150,7 @@ def pdf_of(page: "Page") -> bytes:
         tagged=True,
         outline=True,
     )
-    return WHEN.sub(lambda found: found[1] + b"0" * len(found[2]) + b")", made)
+    return steady(pdf)
 
 
 # --- What is wrong with it ---
