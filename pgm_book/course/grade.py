@@ -381,13 +381,13 @@ def handed_in(
 def main(arguments: list[str] | None = None) -> int:
     """Grade a class and write its tables and pages; return 1 if that is refused."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("submissions", type=Path, help="a folder, or Moodle's zip")
-    parser.add_argument("--lessons", nargs="*", help="such as 2 2c A1; all handed in")
+    parser.add_argument("submissions", help="a folder, or Moodle's zip")
+    parser.add_argument("lessons", nargs="*", help="such as 2 2c A1; all, if none")
     parser.add_argument("--rubric", type=Path, default=RUBRIC)
     parser.add_argument("--secret", help="your word for the hidden data; kept if none")
     parser.add_argument("--trusted", action="store_true", help="run without a box")
     parser.add_argument("--to", type=Path, default=ROOT / "build" / "grades")
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     why = "" if options.trusted else box.closed()
     if why:
         print(
@@ -397,7 +397,9 @@ def main(arguments: list[str] | None = None) -> int:
         )
         return 1
     try:
-        submissions = intake.read(options.submissions)
+        if not options.submissions:
+            raise ValueError("which submissions? make grade SUBMISSIONS=folder")
+        submissions = intake.read(Path(options.submissions))
         asked = exercises(options.rubric)
         known = {exercise.lesson for exercise in asked}
         if unknown := set(options.lessons or []) - known:

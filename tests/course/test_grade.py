@@ -192,7 +192,7 @@ def test_a_class_of_twelve(tmp_path, monkeypatch):
     key.write_text("the key")
     before = set(tmp_path.rglob("*"))
     to = tmp_path / "grades"
-    asked = ["--lessons", "2", "2c", "--secret", "word", "--to", str(to)]
+    asked = ["2", "2c", "--secret", "word", "--to", str(to)]
     assert grade.main([str(folder), *asked]) == 0
     after = {path for path in tmp_path.rglob("*") if to not in [path, *path.parents]}
     assert after == before
@@ -261,13 +261,26 @@ def test_without_a_box_a_class_is_refused_unless_it_is_trusted(
     text = "def line(x, y):\n    return 0.0, 1.0\n"
     (tmp_path / "class" / "Ada" / "my_pgm.py").write_text(text)
     monkeypatch.setattr(box, "closed", lambda: "bubblewrap is not installed")
-    asked = [str(tmp_path / "class"), "--lessons", "2", "--to", str(tmp_path / "to")]
+    asked = [str(tmp_path / "class"), "2", "--to", str(tmp_path / "to")]
     assert grade.main(asked) == 1
     assert "TRUSTED=yes" in capsys.readouterr().err and not (tmp_path / "to").exists()
     assert grade.main([*asked, "--trusted"]) == 0
     assert "ran without a box" in told(tmp_path / "to" / "class.html")
     word = (tmp_path / "to" / "secret.txt").read_text()
     assert grade.kept_secret(tmp_path / "to") == word.strip() and len(word) > 12
+
+
+def test_a_command_that_cannot_be_followed_is_answered(tmp_path, capsys):
+    (tmp_path / "Ada").mkdir()
+    (tmp_path / "Ada" / "my_pgm.py").write_text("x = 1")
+    for asked, said in (
+        ([""], "which submissions?"),
+        ([str(tmp_path / "missing")], "no such folder"),
+        ([str(tmp_path), "--trusted", "2", "12"], "12 is not in the rubric"),
+        ([str(tmp_path), "--rubric", str(tmp_path / "none.csv")], "none.csv"),
+    ):
+        assert grade.main([*asked, "--trusted"]) == 1
+        assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
