@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page, ViewportSize
 
 SIZE: ViewportSize = {"width": 1280, "height": 720}
-AT_LEAST = {"figure label": 18.0, "text": 20.0, "code": 20.0}  # px of 720
+AT_LEAST = {"figure label": 18.0, "text": 24.0, "code": 24.0}  # px of 720
 # An enlargement is the factor by which a picture exceeds its own pixels at 1080 lines.
 AT_MOST = {
-    "lines of code": 18.0,
+    "lines of code": 20.0,
     "enlargement": 1.0,
     "overflow": 0.0,
     "no heading": 0.0,

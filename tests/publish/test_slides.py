@@ -177,13 +177,7 @@ def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path
     page = watched.page
     page.goto(written(tmp_path, slides_page(lesson)).as_uri())
     watched.wait()
-    page.evaluate(
-        """() => {
-            const asked = document.querySelector(".slides .pgm-predict");
-            const { h, v } = Reveal.getIndices(asked.closest("section"));
-            Reveal.slide(h, v);
-        }"""
-    )
+    at_the_first_prediction(page)
     number = page.evaluate("Reveal.getSlidePastCount()")
     page.keyboard.press("PageDown")
     assert page.evaluate("Reveal.getSlidePastCount()") == number
@@ -191,3 +185,37 @@ def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path
     assert "✓" in opened.text_content()
     page.keyboard.press("PageDown")
     assert page.evaluate("Reveal.getSlidePastCount()") == number + 1
+
+
+def at_the_first_prediction(page) -> None:
+    page.evaluate(
+        """() => {
+            const asked = document.querySelector(".slides .pgm-predict");
+            const { h, v } = Reveal.getIndices(asked.closest("section"));
+            Reveal.slide(h, v);
+        }"""
+    )
+
+
+def test_the_space_bar_opens_the_choice_that_has_the_focus(watched, lesson, tmp_path):
+    """And not the right one: whoever presses it there has chosen."""
+    page = watched.page
+    page.goto(written(tmp_path, slides_page(lesson)).as_uri())
+    watched.wait()
+    at_the_first_prediction(page)
+    choices = page.locator("section section.present .pgm-predict details")
+    wrong = choices.filter(has_text="✗").first
+    number = page.evaluate("Reveal.getSlidePastCount()")
+    wrong.locator("summary").focus()
+    page.keyboard.press("Space")
+    assert wrong.evaluate("one => one.open")
+    assert choices.filter(has_text="✓").evaluate("one => !one.open")
+    assert page.evaluate("Reveal.getSlidePastCount()") == number
+
+
+def test_the_key_end_reaches_the_last_slide(watched, lesson_decks):
+    watched.page.goto(address(lesson_decks[0]))
+    watched.wait()
+    watched.page.keyboard.press("End")
+    last = len(lesson_decks[0].looks) - 1
+    assert watched.page.evaluate("Reveal.getSlidePastCount()") == last

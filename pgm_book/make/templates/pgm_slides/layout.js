@@ -9,11 +9,11 @@ const UNKNOWN = 17; // px: labels of a picture that does not say how large they 
 
 // Text in per cent of 30 px, whether there is less air, and the smallest text in px.
 const TEXT = [
-  [100, false, 20], [100, true, 20], [95, true, 20], [90, true, 20], [85, true, 20],
-  [80, true, 20], [75, true, 20], [70, true, 20], [67, true, 20],
+  [100, false, 24], [100, true, 24], [95, true, 24], [90, true, 24], [85, true, 24],
+  [80, true, 24],
 ];
 // What does not fit even so is refused or listed; it must not be cut off in addition.
-const CRAMMED = [19, 18, 17, 16, 15, 14, 12, 10].map((px) => [px / 0.3, true, px]);
+const CRAMMED = [23, 22, 21, 20, 19, 18, 17, 16, 15, 14, 12, 10].map((px) => [px / 0.3, true, px]);
 
 function overflow(slide) {
   return Math.max(
@@ -33,6 +33,8 @@ function fit(slide, number) {
   for (const fold of folds) {
     fold.name ||= `folds-${number}`;
   }
+  slide.style.fontSize = `${TEXT.at(-1)[0]}%`; // where room is short
+  slide.classList.add("compact");
   for (const group of new Set(folds.map((fold) => fold.name))) {
     tallest(folds.filter((fold) => fold.name === group)).open = true;
   }
