@@ -99,7 +99,7 @@ def test_no_accessibility_violation_on_any_slide(slides):
 
 def test_a_violation_and_a_slide_that_does_not_fit_are_found(browser, tmp_path):
     pale = text('## Pale\n\n<p style="color: #aaa">Who reads this?</p>', "slide")
-    full = text("## Too long\n\n" + "- one more line\n" * 40, "slide")
+    full = text("## Too long\n\n" + "- one more line\n" * 80, "slide")
     nbformat.write(example(pale, full), tmp_path / "01_pale.ipynb")
     context = offline_context(browser, viewport={"width": 1280, "height": 720})
     page = slides_page(tmp_path / "01_pale.ipynb")

@@ -38,7 +38,12 @@ function fit(slide, number) {
   for (const group of new Set(folds.map((fold) => fold.name))) {
     tallest(folds.filter((fold) => fold.name === group)).open = true;
   }
-  new Layout(slide).choose();
+  const layout = new Layout(slide);
+  layout.choose();
+  for (const fold of folds) {
+    fold.open = true; // at another size of text another one may be the tallest
+    if (overflow(slide) > 0) layout.choose();
+  }
   for (const fold of folds) {
     fold.open = false;
   }
@@ -106,7 +111,9 @@ class Layout {
       for (const arrangement of this.arrangements()) {
         const reads = this.apply({ text, ...arrangement });
         if (arrangement.first && reads >= LABEL) return;
-        if (reads > 1.05 * (best?.reads ?? 0)) best = { reads, text, ...arrangement };
+        const most = best?.reads ?? 0;
+        const suffices = reads >= LABEL && most < LABEL;
+        if (suffices || reads > 1.05 * most) best = { reads, text, ...arrangement };
       }
       if (best?.reads >= LABEL) break;
     }
