@@ -1,4 +1,4 @@
-"""The tables of TEACHING.md: the weeks of a course, and outcomes in the Indonesian form.
+"""The tables of TEACHING.md: the weeks of a course, and outcomes in Indonesian form.
 
 ``python -m pgm_book.make.teaching`` renews them. What a chapter is called and takes
 stands in data/chapters.csv, the minutes of a lecture in the notes of its notebook; what
@@ -124,7 +124,8 @@ def short() -> str:
 def rps() -> str:
     """Return outcomes, indicators and weights as Indonesian programmes write them."""
     lines = [
-        "| minggu / week | CPMK | sub-CPMK | indikator / indicator | bobot / weight, % |",
+        "| minggu / week | CPMK | sub-CPMK | indikator / indicator"
+        " | bobot / weight, % |",
         "|---|---|---|---|---|",
     ]
     taught = {week.semester: week.row for week in weeks()}
