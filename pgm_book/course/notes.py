@@ -8,7 +8,6 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_markdown_cell
 
 from pgm_book.make import slides
-from pgm_book.make.browser import open_browser
 from pgm_book.make.form import MINUTES
 from pgm_book.make.handouts import print_pdf
 from pgm_book.make.page import handout_page
@@ -28,14 +27,18 @@ def for_notes(notebook: NotebookNode, stem: str = "") -> NotebookNode:
     """
     deck = slides.for_slides(notebook, "lecturer", stem)
     texts = [f"# Notes: {slides.title(notebook)}\n\n{INTRODUCTION}"]
-    said: set[str] = set()
+    said: set[tuple[str, str]] = set()  # cell and text: two may say "2 minutes."
     then: list[str] = []  # slides without a note of their own
     seconds = 0
     for number, slide in enumerate(slides.divided(deck.cells), start=1):
         heading = slides.HEADING.search(slide[0].source)
         title = MINUTES.sub("", heading[0].lstrip("# ")) if heading else ""
-        notes = [cell.source for cell in slide if slide_type(cell) == "notes"]
-        new = [note for note in dict.fromkeys(notes) if note not in said]
+        notes = {
+            (slides.origin(cell.id), cell.source): cell.source
+            for cell in slide
+            if slide_type(cell) == "notes"
+        }
+        new = [text for note, text in notes.items() if note not in said]
         timing = slide[0].metadata.get("slideshow", {}).get("data", {}).get("timing", 0)
         clock = f" · minute {seconds // 60}" if timing else ""
         seconds += timing
@@ -45,7 +48,7 @@ def for_notes(notebook: NotebookNode, stem: str = "") -> NotebookNode:
             then = []
         elif number > 1:  # the title needs no line
             then.append(f"{number} {title}")
-        said.update(new)
+        said.update(notes)
     texts += [f"*Then*: {'; '.join(then)}"] * bool(then)
     deck.cells = [
         new_markdown_cell(text, id=f"note-{number}")
@@ -56,6 +59,8 @@ def for_notes(notebook: NotebookNode, stem: str = "") -> NotebookNode:
 
 def print_notes(notebooks: list[Path]) -> dict[str, bytes]:
     """Return the PDF of each notebook that has notes, by its name."""
+    from pgm_book.make.browser import open_browser
+
     printed = {}
     with open_browser() as browser:
         for path in notebooks:
