@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import nbformat
 from nbformat import NotebookNode
@@ -12,6 +13,9 @@ from pgm_book.make.form import MINUTES
 from pgm_book.make.handouts import print_pdf
 from pgm_book.make.page import handout_page
 from pgm_book.make.student import slide_type
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 INTRODUCTION = (
     "Each note stands at the slide where it is first needed, with the minutes from the "
@@ -57,15 +61,12 @@ def for_notes(notebook: NotebookNode, stem: str = "") -> NotebookNode:
     return deck
 
 
-def print_notes(notebooks: list[Path]) -> dict[str, bytes]:
-    """Return the PDF of each notebook that has notes, by its name."""
-    from pgm_book.make.browser import open_browser
-
+def print_notes(browser: "Browser", notebooks: list[Path]) -> dict[str, bytes]:
+    """Return the PDF of each notebook's notes, by its name."""
     printed = {}
-    with open_browser() as browser:
-        for path in notebooks:
-            title = slides.title(nbformat.read(path, as_version=4))
-            prepared = partial(for_notes, stem=path.stem)
-            page = handout_page(path, prepared, f"Notes: {title}")
-            printed[f"{path.stem}.pdf"] = print_pdf(browser, page)
+    for path in notebooks:
+        title = slides.title(nbformat.read(path, as_version=4))
+        prepared = partial(for_notes, stem=path.stem)
+        page = handout_page(path, prepared, f"Notes: {title}")
+        printed[f"{path.stem}.pdf"] = print_pdf(browser, page)
     return printed
