@@ -37,7 +37,9 @@ _SEARCHES = [
     (7, (40, 80), (57, 81)),
     (15, (60, 40), (55, 70)),
 ]
-SINGLE = 1e-6  # a map in single precision, such as that of OpenCV, is right
+# A map in single precision is right, such as that of OpenCV: on 300 hidden inputs it is
+# off by up to 2.5e-6, and two of them differ by twice that.
+SINGLE = 1e-5
 
 
 def _r(a: np.ndarray, b: np.ndarray, centred: bool = True) -> float:

@@ -12,6 +12,7 @@ import itertools
 import json
 import os
 import platform
+import random
 import shutil
 import signal
 import struct
@@ -56,8 +57,9 @@ MACHINES = {
 }
 
 
+BOOKS_OWN = "calls the book's own function"
 NAMED = {  # what a student's code was refused, by the beginning of its error
-    "BooksOwn": "calls the book's own function",
+    "BooksOwn": BOOKS_OWN,
     "MemoryError": f"asked for more than {worker.MEMORY / 2**30:.0f} GB of memory",
     "SystemExit": "ended the program",
     "PermissionError: [Errno 1]": "tried to start another process",
@@ -67,6 +69,7 @@ NAMED = {  # what a student's code was refused, by the beginning of its error
     "OSError: [Errno 28]": f"wrote more than {ROOM // 2**20} MB",
     "OSError: [Errno 30]": "tried to write outside its folder",
 }
+REFUSED = {*NAMED.values()} - {BOOKS_OWN}
 
 
 def named(said: str) -> str:
@@ -170,6 +173,23 @@ def wall(library: Path, filter_file: int) -> list[str]:
     for name, value in VARIABLES.items():
         arguments += ["--setenv", name, value]
     return arguments
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two answers are the same, up to how sums were rounded."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(alike, one, other))
+    if isinstance(one, dict):
+        return alike([*one.items()], [*other.items()])
+    if isinstance(one, np.ndarray | float | complex):
+        if np.shape(one) != np.shape(other):
+            return False
+        if np.asarray(one).dtype.kind in "fc":
+            return np.allclose(one, other, rtol=1e-5, atol=1e-9, equal_nan=True)
+        return np.array_equal(one, other)
+    return isinstance(one, plain.Fields) or one == other
 
 
 class Box:
@@ -294,26 +314,40 @@ class Box:
                 return found(said)
         return RuntimeError(f"{kind}: {said}" if said else kind)
 
-    def function(self, name: str) -> Callable:
-        """Return the student's function of a name, to be called like any other."""
+    def function(self, name: str, seed: int = 0) -> Callable:
+        """Return the student's function of a name, to be called like any other.
+
+        Some calls, as `seed` decides, are made twice: who gives the notebook's answers
+        in their order, whatever is asked, does not know which.
+        """
+        chance = random.Random(seed)
 
         def boxed(*arguments: Any, **named: Any) -> Any:
             request = {
                 "arguments": [plain.packed(a, self.kept) for a in arguments],
                 "named": plain.packed(named, self.kept),
             }
-            said = self.ask(CALLING, do="call", name=name, **request)
-            try:
-                answer = plain.unpacked(said["answer"])
-                for k, values in said["changed"].items():
-                    np.copyto(arguments[int(k)], plain.unpacked(values))
-            except (KeyError, TypeError, ValueError, AttributeError, IndexError):
-                raise RuntimeError("its answer is no plain data") from None
-            return answer
+            found = self.called_once(name, request)
+            if chance.random() < 0.5 and not alike(
+                found[0], self.called_once(name, request)[0]
+            ):
+                raise RuntimeError("it gave two answers to the same question")
+            for k, values in found[1].items():
+                np.copyto(arguments[k], values)
+            return found[0]
 
         boxed.__name__ = name
         boxed.boxed = True  # type: ignore[attr-defined]
         return boxed
+
+    def called_once(self, name: str, request: dict) -> tuple[Any, dict[int, Any]]:
+        """Return an answer, and the arguments that the call changed."""
+        said = self.ask(CALLING, do="call", name=name, **request)
+        try:
+            changed = {int(k): plain.unpacked(v) for k, v in said["changed"].items()}
+            return plain.unpacked(said["answer"]), changed
+        except (LookupError, TypeError, ValueError, AttributeError):
+            raise RuntimeError("its answer is no plain data") from None
 
     def kept(self, function: Callable) -> int:
         """Keep a function of the judge's, which the box may call by its number."""

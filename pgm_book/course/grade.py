@@ -256,8 +256,10 @@ def _mark(
             except Exception as error:  # whatever a stranger's answer leads to
                 said = f"{type(error).__name__}: {str(error)[:300]}"
             remarks += closed.remarks
-    if said and box.NAMED["BooksOwn"] in remarks:
+    if said and box.BOOKS_OWN in remarks:
         found, said = (), "it calls the book's own function; write yours."
+    if not said:  # what a right answer came across is of interest if it was refused
+        remarks = [one for one in remarks if one in box.REFUSED]
     points = sum(exercise.points.get(text, 0.0) for text, holds in found if holds)
     remarks = list(dict.fromkeys(remarks))[:5]
     return Mark(*key, points, exercise.most, found, said, tuple(remarks))
@@ -277,7 +279,8 @@ def _judging(exercise: Exercise, *_: str) -> Iterator[Judging]:
         for name in exercise.names:
             kind = closed.ask(box.CALLING, do="kind", name=name)
             if kind == "function":
-                space[name] = closed.function(name)
+                seed = int(checks.chance(0).integers(2**32))  # under the secret
+                space[name] = closed.function(name, seed)
             elif kind == "value":
                 space[name] = plain.unpacked(
                     closed.ask(box.CALLING, do="value", name=name)
@@ -378,13 +381,13 @@ def handed_in(
 def main(arguments: list[str] | None = None) -> int:
     """Grade a class and write its tables and pages; return 1 if that is refused."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("submissions", type=Path, help="a folder, or Moodle's zip")
-    parser.add_argument("--lessons", nargs="*", help="such as 2 2c A1; all handed in")
+    parser.add_argument("submissions", help="a folder, or Moodle's zip")
+    parser.add_argument("lessons", nargs="*", help="such as 2 2c A1; all, if none")
     parser.add_argument("--rubric", type=Path, default=RUBRIC)
     parser.add_argument("--secret", help="your word for the hidden data; kept if none")
     parser.add_argument("--trusted", action="store_true", help="run without a box")
     parser.add_argument("--to", type=Path, default=ROOT / "build" / "grades")
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)
     why = "" if options.trusted else box.closed()
     if why:
         print(
@@ -394,7 +397,9 @@ def main(arguments: list[str] | None = None) -> int:
         )
         return 1
     try:
-        submissions = intake.read(options.submissions)
+        if not options.submissions:
+            raise ValueError("which submissions? make grade SUBMISSIONS=folder")
+        submissions = intake.read(Path(options.submissions))
         asked = exercises(options.rubric)
         known = {exercise.lesson for exercise in asked}
         if unknown := set(options.lessons or []) - known:

@@ -88,7 +88,7 @@ def without(library: Path, folder: Path, functions: Iterable[str]) -> None:
 def emptied(text: str, function: str) -> str:
     """Give a function of a module another body: it says that it is the book's own."""
     lines = text.split("\n")
-    (node,) = [
+    *_, node = [  # the last: before it may stand overloads of its type
         one
         for one in ast.parse(text).body
         if isinstance(one, ast.FunctionDef) and one.name == function

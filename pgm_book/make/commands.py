@@ -167,6 +167,16 @@ MODULES = {
         ["pgm_book.course.grade"],
         "Grade a folder of submissions, each in a closed box, into build/grades.",
     ),
+    "quiz": (
+        ["main"],
+        ["pgm_book.course.quiz"],
+        "Write all questions for exam systems: GIFT, Moodle XML, QTI; in build/quiz.",
+    ),
+    "exam": (
+        ["main", "publish"],
+        ["pgm_book.course.exam"],
+        "Make a two-hour paper and its key: SEED, and lessons if not all.",
+    ),
     "requirements": (
         ["main", "dev"],
         ["pgm_book.make.requirements"],

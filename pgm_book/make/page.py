@@ -44,11 +44,11 @@ def slides_page(path: Path, audience: slides.Audience = "lecturer") -> str:
     Notes, their window and the answers to the quick questions are the lecturer's.
     """
     files = {
-        "reveal_css": _asset(*REVEAL, "dist/reveal.css"),
-        "reveal_js": _asset(*REVEAL, "dist/reveal.js"),
+        "reveal_css": asset(*REVEAL, "dist/reveal.css"),
+        "reveal_js": asset(*REVEAL, "dist/reveal.js"),
     }
     if audience == "lecturer":
-        files["notes_js"] = _asset(*REVEAL, "plugin/notes/notes.js")
+        files["notes_js"] = asset(*REVEAL, "plugin/notes/notes.js")
     stem = Path(path).stem
     prepared = partial(slides.for_slides, audience=audience, stem=stem)
     return _page(SlidesExporter, "pgm_slides", path, prepared, files)
@@ -76,7 +76,7 @@ def _page(
     path = Path(path)
     notebook = nbformat.read(path, as_version=4)
     _refuse_unexecuted(path, notebook)
-    files["mathjax_js"] = _asset(*MATHJAX, "tex-svg-full.js")
+    files["mathjax_js"] = asset(*MATHJAX, "tex-svg-full.js")
     converter = exporter(
         template_name=template, extra_template_basedirs=[str(TEMPLATES)]
     )
@@ -98,7 +98,7 @@ def _page(
     return str(soup)
 
 
-def _asset(package: str, folder: str, file: str) -> str:
+def asset(package: str, folder: str, file: str) -> str:
     """Return the text of a file that comes with an installed package."""
     try:
         path = distribution(package).locate_file(folder + file)

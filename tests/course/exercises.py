@@ -78,18 +78,58 @@ def of(stem: str) -> tuple[Exercise, ...]:
     names: dict = {"__name__": "__main__"}
     quiet = contextlib.redirect_stdout(io.StringIO())
     with quiet, plt.rc_context(), mock.patch.object(checks, "keep"):
-        for cell in notebook.cells:
-            if cell.cell_type != "code" or LEFT_OUT & set(tags(cell)):
-                continue
-            for statement in ast.parse(cell.source).body:
-                if _is_check(statement):
-                    found.append(_exercise(number(stem), statement.value, names))
-                else:
-                    exec(compile(ast.Module([statement], []), stem, "exec"), names)
-            plt.close("all")
+        for statement in _needed(notebook):
+            if _is_check(statement):
+                found.append(_exercise(number(stem), statement.value, names))
+            else:
+                exec(compile(ast.Module([statement], []), stem, "exec"), names)
+        plt.close("all")
     names.pop("mine", None)  # the solutions hold the names, and it its folder
     gc.collect()
     return tuple(found)
+
+
+def _needed(notebook: nbformat.NotebookNode) -> list[ast.stmt]:
+    """Return the checks of a notebook, and the statements that they depend on."""
+    statements = [
+        statement
+        for cell in notebook.cells
+        if cell.cell_type == "code" and not LEFT_OUT & set(tags(cell))
+        for statement in ast.parse(cell.source).body
+        # A check in a solution is that of a part of a task, and no exercise
+        if not (_is_check(statement) and "solution" in tags(cell))
+    ]
+    kept: list[ast.stmt] = []
+    wanted: set[str] = set()
+    for statement in reversed(statements):
+        if _is_check(statement) or wanted & _changed(statement):
+            kept.append(statement)
+            wanted |= {n.id for n in ast.walk(statement) if isinstance(n, ast.Name)}
+            # `globals().get("relative", ...)`
+            wanted |= {
+                n.value
+                for n in ast.walk(statement)
+                if isinstance(n, ast.Constant) and isinstance(n.value, str)
+            }
+    return kept[::-1]
+
+
+def _changed(statement: ast.stmt) -> set[str]:
+    """Names that a statement binds, or whose values it changes, maybe by a method."""
+    names: set[str] = set()
+    for node in ast.walk(statement):
+        if isinstance(node, ast.FunctionDef):
+            names.add(node.name)
+        elif isinstance(node, ast.alias):
+            names.add((node.asname or node.name).partition(".")[0])
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
+            names |= {n.id for n in ast.walk(node.value) if isinstance(n, ast.Name)}
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            if isinstance(node.value.func, ast.Attribute):  # such as rows.append(row)
+                names.add(ast.unparse(node.value.func.value))
+    return names
 
 
 def _is_check(statement: ast.stmt) -> bool:

@@ -7,6 +7,7 @@ import re
 import shutil
 
 import nbformat
+import numpy as np
 import pytest
 
 from pgm_book.ch02 import checks as chapter2
@@ -107,6 +108,24 @@ def test_a_table_of_the_notebooks_inputs_earns_nothing(place):
     assert points(of_program(text), place, "peak_of_parabola")[0] == 0
 
 
+def test_the_notebooks_answers_in_their_order_earn_nothing(place):
+    answers = []
+
+    def watched(a, b):
+        answers.append(float(np.corrcoef(a.ravel(), b.ravel())[0, 1]))
+        return answers[-1]
+
+    chapter2.correlation(watched)
+    text = f"L = {answers}\ndef correlation(*_):\n    L.append(L.pop(0))\n"
+    text += "    return L[-1]\n"
+    names = {}
+    exec(text, names)
+    chapter2.correlation(names["correlation"])  # right in the notebook
+    for who in "Ada", "Bob", "Eva":
+        earned, said = points(of_program(text, who), place, "correlation")
+        assert earned == 0 and "two answers to the same question" in said
+
+
 def test_the_same_submission_gets_the_same_inputs_and_another_gets_others(place):
     text = (
         "import os\ndef correlation(a, b):\n    raise ValueError(repr(a[0].tolist()))"
@@ -173,7 +192,7 @@ def test_a_class_of_twelve(tmp_path, monkeypatch):
     key.write_text("the key")
     before = set(tmp_path.rglob("*"))
     to = tmp_path / "grades"
-    asked = ["--lessons", "2", "2c", "--secret", "word", "--to", str(to)]
+    asked = ["2", "2c", "--secret", "word", "--to", str(to)]
     assert grade.main([str(folder), *asked]) == 0
     after = {path for path in tmp_path.rglob("*") if to not in [path, *path.parents]}
     assert after == before
@@ -242,13 +261,26 @@ def test_without_a_box_a_class_is_refused_unless_it_is_trusted(
     text = "def line(x, y):\n    return 0.0, 1.0\n"
     (tmp_path / "class" / "Ada" / "my_pgm.py").write_text(text)
     monkeypatch.setattr(box, "closed", lambda: "bubblewrap is not installed")
-    asked = [str(tmp_path / "class"), "--lessons", "2", "--to", str(tmp_path / "to")]
+    asked = [str(tmp_path / "class"), "2", "--to", str(tmp_path / "to")]
     assert grade.main(asked) == 1
     assert "TRUSTED=yes" in capsys.readouterr().err and not (tmp_path / "to").exists()
     assert grade.main([*asked, "--trusted"]) == 0
     assert "ran without a box" in told(tmp_path / "to" / "class.html")
     word = (tmp_path / "to" / "secret.txt").read_text()
     assert grade.kept_secret(tmp_path / "to") == word.strip() and len(word) > 12
+
+
+def test_a_command_that_cannot_be_followed_is_answered(tmp_path, capsys):
+    (tmp_path / "Ada").mkdir()
+    (tmp_path / "Ada" / "my_pgm.py").write_text("x = 1")
+    for asked, said in (
+        ([""], "which submissions?"),
+        ([str(tmp_path / "missing")], "no such folder"),
+        ([str(tmp_path), "--trusted", "2", "12"], "12 is not in the rubric"),
+        ([str(tmp_path), "--rubric", str(tmp_path / "none.csv")], "none.csv"),
+    ):
+        assert grade.main([*asked, "--trusted"]) == 1
+        assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ some_arrays = arrays.arrays(
 values = st.recursive(
     leaves | some_arrays,
     lambda inner: (
-        st.lists(inner) | st.tuples(inner, inner) | st.dictionaries(leaves, inner)
+        st.lists(inner) | st.tuples(inner, inner) | st.dictionaries(st.text(), inner)
     ),
     max_leaves=8,
 )

@@ -1,6 +1,8 @@
 """The rubric: what is worth points in the exercises, and what is not."""
 
 import csv
+import importlib
+import os
 from collections import defaultdict
 from importlib import resources
 
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 
 from pgm_book.common import checks
+from pgm_book.course import grade
 from tests.course import exercises, trivial
 
 with (resources.files("pgm_book.course") / "rubric.csv").open(encoding="utf-8") as file:
@@ -18,6 +21,7 @@ for row in ROWS:
     here[row["property"]] = float(row["points"])
 ALL_OF_IT = {"photo", "fourth"}  # whose other arguments are the reader's as well
 STEMS = exercises.stems()
+ALL = os.environ.get("PGM_LAB_LARGEST_SAMPLES")  # in test-all
 
 
 def earned(exercise, answer) -> float:
@@ -33,11 +37,14 @@ def test_an_exercise_is_worth_ten_points_and_a_task_twenty():
 
 
 def test_each_exercise_and_each_task_has_its_rows():
-    found = {(one.lesson, one.name) for stem in STEMS for one in exercises.of(stem)}
-    tasks = {(exercises.number(stem), "task") for stem in STEMS if "case" not in stem}
-    assert set(POINTS) == found | tasks
+    found = {(one.lesson, one.name) for one in grade.exercises()}
+    asked = {(n, name) for n in grade.notebooks() for name, *_ in grade._asked(n)}
+    assert (
+        set(POINTS) == found == asked - {("0", "point")}
+    )  # it shows how a check works
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stem", STEMS)
 def test_rows_are_what_the_check_names_and_the_solution_earns_all(stem):
     for one in exercises.of(stem):
@@ -53,12 +60,32 @@ def tried(one, answer, secret) -> float:
         return earned(alone, answer)
 
 
-@pytest.mark.parametrize("stem", STEMS)
-def test_who_does_nothing_earns_nothing(stem):
+def paid_for_nothing(stem, secret):
+    """Trivial answers that earn points under a secret."""
     paid = []
     for one in exercises.of(stem):
         of = trivial.functions if callable(one.solution) else trivial.values
         for name, answer in of(one.solution):
-            if points := tried(one, answer, 7):
+            if points := tried(one, answer, secret):
                 paid.append((one.lesson, one.name, name, points))
+    return paid
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stem", STEMS)
+def test_who_does_nothing_earns_nothing(stem):
+    for secret in range(7, 12 if ALL else 8):
+        assert paid_for_nothing(stem, secret) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chapter", ["1", "2", "3", "4"])
+def test_a_slip_costs_points(chapter):
+    slips = importlib.import_module(f"tests.ch0{chapter}.test_checks").SLIPS
+    paid = []
+    for stem in STEMS:
+        for one in exercises.of(stem) if exercises.number(stem)[0] == chapter else ():
+            for answer, hint in slips.get(one.check, ()):
+                if (points := tried(one, answer, 7)) >= 10:
+                    paid.append((one.name, hint, points))
     assert paid == []

@@ -28,8 +28,22 @@ FILLED: dict[str, Callable] = {
 }
 
 
+def _of_a_shape(solution: Callable) -> Callable:
+    """A function that answers arguments of the same shapes alike."""
+    known: dict[tuple, Any] = {}
+
+    def answer(*arguments: Any) -> Any:
+        shapes = tuple(np.shape(one) for one in arguments)
+        if shapes not in known:
+            known[shapes] = solution(*arguments)
+        return known[shapes]
+
+    return answer
+
+
 def functions(solution: Callable) -> Iterator[tuple[str, Callable]]:
     """Give functions that return the same always, or what they were given."""
+    solution = _of_a_shape(solution)
     for value in CONSTANTS:
         yield repr(value), lambda *a, value=value: value
     for k, value in product(range(2, 5), CONSTANTS[:-1]):
