@@ -149,12 +149,15 @@ def student_files(notebooks: list[Path], wheel: Files) -> Files:
 
 def instructor_files(notebooks: list[Path], build: Path, wheel: Files) -> Files:
     """Return the instructor's files: solved notebooks, decks, paper, notes and keys."""
+    from pgm_book.make.browser import open_browser
+
     files = {f"notebooks/{path.name}": path.read_bytes() for path in notebooks}
     stems = {path.stem for path in notebooks}
     for folder in ("slides/lecturer", "slides/student", "handouts"):
         made = archive.tree(build / folder, folder)
         files |= {name: made[name] for name in made if Path(name).stem in stems}
-    printed = notes.print_notes(notebooks)
+    with open_browser() as browser:
+        printed = notes.print_notes(browser, notebooks)
     files |= {f"notes/{name}": pdf for name, pdf in printed.items()}
     for path in notebooks:
         solved = solutions(nbformat.read(path, as_version=4))

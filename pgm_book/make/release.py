@@ -45,9 +45,10 @@ def main(arguments: list[str] | None = None) -> int:
         tag = asked("git", "tag", "--points-at", "HEAD", "v*").partition("\n")[0]
         if found := disagreements(tag):
             raise PublishError("\n  ".join(["these do not agree:", *found]))
-        files = made()
+        commit = asked("git", "rev-parse", "HEAD")  # others may be made meanwhile
+        files = made(commit)
         if options.check:
-            compare(files, made())
+            compare(files, made(commit))
     except PublishError as error:
         print(f"release: {error}", file=sys.stderr)
         return 1
@@ -76,10 +77,11 @@ def disagreements(tag: str = "") -> list[str]:
     return found
 
 
-def made() -> dict[str, bytes]:
-    """Return the files of a release of the commit that is checked out."""
-    seconds = asked("git", "log", "-1", "--format=%ct")
-    print(f"Making {asked('git', 'describe', '--always', '--tags')} ...", flush=True)
+def made(commit: str) -> dict[str, bytes]:
+    """Return the files of a release of a commit."""
+    seconds = asked("git", "log", "-1", "--format=%ct", commit)
+    name = asked("git", "describe", "--always", "--tags", commit)
+    print(f"Making {name} ...", flush=True)
     with (
         tempfile.TemporaryDirectory() as folder,
         patch.dict(os.environ, {archive.EPOCH: seconds}),
@@ -87,6 +89,7 @@ def made() -> dict[str, bytes]:
         clone = Path(folder, "pgm_lab")
         build = clone / "build"
         call("git", "clone", "-q", "--no-local", ROOT, clone)
+        call("git", "checkout", "-q", commit, cwd=clone)
         python = [sys.executable, "-m"]
         dist = [*python, "build", "--no-isolation", "--outdir", build / "dist"]
         call(*dist, cwd=clone)

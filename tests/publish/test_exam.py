@@ -12,6 +12,7 @@ from pypdf import PdfReader
 
 from pgm_book.course import exam
 from pgm_book.course.numbers import Chance
+from pgm_book.make.archive import date
 from pgm_book.make.environment import ROOT
 from pgm_book.make.handouts import _empty, plain, print_pdf
 from pgm_book.make.tagged import read
@@ -123,7 +124,7 @@ def test_no_page_is_nearly_empty_and_no_question_is_divided(printed):
 def test_the_same_bytes_on_another_day(browser, printed):
     paper, pdfs = printed
     assert [print_pdf(browser, exam.page(paper, key)) for key in (False, True)] == pdfs
-    assert b"/CreationDate (D:20000000" in pdfs[0]
+    assert b"/CreationDate (D:%s" % f"{date():%Y%m%d}".encode() in pdfs[0]
 
 
 def test_a_figure_is_printed_with_its_description(browser):
