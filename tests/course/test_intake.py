@@ -128,7 +128,8 @@ def test_lines_of_a_notebook_alone_do_not_stop_a_cell():
     names = {"x": False, "f": 1}
     exec(intake.python_of(cell), names)
     assert names["y"] == 2
-    assert intake.python_of("a = 5 \\\n% 3") == "a = 5 \\\n% 3"  # valid as it is
+    valid = "a = 5 \\\n% 3"
+    assert intake.python_of(valid) == valid
 
 
 def test_only_the_cells_that_a_name_needs():
