@@ -70,31 +70,24 @@ def fetched(monkeypatch):
     return asked
 
 
-@pytest.fixture
-def build(tmp_path):
-    for name in ("site/index.html", "slides/student/01.html", "handouts/01.pdf"):
-        (tmp_path / name).parent.mkdir(parents=True)
-        (tmp_path / name).write_text(name)
-    return tmp_path
-
-
-def test_a_system_without_all_its_wheels_is_left_out_and_named(fetched, build, capsys):
+def test_a_system_without_all_its_wheels_is_left_out_and_named(
+    fetched, tmp_path, capsys
+):
     students = {"start.py": START.read_bytes()}
     wanted = stick.targets("macos", "3.13")
-    folder = stick.write(build / "stick", students, build, wanted)
+    folder = stick.write(tmp_path / "stick", students, wanted)
     said = capsys.readouterr().err
     assert "darwin x86_64 Python 3.13 is left out" in said
     assert "numpy==" in said and "scipy==" in said
     made_for = (folder / "wheels" / stick.MADE_FOR).read_text(encoding="utf-8")
     assert made_for == "darwin arm64 Python 3.13\n"
     assert [p.name for p in (folder / "wheels").glob("*.whl")] == ["1.whl"]
-    for name in ("site/index.html", "slides/01.html", "handouts/01.pdf", "ROOM.html"):
-        assert (folder / name).exists()
+    assert (folder / "start.py").exists() and (folder / "ROOM.html").exists()
 
 
-def test_an_empty_stick_is_refused(fetched, build):
+def test_an_empty_stick_is_refused(fetched, tmp_path):
     with pytest.raises(PublishError, match="no system has all its wheels"):
-        stick.write(build / "s", {}, build, stick.targets("macos", "3.13")[1:])
+        stick.write(tmp_path, {}, stick.targets("macos", "3.13")[1:])
 
 
 def test_where_pip_fails_its_words_are_given(monkeypatch, tmp_path):
@@ -149,13 +142,13 @@ def cut():
 @pytest.mark.skipif(
     "PGM_LAB_LARGEST_SAMPLES" not in os.environ, reason="fetches 290 MB: in test-all"
 )
-def test_a_room_without_network_installs_and_runs_a_notebook(cut, build, tmp_path):
+def test_a_room_without_network_installs_and_runs_a_notebook(cut, tmp_path):
     pytest.importorskip("build")  # of `publish`, as for `make course`
     notebook = pack.ROOT / "notebooks" / "00_start_here.ipynb"
     students = pack.student_files([notebook], pack.wheels()[1])
     wanted = stick.targets("linux", "{}.{}".format(*sys.version_info))
     try:
-        room = stick.write(tmp_path / "room", students, build, wanted)
+        room = stick.write(tmp_path / "room", students, wanted)
     except PublishError as error:
         pytest.skip(f"no wheels were fetched: {error}")
     start = [*cut, sys.executable, "start.py", "--install"]
