@@ -47,10 +47,15 @@ def _link(row: dict[str, str]) -> str:
 
 def renewed(text: str) -> str:
     """Return the text of README with the table as data/chapters.csv has it now."""
-    between = re.compile(f"{re.escape(BEGIN)}.*{re.escape(END)}", re.DOTALL)
-    new, number = between.subn(lambda _: f"{BEGIN}\n\n{table()}\n\n{END}", text)
+    return replaced(text, BEGIN, END, table())
+
+
+def replaced(text: str, begin: str, end: str, table: str) -> str:
+    """Return the text with this table between two comments."""
+    between = re.compile(f"{re.escape(begin)}.*{re.escape(end)}", re.DOTALL)
+    new, number = between.subn(lambda _: f"{begin}\n\n{table}\n\n{end}", text)
     if number != 1:
-        raise ValueError(f"README.md must contain {BEGIN} and {END} once")
+        raise ValueError(f"the text must contain {begin} and {end} once")
     return new
 
 

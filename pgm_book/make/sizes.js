@@ -2,6 +2,7 @@
 // Returns rows of kind, what it is, and the value.
 (slide) => {
   const OTHER = "aside, sub, sup, style, script, mjx-container, .slide-footer";
+  const CAPTION = "caption, figcaption, .of-verdicts"; // also where a source stands
   const folds = [...slide.querySelectorAll("details")];
   const rows = [];
 
@@ -39,7 +40,8 @@
     const { data, parentElement: parent } = walker.currentNode;
     if (!data.trim() || parent.closest(OTHER) || !parent.checkVisibility()) continue;
     first ??= parent;
-    const kind = parent.closest("pre, code") ? "code" : "text";
+    const code = parent.closest("pre, code") ? "code" : "text";
+    const kind = parent.closest(CAPTION) ? "caption" : code;
     const block = parent.closest("pre, p, li, td, th, summary, h1, h2, h3") ?? parent;
     rows.push([kind, block.textContent, parseFloat(getComputedStyle(parent).fontSize)]);
   }
@@ -50,8 +52,8 @@
     const size = 1000 * Math.abs(drawn.getScreenCTM().a);
     rows.push(["text", formula.querySelector("math")?.textContent ?? "formula", size]);
   }
-  const code = [...slide.querySelectorAll(".input pre, .text pre")];
-  const lines = code.map((pre) => pre.textContent.trimEnd().split("\n").length);
+  const listings = [...slide.querySelectorAll(".input pre, .text pre")];
+  const lines = listings.map((pre) => pre.textContent.trimEnd().split("\n").length);
   rows.push(["lines of code", "", lines.reduce((sum, more) => sum + more, 0)]);
   const headed = first?.closest("h1, h2, h3");
   rows.push(["no heading", first?.textContent ?? "an empty slide", headed ? 0 : 1]);

@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page, ViewportSize
 
 SIZE: ViewportSize = {"width": 1280, "height": 720}
-AT_LEAST = {"figure label": 18.0, "text": 20.0, "code": 20.0}  # px of 720
+# px of 720; of text and code it is the size of the font, as the browser computes it.
+AT_LEAST = {"figure label": 18.0, "caption": 20.0, "text": 24.0, "code": 24.0}
 # An enlargement is the factor by which a picture exceeds its own pixels at 1080 lines.
 AT_MOST = {
-    "lines of code": 18.0,
+    "lines of code": 20.0,
     "enlargement": 1.0,
     "overflow": 0.0,
     "no heading": 0.0,
@@ -77,6 +78,7 @@ class Row:
         high = f"{self.value:.1f} px high, less than {self.limit:.0f}"
         said = {
             "figure label": f"the labels of the figure{what} are {high}",
+            "caption": f"the caption{what} is {high}",
             "text": f"the text{what} is {high}",
             "code": f"the code{what} is {high}",
             "lines of code": f"{self.value:.0f} lines of code, more than "
@@ -104,7 +106,7 @@ def measure(page: Page) -> list[Row]:
         for kind, what, value in slide["rows"]:
             what = _short(what)
             row = Row(index + 1, title, kind, what, value)
-            same = value if kind in ("text", "code") else what
+            same = value if kind in ("caption", "text", "code") else what
             found.setdefault((index, kind, same), row)
     return list(found.values())
 

@@ -58,7 +58,7 @@ def for_slides(
         cells += asked or ([] if read_alone else [cell])
     parts = sections(notebook, cells)
     keep_time(parts)
-    repeat_notes(parts)
+    notes_first(parts)
     add_break(parts, notebook, stem)
     result.cells = [
         cell
@@ -172,18 +172,22 @@ def keep_time(parts: list[Section]) -> None:
             slide[0].metadata.slideshow["data"] = {"timing": seconds}
 
 
-def repeat_notes(parts: list[Section]) -> None:
-    """Put the note of a section, which says what to ask, on each of its slides.
+def notes_first(parts: list[Section]) -> None:
+    """Move the note of a section, which says what to ask, to its first slide.
 
     In a notebook it ends the section, where a lecturer would see it too late.
     """
     for one in parts[1:]:
-        every = [cell for slide in one.slides for cell in slide]
-        notes = [cell for cell in every if slide_type(cell) == "notes"]
-        for note in filter(lambda note: form.NOTE.match(note.source), notes):
-            others = (slide for slide in one.slides if note not in slide)
-            for number, slide in enumerate(others, start=1):  # 0 is the break
-                slide.append(made(note, note.source, "notes", number))
+        first = one.slides[0]
+        for slide in one.slides[1:]:
+            moved = [cell for cell in slide if _times(cell)]
+            slide[:] = [cell for cell in slide if not _times(cell)]
+            first += moved
+
+
+def _times(cell: NotebookNode) -> bool:
+    """Whether a note begins with the minutes of its section."""
+    return slide_type(cell) == "notes" and bool(form.NOTE.match(cell.source))
 
 
 def shares(whole: int, weights: list[int]) -> list[int]:

@@ -56,7 +56,7 @@ FAULTS = notebook(
     figure(picture("unlabelled", 10, 4, label=None)),
     text("No heading here.", "slide"),
     text("## Long code", "slide"),
-    code("\n".join(f"x_{n} = {n}" for n in range(19))),
+    code("\n".join(f"x_{n} = {n}" for n in range(21))),
     text("## Far too much\n\n" + SENTENCE * 50, "slide"),
     text("## Endless\n\n" + "- one more line\n" * 80, "slide"),
     text("## As it should be", "slide"),

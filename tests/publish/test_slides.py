@@ -99,7 +99,7 @@ def test_no_accessibility_violation_on_any_slide(slides):
 
 def test_a_violation_and_a_slide_that_does_not_fit_are_found(browser, tmp_path):
     pale = text('## Pale\n\n<p style="color: #aaa">Who reads this?</p>', "slide")
-    full = text("## Too long\n\n" + "- one more line\n" * 40, "slide")
+    full = text("## Too long\n\n" + "- one more line\n" * 80, "slide")
     nbformat.write(example(pale, full), tmp_path / "01_pale.ipynb")
     context = offline_context(browser, viewport={"width": 1280, "height": 720})
     page = slides_page(tmp_path / "01_pale.ipynb")
@@ -177,13 +177,7 @@ def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path
     page = watched.page
     page.goto(written(tmp_path, slides_page(lesson)).as_uri())
     watched.wait()
-    page.evaluate(
-        """() => {
-            const asked = document.querySelector(".slides .pgm-predict");
-            const { h, v } = Reveal.getIndices(asked.closest("section"));
-            Reveal.slide(h, v);
-        }"""
-    )
+    at_the_first_prediction(page)
     number = page.evaluate("Reveal.getSlidePastCount()")
     page.keyboard.press("PageDown")
     assert page.evaluate("Reveal.getSlidePastCount()") == number
@@ -191,3 +185,40 @@ def test_the_key_to_go_on_first_opens_the_right_choice(watched, lesson, tmp_path
     assert "✓" in opened.text_content()
     page.keyboard.press("PageDown")
     assert page.evaluate("Reveal.getSlidePastCount()") == number + 1
+
+
+def at_the_first_prediction(page) -> None:
+    page.evaluate(
+        """() => {
+            const asked = document.querySelector(".slides .pgm-predict");
+            const { h, v } = Reveal.getIndices(asked.closest("section"));
+            Reveal.slide(h, v);
+        }"""
+    )
+
+
+def test_the_space_bar_opens_the_choice_that_has_the_focus(watched, lesson, tmp_path):
+    """And not the right one: whoever presses it there has chosen."""
+    page = watched.page
+    page.goto(written(tmp_path, slides_page(lesson)).as_uri())
+    watched.wait()
+    at_the_first_prediction(page)
+    choices = page.locator("section section.present .pgm-predict details")
+    wrong = choices.filter(has_text="✗").first
+    number = page.evaluate("Reveal.getSlidePastCount()")
+    wrong.locator("summary").focus()
+    page.keyboard.press("Space")
+    assert wrong.evaluate("one => one.open")
+    assert choices.filter(has_text="✓").evaluate("one => !one.open")
+    assert page.evaluate("Reveal.getSlidePastCount()") == number
+
+
+def test_the_key_end_reaches_the_last_slide(watched, tmp_path):
+    """Which is the second of the last column, as the quick questions are."""
+    last = text("## A section", "slide"), text("### Its last slide", "subslide")
+    nbformat.write(example(*last), tmp_path / "01_end.ipynb")
+    page = watched.page
+    page.goto(written(tmp_path, slides_page(tmp_path / "01_end.ipynb")).as_uri())
+    watched.wait()
+    page.keyboard.press("End")
+    assert page.evaluate("Reveal.isLastSlide()")

@@ -9,11 +9,11 @@ const UNKNOWN = 17; // px: labels of a picture that does not say how large they 
 
 // Text in per cent of 30 px, whether there is less air, and the smallest text in px.
 const TEXT = [
-  [100, false, 20], [100, true, 20], [95, true, 20], [90, true, 20], [85, true, 20],
-  [80, true, 20], [75, true, 20], [70, true, 20], [67, true, 20],
+  [100, false, 24], [100, true, 24], [95, true, 24], [90, true, 24], [85, true, 24],
+  [80, true, 24],
 ];
 // What does not fit even so is refused or listed; it must not be cut off in addition.
-const CRAMMED = [19, 18, 17, 16, 15, 14, 12, 10].map((px) => [px / 0.3, true, px]);
+const CRAMMED = [23, 22, 21, 20, 19, 18, 17, 16, 15, 14, 12, 10].map((px) => [px / 0.3, true, px]);
 
 function overflow(slide) {
   return Math.max(
@@ -33,10 +33,17 @@ function fit(slide, number) {
   for (const fold of folds) {
     fold.name ||= `folds-${number}`;
   }
+  slide.style.fontSize = `${TEXT.at(-1)[0]}%`; // where room is short
+  slide.classList.add("compact");
   for (const group of new Set(folds.map((fold) => fold.name))) {
     tallest(folds.filter((fold) => fold.name === group)).open = true;
   }
-  new Layout(slide).choose();
+  const layout = new Layout(slide);
+  layout.choose();
+  for (const fold of folds) {
+    fold.open = true; // at another size of text another one may be the tallest
+    if (overflow(slide) > 0) layout.choose();
+  }
   for (const fold of folds) {
     fold.open = false;
   }
@@ -104,7 +111,9 @@ class Layout {
       for (const arrangement of this.arrangements()) {
         const reads = this.apply({ text, ...arrangement });
         if (arrangement.first && reads >= LABEL) return;
-        if (reads > 1.05 * (best?.reads ?? 0)) best = { reads, text, ...arrangement };
+        const most = best?.reads ?? 0;
+        const suffices = reads >= LABEL && most < LABEL;
+        if (suffices || reads > 1.05 * most) best = { reads, text, ...arrangement };
       }
       if (best?.reads >= LABEL) break;
     }

@@ -23,6 +23,18 @@ function opensTheRightChoice(event) {
   return true;
 }
 
+// The space bar on a choice that has the focus opens that one, as in any page.
+function opensItsChoice(event) {
+  return event.key === " " && event.target.closest?.(".pgm-predict") != null;
+}
+
+// The last slide may be one of several in the last column, where reveal.js stops at the
+// first of them.
+function goesToTheEnd() {
+  const { h, v } = Reveal.getIndices(Reveal.getSlides().at(-1));
+  Reveal.slide(h, v);
+}
+
 window.afterTypesetting = async () => {
   const images = [...document.images].map((image) => image.decode().catch(() => {}));
   await Promise.all(images);
@@ -40,6 +52,7 @@ window.afterTypesetting = async () => {
     center: false,
     hash: true,
     navigationMode: "linear",
+    keyboard: { 35: goesToTheEnd }, // the key End
     slideNumber: "c/t",
     transition: "none",
     controlsTutorial: false,

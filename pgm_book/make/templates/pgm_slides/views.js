@@ -83,7 +83,7 @@ window.pgmViews = {
       view: null, // none for print, whatever the address says: print.css serves all
       scrollActivationWidth: null,
       keyboardCondition: (event) =>
-        shown() === "slides" && !opensTheRightChoice(event),
+        shown() === "slides" && !opensItsChoice(event) && !opensTheRightChoice(event),
     });
     // Its rules for paper are not for slides that were laid out already.
     page.classList.add("print-pdf");
