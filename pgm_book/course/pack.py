@@ -166,8 +166,7 @@ def instructor_files(notebooks: list[Path], build: Path, wheel: Files) -> Files:
     for path in notebooks:
         solved = solutions(nbformat.read(path, as_version=4))
         files |= {f"solutions/{path.stem}.py": solved.encode()} if solved else {}
-    if (ROOT / "TEACHING.md").exists():
-        files["TEACHING.md"] = (ROOT / "TEACHING.md").read_bytes()
+    files["TEACHING.md"] = (ROOT / "TEACHING.md").read_bytes()
     files["truths.py"] = _template("truths.py")
     return files | _to_begin(wheel, notebooks, "instructors")
 
