@@ -54,11 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
         targets = stick.targets(options.wheels, options.pythons)
         chosen = form.choose(ROOT / "notebooks", options.names)
         for path in course(chosen, options.build, targets):
-            print(
-                f"{path}  {path.stat().st_size / 1e6:.1f} MB"
-                if path.is_file()
-                else path
-            )
+            print(path, flush=True)
     except (PublishError, ValueError) as error:
         print(f"course: {error}", file=sys.stderr)
         return 1
@@ -78,7 +74,10 @@ def course(
     yield _zip(folder / f"{INSTRUCTORS}.zip", instructor_files(notebooks, build, wheel))
     if targets:
         publish("site", notebooks, build)
-        yield stick.write(folder / "stick", students, build, targets)
+        room = students | archive.tree(build / "site", "site")
+        for made, place in (("slides/student", "slides"), ("handouts", "handouts")):
+            room |= published(notebooks, build / made, place)
+        yield stick.write(folder / "stick", room, targets)
 
 
 def _zip(path: Path, files: Files) -> Path:
@@ -91,11 +90,18 @@ def _zip(path: Path, files: Files) -> Path:
 def publish(what: str, notebooks: list[Path], build: Path) -> None:
     """Make decks, handouts or the site, as the command of that name does."""
     names = [path.stem for path in notebooks]
-    command = [sys.executable, "-m", "pgm_book.make", what, *names]
     print(f"Making the {what} ...", flush=True)
+    command = [sys.executable, "-m", "pgm_book.make", what, *names]
     command += ["--build", str(build)]
     if subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL).returncode:
         raise PublishError(f"the {what} have faults; they are named above.")
+
+
+def published(notebooks: list[Path], folder: Path, below: str) -> Files:
+    """Return what a folder has of these notebooks; it may have more, of before."""
+    stems = {path.stem for path in notebooks}
+    made = archive.tree(folder, below)
+    return {name: data for name, data in made.items() if Path(name).stem in stems}
 
 
 # --- The library ---
@@ -152,18 +158,15 @@ def instructor_files(notebooks: list[Path], build: Path, wheel: Files) -> Files:
     from pgm_book.make.browser import open_browser
 
     files = {f"notebooks/{path.name}": path.read_bytes() for path in notebooks}
-    stems = {path.stem for path in notebooks}
     for folder in ("slides/lecturer", "slides/student", "handouts"):
-        made = archive.tree(build / folder, folder)
-        files |= {name: made[name] for name in made if Path(name).stem in stems}
+        files |= published(notebooks, build / folder, folder)
     with open_browser() as browser:
         printed = notes.print_notes(browser, notebooks)
     files |= {f"notes/{name}": pdf for name, pdf in printed.items()}
     for path in notebooks:
         solved = solutions(nbformat.read(path, as_version=4))
         files |= {f"solutions/{path.stem}.py": solved.encode()} if solved else {}
-    if (ROOT / "TEACHING.md").exists():
-        files["TEACHING.md"] = (ROOT / "TEACHING.md").read_bytes()
+    files["TEACHING.md"] = (ROOT / "TEACHING.md").read_bytes()
     files["truths.py"] = _template("truths.py")
     return files | _to_begin(wheel, notebooks, "instructors")
 

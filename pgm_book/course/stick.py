@@ -87,10 +87,8 @@ def targets(systems: str | None, pythons: str) -> list[Target]:
     return found
 
 
-def write(
-    folder: Path, students: dict[str, bytes], build: Path, wanted: list[Target]
-) -> Path:
-    """Write the stick anew: students' files, wheels, site, decks and handouts.
+def write(folder: Path, files: dict[str, bytes], wanted: list[Target]) -> Path:
+    """Write the stick anew: the students' files and what is to be read, and wheels.
 
     Raises
     ------
@@ -113,17 +111,11 @@ def write(
         complete.append(target)
     if not complete:
         raise PublishError("the stick is empty: no system has all its wheels.")
-    students = students | {
+    files = files | {
         f"wheels/{MADE_FOR}": "".join(f"{one}\n" for one in complete).encode(),
         "ROOM.html": (Path(__file__).parent / "templates" / "ROOM.html").read_bytes(),
     }
-    save({folder / name: content for name, content in students.items()})
-    for made, place in (
-        ("site", "site"),
-        ("slides/student", "slides"),
-        ("handouts", "handouts"),
-    ):
-        shutil.copytree(build / made, folder / place)
+    save({folder / name: content for name, content in files.items()})
     return folder
 
 

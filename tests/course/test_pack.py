@@ -111,3 +111,11 @@ def test_each_note_is_printed_once_below_its_slide(path):
     ]
     assert minutes == sorted(minutes) and (not minutes or minutes[-1] < 45)
     assert json.dumps(printed).count('"outputs"') == 0
+
+
+def test_what_was_published_before_of_other_lessons_is_left_out(tmp_path):
+    for stem in ("04_rotation_matrices", "04_of_last_year"):
+        (tmp_path / f"{stem}.pdf").write_bytes(b"")
+    (lesson,) = (path for path in NOTEBOOKS if path.stem == "04_rotation_matrices")
+    found = pack.published([lesson], tmp_path, "handouts")
+    assert set(found) == {"handouts/04_rotation_matrices.pdf"}
