@@ -85,6 +85,9 @@ def test_who_calls_the_books_own_gets_nothing_and_hears_it(place, class_of):
             0,
             "it calls the book's own function; write yours.",
         )
+    text = "from pgm_lab import ncc\n"
+    text += "def correlation(a, b):\n    return ncc.regression(a, b).r"  # in a field
+    assert points(of_program(text), place, "correlation")[0] == 0
     text = "from pgm_lab import ncc\ndef line(x, y):\n    r = ncc.correlation(x, y)\n"
     text += "    b = r * y.std() / x.std()\n    return y.mean() - b * x.mean(), b"
     assert points(of_program(text), place, "line") == (10, "")  # as a help in another
