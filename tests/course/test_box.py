@@ -186,6 +186,7 @@ def write(line):  # where the answers go
     [
         ("os.fork()", "another process"),
         ("subprocess.run(['id'])", "another process"),
+        ("__import__('threading').Thread(target=print).start()", "a thread"),
         ("os.posix_spawn('/usr/bin/id', ['id'], {})", "another process"),
         ("os.system('id') and 1 / 0", "ZeroDivisionError"),
         (
