@@ -161,14 +161,17 @@ def _number(one: Variant) -> dict:
     }
 
 
-def write(paper: Paper, folder: Path) -> Iterable[Path]:
-    """Write the paper and its key as PDF; yield each path as it is done."""
+def write(paper: Paper, folder: Path, of: str = "") -> Iterable[Path]:
+    """Write the paper and its key as PDF; yield each path as it is done.
+
+    `of` stands in the names of a paper that is not of all lessons.
+    """
     from pgm_book.make.browser import open_browser
     from pgm_book.make.handouts import print_pdf
 
     with open_browser() as browser:
         for key in (False, True):
-            target = folder / f"exam-{paper.seed}{'-key' * key}.pdf"
+            target = folder / f"exam-{paper.seed}{of}{'-key' * key}.pdf"
             save({target: print_pdf(browser, page(paper, key))}, overwrite=True)
             yield target
 
@@ -183,7 +186,8 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         paper = choose(str(options.seed), options.lessons, options.notebooks)
-        for path in write(paper, options.build / "exam"):
+        of = "".join(f"-{lesson}" for lesson in options.lessons)
+        for path in write(paper, options.build / "exam", of):
             print(path)
     except ModuleNotFoundError as error:
         print(f"exam: {missing(error.name)}", file=sys.stderr)

@@ -4,14 +4,19 @@ import csv
 import io
 import itertools
 import re
+import unicodedata
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import jinja2
+from markupsafe import Markup
+from nbformat import NotebookNode
 
 from pgm_book.course import look
 from pgm_book.course.intake import Submission
+from pgm_book.make.student import student_copy
 from pgm_lab import datasets
 from pgm_lab.io.files import save
 
@@ -26,9 +31,17 @@ def number(value: float) -> str:
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
+def shown(value: object) -> object:
+    """Return a text without characters that turn what follows it around."""
+    if not isinstance(value, str) or isinstance(value, Markup):
+        return value
+    return "".join(one for one in value if unicodedata.category(one) != "Cf")
+
+
 PAGES = jinja2.Environment(
     loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
     autoescape=True,
+    finalize=shown,
     trim_blocks=True,
     lstrip_blocks=True,
     undefined=jinja2.StrictUndefined,
@@ -41,19 +54,22 @@ def write(
     submissions: list[Submission],
     asked: "list[Exercise]",
     marks: "dict[str, list[Mark]]",
-    solved: tuple[str, ...],
+    notebooks: list[NotebookNode],
     trusted: bool,
 ) -> list[Path]:
     """Write ``grades.csv``, ``class.html`` and ``feedback/``; return their paths.
 
-    `solved` are the cells of the book's notebooks.
+    `notebooks` are those of the book, solved.
     """
+    solved = code_of(notebooks)
+    given = code_of([student_copy(notebook) for notebook in notebooks])
+    known = frozenset(cell.strip() for cell in [*solved, *given])
     pages: dict[Path, str] = {folder / "grades.csv": table(asked, marks)}
     rows = []
     for one in submissions:
         mine = marks[one.student]
         remarks = [*one.remarks, *remarks_on(mine), *faked(one, mine)]
-        remarks += look.at_cells(one, frozenset(cell.strip() for cell in solved))
+        remarks += look.at_cells(one, known)
         points = number(sum(mark.points for mark in mine))
         rows.append((one.student, points, remarks))
         page = folder / "feedback" / f"{file_name(one.student)}.html"
@@ -69,16 +85,25 @@ def write(
     names = {name for exercise in asked for name in exercise.names}
     book = Submission(BOOK, (), "\n\n".join(solved), {}, ())
     answers = {one.student: look.functions(one, names) for one in [*submissions, book]}
+    template = look.functions(replace(book, program="\n\n".join(given)), names)
     pages[folder / "class.html"] = PAGES.get_template("class.html.j2").render(
         rows=rows,
         most=number(sum(exercise.most for exercise in asked)),
-        pairs=look.near_equal(answers),
+        pairs=look.near_equal(answers, template),
         trusted=trusted,
     )
     # What strangers wrote may hold half a character, which no file can
     whole = {path: text.encode("utf-8", "replace") for path, text in pages.items()}
+    for old in {*(folder / "feedback").glob("*.html")} - pages.keys():
+        old.unlink()  # a page of another class
     save(whole, overwrite=True)
     return [folder / "grades.csv", folder / "class.html", folder / "feedback"]
+
+
+def code_of(notebooks: Iterable[NotebookNode]) -> list[str]:
+    """Return the sources of all code cells."""
+    cells = [cell for notebook in notebooks for cell in notebook.cells]
+    return [cell.source for cell in cells if cell.cell_type == "code"]
 
 
 def table(asked: "list[Exercise]", marks: "dict[str, list[Mark]]") -> str:

@@ -124,6 +124,11 @@ def _points(rubric: Path) -> dict[tuple[str, str], dict[str, float]]:
     """Return the points of each property, by lesson and exercise."""
     points: dict[tuple[str, str], dict[str, float]] = {}
     for number, row in enumerate(_rows(rubric), 2):
+        if rubric != RUBRIC and not _known(row):
+            raise ValueError(
+                f"{rubric}, line {number}: no check names this property of this"
+                f" exercise; copy rows of {RUBRIC.name} and change points only"
+            )
         try:
             value = float(row["points"])
             if not 0 <= value < 1e6:
@@ -137,6 +142,12 @@ def _points(rubric: Path) -> dict[tuple[str, str], dict[str, float]]:
                 " points, a number from 0"
             ) from None
     return points
+
+
+def _known(row: dict[str, str]) -> bool:
+    """Whether the rubric of the book has a row of this property."""
+    own = ("lesson", "exercise", "property")
+    return [row.get(k) for k in own] in [[r[k] for k in own] for r in _rows(RUBRIC)]
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
@@ -359,7 +370,7 @@ def graded(
             initargs=(folder,),  # no program of the lecturer's lies there
         ) as pool:
             bar = tqdm(pool.map(_student, jobs), total=len(jobs), unit=" students")
-            return dict(zip((one.student for one in submissions), bar))
+            return {one.student: found for found, one in zip(bar, submissions)}
 
 
 def _student(job: tuple) -> list[Mark]:
@@ -415,9 +426,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"grade: {error}", file=sys.stderr)
         return 1
     marks = graded(submissions, asked, secret, options.trusted)
-    solved = tuple(cell for lesson in notebooks() for cell in code_of(lesson))
     written = feedback.write(
-        options.to, submissions, asked, marks, solved, options.trusted
+        options.to, submissions, asked, marks, [*notebooks().values()], options.trusted
     )
     print(*written, sep="\n")
     return 0

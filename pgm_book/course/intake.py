@@ -9,6 +9,7 @@ not followed, and nothing is unpacked onto the disk.
 import ast
 import functools
 import hashlib
+import io
 import json
 import re
 import stat
@@ -27,6 +28,7 @@ LARGEST = 20 * 2**20  # bytes of a file
 MOST = 100  # files of a student
 ROOM = 100 * 2**20  # bytes of all of them
 CODE, CELLS = 2**19, 1000  # characters and cells of code in a file
+NOTHING_READ = "nothing that can be read: a notebook, my_pgm.py or my_results.json"
 _MOODLE = re.compile(r"_(\d+)_(assignsubmission|onlinetext).*$")
 
 
@@ -70,6 +72,8 @@ def read(place: Path) -> list[Submission]:
     for entry, name, content in _delivered(place):
         who = student_of(entry), number_of(entry)
         room = ROOM - sum(len(one) for _, one in files[who])
+        if not content:  # a row for everybody, whatever was handed in
+            continue
         if isinstance(content, str):
             remarks[who].append(f"{name}: {content}")
         elif len(content) > room or len(files[who]) == MOST:
@@ -81,7 +85,8 @@ def read(place: Path) -> list[Submission]:
         _submission(
             f"{student} {number}" if having[student] > 1 else student,
             sorted(files[student, number]),
-            remarks[student, number][:MOST],
+            remarks[student, number][:MOST]
+            + ([] if files[student, number] else [NOTHING_READ]),
         )
         for student, number in sorted(files)
     ]
@@ -103,11 +108,14 @@ def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str]]:
     if place.is_file():
         for name, content in _of_zip(place):
             first, _, rest = name.partition("/")
-            yield first, rest or first, content
+            if first != "__MACOSX":
+                yield first, rest or first, content
         return
     for entry in sorted(place.iterdir()):
         if entry.name.startswith("."):
             continue
+        if entry.is_dir() or entry.suffix.lower() == ".zip":
+            yield entry.name, "", ""
         if entry.is_symlink():
             yield entry.name, entry.name, "a link, which is not followed"
         elif entry.is_dir():
@@ -149,7 +157,8 @@ def _wanted(name: str) -> bool:
     """Whether a file is one that is read."""
     path = PurePosixPath(name)
     hidden = any(part.startswith((".", "__MACOSX")) for part in path.parts)
-    return not hidden and (path.suffix == ".ipynb" or path.name in (FILE, RESULTS))
+    kind = path.suffix.lower()
+    return not hidden and (kind == ".ipynb" or path.name in (FILE, RESULTS))
 
 
 def _of_folder(folder: Path) -> Iterator[tuple[str, bytes | str]]:
@@ -160,6 +169,9 @@ def _of_folder(folder: Path) -> Iterator[tuple[str, bytes | str]]:
             yield name, "a link, which is not followed"
         elif path.is_file() and _wanted(name):
             yield name, _content(path)
+        elif path.is_file() and path.suffix.lower() == ".zip":
+            for inside, content in _of_zip(path):
+                yield f"{name}/{inside}", content
 
 
 def _content(path: Path) -> bytes | str:
@@ -169,8 +181,10 @@ def _content(path: Path) -> bytes | str:
     return path.read_bytes()
 
 
-def _of_zip(path: Path) -> Iterator[tuple[str, bytes | str]]:
-    """Yield the files of a zip; nothing is written anywhere."""
+def _of_zip(
+    path: Path | io.BytesIO, inside: bool = True
+) -> Iterator[tuple[str, bytes | str]]:
+    """Yield the files of a zip, and of the zips in it; nothing is written anywhere."""
     try:
         with zipfile.ZipFile(path) as whole:
             for info in whole.infolist():
@@ -179,13 +193,23 @@ def _of_zip(path: Path) -> Iterator[tuple[str, bytes | str]]:
                     yield name, "a link, which is not followed"
                 elif name.startswith("/") or ".." in PurePosixPath(name).parts:
                     yield name, "its path leads out of the zip, not read"
-                elif not info.is_dir() and _wanted(name):
+                elif info.is_dir() or "__MACOSX" in name:
+                    continue
+                elif _wanted(name) or (inside and name.lower().endswith(".zip")):
                     with whole.open(info) as file:
                         content = file.read(LARGEST + 1)  # whatever its head says
-                    large = len(content) > LARGEST
-                    yield name, "too large, not read" if large else content
+                    if len(content) > LARGEST:
+                        yield name, "too large, not read"
+                    elif _wanted(name):
+                        yield name, content
+                    else:
+                        for part, of_it in _of_zip(io.BytesIO(content), inside=False):
+                            yield f"{name}/{part}", of_it
+                else:  # so that who handed in nothing else has a row
+                    yield name, ""
     except Exception as error:  # whatever a stranger's bytes lead to
-        yield path.name, f"not a zip that can be read: {error}"
+        name = getattr(path, "name", "a zip")
+        yield name, f"not a zip that can be read: {error}"
 
 
 # --- What the files say ---
@@ -198,7 +222,7 @@ def _submission(
     notebooks, program, tasks = [], "", {}
     for name, content in files:
         try:
-            if name.endswith(".ipynb"):
+            if name.lower().endswith(".ipynb"):
                 notebooks.append(_notebook(name, content))
             elif name.endswith(FILE):
                 program = _sized(content.decode("utf-8-sig"))

@@ -124,14 +124,19 @@ def _number(node: ast.AST) -> str:
 
 def near_equal(
     answers: Mapping[str, Mapping[str, ast.AST]],
+    template: Mapping[str, ast.AST],
 ) -> list[tuple[str, str, float, tuple[str, ...]]]:
     """Return pairs of students who share what few others have, the nearest first.
 
-    `answers` are the functions of each student. A pair comes with its share of common
+    `answers` are the functions of each student, `template` what they were given. A pair
+    comes with its share of common
     among its rare pieces, and the functions in which it has any in common.
     """
     structure = {
-        who: {name: pieces(tree) for name, tree in of.items()}
+        who: {
+            name: pieces(tree) - (pieces(template[name]) if name in template else set())
+            for name, tree in of.items()
+        }
         for who, of in answers.items()
     }
     having: dict[str, Counter] = defaultdict(Counter)

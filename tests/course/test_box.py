@@ -234,8 +234,7 @@ def test_what_an_error_says_is_short(attacked):
         ("os.listdir()", []),
         ("[one for one in ('/etc', '/tmp', '/sys') if os.path.exists(one)]", []),
         ("os.environ.get('SECRET_WORD')", None),
-        ("'SECRET_WORD' in open('/proc/1/environ').read()", False),
-        ("len([n for n in os.listdir('/proc') if n.isdigit()]) < 4", True),
+        ("[one for one in ('/proc', '/proc/1/mem') if os.path.exists(one)]", []),
         ("os.path.exists(FOLDER)", False),
     ],
 )

@@ -312,11 +312,12 @@ def test_a_command_that_cannot_be_followed_is_answered(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("2,line,exact,-1", "line 2: a row has lesson, exercise"),
-        ("2,line,exact,many", "line 2"),
+        ("2,line,exact where y is a line of x,-1", "line 2: a row has lesson"),
+        ("2,line,exact where y is a line of x,many", "line 2"),
+        ("2,line,exact where y is a lime,1", "line 2: no check names this property"),
         ("2,line", "line 2"),
-        ("2,lime,exact,1", "lesson 2 has no exercise 'lime'"),
-        ("12,line,exact,1", "lesson 12 has no exercise"),
+        ("2,lime,exact where y is a line of x,1", "line 2: no check names"),
+        ("12,line,exact where y is a line of x,1", "line 2: no check names"),
     ],
 )
 def test_a_rubric_that_does_not_fit_is_named(tmp_path, rows, said):

@@ -203,3 +203,24 @@ def test_a_notebook_is_known_by_its_cells_or_its_name():
         assert grade.lesson_of(intake._notebook("renamed (1).ipynb", content)) == lesson
         assert grade.lesson_of(intake._notebook(f"{stem}-1.ipynb", BOOK)) == lesson
     assert grade.lesson_of(intake._notebook("other.ipynb", BOOK)) == ""
+
+
+def test_whoever_handed_in_anything_has_a_row(tmp_path):
+    folder = tmp_path / "class"
+    for name in ("Ada_1_assignsubmission_file_", "Bob_2_assignsubmission_file_", "Eva"):
+        (folder / name).mkdir(parents=True)
+    (folder / "Ada_1_assignsubmission_file_" / "report.pdf").write_bytes(b"%PDF")
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (inner / "lesson.IPYNB").write_bytes(BOOK)
+    zipped = classroom.zipped(inner)
+    (folder / "Bob_2_assignsubmission_file_" / "all.zip").write_bytes(zipped)
+    whole = tmp_path / "class.zip"
+    whole.write_bytes(classroom.zipped(folder))
+    ada, bob, eva = intake.read(folder)
+    assert [ada.student, bob.student, eva.student] == ["Ada", "Bob", "Eva"]
+    assert ada.remarks == eva.remarks == (intake.NOTHING_READ,)
+    assert bob.notebooks[0].cells == (CODE, "x = 2") and bob.remarks == ()
+    ada, bob = intake.read(whole)
+    assert ada.remarks == (intake.NOTHING_READ,)
+    assert bob.notebooks[0].cells == (CODE, "x = 2")

@@ -59,14 +59,19 @@ def answers(*sources):
 
 
 def test_one_structure_with_other_names_is_found_and_independent_work_is_not():
-    ((a, b, share, names),) = look.near_equal(answers(FIRST, *OTHERS, RENAMED))
+    ((a, b, share, names),) = look.near_equal(answers(FIRST, *OTHERS, RENAMED), {})
     assert (a, b) == ("student 0", "student 6") and share == 1 and names == ("rms",)
-    assert look.near_equal(answers(*OTHERS)) == []
+    assert look.near_equal(answers(*OTHERS), {}) == []
 
 
 def test_what_the_whole_class_has_is_no_sign():
     made = [FIRST.replace("1e-12", f"1e-{k}") for k in range(12)]
-    assert look.near_equal(answers(*made)) == []
+    assert look.near_equal(answers(*made), {}) == []
+
+
+def test_what_everybody_was_given_is_no_sign():
+    made = answers(FIRST, *OTHERS, FIRST)
+    assert look.near_equal(made, answers(FIRST)["student 0"]) == []
 
 
 @pytest.mark.parametrize(
