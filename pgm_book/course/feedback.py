@@ -75,7 +75,9 @@ def write(
         pairs=look.near_equal(answers),
         trusted=trusted,
     )
-    save(pages, overwrite=True)
+    # What strangers wrote may hold half a character, which no file can
+    whole = {path: text.encode("utf-8", "replace") for path, text in pages.items()}
+    save(whole, overwrite=True)
     return [folder / "grades.csv", folder / "class.html", folder / "feedback"]
 
 
@@ -101,6 +103,7 @@ def safe(text: str) -> str:
     >>> safe("=1+1")
     "'=1+1"
     """
+    text = text.replace(";", ",")  # begins a cell where numbers have a comma
     return f"'{text}" if text.lstrip().startswith(("=", "+", "-", "@")) else text
 
 

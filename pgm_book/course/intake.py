@@ -14,7 +14,7 @@ import re
 import stat
 import symtable
 import zipfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -25,7 +25,9 @@ from pgm_book.task import RESULTS
 
 LARGEST = 20 * 2**20  # bytes of a file
 MOST = 100  # files of a student
-_MOODLE = re.compile(r"_\d+_(assignsubmission|onlinetext).*$")
+ROOM = 100 * 2**20  # bytes of all of them
+CODE, CELLS = 2**19, 1000  # characters and cells of code in a file
+_MOODLE = re.compile(r"_(\d+)_(assignsubmission|onlinetext).*$")
 
 
 @dataclass(frozen=True)
@@ -63,16 +65,25 @@ def read(place: Path) -> list[Submission]:
     ValueError
         If there is none.
     """
-    files: dict[str, list[tuple[str, bytes]]] = defaultdict(list)
-    remarks: dict[str, list[str]] = defaultdict(list)
-    for student, name, content in _delivered(place):
+    files: dict[tuple[str, str], list[tuple[str, bytes]]] = defaultdict(list)
+    remarks: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for entry, name, content in _delivered(place):
+        who = student_of(entry), number_of(entry)
+        room = ROOM - sum(len(one) for _, one in files[who])
         if isinstance(content, str):
-            remarks[student].append(f"{name}: {content}")
-        elif len(files[student]) < MOST:
-            files[student].append((name, content))
+            remarks[who].append(f"{name}: {content}")
+        elif len(content) > room or len(files[who]) == MOST:
+            remarks[who].append(f"{name}: too much in all, not read")
+        else:
+            files[who].append((name, content))
+    having = Counter(student for student, _ in files)
     found = [
-        _submission(student, sorted(files[student]), remarks[student])
-        for student in sorted(files.keys() | remarks.keys())
+        _submission(
+            f"{student} {number}" if having[student] > 1 else student,
+            sorted(files[student, number]),
+            remarks[student, number][:MOST],
+        )
+        for student, number in sorted(files)
     ]
     if not found:
         raise ValueError(
@@ -82,7 +93,7 @@ def read(place: Path) -> list[Submission]:
     return found
 
 
-# --- Files: (student, name, content, or why it was not read) ---
+# --- Files: (entry of the class, name, content, or why it was not read) ---
 
 
 def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str]]:
@@ -92,22 +103,21 @@ def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str]]:
     if place.is_file():
         for name, content in _of_zip(place):
             first, _, rest = name.partition("/")
-            yield student_of(first), rest or first, content
+            yield first, rest or first, content
         return
     for entry in sorted(place.iterdir()):
-        student = student_of(entry.name)
         if entry.name.startswith("."):
             continue
         if entry.is_symlink():
-            yield student, entry.name, "a link, which is not followed"
+            yield entry.name, entry.name, "a link, which is not followed"
         elif entry.is_dir():
             for name, content in _of_folder(entry):
-                yield student, name, content
+                yield entry.name, name, content
         elif entry.suffix.lower() == ".zip":
             for name, content in _of_zip(entry):
-                yield student, name, content
+                yield entry.name, name, content
         elif _wanted(entry.name):
-            yield student, entry.name, _content(entry)
+            yield entry.name, entry.name, _content(entry)
 
 
 def student_of(name: str) -> str:
@@ -119,7 +129,20 @@ def student_of(name: str) -> str:
     'Ada Lovelace'
     """
     stem = re.sub(r"\.(zip|ipynb|py)$", "", name, flags=re.IGNORECASE)
-    return _MOODLE.sub("", stem).strip() or "nameless"
+    whole = stem.encode("utf-8", "replace").decode()  # a disk may give half characters
+    return _MOODLE.sub("", whole).strip() or "nameless"
+
+
+def number_of(name: str) -> str:
+    """Return the number by which Moodle tells two students of one name; else nothing.
+
+    Examples
+    --------
+    >>> number_of("Ada Lovelace_12345_assignsubmission_file_")
+    '12345'
+    """
+    found = _MOODLE.search(name)
+    return found[1] if found else ""
 
 
 def _wanted(name: str) -> bool:
@@ -161,7 +184,7 @@ def _of_zip(path: Path) -> Iterator[tuple[str, bytes | str]]:
                         content = file.read(LARGEST + 1)  # whatever its head says
                     large = len(content) > LARGEST
                     yield name, "too large, not read" if large else content
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError) as error:
+    except Exception as error:  # whatever a stranger's bytes lead to
         yield path.name, f"not a zip that can be read: {error}"
 
 
@@ -178,11 +201,11 @@ def _submission(
             if name.endswith(".ipynb"):
                 notebooks.append(_notebook(name, content))
             elif name.endswith(FILE):
-                program = content.decode("utf-8-sig")
+                program = _sized(content.decode("utf-8-sig"))
             else:
                 tries = json.loads(content)
-                tasks = {str(one["task"]): str(one["source"]) for one in tries}
-        except (ValueError, LookupError, TypeError, RecursionError) as error:
+                tasks = {str(one["task"]): _sized(str(one["source"])) for one in tries}
+        except Exception as error:  # whatever a stranger's file leads to
             remarks = [*remarks, f"{name}: cannot be read, {type(error).__name__}"]
     return Submission(student, tuple(notebooks), program, tasks, tuple(remarks))
 
@@ -190,13 +213,24 @@ def _submission(
 def _notebook(name: str, content: bytes) -> Notebook:
     """Read the code cells of a notebook, of whatever version 4."""
     cells = [c for c in json.loads(content)["cells"] if c["cell_type"] == "code"]
+    sources = [_joined(cell["source"]) for cell in cells]
+    if len(cells) > CELLS:
+        raise ValueError("more cells than anybody writes")
+    _sized("".join(sources))
     outputs = [output for cell in cells for output in cell.get("outputs", [])]
     return Notebook(
         name,
-        tuple(python_of(_joined(cell["source"])) for cell in cells),
+        tuple(map(python_of, sources)),
         tuple(str(cell.get("id", "")) for cell in cells),
         "\n".join(_joined(output.get("text", "")) for output in outputs),
     )
+
+
+def _sized(code: str) -> str:
+    """Return code, if it is not so long that looking through it takes minutes."""
+    if len(code) > CODE:
+        raise ValueError("more code than anybody writes")
+    return code
 
 
 def _joined(text: Any) -> str:
@@ -210,8 +244,8 @@ def python_of(source: str) -> str:
         ast.parse(source)
         return source
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        lines = re.sub(r"^(\s*)[%!?].*$", r"\1pass", source, flags=re.MULTILINE)
-        return re.sub(r"^(\s*\w+)\?+\s*$", r"\1", lines, flags=re.MULTILINE)
+        lines = re.sub(r"^([ \t]*)[%!?].*$", r"\1pass", source, flags=re.MULTILINE)
+        return re.sub(r"^([ \t]*\w+)\?+[ \t]*$", r"\1", lines, flags=re.MULTILINE)
 
 
 # --- The cells that a name needs ---

@@ -83,6 +83,8 @@ def without(library: Path, folder: Path, functions: Iterable[str]) -> None:
         text = emptied(home.read_text(encoding="utf-8"), found.__name__)
         home.unlink()  # the link, not the library's file
         home.write_text(text, encoding="utf-8")
+        for compiled in (home.parent / "__pycache__").glob(f"{home.stem}.*.pyc"):
+            compiled.unlink()  # it still has the function
 
 
 def emptied(text: str, function: str) -> str:

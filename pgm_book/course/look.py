@@ -16,6 +16,7 @@ SYSTEM = frozenset(
     " signal socket subprocess sys threading urllib".split()
 )
 CALLS = frozenset("__import__ compile eval exec open setattr delattr".split())
+MOST = 20  # remarks on a piece of code
 GRAM = 6  # nodes of a syntax tree that follow each other
 RARE = 0.25  # share of the class that has it too
 COMMON, TOGETHER = 0.6, 12  # share and number of rare pieces of which a pair is named
@@ -65,7 +66,7 @@ def doing(code: str) -> list[str]:
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             found += [f"calls {node.func.id}"] if node.func.id in CALLS else []
         elif isinstance(node, ast.Attribute):
-            name, of = ast.unparse(node)[:60], node.value
+            name, of = _written(node), node.value
             of = of.value if isinstance(of, ast.Attribute) else of
             if node.attr.startswith("__"):
                 found.append(f"reads {name}")
@@ -74,7 +75,15 @@ def doing(code: str) -> list[str]:
                 and (of.id in modules or of.id.startswith("chapter"))
             ):
                 found.append(f"gives {name} another value")
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(found))[:MOST]
+
+
+def _written(node: ast.Attribute) -> str:
+    """Write an attribute as in the code, its beginning if that is long."""
+    try:
+        return ast.unparse(node)[:60]
+    except (RecursionError, ValueError):  # too deep, or a number of 5000 digits
+        return f"... .{node.attr}"[:60]
 
 
 # --- Near-equal answers ---
@@ -99,16 +108,18 @@ def functions(submission: Submission, names: Iterable[str]) -> dict[str, ast.AST
 def pieces(function: ast.AST) -> set[tuple[str, ...]]:
     """Return the pieces of a function's structure; names and texts do not count."""
     kinds = [
-        type(node).__name__
-        + (ast.dump(node) if isinstance(node, ast.Constant) and _number(node) else "")
+        type(node).__name__ + _number(node)
         for node in ast.walk(function)
         if not isinstance(node, ast.Load | ast.Store | ast.arg | ast.arguments)
     ]
     return {tuple(kinds[k : k + GRAM]) for k in range(len(kinds) - GRAM + 1)}
 
 
-def _number(node: ast.Constant) -> bool:
-    return isinstance(node.value, int | float)
+def _number(node: ast.AST) -> str:
+    """Return what tells one number from another; nothing for what is none."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
+        return str(hash(node.value))  # a number of 5000 digits has no text
+    return ""
 
 
 def near_equal(

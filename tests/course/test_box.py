@@ -118,6 +118,20 @@ def test_who_takes_too_long_is_stopped_and_stays_so(open_box, monkeypatch):
     assert time.monotonic() - begin < 5
 
 
+def test_many_slow_answers_are_stopped_as_one_is(open_box, monkeypatch):
+    monkeypatch.setattr(box, "WHOLE", 1.5)
+    f = open_box("import time\ndef f(): time.sleep(0.4)").function("f")
+    with pytest.raises(box.NoAnswer, match="seconds in all"):
+        for _ in range(9):
+            f()
+
+
+def test_the_books_own_function_is_not_compiled_either(places):
+    compiled = "pgm_lab/ncc/__pycache__/_windows.*.pyc"
+    assert list(places["whole"].glob(compiled))
+    assert not list(places["less"].glob(compiled))
+
+
 def test_the_books_own_function_is_not_there_when_it_is_asked_for(open_box):
     code = (
         "import pgm_lab.ncc\nfrom pgm_lab import ncc\n"
@@ -153,7 +167,7 @@ def test_the_library_knows_no_answer(places):
 
 
 BEFORE = """
-import os, socket, subprocess
+import ctypes, multiprocessing, os, socket, subprocess
 import numpy as np
 
 def write(line):  # where the answers go
@@ -172,12 +186,15 @@ def write(line):  # where the answers go
     [
         ("os.fork()", "another process"),
         ("subprocess.run(['id'])", "another process"),
+        ("__import__('threading').Thread(target=print).start()", "a thread"),
         ("os.posix_spawn('/usr/bin/id', ['id'], {})", "another process"),
         ("os.system('id') and 1 / 0", "ZeroDivisionError"),
         (
             "multiprocessing.get_context('fork').Process(target=print).start()",
             "process",
         ),
+        ("os.memfd_create('x')", "another process"),
+        ("1 / (ctypes.CDLL(None).shmget(0, 4096, 0o1600) + 1)", "ZeroDivisionError"),
         ("socket.create_connection(('192.0.2.1', 80), 1)", "network"),
         ("np.ones(3 * 2**27)", "memory"),
         ("open('/library/pgm_lab/__init__.py', 'w')", "outside its folder"),
@@ -200,6 +217,13 @@ def test_an_attack_is_refused_and_named(attacked, code, remark):
     found, remarks = attacked(f"{BEFORE}def f(): return {code}")
     assert isinstance(found, Exception)
     assert any(remark in one for one in remarks), (found, remarks)
+
+
+@needs_box
+def test_what_an_error_says_is_short(attacked):
+    line = "b'{\"error\": [\"KeyError\", \"' + b'x' * 10**6 + b'\"]}'"
+    found, remarks = attacked(f"{BEFORE}def f(): write({line})")
+    assert len(str(found)) < 999 and len(remarks[0]) < 999
 
 
 @needs_box

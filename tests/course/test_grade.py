@@ -12,7 +12,7 @@ import pytest
 
 from pgm_book.ch02 import checks as chapter2
 from pgm_book.common import checks
-from pgm_book.course import box, grade, intake, library
+from pgm_book.course import box, feedback, grade, intake, library
 from pgm_book.make.notebooks import FOLDER
 from pgm_book.make.student import student_copy
 from tests.course import classroom
@@ -85,6 +85,9 @@ def test_who_calls_the_books_own_gets_nothing_and_hears_it(place, class_of):
             0,
             "it calls the book's own function; write yours.",
         )
+    text = "from pgm_lab import ncc\n"
+    text += "def correlation(a, b):\n    return ncc.regression(a, b).r"  # in a field
+    assert points(of_program(text), place, "correlation")[0] == 0
     text = "from pgm_lab import ncc\ndef line(x, y):\n    r = ncc.correlation(x, y)\n"
     text += "    b = r * y.std() / x.std()\n    return y.mean() - b * x.mean(), b"
     assert points(of_program(text), place, "line") == (10, "")  # as a help in another
@@ -268,6 +271,29 @@ def test_without_a_box_a_class_is_refused_unless_it_is_trusted(
     assert "ran without a box" in told(tmp_path / "to" / "class.html")
     word = (tmp_path / "to" / "secret.txt").read_text()
     assert grade.kept_secret(tmp_path / "to") == word.strip() and len(word) > 12
+
+
+def test_half_a_character_in_what_was_handed_in_harms_nobody(tmp_path):
+    (tmp_path / "class" / "Ada").mkdir(parents=True)
+    text = "def line(x, y):\n    raise ValueError('\\ud800')\n"
+    (tmp_path / "class" / "Ada" / "my_pgm.py").write_text(text)
+    asked = [str(tmp_path / "class"), "2", "--to", str(tmp_path / "to"), "--trusted"]
+    assert grade.main(asked) == 0
+    assert "ValueError: ?" in told(tmp_path / "to" / "feedback" / "Ada.html")
+
+
+def test_a_name_is_no_formula_whatever_separates_the_cells():
+    assert feedback.safe(" =1+1") == "' =1+1"
+    assert feedback.safe("Ada;=1+1") == "Ada,=1+1"
+
+
+def test_who_hands_in_many_copies_to_guess_is_tried_a_few_times():
+    cells = ("def search_width(*_): return 1",)
+    name = "02_normalized_cross_correlation.ipynb"
+    many = tuple(intake.Notebook(f"{name}", cells, (), str(k)) for k in range(9))
+    submission = intake.Submission("Ada", many, "", {}, ())
+    tried = [*grade._candidates(EXERCISES["2", "search_width"], submission)]
+    assert len([one for one in tried if one]) == grade.COPIES
 
 
 def test_a_command_that_cannot_be_followed_is_answered(tmp_path, capsys):

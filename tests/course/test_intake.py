@@ -42,6 +42,16 @@ def test_a_folder_or_a_zip_a_student(tmp_path, name, student):
         assert one.notebooks[0].cells == (CODE, "x = 2")
 
 
+def test_two_students_of_one_name_stay_two(tmp_path):
+    for number, kind in ((7, "file"), (7, "onlinetext"), (8, "file")):
+        folder = tmp_path / f"Ada_{number}_assignsubmission_{kind}_"
+        folder.mkdir()
+        (folder / "a.ipynb").write_bytes(BOOK)
+    two = intake.read(tmp_path)
+    assert [one.student for one in two] == ["Ada 7", "Ada 8"]
+    assert [len(one.notebooks) for one in two] == [2, 1]
+
+
 def test_program_and_results_are_read_and_nothing_else(tmp_path):
     folder = tmp_path / "ada"
     (folder / ".ipynb_checkpoints").mkdir(parents=True)
@@ -98,6 +108,13 @@ def test_links_are_not_followed(tmp_path):
         ("a.ipynb", b'{"cells": 7}'),
         ("a.ipynb", b'{"cells": [{"cell_type": "code"}]}'),
         ("a.ipynb", b"[" * 100_000),
+        (
+            "a.ipynb",
+            b'{"cells": [{"cell_type": "code", "source": "", "outputs": [""]}]}',
+        ),
+        ("a.ipynb", classroom.as_json(["x = 1"] * (intake.CELLS + 1))),
+        ("a.ipynb", classroom.as_json(["x = 1\n" * intake.CODE])),
+        ("my_pgm.py", b"x = 1\n" * intake.CODE),
         ("a.ipynb", b"\xff\xfe"),
         ("my_pgm.py", b"\xff\xfe"),
         ("my_results.json", b'{"task": 1}'),
@@ -114,6 +131,37 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path, name, content):
         assert "not read" in one.remarks[0] or "cannot be read" in one.remarks[0]
 
 
+def test_a_zip_with_spoilt_bytes_is_named(tmp_path):
+    with zipfile.ZipFile(tmp_path / "ada.zip", "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("é.ipynb", BOOK)
+    whole = (tmp_path / "ada.zip").read_bytes()
+    begin = 30 + whole[26] + whole[28]  # after the head of its only file
+    spoilt = {
+        "eva": whole.replace("é".encode(), b"\xff\xff"),
+        "tom": whole[:begin] + b"\xff" * 8 + whole[begin + 8 :],
+    }
+    for name, content in spoilt.items():
+        (tmp_path / f"{name}.zip").write_bytes(content)
+    _, eva, tom = intake.read(tmp_path)
+    assert "not a zip" in eva.remarks[0]
+    assert "not a zip" in tom.remarks[0]
+
+
+def test_the_files_of_a_student_have_a_limit_in_all(tmp_path, monkeypatch):
+    monkeypatch.setattr(intake, "ROOM", 2 * len(BOOK))
+    (tmp_path / "eva").mkdir()
+    for name in "abc":
+        (tmp_path / "eva" / f"{name}.ipynb").write_bytes(BOOK)
+    (one,) = intake.read(tmp_path)
+    assert len(one.notebooks) == 2
+    assert one.remarks == ("c.ipynb: too much in all, not read",)
+
+
+def test_many_empty_lines_are_read_at_once():
+    cell = "\n" * 100_000 + "f("
+    assert intake.python_of(cell) == cell
+
+
 def test_no_submission_and_no_zip_are_said(tmp_path):
     with pytest.raises(ValueError, match="no submission was found"):
         intake.read(tmp_path)
@@ -125,10 +173,11 @@ def test_no_submission_and_no_zip_are_said(tmp_path):
 
 def test_lines_of_a_notebook_alone_do_not_stop_a_cell():
     cell = "%matplotlib inline\n!ls\nif x:\n    %time f()\nf?\ny = 5 % 3"
-    names = {"x": False, "f": 1}
-    exec(intake.python_of(cell), names)
-    assert names["y"] == 2
-    assert intake.python_of("a = 5 \\\n% 3") == "a = 5 \\\n% 3"  # valid as it is
+    read = intake.python_of(cell)
+    compile(read, "cell", "exec")
+    assert read.count("pass") == 3 and read.endswith("\nf\ny = 5 % 3")
+    valid = "a = 5 \\\n% 3"
+    assert intake.python_of(valid) == valid
 
 
 def test_only_the_cells_that_a_name_needs():

@@ -84,6 +84,12 @@ def test_what_the_whole_class_has_is_no_sign():
         ("exec('1')\nopen('x')", ["calls exec", "calls open"]),
         ("result.field = 3", []),
         ("def f(:", ["cannot be read as Python"]),
+        ("x" + ".a" * 700 + ".__b", ["reads ... .__b"]),
+        (f"(0x{'f' * 5000}).__b", ["reads ... .__b"]),
+        (
+            "\n".join(f"x.__a{k}" for k in range(99)),
+            [f"reads x.__a{k}" for k in range(20)],
+        ),
     ],
 )
 def test_what_no_exercise_asks_for_is_named(code, found):
@@ -93,6 +99,7 @@ def test_what_no_exercise_asks_for_is_named(code, found):
 def test_pieces_leave_names_out_and_keep_numbers():
     one, other = (look.pieces(ast.parse(code)) for code in (FIRST, RENAMED))
     assert one == other
+    assert look.pieces(ast.parse(f"x = y + z * 0x{'f' * 5000}"))
     changed = look.pieces(ast.parse(FIRST.replace("**2", "**3")))
     assert changed != one and not changed.isdisjoint(one)
     for a, b in itertools.combinations(map(ast.parse, OTHERS), 2):

@@ -56,6 +56,7 @@ def test_what_is_no_plain_data_is_refused_before_it_travels(value):
         {"function": 3},
         {"dict": [[[], 1]]},
         {"fields": {"dict": [[1, 2]]}},
+        {"fields": {"dict": [["__array_interface__", {"dict": []}]]}},  # a pointer
         {"eval": "1"},
         {"int": "1", "float": "2"},
         {},

@@ -10,7 +10,6 @@ from pgm_book.make.commands import TASKS
 from pgm_lab import datasets
 
 TEXT = teaching.TEACHING.read_text(encoding="utf-8")
-# Other parts of the same edition, which have their own tests.
 
 
 def test_its_tables_are_current():

@@ -95,9 +95,14 @@ def unpacked(said: Any, function: Callable[[int], Callable] | None = None) -> An
 
 
 class Fields:
-    """The fields of a result, by their names."""
+    """The fields of a result, by their names.
+
+    NumPy would read the memory that a field ``__array_interface__`` points to.
+    """
 
     def __init__(self, **fields: Any) -> None:
+        if any(name.startswith("__") for name in fields):
+            raise ValueError("not a field")
         vars(self).update(fields)
 
 
