@@ -55,6 +55,7 @@ def by_nbgrader(python: Path, stem: str, course: Path) -> tuple[float, ...]:
     call(python, course, "-m", "nbgrader", "generate_assignment", stem)
     release = course / "release" / stem
     source = course / "source" / stem
+    assert_blank(release / f"{stem}.ipynb", source / f"{stem}.ipynb")
     for name in ("blank", "solved"):
         submitted = course / "submitted" / name / stem
         shutil.copytree(release, submitted)
@@ -66,6 +67,21 @@ def by_nbgrader(python: Path, stem: str, course: Path) -> tuple[float, ...]:
         rows = {row["student_id"]: row for row in csv.DictReader(file)}
     most = float(rows["solved"]["max_score"])
     return float(rows["blank"]["score"]), float(rows["solved"]["score"]), most
+
+
+def assert_blank(released: Path, solved: Path) -> None:
+    """No longer line of an answer is in what students get."""
+    text = released.read_text(encoding="utf-8")
+    assert "BEGIN SOLUTION" not in text and "END SOLUTION" not in text
+    inside, lines = False, []
+    for cell in nbformat.read(solved, as_version=4).cells:
+        for line in cell.source.splitlines():
+            marker = "BEGIN SOLUTION" in line or "END SOLUTION" in line
+            inside = "BEGIN" in line if marker else inside
+            lines += [line] if inside and not marker and len(line) > 30 else []
+    cells = nbformat.read(released, as_version=4).cells
+    shown = {line for cell in cells for line in cell.source.splitlines()}
+    assert lines and not shown & set(lines), shown & set(lines)
 
 
 def answers(source: Path, submitted: Path) -> None:
@@ -86,6 +102,7 @@ def by_otter(python: Path, stem: str, course: Path) -> tuple[float, ...]:
     """Divide, then run the students' notebook and the grader's, which is solved."""
     dist, name = course / stem / "dist", f"{stem}.ipynb"
     call(python, course / stem, "-m", "otter", "assign", name, "dist", "--no-run-tests")
+    assert_blank(dist / "student" / name, dist / "autograder" / name)
     (autograder,) = (dist / "autograder").glob("*.zip")
     found, most = [], 0.0
     for part in ("student", "autograder"):
