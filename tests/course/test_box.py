@@ -118,6 +118,7 @@ def test_who_takes_too_long_is_stopped_and_stays_so(open_box, monkeypatch):
     assert time.monotonic() - begin < 5
 
 
+@pytest.mark.slow
 def test_many_slow_answers_are_stopped_as_one_is(open_box, monkeypatch):
     monkeypatch.setattr(box, "WHOLE", 1.5)
     f = open_box("import time\ndef f(): time.sleep(0.4)").function("f")

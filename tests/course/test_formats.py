@@ -268,6 +268,7 @@ def numbers(everything):
     )
 
 
+@pytest.mark.slow
 def test_all_questions_are_in_all_formats(everything, written):
     folder, names = written
     expected = numbers(everything)
@@ -298,6 +299,7 @@ def test_a_category_a_lesson_and_one_for_each_question_with_numbers(everything):
             assert len(some) == 50 or name.endswith("/choices")
 
 
+@pytest.mark.slow
 def test_the_same_files_again(written, tmp_path):
     folder, names = written
     assert [path.name for path in quiz.write(ROOT / "notebooks", tmp_path)]

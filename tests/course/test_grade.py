@@ -257,6 +257,7 @@ def test_a_lesson_solved_earns_all_and_blank_nothing(tmp_path):
     assert [(m.exercise, m.said) for m in marks["blank"] if m.points] == []
 
 
+@pytest.mark.slow
 def test_without_a_box_a_class_is_refused_unless_it_is_trusted(
     tmp_path, capsys, monkeypatch
 ):
@@ -273,6 +274,7 @@ def test_without_a_box_a_class_is_refused_unless_it_is_trusted(
     assert grade.kept_secret(tmp_path / "to") == word.strip() and len(word) > 12
 
 
+@pytest.mark.slow
 def test_half_a_character_in_what_was_handed_in_harms_nobody(tmp_path):
     (tmp_path / "class" / "Ada").mkdir(parents=True)
     text = "def line(x, y):\n    raise ValueError('\\ud800')\n"
