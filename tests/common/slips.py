@@ -5,7 +5,6 @@ import re
 
 from pgm_book.common.checks import CheckFailed, hidden
 
-
 ALL = os.environ.get("PGM_LAB_LARGEST_SAMPLES")  # in test-all
 
 
