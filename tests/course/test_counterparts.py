@@ -13,7 +13,7 @@ from pgm_book import program
 from pgm_book.common.own_program import with_arrays
 from pgm_book.make.notebooks import FOLDER
 from tests.course import exercises
-from tests.course.test_rubric import POINTS, STEMS
+from tests.course.test_rubric import POINTS, SOME
 
 FILE = resources.files("pgm_book.course") / "counterparts.csv"
 with FILE.open(encoding="utf-8") as file:
@@ -55,7 +55,7 @@ def test_the_book_s_own_functions_of_the_notebooks_are_named():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stem", STEMS)
+@pytest.mark.parametrize("stem", SOME)
 def test_whatever_of_the_program_passes_a_check_is_named(stem):
     missing = []
     for one in exercises.of(stem):

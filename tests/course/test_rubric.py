@@ -22,6 +22,7 @@ for row in ROWS:
 ALL_OF_IT = {"photo", "fourth"}  # whose other arguments are the reader's as well
 STEMS = exercises.stems()
 ALL = os.environ.get("PGM_LAB_LARGEST_SAMPLES")  # in test-all
+SOME = [stem for stem in STEMS if ALL or stem[:2] not in ("06", "09")]  # the quicker
 
 
 def earned(exercise, answer) -> float:
@@ -72,7 +73,7 @@ def paid_for_nothing(stem, secret):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stem", STEMS)
+@pytest.mark.parametrize("stem", SOME)
 def test_who_does_nothing_earns_nothing(stem):
     for secret in range(7, 12 if ALL else 8):
         assert paid_for_nothing(stem, secret) == []
