@@ -144,5 +144,5 @@ def test_writes_both_files(tmp_path):
     )
     assert run.returncode == 0, run.stderr
     names = [path.name for path in sorted((tmp_path / "exam").iterdir())]
-    assert names == ["exam-5-key.pdf", "exam-5.pdf"]
-    assert "exam-5.pdf" in run.stdout
+    assert names == ["exam-5-1-key.pdf", "exam-5-1.pdf"]
+    assert "exam-5-1.pdf" in run.stdout
