@@ -41,7 +41,6 @@ RUBRIC = HERE / "rubric.csv"
 Judging = tuple[dict[str, bytes], Callable[[box.Box], None]]  # files, and what judges
 
 TASK = "task"  # the exercise that is a lesson's task
-RESULT = "the result"  # its only property
 COPIES = 3  # of a lesson's notebook that are tried; who guesses hands in a hundred
 
 
@@ -123,8 +122,9 @@ def exercises(rubric: Path = RUBRIC) -> list[Exercise]:
 def _points(rubric: Path) -> dict[tuple[str, str], dict[str, float]]:
     """Return the points of each property, by lesson and exercise."""
     points: dict[tuple[str, str], dict[str, float]] = {}
+    known = {_property(row) for row in _rows(RUBRIC)}
     for number, row in enumerate(_rows(rubric), 2):
-        if rubric != RUBRIC and not _known(row):
+        if _property(row) not in known:
             raise ValueError(
                 f"{rubric}, line {number}: no check names this property of this"
                 f" exercise; copy rows of {RUBRIC.name} and change points only"
@@ -144,10 +144,9 @@ def _points(rubric: Path) -> dict[tuple[str, str], dict[str, float]]:
     return points
 
 
-def _known(row: dict[str, str]) -> bool:
-    """Whether the rubric of the book has a row of this property."""
-    own = ("lesson", "exercise", "property")
-    return [row.get(k) for k in own] in [[r[k] for k in own] for r in _rows(RUBRIC)]
+def _property(row: dict[str, str]) -> tuple[str | None, ...]:
+    """Name the property of which a row of a rubric speaks."""
+    return row.get("lesson"), row.get("exercise"), row.get("property")
 
 
 def _rows(path: Path) -> list[dict[str, str]]:
@@ -264,7 +263,7 @@ def _mark(
                 judge(closed)
                 found = tuple((text, True) for text in exercise.points)
             except checks.CheckFailed as error:
-                found, said = getattr(error, "properties", ()), str(error)
+                found, said = error.properties, str(error)
             except Exception as error:  # whatever a stranger's answer leads to
                 said = f"{type(error).__name__}: {str(error)[:300]}"
             remarks += closed.remarks
@@ -287,7 +286,7 @@ def _judging(exercise: Exercise, *_: str) -> Iterator[Judging]:
     """Give no files, and what calls the check with what is in the box."""
 
     def judge(closed: box.Box) -> None:
-        space = {**_space(exercise)}
+        space = {**_space(exercise.lesson, exercise.call, exercise.names)}
         for name in exercise.names:
             kind = closed.ask(box.CALLING, do="kind", name=name)
             if kind == "function":
@@ -304,21 +303,15 @@ def _judging(exercise: Exercise, *_: str) -> Iterator[Judging]:
     yield {}, judge
 
 
-_spaces: dict[tuple[str, str], dict] = {}
-
-
-def _space(exercise: Exercise) -> dict:
+@functools.cache
+def _space(lesson: str, call: str, answers: tuple[str, ...]) -> dict:
     """Return what the call of a check takes from the solved notebook."""
-    key = exercise.lesson, exercise.name
-    if key not in _spaces:
-        _, used = intake.bound_used(exercise.call)
-        names: dict = {"__name__": "__main__"}
-        cells = intake.needed(code_of(exercise.lesson), used - set(exercise.names))
-        with plt.rc_context():
-            for cell in cells:
-                exec(compile(cell, "notebook", "exec"), names)
-        _spaces[key] = names
-    return _spaces[key]
+    _, used = intake.bound_used(call)
+    names: dict = {"__name__": "__main__"}
+    with plt.rc_context():
+        for cell in intake.needed(code_of(lesson), used - set(answers)):
+            exec(compile(cell, "notebook", "exec"), names)
+    return names
 
 
 @contextlib.contextmanager
