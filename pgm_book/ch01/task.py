@@ -44,6 +44,10 @@ CLICKED = (
     "Clicks are good to two pixels: fit the lines to the measured centres of all"
     " twenty, and keep all digits."
 )
+ASIDE = (
+    "All photo coordinates are off by the same amount: by half a pixel, or by a corner"
+    " of the window?"
+)
 ZERO = "Compare the zero with the centre of its pixel, or of the image, to 0.1 pixels."
 PULL = (
     "Something pulls the centroids to the centres of their windows: a background that"
@@ -80,7 +84,7 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     size = (2 * int(chance.uniform(440, 520)), 2 * int(chance.uniform(300, 360)))
     origin, axes = CONVENTIONS[int(chance.uniform(0, len(CONVENTIONS)))]
     half = bool(chance.uniform() < 0.5)
-    p = round(chance.uniform(0.0025, 0.008), 5)
+    p = round(chance.uniform(0.0025, 0.008), 7)
     background = float(int(chance.uniform(30, 60)))
 
     grid = np.stack(np.meshgrid(np.arange(8) + 0.5, np.arange(5) + 0.5), axis=-1)
@@ -102,12 +106,12 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, Any], Truth]:
     plan, photo = (
         frames.pixel_to_photo(pixels, size, (p, p)) for pixels in (planned, others)
     )
-    # The mean of two fitted slopes: from how far the points lie about their centre
+    # Of one fitted slope, the weaker: from how far the points lie about their centre
     slopes = np.hypot(CENTROID, PROGRAM) / np.sqrt(20 * given.var(axis=0))
     answer = (origin, half, axes, p, photo, frames.flying_height(GSD, p, C))
     truth = Truth(
         dict(zip(KEYS, answer)), size, others, plan.round(3), (others - zero) @ turn,
-        background, float(np.hypot(*slopes) / 2),
+        background, float(slopes.max()),
     )  # fmt: skip
     form = "{:.0f},{:.0f},{:.4f},{:.4f}"
     return {
@@ -218,8 +222,12 @@ def hint(truth: Truth, result: object) -> str:
         if key in wrong and same:
             return words
     off, away = found["photo"] - right["photo"], truth.plan - right["photo"]
-    pull = np.sum(off * away) / np.sum(away**2)
-    if "photo" in wrong and pull > 0.03 and _rms(off - pull * away) < 6 * truth.sd:
+    pull, aside = np.sum(off * away) / np.sum(away**2), off.mean(axis=0)
+    if "photo" in wrong and _rms(off) > 50 * _rms(away):
+        return "The photo coordinates are wanted in mm, from the centre of the photo."
+    if "photo" in wrong and _rms(off - aside) < min(_rms(aside) / 3, 6 * truth.sd):
+        return ASIDE
+    if "photo" in wrong and pull > 0.03 and _rms(off - pull * away) < _rms(off) / 2:
         return PULL
     return f"Look again at {' and '.join(k for k in KEYS if k in wrong)}: draw a plot."
 

@@ -17,14 +17,14 @@ from pgm_book.program.adjustment import adjust
 from pgm_book.task import Part, grey, named, table
 from pgm_lab import datasets, plot
 
-SIDE, WINDOW, POINTS = 360, 31, 24
-NOISE = 3.4, 1.0  # grey values, of the left and of the darker right photo
-PIXEL, BLUR = 3, 3.0  # pixels of the orthophoto: a pixel of ours, and the lens
+SIDE, WINDOW, POINTS, MARGIN = 480, 25, 80, 64
+NOISE = 2.2, 0.3  # grey values, of the left and of the darker right photo
+PIXEL, BLUR = 2.5, 2.5  # pixels of the orthophoto: a pixel of ours, and the lens
 FARTHEST, ENLARGED = 0.1, 400  # px; how much larger ellipses are drawn
 LOW, HIGH = stats.chi2.ppf([0.0005, 0.9995], 2 * POINTS) / (2 * POINTS)
 WANTED = {
-    "positions": ("column and row of all 24 points in px, (24, 2)", (POINTS, 2)),
-    "covariances": ("a covariance for each in px², (24, 2, 2)", (POINTS, 2, 2)),
+    "positions": (f"column and row of each in px, ({POINTS}, 2)", (POINTS, 2)),
+    "covariances": (f"a covariance of each in px², ({POINTS}, 2, 2)", (POINTS, 2, 2)),
 }
 
 
@@ -34,10 +34,10 @@ class Truth:
 
     left: np.ndarray
     right: np.ndarray
-    points: np.ndarray  # (24, 2): column, row
+    points: np.ndarray  # (80, 2): column, row
     affine: np.ndarray  # (2, 3)
     light: tuple[float, float]  # left = h0 + h1 right
-    start: np.ndarray  # (24, 2)
+    start: np.ndarray  # (80, 2)
 
     @property
     def there(self) -> np.ndarray:
@@ -46,7 +46,7 @@ class Truth:
 
 
 def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Truth]:
-    """Two photos, and twenty-four points with what correlation found for them."""
+    """Two photos, and eighty points with what correlation found for them."""
     c, r = chance.randint(1536 - 1400, size=2)
     part = datasets.yellowstone().grey[r : r + 1400, c : c + 1400]
     ortho = ndimage.gaussian_filter(part.astype(float), BLUR)
@@ -79,30 +79,38 @@ def make(chance: np.random.RandomState) -> tuple[dict[str, str | np.ndarray], Tr
 
 
 def _points(left: np.ndarray, chance: np.random.RandomState) -> np.ndarray:
-    """Choose points whose windows are steep enough in every direction."""
-    drawn = chance.randint(56, SIDE - 56, (2000, 2))
-    y, x = np.gradient(ndimage.gaussian_filter(left, 1))
+    """Choose points apart from each other that can be matched well."""
+    drawn = chance.randint(MARGIN, SIDE - MARGIN, (2000, 2))
+    y, x = np.gradient(ndimage.gaussian_filter(1.0 * left, 1))
     xx, yy, xy = (ndimage.uniform_filter(g, WINDOW) for g in (x * x, y * y, x * y))
     grip = ((xx * yy - xy**2) / (xx + yy))[drawn[:, 1], drawn[:, 0]]
-    found: list[np.ndarray] = []
-    for one in drawn[np.argsort(-grip.round(6), kind="stable")]:
-        if all(np.abs(one - other).max() >= WINDOW for other in found):
-            found.append(one)
-    return np.array(found[:POINTS])
+    drawn = drawn[np.argsort(-grip.round(6), kind="stable")]
+    found = []
+    while len(drawn):
+        found.append(drawn[0])
+        drawn = drawn[np.abs(drawn - drawn[0]).max(axis=1) >= WINDOW]
+    half, sds = WINDOW // 2, []
+    v, u = np.mgrid[-half : half + 1, -half : half + 1].reshape(2, -1)
+    for column, row in found:
+        B, Bx, By = (g[row + v, column + u] for g in (left, x, y))
+        J = lsm.design(B, Bx, By, u, v, 1)
+        sds.append(np.sqrt(np.trace(np.linalg.inv(J.T @ J)[::3, ::3][:2, :2])))
+    order = np.argsort(np.round(sds, 6), kind="stable")
+    return np.array(found)[order[:POINTS]]
 
 
 def judge(truth: Truth, result: object) -> list[Part]:
     """Return how far the worst position is off, and whether the covariances are true.
 
-    The errors by their covariances have a chi-square of 48 on average.
+    The errors by their covariances have a chi-square of 160 on average.
     """
     positions, covariances = _parts(result)
     e = positions - truth.there
     ratio = np.sum(e * np.linalg.solve(covariances, e[..., None])[..., 0]) / e.size
     return [
         Part("the worst position", float(np.hypot(*e.T).max()), FARTHEST, "px"),
-        Part("chi-square over 48", float(ratio), round(HIGH, 2), ""),
-        Part("48 over chi-square", float(1 / ratio), round(1 / LOW, 2), ""),
+        Part("chi-square over 160", float(ratio), round(HIGH, 2), ""),
+        Part("160 over chi-square", float(1 / ratio), round(1 / LOW, 2), ""),
     ]
 
 
@@ -136,12 +144,15 @@ def slips(truth: Truth) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def hint(truth: Truth, result: object) -> str:
     """Return the hint to the slip that explains the result."""
     positions, covariances = _parts(result)
+    lost = np.hypot(*(positions - truth.there).T).max() > FARTHEST
+    if lost and np.abs(positions - truth.points).max() < 0.05:
+        return "Those are the points of the left photo."
     for words, (at, C) in slips(truth).items():
         near = np.abs(positions - at).max() < 0.05
-        size = np.sqrt(np.trace(C, axis1=1, axis2=2)).mean()
-        if near and np.abs(covariances - C).max() < 0.2 * size**2:
+        size = np.trace(C, axis1=1, axis2=2).mean()
+        if near and (lost or np.abs(covariances - C).max() < 0.2 * size):
             return words
-    if np.hypot(*(positions - truth.there).T).max() > FARTHEST:
+    if lost:
         return (
             "At least one match ended in a wrong place, or was not carried to its end:"
             " look at its residuals. Where does the light start, h0 and h1?"
@@ -155,7 +166,8 @@ def picture(truth: Truth, result: object) -> tuple[Figure, str]:
     e = positions - truth.there
     whitened = np.linalg.solve(np.linalg.cholesky(covariances), e[..., None])[..., 0]
     fig, (ax, ay) = plt.subplots(1, 2, figsize=(10, 4.6))
-    ax.imshow(truth.right // 16, interpolation="nearest")  # a small file
+    edges, few = (-0.5, SIDE - 0.5, SIDE - 0.5, -0.5), truth.right[::3, ::3] // 32
+    ax.imshow(few, extent=edges, interpolation="nearest")  # a small file
     for place, C in zip(positions, covariances):
         ax.plot(*(place + ENLARGED * _ellipse(C)).T, color=plot.ORANGE)
     ax.set_title(f"ellipses of 95 %, enlarged {ENLARGED} times", fontsize=14)
@@ -196,7 +208,7 @@ def _solved(truth: Truth) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _parts(result: object) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (24, 2) and covariances (24, 2, 2) of an answer."""
+    """Return positions (80, 2) and covariances (80, 2, 2) of an answer."""
     positions, covariances = named(result, WANTED).values()
     if np.linalg.eigvalsh(covariances).min() <= 0:
         raise CheckFailed("a covariance is none: variances must be positive")

@@ -130,9 +130,10 @@ def derivatives(function: Callable[..., object]) -> None:
     by_columns = flat and near(
         table, right.reshape(2, 2, 3).swapaxes(0, 1).reshape(4, 3), 1e-4
     )
-    zero = np.array([at[0], 0.0, at[2]])
+    tiny = [np.array([at[0], small, at[2]]) for small in (0.0, 1e-9)]
     with np.errstate(all="ignore"):
-        at_zero = np.ravel(answer_of(function, wave, zero))
+        answers = [np.ravel(answer_of(function, wave, x)) for x in tiny]
+    exact = [np.ravel(collinearity.derivatives(wave, x)) for x in tiny]
     integers = answer_of(function, wave, np.array([1, 2, 3]))
     whole = (
         near(
@@ -161,9 +162,9 @@ def derivatives(function: Callable[..., object]) -> None:
             ),
             (
                 "where an unknown is zero",
-                bool(np.all(np.isfinite(at_zero))) if good else None,
-                "an unknown may be 0, and a part of 0 is no step: the step is 1e-6"
-                " for every unknown",
+                near(np.array(answers), np.array(exact), 1e-5) if good else None,
+                "an unknown may be 0 or tiny, and a part of it is no step: the step is"
+                " 1e-6 for every unknown",
             ),
             (
                 "whole numbers as well",
@@ -369,6 +370,10 @@ def _intersection_slips(found: np.ndarray, stations: np.ndarray, d: np.ndarray) 
             solved(identity + along, times(identity + along)),
             "P removes the part along the ray: look at the sign",
         ),
+        (
+            solved(1 - along, times(1 - along)),
+            "1 - d d^T has a 1 in every element: the identity is np.eye(3)",
+        ),
     ]
     together = identity - along / len(d)  # np.linalg.norm(directions)
     slips.append(
@@ -430,6 +435,9 @@ def relative(function: Callable) -> None:
         "the rays do not lie in one plane with the base: the boxes of all points have a"
         " volume, or the steps are too few"
     )
+    other = answer_of(function, *cases[0][:2], 2 * c)
+    if np.shape(other) == (6,) and near(other, answer_of(function, *cases[0]), 1e-9):
+        otherwise = "it takes c from elsewhere, and not from its arguments"
     holds, hint = compare(function, cases, right_one, slips, otherwise)
     noise = chance(3).normal(0, 0.003, (2, *cases[0][0].shape))
     left, right, c = cases[0]

@@ -136,6 +136,10 @@ def slips(truth: Truth) -> dict[str, dict]:
         "This is the length in the model, whose unit is X0 of the right photo: the bar"
         " gives the scale.": 1 / unit,
         "The scale is upside down.": 1 / unit**2,
+        "The bar is not one metre long.": 1 / truth.bar,
+        "Multiply by the length of the bar, and divide by its length in the model.": (
+            1 / truth.bar**2
+        ),
         "Millimetres? The distance is wanted in metres.": 1000.0,
     }
     for words, factor in metres.items():

@@ -181,6 +181,10 @@ def chip_shifts(function: Callable[..., object]) -> None:
             right + points,
             "those are positions in the sensed image: the shift is asked for",
         ),
+        (
+            right + radius,
+            "row and column count from the corner of r: the peak is added to dx and dy",
+        ),
         (np.broadcast_to(right[0], right.shape), "every chip has a shift of its own"),
         (np.broadcast_to(right[-1], right.shape), "every chip has a shift of its own"),
     ]

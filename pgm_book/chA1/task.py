@@ -188,6 +188,9 @@ def slips(truth: Truth) -> dict[str, dict[str, Any]]:
         "The heights begin at a known one.": {
             "heights": right["heights"] - truth.heights[0]
         },
+        "The known height goes to the other side of its equations with a minus.": {
+            "heights": right["heights"] - 2 * truth.heights[0]
+        },
         "The ± must follow from the stated 2 mm, not from the residuals.": {
             "sd": right["sd"] * sigma0 / SIGMA0
         },

@@ -1,6 +1,5 @@
 """Figures of chapter 2 are drawn as the notebook does; their words are true."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -60,17 +59,6 @@ def test_figure_says_what_it_shows(draw, arguments, words, alt_of):
     assert words in alt_of(draw, *arguments)
 
 
-def test_the_arrow_of_another_exposure_lies_along_the_first(figures):
-    of_lesson.window_arrows()
-    fig, _ = figures[0]
-    arrows = [t for t in fig.axes[1].texts if not t.get_text()]
-    a, other, negative, b = (np.array(arrow.xy) for arrow in arrows)
-    np.testing.assert_allclose(other, 0.6 * a)
-    np.testing.assert_allclose(negative, -a)
-    cosine = a @ b / np.linalg.norm(a) / np.linalg.norm(b)
-    assert np.isclose(cosine, ncc.correlation([[60, 110, 40]], [[50, 70, 120]]))
-
-
 def test_small_templates_have_more_summits(alt_of):
     words = alt_of(of_lesson.templates, *SEARCH).split("above 0.6: ")[1]
     counts = [int(word.split(": ")[1]) for word in words.strip(". \n").split("; ")]
@@ -102,17 +90,3 @@ def test_five_of_six_searches_are_in_trouble_and_one_is_accepted(figures):
     accepted = [m.accepted[0] for m in found]
     assert accepted == [True, False, False, True, False, False]
     assert off[0] < 1 and min(off[1:]) > 2
-
-
-def test_a_window_lies_at_its_own_coordinates_and_a_map_about_no_shift(closed):
-    grey = np.arange(63.0).reshape(7, 9)
-    _, ax = plt.subplots()
-    of_lesson.draw_window(ax, grey, (5.4, 2.6), 3)
-    assert ax.images[0].get_extent() == [3.5, 6.5, 4.5, 1.5]
-    assert np.array_equal(ax.images[0].get_array(), grey[2:5, 4:7])
-    assert of_lesson.draw_map(ax, np.zeros((5, 5))).get_extent() == [
-        -2.5,
-        2.5,
-        2.5,
-        -2.5,
-    ]

@@ -41,13 +41,6 @@ def test_residuals_are_computed_minus_observed_and_empty_at_the_truth(film):
     assert np.sqrt(np.mean(shown(film[2, 1]) ** 2)) > 10
 
 
-def test_outline_follows_the_parameters(film):
-    outline = film[0, 2].lines[0].get_xydata()
-    corner = TRUTH[[0, 3]] + TRUTH[[1, 2, 4, 5]].reshape(2, 2) @ (10.5, 10.5)
-    np.testing.assert_allclose(outline[2], corner)
-    np.testing.assert_allclose(film[0, 0].lines[0].get_xydata()[0], (29.5, 34.5))
-
-
 def test_sliders_name_the_steps_that_they_show(monkeypatch, figures):
     """The first, the middle and the last step, by their numbers in the trail."""
     monkeypatch.setattr(of_lesson, "interact", lambda draw, **_: draw(1, 1, 0))

@@ -5,7 +5,6 @@ import pytest
 
 from pgm_book.ch05 import case_figures
 from pgm_book.ch05 import figures as of_lesson
-from pgm_lab import plot
 from pgm_lab.camera import Camera, project
 from pgm_lab.orientation import intersect
 
@@ -40,33 +39,6 @@ DRAWN = [
 )
 def test_figure_says_what_it_shows(draw, arguments, words, alt_of):
     assert words in alt_of(draw, *arguments)
-
-
-def test_the_image_point_of_the_sketch_is_on_the_ray(figures):
-    of_lesson.one_ray()
-    ax = figures[0][0].axes[0]
-    ray = next(line for line in ax.lines if line.get_linewidth() == 3)
-    dot = next(
-        line
-        for line in ax.lines
-        if line.get_marker() == "o" and line.get_color() == plot.RED
-    )
-    start, end = np.transpose(ray.get_data_3d())
-    seen = np.ravel(dot.get_data_3d()) - start
-    assert np.allclose(np.cross(seen, end - start), 0, atol=1e-9)
-    assert 0.1 < np.linalg.norm(seen) < np.linalg.norm(end - start)
-
-
-def test_the_epipolar_lines_lie_in_the_plane(figures):
-    of_lesson.epipolar_plane()
-    ax = figures[0][0].axes[0]
-    stations, point = of_lesson.PAIR[:, :3], np.array([0.25, 0.5, 0.0])
-    normal = np.cross(*(stations - point))
-    dashed = [line for line in ax.lines if line.get_linestyle() == "--"]
-    assert len(dashed) == 2
-    for line in dashed:
-        ends = np.transpose(line.get_data_3d()) - point
-        assert np.allclose(ends @ normal, 0, atol=1e-9)
 
 
 def test_two_rays_are_best_at_a_right_angle():

@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from pgm_book import program
 from pgm_book.ch06 import case_figures, published
 from pgm_book.ch06 import figures as of_lesson
-from pgm_lab import bundle, plot
+from pgm_lab import bundle
 
 NETWORK = published.network()
 EXTERIORS, POINTS = NETWORK.exteriors, NETWORK.points
-POSITIONS = np.concatenate([EXTERIORS[:, :3], POINTS])
 
 
 @pytest.fixture(scope="module")
@@ -104,65 +102,6 @@ def test_photos_are_chosen_from_a_list(monkeypatch, alt_of, found):
     assert "these photos do not do" in alt_of(given["draw"], (3,))
 
 
-def test_the_share_of_zeros_is_that_of_the_normal_matrix(found, figures):
-    of_lesson.zeros(NETWORK.photo, NETWORK.point)
-    image = figures[0][0].axes[0].images[0].get_array()
-    # 10 x 214 twice less 10 x 10, the blocks of photos and points, rays
-    filled = 2 * 10 * 214 - 100 + 9 * 36 + 50 * 9 + 2 * 54 * 150
-    assert np.sum(image) == filled
-    assert f"{100 * (1 - filled / 214**2):.0f} per cent" in figures[0][1]
-
-
-def test_motions_are_the_derivatives_of_similarity_transformations():
-    points, centre, h = POINTS[:5], np.array([10.0, -20.0, 5.0]), 1e-6
-    found = bundle.motions(points, centre)
-    for axis in range(3):
-        unit = np.eye(3)[axis]
-        np.testing.assert_array_equal(found[axis], np.tile(unit, (5, 1)))
-        there, back = (
-            Rotation.from_rotvec(sign * h * unit).apply(points - centre)
-            for sign in (1, -1)
-        )
-        # Central differences: h^2 in the model, eps / h of 2000 mm in the rounding
-        np.testing.assert_allclose(found[3 + axis], (there - back) / (2 * h), atol=1e-5)
-    np.testing.assert_allclose(found[6], points - centre)
-
-
-def test_each_of_the_seven_panels_shows_its_motion(figures):
-    of_lesson.motions(EXTERIORS, POINTS)
-    fig = figures[0][0]
-    assert tuple(text.get_text() for text in fig.texts[:7]) == of_lesson.MOTIONS
-    middle = (EXTERIORS[:, :3].mean(axis=0) + POINTS.mean(axis=0)) / 2
-    expected = bundle.motions(POSITIONS, middle)
-    longest = 0.24 * np.ptp(POSITIONS, axis=0).max()
-    for ax, motion in zip(fig.axes[:-1], expected, strict=True):
-        # The arrows of the cameras were drawn last, from the tip, the heads afterwards
-        tips, tails = np.array(
-            [s[:2] for s in ax.collections[-1]._segments3d[:9]]
-        ).swapaxes(0, 1)
-        np.testing.assert_allclose(tails, EXTERIORS[:, :3], atol=1e-9)
-        scale = longest / np.linalg.norm(motion, axis=1).max()
-        np.testing.assert_allclose(
-            tips - tails, scale * motion[:9], atol=1e-9 * longest
-        )
-    words = {text.get_text(): text.get_color() for text in fig.texts[7:]}
-    assert words == {"cameras": plot.RED, "points": plot.BLUE}
-
-
-def test_bars_reach_the_residuals_of_their_photo_in_micrometres(figures):
-    rms = {
-        "start": np.array([0.13, 0.2, 0.09]),
-        "adjusted": np.array([3e-4, 2e-4, 4e-4]),
-    }
-    case_figures.by_photo(rms)
-    (ax,) = figures[0][0].axes
-    tops = [bar.get_y() + bar.get_height() for bar in ax.patches]
-    np.testing.assert_allclose(tops, [130, 200, 90, 0.3, 0.2, 0.4])
-    middles = [bar.get_x() + bar.get_width() / 2 for bar in ax.patches]
-    np.testing.assert_allclose(np.round(middles), [0, 1, 2, 0, 1, 2])
-    assert len(set(np.round(middles, 6))) == 6  # side by side
-
-
 def test_singular_values_below_the_limit_are_hollow(figures):
     s = np.array([1e5, 1e2, 10.0, 1e-3, 0.0])
     case_figures.kept({"N": s, "scaled": np.array([1.0, 0.5])}, 1.0)
@@ -187,20 +126,3 @@ def test_band_holds_the_standard_deviations_of_so_many_samples(figures):
     expected = np.quantile(samples.std(axis=1, ddof=1), (0.025, 0.975))
     # 20,000 repetitions know such a quantile to 0.001 of the standard deviation
     np.testing.assert_allclose((low, high), expected, atol=0.004)
-
-
-def test_time_and_memory_stand_over_the_rays_of_their_network(figures):
-    seconds = {"pgm_lab": [0.01, 0.7, 2.0], "another": [0.003, 1.4, 4.0]}
-    rays, megabytes = [450, 8e4, 2e5], [3, 140, 330]
-    case_figures.speed(rays, seconds, megabytes, list("abc"))
-    (fig, alt), *_ = figures
-    left, right = fig.axes
-    for line, (name, values) in zip(left.lines, seconds.items(), strict=True):
-        assert line.get_label() == name
-        np.testing.assert_array_equal(line.get_xydata().T, (rays, values))
-    (line,) = right.lines
-    np.testing.assert_array_equal(line.get_xydata().T, (rays, megabytes))
-    assert line.get_color() == left.lines[0].get_color()  # whose memory it is
-    places = {text.get_text(): text.xy for text in right.texts}
-    assert places == dict(zip("abc", zip(rays, megabytes)))
-    assert "pgm_lab 2 s, another 4 s" in alt and "330 megabytes" in alt

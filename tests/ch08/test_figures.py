@@ -8,7 +8,6 @@ import pytest
 from pgm_book.ch08 import case_figures
 from pgm_book.ch08 import figures as of_lesson
 from pgm_lab import simulate, stereo
-from tests import good_arguments
 
 GREY = 50 + 10.0 * (np.indices((60, 80)).sum(axis=0) % 7)
 PHOTO = SimpleNamespace(grey=GREY)
@@ -87,15 +86,6 @@ def green_and_magenta_agree(ax):
     return np.array_equal(colours[..., 0], colours[..., 1])
 
 
-def test_the_ground_is_grey_where_the_mark_stands_on_it(pair, figures):
-    of_lesson.mark_positions(pair, (60, 45), (2, 6, 10))
-    fig, alt = figures[0]
-    assert [green_and_magenta_agree(ax) for ax in fig.axes] == [False, True, False]
-    assert "2.0, 6.0, 10.0 px" in alt
-    heights = [float(ax.get_title().split(": ")[1][:-2]) for ax in fig.axes]
-    assert heights == sorted(heights)  # the larger the disparity, the higher
-
-
 def test_the_slider_moves_the_right_photo_and_says_the_height(
     pair, figures, monkeypatch
 ):
@@ -121,15 +111,6 @@ def test_the_slider_moves_the_right_photo_and_says_the_height(
     assert green[:, 20 + 3].max() == 0  # the right strip lies 6 px to the left
 
 
-def test_one_photo_is_laid_on_the_other_by_the_disparity(pair, figures):
-    mirrored = normal_pair(pair.right, pair.left)  # the strip at -6 px
-    for d in (-6, -3):
-        of_lesson.laid(mirrored, d)
-        colours = np.asarray(figures[-1][0].axes[0].images[0].get_array())
-        inside = colours[:, 10:110]
-        assert np.array_equal(inside[..., 0], inside[..., 1]) == (d == -6)
-
-
 def test_the_window_of_the_search_stands_where_r_is_highest(pair, figures):
     of_lesson.row_search(pair, (55, 45), 9, 3, 9)
     fig, alt = figures[0]
@@ -138,47 +119,7 @@ def test_the_window_of_the_search_stands_where_r_is_highest(pair, figures):
     assert frame.get_x() + frame.get_width() / 2 == 55 - 6
 
 
-def test_predicted_and_measured_errors_have_the_same_area(figures):
-    error = np.random.default_rng(1).normal(0, 0.1, 4000)
-    of_lesson.height_errors(error, 0.1)
-    fig, alt = figures[0]
-    bars = sum(p.get_height() * p.get_width() for p in fig.axes[0].patches)
-    x, y = fig.axes[0].lines[0].get_data()
-    assert np.isclose(np.trapezoid(y, x), bars, rtol=0.01)
-    assert "NMAD 0.10 m" in alt
-
-
-def test_a_profile_follows_the_row_and_says_how_much_is_right(alt_of):
-    X = np.linspace(-50, 50, 21)
-    own = np.column_stack([X, 0.1 * X, np.where(X > 20, 25.0, 20.1)])
-    own[3] = np.nan
-    alt = alt_of(of_lesson.height_profile, own, own, good_arguments.level_land())
-    assert "70 % of the 20 heights" in alt
-
-
-def test_light_comes_from_the_upper_left():
-    x, y = np.meshgrid(np.arange(20.0), np.arange(20.0))
-    up, flat, down = (of_lesson._shaded(s * (x + y), 1.0).mean() for s in (1, 0, -1))
-    assert up > flat > down
-    assert np.all(of_lesson._shaded(np.full((4, 4), np.nan), 1.0) == 1)
-
-
-def test_half_the_base_makes_the_diamond_twice_as_high(figures):
-    of_lesson.parallax_worth()
-    tall = [np.ptp(ax.patches[0].get_xy()[:, 1]) for ax in figures[0][0].axes]
-    assert 1.9 < tall[1] / tall[0] < 2.1
-
-
 # --- The case of the three locations ---
-
-
-def test_bars_of_the_differences_are_as_long_as_the_rounding(figures):
-    case_figures.six(np.array([44, 71]), np.array([1.39, 1.71]), np.array([1.42, 1.75]))
-    fig, alt = figures[0]
-    (bars,) = fig.axes[1].collections
-    low, high = np.array([one[:, 1] for one in bars.get_segments()]).T
-    assert low == pytest.approx([2, 3]) and high == pytest.approx([4, 5])  # cm
-    assert "location 2: 1.71 and 1.75 m, difference 4 ± 1 cm" in alt
 
 
 @pytest.mark.parametrize("disparity", [0, -6, 9])
@@ -206,36 +147,6 @@ def surveyed():
     return land, dsm, dtm
 
 
-def test_a_profile_runs_through_the_chosen_row(figures, surveyed):
-    land, dsm, dtm = surveyed
-    spots = np.array([(0.0, 10.0, 7.0), (5.0, -10.0, 8.0)])
-    case_figures.gaps(land, spots, dsm, dtm, row=4)  # Y = 10
-    above, below = figures[0][0].axes
-    assert above.lines[0].get_xydata().tolist() == spots[:, :2].tolist()
-    lines = {line.get_label(): line for line in below.lines}
-    assert lines["operator"].get_xydata().tolist() == [[0, 7]]
-    for name in ("true ground", "automatic, filtered"):
-        assert np.allclose(lines[name].get_ydata(), dtm.z[4])
-
-
 def test_a_terrain_without_error_says_so(alt_of, surveyed):
     land, dsm, dtm = surveyed
     assert "RMSE 0.00 m open" in alt_of(of_lesson.terrain, dsm, dtm, land)
-
-
-def test_bars_are_as_high_as_their_numbers(figures):
-    case_figures.compared({"open": (0.2, 0.1)}, {"open": (1.4, 1.5)}, 0.55)
-    heights = [[bar.get_height() for bar in ax.patches] for ax in figures[0][0].axes]
-    assert heights == [[0.2, 0.1], [1.4, 1.5]]
-
-
-def test_every_figure_printed_stands_in_a_box(figures):
-    case_figures.follows()
-    fig, alt = figures[0]
-    boxes, arrows = case_figures.BOXES, case_figures.ARROWS
-    texts = [text.get_text() for text in fig.axes[0].texts if text.get_text()]
-    assert len(texts) == len(boxes)
-    assert all(end in boxes for arrow in arrows for end in arrow)
-    for _, _, printed, computed, _ in boxes.values():
-        assert any(printed in text and computed in text for text in texts)
-    assert "corrected: GSD 20 cm → 22.9 cm." in alt

@@ -25,6 +25,9 @@ def test_no_lesson_and_no_case_has_a_problem(name, kind):
     assert form.problems(notebook, kind) == []
     assert ("_case_" in name) == (kind == "case")
     assert len(KINDS) > 15
+    code = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
+    asked = re.findall(r'(?:predict\(|^    )"\w+\.(\d+)"[):]', code, re.M)
+    assert asked == [str(k) for k in range(1, len(asked) + 1)]  # one order everywhere
 
 
 def test_each_prediction_has_one_right_choice_and_a_sentence_on_each():
