@@ -119,14 +119,6 @@ def test_fundamental_holds_for_pixels_freed_from_the_lens_and_is_refused_before(
     assert np.abs(off).max() < 1e-6
 
 
-def test_the_distance_counts_in_pixels_of_the_right_photo():
-    coarse = photo(RIGHT, corner=(0, 0), pixel=2 * PIXEL)
-    pixels = photo(LEFT).project(ground())
-    off = epipolar.distance(photo(LEFT), coarse, pixels, coarse.project(ground()) + 0.7)
-    slope = epipolar.line(photo(LEFT), coarse, pixels)[:, :2] @ (1, -1)
-    np.testing.assert_allclose(off, 0.7 * slope, atol=1e-6)
-
-
 def test_relative_orientation_alone_gives_the_same_lines():
     left, right = two()
     X = ground(12)
@@ -163,13 +155,6 @@ def test_epipole_of_the_normal_case_lies_at_infinity_along_the_base():
     for one, x in zip(epipolar.epipole(left, right), (1, -1)):
         assert one.status == "at infinity" and one.ideal is None and one.pixel is None
         np.testing.assert_allclose(one.direction, (x, 0, 0), atol=1e-15)
-
-
-def test_epipole_outside_has_ideal_coordinates_but_no_pixel():
-    left, right = two(LENS)
-    for one in epipolar.epipole(left, right):
-        assert one.status == "outside the photo" and one.pixel is None
-        assert np.isfinite(one.ideal).all()
 
 
 def along_the_base():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, frames, lsm, ncc, observations, simulate
+from pgm_lab import bundle, frames, lsm, observations, simulate
 from pgm_lab.camera import Camera
 
 SIZE, PIXEL = (200, 160), (0.01, 0.02)
@@ -109,16 +109,6 @@ def test_rows_go_into_a_network_with_their_covariances():
     np.testing.assert_array_equal(network.covariance, seen.covariance)
     assert [network.photo_names[i] for i in network.photo] == list(seen.photo)
     assert [network.point_names[i] for i in network.point] == list(seen.point)
-
-
-def test_ncc_and_lsm_go_side_by_side():
-    found = matches()
-    left, right = simulate.texture_pair(
-        simulate.texture(seed=3), SIZE[::-1], AFFINE["C"]
-    )
-    coarse = ncc.match(left, right, POINTS, search=41, refine="parabola")
-    seen = of({"B": found["B"], "C": coarse})
-    assert seen.photo.count("C") == np.sum(coarse.status == "accepted") > 40
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from pgm_lab import rotation
 from pgm_lab.adjustment import adjust
-from pgm_lab.camera import Camera, collinearity, ideal, project
+from pgm_lab.camera import Camera, collinearity, project
 from pgm_lab.orientation import coplanarity, relative
 from tests.chance import assert_chi_square
 
@@ -329,20 +329,6 @@ def test_sign_of_a_missing_base_is_found_and_a_wrong_one_refused(seed):
     np.testing.assert_allclose(given.exterior, found.exterior, rtol=1e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize("seed", [0, 2, 3, 7, 13, 101])
-def test_sign_of_a_missing_base_is_found_from_a_rough_start(seed):
-    """30 degrees off; half of them fail if the start counts for a positive bx only."""
-    rng = np.random.default_rng([65, seed])
-    right, images = random_pair(rng)
-    away = rng.normal(size=3)
-    away *= np.radians(30) / np.linalg.norm(away)
-    angles = rotation.angles(rotation.matrix(*away) @ rotation.matrix(*right[3:]))
-    base = right[1:3] / abs(right[0]) * (1 + 0.3 * rng.normal(size=2))
-    pair = (CAMERAS[0], CAMERAS[0], *images)
-    found = relative(*pair, start=[*base, *angles], sigma=0.002)
-    assert_is_the_truth(found, right)
-
-
 def test_base_across_the_x_axis_is_named():
     points = np.random.default_rng(1).uniform(-1.5, 1.5, (12, 3)) * (1, 1, 1 / 3)
     right = np.array([1e-5, 0.0, 1.0, 0.1, -0.05, 0.3])
@@ -506,26 +492,6 @@ def test_foot_points_are_the_nearest_that_scipy_finds():
             options={"ftol": 1e-12},
         )
         np.testing.assert_allclose(v, peer.x, atol=1e-3)
-
-
-def test_residuals_belong_to_coordinates_freed_from_the_lens():
-    cameras = (LEFT_LENS, RIGHT_LENS)
-    _, _, images = pair(np.random.default_rng(84), 12, 0.01, cameras=cameras)
-    found = relative(*cameras, *images, base=30.0)
-    for i, exterior in enumerate((ORIGIN, found.exterior)):
-        free = ideal(cameras[i], images[i])
-        computed = project(Camera(cameras[i].c), exterior, found.points)
-        np.testing.assert_allclose(found.residuals[i], computed - free, atol=1e-9)
-
-
-@pytest.mark.parametrize(("count", "apart"), [(3, 1e-9), (4, 1e-12), (4, 1e-6)])
-def test_points_given_nearly_twice_are_no_model(count, apart):
-    """Three or four points do not become enough if each is measured once more."""
-    rng = np.random.default_rng(12)
-    measured = np.tile(pair(rng, count)[2], (1, 3, 1))
-    left, right = measured + apart * rng.normal(size=measured.shape)
-    with pytest.raises(ValueError, match="no model was found|normal matrix has rank"):
-        relative(*CAMERAS, left, right)
 
 
 @pytest.mark.parametrize("in_line", [0, 1])
