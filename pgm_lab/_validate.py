@@ -6,7 +6,7 @@ in: public functions, readers of files, commands. Private functions don't check 
 
 import math
 import numbers
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -339,13 +339,6 @@ def instance(value: Any, kind: type[Kind], name: str) -> Kind:
     if isinstance(value, kind):
         return value
     raise ValueError(f"{name} must be a {kind.__name__}; got {shown(value)}")
-
-
-def function(value: Any, name: str) -> Callable:
-    """Return `value` if it can be called."""
-    if callable(value):
-        return value
-    raise ValueError(f"{name} must be a function; got {shown(value)}")
 
 
 def several(values: Any, name: str, kind: type = object) -> list:

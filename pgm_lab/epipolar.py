@@ -174,11 +174,9 @@ def curve(
     left: Photo,
     right: Photo,
     pixel: ArrayLike,
-    heights: ArrayLike | None = None,
-    *,
-    depths: ArrayLike | None = None,
+    heights: ArrayLike,
 ) -> np.ndarray:
-    """Pixels (k, 2) in the right photo of one left pixel, at these heights or depths.
+    """Pixels (k, 2) in the right photo of one left pixel, at these heights.
 
     Without lens distortion they lie on a straight line; with it, on a curve.
     They may lie outside the photo.
@@ -188,11 +186,8 @@ def curve(
     left, right : Photo
     pixel : array_like (2,)
         In the left photo.
-    heights : array_like (k,), optional
-        Z of object space. Either these or depths.
-    depths : array_like (k,), optional
-        Distances from the left station along the axis of its camera, in the unit of the
-        base: for photos with relative orientation only.
+    heights : array_like (k,)
+        Z of object space.
 
     Raises
     ------
@@ -214,17 +209,10 @@ def curve(
     _base_of(left, right)
     u = left.rays(_validate.one_point(pixel, 2, "pixel"))
     X0 = left.exterior[:3]
-    if heights is None and depths is not None:
-        reach = _validate.of_shape(depths, (None,), "depths") / left.camera.c
-        _validate.refuse(reach <= 0, "depths{} are not in front of the left photo")
-    elif heights is not None and depths is None:
-        rise = _validate.of_shape(heights, (None,), "heights") - X0[2]
-        message = "the ray of pixel does not reach heights{}: it leads away from there"
-        _validate.refuse(rise * u[2] <= 0, message)
-        reach = rise / u[2]
-    else:
-        raise ValueError("give either heights or depths: the distance along the ray")
-    return right.project(X0 + reach[:, None] * u)
+    rise = _validate.of_shape(heights, (None,), "heights") - X0[2]
+    message = "the ray of pixel does not reach heights{}: it leads away from there"
+    _validate.refuse(rise * u[2] <= 0, message)
+    return right.project(X0 + (rise / u[2])[:, None] * u)
 
 
 # --- Epipoles ---

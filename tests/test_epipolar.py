@@ -89,12 +89,9 @@ def test_true_points_lie_in_plane_on_line_and_curve_with_lens(one, other, base):
     n = epipolar.plane(left, right, p)
     assert np.abs(np.sum(n * X, axis=1)).max() < 1e-9
     assert np.abs(epipolar.distance(left, right, p, q)).max() < 1e-6
-    depths = -(X @ rotation.matrix(*one)[2])
     for k in (0, 1):
         by_height = epipolar.curve(left, right, p[k], [X[k, 2]])
-        by_depth = epipolar.curve(left, right, p[k], depths=[depths[k]])
         np.testing.assert_allclose(by_height, q[k : k + 1], atol=1e-6)
-        np.testing.assert_allclose(by_depth, q[k : k + 1], atol=1e-6)
 
 
 def test_the_lens_bends_the_curve_and_without_it_it_is_straight():
@@ -185,18 +182,9 @@ PIXEL_34 = (3.0, 4)
         (lambda: epipolar.curve(*SAME, PIXEL_34, [0.0]), "have the same station"),
         (lambda: epipolar.plane(*along_the_base()), r"pixels\[1\] look along the base"),
         (lambda: epipolar.line(*parallel()), "parallel to the right photo"),
-        (lambda: epipolar.curve(*two(), PIXEL_34), "either heights or depths"),
-        (
-            lambda: epipolar.curve(*two(), PIXEL_34, [0.0], depths=[900.0]),
-            "either heights or depths",
-        ),
         (
             lambda: epipolar.curve(*two(), PIXEL_34, [0.0, 2000.0]),
             r"does not reach heights\[1\]",
-        ),
-        (
-            lambda: epipolar.curve(*two(), PIXEL_34, depths=[-5.0]),
-            r"depths\[0\] are not in front",
         ),
     ],
 )

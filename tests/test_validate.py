@@ -50,7 +50,6 @@ def test_points_that_are_none_are_named(values, message):
         (lambda: _validate.window_shapes(np.eye(3), 2), r"shape must be \(\(a1, a2\)"),
         (lambda: _validate.flag(1, "back"), "back must be True or False; got 1"),
         (lambda: _validate.instance(3, Camera, "lens"), "lens must be a Camera; got 3"),
-        (lambda: _validate.function(3, "draw"), "draw must be a function; got 3"),
         (lambda: _validate.several("ab", "names"), "names must be a sequence of valu"),
         (lambda: _validate.mapping([1], "photos"), "photos must be a mapping"),
         (lambda: _validate.texts(["a"], "names", 2), "names must be 2 texts; got 1"),

@@ -62,7 +62,6 @@ def aerial_pair(
     cell: float = 0.15,
     buildings: int | None = None,
     trees: int | None = None,
-    water: bool = False,
     camera: Camera = CAMERA,
 ) -> AerialPair:
     """Two photos flown as in Harintaka (2020), or the same part of both.
@@ -82,7 +81,7 @@ def aerial_pair(
         Standard deviation of the noise, in grey values.
     seed : int
         Seed of landscape and noise.
-    relief, cell, buildings, trees, water
+    relief, cell, buildings, trees
         As in `landscape`. Open fields, mixed ground and wood are the thirds, from west
         to east, of the ground that both photos show.
     camera : Camera
@@ -124,7 +123,6 @@ def aerial_pair(
         trees=trees,
         seed=seed,
         borders=(west + third, east - third),
-        water=water,
     )
     surface = Surface(land.dsm)
     (left, a), (right, b) = render(land, surface, frames, part, sigma, seed)

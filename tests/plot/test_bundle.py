@@ -57,7 +57,7 @@ def head(ax):
 
 def test_figures_of_a_real_adjustment():
     nine_photos = bundle.adjust(real())
-    _, below = plot.bundle.lens_curve(nine_photos, decentring=True).axes
+    _, below = plot.bundle.lens_curve(nine_photos).axes
     r, half = below.lines[0].get_data()
     assert np.all(np.diff(half[r > 2]) > 0)
     # K1 alone, as if it were not correlated, would say three times as much

@@ -14,7 +14,7 @@ from tests.networks import real
 STATUS = ["accepted"] * 45 + [*matching.STATUSES]
 MATCHED = photos.result(len(STATUS), STATUS, shift=(-5.0, 1.0))
 FIGURES = {
-    "lens_curve": lambda r: plot.bundle.lens_curve(r, decentring=True),
+    "lens_curve": plot.bundle.lens_curve,
     "all residual_vectors": plot.bundle.residual_vectors,
     "some residual_vectors": lambda r: plot.bundle.residual_vectors(r, [0, 5]),
     "side_by_side": lambda _: plot.matches.side_by_side(*photos.pair(), MATCHED),

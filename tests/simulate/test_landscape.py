@@ -12,7 +12,6 @@ from pgm_lab.simulate.landscape import (
     ELEVATION,
     OPEN,
     TREE,
-    WATER,
     _shadow,
 )
 
@@ -21,7 +20,7 @@ BOX = (-60.0, -40.0, 60.0, 40.0)
 
 @pytest.fixture(scope="module")
 def land():
-    return landscape(BOX, cell=0.2, water=True)
+    return landscape(BOX, cell=0.2)
 
 
 def test_ground_has_the_relief_asked_for_and_its_corner_and_size(land):
@@ -33,8 +32,7 @@ def test_ground_has_the_relief_asked_for_and_its_corner_and_size(land):
 
 def test_objects_stand_on_the_ground_and_open_ground_is_bare(land):
     higher = land.dsm - land.dtm
-    for kind in (OPEN, WATER):
-        assert np.abs(higher[land.kind == kind]).max() == 0
+    assert np.abs(higher[land.kind == OPEN]).max() == 0
     assert higher[land.kind == BUILDING].min() > 2
     assert higher[land.kind == TREE].min() >= 0.5 - 1e-4
     assert higher.max() < 25
@@ -46,16 +44,6 @@ def test_open_mixed_and_wooded_ground_lie_side_by_side(land):
     assert list(zone[[0, 300, 599]]) == [0, 1, 2]
     trees = [(land.kind[:, zone == k] == TREE).mean() for k in range(3)]
     assert trees[0] < 0.06 < trees[1] < 0.25 < 0.4 < trees[2] < 0.8
-
-
-def test_water_is_level_without_texture_and_has_no_step_at_its_bank(land):
-    water = land.kind == WATER
-    assert water.sum() * land.cell**2 > 50
-    assert np.ptp(land.dtm[water]) < 1e-4
-    shore = cv2.erode(water.astype(np.uint8), np.ones((5, 5))) > 0
-    assert land.grey[shore].std() < 6  # a tree may throw its shadow
-    bank = (cv2.dilate(water.astype(np.uint8), np.ones((3, 3))) > 0) & ~water
-    assert np.abs(land.dtm[bank] - land.dtm[water].mean()).max() < 0.1
 
 
 def test_so_many_trees_and_houses_as_asked_for():
