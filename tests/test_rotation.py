@@ -284,7 +284,6 @@ def test_mirror_or_flat_matrix_has_no_nearest_rotation():
 @pytest.mark.parametrize(
     ("function", "arguments", "message"),
     [
-        (rotation.matrix, ([0, 1], [0, 1, 2], 0), r"omega, phi, kappa must broadcast"),
         (rotation.from_quaternion, ([2, 0, 0, 0],), "length 1; it differs by up to 1,"),
         (rotation.angles, (np.eye(3) + 0.01,), r"M is not a rotation: .* 0\.02, more"),
         (rotation.angles, (M.round(5),), "For a matrix copied from print, set the tol"),

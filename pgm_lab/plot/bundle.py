@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from pgm_lab import _validate
 from pgm_lab._rounding import round_number, two_digits
 from pgm_lab.bundle.lens import profile
 from pgm_lab.bundle.reliability import critical_value
@@ -91,11 +90,6 @@ def residual_vectors(
         RMS.
     magnify : float, optional
         Factor by which the residuals are enlarged; default: a suitable round number.
-
-    Raises
-    ------
-    ValueError
-        If a photo has no observations.
     """
     network = result.network
     v = UM * result.residuals  # computed - observed
@@ -108,10 +102,7 @@ def residual_vectors(
     if photo is None:
         shown = np.sort(np.argsort(-rms, kind="stable")[:MAX_PHOTOS])
     else:
-        shown = _validate.indices(np.atleast_1d(photo), m, "photo")
-        _validate.refuse(
-            count[shown] == 0, "photo{} has no observations: nothing to draw"
-        )
+        shown = np.atleast_1d(photo)
     width = np.ptp(network.xy, axis=0).max()
     if magnify is None:
         usual = np.quantile(np.hypot(*v.T), 0.9) or 1.0  # µm

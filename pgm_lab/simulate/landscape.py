@@ -125,11 +125,6 @@ def landscape(
         Where mixed ground and where the wood begin, in m; default: thirds of the
         extent.
 
-    Raises
-    ------
-    ValueError
-        If the extent is less than 2 m wide, or the cells are more than 10^8.
-
     Notes
     -----
     Elevation model: the Jacksboro fault (``data/README.md``), its posts put 20 m apart.
@@ -142,11 +137,6 @@ def landscape(
     ((80, 120), '40 m', True)
     """
     west, south, east, north = np.asarray(extent, dtype=float)
-    if east - west < 2 or north - south < 2:
-        raise ValueError(
-            "extent must be (X least, Y least, X most, Y most), 2 m wide or more; got"
-            f" {extent}"
-        )
     shape = int(np.ceil((north - south) / cell)), int(np.ceil((east - west) / cell))
     _validate.size("extent", *shape)
     third = (east - west) / 3

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from pgm_lab import datasets, rotation, simulate
+from pgm_lab import rotation, simulate
 from pgm_lab.camera import Camera, collinearity, project
 from pgm_lab.orientation import intersect
 from pgm_lab.orientation.rays import angle_between_rays, rays
@@ -265,17 +265,3 @@ def test_angle_is_that_of_the_photos_that_show_the_point():
     d /= np.linalg.norm(d, axis=-1, keepdims=True)
     expected = np.arccos([d[0, 0] @ d[1, 0], d[0, 1] @ d[2, 1]])
     np.testing.assert_allclose(found.angle, expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize(("unit", "misses"), [(np.pi / 180, 8), (1.0, 0)])
-def test_rays_of_2010_miss_each_other_in_degrees_as_lesson_5_says(unit, misses):
-    exteriors = datasets.bani2010_intersection()["exterior"] * [1, 1, 1, *3 * [unit]]
-    vectors = [
-        np.insert(xy, 2, -18.5558, axis=1) @ rotation.matrix(*e[3:])
-        for xy, e in zip(datasets.bani2010().photo, exteriors)
-    ]
-    normal = np.cross(*vectors)
-    base = exteriors[1, :3] - exteriors[0, :3]
-    apart = np.abs(normal @ base) / np.linalg.norm(normal, axis=1)
-    assert np.sum(apart > 1.8) == misses  # the ten points are 1.73 apart at most
-    assert unit < 1 or apart.max() < 0.02

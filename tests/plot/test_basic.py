@@ -83,11 +83,6 @@ def test_table_has_a_caption_heads_and_escaped_cells(published):
     assert data["text/plain"] == "Two points\npoint  x (mm)\nA<B    1.5\nC      2"
 
 
-def test_table_with_a_short_row_is_refused(published):
-    with pytest.raises(ValueError, match="row 1 has 1 cells, the header has 2"):
-        plot.table(["a", "b"], [[1, 2], [3]], "Short")
-
-
 @pytest.mark.parametrize(
     ("text", "number"),
     [

@@ -168,18 +168,3 @@ def test_photos_of_a_block_overlap_as_asked():
         X = photo.exterior[0] - photo.exterior[2] / rays[:, 2] * rays[:, 0]
         assert land.corner[0] < X.min()
         assert X.max() < land.corner[0] + land.cell * land.dsm.shape[1]
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (dict(part=(5000, 100)), "part must be"),
-        (dict(overlap=0.3), "overlap must be from 0.5"),
-        (dict(overlap=1), "overlap must be from 0.5"),
-    ],
-)
-def test_what_no_flight_has_is_refused(change, message):
-    with pytest.raises(ValueError, match=message):
-        aerial_pair(**(dict(part=(24, 16)) | change))
-    with pytest.raises(ValueError, match=message):
-        aerial_block(1, 2, **(dict(part=(24, 16)) | change))

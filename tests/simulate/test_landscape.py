@@ -74,12 +74,3 @@ def test_shadow_of_a_pole_falls_away_from_the_sun_as_long_as_it_is_high():
     right, up = (columns[end] - 61) * 0.25, (61 - rows[end]) * 0.25
     assert np.hypot(right, up) == pytest.approx(10 / np.tan(ELEVATION), abs=0.8)
     assert np.arctan2(-right, -up) % (2 * np.pi) == pytest.approx(AZIMUTH, abs=0.08)
-
-
-@pytest.mark.parametrize(
-    ("extent", "message"),
-    [((0, 0, 0, 5), "extent must be"), ((0, 0, 9000, 9000), "the limit is 10")],
-)
-def test_extents_too_small_or_too_large_are_refused(extent, message):
-    with pytest.raises(ValueError, match=message):
-        landscape(extent)

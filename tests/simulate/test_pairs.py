@@ -123,9 +123,3 @@ def test_haze_takes_contrast_and_adds_light_smoothly():
     assert kept.max() == pytest.approx(1, abs=0.01)
     change = np.diff((hazy.sensed - light) / (clear.sensed - light), axis=1)
     assert np.quantile(np.abs(change), 0.999) < 0.6 * 2 * np.pi * 2.5 / 300 / 2 * 2
-
-
-def test_a_scene_that_the_data_type_cannot_hold_is_refused():
-    scene = datasets.landsat().grey[:400, :400]
-    with pytest.raises(ValueError, match="8 bits hold 0 to 255; stretch it first"):
-        simulate.ortho_pair(scene, (1, 1), 4, dtype=np.uint8)
