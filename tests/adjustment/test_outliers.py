@@ -8,7 +8,7 @@ from pytest import approx
 from scipy import stats
 
 from pgm_lab.adjustment import adjust, critical_tau, critical_w
-from pgm_lab.adjustment.outliers import NAMES, distribution, residual_test
+from pgm_lab.adjustment.outliers import NAMES, residual_test
 
 
 def test_the_limit_of_w_is_the_one_of_the_tables():
@@ -55,16 +55,6 @@ def test_the_limit_of_tau_grows_to_that_of_w_and_stays_below_the_root_of_r():
     limits = critical_tau(r)
     assert np.all(np.diff(limits) > 0) and np.all(limits < np.sqrt(r))
     assert limits[-1] < critical_w() and critical_w() - limits[-1] < 0.003
-
-
-def test_the_distributions_have_the_limits_at_alpha():
-    assert 2 * distribution("tau", 7).sf(critical_tau(7, 0.02)) == approx(0.02)
-    assert 2 * distribution("w", 7).sf(critical_w(0.02)) == approx(0.02)
-    assert distribution("tau", 7).pdf(7**0.5 + 0.01) == 0
-    with pytest.raises(ValueError, match="test must be one of 'w', 'tau'"):
-        distribution("t", 7)
-    with pytest.raises(ValueError, match="redundancy"):
-        distribution("tau", 1)
 
 
 def mean(x):
