@@ -222,20 +222,8 @@ def from_matches(
     chosen = _validate.point_list(left_points, "left_points")
     n = len(chosen)
     names = (*range(n),) if points is None else (*_validate.several(points, "points"),)
-    for name in (left, *names, *_validate.mapping(matches, "matches")):
-        if not isinstance(name, Hashable) or name is None or name != name:
-            raise ValueError(
-                "left, points and photos of matches must be names such as strings or"
-                f" numbers; got {_validate.shown(name)}"
-            )
     if len(names) != n or len(set(names)) != n:
         raise ValueError(f"points must be {n} different names; got {len(names)}")
-    for match in matches.values():
-        if not isinstance(match, Match):
-            raise ValueError(
-                "matches must be results of ncc.match, lsm.match or matching.match; got"
-                f" {_validate.shown(match)}"
-            )
     if left in matches:
         raise ValueError(f"photo {left!r} is the left one: it cannot match itself")
     of_left, count = np.zeros((n, 2, 2)), np.zeros(n, int)

@@ -310,7 +310,7 @@ def assert_is_the_truth(found, right):
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, 2, *(pytest.param(s, marks=pytest.mark.slow) for s in range(3, 10))]
+    "seed", [0, *(pytest.param(s, marks=pytest.mark.slow) for s in range(1, 5))]
 )
 def test_sign_of_a_missing_base_is_found_and_a_wrong_one_refused(seed):
     right, images = random_pair(np.random.default_rng([63, seed]))
