@@ -17,7 +17,7 @@ from pgm_lab.camera import PARAMETERS
 from pgm_lab.camera.files import CameraFile
 from pgm_lab.command import main
 from tests.command.conftest import no_work
-from tests.networks import real
+from tests.networks import jaicov_9x50, real
 
 INTERIOR, EXTERIOR, POINTS, IMAGE = range(4)
 ABOUT = "From interior.txt, exterior.txt, points.txt, image.txt."
@@ -257,7 +257,7 @@ def test_the_sample_gives_what_another_program_found(capsys):
     files = [datasets.folder() / "sample" / name for name in bundle.files.NAMES]
     assert main(["adjust", *map(str, files), "--lens", "forward"]) == 0
     output = capsys.readouterr()
-    data = datasets.jaicov_9x50()
+    data = jaicov_9x50()
     assert f"redundancy {data.redundancy}" in output.out and output.err == ""
     for name, value in zip(PARAMETERS[:3], data.adjusted_interior):
         shown = re.search(rf"^{name} +(-?[0-9.]+)", output.out, re.M)[1]
@@ -265,7 +265,7 @@ def test_the_sample_gives_what_another_program_found(capsys):
 
 
 def test_the_sample_is_the_network_of_the_tables():
-    data = datasets.jaicov_9x50()
+    data = jaicov_9x50()
     files = [datasets.folder() / "sample" / name for name in bundle.files.NAMES]
     network = bundle.read(*files, lens="forward")
     for name in ("exteriors", "points", "photo", "point", "xy", "sigma"):

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pgm_lab import bundle, datasets, report, simulate
+from pgm_lab import bundle, report, simulate
 from pgm_lab.camera import Camera
 from pgm_lab.report.network import Case, doubt, findings
-from tests.networks import real, small
+from tests.networks import jaicov_9x50, real, small
 
 
 def jaicov():
-    data = datasets.jaicov_9x50()
+    data = jaicov_9x50()
     camera = Camera(*data.interior)
     measured = data.photo, data.point, data.xy, data.sigma
     return bundle.Network(camera, data.exteriors, data.points, *measured)
