@@ -162,12 +162,12 @@ def depths(
     kept, known = np.isfinite(Z), np.isfinite(off)
     low, high = places.min(axis=0) - 10, places.max(axis=0) + 10
     below: tuple = (off, "error / sd", {"cmap": "RdBu", "vmin": -4, "vmax": 4})
-    title, said = "", "their standard deviation."
+    said = "their standard deviation."
     if known.any():
         share = 100 * np.mean(np.abs(off[known]) <= 3)
         # 1 if the predicted standard deviations are true; wrong matches hardly count
         typical = np.median(np.abs(off[known])) / 0.6745
-        title = f"typical error: {typical:.2f} standard deviations"
+        axes[1].set_xlabel(f"typical error: {typical:.2f} sd", fontsize=18)
         said = (
             f"their error over its standard deviation, typically {typical:.2f}."
             f" {share:.0f} % lie within three standard deviations; the others are"
@@ -177,11 +177,11 @@ def depths(
         below = (1000 * sd, "sd (mm)", {"cmap": "cividis_r"})
     above: tuple = (-Z, "depth (m)", {"cmap": "viridis_r"})
     for ax, (values, name, look) in zip(axes, (above, below)):
-        _bare(ax, image, title if ax is axes[1] else "")
+        _bare(ax, image, "")
         drawn = ax.scatter(*places[kept].T, c=values[kept], s=9, marker="s", **look)
         bar = fig.colorbar(drawn, ax=ax)
         bar.set_label(name, fontsize=18)
-        bar.ax.tick_params(labelsize=17)
+        bar.ax.tick_params(labelsize=18)
         ax.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
     plot.show(
         fig,
