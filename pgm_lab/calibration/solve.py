@@ -7,7 +7,7 @@ each photo has a variance component of its own, q^2, which is added to the covar
 of its corners, and estimated from their residuals (Foerstner 1979).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -219,7 +219,9 @@ def calibrate(
     size = good[0].image_size
 
     # Start values: c by homographies, the stations by resection
-    lens = Camera(_start_c(good, board, size) * pixel_size, lens="forward")
+    points = (board.points[one.ids] for one in good)
+    c = start_c(points, (one.pixels for one in good), size)
+    lens = Camera(c * pixel_size, lens="forward")
     exteriors = np.array(
         [_start_exterior(one, board, lens, pixel_size) for one in good]
     )
@@ -359,11 +361,16 @@ def _shown(values: tuple | None) -> str:
     return " ".join(known) or "not stated"
 
 
-def _start_c(photos: Sequence[Measured], board: Board, size: tuple[int, int]) -> float:
-    """Principal distance in pixels by the homographies of the photos (Zhang 2000)."""
-    points = [(board.points[one.ids] @ TO_OPENCV).astype("f4") for one in photos]
-    pixels = [one.pixels[:, None].astype("f4") for one in photos]
-    c = cv2.initCameraMatrix2D(points, pixels, size)[0, 0]
+def start_c(
+    points: Iterable[np.ndarray], pixels: Iterable[np.ndarray], size: tuple[int, int]
+) -> float:
+    """Principal distance in pixels by homographies of flat boards (Zhang 2000).
+
+    points (n, 3) and pixels (n, 2) of each photo, size its columns and rows.
+    """
+    flat = [(one @ TO_OPENCV).astype("f4") for one in points]
+    seen = [one[:, None].astype("f4") for one in pixels]
+    c = cv2.initCameraMatrix2D(flat, seen, size)[0, 0]
     usual = max(size)  # a phone's; fronto-parallel photos have no c in them
     return float(c) if 0.2 * usual < c < 20 * usual else float(usual)
 

@@ -148,19 +148,19 @@ class Case:
         for name in PARAMETERS:
             value, sd = getattr(self.found.camera, name), self.sd.get(name)
             scale = self.found.camera.c ** POWERS.get(name, 0)
-            if UNITS.get(name) == "mm":
+            if UNITS[name] == "mm":
                 scale = 1 / self.found.pixel_size
             cells: list[str] = []
             for by in (1.0, scale):
                 v = np.array([by * value])
                 if not sd:
                     cells += f"{v[0]:.6g}", "held"
-                elif UNITS.get(name) == "mm":
+                elif UNITS[name] == "mm":
                     d = np.array([by * sd])
                     cells += rounded(v, d)[0], rounded(d, d)[0]
                 else:
                     cells += scientific(v[0], by * sd)
-            rows.append([name, *cells[:2], UNITS.get(name, "-"), *cells[2:]])
+            rows.append([name, *cells[:2], UNITS[name], *cells[2:]])
         header = ["parameter", "value", "sd", "unit", "in px, or for x / c", "sd"]
         kept = [0, 4, 5] if self.nominal else range(6)  # such mm mean nothing
         shown = [[row[i] for i in kept] for row in rows]

@@ -217,6 +217,18 @@ def test_colmap_sees_the_same_with_pixel_centres_at_a_half(K3):
     np.testing.assert_allclose(seen - 0.5, pixels(lens), rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("K3", [0.0, PHONE.K3])
+def test_pycolmap_sees_the_same(K3):
+    pycolmap = pytest.importorskip("pycolmap")
+    lens = replace(PHONE, K3=K3)
+    _, model, *numbers = files.exchange(of(lens), "colmap").splitlines()[-1].split()
+    width, height, *params = map(float, numbers)
+    size = {"width": int(width), "height": int(height)}
+    theirs = pycolmap.Camera(model=model, params=params, **size)
+    seen = theirs.img_from_cam(POINTS * (1, -1, -1))
+    np.testing.assert_allclose(seen - 0.5, pixels(lens), rtol=0, atol=1e-9)
+
+
 def metashape_project(text):
     """Appendix "Camera models" of Agisoft's manual: frame cameras."""
     found = ElementTree.fromstring(text.encode())
