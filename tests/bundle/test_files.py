@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from pgm_lab import bundle
 from pgm_lab.camera import Camera
 from pgm_lab.camera.files import CameraFile
-from pgm_lab.io import files as _files
 from pgm_lab.io import text as _text
 from tests.networks import real
 
@@ -62,10 +61,6 @@ def test_ids_of_any_value_in_any_order_become_indices_and_names(tmp_path):
     assert network.sigma[3].tolist() == [0.003, 0.001]
     # positions, then angles
     assert network.exteriors[1].tolist() == [300, 0, 1000, 0.1, 0, 3.1]
-
-
-def test_the_network_of_2013_is_read_bit_by_bit(tmp_path, muliawan):
-    assert same(bundle.read(*bundle.write(muliawan, tmp_path)), muliawan)
 
 
 @settings(max_examples=30, deadline=None)
@@ -235,20 +230,6 @@ def test_an_empty_file_and_a_missing_one_are_named(tmp_path, name):
         bundle.read(*paths)
 
 
-def test_a_folder_is_no_file(tmp_path):
-    paths = files(tmp_path)
-    with pytest.raises(OSError, match=tmp_path.name):
-        bundle.read(tmp_path, *paths[1:])
-
-
-@pytest.mark.parametrize(
-    "head", [b"\x89PNG\r\n\x1a\n\0\0", b"PK\x03\x04", b"%PDF-1\n\x01"]
-)
-def test_a_binary_file_is_called_so(tmp_path, head):
-    with pytest.raises(ValueError, match="this is not text"):
-        bundle.read(*files(tmp_path, points=head + bytes(range(256))))
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("rubbish")
@@ -288,18 +269,6 @@ def test_what_the_files_have_no_place_for_is_not_written(tmp_path, muliawan):
     assert not (tmp_path / "out").exists()
 
 
-def test_an_existing_file_is_replaced_only_on_demand(tmp_path, muliawan):
-    old = tmp_path / "points.txt"
-    old.write_text("mine")
-    with pytest.raises(FileExistsError, match="points.txt already exists"):
-        bundle.write(muliawan, tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["points.txt"]
-    assert old.read_text() == "mine"
-    paths = bundle.write(muliawan, tmp_path, overwrite=True)
-    assert [path.name for path in paths] == list(NAMES)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
-
-
 @pytest.mark.parametrize(
     "names, words",
     [
@@ -321,35 +290,6 @@ def test_names_that_read_would_refuse_are_not_written(tmp_path, names, words):
     else:
         ids = bundle.read(*bundle.write(network, out)).photo_names
         assert ids == tuple(map(int, names))
-
-
-@pytest.mark.parametrize("error", [OSError(28, "No space left"), KeyboardInterrupt()])
-@pytest.mark.parametrize("step", ["open", "replace"])
-@pytest.mark.parametrize("nth", range(1, 5))
-def test_all_four_files_are_replaced_or_none(
-    tmp_path, muliawan, monkeypatch, error, step, nth
-):
-    """New points beside old image points would be another network."""
-    old = files(tmp_path)
-    (tmp_path / NAMES[2]).unlink()  # one that was not there
-    before = {path: path.read_bytes() for path in old if path.exists()}
-    original, calls = getattr(_files.Path, step), []
-
-    def fails(self, *arguments, **options):
-        if self.suffix == ".part" and arguments[:1] != ("r",):
-            calls.append(self)
-            if len(calls) == nth:
-                raise error
-        return original(self, *arguments, **options)
-
-    monkeypatch.setattr(_files.Path, step, fails)
-    with pytest.raises(type(error)):
-        bundle.write(muliawan, tmp_path, overwrite=True)
-    monkeypatch.undo()
-    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
-    bundle.write(muliawan, tmp_path, overwrite=True)
-    assert same(bundle.read(*old), muliawan)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(NAMES)
 
 
 # A comma is a decimal one only where something else separates

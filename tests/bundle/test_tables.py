@@ -124,15 +124,6 @@ def test_a_covariance_that_is_none_is_refused(covariance, message):
         replace(of(), sigma=None, covariance=covariance)
 
 
-def test_sigma_beside_another_covariance_is_refused():
-    with pytest.raises(ValueError, match="sigma and covariance say different things"):
-        replace(of(), covariance=C)
-    both = replace(of(), sigma=None, covariance=C)
-    assert replace(both, fixed=[0]).covariance.shape == (4, 2, 2)
-    with pytest.raises(ValueError, match="sigma and covariance say different things"):
-        replace(both, sigma=0.001)
-
-
 def test_some_photos_of_the_real_network_adjust_as_if_only_they_had_been_taken():
     network, some = real(), [0, 3, 5, 6, 7]
     kept = np.isin(network.photo, some)
@@ -175,19 +166,3 @@ def test_points_that_lose_their_rays_go_with_all_that_was_said_of_them():
         (same,) = np.flatnonzero((network.photo == photo) & (network.point == point))
         equal(part.xy[ray], network.xy[same])
         equal(part.sigma[ray], network.sigma[same])
-
-
-def test_a_known_point_needs_fewer_rays_to_stay():
-    network = small(photos=3, points=8)
-    lonely = (network.point == 0) & (network.photo > 0)
-    network = network.without(np.flatnonzero(lonely))
-    assert 1 not in network.only([0, 1]).point_names
-    known = replace(network, control=([0], network.points[[0]], [[1, np.inf, np.inf]]))
-    assert 1 in known.only([0, 1]).point_names
-    assert 1 not in known.only([1, 2]).point_names
-    assert known.only([1, 2]).control is None
-
-
-def test_only_wants_indices_of_photos():
-    with pytest.raises(ValueError, match="photos must be indices from 0 to 8"):
-        real().only([1, 9])

@@ -146,21 +146,6 @@ def test_a_foreign_file_is_refused(tmp_path, content):
         files.read(tmp_path / "x.json")
 
 
-@pytest.mark.parametrize(
-    "change, words",
-    [
-        ({"camera": "camera.json"}, "must be a Camera"),
-        ({"image_size": (4032.5, 3024)}, "image_size must be"),
-        ({"pixel_size": 1.4}, "are all in mm"),
-        ({"covariance": np.eye(3)}, r"must have shape \(8, 8\)"),
-        ({"estimate": "c"}, "estimate must be"),
-    ],
-)
-def test_what_read_would_refuse_is_not_made(change, words):
-    with pytest.raises(ValueError, match=words):
-        replace(FILE, **change)
-
-
 # --- Other programs ---
 
 

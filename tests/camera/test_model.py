@@ -247,18 +247,3 @@ def test_bad_input_to_the_collinearity_equations_is_named(change, message):
     }
     with pytest.raises(ValueError, match=message):
         cam.collinearity(**(good | change))
-
-
-def test_no_points_give_empty_results():
-    camera, nothing = Camera(*INTERIOR), np.empty((0, 3))
-    assert cam.project(camera, EXTERIOR, nothing).shape == (0, 2)
-    result = cam.collinearity(camera, EXTERIOR, nothing, np.empty((0, 2)))
-    assert result.interior.shape == (0, 2, 10) and result.point.shape == (0, 2, 3)
-
-
-def test_camera_cannot_be_changed_and_compares_by_value():
-    camera = Camera(35, K1=1e-4)
-    assert camera == Camera(35.0, K1=1e-4) and isinstance(camera.c, float)
-    with pytest.raises(AttributeError):
-        camera.c = 3.0
-    assert list(camera.interior[:4]) == [35.0, 0.0, 0.0, 1e-4]

@@ -101,30 +101,6 @@ def test_a_network_all_in_another_unit_is_noticed_too(scale, words):
     assert words in doubt(odd).words
 
 
-def resized(farthest):
-    """The network of 2013 in a unit that puts its farthest image point there."""
-    whole = real()
-    scale = farthest / np.hypot(*whole.xy.T).max()
-    return replace(whole, cameras=Camera(35.0 * scale), xy=scale * whole.xy)
-
-
-def multiplied(times):
-    perfect = simulated(Camera(35.0), 9, 50)
-    return replace(perfect, xy=times * perfect.xy)
-
-
-LIMITS = {  # which network, its numbers, and the numbers that are doubted
-    "sizes no camera has": (resized, (0.24, 0.26, 299.0, 301.0), (0.24, 301.0)),
-    "thrice": (multiplied, (1 / 3.1, 1 / 2.9, 2.9, 3.1), (1 / 3.1, 3.1)),
-    "10 nm": (lambda sigma: replace(real(), sigma=sigma), (9e-6, 1.1e-5), (9e-6,)),
-}
-
-
-@pytest.mark.parametrize("make, numbers, doubted", LIMITS.values(), ids=LIMITS.keys())
-def test_limits_of_doubt(make, numbers, doubted):
-    assert tuple(x for x in numbers if doubt(make(x)) is not None) == doubted
-
-
 @pytest.mark.parametrize("kind", ["metres", "exchanged"])
 def test_headline_and_first_finding_say_so(kind):
     """The headline was once "about 2870 times better than stated"."""
