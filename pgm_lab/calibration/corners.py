@@ -112,7 +112,7 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
     found.status[large] = "too near the border"
     axis = np.arange(-half, half + 1)
     offset = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    i, place, x = np.flatnonzero(large), near[large], None
+    i, place, start = np.flatnonzero(large), near[large], None
     # Once from where it was detected, then on in a window around the corner itself
     for _ in range(2):
         middle = np.floor(place + 0.5).astype(int)
@@ -120,18 +120,18 @@ def refine(grey: ArrayLike, near: ArrayLike, radius: ArrayLike) -> Corners:
         inside = np.all((middle >= half) & (middle < size - half), axis=1)
         found.status[i[~inside]] = "too near the border"
         i, place, middle = i[inside], place[inside], middle[inside]
-        x = None if x is None else x[inside]
+        start = None if start is None else start[inside]
         if not len(i):
             return found
         # Windows (k, n) of grey values, by offsets from the whole pixel
         g = grey[middle[:, 1:] + offset[:, 1], middle[:, :1] + offset[:, 0]]
-        fit = _fit(g, offset, place - middle, reach[i], x)
+        fit = _fit(g, offset, place - middle, reach[i], start)
         found.status[i] = fit.status
         good = fit.status == "measured"
-        i, x = i[good], fit.x[good]
-        place = middle[good] + x[:, :2]
+        i, start = i[good], fit.x[good]
+        place = middle[good] + start[:, :2]
     found.pixels[i], found.covariance[i] = place, fit.covariance[good]
-    found.blur[i] = x[:, 4]
+    found.blur[i] = fit.x[good, 4]
     return found
 
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from pgm_lab import _validate, bundle
+from pgm_lab import bundle
 from pgm_lab._rounding import fixed, rounded, scientific
 from pgm_lab.calibration import Calibration, quality
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import _page, _tables
-from pgm_lab.report._page import Finding, Table, as_html, as_text
+from pgm_lab.report._page import Table, as_html, as_text
 from pgm_lab.report._tables import UNITS
 
 __all__ = ["html", "text"]
@@ -45,7 +45,7 @@ def html(found: Calibration, *, about: str = "", nominal: bool = False) -> str:
     """
     from pgm_lab.report import _figures  # matplotlib only when it is needed
 
-    case = _case(found, about, nominal)
+    case = Case(found, nominal)
     names = {*(one.name for one in found.photos), *found.left_out, about} - {""}
     draw = _figures.of_calibration(case)
     return as_html(TITLE, case.sections(about, False, draw), names)
@@ -55,41 +55,23 @@ def text(
     found: Calibration, *, about: str = "", nominal: bool = False, short: bool = False
 ) -> str:
     """Report a calibration in plain text; `short` leaves out the tables of photos."""
-    case = _case(found, about, nominal)
-    return as_text(TITLE, case.sections(about, _validate.flag(short, "short")))
+    return as_text(TITLE, Case(found, nominal).sections(about, short))
 
 
-def _case(found: Calibration, about: str, nominal: bool) -> "Case":
-    _validate.instance(found, Calibration, "found")
-    _validate.instance(about, str, "about")
-    return Case(found, _validate.flag(nominal, "nominal"))
-
-
-class Case:
+class Case(_page.Case):
     """What the sentences of the report need to know of a calibration."""
 
+    NAME = "calibration"
     suspects = ()  # data snooping has rejected them
 
     def __init__(self, found: Calibration, nominal: bool) -> None:
         self.found, self.result, self.nominal = found, found.result, nominal
         self.network = found.result.network
 
-    def sections(self, about: str, short: bool, draw: Any = None) -> list:
-        """Collect the report, the summary first."""
-        values = self._values | {"findings": self.findings}
-        values |= {"about": about, "short": short}
-        return _page.sections("calibration.j2", values, draw)
-
     @property
-    def _values(self) -> dict[str, Any]:
-        """What both templates use."""
-        values = {"case": self, "found": self.found, "result": self.result}
-        return values | _page.constants(__name__)
-
-    @property
-    def findings(self) -> list[Finding]:
-        """All warnings; none when nothing is wrong."""
-        return _page.sections("calibration_findings.j2", self._values)[0].findings
+    def values(self) -> dict[str, Any]:
+        """What both templates are given."""
+        return super().values | {"found": self.found, "result": self.result}
 
     # --- The camera ---
 

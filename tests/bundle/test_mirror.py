@@ -42,7 +42,9 @@ def looking_along_z(network):
 
 
 def found(result):
-    return {finding.title: finding.words for finding in network_report.findings(result)}
+    return {
+        finding.title: finding.words for finding in network_report.Case(result).findings
+    }
 
 
 @pytest.mark.parametrize("lens", ["real backward", "backward backward"])

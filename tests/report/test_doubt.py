@@ -7,7 +7,7 @@ import pytest
 
 from pgm_lab import bundle, datasets, report, simulate
 from pgm_lab.camera import Camera
-from pgm_lab.report.network import Case, doubt, findings
+from pgm_lab.report.network import Case, doubt
 from tests.networks import real, small
 
 
@@ -107,7 +107,7 @@ def test_headline_and_first_finding_say_so(kind):
     network = real()
     change, words = WRONG[kind]
     result = bundle.adjust(replace(network, xy=change(network.xy)))
-    said = findings(result)
+    said = Case(result).findings
     assert said[0].title == "Image coordinates" and words in said[0].words
     titles = {one.title for one in said}
     assert not {"Stated standard deviations", "Mirrored image"} & titles
@@ -130,5 +130,5 @@ def test_a_principal_distance_far_from_its_start_value_is_named(start, doubted):
     network = replace(result.network, cameras=camera, exteriors=exteriors)
     found = replace(result, network=network)
     assert (Case(found).changed_c is not None) == doubted
-    said = dict(findings(found)).get("Principal distance", "")
+    said = dict(Case(found).findings).get("Principal distance", "")
     assert (f"34.6 mm from a start value of {start:.0f}" in said) == doubted

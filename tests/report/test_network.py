@@ -54,21 +54,25 @@ def without_redundancy(real_network):
 
 def table(result, caption):
     """Return the header and rows of the table whose caption begins so."""
-    every = [t for part in network._sections(result, "", False) for t in part.tables]
+    every = [
+        t for part in network._case(result).sections("", False) for t in part.tables
+    ]
     (found,) = [t for t in every if t.caption.startswith(caption)]
     return found.header, np.array(found.rows)
 
 
 def findings(result):
-    return dict(network.findings(result))
+    return dict(Case(result).findings)
 
 
 def summary(result):
-    return network._sections(result, "", True)[0].paragraphs[0]
+    return network._case(result).sections("", True)[0].paragraphs[0]
 
 
 def datum(result):
-    (part,) = [s for s in network._sections(result, "", True) if s.title == "Datum"]
+    (part,) = [
+        s for s in network._case(result).sections("", True) if s.title == "Datum"
+    ]
     return part.paragraphs[0]
 
 

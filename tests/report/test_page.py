@@ -119,7 +119,7 @@ def test_no_plain_formula_is_left_on_the_page(monkeypatch):
 
 
 def test_the_lines_of_a_paragraph_are_short_and_tables_are_straight(odd):
-    for part in network._sections(odd, "about", False):
+    for part in network.Case(odd).sections("about", False):
         for one in part.tables:
             assert {len(row) for row in one.rows} == {len(one.header)}
     lines = report.text(odd).splitlines()

@@ -148,7 +148,6 @@ def test_every_status_is_said_in_words_of_images():
         # Shifts between pixels are never called whole
         ({"settings": None}, "settings must say how the shifts were refined"),
         ({"model": fit(result(20))}, "model is of 20 points, and found has 40"),
-        ({"about": 3}, "about must be"),
     ],
 )
 def test_what_does_not_belong_together_is_refused(more, message):
