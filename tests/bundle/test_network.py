@@ -150,13 +150,8 @@ def test_what_the_message_advises_first_is_what_helps():
     ("changes", "message"),
     [
         ({"xy": np.zeros((3, 2))}, "photo must be whole numbers in one row of 3"),
-        ({"photo": np.zeros(72)}, "photo must be whole numbers"),
         ({"point": np.arange(72)}, "point must be indices from 0 to 11"),
         ({"sigma": 0.0}, "sigma.* must be positive"),
-        ({"sigma": np.ones(3)}, "sigma must be one number or have shape"),
-        ({"points": np.zeros((12, 2))}, r"points must have shape \(..., 3\)"),
-        ({"exteriors": np.zeros((2, 6, 6))}, r"exteriors must have shape \(rows, 6\)"),
-        ({"cameras": []}, "cameras must be one Camera or several"),
         (
             {"cameras": [Camera(30.0), Camera(30.0, lens="forward")]},
             "with the same lens direction",
@@ -172,19 +167,14 @@ def test_what_the_message_advises_first_is_what_helps():
             {"fixed": [1], "check": ([1], np.zeros((1, 3)))},
             "point 1 is in `fixed` and in `check`",
         ),
-        ({"fixed": [0.5]}, "fixed must be whole numbers"),
-        ({"control": ([1], [[0, 0, 0]])}, "control must be a tuple"),
         ({"control": ([1, 1], np.zeros((2, 3)), 1.0)}, "control has a point twice"),
         ({"control": ([1], np.zeros((1, 3)), -1.0)}, "control must have sigmas"),
-        ({"check": ([1], np.zeros((2, 3)))}, "check must have shape"),
         ({"scale_bars": [(0, 0, 5.0, 1.0)]}, "two different points"),
         ({"scale_bars": [(0, 1, 5.0, 0.0)]}, "positive distance and sigma"),
-        ({"scale_bars": [(0, 99, 5.0, 1.0)]}, "the points of scale_bars must be"),
         (
             {"points": np.zeros((12, 3)), "scale_bars": [(0, 1, 5.0, 1.0)]},
             r"scale_bars\[0\] join points with the same start",
         ),
-        ({"point_names": ["a"]}, "point_names must be 12 different names"),
         ({"photo_names": ["a"] * 6}, "photo_names must be 6 different names"),
     ],
 )
@@ -215,8 +205,6 @@ def test_nan_and_doubled_observations_are_refused_with_their_place():
         ({"datum": "free"}, "datum must be one of"),
         ({"datum": "fixed"}, "needs `fixed` or `control`"),
         ({"sigma0_prior": 0}, "sigma0_prior must be positive"),
-        ({"tolerance": 0}, "tolerance must be positive"),
-        ({"max_iterations": 0}, "max_iterations must be a whole number"),
     ],
 )
 def test_wrong_options_are_refused(options, message):

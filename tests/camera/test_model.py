@@ -116,23 +116,6 @@ def test_ideal_point_and_principal_distance_are_the_ray():
 
 
 @BOTH
-def test_one_camera_for_each_photo_is_the_same_as_photo_by_photo(lens):
-    points, exteriors = scene()
-    cameras = [Camera(*INTERIOR, lens=lens), Camera(50.0, 0.1, K1=1e-5, lens=lens)]
-    measured = np.random.default_rng(2).normal(size=(2, len(points), 2))
-    interior = np.array([camera.interior for camera in cameras])
-    together = cam.collinearity(
-        interior[:, None], exteriors[:, None], points, measured, lens=lens
-    )
-    for i in range(2):
-        alone = cam.collinearity(cameras[i], exteriors[i], points, measured[i])
-        for name in ("v", "depth", *cam.BLOCKS):
-            expected = getattr(alone, name)
-            found = getattr(together, name)[i]
-            np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-15)
-
-
-@BOTH
 @pytest.mark.parametrize("wrt", [(), ("point",), ("exterior",), ("interior", "point")])
 def test_only_the_derivatives_asked_for_are_there_and_they_are_the_same(lens, wrt):
     points, exteriors = scene()

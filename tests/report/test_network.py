@@ -179,17 +179,12 @@ def test_without_redundancy_no_number_is_invented(without_redundancy, monkeypatc
 @pytest.mark.parametrize(
     "sigma0, words",
     [
-        (1.0, "as good as stated, 1 µm in place of 1 µm."),
         (1.06, "as good as stated"),
         (0.8, "about 20 % better than stated"),
         (1.5, "about 50 % worse than stated"),
-        (0.349, "about three times better than stated"),
         (0.4, "about 2.5 times better than stated"),
-        (2.1, "about two times worse than stated"),
-        (12.1, "about twelve times worse than stated"),
         (250.0, "about 250 times worse than stated"),
         (2870.4, "sigma0 is 2870, so the image coordinates are about 2870 times worse"),
-        (2870.4, "2900 µm in place of 1 µm"),
         (1e-4, "about 10000 times better than stated"),
     ],
 )
