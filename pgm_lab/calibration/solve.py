@@ -116,21 +116,22 @@ class Calibration:
         return self.result.cameras[0]
 
     @property
+    def printed(self) -> np.ndarray:
+        """Where the board's points (n, 3) were printed, in mm."""
+        return self.board.points[list(self.result.network.point_names)]
+
+    @property
     def shape(self) -> np.ndarray:
-        """How far the board's points (n, 3) lie from where they were printed, in mm."""
-        return (
-            self.result.points
-            - self.board.points[list(self.result.network.point_names)]
-        )
+        """How far the board's points (n, 3) lie from there, in mm."""
+        return self.result.points - self.printed
 
     @cached_property
     def flat(self) -> bundle.Bundle:
         """The same observations if the board is taken for flat and exactly printed."""
-        network = self.result.network
-        points = self.board.points[list(network.point_names)]
-        everything = np.arange(len(points))
+        fixed = np.arange(len(self.printed))
+        bars = np.zeros((0, 4))
         held = replace(
-            network, points=points, fixed=everything, scale_bars=np.zeros((0, 4))
+            self.result.network, points=self.printed, fixed=fixed, scale_bars=bars
         )
         return bundle.adjust(held, self.result.estimate)
 
@@ -239,15 +240,11 @@ def calibrate(
     if estimate is None:
         b, C = result.interior[-2:], found.covariance[-2:, -2:]
         if b @ np.linalg.solve(C, b) < scipy.stats.chi2.ppf(SURE, 2):
-            network = replace(_continued(result), cameras=_square(result.cameras))
+            square = replace(result.cameras[0], b1=0.0, b2=0.0)
+            network = replace(_continued(result), cameras=(square,))
             result, q, halves = _solved(network, noise, SQUARE)
             found = Calibration(*parts, result, removed, q / pixel_size, halves)
     return found
-
-
-def _square(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
-    """The cameras without b1 and b2."""
-    return tuple(replace(one, b1=0.0, b2=0.0) for one in cameras)
 
 
 def _weighted(

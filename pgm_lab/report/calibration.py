@@ -8,6 +8,7 @@ import numpy as np
 from pgm_lab import bundle
 from pgm_lab._rounding import fixed, rounded, scientific
 from pgm_lab.calibration import Calibration, quality
+from pgm_lab.calibration.solve import between_directions
 from pgm_lab.camera import PARAMETERS
 from pgm_lab.report import _page, _tables
 from pgm_lab.report._page import Table, as_html, as_text
@@ -183,12 +184,13 @@ class Case(_page.Case):
     @cached_property
     def tilts(self) -> np.ndarray:
         """Angles (m, m) between the directions of the photos, in degrees."""
-        return quality.tilts(self.found)
+        return np.degrees(between_directions(self.result.exteriors))
 
     @cached_property
     def distances(self) -> np.ndarray:
-        """Distances (m,) of the stations from the board, in mm."""
-        return quality.distances(self.found)
+        """Distances (m,) of the stations from the middle of the board, in mm."""
+        middle = self.result.points.mean(axis=0)
+        return np.linalg.norm(self.result.exteriors[:, :3] - middle, axis=1)
 
     @cached_property
     def zoom(self) -> tuple[np.ndarray, np.ndarray]:
