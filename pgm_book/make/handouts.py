@@ -7,13 +7,14 @@ listed.
 import html
 import re
 from collections.abc import Iterator
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from bs4 import BeautifulSoup
 from nbformat import NotebookNode
-from nbformat.v4 import new_markdown_cell
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_output
 
-from pgm_book.make.student import slide_type, tags, unsolved
+from pgm_book.make.student import PLACEHOLDER, slide_type, tags, unsolved
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -21,11 +22,16 @@ if TYPE_CHECKING:
     from pgm_book.make.tagged import Piece, Printed
 
 LONGEST_TABLE = 150  # rows; four pages
-LABEL = 7.5  # pt: how large the smallest writing of a figure is printed
+LABEL = 7.1  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
 HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
 SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
 OF_BOOK = re.compile(r"^from pgm_book\b.*\n", re.MULTILINE)  # checks and figures
+SOLUTION = re.compile(r"### BEGIN SOLUTION(.*?)\n *### END SOLUTION", re.DOTALL)
+TO_WRITE = re.compile(rf"^( *){re.escape(PLACEHOLDER)}", re.MULTILINE)
+RULED = "_" * 80
+FEWEST, MOST = 2, 4  # lines to write code on
+PREDICTION = "pgm-predict"  # the class of its choices
 PREPARES = re.compile(r"import |from |plt\.style\.use\(")
 
 FOOTER = """\
@@ -47,12 +53,13 @@ TEXTS = {"text", "heading", "code"}
 def for_handouts(notebook: NotebookNode) -> NotebookNode:
     """Return the notebook without solutions, checks and speaker notes, as printed.
 
-    What is folded to be read later is open on paper, a prediction stays closed. The
-    answers are at the end, so that a reader commits to one first. A
-    figure is as small as its writing allows; a very long table stays in the notebook,
+    What is folded to be read later is open on paper, a prediction stays closed. Its
+    answer, with what the cell shows, is at the end, so that a reader commits to one
+    first; where code is to be written, there are lines. A figure is as small as its writing allows; a very long table stays in the notebook,
     and so does what is tagged `screen`, a figure that its text only sums up.
     """
     result = unsolved(notebook)
+    _rule(result, notebook)
     result.cells = [
         cell
         for cell in result.cells
@@ -73,23 +80,92 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
     return result
 
 
+def _rule(blank: NotebookNode, solved: NotebookNode) -> None:
+    """Where a solution is missing, rule about as many lines as it has."""
+    sources = {cell.id: cell.source for cell in solved.cells}
+    for cell in blank.cells:
+        for solution in SOLUTION.findall(sources[cell.id]):
+            count = min(max(solution.count("\n"), FEWEST), MOST)
+            # With an empty line above each they are 7 mm apart.
+            lines = rf"\n\g<1>{RULED}\n" * count
+            cell.source = TO_WRITE.sub(lines[:-2], cell.source, count=1)
+
+
 def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
-    """Collect the answers below a heading, each with its question or its section's."""
+    """Collect below a heading what would tell a reader too early.
+
+    The results of a prediction go there, and a text right below it: what waits for a
+    choice on a screen. A text that leads to code stays. There go the reasons,
+    too, each with its question or its section's, and a derivation right below an
+    exercise.
+    """
     kept, answers, heading = [], [], ""
-    for cell in cells:
-        if "why" not in tags(cell):
-            kept.append(cell)
-            if cell.cell_type == "markdown":
-                heading = [heading, *HEADING.findall(cell.source)][-1]
+    above: set[str] = set()
+    for cell, below in zip_longest(cells, cells[1:]):
+        if cell.cell_type == "markdown":
+            heading = [heading, *HEADING.findall(cell.source)][-1]
+        if "why" in tags(cell):
+            _name(cell, heading)
+            answers.append(cell)
             continue
-        summary = SUMMARY.search(cell.source)
-        if summary and "?" not in summary[1]:
-            title = f"<summary>{re.sub('[*`]', '', heading)}</summary>"
-            cell.source = cell.source.replace(summary[0], title)
-        answers.append(cell)
+        if _too_early(cell, above, below):
+            answers.append(cell)
+        else:
+            kept.append(cell)
+            answers += _results(cell)
+        above = set(tags(cell))
     if answers:
         kept.append(new_markdown_cell("## Answers", id="answers"))
     return kept + answers
+
+
+def _too_early(cell: NotebookNode, above: set[str], below: NotebookNode | None) -> bool:
+    """Whether a text tells what the cell with the tags `above` asks."""
+    if cell.cell_type != "markdown" or HEADING.search(cell.source):
+        return False
+    if "derive" in tags(cell):
+        return bool({"predict", "exercise"} & above)
+    leads = below is not None and below.cell_type == "code"
+    return "predict" in above and "write" not in tags(cell) and not leads
+
+
+def _name(cell: NotebookNode, heading: str) -> None:
+    """Put a heading in the place of a summary that asks nothing."""
+    summary = SUMMARY.search(cell.source)
+    if summary and "?" not in summary[1]:
+        title = f"<summary>{re.sub('[*`]', '', heading)}</summary>"
+        cell.source = cell.source.replace(summary[0], title)
+
+
+def _results(cell: NotebookNode) -> list[NotebookNode]:
+    """Take the results from a prediction: the right choices, and what it shows."""
+    outputs = cell.get("outputs", [])
+    pages = [output.get("data", {}).get("text/html", "") for output in outputs]
+    asked = [output for output, page in zip(outputs, pages, strict=True) if PREDICTION in page]
+    if not asked:
+        return []
+    right = "".join(map(_right, asked))
+    answer = new_output("display_data", {"text/html": f"<div>{right}</div>"})
+    shown = [] if len(asked) > 1 else [one for one in outputs if one not in asked]
+    cell.outputs = [one for one in outputs if one not in shown]
+    metadata = {"tags": ["hide-input", "answer"]}
+    made = new_code_cell(outputs=[*shown, answer], metadata=metadata)
+    made.id = f"{cell.id}-answer"
+    return [made]
+
+
+def _right(asked: NotebookNode) -> str:
+    """Number a question, and return its number, right choice and feedback."""
+    soup = BeautifulSoup(asked.data["text/html"], "html.parser")
+    folded = soup.select("details")
+    number = html.escape(str(folded[0].get("name", "")).removeprefix("predict-"))
+    choose = soup.select_one(f".{PREDICTION} > p")
+    if choose:
+        choose.string = number
+        asked.data["text/html"] = str(soup)
+    right = [one for one in folded if one.get_text().count("✓")]
+    said = [f"{c.summary.decode_contents()} {c.p.decode_contents()}" for c in right]
+    return f"<p><strong>{number}</strong> {' '.join(said)}</p>"
 
 
 def _only_prepares(cell: NotebookNode) -> bool:
