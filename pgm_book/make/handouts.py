@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 LONGEST_TABLE = 150  # rows; four pages
 LABEL = 7.1  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
+COLUMN = 86 / 25.4 * 96  # px: where two answers stand side by side
 HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
 SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
 OF_BOOK = re.compile(r"^from pgm_book\b.*\n", re.MULTILINE)  # checks and figures
@@ -31,6 +32,7 @@ SOLUTION = re.compile(r"### BEGIN SOLUTION(.*?)\n *### END SOLUTION", re.DOTALL)
 TO_WRITE = re.compile(rf"^( *){re.escape(PLACEHOLDER)}", re.MULTILINE)
 RULED = "_" * 80
 FEWEST, MOST = 2, 4  # lines to write code on
+ANSWERS = "## Answers\n\nEach has the number of its question."
 PREDICTION = "pgm-predict"  # the class of its choices
 PREPARES = re.compile(r"import |from |plt\.style\.use\(")
 
@@ -94,8 +96,8 @@ def _rule(blank: NotebookNode, solved: NotebookNode) -> None:
 def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
     """Collect below a heading what would tell a reader too early.
 
-    The results of a prediction go there, and a text right below it: what waits for a
-    choice on a screen. A text that leads to code stays. There go the reasons,
+    The results of a prediction go there, and the text below them that waits on a
+    screen for a choice. A text that leads to code stays. There go the reasons,
     too, each with its question or its section's, and a derivation right below an
     exercise.
     """
@@ -113,9 +115,9 @@ def _answers_last(cells: list[NotebookNode]) -> list[NotebookNode]:
         else:
             kept.append(cell)
             answers += _results(cell)
-        above = set(tags(cell))
+            above = set(tags(cell))
     if answers:
-        kept.append(new_markdown_cell("## Answers", id="answers"))
+        kept.append(new_markdown_cell(ANSWERS, id="answers"))
     return kept + answers
 
 
@@ -148,10 +150,17 @@ def _results(cell: NotebookNode) -> list[NotebookNode]:
     answer = new_output("display_data", {"text/html": f"<div>{right}</div>"})
     shown = [] if len(asked) > 1 else [one for one in outputs if one not in asked]
     cell.outputs = [one for one in outputs if one not in shown]
-    metadata = {"tags": ["hide-input", "answer"]}
+    narrow = ["narrow"] if shown and all(map(_narrow, shown)) else []
+    metadata = {"tags": ["hide-input", "answer", *narrow]}
     made = new_code_cell(outputs=[*shown, answer], metadata=metadata)
     made.id = f"{cell.id}-answer"
     return [made]
+
+
+def _narrow(output: NotebookNode) -> bool:
+    """Whether a figure needs no more than half the width of the paper."""
+    figure = output.get("metadata", {}).get("image/png", {})
+    return figure.get("width", COLUMN + 1) <= COLUMN
 
 
 def _right(asked: NotebookNode) -> str:

@@ -3,7 +3,7 @@
 import nbformat
 import pytest
 
-from pgm_book.make.handouts import faults, for_handouts, print_pdf
+from pgm_book.make.handouts import LABEL, faults, for_handouts, print_pdf
 from tests.publish.example import code, figure_output, png, text
 
 CHOICES = (
@@ -120,7 +120,8 @@ def test_a_figure_is_printed_no_smaller_than_its_labels_allow():
     output.metadata["image/png"]["label"] = 15.0
     last = for_handouts(nbformat.v4.new_notebook(cells=[code("show()", output)]))
     shown = last.cells[0].outputs[0].metadata["image/png"]
-    assert (shown.width, shown.label) == (400, 7.5)
+    assert shown.label == pytest.approx(LABEL)
+    assert shown.width == pytest.approx(800 * LABEL / 15)
 
 
 def test_a_page_nearly_empty_is_named_but_the_last(pdf):
