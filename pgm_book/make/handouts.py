@@ -22,16 +22,15 @@ if TYPE_CHECKING:
     from pgm_book.make.tagged import Piece, Printed
 
 LONGEST_TABLE = 150  # rows; four pages
-LABEL = 7.1  # pt: how large the smallest writing of a figure is printed
+LABEL = 7.0  # pt: how large the smallest writing of a figure is printed
 NARROWEST = 60.0  # mm
-COLUMN = 86 / 25.4 * 96  # px: where two answers stand side by side
 HEADING = re.compile(r"^#+ +(.+?)(?: · \d+ min)?$", re.MULTILINE)
 SUMMARY = re.compile(r"<summary>(.*?)</summary>", re.DOTALL)
 OF_BOOK = re.compile(r"^from pgm_book\b.*\n", re.MULTILINE)  # checks and figures
 SOLUTION = re.compile(r"### BEGIN SOLUTION(.*?)\n *### END SOLUTION", re.DOTALL)
 TO_WRITE = re.compile(rf"^( *){re.escape(PLACEHOLDER)}", re.MULTILINE)
 RULED = "_" * 80
-FEWEST, MOST = 2, 4  # lines to write code on
+FEWEST, MOST = 2, 3  # lines to write code on
 ANSWERS = "## Answers\n\nEach has the number of its question."
 PREDICTION = "pgm-predict"  # the class of its choices
 PREPARES = re.compile(r"import |from |plt\.style\.use\(")
@@ -44,7 +43,7 @@ FOOTER = """\
 </div>"""
 
 PAGES = {"lesson": 8, "case": 6}
-MARGIN = 42.0  # points: the lower one, where only the footer is
+MARGIN = 36.0  # points: the lower one, where only the footer is
 FILLED = 1 / 3  # of a page, except of the last
 AT_LEAST = {"text": 9.0, "heading": 9.0, "code": 7.5}  # points
 LEAST_LABEL = 7.0  # points: the smallest writing in a figure
@@ -150,17 +149,12 @@ def _results(cell: NotebookNode) -> list[NotebookNode]:
     answer = new_output("display_data", {"text/html": f"<div>{right}</div>"})
     shown = [] if len(asked) > 1 else [one for one in outputs if one not in asked]
     cell.outputs = [one for one in outputs if one not in shown]
-    narrow = ["narrow"] if shown and all(map(_narrow, shown)) else []
-    metadata = {"tags": ["hide-input", "answer", *narrow]}
-    made = new_code_cell(outputs=[*shown, answer], metadata=metadata)
+    figures = [one for one in shown if "image/png" in one.get("data", {})]
+    others = [one for one in shown if one not in figures]
+    metadata = {"tags": ["hide-input", "answer"]}
+    made = new_code_cell(outputs=[*figures, answer, *others], metadata=metadata)
     made.id = f"{cell.id}-answer"
     return [made]
-
-
-def _narrow(output: NotebookNode) -> bool:
-    """Whether a figure needs no more than half the width of the paper."""
-    figure = output.get("metadata", {}).get("image/png", {})
-    return figure.get("width", COLUMN + 1) <= COLUMN
 
 
 def _right(asked: NotebookNode) -> str:
@@ -226,7 +220,7 @@ def pdf_of(page: "Page") -> bytes:
     """Return the PDF of a page that is open and ready."""
     return page.pdf(
         format="A4",
-        margin={"top": "12mm", "bottom": "15mm", "left": "15mm", "right": "15mm"},
+        margin={"top": "10mm", "bottom": "13mm", "left": "15mm", "right": "15mm"},
         print_background=True,
         display_header_footer=True,
         header_template="<span></span>",

@@ -140,7 +140,7 @@ def test_no_result_of_a_prediction_is_printed_beside_its_question(paper):
         several = len([data for data in beside if choices_in(data)]) > 1
         assert several or all(choices_in(data) for data in beside)
         shown = cells[f"{asked.id}-answer"].outputs
-        right = shown[-1].data["text/html"]
+        right = "".join(one.get("data", {}).get("text/html", "") for one in shown)
         for soup in filter(None, map(choices_in, beside)):
             assert re.fullmatch(r"A?\d+c?\.\d+", soup.p.text)
             assert soup.p.text in right and "✓" in right
@@ -172,7 +172,7 @@ def test_few_pages_end_far_above_their_foot(chapter, printed):
     short = 0
     for number, height in enumerate(read.heights[:-1], start=1):
         bottoms = [p.bottom for p in read.pieces if p.page == number and p.kind]
-        short += min(bottoms) - 15 / 25.4 * 72 > 0.25 * height
+        short += min(bottoms) - 13 / 25.4 * 72 > 0.25 * height
     assert short <= 1 or not form_of(chapter)
 
 
@@ -257,14 +257,14 @@ def test_a_text_that_waits_for_a_choice_is_with_the_answers():
     assert sources[at - 1] == "Go on."
     assert "Now look:" in sources[:at]
     answer, waited, derived = for_handouts(book).cells[at + 1 :]
-    assert answer.outputs[0].text == "3.4 px\n"
+    assert answer.outputs[1].text == "3.4 px\n"
     right = "<p><strong>9.1</strong> Less ✓ So it is.</p>"
-    assert answer.outputs[1].data["text/html"] == f"<div>{right}</div>"
+    assert answer.outputs[0].data["text/html"] == f"<div>{right}</div>"
     assert waited.source == "It was 3.4 px."
     assert "Derive it" in derived.source
 
 
-@pytest.mark.parametrize(("solution", "count"), [(1, 2), (3, 3), (9, 4)])
+@pytest.mark.parametrize(("solution", "count"), [(1, 2), (3, 3), (9, 3)])
 def test_there_are_about_as_many_lines_to_write_on_as_a_solution_has(solution, count):
     solved = "    x = 1\n" * solution
     source = f"def f():\n    ### BEGIN SOLUTION\n{solved}    ### END SOLUTION"
