@@ -56,8 +56,9 @@ def for_handouts(notebook: NotebookNode) -> NotebookNode:
 
     What is folded to be read later is open on paper, a prediction stays closed. Its
     answer, with what the cell shows, is at the end, so that a reader commits to one
-    first; where code is to be written, there are lines. A figure is as small as its writing allows; a very long table stays in the notebook,
-    and so does what is tagged `screen`, a figure that its text only sums up.
+    first; where code is to be written, there are lines. A figure is as small as its
+    writing allows; a very long table stays in the notebook, and so does what is tagged
+    `screen`, a figure that its text only sums up.
     """
     result = unsolved(notebook)
     _rule(result, notebook)
@@ -142,7 +143,11 @@ def _results(cell: NotebookNode) -> list[NotebookNode]:
     """Take the results from a prediction: the right choices, and what it shows."""
     outputs = cell.get("outputs", [])
     pages = [output.get("data", {}).get("text/html", "") for output in outputs]
-    asked = [output for output, page in zip(outputs, pages, strict=True) if PREDICTION in page]
+    asked = [
+        output
+        for output, page in zip(outputs, pages, strict=True)
+        if PREDICTION in page
+    ]
     if not asked:
         return []
     right = "".join(map(_right, asked))
