@@ -172,7 +172,8 @@ def _right(asked: NotebookNode) -> str:
         choose.string = number
         asked.data["text/html"] = str(soup)
     right = [one for one in folded if one.get_text().count("✓")]
-    said = [f"{c.summary.decode_contents()} {c.p.decode_contents()}" for c in right]
+    parts = [part for one in right for part in one.select("summary, p")]
+    said = [part.decode_contents() for part in parts]
     return f"<p><strong>{number}</strong> {' '.join(said)}</p>"
 
 
