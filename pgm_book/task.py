@@ -85,6 +85,10 @@ class Task:
         """What is given, and nothing of the answer."""
         return f"Task {self.number} for {self.name}: {', '.join(self.files)}"
 
+    def judged(self, result: Any) -> list[Part]:
+        """Return how far the parts of a result are off; nothing is kept."""
+        return self._lesson.judge(self._truth, result)
+
     def hand_in(self, result: Any) -> None:
         """Say whether a result is right, within what the noise of the data allows.
 
@@ -96,7 +100,7 @@ class Task:
             If the result is wrong, or is no answer to the question.
         """
         self._last[:] = [result]
-        parts = self._lesson.judge(self._truth, result)
+        parts = self.judged(result)
         passed = all(part.holds for part in parts)
         self._tries.append(result)
         number = self._kept(parts, passed)
@@ -113,7 +117,7 @@ class Task:
         if not self._last:
             raise CheckFailed("hand a result in first: mine.hand_in(result)")
         (last,) = self._last
-        if all(part.holds for part in self._lesson.judge(self._truth, last)):
+        if all(part.holds for part in self.judged(last)):
             print("Your last result is right.")
         else:
             print(self._lesson.hint(self._truth, last))

@@ -4,20 +4,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_book.common.checks import call, near, report
+from pgm_book.common.checks import call, chance, near, report, shaken
 from pgm_lab import frames
 
 
 def size_and_centre(function: Callable) -> None:
     """Check size_and_centre(pixel, mm): pixel size in mm, and the pixel of zero."""
-    rng = np.random.default_rng(12)
+    rng = chance(12)
     found, lines, turned = [], [], []
     # The third is noisy: there the line along the other axis is another one
-    for size, centre, noise in (
-        (0.0122, 967.5, 1e-6),
-        (0.004, 1999.5, 1e-6),
-        (0.006, 647.5, 0.01),
-    ):
+    cases = (0.0122, 967.5, 1e-6), (0.004, 1999.5, 1e-6), (0.006, 647.5, 0.01)
+    for size, centre, noise in shaken(15, cases):
         pixel = centre + rng.uniform(-400, 400, 20)
         mm = size * (pixel - centre) + rng.normal(0, noise, 20)
         found.append(call(function, pixel, mm, shape=(2,)))
@@ -54,7 +51,7 @@ def size_and_centre(function: Callable) -> None:
 
 def to_table(function: Callable) -> None:
     """Check to_table(photo, image_size, pixel_size), which returns pixels (n, 2)."""
-    rng = np.random.default_rng(13)
+    rng = chance(13)
     sizes = (1936, 1296), (23.6 / 1936, 15.8 / 1296)
     photo = rng.uniform(-6, 6, (12, 2))
     found = call(function, photo, *sizes, shape=(12, 2))

@@ -6,7 +6,16 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from pgm_book.common.checks import CheckFailed, call, first_slip, near, report
+from pgm_book.common.checks import (
+    CheckFailed,
+    along_with,
+    call,
+    first_slip,
+    near,
+    report,
+    shaken,
+    varied,
+)
 from pgm_lab import frames, simulate
 
 # Image sizes and pixel sizes (mm) of the trials: landscape, portrait, odd
@@ -15,14 +24,31 @@ _CAMERAS = [
     ((3000, 4000), (0.005, 0.004)),
     ((11, 7), (2.0, 3.0)),
 ]
+# Centre, background, seed of the noise of the targets
+_TARGETS = [((10.0, 9.0), 40.0, 40), ((9.0, 12.0), 60.0, 60), ((21.0, 10.0), 20.0, 20)]
 _UNITS = ((1e-3, "metres"), (0.1, "centimetres"), (1e3, "micrometres"))
 _FACTORS = (1e-6, 1e-3, 0.1, 10, 1e3, 1e6)  # of units taken for millimetres
+
+
+def _cameras(number: int) -> list:
+    """The cameras of a check: those above, or under a secret others like them."""
+
+    def drawn(rng: np.random.Generator) -> list:
+        return [
+            (
+                tuple((2 * rng.integers(1, 9, 2) + size).tolist()),  # odd stays odd
+                tuple((rng.uniform(0.8, 1.2, 2) * pixel_size).tolist()),
+            )
+            for size, pixel_size in _CAMERAS
+        ]
+
+    return varied(number, _CAMERAS, drawn)
 
 
 def pixel_to_photo(function: Callable) -> None:
     """Check the reader's pixel_to_photo(pixels, image_size, pixel_size)."""
     trials = []
-    for image_size, pixel_size in _CAMERAS:
+    for image_size, pixel_size in _cameras(10):
         centre = frames.image_centre(image_size)
         pixels = centre + [[0, 0], [1, 0], [0, 1], [-3.25, 2.5]]
         photo = call(function, pixels, image_size, pixel_size, shape=(4, 2))
@@ -46,28 +72,29 @@ def pixel_to_photo(function: Callable) -> None:
             "pixel_to_photo: both axes are mirrored: a half turn, which is right for"
             " neither. Rows and y count in opposite directions, columns and x do not."
         )
+    millimetres = near(unit, 1.0)
     report(
         "pixel_to_photo",
         [
             (
                 "the centre is (0, 0)",
-                near(centres, 0.0),
+                along_with(near(centres, 0.0), bool(np.all(unit > 0))),
                 _centre_hint(centres, middles),
             ),
-            ("the units are millimetres", near(unit, 1.0), _unit_hint(*unit)),
+            ("the units are millimetres", millimetres, _unit_hint(*unit)),
             (
                 "x points right",
-                bool(np.all(right[:, 0] > 0)),
+                along_with(bool(np.all(right[:, 0] > 0)), millimetres),
                 "the x axis is flipped: a step to the right must make x greater",
             ),
             (
                 "y points up",
-                bool(np.all(down[:, 1] < 0)),
+                along_with(bool(np.all(down[:, 1] < 0)), millimetres),
                 "the y axis is flipped: a step down must make y smaller",
             ),
             (
                 "steps add up",
-                near(other, -3.25 * right + 2.5 * down),
+                along_with(near(other, -3.25 * right + 2.5 * down), millimetres),
                 "two steps together are not their sum",
             ),
         ],
@@ -98,9 +125,9 @@ def _unit_hint(x: np.ndarray, y: np.ndarray) -> str:
 def photo_to_pixel(function: Callable) -> None:
     """Check the reader's photo_to_pixel(photo, image_size, pixel_size)."""
     # No half pixel, which rounding moves up or down as it happens
-    pixels = np.array([[0.0, 0.0], [5.0, 2.25], [10.25371, 6.14182]])
+    pixels = shaken(11, np.array([[0.0, 0.0], [5.0, 2.25], [10.25371, 6.14182]]))
     backs, made = [], []
-    for image_size, pixel_size in _CAMERAS:
+    for image_size, pixel_size in _cameras(12):
         photo = frames.pixel_to_photo(pixels, image_size, pixel_size)
         backs.append(call(function, photo, image_size, pixel_size, shape=(3, 2)))
         centre, steps = frames.image_centre(image_size), photo * (1, -1)
@@ -140,11 +167,13 @@ def photo_to_pixel(function: Callable) -> None:
 def flying_height(function: Callable) -> None:
     """Check the reader's height(gsd_m, pixel_um, c_mm), which answers in metres."""
     cases = np.array([(0.2, 5.49, 24.0), (0.05, 4.0, 35.0), (0.1, 12.0, 153.0)])
+    cases = shaken(13, cases)
     heights = np.array([float(call(function, *case, shape=())) for case in cases])
     expected = frames.flying_height(cases[:, 0], cases[:, 1] / 1000, cases[:, 2])
     ratio = heights / expected
-    doubled = float(call(function, 0.4, 5.49, 24.0, shape=()))
-    longer = float(call(function, 0.2, 5.49, 48.0, shape=()))
+    gsd, pixel, c = cases[0].tolist()
+    twice = near(float(call(function, 2 * gsd, pixel, c, shape=())), 2 * heights[0])
+    longer = near(float(call(function, gsd, pixel, 2 * c, shape=())), 2 * heights[0])
     if np.any(ratio <= 0):
         raise CheckFailed("height: a height above ground must be positive.")
     if not near(ratio, 1.0) and np.all(np.abs(ratio - 1) < 0.01):
@@ -156,12 +185,12 @@ def flying_height(function: Callable) -> None:
         [
             (
                 "twice the GSD, twice the height",
-                near(doubled, 2 * heights[0]),
+                along_with(twice, longer),
                 "twice the ground sampling distance must need twice the height",
             ),
             (
                 "twice the principal distance, twice the height",
-                near(longer, 2 * heights[0]),
+                along_with(longer, twice),
                 "twice the principal distance must allow twice the height",
             ),
             (
@@ -177,10 +206,17 @@ def flying_height(function: Callable) -> None:
 
 def centroid(function: Callable) -> None:
     """Check the reader's centroid(window, background), which answers (column, row)."""
+
+    def drawn(rng: np.random.Generator) -> list:
+        return [
+            (centre + rng.uniform(-1, 1, 2), rng.uniform(15, 60), rng.integers(2**32))
+            for centre, _, _ in _TARGETS
+        ]
+
     found, centres, left_in, clipped = [], [], [], []
-    for centre, background in [((10, 9), 40.0), ((9, 12), 60.0), ((21, 10), 20.0)]:
+    for centre, background, seed in varied(14, _TARGETS, drawn):
         clean = simulate.target(centre, 6.0, (21, 27), background=background)
-        window = simulate.photograph(clean, noise=4.0, seed=int(background))
+        window = simulate.photograph(clean, noise=4.0, seed=int(seed))
         found.append(call(function, window, background, shape=(2,)))
         centres.append(scipy.ndimage.center_of_mass(window - background)[::-1])
         left_in.append(scipy.ndimage.center_of_mass(window)[::-1])

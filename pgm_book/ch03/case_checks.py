@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pgm_book.common.checks import call, first_slip, near, numbers, report
+from pgm_book.common.checks import call, chance, first_slip, near, numbers, report
 
 # The six parameters that Bani 2010, IV.1.3 prints, and the start from correlation
 PRINTED_A = np.array([130.337718946127, 0.0109620254677122, -0.127097279435187])
@@ -40,7 +40,7 @@ def corrected_row(answer: object) -> None:
 
 def precision(function: Callable) -> None:
     """Check precision(J, v), which answers S0 and the standard deviation of a0."""
-    rng = np.random.default_rng(34)
+    rng = chance(34)
     names = ("S0", "the standard deviation of a0")
     rows, many = [], []
     for n, u in ((289, 6), (40, 8), (441, 8)):

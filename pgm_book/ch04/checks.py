@@ -9,11 +9,14 @@ from numpy.typing import ArrayLike
 
 from pgm_book.common.checks import (
     CheckFailed,
+    along_with,
     call,
     compare,
     first_slip,
     near,
     report,
+    shaken,
+    shuffled,
 )
 from pgm_lab import rotation
 
@@ -25,6 +28,11 @@ _ATTITUDES = [
     (2.53261948, -1.20748316, -2.91354827),
     (-0.71829364, 0.10927364, 2.23847156),
 ]
+
+
+def _attitudes() -> np.ndarray:
+    """The attitudes, or under a secret others in the same quadrants."""
+    return shaken(41, np.array(_ATTITUDES), 0.05)
 
 
 HALF = "half a turn off: numerator and denominator both have the wrong sign"
@@ -74,7 +82,7 @@ def plane_turn(function: Callable) -> None:
         hint = f"right, but rounded to {digits} decimals: keep all digits"
         slips[hint] = partial(_rounded, right, digits)
     slips[_SINGLE] = lambda k: right(k).astype(np.float32)
-    cases = [(0.5,), (-1.1,), (2.4,)]
+    cases = shaken(42, [(0.5,), (-1.1,), (2.4,)])
     otherwise = "the rows are not e_x and e_y in the old frame"
     holds, hint = compare(function, cases, right, slips, otherwise)
     report("plane_turn", [("its rows are the new axes, in the old frame", holds, hint)])
@@ -82,8 +90,11 @@ def plane_turn(function: Callable) -> None:
 
 def rotation_matrix(function: Callable) -> None:
     """Check the reader's rotation_matrix(omega, phi, kappa)."""
+    attitudes = _attitudes()
     try:
-        answers = np.array([call(function, *a, shape=(3, 3)) for a in _ATTITUDES])
+        answers = np.array(
+            [call(function, *a, shape=(3, 3)) for a in attitudes.tolist()]
+        )
     except CheckFailed as error:
         if "NaN" in str(error):  # what an assigned None becomes
             raise CheckFailed(
@@ -91,9 +102,9 @@ def rotation_matrix(function: Callable) -> None:
                 " exercise 4.1 first"
             ) from None
         raise
-    expected = rotation.matrix(*np.transpose(_ATTITUDES))
+    expected = rotation.matrix(*attitudes.T)
     element_by_element = [
-        rotation.matrix(*np.diag(attitude)).prod(axis=0) for attitude in _ATTITUDES
+        rotation.matrix(*np.diag(attitude)).prod(axis=0) for attitude in attitudes
     ]
     slips: list[tuple[ArrayLike, str]] = [
         (expected.swapaxes(-1, -2), "it is transposed: it leads from image to object"),
@@ -103,7 +114,7 @@ def rotation_matrix(function: Callable) -> None:
          " stands on the right"),
         (_ordered("opk", (1, 1, -1)), "kappa rotates the wrong way: a sign in it"),
         (_ordered("opk", (1, -1, 1)), "phi rotates the wrong way: a sign in it"),
-        (rotation.matrix(*np.radians(_ATTITUDES).T), "the angles are radians already"),
+        (rotation.matrix(*np.radians(attitudes).T), "the angles are radians already"),
         (element_by_element, "multiply matrices with @, not element by element"),
         *_few_digits(expected),
     ]  # fmt: skip
@@ -124,7 +135,11 @@ def rotation_matrix(function: Callable) -> None:
     report(
         "rotation_matrix",
         [
-            ("lengths and angles are kept", kept, "M Mᵀ is not the unit matrix"),
+            (
+                "lengths and angles are kept",
+                along_with(kept, bool(np.ptp(answers, axis=0).any())),
+                "M Mᵀ is not the unit matrix",
+            ),
             ("it is M_kappa M_phi M_omega", near(answers, expected), hint),
         ],
     )
@@ -133,7 +148,7 @@ def rotation_matrix(function: Callable) -> None:
 def _ordered(order: str, signs: tuple[int, int, int] = (1, 1, 1)) -> np.ndarray:
     """Matrices with the turns made in another order, the first letter first."""
     matrices = []
-    for attitude in _ATTITUDES:
+    for attitude in _attitudes():
         angles = dict(zip("opk", np.diag(np.multiply(signs, attitude)), strict=True))
         first, second, third = (rotation.matrix(*angles[letter]) for letter in order)
         matrices.append(third @ second @ first)
@@ -142,16 +157,20 @@ def _ordered(order: str, signs: tuple[int, int, int] = (1, 1, 1)) -> np.ndarray:
 
 def is_rotation(function: Callable) -> None:
     """Check the reader's is_rotation(M, tolerance), which answers True or False."""
-    properties = []
-    for text, case, tolerance, expected, hint in nine_numbers():
-        answer = call(function, case, tolerance, shape=())
-        properties.append((text, bool(answer) == expected, hint))
-    report("is_rotation", properties)
+    cases = nine_numbers()
+    order = shuffled(45, len(cases))
+    cases = [cases[k] for k in order]
+    answers = [bool(call(function, M, limit, shape=())) for _, M, limit, _, _ in cases]
+    properties = [
+        (text, along_with(answer == expected, len(set(answers)) > 1), hint)
+        for answer, (text, _, _, expected, hint) in zip(answers, cases, strict=True)
+    ]
+    report("is_rotation", [properties[k] for k in np.argsort(order)])
 
 
 def angles(function: Callable) -> None:
     """Check the reader's angles(M), which answers (omega, phi, kappa) in radians."""
-    expected = np.array(_ATTITUDES)
+    expected = _attitudes()
     M = rotation.matrix(*expected.T)
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # a division by zero would pass unseen
@@ -224,7 +243,8 @@ Case = tuple[str, np.ndarray, float, bool, str]
 
 def nine_numbers() -> list[Case]:
     """Rotations, mirrors and what is neither, each for one slip of a test."""
-    M = rotation.matrix(0.3, 0.4, 0.5)
+    M = rotation.matrix(*shaken(43, (0.3, 0.4, 0.5)))
+    turned = rotation.matrix(*np.radians(shaken(44, [131.0, -60.0, 80.0], 0.003)))
     sheared = M.copy()
     sheared[0] += 0.1 * sheared[1]
     wrong_length = np.diag([1.0, 1.0, 1.1]) @ M
@@ -263,7 +283,7 @@ def nine_numbers() -> list[Case]:
         ),
         (
             "so is a rotation with a negative diagonal element",
-            rotation.matrix(*np.radians([131.0, -60.0, 80.0])),
+            turned,
             1e-9,
             True,
             "a rotation with omega = 131 degrees is refused: any of its elements may be"

@@ -9,10 +9,12 @@ from pgm_book.common.checks import (
     CheckFailed,
     answer_of,
     call,
+    chance,
     compare,
     first_slip,
     near,
     report,
+    shaken,
 )
 from pgm_book.program import camera as collinearity
 from pgm_book.program import orientation as lines
@@ -33,7 +35,9 @@ AWAY = (
 
 def project(function: Callable[..., object]) -> None:
     """Check the reader's project(exterior, points, c), which answers (n, 2)."""
-    cases = [(PHOTO, POINTS, 35.0), (PHOTO + 0.1, POINTS[:1], 152.9)]
+    photo, points = shaken(52, PHOTO), shaken(53, POINTS)
+    c, other_c = shaken(54, (35.0, 152.9))
+    cases = [(photo, points, c), (photo + 0.1, points[:1], other_c)]
 
     def image(
         M_of: Callable = lambda e: rotation.matrix(*e[3:]),
@@ -72,7 +76,7 @@ def project(function: Callable[..., object]) -> None:
     }
     otherwise = "the points are not imaged there"
     holds, hint = compare(function, cases, right, slips, otherwise)
-    behind = PHOTO, POINTS + (0, 0, 300), 35.0
+    behind = photo, points + (0, 0, 300), c
     try:
         unsigned = near(call(function, *behind, shape=(4, 2)), -right(*behind))
     except CheckFailed:  # to refuse what is behind the camera is right, too
@@ -84,8 +88,8 @@ def project(function: Callable[..., object]) -> None:
 
 def derivatives(function: Callable[..., object]) -> None:
     """Check the reader's derivatives(function, at), which answers (m, u)."""
-    at = np.array([0.7, -1.3, 2.1])
-    power = np.array([3.0, -2.0, 0.5, 1.5])
+    at = shaken(55, np.array([0.7, -1.3, 2.1]))
+    power = shaken(56, np.array([3.0, -2.0, 0.5, 1.5]))
 
     def wave(x: np.ndarray) -> np.ndarray:
         x = np.asarray(x, dtype=float)
@@ -126,7 +130,7 @@ def derivatives(function: Callable[..., object]) -> None:
     by_columns = flat and near(
         table, right.reshape(2, 2, 3).swapaxes(0, 1).reshape(4, 3), 1e-4
     )
-    zero = np.array([0.7, 0.0, 2.1])
+    zero = np.array([at[0], 0.0, at[2]])
     with np.errstate(all="ignore"):
         at_zero = np.ravel(answer_of(function, wave, zero))
     integers = answer_of(function, wave, np.array([1, 2, 3]))
@@ -139,30 +143,31 @@ def derivatives(function: Callable[..., object]) -> None:
         if np.shape(integers) == (4, 3)
         else False
     )
+    good = bool(error < 2e-7)
     report(
         "derivatives",
         [
-            ("a column for each unknown", error < 2e-7, hint),
+            ("a column for each unknown", good, hint),
             (
                 "also of a function that returns (n, 2)",
-                flat or error >= 2e-7,
+                flat if good else None,
                 "where the function returns a table, as project does, make one column"
                 " of it with np.ravel",
             ),
             (
                 "row by row",
-                not by_columns,
+                not by_columns if good and flat else None,
                 "one row of the table after the other: np.ravel does so by itself",
             ),
             (
                 "where an unknown is zero",
-                error >= 2e-7 or bool(np.all(np.isfinite(at_zero))),
+                bool(np.all(np.isfinite(at_zero))) if good else None,
                 "an unknown may be 0, and a part of 0 is no step: the step is 1e-6"
                 " for every unknown",
             ),
             (
                 "whole numbers as well",
-                whole or error >= 2e-7,
+                whole if good else None,
                 "where at holds whole numbers, a small step is lost: begin with"
                 " np.array(at, dtype=float)",
             ),
@@ -172,8 +177,9 @@ def derivatives(function: Callable[..., object]) -> None:
 
 def resection(function: Callable[..., object]) -> None:
     """Check the reader's resection(start, image, points, c): exterior and sd."""
-    noise = np.random.default_rng(2).normal(0, 0.003, (5, 2))
-    image = collinearity.project(TRUTH, GROUND, 35.0) + noise
+    noise = chance(2).normal(0, 0.003, (5, 2))
+    ground, c = shaken(57, GROUND, 0.05), shaken(58, 35.0)
+    image = collinearity.project(shaken(59, TRUTH, 0.05), ground, c) + noise
     of_example = _names(function) & {"image_mm", "ground_m", 152.916}
     if of_example:
         raise CheckFailed(
@@ -181,12 +187,12 @@ def resection(function: Callable[..., object]) -> None:
             f" and c, not from the example: {', '.join(map(str, of_example))}"
         )
     try:
-        found = call(function, START, image, GROUND, 35.0, shape=(2, 6))
+        found = call(function, START, image, ground, c, shape=(2, 6))
     except CheckFailed as failed:
         if hint := _why_stopped(str(failed)):
             raise CheckFailed(f"resection{hint}") from None
         raise
-    exterior, sd = lines.resection(START, image, GROUND, 35.0)
+    exterior, sd = lines.resection(START, image, ground, c)
     good = near(found[0], exterior, 1e-6)
     ratio = found[1] / sd
     slips = [
@@ -195,7 +201,10 @@ def resection(function: Callable[..., object]) -> None:
             np.append(exterior[:3], np.degrees(exterior[3:])),
             "the angles are wanted in radians",
         ),
-        (_first_step(image), "that is one step: put the steps into the loop"),
+        (
+            _first_step(image, ground, c),
+            "that is one step: put the steps into the loop",
+        ),
     ]
     hint = next((h for wrong, h in slips if near(found[0], wrong, 1e-6)), "")
     off, start_off = (np.linalg.norm(e[:3] - exterior[:3]) for e in (found[0], START))
@@ -216,7 +225,11 @@ def resection(function: Callable[..., object]) -> None:
         "resection",
         [
             ("it converges", good, hint),
-            ("with its standard deviations", near(ratio, 1.0, 1e-3) or not good, why),
+            (
+                "with its standard deviations",
+                near(ratio, 1.0, 1e-3) if good else None,
+                why,
+            ),
         ],
     )
 
@@ -254,11 +267,11 @@ def _why_stopped(said: str) -> str:
     return f": {AWAY}." if any(words in said for words in lost) else ""
 
 
-def _first_step(image: np.ndarray) -> np.ndarray:
+def _first_step(image: np.ndarray, ground: np.ndarray, c: float) -> np.ndarray:
     """Where one step from the start leads."""
 
     def photo(e: np.ndarray) -> np.ndarray:
-        return collinearity.project(e, GROUND, 35.0)
+        return collinearity.project(e, ground, c)
 
     A = collinearity.derivatives(photo, START)
     misclosure = (image - photo(START)).ravel()
@@ -287,8 +300,8 @@ def filled(
 
 def intersection(function: Callable) -> None:
     """Check the reader's intersection(stations, directions), which answers (3,)."""
-    rng = np.random.default_rng(51)
-    point = np.array([12.0, -7.0, 3.0])
+    rng = chance(51)
+    point = shaken(60, np.array([12.0, -7.0, 3.0]), 0.5)
     stations = point + rng.normal(0, 1, (4, 3)) * (40, 25, 5) + (0, 0, 100)
     exact = point - stations
     exact /= np.linalg.norm(exact, axis=1, keepdims=True)
@@ -314,17 +327,17 @@ def intersection(function: Callable) -> None:
             ),
             (
                 "two rays are enough",
-                two or bool(slip),
+                None if slip else two,
                 "two of the rays alone give another point",
             ),
             (
                 "any length",
-                not meets or (any_length and near(answer, stretched, 1e-6)),
+                any_length and near(answer, stretched, 1e-6) if meets else None,
                 "the length of a direction changes the point: make it a unit vector",
             ),
             (
                 "least squares",
-                least or bool(slip),
+                None if slip else least,
                 "for rays that do not meet, the sum of squared distances is not least",
             ),
         ],
@@ -383,7 +396,11 @@ def _intersection_slips(found: np.ndarray, stations: np.ndarray, d: np.ndarray) 
 
 def relative(function: Callable) -> None:
     """Check the reader's relative(left, right, c): the right photo where X0 is 1."""
-    cases = [_two_photos(SIDE_BY_SIDE, 35.0), _two_photos(CONVERGENT, 24.0)]
+    # X0 is 1 under a secret, too
+    side_by_side = np.append(1.0, shaken(61, SIDE_BY_SIDE[1:]))
+    convergent = np.append(1.0, shaken(62, CONVERGENT[1:]))
+    c, other_c = shaken(63, (35.0, 24.0))
+    cases = [_two_photos(side_by_side, c), _two_photos(convergent, other_c)]
 
     def right_one(left: np.ndarray, right: np.ndarray, c: float) -> np.ndarray:
         return lines.relative(left, right, c)
@@ -414,7 +431,7 @@ def relative(function: Callable) -> None:
         " volume, or the steps are too few"
     )
     holds, hint = compare(function, cases, right_one, slips, otherwise)
-    noise = np.random.default_rng(3).normal(0, 0.003, (2, *cases[0][0].shape))
+    noise = chance(3).normal(0, 0.003, (2, *cases[0][0].shape))
     left, right, c = cases[0]
     measured = left + noise[0], right + noise[1], c
     found = call(function, *measured, shape=(6,))
@@ -425,7 +442,8 @@ def relative(function: Callable) -> None:
             ("base and rays lie in one plane, and X0 is 1", holds, hint),
             (
                 "all points count",
-                not holds or flat < 1.1,  # other weights of the points leave less
+                # other weights of the points leave less
+                bool(flat < 1.1) if holds else None,
                 "where points are measured with errors, some are left out: adjust all",
             ),
         ],

@@ -160,9 +160,10 @@ def hint(truth: Truth, result: object) -> str:
     def apart(one: np.ndarray, other: np.ndarray) -> float:
         return float(np.linalg.norm(one - other) / np.linalg.norm(other))
 
-    if part == "exterior" and abs(found[part][0] - 1) > 1e-6:
-        scaled = found[part] / np.array([*[found[part][0]] * 3, 1, 1, 1])
-        if apart(scaled, good[part]) < LIKE[part]:
+    X0 = found["exterior"][0]
+    if part == "exterior" and X0:  # whatever unit it was adjusted in
+        scaled = found | {part: found[part] / (X0, X0, X0, 1, 1, 1)}
+        if judge(truth, scaled)[0].holds:
             return UNIT
     for words, wrong in slips(truth).items():
         same = apart(found[part], wrong[part]) < LIKE[part]

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from pgm_book.common.checks import CheckFailed, first_slip, near, numbers, report
+from pgm_book.common.checks import (
+    CheckFailed,
+    along_with,
+    first_slip,
+    near,
+    numbers,
+    report,
+)
 
 RMSE_T = 2.391652149  # px, as printed
 CHIPS = 50
@@ -54,26 +61,31 @@ def constructed(shifts: object, mean: object) -> None:
     shown = [name for name, one in CANDIDATES.items() if _same(found, one)]
     whole = bool(np.all(found == np.round(found)))
     far = float(np.abs(found).max())
+    printed = abs(total - SUM) < 1e-6
     report(
         "fourth",
         [
-            ("fifty shifts", True, ""),
-            ("whole pixels", whole, "a shift is not a whole number of pixels"),
+            ("fifty shifts", along_with(True, printed), ""),
+            (
+                "whole pixels",
+                along_with(whole, printed),
+                "a shift is not a whole number of pixels",
+            ),
             (
                 "within the radius",
-                far <= RADIUS,
+                along_with(far <= RADIUS, printed),
                 f"a coordinate of {far:g} px lies beyond the search",
             ),
             (
                 "the printed RMSE_T",
-                abs(total - SUM) < 1e-6,
+                printed,
                 f"the sum of its squares is {over}: it is {total:g}",
             ),
             # Sums are whole, so a mean goes in steps of 1 / 50
-            ("the mean you chose", bool(off <= 0.0101), hint),
+            ("the mean you chose", along_with(bool(off <= 0.0101), printed), hint),
             (
                 "and none of the three",
-                not shown,
+                along_with(not shown, printed),
                 f"these are the shifts of {''.join(shown)}: construct others",
             ),
         ],

@@ -3,7 +3,14 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pgm_book.common.checks import CheckFailed, first_slip, near, numbers, report
+from pgm_book.common.checks import (
+    CheckFailed,
+    along_with,
+    first_slip,
+    near,
+    numbers,
+    report,
+)
 from pgm_lab import datasets
 from pgm_lab.simulate import Landscape
 from pgm_lab.stereo import NormalPair
@@ -51,6 +58,7 @@ def marks(answer: object, pair: NormalPair, places: ArrayLike, land: Landscape) 
     off = found - true
     if np.all(np.abs(found + true) < GOOD) and np.any(np.abs(off) > GOOD):
         raise CheckFailed("mine: the sign is lost; read the scale with its minus")
+    several = bool(np.ptp(found) > 0)  # the same everywhere is no measurement
     said = []
     for name, place, d, e in zip("ABCD", at, found, off):
         metres = float(
@@ -61,7 +69,8 @@ def marks(answer: object, pair: NormalPair, places: ArrayLike, land: Landscape) 
             f"{name}: the mark is {abs(metres):.2f} m {side} the ground ({e:+.1f} px)"
         )
         hint = f"{abs(e):.0f} pixels too {'large' if e > 0 else 'small'}; look again"
-        said.append((f"{name} on the ground", bool(abs(e) <= GOOD), hint))
+        holds = along_with(bool(abs(e) <= GOOD), several)
+        said.append((f"{name} on the ground", holds, hint))
     report("mine", said)
 
 

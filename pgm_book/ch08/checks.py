@@ -1,6 +1,5 @@
 """Checks of the exercises of chapter 8, stereo plotting."""
 
-import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -8,13 +7,17 @@ import scipy
 
 from pgm_book.common.checks import (
     CheckFailed,
+    along_with,
     answer_of,
     call,
+    chance,
     compare,
     first_slip,
     near,
     numbers,
     report,
+    shaken,
+    varied,
 )
 from pgm_book.program import stereo as textbook
 from pgm_lab import frames
@@ -31,16 +34,16 @@ SEARCHES = [
 ]
 
 
-@functools.cache
 def scene() -> np.ndarray:
     """Smoothed noise, in which every window differs from the others."""
-    noise = np.random.default_rng(8).normal(0, 100, (60, 120))
+    noise = chance(8).normal(0, 100, (60, 120))
     return scipy.ndimage.gaussian_filter(noise, 1.2)
 
 
 def model_point(function: Callable[..., object]) -> None:
     """Check the model point of a parallax."""
-    cases = [(6.0, -3.0, 12.0, 400.0, 24.0), (-1.5, 4.0, 9.5, 390.0, 24.2)]
+    fixed = [(6.0, -3.0, 12.0, 400.0, 24.0), (-1.5, 4.0, 9.5, 390.0, 24.2)]
+    cases = shaken(81, fixed)
 
     def right(x: float, y: float, p: float, B: float, c: float) -> np.ndarray:
         return textbook.model_point(x, y, p, B, c)
@@ -112,12 +115,12 @@ def _true_disparity(pair: NormalPair, place: tuple[int, int], land: Landscape) -
 def epipolar_line(function: Callable[..., object]) -> None:
     """Check the epipolar line: conjugate points at all heights lie on it."""
     lines, misses, slips = [], [], []
-    cases = (
-        (np.array([390.0, 4.0, -7.0]), matrix(0.02, -0.03, 0.05), 24.0),
-        (np.array([250.0, -60.0, 20.0]), matrix(-0.1, 0.08, 0.4), 18.0),
-    )
-    for base, M, c in cases:
-        for ray in (np.array([3.0, 4.0, -24.0]), np.array([-5.0, 2.0, -20.0])):
+    bases = shaken(82, np.array([(390.0, 4.0, -7.0), (250.0, -60.0, 20.0)]))
+    angles = shaken(83, [(0.02, -0.03, 0.05), (-0.1, 0.08, 0.4)])
+    rays = shaken(84, np.array([(3.0, 4.0, -24.0), (-5.0, 2.0, -20.0)]))
+    for base, turns, c in zip(bases, angles, shaken(85, (24.0, 18.0)), strict=True):
+        M = matrix(*turns)
+        for ray in rays:
             line = call(function, base, ray, M, c, shape=(3,))
             depth = np.array([[10.0], [25.0], [60.0]])
             u = (ray * depth - base) @ M.T
@@ -166,10 +169,11 @@ def _slips_of_a_line(
 
 def best_disparity(function: Callable[..., object]) -> None:
     """Check the search along a row."""
-    found = [_search(function, *case) for case in SEARCHES]
-    wanted = [_search(textbook.best_disparity, *case) for case in SEARCHES]
+    searches = _searches()
+    found = [_search(function, *case) for case in searches]
+    wanted = [_search(textbook.best_disparity, *case) for case in searches]
     (d, r), (true, highest) = np.transpose(found), np.transpose(wanted)
-    low = np.array([case[3] for case in SEARCHES], float)
+    low = np.array([case[3] for case in searches], float)
     whole = np.round(true)
     slips = [
         (-true, "the sign: the disparity is left column minus right column"),
@@ -193,28 +197,50 @@ def best_disparity(function: Callable[..., object]) -> None:
         (whole - low, "that is the index in the list of r, which begins at low"),
     ]
     otherwise = "the disparity is not that of the highest r along the row"
-    ends = [_search(function, 48, 30, 7, *ends, 2.3)[0] for ends in ((3, 9), (-6, 2))]
+    column, row, window, *_, shift = searches[0]
+    ends = [
+        _search(function, column, row, window, *ends, shift)[0]
+        for ends in ((3, 9), (-6, 2))
+    ]
+    good = near(np.nan_to_num(d, nan=1e6), true, 1e-6)
     report(
         "best_disparity",
         [
             (
                 "the disparity of the highest r",
-                near(np.nan_to_num(d, nan=1e6), true, 1e-6),
+                good,
                 first_slip(np.nan_to_num(d, nan=1e6), slips, otherwise),
             ),
             ("its r", near(r, highest, 1e-6), "r is not the highest of the search"),
             (
                 "NaN at both ends of the search",
-                bool(np.isnan(ends).all()),
+                along_with(bool(np.isnan(ends).all()), good),
                 "a highest r at an end of the search is no peak: return NaN there",
             ),
         ],
     )
 
 
+def _searches() -> list[tuple]:
+    """The searches, or under a secret others with larger windows."""
+
+    def drawn(rng: np.random.Generator) -> list[tuple]:
+        return [
+            (
+                *(case[:2] + rng.integers(-3, 4, 2)).tolist(),
+                case[2] + 6,
+                *case[3:5],
+                case[5] + rng.uniform(-0.25, 0.15),
+            )
+            for case in SEARCHES
+        ]
+
+    return varied(86, SEARCHES, drawn)
+
+
 def _on_the_other_side() -> np.ndarray:
     """Disparities that a search finds which adds d to the column."""
-    turned = [(*case[:3], -case[4], -case[3], case[5]) for case in SEARCHES]
+    turned = [(*case[:3], -case[4], -case[3], case[5]) for case in _searches()]
     found = [-_search(textbook.best_disparity, *case)[0] for case in turned]
     return np.nan_to_num(found, nan=1e6)
 
@@ -235,11 +261,12 @@ def _search(function: Callable[..., object], *case: float) -> tuple[float, float
 
 def sigma_height(function: Callable[..., object]) -> None:
     """Check the standard deviation of a height."""
-    cases = [
+    fixed = [
         (1000.0, 400.0, 0.2, 0.1),
         (650.0, 300.0, 0.15, 0.4),
         (900.0, 370.0, 0.21, 0.07),
     ]
+    cases = shaken(87, fixed)
     slips = {
         "base and height are exchanged": lambda H, B, g, s: B / H * g * s,
         "H enters twice: the GSD already contains it": lambda H, B, g, s: (
@@ -262,8 +289,9 @@ def normal_case(function: Callable[..., object]) -> None:
     The function takes image, M, N, c and pixel size; M and N rotate object space into
     the photo and into the normal case, c and the size stay.
     """
-    M, N = matrix(0.08, -0.05, 0.3), matrix(0.03, 0.04, 0.05)
-    size, c, pixel = (80, 60), 8.0, 0.06
+    M = matrix(*shaken(88, (0.08, -0.05, 0.3)))
+    N = matrix(*shaken(89, (0.03, 0.04, 0.05)))
+    size, (c, pixel) = (80, 60), shaken(90, (8.0, 0.06), 0.03)
     pixels = np.stack(np.meshgrid(*map(np.arange, size)), -1)
     xy = frames.pixel_to_photo(pixels, size, pixel)
 

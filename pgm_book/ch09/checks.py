@@ -1,12 +1,20 @@
 """Checks of the exercises of chapter 9, from a board and two photos to a surface."""
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from pgm_book.common.checks import answer_of, call, compare, near, report
+from pgm_book.common.checks import (
+    answer_of,
+    call,
+    chance,
+    compare,
+    near,
+    report,
+    shaken,
+    varied,
+)
 from pgm_book.common.own_program import CheckFailed
 from pgm_book.program import surface as textbook
 from pgm_book.program.bundle import without_lens
@@ -22,13 +30,12 @@ RIGHT = np.array([1.0, 0.08, -0.12, 0.04, -0.06, 0.09])
 # --- The board ---
 
 
-@cache
 def _photos() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Image points (5, 30, 2) of a flat board with noise, starts, and the board."""
     X, Y = np.meshgrid(np.arange(6.0), -np.arange(5.0))
     board = np.column_stack([X.ravel(), Y.ravel(), np.zeros(30)])
-    chance = np.random.default_rng(9)
-    exteriors = np.array(
+    camera, rng = _camera(), chance(9)
+    fixed = np.array(
         [
             (2.5, -2, 8, 0, 0, 0),
             (-3, -2, 6, 0, -0.7, 0.1),
@@ -37,30 +44,35 @@ def _photos() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             (2, -8, 6, 0.7, 0, -0.1),
         ]
     )
-    xy = np.array([_seen(project(e, board, CAMERA[0])) for e in exteriors])
-    xy += 0.0002 * chance.standard_normal(xy.shape)
-    starts = exteriors + 0.02 * chance.standard_normal(exteriors.shape)
+    exteriors = shaken(91, fixed, 0.03)
+    xy = np.array([_seen(project(e, board, camera[0]), camera) for e in exteriors])
+    xy += 0.0002 * rng.standard_normal(xy.shape)
+    starts = exteriors + 0.02 * rng.standard_normal(exteriors.shape)
     return xy, np.array([0.55, *np.zeros(9)]), starts, board
 
 
-@cache
-def _flat() -> tuple[np.ndarray, np.ndarray, float]:
-    """What these photos give with the board as it was printed."""
-    return textbook.flat_board(*_photos())
+def _camera() -> np.ndarray:
+    """The camera, or under a secret another one."""
+    return shaken(92, CAMERA, 0.05)
 
 
-def _seen(ideal: np.ndarray) -> np.ndarray:
-    """Image points as the lens of CAMERA shows them."""
-    xy = ideal + CAMERA[1:3]
+def _right() -> np.ndarray:
+    """The right photo, or under a secret another one; its X0 is 1."""
+    return np.append(1.0, shaken(93, RIGHT[1:]))
+
+
+def _seen(ideal: np.ndarray, camera: np.ndarray) -> np.ndarray:
+    """Image points as the lens of a camera shows them."""
+    xy = ideal + camera[1:3]
     for _ in range(30):
-        xy = xy + ideal - without_lens(xy, CAMERA)
+        xy = xy + ideal - without_lens(xy, camera)
     return xy
 
 
 def flat_board(function: Callable) -> None:
     """Check the adjustment of a camera with the board as it was printed."""
     case = _photos()
-    camera, C, sigma0 = _flat()
+    camera, C, sigma0 = textbook.flat_board(*case)
     try:
         answer = answer_of(function, *case, first="lessons 5 and 6")
     except CheckFailed as failed:
@@ -106,12 +118,12 @@ def flat_board(function: Callable) -> None:
             ("the camera", right, hint),
             (
                 "sigma0",
-                not right or near(sigma / sigma0, 1, 0.01),
+                near(sigma / sigma0, 1, 0.01) if right else None,
                 "sigma0 is not that of the last adjustment",
             ),
             (
                 "the covariance",
-                not right or near(ratio, np.ones(10), 0.01),
+                near(ratio, np.ones(10), 0.01) if right else None,
                 "the covariance is sigma0 squared times Q",
             ),
         ],
@@ -122,7 +134,8 @@ def new_photo(function: Callable) -> None:
     """Check what a camera and a board leave in a photo that took no part."""
     xy, _, starts, board = _photos()
     bent = board + np.column_stack([0 * board[:, :2], 0.02 * (board[:, 0] - 2.5) ** 2])
-    cases = [(xy[0], CAMERA, board, starts[0]), (xy[1], CAMERA, bent, starts[1])]
+    lens = _camera()
+    cases = [(xy[0], lens, board, starts[0]), (xy[1], lens, bent, starts[1])]
 
     def left(*case: Any) -> np.ndarray:
         xy, camera, board, start = case
@@ -197,17 +210,16 @@ def _two(exterior: np.ndarray, c: float) -> tuple[np.ndarray, np.ndarray]:
     """Image points of nine points, with errors that leave y parallaxes."""
     points = np.array([(x, y, x * y / 9 - 7) for x in (-1.0, 1, 3) for y in (-2, 0, 2)])
     points[::2, 2] -= 1.3
-    noise = 0.02 * np.random.default_rng(4).standard_normal((2, 9, 2))
+    noise = 0.02 * chance(4).standard_normal((2, 9, 2))
     left = project(np.zeros(6), points, c) + noise[0]
     return left, project(exterior, points, c) + noise[1]
 
 
 def y_parallaxes(function: Callable) -> None:
     """Check the y parallaxes in the normal case."""
-    cases = [
-        (e, *_two(e, c), c)
-        for e, c in ((RIGHT, 24.0), (RIGHT * 0.5 + (0.5, 0, 0, 0, 0, 0), 35.0))
-    ]
+    right, (c, other_c) = _right(), shaken(94, (24.0, 35.0))
+    half = right * 0.5 + (0.5, 0, 0, 0, 0, 0)
+    cases = [(e, *_two(e, c), c) for e, c in ((right, c), (half, other_c))]
     right_one = textbook.y_parallaxes
 
     def wrong(turns: Callable, axis: int = 1) -> Callable:
@@ -262,9 +274,10 @@ def y_parallaxes(function: Callable) -> None:
 
 def base_length(function: Callable) -> None:
     """Check the length of the base from a distance."""
+    e, (c, other_c, one, other) = _right(), shaken(95, (24.0, 35.0, 1.7, 0.4))
     cases = [
-        (RIGHT, *(p[[0, 7]] for p in _two(RIGHT, 24.0)), 24.0, 1.7),
-        (RIGHT, *(p[[2, 3]] for p in _two(RIGHT, 35.0)), 35.0, 0.4),
+        (e, *(p[[0, 7]] for p in _two(e, c)), c, one),
+        (e, *(p[[2, 3]] for p in _two(e, other_c)), other_c, other),
     ]
     right = textbook.base_length
 
@@ -304,9 +317,9 @@ def base_length(function: Callable) -> None:
 
 def surface_point(function: Callable) -> None:
     """Check one point of the surface, and where there is none."""
-    scene = datasets.motorcycle()
-    pair = scene.left[150:250, 250:450], scene.right[150:250, 250:450]
-    rest: tuple = ((20, 70), 0.193, 0.995, 0.001, 0.2)
+    pair = _motorcycles()
+    base, c, pixel, sigma = shaken(98, (0.193, 0.995, 0.001, 0.2))
+    rest: tuple = ((20, 70), base, c, pixel, sigma)
     places = [(100, 60), (140, 45), (170, 30)]
     found = np.array([call(function, pair, *p, *rest, shape=(4,)) for p in places])
     wanted = np.array([textbook.surface_point(pair, *p, *rest) for p in places])
@@ -314,21 +327,21 @@ def surface_point(function: Callable) -> None:
     slips = [
         (wanted * (1, 1, -1, 1), "the sign of Z: the camera looks along -z"),
         (wanted * (1, -1, 1, 1), "y points up, and rows count downwards"),
-        (wanted / (1, 1, 1, 0.2), "the standard deviation is that of a whole pixel"),
+        (wanted / (1, 1, 1, sigma), "the standard deviation is that of a whole pixel"),
         (
-            wanted * (*3 * [rest[3]], rest[3] ** 2),
+            wanted * (*3 * [pixel], pixel**2),
             "a parallax is the disparity times the pixel size",
         ),
         (
-            wanted / np.insert(np.ones((3, 3)), 3, depth.ravel() / rest[2], axis=1),
+            wanted / np.insert(np.ones((3, 3)), 3, depth.ravel() / c, axis=1),
             "the GSD is the pixel size on the object, not in the image",
         ),
         (
-            np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / 0.193)]),
+            np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / base)]),
             "the standard deviation is that across the ray: H/B is missing",
         ),
         (
-            np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / 0.193) ** 2]),
+            np.column_stack([wanted[:, :3], wanted[:, 3:] / (depth / base) ** 2]),
             "`sigma_height` takes H first, then B",
         ),
     ]
@@ -338,7 +351,7 @@ def surface_point(function: Callable) -> None:
         " standard deviation not that of your `sigma_height`",
     )
     right = near(found, wanted, 1e-6)
-    gap = _gap(function, pair, rest) if right else (True, "")
+    gap = _gap(function, pair, rest) if right else (None, "")
     report(
         "surface_point",
         [
@@ -348,12 +361,24 @@ def surface_point(function: Callable) -> None:
     )
 
 
+def _motorcycles() -> tuple[np.ndarray, np.ndarray]:
+    """A part of a pair of photos, under a secret with noise of half a grey value."""
+    scene = datasets.motorcycle()
+    pair = scene.left[150:250, 250:450], scene.right[150:250, 250:450]
+
+    def noisy(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        left, right = (photo + rng.normal(0, 0.5, photo.shape) for photo in pair)
+        return left, right
+
+    return varied(96, pair, noisy)
+
+
 GAP = "where r is below 0.8, or NaN, return four NaN"
 
 
 def _gap(function: Callable, pair: tuple, rest: tuple) -> tuple[bool, str]:
     """Whether it returns NaN where the windows do not match well, and only there."""
-    noise = np.random.default_rng(5).uniform(0, 255, pair[0].shape)
+    noise = chance(5).uniform(0, 255, pair[0].shape)
     for right, place, kept in (
         (noise, (110, 40), False),
         (pair[1], (140, 33), False),  # r is 0.75

@@ -6,11 +6,15 @@ import numpy as np
 
 from pgm_book.common.checks import (
     CheckFailed,
+    along_with,
     answer_of,
     call,
+    chance,
     compare,
     near,
     report,
+    shaken,
+    varied,
 )
 from pgm_lab import _validate
 
@@ -45,28 +49,49 @@ def redundancy_numbers(function: Callable) -> None:
         "redundancy_numbers",
         [
             ("they add up to the redundancy", all(sums), total),
-            ("they lie between 0 and 1", inside, "some lie outside 0 and 1"),
+            (
+                "they lie between 0 and 1",
+                along_with(inside, all(sums)),
+                "some lie outside 0 and 1",
+            ),
             ("each is right in three nets", right, hint),
         ],
     )
 
 
+def _orders(rng: np.random.Generator) -> tuple[list[int], list[int]]:
+    """Rows of two nets, 4 the suspect: in the first after 2, in the other in front."""
+    order = [2, *rng.permutation([0, 1, 3]).tolist()]
+    order.insert(int(rng.integers(1, 4)), 4)
+    return order, [4, *rng.permutation(4).tolist()]
+
+
 def suspect(function: Callable) -> None:
     """Check the reader's suspect(v, sigma, r): a row number, or -1 for none."""
-    v = np.array([4.0, -9.0, -7.0, 1.5, -3.0])
-    sigma = np.array([2.0, 5.0, 2.0, 3.0, 1.2])
-    r = np.array([0.6, 0.7, 0.5, 0.4, 0.12])
+    table = np.array(
+        [
+            (4.0, -9.0, -7.0, 1.5, -3.0),
+            (2.0, 5.0, 2.0, 3.0, 1.2),
+            (0.6, 0.7, 0.5, 0.4, 0.12),
+        ]
+    )
+    table, signs = shaken(101, table, 0.02), np.array([-1, -2, 1, -1, -1])
     # w is about (2.6, -2.2, -4.9, 0.8, -7.2), and then (7.2, -0.8, -4.9, 4.3, -2.6)
-    cases = [(v, sigma, r), (v[::-1] * (-1, -1, 1, -2, -1), sigma[::-1], r[::-1])]
+    order, other = varied(102, ([0, 1, 2, 3, 4], [4, 3, 2, 1, 0]), _orders)
+    v, sigma, r = table[:, order]
+    turned, *rest = table[:, other]
+    cases = [(v, sigma, r), (turned * signs[other], *rest)]
+    row = order.index(4)  # of the suspect
+    highest = round(float(np.abs(_w(v, sigma, r)).max()), 4)
     found = [_row(function, *case) for case in cases]
-    right = found == [_largest(_w(*case)) for case in cases] == [4, 0]
+    right = found == [_largest(_w(*case)) for case in cases] == [row, 0]
     hint = next(
         (hint for hint, wrong in _SLIPS if found == [wrong(*case) for case in cases]),
         "another observation has the largest |w|",
     )
     quiet = _row(function, v / 4, sigma, r)
-    limit = _row(function, v * (3.28 / 7.2169), sigma, r)
-    above = _row(function, v * (3.31 / 7.2169), sigma, r)
+    limit = _row(function, v * (3.28 / highest), sigma, r)
+    above = _row(function, v * (3.31 / highest), sigma, r)
     clean_hint = "no |w| is above 3.29 here: the answer must be -1"
     if quiet != -1 and _row(function, v / 10, sigma, r) == -1:
         clean_hint += "; divide by the root of r, not by r"
@@ -77,22 +102,26 @@ def suspect(function: Callable) -> None:
         for added in ((0.0, 1.0, 0.0), (-1e-12, 1.0, 0.0))
     ]
     alone_hint = "an observation with r = 0 has no w: leave it out before dividing"
-    if alone == [4, 4, 4, 4]:
+    if alone == [row] * 4:
         alone_hint = "an observation without w keeps its row: count all of them"
     report(
         "suspect",
         [
             ("the largest |w| is found", right, hint),
-            ("a clean net has no suspect", quiet == limit == -1, clean_hint),
+            (
+                "a clean net has no suspect",
+                along_with(quiet == limit == -1, right),
+                clean_hint,
+            ),
             (
                 "one just above the limit is found",
-                above == 4 or not right,
+                above == row if right else None,
                 "a |w| of 3.31 is passed over: divide by the standard deviation, not by"
                 " its square, and compare with 3.29",
             ),
             (
                 "an observation that nothing controls is passed over",
-                not right or alone == [4, 4, 5, 5],
+                alone == [row, row, row + 1, row + 1] if right else None,
                 alone_hint,
             ),
         ],
@@ -208,12 +237,14 @@ def normal_equations(function: Callable) -> None:
     hints = [f"N: {hint_N or other_N}", f"n: {hint_n or other_n}"]
     if hint_N and hint_N == hint_n:
         hints = [hint_N, hint_N]
-    properties = [
+    properties: list[tuple[str, bool | None, str]] = [
         ("N is right in three nets", good_N, hints[0]),
         ("n too", good_n, hints[1]),
     ]
     same = hints[0] == hints[1] and not good_N and not good_n
-    report("normal_equations", properties[:1] if same else properties)
+    if same:  # one slip is named once
+        properties[1] = ("n too", None, "")
+    report("normal_equations", properties)
 
 
 def adjust(function: Callable) -> None:
@@ -267,7 +298,7 @@ def adjust(function: Callable) -> None:
     }
     slips = {"x": of_x, "v": of_v, "sigma0": of_sigma0, "Q": of_Q}
     right = {"x": x, "v": v, "sigma0": s, "Q": Q}
-    properties = []
+    properties: list[tuple[str, bool | None, str]] = []
     for name, claim in (
         ("x", "vᵀPv is least in three nets"),
         ("v", "the residuals have the right sign"),
@@ -280,20 +311,21 @@ def adjust(function: Callable) -> None:
         "a plane through raw UTM coordinates comes out wrong, and nothing says so: keep"
         " the lines that stop where columns of A nearly depend on one another"
     )
-    properties.append(
-        ("raw UTM columns stop it, or come out right", _spoils_none(function), hint)
-    )
+    solved = all(holds for _, holds, _ in properties[:2])
+    good = along_with(_spoils_none(function), solved)
+    properties.append(("raw UTM columns stop it, or come out right", good, hint))
     report("adjust", properties)
 
 
 def _spoils_none(function: Callable) -> bool:
     """Whether exact planes through raw UTM columns stop, or come out right."""
     X, Y = np.indices((5, 5)).reshape(2, -1) / 2  # two metres of ground
-    A = np.column_stack([500000 + X, 9200000 + Y, np.ones(25)])
+    east, north = shaken(106, (500000, 9200000), 0.01)
+    A = np.column_stack([east + X, north + Y, np.ones(25)])
     for a, b, c in ((1, 2, 100), (0.5, 0, 100), (0.1, -0.05, 100), (1, 0, 0)):
         try:
             v = function(A.copy(), np.ones(25), a * X + b * Y + c)[1]
-        except (ValueError, np.linalg.LinAlgError):
+        except Exception:  # in whatever way it stops
             continue
         if np.abs(v).max() > 1e-6:
             return False
@@ -367,8 +399,10 @@ def nets() -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Design matrix, weights and observations of three nets, without symmetry."""
     nets = []
     for seed, n, u in ((1, 5, 2), (2, 7, 3), (3, 9, 4)):
-        rng = np.random.default_rng(seed)
-        A = rng.integers(-1, 2, (n, u)) + np.eye(n, u)
+        rng = chance(seed)
+        A = np.zeros((n, u))
+        while np.linalg.cond(A) > 10:  # unknowns that depend on one another
+            A = rng.integers(-1, 2, (n, u)) + np.eye(n, u)
         p = rng.uniform(0.2, 5, n).round(1)
         nets.append((A, p, A @ rng.normal(size=u) + 0.1 * rng.normal(size=n)))
     return nets

@@ -5,8 +5,10 @@ other and names those that fail. It never shows the answer. The checks of a chap
 stand in the module of its number, ``pgm_book.ch01.checks`` and so on.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+import contextlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import ContextVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +18,84 @@ from pgm_book.common.own_program import keep as keep
 from pgm_book.common.own_program import own as own
 from pgm_book.common.predict import predict as predict
 from pgm_lab import _validate
+
+T = TypeVar("T")
+
+# --- The inputs of a check: in a notebook always the same, when graded others ---
+
+_SECRET: ContextVar[int | None] = ContextVar("secret", default=None)
+
+
+@contextlib.contextmanager
+def hidden(secret: int) -> Iterator[None]:
+    """Let checks try a function on inputs that a secret decides.
+
+    Who has seen the inputs of the notebooks and their answers knows none of them.
+    """
+    token = _SECRET.set(secret)
+    try:
+        yield
+    finally:
+        _SECRET.reset(token)
+
+
+def chance(number: int) -> np.random.Generator:
+    """Return the random stream of a check, which has a number of its own.
+
+    Examples
+    --------
+    >>> seen = chance(7).integers(1000)
+    >>> with hidden(2013):
+    ...     print(chance(7).integers(1000) == seen)
+    False
+    """
+    secret = _SECRET.get()
+    return np.random.default_rng(number if secret is None else [number, secret])
+
+
+def varied(number: int, fixed: T, drawn: Callable[[np.random.Generator], T]) -> T:
+    """Return the fixed inputs of a check, or under a secret what is drawn for them.
+
+    Examples
+    --------
+    >>> varied(7, 20.0, lambda rng: rng.uniform(10, 30))
+    20.0
+    """
+    return fixed if _SECRET.get() is None else drawn(chance(number))
+
+
+def shaken(number: int, fixed: Any, share: float = 0.1) -> Any:
+    """Return fixed numbers; under a secret, each larger or smaller by up to a share.
+
+    Examples
+    --------
+    >>> with hidden(2013):
+    ...     a, b = shaken(7, (20.0, 30.0))
+    >>> 18 < a < 22 and 27 < b < 33
+    True
+    """
+
+    def drawn(rng: np.random.Generator) -> Any:
+        numbers = fixed * (1 + share * rng.uniform(-1, 1, np.shape(fixed)))
+        return numbers if isinstance(fixed, np.ndarray) else numbers.tolist()
+
+    return varied(number, fixed, drawn)
+
+
+def shuffled(number: int, n: int) -> list[int]:
+    """Return the numbers from 0 to n - 1; under a secret, in another order.
+
+    Where answers are yes and no, who repeats those of the notebook is right otherwise.
+
+    Examples
+    --------
+    >>> shuffled(7, 3)
+    [0, 1, 2]
+    """
+    return varied(number, list(range(n)), lambda rng: rng.permutation(n).tolist())
+
+
+# --- What the reader's function answers ---
 
 
 def answer_of(function: Callable, *arguments: Any, first: str = "") -> Any:
@@ -150,10 +230,11 @@ def numbers(
     return array
 
 
-def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
+def report(name: str, properties: Iterable[tuple[str, bool | None, str]]) -> None:
     """Print the properties that hold, or raise `CheckFailed` with hints to the others.
 
-    `properties` are (property, whether it holds, hint), in plain words.
+    `properties` are (property, whether it holds, hint), in plain words; None stands for
+    one that says nothing, because another has to hold first.
 
     Examples
     --------
@@ -161,11 +242,30 @@ def report(name: str, properties: Iterable[tuple[str, bool, str]]) -> None:
     ✓ my_sum: adds.
     """
     properties = list(properties)
-    hints = [hint for _, holds, hint in properties if not holds]
+    results = tuple(
+        (text, None if holds is None else bool(holds)) for text, holds, _ in properties
+    )
+    hints = [hint for _, holds, hint in properties if not (holds is None or holds)]
     if hints:
         whole = f"{name}: " + "; ".join(hints).replace("?; ", "? ")
-        raise CheckFailed(whole if whole.endswith(("?", "!")) else whole + ".")
-    print(f"✓ {name}: " + "; ".join(text for text, _, _ in properties) + ".")
+        failed = CheckFailed(whole if whole.endswith(("?", "!")) else whole + ".")
+        failed.properties = results
+        raise failed
+    print(f"✓ {name}: " + "; ".join(text for text, holds in results if holds) + ".")
+
+
+def along_with(holds: bool, other: bool) -> bool | None:
+    """Whether a property holds that counts only if another one does; else None.
+
+    So is treated what a function has that does nothing: zeros add up, and what is the
+    same for all inputs has the right answer for some of them.
+
+    Examples
+    --------
+    >>> along_with(True, True), along_with(True, False), along_with(False, False)
+    (True, None, False)
+    """
+    return None if holds and not other else bool(holds)
 
 
 def near(answer: ArrayLike, expected: ArrayLike, tolerance: float = 1e-9) -> bool:

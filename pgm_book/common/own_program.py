@@ -26,7 +26,16 @@ FILE = f"{MODULE}.py"
 
 
 class CheckFailed(AssertionError):
-    """An answer is wrong or missing; notebooks show the message without a traceback."""
+    """An answer is wrong or missing; notebooks show the message without a traceback.
+
+    Attributes
+    ----------
+    properties : tuple of (str, bool or None)
+        Each property that the check names and whether it holds; None: another has to
+        hold first. Empty where the check stopped before.
+    """
+
+    properties: tuple[tuple[str, bool | None], ...] = ()
 
     def _render_traceback_(self) -> list[str]:
         return [f"✗ {self}"]

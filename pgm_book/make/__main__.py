@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import nbformat
@@ -25,10 +26,18 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("--notebooks", type=Path, default=ROOT / "notebooks")
     parser.add_argument("--build", type=Path, default=ROOT / "build")
+    parser.add_argument(
+        "--format", choices=["nbgrader", "otter"], help="of the students' copies"
+    )
     options = parser.parse_args(arguments)
+    publisher = PUBLISHERS[options.what]
+    if options.format:
+        if options.what != "student":
+            parser.error("--format is for the students' copies")
+        publisher = partial(assignments, style=options.format)
     try:
         notebooks = form.choose(options.notebooks, options.names)
-        for path in PUBLISHERS[options.what](notebooks, options.build):
+        for path in publisher(notebooks, options.build):
             print(path)
     except ModuleNotFoundError as error:
         print(f"publish: {missing(error.name)}", file=sys.stderr)
@@ -86,6 +95,13 @@ def handouts(notebooks: list[Path], build: Path) -> Iterator[Path]:
             prepared = for_handouts(nbformat.read(path, as_version=4))
             said[path] = faults(pdf, prepared, form.form_of(path))
     form.judge(said, "the handouts are written, but are not fit for paper:")
+
+
+def assignments(notebooks: list[Path], build: Path, style: str) -> list[Path]:
+    """Write the assignments of another grader into ``build/nbgrader`` or ``otter``."""
+    from pgm_book.course.assignments import write
+
+    return write(notebooks, build, style)
 
 
 def sizes(notebooks: list[Path], build: Path) -> Iterator[str]:

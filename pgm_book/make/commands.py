@@ -150,7 +150,32 @@ MODULES = {
     "student": (
         ["main"],
         ["pgm_book.make", "student"],
-        "Make the copies for students and instructors, in build/.",
+        "Make the copies for students and instructors, or --format nbgrader or otter.",
+    ),
+    "course": (
+        ["main", "publish"],
+        ["pgm_book.course.pack"],
+        "Make the zips for students and instructors, and a stick with --wheels.",
+    ),
+    "release": (
+        ["main", "publish"],
+        ["pgm_book.make.release"],
+        "Make all files of a release from the commit, with --check twice.",
+    ),
+    "grade": (
+        ["main"],
+        ["pgm_book.course.grade"],
+        "Grade a folder of submissions, each in a closed box, into build/grades.",
+    ),
+    "quiz": (
+        ["main"],
+        ["pgm_book.course.quiz"],
+        "Write all questions for exam systems: GIFT, Moodle XML, QTI; in build/quiz.",
+    ),
+    "exam": (
+        ["main", "publish"],
+        ["pgm_book.course.exam"],
+        "Make a two-hour paper and its key: SEED, and lessons if not all.",
     ),
     "requirements": (
         ["main", "dev"],

@@ -90,7 +90,7 @@ def ensure(venv_name: str, *sets: str, root: Path = ROOT) -> Path:
         refuse_foreign(venv)
         if not current:
             claim(venv)
-            orders.append(["--no-deps", "--no-build-isolation", "-e", root])
+            orders.append(["--no-deps", "--no-build-isolation", "-e", str(root)])
         if not same_python:
             make(venv)
     except OSError as error:

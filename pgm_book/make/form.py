@@ -277,7 +277,8 @@ def choose(folder: Path, names: list[str]) -> list[Path]:
     chosen = []
     for wanted in names:
         stem = Path(wanted).name.removesuffix(".ipynb")
-        matches = [p for p in chapters if stem in (p.stem, p.stem.split("_")[0])]
+        number = stem.zfill(2)  # 2 as well as 02
+        matches = [p for p in chapters if number in (p.stem, p.stem.split("_")[0])]
         if not matches:
             known = ", ".join(path.stem for path in chapters)
             raise PublishError(f"no notebook is called {wanted!r}; there are: {known}.")

@@ -14,6 +14,7 @@ from bs4 import BeautifulSoup
 from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_output
 
+from pgm_book.make.archive import steady
 from pgm_book.make.student import PLACEHOLDER, slide_type, tags, unsolved
 
 if TYPE_CHECKING:
@@ -224,7 +225,7 @@ def print_pdf(browser: "Browser", content: str) -> bytes:
 
 def pdf_of(page: "Page") -> bytes:
     """Return the PDF of a page that is open and ready."""
-    return page.pdf(
+    pdf = page.pdf(
         format="A4",
         margin={"top": "10mm", "bottom": "13mm", "left": "15mm", "right": "15mm"},
         print_background=True,
@@ -234,6 +235,7 @@ def pdf_of(page: "Page") -> bytes:
         tagged=True,
         outline=True,
     )
+    return steady(pdf)
 
 
 # --- What is wrong with it ---

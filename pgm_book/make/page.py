@@ -25,6 +25,7 @@ from pgm_book.make import handouts, slides
 from pgm_book.make.errors import PublishError, missing
 from pgm_book.make.student import name
 
+Prepared = Callable[[NotebookNode], NotebookNode]
 TEMPLATES = Path(__file__).parent / "templates"
 
 # Two wheels carry the files: neither Node nor a copy in this repository is needed.
@@ -43,33 +44,39 @@ def slides_page(path: Path, audience: slides.Audience = "lecturer") -> str:
     Notes, their window and the answers to the quick questions are the lecturer's.
     """
     files = {
-        "reveal_css": _asset(*REVEAL, "dist/reveal.css"),
-        "reveal_js": _asset(*REVEAL, "dist/reveal.js"),
+        "reveal_css": asset(*REVEAL, "dist/reveal.css"),
+        "reveal_js": asset(*REVEAL, "dist/reveal.js"),
     }
     if audience == "lecturer":
-        files["notes_js"] = _asset(*REVEAL, "plugin/notes/notes.js")
+        files["notes_js"] = asset(*REVEAL, "plugin/notes/notes.js")
     stem = Path(path).stem
     prepared = partial(slides.for_slides, audience=audience, stem=stem)
     return _page(SlidesExporter, "pgm_slides", path, prepared, files)
 
 
-def handout_page(path: Path) -> str:
-    """Return the handout of a notebook as one self-contained HTML page."""
-    return _page(HTMLExporter, "pgm_handout", path, handouts.for_handouts, {})
+def handout_page(
+    path: Path, prepared: Prepared = handouts.for_handouts, title: str = ""
+) -> str:
+    """Return the handout of a notebook as one self-contained HTML page.
+
+    `prepared` chooses what else is printed, under another title.
+    """
+    return _page(HTMLExporter, "pgm_handout", path, prepared, {}, title)
 
 
 def _page(
     exporter: type[HTMLExporter],
     template: str,
     path: Path,
-    prepared: Callable[[NotebookNode], NotebookNode],
+    prepared: Prepared,
     files: dict[str, str],
+    title: str = "",
 ) -> str:
     """Convert and check; a picture without alt text or out of reach is an error."""
     path = Path(path)
     notebook = nbformat.read(path, as_version=4)
     _refuse_unexecuted(path, notebook)
-    files["mathjax_js"] = _asset(*MATHJAX, "tex-svg-full.js")
+    files["mathjax_js"] = asset(*MATHJAX, "tex-svg-full.js")
     converter = exporter(
         template_name=template, extra_template_basedirs=[str(TEMPLATES)]
     )
@@ -81,7 +88,7 @@ def _page(
         raise PublishError(f"{path.name}, {error}") from error
     resources = {
         "metadata": {"name": path.stem, "path": str(path.parent)},
-        "pgm": {"title": slides.title(notebook), **files},
+        "pgm": {"title": title or slides.title(notebook), **files},
     }
     page, _ = converter.from_notebook_node(ready, resources=resources)
     # nbconvert's own option closes a <details> around markdown too early.
@@ -91,7 +98,7 @@ def _page(
     return str(soup)
 
 
-def _asset(package: str, folder: str, file: str) -> str:
+def asset(package: str, folder: str, file: str) -> str:
     """Return the text of a file that comes with an installed package."""
     try:
         path = distribution(package).locate_file(folder + file)

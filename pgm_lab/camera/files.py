@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from pgm_lab import _validate, frames
 from pgm_lab.camera import _document, imaging
@@ -179,7 +179,10 @@ def _fit(
 ) -> tuple[np.ndarray, float]:
     """Parameters with the least residuals (n, 2), in pixels, and the largest one."""
     limits = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-15)
-    p = least_squares(lambda p: residuals(p).ravel(), start, x_scale="jac", **limits).x
+    solved = scipy.optimize.least_squares(
+        lambda p: residuals(p).ravel(), start, x_scale="jac", **limits
+    )
+    p = solved.x
     departure = float(np.hypot(*residuals(p).T).max())
     if not departure <= LARGEST:
         raise ValueError(

@@ -24,6 +24,7 @@ from pgm_lab.plot.basic import Look
 UM = 1e3  # micrometres in a millimetre
 MAX_PHOTOS = 16
 LONG_NAME = 4  # of a file, which needs no "photo" before it
+LONGEST_NAME = 15  # characters above a panel, so that the unit is seen
 SYMBOL = {"w": "w", "tau": "τ"}
 
 
@@ -147,9 +148,11 @@ def residual_vectors(
         named = np.flatnonzero(here & outlier)
         names = [str(network.point_names[j]) for j in network.point[named]]
         _name_outliers(ax, network.xy[named], names, high[0], 0.12 * width)
-        name = network.photo_names[i]
+        name = str(network.photo_names[i])
+        if len(name) > LONGEST_NAME:
+            name = f"{name[:4]}…{name[5 - LONGEST_NAME :]}"
         size = f"{rms[i]:.2f}" if rms[i] >= 0.1 else two_digits(rms[i])
-        name = name if len(str(name)) > LONG_NAME else f"photo {name}"
+        name = name if len(name) > LONG_NAME else f"photo {name}"
         title = f"{name}: {size} µm"
         ax.set_title(title, fontsize=15, parse_math=False)
         margin = 0.06 * width

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-from scipy.interpolate import RBFInterpolator, RectBivariateSpline
+import scipy
 
 from pgm_lab import camera as cameras
 from pgm_lab import frames, rotation
@@ -163,7 +163,9 @@ def _bending(board: Board, shape: Shape | None) -> Callable[[np.ndarray], np.nda
             [0 * xy, shape(xy[..., 0], xy[..., 1])[..., None]], -1
         )
     flat = board.points
-    plate = RBFInterpolator(flat[:, :2], np.asarray(shape) - flat, degree=1)
+    plate = scipy.interpolate.RBFInterpolator(
+        flat[:, :2], np.asarray(shape) - flat, degree=1
+    )
     return lambda xy: plate(xy.reshape(-1, 2)).reshape(*xy.shape[:-1], 3)
 
 
@@ -195,5 +197,5 @@ def _mapping(
         if np.abs(on_board - before).max() < 1e-7:
             break
     met = np.clip(met, 2 * low - high, 2 * high - low)  # nothing to see farther away
-    splines = [RectBivariateSpline(y, x, met[..., i]) for i in (0, 1)]
+    splines = [scipy.interpolate.RectBivariateSpline(y, x, met[..., i]) for i in (0, 1)]
     return lambda columns, rows: tuple(spline(rows, columns) for spline in splines)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from pgm_book.ch04 import case_figures, figures
+from pgm_book.ch04 import case_figures, figures, printed_matrices
 from pgm_lab import datasets, rotation
 
 DATA = datasets.muliawan2013()
 OTHER = DATA.exteriors.copy()
 OTHER[[1, 6], 5] += 0.5
-PRINTED = case_figures.matrices(0.3, 0.4, 0.5)
+PRINTED = printed_matrices.matrices(0.3, 0.4, 0.5)
 STEEP = [(20, 90, 30), (50, 90, 0)], ["one", "two"]
 FIGURES = [
     (figures.plane_rotation, (), ["e_x reaches cos kappa along X"]),
@@ -85,7 +85,7 @@ def test_printed_matrices_are_those_of_the_audit():
     from tests.audit.test_muliawan2013_rotation import matrix_2_62
 
     angles = (0.7, -0.3, 1.9)
-    printed = case_figures.matrices(*angles)
+    printed = printed_matrices.matrices(*angles)
     np.testing.assert_allclose(printed["(B 3)"], matrix_3(*angles), atol=1e-15)
     np.testing.assert_allclose(printed["(M 2.62)"], matrix_2_62(*angles), atol=1e-15)
 

@@ -65,6 +65,11 @@ def test_a_base_in_metres_and_a_scale_upside_down_are_named(name):
     answer = task._solved(truth)
     metres = answer["exterior"] * [3.1, 3.1, 3.1, 1, 1, 1]
     assert task.hint(truth, answer | {"exterior": metres}) == task.UNIT
+    # Adjusted with a base of length 1, which weights the boxes a little otherwise
+    e = answer["exterior"].copy()
+    e[1:] += 0.2 * np.linalg.cholesky(truth.precision()[0]) @ np.ones(5)
+    e[:3] /= np.linalg.norm(e[:3])
+    assert task.hint(truth, answer | {"exterior": e}) == task.UNIT
     measured = task._model(truth, answer["exterior"])
     A, B, P, Q = measured[:4]
     inverse = np.linalg.norm(Q - P) * np.linalg.norm(B - A) / truth.bar

@@ -1,7 +1,12 @@
 """Exercise feedback of chapter 6: right answers pass, each slip is named."""
 
+import os
+import subprocess
+import sys
+import time
 from functools import partial
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -152,6 +157,52 @@ def test_slips_in_eliminating_points_are_named():
         (lambda K, E, V: E[0], "must return shape"),
     ]
     assert unnamed(chapter6.reduced, slips) == []
+
+
+def boxed(function):
+    """As the grader gives it: from a box, where nobody sees what it inverts."""
+
+    def answer(*arguments):
+        return function(*arguments)
+
+    answer.boxed = True
+    return answer
+
+
+@pytest.mark.parametrize("right", [eliminated, eliminated_in_a_loop, textbook.reduced])
+def test_a_right_answer_in_a_box_passes_in_a_second(right, capsys):
+    begin = time.perf_counter()
+    chapter6.reduced(boxed(right))
+    assert time.perf_counter() - begin < 3  # on a busy machine
+    assert "nothing larger than 3 × 3" in capsys.readouterr().out
+
+
+IN_A_BOX = """
+import resource, sys
+from pgm_book.ch06 import checks
+from tests.ch06 import test_checks as answers
+resource.setrlimit(resource.RLIMIT_AS, (2 * 2**30,) * 2)
+try:
+    checks.reduced(answers.boxed(getattr(answers, sys.argv[1])))
+except checks.CheckFailed as failed:
+    print(failed.properties[-1])
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a limit of memory needs Linux")
+@pytest.mark.parametrize("slip", ["through_one_block", "solved_in_one_block"])
+def test_in_a_box_a_matrix_of_all_points_has_no_room(slip):
+    run = subprocess.run(
+        [sys.executable, "-c", IN_A_BOX, slip],
+        cwd=Path(__file__).parents[2],
+        env={**os.environ, "PYTHONUTF8": "1", "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=100,
+        check=True,
+    )
+    assert run.stdout == "('nothing larger than 3 × 3 is inverted', False)\n"
 
 
 # Exercises 6.4 to 6.6

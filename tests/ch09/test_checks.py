@@ -61,7 +61,7 @@ def test_a_slip_of_the_flat_board_is_named():
     def changed(**slip):
         return lambda *case: flat(*case, **slip)
 
-    right = chapter9._flat()
+    right = book.flat_board(*chapter9._photos())
 
     def held(xy, camera, exteriors, grid):  # the stations stay where they were
         A = np.zeros((xy.size, 40))

@@ -82,3 +82,33 @@ def test_single_precision_is_named_and_taken_only_where_it_will_do(dtype):
 
 def test_notebook_shows_the_message_without_a_traceback():
     assert CheckFailed("so and so")._render_traceback_() == ["✗ so and so"]
+
+
+def test_who_grades_learns_of_each_property_whether_it_holds():
+    properties = [("a", True, ""), ("b", np.bool_(False), "not b"), ("c", None, "no c")]
+    with pytest.raises(CheckFailed, match="^abc: not b.$") as failed:
+        checks.report("abc", properties)
+    assert failed.value.properties == (("a", True), ("b", False), ("c", None))
+    assert CheckFailed("another").properties == ()
+
+
+def test_a_property_that_was_not_tried_neither_holds_nor_fails(capsys):
+    checks.report("ac", [("a", True, ""), ("c", None, "no c")])
+    assert capsys.readouterr().out == "✓ ac: a.\n"
+
+
+def test_a_secret_changes_what_is_drawn_and_what_is_fixed_until_it_ends():
+    def drawn():
+        fixed = checks.varied(5, 20.0, lambda rng: rng.uniform())
+        return (checks.chance(5).uniform(), fixed, *checks.shaken(6, (1.0, 2.0)))
+
+    before = drawn()
+    assert before[0] == np.random.default_rng(5).uniform() and before[1:] == (20, 1, 2)
+    with checks.hidden(1):
+        one = drawn()
+        assert one == drawn()
+        with checks.hidden(2):
+            other = drawn()
+        assert one == drawn()
+    assert drawn() == before
+    assert len({*before, *one, *other}) == 10  # under a secret both are one stream

@@ -189,6 +189,8 @@ def as_written(app, what, name, thing, *_) -> tuple[str, str] | None:
             del tree.args.args[0]  # self or cls
         return f"({ast.unparse(tree.args)})", returns
     fields = [ast.unparse(line) for line in tree.body if type(line) is ast.AnnAssign]
+    if issubclass(thing, BaseException):  # it is raised with a message alone
+        return None
     return (f"({', '.join(fields)})", "") if fields else None
 
 

@@ -1,0 +1,1 @@
+"""What a lecturer runs on submissions and questions."""

@@ -1,0 +1,303 @@
+"""Submissions as they are delivered: folders and zips, read as text and never run.
+
+A class is a folder, or a zip as Moodle gives it; in it a student is a folder, a zip or
+a file. ``submitted`` of nbgrader and the clones of GitHub Classroom are such folders.
+Only notebooks, ``my_pgm.py`` and ``my_results.json`` are read, up to a size; links are
+not followed, and nothing is unpacked onto the disk.
+"""
+
+import ast
+import functools
+import hashlib
+import io
+import json
+import re
+import stat
+import symtable
+import zipfile
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pgm_book.common.own_program import FILE, names_read
+from pgm_book.task import RESULTS
+
+LARGEST = 20 * 2**20  # bytes of a file
+MOST = 100  # files of a student
+ROOM = 100 * 2**20  # bytes of all of them
+CODE, CELLS = 2**19, 1000  # characters and cells of code in a file
+NOTHING_READ = "nothing that can be read: a notebook, my_pgm.py or my_results.json"
+_MOODLE = re.compile(r"_(\d+)_(assignsubmission|onlinetext).*$")
+
+
+@dataclass(frozen=True)
+class Notebook:
+    """The code of a notebook, in its order, and what its outputs say."""
+
+    file: str
+    cells: tuple[str, ...]
+    ids: tuple[str, ...]
+    said: str
+
+
+@dataclass(frozen=True)
+class Submission:
+    """What one student handed in."""
+
+    student: str
+    notebooks: tuple[Notebook, ...]
+    program: str
+    tasks: dict[str, str]  # the source of the last try, by the lesson's number
+    remarks: tuple[str, ...]
+
+    def digest(self) -> bytes:
+        """Return a hash of all code."""
+        code = [cell for notebook in self.notebooks for cell in notebook.cells]
+        whole = json.dumps([self.student, self.program, self.tasks, code])
+        return hashlib.sha256(whole.encode("utf-8", "replace")).digest()
+
+
+def read(place: Path) -> list[Submission]:
+    """Read all submissions of a folder, or of a zip that holds a class.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    files: dict[tuple[str, str], list[tuple[str, bytes]]] = defaultdict(list)
+    remarks: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for entry, name, content in _delivered(place):
+        who = student_of(entry), number_of(entry)
+        room = ROOM - sum(len(one) for _, one in files[who])
+        if not content:  # a row for everybody, whatever was handed in
+            continue
+        if isinstance(content, str):
+            remarks[who].append(f"{name}: {content}")
+        elif len(content) > room or len(files[who]) == MOST:
+            remarks[who].append(f"{name}: too much in all, not read")
+        else:
+            files[who].append((name, content))
+    having = Counter(student for student, _ in files)
+    found = [
+        _submission(
+            f"{student} {number}" if having[student] > 1 else student,
+            sorted(files[student, number]),
+            remarks[student, number][:MOST]
+            + ([] if files[student, number] else [NOTHING_READ]),
+        )
+        for student, number in sorted(files)
+    ]
+    if not found:
+        raise ValueError(
+            f"{place}: no submission was found. Give a folder with a folder, a zip or a"
+            " notebook for each student, or Moodle's zip."
+        )
+    return found
+
+
+# --- Files: (entry of the class, name, content, or why it was not read) ---
+
+
+def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str]]:
+    """Yield the files of all students."""
+    if not place.exists():
+        raise ValueError(f"{place}: there is no such folder or zip")
+    if place.is_file():
+        for name, content in _of_zip(place):
+            first, _, rest = name.partition("/")
+            if first != "__MACOSX":
+                yield first, rest or first, content
+        return
+    for entry in sorted(place.iterdir()):
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir() or entry.suffix.lower() == ".zip":
+            yield entry.name, "", ""
+        if entry.is_symlink():
+            yield entry.name, entry.name, "a link, which is not followed"
+        elif entry.is_dir():
+            for name, content in _of_folder(entry):
+                yield entry.name, name, content
+        elif entry.suffix.lower() == ".zip":
+            for name, content in _of_zip(entry):
+                yield entry.name, name, content
+        elif _wanted(entry.name):
+            yield entry.name, entry.name, _content(entry)
+
+
+def student_of(name: str) -> str:
+    """Return a student's name from that of a folder, a zip or a file.
+
+    Examples
+    --------
+    >>> student_of("Ada Lovelace_12345_assignsubmission_file_")
+    'Ada Lovelace'
+    """
+    stem = re.sub(r"\.(zip|ipynb|py)$", "", name, flags=re.IGNORECASE)
+    whole = stem.encode("utf-8", "replace").decode()  # a disk may give half characters
+    return _MOODLE.sub("", whole).strip() or "nameless"
+
+
+def number_of(name: str) -> str:
+    """Return the number by which Moodle tells two students of one name; else nothing.
+
+    Examples
+    --------
+    >>> number_of("Ada Lovelace_12345_assignsubmission_file_")
+    '12345'
+    """
+    found = _MOODLE.search(name)
+    return found[1] if found else ""
+
+
+def _wanted(name: str) -> bool:
+    """Whether a file is one that is read."""
+    path = PurePosixPath(name)
+    hidden = any(part.startswith((".", "__MACOSX")) for part in path.parts)
+    kind = path.suffix.lower()
+    return not hidden and (kind == ".ipynb" or path.name in (FILE, RESULTS))
+
+
+def _of_folder(folder: Path) -> Iterator[tuple[str, bytes | str]]:
+    """Yield the files of a student's folder."""
+    for path in sorted(folder.rglob("*")):  # links to folders are not entered
+        name = path.relative_to(folder).as_posix()
+        if path.is_symlink():
+            yield name, "a link, which is not followed"
+        elif path.is_file() and _wanted(name):
+            yield name, _content(path)
+        elif path.is_file() and path.suffix.lower() == ".zip":
+            for inside, content in _of_zip(path):
+                yield f"{name}/{inside}", content
+
+
+def _content(path: Path) -> bytes | str:
+    """Return what a file holds, or why it was not read."""
+    if path.stat().st_size > LARGEST:
+        return f"larger than {LARGEST // 2**20} MB, not read"
+    return path.read_bytes()
+
+
+def _of_zip(
+    path: Path | io.BytesIO, inside: bool = True
+) -> Iterator[tuple[str, bytes | str]]:
+    """Yield the files of a zip, and of the zips in it; nothing is written anywhere."""
+    try:
+        with zipfile.ZipFile(path) as whole:
+            for info in whole.infolist():
+                name = info.filename
+                if stat.S_ISLNK(info.external_attr >> 16):
+                    yield name, "a link, which is not followed"
+                elif name.startswith("/") or ".." in PurePosixPath(name).parts:
+                    yield name, "its path leads out of the zip, not read"
+                elif info.is_dir() or "__MACOSX" in name:
+                    continue
+                elif _wanted(name) or (inside and name.lower().endswith(".zip")):
+                    with whole.open(info) as file:
+                        content = file.read(LARGEST + 1)  # whatever its head says
+                    if len(content) > LARGEST:
+                        yield name, "too large, not read"
+                    elif _wanted(name):
+                        yield name, content
+                    else:
+                        for part, of_it in _of_zip(io.BytesIO(content), inside=False):
+                            yield f"{name}/{part}", of_it
+                else:  # so that who handed in nothing else has a row
+                    yield name, ""
+    except Exception as error:  # whatever a stranger's bytes lead to
+        name = getattr(path, "name", "a zip")
+        yield name, f"not a zip that can be read: {error}"
+
+
+# --- What the files say ---
+
+
+def _submission(
+    student: str, files: list[tuple[str, bytes]], remarks: list[str]
+) -> Submission:
+    """Read the files of a student."""
+    notebooks, program, tasks = [], "", {}
+    for name, content in files:
+        try:
+            if name.lower().endswith(".ipynb"):
+                notebooks.append(_notebook(name, content))
+            elif name.endswith(FILE):
+                program = _sized(content.decode("utf-8-sig"))
+            else:
+                tries = json.loads(content)
+                tasks = {str(one["task"]): _sized(str(one["source"])) for one in tries}
+        except Exception as error:  # whatever a stranger's file leads to
+            remarks = [*remarks, f"{name}: cannot be read, {type(error).__name__}"]
+    return Submission(student, tuple(notebooks), program, tasks, tuple(remarks))
+
+
+def _notebook(name: str, content: bytes) -> Notebook:
+    """Read the code cells of a notebook, of whatever version 4."""
+    cells = [c for c in json.loads(content)["cells"] if c["cell_type"] == "code"]
+    sources = [_joined(cell["source"]) for cell in cells]
+    if len(cells) > CELLS:
+        raise ValueError("more cells than anybody writes")
+    _sized("".join(sources))
+    outputs = [output for cell in cells for output in cell.get("outputs", [])]
+    return Notebook(
+        name,
+        tuple(map(python_of, sources)),
+        tuple(str(cell.get("id", "")) for cell in cells),
+        "\n".join(_joined(output.get("text", "")) for output in outputs),
+    )
+
+
+def _sized(code: str) -> str:
+    """Return code, if it is not so long that looking through it takes minutes."""
+    if len(code) > CODE:
+        raise ValueError("more code than anybody writes")
+    return code
+
+
+def _joined(text: Any) -> str:
+    """Return a text that may come as a list of lines."""
+    return "".join(map(str, text)) if isinstance(text, list) else str(text)
+
+
+def python_of(source: str) -> str:
+    """Return a cell without the lines that only a notebook understands."""
+    try:
+        ast.parse(source)
+        return source
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        lines = re.sub(r"^([ \t]*)[%!?].*$", r"\1pass", source, flags=re.MULTILINE)
+        return re.sub(r"^([ \t]*\w+)\?+[ \t]*$", r"\1", lines, flags=re.MULTILINE)
+
+
+# --- The cells that a name needs ---
+
+
+def needed(cells: tuple[str, ...], names: set[str], handing_in: bool = False) -> list:
+    """Return the cells that give names their values, and all that these cells use.
+
+    With `handing_in` also those that hand in the result of the task. A cell that
+    cannot be parsed gives nothing.
+    """
+    all_names = [bound_used(cell) for cell in cells]
+    wanted, chosen = set(names), set()
+    more = {k for k, cell in enumerate(cells) if handing_in and ".hand_in(" in cell}
+    while True:  # again and again, since a function may use what a later cell defines
+        chosen |= more
+        wanted = wanted.union(*(all_names[k][1] for k in more))
+        more = {k for k, (bound, _) in enumerate(all_names) if bound & wanted} - chosen
+        if not more:
+            return [cells[k] for k in sorted(chosen)]
+
+
+@functools.lru_cache(10_000)
+def bound_used(cell: str) -> tuple[set[str], set[str]]:
+    """Names to which a cell gives a value, and names that it takes from others."""
+    try:
+        table, read = symtable.symtable(cell, "cell", "exec"), names_read(cell)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return set(), set()
+    names = table.get_symbols()
+    return {n.get_name() for n in names if n.is_assigned() or n.is_imported()}, read
