@@ -289,7 +289,7 @@ def _empty(printed: "Printed") -> Iterator[str]:
 
 
 def _divided(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
-    """Name the questions and exercises that are not on one page."""
+    """Name the questions, exercises and answers that are not on one page."""
     shown = [(p.page, plain(p.text)) for p in pieces if p.kind in TEXTS]
     letters = "".join(text for _, text in shown)
     pages = [page for page, text in shown for _ in text]
@@ -310,9 +310,11 @@ def _divided(pieces: "list[Piece]", notebook: NotebookNode) -> Iterator[str]:
             yield f"{name} is not found on paper"
             continue
         begin, end = letters.rfind(asked, asked_at, found), found + len(words)
-        begin = found if begin < 0 else begin
+        begin = found if begin < 0 or what == "answer" else begin
         where = set(pages[begin:end])
-        where |= {p.page for p in pieces if p.kind == "picture" and p.text in alts}
+        for alt in alts:  # which other figures may have, too
+            shown_on = {p.page for p in pieces if (p.kind, p.text) == ("picture", alt)}
+            where |= set() if shown_on & where else shown_on
         if len(where) > 1:
             yield f"page {min(where)}: {name} is divided"
         asked = ""
@@ -330,10 +332,12 @@ def _together(cell: NotebookNode) -> tuple[str, str, list[str]]:
     asked = [soup.select(".pgm-predict summary") for soup in soups]
     asked = [choices for choices in asked if choices]
     if len(asked) == 1:
-        words = plain("".join(choice.get_text() for choice in asked[0]))
+        return "question", plain("".join(one.get_text() for one in asked[0])), []
+    if "answer" in tags(cell):
+        (first, *_) = (soup.p for soup in soups if soup.p)
         metadata = [output.get("metadata", {}) for output in outputs]
-        alts = [one.get("image/png", {}).get("alt") for one in metadata]
-        return "question", words, [alt for alt in alts if alt]
+        alts = [one["image/png"]["alt"] for one in metadata if "image/png" in one]
+        return "answer", plain(first.get_text()), alts
     if "exercise" in tags(cell):
         return "exercise", plain(cell.source), []
     return "", "", []

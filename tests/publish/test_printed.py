@@ -142,3 +142,15 @@ def test_a_page_nearly_empty_is_named_but_the_last(pdf):
 def test_what_belongs_together_and_is_divided_is_named(pdf, body, what):
     (fault,) = faults(pdf(body), asked())
     assert fault.startswith(f"page 1: the {what} ")
+
+
+def test_an_answer_whose_figure_is_overleaf_is_named(pdf):
+    data = {"text/html": "<div><p><strong>1.1</strong> On the truth ✓ Near.</p></div>"}
+    said = nbformat.v4.new_output("display_data", data=data)
+    shown = figure_output()
+    shown.metadata["image/png"]["alt"] = "Residuals"
+    book = nbformat.v4.new_notebook(cells=[code("", shown, said, tags=("answer",))])
+    answer = "<p>1.1 On the truth ✓ Near.</p>"
+    assert faults(pdf(FULL + figure(40) + answer), book) == []
+    (fault,) = faults(pdf(FULL + answer + NEXT + figure(40)), book)
+    assert fault == "page 1: the answer is divided"
