@@ -15,11 +15,13 @@ import hashlib
 import io
 import multiprocessing
 import os
+import queue
 import secrets
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -356,14 +358,50 @@ def graded(
             target = place / f"{exercise.lesson}-{exercise.name}"
             library.without(whole, target, exercise.books_own)
         jobs = [(one, asked, place, secret, trusted) for one in submissions]
-        with ProcessPoolExecutor(
-            workers or os.cpu_count(),
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=os.chdir,
-            initargs=(folder,),  # no program of the lecturer's lies there
-        ) as pool:
-            bar = tqdm(pool.map(_student, jobs), total=len(jobs), unit=" students")
-            return {one.student: found for found, one in zip(bar, submissions)}
+        with contextlib.ExitStack() as stack:
+            spawn = multiprocessing.get_context("spawn")
+            # Pools of one, since a pool of several breaks as a whole; no program of
+            # the lecturer's lies in the folder.
+            free: queue.SimpleQueue[ProcessPoolExecutor] = queue.SimpleQueue()
+
+            def fresh() -> ProcessPoolExecutor:
+                pool = ProcessPoolExecutor(1, spawn, os.chdir, (folder,))
+                return stack.enter_context(pool)
+
+            def tried(job: tuple) -> list[Mark] | str:
+                """Return a student's marks, or why there are none."""
+                pool = free.get()
+                try:
+                    return pool.submit(_student, job).result()
+                except BrokenProcessPool:
+                    pool = fresh()
+                    return "the process that grades was killed twice"
+                except Exception as error:  # of the judge's, at a stranger's answer
+                    return f"{type(error).__name__}: {str(error)[:300]}"
+                finally:
+                    free.put(pool)
+
+            count = workers or os.cpu_count() or 1
+            for _ in range(count):
+                free.put(fresh())
+            with ThreadPoolExecutor(count) as threads:
+                bar = tqdm(threads.map(tried, jobs), total=len(jobs), unit=" students")
+                found = list(bar)
+            # Who was lost is tried alone: there may be memory enough then.
+            found = [
+                tried(job) if isinstance(marks, str) else marks
+                for marks, job in zip(found, jobs)
+            ]
+        return {
+            one.student: lost(asked, marks) if isinstance(marks, str) else marks
+            for one, marks in zip(submissions, found)
+        }
+
+
+def lost(asked: list[Exercise], why: str) -> list[Mark]:
+    """Return the marks of a student whom nobody could grade."""
+    said = f"it could not be graded, because {why}."
+    return [Mark(e.lesson, e.name, 0.0, e.most, (), said, (said,)) for e in asked]
 
 
 def _student(job: tuple) -> list[Mark]:

@@ -177,6 +177,34 @@ def test_a_task_is_judged_with_other_data_by_what_it_hands_in(place, class_of):
 # --- A class ---
 
 
+def killed_at_some(job):
+    """Grade as ever, but die: at Eva always, at Bob once, at Jo by an error."""
+    submission, _, place, *_ = job
+    died = place / submission.student
+    if submission.student == "Jo":
+        raise MemoryError("none left")
+    if submission.student == "Eva" or submission.student == "Bob" and not died.exists():
+        died.touch()
+        os.kill(os.getpid(), 9)
+    return grade._student(job)
+
+
+@pytest.mark.slow
+def test_who_kills_the_grading_process_takes_no_points_from_others(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(grade, "_student", killed_at_some)
+    right = [of_program(classroom.UNUSUAL, who) for who in "Ada Bob Eva Jo Zoe".split()]
+    asked = [EXERCISES["2", "line"]]
+    marks = grade.graded(right, asked, "word", trusted=True, workers=2)
+    got = {who: mine[0].points for who, mine in marks.items()}
+    assert got == {"Ada": 10, "Bob": 10, "Eva": 0, "Jo": 0, "Zoe": 10}
+    feedback.write(tmp_path, right, asked, marks, [], trusted=True)
+    pages = [told(tmp_path / "feedback" / f"{who}.html") for who in ("Eva", "Jo")]
+    for page in [told(tmp_path / "class.html"), *pages]:
+        assert "it could not be graded, because" in page
+
+
 def told(path):
     """Return the text of a page."""
     text = re.sub(
