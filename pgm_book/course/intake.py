@@ -25,8 +25,9 @@ from pgm_book.common.own_program import FILE, names_read
 from pgm_book.task import RESULTS
 
 LARGEST = 20 * 2**20  # bytes of a file
-MOST = 100  # files of a student
+MOST = 100  # files of a student that are read
 ROOM = 100 * 2**20  # bytes of all of them
+MEMBERS = 20_000  # files of a zip, read or not
 CODE, CELLS = 2**19, 1000  # characters and cells of code in a file
 NOTHING_READ = "nothing that can be read: a notebook, my_pgm.py or my_results.json"
 _MOODLE = re.compile(r"_(\d+)_(assignsubmission|onlinetext).*$")
@@ -51,6 +52,7 @@ class Submission:
     program: str
     tasks: dict[str, str]  # the source of the last try, by the lesson's number
     remarks: tuple[str, ...]
+    number: str = ""  # Moodle's, of the participant
 
     def digest(self) -> bytes:
         """Return a hash of all code."""
@@ -71,15 +73,8 @@ def read(place: Path) -> list[Submission]:
     remarks: dict[tuple[str, str], list[str]] = defaultdict(list)
     for entry, name, content in _delivered(place):
         who = student_of(entry), number_of(entry)
-        room = ROOM - sum(len(one) for _, one in files[who])
-        if not content:  # a row for everybody, whatever was handed in
-            continue
-        if isinstance(content, str):
-            remarks[who].append(f"{name}: {content}")
-        elif len(content) > room or len(files[who]) == MOST:
-            remarks[who].append(f"{name}: too much in all, not read")
-        else:
-            files[who].append((name, content))
+        files[who] += [(name, content)] if isinstance(content, bytes) else []
+        remarks[who] += [f"{name}: {content}"] if isinstance(content, str) else []
     having = Counter(student for student, _ in files)
     found = [
         _submission(
@@ -87,6 +82,7 @@ def read(place: Path) -> list[Submission]:
             sorted(files[student, number]),
             remarks[student, number][:MOST]
             + ([] if files[student, number] else [NOTHING_READ]),
+            number,
         )
         for student, number in sorted(files)
     ]
@@ -101,31 +97,53 @@ def read(place: Path) -> list[Submission]:
 # --- Files: (entry of the class, name, content, or why it was not read) ---
 
 
-def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str]]:
-    """Yield the files of all students."""
+class Room:
+    """What is left of the files and bytes that a student may hand in."""
+
+    def __init__(self) -> None:
+        self.files, self.size = MOST, ROOM
+
+    def has(self, *sizes: int) -> bool:
+        """Whether files of these sizes may be read; if so, their room is taken."""
+        fits = len(sizes) <= self.files and sum(sizes) <= self.size
+        if fits:
+            self.files, self.size = self.files - len(sizes), self.size - sum(sizes)
+        return fits
+
+
+def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str | None]]:
+    """Yield the files of all students; without content: a student has a row."""
     if not place.exists():
         raise ValueError(f"{place}: there is no such folder or zip")
     if place.is_file():
-        for name, content in _of_zip(place):
-            first, _, rest = name.partition("/")
-            if first != "__MACOSX":
-                yield first, rest or first, content
+        try:
+            with zipfile.ZipFile(place) as whole:
+                entries = defaultdict(list)
+                for info in whole.infolist():
+                    entries[info.filename.partition("/")[0]].append(info)
+                for entry, infos in entries.items():
+                    if entry != "__MACOSX":
+                        yield entry, entry, None
+                    for name, content in _members(whole, infos, entry, Room()):
+                        yield entry, name.removeprefix(f"{entry}/"), content
+        except Exception as error:  # whatever its bytes lead to
+            raise ValueError(f"{place}: not a zip that can be read: {error}") from None
         return
     for entry in sorted(place.iterdir()):
         if entry.name.startswith("."):
             continue
         if entry.is_dir() or entry.suffix.lower() == ".zip":
-            yield entry.name, "", ""
+            yield entry.name, "", None
         if entry.is_symlink():
             yield entry.name, entry.name, "a link, which is not followed"
         elif entry.is_dir():
             for name, content in _of_folder(entry):
                 yield entry.name, name, content
         elif entry.suffix.lower() == ".zip":
-            for name, content in _of_zip(entry):
+            for name, content in _of_zip(entry, entry.name, Room()):
                 yield entry.name, name, content
         elif _wanted(entry.name):
-            yield entry.name, entry.name, _content(entry)
+            yield entry.name, entry.name, _content(entry, Room())
 
 
 def student_of(name: str) -> str:
@@ -163,60 +181,77 @@ def _wanted(name: str) -> bool:
 
 def _of_folder(folder: Path) -> Iterator[tuple[str, bytes | str]]:
     """Yield the files of a student's folder."""
+    room = Room()
     for path in sorted(folder.rglob("*")):  # links to folders are not entered
         name = path.relative_to(folder).as_posix()
         if path.is_symlink():
             yield name, "a link, which is not followed"
         elif path.is_file() and _wanted(name):
-            yield name, _content(path)
+            yield name, _content(path, room)
         elif path.is_file() and path.suffix.lower() == ".zip":
-            for inside, content in _of_zip(path):
+            for inside, content in _of_zip(path, name, room):
                 yield f"{name}/{inside}", content
 
 
-def _content(path: Path) -> bytes | str:
+def _content(path: Path, room: Room) -> bytes | str:
     """Return what a file holds, or why it was not read."""
-    if path.stat().st_size > LARGEST:
+    size = path.stat().st_size
+    if size > LARGEST:
         return f"larger than {LARGEST // 2**20} MB, not read"
-    return path.read_bytes()
+    return path.read_bytes() if room.has(size) else "too much in all, not read"
 
 
 def _of_zip(
-    path: Path | io.BytesIO, inside: bool = True
+    file: Path | io.BytesIO, name: str, room: Room, inside: bool = True
 ) -> Iterator[tuple[str, bytes | str]]:
     """Yield the files of a zip, and of the zips in it; nothing is written anywhere."""
     try:
-        with zipfile.ZipFile(path) as whole:
-            for info in whole.infolist():
-                name = info.filename
-                if stat.S_ISLNK(info.external_attr >> 16):
-                    yield name, "a link, which is not followed"
-                elif name.startswith("/") or ".." in PurePosixPath(name).parts:
-                    yield name, "its path leads out of the zip, not read"
-                elif info.is_dir() or "__MACOSX" in name:
-                    continue
-                elif _wanted(name) or (inside and name.lower().endswith(".zip")):
-                    with whole.open(info) as file:
-                        content = file.read(LARGEST + 1)  # whatever its head says
-                    if len(content) > LARGEST:
-                        yield name, "too large, not read"
-                    elif _wanted(name):
-                        yield name, content
-                    else:
-                        for part, of_it in _of_zip(io.BytesIO(content), inside=False):
-                            yield f"{name}/{part}", of_it
-                else:  # so that who handed in nothing else has a row
-                    yield name, ""
+        with zipfile.ZipFile(file) as whole:
+            yield from _members(whole, whole.infolist(), name, room, inside)
     except Exception as error:  # whatever a stranger's bytes lead to
-        name = getattr(path, "name", "a zip")
         yield name, f"not a zip that can be read: {error}"
+
+
+def _members(
+    whole: zipfile.ZipFile,
+    infos: list[zipfile.ZipInfo],
+    of: str,
+    room: Room,
+    inside: bool = True,
+) -> Iterator[tuple[str, bytes | str]]:
+    """Yield members of a zip, if there are not too many; its directory tells."""
+    read = []
+    for info in infos[:MEMBERS]:
+        name = info.filename
+        if stat.S_ISLNK(info.external_attr >> 16):
+            yield name, "a link, which is not followed"
+        elif name.startswith("/") or ".." in PurePosixPath(name).parts:
+            yield name, "its path leads out of the zip, not read"
+        elif info.is_dir() or "__MACOSX" in name:
+            continue
+        elif _wanted(name) or (inside and name.lower().endswith(".zip")):
+            if info.file_size > LARGEST:
+                yield name, "too large, not read"
+            else:
+                read.append(info)
+    if len(infos) > MEMBERS or not room.has(*(info.file_size for info in read)):
+        yield of, f"more than {MOST} files, or {ROOM // 2**20} MB, in it: not read"
+        return
+    for info in read:
+        content = whole.read(info)  # no more than the directory says
+        if _wanted(info.filename):
+            yield info.filename, content
+        else:
+            within = _of_zip(io.BytesIO(content), info.filename, room, inside=False)
+            for part, of_it in within:
+                yield f"{info.filename}/{part}", of_it
 
 
 # --- What the files say ---
 
 
 def _submission(
-    student: str, files: list[tuple[str, bytes]], remarks: list[str]
+    student: str, files: list[tuple[str, bytes]], remarks: list[str], number: str
 ) -> Submission:
     """Read the files of a student."""
     notebooks, program, tasks = [], "", {}
@@ -231,7 +266,7 @@ def _submission(
                 tasks = {str(one["task"]): _sized(str(one["source"])) for one in tries}
         except Exception as error:  # whatever a stranger's file leads to
             remarks = [*remarks, f"{name}: cannot be read, {type(error).__name__}"]
-    return Submission(student, tuple(notebooks), program, tasks, tuple(remarks))
+    return Submission(student, tuple(notebooks), program, tasks, tuple(remarks), number)
 
 
 def _notebook(name: str, content: bytes) -> Notebook:
