@@ -43,6 +43,7 @@ RUBRIC = HERE / "rubric.csv"
 Judging = tuple[dict[str, bytes], Callable[[box.Box], None]]  # files, and what judges
 
 TASK = "task"  # the exercise that is a lesson's task
+SHORTEST = 12  # characters of a secret
 COPIES = 3  # of a lesson's notebook that are tried; who guesses hands in a hundred
 
 
@@ -453,6 +454,11 @@ def main(arguments: list[str] | None = None) -> int:
             else handed_in(submissions, asked)
         )
         secret = options.secret or kept_secret(options.to)
+        if len(secret) < SHORTEST:
+            raise ValueError(
+                f"secret: {SHORTEST} characters or more, or students who try all words"
+                " find the hidden data; without SECRET= a word is drawn for you"
+            )
     except (OSError, ValueError) as error:
         print(f"grade: {error}", file=sys.stderr)
         return 1

@@ -223,7 +223,7 @@ def test_a_class_of_twelve(tmp_path, monkeypatch):
     key.write_text("the key")
     before = set(tmp_path.rglob("*"))
     to = tmp_path / "grades"
-    asked = ["2", "2c", "--secret", "word", "--to", str(to)]
+    asked = ["2", "2c", "--secret", "nobody guesses it", "--to", str(to)]
     assert grade.main([str(folder), *asked]) == 0
     after = {path for path in tmp_path.rglob("*") if to not in [path, *path.parents]}
     assert after == before
@@ -245,6 +245,8 @@ def test_a_class_of_twelve(tmp_path, monkeypatch):
         "Joko": 0,
         "Kartika": 50,
     }
+    (ani,) = [row for row in rows if row["Identifier"]]
+    assert [ani[name] for name in feedback.WORKSHEET] == ["Participant 101", "70", ""]
     page = told(to / "class.html")
     for remark in (
         "2 correlation_map, 2 peak_of_parabola: calls the book's own function",
@@ -334,6 +336,7 @@ def test_a_command_that_cannot_be_followed_is_answered(tmp_path, capsys):
         ([str(tmp_path / "missing")], "no such folder"),
         ([str(tmp_path), "--trusted", "2", "12"], "12 is not in the rubric"),
         ([str(tmp_path), "--rubric", str(tmp_path / "none.csv")], "none.csv"),
+        ([str(tmp_path), "--secret", "too short"], "12 characters or more"),
     ):
         assert grade.main([*asked, "--trusted"]) == 1
         assert said in capsys.readouterr().err
