@@ -19,7 +19,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, NamedTuple
 
 from pgm_book.common.own_program import FILE, names_read
 from pgm_book.task import RESULTS
@@ -29,6 +29,9 @@ MOST = 100  # files of a student that are read
 ROOM = 100 * 2**20  # bytes of all of them
 MEMBERS = 20_000  # files of a zip, read or not
 CODE, CELLS = 2**19, 1000  # characters and cells of code in a file
+CHANGING = frozenset(
+    "add append clear extend fill insert pop remove sort update".split()
+)
 NOTHING_READ = "nothing that can be read: a notebook, my_pgm.py or my_results.json"
 _MOODLE = re.compile(r"_(\d+)_(assignsubmission|onlinetext).*$")
 
@@ -313,26 +316,101 @@ def python_of(source: str) -> str:
 def needed(cells: tuple[str, ...], names: set[str], handing_in: bool = False) -> list:
     """Return the cells that give names their values, and all that these cells use.
 
-    With `handing_in` also those that hand in the result of the task. A cell that
-    cannot be parsed gives nothing.
+    Of cells that give one name its value those count that are the last before the use,
+    and the last before the answer, since a function takes what is there when it is
+    called; if there are none, later ones. With `handing_in` also those that hand in
+    the result of the task. A cell that cannot be parsed gives nothing.
     """
-    all_names = [bound_used(cell) for cell in cells]
-    wanted, chosen = set(names), set()
-    more = {k for k, cell in enumerate(cells) if handing_in and ".hand_in(" in cell}
-    while True:  # again and again, since a function may use what a later cell defines
+    about = [names_of(cell) for cell in cells]
+
+    def giving(name: str, places: range) -> set[int]:
+        """Return the last place that binds a name for certain, and those after it."""
+        found = set()
+        for k in reversed(places):
+            found |= {k} if name in about[k].bound else set()
+            if name in about[k].certain:
+                break
+        return found
+
+    everywhere = range(len(cells))
+    more = {k for k in everywhere if handing_in and ".hand_in(" in cells[k]}
+    more = more.union(*(giving(name, everywhere) for name in names))
+    end, chosen = max(more, default=0) + 1, set()
+    while more:
         chosen |= more
-        wanted = wanted.union(*(all_names[k][1] for k in more))
-        more = {k for k, (bound, _) in enumerate(all_names) if bound & wanted} - chosen
-        if not more:
-            return [cells[k] for k in sorted(chosen)]
+        uses = [(k, name) for k in more for name in about[k].used]
+        more = set()
+        for k, name in uses:
+            found = giving(name, range(k)) | giving(name, range(k + 1, end))
+            more |= found or giving(name, range(end, len(cells)))
+        more -= chosen
+    return [cells[k] for k in sorted(chosen)]
+
+
+class Names(NamedTuple):
+    """What a cell does with names."""
+
+    bound: set[str]  # it may give them a value,
+    certain: set[str]  # whatever happens,
+    used: set[str]  # and takes these from other cells
 
 
 @functools.lru_cache(10_000)
-def bound_used(cell: str) -> tuple[set[str], set[str]]:
-    """Names to which a cell gives a value, and names that it takes from others."""
+def names_of(cell: str) -> Names:
+    """Return what a cell does with names; nothing if it cannot be parsed."""
+    certain: set[str] = set()
     try:
-        table, read = symtable.symtable(cell, "cell", "exec"), names_read(cell)
+        used = _used(ast.parse(cell).body, certain)
+        return Names(_bound(cell) | _changed(cell), certain, used)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return set(), set()
-    names = table.get_symbols()
-    return {n.get_name() for n in names if n.is_assigned() or n.is_imported()}, read
+        return Names(set(), set(), set())
+
+
+def _bound(source: str) -> set[str]:
+    names = symtable.symtable(source, "cell", "exec").get_symbols()
+    return {n.get_name() for n in names if n.is_assigned() or n.is_imported()}
+
+
+def _changed(source: str) -> set[str]:
+    """Names whose value changes in part, as by ``a[0] = 1`` and ``a.append(1)``."""
+    changed = [
+        ast.unparse(node)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Subscript | ast.Attribute)
+        and (isinstance(node.ctx, ast.Store) or getattr(node, "attr", "") in CHANGING)
+    ]
+    return set().union(*map(names_read, changed))
+
+
+def statements(cell: str) -> list[str]:
+    """Return the statements of a cell of the book, each as a cell."""
+    return [ast.get_source_segment(cell, node) or "" for node in ast.parse(cell).body]
+
+
+def _used(body: list[ast.stmt], bound: set[str]) -> set[str]:
+    """Return names that statements take from others; add to `bound` what they bind."""
+    used: set[str] = set()
+
+    def takes(source: str) -> None:
+        used.update(names_read(source) - bound)
+        bound.update(_bound(source))
+
+    for node in body:
+        if isinstance(node, ast.For):
+            takes(f"{ast.unparse(node.target)} = {ast.unparse(node.iter)}")
+            used |= _used([*node.body, *node.orelse], bound)
+        elif isinstance(node, ast.With):
+            for one in node.items:
+                name = ast.unparse(one.optional_vars) if one.optional_vars else "_"
+                takes(f"{name} = {ast.unparse(one.context_expr)}")
+            used |= _used(node.body, bound)
+        elif isinstance(node, ast.If):  # one of two branches, for certain neither
+            used |= names_read(ast.unparse(node.test)) - bound
+            used |= _used(node.body, bound.copy()) | _used(node.orelse, bound.copy())
+        elif isinstance(node, ast.While | ast.Try | ast.Match):
+            used |= names_read(ast.unparse(node)) - bound
+        else:
+            if isinstance(node, ast.AugAssign):
+                used |= names_read(ast.unparse(node.target)) - bound
+            takes(ast.unparse(node))
+    return used

@@ -93,6 +93,21 @@ def test_who_calls_the_books_own_gets_nothing_and_hears_it(place, class_of):
     assert points(of_program(text), place, "line") == (10, "")  # as a help in another
 
 
+def test_who_lets_a_near_function_do_the_work_is_named_and_keeps_the_points(place):
+    text = "import pgm_lab.ncc\nfrom pgm_lab.ncc import correlation as r\n"
+    text += "import numpy as np\n"
+    text += "def of_two(a, b): return r(a, b)\ndef correlation_map(template, search):\n"
+    text += (
+        "    windows = np.lib.stride_tricks.sliding_window_view(search, template.shape)"
+    )
+    text += "\n    return [[of_two(template, w) for w in line] for line in windows]"
+    mark = grade.marked(
+        EXERCISES["2", "correlation_map"], of_program(text), place, "word", trusted=True
+    )
+    said = "calls pgm_lab.ncc.correlation, which may do much of the work"
+    assert mark.points == 10 and said in mark.said and mark.remarks == (said,)
+
+
 def test_a_table_of_the_notebooks_inputs_earns_nothing(place):
     seen = []
 

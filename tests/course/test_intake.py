@@ -232,6 +232,23 @@ def test_only_the_cells_that_a_name_needs():
     assert intake.needed(cells, {"missing"}) == []
 
 
+def test_a_cell_that_gives_a_name_another_value_later_is_not_run():
+    cells = (
+        "n, table = 1, []",
+        "n += 1",
+        "if n: n = 3",
+        "for k in range(9): table.append(k)",
+        "table[0] = n",
+        "heavy = [n for n in range(10**9)]\nk = 5",
+        "def f(x): return table[x + n]",
+        "n = table = 0\nprint(f(1))",
+        "k = 7\nfor k in range(k): print(k)",
+    )
+    assert intake.needed(cells, {"f"}) == [cells[k] for k in (0, 1, 2, 3, 4, 6)]
+    assert intake.needed(cells, {"k"}) == [cells[8]]
+    assert intake.needed((*cells, cells[6]), {"f"})[-2:] == [cells[7], cells[6]]
+
+
 def test_a_notebook_is_known_by_its_cells_or_its_name():
     names = {"02_normalized_cross_correlation": "2", "06_case_eleven_defects": "6c"}
     for stem, lesson in names.items():
