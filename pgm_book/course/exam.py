@@ -114,11 +114,13 @@ def balanced(
     taken: list[list[T]] = [[] for _ in groups]
     while sum(map(len, taken)) < count and any(left):
         for k in chance.order(range(len(groups))):
-            if left[k] and sum(map(len, taken)) < count:
+            while left[k] and sum(map(len, taken)) < count:
                 one = left[k].pop()
                 asked = [row for row in FACTS if name_of(one) in row]
-                taken[k] += [] if any(row in facts for row in asked) else [one]
-                facts += asked
+                if not any(row in facts for row in asked):
+                    taken[k].append(one)
+                    facts += asked
+                    break
     return [one for group in taken for one in group]
 
 
