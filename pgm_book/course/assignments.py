@@ -29,14 +29,10 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True)
-class Question:
-    """An exercise: the cells of its answer and its check, that call, its points."""
+class Question(grade.Asked):
+    """An exercise that is checked, with its points."""
 
-    name: str
-    answer: str
-    check: str
-    call: str
-    points: float
+    points: float = POINTS
 
 
 def write(notebooks: Iterable[Path], build: Path, style: str) -> list[Path]:
@@ -66,7 +62,7 @@ def questions(notebook: NotebookNode, stem: str) -> Iterator[Question]:
     for one in grade.asked_in(notebook):
         if one.call:
             most = points.get((numbers.get(stem, ""), one.name), POINTS)
-            yield Question(one.name, one.answer, one.check, one.call, most)
+            yield Question(**vars(one), points=most)
 
 
 def with_answers(notebook: NotebookNode, asked: list[Question]) -> NotebookNode:

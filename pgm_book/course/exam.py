@@ -146,56 +146,31 @@ def page(paper: Paper, key: bool) -> str:
     def text(*parts: str) -> Markup:
         return Markup("\n".join((TEMPLATES / one).read_text("utf-8") for one in parts))
 
-    template = Environment(
+    pages = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined
-    ).get_template("exam.html.j2")
-    return template.render(
+    )
+    pages.filters["html"] = lambda markdown: Markup(html(markdown))
+    pages.filters["body"] = lambda one: Markup(formats.body(one, _picture(one)))
+    return pages.get_template("exam.html.j2").render(
         title=f"Photogrammetry: examination {paper.seed}",
         key=key,
         minutes=paper.minutes,
         points=paper.points,
         choice=CHOICE,
         number=NUMBER,
-        choices=[_choice(one) for one in paper.choices],
-        numbers=[_number(one) for one in paper.numbers],
-        formulas=Markup(html((HERE / "formulas.md").read_text("utf-8"))),
+        choices=paper.choices,
+        numbers=paper.numbers,
+        formulas=(HERE / "formulas.md").read_text("utf-8"),
         css=text(*STYLES),
         settings=text("pgm/mathjax.js"),
         mathjax=Markup(asset(*MATHJAX, "tex-svg-full.js")),
     )
 
 
-def _choice(one: ChoiceQuestion) -> dict:
-    """Return what the template shows of a question with choices."""
-    uri = "{}"
-    if one.picture:
-        uri = "data:image/png;base64," + base64.b64encode(one.picture.png).decode()
-    right = [choice.right for choice in one.choices].index(True)
-    return {
-        "number": one.number,
-        "body": Markup(formats.body(one, uri)),
-        "choices": one.choices,
-        "letter": "abcdef"[right],
-        "right": one.choices[right],
-    }
-
-
-def _number(one: Variant) -> dict:
-    """Return what the template shows of a question with a number."""
-    limits = f" ± {one.tolerance:.{one.digits}f}" if one.tolerance else ""
-    slips = [
-        (words, f"{value:.{one.digits}f}".replace("-", "−"))
-        for words, value in one.slips.items()
-    ]
-    return {
-        "number": one.number,
-        "body": Markup(html(one.text)),
-        "shown": one.shown,
-        "limits": limits,
-        "unit": one.unit,
-        "solution": Markup(html(one.solution)),
-        "slips": slips,
-    }
+def _picture(one: ChoiceQuestion) -> str:
+    """Return the figure of a question as a data URI."""
+    png = one.picture.png if one.picture else b""
+    return "data:image/png;base64," + base64.b64encode(png).decode()
 
 
 def write(paper: Paper, folder: Path, of: str = "") -> Iterable[Path]:

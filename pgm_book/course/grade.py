@@ -21,7 +21,7 @@ import re
 import secrets
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -43,8 +43,6 @@ from pgm_lab import datasets
 
 HERE = Path(__file__).parent
 RUBRIC = HERE / "rubric.csv"
-Judging = tuple[dict[str, bytes], Callable[[box.Box], None]]  # files, and what judges
-
 # How lesson 5 asks for what its task defines; without its cell there is no such name.
 GIVEN = re.compile(r'globals\(\)\.get\("(\w+)", \.\.\.\)')
 TASK = "task"  # the exercise that is a lesson's task
@@ -187,11 +185,8 @@ def asked_in(notebook: NotebookNode) -> Iterator[Asked]:
             yield Asked(TASK, (), "", answer.id, "")
         if "check" in tags(check):
             call = GIVEN.sub(r"\1", check.source.split("\n")[0])
-            bound, used = (
-                intake.names_of(answer.source).bound,
-                intake.names_of(call).used,
-            )
-            names = sorted(bound & used, key=call.rindex)
+            used = intake.names_of(call).used
+            names = sorted(intake.names_of(answer.source).bound & used, key=call.rindex)
             yield Asked(names[0], tuple(names), call, answer.id, check.id)
 
 
@@ -277,17 +272,20 @@ def _mark(
     found: tuple[tuple[str, bool | None], ...] = ()
     said, remarks = "", []
     files = {intake.FILE: submission.program.encode("utf-8", "replace")}
-    judging = _judging_task if exercise.name == TASK else _judging
-    quiet = contextlib.redirect_stdout(io.StringIO())
-    hidden = checks.hidden(seed_of(secret, *key, submission.digest().hex()))
-    with judging(exercise, submission.student, secret) as (more, judge), quiet, hidden:
-        files |= more
-        with box.Box(place / "-".join(key), **how) as closed:
+    with contextlib.redirect_stdout(io.StringIO()):
+        mine = None
+        if exercise.name == TASK:
+            mine = task.start(exercise.lesson, submission.student, secret)
+            folder = f"task_{exercise.lesson.zfill(2)}"
+            for name in mine.files:
+                files[f"{folder}/{name}"] = (mine.folder / name).read_bytes()
+        seed = seed_of(secret, *key, submission.digest().hex())
+        with checks.hidden(seed), box.Box(place / "-".join(key), **how) as closed:
             try:
                 request = {name: content.hex() for name, content in files.items()}
                 errors = closed.ask(box.LOADING, do="load", cells=cells, files=request)
                 remarks += [box.named(": ".join(map(str, e[1:3]))) for e in errors][:3]
-                judge(closed)
+                judge_task(mine, closed) if mine else judge(exercise, closed)
                 found = tuple((text, True) for text in exercise.points)
             except checks.CheckFailed as error:
                 found, said = error.properties, str(error)
@@ -303,7 +301,7 @@ def _mark(
     if near and (calls := look.calls_of(cells, {*exercise.names}, near)):
         remark = f"calls {', '.join(calls)}, which may do much of the work"
         said = f"{said} It {remark}: your lecturer will look at that.".strip()
-        remarks.append(remark)
+        remarks.insert(0, remark)
     remarks = list(dict.fromkeys(remarks))[:5]
     return Mark(*key, points, exercise.most, found, said, tuple(remarks))
 
@@ -313,26 +311,32 @@ def seed_of(*words: str) -> int:
     return int.from_bytes(hashlib.sha256("\n".join(words).encode()).digest()[:8], "big")
 
 
-@contextlib.contextmanager
-def _judging(exercise: Exercise, *_: str) -> Iterator[Judging]:
-    """Give no files, and what calls the check with what is in the box."""
+def judge(exercise: Exercise, closed: box.Box) -> None:
+    """Call the check of an exercise with what is in the box."""
+    space = {**_space(exercise.lesson, exercise.call, exercise.names)}
+    for name in exercise.names:
+        kind = closed.ask(box.CALLING, do="kind", name=name)
+        if kind == "function":
+            seed = int(checks.chance(0).integers(2**32))  # under the secret
+            space[name] = closed.function(name, seed)
+        elif kind == "value":
+            said = closed.ask(box.CALLING, do="value", name=name)
+            space[name] = plain.unpacked(said)
+        else:
+            raise checks.CheckFailed(f"{name} has no value: its cell stopped.")
+    eval(compile(exercise.call, "check", "eval"), space)
 
-    def judge(closed: box.Box) -> None:
-        space = {**_space(exercise.lesson, exercise.call, exercise.names)}
-        for name in exercise.names:
-            kind = closed.ask(box.CALLING, do="kind", name=name)
-            if kind == "function":
-                seed = int(checks.chance(0).integers(2**32))  # under the secret
-                space[name] = closed.function(name, seed)
-            elif kind == "value":
-                space[name] = plain.unpacked(
-                    closed.ask(box.CALLING, do="value", name=name)
-                )
-            else:
-                raise checks.CheckFailed(f"{name} has no value: its cell stopped.")
-        eval(compile(exercise.call, "check", "eval"), space)
 
-    yield {}, judge
+def judge_task(mine: task.Task, closed: box.Box) -> None:
+    """Judge the result of a task that was handed in in the box."""
+    results = closed.ask(box.CALLING, do="handed")
+    if not results:
+        raise checks.CheckFailed("nothing was handed in for other data.")
+    parts = mine.judged(plain.unpacked(results[-1]))
+    most = [p.allowed * (SLACK if p.unit == DEVIATIONS else 1) for p in parts]
+    wrong = [str(p) for p, allowed in zip(parts, most) if not p.off <= allowed]
+    if wrong:
+        raise checks.CheckFailed("with other data, " + "; ".join(wrong) + ".")
 
 
 @functools.cache
@@ -345,29 +349,6 @@ def _space(lesson: str, call: str, answers: tuple[str, ...]) -> dict:
         for cell in intake.needed(cells, used - set(answers)):
             exec(compile(cell, "notebook", "exec"), names)
     return names
-
-
-@contextlib.contextmanager
-def _judging_task(exercise: Exercise, student: str, secret: str) -> Iterator[Judging]:
-    """Give the files of a student's task, and what judges the result in the box."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        mine = task.start(exercise.lesson, student, secret)
-
-    def judge(closed: box.Box) -> None:
-        results = closed.ask(box.CALLING, do="handed")
-        if not results:
-            raise checks.CheckFailed("nothing was handed in for other data.")
-        parts = mine.judged(plain.unpacked(results[-1]))
-        most = [p.allowed * (SLACK if p.unit == DEVIATIONS else 1) for p in parts]
-        wrong = [str(p) for p, allowed in zip(parts, most) if not p.off <= allowed]
-        if wrong:
-            raise checks.CheckFailed("with other data, " + "; ".join(wrong) + ".")
-
-    folder = f"task_{exercise.lesson.zfill(2)}"
-    yield (
-        {f"{folder}/{name}": (mine.folder / name).read_bytes() for name in mine.files},
-        judge,
-    )
 
 
 # --- A class ---

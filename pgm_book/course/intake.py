@@ -382,6 +382,7 @@ def _changed(source: str) -> set[str]:
     return set().union(*map(names_read, changed))
 
 
+@functools.cache
 def statements(cell: str) -> list[str]:
     """Return the statements of a cell of the book, each as a cell."""
     return [ast.get_source_segment(cell, node) or "" for node in ast.parse(cell).body]
