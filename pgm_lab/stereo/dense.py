@@ -606,6 +606,7 @@ MAX_LAST_STEP = 0.3  # px: after a longer one a window has not converged
 # Iterations; px by which planes are larger than windows; px from the start that are too
 # far before the last iteration, and at the end. What "sgm" finds is smooth and near
 REFINING = {"sgm": (2, 0, 0.75, 0.75), "ncc": (3, 4, np.inf, MAX_CORRECTION)}
+LAGS = ((0, 1), (0, 2), (1, 0), (1, 1), (1, -1))  # rows and columns
 AROUND = 4  # windows: the neighbourhood in which correlation of residuals is measured
 
 
@@ -661,7 +662,7 @@ def _least_squares(
 
         def refined(found: _Solution, window: int) -> _Refined:
             at = shape + found.step
-            factor = _inflation(found, good[rows], window)
+            factor = _inflation(found, good[rows], window, method)
             near = np.abs(at - first) < most
             converged = near & (np.abs(found.step) < MAX_LAST_STEP)
             sd = np.sqrt(found.variance * factor)
@@ -728,16 +729,37 @@ def _normal_equations(L: np.ndarray, W: np.ndarray, window: int) -> _Solution:
     return _Solution(np.clip(-k / h, -1, 1), variance / h**2, slope, residual)
 
 
-def _inflation(found: _Solution, good: np.ndarray, window: int) -> np.ndarray:
+def _inflation(
+    found: _Solution, good: np.ndarray, window: int, method: str
+) -> np.ndarray:
     """Factor of the variance for residuals that are not independent."""
-    # Interpolation correlates near neighbours; edges, curved ground and blur make
-    # residuals large where slopes are: blocks nearby hold this, whatever it is (Newey
-    # and West 1987). The fit takes about the share of a block in the window from it
+    # The variance of sum g e is the sum of all covariances. A fit of three unknowns to
+    # n residuals takes about 3/n from each
     slope, residual = (
         np.where(good, a, 0).astype(np.float32) for a in (found.slope, found.residual)
     )
     around = AROUND * window + 1
     gg, ee = (np.maximum(_box(a * a, around), ROUNDING) for a in (slope, residual))
-    blocks = BLOCK**2 * _box(_box(slope * residual, BLOCK) ** 2, around)
-    share = _box(good.astype(np.float32), around)
-    return np.maximum(blocks * share / (gg * ee * (1 - (BLOCK / window) ** 2)), 0.5)
+    if method == "sgm":
+        # Edges, curved ground and blur make residuals large where slopes are: blocks
+        # nearby hold this, whatever it is (Newey and West 1987). The fit takes about
+        # the share of a block in the window from it
+        blocks = BLOCK**2 * _box(_box(slope * residual, BLOCK) ** 2, around)
+        share = _box(good.astype(np.float32), around)
+        return np.maximum(blocks * share / (gg * ee * (1 - (BLOCK / window) ** 2)), 0.5)
+    # Interpolation correlates near neighbours: sigma^2 sum rho_e rho_g
+    factor = np.ones_like(gg)
+    for lag in LAGS:
+        rho_g, rho_e = (
+            _box(a * _neighbour(a, lag), around) / aa
+            for a, aa in ((slope, gg), (residual, ee))
+        )
+        factor += 2 * rho_g * (rho_e + (2 + rho_g) / window**2)
+    return np.maximum(factor, 0.5)
+
+
+def _neighbour(a: np.ndarray, lag: tuple[int, int]) -> np.ndarray:
+    """Value some rows and columns further; zero outside."""
+    rows, columns = a.shape
+    row, column = 2 + lag[0], 2 + lag[1]
+    return np.pad(a, 2)[row : row + rows, column : column + columns]
