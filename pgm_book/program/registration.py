@@ -6,7 +6,20 @@
 import numpy as np
 
 from pgm_lab.image import cut
-from pgm_lab.ncc import correlation
+
+
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Correlation coefficient of two windows, (Br 1); NaN where one of them is flat.
+
+    Examples
+    --------
+    >>> a = np.array([[10, 20, 30], [40, 50, 90]])
+    >>> round(correlation(a, 255 - a), 12), correlation(a, 0 * a)
+    (-1.0, nan)
+    """
+    a, b = a - np.mean(a), b - np.mean(b)
+    with np.errstate(invalid="ignore"):
+        return float(np.sum(a * b) / np.sqrt(np.sum(a * a) * np.sum(b * b)))
 
 
 def best_shift(
