@@ -344,13 +344,14 @@ def instance(value: Any, kind: type[Kind], name: str) -> Kind:
 def several(values: Any, name: str, kind: type = object) -> list:
     """Return the members of a sequence, all of one kind; a text is none."""
     none = isinstance(values, str | bytes | Mapping) or not np.iterable(values)
-    if none or not all(isinstance(one, kind) for one in values):
+    members = None if none else list(values)
+    if members is None or not all(isinstance(one, kind) for one in members):
         what = {object: "values", str: "texts", dict: "rows"}.get(kind)
         raise ValueError(
             f"{name} must be a sequence of {what or kind.__name__ + 's'}; got"
             f" {shown(values)}"
         )
-    return list(values)
+    return members
 
 
 def mapping(values: Any, name: str) -> Mapping:

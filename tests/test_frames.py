@@ -1,7 +1,6 @@
 """Frames and scale: round trips, an independent program, covariances, exchanged sizes.
 
 What this does not prove: that the conventions are the ones a camera's maker uses.
-
 """
 
 import cv2

@@ -64,6 +64,10 @@ def test_each_kind_of_argument_says_what_it_must_be(refused, message):
         refused()
 
 
+def test_a_generator_is_a_sequence_too():
+    assert _validate.several((n for n in "ab"), "names", str) == ["a", "b"]
+
+
 @pytest.mark.parametrize("kind", [np.uint8, np.int64])
 def test_a_small_integer_type_does_not_overflow(kind):
     small = lsm.match(GREY, GREY, POINTS, POINTS, kind(21))

@@ -152,17 +152,6 @@ def changed(path: Path, text: bytes) -> None:
         compiled.unlink()
 
 
-def record(column: str, found: dict[str, str], path: Path = LIST) -> None:
-    """Write verdicts into a column of the list."""
-    rows = listed(path)
-    for row in rows:
-        row[column] = found.get(row["number"], row.get(column, ""))
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
 def main(arguments: list[str]) -> int:
     """Try the faults; the exit code is 0 if none survives."""
     parser = argparse.ArgumentParser(prog="python tasks.py mutations")
@@ -171,7 +160,6 @@ def main(arguments: list[str]) -> int:
     add("--fast", action="store_true", help="by the tests that `make test` runs")
     add("--trust", action="store_true", help="do not run the tests without a fault")
     add("--seconds", type=float, default=300, help="limit of each")
-    add("--record", metavar="COLUMN", help="write the verdicts into this column")
     options = parser.parse_args(arguments)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     rows = [
@@ -186,8 +174,6 @@ def main(arguments: list[str]) -> int:
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2
-    if options.record:
-        record(options.record, found)
     counts = Counter(found.values())
     print(", ".join(f"{n} {word}" for word, n in counts.most_common()) or "none chosen")
     return int("survived" in counts)

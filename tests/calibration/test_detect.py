@@ -27,7 +27,13 @@ def seen(board, at=VIEWS[1], size=(1280, 960), **more):
     return photograph(board, PHONE, view(board, *at), size, width, **(how | more))
 
 
-@pytest.mark.parametrize("at", VIEWS)
+@pytest.mark.parametrize(
+    "at",
+    [
+        VIEWS[1],
+        *(pytest.param(v, marks=pytest.mark.slow) for v in VIEWS if v != VIEWS[1]),
+    ],
+)
 @pytest.mark.parametrize("kind", KINDS)
 def test_all_points_of_each_kind_are_found_to_a_pixel(kind, at):
     """From any side, with the right ids; from the upper end where none can be told."""

@@ -56,13 +56,6 @@ def test_an_outdated_list_fails_before_anything_is_run(project):
         mutations.tried([ROW | {"old": "x / 5"}], project, 20)
 
 
-def test_verdicts_are_written_into_their_column(tmp_path):
-    path = tmp_path / "list.csv"
-    path.write_text("number,before\n1,\n2,survived\n", encoding="utf-8")
-    mutations.record("before", {"1": "killed"}, path)
-    assert path.read_text() == "number,before\n1,killed\n2,survived\n"
-
-
 def test_the_list_names_lines_and_tests_that_exist():
     rows = mutations.listed()
     numbers = [int(row["number"]) for row in rows]

@@ -192,6 +192,9 @@ def test_drawing_fills_its_place_in_the_figure(view, network, closed):
     assert np.max((high - low) / where[2:]) == pytest.approx(1, abs=1e-6)
 
 
+# --- Drawn in space ---
+
+
 def test_a_camera_is_its_image_plane_four_rays_from_the_centre_and_its_axes(in_space):
     drawn = space.draw_camera(in_space, EXTERIOR, size=2.0, form=FORM, name="A")
     corners = space.frustum(EXTERIOR, 2.0, FORM)
