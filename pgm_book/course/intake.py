@@ -373,13 +373,16 @@ def _bound(source: str) -> set[str]:
 
 def _changed(source: str) -> set[str]:
     """Names whose value changes in part, as by ``a[0] = 1`` and ``a.append(1)``."""
-    changed = [
-        ast.unparse(node)
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.Subscript | ast.Attribute)
-        and (isinstance(node.ctx, ast.Store) or getattr(node, "attr", "") in CHANGING)
-    ]
-    return set().union(*map(names_read, changed))
+    changed: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            called = node.value.func
+            if isinstance(called, ast.Attribute) and called.attr in CHANGING:
+                changed |= names_read(ast.unparse(called.value))
+        elif isinstance(node, ast.Subscript | ast.Attribute):
+            if isinstance(node.ctx, ast.Store):
+                changed |= names_read(ast.unparse(node))
+    return changed
 
 
 @functools.cache
