@@ -121,14 +121,14 @@ def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str | None]]:
     if place.is_file():
         try:
             with zipfile.ZipFile(place) as whole:
-                entries = defaultdict(list)
+                members = defaultdict(list)
                 for info in whole.infolist():
-                    entries[info.filename.partition("/")[0]].append(info)
-                for entry, infos in entries.items():
-                    if entry != "__MACOSX":
-                        yield entry, entry, None
-                    for name, content in _members(whole, infos, entry, Room()):
-                        yield entry, name.removeprefix(f"{entry}/"), content
+                    members[info.filename.partition("/")[0]].append(info)
+                for who, infos in members.items():
+                    if who != "__MACOSX":
+                        yield who, who, None
+                    for name, content in _members(whole, infos, who, Room()):
+                        yield who, name.removeprefix(f"{who}/"), content
         except Exception as error:  # whatever its bytes lead to
             raise ValueError(f"{place}: not a zip that can be read: {error}") from None
         return
