@@ -7,6 +7,7 @@ not followed, and nothing is unpacked onto the disk.
 """
 
 import ast
+import contextlib
 import functools
 import hashlib
 import io
@@ -359,11 +360,13 @@ class Names(NamedTuple):
 def names_of(cell: str) -> Names:
     """Return what a cell does with names; nothing if it cannot be parsed."""
     certain: set[str] = set()
-    try:
+    names = Names(set(), set(), set())
+    with contextlib.suppress(SyntaxError, ValueError, RecursionError, MemoryError):
+        names = Names(_bound(cell), set(), names_read(cell))
+        # Statement by statement, unless one cannot be written again
         used = _used(ast.parse(cell).body, certain)
-        return Names(_bound(cell) | _changed(cell), certain, used)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return Names(set(), set(), set())
+        names = Names(names.bound | _changed(cell), certain, used)
+    return names
 
 
 def _bound(source: str) -> set[str]:
@@ -385,10 +388,10 @@ def _changed(source: str) -> set[str]:
     return changed
 
 
-@functools.cache
+@functools.lru_cache(10_000)
 def statements(cell: str) -> list[str]:
-    """Return the statements of a cell of the book, each as a cell."""
-    return [ast.get_source_segment(cell, node) or "" for node in ast.parse(cell).body]
+    """Return the statements of a cell, each as a cell."""
+    return [ast.unparse(node) for node in ast.parse(cell).body]
 
 
 def _used(body: list[ast.stmt], bound: set[str]) -> set[str]:
