@@ -297,8 +297,11 @@ def _mark(
     if not said:  # what a right answer came across is of interest if it was refused
         remarks = [one for one in remarks if one in box.REFUSED]
     points = sum(exercise.points.get(text, 0.0) for text, holds in found if holds)
-    near = exercise.near if points else ()
-    if near and (calls := look.calls_of(cells, {*exercise.names}, near)):
+    calls: list[str] = []
+    if points and exercise.near:
+        with contextlib.suppress(ValueError, RecursionError):  # not to be written again
+            calls = look.calls_of(cells, {*exercise.names}, exercise.near)
+    if calls:
         remark = f"calls {', '.join(calls)}, which may do much of the work"
         said = f"{said} It {remark}: your lecturer will look at that.".strip()
         remarks.insert(0, remark)

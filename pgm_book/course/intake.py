@@ -7,6 +7,7 @@ not followed, and nothing is unpacked onto the disk.
 """
 
 import ast
+import contextlib
 import functools
 import hashlib
 import io
@@ -121,14 +122,14 @@ def _delivered(place: Path) -> Iterator[tuple[str, str, bytes | str | None]]:
     if place.is_file():
         try:
             with zipfile.ZipFile(place) as whole:
-                entries = defaultdict(list)
+                members = defaultdict(list)
                 for info in whole.infolist():
-                    entries[info.filename.partition("/")[0]].append(info)
-                for entry, infos in entries.items():
-                    if entry != "__MACOSX":
-                        yield entry, entry, None
-                    for name, content in _members(whole, infos, entry, Room()):
-                        yield entry, name.removeprefix(f"{entry}/"), content
+                    members[info.filename.partition("/")[0]].append(info)
+                for who, infos in members.items():
+                    if who != "__MACOSX":
+                        yield who, who, None
+                    for name, content in _members(whole, infos, who, Room()):
+                        yield who, name.removeprefix(f"{who}/"), content
         except Exception as error:  # whatever its bytes lead to
             raise ValueError(f"{place}: not a zip that can be read: {error}") from None
         return
@@ -359,11 +360,13 @@ class Names(NamedTuple):
 def names_of(cell: str) -> Names:
     """Return what a cell does with names; nothing if it cannot be parsed."""
     certain: set[str] = set()
-    try:
+    names = Names(set(), set(), set())
+    with contextlib.suppress(SyntaxError, ValueError, RecursionError, MemoryError):
+        names = Names(_bound(cell), set(), names_read(cell))
+        # Statement by statement, unless one cannot be written again
         used = _used(ast.parse(cell).body, certain)
-        return Names(_bound(cell) | _changed(cell), certain, used)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return Names(set(), set(), set())
+        names = Names(names.bound | _changed(cell), certain, used)
+    return names
 
 
 def _bound(source: str) -> set[str]:
@@ -373,19 +376,22 @@ def _bound(source: str) -> set[str]:
 
 def _changed(source: str) -> set[str]:
     """Names whose value changes in part, as by ``a[0] = 1`` and ``a.append(1)``."""
-    changed = [
-        ast.unparse(node)
-        for node in ast.walk(ast.parse(source))
-        if isinstance(node, ast.Subscript | ast.Attribute)
-        and (isinstance(node.ctx, ast.Store) or getattr(node, "attr", "") in CHANGING)
-    ]
-    return set().union(*map(names_read, changed))
+    changed: set[str] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            called = node.value.func
+            if isinstance(called, ast.Attribute) and called.attr in CHANGING:
+                changed |= names_read(ast.unparse(called.value))
+        elif isinstance(node, ast.Subscript | ast.Attribute):
+            if isinstance(node.ctx, ast.Store):
+                changed |= names_read(ast.unparse(node))
+    return changed
 
 
-@functools.cache
+@functools.lru_cache(10_000)
 def statements(cell: str) -> list[str]:
-    """Return the statements of a cell of the book, each as a cell."""
-    return [ast.get_source_segment(cell, node) or "" for node in ast.parse(cell).body]
+    """Return the statements of a cell, each as a cell."""
+    return [ast.unparse(node) for node in ast.parse(cell).body]
 
 
 def _used(body: list[ast.stmt], bound: set[str]) -> set[str]:

@@ -99,8 +99,8 @@ def calls_of(cells: Iterable[str], names: set[str], table: Iterable[str]) -> lis
     ['pgm_lab.ncc.correlation']
     """
     tree = ast.parse("\n".join(cells))
-    statements = tuple(map(ast.unparse, tree.body))
-    answer = ast.parse("\n".join(intake.needed(statements, names)))
+    parts = tuple(map(ast.unparse, tree.body))
+    answer = ast.parse("\n".join(intake.needed(parts, names)))
     homes: dict[str | None, str] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):

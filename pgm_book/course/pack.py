@@ -12,11 +12,11 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import jinja2
 import nbformat
 from nbformat import NotebookNode
 
 from pgm_book.course import notes, stick
+from pgm_book.course.feedback import PAGES
 from pgm_book.make import archive, form
 from pgm_book.make.environment import ROOT
 from pgm_book.make.errors import PublishError
@@ -27,12 +27,6 @@ STUDENTS, INSTRUCTORS = "pgm_lab-course-students", "pgm_lab-course-instructors"
 LECTURERS = "pgm_book/course/", "pgm_book/make/"  # not in the students' library
 WHEEL_OF = "pgm_lab", "pgm_book", "data"
 LICENCES = "LICENSE", "LICENSE-CC-BY-4.0"
-PAGES = jinja2.Environment(
-    loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
-    autoescape=True,
-    keep_trailing_newline=True,
-    undefined=jinja2.StrictUndefined,
-)
 
 Files = dict[str, bytes]
 

@@ -17,10 +17,8 @@ from tests.course.test_rubric import POINTS, SOME
 
 FILE = resources.files("pgm_book.course") / "counterparts.csv"
 with FILE.open(encoding="utf-8") as file:
-    NAMED = {
-        (row["lesson"], row["exercise"]): row["functions"].split()
-        for row in csv.DictReader(file)
-    }
+    ROWS = list(csv.DictReader(file))
+NAMED = {(row["lesson"], row["exercise"]): row["functions"].split() for row in ROWS}
 
 
 def function_of(name):
@@ -41,6 +39,8 @@ def test_each_function_exists_and_its_exercise_too():
     assert all(
         callable(function_of(name)) for names in NAMED.values() for name in names
     )
+    near = {name for row in ROWS for name in row["near"].split()}
+    assert all(pkgutil.resolve_name(n) for n in near if n.startswith("pgm_lab"))
 
 
 def test_the_book_s_own_functions_of_the_notebooks_are_named():
